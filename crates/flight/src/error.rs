@@ -1,0 +1,125 @@
+//! The error of a settings check.
+
+use core::fmt;
+
+use crate::real::Real;
+
+/// A setting that was refused, with its key and the offending number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SettingsError {
+    /// A number is NaN or infinite.
+    NotFinite {
+        /// The setting.
+        key: &'static str,
+        /// What was found.
+        found: f64,
+    },
+    /// A number lies outside its range.
+    OutOfRange {
+        /// The setting.
+        key: &'static str,
+        /// The range, in words.
+        expected: &'static str,
+        /// What was found.
+        found: f64,
+    },
+    /// Two numbers are in the wrong order.
+    Order {
+        /// The setting that must be the smaller one.
+        lower_key: &'static str,
+        /// What was found there.
+        lower: f64,
+        /// The setting that must be the larger one.
+        upper_key: &'static str,
+        /// What was found there.
+        upper: f64,
+    },
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NotFinite { key, found } => {
+                write!(f, "{key}: expected a finite number, found {found}")
+            }
+            Self::OutOfRange {
+                key,
+                expected,
+                found,
+            } => write!(f, "{key}: expected {expected}, found {found}"),
+            Self::Order {
+                lower_key,
+                lower,
+                upper_key,
+                upper,
+            } => write!(
+                f,
+                "{lower_key}: expected less than {upper_key} = {upper}, found {lower}"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+pub(crate) fn finite<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
+    if value.is_finite() {
+        Ok(())
+    } else {
+        Err(SettingsError::NotFinite {
+            key,
+            found: value.to_f64(),
+        })
+    }
+}
+
+pub(crate) fn positive<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
+    within(
+        key,
+        value,
+        value > R::ZERO,
+        "a finite number greater than 0",
+    )
+}
+
+pub(crate) fn not_negative<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
+    within(key, value, value >= R::ZERO, "a finite number not below 0")
+}
+
+pub(crate) fn within<R: Real>(
+    key: &'static str,
+    value: R,
+    accepted: bool,
+    expected: &'static str,
+) -> Result<(), SettingsError> {
+    if value.is_finite() && accepted {
+        Ok(())
+    } else {
+        Err(SettingsError::OutOfRange {
+            key,
+            expected,
+            found: value.to_f64(),
+        })
+    }
+}
+
+pub(crate) fn ordered<R: Real>(
+    lower_key: &'static str,
+    lower: R,
+    upper_key: &'static str,
+    upper: R,
+) -> Result<(), SettingsError> {
+    finite(lower_key, lower)?;
+    finite(upper_key, upper)?;
+    if lower < upper {
+        Ok(())
+    } else {
+        Err(SettingsError::Order {
+            lower_key,
+            lower: lower.to_f64(),
+            upper_key,
+            upper: upper.to_f64(),
+        })
+    }
+}

@@ -1,0 +1,143 @@
+//! The scalar type: `f32` on a small flight computer, `f64` in simulation.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// A floating-point scalar, `f32` or `f64` (sealed: no other type can implement it).
+///
+/// Elementary functions come from `libm`, so that a result is the same on
+/// every target that rounds IEEE 754 arithmetic correctly.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + Default
+    + PartialEq
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// Zero.
+    const ZERO: Self;
+    /// One.
+    const ONE: Self;
+    /// The distance from one to the next larger value.
+    const EPSILON: Self;
+
+    /// The nearest value to `value`.
+    fn from_f64(value: f64) -> Self;
+    /// The value in double precision (exact).
+    fn to_f64(self) -> f64;
+    /// Square root; NaN for a negative argument.
+    fn sqrt(self) -> Self;
+    /// Exponential function.
+    fn exp(self) -> Self;
+    /// Sine of an angle in radians.
+    fn sin(self) -> Self;
+    /// Cosine of an angle in radians.
+    fn cos(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// The smaller value; a NaN operand is ignored.
+    fn min(self, other: Self) -> Self;
+    /// The larger value; a NaN operand is ignored.
+    fn max(self, other: Self) -> Self;
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+
+    /// `self` limited to `[low, high]`. NaN stays NaN, and unlike
+    /// [`f64::clamp`] crossed limits do not panic (`low` wins).
+    #[must_use]
+    fn clamp(self, low: Self, high: Self) -> Self {
+        if self < low {
+            low
+        } else if self > high {
+            if high < low { low } else { high }
+        } else {
+            self
+        }
+    }
+
+    /// `self` if it is finite, otherwise `fallback`.
+    #[must_use]
+    fn finite_or(self, fallback: Self) -> Self {
+        if self.is_finite() { self } else { fallback }
+    }
+}
+
+macro_rules! impl_real {
+    ($t:ident, $sqrt:path, $exp:path, $sin:path, $cos:path, $tanh:path) => {
+        impl Real for $t {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const EPSILON: Self = $t::EPSILON;
+
+            #[allow(clippy::cast_possible_truncation, trivial_numeric_casts)]
+            fn from_f64(value: f64) -> Self {
+                value as $t
+            }
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            fn sqrt(self) -> Self {
+                $sqrt(self)
+            }
+            fn exp(self) -> Self {
+                $exp(self)
+            }
+            fn sin(self) -> Self {
+                $sin(self)
+            }
+            fn cos(self) -> Self {
+                $cos(self)
+            }
+            fn tanh(self) -> Self {
+                $tanh(self)
+            }
+            fn abs(self) -> Self {
+                $t::abs(self)
+            }
+            fn min(self, other: Self) -> Self {
+                $t::min(self, other)
+            }
+            fn max(self, other: Self) -> Self {
+                $t::max(self, other)
+            }
+            fn is_finite(self) -> bool {
+                $t::is_finite(self)
+            }
+        }
+    };
+}
+
+impl_real!(
+    f32,
+    libm::sqrtf,
+    libm::expf,
+    libm::sinf,
+    libm::cosf,
+    libm::tanhf
+);
+impl_real!(f64, libm::sqrt, libm::exp, libm::sin, libm::cos, libm::tanh);
+
+/// Short for [`Real::from_f64`], for constants in kernels.
+pub(crate) fn r<R: Real>(value: f64) -> R {
+    R::from_f64(value)
+}
