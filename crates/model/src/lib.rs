@@ -1,0 +1,1 @@
+//! The model card: schema, checks, card to flight model.
