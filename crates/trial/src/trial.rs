@@ -233,7 +233,7 @@ pub(crate) fn median_step(values: &[f64]) -> Option<f64> {
         return None;
     }
     let middle = steps.len() / 2;
-    let even = steps.len() % 2 == 0;
+    let even = steps.len().is_multiple_of(2);
     let (below, &mut upper, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
     let lower = below.iter().copied().max_by(f64::total_cmp);
     Some(match lower {
