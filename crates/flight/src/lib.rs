@@ -1,10 +1,77 @@
-//! Thrust and ground-effect models, references, estimators and controllers
-//! for the vertical landing of a multirotor, for a flight computer.
+//! Thrust and ground-effect models, references, estimators and controllers for
+//! the vertical landing of a multirotor, for a flight computer.
+//!
+//! `no_std`, no allocation, no clock, no output. Everything is generic over
+//! `f32` and `f64` ([`Real`]). Models are immutable, `Copy` coefficients; states
+//! are explicit and `Copy`; `step(&self, &mut state, input, dt)` advances a state
+//! over `dt` seconds. Settings are checked once, by `validate`.
+//!
+//! z is up; z = height of the vehicle above the deck, `v = dz/dt = v_q - v_p`;
+//! throttle σ lies in [0, 1]; SI units.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`thrust`] | throttle to free-air thrust, and back |
+//! | [`ground_effect`] | ground effect above a deck that may move |
+//! | [`mod@reference`] | descents |
+//! | [`deck`] | estimate of the deck's heave |
+//! | [`control`] | control laws |
+//! | [`autopilot`] | all of these: measurement in, command out |
+//! | [`touchdown`], [`metrics`] | touchdown and the figures of a landing |
+//! | [`types`], [`error`], [`real`] | measurements and commands, refused settings, scalars |
+//!
+//! ```
+//! use touchdown_flight::autopilot::Autopilot;
+//! use touchdown_flight::control::{Composite, Law};
+//! use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Guarded, Validity};
+//! use touchdown_flight::reference::{Exponential, Reference};
+//! use touchdown_flight::thrust::ThrustModel;
+//! use touchdown_flight::{Limits, Measurement};
+//!
+//! let autopilot = Autopilot::<f32> {
+//!     mass_kg: 1.37,
+//!     gravity_mps2: 9.81,
+//!     law: Law::Composite(Composite::default()),
+//!     reference: Reference::Exponential(Exponential {
+//!         c_per_s: 0.7073,
+//!         start_height_m: 0.8,
+//!         end_height_m: 0.0,
+//!     }),
+//!     thrust: ThrustModel::published(),
+//!     ground_effect: Guarded::new(
+//!         GroundEffectModel::Empirical(Empirical {
+//!             mu: 1.9,
+//!             rotor_radius_m: 0.12,
+//!             rotor_offset_m: 0.05,
+//!         }),
+//!         Validity::default(),
+//!     ),
+//!     deck: None,
+//!     limits: Limits::default(),
+//! };
+//! autopilot.validate()?;
+//!
+//! let hover = autopilot.thrust.throttle_for(1.37 * 9.81);
+//! let measurement = Measurement { height_m: 0.8, ..Measurement::default() };
+//! let mut state = autopilot.initial(&measurement, hover);
+//! let command = autopilot.step(&mut state, &measurement, 0.01);
+//! assert!((0.05..=1.0).contains(&command.throttle));
+//! # Ok::<(), touchdown_flight::SettingsError>(())
+//! ```
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod autopilot;
+pub mod control;
+pub mod deck;
 pub mod error;
+pub mod ground_effect;
+mod kernel;
+pub mod metrics;
 pub mod real;
+pub mod reference;
+pub mod thrust;
+pub mod touchdown;
 pub mod types;
 
 pub use error::SettingsError;

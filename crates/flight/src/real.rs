@@ -47,6 +47,8 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// Exponential function.
     fn exp(self) -> Self;
+    /// `exp(x) - 1` without loss of digits near zero.
+    fn exp_m1(self) -> Self;
     /// Sine of an angle in radians.
     fn sin(self) -> Self;
     /// Cosine of an angle in radians.
@@ -83,7 +85,7 @@ pub trait Real:
 }
 
 macro_rules! impl_real {
-    ($t:ident, $sqrt:path, $exp:path, $sin:path, $cos:path, $tanh:path) => {
+    ($t:ident, $sqrt:path, $exp:path, $exp_m1:path, $sin:path, $cos:path, $tanh:path) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -101,6 +103,9 @@ macro_rules! impl_real {
             }
             fn exp(self) -> Self {
                 $exp(self)
+            }
+            fn exp_m1(self) -> Self {
+                $exp_m1(self)
             }
             fn sin(self) -> Self {
                 $sin(self)
@@ -131,11 +136,20 @@ impl_real!(
     f32,
     libm::sqrtf,
     libm::expf,
+    libm::expm1f,
     libm::sinf,
     libm::cosf,
     libm::tanhf
 );
-impl_real!(f64, libm::sqrt, libm::exp, libm::sin, libm::cos, libm::tanh);
+impl_real!(
+    f64,
+    libm::sqrt,
+    libm::exp,
+    libm::expm1,
+    libm::sin,
+    libm::cos,
+    libm::tanh
+);
 
 /// Short for [`Real::from_f64`], for constants in kernels.
 pub(crate) fn r<R: Real>(value: f64) -> R {

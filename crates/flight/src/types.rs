@@ -62,7 +62,8 @@ pub struct Command<R> {
     pub thrust_n: R,
     /// Throttle σ to send, in [0, 1].
     pub throttle: R,
-    /// The ground-effect force that the command counts on, N.
+    /// The ground-effect force now, as estimated and used by the law, N (0 for a
+    /// law that uses none).
     pub ground_effect_n: R,
 }
 

@@ -1,0 +1,166 @@
+//! Estimate of a deck's heave: one harmonic of known frequency.
+
+use crate::error::{SettingsError, not_negative, positive};
+use crate::kernel::{Sum, usable_dt};
+use crate::real::{Real, r};
+
+/// Kalman filter of a harmonic heave, `p'' = -ω² p`, from the velocity of the
+/// deck as sensed, `v_q - v`.
+///
+/// States are the displacement p (about the deck's mean) and its velocity; they
+/// are propagated by the exact rotation. The process noise is white in
+/// acceleration and, scaled by `1/ω`, in velocity, so that it has no preferred
+/// phase. The outputs are predicted ahead by `lead_s` (sensing delay, command
+/// delay and the rotors' lag), and zero before `enable_after_s`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct HarmonicFilter<R> {
+    /// Angular frequency ω of the heave, rad/s.
+    pub angular_frequency: R,
+    /// Standard deviation of the measured velocity, m/s.
+    pub measurement_sd: R,
+    /// Process noise: what the velocity's standard deviation gains in a second,
+    /// m/s/√s.
+    pub process_sd: R,
+    /// Time before the outputs are used, s.
+    pub enable_after_s: R,
+    /// Time that the outputs look ahead, s.
+    pub lead_s: R,
+}
+
+/// Standard deviation of the deck's velocity before any measurement, m/s.
+const INITIAL_SD: f64 = 0.3;
+
+/// State of a [`HarmonicFilter`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HarmonicState<R> {
+    /// Displacement p, m.
+    pub displacement_m: R,
+    /// Velocity, m/s.
+    pub velocity_mps: R,
+    /// Covariance of (displacement, velocity): variance, covariance, variance.
+    covariance: [R; 3],
+    elapsed: Sum<R>,
+}
+
+/// A prediction of the deck's motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DeckMotion<R> {
+    /// Velocity of the deck, up, m/s.
+    pub velocity_mps: R,
+    /// Acceleration of the deck, up, m/s².
+    pub acceleration_mps2: R,
+}
+
+impl<R: Real> HarmonicFilter<R> {
+    /// A filter for a heave of `angular_frequency` rad/s with measurement noise
+    /// 0.03 m/s, process noise 0.002 m/s/√s, enabled after 0.5 s, leading by
+    /// 0.09 s.
+    #[must_use]
+    pub fn new(angular_frequency: R) -> Self {
+        Self {
+            angular_frequency,
+            measurement_sd: r(0.03),
+            process_sd: r(0.002),
+            enable_after_s: r(0.5),
+            lead_s: r(0.09),
+        }
+    }
+
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// Frequency and measurement noise must be positive, the rest not negative.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        positive("deck.angular_frequency", self.angular_frequency)?;
+        positive("deck.measurement_sd", self.measurement_sd)?;
+        not_negative("deck.process_sd", self.process_sd)?;
+        not_negative("deck.enable_after_s", self.enable_after_s)?;
+        not_negative("deck.lead_s", self.lead_s)
+    }
+
+    /// The state before any measurement.
+    #[must_use]
+    pub fn initial(&self) -> HarmonicState<R> {
+        let sd = r::<R>(INITIAL_SD);
+        let sd_p = sd / self.angular_frequency;
+        HarmonicState {
+            displacement_m: R::ZERO,
+            velocity_mps: R::ZERO,
+            covariance: [sd_p * sd_p, R::ZERO, sd * sd],
+            elapsed: Sum::default(),
+        }
+    }
+
+    /// Propagates over `dt` seconds and takes in the deck velocity measured at
+    /// their end; a measurement that is not finite is left out.
+    pub fn step(&self, state: &mut HarmonicState<R>, deck_velocity_mps: R, dt: R) -> DeckMotion<R> {
+        let mut next = *state;
+        self.propagate(&mut next, usable_dt(dt));
+        if deck_velocity_mps.is_finite() {
+            self.correct(&mut next, deck_velocity_mps);
+        }
+        if next.is_finite() {
+            *state = next;
+        }
+        self.predict(state)
+    }
+
+    /// The motion `lead_s` after the state; zero before `enable_after_s`.
+    pub fn predict(&self, state: &HarmonicState<R>) -> DeckMotion<R> {
+        if state.elapsed.value() < self.enable_after_s {
+            return DeckMotion::default();
+        }
+        let w = self.angular_frequency;
+        let (p, velocity_mps) = self.rotate(state.displacement_m, state.velocity_mps, self.lead_s);
+        DeckMotion {
+            velocity_mps,
+            acceleration_mps2: -(w * w) * p,
+        }
+    }
+
+    /// Displacement and velocity after a time.
+    fn rotate(&self, p: R, v: R, dt: R) -> (R, R) {
+        let w = self.angular_frequency;
+        let (sin, cos) = ((w * dt).sin(), (w * dt).cos());
+        (cos * p + sin / w * v, cos * v - w * sin * p)
+    }
+
+    fn propagate(&self, state: &mut HarmonicState<R>, dt: R) {
+        let w = self.angular_frequency;
+        (state.displacement_m, state.velocity_mps) =
+            self.rotate(state.displacement_m, state.velocity_mps, dt);
+        let [pp, pv, vv] = state.covariance;
+        // Both columns of P, then both rows of the result: F P Fᵀ.
+        let (a, b) = self.rotate(pp, pv, dt);
+        let (c, d) = self.rotate(pv, vv, dt);
+        let (pp, pv) = self.rotate(a, c, dt);
+        let (_, vv) = self.rotate(b, d, dt);
+        let q = self.process_sd * self.process_sd * dt;
+        state.covariance = [pp + q / (w * w), pv, vv + q];
+        state.elapsed.add(dt);
+    }
+
+    fn correct(&self, state: &mut HarmonicState<R>, velocity_mps: R) {
+        let [pp, pv, vv] = state.covariance;
+        let variance = self.measurement_sd * self.measurement_sd;
+        let total = vv + variance;
+        let innovation = velocity_mps - state.velocity_mps;
+        state.displacement_m += pv / total * innovation;
+        state.velocity_mps += vv / total * innovation;
+        state.covariance = [
+            (pp - pv * pv / total).max(R::ZERO),
+            pv * variance / total,
+            vv * variance / total,
+        ];
+    }
+}
+
+impl<R: Real> HarmonicState<R> {
+    fn is_finite(&self) -> bool {
+        self.displacement_m.is_finite()
+            && self.velocity_mps.is_finite()
+            && self.covariance.iter().all(|c| c.is_finite())
+    }
+}

@@ -1,0 +1,157 @@
+//! Ground effect above a deck that may move: families behind one trait.
+//!
+//! The vertical aerodynamic force is `T + f` with `T` the free-air thrust and
+//! `f = ratio · T + force_n` the ground effect. A ratio lets a controller solve
+//! its feed-forward exactly: `T_cmd = (base - force_n) / (1 + ratio)`.
+//!
+//! | family | state | law |
+//! | --- | --- | --- |
+//! | [`Empirical`] | – | `ratio = q / (1 - q)`, `q = μ (R / 4z)²` |
+//! | [`StaticMap`] | – | bounded functions of height |
+//! | [`Polynomial`] | force | eleven-term polynomial `f'` |
+//! | [`Ratio`] | ratio | sparse `y'`, `y = f / T` |
+//! | [`Lag`] | ratio | `y = G + k(z) v_p`, first-order lag `G` |
+//!
+//! Families extrapolate as their formulas do. Fly them inside a [`Guarded`],
+//! which keeps heights and results within the range of the data.
+
+mod empirical;
+mod guard;
+mod lag;
+mod model;
+mod polynomial;
+mod ratio;
+mod static_map;
+
+pub use empirical::Empirical;
+pub use guard::{Guarded, GuardedState, Outside, Validity, VelocityInput};
+pub use lag::Lag;
+pub use model::{GroundEffectModel, GroundEffectState};
+pub use polynomial::Polynomial;
+pub use ratio::Ratio;
+pub use static_map::StaticMap;
+
+use crate::error::SettingsError;
+use crate::real::Real;
+
+/// What a ground-effect model is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GroundEffectInput<R> {
+    /// Free-air thrust T, N.
+    pub thrust_n: R,
+    /// Throttle σ in [0, 1].
+    pub throttle: R,
+    /// Height of the vehicle's reference point above the deck z, m.
+    pub height_m: R,
+    /// Velocity of the vehicle v_q, up, m/s.
+    pub vehicle_velocity_mps: R,
+    /// Velocity of the deck v_p, up, m/s.
+    pub deck_velocity_mps: R,
+    /// Angle between the rotor axis and the deck's normal, rad.
+    pub tilt_rad: R,
+    /// Heights of the four rotor planes above the deck, m, where known.
+    pub rotor_heights_m: Option<[R; 4]>,
+}
+
+impl<R: Real> GroundEffectInput<R> {
+    /// `self` with every value that is not finite taken from `previous`.
+    #[must_use]
+    pub fn or_previous(&self, previous: &Self) -> Self {
+        Self {
+            thrust_n: self.thrust_n.finite_or(previous.thrust_n),
+            throttle: self.throttle.finite_or(previous.throttle),
+            height_m: self.height_m.finite_or(previous.height_m),
+            vehicle_velocity_mps: self
+                .vehicle_velocity_mps
+                .finite_or(previous.vehicle_velocity_mps),
+            deck_velocity_mps: self.deck_velocity_mps.finite_or(previous.deck_velocity_mps),
+            tilt_rad: self.tilt_rad.finite_or(previous.tilt_rad),
+            rotor_heights_m: self
+                .rotor_heights_m
+                .filter(|heights| heights.iter().all(|z| z.is_finite())),
+        }
+    }
+}
+
+/// Ground effect as `f = ratio · T + force_n`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lift<R> {
+    /// The part that is proportional to thrust.
+    pub ratio: R,
+    /// The part that is a force, N.
+    pub force_n: R,
+}
+
+impl<R: Real> Lift<R> {
+    /// A lift that is a ratio of thrust.
+    #[must_use]
+    pub fn from_ratio(ratio: R) -> Self {
+        Self {
+            ratio,
+            force_n: R::ZERO,
+        }
+    }
+
+    /// A lift that is a force, N.
+    #[must_use]
+    pub fn from_force(force_n: R) -> Self {
+        Self {
+            ratio: R::ZERO,
+            force_n,
+        }
+    }
+
+    /// The ground-effect force at a free-air thrust, N.
+    pub fn total_n(&self, thrust_n: R) -> R {
+        self.ratio * thrust_n + self.force_n
+    }
+}
+
+/// A model of the ground effect: immutable coefficients, explicit state.
+pub trait GroundEffect<R: Real> {
+    /// The dynamic state; `()` for a static model.
+    type State: Copy;
+
+    /// The state at rest under a constant input; zero where there is no rest.
+    fn rest(&self, input: &GroundEffectInput<R>) -> Self::State;
+
+    /// The lift for a state and an input.
+    fn lift(&self, state: &Self::State, input: &GroundEffectInput<R>) -> Lift<R>;
+
+    /// Advances the state over `dt` seconds under a constant input.
+    ///
+    /// A result that is not finite, or a `dt` that is not positive, leaves the
+    /// state as it is.
+    fn advance(&self, state: &mut Self::State, input: &GroundEffectInput<R>, dt: R);
+
+    /// Advances the state over `dt` seconds and gives the lift at its end.
+    fn step(&self, state: &mut Self::State, input: &GroundEffectInput<R>, dt: R) -> Lift<R> {
+        self.advance(state, input, dt);
+        self.lift(state, input)
+    }
+
+    /// Brings a state back to where its lift is within `[ratio_min, ratio_max]`
+    /// times `thrust_n`.
+    fn limit(&self, _state: &mut Self::State, _thrust_n: R, _ratio_min: R, _ratio_max: R) {}
+
+    /// Checks the coefficients.
+    ///
+    /// # Errors
+    /// Names the first coefficient that is not usable.
+    fn validate(&self) -> Result<(), SettingsError> {
+        Ok(())
+    }
+}
+
+/// `ψ_i(z) = 1 / (1 + (z / L_i)²)`: bounded at every height.
+fn psi<R: Real>(height_m: R, length_m: [R; 3]) -> [R; 3] {
+    length_m.map(|length| {
+        let u = height_m / length;
+        R::ONE / (R::ONE + u * u)
+    })
+}
+
+/// The default lengths L of ψ, m.
+fn default_lengths<R: Real>() -> [R; 3] {
+    [0.08, 0.20, 0.45].map(R::from_f64)
+}

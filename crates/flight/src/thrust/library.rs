@@ -1,0 +1,151 @@
+//! Sparse library model of the thrust dynamics.
+
+use crate::error::{SettingsError, finite};
+use crate::kernel::first_rise;
+use crate::real::{Real, r};
+
+/// Longest Runge-Kutta step, s.
+const STEP_MAX_S: f64 = 0.02;
+/// Most Runge-Kutta steps in one call; a longer `dt` takes longer steps.
+const STEPS_MAX: f64 = 256.0;
+
+/// `x' = a1 + a2 x + a3 s + a4 s² + a5 x³ + a6 s³ + a7 e^(-x) s + a8 sin(x) s`
+/// with `x = √T` (√N) and throttle `s`.
+///
+/// Valid above the unstable branch that such a model can have near `x = 0`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Library<R> {
+    /// Coefficient of 1.
+    pub one: R,
+    /// Coefficient of x.
+    pub x: R,
+    /// Coefficient of s.
+    pub s: R,
+    /// Coefficient of s².
+    pub s2: R,
+    /// Coefficient of x³.
+    pub x3: R,
+    /// Coefficient of s³.
+    pub s3: R,
+    /// Coefficient of e^(-x) s.
+    pub exp_neg_x_s: R,
+    /// Coefficient of sin(x) s.
+    pub sin_x_s: R,
+}
+
+impl<R: Real> Library<R> {
+    /// The terms in the order of [`Library::from_array`], as expressions in
+    /// `x` and `s`.
+    pub const TERMS: [&'static str; 8] =
+        ["1", "x", "s", "s^2", "x^3", "s^3", "exp(-x)*s", "sin(x)*s"];
+
+    /// The published coefficients.
+    #[must_use]
+    pub fn published() -> Self {
+        Self::from_array([
+            r(0.215),
+            r(-0.650),
+            r(13.882),
+            r(11.815),
+            r(-0.123),
+            r(-12.825),
+            r(-16.647),
+            r(-1.457),
+        ])
+    }
+
+    /// Coefficients in the order of [`Library::TERMS`].
+    #[must_use]
+    pub fn from_array([one, x, s, s2, x3, s3, exp_neg_x_s, sin_x_s]: [R; 8]) -> Self {
+        Self {
+            one,
+            x,
+            s,
+            s2,
+            x3,
+            s3,
+            exp_neg_x_s,
+            sin_x_s,
+        }
+    }
+
+    pub(super) fn validate(&self) -> Result<(), SettingsError> {
+        finite("thrust.library.one", self.one)?;
+        finite("thrust.library.x", self.x)?;
+        finite("thrust.library.s", self.s)?;
+        finite("thrust.library.s2", self.s2)?;
+        finite("thrust.library.x3", self.x3)?;
+        finite("thrust.library.s3", self.s3)?;
+        finite("thrust.library.exp_neg_x_s", self.exp_neg_x_s)?;
+        finite("thrust.library.sin_x_s", self.sin_x_s)
+    }
+
+    /// The model at a given x, as a cubic in s.
+    fn cubic(&self, x: R) -> [R; 4] {
+        [
+            self.one + x * (self.x + self.x3 * x * x),
+            self.s + self.exp_neg_x_s * (-x).exp() + self.sin_x_s * x.sin(),
+            self.s2,
+            self.s3,
+        ]
+    }
+
+    pub(super) fn derivative(&self, x: R, s: R) -> R {
+        let [a, b, c, d] = self.cubic(x);
+        a + s * (b + s * (c + s * d))
+    }
+
+    pub(super) fn step(&self, mut x: R, s: R, dt: R) -> R {
+        let mut steps = 1.0_f64;
+        let wanted = dt.to_f64() / STEP_MAX_S;
+        while steps < wanted && steps < STEPS_MAX {
+            steps += 1.0;
+        }
+        let h = dt / r(steps);
+        let half = r::<R>(0.5) * h;
+        let sixth = h / r(6.0);
+        let mut done = 0.0;
+        while done < steps {
+            let k1 = self.derivative(x, s);
+            let k2 = self.derivative(x + half * k1, s);
+            let k3 = self.derivative(x + half * k2, s);
+            let k4 = self.derivative(x + h * k3, s);
+            let next = x + sixth * (k1 + r::<R>(2.0) * (k2 + k3) + k4);
+            x = super::limit(next.finite_or(x));
+            done += 1.0;
+        }
+        x
+    }
+
+    /// The greatest root of the derivative: above it x falls, so it is stable.
+    pub(super) fn rest(&self, s: R) -> R {
+        let mut high = r::<R>(super::ROOT_THRUST_MAX);
+        let least = r::<R>(super::ROOT_THRUST_MIN);
+        let mut low = high;
+        // From the top in steps of 10 % until x no longer falls.
+        while self.derivative(low, s) < R::ZERO {
+            high = low;
+            low *= r(0.9);
+            if low <= least {
+                low = least;
+                break;
+            }
+        }
+        // 60 halvings resolve an f64 in the bracket.
+        for _ in 0..60 {
+            let middle = r::<R>(0.5) * (low + high);
+            if self.derivative(middle, s) < R::ZERO {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        low
+    }
+
+    pub(super) fn throttle_for(&self, x: R) -> R {
+        first_rise(self.cubic(x))
+    }
+}
