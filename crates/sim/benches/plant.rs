@@ -1,0 +1,62 @@
+//! Steps per second of the plant, on the rig and in landings.
+
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use touchdown_flight::types::Command;
+use touchdown_sim::STEP_S;
+use touchdown_sim::deck::DeckPoint;
+use touchdown_sim::landing::land;
+use touchdown_sim::plant::{Plant, PlantSettings};
+use touchdown_sim::rig::{RigSettings, run};
+use touchdown_sim::rig_sets::{Extent, ground_effect_paper};
+use touchdown_sim::scenario::LandingScenario;
+use touchdown_sim::vehicle::VerticalVehicle;
+
+fn main() {
+    divan::main();
+}
+
+/// The vertical vehicle alone: 10 000 Runge–Kutta steps above a still deck.
+#[divan::bench]
+fn vertical_steps(bencher: Bencher<'_, '_>) {
+    let settings = PlantSettings::default();
+    let plant = Plant::new(&settings).expect("defaults are valid");
+    let vehicle = VerticalVehicle::new(plant, settings.mass_kg, 0.0);
+    let deck = DeckPoint::default();
+    let (start, throttle) = vehicle.balanced(0.3, deck);
+    bencher.counter(ItemsCount::new(10_000_usize)).bench(|| {
+        let mut state = black_box(start);
+        for _ in 0..10_000 {
+            vehicle.step(&mut state, &[deck; 3], throttle, 0.0, STEP_S);
+        }
+        state
+    });
+}
+
+/// A whole landing of 40 s that never lands, with noise: 40 000 steps.
+#[divan::bench(args = [false, true])]
+fn landing_steps(bencher: Bencher<'_, '_>, oscillating: bool) {
+    let scenario = if oscillating {
+        LandingScenario::oscillating_deck()
+    } else {
+        LandingScenario::default()
+    };
+    let hover = scenario.nominal_start().expect("defaults are valid");
+    bencher.counter(ItemsCount::new(40_000_usize)).bench(|| {
+        let mut pilot = |m: &touchdown_flight::types::Measurement<f64>| Command {
+            throttle: hover.throttle + 0.2 * (0.4 - m.height_m) - 0.2 * m.relative_velocity_mps,
+            ..Command::default()
+        };
+        land(&scenario, 0, 1, &mut pilot, false)
+    });
+}
+
+/// A rig trial of 60 s: 60 000 steps, with sensor and record.
+#[divan::bench]
+fn rig_steps(bencher: Bencher<'_, '_>) {
+    let settings = RigSettings::default();
+    let trial = ground_effect_paper(Extent::Quick).swap_remove(0);
+    bencher
+        .counter(ItemsCount::new(60_000_usize))
+        .bench(|| run(&settings, &trial, 1));
+}

@@ -1,0 +1,56 @@
+//! Checks of single settings, with the offending number in the error.
+
+use crate::error::SimError;
+
+/// The error of a setting.
+pub(crate) fn fail(key: &str, expected: &str, found: impl ToString) -> SimError {
+    SimError::Setting {
+        key: key.to_owned(),
+        expected: expected.to_owned(),
+        found: found.to_string(),
+    }
+}
+
+/// `ok` or an error that says what was expected.
+pub(crate) fn that(ok: bool, key: &str, expected: &str, found: f64) -> Result<(), SimError> {
+    if ok {
+        Ok(())
+    } else {
+        Err(fail(key, expected, found))
+    }
+}
+
+/// A finite number above zero.
+pub(crate) fn positive(key: &str, value: f64) -> Result<(), SimError> {
+    that(
+        value.is_finite() && value > 0.0,
+        key,
+        "a finite number above 0",
+        value,
+    )
+}
+
+/// A finite number that is not negative.
+pub(crate) fn not_negative(key: &str, value: f64) -> Result<(), SimError> {
+    that(
+        value.is_finite() && value >= 0.0,
+        key,
+        "a finite number of at least 0",
+        value,
+    )
+}
+
+/// A finite number in [low, high].
+pub(crate) fn within(key: &str, value: f64, low: f64, high: f64) -> Result<(), SimError> {
+    that(
+        value >= low && value <= high,
+        key,
+        &format!("a number from {low} to {high}"),
+        value,
+    )
+}
+
+/// A finite number of any sign.
+pub(crate) fn finite(key: &str, value: f64) -> Result<(), SimError> {
+    that(value.is_finite(), key, "a finite number", value)
+}

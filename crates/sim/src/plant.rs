@@ -1,0 +1,346 @@
+//! Rotors and air of one vehicle above a deck: settings and dynamics.
+
+use serde::{Deserialize, Serialize};
+
+use crate::check;
+use crate::error::SimError;
+use crate::exponential::{Exponential, ExponentialSettings};
+use crate::ground::{Deck, WakeLag, rotor_force};
+use crate::motor::{Motor, MotorSettings};
+
+/// Which ground effect the plant has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GroundLaw {
+    /// Image sources, fountain, finite plate and two lags.
+    #[default]
+    WakeLag,
+    /// An exponential in the height with one lag.
+    Exponential,
+}
+
+/// The surface below the vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Surface {
+    /// A finite square plate.
+    #[default]
+    Plate,
+    /// Unbounded ground: E = 1 and P = 1.
+    Ground,
+    /// Nothing: free air.
+    Absent,
+}
+
+/// All parameters of the plant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlantSettings {
+    /// Mass of the vehicle m, kg.
+    pub mass_kg: f64,
+    /// Gravity g, m/s².
+    pub gravity_mps2: f64,
+    /// Rotor radius R, m.
+    pub rotor_radius_m: f64,
+    /// Distance of neighbouring rotor axes d, m; opposite axes are √2 d apart.
+    pub rotor_spacing_m: f64,
+    /// Height of the rotor plane above the reference point h_r, m.
+    pub rotor_height_m: f64,
+    /// Side of the square plate, m.
+    pub plate_side_m: f64,
+    /// The surface below.
+    pub surface: Surface,
+    /// The law of the ground effect.
+    pub ground_law: GroundLaw,
+    /// Scale of the ground effect γ (0.42 fits published flight logs).
+    pub ground_effect_scale: f64,
+    /// Gain of the fountain K_b.
+    pub fountain_gain: f64,
+    /// Time constant of a rotor's own inflow at hover and z_r = 0.2 m, s.
+    pub rotor_lag_s: f64,
+    /// Time constant of the fountain at hover and z_r = 0.2 m, s.
+    pub fountain_lag_s: f64,
+    /// Climb damping at hover k_v, N s/m.
+    pub climb_damping_ns_per_m: f64,
+    /// Turbulence c_t: standard deviation over thrust, far away and at hover
+    /// one fifth of it.
+    pub turbulence: f64,
+    /// Correlation time of the turbulence, s.
+    pub turbulence_correlation_s: f64,
+    /// The motors.
+    pub motor: MotorSettings,
+    /// The exponential law, used where `ground_law` says so.
+    pub exponential: ExponentialSettings,
+}
+
+impl Default for PlantSettings {
+    fn default() -> Self {
+        Self {
+            mass_kg: 1.37,
+            gravity_mps2: 9.81,
+            rotor_radius_m: 0.12,
+            rotor_spacing_m: 0.32,
+            rotor_height_m: 0.05,
+            plate_side_m: 1.5,
+            surface: Surface::Plate,
+            ground_law: GroundLaw::WakeLag,
+            ground_effect_scale: 1.0,
+            fountain_gain: 2.0,
+            rotor_lag_s: 0.05,
+            fountain_lag_s: 0.28,
+            climb_damping_ns_per_m: 0.79,
+            turbulence: 0.01,
+            turbulence_correlation_s: 0.15,
+            motor: MotorSettings::default(),
+            exponential: ExponentialSettings::default(),
+        }
+    }
+}
+
+impl PlantSettings {
+    /// The default values with the second plant's law.
+    #[must_use]
+    pub fn exponential() -> Self {
+        Self {
+            ground_law: GroundLaw::Exponential,
+            ..Self::default()
+        }
+    }
+
+    /// Weight W = m g, N.
+    #[must_use]
+    pub fn weight_n(&self) -> f64 {
+        self.mass_kg * self.gravity_mps2
+    }
+
+    /// Checks all settings.
+    ///
+    /// # Errors
+    /// Names the first bad key, what is expected and the offending number.
+    pub fn validate(&self) -> Result<(), SimError> {
+        Plant::new(self).map(|_| ())
+    }
+}
+
+/// State of rotors and air.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlantState {
+    /// x = √T, T the thrust in free air, √N.
+    pub root_thrust: f64,
+    /// Lagged inflow: (rotor, fountain) of the wake law; (lift ratio, unused)
+    /// of the exponential law.
+    pub inflow: [f64; 2],
+}
+
+/// Vertical aerodynamic forces on the vehicle, without turbulence.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Force {
+    /// Thrust in free air T = x², N.
+    pub free_air_n: f64,
+    /// Everything else: ground effect and climb damping f, N.
+    pub ground_effect_n: f64,
+}
+
+impl Force {
+    /// T + f, N.
+    #[must_use]
+    pub fn total_n(&self) -> f64 {
+        self.free_air_n + self.ground_effect_n
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Law {
+    WakeLag(WakeLag),
+    Exponential(Exponential),
+}
+
+/// Rotors and air with coefficients that do not change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plant {
+    motor: Motor,
+    law: Law,
+    deck: Deck,
+    present: bool,
+    weight_n: f64,
+    rotor_height_m: f64,
+    damping_per_root: f64,
+    turbulence: f64,
+    turbulence_correlation_s: f64,
+}
+
+impl Plant {
+    /// Checks the settings and builds the plant.
+    ///
+    /// # Errors
+    /// Names the first bad key, what is expected and the offending number.
+    pub fn new(settings: &PlantSettings) -> Result<Self, SimError> {
+        check::positive("mass_kg", settings.mass_kg)?;
+        check::positive("gravity_mps2", settings.gravity_mps2)?;
+        check::not_negative("rotor_height_m", settings.rotor_height_m)?;
+        check::not_negative("climb_damping_ns_per_m", settings.climb_damping_ns_per_m)?;
+        check::not_negative("turbulence", settings.turbulence)?;
+        check::positive(
+            "turbulence_correlation_s",
+            settings.turbulence_correlation_s,
+        )?;
+        let weight_n = settings.weight_n();
+        let motor = Motor::new(&settings.motor, weight_n).map_err(|e| e.in_section("motor"))?;
+        let full_n = motor.rest(1.0) * motor.rest(1.0);
+        check::that(
+            weight_n < full_n,
+            "mass_kg",
+            &format!(
+                "below {:.4} kg, what full throttle lifts",
+                full_n / settings.gravity_mps2
+            ),
+            settings.mass_kg,
+        )?;
+        let wake = WakeLag::new(settings)?;
+        let exponential = Exponential::new(&settings.exponential, settings.ground_effect_scale)
+            .map_err(|e| e.in_section("exponential"))?;
+        Ok(Self {
+            motor,
+            law: match settings.ground_law {
+                GroundLaw::WakeLag => Law::WakeLag(wake),
+                GroundLaw::Exponential => Law::Exponential(exponential),
+            },
+            deck: Deck::new(settings)?,
+            present: settings.surface != Surface::Absent,
+            weight_n,
+            rotor_height_m: settings.rotor_height_m,
+            damping_per_root: settings.climb_damping_ns_per_m / weight_n.sqrt(),
+            turbulence: settings.turbulence,
+            turbulence_correlation_s: settings.turbulence_correlation_s,
+        })
+    }
+
+    /// The motors.
+    #[must_use]
+    pub fn motor(&self) -> &Motor {
+        &self.motor
+    }
+
+    /// Weight W, N.
+    #[must_use]
+    pub fn weight_n(&self) -> f64 {
+        self.weight_n
+    }
+
+    /// Correlation time of the turbulence, s.
+    #[must_use]
+    pub fn turbulence_correlation_s(&self) -> f64 {
+        self.turbulence_correlation_s
+    }
+
+    /// Inflow at rest at the height z.
+    #[inline]
+    #[must_use]
+    pub fn target(&self, height_m: f64) -> [f64; 2] {
+        match &self.law {
+            Law::WakeLag(law) => law.level_target(height_m + self.rotor_height_m),
+            Law::Exponential(law) if self.present => [law.target(height_m), 0.0],
+            Law::Exponential(_) => [0.0; 2],
+        }
+    }
+
+    /// State at rest for a throttle and a height.
+    #[must_use]
+    pub fn rest(&self, throttle: f64, height_m: f64) -> PlantState {
+        PlantState {
+            root_thrust: self.motor.rest(throttle),
+            inflow: self.target(height_m),
+        }
+    }
+
+    /// Rate of the state. The throttle is held to [0, 1].
+    #[inline]
+    #[must_use]
+    pub fn derivative(&self, state: &PlantState, throttle: f64, height_m: f64) -> PlantState {
+        let target = self.target(height_m);
+        let inflow = match &self.law {
+            Law::WakeLag(law) => law.derivative(
+                state.inflow,
+                target,
+                height_m + self.rotor_height_m,
+                state.root_thrust,
+            ),
+            Law::Exponential(law) => [law.derivative(state.inflow[0], target[0]), 0.0],
+        };
+        PlantState {
+            root_thrust: self
+                .motor
+                .derivative(state.root_thrust, throttle.clamp(0.0, 1.0)),
+            inflow,
+        }
+    }
+
+    /// Lift ratio G - 1 of a state.
+    #[inline]
+    #[must_use]
+    pub fn lift_ratio(&self, inflow: [f64; 2]) -> f64 {
+        match &self.law {
+            Law::WakeLag(_) => WakeLag::lift_ratio(inflow),
+            Law::Exponential(_) => inflow[0],
+        }
+    }
+
+    /// `T = x²` and `f = x² (G - 1) - k_v (x/√W) (v_q - P v_p)`: four times the
+    /// force of one rotor, because level rotors are equal.
+    #[inline]
+    #[must_use]
+    pub fn force(
+        &self,
+        state: &PlantState,
+        height_m: f64,
+        vehicle_velocity_mps: f64,
+        deck_velocity_mps: f64,
+    ) -> Force {
+        let x = state.root_thrust;
+        let air_speed_mps = self.air_speed(height_m, vehicle_velocity_mps, deck_velocity_mps);
+        let ratio = self.lift_ratio(state.inflow);
+        Force {
+            free_air_n: x * x,
+            ground_effect_n: 4.0 * rotor_force(x, ratio, self.damping_per_root, air_speed_mps),
+        }
+    }
+
+    /// v_q - P v_p: climb through the air that the deck moves.
+    #[inline]
+    fn air_speed(&self, height_m: f64, vehicle_velocity_mps: f64, deck_velocity_mps: f64) -> f64 {
+        vehicle_velocity_mps - self.deck.upwash(height_m + self.rotor_height_m) * deck_velocity_mps
+    }
+
+    /// Standard deviation of the turbulent force in a state, N:
+    /// `c_t x² (0.2 + (q1* + q2*)/0.15)`.
+    #[inline]
+    #[must_use]
+    pub fn turbulence_sd_n(&self, state: &PlantState, height_m: f64) -> f64 {
+        let [a, b] = self.target(height_m);
+        self.turbulence * state.root_thrust * state.root_thrust * (0.2 + (a + b) / 0.15)
+    }
+
+    /// The state at rest in which the vertical force, with thrust in error by
+    /// `thrust_scale_error` (so that the force is `x² (1 + ε) + f`), equals the
+    /// weight, and the throttle that holds it.
+    #[must_use]
+    pub fn balanced(
+        &self,
+        height_m: f64,
+        vehicle_velocity_mps: f64,
+        deck_velocity_mps: f64,
+        thrust_scale_error: f64,
+    ) -> (PlantState, f64) {
+        let inflow = self.target(height_m);
+        // (1 + ε + G - 1) x² - d x - W = 0, its positive root.
+        let a = 1.0 + thrust_scale_error + self.lift_ratio(inflow);
+        let d = self.damping_per_root
+            * self.air_speed(height_m, vehicle_velocity_mps, deck_velocity_mps);
+        let x = (d + (d * d + 4.0 * a * self.weight_n).sqrt()) / (2.0 * a);
+        let state = PlantState {
+            root_thrust: x,
+            inflow,
+        };
+        (state, self.motor.throttle_for(x * x))
+    }
+}
