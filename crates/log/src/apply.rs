@@ -1,0 +1,312 @@
+use crate::clean::running_median;
+use crate::map::{Rule, Window};
+use crate::stamps::increasing;
+use crate::suggest::nearest;
+use crate::{Findings, LogError, Map, Table, read_csv};
+use sindy_expr::{Expr, Program, Scratch};
+use std::path::Path;
+use touchdown_trial::{Provenance, Source, TIME_CHANNEL, Trial, TrialError};
+
+/// A median step above this, in s, is asked about: it may be in milliseconds.
+const LONG_STEP_S: f64 = 10.0;
+/// Throttles may leave `[0, 1]` by rounding.
+const THROTTLE_SLACK: f64 = 1e-9;
+/// The name under which expressions know the row's number.
+const ROW: &str = "row";
+/// The name under which expressions know the vehicle's mass.
+const MASS: &str = "mass_kg";
+
+/// Makes the trial that the map says, and counts what was left out on the way.
+///
+/// In this order: every expression is evaluated in every row; rows that the filter does not keep
+/// are left out; rows without a stamp or with a stamp out of order are dropped and counted; running
+/// medians; windows; resampling. The trial is named after the file.
+///
+/// # Errors
+/// [`LogError::UnknownColumn`] or [`LogError::TextColumn`] for what an expression names;
+/// [`LogError::NoUsableRows`] where no row is left; [`LogError::Trial`].
+pub fn apply(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
+    let mut findings = Findings {
+        rows_read: table.len(),
+        ..Findings::default()
+    };
+    let mut columns = evaluate(table, map)?;
+    for (name, values) in &mut columns {
+        let infinite = values.iter_mut().filter(|value| value.is_infinite());
+        let count = infinite.map(|value| *value = f64::NAN).count();
+        findings.infinite_values += count;
+        if count > 0 && !name.is_empty() {
+            findings
+                .warnings
+                .push(format!("{name}: {count} infinite values became gaps"));
+        }
+    }
+    let mut rows: Vec<usize> = (0..table.len()).collect();
+    if map.keep.is_some()
+        && let Some((_, keep)) = columns.pop()
+    {
+        rows.retain(|&row| keep[row] != 0.0 && !keep[row].is_nan());
+        findings.rows_filtered = table.len() - rows.len();
+    }
+    let time = columns.iter().position(|(name, _)| name == TIME_CHANNEL);
+    let time_s = time.map(|at| columns.remove(at).1).unwrap_or_default();
+    let kept = increasing(&time_s, &rows);
+    findings.absent_stamps = kept.absent;
+    findings.duplicate_stamps = kept.duplicate;
+    findings.backward_stamps = kept.backward;
+    warn_of_stamps(&mut findings);
+
+    let of_trial = |source| LogError::Trial {
+        path: table.path.clone(),
+        source,
+    };
+    let take = |values: &[f64]| kept.rows.iter().map(|&row| values[row]).collect::<Vec<_>>();
+    let mut trial = Trial::new(stem(&table.path), take(&time_s)).map_err(of_trial)?;
+    for (name, values) in columns {
+        let mut values = take(&values);
+        if let Some((_, samples)) = map.medians.iter().find(|(known, _)| *known == name) {
+            running_median(&mut values, *samples);
+        }
+        trial.insert(name, values).map_err(of_trial)?;
+    }
+    let parts = windows(&trial, map, &table.path, &mut findings).map_err(of_trial)?;
+    findings.rows_used = parts.iter().map(Trial::len).sum();
+    findings.rows_outside_windows = trial.len() - findings.rows_used;
+    if findings.rows_used == 0 {
+        return Err(LogError::NoUsableRows {
+            path: table.path.clone(),
+            reason: format!(
+                "of {} rows {} were filtered out, {} have bad stamps, {} lie outside of the windows",
+                table.len(),
+                findings.rows_filtered,
+                findings.rows_dropped(),
+                findings.rows_outside_windows
+            ),
+        });
+    }
+    warn_of_values(&trial, &mut findings);
+    let mut provenance = Provenance::new(Source::File {
+        path: table.path.clone(),
+        sha256: table.sha256.clone(),
+    });
+    provenance.notes = notes(map, &findings);
+    let trial = resample_and_join(&trial, parts, map).map_err(of_trial)?;
+    Ok((trial.with_provenance(provenance), findings))
+}
+
+/// Reads a file and makes its trial: by the map, or as it is where the columns have our own names.
+///
+/// # Errors
+/// Those of [`read_csv`], [`Map::identity_for`] and [`apply`].
+pub fn read_trial(
+    path: impl AsRef<Path>,
+    map: Option<&Map>,
+) -> Result<(Trial, Findings), LogError> {
+    let (table, read) = read_csv(path)?;
+    let (trial, applied) = match map {
+        Some(map) => apply(&table, map)?,
+        None => apply(&table, &Map::identity_for(&table)?)?,
+    };
+    Ok((trial, read.then(applied)))
+}
+
+/// All channels in the map's order, then the row filter if there is one.
+fn evaluate(table: &Table, map: &Map) -> Result<Vec<(String, Vec<f64>)>, LogError> {
+    let rules: Vec<&Rule> = map.channels.iter().chain(&map.keep).collect();
+    let row: Vec<f64> = table.row_numbers.iter().map(|&row| row as f64).collect();
+    let mass = vec![map.mass_kg().unwrap_or(f64::NAN); table.len()];
+    // There is always one input, so that a constant expression knows its number of rows.
+    let mut inputs: Vec<(&str, &[f64])> = vec![(ROW, input(table, ROW).unwrap_or(&row))];
+    for rule in &rules {
+        for name in rule.expr.variables() {
+            if inputs.iter().any(|(known, _)| *known == name) {
+                continue;
+            }
+            let values = match input(table, name) {
+                Some(values) => values,
+                None if name == MASS && map.mass_kg().is_some() => &mass,
+                None => return Err(no_input(table, rule, name)),
+            };
+            inputs.push((name, values));
+        }
+    }
+    let expressions: Vec<Expr> = rules.iter().map(|rule| rule.expr.clone()).collect();
+    let (names, values): (Vec<&str>, Vec<&[f64]>) = inputs.into_iter().unzip();
+    let mut output = vec![0.0; table.len() * rules.len()];
+    match Program::compile(&expressions, &names) {
+        Ok(program) => program.eval_block(&values, &mut output, &mut Scratch::new()),
+        Err(error) => {
+            return Err(LogError::MapValue {
+                at: Box::new(rules[0].place.clone()),
+                expected: "expressions over the table's columns".to_owned(),
+                found: error.to_string(),
+            });
+        }
+    }
+    Ok(rules
+        .iter()
+        .zip(output.chunks_exact(table.len().max(1)))
+        .map(|(rule, values)| (rule.channel.clone(), values.to_vec()))
+        .collect())
+}
+
+fn input<'a>(table: &'a Table, name: &str) -> Option<&'a [f64]> {
+    let column = table.column(name).filter(|column| !column.is_text())?;
+    Some(&column.values)
+}
+
+fn no_input(table: &Table, rule: &Rule, name: &str) -> LogError {
+    let at = Box::new(rule.place.clone());
+    let (found, file) = (name.to_owned(), table.path.clone());
+    match table.column(name).map(|column| &column.kind) {
+        Some(crate::ColumnKind::Text { example }) => LogError::TextColumn {
+            at,
+            table: file,
+            found,
+            example: example.clone(),
+        },
+        _ => LogError::UnknownColumn {
+            at,
+            table: file,
+            nearest: nearest(
+                name,
+                table.columns.iter().map(|column| column.name.as_str()),
+            ),
+            found,
+            available: table.column_names(),
+        },
+    }
+}
+
+/// The parts of the trial that lie in the map's windows, in order of time, not overlapping.
+fn windows(
+    trial: &Trial,
+    map: &Map,
+    path: &str,
+    findings: &mut Findings,
+) -> Result<Vec<Trial>, TrialError> {
+    let holds = |window: &&Window| window.file.as_ref().is_none_or(|file| path.ends_with(file));
+    let mut holding: Vec<&Window> = map.windows.iter().filter(holds).collect();
+    if holding.is_empty() {
+        if !map.windows.is_empty() {
+            findings
+                .warnings
+                .push("no window of the map names this file; it is used whole".to_owned());
+        }
+        return Ok(vec![trial.clone()]);
+    }
+    holding.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    let mut joined: Vec<(f64, f64)> = Vec::new();
+    for window in holding {
+        match joined.last_mut() {
+            Some((_, end_s)) if window.from_s <= *end_s => *end_s = end_s.max(window.to_s),
+            _ => joined.push((window.from_s, window.to_s)),
+        }
+    }
+    let mut parts = Vec::new();
+    for (from_s, to_s) in joined {
+        let part = trial.window(from_s, to_s)?;
+        if part.is_empty() {
+            findings
+                .warnings
+                .push(format!("no rows in the window {from_s} s to {to_s} s"));
+        }
+        parts.push(part);
+    }
+    Ok(parts)
+}
+
+fn resample_and_join(whole: &Trial, parts: Vec<Trial>, map: &Map) -> Result<Trial, TrialError> {
+    let parts = parts
+        .into_iter()
+        .map(|part| match map.resample {
+            None => Ok(part),
+            Some(resample) => match resample.max_gap_s {
+                None => part.resample_linear(resample.period_s),
+                Some(gap_s) => part.resample_linear_within(resample.period_s, gap_s),
+            },
+        })
+        .collect::<Result<Vec<Trial>, _>>()?;
+    let time_s = parts.iter().flat_map(|part| part.time_s().iter().copied());
+    let mut trial = Trial::new(whole.name(), time_s.collect())?;
+    for (name, _) in whole.channels() {
+        let values = parts
+            .iter()
+            .flat_map(|part| part.channel(name).unwrap_or_default());
+        trial.insert(name, values.copied().collect())?;
+    }
+    Ok(trial)
+}
+
+fn warn_of_stamps(findings: &mut Findings) {
+    for (count, what) in [
+        (findings.absent_stamps, "have no stamp"),
+        (findings.duplicate_stamps, "repeat a stamp"),
+        (findings.backward_stamps, "have a stamp out of order"),
+    ] {
+        if count > 0 {
+            findings.warnings.push(format!(
+                "{count} of {} rows {what} and were dropped",
+                findings.rows_read
+            ));
+        }
+    }
+}
+
+fn warn_of_values(trial: &Trial, findings: &mut Findings) {
+    if let Some(period_s) = trial.period_s().filter(|&period_s| period_s > LONG_STEP_S) {
+        findings.warnings.push(format!(
+            "time_s: the median step is {period_s} s; is it in milliseconds?"
+        ));
+    }
+    for (name, values) in trial.channels() {
+        if name != "throttle" && !name.starts_with("throttle_") {
+            continue;
+        }
+        let out = |v: &&f64| **v < -THROTTLE_SLACK || **v > 1.0 + THROTTLE_SLACK;
+        let count = values.iter().filter(out).count();
+        if count > 0 {
+            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            findings.warnings.push(format!(
+                "{name}: {count} values lie outside of 0 to 1 (from {low} to {high})"
+            ));
+        }
+    }
+}
+
+fn notes(map: &Map, findings: &Findings) -> Vec<String> {
+    let mut notes = Vec::new();
+    if !map.path.is_empty() {
+        notes.push(format!("mapped by {}", map.path));
+    }
+    if findings.rows_filtered > 0 {
+        notes.push(format!("{} rows filtered out", findings.rows_filtered));
+    }
+    if findings.rows_dropped() > 0 {
+        notes.push(format!(
+            "{} rows with bad stamps dropped",
+            findings.rows_dropped()
+        ));
+    }
+    for (channel, samples) in &map.medians {
+        notes.push(format!("{channel}: running median of {samples} samples"));
+    }
+    if findings.rows_outside_windows > 0 {
+        notes.push(format!(
+            "{} rows outside of the windows left out",
+            findings.rows_outside_windows
+        ));
+    }
+    if let Some(resample) = map.resample {
+        notes.push(format!("resampled linearly to {} s", resample.period_s));
+    }
+    notes
+}
+
+fn stem(path: &str) -> String {
+    Path::new(path).file_stem().map_or_else(
+        || path.to_owned(),
+        |stem| stem.to_string_lossy().into_owned(),
+    )
+}

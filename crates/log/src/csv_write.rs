@@ -1,0 +1,69 @@
+use crate::LogError;
+use std::io;
+use std::path::Path;
+use tempfile::{Builder, NamedTempFile};
+use touchdown_trial::{TIME_CHANNEL, Trial};
+
+/// Writes a trial: `time_s`, then its channels in order; gaps are empty cells, and numbers are the
+/// shortest text that reads back to the same bits.
+///
+/// The file appears whole or not at all: it is written under a temporary name in the same folder,
+/// which must exist, and then renamed.
+///
+/// # Errors
+/// [`LogError::Write`]; what was at `path` before is then still there.
+pub fn write_csv(trial: &Trial, path: impl AsRef<Path>) -> Result<(), LogError> {
+    let path = path.as_ref();
+    write(trial, path).map_err(|source| LogError::Write {
+        path: path.display().to_string(),
+        source,
+    })
+}
+
+fn write(trial: &Trial, path: &Path) -> io::Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let file = temporary(folder)?;
+    let mut writer = csv::Writer::from_writer(file);
+    let names = std::iter::once(TIME_CHANNEL).chain(trial.channels().map(|(name, _)| name));
+    writer.write_record(names)?;
+    let columns: Vec<&[f64]> = trial.channels().map(|(_, values)| values).collect();
+    for (row, &stamp) in trial.time_s().iter().enumerate() {
+        writer.write_field(shortest(stamp))?;
+        for values in &columns {
+            writer.write_field(shortest(values[row]))?;
+        }
+        writer.write_record(None::<&[u8]>)?;
+    }
+    let file = writer
+        .into_inner()
+        .map_err(csv::IntoInnerError::into_error)?;
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    Ok(())
+}
+
+/// With the rights that a new file usually gets, not those of a private one.
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = Builder::new();
+    builder.prefix(".touchdown-").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+fn shortest(value: f64) -> String {
+    let size = value.abs();
+    if value.is_nan() {
+        String::new()
+    } else if size == 0.0 || (1e-5..1e16).contains(&size) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
+}

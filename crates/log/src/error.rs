@@ -1,0 +1,201 @@
+use sindy_expr::ParseError;
+use std::fmt;
+use std::io;
+use thiserror::Error;
+use touchdown_trial::TrialError;
+
+/// Why nothing could be read, mapped or written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// The file is missing or cannot be read.
+    #[error("{path}: cannot be read: {source}")]
+    Read {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The file could not be written; nothing is left of it.
+    #[error("{path}: cannot be written: {source}")]
+    Write {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The file holds nothing.
+    #[error("{path}: expected a header and rows, found an empty file")]
+    Empty {
+        /// The file.
+        path: String,
+    },
+    /// The file is no text table.
+    #[error("{path}: expected a text table in UTF-8, found {found}")]
+    NotText {
+        /// The file.
+        path: String,
+        /// What it looks like.
+        found: &'static str,
+    },
+    /// The first row holds numbers instead of column names.
+    #[error(
+        "{path}, line {line}: expected a header with column names, found a row of numbers: {found}"
+    )]
+    NoHeader {
+        /// The file.
+        path: String,
+        /// Line number from 1.
+        line: usize,
+        /// The row.
+        found: String,
+    },
+    /// No row is left to work with.
+    #[error("{path}: no usable rows: {reason}")]
+    NoUsableRows {
+        /// The file.
+        path: String,
+        /// Where they went.
+        reason: String,
+    },
+    /// A map is no TOML, or has an unknown, missing or ill-typed key.
+    #[error("{at}: {message}")]
+    MapToml {
+        /// Where.
+        at: Box<Place>,
+        /// What was expected and what was found.
+        message: String,
+    },
+    /// A value in a map is out of range.
+    #[error("{at}: expected {expected}, found {found}")]
+    MapValue {
+        /// Where.
+        at: Box<Place>,
+        /// What the value may be.
+        expected: String,
+        /// The offending value.
+        found: String,
+    },
+    /// An expression in a map cannot be parsed.
+    #[error("{at}: {source}")]
+    MapExpression {
+        /// Where.
+        at: Box<Place>,
+        /// What is wrong with it.
+        source: Box<ParseError>,
+    },
+    /// An expression in a map names a column that the table lacks.
+    #[error("{at}: {table} has no column {found:?}{}; it has {}", hint(.nearest), list(.available))]
+    UnknownColumn {
+        /// Where.
+        at: Box<Place>,
+        /// The file with the table.
+        table: String,
+        /// The unknown name.
+        found: String,
+        /// The column with the most similar name.
+        nearest: Option<String>,
+        /// The columns that there are.
+        available: Vec<String>,
+    },
+    /// An expression in a map names a column of text.
+    #[error("{at}: column {found:?} of {table} holds text, such as {example:?}, not numbers")]
+    TextColumn {
+        /// Where.
+        at: Box<Place>,
+        /// The file with the table.
+        table: String,
+        /// The column.
+        found: String,
+        /// One of its cells.
+        example: String,
+    },
+    /// A foreign table without a map.
+    #[error(
+        "{path}: expected a column time_s or a map, found the columns {}; a map to start from:\n{suggested}",
+        list(.columns)
+    )]
+    NeedsMap {
+        /// The file.
+        path: String,
+        /// The columns that there are.
+        columns: Vec<String>,
+        /// The text of a map to start from.
+        suggested: String,
+    },
+    /// The mapped channels make no trial.
+    #[error("{path}: {source}")]
+    Trial {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        source: TrialError,
+    },
+}
+
+/// A place in a map.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The map's file.
+    pub map: String,
+    /// Line number from 1.
+    pub line: usize,
+    /// The key, with its table: `channels.thrust_n`. Empty where it cannot be told.
+    pub key: String,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, line {}", self.map, self.line)?;
+        if self.key.is_empty() {
+            Ok(())
+        } else {
+            write!(f, ", {}", self.key)
+        }
+    }
+}
+
+/// The classes of [`LogError`] that a program may want to tell apart by its exit status.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// A file is missing or unreadable, or holds no usable rows.
+    Unreadable,
+    /// A map, or what it asks for, is wrong.
+    BadInput,
+    /// The result cannot be written.
+    Unwritable,
+}
+
+impl LogError {
+    /// The class of the error.
+    #[must_use]
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Read { .. }
+            | Self::Empty { .. }
+            | Self::NotText { .. }
+            | Self::NoHeader { .. }
+            | Self::NoUsableRows { .. } => ErrorKind::Unreadable,
+            Self::Write { .. } => ErrorKind::Unwritable,
+            Self::MapToml { .. }
+            | Self::MapValue { .. }
+            | Self::MapExpression { .. }
+            | Self::UnknownColumn { .. }
+            | Self::TextColumn { .. }
+            | Self::NeedsMap { .. }
+            | Self::Trial { .. } => ErrorKind::BadInput,
+        }
+    }
+}
+
+fn list(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("{name:?}")).collect();
+    quoted.join(", ")
+}
+
+fn hint(nearest: &Option<String>) -> String {
+    nearest
+        .as_ref()
+        .map_or_else(String::new, |name| format!(" (did you mean {name:?}?)"))
+}

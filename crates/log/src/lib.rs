@@ -1,0 +1,60 @@
+//! Reads foreign tables and logs into trials by maps, and writes trials.
+//!
+//! ```text
+//! file ──read_csv──> Table ──apply(Map)──> Trial ──write_csv──> file
+//!                      └──inspect──> Inspection
+//! ```
+//!
+//! * [`read_csv`] reads any headed table of numbers: byte-order mark, any line end, comma,
+//!   semicolon or tab, quoted cells, empty cells and `nan`, date-time stamps. It never guesses a
+//!   unit.
+//! * A [`Map`] is a small TOML file that says how the channels of a [`Trial`] follow from the
+//!   columns: each is an expression, with windows, a row filter and resampling beside. Data are
+//!   never edited.
+//! * Every reading gives [`Findings`] beside its result: what was counted, dropped and warned
+//!   of. [`Findings::is_lossy`] tells whether input was lost.
+//! * [`read_trial`] does both steps, [`write_csv`] writes a trial so that it reads back bit for
+//!   bit, [`inspect`] tells what a table holds and suggests a map.
+//!
+//! ```
+//! use touchdown_log::{Map, apply, parse_csv};
+//!
+//! let text = "Time (s),ESC signal (µs),Thrust (gf)\n0,1050,6.1\n0.1,1145,14.6\n";
+//! let map = Map::parse("stand.toml", r#"
+//! schema = 1
+//! [channels]
+//! time_s = '"Time (s)"'
+//! throttle = '("ESC signal (µs)" - 1000) / 1000'
+//! thrust_n = '9.80665e-3 * "Thrust (gf)"'
+//! "#)?;
+//! let (table, _) = parse_csv("stand.csv", text.as_bytes())?;
+//! let (trial, findings) = apply(&table, &map)?;
+//! assert_eq!(trial.require("throttle")?, [0.05, 0.145]);
+//! assert!(!findings.is_lossy());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`Trial`]: touchdown_trial::Trial
+
+mod apply;
+mod cell;
+mod clean;
+mod csv_read;
+mod csv_write;
+mod error;
+mod findings;
+mod inspect;
+mod layout;
+mod map;
+mod stamps;
+mod suggest;
+mod table;
+
+pub use apply::{apply, read_trial};
+pub use csv_read::{parse_csv, read_csv};
+pub use csv_write::write_csv;
+pub use error::{ErrorKind, LogError, Place};
+pub use findings::Findings;
+pub use inspect::{ColumnSummary, Inspection, TimeBase, inspect, inspect_trial};
+pub use map::Map;
+pub use table::{Column, ColumnKind, Table};

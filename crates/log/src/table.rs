@@ -1,0 +1,105 @@
+/// A table as it was found: named columns of numbers, nothing converted.
+#[derive(Debug, Clone)]
+pub struct Table {
+    pub(crate) path: String,
+    pub(crate) sha256: String,
+    pub(crate) row_numbers: Vec<usize>,
+    pub(crate) columns: Vec<Column>,
+}
+
+/// One column of a [`Table`].
+#[derive(Debug, Clone)]
+pub struct Column {
+    pub(crate) name: String,
+    pub(crate) kind: ColumnKind,
+    pub(crate) values: Vec<f64>,
+}
+
+/// What a column holds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ColumnKind {
+    /// Numbers in the source's own unit; NaN is a gap. A column of empty cells is one of these.
+    Number,
+    /// Date-time stamps, turned into seconds from the first.
+    Stamp,
+    /// Text; there are no values.
+    Text {
+        /// One of the cells.
+        example: String,
+    },
+}
+
+impl Table {
+    /// The file's path as it was given.
+    #[must_use]
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// SHA-256 of the file's bytes in lower-case hexadecimal.
+    #[must_use]
+    pub fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.row_numbers.len()
+    }
+
+    /// Whether there is no row. A table that a reader gave has at least one.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.row_numbers.is_empty()
+    }
+
+    /// For each row its number in the file, from 0; rows that were dropped leave a step.
+    #[must_use]
+    pub fn row_numbers(&self) -> &[usize] {
+        &self.row_numbers
+    }
+
+    /// The columns in the file's order.
+    #[must_use]
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// The column of this name.
+    #[must_use]
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+
+    pub(crate) fn column_names(&self) -> Vec<String> {
+        self.columns.iter().map(|c| c.name.clone()).collect()
+    }
+}
+
+impl Column {
+    /// The name in the header, without the spaces around it.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What the column holds.
+    #[must_use]
+    pub fn kind(&self) -> &ColumnKind {
+        &self.kind
+    }
+
+    /// One value a row, NaN for a gap. For a column of text all are NaN.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Whether the column holds text.
+    #[must_use]
+    pub fn is_text(&self) -> bool {
+        matches!(self.kind, ColumnKind::Text { .. })
+    }
+}
