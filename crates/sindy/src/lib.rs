@@ -1,1 +1,60 @@
 //! Sparse identification of nonlinear dynamics.
+//!
+//! Given samples of a system, find a differential equation `dx/dt = Θ(x, u) ξ` with few terms: build a
+//! [`Library`] of candidate terms from text, [`SavitzkyGolay`] derivatives, accumulate the
+//! [`Gram`] statistics block by block (`Θ` is never stored), and solve with [`Sr3`]. Before
+//! trusting a fit, ask [`identifiability`] what the data can carry; after it, let [`shooting`] refine the
+//! coefficients for what the model is for: prediction over time.
+//!
+//! ```
+//! use sindy::{Gram, Library, Samples, SavitzkyGolay, Sr3};
+//!
+//! // dx/dt = -2 x, sampled at 100 Hz.
+//! let time: Vec<f64> = (0..200).map(|i| 0.01 * f64::from(i)).collect();
+//! let x: Vec<f64> = time.iter().map(|t| (-2.0 * t).exp()).collect();
+//! let smooth = SavitzkyGolay::new(11, 3)?.apply(&time, &x)?;
+//!
+//! let mut samples = Samples::new(&["x", "x_dot"]);
+//! samples.push_group(vec![smooth.value, smooth.derivative])?;
+//! let library = Library::parse(&["1", "x", "x^2", "x^3"])?;
+//! let gram = Gram::total(&Gram::accumulate(&library, "x_dot", &samples)?);
+//!
+//! let solution = Sr3::new(1e-4, 1.0)?.solve(&gram);
+//! assert_eq!(solution.support, [false, true, false, false]);
+//! assert!((solution.refit[1] + 2.0).abs() < 1e-4);
+//! # Ok::<(), sindy::SindyError>(())
+//! ```
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`samples`] | named columns in groups, handed on in blocks |
+//! | [`library`] | candidate terms as text expressions |
+//! | [`savgol`] | Savitzky–Golay smoothing and derivative |
+//! | [`gram`] | sufficient statistics: accumulate, merge, downdate |
+//! | [`regression`] | least squares and its standard errors |
+//! | [`sr3`] | SR3 with ℓ0, solved at its fixed point |
+//! | [`choose`] | λ and ν by cross-validation over groups |
+//! | [`identifiability`] | what the data can and cannot tell apart |
+//! | [`delay`] | the delay between two channels |
+//! | [`shooting`] | refinement by multiple shooting |
+
+pub mod choose;
+pub mod delay;
+mod error;
+pub mod gram;
+pub mod identifiability;
+pub mod library;
+pub mod regression;
+pub mod samples;
+pub mod savgol;
+pub mod shooting;
+pub mod sr3;
+
+pub use choose::{Choice, Grid};
+pub use error::SindyError;
+pub use gram::Gram;
+pub use library::Library;
+pub use samples::{Block, BlockSource, Samples};
+pub use savgol::SavitzkyGolay;
+pub use shooting::OdeModel;
+pub use sr3::Sr3;

@@ -1,0 +1,216 @@
+//! The card's schema, version 1.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+pub use touchdown_flight::ground_effect::{Outside, VelocityInput};
+
+/// The schema version that this crate writes and reads.
+pub const SCHEMA: u32 = 1;
+
+/// One model.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Card {
+    /// Schema version: [`SCHEMA`].
+    pub schema: u32,
+    /// A short name, fit for a file name.
+    pub name: String,
+    /// What is modelled.
+    pub kind: Kind,
+    /// In which form.
+    pub form: Form,
+    /// Fitted by us or taken from print.
+    pub status: Status,
+    /// The model's equation, in words and symbols.
+    pub equation: String,
+    /// Free text.
+    #[serde(default)]
+    pub description: String,
+    /// What a user must know before relying on it.
+    #[serde(default)]
+    pub warnings: Vec<String>,
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// Where it holds, and what happens outside.
+    pub validity: Validity,
+    /// Fixed numbers that are not fitted, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub constants: BTreeMap<String, f64>,
+    /// Shorthands used in the terms, as expressions.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub definitions: BTreeMap<String, String>,
+    /// What made it.
+    pub provenance: Provenance,
+    /// The terms.
+    pub terms: Vec<Term>,
+    /// How well it did.
+    #[serde(default)]
+    pub scores: Vec<Score>,
+}
+
+/// What a card models.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Throttle to thrust.
+    Thrust,
+    /// Ground-effect force.
+    GroundEffect,
+}
+
+/// The form of a model.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Form {
+    /// Thrust: a static polynomial for `√T`.
+    StaticSqrt,
+    /// Thrust: a static polynomial for `T`.
+    StaticThrust,
+    /// Thrust: one lag on each motor's throttle, then a polynomial for each motor's `T`, summed.
+    LaggedMotors,
+    /// Rotor speed: a polynomial of the command through dead time and a first-order lag.
+    RotorLag,
+    /// Thrust: eq. (7), `x' = (c0 s + c1 - x)/T_m`, `x = √T`.
+    FirstOrder,
+    /// Thrust: eq. (8), `x' = Θ(x, s) ξ`.
+    Library,
+    /// Ground effect: eq. (2), a function of height with one coefficient.
+    Empirical,
+    /// Ground effect: `f = T h(z)`.
+    Static,
+    /// Ground effect: eq. (9), `f' = Θ(f, s, z, v_p, v_q) ξ`.
+    Derivative,
+    /// Ground effect: `y = f/T`, `y' = Θ(y, z, v_p) ξ`.
+    Ratio,
+    /// Ground effect: `y = f/T = G + k(z) v_p`, `G' = (h(z) - G)/τ`.
+    Lag,
+}
+
+/// Where a model comes from.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Fitted by this toolkit to the data named in the provenance.
+    Fitted,
+    /// Coefficients as printed in a publication.
+    Published,
+}
+
+/// The vehicle that the model belongs to.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Vehicle {
+    /// Its name.
+    pub name: String,
+    /// Mass [kg].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
+    /// Rotor radius [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotor_radius_m: Option<f64>,
+}
+
+/// The box in which the model was trained or is known to hold.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Validity {
+    /// Range of each input by its symbol, `[min, max]`.
+    #[serde(default)]
+    pub inputs: BTreeMap<String, [f64; 2]>,
+    /// Range of the output, `[min, max]`, to which it is limited in flight.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output: Option<[f64; 2]>,
+    /// What a ground-effect model does above the box; all other inputs are clamped to it.
+    #[serde(default)]
+    pub outside: Outside,
+    /// What a ground-effect model is given as the deck's velocity in flight.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity_input: Option<VelocityInput>,
+}
+
+/// What made the model.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Tool and version, or the publication.
+    pub source: String,
+    /// The command that redoes it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub command: Option<String>,
+    /// Seed of the virtual rig.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// SHA-256 of the settings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settings_sha256: Option<String>,
+    /// How it was solved: method, its settings, and why it stopped.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub method: BTreeMap<String, String>,
+    /// The data.
+    #[serde(default)]
+    pub inputs: Vec<Input>,
+}
+
+/// One input file or trial.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Input {
+    /// File or trial.
+    pub name: String,
+    /// SHA-256 of its bytes.
+    pub sha256: String,
+}
+
+/// One term of the model: `value * expression`, in the part of the model that `of` names.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Term {
+    /// The left-hand side or parameter that the term belongs to (`x'`, `h`, `k`, `tau`).
+    pub of: String,
+    /// The term, `1` for a constant.
+    pub expression: String,
+    /// Its coefficient.
+    pub value: f64,
+    /// Standard error of the coefficient.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error: Option<f64>,
+    /// Unit of the coefficient (`1` for none).
+    pub unit: String,
+}
+
+/// One score.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Score {
+    /// Trial or set of trials.
+    pub trial: String,
+    /// Whether the fit has seen it.
+    pub seen: bool,
+    /// What is measured (`free_run`, `one_step`, `static`).
+    pub kind: String,
+    /// Mean absolute error.
+    pub mae: f64,
+    /// Root mean square error.
+    pub rmse: f64,
+    /// Largest absolute error.
+    pub worst: f64,
+    /// Unit of the errors.
+    pub unit: String,
+}
+
+impl Card {
+    /// The coefficient of `expression` in the part `of`; zero where there is no such term.
+    #[must_use]
+    pub fn coefficient(&self, of: &str, expression: &str) -> f64 {
+        self.terms
+            .iter()
+            .find(|t| t.of == of && t.expression == expression)
+            .map_or(0.0, |t| t.value)
+    }
+
+    /// The terms of the part `of`.
+    pub fn terms_of<'a>(&'a self, of: &'a str) -> impl Iterator<Item = &'a Term> {
+        self.terms.iter().filter(move |t| t.of == of)
+    }
+}

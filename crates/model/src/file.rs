@@ -1,0 +1,204 @@
+//! Reading, checking and writing cards.
+
+use std::io::Write as _;
+use std::path::Path;
+
+use sindy_expr::Expr;
+
+use crate::card::{Card, SCHEMA};
+use crate::error::CardError;
+
+impl Card {
+    /// Reads a card.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is not TOML, has another schema, an unknown or missing key, or a
+    /// value that makes no sense.
+    pub fn read(path: &Path) -> Result<Self, CardError> {
+        let text = std::fs::read_to_string(path).map_err(|source| CardError::File {
+            path: path.to_owned(),
+            source,
+        })?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// Parses a card; `file` names it in errors.
+    ///
+    /// # Errors
+    /// As [`Card::read`].
+    pub fn parse(text: &str, file: &str) -> Result<Self, CardError> {
+        let text_error = |e: toml::de::Error| CardError::Text {
+            file: file.to_string(),
+            message: e.to_string().trim_end().to_string(),
+        };
+        let table: toml::Table = toml::from_str(text).map_err(text_error)?;
+        match table.get("schema").and_then(toml::Value::as_integer) {
+            Some(v) if v == i64::from(SCHEMA) => {}
+            found => {
+                let found = match (found, table.get("schema")) {
+                    (Some(v), _) => v.to_string(),
+                    (None, Some(v)) => format!("`{v}`"),
+                    (None, None) => "no such key".to_string(),
+                };
+                return Err(CardError::Schema {
+                    file: file.to_string(),
+                    expected: SCHEMA,
+                    found,
+                });
+            }
+        }
+        let card: Self = toml::from_str(text).map_err(text_error)?;
+        card.check(file)?;
+        Ok(card)
+    }
+
+    /// The card as TOML text; reading it back gives the same card to the bit.
+    ///
+    /// # Errors
+    /// A card that breaks the rules of [`Card::check`].
+    pub fn to_toml(&self) -> Result<String, CardError> {
+        self.check(&self.name)?;
+        toml::to_string_pretty(self).map_err(|e| CardError::Text {
+            file: self.name.clone(),
+            message: e.to_string(),
+        })
+    }
+
+    /// Writes the card: to a temporary file beside, then renamed, so that no half-written card is left.
+    ///
+    /// # Errors
+    /// A card that breaks the rules, or a file that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), CardError> {
+        let text = self.to_toml()?;
+        let file_error = |source| CardError::File {
+            path: path.to_owned(),
+            source,
+        };
+        let folder = match path.parent() {
+            Some(p) if !p.as_os_str().is_empty() => p,
+            _ => Path::new("."),
+        };
+        std::fs::create_dir_all(folder).map_err(file_error)?;
+        let mut file = tempfile::Builder::new()
+            .prefix(".card-")
+            .tempfile_in(folder)
+            .map_err(file_error)?;
+        file.write_all(text.as_bytes()).map_err(file_error)?;
+        set_default_permissions(file.as_file()).map_err(file_error)?;
+        file.persist(path).map_err(|e| file_error(e.error))?;
+        Ok(())
+    }
+
+    /// Checks what the types cannot: finite numbers, ordered ranges, expressions that parse, positive
+    /// mass.
+    ///
+    /// # Errors
+    /// The first value that makes no sense, with its key.
+    pub fn check(&self, file: &str) -> Result<(), CardError> {
+        let bad = |key: String, expected: &str, found: String| {
+            Err(CardError::Value {
+                card: file.to_string(),
+                key,
+                expected: expected.into(),
+                found,
+            })
+        };
+        if self.name.is_empty() || self.name.contains(['/', '\\']) {
+            return bad(
+                "name".into(),
+                "a name without slashes",
+                format!("`{}`", self.name),
+            );
+        }
+        for (key, value) in [
+            ("mass_kg", self.vehicle.mass_kg),
+            ("rotor_radius_m", self.vehicle.rotor_radius_m),
+        ] {
+            if let Some(v) = value
+                && !(v > 0.0 && v.is_finite())
+            {
+                return bad(
+                    format!("vehicle.{key}"),
+                    "a finite number above 0",
+                    v.to_string(),
+                );
+            }
+        }
+        for (name, range) in &self.validity.inputs {
+            check_range(file, &format!("validity.inputs.{name}"), *range)?;
+        }
+        if let Some(range) = self.validity.output {
+            check_range(file, "validity.output", range)?;
+        }
+        for (name, value) in &self.constants {
+            if !value.is_finite() {
+                return bad(
+                    format!("constants.{name}"),
+                    "a finite number",
+                    value.to_string(),
+                );
+            }
+        }
+        if self.terms.is_empty() {
+            return bad("terms".into(), "at least one term", "none".into());
+        }
+        for (i, term) in self.terms.iter().enumerate() {
+            if !term.value.is_finite() {
+                return bad(
+                    format!("terms[{i}].value"),
+                    "a finite number",
+                    term.value.to_string(),
+                );
+            }
+            if let Some(se) = term.std_error
+                && !(se >= 0.0 && se.is_finite())
+            {
+                return bad(
+                    format!("terms[{i}].std_error"),
+                    "a finite number, at least 0",
+                    se.to_string(),
+                );
+            }
+        }
+        let expressions = self
+            .terms
+            .iter()
+            .enumerate()
+            .map(|(i, t)| (format!("terms[{i}].expression"), &t.expression))
+            .chain(
+                self.definitions
+                    .iter()
+                    .map(|(k, v)| (format!("definitions.{k}"), v)),
+            );
+        for (key, text) in expressions {
+            if let Err(e) = Expr::parse(text) {
+                return bad(key, "an expression", format!("`{text}`: {e}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_range(file: &str, key: &str, [lo, hi]: [f64; 2]) -> Result<(), CardError> {
+    if lo.is_finite() && hi.is_finite() && lo <= hi {
+        return Ok(());
+    }
+    Err(CardError::Value {
+        card: file.to_string(),
+        key: key.to_string(),
+        expected: "[min, max] with min <= max, finite".into(),
+        found: format!("[{lo}, {hi}]"),
+    })
+}
+
+/// A temporary file is private to its owner; a card is for everyone who may read the folder.
+#[cfg(unix)]
+fn set_default_permissions(file: &std::fs::File) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt as _;
+    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn set_default_permissions(_: &std::fs::File) -> std::io::Result<()> {
+    Ok(())
+}

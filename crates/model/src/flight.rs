@@ -1,0 +1,199 @@
+//! Card to flight model: the families that a flight computer carries.
+
+use std::collections::BTreeMap;
+
+use touchdown_flight::ground_effect::{
+    Empirical, GroundEffectModel, Guarded, Lag, Polynomial, Ratio, StaticMap, Validity,
+};
+use touchdown_flight::thrust::{FirstOrder, Library, StaticThrust, ThrustModel};
+
+use crate::card::{Card, Form, Kind};
+use crate::error::CardError;
+
+/// Names of the bounded functions of height, `psi_i = 1/(1 + (z/l_i)²)`, and of their lengths.
+const PSI: [(&str, &str); 3] = [("psi1", "l1"), ("psi2", "l2"), ("psi3", "l3")];
+
+/// Ratio limits in flight where a card names none.
+const RATIO_LIMITS: [f64; 2] = [-0.1, 0.6];
+
+/// The constants and definitions that cards with bounded functions of height carry.
+#[must_use]
+pub fn psi_definitions(lengths_m: [f64; 3]) -> (BTreeMap<String, f64>, BTreeMap<String, String>) {
+    let constants = PSI
+        .iter()
+        .zip(lengths_m)
+        .map(|((_, l), v)| ((*l).to_string(), v))
+        .collect();
+    let definitions = PSI
+        .iter()
+        .map(|(p, l)| ((*p).to_string(), psi_text(l)))
+        .collect();
+    (constants, definitions)
+}
+
+fn psi_text(length: &str) -> String {
+    format!("1/(1 + (z/{length})^2)")
+}
+
+impl Card {
+    /// The flight model of a thrust card.
+    ///
+    /// # Errors
+    /// A card of another kind, or a form or term that no flight family holds.
+    pub fn thrust_model(&self) -> Result<ThrustModel<f64>, CardError> {
+        if self.kind != Kind::Thrust {
+            return Err(
+                self.not_for_flight("a thrust card is expected, this is one of ground effect")
+            );
+        }
+        let model = match self.form {
+            Form::FirstOrder => ThrustModel::FirstOrder(FirstOrder {
+                c0: self.single("c0")?,
+                c1: self.single("c1")?,
+                t_m_s: self.single("T_m")?,
+            }),
+            Form::Library => ThrustModel::Library(Library::from_array(
+                self.collect("x'", &Library::<f64>::TERMS)?,
+            )),
+            Form::StaticSqrt => ThrustModel::Static(StaticThrust {
+                coefficients: self.collect("x", &["1", "s", "s^2", "s^3"])?,
+                t_m_s: self.single("T_m")?,
+            }),
+            other => {
+                return Err(self.not_for_flight(&format!(
+                    "form {other:?} is not carried in flight; first_order, library and static_sqrt are"
+                )));
+            }
+        };
+        model
+            .validate()
+            .map_err(|e| self.not_for_flight(&e.to_string()))?;
+        Ok(model)
+    }
+
+    /// The flight model of a ground-effect card, within its validity box.
+    ///
+    /// # Errors
+    /// A card of another kind, or a form or term that no flight family holds.
+    pub fn ground_effect(&self) -> Result<Guarded<f64>, CardError> {
+        if self.kind != Kind::GroundEffect {
+            return Err(
+                self.not_for_flight("a ground-effect card is expected, this is one of thrust")
+            );
+        }
+        let model = match self.form {
+            Form::Empirical => GroundEffectModel::Empirical(Empirical {
+                mu: self.single("mu")?,
+                rotor_radius_m: self.constant("r")?,
+                rotor_offset_m: self.constants.get("h_r").copied().unwrap_or(0.0),
+            }),
+            Form::Static => GroundEffectModel::StaticMap(self.map()?),
+            Form::Derivative => GroundEffectModel::Polynomial(Polynomial {
+                theta: self.collect("f'", &Polynomial::<f64>::TERMS)?,
+            }),
+            Form::Ratio => GroundEffectModel::Ratio(Ratio {
+                xi: self.collect("y'", &Ratio::<f64>::TERMS)?,
+                length_m: self.lengths()?,
+            }),
+            Form::Lag => GroundEffectModel::Lag(Lag {
+                map: self.map()?,
+                k: self.collect("k", &["1", "psi3"])?,
+                tau_s: self.single("tau")?,
+            }),
+            other => {
+                return Err(
+                    self.not_for_flight(&format!("form {other:?} is no ground-effect form"))
+                );
+            }
+        };
+        let [height_min_m, height_max_m] =
+            *self.validity.inputs.get("z").ok_or_else(|| {
+                self.not_for_flight("the validity box has no range of heights `z`")
+            })?;
+        let [ratio_min, ratio_max] = match self.form {
+            Form::Derivative => RATIO_LIMITS,
+            _ => self.validity.output.unwrap_or(RATIO_LIMITS),
+        };
+        let guarded = Guarded {
+            model,
+            validity: Validity {
+                height_min_m,
+                height_max_m,
+                ratio_min,
+                ratio_max,
+                outside: self.validity.outside,
+            },
+            velocity: self.validity.velocity_input.unwrap_or_default(),
+        };
+        guarded
+            .validate()
+            .map_err(|e| self.not_for_flight(&e.to_string()))?;
+        Ok(guarded)
+    }
+
+    fn map(&self) -> Result<StaticMap<f64>, CardError> {
+        Ok(StaticMap {
+            h: self.collect("h", &StaticMap::<f64>::TERMS)?,
+            length_m: self.lengths()?,
+        })
+    }
+
+    fn lengths(&self) -> Result<[f64; 3], CardError> {
+        let mut out = [0.0; 3];
+        for (value, (psi, length)) in out.iter_mut().zip(PSI) {
+            if self.definitions.get(psi).map(String::as_str) != Some(psi_text(length).as_str()) {
+                return Err(self.not_for_flight(&format!(
+                    "definition `{psi}`: expected `{}`, found {}",
+                    psi_text(length),
+                    self.definitions
+                        .get(psi)
+                        .map_or("none".to_string(), |d| format!("`{d}`"))
+                )));
+            }
+            *value = self.constant(length)?;
+        }
+        Ok(out)
+    }
+
+    fn constant(&self, name: &str) -> Result<f64, CardError> {
+        self.constants
+            .get(name)
+            .copied()
+            .ok_or_else(|| self.not_for_flight(&format!("it has no constant `{name}`")))
+    }
+
+    /// The one coefficient of the part `of`.
+    fn single(&self, of: &str) -> Result<f64, CardError> {
+        let mut terms = self.terms_of(of);
+        match (terms.next(), terms.next()) {
+            (Some(term), None) if term.expression == "1" => Ok(term.value),
+            _ => Err(self.not_for_flight(&format!("`{of}` must have exactly one term, `1`"))),
+        }
+    }
+
+    /// The coefficients of the part `of` in the order of `slots`; every term must have a slot.
+    fn collect<const N: usize>(&self, of: &str, slots: &[&str; N]) -> Result<[f64; N], CardError> {
+        let mut out = [0.0; N];
+        for term in self.terms_of(of) {
+            let slot = slots
+                .iter()
+                .position(|s| *s == term.expression)
+                .ok_or_else(|| {
+                    self.not_for_flight(&format!(
+                        "`{of}` has a term `{}` that the flight family lacks; it has {}",
+                        term.expression,
+                        slots.join(", ")
+                    ))
+                })?;
+            out[slot] += term.value;
+        }
+        Ok(out)
+    }
+
+    fn not_for_flight(&self, reason: &str) -> CardError {
+        CardError::NotForFlight {
+            card: self.name.clone(),
+            reason: reason.to_string(),
+        }
+    }
+}

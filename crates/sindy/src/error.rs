@@ -1,0 +1,93 @@
+//! Errors of this crate: bad input and bad settings. A solver that did not converge is not among them.
+
+use thiserror::Error;
+
+/// What was wrong with the input or the settings.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum SindyError {
+    /// A setting outside its range.
+    #[error("setting `{key}`: expected {expected}, found {found}")]
+    Setting {
+        /// The setting's name.
+        key: &'static str,
+        /// What is allowed.
+        expected: String,
+        /// What was given.
+        found: String,
+    },
+    /// Lengths or counts that do not fit together.
+    #[error("{what}: expected {expected}, found {found}")]
+    Shape {
+        /// What was compared.
+        what: &'static str,
+        /// The count that the rest of the input asks for.
+        expected: usize,
+        /// The count that was given.
+        found: usize,
+    },
+    /// Not enough samples.
+    #[error("too few samples: expected at least {needed}, found {found}")]
+    TooShort {
+        /// Samples that are needed.
+        needed: usize,
+        /// Samples that there are.
+        found: usize,
+    },
+    /// A value that is not a finite number.
+    #[error("{what}: sample {index} is not a finite number")]
+    NotFinite {
+        /// The column or signal.
+        what: String,
+        /// Index of the first such sample.
+        index: usize,
+    },
+    /// Time that stands still or runs backwards.
+    #[error("time does not increase at sample {index}")]
+    TimeNotIncreasing {
+        /// Index of the first such sample.
+        index: usize,
+    },
+    /// A name that no column bears.
+    #[error("no column named `{name}`; the columns are: {known}")]
+    UnknownColumn {
+        /// The name that was asked for.
+        name: String,
+        /// The columns that there are.
+        known: String,
+    },
+    /// A term that occurs twice.
+    #[error("term `{name}` occurs twice in the library")]
+    DuplicateTerm {
+        /// The term.
+        name: String,
+    },
+    /// An expression that does not parse or compile.
+    #[error("expression `{text}`: {reason}")]
+    Expression {
+        /// The text as given.
+        text: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A linear system without a unique solution.
+    #[error("{what}: the equations are singular")]
+    Singular {
+        /// Which system.
+        what: &'static str,
+    },
+}
+
+impl SindyError {
+    pub(crate) fn setting(
+        key: &'static str,
+        expected: impl Into<String>,
+        found: impl std::fmt::Display,
+    ) -> Self {
+        Self::Setting {
+            key,
+            expected: expected.into(),
+            found: found.to_string(),
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! What the data can carry, before anything is fitted.
+//!
+//! - *condition*: the ratio of the largest to the smallest singular value of `Θ` with columns of unit
+//!   length. Above 30 coefficients trade off against each other, above 1000 they mean nothing.
+//! - *collinear groups*: the terms that share the directions of small singular values, by the variance
+//!   decomposition of Belsley, Kuh and Welsch ("Regression Diagnostics", 1980).
+//! - *excitation*: mean, spread and range of every column, and whether it moved at all.
+//! - *variance inflation*: by how much the other terms inflate a coefficient's variance, `1/(1 - R²)`.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use crate::error::SindyError;
+use crate::gram::Gram;
+use crate::library::Library;
+use crate::samples::BlockSource;
+
+/// Condition index from which a direction counts as near dependence.
+const DEPENDENT_INDEX: f64 = 30.0;
+/// Share of a coefficient's variance from which its term belongs to a dependence.
+const DEPENDENT_SHARE: f64 = 0.5;
+/// A column whose standard deviation is below this share of its root mean square hardly moved.
+const HARDLY_EXCITED: f64 = 0.01;
+
+/// How much one column moved.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Excitation {
+    /// The column.
+    pub name: String,
+    /// Its mean.
+    pub mean: f64,
+    /// Its standard deviation.
+    pub sd: f64,
+    /// Its smallest value.
+    pub min: f64,
+    /// Its largest value.
+    pub max: f64,
+    /// Whether it hardly moved: a standard deviation below 1 % of its root mean square.
+    pub hardly_excited: bool,
+}
+
+/// What the data can carry.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Identifiability {
+    /// Rows that can be used.
+    pub rows: usize,
+    /// Condition of the scaled library, over the terms that are not zero throughout; infinite where
+    /// terms are exactly dependent.
+    pub condition: f64,
+    /// Terms that are zero throughout.
+    pub zero_terms: Vec<String>,
+    /// Groups of terms that are nearly dependent, with the condition index of the dependence.
+    pub collinear: Vec<(f64, Vec<String>)>,
+    /// Variance inflation of each term (infinite where it is dependent on the others).
+    pub variance_inflation: Vec<(String, f64)>,
+    /// The columns that the terms use.
+    pub inputs: Vec<Excitation>,
+}
+
+/// Examines `library` on the data of `source`, with the statistics `gram` of the same data.
+///
+/// # Errors
+/// A term that names no column.
+pub fn examine(
+    library: &Library,
+    gram: &Gram,
+    source: &dyn BlockSource,
+) -> Result<Identifiability, SindyError> {
+    let names = library.names();
+    let live: Vec<usize> = (0..names.len())
+        .filter(|&j| gram.xtx[(j, j)] > 0.0)
+        .collect();
+    let zero_terms = (0..names.len())
+        .filter(|j| !live.contains(j))
+        .map(|j| names[j].clone())
+        .collect();
+    let k = live.len();
+    let r = DMatrix::from_fn(k, k, |a, b| {
+        let (i, j) = (live[a], live[b]);
+        gram.xtx[(i, j)] / (gram.xtx[(i, i)] * gram.xtx[(j, j)]).sqrt()
+    });
+    let eigen = r.symmetric_eigen();
+    let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
+    // Below this an eigenvalue of the Gram matrix is rounding.
+    let floor = 1e-14 * largest;
+    let index = |l: f64| {
+        if l > floor {
+            (largest / l).sqrt()
+        } else {
+            f64::INFINITY
+        }
+    };
+    let condition = eigen
+        .eigenvalues
+        .iter()
+        .map(|&l| index(l))
+        .fold(1.0, f64::max);
+    // φ[j][m] = v_jm² / λ_m: what direction m contributes to the variance of coefficient j.
+    let share = DMatrix::from_fn(k, k, |j, m| {
+        eigen.eigenvectors[(j, m)].powi(2) / eigen.eigenvalues[m].max(floor)
+    });
+    let inflation = DVector::from_fn(k, |j, _| share.row(j).sum());
+    let mut collinear = Vec::new();
+    for m in 0..k {
+        let at = index(eigen.eigenvalues[m]);
+        if at < DEPENDENT_INDEX {
+            continue;
+        }
+        let members: Vec<String> = (0..k)
+            .filter(|&j| share[(j, m)] > DEPENDENT_SHARE * inflation[j])
+            .map(|j| names[live[j]].clone())
+            .collect();
+        if members.len() > 1 {
+            collinear.push((at, members));
+        }
+    }
+    collinear.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let variance_inflation = (0..k)
+        .map(|j| {
+            let dependent = inflation[j] * floor > 0.1;
+            (
+                names[live[j]].clone(),
+                if dependent {
+                    f64::INFINITY
+                } else {
+                    inflation[j]
+                },
+            )
+        })
+        .collect();
+    let inputs = library
+        .variables()
+        .iter()
+        .map(|name| excitation(name, source))
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(Identifiability {
+        rows: gram.rows,
+        condition,
+        zero_terms,
+        collinear,
+        variance_inflation,
+        inputs,
+    })
+}
+
+fn excitation(name: &str, source: &dyn BlockSource) -> Result<Excitation, SindyError> {
+    let column = crate::samples::position(source.names(), name)?;
+    let (mut n, mut sum, mut min, mut max) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
+    source.for_each_block(&mut |block| {
+        for &v in block.columns[column].iter().filter(|v| v.is_finite()) {
+            n += 1.0;
+            sum += v;
+            min = v.min(min);
+            max = v.max(max);
+        }
+    });
+    let mean = if n > 0.0 { sum / n } else { f64::NAN };
+    let mut squares = 0.0;
+    source.for_each_block(&mut |block| {
+        let finite = block.columns[column].iter().filter(|v| v.is_finite());
+        squares += finite.map(|v| (v - mean).powi(2)).sum::<f64>();
+    });
+    let sd = (squares / n).sqrt();
+    let hardly_excited = !(sd > HARDLY_EXCITED * (sd * sd + mean * mean).sqrt());
+    Ok(Excitation {
+        name: name.to_string(),
+        mean,
+        sd,
+        min,
+        max,
+        hardly_excited,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Samples;
+
+    fn examine_terms(terms: &[&str], columns: Vec<Vec<f64>>) -> Identifiability {
+        let mut samples = Samples::new(&["a", "b", "y"]);
+        samples.push_group(columns).unwrap();
+        let library = Library::parse(terms).unwrap();
+        let gram = Gram::total(&Gram::accumulate(&library, "y", &samples).unwrap());
+        examine(&library, &gram, &samples).unwrap()
+    }
+
+    #[test]
+    fn analytic_orthogonal_columns_have_condition_one() {
+        // Whole periods of sine and cosine are orthogonal.
+        let angle = |i: i32| std::f64::consts::TAU * f64::from(i) / 64.0;
+        let a: Vec<f64> = (0..128).map(|i| angle(i).sin()).collect();
+        let b: Vec<f64> = (0..128).map(|i| angle(i).cos()).collect();
+        let report = examine_terms(&["a", "b"], vec![a.clone(), b, a]);
+        // Sums of 128 rounded sines.
+        assert!((report.condition - 1.0).abs() < 1e-12);
+        assert!(report.collinear.is_empty() && report.zero_terms.is_empty());
+        assert!(
+            report
+                .variance_inflation
+                .iter()
+                .all(|(_, v)| (v - 1.0).abs() < 1e-12)
+        );
+        assert!(report.inputs.iter().all(|i| !i.hardly_excited));
+    }
+
+    #[test]
+    fn analytic_dependent_and_still_columns_are_named() {
+        let a: Vec<f64> = (0..100).map(|i| f64::from(i) / 100.0).collect();
+        let b = vec![0.0; 100];
+        let report = examine_terms(&["1", "a", "2*a+1", "b"], vec![a.clone(), b, a]);
+        assert!(report.condition.is_infinite());
+        assert_eq!(report.zero_terms, ["b"]);
+        assert_eq!(report.collinear.len(), 1);
+        assert_eq!(report.collinear[0].1, ["1", "a", "2*a+1"]);
+        assert!(
+            report
+                .inputs
+                .iter()
+                .find(|i| i.name == "b")
+                .unwrap()
+                .hardly_excited
+        );
+    }
+}

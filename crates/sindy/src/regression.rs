@@ -1,0 +1,95 @@
+//! Least squares from sufficient statistics, and its standard errors.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::gram::Gram;
+
+/// Columns whose scaled Gram eigenvalue falls below this share of the largest are treated as
+/// dependent: the Gram matrix squares the condition, so f64 carries no more than half its digits.
+const RANK_TOLERANCE: f64 = 1e-13;
+
+/// Least squares on the terms of `support` (minimum norm where they are dependent); zero elsewhere.
+///
+/// Columns are scaled to unit length first, then the scaled normal equations are solved through their
+/// eigenvalues.
+#[must_use]
+pub fn least_squares(gram: &Gram, support: &[bool]) -> DVector<f64> {
+    let index: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
+    let mut out = DVector::zeros(support.len());
+    if index.is_empty() {
+        return out;
+    }
+    let scale: Vec<f64> = index.iter().map(|&j| length(gram, j)).collect();
+    let k = index.len();
+    let g = DMatrix::from_fn(k, k, |a, b| {
+        gram.xtx[(index[a], index[b])] / (scale[a] * scale[b])
+    });
+    let b = DVector::from_fn(k, |a, _| gram.xty[index[a]] / scale[a]);
+    let solution = pseudo_inverse(&g) * b;
+    for (a, &j) in index.iter().enumerate() {
+        out[j] = solution[a] / scale[a];
+    }
+    out
+}
+
+/// Standard errors of least-squares coefficients on `support`, robust to serial correlation inside the
+/// groups: the sandwich estimate
+///
+/// ```text
+/// Cov = c/(c-1) G⁻¹ ( Σ_g s_g s_gᵀ ) G⁻¹,   s_g = Θ_gᵀ (y_g - Θ_g ξ)
+/// ```
+///
+/// over `c` groups. `None` with fewer than two groups.
+///
+/// Source: K.-Y. Liang, S. L. Zeger, Biometrika 73 (1986).
+#[must_use]
+pub fn cluster_errors(
+    groups: &[Gram],
+    coefficients: &DVector<f64>,
+    support: &[bool],
+) -> Option<DVector<f64>> {
+    let index: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
+    let used: Vec<&Gram> = groups.iter().filter(|g| g.rows > 0).collect();
+    if used.len() < 2 || index.is_empty() {
+        return None;
+    }
+    let total = Gram::total(groups);
+    let k = index.len();
+    let scale: Vec<f64> = index.iter().map(|&j| length(&total, j)).collect();
+    let bread = pseudo_inverse(&DMatrix::from_fn(k, k, |a, b| {
+        total.xtx[(index[a], index[b])] / (scale[a] * scale[b])
+    }));
+    let mut meat = DMatrix::zeros(k, k);
+    for g in &used {
+        let s = &g.xty - &g.xtx * coefficients;
+        let s = DVector::from_fn(k, |a, _| s[index[a]] / scale[a]);
+        meat += &s * s.transpose();
+    }
+    let c = used.len() as f64;
+    let cov = &bread * meat * &bread * (c / (c - 1.0));
+    let mut out = DVector::zeros(support.len());
+    for (a, &j) in index.iter().enumerate() {
+        out[j] = cov[(a, a)].max(0.0).sqrt() / scale[a];
+    }
+    Some(out)
+}
+
+/// Length of column `j` (1 for a zero column).
+fn length(gram: &Gram, j: usize) -> f64 {
+    let g = gram.xtx[(j, j)];
+    if g > 0.0 { g.sqrt() } else { 1.0 }
+}
+
+/// Pseudo-inverse of a symmetric positive semi-definite matrix.
+pub(crate) fn pseudo_inverse(g: &DMatrix<f64>) -> DMatrix<f64> {
+    let eigen = g.clone().symmetric_eigen();
+    let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
+    let inverse = eigen.eigenvalues.map(|l| {
+        if l > RANK_TOLERANCE * largest && l > 0.0 {
+            1.0 / l
+        } else {
+            0.0
+        }
+    });
+    &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose()
+}
