@@ -42,7 +42,7 @@
 //!         GroundEffectModel::Empirical(Empirical {
 //!             mu: 1.9,
 //!             rotor_radius_m: 0.12,
-//!             rotor_offset_m: 0.05,
+//!             rotor_offset_m: 0.0,
 //!         }),
 //!         Validity::default(),
 //!     ),

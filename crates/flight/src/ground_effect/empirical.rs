@@ -21,7 +21,8 @@ pub struct Empirical<R> {
     pub mu: R,
     /// Rotor radius R, m.
     pub rotor_radius_m: R,
-    /// Height of the rotor plane above the vehicle's reference point, m. Rotor
+    /// Height of the rotor plane above the vehicle's reference point, m; zero to
+    /// use the reported height as it is, which suits a μ fitted to it. Rotor
     /// heights in the input, where given, are used instead.
     pub rotor_offset_m: R,
 }
