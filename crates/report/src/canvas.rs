@@ -31,12 +31,22 @@ impl Rect {
     }
 
     pub(crate) fn grown(&self, by: f32) -> Self {
-        Self { left: self.left - by, top: self.top - by, right: self.right + by, bottom: self.bottom + by }
+        Self {
+            left: self.left - by,
+            top: self.top - by,
+            right: self.right + by,
+            bottom: self.bottom + by,
+        }
     }
 
     /// Corners in order.
     pub(crate) fn corners(&self) -> [[f32; 2]; 4] {
-        [[self.left, self.top], [self.right, self.top], [self.right, self.bottom], [self.left, self.bottom]]
+        [
+            [self.left, self.top],
+            [self.right, self.top],
+            [self.right, self.bottom],
+            [self.left, self.bottom],
+        ]
     }
 }
 
@@ -65,9 +75,25 @@ pub(crate) struct Stroke {
 /// One thing to draw.
 #[derive(Debug, Clone)]
 pub(crate) enum Item {
-    Shape { segments: Vec<Segment>, fill: Option<Ink>, stroke: Option<Stroke>, clip: Option<Rect> },
-    Dots { centers: Vec<[f32; 2]>, radius: f32, ink: Ink, clip: Rect },
-    Text { line: Line, at: [f32; 2], size: f32, upward: bool, ink: Ink },
+    Shape {
+        segments: Vec<Segment>,
+        fill: Option<Ink>,
+        stroke: Option<Stroke>,
+        clip: Option<Rect>,
+    },
+    Dots {
+        centers: Vec<[f32; 2]>,
+        radius: f32,
+        ink: Ink,
+        clip: Rect,
+    },
+    Text {
+        line: Line,
+        at: [f32; 2],
+        size: f32,
+        upward: bool,
+        ink: Ink,
+    },
 }
 
 /// Which part of a text stands at the given point.
@@ -105,7 +131,14 @@ impl Canvas {
         self.set_text(text, at, style, anchor, true);
     }
 
-    fn set_text(&mut self, text: &str, [x, y]: [f32; 2], style: Type, anchor: Anchor, upward: bool) {
+    fn set_text(
+        &mut self,
+        text: &str,
+        [x, y]: [f32; 2],
+        style: Type,
+        anchor: Anchor,
+        upward: bool,
+    ) {
         let line = font::set(text, style.weight);
         let share = match anchor {
             Anchor::Start => 0.0,
@@ -114,7 +147,13 @@ impl Canvas {
         };
         let back = share * line.width * style.size;
         let at = if upward { [x, y + back] } else { [x - back, y] };
-        self.items.push(Item::Text { line, at, size: style.size, upward, ink: Ink::solid(style.rgb) });
+        self.items.push(Item::Text {
+            line,
+            at,
+            size: style.size,
+            upward,
+            ink: Ink::solid(style.rgb),
+        });
     }
 
     /// A straight line.
@@ -126,7 +165,12 @@ impl Canvas {
     pub(crate) fn lines(&mut self, lines: &[Vec<[f32; 2]>], stroke: Stroke, clip: Option<Rect>) {
         let segments = outline_of(lines, false);
         if !segments.is_empty() {
-            self.items.push(Item::Shape { segments, fill: None, stroke: Some(stroke), clip });
+            self.items.push(Item::Shape {
+                segments,
+                fill: None,
+                stroke: Some(stroke),
+                clip,
+            });
         }
     }
 
@@ -134,14 +178,24 @@ impl Canvas {
     pub(crate) fn polygons(&mut self, polygons: &[Vec<[f32; 2]>], ink: Ink, clip: Option<Rect>) {
         let segments = outline_of(polygons, true);
         if !segments.is_empty() {
-            self.items.push(Item::Shape { segments, fill: Some(ink), stroke: None, clip });
+            self.items.push(Item::Shape {
+                segments,
+                fill: Some(ink),
+                stroke: None,
+                clip,
+            });
         }
     }
 
     /// Filled circles.
     pub(crate) fn dots(&mut self, centers: Vec<[f32; 2]>, radius: f32, ink: Ink, clip: Rect) {
         if !centers.is_empty() {
-            self.items.push(Item::Dots { centers, radius, ink, clip });
+            self.items.push(Item::Dots {
+                centers,
+                radius,
+                ink,
+                clip,
+            });
         }
     }
 }

@@ -8,10 +8,14 @@ impl Figure {
     pub(crate) fn check(&self) -> Result<()> {
         let legal = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         if self.id.is_empty() || !self.id.chars().all(legal) {
-            return Err(Error::Id { found: self.id.clone() });
+            return Err(Error::Id {
+                found: self.id.clone(),
+            });
         }
         if self.panels.is_empty() {
-            return Err(Error::NoPanels { figure: self.id.clone() });
+            return Err(Error::NoPanels {
+                figure: self.id.clone(),
+            });
         }
         if !(240..=4000).contains(&self.width_px) {
             return Err(self.setting("width_px", "240 to 4000", self.width_px));
@@ -24,7 +28,9 @@ impl Figure {
         if self.share_x && self.panels.iter().any(|p| p.log_x != self.panels[0].log_x) {
             return Err(self.setting("log_x", "the same in all panels that share x", "different"));
         }
-        self.panels.iter().try_for_each(|panel| self.check_panel(panel))
+        self.panels
+            .iter()
+            .try_for_each(|panel| self.check_panel(panel))
     }
 
     fn check_panel(&self, panel: &Panel) -> Result<()> {
@@ -32,7 +38,10 @@ impl Figure {
         if !(0.05..=20.0).contains(&weight) {
             return Err(self.setting("height_weight", "0.05 to 20", weight));
         }
-        for (key, range, log) in [("x_range", panel.x_range, panel.log_x), ("y_range", panel.y_range, panel.log_y)] {
+        for (key, range, log) in [
+            ("x_range", panel.x_range, panel.log_x),
+            ("y_range", panel.y_range, panel.log_y),
+        ] {
             let Some((low, high)) = range else { continue };
             let found = format!("({low}, {high})");
             if !(low.is_finite() && high.is_finite() && low < high) {
@@ -42,7 +51,10 @@ impl Figure {
                 return Err(self.setting(key, "positive on a logarithmic axis", found));
             }
         }
-        panel.series.iter().try_for_each(|series| self.check_series(series))
+        panel
+            .series
+            .iter()
+            .try_for_each(|series| self.check_series(series))
     }
 
     fn check_series(&self, series: &Series) -> Result<()> {
@@ -54,11 +66,19 @@ impl Figure {
             if found == expected {
                 return Ok(());
             }
-            Err(Error::Length { figure: self.id.clone(), series: series.name.clone(), column, expected, found })
+            Err(Error::Length {
+                figure: self.id.clone(),
+                series: series.name.clone(),
+                column,
+                expected,
+                found,
+            })
         };
         match &series.kind {
             Kind::HorizontalLine | Kind::VerticalLine => Ok(()),
-            Kind::Band { lower, upper } => length("lower", lower.len()).and(length("upper", upper.len())),
+            Kind::Band { lower, upper } => {
+                length("lower", lower.len()).and(length("upper", upper.len()))
+            }
             Kind::ErrorBars { plus_minus } => {
                 length("y", series.y.len()).and(length("plus_minus", plus_minus.len()))
             }
@@ -66,7 +86,17 @@ impl Figure {
         }
     }
 
-    pub(crate) fn setting(&self, key: &'static str, expected: &'static str, found: impl ToString) -> Error {
-        Error::Setting { figure: self.id.clone(), key, expected, found: found.to_string() }
+    pub(crate) fn setting(
+        &self,
+        key: &'static str,
+        expected: &'static str,
+        found: impl ToString,
+    ) -> Error {
+        Error::Setting {
+            figure: self.id.clone(),
+            key,
+            expected,
+            found: found.to_string(),
+        }
     }
 }

@@ -19,7 +19,9 @@ pub enum Error {
         figure: String,
     },
     /// Two columns of one series differ in length.
-    #[error("figure {figure:?}, series {series:?}: {column} has {found} values, expected {expected} as in x")]
+    #[error(
+        "figure {figure:?}, series {series:?}: {column} has {found} values, expected {expected} as in x"
+    )]
     Length {
         /// Figure id.
         figure: String,

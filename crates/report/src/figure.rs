@@ -187,7 +187,11 @@ impl Figure {
     /// Height that is asked for, in pixels, before growing for low panels.
     pub(crate) fn wanted_height_px(&self) -> f64 {
         let sum: f64 = self.panels.iter().map(|p| p.height_weight).sum();
-        let automatic = if self.panels.len() == 1 { 420.0 } else { 130.0 + 200.0 * sum };
+        let automatic = if self.panels.len() == 1 {
+            420.0
+        } else {
+            130.0 + 200.0 * sum
+        };
         self.height_px.map_or(automatic.min(8000.0), f64::from)
     }
 }
@@ -228,7 +232,9 @@ impl Panel {
     pub(crate) fn color_of(&self, index: usize) -> Color {
         let open = |s: &&Series| s.color.is_none() && !s.is_reference();
         match &self.series[index] {
-            Series { color: Some(color), .. } => *color,
+            Series {
+                color: Some(color), ..
+            } => *color,
             series if series.is_reference() => Color::GREY,
             _ => Color::Cycle(self.series[..index].iter().filter(open).count()),
         }
@@ -286,7 +292,14 @@ impl Panel {
 
 impl Series {
     fn new(name: impl Into<String>, kind: Kind, x: &[f64], y: &[f64]) -> Self {
-        Self { name: name.into(), kind, x: x.to_vec(), y: y.to_vec(), color: None, width: 1.75 }
+        Self {
+            name: name.into(),
+            kind,
+            x: x.to_vec(),
+            y: y.to_vec(),
+            color: None,
+            width: 1.75,
+        }
     }
 
     /// A solid line.
@@ -326,22 +339,43 @@ impl Series {
 
     /// The area between `lower` and `upper`.
     pub fn band(name: impl Into<String>, x: &[f64], lower: &[f64], upper: &[f64]) -> Self {
-        Self::new(name, Kind::Band { lower: lower.to_vec(), upper: upper.to_vec() }, x, &[])
+        Self::new(
+            name,
+            Kind::Band {
+                lower: lower.to_vec(),
+                upper: upper.to_vec(),
+            },
+            x,
+            &[],
+        )
     }
 
     /// Points with bars of ± `plus_minus`.
     pub fn error_bars(name: impl Into<String>, x: &[f64], y: &[f64], plus_minus: &[f64]) -> Self {
-        Self::new(name, Kind::ErrorBars { plus_minus: plus_minus.to_vec() }, x, y)
+        Self::new(
+            name,
+            Kind::ErrorBars {
+                plus_minus: plus_minus.to_vec(),
+            },
+            x,
+            y,
+        )
     }
 
     /// A line across the panel at height `y`.
     pub fn horizontal(name: impl Into<String>, y: f64) -> Self {
-        Self { width: 1.25, ..Self::new(name, Kind::HorizontalLine, &[], &[y]) }
+        Self {
+            width: 1.25,
+            ..Self::new(name, Kind::HorizontalLine, &[], &[y])
+        }
     }
 
     /// A line across the panel at `x`.
     pub fn vertical(name: impl Into<String>, x: f64) -> Self {
-        Self { width: 1.25, ..Self::new(name, Kind::VerticalLine, &[x], &[]) }
+        Self {
+            width: 1.25,
+            ..Self::new(name, Kind::VerticalLine, &[x], &[])
+        }
     }
 
     /// Whether this is a line across the panel and not data.

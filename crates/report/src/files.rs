@@ -14,7 +14,10 @@ pub(crate) fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
         // The reason worth telling is the first one, not that the rest could not be removed.
         let _ = fs::remove_file(&temporary);
     }
-    outcome.map_err(|source| Error::Write { path: path.to_owned(), source })
+    outcome.map_err(|source| Error::Write {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 fn write_and_rename(temporary: &Path, path: &Path, bytes: &[u8]) -> std::io::Result<()> {

@@ -46,7 +46,9 @@ pub(crate) struct Line {
 fn faces() -> &'static [Face<'static>; 3] {
     static FACES: OnceLock<[Face<'static>; 3]> = OnceLock::new();
     // The bytes are part of the program, and a test parses them.
-    FACES.get_or_init(|| [REGULAR, SEMIBOLD, SYMBOLS].map(|bytes| Face::parse(bytes, 0).expect("embedded typeface")))
+    FACES.get_or_init(|| {
+        [REGULAR, SEMIBOLD, SYMBOLS].map(|bytes| Face::parse(bytes, 0).expect("embedded typeface"))
+    })
 }
 
 fn glyph(character: char, weight: Weight) -> Option<Glyph> {
@@ -63,8 +65,14 @@ pub(crate) fn set(text: &str, weight: Weight) -> Line {
     let mut glyphs = Vec::with_capacity(text.len());
     let mut width = 0.0;
     for character in text.chars() {
-        let character = if character.is_control() { ' ' } else { character };
-        let Some(glyph) = glyph(character, weight).or_else(|| glyph('\u{FFFD}', weight)) else { continue };
+        let character = if character.is_control() {
+            ' '
+        } else {
+            character
+        };
+        let Some(glyph) = glyph(character, weight).or_else(|| glyph('\u{FFFD}', weight)) else {
+            continue;
+        };
         let face = &faces()[glyph.face];
         let advance = face.glyph_hor_advance(GlyphId(glyph.id)).unwrap_or(0);
         glyphs.push((glyph, width));
@@ -109,7 +117,10 @@ pub(crate) fn wrap(text: &str, weight: Weight, size: f32, room: f32) -> Vec<Stri
 /// Outline of a glyph in ems, y down, origin on the baseline.
 pub(crate) fn outline(glyph: Glyph) -> Vec<Segment> {
     let face = &faces()[glyph.face];
-    let mut pen = Pen { em: f32::from(face.units_per_em()), segments: Vec::new() };
+    let mut pen = Pen {
+        em: f32::from(face.units_per_em()),
+        segments: Vec::new(),
+    };
     face.outline_glyph(GlyphId(glyph.id), &mut pen);
     pen.segments
 }
@@ -161,7 +172,10 @@ mod tests {
         for weight in [Weight::Regular, Weight::SemiBold] {
             for character in symbols.chars() {
                 let glyph = glyph(character, weight);
-                assert!(glyph.is_some_and(|g| !outline(g).is_empty()), "{character} in {weight:?}");
+                assert!(
+                    glyph.is_some_and(|g| !outline(g).is_empty()),
+                    "{character} in {weight:?}"
+                );
             }
         }
     }
@@ -170,7 +184,10 @@ mod tests {
     fn analytic_text_is_cut_and_wrapped_to_its_room() {
         assert_eq!(fit("short", Weight::Regular, 12.0, 100.0), "short");
         let cut = fit("a label that is much too long", Weight::Regular, 12.0, 80.0);
-        assert!(cut.ends_with('…') && width(&cut, Weight::Regular, 12.0) <= 80.0, "{cut}");
+        assert!(
+            cut.ends_with('…') && width(&cut, Weight::Regular, 12.0) <= 80.0,
+            "{cut}"
+        );
         let lines = wrap("one two three four five six", Weight::Regular, 12.0, 60.0);
         assert!(lines.len() > 1 && lines.join(" ") == "one two three four five six");
     }

@@ -35,6 +35,7 @@
 
 mod canvas;
 mod check;
+mod curve;
 mod decimate;
 mod draw;
 mod error;
@@ -47,14 +48,15 @@ mod plotly_json;
 mod raster;
 mod report;
 mod scale;
+mod series;
 mod svg;
 mod table;
 
 pub use decimate::MAX_DRAWN_POINTS;
 pub use error::Error;
 pub use figure::{Color, Figure, Kind, Panel, Series};
-//pub use report::{Callout, Report};
-//pub use table::{Align, Cell, Column, Table};
+pub use report::{Callout, Report};
+pub use table::{Align, Cell, Column, Table};
 
 /// What every fallible call of this crate returns.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -1,7 +1,8 @@
 //! A canvas as pixels.
 
 use tiny_skia::{
-    Color, FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, Stroke as SkiaStroke, StrokeDash, Transform,
+    Color, FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap,
+    Stroke as SkiaStroke, StrokeDash, Transform,
 };
 
 use crate::canvas::{Canvas, Ink, Item, Rect, Segment, Stroke};
@@ -10,13 +11,21 @@ use crate::font;
 /// The picture at `scale` pixels to the CSS pixel, as PNG; `Err` says why not.
 pub(crate) fn png(canvas: &Canvas, scale: f32) -> Result<Vec<u8>, String> {
     let pixels = |length: u32| (length as f32 * scale).round().max(1.0) as u32;
-    let mut pixmap = Pixmap::new(pixels(canvas.width), pixels(canvas.height)).ok_or("picture too large")?;
+    let mut pixmap =
+        Pixmap::new(pixels(canvas.width), pixels(canvas.height)).ok_or("picture too large")?;
     pixmap.fill(Color::WHITE);
-    let mut raster = Raster { pixmap, scale, clip: None };
+    let mut raster = Raster {
+        pixmap,
+        scale,
+        clip: None,
+    };
     for item in &canvas.items {
         raster.item(item);
     }
-    raster.pixmap.encode_png().map_err(|error| error.to_string())
+    raster
+        .pixmap
+        .encode_png()
+        .map_err(|error| error.to_string())
 }
 
 struct Raster {
@@ -29,7 +38,12 @@ struct Raster {
 impl Raster {
     fn item(&mut self, item: &Item) {
         match item {
-            Item::Shape { segments, fill, stroke, clip } => {
+            Item::Shape {
+                segments,
+                fill,
+                stroke,
+                clip,
+            } => {
                 let Some(path) = path(segments) else { return };
                 if let Some(ink) = fill {
                     self.fill(&path, *ink, self.view(), *clip);
@@ -38,7 +52,12 @@ impl Raster {
                     self.stroke(&path, stroke, *clip);
                 }
             }
-            Item::Dots { centers, radius, ink, clip } => {
+            Item::Dots {
+                centers,
+                radius,
+                ink,
+                clip,
+            } => {
                 let mut builder = PathBuilder::new();
                 for [x, y] in centers {
                     builder.push_circle(*x, *y, *radius);
@@ -47,10 +66,18 @@ impl Raster {
                     self.fill(&path, *ink, self.view(), Some(*clip));
                 }
             }
-            Item::Text { line, at: [x, y], size, upward, ink } => {
+            Item::Text {
+                line,
+                at: [x, y],
+                size,
+                upward,
+                ink,
+            } => {
                 let turn = if *upward { -90.0 } else { 0.0 };
                 for (glyph, advance) in &line.glyphs {
-                    let Some(path) = path(&font::outline(*glyph)) else { continue };
+                    let Some(path) = path(&font::outline(*glyph)) else {
+                        continue;
+                    };
                     let place = Transform::from_translate(*advance, 0.0)
                         .post_scale(*size, *size)
                         .post_rotate(turn)
@@ -69,7 +96,8 @@ impl Raster {
     fn fill(&mut self, path: &Path, ink: Ink, place: Transform, clip: Option<Rect>) {
         self.prepare(clip);
         let mask = clip.and_then(|_| self.clip.as_ref().map(|(_, mask)| mask));
-        self.pixmap.fill_path(path, &paint(ink), FillRule::Winding, place, mask);
+        self.pixmap
+            .fill_path(path, &paint(ink), FillRule::Winding, place, mask);
     }
 
     fn stroke(&mut self, path: &Path, stroke: &Stroke, clip: Option<Rect>) {
@@ -83,7 +111,8 @@ impl Raster {
         };
         let mask = clip.and_then(|_| self.clip.as_ref().map(|(_, mask)| mask));
         let view = Transform::from_scale(self.scale, self.scale);
-        self.pixmap.stroke_path(path, &paint(stroke.ink), &style, view, mask);
+        self.pixmap
+            .stroke_path(path, &paint(stroke.ink), &style, view, mask);
     }
 
     /// Makes `self.clip` the mask of `clip`.
@@ -95,7 +124,12 @@ impl Raster {
         let outline = tiny_skia::Rect::from_ltrb(rect.left, rect.top, rect.right, rect.bottom);
         let mask = outline.and_then(|outline| {
             let mut mask = Mask::new(self.pixmap.width(), self.pixmap.height())?;
-            mask.fill_path(&PathBuilder::from_rect(outline), FillRule::Winding, true, self.view());
+            mask.fill_path(
+                &PathBuilder::from_rect(outline),
+                FillRule::Winding,
+                true,
+                self.view(),
+            );
             Some((rect, mask))
         });
         self.clip = mask;
@@ -103,7 +137,10 @@ impl Raster {
 }
 
 fn paint(ink: Ink) -> Paint<'static> {
-    let mut paint = Paint { anti_alias: true, ..Paint::default() };
+    let mut paint = Paint {
+        anti_alias: true,
+        ..Paint::default()
+    };
     let [r, g, b] = ink.rgb;
     paint.set_color_rgba8(r, g, b, (255.0 * ink.alpha).round() as u8);
     paint

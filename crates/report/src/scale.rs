@@ -25,15 +25,27 @@ pub(crate) struct Tick {
 impl Axis {
     /// An axis from `low` to `high` with about `target` labelled ticks.
     pub(crate) fn new((low, high): (f64, f64), log: bool, target: usize) -> Self {
-        let ticks = if log { log_ticks(low, high, target) } else { linear_ticks(low, high, target) };
-        Self { low, high, log, ticks }
+        let ticks = if log {
+            log_ticks(low, high, target)
+        } else {
+            linear_ticks(low, high, target)
+        };
+        Self {
+            low,
+            high,
+            log,
+            ticks,
+        }
     }
 
     /// Replaces numbers by names at 0, 1, 2, ….
     pub(crate) fn with_categories(mut self, names: &[String]) -> Self {
         let visible = |v: &f64| (self.low..=self.high).contains(v);
         self.ticks = (0..names.len())
-            .map(|i| Tick { value: i as f64, label: names[i].clone() })
+            .map(|i| Tick {
+                value: i as f64,
+                label: names[i].clone(),
+            })
             .filter(|tick| visible(&tick.value))
             .collect();
         self
@@ -54,9 +66,12 @@ impl Axis {
 
 /// Smallest interval that holds all `values` that can be drawn; `None` if there are none.
 pub(crate) fn extent(values: impl Iterator<Item = f64>, log: bool) -> Option<(f64, f64)> {
-    values.filter(|v| v.is_finite() && (!log || *v > 0.0)).map(|v| v.clamp(-LARGEST, LARGEST)).fold(None, |acc, v| {
-        Some(acc.map_or((v, v), |(low, high): (f64, f64)| (low.min(v), high.max(v))))
-    })
+    values
+        .filter(|v| v.is_finite() && (!log || *v > 0.0))
+        .map(|v| v.clamp(-LARGEST, LARGEST))
+        .fold(None, |acc, v| {
+            Some(acc.map_or((v, v), |(low, high): (f64, f64)| (low.min(v), high.max(v))))
+        })
 }
 
 /// Limits that show the interval `found` with `margin` of its width on both sides, never of no width.
@@ -64,7 +79,11 @@ pub(crate) fn limits(found: Option<(f64, f64)>, log: bool, margin: f64) -> (f64,
     if log {
         let (low, high) = found.unwrap_or((0.1, 1.0));
         let (low, high) = (low.max(1e-300).log10(), high.max(1e-300).log10());
-        let pad = if high - low < 1e-9 { 0.5 } else { margin * (high - low) };
+        let pad = if high - low < 1e-9 {
+            0.5
+        } else {
+            margin * (high - low)
+        };
         return (10f64.powf(low - pad), 10f64.powf((high + pad).min(305.0)));
     }
     let (low, high) = found.unwrap_or((0.0, 1.0));
@@ -74,7 +93,11 @@ pub(crate) fn limits(found: Option<(f64, f64)>, log: bool, margin: f64) -> (f64,
     let narrowest = (1e-12 * magnitude).max(NARROWEST);
     let width = high - low;
     let pad = if width == 0.0 {
-        if magnitude == 0.0 { 1.0 } else { (0.05 * magnitude).max(narrowest) }
+        if magnitude == 0.0 {
+            1.0
+        } else {
+            (0.05 * magnitude).max(narrowest)
+        }
     } else {
         (margin * width).max(0.5 * (narrowest - width))
     };
@@ -86,7 +109,9 @@ fn nice_step(rough: f64) -> (f64, i32) {
     let exponent = rough.log10().floor();
     let base = 10f64.powf(exponent);
     // 1 + 1e-9: a rough step of exactly 2 must not become 5 by rounding.
-    let digit = [1.0, 2.0, 5.0].into_iter().find(|d| rough <= d * base * (1.0 + 1e-9));
+    let digit = [1.0, 2.0, 5.0]
+        .into_iter()
+        .find(|d| rough <= d * base * (1.0 + 1e-9));
     let exponent = exponent as i32;
     digit.map_or((10.0 * base, exponent + 1), |d| (d * base, exponent))
 }
@@ -100,7 +125,10 @@ fn linear_ticks(low: f64, high: f64, target: usize) -> Vec<Tick> {
         .map(|i| {
             let multiple = first + i as f64;
             let value = multiple * step;
-            Tick { value, label: label(value, largest, exponent) }
+            Tick {
+                value,
+                label: label(value, largest, exponent),
+            }
         })
         .filter(|tick| tick.value.is_finite())
         .collect()
@@ -116,7 +144,9 @@ fn label(value: f64, largest: f64, step_exponent: i32) -> String {
         return minus(&format!("{value:.decimals$}"));
     }
     let exponent = value.abs().log10().floor() as i32;
-    let digits = usize::try_from(exponent - step_exponent).unwrap_or(0).min(15);
+    let digits = usize::try_from(exponent - step_exponent)
+        .unwrap_or(0)
+        .min(15);
     scientific(value, digits)
 }
 
@@ -161,7 +191,10 @@ fn log_ticks(low: f64, high: f64, target: usize) -> Vec<Tick> {
     let decades = high.log10() - low.log10();
     let inside = |v: &f64| *v >= low * (1.0 - 1e-9) && *v <= high * (1.0 + 1e-9);
     if decades < 1.0 {
-        return linear_ticks(low, high, target).into_iter().filter(|t| t.value > 0.0).collect();
+        return linear_ticks(low, high, target)
+            .into_iter()
+            .filter(|t| t.value > 0.0)
+            .collect();
     }
     let every = ((decades / target.max(1) as f64).ceil() as i32).max(1);
     let digits: &[f64] = match decades {
@@ -173,8 +206,16 @@ fn log_ticks(low: f64, high: f64, target: usize) -> Vec<Tick> {
     for exponent in first..=last {
         for digit in digits {
             let value = digit * 10f64.powi(exponent);
-            let labelled = if decades < 2.0 { [1.0, 2.0, 5.0].contains(digit) } else { *digit == 1.0 };
-            let label = if labelled && exponent.rem_euclid(every) == 0 { log_label(value, *digit, exponent) } else { String::new() };
+            let labelled = if decades < 2.0 {
+                [1.0, 2.0, 5.0].contains(digit)
+            } else {
+                *digit == 1.0
+            };
+            let label = if labelled && exponent.rem_euclid(every) == 0 {
+                log_label(value, *digit, exponent)
+            } else {
+                String::new()
+            };
             if inside(&value) {
                 ticks.push(Tick { value, label });
             }
@@ -189,7 +230,11 @@ fn log_label(value: f64, digit: f64, exponent: i32) -> String {
         return format!("{value:.decimals$}");
     }
     let power = format!("10{}", superscript(&exponent.to_string()));
-    if digit == 1.0 { power } else { format!("{digit}×{power}") }
+    if digit == 1.0 {
+        power
+    } else {
+        format!("{digit}×{power}")
+    }
 }
 
 #[cfg(test)]
@@ -198,21 +243,43 @@ mod tests {
     use proptest::prelude::*;
 
     fn labels(low: f64, high: f64) -> Vec<String> {
-        linear_ticks(low, high, 5).into_iter().map(|t| t.label).collect()
+        linear_ticks(low, high, 5)
+            .into_iter()
+            .map(|t| t.label)
+            .collect()
     }
 
     #[test]
     fn analytic_nice_numbers() {
         assert_eq!(labels(0.0, 10.0), ["0", "2", "4", "6", "8", "10"]);
-        assert_eq!(labels(-0.3, 0.3), ["−0.2", "0.0", "0.2"].map(|s| if s == "0.0" { "0" } else { s }));
-        assert_eq!(labels(0.0, 2.5e6), ["0", "5×10⁵", "10⁶", "1.5×10⁶", "2.0×10⁶", "2.5×10⁶"].map(str::to_owned).map(|s| if s == "10⁶" { "1.0×10⁶".to_owned() } else { s }));
-        assert_eq!(labels(99.99, 100.01), ["99.990", "99.995", "100.000", "100.005", "100.010"]);
+        assert_eq!(
+            labels(-0.3, 0.3),
+            ["−0.2", "0.0", "0.2"].map(|s| if s == "0.0" { "0" } else { s })
+        );
+        assert_eq!(
+            labels(0.0, 2.5e6),
+            ["0", "5×10⁵", "10⁶", "1.5×10⁶", "2.0×10⁶", "2.5×10⁶"]
+                .map(str::to_owned)
+                .map(|s| if s == "10⁶" {
+                    "1.0×10⁶".to_owned()
+                } else {
+                    s
+                })
+        );
+        assert_eq!(
+            labels(99.99, 100.01),
+            ["99.990", "99.995", "100.000", "100.005", "100.010"]
+        );
     }
 
     #[test]
     fn analytic_decades() {
         let ticks = log_ticks(0.01, 100.0, 6);
-        let labels: Vec<_> = ticks.iter().map(|t| t.label.as_str()).filter(|l| !l.is_empty()).collect();
+        let labels: Vec<_> = ticks
+            .iter()
+            .map(|t| t.label.as_str())
+            .filter(|l| !l.is_empty())
+            .collect();
         assert_eq!(labels, ["0.01", "0.1", "1", "10", "100"]);
     }
 

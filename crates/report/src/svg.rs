@@ -19,7 +19,11 @@ pub(crate) struct About<'a> {
 
 /// The whole `<svg>` element.
 pub(crate) fn write(canvas: &Canvas, about: &About<'_>) -> String {
-    let mut svg = Svg { text: String::new(), prefix: about.prefix, clips: Vec::new() };
+    let mut svg = Svg {
+        text: String::new(),
+        prefix: about.prefix,
+        clips: Vec::new(),
+    };
     let (w, h) = (canvas.width, canvas.height);
     svg.push(format_args!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {w} {h}\" role=\"img\" aria-label=\"{}\">",
@@ -29,7 +33,9 @@ pub(crate) fn write(canvas: &Canvas, about: &About<'_>) -> String {
         svg.push(format_args!("<desc>{}</desc>", escape(about.description)));
     }
     svg.definitions(canvas);
-    svg.push(format_args!("<rect width=\"{w}\" height=\"{h}\" fill=\"#fff\"/>"));
+    svg.push(format_args!(
+        "<rect width=\"{w}\" height=\"{h}\" fill=\"#fff\"/>"
+    ));
     for item in &canvas.items {
         svg.item(item);
     }
@@ -54,8 +60,15 @@ impl Svg<'_> {
         let mut glyphs: BTreeSet<Glyph> = BTreeSet::new();
         for item in &canvas.items {
             match item {
-                Item::Text { line, .. } => glyphs.extend(line.glyphs.iter().map(|(glyph, _)| *glyph)),
-                Item::Shape { clip: Some(clip), .. } | Item::Dots { clip, .. } if !self.clips.contains(clip) => {
+                Item::Text { line, .. } => {
+                    glyphs.extend(line.glyphs.iter().map(|(glyph, _)| *glyph))
+                }
+                Item::Shape {
+                    clip: Some(clip), ..
+                }
+                | Item::Dots { clip, .. }
+                    if !self.clips.contains(clip) =>
+                {
                     self.clips.push(*clip);
                 }
                 Item::Shape { .. } | Item::Dots { .. } => {}
@@ -73,7 +86,8 @@ impl Svg<'_> {
             self.text.push_str("\"/>");
         }
         for (index, clip) in self.clips.clone().into_iter().enumerate() {
-            let [x, y, w, h] = [clip.left, clip.top, clip.width(), clip.height()].map(|v| Number(v, 2));
+            let [x, y, w, h] =
+                [clip.left, clip.top, clip.width(), clip.height()].map(|v| Number(v, 2));
             self.push(format_args!(
                 "<clipPath id=\"{prefix}c{index}\"><rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\"/></clipPath>"
             ));
@@ -83,7 +97,12 @@ impl Svg<'_> {
 
     fn item(&mut self, item: &Item) {
         match item {
-            Item::Shape { segments, fill, stroke, clip } => {
+            Item::Shape {
+                segments,
+                fill,
+                stroke,
+                clip,
+            } => {
                 self.text.push_str("<path d=\"");
                 self.outline(segments, 1.0, 2);
                 self.text.push('"');
@@ -94,18 +113,34 @@ impl Svg<'_> {
                 self.clip(*clip);
                 self.text.push_str("/>\n");
             }
-            Item::Dots { centers, radius, ink, clip } => {
+            Item::Dots {
+                centers,
+                radius,
+                ink,
+                clip,
+            } => {
                 // A stroke of no length with round ends is a circle, in a tenth of the bytes.
                 self.text.push_str("<path d=\"");
                 for [x, y] in centers {
                     self.push(format_args!("M{} {}h0", Number(*x, 2), Number(*y, 2)));
                 }
-                self.text.push_str("\" fill=\"none\" stroke-linecap=\"round\"");
-                self.stroke(&Stroke { ink: *ink, width: 2.0 * radius, dash: Vec::new() });
+                self.text
+                    .push_str("\" fill=\"none\" stroke-linecap=\"round\"");
+                self.stroke(&Stroke {
+                    ink: *ink,
+                    width: 2.0 * radius,
+                    dash: Vec::new(),
+                });
                 self.clip(Some(*clip));
                 self.text.push_str("/>\n");
             }
-            Item::Text { line, at: [x, y], size, upward, ink } => {
+            Item::Text {
+                line,
+                at: [x, y],
+                size,
+                upward,
+                ink,
+            } => {
                 let scale = Number(size / GLYPH_EM, 5);
                 let turn = if *upward { " rotate(-90)" } else { "" };
                 self.push(format_args!(
@@ -116,9 +151,16 @@ impl Svg<'_> {
                 self.fill(Some(*ink));
                 self.text.push('>');
                 let prefix = self.prefix;
-                for (glyph, x) in line.glyphs.iter().filter(|(glyph, _)| !font::outline(*glyph).is_empty()) {
+                for (glyph, x) in line
+                    .glyphs
+                    .iter()
+                    .filter(|(glyph, _)| !font::outline(*glyph).is_empty())
+                {
                     let x = Number(x * GLYPH_EM, 0);
-                    self.push(format_args!("<use href=\"#{prefix}{}\" x=\"{x}\"/>", glyph.name()));
+                    self.push(format_args!(
+                        "<use href=\"#{prefix}{}\" x=\"{x}\"/>",
+                        glyph.name()
+                    ));
                 }
                 self.text.push_str("</g>\n");
             }
@@ -137,13 +179,19 @@ impl Svg<'_> {
             self.text.push(letter);
             for (index, [x, y]) in points.iter().enumerate() {
                 let space = if index == 0 { "" } else { " " };
-                self.push(format_args!("{space}{} {}", Number(x * scale, decimals), Number(y * scale, decimals)));
+                self.push(format_args!(
+                    "{space}{} {}",
+                    Number(x * scale, decimals),
+                    Number(y * scale, decimals)
+                ));
             }
         }
     }
 
     fn fill(&mut self, ink: Option<Ink>) {
-        let Some(ink) = ink else { return self.text.push_str(" fill=\"none\"") };
+        let Some(ink) = ink else {
+            return self.text.push_str(" fill=\"none\"");
+        };
         self.push(format_args!(" fill=\"{}\"", hex(ink.rgb)));
         if ink.alpha < 1.0 {
             self.push(format_args!(" fill-opacity=\"{}\"", ink.alpha));
@@ -160,7 +208,11 @@ impl Svg<'_> {
             self.push(format_args!(" stroke-opacity=\"{}\"", stroke.ink.alpha));
         }
         if !stroke.dash.is_empty() {
-            let dash: Vec<String> = stroke.dash.iter().map(|d| Number(*d, 2).to_string()).collect();
+            let dash: Vec<String> = stroke
+                .dash
+                .iter()
+                .map(|d| Number(*d, 2).to_string())
+                .collect();
             self.push(format_args!(" stroke-dasharray=\"{}\"", dash.join(" ")));
         }
     }
@@ -179,7 +231,11 @@ struct Number(f32, usize);
 impl std::fmt::Display for Number {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let text = format!("{:.*}", self.1, self.0);
-        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        let text = if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.')
+        } else {
+            &text
+        };
         f.write_str(if text == "-0" { "0" } else { text })
     }
 }
