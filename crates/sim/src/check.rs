@@ -3,7 +3,7 @@
 use crate::error::SimError;
 
 /// The error of a setting.
-pub(crate) fn fail(key: &str, expected: &str, found: impl ToString) -> SimError {
+pub(crate) fn fail(key: &str, expected: &str, found: &dyn ToString) -> SimError {
     SimError::Setting {
         key: key.to_owned(),
         expected: expected.to_owned(),
@@ -16,7 +16,7 @@ pub(crate) fn that(ok: bool, key: &str, expected: &str, found: f64) -> Result<()
     if ok {
         Ok(())
     } else {
-        Err(fail(key, expected, found))
+        Err(fail(key, expected, &found))
     }
 }
 

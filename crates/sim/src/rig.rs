@@ -88,7 +88,7 @@ fn yes() -> bool {
 impl RigTrial {
     fn check(&self, stream: &mut Stream) -> Result<(Signal, Signal), SimError> {
         if self.name.trim().is_empty() {
-            return Err(check::fail("name", "a name that is not empty", "\"\""));
+            return Err(check::fail("name", "a name that is not empty", &"\"\""));
         }
         check::positive("duration_s", self.duration_s)?;
         check::within("duration_s", self.duration_s, 0.0, LONGEST_S)?;

@@ -198,7 +198,7 @@ impl LandingScenario {
             return Err(check::fail(
                 "plant.surface",
                 "\"plate\" or \"ground\"",
-                "\"absent\"",
+                &"\"absent\"",
             ));
         }
         Ok(())
