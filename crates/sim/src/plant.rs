@@ -62,8 +62,7 @@ pub struct PlantSettings {
     pub fountain_lag_s: f64,
     /// Climb damping at hover k_v, N s/m.
     pub climb_damping_ns_per_m: f64,
-    /// Turbulence c_t: standard deviation over thrust, far away and at hover
-    /// one fifth of it.
+    /// Turbulence c_t in `sd = c_t x² (0.2 + (q1* + q2*)/0.15)`; 0 for none.
     pub turbulence: f64,
     /// Correlation time of the turbulence, s.
     pub turbulence_correlation_s: f64,

@@ -17,7 +17,7 @@ use crate::rk4;
 use crate::sensor::LoadCellSettings;
 
 /// Longest trial, s.
-const LONGEST_S: f64 = 36_000.0;
+const LONGEST_S: f64 = 7_200.0;
 
 /// Settings of the rig.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -159,7 +159,7 @@ impl LandingScenario {
         )?;
         check::within("command_delay_s", self.command_delay_s, 0.0, 1.0)?;
         check::positive("timeout_s", self.timeout_s)?;
-        check::within("timeout_s", self.timeout_s, 0.0, 36_000.0)?;
+        check::within("timeout_s", self.timeout_s, 0.0, 7_200.0)?;
         check::positive("landed_height_m", self.landed_height_m)?;
         check::that(
             self.start_height_m > self.landed_height_m,

@@ -137,8 +137,7 @@ fn regress_delays_and_surface_change_little() {
 
 #[test]
 fn analytic_ballistic_fall() {
-    // Motors cut at once, far above unbounded absence of effects: after the
-    // delay, rotors run down; the trial must land faster than 1 s.
+    // Motors cut at once, without ground effect and damping.
     let mut scenario = prompt();
     scenario.plant.climb_damping_ns_per_m = 0.0;
     scenario.plant.ground_effect_scale = 0.0;

@@ -1,0 +1,24 @@
+//! The truth is never the model that is fitted to it.
+
+use std::path::Path;
+
+#[test]
+fn prop_no_module_uses_a_flight_model() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut importers = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("the crate's sources") {
+        let path = entry.expect("a readable entry").path();
+        let text = std::fs::read_to_string(&path).expect("UTF-8 source");
+        let uses = |line: &&str| line.contains("touchdown_flight::");
+        for line in text.lines().filter(uses) {
+            let name = path
+                .file_name()
+                .and_then(|n| n.to_str())
+                .unwrap_or_default();
+            importers.push((name.to_owned(), line.trim().to_owned()));
+        }
+    }
+    // The landing speaks to a pilot in the flight crate's words, and only that.
+    let expected = "use touchdown_flight::types::{Command, Measurement};";
+    assert_eq!(importers, [("landing.rs".to_owned(), expected.to_owned())]);
+}
