@@ -4,7 +4,8 @@ use crate::error::{SettingsError, finite};
 use crate::kernel::{Sum, usable_dt};
 use crate::real::{Real, r};
 
-/// The first crossing of a height above the deck.
+/// The first crossing of a height above the deck; a first sample at or below it
+/// counts as touchdown at time zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]

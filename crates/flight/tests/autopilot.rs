@@ -2,21 +2,22 @@
 
 mod common;
 
-use common::{GRAVITY, MASS_KG, WEIGHT_N, autopilot, convert, lag, map};
+use common::{GRAVITY, MASS_KG, WEIGHT_N, autopilot, convert, lag, map, ratio};
 use proptest::prelude::*;
 use touchdown_flight::autopilot::Autopilot;
 use touchdown_flight::control::{Imbc, Law, Ssc};
 use touchdown_flight::deck::HarmonicFilter;
 use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Polynomial};
 use touchdown_flight::metrics::{LandingFigures, LandingMetrics, LandingMetricsState};
-use touchdown_flight::thrust::{ThrustModel, ThrustState};
+use touchdown_flight::thrust::{FirstOrder, ThrustModel, ThrustState};
 use touchdown_flight::{Command, Measurement, Real};
 
-/// A vehicle with the published rotors over a deck `0.05 sin(w t)`, lifted by
+/// A vehicle over a deck `0.05 sin(w t)`, lifted by
 /// `gain` times the map of the tests' lag model behind its lag.
 struct Vehicle {
     deck_amplitude_m: f64,
     gain: f64,
+    model: ThrustModel<f64>,
     z_q: f64,
     v_q: f64,
     rotors: ThrustState<f64>,
@@ -27,14 +28,16 @@ struct Vehicle {
 const W: f64 = core::f64::consts::PI;
 
 impl Vehicle {
-    fn new(deck_amplitude_m: f64, gain: f64, throttle: f64) -> Self {
+    /// In relative rest with the deck, 0.8 m above it.
+    fn new(deck_amplitude_m: f64, gain: f64, model: ThrustModel<f64>) -> Self {
         Self {
+            model,
             deck_amplitude_m,
             gain,
             z_q: 0.8,
             v_q: deck_amplitude_m * W,
             rotors: ThrustState {
-                x: ThrustModel::<f64>::published().rest(throttle),
+                x: model.rest(model.throttle_for(WEIGHT_N)),
             },
             lift: gain * map::<f64>().ratio(0.8),
             time_s: 0.0,
@@ -62,10 +65,9 @@ impl Vehicle {
 
     /// 10 ms at 1 ms a step.
     fn fly(&mut self, command: &Command<f64>) {
-        let rotors = ThrustModel::<f64>::published();
         for _ in 0..10 {
             let dt = 1e-3;
-            rotors.step(&mut self.rotors, command.throttle, dt);
+            self.model.step(&mut self.rotors, command.throttle, dt);
             let (z_p, _) = self.deck();
             let target = self.gain * map::<f64>().ratio((self.z_q - z_p).max(0.05));
             self.lift += (target - self.lift) * dt / 0.162;
@@ -81,7 +83,7 @@ impl Vehicle {
 /// of the velocity error after the first two seconds.
 fn land<R: Real>(pilot: &Autopilot<R>, vehicle: &mut Vehicle) -> (LandingFigures<f64>, f64, f64) {
     pilot.validate().unwrap();
-    let throttle = R::from_f64(ThrustModel::<f64>::published().throttle_for(WEIGHT_N));
+    let throttle = pilot.thrust.throttle_for(R::from_f64(WEIGHT_N));
     let mut state = pilot.initial(&convert(&vehicle.measure()), throttle);
     let metrics = LandingMetrics::<f64>::default();
     let mut record = LandingMetricsState::default();
@@ -124,7 +126,7 @@ fn hover_throttle() -> f64 {
 #[test]
 fn paper_order_of_the_methods() {
     let fly = |model| {
-        let mut vehicle = Vehicle::new(0.0, 1.0, hover_throttle());
+        let mut vehicle = Vehicle::new(0.0, 1.0, ThrustModel::published());
         land(&autopilot::<f64>(model), &mut vehicle)
     };
     let (feedback, hover_m, _) = fly(GroundEffectModel::None);
@@ -137,10 +139,9 @@ fn paper_order_of_the_methods() {
     }));
     let (dynamic, _, _) = fly(lag());
     let (empirical, dynamic) = (empirical.t_l_s.unwrap(), dynamic.t_l_s.unwrap());
-    // The reference passes 0.1 m at 5.10 s. The model is the vehicle's own, but
-    // for the rotors' lag of 0.2 s, which a thrust loop of K_P Γ = 8 N/m and the
-    // damping of 4 + 2.7 N s/m turns into a delay of the same order.
-    assert!((dynamic - 5.10).abs() < 0.3, "{dynamic}");
+    // The reference passes 0.1 m at 5.10 s, the vehicle trails it by the rotors'
+    // lag (0.2 s), in which the loop also has to find the changing lift.
+    assert!(dynamic > 5.1 && dynamic < 5.5, "{dynamic}");
     assert!(dynamic < empirical, "{dynamic} {empirical}");
 }
 
@@ -151,8 +152,14 @@ fn prop_single_precision_lands_like_double() {
         double.deck = Some(HarmonicFilter::new(W));
         let mut single = autopilot::<f32>(lag());
         single.deck = Some(HarmonicFilter::new(W as f32));
-        let (a, _, _) = land(&double, &mut Vehicle::new(amplitude, 1.0, hover_throttle()));
-        let (b, _, _) = land(&single, &mut Vehicle::new(amplitude, 1.0, hover_throttle()));
+        let (a, _, _) = land(
+            &double,
+            &mut Vehicle::new(amplitude, 1.0, ThrustModel::published()),
+        );
+        let (b, _, _) = land(
+            &single,
+            &mut Vehicle::new(amplitude, 1.0, ThrustModel::published()),
+        );
         // A stable loop of order-one gains: roundings of 6e-8 in forces of 13 N
         // move heights by 1e-6 m, a time of landing (at 0.1 m/s) by 1e-5 s.
         assert!((a.t_l_s.unwrap() - b.t_l_s.unwrap()).abs() < 2e-4);
@@ -169,11 +176,21 @@ fn prop_every_law_lands_on_a_heaving_deck() {
     let mut ssc = autopilot::<f64>(GroundEffectModel::None);
     ssc.law = Law::Ssc(Ssc::default());
     let mut errors = Vec::new();
-    for pilot in [autopilot(lag()), with_deck, imbc, ssc] {
+    // Quick rotors: with a lag of 0.2 s (the published model) IMBC is not stable.
+    let rotors = ThrustModel::FirstOrder(FirstOrder {
+        c0: 6.9,
+        c1: 0.3,
+        t_m_s: 0.06,
+    });
+    for mut pilot in [autopilot(lag()), with_deck, imbc, ssc] {
+        pilot.thrust = rotors;
         // A weak cushion, so that a law without feed-forward lands, too.
-        let (figures, _, error) = land(&pilot, &mut Vehicle::new(0.05, 0.4, hover_throttle()));
-        let time = figures.t_l_s.expect("landed");
-        assert!(time > 3.0 && time < 12.0, "{time}");
+        let (figures, _, error) = land(&pilot, &mut Vehicle::new(0.05, 0.4, rotors));
+        let (time, speed) = (figures.t_l_s.unwrap(), figures.v_l_mps.unwrap());
+        // The reference passes 0.1 m at 5.10 s with 0.055 m/s; the deck moves with
+        // up to 0.157 m/s, and the cushion is not the modelled one.
+        assert!((3.5..8.0).contains(&time), "{pilot:?}: {time}");
+        assert!(speed < 0.25, "{pilot:?}: {speed}");
         errors.push(error);
     }
     // Feeding the deck's acceleration forward removes most of the error.
@@ -210,7 +227,7 @@ fn analytic_first_step_at_rest_holds_the_weight() {
 fn prop_nan_measurements_do_not_poison() {
     let mut pilot = autopilot::<f64>(lag());
     pilot.deck = Some(HarmonicFilter::new(W));
-    let mut vehicle = Vehicle::new(0.05, 1.0, hover_throttle());
+    let mut vehicle = Vehicle::new(0.05, 1.0, ThrustModel::published());
     let mut state = pilot.initial(
         &Measurement {
             height_m: f64::NAN,
@@ -250,13 +267,11 @@ fn laws() -> [Law<f32>; 3] {
     ]
 }
 
-fn models() -> [GroundEffectModel<f32>; 5] {
-    let GroundEffectModel::Lag(of) = lag::<f32>() else {
-        unreachable!("the tests' model is a lag")
-    };
+fn models() -> [GroundEffectModel<f32>; 6] {
     [
         GroundEffectModel::None,
-        GroundEffectModel::StaticMap(of.map),
+        GroundEffectModel::StaticMap(map()),
+        ratio(),
         GroundEffectModel::Polynomial(Polynomial::published()),
         lag(),
         GroundEffectModel::Empirical(Empirical {
@@ -274,7 +289,7 @@ proptest! {
         dts in proptest::collection::vec(proptest::num::f32::ANY, 30),
         throttle in proptest::num::f32::ANY,
         law in 0..3_usize,
-        model in 0..5_usize,
+        model in 0..6_usize,
     ) {
         let mut pilot = autopilot::<f32>(models()[model]);
         pilot.law = laws()[law];

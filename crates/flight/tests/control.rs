@@ -200,7 +200,7 @@ fn analytic_imbc_rejects_a_sine_of_its_frequency() {
         }
     }
     // What is left is of the order of the integration step: the disturbance of
-    // 0.05 m would leave 27 mm without the internal model, the push 87 mm.
+    // 0.05 m would leave 31 mm without the internal model, the push 87 mm.
     assert!(worst < 2e-4, "{worst}");
 }
 

@@ -98,15 +98,15 @@ impl<R: Real> Library<R> {
     }
 
     pub(super) fn step(&self, mut x: R, s: R, dt: R) -> R {
-        let mut steps = 1.0_f64;
-        let wanted = dt.to_f64() / STEP_MAX_S;
-        while steps < wanted && steps < STEPS_MAX {
-            steps += 1.0;
+        let wanted = (dt / r(STEP_MAX_S)).min(r(STEPS_MAX));
+        let mut steps = R::ONE;
+        while steps < wanted {
+            steps += R::ONE;
         }
-        let h = dt / r(steps);
+        let h = dt / steps;
         let half = r::<R>(0.5) * h;
         let sixth = h / r(6.0);
-        let mut done = 0.0;
+        let mut done = R::ZERO;
         while done < steps {
             let k1 = self.derivative(x, s);
             let k2 = self.derivative(x + half * k1, s);
@@ -114,7 +114,7 @@ impl<R: Real> Library<R> {
             let k4 = self.derivative(x + h * k3, s);
             let next = x + sixth * (k1 + r::<R>(2.0) * (k2 + k3) + k4);
             x = super::limit(next.finite_or(x));
-            done += 1.0;
+            done += R::ONE;
         }
         x
     }

@@ -7,7 +7,9 @@
 
 use touchdown_flight::autopilot::Autopilot;
 use touchdown_flight::control::{Composite, Law};
-use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, Lag, StaticMap, Validity};
+use touchdown_flight::ground_effect::{
+    GroundEffectModel, Guarded, Lag, Ratio, StaticMap, Validity,
+};
 use touchdown_flight::reference::{Exponential, Reference};
 use touchdown_flight::thrust::ThrustModel;
 use touchdown_flight::{Limits, Measurement, Real};
@@ -25,7 +27,17 @@ pub fn lag<R: Real>() -> GroundEffectModel<R> {
     })
 }
 
-/// Its map of height.
+/// A derivative model of the ratio identified on a virtual rig.
+pub fn ratio<R: Real>() -> GroundEffectModel<R> {
+    GroundEffectModel::Ratio(Ratio::new(
+        [
+            -0.0311, -3.7681, 0.1613, 0.4663, 0.1354, 0.1646, -0.0047, 1.2235, -0.5224,
+        ]
+        .map(R::from_f64),
+    ))
+}
+
+/// The lag model's map of height.
 pub fn map<R: Real>() -> StaticMap<R> {
     StaticMap::new([-0.00901, 0.04948, 0.12176, 0.03698].map(R::from_f64))
 }
