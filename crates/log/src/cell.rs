@@ -52,10 +52,12 @@ pub(crate) fn classify(cell: &[u8], comma: bool) -> Cell {
     if text.eq_ignore_ascii_case("false") {
         return Cell::Number(0.0);
     }
-    if comma && text.bytes().filter(|&b| b == b',').count() == 1 && !text.contains('.') {
-        if let Ok(number) = text.replace(',', ".").parse::<f64>() {
-            return Cell::CommaNumber(number);
-        }
+    let one_comma = comma && text.bytes().filter(|&b| b == b',').count() == 1;
+    if one_comma
+        && !text.contains('.')
+        && let Ok(number) = text.replace(',', ".").parse::<f64>()
+    {
+        return Cell::CommaNumber(number);
     }
     parse_stamp(text).map_or(Cell::Text, Cell::Stamp)
 }

@@ -1,4 +1,4 @@
-use crate::{LogError, Place, Table, suggest};
+use crate::{Column, LogError, Place, Table, suggest};
 use serde::Deserialize;
 use sindy_expr::Expr;
 use std::collections::BTreeMap;
@@ -77,6 +77,9 @@ pub(crate) struct Resample {
     pub(crate) period_s: f64,
     pub(crate) max_gap_s: Option<f64>,
 }
+
+/// The row filter, and running medians in samples by channel.
+type Filter = (Option<Rule>, Vec<(String, usize)>);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -165,7 +168,7 @@ impl Map {
                     found: format!("{channel:?}"),
                 });
             }
-            channels.push((text.span().start, source.rule(channel, key, text)?));
+            channels.push((text.span().start, source.rule(channel, &key, text)?));
         }
         channels.sort_by_key(|&(start, _)| start);
         let (keep, medians) = raw.filter.map_or(Ok((None, Vec::new())), |filter| {
@@ -197,10 +200,7 @@ impl Map {
     /// # Errors
     /// [`LogError::NeedsMap`] with a map to start from, if there is no column `time_s` of numbers.
     pub fn identity_for(table: &Table) -> Result<Self, LogError> {
-        if table
-            .column(TIME_CHANNEL)
-            .is_none_or(|column| column.is_text())
-        {
+        if table.column(TIME_CHANNEL).is_none_or(Column::is_text) {
             return Err(LogError::NeedsMap {
                 path: table.path.clone(),
                 columns: table.column_names(),
@@ -311,8 +311,8 @@ impl Source<'_> {
         Ok(number)
     }
 
-    fn rule(&self, channel: &str, key: String, text: &Spanned<String>) -> Result<Rule, LogError> {
-        let place = self.place(text.span().start, &key);
+    fn rule(&self, channel: &str, key: &str, text: &Spanned<String>) -> Result<Rule, LogError> {
+        let place = self.place(text.span().start, key);
         match Expr::parse(text.get_ref()) {
             Ok(expr) => Ok(Rule {
                 channel: channel.to_owned(),
@@ -326,16 +326,15 @@ impl Source<'_> {
         }
     }
 
-    #[allow(clippy::type_complexity)]
     fn filter(
         &self,
         filter: &RawFilter,
         channels: &BTreeMap<String, Spanned<String>>,
-    ) -> Result<(Option<Rule>, Vec<(String, usize)>), LogError> {
+    ) -> Result<Filter, LogError> {
         let keep = filter
             .keep
             .as_ref()
-            .map(|text| self.rule("", "filter.keep".to_owned(), text))
+            .map(|text| self.rule("", "filter.keep", text))
             .transpose()?;
         let mut medians = Vec::new();
         for (channel, samples) in &filter.median {

@@ -1,0 +1,188 @@
+//! What the reader takes for a table, and what it says of the rest.
+
+use proptest::prelude::*;
+use touchdown_log::{
+    Column, ColumnKind, ErrorKind, Findings, LogError, Map, Table, inspect, parse_csv,
+};
+
+fn read(text: &str) -> (Table, Findings) {
+    parse_csv("t.csv", text.as_bytes()).unwrap()
+}
+
+fn fails(bytes: &[u8]) -> LogError {
+    parse_csv("t.csv", bytes).unwrap_err()
+}
+
+fn values(table: &Table, name: &str) -> Vec<f64> {
+    table.column(name).unwrap().values().to_vec()
+}
+
+#[test]
+fn analytic_byte_order_mark_line_ends_and_spaces() {
+    for end in ["\n", "\r\n", "\r", "\n\n", "\r\r\n"] {
+        let text = format!("\u{feff} a , \"b, c\" {end}1, 2{end} 3 ,\"4\"{end}");
+        let (table, findings) = read(&text);
+        assert_eq!(values(&table, "a"), [1.0, 3.0], "{end:?}");
+        assert_eq!(values(&table, "b, c"), [2.0, 4.0], "{end:?}");
+        assert_eq!(findings.warnings, [""; 0], "{end:?}");
+        assert!(!findings.is_lossy());
+    }
+    // Line ends of several kinds in one file.
+    assert_eq!(read("a,b\r1,2\n3,4\r\n5,6").0.len(), 3);
+}
+
+#[test]
+fn analytic_delimiters() {
+    for (text, b) in [
+        ("a,b\n1,2.5\n", 2.5),
+        ("a;b\n1;2.5\n", 2.5),
+        ("a\tb\n1\t2.5\n", 2.5),
+        ("a|b\n1|2.5\n", 2.5),
+        ("sep=;\na;b\n1;2.5\n", 2.5),
+        ("a;b (x, y, z)\n1;2.5\n", 2.5),
+    ] {
+        let (table, _) = read(text);
+        assert_eq!(table.columns()[1].values(), [b], "{text:?}");
+    }
+    let (table, findings) = read("a;b\n1,5;2\n2,5;3\n");
+    assert_eq!(values(&table, "a"), [1.5, 2.5]);
+    assert_eq!(
+        findings.warnings,
+        ["2 cells have a decimal comma and were read so"]
+    );
+    // One column has no delimiter at all.
+    assert_eq!(values(&read("a\n1\n2\n").0, "a"), [1.0, 2.0]);
+}
+
+#[test]
+fn analytic_header_behind_a_hash_and_comments() {
+    let (table, _) = read("# made by hand\n# t, x (m)\n1,2\n# a remark\n3,4\n");
+    assert_eq!(values(&table, "x (m)"), [2.0, 4.0]);
+    let (table, _) = read("# made by hand\nt,x\n1,2\n");
+    assert_eq!(values(&table, "t"), [1.0]);
+}
+
+#[test]
+fn analytic_gaps_and_words() {
+    let (table, findings) = read("a,b,c\n1,,x\nnan,2,y\nN/A,3,z\n4,inf,\n");
+    let a = values(&table, "a");
+    assert!(a[0] == 1.0 && a[1].is_nan() && a[2].is_nan() && a[3] == 4.0);
+    assert_eq!(values(&table, "b")[3], f64::INFINITY);
+    assert_eq!(findings.empty_cells["a"], 2);
+    assert_eq!(findings.empty_cells["b"], 1);
+    assert_eq!(findings.text_columns, ["c"]);
+    assert!(!findings.is_lossy() && findings.warnings.is_empty());
+    let kind = table.column("c").unwrap().kind().clone();
+    let example = "x".to_owned();
+    assert_eq!(kind, ColumnKind::Text { example });
+}
+
+#[test]
+fn analytic_stamps_become_seconds() {
+    let (table, _) = read(
+        "Timestamp,x\n2019-11-07 23:59:59:868,1\n2019-11-08 00:00:00:118,2\n,3\n2019-11-08 00:01:00:868,4\n",
+    );
+    let stamps = values(&table, "Timestamp");
+    assert_eq!(
+        table.column("Timestamp").unwrap().kind(),
+        &ColumnKind::Stamp
+    );
+    assert!(stamps[2].is_nan());
+    // Whole nanoseconds divided by 1e9: exact to the nearest number.
+    assert_eq!([stamps[0], stamps[1], stamps[3]], [0.0, 0.25, 61.0]);
+}
+
+#[test]
+fn analytic_odd_headers() {
+    // A delimiter at the end of every line, of the header only, of the rows only.
+    for text in ["a,b,\n1,2,\n", "a,b,\n1,2\n", "a,b\n1,2,\n"] {
+        let (table, findings) = read(text);
+        assert_eq!(table.columns().len(), 2, "{text:?}");
+        assert!(!findings.is_lossy(), "{text:?}");
+    }
+    let (table, findings) = read("a,,a\n1,2,3\n");
+    let names: Vec<&str> = table.columns().iter().map(Column::name).collect();
+    assert_eq!(names, ["a", "column_2", "a#2"]);
+    assert_eq!(findings.warnings.len(), 2);
+    let (table, findings) = parse_csv("t.csv", b"ESC (\xb5s),b\n1,2\n").unwrap();
+    assert_eq!(values(&table, "ESC (µs)"), [1.0]);
+    assert_eq!(
+        findings.warnings,
+        ["the header is not UTF-8; it was read as Latin-1"]
+    );
+}
+
+#[test]
+fn analytic_files_that_are_no_table() {
+    assert!(matches!(fails(b""), LogError::Empty { .. }));
+    assert!(matches!(
+        fails(b"\xef\xbb\xbf\r\n \n"),
+        LogError::Empty { .. }
+    ));
+    assert!(matches!(fails(b"\xff\xfea\0"), LogError::NotText { .. }));
+    assert!(matches!(
+        fails(b"ULog\x01\x12\x35\x01\0"),
+        LogError::NotText { .. }
+    ));
+    let only_header = fails(b"a,b\n");
+    assert_eq!(
+        only_header.to_string(),
+        "t.csv: no usable rows: there is only a header"
+    );
+    let headless = fails(b"1,2\n3,4\n");
+    assert_eq!(
+        headless.to_string(),
+        "t.csv, line 1: expected a header with column names, found a row of numbers: 1,2"
+    );
+    let ragged = fails(b"a,b,c\n1,2\n3,4\n");
+    assert!(
+        ragged
+            .to_string()
+            .contains("line 2: expected 3 cells, found 2"),
+        "{ragged}"
+    );
+    let missing = touchdown_log::read_csv("/nowhere/at/all.csv").unwrap_err();
+    assert!(
+        missing
+            .to_string()
+            .starts_with("/nowhere/at/all.csv: cannot be read: ")
+    );
+    for error in [only_header, headless, ragged, missing] {
+        assert_eq!(error.kind(), ErrorKind::Unreadable);
+    }
+}
+
+#[test]
+fn xval_sha256() {
+    // printf 'a\n1\n' | sha256sum
+    let (table, _) = read("a\n1\n");
+    assert_eq!(
+        table.sha256(),
+        "309b0e45a73d3fc5325e2b6ed0a01ef8b9cde6b05a5633c1f893f970d52bfddc"
+    );
+}
+
+proptest! {
+    #[test]
+    fn prop_any_bytes_are_a_table_or_an_error(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        let _ = parse_csv("p.csv", &bytes);
+    }
+
+    #[test]
+    fn prop_any_likely_text_is_a_table_or_an_error(
+        text in "[a-c\"#,;\t|\r\n0-9.eE+: \u{feff}nµ-]{0,200}"
+    ) {
+        if let Ok((table, findings)) = parse_csv("p.csv", text.as_bytes()) {
+            prop_assert!(!table.is_empty());
+            prop_assert!(table.columns().iter().all(|c| c.values().len() == table.len()));
+            // Every row read is used or accounted for.
+            let gone = findings.corrupt_rows + findings.empty_rows + usize::from(findings.truncated);
+            prop_assert_eq!(findings.rows_used + gone, findings.rows_read);
+            // Whatever it holds, it can be looked at, and the suggested map is one.
+            if let Some(map) = inspect(&table, None).suggested_map {
+                let parsed = Map::parse("suggested.toml", &map);
+                prop_assert!(parsed.is_ok(), "{:?}\n{}", parsed.err().map(|e| e.to_string()), map);
+            }
+        }
+    }
+}
