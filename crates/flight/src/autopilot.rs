@@ -164,11 +164,11 @@ impl<R: Real, G: GroundEffect<R>> Autopilot<R, G> {
         let demand = self.law.demand(&state.law, &control, lift, dt);
         let asked = demand.thrust_n.finite_or(sent.thrust_n);
         let thrust_n = self.limits.thrust(asked);
-        let wanted = self.thrust.throttle_for(thrust_n);
-        let throttle = self.limits.throttle(wanted);
-        let saturation = if asked > thrust_n || wanted > throttle {
+        let throttle = self.limits.throttle(self.thrust.throttle_for(thrust_n));
+        // At the end of the throttle the rotors may not give what is asked for.
+        let saturation = if asked > thrust_n || throttle >= self.limits.throttle_max {
             Saturation::High
-        } else if asked < thrust_n || wanted < throttle {
+        } else if asked < thrust_n || throttle <= self.limits.throttle_min {
             Saturation::Low
         } else {
             Saturation::No

@@ -5,7 +5,7 @@ mod common;
 use common::{GRAVITY, MASS_KG, WEIGHT_N, autopilot, convert, lag, map, ratio};
 use proptest::prelude::*;
 use touchdown_flight::autopilot::Autopilot;
-use touchdown_flight::control::{Imbc, Law, Ssc};
+use touchdown_flight::control::{Imbc, Law, LawState, Ssc};
 use touchdown_flight::deck::HarmonicFilter;
 use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Polynomial};
 use touchdown_flight::metrics::{LandingFigures, LandingMetrics, LandingMetricsState};
@@ -221,6 +221,49 @@ fn analytic_first_step_at_rest_holds_the_weight() {
     assert!((state.time_s() - 0.01).abs() < 1e-17);
     // The thrust model stays at the rest that it was started from.
     assert!((state.thrust.thrust_n() - WEIGHT_N).abs() < 1e-9);
+}
+
+#[test]
+fn prop_no_windup_while_saturated() {
+    let integral = |state: &LawState<f64>| match state {
+        LawState::Composite(state) => state.integral_n,
+        other => panic!("not the composite law: {other:?}"),
+    };
+    let mut pilot = autopilot::<f64>(GroundEffectModel::None);
+    // Rotors that give 14 N at most, less than the limit of the command.
+    pilot.thrust = ThrustModel::FirstOrder(FirstOrder {
+        c0: 14.0_f64.sqrt() - 0.3,
+        c1: 0.3,
+        t_m_s: 0.06,
+    });
+    // Far below the reference: more thrust is asked for than there is.
+    let low = Measurement {
+        height_m: 0.2,
+        ..Measurement::default()
+    };
+    let mut state = pilot.initial(&low, 0.9);
+    for _ in 0..50 {
+        assert_eq!(pilot.step(&mut state, &low, 0.01).throttle, 1.0);
+    }
+    assert_eq!(integral(&state.law), 0.0);
+    // Far above, and asking for less than the least.
+    let high = Measurement {
+        height_m: 5.0,
+        ..Measurement::default()
+    };
+    for _ in 0..50 {
+        assert_eq!(pilot.step(&mut state, &high, 0.01).thrust_n, 0.5);
+    }
+    assert_eq!(integral(&state.law), 0.0);
+    // Within the limits it integrates.
+    let near = Measurement {
+        height_m: 0.8,
+        ..Measurement::default()
+    };
+    for _ in 0..50 {
+        pilot.step(&mut state, &near, 0.01);
+    }
+    assert!(integral(&state.law) > 0.0);
 }
 
 #[test]

@@ -225,14 +225,21 @@ fn prop_imbc_stays_bounded() {
 fn analytic_ssc_filter() {
     let law = Ssc::<f64>::default();
     law.validate().unwrap();
-    let state = SscState { thrust_n: WEIGHT_N };
+    let mut state = SscState { thrust_n: WEIGHT_N };
     let input = ControlInput {
         deck_acceleration_mps2: 0.2,
         ..hover(0.5, 0.1, 0.45)
     };
     let s = 0.1 + 2.0 * 0.05;
     let u = WEIGHT_N + 1.37 * (0.2 - 2.0 * 0.1) - 4.0 * s - 1.5 * (s / 0.15_f64).tanh();
-    let expected = u + (WEIGHT_N - u) * (-0.01_f64 / 0.03).exp();
+    let decay = (-0.01_f64 / 0.03).exp();
+    let expected = u + (WEIGHT_N - u) * decay;
     // Roundings of numbers of order ten.
     assert!((law.demand(&state, &input, 0.01).thrust_n - expected).abs() < 1e-13);
+    // The next step starts from what was sent.
+    law.advance(&mut state, 12.0);
+    let expected = u + (12.0 - u) * decay;
+    assert!((law.demand(&state, &input, 0.01).thrust_n - expected).abs() < 1e-13);
+    law.advance(&mut state, f64::NAN);
+    assert_eq!(state.thrust_n, 12.0);
 }

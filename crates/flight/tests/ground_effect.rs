@@ -119,14 +119,16 @@ fn analytic_rest_of_ratio_and_lag() {
         (-0.0311 + 0.1613 * psi(z, 0.08) + 0.4663 * psi(z, 0.2) + 0.1354 * psi(z, 0.45)) / 3.7681;
     // The same sum in another order.
     assert!((ratio::<f64>().rest(&at(z)) - expected).abs() < 1e-15);
-    let h = -0.00901 + 0.04948 * psi(z, 0.08) + 0.12176 * psi(z, 0.2) + 0.03698 * psi(z, 0.45);
-    let model = lag::<f64>();
-    let state = model.rest(&at(z));
-    assert!((state - h).abs() < 1e-15);
     let moving = GroundEffectInput {
         deck_velocity_mps: 0.1,
         ..at(z)
     };
+    let pushed = 0.1 * (0.1646 - 0.0047 * 0.1 + 1.2235 * psi(z, 0.2) - 0.5224 * psi(z, 0.45));
+    assert!((ratio::<f64>().rest(&moving) - expected - pushed / 3.7681).abs() < 1e-15);
+    let h = -0.00901 + 0.04948 * psi(z, 0.08) + 0.12176 * psi(z, 0.2) + 0.03698 * psi(z, 0.45);
+    let model = lag::<f64>();
+    let state = model.rest(&at(z));
+    assert!((state - h).abs() < 1e-15);
     let y = h + (-0.0353 + 0.1067 * psi(z, 0.45)) * 0.1;
     assert!((model.lift(&state, &moving).ratio - y).abs() < 1e-15);
 }
