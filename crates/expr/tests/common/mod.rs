@@ -61,7 +61,9 @@ pub fn any_text() -> impl Strategy<Value = String> {
     })
 }
 
-/// Fully parenthesised text of a differentiable expression of x and y.
+/// Fully parenthesised text of an expression of x and y that is finite, with finite
+/// slopes of all its parts, wherever it has no kink: arguments are kept inside the
+/// domains, `q` below, or bounded, `b`.
 pub fn smooth_text() -> impl Strategy<Value = String> {
     let leaf = prop_oneof![
         (1_i32..6).prop_map(|v| format!("{v}")),
@@ -70,28 +72,28 @@ pub fn smooth_text() -> impl Strategy<Value = String> {
         Just("y".to_owned()),
     ];
     leaf.prop_recursive(4, 24, 2, |inner| {
-        let unary = &[
-            "-", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "abs",
-        ][..];
+        let q = |a: &str| format!("(0.5+{a}^2)");
+        let b = |a: &str| format!("(0.9*tanh({a}))");
+        let plain = prop::sample::select(&["-", "sin", "cos", "atan", "tanh", "abs"][..]);
+        let positive = prop::sample::select(&["sqrt", "log"][..]);
+        let bounded = prop::sample::select(&["exp", "tan", "asin", "acos"][..]);
+        let infix = prop::sample::select(&["+", "-", "*"][..]);
+        let two = prop::sample::select(&["min", "max"][..]);
+        let apart = prop::sample::select(&["hypot", "atan2"][..]);
+        let pair = || (inner.clone(), inner.clone());
         prop_oneof![
-            (prop::sample::select(unary), inner.clone()).prop_map(|(f, a)| format!("({f}({a}))")),
-            (
-                inner.clone(),
-                prop::sample::select(&["+", "-", "*", "/"][..]),
-                inner.clone()
-            )
-                .prop_map(|(a, f, b)| format!("({a}{f}{b})")),
-            (
-                prop::sample::select(&["min", "max", "hypot", "atan2"][..]),
-                inner.clone(),
-                inner.clone()
-            )
-                .prop_map(|(f, a, b)| format!("{f}({a},{b})")),
-            // A varying exponent has a positive base.
-            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("((0.5+{a}^2)^{b})")),
-            (inner.clone(), -4_i32..6).prop_map(|(a, n)| format!("({a}^({n}))")),
-            (inner.clone(), inner.clone(), inner)
-                .prop_map(|(c, a, b)| format!("if({c}<1,{a},{b})")),
+            (plain, inner.clone()).prop_map(|(f, a)| format!("({f}({a}))")),
+            (positive, inner.clone()).prop_map(move |(f, a)| format!("{f}({})", q(&a))),
+            (bounded, inner.clone()).prop_map(move |(f, a)| format!("{f}({})", b(&a))),
+            (pair(), infix).prop_map(|((a, c), f)| format!("({a}{f}{c})")),
+            pair().prop_map(move |(a, c)| format!("({a}/{})", q(&c))),
+            (pair(), two).prop_map(|((a, c), f)| format!("{f}({a},{c})")),
+            (pair(), apart.clone()).prop_map(move |((a, c), f)| format!("{f}({a},{})", q(&c))),
+            (pair(), apart).prop_map(move |((a, c), f)| format!("{f}({},{c})", q(&a))),
+            pair().prop_map(move |(a, c)| format!("({}^{})", q(&a), b(&c))),
+            (inner.clone(), 0_i32..4).prop_map(|(a, n)| format!("({a}^{n})")),
+            (inner.clone(), 1_i32..4).prop_map(move |(a, n)| format!("({}^-{n})", q(&a))),
+            (pair(), inner.clone()).prop_map(|((c, a), e)| format!("if({c}<1,{a},{e})")),
         ]
     })
 }
