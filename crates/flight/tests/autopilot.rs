@@ -124,7 +124,7 @@ fn hover_throttle() -> f64 {
 }
 
 #[test]
-fn paper_order_of_the_methods() {
+fn prop_order_of_the_methods() {
     let fly = |model| {
         let mut vehicle = Vehicle::new(0.0, 1.0, ThrustModel::published());
         land(&autopilot::<f64>(model), &mut vehicle)
