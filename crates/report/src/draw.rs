@@ -275,52 +275,36 @@ fn draw_axes(canvas: &mut Canvas, panel: &Panel, place: &PanelLayout) {
 }
 
 fn draw_series(canvas: &mut Canvas, panel: &Panel, place: &PanelLayout) {
-    let is_band = |series: &Series| matches!(series.kind, Kind::Band { .. });
-    let bars = panel.series.iter().filter(|s| s.kind == Kind::Bars).count();
-    let mut bars_before = 0;
-    for bands in [true, false] {
-        for (index, series) in panel
-            .series
-            .iter()
-            .enumerate()
-            .filter(|(_, s)| is_band(s) == bands)
-        {
-            let view = View {
-                place,
-                series,
-                rgb: panel.color_of(index).rgb(),
-            };
-            match &series.kind {
-                Kind::Band { lower, upper } => view.band(canvas, lower, upper),
-                Kind::Bars => {
-                    view.bars(canvas, bars_before, bars);
-                    bars_before += 1;
-                }
-                Kind::ErrorBars { plus_minus } => view.error_bars(canvas, plus_minus),
-                Kind::HorizontalLine | Kind::VerticalLine => view.reference(canvas),
-                _ => view.curve(canvas),
+    let of = panel.series.iter().filter(|s| s.kind == Kind::Bars).count();
+    let mut before = 0;
+    for index in panel.drawing_order() {
+        let series = &panel.series[index];
+        let rgb = panel.color_of(index).rgb();
+        let view = View { place, series, rgb };
+        match &series.kind {
+            Kind::Band { lower, upper } => view.band(canvas, lower, upper),
+            Kind::Bars => {
+                view.bars(canvas, before, of);
+                before += 1;
             }
+            Kind::ErrorBars { plus_minus } => view.error_bars(canvas, plus_minus),
+            Kind::HorizontalLine | Kind::VerticalLine => view.reference(canvas),
+            _ => view.curve(canvas),
         }
     }
-    if panel
-        .series
-        .iter()
-        .all(|s| s.x.is_empty() && s.y.is_empty())
-    {
-        let plot = &place.plot;
-        let middle = [
-            0.5 * (plot.left + plot.right),
-            0.5 * (plot.top + plot.bottom),
-        ];
-        canvas.text(
-            "no data",
-            middle,
-            Type {
-                size: LABEL_SIZE,
-                weight: Weight::Regular,
-                rgb: QUIET,
-            },
-            Anchor::Middle,
-        );
+    if !panel.series.iter().any(Series::has_data) {
+        let Rect {
+            left,
+            top,
+            right,
+            bottom,
+        } = place.plot;
+        let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
+        let style = Type {
+            size: LABEL_SIZE,
+            weight: Weight::Regular,
+            rgb: QUIET,
+        };
+        canvas.text("no data", middle, style, Anchor::Middle);
     }
 }

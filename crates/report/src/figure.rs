@@ -1,5 +1,7 @@
 //! What a figure is: panels of series.
 
+use crate::color::Color;
+
 /// One picture: stacked panels with a title.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
@@ -101,46 +103,6 @@ pub enum Kind {
     VerticalLine,
 }
 
-/// A colour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Color {
-    /// The n-th of eight colours that people with any colour vision can tell apart (Okabe & Ito 2008); wraps round.
-    Cycle(usize),
-    /// Red, green, blue.
-    Rgb(u8, u8, u8),
-}
-
-impl Color {
-    /// Near black, for references.
-    pub const BLACK: Self = Self::Rgb(0x22, 0x22, 0x22);
-    /// Grey, for what stands in the background.
-    pub const GREY: Self = Self::Rgb(0x80, 0x80, 0x80);
-
-    /// Red, green, blue. The palette is that of Okabe & Ito (2008), strongest on white first.
-    pub fn rgb(self) -> [u8; 3] {
-        const OKABE_ITO: [[u8; 3]; 8] = [
-            [0x00, 0x72, 0xB2], // blue
-            [0xD5, 0x5E, 0x00], // vermillion
-            [0x00, 0x9E, 0x73], // bluish green
-            [0xCC, 0x79, 0xA7], // reddish purple
-            [0xE6, 0x9F, 0x00], // orange
-            [0x56, 0xB4, 0xE9], // sky blue
-            [0x00, 0x00, 0x00], // black
-            [0xF0, 0xE4, 0x42], // yellow
-        ];
-        match self {
-            Self::Cycle(n) => OKABE_ITO[n % OKABE_ITO.len()],
-            Self::Rgb(r, g, b) => [r, g, b],
-        }
-    }
-
-    /// `#rrggbb`.
-    pub(crate) fn hex(self) -> String {
-        let [r, g, b] = self.rgb();
-        format!("#{r:02x}{g:02x}{b:02x}")
-    }
-}
-
 impl Figure {
     /// A figure of 900 px width without panels.
     pub fn new(id: impl Into<String>, title: impl Into<String>) -> Self {
@@ -226,6 +188,14 @@ impl Panel {
     pub fn series(mut self, series: Series) -> Self {
         self.series.push(series);
         self
+    }
+
+    /// Indices of the series, bands first: what is drawn later lies on top.
+    pub(crate) fn drawing_order(&self) -> Vec<usize> {
+        let band = |index: &usize| matches!(self.series[*index].kind, Kind::Band { .. });
+        let (mut bands, others): (Vec<usize>, Vec<usize>) = (0..self.series.len()).partition(band);
+        bands.extend(others);
+        bands
     }
 
     /// Colour of the `index`-th series: its own, or grey for a reference line, or the next of the palette.
@@ -375,6 +345,17 @@ impl Series {
         Self {
             width: 1.25,
             ..Self::new(name, Kind::VerticalLine, &[x], &[])
+        }
+    }
+
+    /// Whether any sample can be drawn.
+    pub(crate) fn has_data(&self) -> bool {
+        let finite = |column: &[f64]| column.iter().any(|v| v.is_finite());
+        match &self.kind {
+            Kind::HorizontalLine => finite(&self.y),
+            Kind::VerticalLine => finite(&self.x),
+            Kind::Band { lower, upper } => finite(&self.x) && finite(lower) && finite(upper),
+            _ => finite(&self.x) && finite(&self.y),
         }
     }
 

@@ -115,12 +115,13 @@ pub(crate) fn layout(figure: &Figure, headings: bool) -> Layout {
     let mut panels = Vec::with_capacity(figure.panels.len());
     for (index, (panel, (legend, _))) in figure.panels.iter().zip(legends).enumerate() {
         let header_top = top;
-        let plot_top = (top + headers[index]).round() + 0.5;
+        // Half pixels, so that lines along the edges are sharp.
+        let plot_top = (top + headers[index] - 0.5).floor() + 0.5;
         let plot = Rect {
             left,
             top: plot_top,
             right,
-            bottom: plot_top + heights[index].round(),
+            bottom: plot_top + heights[index].floor(),
         };
         top = plot.bottom + footer(index);
         let mut x_range = xs[index];
@@ -139,7 +140,7 @@ pub(crate) fn layout(figure: &Figure, headings: bool) -> Layout {
         });
     }
     Layout {
-        height: top.ceil() as u32,
+        height: top.ceil().max(figure.wanted_height_px() as f32) as u32,
         title,
         panels,
     }

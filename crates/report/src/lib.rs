@@ -35,6 +35,7 @@
 
 mod canvas;
 mod check;
+mod color;
 mod curve;
 mod decimate;
 mod draw;
@@ -52,9 +53,10 @@ mod series;
 mod svg;
 mod table;
 
+pub use color::Color;
 pub use decimate::MAX_DRAWN_POINTS;
 pub use error::Error;
-pub use figure::{Color, Figure, Kind, Panel, Series};
+pub use figure::{Figure, Kind, Panel, Series};
 pub use report::{Callout, Report};
 pub use table::{Align, Cell, Column, Table};
 

@@ -46,16 +46,16 @@ impl Figure {
             };
             let place = &layout.panels[index];
             let rounding = [Rounding::of(&place.x), Rounding::of(&place.y)];
-            let mut of_panel = Vec::new();
-            for number in 0..panel.series.len() {
-                if panel.series[number].is_reference() {
+            let mut of_panel = vec![Place::Shapes(0, 0); panel.series.len()];
+            for number in panel.drawing_order() {
+                of_panel[number] = if panel.series[number].is_reference() {
                     let first = shapes.len();
                     shapes.extend(sheet.reference(number));
-                    of_panel.push(Place::Shapes(first, shapes.len() - first));
+                    Place::Shapes(first, shapes.len() - first)
                 } else {
-                    of_panel.push(Place::Trace(traces.len()));
                     traces.push(sheet.trace(number, rounding));
-                }
+                    Place::Trace(traces.len() - 1)
+                };
             }
             places.push(of_panel);
         }
@@ -197,7 +197,7 @@ fn axis_layout(label: &str, log: bool, (low, high): (f64, f64)) -> Map<String, V
         "type": if log { "log" } else { "linear" },
         "range": range,
         "gridcolor": "#e4e6ea", "linecolor": "#9aa1ab", "showline": true, "zeroline": false,
-        "ticks": "", "tickfont": { "color": "#555b63" }, "exponentformat": "power",
+        "ticks": "", "tickfont": { "color": "#555b63" }, "exponentformat": "power", "hoverformat": ".5~g",
     });
     match value {
         Value::Object(map) => map,
@@ -338,7 +338,7 @@ impl Sheet<'_> {
     /// Lines across the panel.
     fn reference(&self, number: usize) -> Vec<Value> {
         let series = &self.panel.series[number];
-        let line = json!({ "color": self.panel.color_of(number).hex(), "width": series.width, "dash": "dash" });
+        let line = json!({ "color": self.panel.color_of(number).hex(), "width": series.width, "dash": "6px,4px" });
         let horizontal = series.kind == Kind::HorizontalLine;
         let log = if horizontal {
             self.panel.log_y
