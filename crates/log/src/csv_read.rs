@@ -18,6 +18,8 @@ const EXAMPLE_CHARS: usize = 40;
 /// with more text than numbers is kept as text, without values. Decimal commas are read where a
 /// comma does not separate cells, with a warning.
 ///
+/// A row of units below the header is passed over with a warning.
+///
 /// A row with the wrong number of cells, or with text where the column holds numbers, is corrupt:
 /// it is dropped and counted. If it is the last one and breaks off, it is truncated. A row that
 /// breaks off inside its very last number cannot be told from a whole one.
@@ -77,6 +79,8 @@ struct Rows {
     last_cell_empty: bool,
     comma_numbers: usize,
     first_fault: Option<String>,
+    /// Whether the first row has two cells of text or more, and no number.
+    first_is_text: bool,
     findings: Findings,
 }
 
@@ -88,6 +92,7 @@ impl Rows {
             last_cell_empty: true,
             comma_numbers: 0,
             first_fault: None,
+            first_is_text: false,
             findings: Findings {
                 rows_read: layout.rows.len(),
                 warnings: layout.warnings.clone(),
@@ -135,10 +140,16 @@ impl Rows {
         self.last_cell_empty = last_empty;
         let position = self.taken.len();
         self.taken.push((row, line.number));
+        let mut texts = 0;
         for (column, cell) in self.columns.iter_mut().zip(&cells) {
             let kind = classify(cell, layout.delimiter != b',');
+            texts += usize::from(kind == Cell::Text);
             self.comma_numbers += usize::from(matches!(kind, Cell::CommaNumber(_)));
             column.push(position, kind, cell);
+        }
+        if row == 0 {
+            let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
+            self.first_is_text = texts == filled && texts > 1;
         }
     }
 
@@ -171,7 +182,12 @@ impl Rows {
         for (position, fault) in bad.iter().enumerate() {
             let Some(fault) = fault else { continue };
             let line = self.taken[position].1;
-            if last.is_some_and(|last| last.number == line && !last.ended) {
+            if position == 0 && self.first_is_text {
+                self.findings.rows_read -= 1;
+                self.findings.warnings.push(format!(
+                    "line {line} holds no number and was taken for a row of units"
+                ));
+            } else if last.is_some_and(|last| last.number == line && !last.ended) {
                 self.findings.truncated = true;
                 self.findings.warnings.push(format!(
                     "the last row (line {line}) breaks off and was dropped"

@@ -3,6 +3,7 @@
 use crate::LogError;
 use crate::cell::{Cell, classify};
 use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
 
 /// Lines that take part in finding the delimiter.
 const SAMPLED_LINES: usize = 20;
@@ -246,6 +247,8 @@ fn names(header: &[u8], delimiter: u8, warnings: &mut Vec<String>) -> Vec<String
     }
     let mut latin = false;
     let mut names: Vec<String> = Vec::with_capacity(cells.len());
+    let mut taken = HashSet::new();
+    let mut repeats: HashMap<String, usize> = HashMap::new();
     let last = cells.len() - 1;
     for (index, cell) in cells.iter().enumerate() {
         let text = std::str::from_utf8(cell).map_or_else(
@@ -263,15 +266,18 @@ fn names(header: &[u8], delimiter: u8, warnings: &mut Vec<String>) -> Vec<String
                 index + 1
             ));
         }
-        if names.contains(&name) {
-            let taken = name.clone();
-            let mut count = 2;
-            while names.contains(&name) {
-                name = format!("{taken}#{count}");
-                count += 1;
-            }
+        if !taken.insert(name.clone()) {
+            let wanted = name;
+            let count = repeats.entry(wanted.clone()).or_insert(1);
+            name = loop {
+                *count += 1;
+                let candidate = format!("{wanted}#{count}");
+                if taken.insert(candidate.clone()) {
+                    break candidate;
+                }
+            };
             warnings.push(format!(
-                "two columns are called {taken:?}; column {} is called {name:?}",
+                "two columns are called {wanted:?}; column {} is called {name:?}",
                 index + 1
             ));
         }

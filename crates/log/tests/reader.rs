@@ -113,6 +113,19 @@ fn analytic_odd_headers() {
 }
 
 #[test]
+fn analytic_a_row_of_units_is_passed_over() {
+    let (table, findings) = read("t,f,who\ns,N,\n0,1,a\n1,2,b\n");
+    assert_eq!(values(&table, "f"), [1.0, 2.0]);
+    assert_eq!((findings.rows_read, findings.corrupt_rows), (2, 0));
+    assert_eq!(
+        findings.warnings,
+        ["line 2 holds no number and was taken for a row of units"]
+    );
+    // Farther down it is a defect.
+    assert!(read("t,f\n0,1\ns,N\n1,2\n").1.is_lossy());
+}
+
+#[test]
 fn analytic_files_that_are_no_table() {
     assert!(matches!(fails(b""), LogError::Empty { .. }));
     assert!(matches!(

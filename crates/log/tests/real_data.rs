@@ -248,7 +248,7 @@ fn xval_flights_keep_every_row() {
         let (trial, findings) = read(&path, name);
         assert_eq!((trial.len(), findings.rows_read), (rows, rows), "{file}");
         assert_eq!(findings.warnings, [""; 0], "{file}");
-        // None rises 1 m, and the lowest ends on the floor 0.79 m below the table it started from.
+        // None rises 1 m, and the lowest flies off a table that is 0.79 m high.
         let height = trial.require("height_m").unwrap();
         assert!(height.iter().all(|h| (-0.8..1.0).contains(h)), "{file}");
     }
