@@ -90,13 +90,13 @@ impl Figure {
         &self,
         key: &'static str,
         expected: &'static str,
-        found: impl ToString,
+        found: impl std::fmt::Display,
     ) -> Error {
         Error::Setting {
             figure: self.id.clone(),
             key,
             expected,
-            found: found.to_string(),
+            found: format!("{found}"),
         }
     }
 }

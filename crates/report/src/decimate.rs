@@ -1,6 +1,7 @@
 //! Thinning of long series for display.
 
-/// A series with more points than this is thinned for display; see [`keep`].
+/// A series with more points than this is thinned for display: 1000 buckets of consecutive samples keep their first
+/// and last sample, their extremes and their gaps.
 pub const MAX_DRAWN_POINTS: usize = 4000;
 
 /// Index buckets of a thinned series: a curve of 1000 buckets has at most one to a pixel at usual widths, and a

@@ -266,7 +266,7 @@ fn inline(text: &str) -> Markup {
     let code = |index: usize| index % 2 == 1;
     let parts: Vec<&str> = text.split('`').collect();
     // A mark without a partner stands for itself.
-    let balanced = parts.len() % 2 == 1;
+    let balanced = !parts.len().is_multiple_of(2);
     html! {
         @if balanced {
             @for (index, part) in parts.into_iter().enumerate() {
@@ -278,7 +278,7 @@ fn inline(text: &str) -> Markup {
 
 fn strong(text: &str) -> Markup {
     let parts: Vec<&str> = text.split("**").collect();
-    if parts.len() % 2 == 0 {
+    if parts.len().is_multiple_of(2) {
         return html! { (text) };
     }
     html! {

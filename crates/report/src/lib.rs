@@ -46,6 +46,7 @@ mod font;
 mod html;
 mod layout;
 mod plotly_json;
+mod ranges;
 mod raster;
 mod report;
 mod scale;

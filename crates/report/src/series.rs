@@ -4,7 +4,8 @@ use crate::canvas::{Canvas, Ink, Rect, Stroke};
 use crate::curve::{neighbours, steps, visible_runs};
 use crate::decimate::keep;
 use crate::figure::{Kind, Series};
-use crate::layout::{PanelLayout, spacing};
+use crate::layout::PanelLayout;
+use crate::ranges::spacing;
 
 /// Opacity of bands, so that curves and other bands show through.
 pub(crate) const BAND_ALPHA: f32 = 0.22;

@@ -61,7 +61,7 @@ impl Svg<'_> {
         for item in &canvas.items {
             match item {
                 Item::Text { line, .. } => {
-                    glyphs.extend(line.glyphs.iter().map(|(glyph, _)| *glyph))
+                    glyphs.extend(line.glyphs.iter().map(|(glyph, _)| *glyph));
                 }
                 Item::Shape {
                     clip: Some(clip), ..

@@ -152,7 +152,7 @@ fn analytic_thinning_keeps_extremes() {
         .as_array()
         .unwrap()
         .iter()
-        .filter_map(|v| v.as_f64())
+        .filter_map(serde_json::Value::as_f64)
         .collect();
     assert!(shown.len() <= MAX_DRAWN_POINTS, "{}", shown.len());
     assert!(shown.contains(&5.0) && shown.contains(&-7.0));
