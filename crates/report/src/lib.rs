@@ -46,6 +46,7 @@ mod font;
 mod html;
 mod layout;
 mod plotly_json;
+mod plotly_trace;
 mod ranges;
 mod raster;
 mod report;
