@@ -1,1 +1,8 @@
-//! From a thrust log to a soft touchdown on a moving deck: the toolkit and its command line.
+//! From a thrust log to a soft touchdown on a moving deck.
+
+pub mod error;
+pub mod identify;
+pub mod predict;
+pub mod score;
+
+pub use error::{Error, Result};

@@ -1,0 +1,110 @@
+//! The toolkit's error: what went wrong, and the exit status that it stands for.
+
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// Anything that stops a command.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A log or table that cannot be read or mapped.
+    #[error(transparent)]
+    Log(#[from] touchdown_log::LogError),
+    /// A trial that lacks a channel or breaks its rules.
+    #[error(transparent)]
+    Trial(#[from] touchdown_trial::TrialError),
+    /// A model card that cannot be read, written or flown.
+    #[error(transparent)]
+    Card(#[from] touchdown_model::CardError),
+    /// Identification that cannot start.
+    #[error(transparent)]
+    Identification(#[from] sindy::SindyError),
+    /// A simulation whose settings make no sense.
+    #[error(transparent)]
+    Simulation(#[from] touchdown_sim::SimError),
+    /// A figure or report that cannot be drawn or written.
+    #[error(transparent)]
+    Report(#[from] touchdown_report::Error),
+    /// Flight settings out of range.
+    #[error("{0}")]
+    Flight(touchdown_flight::SettingsError),
+    /// A settings or scenario file that cannot be understood.
+    #[error("{file}: {message}")]
+    Settings {
+        /// The file.
+        file: String,
+        /// Line, key, expected and found.
+        message: String,
+    },
+    /// A trial that does not fit what was asked.
+    #[error("{trial}: expected {expected}, found {found}")]
+    Data {
+        /// The trial or file.
+        trial: String,
+        /// What is needed.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// Arguments that do not fit together.
+    #[error("{0}")]
+    Arguments(String),
+    /// A file that cannot be read or written.
+    #[error("{path}: {source}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+impl Error {
+    /// An input or output error at `path`.
+    #[must_use]
+    pub fn file(path: &Path, source: std::io::Error) -> Self {
+        Self::File {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    /// A trial that does not fit.
+    pub fn data(
+        trial: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Self {
+        Self::Data {
+            trial: trial.into(),
+            expected: expected.into(),
+            found: found.into(),
+        }
+    }
+
+    /// The exit status: 1 for what cannot be read or written or holds no usable data, 2 for arguments,
+    /// maps, settings and cards that are wrong.
+    #[must_use]
+    pub fn exit_status(&self) -> u8 {
+        use touchdown_log::ErrorKind;
+        match self {
+            Self::File { .. } | Self::Identification(_) | Self::Data { .. } | Self::Trial(_) => 1,
+            Self::Card(touchdown_model::CardError::File { .. }) | Self::Report(_) => 1,
+            Self::Log(e) => match e.kind() {
+                ErrorKind::Unreadable => 1,
+                _ => 2,
+            },
+            _ => 2,
+        }
+    }
+}
+
+impl From<touchdown_flight::SettingsError> for Error {
+    fn from(e: touchdown_flight::SettingsError) -> Self {
+        Self::Flight(e)
+    }
+}
+
+/// The toolkit's result.
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,15 @@
+//! From trials to model cards.
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`thrust`] | throttle to thrust: static maps, lags, eq. (7), eq. (8) |
+//! | [`ground_effect`] | eq. (2), static map, eq. (9), ratio form, lag form |
+//! | [`settings`] | the settings of all of them |
+
+pub mod ground_effect;
+mod making;
+pub mod settings;
+pub mod thrust;
+
+pub use making::{Made, Origin};
+pub use settings::IdentificationSettings;

@@ -1,0 +1,349 @@
+//! Settings of identification, as they stand in a settings file.
+
+use serde::{Deserialize, Serialize};
+use sindy::shooting::Shooting;
+
+use crate::error::{Error, Result};
+
+/// Settings of identification; every key has a default.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct IdentificationSettings {
+    /// Smoothing and differentiation.
+    pub smoothing: SmoothingSettings,
+    /// SR3.
+    pub sr3: Sr3Settings,
+    /// Refinement by multiple shooting.
+    pub shooting: ShootingSettings,
+    /// Thrust models.
+    pub thrust: ThrustSettings,
+    /// Ground-effect models.
+    pub ground_effect: GroundEffectSettings,
+}
+
+/// Savitzky–Golay filter.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SmoothingSettings {
+    /// Samples in a window (odd).
+    pub window: usize,
+    /// Degree of the polynomials.
+    pub degree: usize,
+    /// Samples in a window for throttle-to-thrust trials, whose sines are faster.
+    pub thrust_window: usize,
+}
+
+impl Default for SmoothingSettings {
+    fn default() -> Self {
+        Self {
+            window: 41,
+            degree: 3,
+            thrust_window: 21,
+        }
+    }
+}
+
+/// SR3 with ℓ0 on scaled columns; the grid is searched by cross-validation over trials.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sr3Settings {
+    /// Thresholds √(2 λ ν) on scaled coefficients.
+    pub thresholds: Vec<f64>,
+    /// Relaxations ν, relative to the scaled Gram diagonal.
+    pub nus: Vec<f64>,
+}
+
+impl Default for Sr3Settings {
+    fn default() -> Self {
+        let grid = sindy::Grid::default();
+        Self {
+            thresholds: grid.thresholds,
+            nus: grid.nus,
+        }
+    }
+}
+
+/// Multiple shooting.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ShootingSettings {
+    /// Length of a window [s].
+    pub window_s: f64,
+    /// Distance between the starts of two windows [s].
+    pub stride_s: f64,
+    /// Every how many samples a residual is taken.
+    pub every: usize,
+    /// Standard deviation of the measured force's noise [N], that weighs data against priors.
+    pub noise_n: f64,
+    /// Steps at most.
+    pub max_iterations: usize,
+}
+
+impl Default for ShootingSettings {
+    fn default() -> Self {
+        Self {
+            window_s: 2.0,
+            stride_s: 1.5,
+            every: 3,
+            noise_n: 0.1,
+            max_iterations: 40,
+        }
+    }
+}
+
+impl ShootingSettings {
+    /// The solver's settings, with the standard deviation of a window's start in the state's unit.
+    #[must_use]
+    pub fn build(&self, start_sd: f64) -> Shooting {
+        Shooting {
+            window: self.window_s,
+            stride: self.stride_s,
+            every: self.every,
+            start_sd,
+            noise_sd: self.noise_n,
+            max_iterations: self.max_iterations,
+        }
+    }
+}
+
+/// Form of a thrust model.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "snake_case")]
+#[value(rename_all = "snake_case")]
+pub enum ThrustForm {
+    /// √T as a polynomial of throttle, at rest.
+    StaticSqrt,
+    /// T as a polynomial of throttle, at rest.
+    StaticThrust,
+    /// One lag on every motor's own throttle, then a polynomial for its thrust, summed.
+    LaggedMotors,
+    /// Eq. (7): x' = (c0 s + c1 - x)/T_m, x = √T, fitted in free run.
+    FirstOrder,
+    /// Eq. (8): x' as a sparse sum of library terms, by SR3 on derivatives, refined in free run.
+    Library,
+}
+
+/// What to do about dead time between throttle and measured thrust.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DeadTime {
+    /// Estimated for eq. (8), ignored by the other forms (where the lag takes it in).
+    #[default]
+    Auto,
+    /// Ignored: the lag takes it in.
+    None,
+    /// Estimated from the data.
+    Estimate,
+}
+
+/// Thrust models.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ThrustSettings {
+    /// Form; absent: chosen from the data.
+    pub form: Option<ThrustForm>,
+    /// Degree of the polynomials in throttle.
+    pub degree: usize,
+    /// Whether static maps get a battery-voltage term (`s*u`, u in volts).
+    pub battery: bool,
+    /// A plateau's first seconds that are left out.
+    pub settle_s: f64,
+    /// Thrust below which plateaus are left out of static maps [N].
+    pub min_thrust_n: f64,
+    /// Candidate terms of eq. (8), in the state `x = √T` and the throttle `s`.
+    pub library: Vec<String>,
+    /// Whether eq. (8) is refined in free run after SR3.
+    pub refine: bool,
+    /// Longest lag that is searched for [s].
+    pub max_lag_s: f64,
+    /// Dead time between throttle and measured thrust, of the measuring chain or of the motors' electronics.
+    pub dead_time: DeadTime,
+}
+
+impl Default for ThrustSettings {
+    fn default() -> Self {
+        Self {
+            form: None,
+            degree: 2,
+            battery: false,
+            settle_s: 0.8,
+            min_thrust_n: 0.1,
+            library: touchdown_flight::thrust::Library::<f64>::TERMS
+                .map(String::from)
+                .to_vec(),
+            refine: true,
+            max_lag_s: 1.0,
+            dead_time: DeadTime::Auto,
+        }
+    }
+}
+
+/// Form of a ground-effect model.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "snake_case")]
+#[value(rename_all = "snake_case")]
+pub enum GroundEffectForm {
+    /// Eq. (2) with a fitted coefficient mu.
+    Empirical,
+    /// A static map f = T h(z).
+    Static,
+    /// Eq. (9): f' as a sparse sum of library terms, by SR3 on derivatives.
+    Derivative,
+    /// y = f/T, y' as a sum of bounded terms, refined by multiple shooting.
+    Ratio,
+    /// y = G + k(z) v_p, G' = (h(z) - G)/tau, by multiple shooting.
+    Lag,
+}
+
+impl GroundEffectForm {
+    /// All forms, in the order of tables.
+    pub const ALL: [Self; 5] = [
+        Self::Empirical,
+        Self::Static,
+        Self::Derivative,
+        Self::Ratio,
+        Self::Lag,
+    ];
+
+    /// The name in results and file names.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Empirical => "empirical",
+            Self::Static => "static",
+            Self::Derivative => "derivative",
+            Self::Ratio => "ratio",
+            Self::Lag => "lag",
+        }
+    }
+}
+
+/// Ground-effect models.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GroundEffectSettings {
+    /// Rotor radius R of eq. (2) [m].
+    pub rotor_radius_m: f64,
+    /// Lengths of the bounded functions of height [m].
+    pub lengths_m: [f64; 3],
+    /// Candidate terms of eq. (9), in `f`, `s`, `z`, `v_p`, `v_q`. Terms that are zero throughout the data
+    /// are left out by themselves.
+    pub library: Vec<String>,
+    /// Bounds of the lag [s].
+    pub lag_bounds_s: [f64; 2],
+    /// Limits of f/T that flight obeys.
+    pub ratio_limits: [f64; 2],
+    /// What flight feeds the model's velocity input with.
+    pub velocity_input: touchdown_model::card::VelocityInput,
+}
+
+impl Default for GroundEffectSettings {
+    fn default() -> Self {
+        Self {
+            rotor_radius_m: 0.12,
+            lengths_m: [0.08, 0.20, 0.45],
+            library: touchdown_flight::ground_effect::Polynomial::<f64>::TERMS
+                .map(String::from)
+                .to_vec(),
+            lag_bounds_s: [0.02, 3.0],
+            ratio_limits: [-0.1, 0.6],
+            velocity_input: touchdown_model::card::VelocityInput::NegativeRelative,
+        }
+    }
+}
+
+impl IdentificationSettings {
+    /// Checks all settings; `file` names them in errors.
+    ///
+    /// # Errors
+    /// The first setting out of range.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let bad = |key: &str, expected: &str, found: String| {
+            Err(Error::Settings {
+                file: file.to_string(),
+                message: format!("key `{key}`: expected {expected}, found {found}"),
+            })
+        };
+        for (key, window) in [
+            ("smoothing.window", self.smoothing.window),
+            ("smoothing.thrust_window", self.smoothing.thrust_window),
+        ] {
+            if let Err(e) = sindy::SavitzkyGolay::new(window, self.smoothing.degree) {
+                return Err(Error::Settings {
+                    file: file.to_string(),
+                    message: format!("key `{key}`: {e}"),
+                });
+            }
+        }
+        if self.sr3.thresholds.is_empty() || self.sr3.nus.is_empty() {
+            return bad("sr3", "at least one threshold and one nu", "none".into());
+        }
+        if let Some(v) = self
+            .sr3
+            .thresholds
+            .iter()
+            .find(|v| !(**v >= 0.0 && v.is_finite()))
+        {
+            return bad(
+                "sr3.thresholds",
+                "finite numbers, at least 0",
+                v.to_string(),
+            );
+        }
+        if let Some(v) = self.sr3.nus.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
+            return bad("sr3.nus", "finite numbers above 0", v.to_string());
+        }
+        let t = &self.thrust;
+        if !(1..=6).contains(&t.degree) {
+            return bad("thrust.degree", "1 to 6", t.degree.to_string());
+        }
+        let g = &self.ground_effect;
+        let positive = [
+            ("shooting.window_s", self.shooting.window_s),
+            ("shooting.stride_s", self.shooting.stride_s),
+            ("shooting.noise_n", self.shooting.noise_n),
+            ("thrust.max_lag_s", t.max_lag_s),
+            ("ground_effect.rotor_radius_m", g.rotor_radius_m),
+            ("ground_effect.lengths_m[0]", g.lengths_m[0]),
+            ("ground_effect.lengths_m[1]", g.lengths_m[1]),
+            ("ground_effect.lengths_m[2]", g.lengths_m[2]),
+            ("ground_effect.lag_bounds_s[0]", g.lag_bounds_s[0]),
+        ];
+        for (key, v) in positive {
+            if !(v > 0.0 && v.is_finite()) {
+                return bad(key, "a finite number above 0", v.to_string());
+            }
+        }
+        for (key, v) in [
+            ("thrust.settle_s", t.settle_s),
+            ("thrust.min_thrust_n", t.min_thrust_n),
+        ] {
+            if !(v >= 0.0 && v.is_finite()) {
+                return bad(key, "a finite number, at least 0", v.to_string());
+            }
+        }
+        if self.shooting.every == 0 {
+            return bad("shooting.every", "at least 1", "0".into());
+        }
+        for (key, [lo, hi]) in [
+            ("ground_effect.lag_bounds_s", g.lag_bounds_s),
+            ("ground_effect.ratio_limits", g.ratio_limits),
+        ] {
+            if !(lo < hi && lo.is_finite() && hi.is_finite()) {
+                return bad(key, "[min, max] with min < max", format!("[{lo}, {hi}]"));
+            }
+        }
+        for (key, library) in [
+            ("thrust.library", &t.library),
+            ("ground_effect.library", &g.library),
+        ] {
+            if let Err(e) = sindy::Library::parse(library) {
+                return Err(Error::Settings {
+                    file: file.to_string(),
+                    message: format!("key `{key}`: {e}"),
+                });
+            }
+        }
+        Ok(())
+    }
+}

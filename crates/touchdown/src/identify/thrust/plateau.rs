@@ -1,0 +1,124 @@
+//! Plateaus: stretches of constant throttle in which the thrust has settled.
+
+use touchdown_trial::Trial;
+
+use crate::error::Result;
+
+/// Seconds that a plateau must last beyond its settling time.
+const LEAST_S: f64 = 0.2;
+
+/// A steady point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plateau {
+    /// Throttle.
+    pub throttle: f64,
+    /// Median thrust [N].
+    pub thrust_n: f64,
+    /// Median battery voltage [V], where it was measured.
+    pub battery_v: Option<f64>,
+    /// Start of the step [s].
+    pub start_s: f64,
+    /// Whether throttle came down to this level.
+    pub descending: bool,
+}
+
+/// Finds the plateaus of a trial with `throttle` and `thrust_n`: medians from `settle_s` after each step.
+///
+/// # Errors
+/// A missing channel.
+pub fn find(trial: &Trial, settle_s: f64) -> Result<Vec<Plateau>> {
+    let throttle = super::throttle(trial)?;
+    let (time, thrust) = (trial.time_s(), trial.require("thrust_n")?);
+    let battery = trial.channel("battery_v");
+    let rows: Vec<usize> = (0..time.len())
+        .filter(|&i| throttle[i].is_finite())
+        .collect();
+    let mut out = Vec::new();
+    let mut last: Option<f64> = None;
+    for run in rows.chunk_by(|&a, &b| throttle[a] == throttle[b]) {
+        let level = throttle[run[0]];
+        let descending = last.is_some_and(|l| level < l);
+        last = Some(level);
+        let start = time[run[0]];
+        if time[run[run.len() - 1]] - start < settle_s + LEAST_S {
+            continue;
+        }
+        let settled = || run.iter().copied().filter(|&i| time[i] - start >= settle_s);
+        let Some(thrust_n) = median(settled().map(|i| thrust[i])) else {
+            continue;
+        };
+        let battery_v = battery.and_then(|b| median(settled().map(|i| b[i])));
+        out.push(Plateau {
+            throttle: level,
+            thrust_n,
+            battery_v,
+            start_s: start,
+            descending,
+        });
+    }
+    Ok(out)
+}
+
+/// The rows of a trial, each taken as one steady point.
+///
+/// # Errors
+/// A missing channel.
+pub fn rows(trial: &Trial) -> Result<Vec<Plateau>> {
+    let throttle = super::throttle(trial)?;
+    let (time, thrust) = (trial.time_s(), trial.require("thrust_n")?);
+    let battery = trial.channel("battery_v");
+    Ok((0..time.len())
+        .filter(|&i| throttle[i].is_finite() && thrust[i].is_finite())
+        .map(|i| Plateau {
+            throttle: throttle[i],
+            thrust_n: thrust[i],
+            battery_v: battery.map(|b| b[i]).filter(|v| v.is_finite()),
+            start_s: time[i],
+            descending: i > 0 && throttle[i] < throttle[i - 1],
+        })
+        .collect())
+}
+
+/// Median of the finite values.
+pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut v: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    v.sort_by(f64::total_cmp);
+    let n = v.len();
+    match n {
+        0 => None,
+        _ if n.is_multiple_of(2) => Some(0.5 * (v[n / 2 - 1] + v[n / 2])),
+        _ => Some(v[n / 2]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_staircase_with_gaps_gives_its_medians() {
+        let time: Vec<f64> = (0..600).map(|i| 0.01 * f64::from(i)).collect();
+        let level = |i: usize| [0.2, 0.4, 0.3][i / 200];
+        let throttle = (0..600).map(level).collect();
+        // Thrust only every 15th row, an overshoot in the first half second of each level.
+        let thrust = (0..600)
+            .map(|i| match i % 15 {
+                0 if i % 200 < 50 => 99.0,
+                0 => 10.0 * level(i),
+                _ => f64::NAN,
+            })
+            .collect();
+        let trial = Trial::new("steps", time)
+            .unwrap()
+            .with_channel("throttle", throttle)
+            .unwrap()
+            .with_channel("thrust_n", thrust)
+            .unwrap();
+        let found = find(&trial, 0.8).unwrap();
+        let expected = [(0.2, 2.0, false), (0.4, 4.0, false), (0.3, 3.0, true)];
+        assert_eq!(found.len(), 3);
+        for (p, (s, t, down)) in found.iter().zip(expected) {
+            assert_eq!((p.throttle, p.thrust_n, p.descending), (s, t, down));
+        }
+    }
+}
