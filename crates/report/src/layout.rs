@@ -51,6 +51,19 @@ pub(crate) struct LegendEntry {
 
 /// Decides all places. Without `headings`, title and legends are left to the surrounding page.
 pub(crate) fn layout(figure: &Figure, headings: bool) -> Layout {
+    // The room of a legend depends on the width of the numbers beside the panels, they on the height of the panels,
+    // and that on the rows of the legend: the second time, the width is known.
+    let usual = 86.0;
+    let first = arrange(figure, headings, usual);
+    let left = first
+        .panels
+        .iter()
+        .map(|panel| panel.plot.left)
+        .fold(usual, f32::max);
+    arrange(figure, headings, left)
+}
+
+fn arrange(figure: &Figure, headings: bool, left_expected: f32) -> Layout {
     let width = figure.width_px as f32;
     let title = match headings {
         true => font::wrap(
@@ -64,7 +77,7 @@ pub(crate) fn layout(figure: &Figure, headings: bool) -> Layout {
     let legends: Vec<_> = figure
         .panels
         .iter()
-        .map(|p| legend(p, width - 110.0, headings))
+        .map(|p| legend(p, width - 24.0 - left_expected, headings))
         .collect();
     let headers: Vec<f32> = legends
         .iter()

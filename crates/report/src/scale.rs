@@ -141,7 +141,10 @@ fn label(value: f64, largest: f64, step_exponent: i32) -> String {
         return "0".to_owned();
     }
     let decimals = usize::try_from(-step_exponent).unwrap_or(0);
-    if largest < 1e6 && decimals <= 5 {
+    // Many equal leading digits are easier to compare without powers of ten.
+    let leading = largest.log10().floor() as i32 - step_exponent;
+    let (greatest, finest) = if leading >= 4 { (1e9, 9) } else { (1e6, 5) };
+    if largest < greatest && decimals <= finest {
         return minus(&format!("{value:.decimals$}"));
     }
     let exponent = value.abs().log10().floor() as i32;
@@ -256,6 +259,14 @@ mod tests {
         assert_eq!(labels(-0.3, 0.3), ["−0.2", "0", "0.2"]);
         let millions = ["0", "5×10⁵", "1.0×10⁶", "1.5×10⁶", "2.0×10⁶", "2.5×10⁶"];
         assert_eq!(labels(0.0, 2.5e6), millions);
+        let offset = ["1000000.000", "1000000.001", "1000000.002"];
+        assert_eq!(
+            linear_ticks(1e6, 1e6 + 0.0021, 3)
+                .iter()
+                .map(|t| t.label.as_str())
+                .collect::<Vec<_>>(),
+            offset
+        );
         let close = ["99.990", "99.995", "100.000", "100.005", "100.010"];
         assert_eq!(labels(99.99, 100.01), close);
     }

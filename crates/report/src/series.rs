@@ -58,7 +58,8 @@ impl View<'_> {
     /// Where a sample stands, in pixels; `None` for a gap.
     fn at(&self, x: f64, y: f64) -> Option<[f64; 2]> {
         let plot = &self.place.plot;
-        let [u, v] = [self.place.x.place(x), self.place.y.place(y)];
+        // A million widths away is as good as anywhere farther, and keeps the geometry exact.
+        let [u, v] = [self.place.x.place(x), self.place.y.place(y)].map(|p| p.clamp(-1e6, 1e6));
         let point = [
             f64::from(plot.left) + u * f64::from(plot.width()),
             f64::from(plot.bottom) - v * f64::from(plot.height()),

@@ -246,6 +246,35 @@ fn analytic_markup_in_names_is_shown_as_written() {
     );
 }
 
+#[test]
+fn regress_values_far_outside_fixed_limits_stay_finite() {
+    let panel = Panel::new("x", "y").y_range(-1.0, 1.0).series(Series::line(
+        "",
+        &[f64::MAX, 0.0, 1.0],
+        &[f64::MAX, f64::MIN, 2.5e166],
+    ));
+    let svg = Figure::new("far", "").panel(panel).svg().unwrap();
+    assert!(!svg.contains("inf") && !svg.contains("NaN"));
+}
+
+#[test]
+fn regress_legends_stay_within_the_picture() {
+    let x = ramp(20);
+    let y: Vec<f64> = x.iter().map(|x| 1e6 + 1e-3 * x).collect();
+    let mut panel = Panel::new("x", "y").title("Crowded");
+    for _ in 0..9 {
+        panel = panel.series(Series::line("a method with a rather long name", &x, &y));
+    }
+    let svg = Figure::new("wide", "")
+        .panel(panel)
+        .size(800, 400)
+        .svg()
+        .unwrap();
+    let tree = usvg::Tree::from_str(&svg, &usvg::Options::default()).unwrap();
+    let right = tree.root().abs_bounding_box().right();
+    assert!(right <= 800.0, "{right}");
+}
+
 fn awkward() -> impl Strategy<Value = f64> {
     prop_oneof![
         any::<f64>(),
@@ -261,7 +290,7 @@ fn awkward() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Whatever the numbers, every picture is drawn, parses, and has no number that is not finite.
     #[test]
