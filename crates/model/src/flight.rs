@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use touchdown_flight::ground_effect::{
-    Empirical, GroundEffectModel, Guarded, Lag, Polynomial, Ratio, StaticMap, Validity,
+    Empirical, GroundEffect as _, GroundEffectModel, Guarded, Lag, Polynomial, Ratio, StaticMap,
+    Validity,
 };
 use touchdown_flight::thrust::{FirstOrder, Library, StaticThrust, ThrustModel};
 

@@ -1,8 +1,26 @@
 //! From a thrust log to a soft touchdown on a moving deck.
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`identify`] | trials to model cards |
+//! | [`predict`] | free-run prediction from a card |
+//! | [`pilot`] | cards to controllers, by the methods' names |
+//! | [`campaign`] | many landings of one controller |
+//! | [`experiments`] | the paper's four experiments |
+//! | [`results`] | what `reproduce` writes as `results.json` |
+//! | [`settings`] | settings of whole runs |
+//! | [`score`], [`statistics`] | errors, and figures over trials |
 
+pub mod campaign;
 pub mod error;
+pub mod experiments;
 pub mod identify;
+pub mod pilot;
 pub mod predict;
+pub mod progress;
+pub mod results;
 pub mod score;
+pub mod settings;
+pub mod statistics;
 
 pub use error::{Error, Result};

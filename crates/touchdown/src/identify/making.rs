@@ -93,7 +93,7 @@ pub(super) fn term(of: &str, expression: &str, value: f64, std_error: f64, unit:
 }
 
 /// A score.
-pub(super) fn score(trial: &str, seen: bool, kind: &str, errors: Errors, unit: &str) -> Score {
+pub(crate) fn score(trial: &str, seen: bool, kind: &str, errors: Errors, unit: &str) -> Score {
     Score {
         trial: trial.to_string(),
         seen,

@@ -7,7 +7,7 @@
 //! | [`settings`] | the settings of all of them |
 
 pub mod ground_effect;
-mod making;
+pub(crate) mod making;
 pub mod settings;
 pub mod thrust;
 

@@ -7,10 +7,10 @@ use sindy::{Gram, Grid, Library, Samples, SavitzkyGolay};
 use touchdown_model::{Form, Kind};
 use touchdown_trial::Trial;
 
+use super::search::minimise;
 use crate::error::{Error, Result};
 use crate::identify::making::{Made, Origin, method, range, score, term, unit_of_coefficient};
 use crate::identify::settings::{DeadTime, IdentificationSettings};
-use super::search::minimise;
 use crate::score::Errors;
 
 /// Pieces that the data are split into at least, for standard errors.
@@ -222,7 +222,14 @@ pub fn first_order(
             format!("{:?} after {} steps", refined.outcome, refined.iterations),
         ),
     ]);
-    finish(card, trials, &rows, dead_time_s, Some(refined.parameters[2]), Vec::new())
+    finish(
+        card,
+        trials,
+        &rows,
+        dead_time_s,
+        Some(refined.parameters[2]),
+        Vec::new(),
+    )
 }
 
 /// Eq. (8): `x' = Θ(x, s) ξ` by Savitzky–Golay derivatives and SR3 with λ and ν chosen by
@@ -365,7 +372,8 @@ fn finish(
     }
     if dead_time_s > 0.0 {
         // The throttle of the rows is shifted already.
-        card.terms.push(term("dead_time", "1", dead_time_s, f64::NAN, "s"));
+        card.terms
+            .push(term("dead_time", "1", dead_time_s, f64::NAN, "s"));
     }
     Ok(Made {
         card,

@@ -1,0 +1,220 @@
+//! All arguments.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use touchdown::identify::settings::{GroundEffectForm, ThrustForm};
+use touchdown::pilot::Method;
+
+/// From a thrust log to a soft touchdown on a moving deck.
+///
+/// Identifies throttle-to-thrust and ground-effect models from force-rig data or logs, proves them on unseen
+/// trials, and lands a simulated vehicle with them.
+#[derive(Debug, Parser)]
+#[command(name = "touchdown", version, after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// Print one machine-readable JSON object on standard output; text and progress go to standard error
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    /// Print no progress
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  touchdown reproduce                                    the paper end to end; writes out/reproduce/report.html
+  touchdown inspect LOG.csv                              what is in a log, and a map to start from
+  touchdown identify thrust LOG.csv --map MAP.toml --out thrust.toml
+  touchdown validate thrust.toml OTHER.csv --map MAP.toml
+  touchdown rig --out rig && touchdown identify ground-effect rig/ground_effect/*.csv --thrust thrust.toml --out ge.toml
+  touchdown land examples/scenarios/deck.toml --out landings
+
+Exit status: 0 done; 1 failed; 2 bad arguments, maps, settings or cards; 3 done, but input was lost.";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Redo the paper end to end on the virtual rig and vehicle, ours beside published
+    Reproduce(ReproduceArgs),
+    /// Run the virtual force rig and write its trials
+    Rig(RigArgs),
+    /// Show channels, units, rates and gaps of logs, and suggest a map
+    Inspect(InspectArgs),
+    /// Fit a thrust or ground-effect model to logs and write its card
+    Identify(IdentifyArgs),
+    /// Run models freely over logs that they have not seen, and judge them
+    Validate(ValidateArgs),
+    /// Land the simulated vehicle many times
+    Land(LandArgs),
+    /// Print the default settings as commented TOML
+    Settings(SettingsArgs),
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ReproduceArgs {
+    /// Folder for results, report, figures, cards and trials
+    #[arg(long, default_value = "out/reproduce")]
+    pub(crate) out: PathBuf,
+    /// Seed of all random numbers [default: 1]
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Landings of every method in every experiment [default: 40; with --quick 8]
+    #[arg(long)]
+    pub(crate) trials: Option<usize>,
+    /// A fast look: fewer rig trials and landings
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Settings that override the defaults (see `touchdown settings reproduce`)
+    #[arg(long)]
+    pub(crate) settings: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct RigArgs {
+    /// Scenario with rig settings and trials; without it, the standard trial sets (see `touchdown settings rig`)
+    pub(crate) scenario: Option<PathBuf>,
+    /// Folder for the trials, one CSV each
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Seed of all random numbers [default: 1]
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct InspectArgs {
+    /// Logs (CSV)
+    #[arg(required = true)]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Map the columns first, and show the channels
+    #[arg(long)]
+    pub(crate) map: Option<PathBuf>,
+    /// Folder for plots of every channel and a report
+    #[arg(long)]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct IdentifyArgs {
+    #[command(subcommand)]
+    pub(crate) what: Identify,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Identify {
+    /// Throttle to thrust
+    ///
+    /// Needs the channels `time_s`, `thrust_n` and `throttle` (or `throttle_1`, `throttle_2`, ...); uses
+    /// `rotor_rpm` and `battery_v` where they are.
+    Thrust {
+        #[command(flatten)]
+        common: IdentifyCommon,
+        /// Form of the model; without it, the data decide
+        #[arg(long)]
+        form: Option<ThrustForm>,
+        /// Degree of polynomials in throttle [default: 2]
+        #[arg(long)]
+        degree: Option<usize>,
+        /// Give static maps a battery-voltage term
+        #[arg(long)]
+        battery: bool,
+    },
+    /// Ground-effect force
+    ///
+    /// Needs the channels `time_s`, `throttle`, `thrust_n` and `height_m`; uses `deck_velocity_mps` and
+    /// `vehicle_velocity_mps` where they are. The logs are fitted together.
+    GroundEffect {
+        #[command(flatten)]
+        common: IdentifyCommon,
+        /// Card of the thrust model that gives the free-air thrust
+        #[arg(long)]
+        thrust: PathBuf,
+        /// Forms; repeatable [default: all five]
+        #[arg(long)]
+        form: Vec<GroundEffectForm>,
+    },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct IdentifyCommon {
+    /// Logs (CSV)
+    #[arg(required = true)]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Map from the logs' columns to channels; not needed where the columns are channels already
+    #[arg(long)]
+    pub(crate) map: Option<PathBuf>,
+    /// Settings that override the defaults (see `touchdown settings identify`)
+    #[arg(long)]
+    pub(crate) settings: Option<PathBuf>,
+    /// A file MODEL.toml: one card from all logs together. A folder: a card for each log (or form), a summary table
+    /// and a report. Without it, nothing is written
+    #[arg(long)]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ValidateArgs {
+    /// Model cards (.toml) and logs (.csv), in any order
+    #[arg(required = true, num_args = 2..)]
+    pub(crate) files: Vec<PathBuf>,
+    /// Map from the logs' columns to channels
+    #[arg(long)]
+    pub(crate) map: Option<PathBuf>,
+    /// Card of the thrust model that gives the free-air thrust, for ground-effect cards
+    #[arg(long)]
+    pub(crate) thrust: Option<PathBuf>,
+    /// Folder for error tables, plots and a report
+    #[arg(long)]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct LandArgs {
+    /// Scenario; without it, the landing on the oscillating deck (see `touchdown settings land`)
+    pub(crate) scenario: Option<PathBuf>,
+    /// Methods; repeatable [default: all five]
+    #[arg(long = "controller", value_name = "NAME")]
+    pub(crate) controllers: Vec<Method>,
+    /// Landings of every method [default: 40]
+    #[arg(long)]
+    pub(crate) trials: Option<usize>,
+    /// Seed of all random numbers [default: 1]
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Thrust card; without one, a model is identified on the virtual rig first
+    #[arg(long)]
+    pub(crate) thrust: Option<PathBuf>,
+    /// Ground-effect card for `dynamic`; without one, a model is identified on the virtual rig first
+    #[arg(long)]
+    pub(crate) dynamic: Option<PathBuf>,
+    /// Card of eq. (2) for `empirical`; without one, mu is identified on the virtual rig first
+    #[arg(long)]
+    pub(crate) empirical: Option<PathBuf>,
+    /// Do not feed the deck's acceleration forward
+    #[arg(long)]
+    pub(crate) no_acceleration: bool,
+    /// Folder for results, figures and report
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct SettingsArgs {
+    /// Of which command
+    #[arg(default_value = "reproduce")]
+    pub(crate) of: SettingsOf,
+}
+
+#[derive(Clone, Copy, Debug, Eq, PartialEq, ValueEnum)]
+pub(crate) enum SettingsOf {
+    /// Everything that `reproduce` depends on
+    Reproduce,
+    /// A rig scenario
+    Rig,
+    /// A landing scenario
+    Land,
+    /// Identification
+    Identify,
+}

@@ -1,0 +1,197 @@
+//! IV-B.2: the ground-effect models on the paper's data and on richer data, judged in free run.
+
+use rayon::prelude::*;
+use touchdown_model::Card;
+use touchdown_sim::plant::Plant;
+use touchdown_sim::rig_sets::{self, VALIDATION_KINDS};
+use touchdown_trial::Trial;
+
+use crate::error::{Error, Result};
+use crate::identify::ground_effect::{self, GroundTrial, before};
+use crate::identify::making::score;
+use crate::identify::settings::GroundEffectForm;
+use crate::identify::{Made, Origin};
+use crate::progress::Progress;
+use crate::score::Errors;
+use crate::settings::ReproduceSettings;
+
+/// One data set with the models fitted to it.
+#[derive(Clone, Debug)]
+pub struct DataSet {
+    /// Name in results: `paper_data` or `rich_data`.
+    pub name: &'static str,
+    /// The recorded trials.
+    pub recorded: Vec<Trial>,
+    /// What the data can carry, found before the fit.
+    pub before: before::Before,
+    /// The models, in the order of [`GroundEffectForm::ALL`].
+    pub models: Vec<Made>,
+    /// Errors `[model][validation trial]`.
+    pub errors: Vec<Vec<Judged>>,
+}
+
+/// Errors of one model on one validation trial.
+#[derive(Clone, Copy, Debug)]
+pub struct Judged {
+    /// Against the plant's own force with turbulence and sensor noise off.
+    pub truth: Errors,
+    /// Against the raw measurement.
+    pub raw: Errors,
+}
+
+/// The experiment.
+#[derive(Clone, Debug)]
+pub struct GroundEffectExperiment {
+    /// The paper's data, then the rich data.
+    pub sets: [DataSet; 2],
+    /// The recorded validation trials.
+    pub recorded: Vec<Trial>,
+    /// The same, prepared.
+    pub validation: Vec<GroundTrial>,
+    /// The measurement's own noise on every validation trial.
+    pub floor: Vec<Errors>,
+}
+
+/// The kind of a validation trial, by its name.
+#[must_use]
+pub fn kind_of(name: &str) -> &'static str {
+    VALIDATION_KINDS
+        .into_iter()
+        .find(|kind| {
+            name.strip_prefix(kind)
+                .is_some_and(|rest| rest.starts_with('-'))
+        })
+        .unwrap_or("other")
+}
+
+/// Runs the experiment; the force is extracted with `thrust_card`.
+///
+/// # Errors
+/// Settings that make no sense.
+pub fn run(
+    settings: &ReproduceSettings,
+    thrust_card: &Card,
+    origin: &Origin,
+    progress: &dyn Progress,
+) -> Result<GroundEffectExperiment> {
+    let extent = super::extent(settings);
+    let motor = *Plant::new(&settings.rig.plant)?.motor();
+    let training = [
+        ("paper_data", rig_sets::ground_effect_paper(extent)),
+        ("rich_data", rig_sets::ground_effect_rich(extent)),
+    ];
+    let validation = rig_sets::ground_effect_validation(&motor, extent);
+    let models = GroundEffectForm::ALL.len() + 1;
+    let steps = training
+        .iter()
+        .map(|(_, t)| t.len() + models)
+        .sum::<usize>()
+        + validation.len();
+    progress.stage("ground effect", steps as u64);
+    let recorded = super::record(&validation, settings, progress)?;
+    let validation = prepare(&recorded, thrust_card)?;
+    let floor = recorded
+        .iter()
+        .map(|t| {
+            compare(
+                t.name(),
+                t.require("thrust_n")?,
+                t.require("truth_thrust_n")?,
+            )
+        })
+        .collect::<Result<_>>()?;
+    let [paper, rich] = training.map(|(name, trials)| -> Result<DataSet> {
+        let recorded = super::record(&trials, settings, progress)?;
+        let prepared = prepare(&recorded, thrust_card)?;
+        let identification = &settings.identification;
+        let before = before::examine_trials(&prepared, identification)?;
+        progress.step();
+        let fitted: Vec<(Made, Vec<Judged>)> = GroundEffectForm::ALL
+            .into_par_iter()
+            .map(|form| {
+                let mut made = ground_effect::fit(form, &prepared, identification, origin)?;
+                made.card.name =
+                    format!("ground-effect-{}-{}", form.name(), name.replace('_', "-"));
+                let judged: Vec<Judged> = validation
+                    .iter()
+                    .map(|t| judge(&made.card, t))
+                    .collect::<Result<_>>()?;
+                for (trial, judged) in validation.iter().zip(&judged) {
+                    made.card
+                        .scores
+                        .push(score(&trial.name, false, "free_run", judged.truth, "N"));
+                }
+                progress.step();
+                Ok((made, judged))
+            })
+            .collect::<Result<_>>()?;
+        let (models, errors) = fitted.into_iter().unzip();
+        Ok(DataSet {
+            name,
+            recorded,
+            before,
+            models,
+            errors,
+        })
+    });
+    Ok(GroundEffectExperiment {
+        sets: [paper?, rich?],
+        recorded,
+        validation,
+        floor,
+    })
+}
+
+fn prepare(trials: &[Trial], thrust_card: &Card) -> Result<Vec<GroundTrial>> {
+    trials
+        .par_iter()
+        .map(|t| ground_effect::prepare(t, thrust_card))
+        .collect()
+}
+
+fn judge(card: &Card, trial: &GroundTrial) -> Result<Judged> {
+    let predicted = ground_effect::predict(card, trial)?;
+    Ok(Judged {
+        truth: compare(&trial.name, &predicted, trial.reference_n())?,
+        raw: compare(&trial.name, &predicted, &trial.force_n)?,
+    })
+}
+
+fn compare(name: &str, a: &[f64], b: &[f64]) -> Result<Errors> {
+    Errors::of(a, b).ok_or_else(|| Error::data(name, "samples to compare", "none"))
+}
+
+impl GroundEffectExperiment {
+    /// Errors of a model against the truth, over the validation trials of one kind.
+    #[must_use]
+    pub fn pooled(&self, set: usize, model: usize, kind: &str) -> Option<Errors> {
+        let of_kind: Vec<Errors> = self
+            .validation
+            .iter()
+            .zip(&self.sets[set].errors[model])
+            .filter(|(t, _)| kind_of(&t.name) == kind)
+            .map(|(_, judged)| judged.truth)
+            .collect();
+        Errors::pool(&of_kind)
+    }
+
+    /// The measurement's own noise, over the validation trials of one kind.
+    #[must_use]
+    pub fn pooled_floor(&self, kind: &str) -> Option<Errors> {
+        let of_kind: Vec<Errors> = self
+            .validation
+            .iter()
+            .zip(&self.floor)
+            .filter(|(t, _)| kind_of(&t.name) == kind)
+            .map(|(_, floor)| *floor)
+            .collect();
+        Errors::pool(&of_kind)
+    }
+
+    /// The card of a form, fitted on a data set.
+    #[must_use]
+    pub fn card(&self, set: usize, form: GroundEffectForm) -> Option<&Card> {
+        let model = GroundEffectForm::ALL.iter().position(|f| *f == form)?;
+        self.sets[set].models.get(model).map(|m| &m.card)
+    }
+}

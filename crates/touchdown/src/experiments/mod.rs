@@ -1,0 +1,127 @@
+//! The paper's four experiments, on the virtual rig and vehicle.
+
+pub mod ground_effect;
+pub mod landing;
+pub mod thrust;
+
+use rayon::prelude::*;
+use touchdown_model::card::Vehicle;
+use touchdown_sim::rig::{self, RigTrial};
+use touchdown_trial::Trial;
+
+use crate::error::{Error, Result};
+use crate::identify::Origin;
+use crate::identify::settings::GroundEffectForm;
+use crate::pilot::Cards;
+use crate::progress::Progress;
+use crate::settings::ReproduceSettings;
+
+/// All four experiments of one run.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The settings.
+    pub settings: ReproduceSettings,
+    /// IV-B.1: with the plate at 0.75 m, then without it.
+    pub thrust: [thrust::PlateState; 2],
+    /// IV-B.2.
+    pub ground_effect: ground_effect::GroundEffectExperiment,
+    /// The cards that are flown.
+    pub cards: Cards,
+    /// IV-C and IV-D.
+    pub landing: landing::LandingExperiments,
+}
+
+/// Runs everything: a pure function of the settings, with any number of threads.
+///
+/// # Errors
+/// Settings that make no sense.
+pub fn run(settings: &ReproduceSettings, progress: &dyn Progress) -> Result<Run> {
+    settings.check("settings")?;
+    let plant = &settings.rig.plant;
+    let mut origin = Origin::of(
+        &[],
+        Vehicle {
+            name: "virtual vehicle".into(),
+            mass_kg: Some(plant.mass_kg),
+            rotor_radius_m: Some(plant.rotor_radius_m),
+        },
+    );
+    origin.provenance.seed = Some(settings.seed);
+    origin.provenance.settings_sha256 = Some(crate::results::settings_sha256(settings)?);
+    origin.provenance.command = Some(command(settings));
+    let thrust = thrust::run(settings, &origin, progress)?;
+    // The force is extracted with the better of the two: the plate was out of the way.
+    let [_, removed] = &thrust;
+    let thrust_card = removed.models[0].card.clone();
+    let ground_effect = ground_effect::run(settings, &thrust_card, &origin, progress)?;
+    let flown = |form| {
+        let rich = ground_effect.card(1, form).cloned();
+        rich.ok_or_else(|| Error::data("rich data", format!("a card `{form:?}`"), "none"))
+    };
+    let cards = Cards {
+        thrust: thrust_card,
+        empirical: flown(GroundEffectForm::Empirical)?,
+        dynamic: flown(GroundEffectForm::Lag)?,
+    };
+    let landing = landing::run(settings, &cards, progress)?;
+    Ok(Run {
+        settings: settings.clone(),
+        thrust,
+        ground_effect,
+        cards,
+        landing,
+    })
+}
+
+/// The command that redoes a run with these settings.
+#[must_use]
+pub fn command(settings: &ReproduceSettings) -> String {
+    let reference = if settings.quick {
+        ReproduceSettings::quick()
+    } else {
+        ReproduceSettings::default()
+    };
+    let mut out = String::from("touchdown reproduce");
+    if settings.quick {
+        out.push_str(" --quick");
+    }
+    let plain = ReproduceSettings {
+        seed: reference.seed,
+        trials: reference.trials,
+        ..settings.clone()
+    };
+    if plain != reference {
+        out.push_str(" --settings settings.toml");
+    }
+    out.push_str(&format!(
+        " --seed {} --trials {}",
+        settings.seed, settings.trials
+    ));
+    out
+}
+
+/// Runs rig trials, in order.
+fn record(
+    trials: &[RigTrial],
+    settings: &ReproduceSettings,
+    progress: &dyn Progress,
+) -> Result<Vec<Trial>> {
+    trials
+        .par_iter()
+        .map(|trial| {
+            let recorded = rig::run(&settings.rig, trial, settings.seed)?;
+            progress.step();
+            Ok(recorded)
+        })
+        .collect()
+}
+
+/// Fewer trials for a fast look.
+fn extent(settings: &ReproduceSettings) -> touchdown_sim::rig_sets::Extent {
+    use touchdown_sim::rig_sets::Extent;
+    if settings.quick {
+        Extent::Quick
+    } else {
+        Extent::Full
+    }
+}

@@ -1,0 +1,137 @@
+//! The methods by name, as controllers of the flight crate.
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+use touchdown_flight::autopilot::Autopilot;
+use touchdown_flight::control::{Composite, Imbc, Law, Ssc};
+use touchdown_flight::deck::HarmonicFilter;
+use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, Validity};
+use touchdown_flight::reference::{Exponential, Reference};
+use touchdown_model::Card;
+use touchdown_sim::deck::DeckMotion;
+
+use crate::error::{Error, Result};
+use crate::settings::LandSettings;
+
+/// A method of landing.
+#[derive(
+    Clone, Copy, Debug, Deserialize, Eq, Ord, PartialEq, PartialOrd, Serialize, clap::ValueEnum,
+)]
+#[serde(rename_all = "snake_case")]
+#[value(rename_all = "snake_case")]
+pub enum Method {
+    /// Method I: eq. (10) without feedforward.
+    Feedback,
+    /// Method II: eq. (10) with eq. (2) fed forward.
+    Empirical,
+    /// Method III: eq. (10) with the identified dynamic model fed forward.
+    Dynamic,
+    /// Internal-model-based control, reconstructed.
+    Imbc,
+    /// Smooth sliding control, reconstructed.
+    Ssc,
+}
+
+impl Method {
+    /// All methods, in the order of tables.
+    pub const ALL: [Self; 5] = [
+        Self::Feedback,
+        Self::Empirical,
+        Self::Dynamic,
+        Self::Imbc,
+        Self::Ssc,
+    ];
+
+    /// The name on the command line and in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Feedback => "feedback",
+            Self::Empirical => "empirical",
+            Self::Dynamic => "dynamic",
+            Self::Imbc => "imbc",
+            Self::Ssc => "ssc",
+        }
+    }
+}
+
+/// The cards that controllers are made from.
+#[derive(Clone, Debug)]
+pub struct Cards {
+    /// Throttle to thrust.
+    pub thrust: Card,
+    /// Eq. (2), for `empirical`.
+    pub empirical: Card,
+    /// The dynamic model, for `dynamic`.
+    pub dynamic: Card,
+}
+
+/// Builds the controller of a method. `acceleration`: whether the deck's acceleration, estimated by the
+/// harmonic filter, is fed forward (never for `imbc`, whose law has no such term).
+///
+/// # Errors
+/// A card that cannot be flown, or settings out of range.
+pub fn autopilot(
+    method: Method,
+    cards: &Cards,
+    settings: &LandSettings,
+    acceleration: bool,
+) -> Result<Autopilot<f64>> {
+    let (scenario, control) = (&settings.scenario, &settings.control);
+    let deck_frequency = scenario.deck.angular_frequency();
+    let law = match method {
+        Method::Feedback | Method::Empirical | Method::Dynamic => Law::Composite(Composite {
+            gains: control.gains,
+        }),
+        Method::Imbc => Law::Imbc(Imbc {
+            k_p: control.gains.k_p,
+            gamma: control.gains.gamma,
+            poles_per_s: control.imbc_poles_per_s,
+            // Over a deck at rest the internal model still needs a frequency: half a hertz, the deck's own.
+            ..Imbc::new(deck_frequency.unwrap_or(PI))
+        }),
+        Method::Ssc => Law::Ssc(Ssc {
+            k_p: control.gains.k_p,
+            gamma: control.gains.gamma,
+            rho_n: control.ssc_rho_n,
+            phi_mps: control.ssc_phi_mps,
+            filter_s: control.ssc_filter_s,
+        }),
+    };
+    let none = || Guarded::new(GroundEffectModel::None, Validity::default());
+    let ground_effect = match method {
+        Method::Empirical => cards.empirical.ground_effect()?,
+        Method::Dynamic => cards.dynamic.ground_effect()?,
+        _ => none(),
+    };
+    if acceleration && matches!(scenario.deck, DeckMotion::Triangle { .. }) {
+        return Err(Error::Arguments(
+            "the harmonic filter needs a deck that moves in a sine; this one moves in a triangle"
+                .into(),
+        ));
+    }
+    let deck = match deck_frequency {
+        Some(w) if acceleration && method != Method::Imbc => Some(HarmonicFilter {
+            lead_s: control.deck_lead_s,
+            ..HarmonicFilter::new(w)
+        }),
+        _ => None,
+    };
+    let pilot = Autopilot {
+        mass_kg: scenario.plant.mass_kg,
+        gravity_mps2: scenario.plant.gravity_mps2,
+        law,
+        reference: Reference::Exponential(Exponential {
+            c_per_s: control.c_per_s,
+            start_height_m: scenario.start_height_m,
+            end_height_m: control.end_height_m,
+        }),
+        thrust: cards.thrust.thrust_model()?,
+        ground_effect,
+        deck,
+        limits: control.limits,
+    };
+    pilot.validate()?;
+    Ok(pilot)
+}
