@@ -9,12 +9,14 @@
 //! | [`experiments`] | the paper's four experiments |
 //! | [`results`] | what `reproduce` writes as `results.json` |
 //! | [`settings`] | settings of whole runs |
+//! | [`pages`] | reports: figures and HTML |
 //! | [`score`], [`statistics`] | errors, and figures over trials |
 
 pub mod campaign;
 pub mod error;
 pub mod experiments;
 pub mod identify;
+pub mod pages;
 pub mod pilot;
 pub mod predict;
 pub mod progress;
