@@ -8,11 +8,12 @@
 //! | [`campaign`] | many landings of one controller |
 //! | [`experiments`] | the paper's four experiments |
 //! | [`results`] | what `reproduce` writes as `results.json` |
-//! | [`settings`] | settings of whole runs |
+//! | [`settings`], [`scenario`] | settings of whole runs, and scenario files |
 //! | [`pages`] | reports: figures and HTML |
 //! | [`score`], [`statistics`] | errors, and figures over trials |
 
 pub mod campaign;
+pub mod defaults;
 pub mod error;
 pub mod experiments;
 pub mod identify;
@@ -21,6 +22,7 @@ pub mod pilot;
 pub mod predict;
 pub mod progress;
 pub mod results;
+pub mod scenario;
 pub mod score;
 pub mod settings;
 pub mod statistics;

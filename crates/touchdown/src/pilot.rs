@@ -62,9 +62,9 @@ pub struct Cards {
     /// Throttle to thrust.
     pub thrust: Card,
     /// Eq. (2), for `empirical`.
-    pub empirical: Card,
+    pub empirical: Option<Card>,
     /// The dynamic model, for `dynamic`.
-    pub dynamic: Card,
+    pub dynamic: Option<Card>,
 }
 
 /// Builds the controller of a method. `acceleration`: whether the deck's acceleration, estimated by the
@@ -101,8 +101,8 @@ pub fn autopilot(
     };
     let none = || Guarded::new(GroundEffectModel::None, Validity::default());
     let ground_effect = match method {
-        Method::Empirical => cards.empirical.ground_effect()?,
-        Method::Dynamic => cards.dynamic.ground_effect()?,
+        Method::Empirical => card(&cards.empirical, method)?.ground_effect()?,
+        Method::Dynamic => card(&cards.dynamic, method)?.ground_effect()?,
         _ => none(),
     };
     if acceleration && matches!(scenario.deck, DeckMotion::Triangle { .. }) {
@@ -134,4 +134,13 @@ pub fn autopilot(
     };
     pilot.validate()?;
     Ok(pilot)
+}
+
+fn card(card: &Option<Card>, method: Method) -> Result<&Card> {
+    card.as_ref().ok_or_else(|| {
+        Error::Arguments(format!(
+            "method `{}` needs a ground-effect card",
+            method.name()
+        ))
+    })
 }

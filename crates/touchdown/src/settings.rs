@@ -160,13 +160,7 @@ impl ReproduceSettings {
                 format!("expected 1 to 100000, found {}", self.trials),
             ));
         }
-        // TOML has 64-bit signed numbers.
-        if self.seed > i64::MAX as u64 {
-            return Err(bad(
-                "seed",
-                format!("expected at most {}, found {}", i64::MAX, self.seed),
-            ));
-        }
+        check_seed(self.seed, file)?;
         self.rig.validate().map_err(|e| bad("rig", e.to_string()))?;
         self.identification.check(file)?;
         for (key, land) in [
@@ -181,16 +175,58 @@ impl ReproduceSettings {
     }
 }
 
-/// Reads settings from a TOML file.
+/// TOML has 64-bit signed numbers.
+pub(crate) fn check_seed(seed: u64, file: &str) -> Result<()> {
+    if i64::try_from(seed).is_ok() {
+        return Ok(());
+    }
+    Err(Error::Settings {
+        file: file.to_string(),
+        message: format!("key `seed`: expected at most {}, found {seed}", i64::MAX),
+    })
+}
+
+/// Reads settings from a TOML file. Keys that the file leaves out, at any depth, have the value that they have in
+/// `T::default()`.
 ///
 /// # Errors
 /// A file that cannot be read, or keys and values that make no sense, with file, line and key.
-pub fn read<T: DeserializeOwned>(path: &Path) -> Result<T> {
+pub fn read<T: Default + DeserializeOwned + Serialize>(path: &Path) -> Result<T> {
     let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, e))?;
-    toml::from_str(&text).map_err(|e| Error::Settings {
-        file: path.display().to_string(),
+    parse(&text, &path.display().to_string())
+}
+
+/// As [`read`], from text; `file` names it in errors.
+///
+/// # Errors
+/// Keys and values that make no sense, with file, line and key.
+pub fn parse<T: Default + DeserializeOwned + Serialize>(text: &str, file: &str) -> Result<T> {
+    let bad = |e: toml::de::Error| Error::Settings {
+        file: file.to_string(),
         message: e.to_string().trim_end().to_string(),
-    })
+    };
+    // Once as it stands, for errors with their line; then over the defaults.
+    let _: T = toml::from_str(text).map_err(bad)?;
+    let given: toml::Table = toml::from_str(text).map_err(bad)?;
+    let mut whole: toml::Table = toml::from_str(&to_toml(&T::default())?).map_err(bad)?;
+    merge(&mut whole, given);
+    whole.try_into().map_err(bad)
+}
+
+/// Puts `given` over `base`, table by table. A table of another `kind` replaces the old one whole.
+fn merge(base: &mut toml::Table, given: toml::Table) {
+    for (key, value) in given {
+        match (base.get_mut(&key), value) {
+            (Some(toml::Value::Table(old)), toml::Value::Table(new))
+                if new.get("kind").is_none_or(|kind| old.get("kind") == Some(kind)) =>
+            {
+                merge(old, new);
+            }
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
 }
 
 /// Settings as TOML text.
@@ -202,4 +238,33 @@ pub fn to_toml<T: Serialize>(settings: &T) -> Result<String> {
         file: "settings".to_string(),
         message: e.to_string(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_keys_left_out_keep_the_default_of_their_own_place() {
+        let text = "[deck_landing.control]\nc_per_s = 0.6\n[deck_landing.scenario.plant]\nturbulence = 0.02\n";
+        let read: ReproduceSettings = parse(text, "s.toml").unwrap();
+        let mut expected = ReproduceSettings::default();
+        expected.deck_landing.control.c_per_s = 0.6;
+        expected.deck_landing.scenario.plant.turbulence = 0.02;
+        assert_eq!(read, expected);
+        let still: ReproduceSettings = parse("[deck_landing.scenario.deck]\nkind = \"still\"\n", "s.toml").unwrap();
+        assert_eq!(still.deck_landing.scenario.deck, touchdown_sim::deck::DeckMotion::Still);
+    }
+
+    #[test]
+    fn prop_unknown_keys_are_named_with_their_line() {
+        let error = parse::<ReproduceSettings>("seed = 1\n\ncolour = 3\n", "s.toml").unwrap_err().to_string();
+        assert!(error.contains("s.toml") && error.contains("line 3") && error.contains("colour"), "{error}");
+    }
+
+    #[test]
+    fn prop_settings_are_read_back_as_they_were_written() {
+        let settings = ReproduceSettings { seed: 77, ..ReproduceSettings::quick() };
+        assert_eq!(parse::<ReproduceSettings>(&to_toml(&settings).unwrap(), "s.toml").unwrap(), settings);
+    }
 }

@@ -1,11 +1,197 @@
 //! `touchdown land`.
 
-use touchdown::Result;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Serialize;
+use touchdown::campaign::{self, LandingFigures};
+use touchdown::experiments::identify_cards;
+use touchdown::experiments::landing::{MethodLandings, TRACES};
+use touchdown::pilot::{Cards, Method, autopilot};
+use touchdown::progress::Progress as _;
+use touchdown::scenario::{CardPaths, LandScenario};
+use touchdown::settings;
+use touchdown::{Result, pages};
+use touchdown_model::Card;
+use touchdown_sim::rig::RigSettings;
 
 use super::Done;
 use super::args::LandArgs;
 use super::context::Context;
+use super::output;
 
-pub(crate) fn run(_: &Context, _: &LandArgs) -> Result<Done> {
+#[derive(Serialize)]
+struct LandResults<'a> {
+    schema: u32,
+    version: &'static str,
+    seed: u64,
+    trials: usize,
+    deck_acceleration: bool,
+    landing: BTreeMap<&'static str, &'a LandingFigures>,
+}
+
+pub(crate) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
+    let scenario = load(args)?;
+    output::folder(&args.out)?;
+    let cards = cards(context, &scenario)?;
+    let land = scenario.land();
+    // Every controller is built before the first landing, so that a bad card costs no time.
+    let pilots = scenario
+        .controllers
+        .iter()
+        .map(|&method| {
+            Ok((
+                method,
+                autopilot(method, &cards, &land, scenario.deck_acceleration)?,
+            ))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    context.stage("landings", (pilots.len() * scenario.trials) as u64);
+    let methods = pilots
+        .iter()
+        .map(|(method, pilot)| {
+            let landings = campaign::run(
+                &land.scenario,
+                pilot,
+                scenario.trials,
+                scenario.seed,
+                TRACES,
+                context,
+            )?;
+            Ok(MethodLandings {
+                method: *method,
+                figures: LandingFigures::of(&landings),
+                landings,
+            })
+        })
+        .collect::<Result<Vec<_>>>()?;
+    for card in [
+        Some(&cards.thrust),
+        cards.empirical.as_ref(),
+        cards.dynamic.as_ref(),
+    ]
+    .into_iter()
+    .flatten()
+    {
+        card.write(&args.out.join("cards").join(format!("{}.toml", card.name)))?;
+    }
+    output::write(
+        &args.out.join("scenario.toml"),
+        settings::to_toml(&scenario)?.as_bytes(),
+    )?;
+    pages::land(&methods, &scenario, &args.out)?;
+    let results = LandResults {
+        schema: 1,
+        version: env!("CARGO_PKG_VERSION"),
+        seed: scenario.seed,
+        trials: scenario.trials,
+        deck_acceleration: scenario.deck_acceleration,
+        landing: methods
+            .iter()
+            .map(|m| (m.method.name(), &m.figures))
+            .collect(),
+    };
+    output::write(
+        &args.out.join("results.json"),
+        output::json(&results)?.as_bytes(),
+    )?;
+    context.finish();
+    for m in &methods {
+        context.say(&line(m));
+    }
+    context.say(&format!(
+        "report: {}",
+        args.out.join("report.html").display()
+    ));
+    context.object(&results)?;
     Ok(Done::Whole)
+}
+
+fn load(args: &LandArgs) -> Result<LandScenario> {
+    let (mut scenario, file) = match &args.scenario {
+        Some(path) => {
+            let mut scenario = settings::read::<LandScenario>(path)?;
+            scenario.cards = scenario.cards.from(path.parent().unwrap_or(Path::new(".")));
+            (scenario, path.display().to_string())
+        }
+        None => (LandScenario::default(), "arguments".to_string()),
+    };
+    if !args.controllers.is_empty() {
+        scenario.controllers.clone_from(&args.controllers);
+    }
+    if let Some(trials) = args.trials {
+        scenario.trials = trials;
+    }
+    if let Some(seed) = args.seed {
+        scenario.seed = seed;
+    }
+    if args.no_acceleration {
+        scenario.deck_acceleration = false;
+    }
+    let CardPaths {
+        thrust,
+        empirical,
+        dynamic,
+    } = &mut scenario.cards;
+    for (path, given) in [
+        (thrust, &args.thrust),
+        (empirical, &args.empirical),
+        (dynamic, &args.dynamic),
+    ] {
+        if let Some(given) = given {
+            *path = Some(given.clone());
+        }
+    }
+    scenario.check(&file)?;
+    Ok(scenario)
+}
+
+/// Reads the cards that are given; identifies those that are not and that a method needs.
+fn cards(context: &Context, scenario: &LandScenario) -> Result<Cards> {
+    let read = |path: &Option<std::path::PathBuf>| path.as_deref().map(Card::read).transpose();
+    let (thrust, empirical, dynamic) = (
+        read(&scenario.cards.thrust)?,
+        read(&scenario.cards.empirical)?,
+        read(&scenario.cards.dynamic)?,
+    );
+    let flies = |m: Method| scenario.controllers.contains(&m);
+    let missing = thrust.is_none()
+        || empirical.is_none() && flies(Method::Empirical)
+        || dynamic.is_none() && flies(Method::Dynamic);
+    let own = if missing {
+        let rig = RigSettings {
+            plant: scenario.scenario.plant,
+            ..RigSettings::default()
+        };
+        Some(identify_cards(&rig, scenario.seed, context)?)
+    } else {
+        None
+    };
+    let of_rig = |pick: fn(&Cards) -> Option<Card>| own.as_ref().and_then(pick);
+    Ok(Cards {
+        thrust: thrust
+            .or_else(|| of_rig(|c| Some(c.thrust.clone())))
+            .ok_or_else(|| touchdown::Error::Arguments("no thrust card".into()))?,
+        empirical: empirical.or_else(|| of_rig(|c| c.empirical.clone())),
+        dynamic: dynamic.or_else(|| of_rig(|c| c.dynamic.clone())),
+    })
+}
+
+fn line(m: &MethodLandings) -> String {
+    let f = &m.figures;
+    let mean = |s: Option<touchdown::statistics::Summary>| {
+        s.map_or_else(
+            || "–".to_string(),
+            |s| format!("{:.3} ± {:.3}", s.mean, s.sd.unwrap_or(0.0)),
+        )
+    };
+    format!(
+        "{:<10} landed {:>3} of {:<3}  T_L {} s   V_L {} m/s   S_L {} m",
+        m.method.name(),
+        f.landed,
+        f.trials,
+        mean(f.t_l_s),
+        mean(f.v_l_mps),
+        mean(f.s_l_m)
+    )
 }

@@ -1,11 +1,203 @@
 //! `touchdown reproduce`.
 
-use touchdown::Result;
+use std::path::Path;
+
+use rayon::prelude::*;
+use touchdown::experiments::{self, Run};
+use touchdown::progress::Progress as _;
+use touchdown::results::Results;
+use touchdown::settings::{self, ReproduceSettings};
+use touchdown::{Result, pages};
+use touchdown_model::Card;
+use touchdown_trial::Trial;
 
 use super::Done;
 use super::args::ReproduceArgs;
 use super::context::Context;
+use super::output;
 
-pub(crate) fn run(_: &Context, _: &ReproduceArgs) -> Result<Done> {
+pub(crate) fn run(context: &Context, args: &ReproduceArgs) -> Result<Done> {
+    let settings = load(args)?;
+    // A folder that cannot be written to is better known before the work than after it.
+    output::folder(&args.out)?;
+    let run = experiments::run(&settings, context)?;
+    let results = Results::of(&run)?;
+    write(context, &run, &results, &args.out)?;
+    context.finish();
+    context.say(&summary(&results));
+    context.say(&format!(
+        "report: {}",
+        args.out.join("report.html").display()
+    ));
+    context.object(&results)?;
     Ok(Done::Whole)
+}
+
+fn load(args: &ReproduceArgs) -> Result<ReproduceSettings> {
+    let (mut settings, file) = match &args.settings {
+        Some(path) => (
+            settings::read::<ReproduceSettings>(path)?,
+            path.display().to_string(),
+        ),
+        None => (ReproduceSettings::default(), "arguments".to_string()),
+    };
+    if args.quick {
+        settings.quick = true;
+        if args.settings.is_none() {
+            settings.trials = ReproduceSettings::quick().trials;
+        }
+    }
+    if let Some(seed) = args.seed {
+        settings.seed = seed;
+    }
+    if let Some(trials) = args.trials {
+        settings.trials = trials;
+    }
+    settings.check(&file)?;
+    Ok(settings)
+}
+
+/// Writes everything; `results.json` last, so that its presence says that all is there.
+fn write(context: &Context, run: &Run, results: &Results, out: &Path) -> Result<()> {
+    let cards = cards(run);
+    let sets = trial_sets(run);
+    let trials: Vec<(&str, &Trial)> = sets
+        .iter()
+        .flat_map(|(folder, trials)| trials.iter().map(move |t| (*folder, t)))
+        .collect();
+    context.stage("writing", (trials.len() + cards.len() + 2) as u64);
+    for (folder, _) in &sets {
+        output::folder(&out.join("trials").join(folder))?;
+    }
+    trials
+        .par_iter()
+        .try_for_each(|(folder, trial)| -> Result<()> {
+            let path = out
+                .join("trials")
+                .join(folder)
+                .join(format!("{}.csv", trial.name()));
+            touchdown_log::write_csv(trial, &path)?;
+            context.step();
+            Ok(())
+        })?;
+    for card in cards {
+        card.write(&out.join("cards").join(format!("{}.toml", card.name)))?;
+        context.step();
+    }
+    output::write(
+        &out.join("settings.toml"),
+        settings::to_toml(&run.settings)?.as_bytes(),
+    )?;
+    output::write(&out.join("landings.csv"), landings(run).as_bytes())?;
+    context.step();
+    pages::reproduce(run, results, out)?;
+    context.step();
+    output::write(&out.join("results.json"), output::json(results)?.as_bytes())
+}
+
+fn cards(run: &Run) -> Vec<&Card> {
+    let thrust = run.thrust.iter().flat_map(|state| &state.models);
+    let ground = run.ground_effect.sets.iter().flat_map(|set| &set.models);
+    thrust.chain(ground).map(|made| &made.card).collect()
+}
+
+/// The rich data hold the paper's trials as well.
+fn trial_sets(run: &Run) -> Vec<(&'static str, &[Trial])> {
+    let [present, removed] = &run.thrust;
+    let ge = &run.ground_effect;
+    vec![
+        ("thrust_training", &removed.training),
+        ("thrust_validation", &removed.validation),
+        ("thrust_training_with_plate", &present.training),
+        ("thrust_validation_with_plate", &present.validation),
+        ("ground_effect_rich", &ge.sets[1].recorded),
+        ("ground_effect_validation", &ge.recorded),
+    ]
+}
+
+/// Every landing in a row.
+fn landings(run: &Run) -> String {
+    let mut out =
+        String::from("experiment,method,trial,outcome,t_l_s,v_l_mps,s_l_m,final_height_m\n");
+    let experiments = [
+        ("ground_landing", &run.landing.ground),
+        (
+            "deck_landing_with_acceleration",
+            &run.landing.with_acceleration,
+        ),
+        (
+            "deck_landing_without_acceleration",
+            &run.landing.without_acceleration,
+        ),
+    ];
+    let cell = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+    for (experiment, methods) in experiments {
+        for m in methods {
+            for l in &m.landings {
+                let outcome = format!("{:?}", l.outcome);
+                out.push_str(&format!(
+                    "{experiment},{},{},{outcome},{},{},{},{}\n",
+                    m.method.name(),
+                    l.trial_index,
+                    cell(l.t_l_s),
+                    cell(l.v_l_mps),
+                    l.s_l_m,
+                    l.final_height_m
+                ));
+            }
+        }
+    }
+    out
+}
+
+/// The main figures in a few lines.
+fn summary(results: &Results) -> String {
+    let mut out = String::new();
+    let mut line = |text: String| {
+        out.push_str(&text);
+        out.push('\n');
+    };
+    let number = |v: Option<f64>| v.map_or_else(|| "–".to_string(), |v| format!("{v:.3}"));
+    line("throttle to thrust, plate removed, mean absolute error in free run [N]".into());
+    for (model, kinds) in &results.thrust.plate_removed {
+        let figures: Vec<String> = kinds
+            .iter()
+            .map(|(kind, e)| format!("{kind} {}", number(e.mae_n)))
+            .collect();
+        line(format!("  {model:<18} {}", figures.join("   ")));
+    }
+    line("ground effect, rich data, mean absolute error in free run [N]".into());
+    for (form, kinds) in &results.ground_effect.rich_data {
+        let figures: Vec<String> = kinds
+            .iter()
+            .map(|(kind, e)| format!("{kind} {}", number(e.mae_n)))
+            .collect();
+        line(format!("  {form:<18} {}", figures.join("   ")));
+    }
+    for (title, methods) in [
+        ("landing on the ground", &results.ground_landing),
+        (
+            "landing on the deck, its acceleration fed forward",
+            &results.deck_landing.with_acceleration,
+        ),
+        (
+            "landing on the deck, without",
+            &results.deck_landing.without_acceleration,
+        ),
+    ] {
+        line(title.into());
+        for (method, f) in methods {
+            let mean = |s: Option<touchdown::statistics::Summary>| number(s.map(|s| s.mean));
+            line(format!(
+                "  {method:<10} landed {:>3} of {:<3}  T_L {} s   V_L {} m/s   S_L {} m",
+                f.landed,
+                f.trials,
+                mean(f.t_l_s),
+                mean(f.v_l_mps),
+                mean(f.s_l_m)
+            ));
+        }
+    }
+    out.pop();
+    out
 }

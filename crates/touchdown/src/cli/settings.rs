@@ -1,11 +1,30 @@
 //! `touchdown settings`.
 
 use touchdown::Result;
+use touchdown::defaults;
+use touchdown::identify::IdentificationSettings;
+use touchdown::scenario::{LandScenario, RigScenario};
+use touchdown::settings::ReproduceSettings;
 
 use super::Done;
-use super::args::SettingsArgs;
+use super::args::{SettingsArgs, SettingsOf};
 use super::context::Context;
 
-pub(crate) fn run(_: &Context, _: &SettingsArgs) -> Result<Done> {
+pub(crate) fn run(context: &Context, args: &SettingsArgs) -> Result<Done> {
+    if context.wants_json() {
+        match args.of {
+            SettingsOf::Reproduce => context.object(&ReproduceSettings::default()),
+            SettingsOf::Rig => context.object(&RigScenario::default()),
+            SettingsOf::Land => context.object(&LandScenario::default()),
+            SettingsOf::Identify => context.object(&IdentificationSettings::default()),
+        }?;
+    } else {
+        context.say(match args.of {
+            SettingsOf::Reproduce => defaults::REPRODUCE,
+            SettingsOf::Rig => defaults::RIG,
+            SettingsOf::Land => defaults::LAND,
+            SettingsOf::Identify => defaults::IDENTIFY,
+        });
+    }
     Ok(Done::Whole)
 }

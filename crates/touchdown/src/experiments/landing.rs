@@ -9,7 +9,7 @@ use crate::progress::Progress;
 use crate::settings::{LandSettings, ReproduceSettings};
 
 /// Landings of each method that keep their time series, for figures.
-const TRACES: usize = 5;
+pub const TRACES: usize = 5;
 
 /// All landings of one method.
 #[derive(Clone, Debug)]

@@ -6,12 +6,13 @@ pub mod thrust;
 
 use rayon::prelude::*;
 use touchdown_model::card::Vehicle;
-use touchdown_sim::rig::{self, RigTrial};
+use touchdown_sim::rig::{self, RigSettings, RigTrial};
+use touchdown_sim::rig_sets;
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};
-use crate::identify::Origin;
 use crate::identify::settings::GroundEffectForm;
+use crate::identify::{self, Origin};
 use crate::pilot::Cards;
 use crate::progress::Progress;
 use crate::settings::ReproduceSettings;
@@ -37,18 +38,7 @@ pub struct Run {
 /// Settings that make no sense.
 pub fn run(settings: &ReproduceSettings, progress: &dyn Progress) -> Result<Run> {
     settings.check("settings")?;
-    let plant = &settings.rig.plant;
-    let mut origin = Origin::of(
-        &[],
-        Vehicle {
-            name: "virtual vehicle".into(),
-            mass_kg: Some(plant.mass_kg),
-            rotor_radius_m: Some(plant.rotor_radius_m),
-        },
-    );
-    origin.provenance.seed = Some(settings.seed);
-    origin.provenance.settings_sha256 = Some(crate::results::settings_sha256(settings)?);
-    origin.provenance.command = Some(command(settings));
+    let origin = origin(settings, Some(command(settings)))?;
     let thrust = thrust::run(settings, &origin, progress)?;
     // The force is extracted with the better of the two: the plate was out of the way.
     let [_, removed] = &thrust;
@@ -60,8 +50,8 @@ pub fn run(settings: &ReproduceSettings, progress: &dyn Progress) -> Result<Run>
     };
     let cards = Cards {
         thrust: thrust_card,
-        empirical: flown(GroundEffectForm::Empirical)?,
-        dynamic: flown(GroundEffectForm::Lag)?,
+        empirical: Some(flown(GroundEffectForm::Empirical)?),
+        dynamic: Some(flown(GroundEffectForm::Lag)?),
     };
     let landing = landing::run(settings, &cards, progress)?;
     Ok(Run {
@@ -98,6 +88,60 @@ pub fn command(settings: &ReproduceSettings) -> String {
         settings.seed, settings.trials
     ));
     out
+}
+
+/// The cards that landings need, identified on the virtual rig of `rig`: eq. (8) with the plate removed, then
+/// eq. (2) and the lag form on the rich data.
+///
+/// # Errors
+/// Settings that make no sense.
+pub fn identify_cards(rig: &RigSettings, seed: u64, progress: &dyn Progress) -> Result<Cards> {
+    let settings = ReproduceSettings {
+        seed,
+        rig: *rig,
+        ..ReproduceSettings::default()
+    };
+    settings.check("settings")?;
+    let origin = origin(&settings, None)?;
+    let identification = &settings.identification;
+    let thrust_trials = rig_sets::thrust_training(false, extent(&settings));
+    let ground_trials = rig_sets::ground_effect_rich(extent(&settings));
+    progress.stage(
+        "identification",
+        (thrust_trials.len() + ground_trials.len() + 3) as u64,
+    );
+    let recorded = record(&thrust_trials, &settings, progress)?;
+    let thrust = identify::thrust::library(&recorded, identification, &origin)?.card;
+    progress.step();
+    let prepared = record(&ground_trials, &settings, progress)?
+        .iter()
+        .map(|t| identify::ground_effect::prepare(t, &thrust))
+        .collect::<Result<Vec<_>>>()?;
+    let fit = |form| -> Result<_> {
+        let made = identify::ground_effect::fit(form, &prepared, identification, &origin)?;
+        progress.step();
+        Ok(made.card)
+    };
+    Ok(Cards {
+        empirical: Some(fit(GroundEffectForm::Empirical)?),
+        dynamic: Some(fit(GroundEffectForm::Lag)?),
+        thrust,
+    })
+}
+
+/// The origin of cards that are identified on the virtual rig.
+fn origin(settings: &ReproduceSettings, command: Option<String>) -> Result<Origin> {
+    let plant = &settings.rig.plant;
+    let vehicle = Vehicle {
+        name: "virtual vehicle".into(),
+        mass_kg: Some(plant.mass_kg),
+        rotor_radius_m: Some(plant.rotor_radius_m),
+    };
+    let mut origin = Origin::of(&[], vehicle);
+    origin.provenance.seed = Some(settings.seed);
+    origin.provenance.settings_sha256 = Some(crate::results::settings_sha256(settings)?);
+    origin.provenance.command = command;
+    Ok(origin)
 }
 
 /// Runs rig trials, in order.

@@ -1,0 +1,177 @@
+//! Logs from the disk: read, mapped, counted.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use touchdown::progress::Progress as _;
+use touchdown::{Error, Result};
+use touchdown_log::{Findings, Map};
+use touchdown_model::card::Input;
+use touchdown_trial::{Source, Trial};
+
+use crate::cli::context::Context;
+
+/// A log that became a trial.
+pub(crate) struct Log {
+    /// The file, as it was given.
+    pub(crate) path: PathBuf,
+    /// What it holds.
+    pub(crate) trial: Trial,
+    /// What was counted on the way.
+    pub(crate) findings: Findings,
+}
+
+impl Log {
+    /// SHA-256 of the file.
+    pub(crate) fn sha256(&self) -> &str {
+        match &self.trial.provenance().source {
+            Source::File { sha256, .. } => sha256,
+            _ => "",
+        }
+    }
+
+    /// What a person should know of the log: warnings and losses.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let mut all = self.findings.warnings.clone();
+        all.extend(self.findings.loss());
+        all
+    }
+}
+
+/// Reads a map, if there is one.
+pub(crate) fn map(path: Option<&Path>) -> Result<Option<Map>> {
+    Ok(path.map(Map::load).transpose()?)
+}
+
+/// A map as an input of a card.
+pub(crate) fn map_input(path: Option<&Path>) -> Result<Option<Input>> {
+    let Some(path) = path else { return Ok(None) };
+    let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
+    Ok(Some(Input {
+        name: file_name(path),
+        sha256: sha256(&bytes),
+    }))
+}
+
+/// Lower-case hexadecimal SHA-256.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    use sha2::Digest as _;
+    let digest = sha2::Sha256::digest(bytes);
+    digest.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Reads every log. One that cannot be read, or that holds no usable rows, is an error in its place; a map that
+/// does not fit one of them stops everything, for it is wrong.
+pub(crate) fn logs(
+    context: &Context,
+    paths: &[PathBuf],
+    map: Option<&Map>,
+) -> Result<Vec<Result<Log>>> {
+    context.stage("reading", paths.len() as u64);
+    let names = names(paths);
+    let read: Vec<Result<Log>> = paths
+        .par_iter()
+        .zip(&names)
+        .map(|(path, name)| {
+            let read = touchdown_log::read_trial(path, map);
+            context.step();
+            let (trial, findings) = read?;
+            Ok(Log {
+                path: path.clone(),
+                trial: trial.with_name(name),
+                findings,
+            })
+        })
+        .collect();
+    let mut out = Vec::with_capacity(read.len());
+    for log in read {
+        match log {
+            Err(e) if e.exit_status() == 2 => return Err(e),
+            log => out.push(log),
+        }
+    }
+    Ok(out)
+}
+
+/// Reads every log; any that cannot be read is an error.
+pub(crate) fn all_logs(
+    context: &Context,
+    paths: &[PathBuf],
+    map: Option<&Map>,
+) -> Result<Vec<Log>> {
+    logs(context, paths, map)?.into_iter().collect()
+}
+
+/// Names for trials, cards and figures: the files' stems, with a number where two are alike.
+pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
+    let mut taken = BTreeSet::new();
+    paths
+        .iter()
+        .map(|path| {
+            let stem = path.file_stem().map_or_else(
+                || "log".to_string(),
+                |stem| stem.to_string_lossy().into_owned(),
+            );
+            let mut name = stem.clone();
+            let mut number = 2;
+            // Files of a folder may differ in case only by name on some systems, and never on others.
+            while !taken.insert(name.to_lowercase()) {
+                name = format!("{stem}-{number}");
+                number += 1;
+            }
+            name
+        })
+        .collect()
+}
+
+/// The last part of a path.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(
+        || path.display().to_string(),
+        |name| name.to_string_lossy().into_owned(),
+    )
+}
+
+/// A word of a command line, quoted where a shell would take it apart.
+pub(crate) fn word(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=+:,@%".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        text.to_string()
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    }
+}
+
+/// The trial without the rows in which one of its `channels` is a gap, and how many those are. Channels that the
+/// trial lacks are passed over.
+pub(crate) fn without_gaps(trial: &Trial, channels: &[&str]) -> Result<(Trial, usize)> {
+    let needed: Vec<&[f64]> = channels.iter().filter_map(|c| trial.channel(c)).collect();
+    let rows: Vec<usize> = (0..trial.len())
+        .filter(|&i| needed.iter().all(|c| c[i].is_finite()))
+        .collect();
+    let pick = |c: &[f64]| rows.iter().map(|&i| c[i]).collect::<Vec<_>>();
+    let mut whole = Trial::new(trial.name(), pick(trial.time_s()))?;
+    for (name, values) in trial.channels() {
+        whole.insert(name, pick(values))?;
+    }
+    let whole = whole.with_provenance(trial.provenance().clone());
+    Ok((whole, trial.len() - rows.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_names_are_unique() {
+        let paths = ["a/x.csv", "b/x.csv", "X.csv", "y"].map(PathBuf::from);
+        assert_eq!(names(&paths), ["x", "x-2", "X-3", "y"]);
+    }
+
+    #[test]
+    fn analytic_words_are_quoted() {
+        assert_eq!(word("a/b.csv"), "a/b.csv");
+        assert_eq!(word("it's"), r"'it'\''s'");
+    }
+}

@@ -1,0 +1,128 @@
+//! `touchdown identify thrust`.
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use touchdown::identify::{IdentificationSettings, Made, thrust};
+use touchdown::pages;
+use touchdown::progress::Progress as _;
+use touchdown::{Error, Result};
+use touchdown_log::Map;
+use touchdown_trial::Trial;
+
+use super::load::{self, Log};
+use super::show::{Failed, Fitted, Outcome, Summary};
+use super::{Command, Target, done, origin, write_tables};
+use crate::cli::Done;
+use crate::cli::args::IdentifyCommon;
+use crate::cli::context::Context;
+
+pub(super) fn run(
+    context: &Context,
+    common: &IdentifyCommon,
+    settings: &IdentificationSettings,
+) -> Result<Done> {
+    let target = Target::of(common.out.as_deref())?;
+    let map = load::map(common.map.as_deref())?;
+    let job = Job {
+        context,
+        common,
+        settings,
+        map: map.as_ref(),
+    };
+    match target {
+        Target::File(card) => job.together(&card),
+        Target::Folder(folder) => job.apart(Some(&folder)),
+        Target::None => job.apart(None),
+    }
+}
+
+struct Job<'a> {
+    context: &'a Context,
+    common: &'a IdentifyCommon,
+    settings: &'a IdentificationSettings,
+    map: Option<&'a Map>,
+}
+
+impl Job<'_> {
+    fn fit(&self, trials: &[Trial], logs: &[PathBuf], card: &str) -> Result<Made> {
+        let mut origin = origin(trials, self.map, self.common, self.settings)?;
+        origin.provenance.command = Some(self.command().text(logs, card));
+        thrust::fit(trials, self.settings, &origin)
+    }
+
+    fn command(&self) -> Command<'_> {
+        let settings = &self.settings.thrust;
+        let mut more = Vec::new();
+        if let Some(form) = settings.form.and_then(|f| serde_json::to_value(f).ok()) {
+            more.extend(["--form".to_string(), form.as_str().unwrap_or("").to_string()]);
+        }
+        more.extend(["--degree".to_string(), settings.degree.to_string()]);
+        if settings.battery {
+            more.push("--battery".to_string());
+        }
+        Command {
+            what: "thrust",
+            common: self.common,
+            more,
+        }
+    }
+
+    /// One card from all logs.
+    fn together(&self, card: &Path) -> Result<Done> {
+        let logs = load::all_logs(self.context, &self.common.logs, self.map)?;
+        self.context.stage("fitting", 1);
+        let trials: Vec<Trial> = logs.iter().map(|l| l.trial.clone()).collect();
+        let made = self.fit(&trials, &self.common.logs, &card.display().to_string())?;
+        made.card.write(card)?;
+        let label = match &logs[..] {
+            [one] => one.path.display().to_string(),
+            many => format!("{} logs together", many.len()),
+        };
+        let dropped = logs.iter().map(|l| l.findings.rows_dropped()).sum();
+        let mut fitted = Fitted::of(label, &made, Some(card), dropped);
+        for log in &logs {
+            let name = log.path.display();
+            let warnings = log.warnings();
+            fitted
+                .warnings
+                .extend(warnings.iter().map(|w| format!("{name}: {w}")));
+        }
+        for warning in &fitted.warnings {
+            self.context.warn(warning);
+        }
+        self.context.finish();
+        self.context.object(&fitted)?;
+        let summary = Summary::of(&[Outcome::Fitted(fitted)]);
+        self.context.say(&summary.text());
+        Ok(done(logs.iter().any(|l| l.findings.is_lossy())))
+    }
+
+    /// A card for each log.
+    fn apart(&self, folder: Option<&Path>) -> Result<Done> {
+        let logs = load::logs(self.context, &self.common.logs, self.map)?;
+        let several = logs.len() > 1;
+        let names = load::names(&self.common.logs);
+        self.context.stage("fitting", logs.len() as u64);
+        let fits: Vec<Result<(Log, Made)>> = logs
+            .into_par_iter()
+            .zip(&names)
+            .map(|(log, name)| {
+                let log = log?;
+                let one = std::slice::from_ref(&log.trial);
+                let made = self.fit(one, std::slice::from_ref(&log.path), &format!("{name}.toml"));
+                self.context.step();
+                let mut made = made?;
+                made.card.name.clone_from(name);
+                Ok((log, made))
+            })
+            .collect();
+        // A setting or an argument that is wrong is wrong for all.
+        if fits.iter().all(Result::is_err)
+            && let Some(Err(first)) = fits.into_iter().next_back_if_all_failed()
+        {
+            return Err(first);
+        }
+        unreachable_by_construction()
+    }
+}

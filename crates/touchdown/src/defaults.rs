@@ -1,0 +1,59 @@
+//! The default settings as commented TOML: what `touchdown settings` prints. Tests hold them equal to the
+//! defaults in code, key by key.
+
+/// Settings of `reproduce`.
+pub const REPRODUCE: &str = include_str!("../settings/reproduce.toml");
+/// A rig scenario.
+pub const RIG: &str = include_str!("../settings/rig.toml");
+/// A landing scenario.
+pub const LAND: &str = include_str!("../settings/land.toml");
+/// Settings of identification.
+pub const IDENTIFY: &str = include_str!("../settings/identify.toml");
+
+#[cfg(test)]
+mod tests {
+    use serde::Serialize;
+    use serde::de::DeserializeOwned;
+
+    use crate::identify::IdentificationSettings;
+    use crate::scenario::{LandScenario, RigScenario};
+    use crate::settings::ReproduceSettings;
+
+    fn keys(table: &toml::Table, above: &str, out: &mut Vec<String>) {
+        for (key, value) in table {
+            let path = format!("{above}{key}");
+            match value {
+                toml::Value::Table(t) => keys(t, &format!("{path}."), out),
+                _ => out.push(path),
+            }
+        }
+    }
+
+    fn same<T: Default + DeserializeOwned + Serialize + PartialEq + std::fmt::Debug>(text: &str) {
+        assert_eq!(toml::from_str::<T>(text).unwrap(), T::default());
+        let (mut printed, mut real) = (Vec::new(), Vec::new());
+        keys(&toml::from_str(text).unwrap(), "", &mut printed);
+        keys(
+            &toml::from_str(&toml::to_string(&T::default()).unwrap()).unwrap(),
+            "",
+            &mut real,
+        );
+        assert_eq!(printed.iter().filter(|k| !real.contains(k)).count(), 0);
+        let missing: Vec<_> = real.iter().filter(|k| !printed.contains(k)).collect();
+        assert!(
+            missing.is_empty(),
+            "not in the printed settings: {missing:?}"
+        );
+        let bare = |l: &&str| l.contains('=') && !l.contains('#') && !l.trim().starts_with('[');
+        let uncommented: Vec<&str> = text.lines().filter(bare).collect();
+        assert!(uncommented.is_empty(), "without a comment: {uncommented:?}");
+    }
+
+    #[test]
+    fn prop_printed_settings_are_the_defaults_and_every_key_is_commented() {
+        same::<ReproduceSettings>(super::REPRODUCE);
+        same::<RigScenario>(super::RIG);
+        same::<LandScenario>(super::LAND);
+        same::<IdentificationSettings>(super::IDENTIFY);
+    }
+}

@@ -1,0 +1,250 @@
+//! Scenario files: what `rig` and `land` read.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use touchdown_sim::plant::Plant;
+use touchdown_sim::rig::{RigSettings, RigTrial};
+use touchdown_sim::rig_sets::{self, Extent};
+
+use crate::error::{Error, Result};
+use crate::pilot::Method;
+use crate::settings::{ControlSettings, LandSettings, check_seed};
+use touchdown_sim::scenario::LandingScenario;
+
+/// A standard set of rig trials.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RigSet {
+    /// Five ramps and five sines of throttle, plate removed.
+    ThrustTraining,
+    /// A ramp and a sine, plate removed.
+    ThrustValidation,
+    /// As `thrust_training`, plate at 0.75 m.
+    ThrustTrainingWithPlate,
+    /// As `thrust_validation`, plate at 0.75 m.
+    ThrustValidationWithPlate,
+    /// The paper's three scenarios.
+    GroundEffectPaper,
+    /// The paper's scenarios, multi-sine plate motion and slow sweeps.
+    GroundEffectRich,
+    /// Approaches, triangles and sines at 10 to 16 N.
+    GroundEffectValidation,
+}
+
+impl RigSet {
+    /// The name, as in files and folders.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ThrustTraining => "thrust_training",
+            Self::ThrustValidation => "thrust_validation",
+            Self::ThrustTrainingWithPlate => "thrust_training_with_plate",
+            Self::ThrustValidationWithPlate => "thrust_validation_with_plate",
+            Self::GroundEffectPaper => "ground_effect_paper",
+            Self::GroundEffectRich => "ground_effect_rich",
+            Self::GroundEffectValidation => "ground_effect_validation",
+        }
+    }
+
+    /// The trials.
+    ///
+    /// # Errors
+    /// A plant that makes no sense.
+    pub fn trials(self, settings: &RigSettings) -> Result<Vec<RigTrial>> {
+        Ok(match self {
+            Self::ThrustTraining => rig_sets::thrust_training(false, Extent::Full),
+            Self::ThrustValidation => rig_sets::thrust_validation(false),
+            Self::ThrustTrainingWithPlate => rig_sets::thrust_training(true, Extent::Full),
+            Self::ThrustValidationWithPlate => rig_sets::thrust_validation(true),
+            Self::GroundEffectPaper => rig_sets::ground_effect_paper(Extent::Full),
+            Self::GroundEffectRich => rig_sets::ground_effect_rich(Extent::Full),
+            Self::GroundEffectValidation => rig_sets::ground_effect_validation(
+                Plant::new(&settings.plant)?.motor(),
+                Extent::Full,
+            ),
+        })
+    }
+}
+
+/// What `touchdown rig` runs.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RigScenario {
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Standard sets to run, each into a folder of its name.
+    pub sets: Vec<RigSet>,
+    /// The rig.
+    pub rig: RigSettings,
+    /// Further trials, into the folder `trials`.
+    pub trials: Vec<RigTrial>,
+}
+
+impl Default for RigScenario {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            sets: vec![
+                RigSet::ThrustTraining,
+                RigSet::ThrustValidation,
+                RigSet::GroundEffectRich,
+                RigSet::GroundEffectValidation,
+            ],
+            rig: RigSettings::default(),
+            trials: Vec::new(),
+        }
+    }
+}
+
+impl RigScenario {
+    /// Checks all settings; `file` names them in errors.
+    ///
+    /// # Errors
+    /// The first setting out of range, names that are not fit for files, or nothing to run.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let bad = |key: &str, message: String| Error::Settings {
+            file: file.to_string(),
+            message: format!("key `{key}`: {message}"),
+        };
+        check_seed(self.seed, file)?;
+        self.rig.validate().map_err(|e| bad("rig", e.to_string()))?;
+        if self.sets.is_empty() && self.trials.is_empty() {
+            return Err(bad(
+                "sets",
+                "expected a set, or `[[trials]]`; found neither".into(),
+            ));
+        }
+        for (i, set) in self.sets.iter().enumerate() {
+            if self.sets[..i].contains(set) {
+                return Err(bad("sets", format!("`{}` stands twice", set.name())));
+            }
+        }
+        for (i, trial) in self.trials.iter().enumerate() {
+            let fit = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+            if trial.name.is_empty() || trial.name.starts_with('.') || !trial.name.chars().all(fit)
+            {
+                let expected = "expected letters, digits, `-`, `_` and `.`";
+                return Err(bad(
+                    &format!("trials[{i}].name"),
+                    format!("{expected}; found `{}`", trial.name),
+                ));
+            }
+            if self.trials[..i].iter().any(|t| t.name == trial.name) {
+                return Err(bad(
+                    &format!("trials[{i}].name"),
+                    format!("`{}` stands twice", trial.name),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What `touchdown land` runs.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LandScenario {
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Landings of every method.
+    pub trials: usize,
+    /// The methods.
+    pub controllers: Vec<Method>,
+    /// Whether the deck's acceleration is estimated and fed forward.
+    pub deck_acceleration: bool,
+    /// Model cards.
+    pub cards: CardPaths,
+    /// The controllers' settings.
+    pub control: ControlSettings,
+    /// Vehicle, air, deck, sensors and spreads.
+    pub scenario: LandingScenario,
+}
+
+/// Paths of model cards, relative to the scenario file; a model without a card is identified on the virtual
+/// rig first.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CardPaths {
+    /// Throttle to thrust.
+    pub thrust: Option<PathBuf>,
+    /// Eq. (2), for `empirical`.
+    pub empirical: Option<PathBuf>,
+    /// The model of `dynamic`: any ground-effect form.
+    pub dynamic: Option<PathBuf>,
+}
+
+impl CardPaths {
+    /// The same with relative paths taken from `folder`.
+    #[must_use]
+    pub fn from(self, folder: &Path) -> Self {
+        let join = |p: Option<PathBuf>| p.map(|p| folder.join(p));
+        Self {
+            thrust: join(self.thrust),
+            empirical: join(self.empirical),
+            dynamic: join(self.dynamic),
+        }
+    }
+}
+
+impl Default for LandScenario {
+    fn default() -> Self {
+        let deck = LandSettings::deck();
+        Self {
+            seed: 1,
+            trials: 40,
+            controllers: Method::ALL.to_vec(),
+            deck_acceleration: true,
+            cards: CardPaths::default(),
+            control: deck.control,
+            scenario: deck.scenario,
+        }
+    }
+}
+
+impl LandScenario {
+    /// Landing settings: scenario and controllers.
+    #[must_use]
+    pub fn land(&self) -> LandSettings {
+        LandSettings {
+            scenario: self.scenario,
+            control: self.control,
+        }
+    }
+
+    /// Checks all settings; `file` names them in errors.
+    ///
+    /// # Errors
+    /// The first setting out of range.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let bad = |key: &str, message: String| Error::Settings {
+            file: file.to_string(),
+            message: format!("key `{key}`: {message}"),
+        };
+        check_seed(self.seed, file)?;
+        if !(1..=1_000_000).contains(&self.trials) {
+            return Err(bad(
+                "trials",
+                format!("expected 1 to 1000000, found {}", self.trials),
+            ));
+        }
+        if self.controllers.is_empty() {
+            let names: Vec<&str> = Method::ALL.iter().map(|m| m.name()).collect();
+            return Err(bad(
+                "controllers",
+                format!("expected some of {}; found none", names.join(", ")),
+            ));
+        }
+        for (i, method) in self.controllers.iter().enumerate() {
+            if self.controllers[..i].contains(method) {
+                return Err(bad(
+                    "controllers",
+                    format!("`{}` stands twice", method.name()),
+                ));
+            }
+        }
+        self.scenario
+            .validate()
+            .map_err(|e| bad("scenario", e.to_string()))
+    }
+}
