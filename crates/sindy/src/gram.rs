@@ -193,3 +193,86 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7])) + tail
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Samples;
+    use proptest::prelude::*;
+
+    fn three_groups() -> (Library, Vec<Gram>, Samples) {
+        let mut samples = Samples::new(&["x", "y"]);
+        for g in 0..3 {
+            let x: Vec<f64> = (0..700)
+                .map(|i| (0.37 * f64::from(i) + f64::from(g)).sin())
+                .collect();
+            let y = x.iter().map(|x| 1.0 - 2.0 * x + 0.5 * x * x).collect();
+            samples.push_group(vec![x, y]).unwrap();
+        }
+        let library = Library::parse(&["1", "x", "x^2"]).unwrap();
+        let grams = Gram::accumulate(&library, "y", &samples).unwrap();
+        (library, grams, samples)
+    }
+
+    #[test]
+    fn analytic_entries_are_the_sums() {
+        let (_, grams, samples) = three_groups();
+        let x = &samples.group(1)[0];
+        let power = |k: i32| x.iter().map(|v| v.powi(k)).sum::<f64>();
+        for i in 0..3 {
+            for j in 0..3 {
+                // Sums of 700 numbers below one in another order: rounding only.
+                assert!((grams[1].xtx[(i, j)] - power((i + j) as i32)).abs() < 1e-11);
+            }
+        }
+        let residual = grams[1].residual_sum(&DVector::from_vec(vec![1.0, -2.0, 0.5]));
+        // The target is in the library's span; the sums cancel to rounding of numbers of order 1000.
+        assert!(residual < 1e-9, "{residual}");
+        assert!(grams[1].r_squared(&DVector::from_vec(vec![1.0, -2.0, 0.5])) > 1.0 - 1e-9);
+    }
+
+    #[test]
+    fn analytic_downdating_undoes_merging() {
+        let (_, grams, _) = three_groups();
+        let mut all = Gram::total(&grams);
+        assert_eq!(all.rows, 2100);
+        all.downdate(&grams[2]);
+        let two = Gram::total(&grams[..2]);
+        // One addition and one subtraction of entries of order 1000.
+        assert!((&all.xtx - &two.xtx).amax() < 1e-10 && (&all.xty - &two.xty).amax() < 1e-10);
+        assert_eq!(all.rows, two.rows);
+    }
+
+    #[test]
+    fn prop_rows_that_are_not_finite_are_left_out_and_counted() {
+        let library = Library::parse(&["1", "log(x)"]).unwrap();
+        let mut samples = Samples::new(&["x", "y"]);
+        samples
+            .push_group(vec![
+                vec![1.0, -1.0, 2.0, f64::NAN, 3.0],
+                vec![1.0, 1.0, f64::INFINITY, 1.0, 2.0],
+            ])
+            .unwrap();
+        let gram = Gram::total(&Gram::accumulate(&library, "y", &samples).unwrap());
+        assert_eq!((gram.rows, gram.skipped), (2, 3));
+        assert_eq!(gram.xtx[(0, 0)], 2.0);
+        assert_eq!(gram.xty[0], 3.0);
+    }
+
+    proptest! {
+        #[test]
+        fn prop_any_numbers_give_finite_statistics(
+            x in prop::collection::vec(prop::num::f64::ANY, 0..600),
+        ) {
+            let library = Library::parse(&["1", "x"]).unwrap();
+            let mut samples = Samples::new(&["x"]);
+            // Squares of more than 1e150 overflow: those rows are not asked about here.
+            let x: Vec<f64> = x.into_iter().filter(|v| !(v.is_finite() && v.abs() > 1e150)).collect();
+            let finite = x.iter().filter(|v| v.is_finite()).count();
+            samples.push_group(vec![x]).unwrap();
+            let gram = Gram::total(&Gram::accumulate(&library, "x", &samples).unwrap());
+            prop_assert_eq!(gram.rows, finite);
+            prop_assert!(gram.xtx.iter().all(|v| v.is_finite()));
+        }
+    }
+}

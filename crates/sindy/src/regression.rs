@@ -93,3 +93,64 @@ pub(crate) fn pseudo_inverse(g: &DMatrix<f64>) -> DMatrix<f64> {
     });
     &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Library, Samples};
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn analytic_collinear_columns_share_the_coefficient() {
+        let mut samples = Samples::new(&["x", "y"]);
+        let x: Vec<f64> = (0..50).map(|i| f64::from(i) / 50.0 - 0.5).collect();
+        let y = x.iter().map(|x| 3.0 * x).collect();
+        samples.push_group(vec![x, y]).unwrap();
+        let library = Library::parse(&["x", "2*x"]).unwrap();
+        let gram = Gram::total(&Gram::accumulate(&library, "y", &samples).unwrap());
+        let xi = least_squares(&gram, &[true, true]);
+        // Columns of unit length are equal, so the minimum norm solution splits 3 x evenly: 1.5 and 0.75.
+        assert!(
+            (xi[0] - 1.5).abs() < 1e-9 && (xi[1] - 0.75).abs() < 1e-9,
+            "{xi}"
+        );
+        assert_eq!(least_squares(&gram, &[false, false]), DVector::zeros(2));
+    }
+
+    #[test]
+    fn analytic_cluster_errors_grow_with_correlation_inside_groups() {
+        // y = 1 + e_g: one draw for each group of 100 rows. The error of the mean is sd/√groups, not
+        // sd/√rows.
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
+        let mut samples = Samples::new(&["y"]);
+        let draws: Vec<f64> = (0..40).map(|_| rng.random_range(-1.0..1.0)).collect();
+        for d in &draws {
+            samples.push_group(vec![vec![1.0 + d; 100]]).unwrap();
+        }
+        let library = Library::parse(&["1"]).unwrap();
+        let grams = Gram::accumulate(&library, "y", &samples).unwrap();
+        let xi = least_squares(&Gram::total(&grams), &[true]);
+        let se = cluster_errors(&grams, &xi, &[true]).unwrap()[0];
+        let mean = draws.iter().sum::<f64>() / 40.0;
+        let sd = (draws.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / 39.0).sqrt();
+        // With equal groups the sandwich is sd/√groups exactly.
+        assert!((se - sd / 40f64.sqrt()).abs() < 1e-12, "{se}");
+        assert!(cluster_errors(&grams[..1], &xi, &[true]).is_none());
+    }
+
+    #[test]
+    fn prop_badly_scaled_columns_are_fitted() {
+        let mut samples = Samples::new(&["x", "y"]);
+        let x: Vec<f64> = (0..200).map(|i| 1e9 * (0.1 * f64::from(i)).sin()).collect();
+        let y = x.iter().map(|x| 1e-12 * x + 4e-21 * x * x).collect();
+        samples.push_group(vec![x, y]).unwrap();
+        let library = Library::parse(&["1", "x", "x^2"]).unwrap();
+        let gram = Gram::total(&Gram::accumulate(&library, "y", &samples).unwrap());
+        let xi = least_squares(&gram, &[true; 3]);
+        // Columns are scaled to unit length: relative rounding of a condition of about 3, squared.
+        assert!(
+            (xi[1] / 1e-12 - 1.0).abs() < 1e-9 && (xi[2] / 4e-21 - 1.0).abs() < 1e-9,
+            "{xi}"
+        );
+    }
+}
