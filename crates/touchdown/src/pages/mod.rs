@@ -3,5 +3,10 @@
 pub mod identify;
 pub mod inspect;
 pub mod land;
+mod landings;
+mod page;
 pub mod reproduce;
 pub mod validate;
+
+pub use land::land;
+pub use reproduce::reproduce;

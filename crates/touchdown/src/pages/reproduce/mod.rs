@@ -1,1 +1,42 @@
 //! The report of `touchdown reproduce`.
+
+mod coefficients;
+mod deck;
+mod first_page;
+mod ground_effect;
+mod ground_effect_figures;
+mod ground_landing;
+mod identifiability;
+mod last_page;
+mod thrust;
+mod verdict;
+
+use std::path::Path;
+
+use super::page::Page;
+use crate::error::Result;
+use crate::experiments::Run;
+use crate::results::Results;
+
+/// Writes `figures/*.svg`, `figures/*.png` and `report.html` into the folder `out`.
+///
+/// # Errors
+/// Files that cannot be written, or figures that cannot be drawn.
+pub fn reproduce(run: &Run, results: &Results, out: &Path) -> Result<()> {
+    let mut page = Page::new("Landing with an identified ground effect", out);
+    page.report
+        .subtitle("The paper's four experiments on a virtual rig and a virtual vehicle")
+        .fact("Version", results.version)
+        .fact("Seed", results.seed.to_string())
+        .fact("Landings of each method", results.trials.to_string());
+    if results.quick {
+        page.report.fact("Extent", "quick: fewer rig trials");
+    }
+    first_page::write(&mut page, run, results)?;
+    thrust::write(&mut page, run)?;
+    ground_effect::write(&mut page, run, results)?;
+    ground_landing::write(&mut page, run, results)?;
+    deck::write(&mut page, run, results)?;
+    last_page::write(&mut page, run, results)?;
+    page.finish()
+}
