@@ -22,6 +22,7 @@
 //! Source: H. G. Bock, "Recent advances in parameter identification techniques for ODE" (1983).
 
 mod model;
+mod normal;
 mod propagate;
 mod solve;
 

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::Record;
 use super::model::OdeModel;
+use super::normal::{Back, Part, Reduced, Stretch};
 use super::propagate::{self, Window};
 use crate::error::SindyError;
 
@@ -111,23 +112,6 @@ pub struct Refined {
     pub iterations: usize,
     /// Why it ended.
     pub outcome: Outcome,
-}
-
-struct Stretch<'a> {
-    record: &'a Record<'a>,
-    first: usize,
-    len: usize,
-}
-
-/// What one window contributes.
-struct Part {
-    h: DMatrix<f64>,
-    h0: DMatrix<f64>,
-    h0p: DMatrix<f64>,
-    g: DVector<f64>,
-    g0: DVector<f64>,
-    squares: f64,
-    count: usize,
 }
 
 impl Shooting {
@@ -458,122 +442,5 @@ impl Shooting {
                 };
         }
         Reduced { h, g, back, scores }
-    }
-}
-
-impl Part {
-    fn zeros(n: usize, p: usize) -> Self {
-        Self {
-            h: DMatrix::zeros(p, p),
-            h0: DMatrix::zeros(n, n),
-            h0p: DMatrix::zeros(n, p),
-            g: DVector::zeros(p),
-            g0: DVector::zeros(n),
-            squares: 0.0,
-            count: 0,
-        }
-    }
-
-    fn add(&mut self, r: f64, row: &[f64], p: usize) {
-        let (jp, j0) = row.split_at(p);
-        for (b, &vb) in jp.iter().enumerate() {
-            for (a, &va) in jp.iter().enumerate() {
-                self.h[(a, b)] += va * vb;
-            }
-            for (a, &va) in j0.iter().enumerate() {
-                self.h0p[(a, b)] += va * vb;
-            }
-            self.g[b] += vb * r;
-        }
-        for (b, &vb) in j0.iter().enumerate() {
-            for (a, &va) in j0.iter().enumerate() {
-                self.h0[(a, b)] += va * vb;
-            }
-            self.g0[b] += vb * r;
-        }
-        self.squares += r * r;
-        self.count += 1;
-    }
-}
-
-struct Back {
-    offset: DVector<f64>,
-    gain: DMatrix<f64>,
-}
-
-impl Back {
-    fn start_step(&self, step: &DVector<f64>) -> DVector<f64> {
-        &self.offset + &self.gain * step
-    }
-}
-
-struct Reduced {
-    h: DMatrix<f64>,
-    g: DVector<f64>,
-    back: Vec<Back>,
-    scores: Vec<DVector<f64>>,
-}
-
-impl Reduced {
-    /// The damped step; parameters that sit at a bound and would leave it stay.
-    fn step(&self, damping: f64, parameters: &[Parameter], theta: &DVector<f64>) -> DVector<f64> {
-        let free: Vec<usize> = (0..theta.len())
-            .filter(|&j| {
-                let (at, push) = (theta[j], -self.g[j]);
-                !(at <= parameters[j].min && push < 0.0 || at >= parameters[j].max && push > 0.0)
-            })
-            .collect();
-        let k = free.len();
-        let mut h = DMatrix::from_fn(k, k, |a, b| self.h[(free[a], free[b])]);
-        (0..k).for_each(|a| h[(a, a)] += damping * h[(a, a)]);
-        let g = DVector::from_fn(k, |a, _| -self.g[free[a]]);
-        let scale = h.diagonal().map(|d| if d > 0.0 { d.sqrt() } else { 1.0 });
-        let scaled = DMatrix::from_fn(k, k, |a, b| h[(a, b)] / (scale[a] * scale[b]));
-        let step = crate::regression::pseudo_inverse(&scaled) * g.component_div(&scale);
-        let mut out = DVector::zeros(theta.len());
-        for (a, &j) in free.iter().enumerate() {
-            out[j] = step[a] / scale[a];
-        }
-        out
-    }
-
-    fn errors(
-        &self,
-        stretches: &[Stretch<'_>],
-        parameters: &[Parameter],
-        theta: &DVector<f64>,
-    ) -> (Vec<f64>, DMatrix<f64>) {
-        let p = theta.len();
-        let scale = self
-            .h
-            .diagonal()
-            .map(|d| if d > 0.0 { d.sqrt() } else { 1.0 });
-        let inverse = crate::regression::pseudo_inverse(&DMatrix::from_fn(p, p, |a, b| {
-            self.h[(a, b)] / (scale[a] * scale[b])
-        }));
-        let bread = DMatrix::from_fn(p, p, |a, b| inverse[(a, b)] / (scale[a] * scale[b]));
-        let correlation = DMatrix::from_fn(p, p, |a, b| {
-            bread[(a, b)] / (bread[(a, a)] * bread[(b, b)]).sqrt()
-        });
-        let groups = stretches.iter().map(|s| s.record.group).max().unwrap_or(0) + 1;
-        let mut sums = vec![DVector::zeros(p); groups];
-        for (stretch, score) in stretches.iter().zip(&self.scores) {
-            sums[stretch.record.group] += score;
-        }
-        let used = sums.iter().filter(|s| s.amax() > 0.0).count() as f64;
-        let mut meat = DMatrix::zeros(p, p);
-        sums.iter().for_each(|s| meat += s * s.transpose());
-        let cov = &bread * meat * &bread * (used / (used - 1.0));
-        let errors = (0..p)
-            .map(|j| {
-                let at_bound = theta[j] <= parameters[j].min || theta[j] >= parameters[j].max;
-                if used < 2.0 || at_bound {
-                    f64::NAN
-                } else {
-                    cov[(j, j)].max(0.0).sqrt()
-                }
-            })
-            .collect();
-        (errors, correlation)
     }
 }
