@@ -131,7 +131,7 @@ pub(crate) enum Identify {
         /// Card of the thrust model that gives the free-air thrust
         #[arg(long)]
         thrust: PathBuf,
-        /// Forms; repeatable [default: all five]
+        /// Forms; repeatable [default: all five; into a single file `lag`]
         #[arg(long)]
         form: Vec<GroundEffectForm>,
     },

@@ -1,11 +1,166 @@
 //! `touchdown identify`.
 
-use touchdown::Result;
+pub(super) mod ground;
+pub(super) mod load;
+pub(super) mod show;
+mod thrust;
+
+use std::path::{Path, PathBuf};
+
+use touchdown::identify::{IdentificationSettings, Origin};
+use touchdown::{Error, Result, settings};
+use touchdown_log::Map;
+use touchdown_model::card::Vehicle;
+use touchdown_trial::Trial;
 
 use super::Done;
-use super::args::IdentifyArgs;
+use super::args::{Identify, IdentifyArgs, IdentifyCommon};
 use super::context::Context;
+use super::output;
+use load::word;
 
-pub(crate) fn run(_: &Context, _: &IdentifyArgs) -> Result<Done> {
-    Ok(Done::Whole)
+pub(crate) fn run(context: &Context, args: &IdentifyArgs) -> Result<Done> {
+    match &args.what {
+        Identify::Thrust {
+            common,
+            form,
+            degree,
+            battery,
+        } => {
+            let mut settings = read_settings(common)?;
+            let thrust = &mut settings.thrust;
+            thrust.form = form.or(thrust.form);
+            thrust.degree = degree.unwrap_or(thrust.degree);
+            thrust.battery |= *battery;
+            settings.check(&settings_name(common))?;
+            thrust::run(context, common, &settings)
+        }
+        Identify::GroundEffect {
+            common,
+            thrust,
+            form,
+        } => {
+            let settings = read_settings(common)?;
+            settings.check(&settings_name(common))?;
+            ground::run(context, common, thrust, form, &settings)
+        }
+    }
+}
+
+/// Where results go.
+enum Target {
+    /// Nowhere.
+    None,
+    /// One card.
+    File(PathBuf),
+    /// Cards, tables, figures and a report.
+    Folder(PathBuf),
+}
+
+impl Target {
+    /// A path that ends in `.toml` is a card, any other a folder.
+    fn of(out: Option<&Path>) -> Result<Self> {
+        let Some(out) = out else {
+            return Ok(Self::None);
+        };
+        let toml = out
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        match (toml, out.is_dir()) {
+            (true, true) => Err(Error::Arguments(format!(
+                "--out {}: expected a file for the card, found a folder",
+                out.display()
+            ))),
+            (true, false) => Ok(Self::File(out.to_owned())),
+            (false, _) if out.is_file() => Err(Error::Arguments(format!(
+                "--out {}: expected a folder or a name that ends in .toml, found a file",
+                out.display()
+            ))),
+            (false, _) => Ok(Self::Folder(out.to_owned())),
+        }
+    }
+}
+
+fn settings_name(common: &IdentifyCommon) -> String {
+    common
+        .settings
+        .as_ref()
+        .map_or_else(|| "arguments".to_string(), |p| p.display().to_string())
+}
+
+fn read_settings(common: &IdentifyCommon) -> Result<IdentificationSettings> {
+    match &common.settings {
+        Some(path) => settings::read(path),
+        None => Ok(IdentificationSettings::default()),
+    }
+}
+
+/// Arguments that a card's command repeats.
+struct Command<'a> {
+    what: &'a str,
+    common: &'a IdentifyCommon,
+    more: Vec<String>,
+}
+
+impl Command<'_> {
+    /// The command that makes a card from `logs` again.
+    fn text(&self, logs: &[PathBuf], card: &str) -> String {
+        let mut words = vec!["touchdown identify".to_string(), self.what.to_string()];
+        let path = |p: &Path| word(&p.display().to_string());
+        words.extend(logs.iter().map(|p| path(p)));
+        for (option, file) in [
+            ("--map", &self.common.map),
+            ("--settings", &self.common.settings),
+        ] {
+            if let Some(file) = file {
+                words.extend([option.to_string(), path(file)]);
+            }
+        }
+        words.extend(self.more.iter().cloned());
+        words.extend(["--out".to_string(), word(card)]);
+        words.join(" ")
+    }
+}
+
+/// Vehicle, inputs and settings of cards made from `trials`.
+fn origin(
+    trials: &[Trial],
+    map: Option<&Map>,
+    common: &IdentifyCommon,
+    settings: &IdentificationSettings,
+) -> Result<Origin> {
+    let vehicle = Vehicle {
+        name: map.map_or_else(String::new, |m| m.description().to_string()),
+        mass_kg: map.and_then(Map::mass_kg),
+        rotor_radius_m: None,
+    };
+    let mut origin = Origin::of(trials, vehicle);
+    origin
+        .provenance
+        .inputs
+        .extend(load::map_input(common.map.as_deref())?);
+    let text = settings::to_toml(settings)?;
+    origin.provenance.settings_sha256 = Some(load::sha256(text.as_bytes()));
+    Ok(origin)
+}
+
+/// Writes the files of a folder that every kind of identification has: results, summary and settings.
+fn write_tables<T: serde::Serialize>(
+    folder: &Path,
+    results: &T,
+    summary: &show::Summary,
+    settings: &IdentificationSettings,
+) -> Result<()> {
+    output::folder(folder)?;
+    output::write(
+        &folder.join("results.json"),
+        output::json(results)?.as_bytes(),
+    )?;
+    output::write(&folder.join("summary.csv"), summary.csv().as_bytes())?;
+    let text = settings::to_toml(settings)?;
+    output::write(&folder.join("inputs/settings.toml"), text.as_bytes())
+}
+
+fn done(loss: bool) -> Done {
+    if loss { Done::WithLoss } else { Done::Whole }
 }

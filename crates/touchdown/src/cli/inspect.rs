@@ -1,11 +1,292 @@
 //! `touchdown inspect`.
 
-use touchdown::Result;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde::Serialize;
+use touchdown::pages;
+use touchdown::progress::Progress as _;
+use touchdown::{Error, Result};
+use touchdown_log::{Findings, Inspection, Map, Table};
+use touchdown_trial::Trial;
 
 use super::Done;
 use super::args::InspectArgs;
 use super::context::Context;
+use super::identify::{load, show};
+use super::output;
 
-pub(crate) fn run(_: &Context, _: &InspectArgs) -> Result<Done> {
-    Ok(Done::Whole)
+/// What one log holds.
+struct Seen {
+    path: PathBuf,
+    table: Table,
+    columns: Inspection,
+    mapped: Option<(Trial, Inspection)>,
+    findings: Findings,
+}
+
+/// What is printed of a log.
+#[derive(Serialize)]
+struct Told<'a> {
+    log: String,
+    /// Columns as they are in the file.
+    #[serde(flatten)]
+    columns: &'a Inspection,
+    /// Channels as the map makes them; null without a map.
+    channels: Option<&'a Inspection>,
+    findings: &'a Findings,
+}
+
+/// A log that cannot be read.
+#[derive(Serialize)]
+struct Failed {
+    log: String,
+    error: String,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Outcome<'a> {
+    Told(Box<Told<'a>>),
+    Failed(Failed),
+}
+
+#[derive(Serialize)]
+struct Results<'a> {
+    logs: &'a [Outcome<'a>],
+}
+
+pub(crate) fn run(context: &Context, args: &InspectArgs) -> Result<Done> {
+    if let Some(out) = args.out.as_ref().filter(|out| out.is_file()) {
+        return Err(Error::Arguments(format!(
+            "--out {}: expected a folder, found a file",
+            out.display()
+        )));
+    }
+    let map = load::map(args.map.as_deref())?;
+    context.stage("reading", args.logs.len() as u64);
+    let mut seen: Vec<Result<Seen>> = args
+        .logs
+        .par_iter()
+        .map(|path| {
+            let seen = look(path, map.as_ref());
+            context.step();
+            seen
+        })
+        .collect();
+    // A map that does not fit a log is wrong; and so is a command none of whose logs can be read.
+    let wrong = seen
+        .iter()
+        .position(|s| s.as_ref().is_err_and(|e| e.exit_status() == 2));
+    let none = seen.iter().all(Result::is_err).then_some(0);
+    if let Some(at) = wrong.or(none) {
+        return seen.swap_remove(at).map(|_| Done::Whole);
+    }
+    let outcomes: Vec<Outcome<'_>> = args
+        .logs
+        .iter()
+        .zip(&seen)
+        .map(|(path, seen)| match seen {
+            Ok(seen) => Outcome::Told(Box::new(Told {
+                log: path.display().to_string(),
+                columns: &seen.columns,
+                channels: seen.mapped.as_ref().map(|(_, i)| i),
+                findings: &seen.findings,
+            })),
+            Err(error) => Outcome::Failed(Failed {
+                log: path.display().to_string(),
+                error: error.to_string(),
+            }),
+        })
+        .collect();
+    let results = Results { logs: &outcomes };
+    if let Some(folder) = &args.out {
+        write(context, args, folder, &results, &seen)?;
+    }
+    context.finish();
+    context.object(&results)?;
+    let mut loss = false;
+    for (path, seen) in args.logs.iter().zip(&seen) {
+        match seen {
+            Ok(seen) => {
+                loss |= seen.findings.is_lossy();
+                for warning in warnings(seen) {
+                    context.warn(&format!("{}: {warning}", path.display()));
+                }
+                context.say(&text(seen));
+            }
+            Err(error) => {
+                loss = true;
+                context.warn(&format!("not read: {error}"));
+            }
+        }
+    }
+    Ok(if loss { Done::WithLoss } else { Done::Whole })
+}
+
+fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
+    let (table, mut findings) = touchdown_log::read_csv(path)?;
+    let columns = touchdown_log::inspect(&table, None);
+    let mut mapped = None;
+    if let Some(map) = map {
+        let (trial, applied) = touchdown_log::apply(&table, map)?;
+        findings = findings.then(applied);
+        let channels = touchdown_log::inspect_trial(&trial);
+        mapped = Some((trial, channels));
+    }
+    Ok(Seen {
+        path: path.to_owned(),
+        table,
+        columns,
+        mapped,
+        findings,
+    })
+}
+
+fn warnings(seen: &Seen) -> Vec<String> {
+    let mut all = seen.columns.warnings.clone();
+    if let Some((_, channels)) = &seen.mapped {
+        all.extend(channels.warnings.iter().cloned());
+    }
+    all.extend(seen.findings.warnings.iter().cloned());
+    all.extend(seen.findings.loss());
+    all
+}
+
+/// A log as text: rows and time base, then a table of its columns, channels or a map to start from.
+fn text(seen: &Seen) -> String {
+    let mut out = format!("{}: {} rows", seen.path.display(), seen.table.len());
+    let (title, shown) = match &seen.mapped {
+        Some((_, channels)) => ("channels", channels),
+        None => ("columns", &seen.columns),
+    };
+    out.push_str(&time(&seen.columns));
+    if seen.mapped.is_some() {
+        out.push_str(&format!("\n{} rows mapped{}", shown.rows, time(shown)));
+    }
+    let (header, rows) = columns_table(title, shown);
+    out.push('\n');
+    out.push_str(&show::text_table(&header, &rows));
+    if let (Some(map), None) = (&seen.columns.suggested_map, &seen.mapped) {
+        out.push_str(&format!("\n\nA map to start from:\n{map}"));
+    }
+    out.push('\n');
+    out
+}
+
+fn time(inspection: &Inspection) -> String {
+    let Some(t) = &inspection.time else {
+        return String::new();
+    };
+    let steps = match (t.period_s, t.shortest_step_s, t.longest_step_s) {
+        (Some(period), Some(shortest), Some(longest)) => format!(
+            ", median step {} s ({} to {} s)",
+            show::digits(period),
+            show::digits(shortest),
+            show::digits(longest)
+        ),
+        _ => String::new(),
+    };
+    format!(
+        "; time base {:?}, {} s{steps}",
+        t.column,
+        show::digits(t.duration_s)
+    )
+}
+
+fn columns_table(title: &str, inspection: &Inspection) -> (Vec<String>, Vec<Vec<String>>) {
+    let names = [
+        title, "unit", "values", "gaps", "rate Hz", "min", "median", "max", "note",
+    ];
+    let number = |v: Option<f64>| v.map_or_else(String::new, show::digits);
+    let rows = inspection.columns.iter().map(|c| {
+        let note = match (&c.text, c.constant, c.count) {
+            (Some(text), ..) => format!("text, such as {text:?}"),
+            (_, _, 0) => "empty".to_string(),
+            (_, true, _) => "constant".to_string(),
+            _ => String::new(),
+        };
+        vec![
+            c.name.clone(),
+            unit(c),
+            c.count.to_string(),
+            c.gaps.to_string(),
+            number(c.rate_hz),
+            number(c.min),
+            number(c.median),
+            number(c.max),
+            note,
+        ]
+    });
+    (names.map(String::from).into(), rows.collect())
+}
+
+/// The unit of a channel; of a foreign column only where its name is one of ours.
+fn unit(column: &touchdown_log::ColumnSummary) -> String {
+    match &column.unit {
+        Some(unit) => unit.clone(),
+        None if column.name == touchdown_trial::TIME_CHANNEL => "s".to_string(),
+        None => match touchdown_trial::unit_of(&column.name) {
+            touchdown_trial::Unit::Dimensionless => String::new(),
+            unit => unit.symbol().to_string(),
+        },
+    }
+}
+
+fn write(
+    context: &Context,
+    args: &InspectArgs,
+    folder: &Path,
+    results: &Results<'_>,
+    seen: &[Result<Seen>],
+) -> Result<()> {
+    context.stage("drawing", seen.len() as u64);
+    let names = load::names(&args.logs);
+    let mut sections = Vec::new();
+    for (index, (name, seen)) in names.iter().zip(seen).enumerate() {
+        let Ok(seen) = seen else { continue };
+        let (title, shown) = match &seen.mapped {
+            Some((_, channels)) => ("channel", channels),
+            None => ("column", &seen.columns),
+        };
+        let (header, rows) = columns_table(title, shown);
+        let figures = match &seen.mapped {
+            Some((trial, _)) => pages::inspect::of_trial(index, name, trial),
+            None => pages::inspect::of_table(index, name, &seen.table, seen.columns.time.as_ref()),
+        };
+        sections.push(pages::inspect::Section {
+            title: seen.path.display().to_string(),
+            about: text(seen).lines().next().unwrap_or_default().to_string(),
+            header,
+            rows,
+            warnings: warnings(seen),
+            suggested_map: match seen.mapped {
+                Some(_) => None,
+                None => seen.columns.suggested_map.clone(),
+            },
+            figures,
+        });
+        context.step();
+    }
+    let mut command = "touchdown inspect".to_string();
+    for path in &args.logs {
+        command.push_str(&format!(" {}", load::word(&path.display().to_string())));
+    }
+    if let Some(map) = &args.map {
+        command.push_str(&format!(
+            " --map {}",
+            load::word(&map.display().to_string())
+        ));
+    }
+    command.push_str(&format!(
+        " --out {}",
+        load::word(&folder.display().to_string())
+    ));
+    let report = pages::inspect::report(&command, &sections)?;
+    output::folder(folder)?;
+    output::write(
+        &folder.join("results.json"),
+        output::json(results)?.as_bytes(),
+    )?;
+    pages::identify::write(folder, sections.iter().flat_map(|s| &s.figures), &report)
 }

@@ -1,11 +1,369 @@
 //! `touchdown validate`.
 
-use touchdown::Result;
+mod judge;
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde::Serialize;
+use touchdown::pages;
+use touchdown::progress::Progress as _;
+use touchdown::score::Errors;
+use touchdown::{Error, Result};
+use touchdown_model::{Card, Kind};
 
 use super::Done;
 use super::args::ValidateArgs;
 use super::context::Context;
+use super::identify::ground::{prepare, thrust_card};
+use super::identify::{load, show};
+use super::output;
+use judge::{Judged, judge_ground, judge_thrust};
 
-pub(crate) fn run(_: &Context, _: &ValidateArgs) -> Result<Done> {
-    Ok(Done::Whole)
+/// A card and where it lies.
+pub(super) struct Given {
+    path: PathBuf,
+    card: Card,
+}
+
+/// The results of the command.
+#[derive(Serialize)]
+struct Results<'a> {
+    /// A card on a log.
+    results: &'a [Row],
+    /// A card on all logs that it has not seen.
+    unseen: Vec<Pooled>,
+    /// What a user should know.
+    warnings: &'a [String],
+}
+
+/// One card on one log.
+#[derive(Serialize)]
+struct Row {
+    card: String,
+    form: String,
+    log: String,
+    /// Whether the card was fitted to this very log.
+    seen: bool,
+    unit: &'static str,
+    /// Against the measurement.
+    measured: Option<Errors>,
+    /// Against the truth, where the log is of the virtual rig.
+    truth: Option<Errors>,
+    /// The measurement against the truth.
+    noise_floor: Option<Errors>,
+    /// Why there are no errors to tell of.
+    error: Option<String>,
+}
+
+/// One card on all unseen logs.
+#[derive(Serialize)]
+struct Pooled {
+    card: String,
+    form: String,
+    logs: usize,
+    unit: &'static str,
+    measured: Option<Errors>,
+    truth: Option<Errors>,
+    noise_floor: Option<Errors>,
+}
+
+pub(crate) fn run(context: &Context, args: &ValidateArgs) -> Result<Done> {
+    let (cards, logs) = split(args)?;
+    if let Some(out) = args.out.as_ref().filter(|out| out.is_file()) {
+        return Err(Error::Arguments(format!(
+            "--out {}: expected a folder, found a file",
+            out.display()
+        )));
+    }
+    let ground = cards.iter().find(|c| c.card.kind == Kind::GroundEffect);
+    let free_air = match (&args.thrust, ground) {
+        (Some(path), _) => Some(thrust_card(path)?),
+        (None, Some(card)) => {
+            return Err(Error::Arguments(format!(
+                "{} is a ground-effect card: expected --thrust with the card of the free-air thrust, found none",
+                card.path.display()
+            )));
+        }
+        (None, None) => None,
+    };
+    let map = load::map(args.map.as_deref())?;
+    let logs = load::all_logs(context, &logs, map.as_ref())?;
+    let mut warnings: Vec<String> = logs
+        .iter()
+        .flat_map(|l| {
+            let name = l.path.display().to_string();
+            l.warnings()
+                .into_iter()
+                .map(move |w| format!("{name}: {w}"))
+        })
+        .collect();
+    let prepared = match (&free_air, ground) {
+        (Some(card), Some(_)) => {
+            let (trials, gaps) = prepare(&logs, card)?;
+            warnings.extend(gaps);
+            trials
+        }
+        _ => Vec::new(),
+    };
+    context.stage("free runs", (cards.len() * logs.len()) as u64);
+    let pairs: Vec<(usize, usize)> = (0..cards.len())
+        .flat_map(|c| (0..logs.len()).map(move |l| (c, l)))
+        .collect();
+    let mut judged: Vec<Result<Judged>> = pairs
+        .par_iter()
+        .map(|&(c, l)| {
+            let card = &cards[c].card;
+            let judged = match card.kind {
+                Kind::Thrust => judge_thrust(card, &logs[l].trial),
+                Kind::GroundEffect => judge_ground(card, &prepared[l], &logs[l].trial),
+            };
+            context.step();
+            judged
+        })
+        .collect();
+    if judged.iter().all(Result::is_err) {
+        // There is at least one card and one log.
+        return judged.swap_remove(0).map(|_| Done::Whole);
+    }
+    let found = Found {
+        cards,
+        logs,
+        pairs,
+        judged,
+    };
+    finish(context, args, &found, warnings)
+}
+
+/// All free runs.
+struct Found {
+    cards: Vec<Given>,
+    logs: Vec<load::Log>,
+    /// Card and log of every run, by their places in the lists.
+    pairs: Vec<(usize, usize)>,
+    judged: Vec<Result<Judged>>,
+}
+
+fn finish(
+    context: &Context,
+    args: &ValidateArgs,
+    found: &Found,
+    mut warnings: Vec<String>,
+) -> Result<Done> {
+    let (cards, logs) = (&found.cards, &found.logs);
+    let mut rows = Vec::new();
+    for (&(c, l), judged) in found.pairs.iter().zip(&found.judged) {
+        let (given, log) = (&cards[c], &logs[l]);
+        let inputs = &given.card.provenance.inputs;
+        let seen = inputs.iter().any(|i| i.sha256 == log.sha256());
+        let (card, path) = (given.path.display(), log.path.display());
+        if seen {
+            warnings.push(format!(
+                "{path} is among the logs that {card} was fitted to: its errors there say nothing of unseen data"
+            ));
+        }
+        let ok = judged.as_ref().ok();
+        match judged {
+            Ok(j) => warnings.extend(j.warnings.iter().map(|w| format!("{card} on {path}: {w}"))),
+            Err(e) => warnings.push(format!("{card} on {path}: not judged: {e}")),
+        }
+        rows.push(Row {
+            card: card.to_string(),
+            form: show::form(&given.card),
+            log: path.to_string(),
+            seen,
+            unit: "N",
+            measured: ok.map(|j| j.measured),
+            truth: ok.and_then(|j| j.truth),
+            noise_floor: ok.and_then(|j| j.noise_floor),
+            error: judged.as_ref().err().map(ToString::to_string),
+        });
+    }
+    for warning in &warnings {
+        context.warn(warning);
+    }
+    let results = Results {
+        unseen: pool(cards, &rows),
+        results: &rows,
+        warnings: &warnings,
+    };
+    let (header, table) = table(&results, logs.len());
+    if let Some(folder) = &args.out {
+        write(context, args, folder, &results, found, (&header, &table))?;
+    }
+    context.finish();
+    context.object(&results)?;
+    context.say(&show::text_table(&header, &table));
+    let loss = logs.iter().any(|l| l.findings.is_lossy()) || rows.iter().any(|r| r.error.is_some());
+    Ok(if loss { Done::WithLoss } else { Done::Whole })
+}
+
+/// Cards end in `.toml`; all other files are logs.
+fn split(args: &ValidateArgs) -> Result<(Vec<Given>, Vec<PathBuf>)> {
+    let is_card = |p: &&PathBuf| {
+        p.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+    };
+    let cards: Vec<Given> = args
+        .files
+        .iter()
+        .filter(is_card)
+        .map(|path| {
+            Ok(Given {
+                path: path.clone(),
+                card: Card::read(path)?,
+            })
+        })
+        .collect::<Result<_>>()?;
+    let logs: Vec<PathBuf> = args.files.iter().filter(|p| !is_card(p)).cloned().collect();
+    for (what, none) in [
+        ("a model card (.toml)", cards.is_empty()),
+        ("a log", logs.is_empty()),
+    ] {
+        if none {
+            return Err(Error::Arguments(format!(
+                "expected {what} among the files, found none"
+            )));
+        }
+    }
+    Ok((cards, logs))
+}
+
+fn pool(cards: &[Given], rows: &[Row]) -> Vec<Pooled> {
+    cards
+        .iter()
+        .map(|given| {
+            let card = given.path.display().to_string();
+            let unseen: Vec<&Row> = rows
+                .iter()
+                .filter(|r| r.card == card && !r.seen && r.error.is_none())
+                .collect();
+            let pool = |f: fn(&Row) -> Option<Errors>| -> Option<Errors> {
+                // Of some logs the truth is known, of others not: then there is no pooled figure.
+                let all: Option<Vec<Errors>> = unseen.iter().map(|r| f(r)).collect();
+                Errors::pool(&all?)
+            };
+            Pooled {
+                form: show::form(&given.card),
+                logs: unseen.len(),
+                unit: "N",
+                measured: pool(|r| r.measured),
+                truth: pool(|r| r.truth),
+                noise_floor: pool(|r| r.noise_floor),
+                card,
+            }
+        })
+        .collect()
+}
+
+/// The table of errors, in newtons: a row a card and log, then a row a card over all unseen logs.
+fn table(results: &Results<'_>, logs: usize) -> (Vec<String>, Vec<Vec<String>>) {
+    let truth = results.results.iter().any(|r| r.truth.is_some());
+    let mut header: Vec<String> = ["card", "form", "log", "seen", "MAE N", "RMSE N", "worst N"]
+        .map(String::from)
+        .into();
+    if truth {
+        header.extend(["MAE to truth N", "worst to truth N", "noise MAE N"].map(String::from));
+    }
+    let name = |path: &str| load::file_name(Path::new(path));
+    let figures = |m: Option<Errors>, t: Option<Errors>, n: Option<Errors>| {
+        let show = |e: Option<f64>| e.map_or_else(|| "–".to_string(), show::digits);
+        let mut out = vec![
+            show(m.map(|e| e.mae)),
+            show(m.map(|e| e.rmse)),
+            show(m.map(|e| e.worst)),
+        ];
+        if truth {
+            out.extend([
+                show(t.map(|e| e.mae)),
+                show(t.map(|e| e.worst)),
+                show(n.map(|e| e.mae)),
+            ]);
+        }
+        out
+    };
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for r in results.results {
+        let seen = if r.seen { "yes" } else { "no" }.to_string();
+        let mut row = vec![name(&r.card), r.form.clone(), name(&r.log), seen];
+        row.extend(figures(r.measured, r.truth, r.noise_floor));
+        rows.push(row);
+    }
+    for p in results.unseen.iter().filter(|p| logs > 1 && p.logs > 0) {
+        let all = format!("all {} unseen", p.logs);
+        let mut row = vec![name(&p.card), p.form.clone(), all, "no".to_string()];
+        row.extend(figures(p.measured, p.truth, p.noise_floor));
+        rows.push(row);
+    }
+    (header, rows)
+}
+
+fn write(
+    context: &Context,
+    args: &ValidateArgs,
+    folder: &Path,
+    results: &Results<'_>,
+    found: &Found,
+    (header, table): (&[String], &[Vec<String>]),
+) -> Result<()> {
+    let Found {
+        cards,
+        logs,
+        pairs,
+        judged,
+    } = found;
+    context.stage("drawing", logs.len() as u64);
+    let names = load::names(&logs.iter().map(|l| l.path.clone()).collect::<Vec<_>>());
+    let labels = load::names(&cards.iter().map(|c| c.path.clone()).collect::<Vec<_>>());
+    let drawn: Vec<pages::validate::Drawn<'_>> = pairs
+        .iter()
+        .zip(judged)
+        .filter_map(|(&(c, l), judged)| {
+            let judged = judged.as_ref().ok()?;
+            Some(pages::validate::Drawn {
+                card: &labels[c],
+                kind: cards[c].card.kind,
+                color: c,
+                log: &names[l],
+                time_s: &judged.time_s,
+                measured_n: &judged.measured_n,
+                truth_n: judged.truth_n.as_deref(),
+                predicted_n: &judged.predicted_n,
+            })
+        })
+        .collect();
+    let figures = pages::validate::figures(&drawn, &names, context)?;
+    let mut command = "touchdown validate".to_string();
+    let mut add = |option: &str, path: &Path| {
+        command.push_str(&format!(
+            " {option}{}",
+            load::word(&path.display().to_string())
+        ));
+    };
+    for path in &args.files {
+        add("", path);
+    }
+    for (option, path) in [("--map ", &args.map), ("--thrust ", &args.thrust)] {
+        if let Some(path) = path {
+            add(option, path);
+        }
+    }
+    add("--out ", folder);
+    let overview = pages::validate::Overview {
+        command: &command,
+        header,
+        rows: table,
+        warnings: results.warnings,
+    };
+    let report = pages::validate::report(&overview, &figures)?;
+    output::folder(folder)?;
+    output::write(
+        &folder.join("results.json"),
+        output::json(results)?.as_bytes(),
+    )?;
+    output::write(
+        &folder.join("summary.csv"),
+        show::csv(header, table).as_bytes(),
+    )?;
+    pages::identify::write(folder, &figures, &report)
 }

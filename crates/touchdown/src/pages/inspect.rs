@@ -1,1 +1,152 @@
 //! The report of `touchdown inspect`.
+
+use touchdown_log::{Table, TimeBase};
+use touchdown_report::{Callout, Cell, Figure, Panel, Report, Series};
+use touchdown_trial::{Trial, Unit, unit_of};
+
+use super::identify::slug;
+use crate::error::Result;
+
+/// Panels in one figure.
+const PANELS: usize = 6;
+
+/// One log in the report.
+#[derive(Clone, Debug)]
+pub struct Section {
+    /// The file.
+    pub title: String,
+    /// Rows and time base in a line.
+    pub about: String,
+    /// Head of the table of columns.
+    pub header: Vec<String>,
+    /// A row a column.
+    pub rows: Vec<Vec<String>>,
+    /// What a reader should know.
+    pub warnings: Vec<String>,
+    /// A map to start from.
+    pub suggested_map: Option<String>,
+    /// Plots of every column.
+    pub figures: Vec<Figure>,
+}
+
+/// Plots of every channel of a trial over time. `index` keeps the figures of two logs apart.
+#[must_use]
+pub fn of_trial(index: usize, name: &str, trial: &Trial) -> Vec<Figure> {
+    let columns = trial.channels().map(|(channel, values)| {
+        let label = match unit_of(channel) {
+            Unit::Dimensionless => channel.to_string(),
+            unit => format!("{channel} ({unit})"),
+        };
+        (label, values)
+    });
+    figures(index, name, "Time (s)", trial.time_s(), columns)
+}
+
+/// Plots of every column of numbers over the time base, or over the rows where there is none.
+#[must_use]
+pub fn of_table(index: usize, name: &str, table: &Table, time: Option<&TimeBase>) -> Vec<Figure> {
+    let base = time.and_then(|t| Some((table.column(&t.column)?, t)));
+    let (label, x): (&str, Vec<f64>) = match base {
+        Some((column, t)) => {
+            let first = column
+                .values()
+                .iter()
+                .copied()
+                .find(|v| v.is_finite())
+                .unwrap_or(0.0);
+            let since = |v: &f64| (v - first) * t.unit_s;
+            (
+                "Time from the first row (s)",
+                column.values().iter().map(since).collect(),
+            )
+        }
+        None => ("Row", (0..table.len()).map(|i| i as f64).collect()),
+    };
+    let columns = table
+        .columns()
+        .iter()
+        .filter(|c| !c.is_text() && base.is_none_or(|(b, _)| b.name() != c.name()))
+        .map(|c| (c.name().to_string(), c.values()));
+    figures(index, name, label, &x, columns)
+}
+
+fn figures<'a>(
+    index: usize,
+    name: &str,
+    x_label: &str,
+    x: &[f64],
+    columns: impl Iterator<Item = (String, &'a [f64])>,
+) -> Vec<Figure> {
+    let panels: Vec<Panel> = columns
+        .filter(|(_, values)| values.iter().any(|v| v.is_finite()))
+        .map(|(label, values)| {
+            // A channel that is slower than the table has gaps between its values; they are not gaps in time.
+            let (t, v): (Vec<f64>, Vec<f64>) = x
+                .iter()
+                .zip(values)
+                .filter(|(_, v)| v.is_finite())
+                .map(|(t, v)| (*t, *v))
+                .unzip();
+            let series = if t.len() <= 60 {
+                Series::lines_points("", &t, &v)
+            } else {
+                Series::line("", &t, &v)
+            };
+            Panel::new(x_label, "")
+                .title(label)
+                .series(series.width(1.2))
+        })
+        .collect();
+    panels
+        .chunks(PANELS)
+        .enumerate()
+        .map(|(k, chunk)| {
+            let id = format!("{:03}-{}-{}", index + 1, slug(name), k + 1);
+            let mut figure = Figure::new(id, name)
+                .caption("Every value over time; lines join neighbours over gaps.")
+                .share_x();
+            for panel in chunk {
+                figure = figure.panel(panel.clone());
+            }
+            figure
+        })
+        .collect()
+}
+
+/// The report.
+///
+/// # Errors
+/// A figure that cannot be drawn.
+pub fn report(command: &str, sections: &[Section]) -> Result<Report> {
+    let mut report = Report::new("Logs");
+    report
+        .subtitle("What they hold")
+        .fact("Version", env!("CARGO_PKG_VERSION"))
+        .fact("Logs", sections.len().to_string());
+    for section in sections {
+        report.section(&section.title).paragraph(&section.about);
+        let mut table = touchdown_report::Table::new("Columns.");
+        for (i, name) in section.header.iter().enumerate() {
+            table = if (2..8).contains(&i) {
+                table.number_column(name, "")
+            } else {
+                table.text_column(name)
+            };
+        }
+        for row in &section.rows {
+            table = table.row(row.iter().map(|c| Cell::text(c)));
+        }
+        report.table(table)?;
+        for warning in &section.warnings {
+            report.callout(Callout::Warning, warning);
+        }
+        if let Some(map) = &section.suggested_map {
+            report.paragraph("A map to start from:").code(map);
+        }
+        for figure in &section.figures {
+            report.figure(figure)?;
+        }
+    }
+    report.section("How this was made").code(command);
+    Ok(report)
+}

@@ -1,1 +1,148 @@
 //! The report of `touchdown validate`.
+
+use rayon::prelude::*;
+use touchdown_model::Kind;
+use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
+
+use super::identify::slug;
+use crate::error::Result;
+use crate::progress::Progress;
+
+/// One free run.
+#[derive(Clone, Copy, Debug)]
+pub struct Drawn<'a> {
+    /// Name of the card.
+    pub card: &'a str,
+    /// What it models.
+    pub kind: Kind,
+    /// Its colour in all figures.
+    pub color: usize,
+    /// Name of the log.
+    pub log: &'a str,
+    /// Time [s].
+    pub time_s: &'a [f64],
+    /// Measured [N].
+    pub measured_n: &'a [f64],
+    /// Without noise [N], where that is known.
+    pub truth_n: Option<&'a [f64]>,
+    /// Predicted [N].
+    pub predicted_n: &'a [f64],
+}
+
+/// What the report begins with.
+#[derive(Clone, Copy, Debug)]
+pub struct Overview<'a> {
+    /// The command that redoes it.
+    pub command: &'a str,
+    /// Head of the table of errors.
+    pub header: &'a [String],
+    /// Its rows.
+    pub rows: &'a [Vec<String>],
+    /// What a reader should know.
+    pub warnings: &'a [String],
+}
+
+/// A figure for each log and kind of model: measured and predicted, error below.
+///
+/// # Errors
+/// None today; drawing itself is checked by the report.
+pub fn figures(
+    drawn: &[Drawn<'_>],
+    logs: &[String],
+    progress: &dyn Progress,
+) -> Result<Vec<Figure>> {
+    let of_log = |(index, log): (usize, &String)| -> Vec<Figure> {
+        let of_kind = |kind: Kind| {
+            let runs: Vec<&Drawn<'_>> = drawn
+                .iter()
+                .filter(|d| d.log == log && d.kind == kind)
+                .collect();
+            (!runs.is_empty()).then(|| figure(index, log, kind, &runs))
+        };
+        let made = [Kind::Thrust, Kind::GroundEffect]
+            .into_iter()
+            .filter_map(of_kind);
+        let made = made.collect();
+        progress.step();
+        made
+    };
+    Ok(logs.par_iter().enumerate().flat_map(of_log).collect())
+}
+
+fn figure(index: usize, log: &str, kind: Kind, runs: &[&Drawn<'_>]) -> Figure {
+    let (name, what) = match kind {
+        Kind::Thrust => ("thrust", "Thrust (N)"),
+        Kind::GroundEffect => ("ground-effect", "Ground-effect force (N)"),
+    };
+    let mut above = Panel::new("Time (s)", what);
+    let first = runs[0];
+    let rows: Vec<usize> = (0..first.time_s.len())
+        .filter(|&i| first.measured_n[i].is_finite())
+        .collect();
+    let pick = |c: &[f64]| rows.iter().map(|&i| c[i]).collect::<Vec<_>>();
+    above = above.series(
+        Series::line("measured", &pick(first.time_s), &pick(first.measured_n)).color(Color::GREY),
+    );
+    if let Some(truth) = first.truth_n {
+        above = above.series(Series::dashed("truth", first.time_s, truth).color(Color::BLACK));
+    }
+    let to = if first.truth_n.is_some() {
+        "truth"
+    } else {
+        "measured"
+    };
+    let mut below = Panel::new("Time (s)", format!("Predicted − {to} (N)"));
+    for run in runs {
+        let reference = run.truth_n.unwrap_or(run.measured_n);
+        let (time, error): (Vec<f64>, Vec<f64>) = (0..run.time_s.len())
+            .filter(|&i| reference[i].is_finite())
+            .map(|i| (run.time_s[i], run.predicted_n[i] - reference[i]))
+            .unzip();
+        let color = Color::Cycle(run.color);
+        above = above.series(Series::line(run.card, run.time_s, run.predicted_n).color(color));
+        below = below.series(Series::line("", &time, &error).color(color));
+    }
+    Figure::new(
+        format!("{:03}-{}-{name}", index + 1, slug(log)),
+        log.to_string(),
+    )
+    .caption(format!(
+        "Free run of the models from the log's start, never corrected by what is measured after; below, the error against the {to} force."
+    ))
+    .share_x()
+    .panel(above)
+    .panel(below.series(Series::horizontal("", 0.0)))
+}
+
+/// The report.
+///
+/// # Errors
+/// A figure that cannot be drawn.
+pub fn report(overview: &Overview<'_>, figures: &[Figure]) -> Result<Report> {
+    let mut report = Report::new("Validation");
+    report
+        .subtitle("Models in free run on logs")
+        .fact("Version", env!("CARGO_PKG_VERSION"));
+    report.section("Errors");
+    let mut table = Table::new("Errors in newtons.");
+    for (i, name) in overview.header.iter().enumerate() {
+        table = if i < 4 {
+            table.text_column(name)
+        } else {
+            table.number_column(name, "")
+        };
+    }
+    for row in overview.rows {
+        table = table.row(row.iter().map(|c| Cell::text(c)));
+    }
+    report.table(table)?;
+    for warning in overview.warnings {
+        report.callout(Callout::Warning, warning);
+    }
+    report.section("Free runs");
+    for figure in figures {
+        report.figure(figure)?;
+    }
+    report.section("How this was made").code(overview.command);
+    Ok(report)
+}

@@ -137,15 +137,22 @@ impl Summary {
         let mut names: Vec<String> = Vec::new();
         for outcome in outcomes {
             if let Outcome::Fitted(f) = outcome {
-                names.extend(f.order.iter().filter(|n| !names.contains(n)).cloned().collect::<Vec<_>>());
+                names.extend(
+                    f.order
+                        .iter()
+                        .filter(|n| !names.contains(n))
+                        .cloned()
+                        .collect::<Vec<_>>(),
+                );
             }
         }
         let mut header = vec!["log".to_string(), "form".to_string()];
         header.extend(names.iter().cloned());
         header.extend(["rmse", "unit", "rows", "dropped", "warnings"].map(String::from));
+        let label = labels(outcomes);
         let rows = outcomes.iter().map(|outcome| match outcome {
             Outcome::Fitted(f) => {
-                let mut row = vec![f.log.clone(), f.form.clone()];
+                let mut row = vec![label(&f.log), f.form.clone()];
                 row.extend(names.iter().map(|n| {
                     f.coefficients
                         .get(n)
@@ -161,7 +168,7 @@ impl Summary {
                 row
             }
             Outcome::Failed(f) => {
-                let mut row = vec![f.log.clone(), "failed".to_string()];
+                let mut row = vec![label(&f.log), "failed".to_string()];
                 row.resize(header.len() - 1, String::new());
                 row.push(f.error.clone());
                 row
@@ -197,11 +204,31 @@ impl Summary {
             row.iter()
                 .enumerate()
                 .filter(|(i, _)| keep(*i))
-                .map(|(i, cell)| if i == last { shortened(cell) } else { cell.clone() })
+                .map(|(i, cell)| {
+                    if i == last {
+                        shortened(cell)
+                    } else {
+                        cell.clone()
+                    }
+                })
                 .collect()
         };
         let rows: Vec<Vec<String>> = self.rows.iter().map(|r| pick(r)).collect();
         text_table(&pick(&self.header), &rows)
+    }
+}
+
+/// How logs are called in tables: by file, where all lie in one folder.
+fn labels(outcomes: &[Outcome]) -> impl Fn(&str) -> String {
+    let folder = |o: &Outcome| {
+        let (Outcome::Fitted(Fitted { log, .. }) | Outcome::Failed(Failed { log, .. })) = o;
+        Path::new(log).parent().map(Path::to_owned)
+    };
+    let first = outcomes.first().and_then(folder);
+    let one = outcomes.iter().all(|o| folder(o) == first);
+    move |log| match Path::new(log).file_name() {
+        Some(name) if one => name.to_string_lossy().into_owned(),
+        _ => log.to_string(),
     }
 }
 

@@ -55,7 +55,10 @@ impl Job<'_> {
         let settings = &self.settings.thrust;
         let mut more = Vec::new();
         if let Some(form) = settings.form.and_then(|f| serde_json::to_value(f).ok()) {
-            more.extend(["--form".to_string(), form.as_str().unwrap_or("").to_string()]);
+            more.extend([
+                "--form".to_string(),
+                form.as_str().unwrap_or("").to_string(),
+            ]);
         }
         more.extend(["--degree".to_string(), settings.degree.to_string()]);
         if settings.battery {
@@ -110,19 +113,94 @@ impl Job<'_> {
             .map(|(log, name)| {
                 let log = log?;
                 let one = std::slice::from_ref(&log.trial);
-                let made = self.fit(one, std::slice::from_ref(&log.path), &format!("{name}.toml"));
+                let made = self.fit(
+                    one,
+                    std::slice::from_ref(&log.path),
+                    &format!("{name}.toml"),
+                );
                 self.context.step();
                 let mut made = made?;
                 made.card.name.clone_from(name);
                 Ok((log, made))
             })
             .collect();
-        // A setting or an argument that is wrong is wrong for all.
-        if fits.iter().all(Result::is_err)
-            && let Some(Err(first)) = fits.into_iter().next_back_if_all_failed()
-        {
-            return Err(first);
+        if fits.iter().all(Result::is_err) {
+            return Err(first_error(fits));
         }
-        unreachable_by_construction()
+        let card_of = |name: &str| folder.map(|f| f.join(format!("{name}.toml")));
+        let mut loss = false;
+        let mut outcomes = Vec::new();
+        let mut pages_of = Vec::new();
+        for ((fit, name), path) in fits.iter().zip(&names).zip(&self.common.logs) {
+            let label = path.display().to_string();
+            match fit {
+                Ok((log, made)) => {
+                    loss |= log.findings.is_lossy();
+                    let dropped = log.findings.rows_dropped();
+                    let mut fitted = Fitted::of(label, made, card_of(name).as_deref(), dropped);
+                    fitted.warnings.extend(log.warnings());
+                    for warning in &fitted.warnings {
+                        self.context.warn(&if several {
+                            format!("{}: {warning}", path.display())
+                        } else {
+                            warning.clone()
+                        });
+                    }
+                    outcomes.push(Outcome::Fitted(fitted));
+                    pages_of.push(pages::identify::ThrustFit {
+                        name,
+                        trial: &log.trial,
+                        made,
+                    });
+                }
+                Err(error) => {
+                    loss = true;
+                    self.context.warn(&format!("{label}: not fitted: {error}"));
+                    outcomes.push(Outcome::Failed(Failed::of(label, error)));
+                }
+            }
+        }
+        let summary = Summary::of(&outcomes);
+        if let Some(folder) = folder {
+            self.context.stage("drawing", pages_of.len() as u64);
+            let figures = pages::identify::thrust_figures(&pages_of, self.settings, self.context)?;
+            let command = self.command();
+            let overview = pages::identify::Overview {
+                title: "Throttle to thrust",
+                command: &command.text(&self.common.logs, &folder.display().to_string()),
+                header: summary.header(),
+                rows: summary.rows(),
+            };
+            let report = pages::identify::thrust_report(&overview, &pages_of, &figures)?;
+            write_tables(folder, &outcomes, &summary, self.settings)?;
+            for page in &pages_of {
+                page.made
+                    .card
+                    .write(&folder.join(format!("{}.toml", page.name)))?;
+            }
+            pages::identify::write(folder, figures.iter().flatten(), &report)?;
+        }
+        self.context.finish();
+        match &outcomes[..] {
+            [one] => self.context.object(one)?,
+            all => self.context.object(&all)?,
+        }
+        self.context.say(&summary.text());
+        Ok(done(loss))
+    }
+}
+
+/// Why nothing was fitted: the first log's error, and how many logs there are.
+fn first_error(fits: Vec<Result<(Log, Made)>>) -> Error {
+    let count = fits.len();
+    let first = fits.into_iter().find_map(Result::err);
+    match first {
+        Some(error) if count > 1 && error.exit_status() == 1 => Error::data(
+            format!("none of {count} logs could be fitted"),
+            "at least one that can",
+            format!("in the first: {error}"),
+        ),
+        Some(error) => error,
+        None => Error::Arguments("expected at least one log".to_string()),
     }
 }

@@ -43,6 +43,7 @@ fn rows(trials: &[Trial], settings: &IdentificationSettings) -> Result<Vec<Rows>
         let keep: Vec<usize> = (0..trial.len())
             .filter(|&i| throttle[i].is_finite() && thrust[i].is_finite())
             .collect();
+        super::check_moves(trial.name(), [throttle.as_slice()])?;
         let period = trial.period_s().unwrap_or(f64::NAN);
         // A hole of more than ten periods breaks the record.
         for run in keep.chunk_by(|&a, &b| time[b] - time[a] <= 10.0 * period) {

@@ -40,6 +40,7 @@ impl Rows {
                 keep.len().to_string(),
             ));
         }
+        super::check_moves(trial.name(), motors.iter().copied())?;
         let pick = |c: &[f64]| keep.iter().map(|&i| c[i]).collect::<Vec<_>>();
         Ok(Self {
             time: pick(trial.time_s()),
@@ -116,11 +117,7 @@ pub(super) fn fit(
     );
     card.terms.push(term("T_m", "1", lag_s, lag_error, "s"));
     for k in 0..=degree {
-        let expression = match k {
-            0 => "1".to_string(),
-            1 => "u".to_string(),
-            _ => format!("u^{k}"),
-        };
+        let expression = power(k);
         let unit = unit_of_coefficient("N", &expression);
         card.terms
             .push(term("T", &expression, xi[k], errors[k], &unit));
@@ -203,29 +200,71 @@ fn standard_errors(rows: &[Rows], lag_s: f64, xi: &[f64]) -> Result<(f64, Vec<f6
     Ok((errors[degree + 1], errors[..=degree].to_vec()))
 }
 
-pub(super) fn predict(card: &Card, trial: &Trial) -> Result<Vec<f64>> {
-    let motors = super::motors(trial)?;
-    let expected = card.constants.get("motors").copied().unwrap_or(1.0);
+pub(super) fn predict(
+    card: &Card,
+    name: &str,
+    time: Vec<f64>,
+    motors: Vec<Vec<f64>>,
+) -> Result<Vec<f64>> {
+    let expected = motors_of(card);
     if motors.len() as f64 != expected {
         return Err(Error::data(
-            trial.name(),
+            name,
             format!("throttles of {expected} motors"),
             motors.len().to_string(),
         ));
     }
-    let lag_s = card.coefficient("T_m", "1");
-    let degree = card.terms_of("T").count() - 1;
-    let xi: Vec<f64> = (0..=degree)
-        .map(|k| match k {
-            0 => card.coefficient("T", "1"),
-            1 => card.coefficient("T", "u"),
-            _ => card.coefficient("T", &format!("u^{k}")),
-        })
-        .collect();
     let rows = Rows {
-        time: trial.time_s().to_vec(),
-        motors: motors.iter().map(|m| m.to_vec()).collect(),
+        time,
+        motors,
         thrust: Vec::new(),
     };
-    Ok(evaluate(&rows, lag_s, &xi))
+    Ok(evaluate(
+        &rows,
+        card.coefficient("T_m", "1"),
+        &polynomial(card)?,
+    ))
+}
+
+/// Thrust at rest with the same throttle on all motors.
+pub(super) fn at_rest(card: &Card, throttle: &[f64]) -> Result<Vec<f64>> {
+    let (motors, xi) = (motors_of(card), polynomial(card)?);
+    let of_motor = |s: f64| xi.iter().rev().fold(0.0, |sum, c| sum * s + c);
+    Ok(throttle.iter().map(|s| motors * of_motor(*s)).collect())
+}
+
+fn motors_of(card: &Card) -> f64 {
+    card.constants.get("motors").copied().unwrap_or(1.0)
+}
+
+/// The coefficients of `1`, `u`, `u^2`, …
+fn polynomial(card: &Card) -> Result<Vec<f64>> {
+    let names: Vec<String> = (0..=6).map(power).collect();
+    let mut xi = Vec::new();
+    for term in card.terms_of("T") {
+        let Some(k) = names.iter().position(|n| *n == term.expression) else {
+            return Err(Error::data(
+                &card.name,
+                format!("terms of `T` among {}", names.join(", ")),
+                format!("`{}`", term.expression),
+            ));
+        };
+        if xi.len() <= k {
+            xi.resize(k + 1, 0.0);
+        }
+        xi[k] += term.value;
+    }
+    if xi.is_empty() {
+        return Err(Error::data(&card.name, "terms of `T`", "none"));
+    }
+    Ok(xi)
+}
+
+/// The term of the k-th power.
+fn power(k: usize) -> String {
+    match k {
+        0 => "1".to_string(),
+        1 => "u".to_string(),
+        _ => format!("u^{k}"),
+    }
 }

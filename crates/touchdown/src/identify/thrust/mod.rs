@@ -8,9 +8,10 @@ mod search;
 mod statics;
 
 pub use dynamic::{first_order, library};
+pub use statics::steady_points;
 
 use touchdown_model::Card;
-use touchdown_model::card::Form;
+use touchdown_model::card::{Form, Kind};
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};
@@ -21,6 +22,9 @@ use crate::predict::{Columns, Predictor};
 /// Rows up to which a trial without plateaus is read as one steady point a row.
 const FEW_ROWS: usize = 60;
 
+/// Smallest motion of the throttle that a dynamic model is fitted to.
+const LEAST_MOTION: f64 = 1e-3;
+
 /// Fits one card to `trials` together, in the form of the settings or, without one, in the form that the
 /// data call for: plateaus give a static map, single motors' throttles a lag on each, several trials the
 /// library of eq. (8), one trial eq. (7).
@@ -28,6 +32,19 @@ const FEW_ROWS: usize = 60;
 /// # Errors
 /// A channel that the form needs and that a trial lacks, or too few data.
 pub fn fit(trials: &[Trial], settings: &IdentificationSettings, origin: &Origin) -> Result<Made> {
+    for trial in trials {
+        let known = |v: &f64| v.is_finite();
+        if !trial.require("thrust_n")?.iter().any(known) {
+            return Err(Error::data(
+                trial.name(),
+                "values of `thrust_n`",
+                "gaps only",
+            ));
+        }
+        if !throttle(trial)?.iter().any(known) {
+            return Err(Error::data(trial.name(), "values of throttle", "gaps only"));
+        }
+    }
     let form = match settings.thrust.form {
         Some(form) => form,
         None => choose(trials, settings)?,
@@ -74,7 +91,10 @@ fn motors(trial: &Trial) -> Result<Vec<&[f64]>> {
 }
 
 /// The mean throttle: `throttle`, or the mean of the single motors' where there is no such channel.
-fn throttle(trial: &Trial) -> Result<Vec<f64>> {
+///
+/// # Errors
+/// A trial that has neither.
+pub fn throttle(trial: &Trial) -> Result<Vec<f64>> {
     if let Some(values) = trial.channel("throttle") {
         return Ok(values.to_vec());
     }
@@ -118,9 +138,13 @@ pub fn dead_time_s(card: &Card) -> f64 {
 /// # Errors
 /// A card that does not run on throttle alone, or an empty or gappy throttle.
 pub fn free_air(card: &Card, name: &str, time: &[f64], throttle: &[f64]) -> Result<Vec<f64>> {
-    let Some(&first) = throttle.first().filter(|s| s.is_finite()) else {
-        return Err(Error::data(name, "a throttle at the first sample", "none"));
+    let Some(&first) = throttle.first() else {
+        return Err(Error::data(name, "at least one sample", "none"));
     };
+    if let Some(row) = throttle.iter().position(|s| !s.is_finite()) {
+        let found = format!("a gap at {} s", time.get(row).unwrap_or(&f64::NAN));
+        return Err(Error::data(name, "a throttle in every row", found));
+    }
     let dynamic = matches!(card.form, Form::Library | Form::FirstOrder)
         || card.form == Form::StaticSqrt && card.terms_of("T_m").next().is_some();
     let start = if dynamic {
@@ -135,46 +159,122 @@ pub fn free_air(card: &Card, name: &str, time: &[f64], throttle: &[f64]) -> Resu
     Predictor::new(card)?.run(name, time, &columns, start)
 }
 
-/// The thrust [N] that a card predicts over a trial in free run, from the measured thrust at its start
-/// (the mean of the first 0.1 s).
+/// The thrust [N] of a card at rest, for each throttle (and battery voltage, where the card has a term of it).
 ///
 /// # Errors
-/// A card that does not run on the trial's channels.
-pub fn predict(card: &Card, trial: &Trial) -> Result<Vec<f64>> {
+/// A form that has no rest, or a card that is not of thrust.
+pub fn at_rest(card: &Card, throttle: &[f64], battery_v: &[f64]) -> Result<Vec<f64>> {
     match card.form {
-        Form::LaggedMotors => return lagged::predict(card, trial),
-        Form::RotorLag => {
-            return Err(Error::data(
-                &card.name,
-                "a thrust model",
-                "a rotor-speed model",
-            ));
+        Form::StaticSqrt | Form::StaticThrust => {
+            let mut fixed = card.clone();
+            fixed.terms.retain(|t| t.of == "x" || t.of == "T");
+            let rows: Vec<f64> = (0..throttle.len()).map(|i| i as f64).collect();
+            let columns = Columns {
+                throttle,
+                battery_v,
+                ..Columns::default()
+            };
+            Predictor::new(&fixed)?.run(&card.name, &rows, &columns, 0.0)
         }
-        _ => {}
+        Form::LaggedMotors => lagged::at_rest(card, throttle),
+        _ => {
+            let model = card.thrust_model()?;
+            Ok(throttle.iter().map(|s| model.rest(*s).powi(2)).collect())
+        }
     }
-    let time = trial.time_s();
-    let throttle = delayed(time, &throttle(trial)?, dead_time_s(card));
-    let thrust = trial.require("thrust_n")?;
-    let near: Vec<f64> = time
-        .iter()
-        .zip(thrust)
-        .take_while(|(t, _)| **t <= time[0] + 0.1)
-        .map(|(_, f)| *f)
-        .filter(|f| f.is_finite())
+}
+
+/// The thrust [N] that a card predicts over a trial in free run, from the measured thrust at its start
+/// (the mean of the first 0.1 s). Rows with a gap in an input are passed over; they get a gap.
+/// A run that diverges to no number at all is infinite from there on.
+///
+/// # Errors
+/// A card that does not run on the trial's channels, or a trial without a row that has them all.
+pub fn predict(card: &Card, trial: &Trial) -> Result<Vec<f64>> {
+    if card.kind != Kind::Thrust || card.form == Form::RotorLag {
+        return Err(Error::data(
+            &card.name,
+            "a thrust model",
+            "a model of something else",
+        ));
+    }
+    let inputs = inputs(card, trial)?;
+    let rows: Vec<usize> = (0..trial.len())
+        .filter(|&i| inputs.iter().all(|c| c[i].is_finite()))
         .collect();
-    let start = if near.is_empty() {
-        thrust
-            .iter()
-            .copied()
-            .find(|f| f.is_finite())
-            .unwrap_or(0.0)
+    if rows.is_empty() {
+        return Err(Error::data(
+            trial.name(),
+            format!("rows in which every input of `{}` is known", card.name),
+            format!("none of {}", trial.len()),
+        ));
+    }
+    let pick = |c: &[f64]| rows.iter().map(|&i| c[i]).collect::<Vec<_>>();
+    let time = pick(trial.time_s());
+    let run = if card.form == Form::LaggedMotors {
+        let motors = inputs.iter().map(|c| pick(c)).collect();
+        lagged::predict(card, trial.name(), time, motors)?
     } else {
-        near.iter().sum::<f64>() / near.len() as f64
+        let throttle = delayed(&time, &pick(&inputs[0]), dead_time_s(card));
+        let battery_v = inputs.get(1).map_or_else(Vec::new, |c| pick(c));
+        let columns = Columns {
+            throttle: &throttle,
+            battery_v: &battery_v,
+            ..Columns::default()
+        };
+        let start = thrust_at_start(trial, time[0])?;
+        Predictor::new(card)?.run(trial.name(), &time, &columns, start)?
     };
-    let columns = Columns {
-        throttle: &throttle,
-        battery_v: trial.channel("battery_v").unwrap_or(&[]),
-        ..Columns::default()
-    };
-    Predictor::new(card)?.run(trial.name(), time, &columns, start)
+    let mut out = vec![f64::NAN; trial.len()];
+    for (row, value) in rows.into_iter().zip(run) {
+        out[row] = if value.is_nan() { f64::INFINITY } else { value };
+    }
+    Ok(out)
+}
+
+/// The channels that a card's free run needs: throttles, and battery voltage where a term has it.
+fn inputs(card: &Card, trial: &Trial) -> Result<Vec<Vec<f64>>> {
+    if card.form == Form::LaggedMotors {
+        return Ok(motors(trial)?.into_iter().map(<[f64]>::to_vec).collect());
+    }
+    let mut out = vec![throttle(trial)?];
+    let has_battery = card.terms.iter().any(|t| {
+        sindy_expr::Expr::parse(&t.expression).is_ok_and(|e| e.variables().contains(&"u"))
+    });
+    if has_battery && matches!(card.form, Form::StaticSqrt | Form::StaticThrust) {
+        out.push(trial.require("battery_v")?.to_vec());
+    }
+    Ok(out)
+}
+
+/// Mean thrust over the first 0.1 s from `from_s`, or the first that is known after.
+fn thrust_at_start(trial: &Trial, from_s: f64) -> Result<f64> {
+    let known = trial
+        .time_s()
+        .iter()
+        .zip(trial.require("thrust_n")?)
+        .filter(|(t, f)| **t >= from_s && f.is_finite());
+    let near: Vec<f64> = known
+        .clone()
+        .take_while(|(t, _)| **t <= from_s + 0.1)
+        .map(|(_, f)| *f)
+        .collect();
+    Ok(match near.len() {
+        0 => known.map(|(_, f)| *f).next().unwrap_or(0.0),
+        n => near.iter().sum::<f64>() / n as f64,
+    })
+}
+
+/// Throttle that stands still teaches nothing of its effect.
+fn check_moves<'a>(name: &str, throttles: impl IntoIterator<Item = &'a [f64]>) -> Result<()> {
+    let all = throttles.into_iter().flatten().copied();
+    match crate::identify::making::range(all) {
+        Some([lo, hi]) if hi - lo > LEAST_MOTION => Ok(()),
+        Some([lo, hi]) => Err(Error::data(
+            name,
+            format!("a throttle that moves by more than {LEAST_MOTION}"),
+            format!("{lo} to {hi}"),
+        )),
+        None => Err(Error::data(name, "a throttle", "gaps only")),
+    }
 }

@@ -67,20 +67,33 @@ pub fn rows(trial: &Trial) -> Result<Vec<Plateau>> {
     let throttle = super::throttle(trial)?;
     let (time, thrust) = (trial.time_s(), trial.require("thrust_n")?);
     let battery = trial.channel("battery_v");
-    Ok((0..time.len())
-        .filter(|&i| throttle[i].is_finite() && thrust[i].is_finite())
-        .map(|i| Plateau {
-            throttle: throttle[i],
-            thrust_n: thrust[i],
-            battery_v: battery.map(|b| b[i]).filter(|v| v.is_finite()),
-            start_s: time[i],
-            descending: i > 0 && throttle[i] < throttle[i - 1],
-        })
-        .collect())
+    let (mut last, mut descending) = (f64::NAN, false);
+    let mut out = Vec::new();
+    for i in 0..time.len() {
+        if !throttle[i].is_finite() {
+            continue;
+        }
+        // Rows of one level keep the direction in which it was reached.
+        if throttle[i] != last {
+            descending = throttle[i] < last;
+            last = throttle[i];
+        }
+        if thrust[i].is_finite() {
+            out.push(Plateau {
+                throttle: throttle[i],
+                thrust_n: thrust[i],
+                battery_v: battery.map(|b| b[i]).filter(|v| v.is_finite()),
+                start_s: time[i],
+                descending,
+            });
+        }
+    }
+    Ok(out)
 }
 
 /// Median of the finite values.
-pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+#[must_use]
+pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut v: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     v.sort_by(f64::total_cmp);
     let n = v.len();

@@ -13,6 +13,11 @@ use crate::identify::making::{Made, Origin, method, range, score, term, unit_of_
 use crate::identify::settings::{IdentificationSettings, ThrustForm};
 use crate::score::Errors;
 
+/// Sampling period from which the lag of a rotor cannot be seen [s].
+const SLOWEST_PERIOD_S: f64 = 0.05;
+/// Share of the largest thrust by which it must fall at full throttle to be warned of.
+const FALLS_FROM: f64 = 0.01;
+
 pub(super) fn fit(
     trials: &[Trial],
     settings: &IdentificationSettings,
@@ -160,7 +165,7 @@ pub(super) fn fit(
             }
         }
     }
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> = supply_limit(&points).into_iter().collect();
     if points.iter().any(|p| p.descending) && points.iter().any(|p| !p.descending) {
         let (up, down) = (of_branch(Some(false)).2, of_branch(Some(true)).2);
         warnings.push(format!(
@@ -191,19 +196,22 @@ pub(super) fn fit(
         ),
     ]);
     let mut lag_s = None;
-    if root && by_plateau && trials.iter().all(|t| t.channel("rotor_rpm").is_some()) {
-        let lag = rotor::fit(trials, settings)?;
-        card.terms
-            .push(term("T_m", "1", lag.lag_s, lag.lag_error_s, "s"));
-        card.terms.push(term(
-            "dead_time",
-            "1",
-            lag.dead_time_s,
-            lag.dead_time_error_s,
-            "s",
-        ));
-        card.provenance.method.insert("lag".into(), lag.describe());
-        lag_s = Some(lag.lag_s);
+    let shows_lag = |t: &Trial| {
+        t.channel("rotor_rpm").is_some() && t.period_s().is_some_and(|p| p < SLOWEST_PERIOD_S)
+    };
+    if root && by_plateau && trials.iter().all(shows_lag) {
+        match rotor::fit(trials, settings) {
+            Ok(lag) => {
+                let d = (lag.dead_time_s, lag.dead_time_error_s);
+                let terms = [("T_m", lag.lag_s, lag.lag_error_s), ("dead_time", d.0, d.1)];
+                for (of, value, error) in terms {
+                    card.terms.push(term(of, "1", value, error, "s"));
+                }
+                card.provenance.method.insert("lag".into(), lag.describe());
+                lag_s = Some(lag.lag_s);
+            }
+            Err(e) => warnings.push(format!("no lag of the rotor was fitted: {e}")),
+        }
     }
     Ok(Made {
         card,
@@ -215,8 +223,34 @@ pub(super) fn fit(
     })
 }
 
+/// Whether thrust falls towards the highest throttles, as it does where the supply gives no more.
+fn supply_limit(points: &[Plateau]) -> Option<String> {
+    let most = points
+        .iter()
+        .max_by(|a, b| a.thrust_n.total_cmp(&b.thrust_n))?;
+    let top = points
+        .iter()
+        .map(|p| p.throttle)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let at_top = plateau::median(
+        points
+            .iter()
+            .filter(|p| p.throttle == top)
+            .map(|p| p.thrust_n),
+    )?;
+    (most.throttle < top && at_top < (1.0 - FALLS_FROM) * most.thrust_n).then(|| {
+        format!(
+            "falls at the highest throttles: supply limit ({:.2} N at throttle {:.3}, {at_top:.2} N at {top:.3})",
+            most.thrust_n, most.throttle
+        )
+    })
+}
+
 /// Plateaus of all trials, or their rows where a trial has fewer than four plateaus.
-fn steady_points(
+///
+/// # Errors
+/// A missing channel.
+pub fn steady_points(
     trials: &[Trial],
     settings: &IdentificationSettings,
 ) -> Result<(Vec<Plateau>, bool)> {

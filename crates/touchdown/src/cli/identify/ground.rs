@@ -1,0 +1,209 @@
+//! `touchdown identify ground-effect`.
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde::Serialize;
+use touchdown::identify::ground_effect::before::{Before, examine_trials};
+use touchdown::identify::ground_effect::{self, GroundTrial};
+use touchdown::identify::settings::GroundEffectForm;
+use touchdown::identify::{IdentificationSettings, Made};
+use touchdown::pages;
+use touchdown::progress::Progress as _;
+use touchdown::{Error, Result};
+use touchdown_model::card::Input;
+use touchdown_model::{Card, Kind};
+use touchdown_trial::Trial;
+
+use super::load::{self, Log, word};
+use super::show::{Fitted, Outcome, Summary};
+use super::{Command, Target, done, origin, write_tables};
+use crate::cli::Done;
+use crate::cli::args::IdentifyCommon;
+use crate::cli::context::Context;
+
+/// The channels in which a gap costs the row.
+pub(crate) const CHANNELS: [&str; 5] = [
+    "throttle",
+    "thrust_n",
+    "height_m",
+    "deck_velocity_mps",
+    "vehicle_velocity_mps",
+];
+
+/// Results with what the data can carry.
+#[derive(Serialize)]
+struct Results<'a> {
+    before: &'a Before,
+    models: &'a [Outcome],
+}
+
+pub(super) fn run(
+    context: &Context,
+    common: &IdentifyCommon,
+    thrust: &Path,
+    forms: &[GroundEffectForm],
+    settings: &IdentificationSettings,
+) -> Result<Done> {
+    let target = Target::of(common.out.as_deref())?;
+    let forms = chosen(forms, &target)?;
+    let thrust_card = thrust_card(thrust)?;
+    let map = load::map(common.map.as_deref())?;
+    let logs = load::all_logs(context, &common.logs, map.as_ref())?;
+    let (trials, gaps) = prepare(&logs, &thrust_card)?;
+    let before = examine_trials(&trials, settings)?;
+
+    let recorded: Vec<Trial> = logs.iter().map(|l| l.trial.clone()).collect();
+    let mut origin = origin(&recorded, map.as_ref(), common, settings)?;
+    origin.vehicle.rotor_radius_m = Some(settings.ground_effect.rotor_radius_m);
+    let bytes = std::fs::read(thrust).map_err(|e| Error::file(thrust, e))?;
+    origin.provenance.inputs.push(Input {
+        name: load::file_name(thrust),
+        sha256: load::sha256(&bytes),
+    });
+    let card_path = |form: GroundEffectForm| -> Option<PathBuf> {
+        match &target {
+            Target::None => None,
+            Target::File(card) => Some(card.clone()),
+            Target::Folder(folder) => Some(folder.join(format!("{}.toml", form.name()))),
+        }
+    };
+    context.stage("fitting", forms.len() as u64);
+    let fits: Vec<Made> = forms
+        .par_iter()
+        .map(|&form| {
+            let mut origin = origin.clone();
+            let command = Command {
+                what: "ground-effect",
+                common,
+                more: vec![
+                    "--thrust".into(),
+                    word(&thrust.display().to_string()),
+                    "--form".into(),
+                    form.name().into(),
+                ],
+            };
+            let card = format!("{}.toml", form.name());
+            origin.provenance.command = Some(command.text(&common.logs, &card));
+            let made = ground_effect::fit(form, &trials, settings, &origin);
+            context.step();
+            made
+        })
+        .collect::<Result<_>>()?;
+
+    let mut of_logs = gaps;
+    for log in &logs {
+        let name = log.path.display();
+        of_logs.extend(log.warnings().iter().map(|w| format!("{name}: {w}")));
+    }
+    of_logs.extend(before.advice.iter().cloned());
+    for warning in &of_logs {
+        context.warn(warning);
+    }
+    let dropped = logs.iter().map(|l| l.findings.rows_dropped()).sum();
+    let label = match &common.logs[..] {
+        [one] => one.display().to_string(),
+        many => format!("{} logs together", many.len()),
+    };
+    let outcomes: Vec<Outcome> = forms
+        .iter()
+        .zip(&fits)
+        .map(|(&form, made)| {
+            let mut fitted = Fitted::of(label.clone(), made, card_path(form).as_deref(), dropped);
+            for warning in &fitted.warnings {
+                context.warn(&format!("{}: {warning}", form.name()));
+            }
+            fitted.warnings.extend(of_logs.iter().cloned());
+            Outcome::Fitted(fitted)
+        })
+        .collect();
+    let summary = Summary::of(&outcomes);
+    match &target {
+        Target::None => {}
+        Target::File(path) => fits[0].card.write(path)?,
+        Target::Folder(folder) => {
+            let command = Command {
+                what: "ground-effect",
+                common,
+                more: vec!["--thrust".into(), word(&thrust.display().to_string())],
+            };
+            let overview = pages::identify::Overview {
+                title: "Ground effect",
+                command: &command.text(&common.logs, &folder.display().to_string()),
+                header: summary.header(),
+                rows: summary.rows(),
+            };
+            let figures = pages::identify::ground_figures(&trials, &fits)?;
+            let report = pages::identify::ground_report(&overview, &before, &fits, &figures)?;
+            let results = Results {
+                before: &before,
+                models: &outcomes,
+            };
+            write_tables(folder, &results, &summary, settings)?;
+            for (form, made) in forms.iter().zip(&fits) {
+                made.card
+                    .write(&folder.join(format!("{}.toml", form.name())))?;
+            }
+            pages::identify::write(folder, &figures, &report)?;
+        }
+    }
+    context.finish();
+    match &outcomes[..] {
+        [one] => context.object(one)?,
+        all => context.object(&all)?,
+    }
+    context.say(&summary.text());
+    Ok(done(logs.iter().any(|l| l.findings.is_lossy())))
+}
+
+/// The forms to fit: those asked for; else all of them, or the lag form where there is one file to write.
+fn chosen(forms: &[GroundEffectForm], target: &Target) -> Result<Vec<GroundEffectForm>> {
+    let mut unique: Vec<GroundEffectForm> = Vec::new();
+    for form in forms {
+        if !unique.contains(form) {
+            unique.push(*form);
+        }
+    }
+    match (target, unique.len()) {
+        (Target::File(_), 0) => Ok(vec![GroundEffectForm::Lag]),
+        (Target::File(card), 2..) => Err(Error::Arguments(format!(
+            "--out {}: expected a folder for the cards of {} forms, found a file",
+            card.display(),
+            unique.len()
+        ))),
+        (_, 0) => Ok(GroundEffectForm::ALL.to_vec()),
+        _ => Ok(unique),
+    }
+}
+
+/// Reads the card that gives the free-air thrust.
+pub(crate) fn thrust_card(path: &Path) -> Result<Card> {
+    let card = Card::read(path)?;
+    if card.kind != Kind::Thrust {
+        return Err(Error::Arguments(format!(
+            "{}: key `kind`: expected `thrust` (the card of --thrust gives the free-air thrust), found `ground_effect`",
+            path.display()
+        )));
+    }
+    Ok(card)
+}
+
+/// Extracts the force from every log. Rows with a gap in a needed channel are left out, and told of.
+pub(crate) fn prepare(logs: &[Log], thrust: &Card) -> Result<(Vec<GroundTrial>, Vec<String>)> {
+    let prepared: Vec<(GroundTrial, Option<String>)> = logs
+        .par_iter()
+        .map(|log| {
+            let (whole, gaps) = load::without_gaps(&log.trial, &CHANNELS)?;
+            let warning = (gaps > 0).then(|| {
+                format!(
+                    "{}: {gaps} of {} rows have a gap in a channel that is needed and are left out",
+                    log.path.display(),
+                    log.trial.len()
+                )
+            });
+            Ok((ground_effect::prepare(&whole, thrust)?, warning))
+        })
+        .collect::<Result<_>>()?;
+    let (trials, warnings): (Vec<_>, Vec<_>) = prepared.into_iter().unzip();
+    Ok((trials, warnings.into_iter().flatten().collect()))
+}

@@ -1,0 +1,124 @@
+//! One card on one trial, in free run.
+
+use touchdown::identify::ground_effect::{self, GroundTrial};
+use touchdown::identify::thrust;
+use touchdown::score::Errors;
+use touchdown::{Error, Result};
+use touchdown_model::Card;
+use touchdown_trial::Trial;
+
+/// A free run with its errors [N].
+pub(super) struct Judged {
+    pub(super) time_s: Vec<f64>,
+    pub(super) measured_n: Vec<f64>,
+    pub(super) truth_n: Option<Vec<f64>>,
+    pub(super) predicted_n: Vec<f64>,
+    /// Against the measurement.
+    pub(super) measured: Errors,
+    /// Against the truth.
+    pub(super) truth: Option<Errors>,
+    /// The measurement against the truth.
+    pub(super) noise_floor: Option<Errors>,
+    pub(super) warnings: Vec<String>,
+}
+
+/// Share of a range by which an input may leave the card's box before it is told of.
+const SLACK: f64 = 0.01;
+
+pub(super) fn judge_thrust(card: &Card, trial: &Trial) -> Result<Judged> {
+    let predicted = thrust::predict(card, trial)?;
+    let measured = trial.require("thrust_n")?;
+    let noise_floor = trial
+        .channel("truth_thrust_n")
+        .and_then(|truth| Errors::of(measured, truth));
+    let throttle = thrust::throttle(trial)?;
+    let mut warnings = leaves_box(card, "s", "throttle", &throttle);
+    let gaps = predicted.iter().filter(|p| p.is_nan()).count();
+    if gaps > 0 {
+        warnings.push(format!(
+            "{gaps} of {} rows have a gap in an input and are not judged",
+            trial.len()
+        ));
+    }
+    finish(
+        trial.name(),
+        trial.time_s().to_vec(),
+        measured.to_vec(),
+        trial.channel("truth_free_air_n").map(<[f64]>::to_vec),
+        predicted,
+        noise_floor,
+        warnings,
+    )
+}
+
+pub(super) fn judge_ground(card: &Card, ground: &GroundTrial, trial: &Trial) -> Result<Judged> {
+    let noise_floor = match (trial.channel("thrust_n"), trial.channel("truth_thrust_n")) {
+        (Some(measured), Some(truth)) => Errors::of(measured, truth),
+        _ => None,
+    };
+    let mut warnings = leaves_box(card, "z", "height", &ground.height_m);
+    warnings.extend(leaves_box(card, "s", "throttle", &ground.throttle));
+    finish(
+        &ground.name,
+        ground.time_s.clone(),
+        ground.force_n.clone(),
+        ground.truth_n.clone(),
+        ground_effect::predict(card, ground)?,
+        noise_floor,
+        warnings,
+    )
+}
+
+fn finish(
+    name: &str,
+    time_s: Vec<f64>,
+    measured_n: Vec<f64>,
+    truth_n: Option<Vec<f64>>,
+    predicted_n: Vec<f64>,
+    noise_floor: Option<Errors>,
+    mut warnings: Vec<String>,
+) -> Result<Judged> {
+    // A gap in the inputs is a gap in the prediction: there is nothing to compare.
+    let against = |reference: &[f64]| {
+        let known =
+            predicted_n
+                .iter()
+                .zip(reference)
+                .map(|(p, r)| if p.is_nan() { f64::NAN } else { *r });
+        Errors::of(&predicted_n, &known.collect::<Vec<_>>())
+    };
+    let measured = against(&measured_n)
+        .ok_or_else(|| Error::data(name, "rows with a measurement and a prediction", "none"))?;
+    if !measured.worst.is_finite() {
+        warnings.push("the free run diverges".to_string());
+    }
+    Ok(Judged {
+        truth: truth_n.as_deref().and_then(against),
+        measured,
+        noise_floor,
+        time_s,
+        measured_n,
+        truth_n,
+        predicted_n,
+        warnings,
+    })
+}
+
+/// Says where an input leaves the card's box.
+fn leaves_box(card: &Card, symbol: &str, name: &str, values: &[f64]) -> Vec<String> {
+    let Some([lo, hi]) = card.validity.inputs.get(symbol) else {
+        return Vec::new();
+    };
+    let known = || values.iter().copied().filter(|v| v.is_finite());
+    let (low, high) = (
+        known().fold(f64::INFINITY, f64::min),
+        known().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let slack = SLACK * (hi - lo);
+    if low >= lo - slack && high <= hi + slack {
+        return Vec::new();
+    }
+    vec![format!(
+        "{name} of {low:.3} to {high:.3} leaves the card's box of {lo:.3} to {hi:.3}"
+    )]
+}
