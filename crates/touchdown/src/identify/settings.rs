@@ -67,7 +67,7 @@ impl Default for Sr3Settings {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ShootingSettings {
-    /// Length of a window [s].
+    /// Length of a window [s]: some fifty wake lags, so that the free start of each costs little information.
     pub window_s: f64,
     /// Distance between the starts of two windows [s].
     pub stride_s: f64,
@@ -82,8 +82,8 @@ pub struct ShootingSettings {
 impl Default for ShootingSettings {
     fn default() -> Self {
         Self {
-            window_s: 2.0,
-            stride_s: 1.5,
+            window_s: 10.0,
+            stride_s: 10.0,
             every: 3,
             noise_n: 0.1,
             max_iterations: 40,
