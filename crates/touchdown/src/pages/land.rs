@@ -93,3 +93,83 @@ pub fn land(methods: &[MethodLandings], scenario: &LandScenario, out: &Path) -> 
     page.report.code(to_toml(scenario)?);
     page.finish()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::LandingFigures;
+    use crate::pilot::Method;
+    use touchdown_sim::landing::{Landing, LandingTrace, Outcome};
+
+    /// A method whose `landed` of four trials land at about `t_l_s`.
+    fn method(method: Method, landed: u64, t_l_s: f64) -> MethodLandings {
+        let landing = |trial_index: u64| {
+            let down = trial_index < landed;
+            let time_s: Vec<f64> = (0..=100).map(|i| 0.01 * t_l_s * f64::from(i)).collect();
+            let height_m: Vec<f64> = time_s.iter().map(|t| 0.5 - 0.4 * t / t_l_s).collect();
+            Landing {
+                trial_index,
+                outcome: if down {
+                    Outcome::Landed
+                } else {
+                    Outcome::TimedOut
+                },
+                t_l_s: down.then_some(t_l_s + 0.1 * trial_index as f64),
+                v_l_mps: down.then_some(0.05),
+                s_l_m: 0.4,
+                final_height_m: 0.1,
+                hover_height_m: (!down).then_some(0.15),
+                trace: (trial_index == 0).then(|| LandingTrace {
+                    relative_velocity_mps: vec![-0.4 / t_l_s; time_s.len()],
+                    time_s,
+                    height_m,
+                    ..LandingTrace::default()
+                }),
+            }
+        };
+        let landings: Vec<Landing> = (0..4).map(landing).collect();
+        MethodLandings {
+            method,
+            figures: LandingFigures::of(&landings),
+            landings,
+        }
+    }
+
+    fn written(methods: &[MethodLandings]) -> (String, Vec<String>) {
+        let folder = tempfile::tempdir().unwrap();
+        land(methods, &LandScenario::default(), folder.path()).unwrap();
+        let html = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+        let mut files: Vec<String> = std::fs::read_dir(folder.path().join("figures"))
+            .unwrap()
+            .map(|f| f.unwrap().file_name().into_string().unwrap())
+            .collect();
+        files.sort();
+        (html, files)
+    }
+
+    #[test]
+    fn prop_a_method_that_does_not_land_is_told_and_left_out_of_the_cloud() {
+        let (html, files) = written(&[
+            method(Method::Dynamic, 4, 5.0),
+            method(Method::Feedback, 1, 9.0),
+        ]);
+        assert!(html.contains("landed in 1 of 4 trials"));
+        assert_eq!(files.len(), 6);
+        assert!(files.contains(&"distribution.svg".to_string()));
+        // The mean of 5.0, 5.1, 5.2 and 5.3 s, to the two decimals that are shown.
+        assert!(html.contains("5.15\u{a0}±"));
+    }
+
+    #[test]
+    fn prop_nothing_landed_is_a_report_too() {
+        let (html, files) = written(&[method(Method::Feedback, 0, 5.0)]);
+        assert!(html.contains("landed in 0 of 4 trials"));
+        assert!(!files.contains(&"distribution.svg".to_string()));
+    }
+
+    #[test]
+    fn prop_same_landings_same_bytes() {
+        let methods = [method(Method::Ssc, 4, 7.0)];
+        assert_eq!(written(&methods), written(&methods));
+    }
+}

@@ -139,7 +139,7 @@ pub(super) fn distribution(
     id: &str,
     title: &str,
     caption: String,
-    clouds: &[Cloud],
+    clouds: &[Cloud<'_>],
     published: &dyn Fn(&str) -> Option<PublishedFigures>,
 ) -> Option<Figure> {
     // A method that seldom lands would stretch the axis of time for the sake of a few points.
@@ -200,7 +200,7 @@ pub(super) fn distribution(
                     .color(cloud.color)
                     .width(1.3),
             );
-            let name = if c == 0 {
+            let name = if c + 1 == clouds.len() {
                 first("mean, 95 % interval")
             } else {
                 String::new()
@@ -237,19 +237,16 @@ fn traced(m: &MethodLandings) -> impl Iterator<Item = &Landing> {
     m.landings.iter().filter(|l| l.trace.is_some())
 }
 
-/// Until when there is something to see: a little after the last landing, or 15 s where none landed.
+/// Until when there is something to see: a little after the last landing, and long enough to see a hover.
 fn longest(methods: &[MethodLandings]) -> f64 {
-    let often = methods
+    let often = |m: &&MethodLandings| 2 * m.figures.landed >= m.figures.trials;
+    let last = methods
         .iter()
-        .filter(|m| 2 * m.figures.landed >= m.figures.trials);
-    let last = often
+        .filter(often)
         .flat_map(|m| traced(m).filter_map(|l| l.t_l_s))
         .fold(0.0_f64, f64::max);
-    if last > 0.0 {
-        (1.15 * last).ceil()
-    } else {
-        15.0
-    }
+    let hovers = methods.iter().any(|m| !often(&m));
+    (1.1 * last).ceil().max(if hovers { 12.0 } else { 1.0 })
 }
 
 fn reference(land: &LandSettings, end: f64) -> [Vec<f64>; 2] {

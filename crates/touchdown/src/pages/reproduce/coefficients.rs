@@ -12,7 +12,7 @@ pub(super) struct Column<'a> {
 }
 
 /// One row for each term that any of the cards has; standard errors after ±.
-pub(super) fn table(caption: &str, columns: &[Column]) -> Table {
+pub(super) fn table(caption: &str, columns: &[Column<'_>]) -> Table {
     let mut rows: Vec<(&str, &str)> = Vec::new();
     for term in columns.iter().flat_map(|c| &c.card.terms) {
         let row = (term.of.as_str(), term.expression.as_str());

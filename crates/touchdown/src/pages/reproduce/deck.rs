@@ -37,14 +37,14 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
     page.figure(landings::height_and_velocity(
         "fig7-deck-landing",
         "Relative height and velocity, acceleration fed forward (as the paper's Fig. 7)",
-        "The first trial of each method: the same vehicle, air and deck. Dots: the landing. `feedback` hangs on the cushion.".into(),
+        "The first trial of each method: the same vehicle, air and deck. Dots: the landing; a curve without one had not landed by then.".into(),
         &landing.with_acceleration,
         land,
     ))?;
     page.figure(landings::height_and_velocity(
         "fig7-deck-landing-without-acceleration",
-        "The same without the deck's acceleration",
-        "The deck's motion at 0.5 Hz stays in the relative velocity of every method but `imbc`, whose internal model cancels it.".into(),
+        "Relative height and velocity without the deck's acceleration",
+        "The deck's motion stays in the relative velocity until the landing; V_L then depends on the phase in which the deck is met.".into(),
         &landing.without_acceleration,
         land,
     ))?;
@@ -52,12 +52,12 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
         Cloud {
             name: "with acceleration",
             methods: &landing.with_acceleration,
-            color: Color::Cycle(0),
+            color: Color::Rgb(0x5A, 0x6B, 0x7D),
         },
         Cloud {
             name: "without",
             methods: &landing.without_acceleration,
-            color: Color::Cycle(4),
+            color: Color::Rgb(0xC9, 0xA2, 0x66),
         },
     ];
     if let Some(figure) = landings::distribution(

@@ -103,7 +103,7 @@ fn pooled(ge: &GroundEffectExperiment, set: usize) -> Table {
     row.extend(VALIDATION_KINDS.map(|kind| errors(ge.pooled_floor(kind))));
     table.row(row).note(
         "Against the plant's own force without turbulence and sensor noise. Best mean of each kind in bold. The constant knows the \
-         trial that it is judged on; it says how much there was to predict.",
+         trial that it is judged on; it says how much there was to predict. Dynamic forms start from the true force.",
     )
 }
 
@@ -129,7 +129,7 @@ fn what_dynamics_add(run: &Run) -> String {
     });
     format!(
         "What dynamics add to a static map, on the rich data: {} N against {} N over all trials (static / lag {}), {} N against {} N on the \
-         sine (static / lag {}). The lag τ is {}; the plant itself has two lags, so no single one is true.",
+         sine (static / lag {}). The lag τ is {}; the default plant has two lags, so no single one is true.",
         maybe(lag),
         maybe(map),
         times(map, lag),
@@ -143,7 +143,7 @@ fn what_dynamics_add(run: &Run) -> String {
 fn coefficients_of(run: &Run, results: &Results, form: GroundEffectForm) -> Result<Table> {
     let eq_12 = coefficients::eq_12()?;
     let ge = &run.ground_effect;
-    let mut columns: Vec<Column> = ge
+    let mut columns: Vec<Column<'_>> = ge
         .sets
         .iter()
         .enumerate()

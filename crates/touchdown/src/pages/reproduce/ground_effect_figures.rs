@@ -103,9 +103,9 @@ fn fig1(ge: &GroundEffectExperiment, trial: &GroundTrial) -> Result<Figure> {
     );
     Ok(Figure::new("fig1-models", format!("Models in free run, trial {} (as the paper's Fig. 1)", trial.name))
         .caption(
-            "Eq. (2) and lag form on the rich data, eq. (9) on the paper's. Eq. (2) misses level and swing; eq. (9) by regression on \
-             derivatives has the phase but not the level. The printed eq. (12) belongs to another rig: it starts from the true force and \
-             drifts with its own 11 s.",
+            "Eq. (2) and lag form on the rich data, eq. (9) on the paper's. Eq. (2) falls off too fast with height: too strong near the plate, \
+             too weak away from it. Eq. (9) is nearly straight between the turns, where the force bends. The printed eq. (12) belongs to \
+             another rig: it starts from the true force and drifts with its own 11 s. Steps at the turns are those of v_p.",
         )
         .share_x()
         .size(900, 620)
@@ -113,6 +113,7 @@ fn fig1(ge: &GroundEffectExperiment, trial: &GroundTrial) -> Result<Figure> {
         .panel(
             Panel::new("Time (s)", "Height z (m)")
                 .height_weight(0.6)
+                .y_range(0.1, 0.3)
                 .series(Series::line("", t, &trial.height_m).color(Color::GREY)),
         ))
 }
@@ -162,7 +163,19 @@ fn fig5(
                         .color(color)
                         .width(1.6),
                 )
-                .series(Series::points("", &x, &y).color(color).width(1.1));
+                .series(
+                    Series::points(
+                        if i + 1 == trials.len() {
+                            "measured"
+                        } else {
+                            ""
+                        },
+                        &x,
+                        &y,
+                    )
+                    .color(color)
+                    .width(1.1),
+                );
         }
     }
     let mut figure = Figure::new(id, title)
@@ -189,8 +202,8 @@ const JUDGED: [GroundEffectForm; 3] = [
 fn over_time(ge: &GroundEffectExperiment) -> Result<Figure> {
     let mut figure = Figure::new("residuals-time", "Residuals over time")
         .caption(
-            "Prediction minus truth at 13 N, in free run: eq. (9) on the paper's data, the others on the rich data. Steps of the plate's \
-             velocity leave peaks where a model knows no lag or the wrong one.",
+            "Trials at 13 N, in free run; eq. (9) on the paper's data, the others on the rich data. Steps of the plate's velocity leave peaks: \
+             the default plant has two lags and an upwash, which no form has exactly.",
         )
         .share_x()
         .size(900, 720);
@@ -201,7 +214,7 @@ fn over_time(ge: &GroundEffectExperiment) -> Result<Figure> {
         let Some(trial) = nearest(ge, kind, 13.0) else {
             continue;
         };
-        let mut panel = Panel::new("Time (s)", "f̂ − f (N)")
+        let mut panel = Panel::new("Time (s)", "Predicted − truth (N)")
             .title(trial.name.as_str())
             .x_range(0.0, 15.0);
         for form in JUDGED {
@@ -222,8 +235,9 @@ fn over_time(ge: &GroundEffectExperiment) -> Result<Figure> {
 fn over_height(ge: &GroundEffectExperiment) -> Result<Figure> {
     let mut figure = Figure::new("residuals-height", "Residuals over height")
         .caption(
-            "Prediction minus truth, every validation trial, thinned. A residual that depends on height alone is a wrong static curve; one that \
-             fans out at one height is missing dynamics.",
+            "Every validation trial, thinned; eq. (9) on the paper's data, the others on the rich data. Eq. (9) adds throttle and height where the \
+             force multiplies them, so its error fans out with thrust away from the plate. Two branches at one height, as the plate comes and \
+             goes, are missing dynamics. Note the scales.",
         )
         .share_x()
         .size(900, 760);
@@ -248,7 +262,7 @@ fn over_height(ge: &GroundEffectExperiment) -> Result<Figure> {
                 .collect::<Vec<f64>>()
         });
         figure = figure.panel(
-            Panel::new("Height z (m)", "f̂ − f (N)")
+            Panel::new("Height z (m)", "Predicted − truth (N)")
                 .title(form_title(form))
                 .series(
                     Series::points("", &x, &y)

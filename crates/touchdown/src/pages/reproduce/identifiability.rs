@@ -90,7 +90,7 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
                 title(set).to_lowercase()
             ));
             page.report
-                .list(set.before.advice.iter().map(|a| format!("{a}.")));
+                .list(set.before.advice.iter().map(|a| sentence(a)));
         }
     }
     Ok(())
@@ -102,5 +102,28 @@ pub(super) fn title(set: &DataSet) -> &'static str {
         "Paper's data"
     } else {
         "Rich data"
+    }
+}
+
+/// With a capital and a full stop.
+fn sentence(text: &str) -> String {
+    let mut rest = text.chars();
+    let first = rest.next().map(char::to_uppercase);
+    first
+        .into_iter()
+        .flatten()
+        .chain(rest)
+        .chain(['.'])
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_sentences_begin_and_end() {
+        assert_eq!(sentence("äb c"), "Äb c.");
+        assert_eq!(sentence("`x` moved"), "`x` moved.");
     }
 }

@@ -8,6 +8,7 @@ mod ground_effect_figures;
 mod ground_landing;
 mod identifiability;
 mod last_page;
+mod printed;
 mod thrust;
 mod verdict;
 
