@@ -4,7 +4,7 @@ use touchdown_flight::reference::Exponential;
 use touchdown_report::{Cell, Color, Figure, Panel, Series, Table};
 use touchdown_sim::landing::Landing;
 
-use super::page::{PUBLISHED, interval, method_color, spread};
+use super::page::{PUBLISHED, half_interval, method_color, spread};
 use crate::campaign::LandingFigures;
 use crate::experiments::landing::MethodLandings;
 use crate::results::PublishedFigures;
@@ -21,27 +21,27 @@ pub(super) fn figures_table(caption: impl Into<String>, methods: &[MethodLanding
         .text_column("Method")
         .number_column("Landed", "")
         .number_column("T_L", "s")
-        .number_column("95 % interval", "s")
+        .number_column("CI", "s")
         .number_column("V_L", "m/s")
-        .number_column("95 % interval", "m/s")
+        .number_column("CI", "m/s")
         .number_column("S_L", "m")
-        .number_column("95 % interval", "m")
-        .number_column("Hover height", "m");
+        .number_column("CI", "m")
+        .number_column("Hover", "m");
     for m in methods {
         let f = &m.figures;
         table = table.row([
             m.method.name().into(),
             landed(f),
             spread(f.t_l_s, 2),
-            interval(f.t_l_s, 2),
+            half_interval(f.t_l_s, 2),
             spread(f.v_l_mps, 3),
-            interval(f.v_l_mps, 3),
+            half_interval(f.v_l_mps, 3),
             spread(f.s_l_m, 3),
-            interval(f.s_l_m, 3),
+            half_interval(f.s_l_m, 3),
             spread(f.hover_height_m, 3),
         ]);
     }
-    table.note("Mean ± standard deviation over the trials that landed (hover height: over those that did not). Intervals are of the mean (Student's t).")
+    table.note("Mean ± standard deviation over the trials that landed (hover height: those that did not). CI: half the 95 % interval of the mean (Student's t).")
 }
 
 /// `landed of trials`.

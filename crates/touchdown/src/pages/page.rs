@@ -89,16 +89,12 @@ pub(super) fn spread(summary: Option<Summary>, decimals: usize) -> Cell {
     })
 }
 
-/// The 95 % interval of the mean.
-pub(super) fn interval(summary: Option<Summary>, decimals: usize) -> Cell {
+/// Half the 95 % interval of the mean.
+pub(super) fn half_interval(summary: Option<Summary>, decimals: usize) -> Cell {
     summary
         .and_then(|s| s.ci95)
         .map_or_else(Cell::missing, |[low, high]| {
-            Cell::text(format!(
-                "{} to {}",
-                show(low, decimals),
-                show(high, decimals)
-            ))
+            Cell::text(format!("±\u{a0}{}", show(0.5 * (high - low), decimals)))
         })
 }
 
@@ -189,7 +185,7 @@ mod tests {
     fn analytic_cells_of_absent_figures_are_dashes() {
         assert_eq!(errors(None), Cell::missing());
         assert_eq!(spread(None, 2), Cell::missing());
-        assert_eq!(interval(Summary::of(&[1.0]), 2), Cell::missing());
+        assert_eq!(half_interval(Summary::of(&[1.0]), 2), Cell::missing());
         assert_eq!(spread(Summary::of(&[1.5]), 2).shown(), "1.50");
     }
 }

@@ -75,20 +75,20 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
 fn table_one(run: &Run, results: &Results) -> Table {
     let mut table = Table::new("Table I, in both readings, beside the paper's.")
         .text_column("Method")
-        .text_column("Deck's acceleration")
+        .text_column("Acceleration")
         .number_column("Landed", "")
         .number_column("T_L", "s")
         .number_column("Paper", "s")
         .number_column("V_L", "m/s")
         .number_column("Paper", "m/s")
         .number_column("S_L", "m")
-        .number_column("Paper", "unit not stated");
+        .number_column("Paper", "");
     for m in &run.landing.with_acceleration {
         let name = m.method.name();
         let printed = results.published.deck_landing.get(name).copied();
         let without = results.deck_landing.without_acceleration.get(name);
         let both: [(&str, Option<&LandingFigures>); 2] =
-            [("fed forward", Some(&m.figures)), ("not", without)];
+            [("yes", Some(&m.figures)), ("no", without)];
         for (row, (how, figures)) in both.into_iter().enumerate() {
             let Some(f) = figures else { continue };
             let paper = |v: Option<f64>, decimals| Cell::maybe(v.filter(|_| row == 0), decimals);
@@ -110,7 +110,7 @@ fn table_one(run: &Run, results: &Results) -> Table {
         }
     }
     table.note(
-        "Mean ± standard deviation over the trials that landed. The paper's S_L cannot be in metres: its descent is 0.4 m long.",
+        "Acceleration: whether the deck's is fed forward. Mean ± standard deviation over the trials that landed. The paper's S_L cannot be in metres: its descent is 0.4 m long.",
     )
 }
 

@@ -5,7 +5,7 @@ use touchdown_sim::rig_sets::VALIDATION_KINDS;
 
 use super::super::page::{Page, maybe, show};
 use super::printed;
-use super::verdict::{Claim, FAILS, REPRODUCES, Ratio, direction_and_size, ratio_text, table};
+use super::verdict::{Claim, FAILS, REPRODUCES, Ratio, ratio_text, table, verdict};
 use crate::campaign::LandingFigures;
 use crate::error::Result;
 use crate::experiments::Run;
@@ -58,8 +58,9 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
     let claims = claims(run, results)?;
     page.table(table(&claims).note(
         "± is half the 95 % interval of a ratio of means. Verdicts are conditions on these figures, evaluated in every run. Direction: the \
-         whole interval lies on the paper's side (for V_L with and without the deck's acceleration). Size: at least three \
-         quarters of the paper's gain, 1 minus the ratio, for each ratio; hover height within 3 cm.",
+         whole interval is below one (for V_L with and without the deck's acceleration). Size: at least three quarters of the \
+         paper's gain, which is one minus the ratio. Undecided: the interval holds no gain as well as one of that size. Hover \
+         height: none lands, mean within 3 cm.",
     ))?;
     page.report
         .list(claims.into_iter().map(|claim| claim.words));
@@ -122,7 +123,7 @@ fn ground_order(results: &Results) -> Claim {
         what: "Ground: T_L of dynamic / empirical",
         paper: show(paper, 3),
         here: ratio_text(ratio),
-        verdict: direction_and_size(ratio.map(|r| (r.below_one(), vec![r.gains(paper)]))),
+        verdict: verdict(&[(ratio, paper)]),
         words: format!(
             "On the ground the identified dynamic model (`dynamic`) lands in {} s, eq. (2) (`empirical`) in {} s: {} % sooner, in the paper {} %.",
             mean(ours),
@@ -149,12 +150,9 @@ fn deck(results: &Results) -> [Claim; 3] {
         let of = |name: &str| figures.get(name).and_then(pick);
         ["imbc", "ssc"].map(|other| Ratio::of(of("dynamic"), of(other)))
     };
-    let both = |r: [Option<Ratio>; 2]| r[0].zip(r[1]);
     let text = |r: [Option<Ratio>; 2]| format!("{}, {}", ratio_text(r[0]), ratio_text(r[1]));
     let [time, speed, length]: [Pick; 3] = [|f| f.t_l_s, |f| f.v_l_mps, |f| f.s_l_m];
-    let sizes =
-        |(a, b): (Ratio, Ratio), paper: [f64; 2]| vec![a.gains(paper[0]), b.gains(paper[1])];
-    let below = |(a, b): (Ratio, Ratio)| a.below_one() && b.below_one();
+    let beside = |r: [Option<Ratio>; 2], paper: [f64; 2]| [(r[0], paper[0]), (r[1], paper[1])];
     let (t, s) = (ratios(true, time), ratios(true, length));
     let (v, v_without) = (ratios(true, speed), ratios(false, speed));
     let figure = |pick: Pick| {
@@ -174,7 +172,7 @@ fn deck(results: &Results) -> [Claim; 3] {
             what: "Deck: T_L of dynamic / imbc, / ssc",
             paper: "0.721, 0.700".into(),
             here: text(t),
-            verdict: direction_and_size(both(t).map(|r| (below(r), sizes(r, [0.721, 0.700])))),
+            verdict: verdict(&beside(t, [0.721, 0.700])),
             words: format!(
                 "On the deck `dynamic` lands in {} s. Its T_L is {} of that of `imbc` and `ssc`; in the paper 0.721, 0.700.",
                 mean(figure(time)),
@@ -185,11 +183,9 @@ fn deck(results: &Results) -> [Claim; 3] {
             what: "Deck: V_L of dynamic / imbc, / ssc",
             paper: "0.419, 0.429".into(),
             here: text(v),
-            verdict: direction_and_size(both(v).zip(both(v_without)).map(|(with, without)| {
-                let mut all = sizes(with, [0.419, 0.429]);
-                all.extend(sizes(without, [0.419, 0.429]));
-                (below(with) && below(without), all)
-            })),
+            verdict: verdict(
+                &[beside(v, [0.419, 0.429]), beside(v_without, [0.419, 0.429])].concat(),
+            ),
             words: format!(
                 "The paper's landing speed is about half that of the comparators. Here the ratios are {} with the deck's acceleration fed \
                  forward and {} without; with that term alone V_L of `dynamic` goes from {} to {} m/s. The paper does not say whether it has it.",
@@ -203,7 +199,7 @@ fn deck(results: &Results) -> [Claim; 3] {
             what: "Deck: S_L of dynamic / imbc, / ssc",
             paper: "0.544, 0.780".into(),
             here: text(s),
-            verdict: direction_and_size(both(s).map(|r| (below(r), sizes(r, [0.544, 0.780])))),
+            verdict: verdict(&beside(s, [0.544, 0.780])),
             words: format!(
                 "The path S_L of `dynamic` is {} m long, for a descent of 0.4 m; the ratios are {}. The paper's 12.89 cannot be metres.",
                 maybe(figure(length).map(|m| m.mean)),

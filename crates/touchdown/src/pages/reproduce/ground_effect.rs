@@ -74,7 +74,7 @@ fn pooled(ge: &GroundEffectExperiment, set: usize) -> Table {
     ))
     .text_column("Model");
     for kind in VALIDATION_KINDS {
-        table = table.number_column(kind, "N");
+        table = table.number_column(kind, "");
     }
     // The best mean of each kind in bold.
     let best = VALIDATION_KINDS.map(|kind| {
@@ -208,9 +208,9 @@ fn every_trial(ge: &GroundEffectExperiment, set: usize) -> Table {
     ))
     .text_column("Trial");
     for form in GroundEffectForm::ALL {
-        table = table.number_column(form_title(form), "N");
+        table = table.number_column(form_title(form), "");
     }
-    table = table.number_column("measurement's noise", "N");
+    table = table.number_column("noise", "");
     for (i, trial) in ge.validation.iter().enumerate() {
         let mut row = vec![Cell::text(trial.name.as_str())];
         row.extend(
@@ -222,5 +222,5 @@ fn every_trial(ge: &GroundEffectExperiment, set: usize) -> Table {
         row.push(errors(Some(ge.floor[i])));
         table = table.row(row);
     }
-    table
+    table.note("Noise: the measurement's own, against the same truth.")
 }

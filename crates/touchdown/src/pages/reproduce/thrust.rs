@@ -76,10 +76,10 @@ fn errors_table(run: &Run) -> Table {
         "Free run: mean / worst absolute error [N] against the plant's own thrust in free air.",
     )
     .text_column("Model")
-    .number_column("Ramp, plate removed", "N")
-    .number_column("Sine, plate removed", "N")
-    .number_column("Ramp, plate at 0.75 m", "N")
-    .number_column("Sine, plate at 0.75 m", "N");
+    .number_column("Ramp, plate removed", "")
+    .number_column("Sine, plate removed", "")
+    .number_column("Ramp, at 0.75 m", "")
+    .number_column("Sine, at 0.75 m", "");
     let cells = |pick: &dyn Fn(&PlateState, usize) -> Errors| -> Vec<Cell> {
         [removed, present]
             .into_iter()

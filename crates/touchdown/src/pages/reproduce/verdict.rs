@@ -8,6 +8,19 @@ use crate::statistics::Summary;
 /// Share of the paper's gain from which a size counts as reproduced.
 const SHARE_OF_GAIN: f64 = 0.75;
 
+/// What a ratio says about the paper's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Found {
+    /// Its whole interval is below one, and the gain is of the paper's size.
+    Size,
+    /// Its whole interval is below one, but the gain is smaller.
+    Direction,
+    /// Its interval holds both no gain and a gain of the paper's size.
+    Undecided,
+    /// Its interval holds no gain, and none of the paper's size.
+    Fails,
+}
+
 /// A ratio of two means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ratio {
@@ -30,14 +43,17 @@ impl Ratio {
         })
     }
 
-    /// Below one with its whole interval.
-    pub(super) fn below_one(self) -> bool {
-        self.value + self.half < 1.0
-    }
-
-    /// Whether this is at least three quarters of the gain that the paper's ratio is.
-    pub(super) fn gains(self, paper: f64) -> bool {
-        1.0 - self.value >= SHARE_OF_GAIN * (1.0 - paper)
+    /// What the ratio says about the paper's, which is below one.
+    pub(super) fn beside(self, paper: f64) -> Found {
+        let enough = 1.0 - SHARE_OF_GAIN * (1.0 - paper);
+        let [low, high] = [self.value - self.half, self.value + self.half];
+        match (high < 1.0, self.value <= enough) {
+            _ if self.half.is_nan() => Found::Undecided,
+            (true, true) => Found::Size,
+            (true, false) => Found::Direction,
+            (false, _) if low <= enough => Found::Undecided,
+            (false, _) => Found::Fails,
+        }
     }
 
     pub(super) fn shown(self) -> String {
@@ -71,17 +87,22 @@ pub(super) const REPRODUCES: &str = "**reproduces**";
 /// Does not hold.
 pub(super) const FAILS: &str = "**does not reproduce**";
 
-/// Says whether a claim holds in direction and, figure by figure, in size; `None` where a figure is absent.
-pub(super) fn direction_and_size(found: Option<(bool, Vec<bool>)>) -> &'static str {
-    let Some((direction, sizes)) = found else {
+/// The verdict on a claim of one or more ratios; a ratio is absent where a method did not land.
+pub(super) fn verdict(ratios: &[(Option<Ratio>, f64)]) -> &'static str {
+    let found: Option<Vec<Found>> = ratios
+        .iter()
+        .map(|(ratio, paper)| ratio.map(|r| r.beside(*paper)))
+        .collect();
+    let Some(found) = found else {
         return "no figure: none landed";
     };
-    let large = sizes.iter().filter(|s| **s).count();
-    match (direction, large) {
-        (false, _) => FAILS,
-        (true, n) if n == sizes.len() => REPRODUCES,
-        (true, 0) => "direction, not size",
-        (true, _) => "direction; size in part",
+    let any = |what| found.contains(&what);
+    match (any(Found::Size), any(Found::Direction)) {
+        _ if any(Found::Fails) => FAILS,
+        _ if any(Found::Undecided) => "undecided: too few trials",
+        (true, false) => REPRODUCES,
+        (true, true) => "direction; size in part",
+        (false, _) => "direction, not size",
     }
 }
 
@@ -126,25 +147,35 @@ mod tests {
         // Relative halves of 3 % and 4 % make 5 % of 0.5; one rounding in each operation.
         assert!((r.value - 0.5).abs() < 1e-12 && (r.half - 0.025).abs() < 1e-12);
         // Gains of 0.5 against 0.6 and 0.8 in print: 83 % and 62 %.
-        assert!(r.below_one() && r.gains(0.4) && !r.gains(0.2));
+        assert_eq!(
+            (r.beside(0.4), r.beside(0.2)),
+            (Found::Size, Found::Direction)
+        );
         assert!(Ratio::of(summary(1.0, 0.1), None).is_none());
     }
 
     #[test]
-    fn analytic_a_single_trial_proves_no_direction() {
-        let one = Summary::of(&[1.0]);
-        let two = Summary::of(&[2.0]);
-        assert!(!Ratio::of(one, two).unwrap().below_one());
+    fn analytic_an_interval_that_holds_both_decides_nothing() {
+        let ratio = |value, half| Ratio { value, half };
+        // Three quarters of the gain of 0.6 is a ratio of 0.7.
+        assert_eq!(ratio(0.9, 0.25).beside(0.6), Found::Undecided);
+        assert_eq!(ratio(0.9, 0.15).beside(0.6), Found::Fails);
+        let one = Ratio::of(Summary::of(&[1.0]), Summary::of(&[2.0])).unwrap();
+        assert_eq!(one.beside(0.6), Found::Undecided);
     }
 
     #[test]
     fn prop_verdicts_follow_their_conditions() {
-        let verdict =
-            |direction, sizes: &[bool]| direction_and_size(Some((direction, sizes.into())));
-        assert_eq!(verdict(true, &[true, true]), REPRODUCES);
-        assert_eq!(verdict(false, &[true]), FAILS);
-        assert_eq!(verdict(true, &[false]), "direction, not size");
-        assert_eq!(verdict(true, &[false, true]), "direction; size in part");
-        assert!(direction_and_size(None).starts_with("no figure"));
+        let of = |values: &[f64]| {
+            let ratios = values
+                .iter()
+                .map(|&value| (Some(Ratio { value, half: 0.02 }), 0.6));
+            verdict(&ratios.collect::<Vec<_>>())
+        };
+        assert_eq!(of(&[0.5, 0.69]), REPRODUCES);
+        assert_eq!(of(&[0.5, 0.8]), "direction; size in part");
+        assert_eq!(of(&[0.9, 0.8]), "direction, not size");
+        assert_eq!(of(&[0.5, 1.0]), FAILS);
+        assert!(verdict(&[(None, 0.6)]).starts_with("no figure"));
     }
 }
