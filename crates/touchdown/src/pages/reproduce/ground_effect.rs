@@ -103,7 +103,7 @@ fn pooled(ge: &GroundEffectExperiment, set: usize) -> Table {
     row.extend(VALIDATION_KINDS.map(|kind| errors(ge.pooled_floor(kind))));
     table.row(row).note(
         "Against the plant's own force without turbulence and sensor noise. Best mean of each kind in bold. The constant knows the \
-         trial that it is judged on; it says how much there was to predict. Dynamic forms start from the true force.",
+         trial that it is judged on; it says how much there was to predict. Dynamic forms are started from the true force.",
     )
 }
 

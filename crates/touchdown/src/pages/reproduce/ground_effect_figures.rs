@@ -164,17 +164,9 @@ fn fig5(
                         .width(1.6),
                 )
                 .series(
-                    Series::points(
-                        if i + 1 == trials.len() {
-                            "measured"
-                        } else {
-                            ""
-                        },
-                        &x,
-                        &y,
-                    )
-                    .color(color)
-                    .width(1.1),
+                    Series::points(if i == 0 { "measured" } else { "" }, &x, &y)
+                        .color(color)
+                        .width(1.1),
                 );
         }
     }
@@ -202,7 +194,7 @@ const JUDGED: [GroundEffectForm; 3] = [
 fn over_time(ge: &GroundEffectExperiment) -> Result<Figure> {
     let mut figure = Figure::new("residuals-time", "Residuals over time")
         .caption(
-            "Trials at 13 N, in free run; eq. (9) on the paper's data, the others on the rich data. Steps of the plate's velocity leave peaks: \
+            "Predicted minus true force, trials at 13 N, in free run; eq. (9) on the paper's data, the others on the rich data. Steps of the plate's velocity leave peaks: \
              the default plant has two lags and an upwash, which no form has exactly.",
         )
         .share_x()
@@ -214,9 +206,8 @@ fn over_time(ge: &GroundEffectExperiment) -> Result<Figure> {
         let Some(trial) = nearest(ge, kind, 13.0) else {
             continue;
         };
-        let mut panel = Panel::new("Time (s)", "Predicted − truth (N)")
-            .title(trial.name.as_str())
-            .x_range(0.0, 15.0);
+        let mut panel =
+            Panel::new("Time (s)", format!("{}: error (N)", trial.name)).x_range(0.0, 15.0);
         for form in JUDGED {
             let Some(card) = card(ge, form) else { continue };
             let residual = minus(&predict(card, trial)?, trial.reference_n());
@@ -263,9 +254,8 @@ fn over_height(ge: &GroundEffectExperiment) -> Result<Figure> {
         });
         figure = figure.panel(
             Panel::new("Height z (m)", "Predicted − truth (N)")
-                .title(form_title(form))
                 .series(
-                    Series::points("", &x, &y)
+                    Series::points(form_title(form), &x, &y)
                         .color(form_color(form))
                         .width(0.9),
                 )
