@@ -8,7 +8,7 @@ use touchdown::progress::Progress as _;
 use touchdown::results::Results;
 use touchdown::settings::{self, ReproduceSettings};
 use touchdown::{Result, pages};
-use touchdown_model::Card;
+use touchdown_model::{Card, published};
 use touchdown_trial::Trial;
 
 use super::Done;
@@ -83,6 +83,9 @@ fn write(context: &Context, run: &Run, results: &Results, out: &Path) -> Result<
     for card in cards {
         card.write(&out.join("cards").join(format!("{}.toml", card.name)))?;
         context.step();
+    }
+    for (name, text) in [("paper-eq11", published::EQ_11), ("paper-eq12", published::EQ_12)] {
+        output::write(&out.join("cards").join(format!("{name}.toml")), text.as_bytes())?;
     }
     output::write(
         &out.join("settings.toml"),
