@@ -32,7 +32,7 @@ struct Told<'a> {
     /// Columns as they are in the file.
     #[serde(flatten)]
     columns: &'a Inspection,
-    /// Channels as the map makes them; null without a map.
+    /// Channels as the map makes them, or the columns where they are channels already; null where neither is.
     channels: Option<&'a Inspection>,
     findings: &'a Findings,
 }
@@ -126,14 +126,24 @@ pub(crate) fn run(context: &Context, args: &InspectArgs) -> Result<Done> {
 
 fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
     let (table, mut findings) = touchdown_log::read_csv(path)?;
-    let columns = touchdown_log::inspect(&table, None);
-    let mut mapped = None;
-    if let Some(map) = map {
-        let (trial, applied) = touchdown_log::apply(&table, map)?;
-        findings = findings.then(applied);
+    let mut columns = touchdown_log::inspect(&table, None);
+    let applied = match map {
+        Some(map) => Some(touchdown_log::apply(&table, map)?),
+        None => match Map::identity_for(&table).map(|map| touchdown_log::apply(&table, &map)) {
+            Ok(Ok(applied)) => Some(applied),
+            // Columns can be shown that make no trial.
+            Ok(Err(e)) => {
+                columns.warnings.push(format!("not usable as it is: {e}"));
+                None
+            }
+            Err(_) => None,
+        },
+    };
+    let mapped = applied.map(|(trial, applied)| {
+        findings = std::mem::take(&mut findings).then(applied);
         let channels = touchdown_log::inspect_trial(&trial);
-        mapped = Some((trial, channels));
-    }
+        (trial, channels)
+    });
     Ok(Seen {
         path: path.to_owned(),
         table,
@@ -162,7 +172,7 @@ fn text(seen: &Seen) -> String {
     };
     out.push_str(&time(&seen.columns));
     if seen.mapped.is_some() {
-        out.push_str(&format!("\n{} rows mapped{}", shown.rows, time(shown)));
+        out.push_str(&format!("\n{} rows in use{}", shown.rows, time(shown)));
     }
     let (header, rows) = columns_table(title, shown);
     out.push('\n');

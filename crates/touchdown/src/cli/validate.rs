@@ -187,7 +187,7 @@ fn finish(
         results: &rows,
         warnings: &warnings,
     };
-    let (header, table) = table(&results, logs.len());
+    let (header, table) = table(&results);
     if let Some(folder) = &args.out {
         write(context, args, folder, &results, found, (&header, &table))?;
     }
@@ -229,35 +229,37 @@ fn split(args: &ValidateArgs) -> Result<(Vec<Given>, Vec<PathBuf>)> {
     Ok((cards, logs))
 }
 
+/// The errors of every card over the logs that it has not seen; `rows` holds a card's logs side by side.
 fn pool(cards: &[Given], rows: &[Row]) -> Vec<Pooled> {
+    let logs = rows.len() / cards.len().max(1);
     cards
         .iter()
-        .map(|given| {
-            let card = given.path.display().to_string();
-            let unseen: Vec<&Row> = rows
+        .zip(rows.chunks(logs.max(1)))
+        .map(|(given, of_card)| {
+            let unseen: Vec<&Row> = of_card
                 .iter()
-                .filter(|r| r.card == card && !r.seen && r.error.is_none())
+                .filter(|r| !r.seen && r.error.is_none())
                 .collect();
             let pool = |f: fn(&Row) -> Option<Errors>| -> Option<Errors> {
-                // Of some logs the truth is known, of others not: then there is no pooled figure.
+                // Where the truth is known of some logs only, there is no pooled figure.
                 let all: Option<Vec<Errors>> = unseen.iter().map(|r| f(r)).collect();
                 Errors::pool(&all?)
             };
             Pooled {
+                card: given.path.display().to_string(),
                 form: show::form(&given.card),
                 logs: unseen.len(),
                 unit: "N",
                 measured: pool(|r| r.measured),
                 truth: pool(|r| r.truth),
                 noise_floor: pool(|r| r.noise_floor),
-                card,
             }
         })
         .collect()
 }
 
 /// The table of errors, in newtons: a row a card and log, then a row a card over all unseen logs.
-fn table(results: &Results<'_>, logs: usize) -> (Vec<String>, Vec<Vec<String>>) {
+fn table(results: &Results<'_>) -> (Vec<String>, Vec<Vec<String>>) {
     let truth = results.results.iter().any(|r| r.truth.is_some());
     let mut header: Vec<String> = ["card", "form", "log", "seen", "MAE N", "RMSE N", "worst N"]
         .map(String::from)
@@ -289,7 +291,7 @@ fn table(results: &Results<'_>, logs: usize) -> (Vec<String>, Vec<Vec<String>>) 
         row.extend(figures(r.measured, r.truth, r.noise_floor));
         rows.push(row);
     }
-    for p in results.unseen.iter().filter(|p| logs > 1 && p.logs > 0) {
+    for p in results.unseen.iter().filter(|p| p.logs > 1) {
         let all = format!("all {} unseen", p.logs);
         let mut row = vec![name(&p.card), p.form.clone(), all, "no".to_string()];
         row.extend(figures(p.measured, p.truth, p.noise_floor));

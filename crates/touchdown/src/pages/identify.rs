@@ -47,7 +47,7 @@ impl Overview<'_> {
             };
         }
         for row in self.rows {
-            table = table.row(row.iter().map(|c| Cell::text(c)));
+            table = table.row(row.iter().map(Cell::text));
         }
         report.table(table)?;
         Ok(report)

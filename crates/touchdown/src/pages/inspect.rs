@@ -134,7 +134,7 @@ pub fn report(command: &str, sections: &[Section]) -> Result<Report> {
             };
         }
         for row in &section.rows {
-            table = table.row(row.iter().map(|c| Cell::text(c)));
+            table = table.row(row.iter().map(Cell::text));
         }
         report.table(table)?;
         for warning in &section.warnings {

@@ -8,6 +8,9 @@ use super::identify::slug;
 use crate::error::Result;
 use crate::progress::Progress;
 
+/// Samples that all figures of a report draw together, about: more make it slow to open.
+const DRAWN_SAMPLES: usize = 200_000;
+
 /// One free run.
 #[derive(Clone, Copy, Debug)]
 pub struct Drawn<'a> {
@@ -51,13 +54,16 @@ pub fn figures(
     logs: &[String],
     progress: &dyn Progress,
 ) -> Result<Vec<Figure>> {
+    // Prediction and error of every run.
+    let samples: usize = drawn.iter().map(|d| 2 * d.time_s.len()).sum();
+    let every = samples.div_ceil(DRAWN_SAMPLES).max(1);
     let of_log = |(index, log): (usize, &String)| -> Vec<Figure> {
         let of_kind = |kind: Kind| {
             let runs: Vec<&Drawn<'_>> = drawn
                 .iter()
                 .filter(|d| d.log == log && d.kind == kind)
                 .collect();
-            (!runs.is_empty()).then(|| figure(index, log, kind, &runs))
+            (!runs.is_empty()).then(|| figure(index, log, kind, &runs, every))
         };
         let made = [Kind::Thrust, Kind::GroundEffect]
             .into_iter()
@@ -69,7 +75,7 @@ pub fn figures(
     Ok(logs.par_iter().enumerate().flat_map(of_log).collect())
 }
 
-fn figure(index: usize, log: &str, kind: Kind, runs: &[&Drawn<'_>]) -> Figure {
+fn figure(index: usize, log: &str, kind: Kind, runs: &[&Drawn<'_>], every: usize) -> Figure {
     let (name, what) = match kind {
         Kind::Thrust => ("thrust", "Thrust (N)"),
         Kind::GroundEffect => ("ground-effect", "Ground-effect force (N)"),
@@ -78,13 +84,15 @@ fn figure(index: usize, log: &str, kind: Kind, runs: &[&Drawn<'_>]) -> Figure {
     let first = runs[0];
     let rows: Vec<usize> = (0..first.time_s.len())
         .filter(|&i| first.measured_n[i].is_finite())
+        .step_by(every)
         .collect();
     let pick = |c: &[f64]| rows.iter().map(|&i| c[i]).collect::<Vec<_>>();
     above = above.series(
         Series::line("measured", &pick(first.time_s), &pick(first.measured_n)).color(Color::GREY),
     );
     if let Some(truth) = first.truth_n {
-        above = above.series(Series::dashed("truth", first.time_s, truth).color(Color::BLACK));
+        let (time, truth) = (thin(first.time_s, every), thin(truth, every));
+        above = above.series(Series::dashed("truth", &time, &truth).color(Color::BLACK));
     }
     let to = if first.truth_n.is_some() {
         "truth"
@@ -96,10 +104,18 @@ fn figure(index: usize, log: &str, kind: Kind, runs: &[&Drawn<'_>]) -> Figure {
         let reference = run.truth_n.unwrap_or(run.measured_n);
         let (time, error): (Vec<f64>, Vec<f64>) = (0..run.time_s.len())
             .filter(|&i| reference[i].is_finite())
+            .step_by(every)
             .map(|i| (run.time_s[i], run.predicted_n[i] - reference[i]))
             .unzip();
         let color = Color::Cycle(run.color);
-        above = above.series(Series::line(run.card, run.time_s, run.predicted_n).color(color));
+        above = above.series(
+            Series::line(
+                run.card,
+                &thin(run.time_s, every),
+                &thin(run.predicted_n, every),
+            )
+            .color(color),
+        );
         below = below.series(Series::line("", &time, &error).color(color));
     }
     Figure::new(
@@ -107,11 +123,21 @@ fn figure(index: usize, log: &str, kind: Kind, runs: &[&Drawn<'_>]) -> Figure {
         log.to_string(),
     )
     .caption(format!(
-        "Free run of the models from the log's start, never corrected by what is measured after; below, the error against the {to} force."
+        "Free run of the models from the log's start, never corrected by what is measured after; below, the error against the {to}.{}",
+        if every > 1 {
+            format!(" One in {every} samples is drawn.")
+        } else {
+            String::new()
+        }
     ))
     .share_x()
     .panel(above)
     .panel(below.series(Series::horizontal("", 0.0)))
+}
+
+/// One in `every` values.
+fn thin(values: &[f64], every: usize) -> Vec<f64> {
+    values.iter().copied().step_by(every).collect()
 }
 
 /// The report.
@@ -133,7 +159,7 @@ pub fn report(overview: &Overview<'_>, figures: &[Figure]) -> Result<Report> {
         };
     }
     for row in overview.rows {
-        table = table.row(row.iter().map(|c| Cell::text(c)));
+        table = table.row(row.iter().map(Cell::text));
     }
     report.table(table)?;
     for warning in overview.warnings {

@@ -16,7 +16,7 @@ use touchdown_model::{Card, Kind};
 use touchdown_trial::Trial;
 
 use super::load::{self, Log, word};
-use super::show::{Fitted, Outcome, Summary};
+use super::show::{Failed, Fitted, Outcome, Summary};
 use super::{Command, Target, done, origin, write_tables};
 use crate::cli::Done;
 use crate::cli::args::IdentifyCommon;
@@ -46,6 +46,7 @@ pub(super) fn run(
     settings: &IdentificationSettings,
 ) -> Result<Done> {
     let target = Target::of(common.out.as_deref())?;
+    let asked = !forms.is_empty();
     let forms = chosen(forms, &target)?;
     let thrust_card = thrust_card(thrust)?;
     let map = load::map(common.map.as_deref())?;
@@ -69,7 +70,7 @@ pub(super) fn run(
         }
     };
     context.stage("fitting", forms.len() as u64);
-    let fits: Vec<Made> = forms
+    let fits: Vec<Result<Made>> = forms
         .par_iter()
         .map(|&form| {
             let mut origin = origin.clone();
@@ -85,11 +86,12 @@ pub(super) fn run(
             };
             let card = format!("{}.toml", form.name());
             origin.provenance.command = Some(command.text(&common.logs, &card));
-            let made = ground_effect::fit(form, &trials, settings, &origin);
+            let made = ground_effect::fit(form, &trials, settings, &origin).and_then(finite);
             context.step();
             made
         })
-        .collect::<Result<_>>()?;
+        .collect();
+    let (forms, fits, failed) = sort_out(&forms, fits, asked)?;
 
     let mut of_logs = gaps;
     for log in &logs {
@@ -105,7 +107,7 @@ pub(super) fn run(
         [one] => one.display().to_string(),
         many => format!("{} logs together", many.len()),
     };
-    let outcomes: Vec<Outcome> = forms
+    let mut outcomes: Vec<Outcome> = forms
         .iter()
         .zip(&fits)
         .map(|(&form, made)| {
@@ -117,6 +119,11 @@ pub(super) fn run(
             Outcome::Fitted(fitted)
         })
         .collect();
+    for (form, error) in &failed {
+        context.warn(&format!("{}: not fitted: {error}", form.name()));
+        let failed = Failed::of(label.clone(), Some(form.name()), error);
+        outcomes.push(Outcome::Failed(failed));
+    }
     let summary = Summary::of(&outcomes);
     match &target {
         Target::None => {}
@@ -173,6 +180,46 @@ fn chosen(forms: &[GroundEffectForm], target: &Target) -> Result<Vec<GroundEffec
         ))),
         (_, 0) => Ok(GroundEffectForm::ALL.to_vec()),
         _ => Ok(unique),
+    }
+}
+
+/// Forms with their fits, and those that failed with why.
+type Sorted = (
+    Vec<GroundEffectForm>,
+    Vec<Made>,
+    Vec<(GroundEffectForm, Error)>,
+);
+
+/// Of forms that were asked for by name, one that fails is an error. Of the default ones, the others are enough.
+fn sort_out(forms: &[GroundEffectForm], fits: Vec<Result<Made>>, asked: bool) -> Result<Sorted> {
+    let (mut good, mut made, mut failed) = (Vec::new(), Vec::new(), Vec::new());
+    for (form, fit) in forms.iter().zip(fits) {
+        match fit {
+            Ok(fit) => {
+                good.push(*form);
+                made.push(fit);
+            }
+            Err(e) => failed.push((*form, e)),
+        }
+    }
+    if (asked || made.is_empty()) && !failed.is_empty() {
+        return Err(failed.swap_remove(0).1);
+    }
+    Ok((good, made, failed))
+}
+
+/// A fit whose coefficients are all finite.
+fn finite(made: Made) -> Result<Made> {
+    match made.card.terms.iter().find(|t| !t.value.is_finite()) {
+        None => Ok(made),
+        Some(term) => Err(Error::data(
+            &made.card.name,
+            "data that a finite fit follows from",
+            format!(
+                "a coefficient `{}:{}` of {}",
+                term.of, term.expression, term.value
+            ),
+        )),
     }
 }
 

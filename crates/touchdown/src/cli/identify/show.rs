@@ -34,11 +34,14 @@ pub(crate) struct Fitted {
     order: Vec<String>,
 }
 
-/// A log that could not be fitted.
+/// A log, or a form of model, that could not be fitted.
 #[derive(Serialize)]
 pub(crate) struct Failed {
     /// The log.
     pub(crate) log: String,
+    /// The form that was asked for, where it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) form: Option<String>,
     /// Why.
     pub(crate) error: String,
 }
@@ -88,9 +91,10 @@ impl Fitted {
 }
 
 impl Failed {
-    pub(crate) fn of(log: String, error: &Error) -> Self {
+    pub(crate) fn of(log: String, form: Option<&str>, error: &Error) -> Self {
         Self {
             log,
+            form: form.map(String::from),
             error: error.to_string(),
         }
     }
@@ -168,7 +172,12 @@ impl Summary {
                 row
             }
             Outcome::Failed(f) => {
-                let mut row = vec![label(&f.log), "failed".to_string()];
+                let mut row = vec![
+                    label(&f.log),
+                    format!("{} failed", f.form.as_deref().unwrap_or(""))
+                        .trim()
+                        .to_string(),
+                ];
                 row.resize(header.len() - 1, String::new());
                 row.push(f.error.clone());
                 row

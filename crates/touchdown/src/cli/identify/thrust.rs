@@ -156,7 +156,7 @@ impl Job<'_> {
                 Err(error) => {
                     loss = true;
                     self.context.warn(&format!("{label}: not fitted: {error}"));
-                    outcomes.push(Outcome::Failed(Failed::of(label, error)));
+                    outcomes.push(Outcome::Failed(Failed::of(label, None, error)));
                 }
             }
         }

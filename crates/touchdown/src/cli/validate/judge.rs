@@ -80,11 +80,10 @@ fn finish(
 ) -> Result<Judged> {
     // A gap in the inputs is a gap in the prediction: there is nothing to compare.
     let against = |reference: &[f64]| {
-        let known =
-            predicted_n
-                .iter()
-                .zip(reference)
-                .map(|(p, r)| if p.is_nan() { f64::NAN } else { *r });
+        let known = predicted_n
+            .iter()
+            .zip(reference)
+            .map(|(p, r)| if p.is_nan() { f64::NAN } else { *r });
         Errors::of(&predicted_n, &known.collect::<Vec<_>>())
     };
     let measured = against(&measured_n)

@@ -33,15 +33,22 @@ const LEAST_MOTION: f64 = 1e-3;
 /// A channel that the form needs and that a trial lacks, or too few data.
 pub fn fit(trials: &[Trial], settings: &IdentificationSettings, origin: &Origin) -> Result<Made> {
     for trial in trials {
-        let known = |v: &f64| v.is_finite();
-        if !trial.require("thrust_n")?.iter().any(known) {
-            return Err(Error::data(
+        let thrust = trial.require("thrust_n")?.iter().copied();
+        let expected = |found: String| {
+            Err(Error::data(
                 trial.name(),
-                "values of `thrust_n`",
-                "gaps only",
-            ));
+                "values of `thrust_n` above 0",
+                found,
+            ))
+        };
+        match crate::identify::making::range(thrust) {
+            None => return expected("gaps only".into()),
+            Some([_, most]) if most <= 0.0 => {
+                return expected(format!("{most} N at most: is its sign reversed?"));
+            }
+            Some(_) => {}
         }
-        if !throttle(trial)?.iter().any(known) {
+        if !throttle(trial)?.iter().any(|s| s.is_finite()) {
             return Err(Error::data(trial.name(), "values of throttle", "gaps only"));
         }
     }
@@ -57,6 +64,16 @@ pub fn fit(trials: &[Trial], settings: &IdentificationSettings, origin: &Origin)
         ThrustForm::FirstOrder => first_order(trials, settings, origin),
         ThrustForm::Library => library(trials, settings, origin),
     }?;
+    if let Some(term) = made.card.terms.iter().find(|t| !t.value.is_finite()) {
+        return Err(Error::data(
+            trials.first().map_or("no trial", Trial::name),
+            "data that a finite fit follows from (time in seconds, thrust in newtons)",
+            format!(
+                "a coefficient `{}:{}` of {}",
+                term.of, term.expression, term.value
+            ),
+        ));
+    }
     made.card.warnings.extend(made.warnings.iter().cloned());
     Ok(made)
 }

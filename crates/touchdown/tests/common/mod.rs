@@ -1,0 +1,102 @@
+//! What the tests of the commands share.
+#![allow(dead_code, unreachable_pub, clippy::print_stderr)]
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+/// The project's root.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A file or folder of measured data: below `TOUCHDOWN_DATA`, by default beside the project. Says so where it is not
+/// there, and the test that asked is passed over.
+pub fn data(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("TOUCHDOWN_DATA")
+        .map_or_else(|| root().join("../shared/data"), PathBuf::from);
+    let path = folder.join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    eprintln!("skipped: no data at {}", path.display());
+    None
+}
+
+/// A worked map.
+pub fn map(name: &str) -> PathBuf {
+    root().join("examples/maps").join(name)
+}
+
+/// Runs the command.
+pub fn run<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> Output {
+    Command::cargo_bin("touchdown")
+        .unwrap()
+        .arg("--quiet")
+        .args(args)
+        .output()
+        .unwrap()
+}
+
+/// Runs the command with `--json`, expects the exit status and gives the object.
+pub fn json<S: AsRef<std::ffi::OsStr>>(status: i32, args: impl IntoIterator<Item = S>) -> Value {
+    let args: Vec<std::ffi::OsString> = args.into_iter().map(|a| a.as_ref().to_owned()).collect();
+    let output = run(args.iter().cloned().chain(["--json".into()]));
+    assert_eq!(
+        output.status.code(),
+        Some(status),
+        "{args:?}: {}",
+        text(&output.stderr)
+    );
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|e| panic!("{e}: {}", text(&output.stdout)))
+}
+
+/// Runs the command, expects that it fails with the status and one clear error, and gives that.
+pub fn fails<S: AsRef<std::ffi::OsStr>>(status: i32, args: impl IntoIterator<Item = S>) -> String {
+    let args: Vec<std::ffi::OsString> = args.into_iter().map(|a| a.as_ref().to_owned()).collect();
+    let output = run(&args);
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{args:?}: {error}");
+    assert!(
+        error.contains("error: ") && !error.contains("panicked"),
+        "{error}"
+    );
+    assert!(output.stdout.is_empty(), "{}", text(&output.stdout));
+    error
+}
+
+/// Bytes as text.
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A number in an object.
+pub fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("a number, not {value}"))
+}
+
+/// Writes a log with the channels `time_s`, `throttle` and `thrust_n` for every row that `row` gives.
+pub fn write_log(path: &Path, rows: usize, row: impl Fn(usize) -> String) {
+    let mut out = String::from("time_s,throttle,thrust_n\n");
+    for i in 0..rows {
+        out.push_str(&row(i));
+        out.push('\n');
+    }
+    std::fs::write(path, out).unwrap();
+}
+
+/// A rotor with `x' = (2 s + 1 - x)/0.1`, `x = √T`, driven by a sine of the throttle, exactly.
+pub fn rotor_row(i: usize) -> String {
+    let (t, w, tau) = (0.01 * i as f64, 1.5_f64, 0.1_f64);
+    let s = 0.5 + 0.3 * (w * t).sin();
+    // Steady answer of a lag to a sine.
+    let phase = (w * tau).atan();
+    let late = 0.5 + 0.3 * (w * t - phase).sin() / (1.0 + (w * tau).powi(2)).sqrt();
+    let x = 2.0 * late + 1.0;
+    format!("{t},{s},{}", x * x)
+}
