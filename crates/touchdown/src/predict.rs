@@ -28,7 +28,7 @@ enum Start {
     RootOfThrust,
     /// The force itself.
     Force,
-    /// Force over free-air thrust.
+    /// Force over free-air thrust, less what the model gives without memory.
     Ratio,
 }
 
@@ -37,15 +37,15 @@ enum Start {
 pub struct Columns<'a> {
     /// Throttle `s`.
     pub throttle: &'a [f64],
-    /// Height above the deck `z` [m].
+    /// Height above the deck `z` (m).
     pub height_m: &'a [f64],
-    /// Deck velocity `v_p` [m/s].
+    /// Deck velocity `v_p` (m/s).
     pub deck_velocity_mps: &'a [f64],
-    /// Vehicle velocity `v_q` [m/s].
+    /// Vehicle velocity `v_q` (m/s).
     pub vehicle_velocity_mps: &'a [f64],
-    /// Free-air thrust `T` [N].
+    /// Free-air thrust `T` (N).
     pub free_air_thrust_n: &'a [f64],
-    /// Battery voltage `u` [V].
+    /// Battery voltage `u` (V).
     pub battery_v: &'a [f64],
 }
 
@@ -183,7 +183,7 @@ impl Predictor {
         })
     }
 
-    /// The predicted output [N] over a record, from the measured output at its start. Height is clamped
+    /// The predicted output (N) over a record, from the measured output at its start. Height is clamped
     /// to the card's validity box.
     ///
     /// # Errors
@@ -208,20 +208,28 @@ impl Predictor {
                 _ => column.to_vec(),
             });
         }
+        let inputs: Vec<&[f64]> = owned.iter().map(Vec::as_slice).collect();
         let start = match self.start {
             Start::None => Vec::new(),
             Start::RootOfThrust => vec![start_n.max(0.0).sqrt()],
             Start::Force => vec![start_n],
-            Start::Ratio => vec![
-                start_n
-                    / columns
-                        .free_air_thrust_n
-                        .first()
-                        .copied()
-                        .unwrap_or(f64::NAN),
-            ],
+            Start::Ratio => {
+                // What the model gives without memory (the lag form's velocity term) is not in its state.
+                let first: Vec<&[f64]> = inputs.iter().map(|c| c.get(..1).unwrap_or(c)).collect();
+                let moment = self.model.free_run(
+                    &self.parameters,
+                    &[0.0],
+                    time.get(..1).unwrap_or(time),
+                    &first,
+                )?;
+                let thrust_n = columns
+                    .free_air_thrust_n
+                    .first()
+                    .copied()
+                    .unwrap_or(f64::NAN);
+                vec![(start_n - moment.first().copied().unwrap_or(0.0)) / thrust_n]
+            }
         };
-        let inputs: Vec<&[f64]> = owned.iter().map(Vec::as_slice).collect();
         Ok(self
             .model
             .free_run(&self.parameters, &start, time, &inputs)?)

@@ -152,13 +152,12 @@ fn write_tables<T: serde::Serialize>(
     settings: &IdentificationSettings,
 ) -> Result<()> {
     output::folder(folder)?;
-    output::write(
-        &folder.join("results.json"),
-        output::json(results)?.as_bytes(),
-    )?;
     output::write(&folder.join("summary.csv"), summary.csv().as_bytes())?;
     let text = settings::to_toml(settings)?;
-    output::write(&folder.join("inputs/settings.toml"), text.as_bytes())
+    output::write(&folder.join("inputs/settings.toml"), text.as_bytes())?;
+    // Last: where it stands, all else does.
+    let text = output::json(results)?;
+    output::write(&folder.join("results.json"), text.as_bytes())
 }
 
 fn done(loss: bool) -> Done {

@@ -21,7 +21,7 @@ pub struct Made {
     pub rmse_unit: &'static str,
     /// Rows (or plateaus) that the fit used.
     pub rows_used: usize,
-    /// The lag, where the form has one [s].
+    /// The lag, where the form has one (s).
     pub lag_s: Option<f64>,
     /// What a user should know.
     pub warnings: Vec<String>,

@@ -67,13 +67,13 @@ impl Default for Sr3Settings {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ShootingSettings {
-    /// Length of a window [s]: some fifty wake lags, so that the free start of each costs little information.
+    /// Length of a window (s): some fifty wake lags, so that the free start of each costs little information.
     pub window_s: f64,
-    /// Distance between the starts of two windows [s].
+    /// Distance between the starts of two windows (s).
     pub stride_s: f64,
     /// Every how many samples a residual is taken.
     pub every: usize,
-    /// Standard deviation of the measured force's noise [N], that weighs data against priors.
+    /// Standard deviation of the measured force's noise (N), that weighs data against priors.
     pub noise_n: f64,
     /// Steps at most.
     pub max_iterations: usize,
@@ -148,13 +148,13 @@ pub struct ThrustSettings {
     pub battery: bool,
     /// A plateau's first seconds that are left out.
     pub settle_s: f64,
-    /// Thrust below which plateaus are left out of static maps [N].
+    /// Thrust below which plateaus are left out of static maps (N).
     pub min_thrust_n: f64,
     /// Candidate terms of eq. (8), in the state `x = √T` and the throttle `s`.
     pub library: Vec<String>,
     /// Whether eq. (8) is refined in free run after SR3.
     pub refine: bool,
-    /// Longest lag that is searched for [s].
+    /// Longest lag that is searched for (s).
     pub max_lag_s: f64,
     /// Dead time between throttle and measured thrust, of the measuring chain or of the motors' electronics.
     pub dead_time: DeadTime,
@@ -222,14 +222,14 @@ impl GroundEffectForm {
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GroundEffectSettings {
-    /// Rotor radius R of eq. (2) [m].
+    /// Rotor radius R of eq. (2) (m).
     pub rotor_radius_m: f64,
-    /// Lengths of the bounded functions of height [m].
+    /// Lengths of the bounded functions of height (m).
     pub lengths_m: [f64; 3],
     /// Candidate terms of eq. (9), in `f`, `s`, `z`, `v_p`, `v_q`. Terms that are zero throughout the data
     /// are left out by themselves.
     pub library: Vec<String>,
-    /// Bounds of the lag [s].
+    /// Bounds of the lag (s).
     pub lag_bounds_s: [f64; 2],
     /// Limits of f/T that flight obeys.
     pub ratio_limits: [f64; 2],

@@ -22,13 +22,13 @@ pub struct Drawn<'a> {
     pub color: usize,
     /// Name of the log.
     pub log: &'a str,
-    /// Time [s].
+    /// Time (s).
     pub time_s: &'a [f64],
-    /// Measured [N].
+    /// Measured (N).
     pub measured_n: &'a [f64],
-    /// Without noise [N], where that is known.
+    /// Without noise (N), where that is known.
     pub truth_n: Option<&'a [f64]>,
-    /// Predicted [N].
+    /// Predicted (N).
     pub predicted_n: &'a [f64],
 }
 
@@ -99,6 +99,10 @@ fn figure(index: usize, log: &str, kind: Kind, runs: &[&Drawn<'_>], every: usize
     } else {
         "measured"
     };
+    let start = match (kind, first.truth_n) {
+        (Kind::GroundEffect, Some(_)) => "the true force",
+        _ => "what is measured in the first moments",
+    };
     let mut below = Panel::new("Time (s)", format!("Predicted − {to} (N)"));
     for run in runs {
         let reference = run.truth_n.unwrap_or(run.measured_n);
@@ -123,7 +127,7 @@ fn figure(index: usize, log: &str, kind: Kind, runs: &[&Drawn<'_>], every: usize
         log.to_string(),
     )
     .caption(format!(
-        "Free run of the models from the log's start, never corrected by what is measured after; below, the error against the {to}.{}",
+        "Free run of the models, started from {start}, never corrected by what is measured after; below, the error against the {to}.{}",
         if every > 1 {
             format!(" One in {every} samples is drawn.")
         } else {

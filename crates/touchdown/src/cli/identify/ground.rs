@@ -146,12 +146,12 @@ pub(super) fn run(
                 before: &before,
                 models: &outcomes,
             };
-            write_tables(folder, &results, &summary, settings)?;
             for (form, made) in forms.iter().zip(&fits) {
                 made.card
                     .write(&folder.join(format!("{}.toml", form.name())))?;
             }
             pages::identify::write(folder, &figures, &report)?;
+            write_tables(folder, &results, &summary, settings)?;
         }
     }
     context.finish();

@@ -19,7 +19,7 @@ pub(crate) struct Fitted {
     pub(crate) form: String,
     /// Coefficients by name.
     pub(crate) coefficients: BTreeMap<String, Coefficient>,
-    /// The lag [s]; null where the form has none.
+    /// The lag (s); null where the form has none.
     pub(crate) lag_s: Option<f64>,
     /// Root mean square residual.
     pub(crate) rmse: Quantity,

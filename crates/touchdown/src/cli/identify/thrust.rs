@@ -172,13 +172,13 @@ impl Job<'_> {
                 rows: summary.rows(),
             };
             let report = pages::identify::thrust_report(&overview, &pages_of, &figures)?;
-            write_tables(folder, &outcomes, &summary, self.settings)?;
             for page in &pages_of {
                 page.made
                     .card
                     .write(&folder.join(format!("{}.toml", page.name)))?;
             }
             pages::identify::write(folder, figures.iter().flatten(), &report)?;
+            write_tables(folder, &outcomes, &summary, self.settings)?;
         }
         self.context.finish();
         match &outcomes[..] {

@@ -7,7 +7,7 @@ use touchdown::{Error, Result};
 use touchdown_model::Card;
 use touchdown_trial::Trial;
 
-/// A free run with its errors [N].
+/// A free run with its errors (N).
 pub(super) struct Judged {
     pub(super) time_s: Vec<f64>,
     pub(super) measured_n: Vec<f64>,

@@ -15,13 +15,13 @@ use crate::score::Errors;
 
 /// Pieces that the data are split into at least, for standard errors.
 const PIECES: usize = 10;
-/// Standard deviation of the prior on a piece's start [√N].
+/// Standard deviation of the prior on a piece's start (√N).
 const START_SD: f64 = 0.3;
 /// Residuals that a free-run fit takes a second: thrust has no content beyond a few hertz.
 const RESIDUALS_HZ: f64 = 50.0;
-/// Shortest lag [s].
+/// Shortest lag (s).
 const SHORTEST_LAG_S: f64 = 2e-3;
-/// Longest dead time that is searched for [s], and the shortest that is told from none.
+/// Longest dead time that is searched for (s), and the shortest that is told from none.
 const DEAD_TIME_S: [f64; 2] = [1e-3, 0.2];
 
 /// A trial's rows without gaps in throttle or thrust, in pieces of unbroken data.

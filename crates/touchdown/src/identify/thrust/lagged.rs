@@ -16,7 +16,7 @@ use crate::score::Errors;
 
 /// Groups that a record is split into for standard errors.
 const PIECES: usize = 20;
-/// Shortest lag that is searched for [s].
+/// Shortest lag that is searched for (s).
 const SHORTEST_S: f64 = 1e-3;
 
 /// A trial's rows without gaps in the throttles.

@@ -144,13 +144,13 @@ pub fn delayed(time: &[f64], values: &[f64], delay_s: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The dead time of a thrust card [s]; zero where it has none.
+/// The dead time of a thrust card (s); zero where it has none.
 #[must_use]
 pub fn dead_time_s(card: &Card) -> f64 {
     card.coefficient("dead_time", "1")
 }
 
-/// The free-air thrust [N] of a card along a throttle, from rest at its first value.
+/// The free-air thrust (N) of a card along a throttle, from rest at its first value.
 ///
 /// # Errors
 /// A card that does not run on throttle alone, or an empty or gappy throttle.
@@ -176,7 +176,7 @@ pub fn free_air(card: &Card, name: &str, time: &[f64], throttle: &[f64]) -> Resu
     Predictor::new(card)?.run(name, time, &columns, start)
 }
 
-/// The thrust [N] of a card at rest, for each throttle (and battery voltage, where the card has a term of it).
+/// The thrust (N) of a card at rest, for each throttle (and battery voltage, where the card has a term of it).
 ///
 /// # Errors
 /// A form that has no rest, or a card that is not of thrust.
@@ -201,7 +201,7 @@ pub fn at_rest(card: &Card, throttle: &[f64], battery_v: &[f64]) -> Result<Vec<f
     }
 }
 
-/// The thrust [N] that a card predicts over a trial in free run, from the measured thrust at its start
+/// The thrust (N) that a card predicts over a trial in free run, from the measured thrust at its start
 /// (the mean of the first 0.1 s). Rows with a gap in an input are passed over; they get a gap.
 /// A run that diverges to no number at all is infinite from there on.
 ///

@@ -12,11 +12,11 @@ const LEAST_S: f64 = 0.2;
 pub struct Plateau {
     /// Throttle.
     pub throttle: f64,
-    /// Median thrust [N].
+    /// Median thrust (N).
     pub thrust_n: f64,
-    /// Median battery voltage [V], where it was measured.
+    /// Median battery voltage (V), where it was measured.
     pub battery_v: Option<f64>,
-    /// Start of the step [s].
+    /// Start of the step (s).
     pub start_s: f64,
     /// Whether throttle came down to this level.
     pub descending: bool,

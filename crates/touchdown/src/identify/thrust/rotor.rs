@@ -28,7 +28,7 @@ pub(super) struct RotorLag {
 impl RotorLag {
     pub(super) fn describe(&self) -> String {
         format!(
-            "rotor speed after {} steps of throttle: dead time {:.4} ± {:.4} s, lag {:.4} ± {:.4} s, rms residual {:.1} % of the step; a load cell that is slower than the rotor shows a longer lag",
+            "rotor speed after {} steps of throttle: dead time {:.4} ± {:.4} s, lag {:.4} ± {:.4} s, rms residual {:.1} % of the step; a load cell slower than the rotor shows a longer lag",
             self.steps,
             self.dead_time_s,
             self.dead_time_error_s,

@@ -13,7 +13,7 @@ use crate::identify::making::{Made, Origin, method, range, score, term, unit_of_
 use crate::identify::settings::{IdentificationSettings, ThrustForm};
 use crate::score::Errors;
 
-/// Sampling period from which the lag of a rotor cannot be seen [s].
+/// Sampling period from which the lag of a rotor cannot be seen (s).
 const SLOWEST_PERIOD_S: f64 = 0.05;
 /// Share of the largest thrust by which it must fall at full throttle to be warned of.
 const FALLS_FROM: f64 = 0.01;
