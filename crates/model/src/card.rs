@@ -103,10 +103,10 @@ pub enum Status {
 pub struct Vehicle {
     /// Its name.
     pub name: String,
-    /// Mass [kg].
+    /// Mass (kg).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Rotor radius [m].
+    /// Rotor radius (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotor_radius_m: Option<f64>,
 }

@@ -18,13 +18,13 @@ pub struct LandingFigures {
     pub trials: usize,
     /// Trials that landed.
     pub landed: usize,
-    /// Landing time, over landed trials [s].
+    /// Landing time, over landed trials (s).
     pub t_l_s: Option<Summary>,
-    /// Relative speed at landing, over landed trials [m/s].
+    /// Relative speed at landing, over landed trials (m/s).
     pub v_l_mps: Option<Summary>,
-    /// Total variation of the relative height, over landed trials [m].
+    /// Total variation of the relative height, over landed trials (m).
     pub s_l_m: Option<Summary>,
-    /// Mean height over the last seconds, over trials that did not land [m].
+    /// Mean height over the last seconds, over trials that did not land (m).
     pub hover_height_m: Option<Summary>,
 }
 

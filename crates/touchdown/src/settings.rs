@@ -12,9 +12,9 @@ use touchdown_sim::scenario::LandingScenario;
 use crate::error::{Error, Result};
 use crate::identify::IdentificationSettings;
 
-/// Rate of the descent that makes `dynamic` land in the published 5.1 s on the ground [1/s]: calibrated.
+/// Rate of the descent that makes `dynamic` land in the published 5.1 s on the ground (1/s): calibrated.
 pub const C_GROUND_PER_S: f64 = 0.7073;
-/// Rate of the descent that makes `dynamic` land in the published 5.38 s on the deck [1/s]: calibrated.
+/// Rate of the descent that makes `dynamic` land in the published 5.38 s on the deck (1/s): calibrated.
 pub const C_DECK_PER_S: f64 = 0.5566;
 
 /// Everything that `reproduce` depends on.
@@ -94,19 +94,19 @@ impl LandSettings {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ControlSettings {
-    /// Rate C of the descent, eq. (13) [1/s].
+    /// Rate C of the descent, eq. (13) (1/s).
     pub c_per_s: f64,
-    /// Height that the descent ends at [m].
+    /// Height that the descent ends at (m).
     pub end_height_m: f64,
     /// Gains of eq. (10).
     pub gains: Gains<f64>,
-    /// Poles of the internal model [1/s] (`imbc`, reconstructed).
+    /// Poles of the internal model (1/s) (`imbc`, reconstructed).
     pub imbc_poles_per_s: [f64; 3],
-    /// Amplitude of the sliding term [N] (`ssc`, reconstructed).
+    /// Amplitude of the sliding term (N) (`ssc`, reconstructed).
     pub ssc_rho_n: f64,
-    /// Width of the sliding term [m/s].
+    /// Width of the sliding term (m/s).
     pub ssc_phi_mps: f64,
-    /// Time constant of the smoothing filter [s].
+    /// Time constant of the smoothing filter (s).
     pub ssc_filter_s: f64,
     /// Seconds by which the deck's motion is predicted ahead: sensing, command and rotor delays.
     pub deck_lead_s: f64,
@@ -218,7 +218,9 @@ fn merge(base: &mut toml::Table, given: toml::Table) {
     for (key, value) in given {
         match (base.get_mut(&key), value) {
             (Some(toml::Value::Table(old)), toml::Value::Table(new))
-                if new.get("kind").is_none_or(|kind| old.get("kind") == Some(kind)) =>
+                if new
+                    .get("kind")
+                    .is_none_or(|kind| old.get("kind") == Some(kind)) =>
             {
                 merge(old, new);
             }
@@ -252,19 +254,34 @@ mod tests {
         expected.deck_landing.control.c_per_s = 0.6;
         expected.deck_landing.scenario.plant.turbulence = 0.02;
         assert_eq!(read, expected);
-        let still: ReproduceSettings = parse("[deck_landing.scenario.deck]\nkind = \"still\"\n", "s.toml").unwrap();
-        assert_eq!(still.deck_landing.scenario.deck, touchdown_sim::deck::DeckMotion::Still);
+        let still: ReproduceSettings =
+            parse("[deck_landing.scenario.deck]\nkind = \"still\"\n", "s.toml").unwrap();
+        assert_eq!(
+            still.deck_landing.scenario.deck,
+            touchdown_sim::deck::DeckMotion::Still
+        );
     }
 
     #[test]
     fn prop_unknown_keys_are_named_with_their_line() {
-        let error = parse::<ReproduceSettings>("seed = 1\n\ncolour = 3\n", "s.toml").unwrap_err().to_string();
-        assert!(error.contains("s.toml") && error.contains("line 3") && error.contains("colour"), "{error}");
+        let error = parse::<ReproduceSettings>("seed = 1\n\ncolour = 3\n", "s.toml")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("s.toml") && error.contains("line 3") && error.contains("colour"),
+            "{error}"
+        );
     }
 
     #[test]
     fn prop_settings_are_read_back_as_they_were_written() {
-        let settings = ReproduceSettings { seed: 77, ..ReproduceSettings::quick() };
-        assert_eq!(parse::<ReproduceSettings>(&to_toml(&settings).unwrap(), "s.toml").unwrap(), settings);
+        let settings = ReproduceSettings {
+            seed: 77,
+            ..ReproduceSettings::quick()
+        };
+        assert_eq!(
+            parse::<ReproduceSettings>(&to_toml(&settings).unwrap(), "s.toml").unwrap(),
+            settings
+        );
     }
 }

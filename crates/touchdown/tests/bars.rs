@@ -9,7 +9,10 @@ use touchdown::settings::ReproduceSettings;
 use touchdown_sim::rig_sets::VALIDATION_KINDS;
 
 fn run(seed: u64) -> Run {
-    let settings = ReproduceSettings { seed, ..ReproduceSettings::default() };
+    let settings = ReproduceSettings {
+        seed,
+        ..ReproduceSettings::default()
+    };
     experiments::run(&settings, &Silent).unwrap()
 }
 
@@ -27,8 +30,15 @@ fn check(run: &Run) {
     let ge = &results.ground_effect;
     for kind in VALIDATION_KINDS {
         let mae = |form: GroundEffectForm| ge.rich_data[form.name()][kind].mae_n.unwrap();
-        assert!(mae(GroundEffectForm::Lag) <= 0.03, "lag {kind}: {}", mae(GroundEffectForm::Lag));
-        assert!(mae(GroundEffectForm::Lag) < mae(GroundEffectForm::Empirical), "{kind}");
+        assert!(
+            mae(GroundEffectForm::Lag) <= 0.03,
+            "lag {kind}: {}",
+            mae(GroundEffectForm::Lag)
+        );
+        assert!(
+            mae(GroundEffectForm::Lag) < mae(GroundEffectForm::Empirical),
+            "{kind}"
+        );
     }
     // The ground: feedback hovers where the paper's did, within 0.14..0.17 m; the model lands.
     let ground = &results.ground_landing;
@@ -38,7 +48,11 @@ fn check(run: &Run) {
     assert!((0.14..=0.17).contains(&hover), "hover {hover}");
     let time = |m: Method| ground[m.name()].t_l_s.unwrap().mean;
     assert_eq!(ground[Method::Dynamic.name()].landed, 40);
-    assert!((4.8..=5.6).contains(&time(Method::Dynamic)), "dynamic {}", time(Method::Dynamic));
+    assert!(
+        (4.8..=5.6).contains(&time(Method::Dynamic)),
+        "dynamic {}",
+        time(Method::Dynamic)
+    );
     assert!(time(Method::Dynamic) < time(Method::Empirical));
     // The deck, its acceleration fed forward: faster than both comparators, and gentle.
     let deck = &results.deck_landing.with_acceleration;
@@ -48,7 +62,10 @@ fn check(run: &Run) {
     assert!(time(Method::Dynamic) <= 0.8 * time(Method::Ssc));
     assert!(deck[Method::Dynamic.name()].v_l_mps.unwrap().mean <= 0.06);
     // The internal model has no acceleration term: one figure in both columns.
-    assert_eq!(deck["imbc"], results.deck_landing.without_acceleration["imbc"]);
+    assert_eq!(
+        deck["imbc"],
+        results.deck_landing.without_acceleration["imbc"]
+    );
 }
 
 #[test]

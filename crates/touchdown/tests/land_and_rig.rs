@@ -25,13 +25,22 @@ fn prop_shipped_scenarios_run() {
         let output = touchdown()
             .args(["land", "--quiet", "--json", "--trials", "2", "--out"])
             .arg(&out)
-            .arg(root().join("examples/scenarios").join(format!("{name}.toml")))
+            .arg(
+                root()
+                    .join("examples/scenarios")
+                    .join(format!("{name}.toml")),
+            )
             .output()
             .unwrap();
-        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(
+            output.status.success(),
+            "{name}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
         let results = json(&output);
         let written: Value =
-            serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
+            serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap())
+                .unwrap();
         assert_eq!(results, written, "what is printed is what is written");
         assert_eq!(results["landing"]["dynamic"]["trials"], 2);
         assert!(out.join("report.html").exists());
@@ -44,7 +53,16 @@ fn prop_cards_that_are_given_are_flown() {
     let first = folder.path().join("first");
     let land = |out: &Path, more: &[&str]| {
         touchdown()
-            .args(["land", "--quiet", "--json", "--controller", "dynamic", "--trials", "3", "--out"])
+            .args([
+                "land",
+                "--quiet",
+                "--json",
+                "--controller",
+                "dynamic",
+                "--trials",
+                "3",
+                "--out",
+            ])
             .arg(out)
             .args(more)
             .output()
@@ -55,13 +73,25 @@ fn prop_cards_that_are_given_are_flown() {
     let card = |name: &str| first.join("cards").join(name).display().to_string();
     let again = land(
         &folder.path().join("again"),
-        &["--thrust", &card("thrust-library.toml"), "--dynamic", &card("ground-effect-lag.toml")],
+        &[
+            "--thrust",
+            &card("thrust-library.toml"),
+            "--dynamic",
+            &card("ground-effect-lag.toml"),
+        ],
     );
-    assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
+    assert!(
+        again.status.success(),
+        "{}",
+        String::from_utf8_lossy(&again.stderr)
+    );
     assert_eq!(json(&own)["landing"], json(&again)["landing"]);
     // A thrust card where a ground-effect card belongs.
     let thrust = card("thrust-library.toml");
-    let wrong = land(&folder.path().join("wrong"), &["--thrust", &thrust, "--dynamic", &thrust]);
+    let wrong = land(
+        &folder.path().join("wrong"),
+        &["--thrust", &thrust, "--dynamic", &thrust],
+    );
     assert_eq!(wrong.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("ground-effect card is expected"));
 }
@@ -71,24 +101,43 @@ fn prop_bad_scenarios_are_one_error_and_nothing_written() {
     let folder = tempfile::tempdir().unwrap();
     let scenario = folder.path().join("s.toml");
     let cases: [(&str, &[&str]); 9] = [
-        ("[scenario.plant]\nmass_kg = -1.0\n", &["s.toml", "mass_kg", "-1"]),
+        (
+            "[scenario.plant]\nmass_kg = -1.0\n",
+            &["s.toml", "mass_kg", "-1"],
+        ),
         (
             "[scenario.deck]\nkind = \"sine\"\namplitude_m = 0.7\nfrequency_hz = 0.5\n",
             &["s.toml", "deck", "0.7", "start height"],
         ),
-        ("controllers = [\"magic\"]\n", &["s.toml", "magic", "feedback"]),
+        (
+            "controllers = [\"magic\"]\n",
+            &["s.toml", "magic", "feedback"],
+        ),
         ("controllers = []\n", &["s.toml", "controllers"]),
         ("trials = 0\n", &["s.toml", "trials", "0"]),
         ("[scenario]\ncolour = 1\n", &["s.toml", "colour", "line 2"]),
-        ("[scenario]\nstart_height_m = 0.05\n", &["s.toml", "start_height_m", "0.05"]),
-        ("[scenario]\ncontrol_period_s = nan\n", &["s.toml", "control_period_s"]),
-        ("[cards]\nthrust = \"no-such-card.toml\"\n", &["no-such-card.toml"]),
+        (
+            "[scenario]\nstart_height_m = 0.05\n",
+            &["s.toml", "start_height_m", "0.05"],
+        ),
+        (
+            "[scenario]\ncontrol_period_s = nan\n",
+            &["s.toml", "control_period_s"],
+        ),
+        (
+            "[cards]\nthrust = \"no-such-card.toml\"\n",
+            &["no-such-card.toml"],
+        ),
     ];
     for (text, named) in cases {
         std::fs::write(&scenario, text).unwrap();
         let out = folder.path().join("out");
-        let output =
-            touchdown().args(["land", "--quiet", "--out"]).arg(&out).arg(&scenario).output().unwrap();
+        let output = touchdown()
+            .args(["land", "--quiet", "--out"])
+            .arg(&out)
+            .arg(&scenario)
+            .output()
+            .unwrap();
         let said = String::from_utf8_lossy(&output.stderr).to_string();
         let expected = if text.contains("no-such-card") { 1 } else { 2 };
         assert_eq!(output.status.code(), Some(expected), "{text}: {said}");
@@ -109,7 +158,11 @@ fn prop_the_rig_writes_trials_that_are_read_back() {
         .arg(root().join("examples/scenarios/rig.toml"))
         .output()
         .unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let results = json(&output);
     let trials = results["trials"].as_array().unwrap();
     // Ten for training, two for validation, two of the scenario's own.
@@ -122,7 +175,12 @@ fn prop_the_rig_writes_trials_that_are_read_back() {
     }
     let bad = folder.path().join("bad.toml");
     std::fs::write(&bad, "sets = []\n[[trials]]\nname = \"../evil\"\nduration_s = 1.0\nthrottle = { kind = \"constant\", value = 0.5 }\nplate = { kind = \"constant\", value = 0.2 }\n").unwrap();
-    let refused = touchdown().args(["rig", "--quiet", "--out"]).arg(folder.path().join("x")).arg(&bad).output().unwrap();
+    let refused = touchdown()
+        .args(["rig", "--quiet", "--out"])
+        .arg(folder.path().join("x"))
+        .arg(&bad)
+        .output()
+        .unwrap();
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("../evil"));
     assert!(!folder.path().join("x").exists());
@@ -136,11 +194,22 @@ fn prop_printed_settings_are_accepted_again() {
         assert!(output.status.success());
         let path = folder.path().join(format!("{of}.toml"));
         std::fs::write(&path, &output.stdout).unwrap();
-        let json = touchdown().args(["settings", of, "--json"]).output().unwrap();
+        let json = touchdown()
+            .args(["settings", of, "--json"])
+            .output()
+            .unwrap();
         assert!(serde_json::from_slice::<Value>(&json.stdout).is_ok());
     }
     touchdown()
-        .args(["land", "--quiet", "--controller", "feedback", "--trials", "1", "--out"])
+        .args([
+            "land",
+            "--quiet",
+            "--controller",
+            "feedback",
+            "--trials",
+            "1",
+            "--out",
+        ])
         .arg(folder.path().join("land"))
         .arg(folder.path().join("land.toml"))
         .assert()

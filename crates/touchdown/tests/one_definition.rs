@@ -39,20 +39,21 @@ fn largest_difference(card: &Card) -> f64 {
         ..GroundEffectInput::default()
     };
     let mut state = guarded.rest(&input(0));
-    let first = guarded.lift(&state, &input(0)).total_n(t.free_air_thrust_n[0]);
-    // The expression's state of the lag form is G alone: what the velocity term adds is taken off.
-    let moving = first - {
-        let still = GroundEffectInput { deck_velocity_mps: 0.0, ..input(0) };
-        guarded.lift(&state, &still).total_n(t.free_air_thrust_n[0])
-    };
-    let start = if card.form == touchdown_model::Form::Lag { first - moving } else { first };
-    let expression = Predictor::new(card).unwrap().run("t", &t.time_s, &t.columns(), start).unwrap();
+    let first = guarded
+        .lift(&state, &input(0))
+        .total_n(t.free_air_thrust_n[0]);
+    let expression = Predictor::new(card)
+        .unwrap()
+        .run("t", &t.time_s, &t.columns(), first)
+        .unwrap();
     let mut worst: f64 = 0.0;
     for i in 0..t.time_s.len() {
         if i > 0 {
             guarded.step(&mut state, &input(i), DT);
         }
-        let flown = guarded.lift(&state, &input(i)).total_n(t.free_air_thrust_n[i]);
+        let flown = guarded
+            .lift(&state, &input(i))
+            .total_n(t.free_air_thrust_n[i]);
         worst = worst.max((flown - expression[i]).abs());
     }
     worst
@@ -61,8 +62,13 @@ fn largest_difference(card: &Card) -> f64 {
 #[test]
 fn prop_ground_effect_in_flight_is_the_card_s_expression() {
     let settings = touchdown::settings::ReproduceSettings::quick();
-    let cards = touchdown::experiments::identify_cards(&settings.rig, 3, &touchdown::progress::Silent).unwrap();
-    for card in [cards.empirical.as_ref().unwrap(), cards.dynamic.as_ref().unwrap()] {
+    let cards =
+        touchdown::experiments::identify_cards(&settings.rig, 3, &touchdown::progress::Silent)
+            .unwrap();
+    for card in [
+        cards.empirical.as_ref().unwrap(),
+        cards.dynamic.as_ref().unwrap(),
+    ] {
         let worst = largest_difference(card);
         // Flight holds its inputs over a step, the expression interpolates them: half a step (0.5 ms) of a
         // force that changes by at most 3 N/s.
@@ -75,10 +81,18 @@ fn prop_thrust_in_flight_is_the_card_s_expression() {
     let card = Card::parse(published::EQ_11, "eq11").unwrap();
     let flight = card.thrust_model().unwrap();
     let t = trial();
-    let mut state = ThrustState { x: flight.rest(t.throttle[0]) };
-    let columns = Columns { throttle: &t.throttle, ..Columns::default() };
+    let mut state = ThrustState {
+        x: flight.rest(t.throttle[0]),
+    };
+    let columns = Columns {
+        throttle: &t.throttle,
+        ..Columns::default()
+    };
     let start = state.thrust_n();
-    let expression = Predictor::new(&card).unwrap().run("t", &t.time_s, &columns, start).unwrap();
+    let expression = Predictor::new(&card)
+        .unwrap()
+        .run("t", &t.time_s, &columns, start)
+        .unwrap();
     for i in 1..t.time_s.len() {
         flight.step(&mut state, t.throttle[i], DT);
         // As above: half a step of a thrust that changes by at most 3 N/s.

@@ -11,7 +11,16 @@ fn reproduce(out: &Path, threads: &str, seed: &str) -> String {
     Command::cargo_bin("touchdown")
         .unwrap()
         .env("RAYON_NUM_THREADS", threads)
-        .args(["reproduce", "--quick", "--trials", "3", "--quiet", "--seed", seed, "--out"])
+        .args([
+            "reproduce",
+            "--quick",
+            "--trials",
+            "3",
+            "--quiet",
+            "--seed",
+            seed,
+            "--out",
+        ])
         .arg(out)
         .assert()
         .success();
@@ -23,7 +32,10 @@ fn prop_results_do_not_depend_on_the_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     let one = reproduce(&folder.path().join("one"), "1", "7");
     let three = reproduce(&folder.path().join("three"), "3", "7");
-    assert!(one == three, "results.json differs between one and three threads");
+    assert!(
+        one == three,
+        "results.json differs between one and three threads"
+    );
     let other = reproduce(&folder.path().join("other"), "2", "8");
     assert!(one != other, "another seed must give other results");
 
@@ -33,21 +45,36 @@ fn prop_results_do_not_depend_on_the_number_of_threads() {
 
 /// The keys that people and programs rely on.
 fn shape(results: &Value) {
-    assert_eq!((&results["schema"], &results["seed"], &results["trials"]), (&1.into(), &7.into(), &3.into()));
+    assert_eq!(
+        (&results["schema"], &results["seed"], &results["trials"]),
+        (&1.into(), &7.into(), &3.into())
+    );
     assert_eq!(results["settings_sha256"].as_str().unwrap().len(), 64);
     for plate in ["plate_removed", "plate_present"] {
         for model in ["eq7", "eq8"] {
             for trial in ["ramp", "sine"] {
                 let error = &results["thrust"][plate][model][trial];
-                assert!(error["mae_n"].is_f64() && error["worst_n"].is_f64(), "{plate} {model} {trial}");
+                assert!(
+                    error["mae_n"].is_f64() && error["worst_n"].is_f64(),
+                    "{plate} {model} {trial}"
+                );
             }
         }
     }
     for data in ["paper_data", "rich_data"] {
         for form in ["empirical", "static", "derivative", "ratio", "lag"] {
-            for kind in ["approach", "triangle_low", "triangle_mid", "sine", "fast_approach"] {
+            for kind in [
+                "approach",
+                "triangle_low",
+                "triangle_mid",
+                "sine",
+                "fast_approach",
+            ] {
                 let error = &results["ground_effect"][data][form][kind];
-                assert!(error["mae_n"].is_f64() && error["worst_n"].is_f64(), "{data} {form} {kind}");
+                assert!(
+                    error["mae_n"].is_f64() && error["worst_n"].is_f64(),
+                    "{data} {form} {kind}"
+                );
             }
         }
     }
@@ -62,14 +89,26 @@ fn shape(results: &Value) {
     // No landing: null, never zero.
     let feedback = &results["ground_landing"]["feedback"];
     assert_eq!(feedback["landed"], 0);
-    assert!(feedback["t_l_s"].is_null() && feedback["v_l_mps"].is_null() && feedback["s_l_m"].is_null());
+    assert!(
+        feedback["t_l_s"].is_null() && feedback["v_l_mps"].is_null() && feedback["s_l_m"].is_null()
+    );
     assert!(results["sea"].is_null());
-    assert_eq!(results["published"]["deck_landing"]["dynamic"]["t_l_s"], 5.38);
+    assert_eq!(
+        results["published"]["deck_landing"]["dynamic"]["t_l_s"],
+        5.38
+    );
 }
 
 fn landing(figures: &Value) {
     let object = figures.as_object().unwrap();
-    for key in ["trials", "landed", "t_l_s", "v_l_mps", "s_l_m", "hover_height_m"] {
+    for key in [
+        "trials",
+        "landed",
+        "t_l_s",
+        "v_l_mps",
+        "s_l_m",
+        "hover_height_m",
+    ] {
         assert!(object.contains_key(key), "{key}");
     }
     if let Some(t) = figures["t_l_s"].as_object() {
@@ -83,10 +122,20 @@ fn files(out: &Path) {
     // The plotting library is inside, and the page forbids itself to load anything from anywhere.
     assert!(report.contains("Plotly"));
     assert!(report.contains("Content-Security-Policy") && report.contains("default-src 'none'"));
-    for (folder, ending, least) in [("cards", "toml", 18), ("figures", "svg", 5), ("figures", "png", 5)] {
+    for (folder, ending, least) in [
+        ("cards", "toml", 18),
+        ("figures", "svg", 5),
+        ("figures", "png", 5),
+    ] {
         let count = std::fs::read_dir(out.join(folder))
             .unwrap()
-            .filter(|f| f.as_ref().unwrap().path().extension().is_some_and(|e| e == ending))
+            .filter(|f| {
+                f.as_ref()
+                    .unwrap()
+                    .path()
+                    .extension()
+                    .is_some_and(|e| e == ending)
+            })
             .count();
         assert!(count >= least, "{count} .{ending} in {folder}");
     }
@@ -97,11 +146,15 @@ fn files(out: &Path) {
     }
     let settings: touchdown::settings::ReproduceSettings =
         touchdown::settings::read(&out.join("settings.toml")).unwrap();
-    assert_eq!((settings.seed, settings.trials, settings.quick), (7, 3, true));
+    assert_eq!(
+        (settings.seed, settings.trials, settings.quick),
+        (7, 3, true)
+    );
     // Header, and 3 + 5 + 5 methods of 3 trials.
     assert_eq!(read("landings.csv").lines().count(), 1 + 13 * 3);
     let leftovers = walk(out).into_iter().filter(|p| {
-        p.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'))
+        p.file_name()
+            .is_some_and(|n| n.to_string_lossy().starts_with('.'))
     });
     assert_eq!(leftovers.count(), 0, "temporary files are left behind");
 }
@@ -129,9 +182,17 @@ fn prop_bad_input_is_one_error_and_nothing_written() {
         ("seed = \"one\"\n", "seed", 2),
         ("trials = 0\n", "trials", 2),
         ("[rig.plant]\nmass_kg = -1.37\n", "-1.37", 2),
-        ("[deck_landing.scenario.deck]\nkind = \"sine\"\namplitude_m = 0.6\nfrequency_hz = 0.5\n", "start height", 2),
+        (
+            "[deck_landing.scenario.deck]\nkind = \"sine\"\namplitude_m = 0.6\nfrequency_hz = 0.5\n",
+            "start height",
+            2,
+        ),
         ("[identification.smoothing]\nwindow = 40\n", "window", 2),
-        ("[identification.thrust]\nlibrary = [\"1\", \"x +\"]\n", "x +", 2),
+        (
+            "[identification.thrust]\nlibrary = [\"1\", \"x +\"]\n",
+            "x +",
+            2,
+        ),
         ("this is not TOML\n", "line 1", 2),
     ];
     for (text, named, status) in cases {
@@ -146,7 +207,10 @@ fn prop_bad_input_is_one_error_and_nothing_written() {
             .unwrap();
         let said = String::from_utf8_lossy(&output.stderr).to_string();
         assert_eq!(output.status.code(), Some(status), "{text}: {said}");
-        assert!(said.contains(named) && said.contains("s.toml"), "{text}: {said}");
+        assert!(
+            said.contains(named) && said.contains("s.toml"),
+            "{text}: {said}"
+        );
         assert_eq!(said.matches("error:").count(), 1, "{said}");
         assert!(!out.exists(), "{text}: something was written");
     }
@@ -155,7 +219,11 @@ fn prop_bad_input_is_one_error_and_nothing_written() {
         .args(["reproduce", "--settings", "/no/such/file.toml"])
         .assert()
         .code(1);
-    Command::cargo_bin("touchdown").unwrap().args(["reproduce", "--colour"]).assert().code(2);
+    Command::cargo_bin("touchdown")
+        .unwrap()
+        .args(["reproduce", "--colour"])
+        .assert()
+        .code(2);
     // A file where the folder should be.
     std::fs::write(folder.path().join("file"), "x").unwrap();
     Command::cargo_bin("touchdown")

@@ -23,7 +23,11 @@ fn prop_another_plant_is_identified_and_landed_on() {
         // The forms with bounded functions of height follow this plant too: within 0.06 N, where the force is
         // 0.1 to 0.9 N. (The first plant's bar is 0.03 N with all trials; this is the quick subset.)
         assert!(mae("lag", kind) < 0.06, "lag {kind}: {}", mae("lag", kind));
-        assert!(mae("static", kind) < 0.06, "static {kind}: {}", mae("static", kind));
+        assert!(
+            mae("static", kind) < 0.06,
+            "static {kind}: {}",
+            mae("static", kind)
+        );
     }
     let dynamic = &results.ground_landing["dynamic"];
     assert_eq!(dynamic.landed, dynamic.trials);
@@ -31,7 +35,9 @@ fn prop_another_plant_is_identified_and_landed_on() {
 
 #[test]
 fn prop_cards_of_the_wrong_plant_still_land_or_say_that_they_did_not() {
-    let cards = experiments::identify_cards(&touchdown_sim::rig::RigSettings::default(), 1, &Silent).unwrap();
+    let cards =
+        experiments::identify_cards(&touchdown_sim::rig::RigSettings::default(), 1, &Silent)
+            .unwrap();
     let mut land = LandSettings::deck();
     land.scenario.plant = PlantSettings::exponential();
     let pilot = autopilot(Method::Dynamic, &cards, &land, true).unwrap();

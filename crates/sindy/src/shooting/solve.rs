@@ -16,7 +16,7 @@ const LANES: usize = 32;
 /// Settings of the refinement; checked by [`Shooting::refine`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shooting {
-    /// Length of a window [time unit of the data]; infinite: the whole record.
+    /// Length of a window (time unit of the data); infinite: the whole record.
     pub window: f64,
     /// Distance between the starts of two windows.
     pub stride: f64,

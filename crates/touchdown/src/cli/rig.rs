@@ -73,7 +73,7 @@ pub(crate) fn run(context: &Context, args: &RigArgs) -> Result<Done> {
         .zip(&recorded)
         .map(|((set, _), trial)| {
             let file = format!("{set}/{}.csv", trial.name());
-            touchdown_log::write_csv(trial, &args.out.join(&file))?;
+            touchdown_log::write_csv(trial, args.out.join(&file))?;
             context.step();
             Ok(Recorded {
                 file,

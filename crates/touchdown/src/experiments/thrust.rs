@@ -37,7 +37,7 @@ pub struct PlateState {
 pub struct FreeRun {
     /// Kind of the trial.
     pub kind: &'static str,
-    /// Prediction [N].
+    /// Prediction (N).
     pub predicted_n: Vec<f64>,
     /// Errors against the plant's own thrust without ground effect, shifted by the rig's nominal latency.
     pub errors: Errors,

@@ -12,13 +12,13 @@ use super::statics::{map_coefficients, psi};
 use crate::error::Result;
 use crate::identify::settings::IdentificationSettings;
 
-/// Lag around which confounding is judged [s]: the middle of what wakes of small rotors show.
+/// Lag around which confounding is judged (s): the middle of what wakes of small rotors show.
 const NOMINAL_LAG_S: f64 = 0.2;
 /// Variance inflation from which lag and velocity count as confounded.
 const CONFOUNDED_FROM: f64 = 10.0;
 /// Condition from which coefficients trade off against each other.
 const CONDITION_FROM: f64 = 30.0;
-/// Largest shift that delays are searched in [s].
+/// Largest shift that delays are searched in (s).
 const LONGEST_DELAY_S: f64 = 1.0;
 
 /// What the data can carry.
@@ -34,7 +34,7 @@ pub struct Before {
     /// Whether lag and deck velocity are confounded.
     pub confounded: bool,
     /// Apparent delay (dead time and lag) of the force behind its static value, median over the trials in
-    /// which height moves [s].
+    /// which height moves (s).
     pub force_delay_s: Option<f64>,
     /// What to record to cure what is missing.
     pub advice: Vec<String>,

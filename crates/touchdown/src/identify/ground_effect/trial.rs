@@ -14,22 +14,22 @@ use crate::predict::{Columns, Predictor};
 pub struct GroundTrial {
     /// The trial's name.
     pub name: String,
-    /// Time [s].
+    /// Time (s).
     pub time_s: Vec<f64>,
     /// Throttle.
     pub throttle: Vec<f64>,
-    /// Height above the deck [m].
+    /// Height above the deck (m).
     pub height_m: Vec<f64>,
-    /// Deck velocity [m/s].
+    /// Deck velocity (m/s).
     pub deck_velocity_mps: Vec<f64>,
-    /// Vehicle velocity [m/s].
+    /// Vehicle velocity (m/s).
     pub vehicle_velocity_mps: Vec<f64>,
-    /// Free-air thrust, by the thrust card [N].
+    /// Free-air thrust, by the thrust card (N).
     pub free_air_thrust_n: Vec<f64>,
-    /// Measured force beyond it [N].
+    /// Measured force beyond it (N).
     pub force_n: Vec<f64>,
     /// The plant's own force with turbulence and sensor noise off, shifted by the rig's nominal latency,
-    /// where the trial is of the virtual rig [N].
+    /// where the trial is of the virtual rig (N).
     pub truth_n: Option<Vec<f64>>,
 }
 
@@ -76,7 +76,7 @@ pub fn prepare(trial: &Trial, thrust_card: &Card) -> Result<GroundTrial> {
     })
 }
 
-/// The force [N] that a card predicts over a trial in free run, from the true force at its start where
+/// The force (N) that a card predicts over a trial in free run, from the true force at its start where
 /// it is known, else from the mean of the first 0.2 s.
 ///
 /// # Errors

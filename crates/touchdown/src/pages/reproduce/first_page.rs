@@ -14,7 +14,7 @@ use crate::results::Results;
 use crate::score::Errors;
 use crate::statistics::Summary;
 
-/// Hover height counts as reproduced within this [m].
+/// Hover height counts as reproduced within this (m).
 const HOVER_TOLERANCE_M: f64 = 0.03;
 
 pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()> {

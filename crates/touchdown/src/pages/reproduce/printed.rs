@@ -13,9 +13,9 @@ use crate::identify::settings::GroundEffectForm;
 
 /// Coefficients agree within this relative difference.
 const COEFFICIENT_TOLERANCE: f64 = 0.25;
-/// Heights at which eq. (12) is looked at [m].
+/// Heights at which eq. (12) is looked at (m).
 const HEIGHTS_M: [f64; 4] = [0.15, 0.3, 0.5, 0.75];
-/// The printed rate of eq. (13) [1/s] and the landing time that the paper has with it [s].
+/// The printed rate of eq. (13) (1/s) and the landing time that the paper has with it (s).
 const PRINTED_C_PER_S: f64 = 0.1;
 const PRINTED_T_L_S: f64 = 5.1;
 
@@ -148,7 +148,7 @@ fn rate(run: &Run) -> Claim {
     }
 }
 
-/// The force at which f' of eq. (12) vanishes, everything at rest [N].
+/// The force at which f' of eq. (12) vanishes, everything at rest (N).
 fn rest_force(eq_12: &Card, throttle: f64, z: f64) -> f64 {
     let c = |expression| eq_12.coefficient("f'", expression);
     let (s, s2) = (throttle, throttle * throttle);

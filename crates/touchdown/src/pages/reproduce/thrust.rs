@@ -10,7 +10,7 @@ use crate::experiments::Run;
 use crate::experiments::thrust::{KINDS, MODELS, PlateState};
 use crate::score::Errors;
 
-/// Errors are drawn up to here [N]; a step leaves a peak beyond it where dead time is not known.
+/// Errors are drawn up to here (N); a step leaves a peak beyond it where dead time is not known.
 const ERROR_SHOWN_N: f64 = 0.4;
 /// Names of [`MODELS`] in tables and legends.
 const TITLES: [&str; 3] = ["eq. (8)", "eq. (7)", "eq. (8), as published"];
