@@ -155,7 +155,10 @@ fn analytic_step_of_height() {
     // At these times the reference, stepped at 1 ms to first order, is one unit of its last digit off.
     for (t, rotor, fountain) in [(0.05, 0.02523, 0.02044), (0.2, 0.03584, 0.03051)] {
         let [q1, q2] = exact(t);
-        assert!((q1 - rotor).abs() < 1.51e-5 && (q2 - fountain).abs() < 1.51e-5, "{q1} {q2}");
+        assert!(
+            (q1 - rotor).abs() < 1.51e-5 && (q2 - fountain).abs() < 1.51e-5,
+            "{q1} {q2}"
+        );
     }
 }
 

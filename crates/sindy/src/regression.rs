@@ -82,6 +82,10 @@ fn length(gram: &Gram, j: usize) -> f64 {
 
 /// Pseudo-inverse of a symmetric positive semi-definite matrix.
 pub(crate) fn pseudo_inverse(g: &DMatrix<f64>) -> DMatrix<f64> {
+    // Every parameter at its bound leaves nothing to solve for; the eigenvalue routine wants at least one.
+    if g.is_empty() {
+        return g.clone();
+    }
     let eigen = g.clone().symmetric_eigen();
     let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
     let inverse = eigen.eigenvalues.map(|l| {

@@ -165,3 +165,32 @@ fn prop_gaps_and_bad_shapes() {
         .is_err()
     );
 }
+
+#[test]
+fn prop_a_parameter_held_by_its_bound_stays_there() {
+    let d = data(3, 0.0);
+    let steep = OdeModel::new(&[], &["z"], &["a"], &[], "a*z").unwrap();
+    let twice: Vec<f64> = d.z.iter().map(|z| 2.0 * z).collect();
+    let record = Record {
+        time: &d.time,
+        inputs: vec![&d.z],
+        measured: &twice,
+        start: Vec::new(),
+        group: 0,
+    };
+    // The truth, 2, lies beyond the bound that the search starts at: nothing is left to solve for.
+    let held = Parameter::free(1.0).within(0.0, 1.0);
+    let refined = Shooting::default()
+        .refine(&steep, std::slice::from_ref(&record), &[held])
+        .unwrap();
+    assert_eq!(refined.parameters, [1.0]);
+    assert!(
+        refined.std_errors[0].is_nan(),
+        "a bound has no standard error"
+    );
+    let free = Shooting::default()
+        .refine(&steep, &[record], &[Parameter::free(1.0)])
+        .unwrap();
+    // Linear and noise-free: one Gauss–Newton step, damped by 1e-6, then the next.
+    assert!((free.parameters[0] - 2.0).abs() < 1e-9);
+}

@@ -84,8 +84,14 @@ fn write(context: &Context, run: &Run, results: &Results, out: &Path) -> Result<
         card.write(&out.join("cards").join(format!("{}.toml", card.name)))?;
         context.step();
     }
-    for (name, text) in [("paper-eq11", published::EQ_11), ("paper-eq12", published::EQ_12)] {
-        output::write(&out.join("cards").join(format!("{name}.toml")), text.as_bytes())?;
+    for (name, text) in [
+        ("paper-eq11", published::EQ_11),
+        ("paper-eq12", published::EQ_12),
+    ] {
+        output::write(
+            &out.join("cards").join(format!("{name}.toml")),
+            text.as_bytes(),
+        )?;
     }
     output::write(
         &out.join("settings.toml"),
