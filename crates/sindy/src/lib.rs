@@ -33,6 +33,7 @@
 //! | [`gram`] | sufficient statistics: accumulate, merge, downdate |
 //! | [`regression`] | least squares and its standard errors |
 //! | [`sr3`] | SR3 with ℓ0, solved at its fixed point |
+//! | [`outcome`] | why a solver stopped, one type for all |
 //! | [`choose`] | λ and ν by cross-validation over groups |
 //! | [`identifiability`] | what the data can and cannot tell apart |
 //! | [`delay`] | the delay between two channels |
@@ -44,6 +45,7 @@ mod error;
 pub mod gram;
 pub mod identifiability;
 pub mod library;
+pub mod outcome;
 pub mod regression;
 pub mod samples;
 pub mod savgol;
@@ -54,6 +56,7 @@ pub use choose::{Choice, Grid};
 pub use error::SindyError;
 pub use gram::Gram;
 pub use library::Library;
+pub use outcome::Outcome;
 pub use samples::{Block, BlockSource, Samples};
 pub use savgol::SavitzkyGolay;
 pub use shooting::OdeModel;

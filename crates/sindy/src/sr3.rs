@@ -28,6 +28,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::SindyError;
 use crate::gram::Gram;
+pub use crate::outcome::Outcome;
 use crate::regression::least_squares;
 
 /// Whether columns are scaled before the penalty sees them.
@@ -56,18 +57,6 @@ pub struct Sr3 {
     scaling: Scaling,
     path: Path,
     max_iterations: usize,
-}
-
-/// Why the iteration ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Outcome {
-    /// The support and the coefficients no longer change.
-    Converged,
-    /// The iteration limit was reached first.
-    IterationLimit,
-    /// The support returned to an earlier one without settling.
-    Cycled,
 }
 
 /// A solution of SR3, in the units of the data.
