@@ -34,26 +34,40 @@
 //! | [`regression`] | least squares and its standard errors |
 //! | [`sr3`] | SR3 with ℓ0, solved at its fixed point |
 //! | [`outcome`] | why a solver stopped, one type for all |
+//! | [`fit`] | what every sparse solver takes and returns |
+//! | [`criteria`] | AIC, AICc, BIC and Bayesian evidence |
+//! | [`stlsq`] | sequentially thresholded least squares |
+//! | [`stepwise`] | one term more or less at a time, by a criterion |
+//! | [`exact`] | the best subset of every size, proven |
 //! | [`choose`] | λ and ν by cross-validation over groups |
 //! | [`identifiability`] | what the data can and cannot tell apart |
 //! | [`delay`] | the delay between two channels |
 //! | [`shooting`] | refinement by multiple shooting |
 
 pub mod choose;
+pub mod criteria;
 pub mod delay;
 mod error;
+pub mod exact;
+pub mod fit;
 pub mod gram;
 pub mod identifiability;
 pub mod library;
+mod normal;
 pub mod outcome;
 pub mod regression;
 pub mod samples;
 pub mod savgol;
 pub mod shooting;
 pub mod sr3;
+pub mod stepwise;
+pub mod stlsq;
 
 pub use choose::{Choice, Grid};
+pub use criteria::Criterion;
 pub use error::SindyError;
+pub use exact::BestSubset;
+pub use fit::{Fit, Solver};
 pub use gram::Gram;
 pub use library::Library;
 pub use outcome::Outcome;
@@ -61,3 +75,5 @@ pub use samples::{Block, BlockSource, Samples};
 pub use savgol::SavitzkyGolay;
 pub use shooting::OdeModel;
 pub use sr3::Sr3;
+pub use stepwise::Stepwise;
+pub use stlsq::Stlsq;
