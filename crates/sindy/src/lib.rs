@@ -39,6 +39,7 @@
 //! | [`stlsq`] | sequentially thresholded least squares |
 //! | [`stepwise`] | one term more or less at a time, by a criterion |
 //! | [`exact`] | the best subset of every size, proven |
+//! | [`ensemble`] | bagging of data and library, inclusion and intervals |
 //! | [`choose`] | λ and ν by cross-validation over groups |
 //! | [`identifiability`] | what the data can and cannot tell apart |
 //! | [`delay`] | the delay between two channels |
@@ -47,6 +48,7 @@
 pub mod choose;
 pub mod criteria;
 pub mod delay;
+pub mod ensemble;
 mod error;
 pub mod exact;
 pub mod fit;
@@ -65,6 +67,7 @@ pub mod stlsq;
 
 pub use choose::{Choice, Grid};
 pub use criteria::Criterion;
+pub use ensemble::Ensemble;
 pub use error::SindyError;
 pub use exact::BestSubset;
 pub use fit::{Fit, Solver};
