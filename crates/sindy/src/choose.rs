@@ -196,6 +196,36 @@ mod tests {
     }
 
     #[test]
+    fn prop_a_needless_term_is_dropped_though_it_lowers_the_error_a_little() {
+        // The groups' own noise makes some distractor look useful; the rule of one standard error drops it.
+        let mut dropped = 0;
+        for seed in 0..20 {
+            let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+            let mut samples = Samples::new(&["x", "y"]);
+            for _ in 0..6 {
+                let x: Vec<f64> = (0..40).map(|_| rng.random_range(-1.0..1.0)).collect();
+                let y = x.iter().map(|x| x + rng.random_range(-0.3..0.3)).collect();
+                samples.push_group(vec![x, y]).unwrap();
+            }
+            let library = Library::parse(&["x", "x^2", "x^3", "1"]).unwrap();
+            let grams = Gram::accumulate(&library, "y", &samples).unwrap();
+            let choice = cross_validate(&grams, &Grid::default()).unwrap();
+            let best = choice
+                .table
+                .iter()
+                .min_by(|a, b| a.held_out_rmse.total_cmp(&b.held_out_rmse))
+                .unwrap();
+            assert!(
+                choice.point.terms <= best.terms,
+                "never more terms than the best point"
+            );
+            dropped += usize::from(choice.point.terms < best.terms);
+        }
+        // Where the smallest error has a needless term (about half of the draws) the rule must act.
+        assert!(dropped >= 3, "{dropped} of 20");
+    }
+
+    #[test]
     fn prop_one_group_is_refused() {
         let err = cross_validate(&[Gram::zeros(2)], &Grid::default()).unwrap_err();
         assert!(err.to_string().contains("groups"));

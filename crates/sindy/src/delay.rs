@@ -20,7 +20,7 @@ pub fn first_order_lag(time: &[f64], input: &[f64], lag_s: f64, dead_time_s: f64
     for pair in time.windows(2) {
         let (mut now, end) = (pair[0], pair[1]);
         // Advance through the arrivals inside this interval.
-        while next < input.len() && time[next] + dead_time_s < end {
+        while next < input.len() && time[next] + dead_time_s <= end {
             let arrival = (time[next] + dead_time_s).max(now);
             y = relax(y, held, arrival - now, lag_s);
             now = arrival;
@@ -131,6 +131,15 @@ mod tests {
             // Exact up to rounding of some 200 exponentials.
             assert!((y - expected).abs() < 1e-12, "t {t}: {y} {expected}");
         }
+    }
+
+    #[test]
+    fn analytic_no_lag_and_no_dead_time_change_nothing() {
+        let time: Vec<f64> = (0..20).map(f64::from).collect();
+        let input: Vec<f64> = time.iter().map(|t| t * t).collect();
+        assert_eq!(first_order_lag(&time, &input, 0.0, 0.0), input);
+        // A whole sample of dead time is a shift by one.
+        assert_eq!(first_order_lag(&time, &input, 0.0, 1.0)[1..], input[..19]);
     }
 
     #[test]

@@ -79,6 +79,11 @@ pub fn examine(
         let (i, j) = (live[a], live[b]);
         gram.xtx[(i, j)] / (gram.xtx[(i, i)] * gram.xtx[(j, j)]).sqrt()
     });
+    if k == 0 {
+        return Err(SindyError::Singular {
+            what: "a library whose terms are all zero on the data",
+        });
+    }
     let eigen = r.symmetric_eigen();
     let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
     // Below this an eigenvalue of the Gram matrix is rounding.
@@ -202,6 +207,41 @@ mod tests {
                 .all(|(_, v)| (v - 1.0).abs() < 1e-12)
         );
         assert!(report.inputs.iter().all(|i| !i.hardly_excited));
+    }
+
+    #[test]
+    fn analytic_condition_of_two_columns_at_an_angle() {
+        // Unit columns with inner product r have singular values √(1 ± r) and variance inflation 1/(1 - r²).
+        let angle = |i: i32| std::f64::consts::TAU * f64::from(i) / 64.0;
+        let r: f64 = 0.96;
+        let a: Vec<f64> = (0..128).map(|i| angle(i).sin()).collect();
+        let b = (0..128)
+            .map(|i| r * angle(i).sin() + (1.0 - r * r).sqrt() * angle(i).cos())
+            .collect();
+        let report = examine_terms(&["a", "b"], vec![a.clone(), b, a]);
+        // Sums of 128 rounded numbers.
+        assert!((report.condition - ((1.0 + r) / (1.0 - r)).sqrt()).abs() < 1e-10);
+        let inflation = 1.0 / (1.0 - r * r);
+        assert!(
+            report
+                .variance_inflation
+                .iter()
+                .all(|(_, v)| (v - inflation).abs() < 1e-9)
+        );
+    }
+
+    #[test]
+    fn prop_a_library_of_zeros_is_refused() {
+        let mut samples = Samples::new(&["a", "y"]);
+        samples
+            .push_group(vec![vec![0.0; 5], vec![1.0; 5]])
+            .unwrap();
+        let library = Library::parse(&["a"]).unwrap();
+        let gram = Gram::total(&Gram::accumulate(&library, "y", &samples).unwrap());
+        assert!(matches!(
+            examine(&library, &gram, &samples),
+            Err(SindyError::Singular { .. })
+        ));
     }
 
     #[test]

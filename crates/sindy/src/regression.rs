@@ -39,7 +39,8 @@ pub fn least_squares(gram: &Gram, support: &[bool]) -> DVector<f64> {
 /// Cov = c/(c-1) G⁻¹ ( Σ_g s_g s_gᵀ ) G⁻¹,   s_g = Θ_gᵀ (y_g - Θ_g ξ)
 /// ```
 ///
-/// over `c` groups. `None` with fewer than two groups.
+/// over `c` groups. `None` unless there are more groups than terms: fewer leave the middle factor singular, and its
+/// errors far too small.
 ///
 /// Source: K.-Y. Liang, S. L. Zeger, Biometrika 73 (1986).
 #[must_use]
@@ -50,7 +51,7 @@ pub fn cluster_errors(
 ) -> Option<DVector<f64>> {
     let index: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
     let used: Vec<&Gram> = groups.iter().filter(|g| g.rows > 0).collect();
-    if used.len() < 2 || index.is_empty() {
+    if used.len() < 2 || used.len() <= index.len() || index.is_empty() {
         return None;
     }
     let total = Gram::total(groups);
@@ -140,6 +141,11 @@ mod tests {
         // With equal groups the sandwich is sd/√groups exactly.
         assert!((se - sd / 40f64.sqrt()).abs() < 1e-12, "{se}");
         assert!(cluster_errors(&grams[..1], &xi, &[true]).is_none());
+        let two = Library::parse(&["1", "y^2"]).unwrap();
+        let two = Gram::accumulate(&two, "y", &samples).unwrap();
+        let flat = DVector::from_vec(vec![1.0, 0.0]);
+        assert!(cluster_errors(&two[..2], &flat, &[true; 2]).is_none());
+        assert!(cluster_errors(&two[..3], &flat, &[true; 2]).is_some());
     }
 
     #[test]

@@ -321,6 +321,37 @@ mod tests {
     }
 
     #[test]
+    fn analytic_threshold_and_objective_of_one_column() {
+        // One column of length 1: without the penalty ξ = b. Kept, the objective is λ + 1/2 (c - b²); dropped, the
+        // best ξ is b/(1 + 1/ν) and the objective c/2 - b²/2 · ν/(1 + ν). The fixed point keeps the term where
+        // |b| > √(2 λ ν), the published threshold.
+        let (lambda, nu) = (0.18_f64, 1.0);
+        let eta = (2.0 * lambda * nu).sqrt();
+        assert!((eta - 0.6).abs() < 1e-15);
+        for (b, kept) in [(0.6001, true), (0.5999, false)] {
+            let gram = Gram {
+                xtx: DMatrix::from_element(1, 1, 1.0),
+                xty: DVector::from_element(1, b),
+                yty: 1.0,
+                rows: 1,
+                ..Gram::zeros(1)
+            };
+            let solution = Sr3::new(lambda, nu)
+                .unwrap()
+                .scaling(Scaling::None)
+                .solve(&gram);
+            assert_eq!(solution.support, [kept], "{b}");
+            let objective = if kept {
+                lambda + 0.5 * (1.0 - b * b)
+            } else {
+                0.5 - 0.5 * b * b * nu / (1.0 + nu)
+            };
+            // Rounding of numbers of order one.
+            assert!((solution.objective - objective).abs() < 1e-14, "{b}");
+        }
+    }
+
+    #[test]
     fn prop_settings_out_of_range_are_named() {
         assert!(
             Sr3::new(-1.0, 1.0)

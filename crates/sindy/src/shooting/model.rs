@@ -13,6 +13,7 @@ pub struct OdeModel {
     pub(crate) parameters: Vec<String>,
     pub(crate) flow: Compiled,
     pub(crate) output: Compiled,
+    pub(crate) max_step: f64,
 }
 
 /// Functions of (states, inputs, parameters) with those of their derivatives that are not zero.
@@ -91,7 +92,25 @@ impl OdeModel {
             parameters: own(parameters),
             flow: Compiled::new(&rhs, &names, n, m)?,
             output: Compiled::new(&[parse(output)?], &names, n, m)?,
+            max_step: f64::INFINITY,
         })
+    }
+
+    /// The same model, integrated in steps of at most `max_step` (the data's time unit). Without it a step of the data
+    /// is one step of the integration, which is unstable where the data are slow, or have a hole, compared with the
+    /// model's fastest time constant: take half of that.
+    ///
+    /// # Errors
+    /// A step that is not above 0.
+    pub fn with_max_step(self, max_step: f64) -> Result<Self, SindyError> {
+        if max_step > 0.0 {
+            return Ok(Self { max_step, ..self });
+        }
+        Err(SindyError::setting(
+            "max_step",
+            "a number above 0",
+            max_step,
+        ))
     }
 
     /// The parameters' names, in order.
@@ -107,7 +126,7 @@ impl OdeModel {
     }
 
     /// Simulates the output over a whole record from one start: fourth-order Runge–Kutta on the
-    /// record's own time grid, inputs interpolated linearly. A run that blows up continues as NaN.
+    /// record's own time grid (finer where [`Self::with_max_step`] says so), inputs interpolated linearly. A run that blows up continues as NaN.
     ///
     /// # Errors
     /// Parameters, start or inputs that do not fit the model, or inputs of unequal length.

@@ -112,36 +112,40 @@ impl Reduced {
         theta: &DVector<f64>,
     ) -> (Vec<f64>, DMatrix<f64>) {
         let p = theta.len();
-        let scale = self
-            .h
-            .diagonal()
-            .map(|d| if d > 0.0 { d.sqrt() } else { 1.0 });
-        let inverse = pseudo_inverse(&DMatrix::from_fn(p, p, |a, b| {
-            self.h[(a, b)] / (scale[a] * scale[b])
-        }));
-        let bread = DMatrix::from_fn(p, p, |a, b| inverse[(a, b)] / (scale[a] * scale[b]));
-        let correlation = DMatrix::from_fn(p, p, |a, b| {
-            bread[(a, b)] / (bread[(a, a)] * bread[(b, b)]).sqrt()
-        });
-        let groups = stretches.iter().map(|s| s.record.group).max().unwrap_or(0) + 1;
-        let mut sums = vec![DVector::zeros(p); groups];
-        for (stretch, score) in stretches.iter().zip(&self.scores) {
-            sums[stretch.record.group] += score;
-        }
-        let used = sums.iter().filter(|s| s.amax() > 0.0).count() as f64;
-        let mut meat = DMatrix::zeros(p, p);
-        sums.iter().for_each(|s| meat += s * s.transpose());
-        let cov = &bread * meat * &bread * (used / (used - 1.0));
-        let errors = (0..p)
-            .map(|j| {
-                let at_bound = theta[j] <= parameters[j].min || theta[j] >= parameters[j].max;
-                if used < 2.0 || at_bound {
-                    f64::NAN
-                } else {
-                    cov[(j, j)].max(0.0).sqrt()
-                }
-            })
+        // A parameter held by its bound is known there, not estimated.
+        let free: Vec<usize> = (0..p)
+            .filter(|&j| theta[j] > parameters[j].min && theta[j] < parameters[j].max)
             .collect();
+        let k = free.len();
+        let h = DMatrix::from_fn(k, k, |a, b| self.h[(free[a], free[b])]);
+        let scale = h.diagonal().map(|d| if d > 0.0 { d.sqrt() } else { 1.0 });
+        let inverse = pseudo_inverse(&DMatrix::from_fn(k, k, |a, b| {
+            h[(a, b)] / (scale[a] * scale[b])
+        }));
+        let bread = DMatrix::from_fn(k, k, |a, b| inverse[(a, b)] / (scale[a] * scale[b]));
+        let mut correlation = DMatrix::identity(p, p);
+        for (a, &i) in free.iter().enumerate() {
+            for (b, &j) in free.iter().enumerate() {
+                correlation[(i, j)] = bread[(a, b)] / (bread[(a, a)] * bread[(b, b)]).sqrt();
+            }
+        }
+        let groups = stretches.iter().map(|s| s.record.group).max().unwrap_or(0) + 1;
+        let mut sums = vec![DVector::zeros(k); groups];
+        for (stretch, score) in stretches.iter().zip(&self.scores) {
+            sums[stretch.record.group] += DVector::from_fn(k, |a, _| score[free[a]]);
+        }
+        let used = sums.iter().filter(|s| s.iter().any(|v| *v != 0.0)).count();
+        let mut meat = DMatrix::zeros(k, k);
+        sums.iter().for_each(|s| meat += s * s.transpose());
+        let c = used as f64;
+        let cov = &bread * meat * &bread * (c / (c - 1.0));
+        let mut errors = vec![f64::NAN; p];
+        // Fewer groups than parameters leave the middle factor singular, and its errors far too small.
+        if used > k.max(1) {
+            for (a, &j) in free.iter().enumerate() {
+                errors[j] = cov[(a, a)].max(0.0).sqrt();
+            }
+        }
         (errors, correlation)
     }
 }

@@ -7,6 +7,9 @@ use sindy_expr::Scratch;
 
 use super::model::{Compiled, OdeModel};
 
+/// Parts that a step of the data is split into at most: a hole of an hour is no reason to compute for an hour.
+const MOST_PARTS: f64 = 100_000.0;
+
 /// A stretch of data to simulate over.
 #[derive(Clone, Copy)]
 pub(crate) struct Window<'a> {
@@ -86,20 +89,30 @@ pub(crate) fn run(
                 0.0
             };
         }
-        run.derivative(&z, &mut k[0]);
-        run.set_inputs(windows, step, 0.5);
-        for (stage, share) in [(1, 0.5), (2, 0.5), (3, 1.0)] {
-            if stage == 3 {
-                run.set_inputs(windows, step, 1.0);
+        // A hole in the data, or slow sampling, is crossed in steps that the model can take.
+        let longest = dt.iter().copied().fold(0.0, f64::max);
+        let parts = (longest / model.max_step).ceil().clamp(1.0, MOST_PARTS);
+        dt.iter_mut().for_each(|dt| *dt /= parts);
+        for part in 0..parts as usize {
+            let at_fraction = |share: f64| (part as f64 + share) / parts;
+            if part > 0 {
+                run.set_inputs(windows, step, at_fraction(0.0));
             }
-            let (done, rest) = k.split_at_mut(stage);
-            advance(&mut at, &z, &done[stage - 1], &dt, share);
-            run.derivative(&at, &mut rest[0]);
-        }
-        for row in 0..rows {
-            for lane in 0..lanes {
-                let i = row * lanes + lane;
-                z[i] += dt[lane] / 6.0 * (k[0][i] + 2.0 * (k[1][i] + k[2][i]) + k[3][i]);
+            run.derivative(&z, &mut k[0]);
+            run.set_inputs(windows, step, at_fraction(0.5));
+            for (stage, share) in [(1, 0.5), (2, 0.5), (3, 1.0)] {
+                if stage == 3 {
+                    run.set_inputs(windows, step, at_fraction(1.0));
+                }
+                let (done, rest) = k.split_at_mut(stage);
+                advance(&mut at, &z, &done[stage - 1], &dt, share);
+                run.derivative(&at, &mut rest[0]);
+            }
+            for row in 0..rows {
+                for lane in 0..lanes {
+                    let i = row * lanes + lane;
+                    z[i] += dt[lane] / 6.0 * (k[0][i] + 2.0 * (k[1][i] + k[2][i]) + k[3][i]);
+                }
             }
         }
     }

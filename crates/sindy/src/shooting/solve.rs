@@ -99,7 +99,7 @@ pub enum Outcome {
 pub struct Refined {
     /// The parameters, in the model's order.
     pub parameters: Vec<f64>,
-    /// Standard errors robust to correlation inside groups; NaN with fewer than two groups and for a
+    /// Standard errors robust to correlation inside groups; NaN unless there are more groups than parameters, and for a
     /// parameter at its bound.
     pub std_errors: Vec<f64>,
     /// Correlation of the estimates, p x p, from the normal matrix.
@@ -245,6 +245,14 @@ impl Shooting {
             }
         };
         same("parameters", model.parameters.len(), parameters.len())?;
+        for (p, name) in parameters.iter().zip(&model.parameters) {
+            let ordered = p.min <= p.max && p.start.is_finite() && p.prior_sd > 0.0;
+            if !ordered {
+                let expected = "start finite, min <= max, prior_sd above 0";
+                let found = format!("`{name}`: {p:?}");
+                return Err(SindyError::setting("parameters", expected, found));
+            }
+        }
         for record in records {
             let rows = record.time.len();
             same(

@@ -194,3 +194,112 @@ fn prop_a_parameter_held_by_its_bound_stays_there() {
     // Linear and noise-free: one Gauss–Newton step, damped by 1e-6, then the next.
     assert!((free.parameters[0] - 2.0).abs() < 1e-9);
 }
+
+#[test]
+fn analytic_a_hole_in_the_data_is_crossed_in_steps_that_the_model_can_take() {
+    // A lag of 0.3 s over a hole of 4 s: one Runge–Kutta step over it multiplies by about a thousand.
+    let d = data(4, 0.0);
+    let keep: Vec<usize> = (0..d.time.len())
+        .filter(|i| !(30..430).contains(i))
+        .collect();
+    let pick = |c: &[f64]| keep.iter().map(|&i| c[i]).collect::<Vec<_>>();
+    let (time, still) = (pick(&d.time), vec![0.1; keep.len()]);
+    let zero = vec![0.0; keep.len()];
+    let run = |m: &OdeModel| m.free_run(&TRUTH, &[0.9], &time, &[&still, &zero]).unwrap();
+    let careless = run(&model());
+    let careful = run(&model().with_max_step(0.1).unwrap());
+    // Closed form: the state decays to h0 + h1 z.
+    let rest = 0.2 - 0.5 * 0.1;
+    for (t, g) in time.iter().zip(&careful) {
+        let exact = rest + (0.9 - rest) * (-(t - time[0]) / 0.3_f64).exp();
+        // Order four at a third of the lag: (1/3)^5/120 of the step to go.
+        assert!((g - exact).abs() < 1e-4, "{t}: {g} {exact}");
+    }
+    // Without the limit the step over the hole overshoots by hundreds.
+    assert!(careless[30].abs() > 1.0);
+    assert!(model().with_max_step(0.0).is_err());
+}
+
+#[test]
+fn analytic_standard_errors_are_those_of_the_groups() {
+    // y = a + e_g with one draw for each of 12 groups: the standard error of a is sd/√groups, exactly.
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(9);
+    let draws: Vec<f64> = (0..12).map(|_| rng.random_range(-1.0..1.0)).collect();
+    let time: Vec<f64> = (0..31).map(f64::from).collect();
+    let one = vec![1.0; 31];
+    let measured: Vec<Vec<f64>> = draws.iter().map(|d| vec![2.0 + d; 31]).collect();
+    let records: Vec<Record<'_>> = measured
+        .iter()
+        .enumerate()
+        .map(|(group, y)| Record {
+            time: &time,
+            inputs: vec![&one],
+            measured: y,
+            start: Vec::new(),
+            group,
+        })
+        .collect();
+    let constant = OdeModel::new(&[], &["u"], &["a"], &[], "a*u").unwrap();
+    let whole = Shooting {
+        window: f64::INFINITY,
+        ..Shooting::default()
+    };
+    let refined = whole
+        .refine(&constant, &records, &[Parameter::free(0.0)])
+        .unwrap();
+    let mean = draws.iter().sum::<f64>() / 12.0;
+    let sd = (draws.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / 11.0).sqrt();
+    // Linear: the first step, damped by 1e-6, and the next.
+    assert!((refined.parameters[0] - 2.0 - mean).abs() < 1e-9);
+    assert!((refined.std_errors[0] - sd / 12f64.sqrt()).abs() < 1e-9);
+}
+
+#[test]
+fn analytic_a_prior_pulls_as_its_width_says() {
+    // n samples of 1 with noise sd 0.1 against a prior 0 ± 0.05: the posterior mean is n/0.01 / (n/0.01 + 400).
+    let time: Vec<f64> = (0..31).map(f64::from).collect();
+    let one = vec![1.0; 31];
+    let record = Record {
+        time: &time,
+        inputs: vec![&one],
+        measured: &one,
+        start: Vec::new(),
+        group: 0,
+    };
+    let constant = OdeModel::new(&[], &["u"], &["a"], &[], "a*u").unwrap();
+    let whole = Shooting {
+        window: f64::INFINITY,
+        noise_sd: 0.1,
+        every: 3,
+        ..Shooting::default()
+    };
+    let prior = Parameter::free(0.0).prior(0.05);
+    let refined = whole.refine(&constant, &[record], &[prior]).unwrap();
+    let data = 11.0 / 0.01;
+    assert_eq!(refined.residuals, 11);
+    assert!((refined.parameters[0] - data / (data + 400.0)).abs() < 1e-9);
+}
+
+#[test]
+fn prop_parameters_that_make_no_sense_are_named() {
+    let d = data(5, 0.0);
+    let record = Record {
+        time: &d.time,
+        inputs: vec![&d.z, &d.v],
+        measured: &d.y,
+        start: vec![&d.guess],
+        group: 0,
+    };
+    for bad in [
+        Parameter::free(1.0).within(2.0, 1.0),
+        Parameter::free(f64::NAN),
+        Parameter::free(1.0).prior(0.0),
+    ] {
+        let mut parameters = TRUTH.map(Parameter::free);
+        parameters[2] = bad;
+        let error = Shooting::default()
+            .refine(&model(), std::slice::from_ref(&record), &parameters)
+            .unwrap_err();
+        assert!(error.to_string().contains("`h1`"), "{error}");
+    }
+}
