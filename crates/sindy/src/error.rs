@@ -76,6 +76,12 @@ pub enum SindyError {
         /// Which system.
         what: &'static str,
     },
+    /// A text that is not a model in JSON.
+    #[error("model in JSON: {reason}")]
+    Json {
+        /// What is wrong, with line and column.
+        reason: String,
+    },
 }
 
 impl SindyError {

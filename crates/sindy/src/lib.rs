@@ -44,6 +44,8 @@
 //! | [`identifiability`] | what the data can and cannot tell apart |
 //! | [`delay`] | the delay between two channels |
 //! | [`shooting`] | refinement by multiple shooting |
+//! | [`model`] | models: predict, simulate, Jacobian, equilibria, print, JSON |
+//! | [`problems`] | problems with known answers |
 
 pub mod choose;
 pub mod criteria;
@@ -55,8 +57,10 @@ pub mod fit;
 pub mod gram;
 pub mod identifiability;
 pub mod library;
+pub mod model;
 mod normal;
 pub mod outcome;
+pub mod problems;
 pub mod regression;
 pub mod samples;
 pub mod savgol;
@@ -73,6 +77,7 @@ pub use exact::BestSubset;
 pub use fit::{Fit, Solver};
 pub use gram::Gram;
 pub use library::Library;
+pub use model::Model;
 pub use outcome::Outcome;
 pub use samples::{Block, BlockSource, Samples};
 pub use savgol::SavitzkyGolay;

@@ -1,0 +1,303 @@
+//! The inputs `u(t)` of a simulation: constants, samples with interpolation, or expressions of t.
+
+use sindy_expr::{Program, Scratch};
+
+use super::{finite, shape};
+use crate::error::SindyError;
+use crate::library::{compile, parse};
+
+/// What the input is between two samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// The value of the sample before (that of a digital actuator). Integration never steps across a
+    /// jump.
+    ZeroOrderHold,
+    /// A straight line between the samples. Integration never steps across a kink.
+    Linear,
+    /// The twice continuously differentiable cubic spline through the samples, "not a knot" at its ends
+    /// (de Boor, *A Practical Guide to Splines*, 1978, ch. IV); the parabola through 3 samples, the line
+    /// through 2.
+    Cubic,
+}
+
+/// Inputs over time, in the order of the model's inputs.
+#[derive(Clone, Debug)]
+pub struct Inputs {
+    kind: Kind,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Constant(Vec<f64>),
+    Formula(Program),
+    Sampled {
+        time: Vec<f64>,
+        columns: Vec<Vec<f64>>,
+        /// For cubic interpolation, the slopes at the samples.
+        slopes: Vec<Vec<f64>>,
+        how: Interpolation,
+    },
+}
+
+impl Inputs {
+    /// For a model without inputs.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            kind: Kind::Constant(Vec::new()),
+        }
+    }
+
+    /// Inputs that do not change.
+    ///
+    /// # Errors
+    /// A value that is not finite.
+    pub fn constant(values: &[f64]) -> Result<Self, SindyError> {
+        finite("inputs", values)?;
+        Ok(Self {
+            kind: Kind::Constant(values.to_vec()),
+        })
+    }
+
+    /// Inputs as expressions of the time `t`, such as `0.5*sin(2*pi*t)`.
+    ///
+    /// # Errors
+    /// An expression that does not parse or uses a name other than `t`.
+    pub fn formulas<S: AsRef<str>>(expressions: &[S]) -> Result<Self, SindyError> {
+        let exprs = expressions
+            .iter()
+            .map(|text| parse(text.as_ref()))
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(Self {
+            kind: Kind::Formula(compile(&exprs, &["t"])?),
+        })
+    }
+
+    /// Inputs from samples: one column per input, each with one value per time. They are known from the
+    /// first sample to the last, both included, and nowhere else.
+    ///
+    /// # Errors
+    /// Fewer than 2 samples, time that does not increase, columns of another length, or values that are
+    /// not finite.
+    pub fn sampled(
+        time: &[f64],
+        columns: &[&[f64]],
+        how: Interpolation,
+    ) -> Result<Self, SindyError> {
+        if time.len() < 2 {
+            return Err(SindyError::TooShort {
+                needed: 2,
+                found: time.len(),
+            });
+        }
+        increasing("input time", time)?;
+        for (i, column) in columns.iter().enumerate() {
+            shape("rows of an input", time.len(), column.len())?;
+            finite(&format!("input {i}"), column)?;
+        }
+        let slopes = match how {
+            Interpolation::Cubic => columns.iter().map(|c| spline_slopes(time, c)).collect(),
+            _ => Vec::new(),
+        };
+        Ok(Self {
+            kind: Kind::Sampled {
+                time: time.to_vec(),
+                columns: columns.iter().map(|c| c.to_vec()).collect(),
+                slopes,
+                how,
+            },
+        })
+    }
+
+    /// The number of inputs.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match &self.kind {
+            Kind::Constant(values) => values.len(),
+            Kind::Formula(program) => program.outputs(),
+            Kind::Sampled { columns, .. } => columns.len(),
+        }
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The inputs' values at time `t`; at a jump of a zero-order hold, those after it.
+    ///
+    /// # Errors
+    /// A time outside the samples.
+    pub fn at(&self, t: f64) -> Result<Vec<f64>, SindyError> {
+        self.check_span(t, t)?;
+        let mut out = vec![0.0; self.len()];
+        let mut drive = self.drive();
+        drive.enter(t, t);
+        drive.eval(t, &mut out);
+        Ok(out)
+    }
+
+    /// That the inputs are known from `start` to `end`.
+    pub(super) fn check_span(&self, start: f64, end: f64) -> Result<(), SindyError> {
+        if let Kind::Sampled { time, .. } = &self.kind
+            && let [first, .., last] = time[..]
+            && !(first <= start && end <= last)
+        {
+            let expected = format!("times within those of the inputs, {first} to {last}");
+            return Err(SindyError::setting(
+                "time",
+                expected,
+                format!("{start} to {end}"),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Times strictly between `start` and `end` where the inputs are not smooth.
+    pub(super) fn breaks(&self, start: f64, end: f64) -> &[f64] {
+        match &self.kind {
+            Kind::Sampled { time, how, .. } if *how != Interpolation::Cubic => {
+                let from = time.partition_point(|&t| t <= start);
+                let to = time.partition_point(|&t| t < end).max(from);
+                &time[from..to]
+            }
+            _ => &[],
+        }
+    }
+
+    pub(super) fn drive(&self) -> Drive<'_> {
+        Drive {
+            inputs: self,
+            index: 0,
+            scratch: Scratch::new(),
+        }
+    }
+}
+
+/// Evaluates inputs along a run.
+#[derive(Debug)]
+pub(super) struct Drive<'i> {
+    inputs: &'i Inputs,
+    /// The interval between two samples that holds the time.
+    index: usize,
+    scratch: Scratch,
+}
+
+impl Drive<'_> {
+    /// Announces evaluations within `[start, end]`, which has no break inside: at its ends the inputs
+    /// are the limits from inside.
+    pub(super) fn enter(&mut self, start: f64, end: f64) {
+        if let Kind::Sampled { time, how, .. } = &self.inputs.kind {
+            let middle = start + 0.5 * (end - start);
+            // The last sample of a hold has no interval after it.
+            let alone =
+                *how == Interpolation::ZeroOrderHold && start == end && end == time[time.len() - 1];
+            self.index = if alone {
+                time.len() - 1
+            } else {
+                interval(time, middle)
+            };
+        }
+    }
+
+    pub(super) fn eval(&mut self, t: f64, out: &mut [f64]) {
+        match &self.inputs.kind {
+            Kind::Constant(values) => out.copy_from_slice(values),
+            Kind::Formula(program) => program.eval_row(&[t], out, &mut self.scratch),
+            Kind::Sampled {
+                time,
+                columns,
+                slopes,
+                how,
+            } => {
+                if *how == Interpolation::Cubic
+                    && !(time[self.index] <= t && t <= time[self.index + 1])
+                {
+                    self.index = interval(time, t);
+                }
+                let i = self.index;
+                if *how == Interpolation::ZeroOrderHold {
+                    for (out, column) in out.iter_mut().zip(columns) {
+                        *out = column[i];
+                    }
+                    return;
+                }
+                let h = time[i + 1] - time[i];
+                let s = (t - time[i]) / h;
+                for (k, (out, column)) in out.iter_mut().zip(columns).enumerate() {
+                    let (a, b) = (column[i], column[i + 1]);
+                    *out = match slopes.get(k) {
+                        Some(slope) => hermite(a, b, h * slope[i], h * slope[i + 1], s),
+                        None => a + s * (b - a),
+                    };
+                }
+            }
+        }
+    }
+}
+
+/// Index i with `time[i] <= t < time[i+1]`, the last interval for the last time.
+fn interval(time: &[f64], t: f64) -> usize {
+    time.partition_point(|&knot| knot <= t)
+        .saturating_sub(1)
+        .min(time.len() - 2)
+}
+
+/// The cubic on [0, 1] with end values `a`, `b` and end slopes `p`, `q`.
+fn hermite(a: f64, b: f64, p: f64, q: f64, s: f64) -> f64 {
+    let rise = b - a;
+    let (c2, c3) = (3.0 * rise - 2.0 * p - q, p + q - 2.0 * rise);
+    a + s * (p + s * (c2 + s * c3))
+}
+
+/// Slopes at the knots of the not-a-knot cubic spline, from its tridiagonal equations.
+fn spline_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
+    let n = x.len();
+    let h: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
+    let m: Vec<f64> = y
+        .windows(2)
+        .zip(&h)
+        .map(|(w, h)| (w[1] - w[0]) / h)
+        .collect();
+    if n == 2 {
+        return vec![m[0]; 2];
+    }
+    let (mut lower, mut diagonal, mut upper) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let mut right = vec![0.0; n];
+    for i in 1..n - 1 {
+        (lower[i], diagonal[i], upper[i]) = (h[i], 2.0 * (h[i - 1] + h[i]), h[i - 1]);
+        right[i] = 3.0 * (h[i] * m[i - 1] + h[i - 1] * m[i]);
+    }
+    if n == 3 {
+        (diagonal[0], upper[0], right[0]) = (1.0, 1.0, 2.0 * m[0]);
+        (lower[2], diagonal[2], right[2]) = (1.0, 1.0, 2.0 * m[1]);
+    } else {
+        let end = |h0: f64, h1: f64, m0: f64, m1: f64| {
+            let d = h0 + h1;
+            (h1, d, ((h0 + 2.0 * d) * h1 * m0 + h0 * h0 * m1) / d)
+        };
+        (diagonal[0], upper[0], right[0]) = end(h[0], h[1], m[0], m[1]);
+        (diagonal[n - 1], lower[n - 1], right[n - 1]) = end(h[n - 2], h[n - 3], m[n - 2], m[n - 3]);
+    }
+    for i in 1..n {
+        let factor = lower[i] / diagonal[i - 1];
+        diagonal[i] -= factor * upper[i - 1];
+        right[i] -= factor * right[i - 1];
+    }
+    let mut slopes = right;
+    slopes[n - 1] /= diagonal[n - 1];
+    for i in (0..n - 1).rev() {
+        slopes[i] = (slopes[i] - upper[i] * slopes[i + 1]) / diagonal[i];
+    }
+    slopes
+}
+
+/// Requires finite, strictly increasing times.
+pub(super) fn increasing(what: &str, time: &[f64]) -> Result<(), SindyError> {
+    finite(what, time)?;
+    match time.windows(2).position(|w| w[1] <= w[0]) {
+        None => Ok(()),
+        Some(i) => Err(SindyError::TimeNotIncreasing { index: i + 1 }),
+    }
+}
