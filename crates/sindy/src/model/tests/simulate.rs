@@ -287,8 +287,8 @@ fn analytic_an_end_of_the_solution_is_found() {
     let RunOutcome::StepTooSmall { time } = run.outcome else {
         panic!("{:?}", run.outcome)
     };
-    // 1e-8 a step over a few dozen steps.
-    assert!((time - 0.5).abs() < 1e-6, "{time}");
+    // The end carries the integration error, about the tolerance of 1e-8; ten times that.
+    assert!((time - 0.5).abs() < 1e-7, "{time}");
 }
 
 #[test]
