@@ -42,6 +42,7 @@
 //! | [`ensemble`] | bagging of data and library, inclusion and intervals |
 //! | [`choose`] | λ and ν by cross-validation over groups |
 //! | [`identifiability`] | what the data can and cannot tell apart |
+//! | [`derivative`] | derivatives: differences, splines, Kalman, spectral; noise level, gaps, the smoothing chosen |
 //! | [`delay`] | the delay between two channels |
 //! | [`shooting`] | refinement by multiple shooting |
 //! | [`model`] | models: predict, simulate, Jacobian, equilibria, print, JSON |
@@ -50,6 +51,7 @@
 pub mod choose;
 pub mod criteria;
 pub mod delay;
+pub mod derivative;
 pub mod ensemble;
 mod error;
 pub mod exact;
@@ -71,6 +73,7 @@ pub mod stlsq;
 
 pub use choose::{Choice, Grid};
 pub use criteria::Criterion;
+pub use derivative::Differentiator;
 pub use ensemble::Ensemble;
 pub use error::SindyError;
 pub use exact::BestSubset;

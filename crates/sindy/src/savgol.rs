@@ -16,7 +16,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::derivative::grid;
 use crate::error::SindyError;
+
+/// Outputs that the convolution holds in registers at a time.
+const TILE: usize = 16;
 
 /// Settings of a Savitzky–Golay filter, checked when built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,64 +70,40 @@ impl SavitzkyGolay {
         self.window
     }
 
+    /// The degree of the polynomials.
+    #[must_use]
+    pub fn degree(&self) -> usize {
+        self.degree
+    }
+
     /// Smooths `y` sampled at `time` and differentiates it.
     ///
     /// # Errors
     /// Fewer samples than a window, lengths that differ, non-finite values, or times that do not increase.
     pub fn apply(&self, time: &[f64], y: &[f64]) -> Result<Smoothed, SindyError> {
-        let n = y.len();
-        if time.len() != n {
-            return Err(SindyError::Shape {
-                what: "time and signal",
-                expected: n,
-                found: time.len(),
-            });
-        }
-        if n < self.window {
-            return Err(SindyError::TooShort {
-                needed: self.window,
-                found: n,
-            });
-        }
-        if let Some(index) = y.iter().position(|v| !v.is_finite()) {
-            return Err(SindyError::NotFinite {
-                what: "signal".into(),
-                index,
-            });
-        }
-        if let Some(index) = (1..n).find(|&i| !(time[i] > time[i - 1]) || !time[i].is_finite()) {
-            return Err(SindyError::TimeNotIncreasing { index });
-        }
-        let dt = (time[n - 1] - time[0]) / (n - 1) as f64;
-        // A grid is uniform when no sample is off by more than a millionth of the period: the error that
-        // the fixed weights then make is of that order, below rounding in any measured signal.
-        let uniform = time
-            .iter()
-            .enumerate()
-            .all(|(i, &t)| (t - time[0] - dt * i as f64).abs() <= 1e-6 * dt);
-        if uniform {
-            self.uniform(dt, y)
-        } else {
-            self.non_uniform(time, y)
+        grid::check(time, y, self.window)?;
+        match grid::uniform_period(time) {
+            Some(dt) => self.uniform(dt, y),
+            None => self.non_uniform(time, y),
         }
     }
 
     fn uniform(&self, dt: f64, y: &[f64]) -> Result<Smoothed, SindyError> {
         let (n, w, h) = (y.len(), self.window, self.window / 2);
-        let offsets: Vec<f64> = (0..w).map(|k| (k as f64 - h as f64) / h as f64).collect();
-        let fit = projector(&offsets, self.degree)?; // (degree+1) x w, in units of h samples
-        let scale = 1.0 / (h as f64 * dt);
-        let row = |r: usize| -> Vec<f64> { fit.row(r).iter().copied().collect() };
-        let (w0, w1) = (row(0), row(1));
+        let (even, odd) = central_weights(h, self.degree);
+        let scaled: Vec<f64> = odd.iter().map(|w| w / dt).collect();
         let mut out = Smoothed {
             value: vec![0.0; n],
             derivative: vec![0.0; n],
         };
-        for i in h..n - h {
-            let part = &y[i - h..=i + h];
-            out.value[i] = dot(&w0, part);
-            out.derivative[i] = dot(&w1, part) * scale;
-        }
+        let inner = h..n - h;
+        let (value, derivative) = (&mut out.value[inner.clone()], &mut out.derivative[inner]);
+        // The same loop in whatever vector instructions the processor has: the same operations in the same
+        // order, so the same bits on every machine.
+        pulp::Arch::new().dispatch(|| convolve(y, &even, &scaled, value, derivative));
+        let offsets: Vec<f64> = (0..w).map(|k| (k as f64 - h as f64) / h as f64).collect();
+        let fit = projector(&offsets, self.degree)?; // (degree+1) x w, in units of h samples
+        let scale = 1.0 / (h as f64 * dt);
         for (start, range) in [(0, 0..h), (n - w, n - h..n)] {
             let a = &fit * DVector::from_column_slice(&y[start..start + w]);
             for i in range {
@@ -142,7 +122,19 @@ impl SavitzkyGolay {
             value: vec![0.0; n],
             derivative: vec![0.0; n],
         };
-        for start in 0..=n - w {
+        let mut window = Window::new(w);
+        for i in h..n - h {
+            let centre = time[i];
+            let span = (time[i + h] - time[i - h]) * 0.5;
+            let (value, slope) = window.fit(
+                time[i - h..=i + h].iter().map(|t| (t - centre) / span),
+                &y[i - h..=i + h],
+                self.degree,
+            );
+            out.value[i] = value;
+            out.derivative[i] = slope / span;
+        }
+        for (start, range) in [(0, 0..h), (n - w, n - h..n)] {
             let centre = time[start + h];
             let span = (time[start + w - 1] - time[start]) * 0.5;
             let offsets: Vec<f64> = time[start..start + w]
@@ -151,12 +143,6 @@ impl SavitzkyGolay {
                 .collect();
             let fit = projector(&offsets, self.degree)?;
             let a = &fit * DVector::from_column_slice(&y[start..start + w]);
-            let range = match start {
-                0 if n == w => 0..n,
-                0 => 0..h + 1,
-                s if s == n - w => n - h - 1..n,
-                s => s + h..s + h + 1,
-            };
             for i in range {
                 let (value, slope) = horner(a.as_slice(), (time[i] - centre) / span);
                 out.value[i] = value;
@@ -164,6 +150,59 @@ impl SavitzkyGolay {
             }
         }
         Ok(out)
+    }
+}
+
+/// Room for one window of a non-uniform grid: its times, and two orthogonal polynomials on them.
+struct Window {
+    x: Vec<f64>,
+    p: Vec<f64>,
+    before: Vec<f64>,
+}
+
+impl Window {
+    fn new(w: usize) -> Self {
+        Self {
+            x: vec![0.0; w],
+            p: vec![0.0; w],
+            before: vec![0.0; w],
+        }
+    }
+
+    /// Value and slope at 0 of the least-squares polynomial through `y` at `x`: the sum over the polynomials
+    /// that are orthogonal on `x`, by their three-term recurrence (G. E. Forsythe, J. SIAM 5 (1957)).
+    fn fit(&mut self, x: impl Iterator<Item = f64>, y: &[f64], degree: usize) -> (f64, f64) {
+        let Self {
+            x: times,
+            p,
+            before,
+        } = self;
+        times.iter_mut().zip(x).for_each(|(t, x)| *t = x);
+        p.fill(1.0);
+        before.fill(0.0);
+        // The polynomial and the one before at 0, and their slopes there.
+        let (mut at, mut slope, mut at_before, mut slope_before) = (1.0, 0.0, 0.0, 0.0);
+        let mut norm_before = f64::INFINITY;
+        let mut out = (0.0, 0.0);
+        for _ in 0..=degree {
+            let (mut norm, mut moment, mut with_y) = (0.0, 0.0, 0.0);
+            for ((p, x), y) in p.iter().zip(&*times).zip(y) {
+                norm += p * p;
+                moment += x * p * p;
+                with_y += p * y;
+            }
+            let c = with_y / norm;
+            out.0 += c * at;
+            out.1 += c * slope;
+            let (a, b) = (moment / norm, norm / norm_before);
+            for ((p, before), x) in p.iter_mut().zip(&mut *before).zip(&*times) {
+                (*before, *p) = (*p, (x - a) * *p - b * *before);
+            }
+            (slope_before, slope) = (slope, at - a * slope - b * slope_before);
+            (at_before, at) = (at, -a * at - b * at_before);
+            norm_before = norm;
+        }
+        out
     }
 }
 
@@ -180,8 +219,75 @@ fn projector(offsets: &[f64], degree: usize) -> Result<DMatrix<f64>, SindyError>
         })
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+/// Weights of value and slope at the centre of a uniform window of `2 h + 1` samples: of the value those
+/// at the centre and to its right (symmetric), of the slope, per sample, those to its right (antisymmetric).
+///
+/// Sums over the polynomials that are orthogonal on the window, by their three-term recurrence.
+pub(crate) fn central_weights(h: usize, degree: usize) -> (Vec<f64>, Vec<f64>) {
+    let x: Vec<f64> = (0..=h).map(|k| k as f64 / h as f64).collect();
+    let mut before = vec![0.0; h + 1];
+    let mut p = vec![1.0; h + 1];
+    // Slopes at the centre of the last two polynomials.
+    let (mut slope_before, mut slope) = (0.0, 0.0);
+    let mut norm_before = 1.0;
+    let (mut even, mut odd) = (vec![0.0; h + 1], vec![0.0; h]);
+    for j in 0..=degree {
+        let norm = p[0] * p[0] + 2.0 * p[1..].iter().map(|p| p * p).sum::<f64>();
+        let (value, turn) = (p[0] / norm, slope / (norm * h as f64));
+        if j % 2 == 0 {
+            even.iter_mut().zip(&p).for_each(|(w, p)| *w += value * p);
+        } else {
+            odd.iter_mut()
+                .zip(&p[1..])
+                .for_each(|(w, p)| *w += turn * p);
+        }
+        let b = if j == 0 { 0.0 } else { norm / norm_before };
+        let centre = p[0];
+        for ((before, p), x) in before.iter_mut().zip(&mut p).zip(&x) {
+            (*before, *p) = (*p, x * *p - b * *before);
+        }
+        (slope_before, slope) = (slope, centre - b * slope_before);
+        norm_before = norm;
+    }
+    (even, odd)
+}
+
+/// `value_i = e_0 y_i + Σ e_k (y_{i+k} + y_{i-k})`, `derivative_i = Σ o_k (y_{i+k} - y_{i-k})`, with outputs
+/// starting `h` samples into `y`.
+#[inline(always)]
+fn convolve(y: &[f64], even: &[f64], odd: &[f64], value: &mut [f64], derivative: &mut [f64]) {
+    let h = odd.len();
+    let tiles = value.len() / TILE * TILE;
+    let (value, value_rest) = value.split_at_mut(tiles);
+    let (derivative, derivative_rest) = derivative.split_at_mut(tiles);
+    let whole = value
+        .chunks_exact_mut(TILE)
+        .zip(derivative.chunks_exact_mut(TILE));
+    for (t, (value, derivative)) in whole.enumerate() {
+        let part = &y[t * TILE..t * TILE + TILE + 2 * h];
+        let mut v: [f64; TILE] = std::array::from_fn(|i| even[0] * part[h + i]);
+        let mut d = [0.0; TILE];
+        for k in 1..=h {
+            let (e, o) = (even[k], odd[k - 1]);
+            let right = &part[h + k..h + k + TILE];
+            let left = &part[h - k..h - k + TILE];
+            for i in 0..TILE {
+                v[i] += e * (right[i] + left[i]);
+                d[i] += o * (right[i] - left[i]);
+            }
+        }
+        value.copy_from_slice(&v);
+        derivative.copy_from_slice(&d);
+    }
+    let rest = value_rest.iter_mut().zip(derivative_rest).enumerate();
+    for (i, (value, derivative)) in rest {
+        let centre = tiles + i + h;
+        *value = even[0] * y[centre];
+        for k in 1..=h {
+            *value += even[k] * (y[centre + k] + y[centre - k]);
+            *derivative += odd[k - 1] * (y[centre + k] - y[centre - k]);
+        }
+    }
 }
 
 /// Value and slope of the polynomial with coefficients `a` (lowest first) at `u`.

@@ -1,0 +1,120 @@
+//! The checks that every differentiator makes of its input.
+
+use crate::error::SindyError;
+
+/// Samples that are looked at together: long enough to run in vector instructions, short enough to stop
+/// early.
+const CHUNK: usize = 1024;
+
+fn any(part: &[f64], bad: impl Fn(f64) -> bool) -> bool {
+    part.iter().fold(false, |found, &v| found | bad(v))
+}
+
+/// Refuses lengths that differ, fewer than `needed` samples, non-finite values and times that do not
+/// increase.
+pub(crate) fn check(time: &[f64], y: &[f64], needed: usize) -> Result<(), SindyError> {
+    let n = y.len();
+    if time.len() != n {
+        return Err(SindyError::Shape {
+            what: "time and signal",
+            expected: n,
+            found: time.len(),
+        });
+    }
+    if n < needed {
+        return Err(SindyError::TooShort { needed, found: n });
+    }
+    for (what, column) in [("signal", y), ("time", time)] {
+        if column
+            .chunks(CHUNK)
+            .any(|part| any(part, |v| !v.is_finite()))
+            && let Some(index) = column.iter().position(|v| !v.is_finite())
+        {
+            return Err(SindyError::NotFinite {
+                what: what.into(),
+                index,
+            });
+        }
+    }
+    let backwards = |w: &[f64]| !(w[1] > w[0]);
+    let stands = |from: usize| {
+        let part = &time[from..n.min(from + CHUNK + 1)];
+        part.windows(2).fold(false, |bad, w| bad | backwards(w))
+    };
+    if (0..n).step_by(CHUNK).any(stands)
+        && let Some(index) = time.windows(2).position(backwards)
+    {
+        let index = index + 1;
+        return Err(SindyError::TimeNotIncreasing { index });
+    }
+    Ok(())
+}
+
+/// The period of a uniform grid of at least two samples, `None` where the grid is not uniform.
+///
+/// A grid is uniform when no sample is off by more than a millionth of the period: the error that fixed
+/// weights then make is of that order, below rounding in any measured signal.
+pub(crate) fn uniform_period(time: &[f64]) -> Option<f64> {
+    let dt = mean_period(time);
+    let start = time[0];
+    let off = |(c, part): (usize, &[f64])| {
+        let base = start + dt * (c * CHUNK) as f64;
+        part.iter().zip(0u32..).fold(false, |bad, (&t, k)| {
+            bad | !((t - base - dt * f64::from(k)).abs() <= 1e-6 * dt)
+        })
+    };
+    (!time.chunks(CHUNK).enumerate().any(off)).then_some(dt)
+}
+
+/// The mean period of at least two samples.
+pub(crate) fn mean_period(time: &[f64]) -> f64 {
+    (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64
+}
+
+/// The minimum of `cost` on `[low, high]`: the best of a grid of `points`, refined by golden section
+/// between its neighbours. Values that are not finite count as infinite.
+pub(crate) fn minimise(
+    low: f64,
+    high: f64,
+    points: usize,
+    mut cost: impl FnMut(f64) -> f64,
+) -> (f64, f64) {
+    let mut cost = |x: f64| {
+        let value = cost(x);
+        if value.is_finite() {
+            value
+        } else {
+            f64::INFINITY
+        }
+    };
+    let step = (high - low) / (points - 1) as f64;
+    let mut best = (low, f64::INFINITY);
+    for k in 0..points {
+        let x = low + step * k as f64;
+        let value = cost(x);
+        if value < best.1 {
+            best = (x, value);
+        }
+    }
+    let ratio = (5f64.sqrt() - 1.0) / 2.0;
+    let (mut a, mut b) = ((best.0 - step).max(low), (best.0 + step).min(high));
+    let mut x = [b - ratio * (b - a), a + ratio * (b - a)];
+    let mut f = x.map(&mut cost);
+    while b - a > 1e-3 * step {
+        if f[0] <= f[1] {
+            b = x[1];
+            x = [b - ratio * (b - a), x[0]];
+            f = [cost(x[0]), f[0]];
+        } else {
+            a = x[0];
+            x = [x[1], a + ratio * (b - a)];
+            f = [f[1], cost(x[1])];
+        }
+    }
+    for k in 0..2 {
+        if f[k] < best.1 {
+            best = (x[k], f[k]);
+        }
+    }
+    best
+}
