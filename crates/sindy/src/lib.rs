@@ -40,6 +40,7 @@
 //! | [`stepwise`] | one term more or less at a time, by a criterion |
 //! | [`exact`] | the best subset of every size, proven |
 //! | [`ensemble`] | bagging of data and library, inclusion and intervals |
+//! | [`relaxed`] | SR3 with ℓ1, weights and equality constraints |
 //! | [`choose`] | λ and ν by cross-validation over groups |
 //! | [`identifiability`] | what the data can and cannot tell apart |
 //! | [`derivative`] | derivatives: differences, splines, Kalman, spectral; noise level, gaps, the smoothing chosen |
@@ -64,6 +65,7 @@ mod normal;
 pub mod outcome;
 pub mod problems;
 pub mod regression;
+pub mod relaxed;
 pub mod samples;
 pub mod savgol;
 pub mod shooting;

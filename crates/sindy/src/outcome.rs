@@ -13,6 +13,8 @@ pub enum Outcome {
     Cycled,
     /// Every term was dropped: the threshold or the penalty is larger than every coefficient.
     Empty,
+    /// The terms that are kept cannot meet the constraints.
+    Infeasible,
     /// The search is complete: proven to be the best there is.
     Optimal,
     /// The search came to its node limit first; what is left is stated as a gap.

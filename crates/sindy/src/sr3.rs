@@ -27,7 +27,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::SindyError;
+use crate::fit::{Fit, Solver, check};
 use crate::gram::Gram;
+use crate::normal::Factor;
 pub use crate::outcome::Outcome;
 use crate::regression::least_squares;
 
@@ -233,7 +235,22 @@ fn fixed_point(g: &DMatrix<f64>, b: &DVector<f64>, support: &[bool], nu: f64) ->
             a[(j, j)] += 1.0 / nu;
         }
     }
-    crate::regression::pseudo_inverse(&a) * b
+    let mut factor = Factor::new(b.len());
+    for j in 0..b.len() {
+        if !factor.push(|c| a[(j, c)], b[j]) {
+            return crate::regression::pseudo_inverse(&a) * b;
+        }
+    }
+    DVector::from_vec(factor.solve())
+}
+
+impl Solver for Sr3 {
+    /// The refitted solution.
+    fn fit(&self, gram: &Gram) -> Result<Fit, SindyError> {
+        check(gram)?;
+        let s = self.solve(gram);
+        Ok(Fit::new(gram, s.refit, s.support, s.outcome, s.iterations))
+    }
 }
 
 #[cfg(test)]
