@@ -326,3 +326,14 @@ fn prop_validate_names_key_and_number() {
         "validity.height_min_m: expected less than validity.height_max_m = 0.85, found 0.9"
     );
 }
+
+#[test]
+fn analytic_guard_limits_the_lift_s_ratio() {
+    // A map of 2 everywhere is held at the greatest ratio, one of -2 at the least.
+    for (h0, expected) in [(2.0, 0.6), (-2.0, -0.1), (0.25, 0.25)] {
+        let guarded = Guarded::new(StaticMap::new([h0, 0.0, 0.0, 0.0]), Validity::default());
+        let mut state = guarded.rest(&at(0.3));
+        let lift = guarded.step(&mut state, &at(0.3), 0.01);
+        assert_eq!((lift.ratio, lift.force_n), (expected, 0.0));
+    }
+}

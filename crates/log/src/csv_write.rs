@@ -20,13 +20,17 @@ pub fn write_csv(trial: &Trial, path: impl AsRef<Path>) -> Result<(), LogError> 
     })
 }
 
-fn write(trial: &Trial, path: &Path) -> io::Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let file = temporary(folder)?;
-    let mut writer = csv::Writer::from_writer(file);
+/// The text that [`write_csv`] writes.
+#[must_use]
+pub fn to_csv(trial: &Trial) -> Vec<u8> {
+    let mut text = Vec::new();
+    // A vector takes every write.
+    let _ = rows(trial, &mut text);
+    text
+}
+
+fn rows(trial: &Trial, to: &mut dyn io::Write) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(to);
     let names = std::iter::once(TIME_CHANNEL).chain(trial.channels().map(|(name, _)| name));
     writer.write_record(names)?;
     let columns: Vec<&[f64]> = trial.channels().map(|(_, values)| values).collect();
@@ -37,9 +41,16 @@ fn write(trial: &Trial, path: &Path) -> io::Result<()> {
         }
         writer.write_record(None::<&[u8]>)?;
     }
-    let file = writer
-        .into_inner()
-        .map_err(csv::IntoInnerError::into_error)?;
+    writer.flush()
+}
+
+fn write(trial: &Trial, path: &Path) -> io::Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut file = temporary(folder)?;
+    rows(trial, &mut file)?;
     file.as_file().sync_all()?;
     file.persist(path)?;
     Ok(())

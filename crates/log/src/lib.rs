@@ -52,7 +52,7 @@ mod table;
 
 pub use apply::{apply, read_trial};
 pub use csv_read::{parse_csv, read_csv};
-pub use csv_write::write_csv;
+pub use csv_write::{to_csv, write_csv};
 pub use error::{ErrorKind, LogError, Place};
 pub use findings::Findings;
 pub use inspect::{ColumnSummary, Inspection, TimeBase, inspect, inspect_trial};

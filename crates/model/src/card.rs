@@ -121,7 +121,8 @@ pub struct Validity {
     /// Range of the output, `[min, max]`, to which it is limited in flight.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output: Option<[f64; 2]>,
-    /// What a ground-effect model does above the box; all other inputs are clamped to it.
+    /// What a ground-effect model does above the box of heights; below it the least height is used. The other
+    /// ranges are a record of the data, not a limit.
     #[serde(default)]
     pub outside: Outside,
     /// What a ground-effect model is given as the deck's velocity in flight.

@@ -364,3 +364,19 @@ fn prop_scenario_survives_text() {
         .to_string();
     assert!(error.contains("start_heigth_m"), "{error}");
 }
+
+#[test]
+fn analytic_the_drawn_ground_effect_scale_is_flown() {
+    // The balance 8 z = W (q1* + q2*) at 0.8 of the default strength is 0.1414 m; integral action lowers it by less
+    // than a centimetre in 40 s, as it lowers 0.1622 to 0.1537 m at full strength.
+    let mut weak = prompt();
+    weak.spread.ground_effect_scale_min = 0.8;
+    weak.spread.ground_effect_scale_max = 0.8;
+    let landing = fly(&weak, Feedforward::None, 0, 1);
+    assert_eq!(landing.outcome, Outcome::TimedOut);
+    assert!(
+        (0.1314..0.1414).contains(&landing.final_height_m),
+        "{}",
+        landing.final_height_m
+    );
+}

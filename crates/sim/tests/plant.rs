@@ -329,3 +329,23 @@ proptest::proptest! {
         proptest::prop_assert!(plant.turbulence_sd_n(&state, z) >= 0.0);
     }
 }
+
+#[test]
+fn analytic_limits_of_inflow_and_lift() {
+    // A rotor of 0.2 m radius near the plate: image sources beyond a half count as a half.
+    let wide = Plant::new(&PlantSettings {
+        rotor_radius_m: 0.2,
+        rotor_spacing_m: 0.5,
+        ..PlantSettings::default()
+    })
+    .expect("valid settings");
+    let own: f64 = (0.2_f64 / (4.0 * 0.05)).powi(2);
+    assert!(own > 0.5);
+    let finite_plate = 1.0 - (1.0 + (0.846_284_f64 / 0.05).powi(2)).powf(-1.5);
+    // The plate's side gives a to six digits.
+    assert!((wide.target(0.0)[0] - 0.5 * finite_plate).abs() < 1e-8);
+    // Together q1 and q2 count up to 0.6: a gain of 1/(1 - 0.6) = 2.5, a lift of 1.5 of the thrust.
+    let most = wide.lift_ratio([0.5, 0.4]);
+    assert!((most - 1.5).abs() < 1e-12, "{most}");
+    assert!((wide.lift_ratio([0.1, 0.1]) - 0.25).abs() < 1e-12);
+}

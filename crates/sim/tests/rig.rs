@@ -268,3 +268,46 @@ fn prop_bad_trials_name_trial_key_and_number() {
         .to_string();
     assert!(message.contains("load_cell.rate_hz"), "{message}");
 }
+
+#[test]
+fn analytic_a_plate_that_comes_up_lifts_by_its_upwash_alone() {
+    // Without ground effect proper the force on the still vehicle is k_v (x/√W) P(z_r) v_p: upwards when the plate
+    // rises at 0.2 m/s, downwards when it falls.
+    let mut settings = RigSettings {
+        noise: false,
+        ..RigSettings::default()
+    };
+    settings.plant.ground_effect_scale = 0.0;
+    settings.load_cell.latency_s = 0.0;
+    settings.load_cell.jitter_s = 0.0;
+    let plant = Plant::new(&settings.plant).expect("valid settings");
+    let throttle = plant.motor().throttle_for(plant.weight_n());
+    for (from, to, sign) in [(0.55, 0.15, 1.0), (0.15, 0.55, -1.0)] {
+        let trial = RigTrial {
+            plate: Profile::Ramp {
+                from,
+                to,
+                rate: 0.2,
+                hold_s: 1.0,
+                back: false,
+            },
+            ..still(throttle, from, 2.5)
+        };
+        let trial = run(&settings, &trial, 1).expect("valid trial");
+        let (height, total) = (
+            channel(&trial, "height_m"),
+            channel(&trial, "truth_thrust_n"),
+        );
+        for i in (120..280).filter(|i| *i < trial.len()) {
+            let u = (height[i] + 0.05) / 0.846_284;
+            let upwash = std::f64::consts::FRAC_2_PI * ((1.0 / u).atan() - u / (1.0 + u * u));
+            let expected = sign * 0.79 * upwash * 0.2;
+            // The plate's side gives a to six digits.
+            assert!(
+                (total[i] - plant.weight_n() - expected).abs() < 1e-5,
+                "{i}: {} {expected}",
+                total[i] - plant.weight_n()
+            );
+        }
+    }
+}

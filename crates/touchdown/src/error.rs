@@ -89,10 +89,12 @@ impl Error {
     pub fn exit_status(&self) -> u8 {
         use touchdown_log::ErrorKind;
         match self {
+            // A channel that is missing is the map's to give.
+            Self::Trial(touchdown_trial::TrialError::Missing { .. }) => 2,
             Self::File { .. } | Self::Identification(_) | Self::Data { .. } | Self::Trial(_) => 1,
             Self::Card(touchdown_model::CardError::File { .. }) | Self::Report(_) => 1,
             Self::Log(e) => match e.kind() {
-                ErrorKind::Unreadable => 1,
+                ErrorKind::Unreadable | ErrorKind::Unwritable => 1,
                 _ => 2,
             },
             _ => 2,

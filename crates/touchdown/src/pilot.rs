@@ -8,7 +8,7 @@ use touchdown_flight::control::{Composite, Imbc, Law, Ssc};
 use touchdown_flight::deck::HarmonicFilter;
 use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, Validity};
 use touchdown_flight::reference::{Exponential, Reference};
-use touchdown_model::Card;
+use touchdown_model::{Card, Form};
 use touchdown_sim::deck::DeckMotion;
 
 use crate::error::{Error, Result};
@@ -101,7 +101,7 @@ pub fn autopilot(
     };
     let none = || Guarded::new(GroundEffectModel::None, Validity::default());
     let ground_effect = match method {
-        Method::Empirical => card(&cards.empirical, method)?.ground_effect()?,
+        Method::Empirical => empirical(cards)?.ground_effect()?,
         Method::Dynamic => card(&cards.dynamic, method)?.ground_effect()?,
         _ => none(),
     };
@@ -143,4 +143,32 @@ fn card(card: &Option<Card>, method: Method) -> Result<&Card> {
             method.name()
         ))
     })
+}
+
+/// The card of `empirical`, which is eq. (2) and nothing else.
+fn empirical(cards: &Cards) -> Result<&Card> {
+    let card = card(&cards.empirical, Method::Empirical)?;
+    if card.form == Form::Empirical {
+        return Ok(card);
+    }
+    Err(Error::Arguments(format!(
+        "method `empirical` needs a card of form `empirical` (eq. 2); card `{}` is of form {:?}",
+        card.name, card.form
+    )))
+}
+
+/// Checks controllers' settings without any card.
+///
+/// # Errors
+/// The first setting out of range.
+pub fn check(settings: &LandSettings) -> Result<()> {
+    let cards = Cards {
+        thrust: Card::parse(touchdown_model::published::EQ_11, "eq11")?,
+        empirical: None,
+        dynamic: None,
+    };
+    for method in [Method::Feedback, Method::Imbc, Method::Ssc] {
+        autopilot(method, &cards, settings, false)?;
+    }
+    Ok(())
 }

@@ -9,6 +9,9 @@ use crate::error::{Error, Result};
 /// Height of the saturation of eq. (2): as in flight.
 const EMPIRICAL_MAX: &str = "0.6";
 
+/// Longest step of an integration (s), whatever the card says: its nonlinear terms may be faster than its linear one.
+const LONGEST_STEP_S: f64 = 0.02;
+
 /// A card, ready to predict over a record.
 #[derive(Clone, Debug)]
 pub struct Predictor {
@@ -174,6 +177,7 @@ impl Predictor {
                 .collect::<Vec<_>>(),
             &output.to_string(),
         )?;
+        let model = model.with_max_step(max_step_s(card))?;
         Ok(Self {
             model,
             parameters: parts.parameters,
@@ -284,4 +288,17 @@ impl Parts<'_> {
         }
         out
     }
+}
+
+/// Half of the fastest time constant that a card names (s): what one step of the integration may span.
+fn max_step_s(card: &Card) -> f64 {
+    let lags = ["T_m", "tau"].map(|of| card.coefficient(of, "1"));
+    let rates =
+        [("x'", "x"), ("f'", "f"), ("y'", "y")].map(|(of, x)| -1.0 / card.coefficient(of, x));
+    let fastest = lags
+        .into_iter()
+        .chain(rates)
+        .filter(|t| *t > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    (0.5 * fastest).min(LONGEST_STEP_S)
 }

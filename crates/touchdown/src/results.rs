@@ -13,7 +13,7 @@ use crate::identify::ground_effect::before::Before;
 use crate::identify::settings::GroundEffectForm;
 use crate::pilot::Method;
 use crate::score::Errors;
-use crate::settings::{ReproduceSettings, to_toml};
+use crate::settings::{C_DECK_PER_S, C_GROUND_PER_S, ReproduceSettings, to_toml};
 
 /// Version of the shape.
 pub const SCHEMA: u32 = 1;
@@ -25,14 +25,17 @@ pub struct ErrorFigure {
     pub mae_n: Option<f64>,
     /// Largest absolute error (N).
     pub worst_n: Option<f64>,
+    /// Mean absolute error against the raw measurement, which its own noise dominates (N).
+    pub raw_mae_n: Option<f64>,
 }
 
-impl From<Option<Errors>> for ErrorFigure {
-    fn from(errors: Option<Errors>) -> Self {
+impl ErrorFigure {
+    fn of(errors: Option<Errors>, raw: Option<Errors>) -> Self {
         let finite = |v: f64| v.is_finite().then_some(v);
         Self {
             mae_n: errors.and_then(|e| finite(e.mae)),
             worst_n: errors.and_then(|e| finite(e.worst)),
+            raw_mae_n: raw.and_then(|e| finite(e.mae)),
         }
     }
 }
@@ -67,7 +70,7 @@ pub struct Results {
     /// The paper's own figures.
     pub published: Published,
     /// What was calibrated to the paper.
-    pub calibrated: BTreeMap<&'static str, &'static str>,
+    pub calibrated: BTreeMap<&'static str, String>,
     /// What is a reconstruction.
     pub reconstructed: BTreeMap<&'static str, &'static str>,
 }
@@ -170,9 +173,7 @@ impl Published {
 /// # Errors
 /// Settings that TOML cannot hold.
 pub fn settings_sha256(settings: &ReproduceSettings) -> Result<String> {
-    use sha2::Digest as _;
-    let digest = sha2::Sha256::digest(to_toml(settings)?.as_bytes());
-    Ok(digest.iter().map(|b| format!("{b:02x}")).collect())
+    Ok(crate::identify::sha256(to_toml(settings)?.as_bytes()))
 }
 
 impl Results {
@@ -208,7 +209,7 @@ impl Results {
                 rich_data: rich,
                 noise_floor: VALIDATION_KINDS
                     .into_iter()
-                    .map(|kind| (kind, ge.pooled_floor(kind).into()))
+                    .map(|kind| (kind, ErrorFigure::of(ge.pooled_floor(kind), None)))
                     .collect(),
                 lag_s: lag_s.collect(),
                 identifiability: ge.sets.iter().map(|s| (s.name, s.before.clone())).collect(),
@@ -220,7 +221,7 @@ impl Results {
             },
             sea: None,
             published: Published::figures(),
-            calibrated: calibrated(),
+            calibrated: calibrated(&run.settings),
             reconstructed: reconstructed(),
         })
     }
@@ -234,7 +235,7 @@ fn plate(state: &thrust::PlateState) -> Table {
             (
                 model,
                 runs.iter()
-                    .map(|r| (r.kind, Some(r.errors).into()))
+                    .map(|r| (r.kind, ErrorFigure::of(Some(r.errors), Some(r.raw))))
                     .collect(),
             )
         })
@@ -246,9 +247,15 @@ fn forms(run: &Run, set: usize) -> Table {
         .iter()
         .enumerate()
         .map(|(model, form)| {
-            let of_kind = VALIDATION_KINDS
-                .into_iter()
-                .map(|kind| (kind, run.ground_effect.pooled(set, model, kind).into()));
+            let of_kind = VALIDATION_KINDS.into_iter().map(|kind| {
+                (
+                    kind,
+                    ErrorFigure::of(
+                        run.ground_effect.pooled(set, model, kind),
+                        run.ground_effect.pooled_raw(set, model, kind),
+                    ),
+                )
+            });
             (form.name(), of_kind.collect())
         })
         .collect()
@@ -263,20 +270,35 @@ fn figures(methods: &[MethodLandings]) -> BTreeMap<&'static str, LandingFigures>
 
 /// What was calibrated to the paper, and how.
 #[must_use]
-pub fn calibrated() -> BTreeMap<&'static str, &'static str> {
+pub fn calibrated(settings: &ReproduceSettings) -> BTreeMap<&'static str, String> {
+    let (ground, deck) = (
+        settings.ground_landing.control.c_per_s,
+        settings.deck_landing.control.c_per_s,
+    );
+    let rate = if (ground, deck) == (C_GROUND_PER_S, C_DECK_PER_S) {
+        format!(
+            "the rate of descent C, {ground} 1/s on the ground and {deck} 1/s on the deck, is set so that the reference itself reaches \
+             0.1 m at the paper's own landing times of 5.1 s and 5.38 s; the printed C = 0.1 would take 36 s. The landing time of \
+             `dynamic` is therefore no evidence; times relative to it are"
+        )
+    } else {
+        format!(
+            "the rate of descent C is {ground} 1/s on the ground and {deck} 1/s on the deck, by these settings; \
+             {C_GROUND_PER_S} and {C_DECK_PER_S} 1/s make the reference itself reach 0.1 m at the paper's landing times"
+        )
+    };
     [
-        (
-            "c_per_s",
-            "the rate of descent C, 0.7073 1/s on the ground and 0.5566 1/s on the deck, is set so that the \
-             reference itself reaches 0.1 m at the paper's own landing times of 5.1 s and 5.38 s; the printed C = 0.1 \
-             would take 36 s. The landing time of `dynamic` is therefore no evidence; times relative to it are",
-        ),
+        ("c_per_s", rate),
         (
             "ground_effect_strength",
-            "the plant's strength of ground effect (literature values for a quadrotor of this size, rotor plane 0.05 m \
-             above the reference point) was chosen with the paper's hover height of 15 cm in view",
+            "the default plant's strength of ground effect (literature values for a quadrotor of this size, rotor plane 0.05 m \
+             above the reference point) was chosen with the paper's hover height of 15 cm in view"
+                .to_string(),
         ),
-        ("mu", "mu of eq. (2) is fitted to our own rig data; the paper does not print it"),
+        (
+            "mu",
+            "mu of eq. (2) is fitted to our own rig data; the paper does not print it".to_string(),
+        ),
     ]
     .into()
 }

@@ -245,6 +245,7 @@ impl LandScenario {
         }
         self.scenario
             .validate()
-            .map_err(|e| bad("scenario", e.to_string()))
+            .map_err(|e| bad("scenario", e.to_string()))?;
+        crate::pilot::check(&self.land()).map_err(|e| bad("control", e.to_string()))
     }
 }

@@ -68,6 +68,8 @@ mod tests {
     fn analytic_figures() {
         let e = Errors::of(&[1.0, 2.0, 5.0], &[1.0, f64::NAN, 2.0]).unwrap();
         assert_eq!((e.mae, e.worst, e.samples), (1.5, 3.0, 2));
+        // √((0² + 3²)/2), and with two errors of one: √((9 + 2)/4).
+        assert!((e.rmse - 4.5_f64.sqrt()).abs() < 1e-15);
         assert!(Errors::of(&[1.0], &[f64::NAN]).is_none());
         assert_eq!(
             Errors::of(&[f64::NAN], &[0.0]).unwrap().worst,
@@ -75,5 +77,6 @@ mod tests {
         );
         let both = Errors::pool(&[e, Errors::of(&[0.0, 0.0], &[1.0, 1.0]).unwrap()]).unwrap();
         assert_eq!((both.mae, both.worst, both.samples), (1.25, 3.0, 4));
+        assert!((both.rmse - 2.75_f64.sqrt()).abs() < 1e-15);
     }
 }

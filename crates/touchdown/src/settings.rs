@@ -12,9 +12,9 @@ use touchdown_sim::scenario::LandingScenario;
 use crate::error::{Error, Result};
 use crate::identify::IdentificationSettings;
 
-/// Rate of the descent that makes `dynamic` land in the published 5.1 s on the ground (1/s): calibrated.
+/// Rate of the descent at which the reference itself reaches 0.1 m at the published 5.1 s on the ground (1/s): calibrated.
 pub const C_GROUND_PER_S: f64 = 0.7073;
-/// Rate of the descent that makes `dynamic` land in the published 5.38 s on the deck (1/s): calibrated.
+/// Rate of the descent at which the reference itself reaches 0.1 m at the published 5.38 s on the deck (1/s): calibrated.
 pub const C_DECK_PER_S: f64 = 0.5566;
 
 /// Everything that `reproduce` depends on.
@@ -167,6 +167,8 @@ impl ReproduceSettings {
             ("ground_landing", self.ground_landing),
             ("deck_landing", self.deck_landing),
         ] {
+            crate::pilot::check(&land)
+                .map_err(|e| bad(&format!("{key}.control"), e.to_string()))?;
             land.scenario
                 .validate()
                 .map_err(|e| bad(&format!("{key}.scenario"), e.to_string()))?;
@@ -205,12 +207,16 @@ pub fn parse<T: Default + DeserializeOwned + Serialize>(text: &str, file: &str) 
         file: file.to_string(),
         message: e.to_string().trim_end().to_string(),
     };
-    // Once as it stands, for errors with their line; then over the defaults.
-    let _: T = toml::from_str(text).map_err(bad)?;
     let given: toml::Table = toml::from_str(text).map_err(bad)?;
     let mut whole: toml::Table = toml::from_str(&to_toml(&T::default())?).map_err(bad)?;
     merge(&mut whole, given);
-    whole.try_into().map_err(bad)
+    whole.try_into().map_err(|merged| {
+        // The text as it stands gives the same error with its line, unless it merely leaves keys out.
+        match toml::from_str::<T>(text) {
+            Err(e) if !e.message().contains("missing field") => bad(e),
+            _ => bad(merged),
+        }
+    })
 }
 
 /// Puts `given` over `base`, table by table. A table of another `kind` replaces the old one whole.
@@ -260,6 +266,15 @@ mod tests {
             still.deck_landing.scenario.deck,
             touchdown_sim::deck::DeckMotion::Still
         );
+    }
+
+    #[test]
+    fn prop_a_table_may_leave_keys_out_at_any_depth() {
+        let text = "[deck_landing.control.gains]\nk_p = 5.0\n[deck_landing.scenario.deck]\namplitude_m = 0.06\n";
+        let read: ReproduceSettings = parse(text, "s.toml").unwrap();
+        assert_eq!(read.deck_landing.control.gains.k_p, 5.0);
+        assert_eq!(read.deck_landing.control.gains.gamma, 2.0);
+        assert_eq!(read.deck_landing.scenario.deck.highest_m(), 0.06);
     }
 
     #[test]

@@ -70,7 +70,64 @@ fn check(run: &Run) {
 
 #[test]
 fn paper_promises_of_the_main_job_seed_1() {
-    check(&run(1));
+    let run = run(1);
+    check(&run);
+    readme(&Results::of(&run).unwrap());
+}
+
+/// The figures that the README shows are those of this very run.
+fn readme(results: &Results) {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
+    let text = std::fs::read_to_string(path).unwrap();
+    let mean = |s: Option<touchdown::statistics::Summary>| s.unwrap().mean;
+    let ground = &results.ground_landing;
+    let hover = format!("hovers at {:.3} m", mean(ground["feedback"].hover_height_m));
+    assert!(text.contains(&hover), "the README lacks: {hover}");
+    let deck = &results.deck_landing.with_acceleration;
+    let rows = [
+        ("ground", ground, "empirical"),
+        ("ground", ground, "dynamic"),
+    ]
+    .into_iter()
+    .chain(["imbc", "ssc", "dynamic"].map(|m| ("deck", deck, m)));
+    for (place, figures, method) in rows {
+        let f = &figures[method];
+        let row = text
+            .lines()
+            .find(|l| l.starts_with(&format!("| {place}, `{method}`")))
+            .unwrap_or_else(|| panic!("the README has no row of {place}, {method}"));
+        let expected = format!(
+            "| {} | {:.2} | {:.3} |",
+            f.landed,
+            mean(f.t_l_s),
+            mean(f.v_l_mps)
+        );
+        assert!(row.contains(&expected), "{row}\nshould have {expected}");
+    }
+    let range = |form: &str| {
+        let errors: Vec<f64> = results.ground_effect.rich_data[form]
+            .values()
+            .map(|e| e.mae_n.unwrap())
+            .collect();
+        let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+        (least, errors.iter().copied().fold(0.0, f64::max))
+    };
+    let eq8 = &results.thrust.plate_removed["eq8"];
+    let (lag, derivative, empirical) = (range("lag"), range("derivative"), range("empirical"));
+    for expected in [
+        format!(
+            "{:.3} and {:.3} N",
+            eq8["ramp"].mae_n.unwrap(),
+            eq8["sine"].mae_n.unwrap()
+        ),
+        format!("{:.3} to {:.3} N (lag form)", lag.0, lag.1),
+        format!("{:.2} to {:.2} N (eq. 9", derivative.0, derivative.1),
+        format!("{:.2} to {:.2} N (eq. 2)", empirical.0, empirical.1),
+    ] {
+        // The text may be broken anywhere.
+        let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(flat.contains(&expected), "the README lacks: {expected}");
+    }
 }
 
 #[test]

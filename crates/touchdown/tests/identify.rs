@@ -37,7 +37,7 @@ fn xval_staircase_of_a_thrust_stand() {
     );
     assert_eq!(
         (&found["rmse"]["unit"], &found["rows_used"]),
-        (&"sqrtN".into(), &23.into())
+        (&"√N".into(), &23.into())
     );
     assert!(number(&found["rmse"]["value"]) <= 0.05, "{found}");
     // Two ways of solving the same least squares: 1e-9 is far above their rounding.
@@ -404,7 +404,7 @@ fn prop_ground_effect_needs_a_thrust_card_and_its_channels() {
         args.extend(words(more, &[]));
         args
     };
-    assert!(fails(1, ground(&card, &[])).contains("height_m"));
+    assert!(fails(2, ground(&card, &[])).contains("height_m"));
     assert!(fails(1, ground(&folder.path().join("none.toml"), &[])).contains("none.toml"));
     fails(2, ground(&log, &[]));
     let published = folder.path().join("eq12.toml");

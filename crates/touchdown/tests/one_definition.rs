@@ -99,3 +99,81 @@ fn prop_thrust_in_flight_is_the_card_s_expression() {
         assert!((state.thrust_n() - expression[i]).abs() < 2e-3, "{i}");
     }
 }
+
+/// A static map with a box of heights, and no memory.
+fn static_card() -> Card {
+    let settings = touchdown::settings::ReproduceSettings::quick();
+    let mut card =
+        touchdown::experiments::identify_cards(&settings.rig, 3, &touchdown::progress::Silent)
+            .unwrap()
+            .dynamic
+            .unwrap();
+    card.form = touchdown_model::Form::Static;
+    card.terms.retain(|t| t.of == "h");
+    card.validity.inputs.insert("z".into(), [0.2, 0.4]);
+    card
+}
+
+#[test]
+fn prop_heights_outside_the_box_are_those_of_its_edge() {
+    let card = static_card();
+    let run = |height_m: f64| {
+        let (z, thrust) = ([height_m; 2], [13.0; 2]);
+        let columns = Columns {
+            height_m: &z,
+            free_air_thrust_n: &thrust,
+            ..Columns::default()
+        };
+        Predictor::new(&card)
+            .unwrap()
+            .run("t", &[0.0, 0.01], &columns, 0.0)
+            .unwrap()[1]
+    };
+    assert_eq!(run(0.1), run(0.2));
+    assert_eq!(run(0.9), run(0.4));
+    assert!(run(0.2) > run(0.3) && run(0.3) > run(0.4));
+}
+
+#[test]
+fn prop_inputs_of_a_ground_effect_trial_are_as_late_as_the_load_cell() {
+    let mut card = Card::parse(published::EQ_11, "eq11").unwrap();
+    let t = trial();
+    let recorded = touchdown_trial::Trial::new("late", t.time_s.clone())
+        .unwrap()
+        .with_channel("throttle", t.throttle.clone())
+        .unwrap()
+        .with_channel("thrust_n", t.free_air_thrust_n.clone())
+        .unwrap()
+        .with_channel("height_m", t.height_m.clone())
+        .unwrap()
+        .with_channel("deck_velocity_mps", t.deck_velocity_mps.clone())
+        .unwrap();
+    let prepare =
+        |card: &Card| touchdown::identify::ground_effect::prepare(&recorded, card).unwrap();
+    let prompt = prepare(&card);
+    assert_eq!(prompt.height_m, t.height_m);
+    card.terms.push(touchdown_model::Term {
+        of: "dead_time".into(),
+        expression: "1".into(),
+        value: 0.025,
+        std_error: None,
+        unit: "s".into(),
+    });
+    let late = prepare(&card);
+    // 25 samples of 1 ms; interpolated between stamps that carry rounding.
+    for i in 100..t.time_s.len() {
+        for (late, prompt) in [
+            (&late.height_m, &prompt.height_m),
+            (&late.deck_velocity_mps, &prompt.deck_velocity_mps),
+            (&late.throttle, &prompt.throttle),
+            (&late.free_air_thrust_n, &prompt.free_air_thrust_n),
+        ] {
+            assert!(
+                (late[i] - prompt[i - 25]).abs() < 1e-9,
+                "{i}: {} {}",
+                late[i],
+                prompt[i - 25]
+            );
+        }
+    }
+}

@@ -231,5 +231,5 @@ fn prop_bad_input_is_one_error_and_nothing_written() {
         .args(["reproduce", "--quick", "--quiet", "--out"])
         .arg(folder.path().join("file"))
         .assert()
-        .code(1);
+        .code(2);
 }

@@ -29,7 +29,9 @@ Examples:
   touchdown inspect LOG.csv                              what is in a log, and a map to start from
   touchdown identify thrust LOG.csv --map MAP.toml --out thrust.toml
   touchdown validate thrust.toml OTHER.csv --map MAP.toml
-  touchdown rig --out rig && touchdown identify ground-effect rig/ground_effect/*.csv --thrust thrust.toml --out ge.toml
+  touchdown rig --out rig
+  touchdown identify thrust rig/thrust_training/*.csv --out thrust.toml
+  touchdown identify ground-effect rig/ground_effect_rich/*.csv --thrust thrust.toml --out models
   touchdown land examples/scenarios/deck.toml --out landings
 
 Exit status: 0 done; 1 failed; 2 bad arguments, maps, settings or cards; 3 done, but input was lost.";
@@ -157,7 +159,7 @@ pub(crate) struct IdentifyCommon {
 #[derive(Args, Debug)]
 pub(crate) struct ValidateArgs {
     /// Model cards (.toml) and logs (.csv), in any order
-    #[arg(required = true, num_args = 2..)]
+    #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
     /// Map from the logs' columns to channels
     #[arg(long)]

@@ -1,6 +1,7 @@
 //! What all commands share: where text, progress and JSON go.
 
 use std::io::Write as _;
+use std::sync::Mutex;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -11,6 +12,8 @@ use touchdown::{Error, Result};
 pub(crate) struct Context {
     json: bool,
     bar: ProgressBar,
+    /// What standard output refused to take, if it did.
+    refused: Mutex<Option<std::io::Error>>,
 }
 
 impl Context {
@@ -26,19 +29,42 @@ impl Context {
         ) {
             bar.set_style(style.progress_chars("=> "));
         }
-        Self { json, bar }
+        Self {
+            json,
+            bar,
+            refused: Mutex::new(None),
+        }
     }
 
     /// Text for people: on standard output, or on standard error where that is kept for JSON.
     pub(crate) fn say(&self, text: &str) {
-        self.bar.suspend(|| {
-            // A reader that has gone away is no failure of ours.
-            let _ = if self.json {
-                writeln!(anstream::stderr(), "{text}")
-            } else {
-                writeln!(anstream::stdout(), "{text}")
-            };
+        if self.json {
+            self.bar.suspend(|| {
+                let _ = writeln!(anstream::stderr(), "{text}");
+            });
+        } else {
+            self.print(&format!("{text}\n"));
+        }
+    }
+
+    /// Text on standard output. A reader that has gone away is no failure of ours; any other refusal is kept.
+    fn print(&self, text: &str) {
+        let written = self.bar.suspend(|| {
+            let mut out = anstream::stdout();
+            out.write_all(text.as_bytes()).and_then(|()| out.flush())
         });
+        if let Err(e) = written
+            && e.kind() != std::io::ErrorKind::BrokenPipe
+            && let Ok(mut refused) = self.refused.lock()
+        {
+            refused.get_or_insert(e);
+        }
+    }
+
+    /// Fails where standard output did not take what was printed.
+    pub(crate) fn all_printed(&self) -> Result<()> {
+        let refused = self.refused.lock().ok().and_then(|mut r| r.take());
+        refused.map_or(Ok(()), |e| Err(Error::file("standard output".as_ref(), e)))
     }
 
     /// A warning, on standard error.
@@ -52,7 +78,7 @@ impl Context {
     pub(crate) fn object<T: Serialize>(&self, object: &T) -> Result<()> {
         if self.json {
             let text = super::output::json(object)?;
-            let _ = anstream::stdout().write_all(text.as_bytes());
+            self.print(&text);
         }
         Ok(())
     }

@@ -140,7 +140,7 @@ fn origin(
         .inputs
         .extend(load::map_input(common.map.as_deref())?);
     let text = settings::to_toml(settings)?;
-    origin.provenance.settings_sha256 = Some(load::sha256(text.as_bytes()));
+    origin.provenance.settings_sha256 = Some(touchdown::identify::sha256(text.as_bytes()));
     Ok(origin)
 }
 

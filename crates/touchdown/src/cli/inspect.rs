@@ -293,10 +293,10 @@ fn write(
         load::word(&folder.display().to_string())
     ));
     let report = pages::inspect::report(&command, &sections)?;
-    output::folder(folder)?;
+    output::results_folder(folder)?;
+    pages::identify::write(folder, sections.iter().flat_map(|s| &s.figures), &report)?;
     output::write(
         &folder.join("results.json"),
         output::json(results)?.as_bytes(),
-    )?;
-    pages::identify::write(folder, sections.iter().flat_map(|s| &s.figures), &report)
+    )
 }

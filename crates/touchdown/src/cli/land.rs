@@ -32,7 +32,6 @@ struct LandResults<'a> {
 
 pub(crate) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     let scenario = load(args)?;
-    output::folder(&args.out)?;
     let cards = cards(context, &scenario)?;
     let land = scenario.land();
     // Every controller is built before the first landing, so that a bad card costs no time.
@@ -65,16 +64,13 @@ pub(crate) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
             })
         })
         .collect::<Result<Vec<_>>>()?;
-    for card in [
-        Some(&cards.thrust),
-        cards.empirical.as_ref(),
-        cards.dynamic.as_ref(),
-    ]
-    .into_iter()
-    .flatten()
-    {
-        card.write(&args.out.join("cards").join(format!("{}.toml", card.name)))?;
-    }
+    output::results_folder(&args.out)?;
+    let written = write_cards(&cards, &args.out)?;
+    // The scenario beside the results names the cards that were flown, wherever they came from.
+    let scenario = LandScenario {
+        cards: written,
+        ..scenario
+    };
     output::write(
         &args.out.join("scenario.toml"),
         settings::to_toml(&scenario)?.as_bytes(),
@@ -174,6 +170,19 @@ fn cards(context: &Context, scenario: &LandScenario) -> Result<Cards> {
             .ok_or_else(|| touchdown::Error::Arguments("no thrust card".into()))?,
         empirical: empirical.or_else(|| of_rig(|c| c.empirical.clone())),
         dynamic: dynamic.or_else(|| of_rig(|c| c.dynamic.clone())),
+    })
+}
+
+/// Writes the cards that are flown and gives their paths, relative to the folder.
+fn write_cards(cards: &Cards, out: &Path) -> Result<CardPaths> {
+    let write = |card: &Card| {
+        let path = Path::new("cards").join(format!("{}.toml", card.name));
+        card.write(&out.join(&path)).map(|()| path)
+    };
+    Ok(CardPaths {
+        thrust: Some(write(&cards.thrust)?),
+        empirical: cards.empirical.as_ref().map(write).transpose()?,
+        dynamic: cards.dynamic.as_ref().map(write).transpose()?,
     })
 }
 

@@ -33,7 +33,8 @@ pub(crate) enum Done {
 pub(crate) fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let context = Context::new(arguments.json, arguments.quiet);
-    match dispatch(&context, arguments.command) {
+    let done = dispatch(&context, arguments.command);
+    match done.and_then(|done| context.all_printed().map(|()| done)) {
         Ok(Done::Whole) => ExitCode::SUCCESS,
         Ok(Done::WithLoss) => ExitCode::from(3),
         Err(error) => {

@@ -16,7 +16,24 @@ pub(crate) fn json<T: Serialize>(object: &T) -> Result<String> {
 
 /// Creates a folder and those above it.
 pub(crate) fn folder(path: &Path) -> Result<()> {
+    if path.is_file() {
+        let path = path.display();
+        return Err(Error::Arguments(format!(
+            "{path}: expected a folder, found a file"
+        )));
+    }
     std::fs::create_dir_all(path).map_err(|e| Error::file(path, e))
+}
+
+/// A folder for results: created, and the `results.json` of an earlier run taken away, so that one which is there
+/// belongs to the files beside it.
+pub(crate) fn results_folder(path: &Path) -> Result<()> {
+    folder(path)?;
+    let old = path.join("results.json");
+    match std::fs::remove_file(&old) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::file(&old, e)),
+        _ => Ok(()),
+    }
 }
 
 /// Writes to a temporary file in the same folder, then renames it.

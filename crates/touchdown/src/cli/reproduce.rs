@@ -59,6 +59,7 @@ fn load(args: &ReproduceArgs) -> Result<ReproduceSettings> {
 
 /// Writes everything; `results.json` last, so that its presence says that all is there.
 fn write(context: &Context, run: &Run, results: &Results, out: &Path) -> Result<()> {
+    output::results_folder(out)?;
     let cards = cards(run);
     let sets = trial_sets(run);
     let trials: Vec<(&str, &Trial)> = sets
@@ -150,7 +151,7 @@ fn landings(run: &Run) -> String {
                     l.trial_index,
                     cell(l.t_l_s),
                     cell(l.v_l_mps),
-                    l.s_l_m,
+                    cell(l.t_l_s.is_some().then_some(l.s_l_m)),
                     l.final_height_m
                 ));
             }

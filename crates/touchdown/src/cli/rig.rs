@@ -64,7 +64,7 @@ pub(crate) fn run(context: &Context, args: &RigArgs) -> Result<Done> {
             Ok(recorded)
         })
         .collect::<Result<_>>()?;
-    output::folder(&args.out)?;
+    output::results_folder(&args.out)?;
     for (set, _) in &planned {
         output::folder(&args.out.join(set))?;
     }

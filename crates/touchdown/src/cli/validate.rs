@@ -44,7 +44,7 @@ struct Row {
     form: String,
     log: String,
     /// Whether the card was fitted to this very log.
-    seen: bool,
+    seen: Option<bool>,
     unit: &'static str,
     /// Against the measurement.
     measured: Option<Errors>,
@@ -155,9 +155,10 @@ fn finish(
     for (&(c, l), judged) in found.pairs.iter().zip(&found.judged) {
         let (given, log) = (&cards[c], &logs[l]);
         let inputs = &given.card.provenance.inputs;
-        let seen = inputs.iter().any(|i| i.sha256 == log.sha256());
+        // A card that names no inputs does not say what it has seen.
+        let seen = (!inputs.is_empty()).then(|| inputs.iter().any(|i| i.sha256 == log.sha256()));
         let (card, path) = (given.path.display(), log.path.display());
-        if seen {
+        if seen == Some(true) {
             warnings.push(format!(
                 "{path} is among the logs that {card} was fitted to: its errors there say nothing of unseen data"
             ));
@@ -238,7 +239,7 @@ fn pool(cards: &[Given], rows: &[Row]) -> Vec<Pooled> {
         .map(|(given, of_card)| {
             let unseen: Vec<&Row> = of_card
                 .iter()
-                .filter(|r| !r.seen && r.error.is_none())
+                .filter(|r| r.seen != Some(true) && r.error.is_none())
                 .collect();
             let pool = |f: fn(&Row) -> Option<Errors>| -> Option<Errors> {
                 // Where the truth is known of some logs only, there is no pooled figure.
@@ -286,7 +287,12 @@ fn table(results: &Results<'_>) -> (Vec<String>, Vec<Vec<String>>) {
     };
     let mut rows: Vec<Vec<String>> = Vec::new();
     for r in results.results {
-        let seen = if r.seen { "yes" } else { "no" }.to_string();
+        let seen = match r.seen {
+            Some(true) => "yes",
+            Some(false) => "no",
+            None => "unknown",
+        }
+        .to_string();
         let mut row = vec![name(&r.card), r.form.clone(), name(&r.log), seen];
         row.extend(figures(r.measured, r.truth, r.noise_floor));
         rows.push(row);
@@ -358,14 +364,14 @@ fn write(
         warnings: results.warnings,
     };
     let report = pages::validate::report(&overview, &figures)?;
-    output::folder(folder)?;
-    output::write(
-        &folder.join("results.json"),
-        output::json(results)?.as_bytes(),
-    )?;
+    output::results_folder(folder)?;
     output::write(
         &folder.join("summary.csv"),
         show::csv(header, table).as_bytes(),
     )?;
-    pages::identify::write(folder, &figures, &report)
+    pages::identify::write(folder, &figures, &report)?;
+    output::write(
+        &folder.join("results.json"),
+        output::json(results)?.as_bytes(),
+    )
 }

@@ -103,6 +103,7 @@ pub fn run(
     let [paper, rich] = training.map(|(name, trials)| -> Result<DataSet> {
         let recorded = super::record(&trials, settings, progress)?;
         let prepared = prepare(&recorded, thrust_card)?;
+        let origin = &origin.with_inputs(&recorded);
         let identification = &settings.identification;
         let before = before::examine_trials(&prepared, identification)?;
         progress.step();
@@ -165,12 +166,28 @@ impl GroundEffectExperiment {
     /// Errors of a model against the truth, over the validation trials of one kind.
     #[must_use]
     pub fn pooled(&self, set: usize, model: usize, kind: &str) -> Option<Errors> {
+        self.pool(set, model, kind, |judged| judged.truth)
+    }
+
+    /// Errors of a model against the raw measurement, over the validation trials of one kind.
+    #[must_use]
+    pub fn pooled_raw(&self, set: usize, model: usize, kind: &str) -> Option<Errors> {
+        self.pool(set, model, kind, |judged| judged.raw)
+    }
+
+    fn pool(
+        &self,
+        set: usize,
+        model: usize,
+        kind: &str,
+        pick: fn(&Judged) -> Errors,
+    ) -> Option<Errors> {
         let of_kind: Vec<Errors> = self
             .validation
             .iter()
             .zip(&self.sets[set].errors[model])
             .filter(|(t, _)| kind_of(&t.name) == kind)
-            .map(|(_, judged)| judged.truth)
+            .map(|(_, judged)| pick(judged))
             .collect();
         Errors::pool(&of_kind)
     }

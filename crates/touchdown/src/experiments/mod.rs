@@ -111,14 +111,17 @@ pub fn identify_cards(rig: &RigSettings, seed: u64, progress: &dyn Progress) -> 
         (thrust_trials.len() + ground_trials.len() + 3) as u64,
     );
     let recorded = record(&thrust_trials, &settings, progress)?;
-    let thrust = identify::thrust::library(&recorded, identification, &origin)?.card;
+    let thrust_origin = origin.with_inputs(&recorded);
+    let thrust = identify::thrust::library(&recorded, identification, &thrust_origin)?.card;
     progress.step();
-    let prepared = record(&ground_trials, &settings, progress)?
+    let recorded = record(&ground_trials, &settings, progress)?;
+    let ground_origin = origin.with_inputs(&recorded);
+    let prepared = recorded
         .iter()
         .map(|t| identify::ground_effect::prepare(t, &thrust))
         .collect::<Result<Vec<_>>>()?;
     let fit = |form| -> Result<_> {
-        let made = identify::ground_effect::fit(form, &prepared, identification, &origin)?;
+        let made = identify::ground_effect::fit(form, &prepared, identification, &ground_origin)?;
         progress.step();
         Ok(made.card)
     };

@@ -72,6 +72,7 @@ pub fn run(
         |(plate_present, training, validation)| -> Result<PlateState> {
             let training = super::record(&training, settings, progress)?;
             let validation = super::record(&validation, settings, progress)?;
+            let origin = &origin.with_inputs(&training);
             let mut models = Vec::new();
             for model in MODELS {
                 models.push(fit(

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
 use touchdown_model::card::{
     Card, Input, Provenance, SCHEMA, Score, Status, Term, Validity, Vehicle,
 };
@@ -37,25 +38,27 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// The origin of `trials`: their files by SHA-256, and the tool's own version.
+    /// The origin of `trials`: the tool's own version, and every trial by SHA-256.
     #[must_use]
     pub fn of(trials: &[Trial], vehicle: Vehicle) -> Self {
-        let inputs = trials.iter().filter_map(|t| match &t.provenance().source {
-            Source::File { path, sha256 } => Some(Input {
-                name: path.rsplit(['/', '\\']).next().unwrap_or(path).to_string(),
-                sha256: sha256.clone(),
-            }),
-            _ => None,
-        });
         let provenance = Provenance {
             source: concat!("touchdown ", env!("CARGO_PKG_VERSION")).to_string(),
-            inputs: inputs.collect(),
             ..Provenance::default()
         };
         Self {
             vehicle,
             provenance,
         }
+        .with_inputs(trials)
+    }
+
+    /// The same origin with other data: files by their own SHA-256, trials of the virtual rig by that of the CSV
+    /// that they are written as.
+    #[must_use]
+    pub fn with_inputs(&self, trials: &[Trial]) -> Self {
+        let mut origin = self.clone();
+        origin.provenance.inputs = trials.par_iter().filter_map(input).collect();
+        origin
     }
 
     /// An empty fitted card of this origin.
@@ -79,6 +82,28 @@ impl Origin {
             scores: Vec::new(),
         }
     }
+}
+
+fn input(trial: &Trial) -> Option<Input> {
+    match &trial.provenance().source {
+        Source::File { path, sha256 } => Some(Input {
+            name: path.rsplit(['/', '\\']).next().unwrap_or(path).to_string(),
+            sha256: sha256.clone(),
+        }),
+        Source::VirtualRig { .. } => Some(Input {
+            name: format!("{}.csv", trial.name()),
+            sha256: sha256(&touchdown_log::to_csv(trial)),
+        }),
+        _ => None,
+    }
+}
+
+/// Lower-case hexadecimal SHA-256.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    use sha2::Digest as _;
+    let digest = sha2::Sha256::digest(bytes);
+    digest.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// A term; a standard error that is not a number is left out.
@@ -111,15 +136,6 @@ pub(super) fn method(notes: &[(&str, String)]) -> BTreeMap<String, String> {
         .iter()
         .map(|(k, v)| ((*k).to_string(), v.clone()))
         .collect()
-}
-
-/// The unit of a coefficient whose term has the given unit, in an equation of the unit `of`.
-pub(super) fn unit_of_coefficient(of: &str, term: &str) -> String {
-    if term == "1" {
-        of.to_string()
-    } else {
-        format!("{of} per ({term})")
-    }
 }
 
 /// Smallest and largest finite value; `None` where there is none.

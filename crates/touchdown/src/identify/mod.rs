@@ -10,6 +10,7 @@ pub mod ground_effect;
 pub(crate) mod making;
 pub mod settings;
 pub mod thrust;
+mod unit;
 
-pub use making::{Made, Origin};
+pub use making::{Made, Origin, sha256};
 pub use settings::IdentificationSettings;

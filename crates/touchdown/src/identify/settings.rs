@@ -5,6 +5,9 @@ use sindy::shooting::Shooting;
 
 use crate::error::{Error, Result};
 
+/// The searches for lags start at 2 ms; a shorter range than this leaves them nothing.
+const SHORTEST_MAX_LAG_S: f64 = 0.01;
+
 /// Settings of identification; every key has a default.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[serde(default, deny_unknown_fields)]
@@ -222,7 +225,7 @@ impl GroundEffectForm {
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GroundEffectSettings {
-    /// Rotor radius R of eq. (2) (m).
+    /// Rotor radius R of eq. (2) where the vehicle's own is not known (m).
     pub rotor_radius_m: f64,
     /// Lengths of the bounded functions of height (m).
     pub lengths_m: [f64; 3],
@@ -314,6 +317,10 @@ impl IdentificationSettings {
                 return bad(key, "a finite number above 0", v.to_string());
             }
         }
+        if t.max_lag_s < SHORTEST_MAX_LAG_S {
+            let expected = format!("at least {SHORTEST_MAX_LAG_S} s");
+            return bad("thrust.max_lag_s", &expected, t.max_lag_s.to_string());
+        }
         for (key, v) in [
             ("thrust.settle_s", t.settle_s),
             ("thrust.min_thrust_n", t.min_thrust_n),
@@ -333,15 +340,29 @@ impl IdentificationSettings {
                 return bad(key, "[min, max] with min < max", format!("[{lo}, {hi}]"));
             }
         }
-        for (key, library) in [
-            ("thrust.library", &t.library),
-            ("ground_effect.library", &g.library),
-        ] {
-            if let Err(e) = sindy::Library::parse(library) {
-                return Err(Error::Settings {
-                    file: file.to_string(),
-                    message: format!("key `{key}`: {e}"),
-                });
+        let libraries: [(&str, &Vec<String>, &[&str]); 2] = [
+            ("thrust.library", &t.library, &["x", "s"]),
+            (
+                "ground_effect.library",
+                &g.library,
+                &["f", "s", "z", "v_p", "v_q"],
+            ),
+        ];
+        for (key, library, names) in libraries {
+            let library = match sindy::Library::parse(library) {
+                Ok(library) => library,
+                Err(e) => return bad(key, "distinct expressions", e.to_string()),
+            };
+            if let Some(unknown) = library
+                .variables()
+                .iter()
+                .find(|v| !names.contains(&v.as_str()))
+            {
+                return bad(
+                    key,
+                    &format!("terms in {}", names.join(", ")),
+                    format!("`{unknown}`"),
+                );
             }
         }
         Ok(())

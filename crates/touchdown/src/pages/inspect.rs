@@ -92,9 +92,7 @@ fn figures<'a>(
             } else {
                 Series::line("", &t, &v)
             };
-            Panel::new(x_label, "")
-                .title(label)
-                .series(series.width(1.2))
+            Panel::new(x_label, label).series(series.width(1.2))
         })
         .collect();
     panels

@@ -60,7 +60,7 @@ pub(super) fn run(
     let bytes = std::fs::read(thrust).map_err(|e| Error::file(thrust, e))?;
     origin.provenance.inputs.push(Input {
         name: load::file_name(thrust),
-        sha256: load::sha256(&bytes),
+        sha256: touchdown::identify::sha256(&bytes),
     });
     let card_path = |form: GroundEffectForm| -> Option<PathBuf> {
         match &target {

@@ -50,15 +50,8 @@ pub(crate) fn map_input(path: Option<&Path>) -> Result<Option<Input>> {
     let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
     Ok(Some(Input {
         name: file_name(path),
-        sha256: sha256(&bytes),
+        sha256: touchdown::identify::sha256(&bytes),
     }))
-}
-
-/// Lower-case hexadecimal SHA-256.
-pub(crate) fn sha256(bytes: &[u8]) -> String {
-    use sha2::Digest as _;
-    let digest = sha2::Sha256::digest(bytes);
-    digest.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// Reads every log. One that cannot be read, or that holds no usable rows, is an error in its place; a map that

@@ -11,6 +11,7 @@ use super::derivative::{live_library, samples};
 use super::statics::{map_coefficients, psi};
 use crate::error::Result;
 use crate::identify::settings::IdentificationSettings;
+use crate::identify::thrust::plateau::median;
 
 /// Lag around which confounding is judged (s): the middle of what wakes of small rotors show.
 const NOMINAL_LAG_S: f64 = 0.2;
@@ -139,7 +140,7 @@ fn lag_inflation(trials: &[GroundTrial], h: [f64; 4], lengths: [f64; 3]) -> Resu
 
 /// Median apparent delay of the measured ratio behind the static one.
 fn force_delay(trials: &[GroundTrial], h: [f64; 4], lengths: [f64; 3]) -> Option<f64> {
-    let mut delays: Vec<f64> = trials
+    let delays: Vec<f64> = trials
         .iter()
         .filter_map(|t| {
             let dt = (t.time_s.last()? - t.time_s.first()?) / (t.time_s.len().max(2) - 1) as f64;
@@ -158,6 +159,5 @@ fn force_delay(trials: &[GroundTrial], h: [f64; 4], lengths: [f64; 3]) -> Option
             (moves && found.correlation > 0.8).then_some(found.samples * dt)
         })
         .collect();
-    delays.sort_by(f64::total_cmp);
-    (!delays.is_empty()).then(|| delays[delays.len() / 2])
+    median(delays.into_iter())
 }

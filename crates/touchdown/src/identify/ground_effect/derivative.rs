@@ -7,8 +7,9 @@ use touchdown_model::{Form, Kind};
 
 use super::GroundTrial;
 use crate::error::Result;
-use crate::identify::making::{Made, Origin, method, term, unit_of_coefficient};
+use crate::identify::making::{Made, Origin, method, term};
 use crate::identify::settings::IdentificationSettings;
+use crate::identify::unit;
 
 /// The columns of eq. (9), smoothed, with the derivative of the force.
 pub(super) fn samples(
@@ -18,7 +19,7 @@ pub(super) fn samples(
     let filter = SavitzkyGolay::new(settings.smoothing.window, settings.smoothing.degree)?;
     let mut samples = Samples::new(&["f", "s", "z", "v_p", "v_q", "f_dot"]);
     for t in trials {
-        let force = filter.apply(&t.time_s, &t.force_n)?;
+        let force = t.smooth_force(&filter)?;
         samples.push_group(vec![
             force.value,
             t.throttle.clone(),
@@ -83,7 +84,7 @@ pub(super) fn fit(
             name,
             xi[j],
             error,
-            &unit_of_coefficient("N/s", name),
+            &unit::of_coefficient("f'", name),
         ));
     }
     let left_out: Vec<&str> = settings
@@ -117,7 +118,7 @@ pub(super) fn fit(
         (
             "solver",
             format!(
-                "SR3 with l0, λ = {:e}, ν = {}",
+                "SR3 with l0, λ = {:e}, ν = {}; coefficients by least squares on its support",
                 choice.point.lambda, choice.point.nu
             ),
         ),

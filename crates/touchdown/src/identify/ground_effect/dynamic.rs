@@ -11,6 +11,7 @@ use super::statics::{map_coefficients, psi};
 use crate::error::Result;
 use crate::identify::making::{Made, Origin, method, term};
 use crate::identify::settings::IdentificationSettings;
+use crate::identify::unit;
 
 /// Rate at which the searches start: a wake lag of 0.25 s.
 const START_RATE: f64 = 4.0;
@@ -49,7 +50,7 @@ pub(super) fn ratio(
         Parameter::free(0.0).prior(3.0),
         Parameter::free(0.0).prior(3.0),
     ];
-    let refined = refine(trials, settings, &model, &parameters)?;
+    let refined = refine(trials, settings, model, &parameters)?;
     let mut card = origin.card(
         "ground-effect-ratio",
         Kind::GroundEffect,
@@ -58,21 +59,17 @@ pub(super) fn ratio(
     );
     (card.constants, card.definitions) = psi_definitions(lengths);
     for (j, name) in Ratio::<f64>::TERMS.into_iter().enumerate() {
-        let unit = match name {
-            "v_p^2" => "s/m^2",
-            n if n.starts_with("v_p") => "1/m",
-            _ => "1/s",
-        };
+        let unit = unit::of_coefficient("y'", name);
         card.terms.push(term(
             "y'",
             name,
             refined.parameters[j],
             refined.std_errors[j],
-            unit,
+            &unit,
         ));
     }
     let lag_s = -1.0 / refined.parameters[1];
-    Ok(finish(card, &refined, &names, lag_s, settings))
+    Ok(finish(card, trials, &refined, &names, lag_s, settings))
 }
 
 /// `y = G + k(z) v_p`, `G' = (h(z) - G)/tau`, `f = T y`.
@@ -98,7 +95,7 @@ pub(super) fn lag(
         Parameter::free(0.0).prior(0.3),
         Parameter::free(0.0).prior(0.3),
     ];
-    let refined = refine(trials, settings, &model, &parameters)?;
+    let refined = refine(trials, settings, model, &parameters)?;
     let mut card = origin.card(
         "ground-effect-lag",
         Kind::GroundEffect,
@@ -125,20 +122,22 @@ pub(super) fn lag(
         ));
     }
     let lag_s = refined.parameters[0];
-    Ok(finish(card, &refined, &names, lag_s, settings))
+    Ok(finish(card, trials, &refined, &names, lag_s, settings))
 }
 
 fn refine(
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
-    model: &OdeModel,
+    model: OdeModel,
     parameters: &[Parameter],
 ) -> Result<Refined> {
+    // Over holes the model is integrated in steps that the shortest lag of the search allows.
+    let model = model.with_max_step(0.6 * settings.ground_effect.lag_bounds_s[0])?;
     let filter = SavitzkyGolay::new(settings.smoothing.window, settings.smoothing.degree)?;
     let guesses: Vec<Vec<f64>> = trials
         .iter()
         .map(|t| {
-            let smooth = filter.apply(&t.time_s, &t.force_n)?.value;
+            let smooth = t.smooth_force(&filter)?.value;
             Ok(smooth
                 .iter()
                 .zip(&t.free_air_thrust_n)
@@ -161,11 +160,12 @@ fn refine(
     Ok(settings
         .shooting
         .build(START_SD)
-        .refine(model, &records, parameters)?)
+        .refine(&model, &records, parameters)?)
 }
 
 fn finish(
     mut card: touchdown_model::Card,
+    trials: &[GroundTrial],
     refined: &Refined,
     names: &[&str],
     lag_s: f64,
@@ -210,7 +210,7 @@ fn finish(
         card,
         rmse: refined.rmse,
         rmse_unit: "N",
-        rows_used: refined.residuals,
+        rows_used: trials.iter().map(|t| t.time_s.len()).sum(),
         lag_s: Some(lag_s),
         warnings,
     }

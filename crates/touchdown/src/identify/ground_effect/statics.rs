@@ -17,7 +17,10 @@ pub(super) fn empirical(
     settings: &IdentificationSettings,
     origin: &Origin,
 ) -> Result<Made> {
-    let r = settings.ground_effect.rotor_radius_m;
+    let r = origin
+        .vehicle
+        .rotor_radius_m
+        .unwrap_or(settings.ground_effect.rotor_radius_m);
     let q = format!("mu*({r}/(4*z))^2");
     let model = OdeModel::new(
         &[],
@@ -77,7 +80,7 @@ pub(super) fn empirical(
         card,
         rmse: refined.rmse,
         rmse_unit: "N",
-        rows_used: refined.residuals,
+        rows_used: trials.iter().map(|t| t.time_s.len()).sum(),
         lag_s: None,
         warnings: Vec::new(),
     })

@@ -1,5 +1,7 @@
 //! A trial, prepared: the force extracted, the columns at hand.
 
+use sindy::SavitzkyGolay;
+use sindy::savgol::Smoothed;
 use touchdown_model::card::{Card, Form};
 use touchdown_trial::Trial;
 
@@ -117,6 +119,14 @@ impl GroundTrial {
             free_air_thrust_n: &self.free_air_thrust_n,
             battery_v: &[],
         }
+    }
+
+    /// The force, smoothed, and its derivative.
+    pub(super) fn smooth_force(&self, filter: &SavitzkyGolay) -> Result<Smoothed> {
+        filter.apply(&self.time_s, &self.force_n).map_err(|e| {
+            let expected = format!("an unbroken force over {} samples", filter.window());
+            Error::data(&self.name, expected, e.to_string())
+        })
     }
 
     /// What errors are taken against: the truth where it is known, else the measurement.

@@ -9,8 +9,9 @@ use touchdown_trial::Trial;
 
 use super::search::minimise;
 use crate::error::{Error, Result};
-use crate::identify::making::{Made, Origin, method, range, score, term, unit_of_coefficient};
+use crate::identify::making::{Made, Origin, method, range, score, term};
 use crate::identify::settings::{DeadTime, IdentificationSettings};
+use crate::identify::unit;
 use crate::score::Errors;
 
 /// Pieces that the data are split into at least, for standard errors.
@@ -21,6 +22,8 @@ const START_SD: f64 = 0.3;
 const RESIDUALS_HZ: f64 = 50.0;
 /// Shortest lag (s).
 const SHORTEST_LAG_S: f64 = 2e-3;
+/// Longest step of the integration (s), for slow logs and holes.
+const LONGEST_STEP_S: f64 = 0.02;
 /// Longest dead time that is searched for (s), and the shortest that is told from none.
 const DEAD_TIME_S: [f64; 2] = [1e-3, 0.2];
 
@@ -165,7 +168,8 @@ fn free_run(
         noise_sd: settings.shooting.noise_n,
         max_iterations: settings.shooting.max_iterations,
     };
-    Ok(shooting.refine(model, &records, parameters)?)
+    let model = model.clone().with_max_step(LONGEST_STEP_S)?;
+    Ok(shooting.refine(&model, &records, parameters)?)
 }
 
 /// Eq. (7): `x' = (c0 s + c1 - x)/T_m`, started from regression, fitted in free run.
@@ -218,7 +222,7 @@ pub fn first_order(
     card.provenance.method = method(&[
         (
             "fit",
-            "least squares in free run over whole records, started from regression on derivatives"
+            "least squares in free run over long stretches, each with its own start; began at regression on derivatives"
                 .into(),
         ),
         (
@@ -276,7 +280,7 @@ pub fn library(
         (
             "solver",
             format!(
-                "SR3 with l0, λ = {:e}, ν = {}",
+                "SR3 with l0, λ = {:e}, ν = {}; coefficients by least squares on its support",
                 choice.point.lambda, choice.point.nu
             ),
         ),
@@ -302,7 +306,7 @@ pub fn library(
         notes.push((
             "refinement",
             format!(
-                "free run over whole records: {:?} after {} steps",
+                "free run over long stretches, each with its own start: {:?} after {} steps",
                 refined.outcome, refined.iterations
             ),
         ));
@@ -322,7 +326,7 @@ pub fn library(
             name,
             values[k],
             errors[k],
-            &unit_of_coefficient("√N/s", name),
+            &unit::of_coefficient("x'", name),
         ));
     }
     card.provenance.method = method(&notes);

@@ -10,8 +10,9 @@ use touchdown_trial::Trial;
 
 use super::search::minimise;
 use crate::error::{Error, Result};
-use crate::identify::making::{Made, Origin, method, range, score, term, unit_of_coefficient};
+use crate::identify::making::{Made, Origin, method, range, score, term};
 use crate::identify::settings::IdentificationSettings;
+use crate::identify::unit;
 use crate::score::Errors;
 
 /// Groups that a record is split into for standard errors.
@@ -118,7 +119,7 @@ pub(super) fn fit(
     card.terms.push(term("T_m", "1", lag_s, lag_error, "s"));
     for k in 0..=degree {
         let expression = power(k);
-        let unit = unit_of_coefficient("N", &expression);
+        let unit = unit::of_coefficient("T", &expression);
         card.terms
             .push(term("T", &expression, xi[k], errors[k], &unit));
     }

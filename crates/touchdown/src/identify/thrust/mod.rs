@@ -169,8 +169,9 @@ pub fn free_air(card: &Card, name: &str, time: &[f64], throttle: &[f64]) -> Resu
     } else {
         0.0
     };
+    let late = delayed(time, throttle, dead_time_s(card));
     let columns = Columns {
-        throttle,
+        throttle: &late,
         ..Columns::default()
     };
     Predictor::new(card)?.run(name, time, &columns, start)

@@ -9,8 +9,9 @@ use touchdown_trial::Trial;
 use super::plateau::{self, Plateau};
 use super::rotor;
 use crate::error::{Error, Result};
-use crate::identify::making::{Made, Origin, method, range, score, term, unit_of_coefficient};
+use crate::identify::making::{Made, Origin, method, range, score, term};
 use crate::identify::settings::{IdentificationSettings, ThrustForm};
+use crate::identify::unit;
 use crate::score::Errors;
 
 /// Sampling period from which the lag of a rotor cannot be seen (s).
@@ -108,7 +109,7 @@ pub(super) fn fit(
             text,
             xi[j],
             errors[j],
-            &unit_of_coefficient(unit, text),
+            &unit::of_coefficient(of, text),
         ));
     }
     if let Some(r) = range(points.iter().map(|p| p.throttle)) {
@@ -158,7 +159,7 @@ pub(super) fn fit(
                 true,
                 "static",
                 e,
-                if root { "sqrtN" } else { "N" },
+                if root { "√N" } else { "N" },
             ));
             if root {
                 card.scores.push(score(label, true, "static", n, "N"));
@@ -168,9 +169,13 @@ pub(super) fn fit(
     let mut warnings: Vec<String> = supply_limit(&points).into_iter().collect();
     if points.iter().any(|p| p.descending) && points.iter().any(|p| !p.descending) {
         let (up, down) = (of_branch(Some(false)).2, of_branch(Some(true)).2);
-        warnings.push(format!(
+        let of = |descending| points.iter().filter(|p| p.descending == descending).count() as f64;
+        // Twice the standard error of the difference of two means.
+        if (up - down).abs() > 2.0 * rmse * (1.0 / of(true) + 1.0 / of(false)).sqrt() {
+            warnings.push(format!(
             "ascending points lie {up:+.4} {unit} off the fit on average, descending ones {down:+.4} {unit}"
         ));
+        }
     }
     card.provenance.method = method(&[
         (
@@ -216,7 +221,7 @@ pub(super) fn fit(
     Ok(Made {
         card,
         rmse,
-        rmse_unit: if root { "sqrtN" } else { "N" },
+        rmse_unit: if root { "√N" } else { "N" },
         rows_used: points.len(),
         lag_s,
         warnings,

@@ -1,7 +1,6 @@
 //! The first page: what reproduces, what does not, what was calibrated and what is reconstructed.
 
 use touchdown_report::Callout;
-use touchdown_sim::rig_sets::VALIDATION_KINDS;
 
 use super::super::page::{Page, maybe, show};
 use super::printed;
@@ -9,6 +8,7 @@ use super::verdict::{Claim, FAILS, REPRODUCES, Ratio, ratio_text, table, verdict
 use crate::campaign::LandingFigures;
 use crate::error::Result;
 use crate::experiments::Run;
+use crate::experiments::ground_effect::kind_of;
 use crate::identify::settings::GroundEffectForm;
 use crate::results::Results;
 use crate::score::Errors;
@@ -76,7 +76,9 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
     Ok(())
 }
 
-fn sentences(notes: &std::collections::BTreeMap<&'static str, &'static str>) -> Vec<String> {
+fn sentences<S: std::fmt::Display>(
+    notes: &std::collections::BTreeMap<&'static str, S>,
+) -> Vec<String> {
     notes
         .iter()
         .map(|(key, text)| format!("`{key}`: {text}."))
@@ -221,11 +223,17 @@ fn models(run: &Run) -> [Claim; 2] {
     let eq_9 = GroundEffectForm::ALL
         .iter()
         .position(|f| *f == GroundEffectForm::Derivative);
-    let worst = VALIDATION_KINDS
-        .into_iter()
-        .filter_map(|kind| ge.pooled(0, eq_9?, kind))
-        .map(|e| e.mae)
-        .fold(f64::NAN, f64::max);
+    // The paper's bound is for each thrust level, on the approach and on the oscillation.
+    let over_thrusts = |kind: &str| {
+        let errors = eq_9.map_or(&[][..], |m| &ge.sets[0].errors[m]);
+        ge.validation
+            .iter()
+            .zip(errors)
+            .filter(|(t, _)| kind_of(&t.name) == kind)
+            .map(|(_, judged)| judged.truth.mae)
+            .fold(f64::NAN, f64::max)
+    };
+    let (oscillation, approach) = (over_thrusts("triangle_mid"), over_thrusts("approach"));
     let constant = super::ground_effect::constant(ge, "triangle_mid").map(|e| e.mae);
     let mae = |set, form| all_kinds(run, set, form).map_or(f64::NAN, |e| e.mae);
     let [eq2, map, eq9] = [
@@ -240,12 +248,22 @@ fn models(run: &Run) -> [Claim; 2] {
         Claim {
             what: "Ground effect: mean absolute error",
             paper: "within 0.2 N".into(),
-            here: format!("at most {} N", show(worst, 3)),
-            verdict: if worst <= 0.2 { REPRODUCES } else { FAILS },
+            here: format!(
+                "{} N, approach {} N",
+                show(oscillation, 3),
+                show(approach, 3)
+            ),
+            verdict: match (oscillation <= 0.2, approach <= 0.2) {
+                (true, true) => REPRODUCES,
+                (true, false) => "**reproduces** on the oscillation only",
+                _ => FAILS,
+            },
             words: format!(
-                "Eq. (9) by the paper's procedure on the paper's kind of data is within {} N in free run, over five kinds of motion. The bound is \
-                 wide: on the oscillation between 0.15 and 0.25 m a constant, each trial's own mean, is within {} N.",
-                show(worst, 3),
+                "The paper's bound on the mean error is for every thrust from 10 to 16 N. Eq. (9) by the paper's procedure on the paper's kind of \
+                 data has a mean error of at most {} N in free run on the oscillation between 0.15 and 0.25 m, and of at most {} N on the slow \
+                 approach. The bound is wide: on that oscillation a constant, each trial's own mean, has {} N.",
+                show(oscillation, 3),
+                show(approach, 3),
                 maybe(constant)
             ),
         },

@@ -31,7 +31,7 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
     ]);
     page.text(
         "Each on two data sets: the paper's three scenarios, and the rich data, which add multi-sine plate motion and slow sweeps over all \
-         heights. Judged in free run on five kinds of plate motion at 10 to 16 N, none of them trained on.",
+         heights. Judged in free run on five kinds of plate motion at thrusts between 10 and 16 N, none of them trained on.",
     );
     identifiability::write(page, ge)?;
     page.report.subsection("Errors in free run");
@@ -129,7 +129,7 @@ fn what_dynamics_add(run: &Run) -> String {
     });
     format!(
         "What dynamics add to a static map, on the rich data: {} N against {} N over all trials (static / lag {}), {} N against {} N on the \
-         sine (static / lag {}). The lag τ is {}; the default plant has two lags, so no single one is true.",
+         sine (static / lag {}). The lag τ is {}. (The plant of the default settings has two lags, so that no single one is true of it.)",
         maybe(lag),
         maybe(map),
         times(map, lag),

@@ -103,8 +103,7 @@ fn fig1(ge: &GroundEffectExperiment, trial: &GroundTrial) -> Result<Figure> {
     );
     Ok(Figure::new("fig1-models", format!("Models in free run, trial {} (as the paper's Fig. 1)", trial.name))
         .caption(
-            "Eq. (2) and lag form on the rich data, eq. (9) on the paper's. Eq. (2) falls off too fast with height: too strong near the plate, \
-             too weak away from it. Eq. (9) is nearly straight between the turns, where the force bends. The printed eq. (12) belongs to \
+            "Eq. (2) and lag form on the rich data, eq. (9) on the paper's. The printed eq. (12) belongs to \
              another rig: it starts from the true force and drifts with its own 11 s. Steps at the turns are those of v_p.",
         )
         .share_x()
@@ -195,7 +194,7 @@ fn over_time(ge: &GroundEffectExperiment) -> Result<Figure> {
     let mut figure = Figure::new("residuals-time", "Residuals over time")
         .caption(
             "Predicted minus true force, trials at 13 N, in free run; eq. (9) on the paper's data, the others on the rich data. Steps of the plate's velocity leave peaks: \
-             the default plant has two lags and an upwash, which no form has exactly.",
+             the plant's own law is none of the forms.",
         )
         .share_x()
         .size(900, 720);

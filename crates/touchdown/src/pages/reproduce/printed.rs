@@ -89,6 +89,9 @@ fn coefficients(pairs: [(Option<&Card>, &Card); 2]) -> Claim {
     }
 }
 
+/// Terms of the libraries that the paper prints: Θ_T has seven, Θ_GEF ten.
+const PRINTED_LIBRARIES: [usize; 2] = [7, 10];
+
 fn sparsity(run: &Run, pairs: [(Option<&Card>, &Card); 2]) -> Claim {
     let identification = &run.settings.identification;
     let library = [
@@ -101,22 +104,22 @@ fn sparsity(run: &Run, pairs: [(Option<&Card>, &Card); 2]) -> Claim {
             c.terms.iter().filter(|t| t.of.ends_with('\'')).count()
         })
     });
-    let of = |n: [usize; 2]| format!("{} of {}, {} of {}", n[0], library[0], n[1], library[1]);
-    let dense = printed.iter().zip(library).all(|(n, all)| *n >= all);
+    let of =
+        |n: [usize; 2], all: [usize; 2]| format!("{} of {}, {} of {}", n[0], all[0], n[1], all[1]);
     Claim {
-        what: "Sparsity: terms kept, eq. (11), eq. (12)",
-        paper: of(printed),
-        here: of(ours),
-        verdict: if dense {
-            "printed models are not sparse"
-        } else {
-            "printed models are sparse"
-        },
+        what: "Sparsity: terms of eq. (11), eq. (12)",
+        paper: of(printed, PRINTED_LIBRARIES),
+        here: of(ours, library),
+        verdict: "printed models are not sparse",
         words: format!(
-            "The printed equations keep {} terms of their libraries, the same procedure here {} (terms in v_q are zero on a rig and left out \
-             before).",
-            of(printed),
-            of(ours)
+            "The printed equations have {} and {} terms, more than the libraries of {} and {} that they are said to be chosen from (s³ and v_p v_q \
+             are in no printed library). From a library of all printed terms, the same procedure here keeps {} (terms in v_q are zero on a rig and \
+             left out before).",
+            printed[0],
+            printed[1],
+            PRINTED_LIBRARIES[0],
+            PRINTED_LIBRARIES[1],
+            of(ours, library)
         ),
     }
 }

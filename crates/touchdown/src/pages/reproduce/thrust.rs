@@ -22,11 +22,15 @@ pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
     page.text(
         "`x = √T` is the root of the thrust T in newtons, `s` the throttle in [0, 1]. Eq. (7) is `x' = (c0 s + c1 - x)/T_m`. Eq. (8) is \
          `x' = Θ(x, s) ξ` with the eight terms of the printed eq. (11), chosen by SR3 with l0 (eq. 6) on Savitzky-Golay derivatives. \
-         \"As published\" stops there; the other two are fitted in free run over whole records; eq. (8) with the \
-         dead time of the load cell as one more parameter. Trained on five ramps and five sines, judged on a ramp and a sine never trained on.",
+         \"As published\" stops there; its coefficients are least squares on the terms that SR3 keeps. The other two \
+         are refined in free run; for eq. (8) the dead time of the load cell is estimated first, as the shift at which the library explains the \
+         derivative best. Trained on ramps and sines of the throttle, judged on a ramp and a sine never trained on.",
     );
     page.table(errors_table(run))?;
-    page.text(elimination(removed));
+    page.text(elimination(
+        removed,
+        run.settings.identification.thrust.library.len(),
+    ));
     for (index, kind) in KINDS.into_iter().enumerate() {
         page.figure(fig4(removed, index, kind)?)?;
     }
@@ -98,9 +102,8 @@ fn errors_table(run: &Run) -> Table {
     )
 }
 
-fn elimination(removed: &PlateState) -> String {
+fn elimination(removed: &PlateState, library: usize) -> String {
     let terms = |model: usize| removed.models[model].card.terms_of("x'").count();
-    let library = 8;
     let say = |n: usize| {
         if n >= library {
             "eliminates nothing".to_string()
