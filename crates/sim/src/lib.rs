@@ -14,15 +14,56 @@
 //! * Integration is classical Runge–Kutta of order four with a fixed step of
 //!   [`STEP_S`]; turbulence is an exactly discretised Ornstein–Uhlenbeck process.
 //!
+//! The force of the default plant, per rotor and then four times:
+//!
+//! ```text
+//! J x' = s (1 - k s) - b x - c x²                      motor, x = √T
+//! q1' = (q1*(z) - q1)/t1,  q2' = (q2*(z) - q2)/t2      image rotors, fountain
+//! f = x² (1/(1 - q1 - q2) - 1) - k_v (x/√W) (v_q - P(z) v_p) + turbulence
+//! ```
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`motor`], [`ground`], [`plant`] | rotors and air: the force law, written once |
+//! | [`exponential`] | the second plant's law |
+//! | [`noise`], [`sensor`] | turbulence, load cell, flight sensors; all from explicit seeds |
+//! | [`profile`], [`rig`], [`rig_sets`] | the force rig, its signals, its standard trials |
+//! | [`deck`], [`vehicle`], [`scenario`], [`landing`] | landings on a deck that may heave |
+//!
+//! A trial of the rig, with what the load cell says beside the truth:
+//!
 //! ```
 //! use touchdown_sim::rig::{RigSettings, run};
 //! use touchdown_sim::rig_sets::{Extent, ground_effect_paper};
 //!
 //! let settings = RigSettings::default();
-//! let trial = &ground_effect_paper(Extent::Quick)[0];
+//! let trial = &ground_effect_paper(Extent::Quick)[0]; // constant throttle, plate up and down
 //! let recorded = run(&settings, trial, 1)?;
-//! assert!(recorded.require("thrust_n")?.len() > 1000);
+//! let measured = recorded.require("thrust_n")?;
+//! let truth = recorded.require("truth_thrust_n")?;
+//! let noise: f64 = measured.iter().zip(truth).map(|(m, t)| (m - t).abs()).sum();
+//! assert!(noise / (measured.len() as f64) < 0.2); // newtons
 //! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A landing, with any pilot that turns a measurement into a command:
+//!
+//! ```
+//! use touchdown_flight::types::Command;
+//! use touchdown_sim::landing::{Outcome, land};
+//! use touchdown_sim::scenario::LandingScenario;
+//!
+//! let scenario = LandingScenario::default(); // from 0.8 m to a plate at rest
+//! let hover = scenario.nominal_start()?.throttle;
+//! let mut pilot = |m: &touchdown_flight::types::Measurement<f64>| Command {
+//!     // Sink at 0.2 m/s, down to a firm touchdown.
+//!     throttle: hover - 0.3 * (m.relative_velocity_mps + 0.2),
+//!     ..Command::default()
+//! };
+//! let landing = land(&scenario, 0, 1, &mut pilot, false)?;
+//! assert_eq!(landing.outcome, Outcome::Landed);
+//! assert!(landing.v_l_mps.is_some_and(|v| v < 0.3));
+//! # Ok::<(), touchdown_sim::SimError>(())
 //! ```
 
 mod check;
