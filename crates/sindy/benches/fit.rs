@@ -7,7 +7,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixView, DVector};
 use rand::{RngExt, SeedableRng};
 use sindy::sr3::{Path, Scaling};
 use sindy::{Gram, Library, Samples, Sr3};
@@ -18,9 +18,11 @@ const TERMS: [&str; 11] = [
 ];
 
 fn main() {
+    lorenz();
     let samples = data();
     let library = Library::parse(&TERMS).unwrap();
     compare(
+        15,
         "library and Gram matrix, 11 terms, 100 000 rows, against a stored library (nalgebra)",
         || {
             black_box(Gram::accumulate(&library, "y", &samples).unwrap());
@@ -36,6 +38,7 @@ fn main() {
         .unwrap()
         .scaling(Scaling::None);
     compare(
+        15,
         "SR3 on that Gram matrix, fixed point, against the alternating iteration to convergence",
         || {
             black_box(sr3.solve(&gram));
@@ -44,6 +47,72 @@ fn main() {
             black_box(sr3.path(Path::Relaxation, 1_000_000).solve(&gram));
         },
     );
+}
+
+/// 56 terms, 10^6 rows: the library evaluated and multiplied in one pass that stores no Θ, against the
+/// product of a Θ that is already there.
+fn lorenz() {
+    const ROWS: usize = 1_000_000;
+    let mut state = [-8.0, 7.0, 27.0];
+    let mut columns = vec![Vec::new(); 4];
+    let slope = |[x, y, z]: [f64; 3]| [10.0 * (y - x), x * (28.0 - z) - y, x * y - 8.0 / 3.0 * z];
+    let moved = |s: [f64; 3], d: [f64; 3], dt: f64| [0, 1, 2].map(|i| s[i] + dt * d[i]);
+    for _ in 0..ROWS {
+        let rate = slope(state);
+        for (column, value) in columns.iter_mut().zip(state.iter().chain(&rate[..1])) {
+            column.push(*value);
+        }
+        state = moved(state, slope(moved(state, rate, 0.001)), 0.002);
+    }
+    let mut terms = Vec::new();
+    for degree in 0..=5 {
+        for i in (0..=degree).rev() {
+            for j in (0..=degree - i).rev() {
+                let powers = [("x", i), ("y", j), ("z", degree - i - j)];
+                let factors: Vec<String> = powers
+                    .iter()
+                    .filter(|(_, n)| *n > 0)
+                    .map(|(name, n)| format!("{name}^{n}"))
+                    .collect();
+                terms.push(factors.join("*"));
+            }
+        }
+    }
+    terms[0] = "1".into();
+    let library = Library::parse(&terms).unwrap();
+    let mut theta = vec![0.0; ROWS * terms.len()];
+    let names = ["x", "y", "z"].map(String::from);
+    let inputs: Vec<&[f64]> = columns[..3].iter().map(Vec::as_slice).collect();
+    library
+        .compile(&names)
+        .unwrap()
+        .eval_block(&inputs, &mut theta, &mut Default::default());
+    let mut samples = Samples::new(&["x", "y", "z", "x_dot"]);
+    samples.push_group(columns).unwrap();
+    let p = terms.len();
+    // nalgebra multiplies a transposed view of Θ by its blocked kernel; `tr_mul` would be slower.
+    let left = DMatrixView::from_slice_with_strides(&theta, p, ROWS, ROWS, 1);
+    let right = DMatrixView::from_slice(&theta, ROWS, p);
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        compare(
+            5,
+            &format!(
+                "library and Gram matrix, {p} terms, 10^6 rows, {threads} thread(s), against the product alone (nalgebra)"
+            ),
+            || {
+                pool.install(|| {
+                    black_box(Gram::accumulate(&library, "x_dot", &samples).unwrap());
+                });
+            },
+            || {
+                black_box(left * right);
+            },
+        );
+    }
 }
 
 fn data() -> Samples {
@@ -85,9 +154,9 @@ fn stored(samples: &Samples) -> (DMatrix<f64>, DVector<f64>) {
     )
 }
 
-fn compare(name: &str, mut ours: impl FnMut(), mut reference: impl FnMut()) {
+fn compare(runs: usize, name: &str, mut ours: impl FnMut(), mut reference: impl FnMut()) {
     let (mut a, mut b) = (Vec::new(), Vec::new());
-    for _ in 0..15 {
+    for _ in 0..runs {
         a.push(seconds(&mut ours));
         b.push(seconds(&mut reference));
     }

@@ -6,9 +6,17 @@
 //!
 //! They are accumulated block by block, so `Θ` (n x p) is never stored; those of two data sets add, and
 //! those of a part subtract, which makes cross-validation free.
+//!
+//! The sums are taken in a fixed order, and with the vector instructions that the processor has: the result
+//! has the same bits for any number of threads and (as far as the terms themselves do) on any machine.
+
+mod kernel;
+
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
-use sindy_expr::Scratch;
+use rayon::prelude::*;
+use sindy_expr::{Program, Scratch};
 
 use crate::error::SindyError;
 use crate::library::Library;
@@ -16,6 +24,12 @@ use crate::samples::{BlockSource, position};
 
 /// Rows that are evaluated at a time: 256 rows of 60 terms fit the second-level cache.
 const CHUNK: usize = 256;
+
+/// Rows of a block that one thread takes at a time, and the next after it; a multiple of [`CHUNK`].
+const SEGMENT: usize = 8192;
+
+/// Segments whose statistics are held at a time.
+const WAVE: usize = 64;
 
 /// Sufficient statistics for one target over `p` terms.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +65,10 @@ impl Gram {
     /// Statistics of `target` over `library`, one for each group of `source`. Rows in which the target
     /// or a term is not finite are left out and counted.
     ///
+    /// Blocks of more than 8192 rows are shared out among the threads of the current `rayon` pool; smaller
+    /// ones are not worth it and run on the calling thread. The result does not depend on the number of
+    /// threads.
+    ///
     /// # Errors
     /// A term or a target that names no column.
     pub fn accumulate(
@@ -62,22 +80,29 @@ impl Gram {
         let target = position(source.names(), target)?;
         let p = library.len();
         let mut grams = vec![Self::zeros(p); source.groups()];
-        let mut scratch = Scratch::default();
-        let mut theta = vec![0.0; CHUNK * p];
-        let mut y = [0.0; CHUNK];
+        let mut work = Workspace::new(p);
         source.for_each_block(&mut |block| {
             let n = block.columns.first().map_or(0, |c| c.len());
-            for start in (0..n).step_by(CHUNK) {
-                let rows = CHUNK.min(n - start);
-                let part: Vec<&[f64]> = block
-                    .columns
-                    .iter()
-                    .map(|c| &c[start..start + rows])
+            let gram = &mut grams[block.group];
+            if n <= SEGMENT {
+                gram.add_rows(&program, target, block.columns, 0..n, &mut work);
+                return;
+            }
+            let segments: Vec<usize> = (0..n).step_by(SEGMENT).collect();
+            for wave in segments.chunks(WAVE) {
+                let parts: Vec<Self> = wave
+                    .par_iter()
+                    .map_init(
+                        || Workspace::new(p),
+                        |work, &start| {
+                            let rows = start..n.min(start + SEGMENT);
+                            let mut part = Self::zeros(p);
+                            part.add_rows(&program, target, block.columns, rows, work);
+                            part
+                        },
+                    )
                     .collect();
-                let theta = &mut theta[..rows * p];
-                program.eval_block(&part, theta, &mut scratch);
-                y[..rows].copy_from_slice(part[target]);
-                grams[block.group].add_chunk(theta, &mut y[..rows]);
+                parts.iter().for_each(|part| gram.merge(part));
             }
         });
         for gram in &mut grams {
@@ -86,29 +111,56 @@ impl Gram {
         Ok(grams)
     }
 
-    /// Adds a chunk given as columns; rows with a non-finite entry are zeroed and counted.
-    fn add_chunk(&mut self, theta: &mut [f64], y: &mut [f64]) {
-        let rows = y.len();
+    /// Evaluates the given rows and adds them, chunk by chunk, to the upper triangle.
+    fn add_rows(
+        &mut self,
+        program: &Program,
+        target: usize,
+        columns: &[&[f64]],
+        range: Range<usize>,
+        work: &mut Workspace,
+    ) {
+        let p = self.xty.len();
+        for start in range.clone().step_by(CHUNK) {
+            let rows = CHUNK.min(range.end - start);
+            let part: Vec<&[f64]> = columns.iter().map(|c| &c[start..start + rows]).collect();
+            let (theta, y) = work.columns[..rows * (p + 1)].split_at_mut(rows * p);
+            program.eval_block(&part, theta, &mut work.scratch);
+            y.copy_from_slice(part[target]);
+            self.add_chunk(
+                &mut work.columns[..rows * (p + 1)],
+                rows,
+                &mut work.products,
+            );
+        }
+    }
+
+    /// Adds a chunk given as columns, the target the last of them; rows with a non-finite entry are zeroed
+    /// and counted.
+    fn add_chunk(&mut self, columns: &mut [f64], rows: usize, products: &mut [f64]) {
         let p = self.xty.len();
         let mut used = rows;
-        if !(theta.iter().sum::<f64>() + y.iter().sum::<f64>()).is_finite() {
+        if !kernel::sum(columns).is_finite() {
             for r in 0..rows {
-                if !y[r].is_finite() || (0..p).any(|j| !theta[j * rows + r].is_finite()) {
-                    y[r] = 0.0;
-                    (0..p).for_each(|j| theta[j * rows + r] = 0.0);
+                if (0..=p).any(|j| !columns[j * rows + r].is_finite()) {
+                    (0..=p).for_each(|j| columns[j * rows + r] = 0.0);
                     used -= 1;
                 }
             }
         }
-        for j in 0..p {
-            let cj = &theta[j * rows..(j + 1) * rows];
-            for i in 0..=j {
-                self.xtx[(i, j)] += dot(&theta[i * rows..(i + 1) * rows], cj);
+        kernel::upper_products(columns, rows, products);
+        for (j, column) in products.chunks_exact(p + 1).enumerate().take(p) {
+            let mut to = self.xtx.column_mut(j);
+            for (to, product) in to.iter_mut().zip(&column[..=j]) {
+                *to += product;
             }
-            self.xty[j] += dot(cj, y);
         }
-        self.yty += dot(y, y);
-        self.sum_y += y.iter().sum::<f64>();
+        let last = &products[p * (p + 1)..];
+        for (to, product) in self.xty.iter_mut().zip(last) {
+            *to += product;
+        }
+        self.yty += last[p];
+        self.sum_y += kernel::sum(&columns[rows * p..]);
         self.rows += used;
         self.skipped += rows - used;
     }
@@ -176,22 +228,23 @@ impl Gram {
     }
 }
 
-/// Dot product with eight partial sums, so that it runs in vector registers in a fixed order.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut s = [0.0; 8];
-    let (ac, bc) = (a.chunks_exact(8), b.chunks_exact(8));
-    let tail: f64 = ac
-        .remainder()
-        .iter()
-        .zip(bc.remainder())
-        .map(|(x, y)| x * y)
-        .sum();
-    for (x, y) in ac.zip(bc) {
-        for k in 0..8 {
-            s[k] += x[k] * y[k];
+/// What one thread needs to add rows.
+struct Workspace {
+    scratch: Scratch,
+    /// The terms and the target of one chunk, column after column.
+    columns: Vec<f64>,
+    /// Their products, (p+1) x (p+1); the upper triangle is used.
+    products: Vec<f64>,
+}
+
+impl Workspace {
+    fn new(p: usize) -> Self {
+        Self {
+            scratch: Scratch::default(),
+            columns: vec![0.0; CHUNK * (p + 1)],
+            products: vec![0.0; (p + 1) * (p + 1)],
         }
     }
-    ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7])) + tail
 }
 
 #[cfg(test)]
@@ -257,6 +310,34 @@ mod tests {
         assert_eq!((gram.rows, gram.skipped), (2, 3));
         assert_eq!(gram.xtx[(0, 0)], 2.0);
         assert_eq!(gram.xty[0], 3.0);
+    }
+
+    #[test]
+    fn prop_the_number_of_threads_changes_nothing() {
+        let n = 70 * SEGMENT + 1234; // more than one wave, and a ragged end
+        let mut x: Vec<f64> = (0..n).map(|i| (1e-3 * i as f64).sin()).collect();
+        let y: Vec<f64> = x.iter().map(|x| 1.0 / (2.0 + x)).collect();
+        x[3 * SEGMENT + 7] = f64::NAN;
+        let mut samples = Samples::new(&["x", "y"]);
+        samples.push_group(vec![x, y]).unwrap();
+        let library = Library::parse(&["1", "x", "x^2"]).unwrap();
+        let [one, two, five] = [1, 2, 5].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| Gram::accumulate(&library, "y", &samples).unwrap())
+        });
+        assert_eq!(one, two);
+        assert_eq!(one, five);
+        assert_eq!((one[0].rows, one[0].skipped), (n - 1, 1));
+        assert_eq!(one[0].xtx[(0, 0)], (n - 1) as f64);
+        let [x, _] = samples.group(0) else {
+            unreachable!("two columns")
+        };
+        let sum: f64 = x.iter().filter(|x| x.is_finite()).sum();
+        // 600 000 numbers below one, summed in another order: far below 1e-12 of their number.
+        assert!((one[0].xtx[(0, 1)] - sum).abs() < 1e-12 * n as f64);
     }
 
     proptest! {
