@@ -46,6 +46,7 @@
 //! | [`derivative`] | derivatives: differences, splines, Kalman, spectral; noise level, gaps, the smoothing chosen |
 //! | [`delay`] | the delay between two channels |
 //! | [`shooting`] | refinement by multiple shooting |
+//! | [`koopman`] | linear comparators: DMDc and EDMDc |
 //! | [`model`] | models: predict, simulate, Jacobian, equilibria, print, JSON |
 //! | [`problems`] | problems with known answers |
 
@@ -59,6 +60,7 @@ pub mod exact;
 pub mod fit;
 pub mod gram;
 pub mod identifiability;
+pub mod koopman;
 pub mod library;
 pub mod model;
 mod normal;
@@ -81,6 +83,7 @@ pub use error::SindyError;
 pub use exact::BestSubset;
 pub use fit::{Fit, Solver};
 pub use gram::Gram;
+pub use koopman::{Dmdc, Edmdc};
 pub use library::Library;
 pub use model::Model;
 pub use outcome::Outcome;

@@ -1,0 +1,284 @@
+//! Extended dynamic mode decomposition with control.
+
+use nalgebra::{Complex, DMatrix, DVector};
+use sindy_expr::{Expr, Program, Scratch};
+
+use super::dmdc::check_names;
+use super::snapshots::{Lift, Snapshots};
+use super::{
+    Rank, Regression, check_inputs, check_period, check_row, continuous, eigenvalues, run,
+};
+use crate::error::SindyError;
+use crate::library::{Library, compile};
+use crate::model::Run;
+use crate::samples::BlockSource;
+
+/// Settings of EDMDc, checked when built.
+///
+/// Terms of the library over states alone are the observables ψ(x), which the model predicts; terms in
+/// which an input occurs are regressors φ(x, u) only (`u` for the linear form of Korda & Mezić, `x*u` for a
+/// bilinear one). Columns are brought to unit length before the decomposition, so that rank and ridge do
+/// not depend on the units of the terms.
+///
+/// ```
+/// use sindy::koopman::{Edmdc, Lifting, Rank};
+/// use sindy::{Library, Samples};
+///
+/// // x[k+1] = 0.9 x[k], y[k+1] = 0.5 y[k] + x[k]^2: linear once x^2 is an observable.
+/// let (mut x, mut y) = (vec![1.0], vec![0.0]);
+/// for k in 0..40 {
+///     x.push(0.9 * x[k]);
+///     y.push(0.5 * y[k] + x[k] * x[k]);
+/// }
+/// let mut samples = Samples::new(&["x", "y"]);
+/// samples.push_group(vec![x, y])?;
+///
+/// let library = Library::parse(&["x", "y", "x^2"])?;
+/// let model = Edmdc::new(library, Rank::Full, 0.0)?.fit(&samples, &["x", "y"], &[], 1.0)?;
+/// let run = model.simulate(&[2.0, 1.0], 2, &[], Lifting::Once)?;
+/// assert!((run.states[1][2] - (0.5 * 4.5 + 1.8 * 1.8)).abs() < 1e-9);
+/// # Ok::<(), sindy::SindyError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edmdc {
+    library: Library,
+    regression: Regression,
+}
+
+/// Where a run of an [`EdmdcModel`] lifts its states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lifting {
+    /// At the start only: a linear system from then on (what linear control uses). Regressors in which
+    /// states and inputs meet take the states `C z`.
+    Once,
+    /// Before every step, from the projected states `x = C z`: a nonlinear map, mostly more accurate.
+    EveryStep,
+}
+
+/// A linear system `z[k+1] = A z[k] + B v[k]` of the observables, with `x ≈ C z`.
+#[derive(Clone, Debug)]
+pub struct EdmdcModel {
+    period: f64,
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    c: DMatrix<f64>,
+    inputs: usize,
+    lifted: Program,
+    drives: Program,
+    singular_values: Vec<f64>,
+    rank: usize,
+    residual_rms: Vec<f64>,
+    pairs: usize,
+    skipped: usize,
+}
+
+impl Edmdc {
+    /// EDMDc with a library of observables and regressors, a rank and a ridge (as in
+    /// [`super::Dmdc::new`]).
+    ///
+    /// # Errors
+    /// A given rank of 0 or above the number of terms; a ridge that is negative or not finite.
+    pub fn new(library: Library, rank: Rank, ridge: f64) -> Result<Self, SindyError> {
+        let regression = Regression::new(rank, ridge)?;
+        match rank {
+            Rank::Given(rank) if rank > library.len() => {
+                let expected = format!("at most the {} terms", library.len());
+                Err(SindyError::setting("rank", expected, rank))
+            }
+            _ => Ok(Self {
+                library,
+                regression,
+            }),
+        }
+    }
+
+    /// Fits the columns `states` and `inputs`, sampled every `period`. C takes a state from the observable
+    /// that is that state; a state that is not itself an observable is projected by least squares.
+    ///
+    /// # Errors
+    /// No states, a name twice or without a column, a term with other names, no term over states alone, a
+    /// period that is not positive, no pair of successive rows in which all terms are usable.
+    pub fn fit(
+        &self,
+        source: &dyn BlockSource,
+        states: &[&str],
+        inputs: &[&str],
+        period: f64,
+    ) -> Result<EdmdcModel, SindyError> {
+        check_period(period)?;
+        check_names(states, inputs)?;
+        let (drives, lifted): (Vec<Expr>, Vec<Expr>) = self
+            .library
+            .terms()
+            .iter()
+            .cloned()
+            .partition(|term| term.variables().iter().any(|v| inputs.contains(v)));
+        if lifted.is_empty() {
+            let expected = "at least one term over states alone";
+            return Err(SindyError::setting("library", expected, "none"));
+        }
+        let row: Vec<&str> = states.iter().chain(inputs).copied().collect();
+        let lifted_program = compile(&lifted, states)?;
+        let drives_program = compile(&drives, &row)?;
+
+        let names: Vec<String> = states.iter().map(ToString::to_string).collect();
+        let lift = Lift {
+            states: &names,
+            lifted: &lifted,
+            drives: &drives,
+        };
+        let snapshots = Snapshots::accumulate(&lift, source)?;
+        let (r, rhs) = snapshots.step();
+        let solved = self.regression.solve(r, &rhs, snapshots.pairs, true)?;
+        let (r, rhs) = snapshots.projection();
+        let full = Regression::new(Rank::Full, 0.0)?;
+        let mut c = full
+            .solve(r, &rhs, snapshots.pairs, true)?
+            .coefficients
+            .transpose();
+        for (i, state) in states.iter().enumerate() {
+            let itself = Expr::variable(state);
+            if let Some(j) = lifted.iter().position(|term| *term == itself) {
+                c.row_mut(i).fill(0.0);
+                c[(i, j)] = 1.0;
+            }
+        }
+        let k = solved.coefficients.transpose();
+        Ok(EdmdcModel {
+            period,
+            a: k.columns(0, lifted.len()).into_owned(),
+            b: k.columns(lifted.len(), drives.len()).into_owned(),
+            c,
+            inputs: inputs.len(),
+            lifted: lifted_program,
+            drives: drives_program,
+            singular_values: solved.singular_values,
+            rank: solved.rank,
+            residual_rms: snapshots.residual_rms(&solved.coefficients),
+            pairs: snapshots.pairs,
+            skipped: snapshots.skipped,
+        })
+    }
+}
+
+impl EdmdcModel {
+    /// A, observables x observables, both in the order of the library.
+    #[must_use]
+    pub fn a(&self) -> &DMatrix<f64> {
+        &self.a
+    }
+
+    /// B, observables x terms with inputs, both in the order of the library.
+    #[must_use]
+    pub fn b(&self) -> &DMatrix<f64> {
+        &self.b
+    }
+
+    /// C, states x observables.
+    #[must_use]
+    pub fn c(&self) -> &DMatrix<f64> {
+        &self.c
+    }
+
+    /// Singular values of the lifted snapshots `[z; v]` with rows of unit length, descending.
+    #[must_use]
+    pub fn singular_values(&self) -> &[f64] {
+        &self.singular_values
+    }
+
+    /// How many of them were kept.
+    #[must_use]
+    pub fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// Root mean square of the one-step residual of each observable, in its unit.
+    #[must_use]
+    pub fn residual_rms(&self) -> &[f64] {
+        &self.residual_rms
+    }
+
+    /// Pairs of rows that were used.
+    #[must_use]
+    pub fn pairs(&self) -> usize {
+        self.pairs
+    }
+
+    /// Rows that begin no pair because a state or a term is not usable.
+    #[must_use]
+    pub fn skipped(&self) -> usize {
+        self.skipped
+    }
+
+    /// Koopman eigenvalues: those of A, largest magnitude first.
+    ///
+    /// # Errors
+    /// [`SindyError::Singular`] if their iteration does not converge.
+    pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, SindyError> {
+        eigenvalues(&self.a)
+    }
+
+    /// Continuous-time eigenvalues `ln(λ) / period`, in the order of [`EdmdcModel::eigenvalues`], per unit
+    /// of time. Frequencies above half the sampling rate appear as lower ones; λ = 0 gives -∞.
+    ///
+    /// # Errors
+    /// Those of [`EdmdcModel::eigenvalues`].
+    pub fn continuous_eigenvalues(&self) -> Result<Vec<Complex<f64>>, SindyError> {
+        Ok(continuous(&self.eigenvalues()?, self.period))
+    }
+
+    /// The states one sample later: `C (A ψ(x) + B φ(x, u))`.
+    ///
+    /// # Errors
+    /// A wrong number of states or inputs, values that are not finite, or states outside the domain of a
+    /// term.
+    pub fn predict(&self, x: &[f64], u: &[f64]) -> Result<Vec<f64>, SindyError> {
+        check_row("states", x, self.c.nrows())?;
+        check_row("inputs", u, self.inputs)?;
+        let mut scratch = Scratch::default();
+        let z = self.lift(x, &mut scratch);
+        let next = &self.c * self.step(&z, x, u, &mut scratch);
+        check_row("predicted states", next.as_slice(), next.len())?;
+        Ok(next.as_slice().to_vec())
+    }
+
+    /// Runs `steps` steps from `start` at time 0; `inputs[j][k]` is input j at step k. A run that grows
+    /// beyond 10¹⁵⁰ or leaves the domain of a term ends as [`crate::model::RunOutcome::BlewUp`].
+    ///
+    /// # Errors
+    /// A wrong number of states or inputs, inputs shorter than `steps`, or values that are not finite.
+    pub fn simulate(
+        &self,
+        start: &[f64],
+        steps: usize,
+        inputs: &[&[f64]],
+        lifting: Lifting,
+    ) -> Result<Run, SindyError> {
+        check_row("states", start, self.c.nrows())?;
+        check_inputs(inputs, self.inputs, steps)?;
+        let mut scratch = Scratch::default();
+        let mut x = start.to_vec();
+        let mut z = self.lift(&x, &mut scratch);
+        Ok(run(start, steps, inputs, self.period, |u| {
+            z = self.step(&z, &x, u, &mut scratch);
+            x = (&self.c * &z).as_slice().to_vec();
+            if lifting == Lifting::EveryStep {
+                z = self.lift(&x, &mut scratch);
+            }
+            x.clone()
+        }))
+    }
+
+    fn lift(&self, x: &[f64], scratch: &mut Scratch) -> DVector<f64> {
+        let mut z = DVector::zeros(self.a.nrows());
+        self.lifted.eval_row(x, z.as_mut_slice(), scratch);
+        z
+    }
+
+    fn step(&self, z: &DVector<f64>, x: &[f64], u: &[f64], scratch: &mut Scratch) -> DVector<f64> {
+        let mut v = DVector::zeros(self.b.ncols());
+        let row: Vec<f64> = x.iter().chain(u).copied().collect();
+        self.drives.eval_row(&row, v.as_mut_slice(), scratch);
+        &self.a * z + &self.b * v
+    }
+}

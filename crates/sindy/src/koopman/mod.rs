@@ -1,0 +1,271 @@
+//! Linear comparators: dynamic mode decomposition with control (DMDc) and its extended form (EDMDc).
+//!
+//! Both fit a discrete-time linear system to pairs of successive samples, `x` being n states and `u` m
+//! inputs:
+//!
+//! ```text
+//! Dmdc    x[k+1] = A x[k] + B u[k]                                A n x n,  B n x m
+//! Edmdc   z[k+1] = A z[k] + B v[k],   z = ψ(x),  v = φ(x, u),  x ≈ C z
+//! ```
+//!
+//! They are the baselines that a sparse nonlinear model should beat on data that it has not seen. A, B
+//! and C are in the units of the data; the sampling period is the caller's statement, the same for all
+//! trajectories, and serves only continuous-time eigenvalues and the time of a run.
+//!
+//! Pairs are never made across groups (trajectories) nor across a row with a value that is not finite (or
+//! beyond 10¹⁵⁰, whose square overflows); a group handed over in several blocks is one trajectory as
+//! long as no block of another group comes between. The data are read once, block by block: all that is
+//! kept is the triangular factor R of a QR decomposition of the snapshots, updated with each block. Unlike
+//! their Gram matrix it has their singular values in full precision.
+//!
+//! The least squares problem is solved by a singular value decomposition of R, cut off at a [`Rank`].
+//! Where the data do not determine all coefficients (fewer pairs than regressors, collinear or zero
+//! columns) the solution is that of least norm and `rank()` is smaller than the number of regressors.
+//!
+//! Sources: J. L. Proctor, S. L. Brunton, J. N. Kutz, SIAM J. Appl. Dyn. Syst. 15 (2016) (DMDc); M. O.
+//! Williams, I. G. Kevrekidis, C. W. Rowley, J. Nonlinear Sci. 25 (2015) (EDMD); M. Korda, I. Mezić,
+//! Automatica 93 (2018) (EDMD with control); M. Gavish, D. L. Donoho, IEEE Trans. Inf. Theory 60 (2014)
+//! (optimal hard threshold).
+
+#[cfg(test)]
+mod comparison;
+mod dmdc;
+mod edmdc;
+mod snapshots;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::linalg::{SVD, Schur};
+use nalgebra::{Complex, DMatrix, DVector};
+
+pub use dmdc::{Dmdc, DmdcModel};
+pub use edmdc::{Edmdc, EdmdcModel, Lifting};
+
+use crate::error::SindyError;
+use crate::model::{Run, RunOutcome};
+
+/// A run whose state exceeds this has blown up.
+const BLOW_UP: f64 = 1e150;
+
+/// Limit of the iterations of nalgebra's decompositions, which need a few per row.
+const ITERATIONS: usize = 100_000;
+
+/// How many singular values of the regressors' snapshots are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rank {
+    /// All above rounding: `σ > ε max(rows, columns) σ₁`.
+    Full,
+    /// The largest so many (fewer if those above rounding are fewer), at least 1.
+    Given(usize),
+    /// Those above the optimal hard threshold for unknown noise, `σ > ω(β) median(σ)` with β the
+    /// snapshots' aspect ratio and `ω(β) ≈ 0.56 β³ - 0.95 β² + 1.82 β + 1.43`; at least one. Meant for
+    /// many measured columns of few true directions: with few columns it keeps very little.
+    OptimalThreshold,
+}
+
+/// Rank and regularisation, checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Regression {
+    rank: Rank,
+    ridge: f64,
+}
+
+/// What the regression found: `targets ≈ regressors · coefficients`.
+struct Solved {
+    /// Regressors x targets.
+    coefficients: DMatrix<f64>,
+    singular_values: Vec<f64>,
+    rank: usize,
+}
+
+impl Regression {
+    fn new(rank: Rank, ridge: f64) -> Result<Self, SindyError> {
+        if rank == Rank::Given(0) {
+            return Err(SindyError::setting("rank", "at least 1", 0));
+        }
+        if !(ridge >= 0.0 && ridge.is_finite()) {
+            return Err(SindyError::setting("ridge", "finite, not negative", ridge));
+        }
+        Ok(Self { rank, ridge })
+    }
+
+    /// Solves for the right-hand sides `rhs` (p x q) with the triangular factor `r` (p x p) of `rows`
+    /// rows; with `scaled`, the columns of `r` are brought to unit length first.
+    fn solve(
+        &self,
+        mut r: DMatrix<f64>,
+        rhs: &DMatrix<f64>,
+        rows: usize,
+        scaled: bool,
+    ) -> Result<Solved, SindyError> {
+        let p = r.ncols();
+        if let Rank::Given(rank) = self.rank
+            && rank > p
+        {
+            let expected = format!("at most the {p} regressors");
+            return Err(SindyError::setting("rank", expected, rank));
+        }
+        let scale = DVector::from_iterator(
+            p,
+            r.column_iter().map(|c| match c.norm() {
+                norm if scaled && norm > 0.0 => norm,
+                _ => 1.0,
+            }),
+        );
+        for (mut column, s) in r.column_iter_mut().zip(&scale) {
+            column /= *s;
+        }
+        let what = "singular values of the snapshots";
+        let svd = SVD::try_new(r, true, true, f64::EPSILON, ITERATIONS)
+            .ok_or(SindyError::Singular { what })?;
+        let (Some(u), Some(v_t)) = (&svd.u, &svd.v_t) else {
+            return Err(SindyError::Singular { what });
+        };
+        let count = p.min(rows);
+        let sigma = &svd.singular_values.as_slice()[..count];
+        let rank = self.keep(sigma, p, rows);
+        let mut inner = u.columns(0, rank).transpose() * rhs;
+        for (mut row, s) in inner.row_iter_mut().zip(sigma) {
+            row *= s / (s * s + self.ridge * sigma[0] * sigma[0]);
+        }
+        let mut coefficients = v_t.rows(0, rank).transpose() * inner;
+        for (mut row, s) in coefficients.row_iter_mut().zip(&scale) {
+            row /= *s;
+        }
+        Ok(Solved {
+            coefficients,
+            singular_values: sigma.to_vec(),
+            rank,
+        })
+    }
+
+    /// How many of the descending `sigma` are kept.
+    fn keep(&self, sigma: &[f64], columns: usize, rows: usize) -> usize {
+        let largest = sigma.first().copied().unwrap_or(0.0);
+        let rounding = f64::EPSILON * columns.max(rows) as f64 * largest;
+        let full = sigma.iter().filter(|s| **s > rounding).count();
+        match self.rank {
+            Rank::Full => full,
+            Rank::Given(rank) => rank.min(full),
+            Rank::OptimalThreshold => {
+                let beta = columns.min(rows) as f64 / columns.max(rows) as f64;
+                let omega = ((0.56 * beta - 0.95) * beta + 1.82) * beta + 1.43;
+                let threshold = omega * median(sigma);
+                let above = sigma.iter().filter(|s| **s > threshold).count();
+                above.max(1).min(full)
+            }
+        }
+    }
+}
+
+/// The median of descending numbers.
+fn median(sorted: &[f64]) -> f64 {
+    let half = sorted.len() / 2;
+    if sorted.len() % 2 == 1 {
+        sorted[half]
+    } else {
+        0.5 * (sorted[half - 1] + sorted[half])
+    }
+}
+
+/// The eigenvalues of `a`, largest magnitude first; of a conjugate pair, the one above the real axis first.
+fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, SindyError> {
+    let schur =
+        Schur::try_new(a.clone(), f64::EPSILON, ITERATIONS).ok_or(SindyError::Singular {
+            what: "eigenvalues",
+        })?;
+    let mut values: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();
+    values.sort_by(|p, q| {
+        let size = q.norm_sqr().total_cmp(&p.norm_sqr());
+        size.then(q.im.total_cmp(&p.im))
+    });
+    Ok(values)
+}
+
+/// Continuous-time eigenvalues `ln(λ) / period`; that of λ = 0 is -∞.
+fn continuous(values: &[Complex<f64>], period: f64) -> Vec<Complex<f64>> {
+    let log = |v: &Complex<f64>| Complex::new(v.norm().ln(), v.im.atan2(v.re)) / period;
+    values.iter().map(log).collect()
+}
+
+fn check_period(period: f64) -> Result<f64, SindyError> {
+    if period > 0.0 && period.is_finite() {
+        Ok(period)
+    } else {
+        let expected = "a positive, finite time";
+        Err(SindyError::setting("period", expected, period))
+    }
+}
+
+/// As many finite values as there should be.
+fn check_row(what: &'static str, values: &[f64], expected: usize) -> Result<(), SindyError> {
+    if values.len() != expected {
+        return Err(SindyError::Shape {
+            what,
+            expected,
+            found: values.len(),
+        });
+    }
+    match values.iter().position(|v| !v.is_finite()) {
+        Some(index) => Err(SindyError::NotFinite {
+            what: what.to_owned(),
+            index,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// One column of at least `steps` finite values for each input.
+fn check_inputs(inputs: &[&[f64]], expected: usize, steps: usize) -> Result<(), SindyError> {
+    if inputs.len() != expected {
+        return Err(SindyError::Shape {
+            what: "inputs",
+            expected,
+            found: inputs.len(),
+        });
+    }
+    for column in inputs {
+        let Some(used) = column.get(..steps) else {
+            return Err(SindyError::TooShort {
+                needed: steps,
+                found: column.len(),
+            });
+        };
+        check_row("values of an input", used, steps)?;
+    }
+    Ok(())
+}
+
+/// Runs `steps` steps; `next` takes the row `u[k]` and gives the states at k + 1.
+fn run(
+    start: &[f64],
+    steps: usize,
+    inputs: &[&[f64]],
+    period: f64,
+    mut next: impl FnMut(&[f64]) -> Vec<f64>,
+) -> Run {
+    let mut run = Run {
+        time: vec![0.0],
+        states: start.iter().map(|x| vec![*x]).collect(),
+        outcome: RunOutcome::Finished,
+        evaluations: 0,
+        steps: 0,
+    };
+    for k in 0..steps {
+        let row: Vec<f64> = inputs.iter().map(|c| c[k]).collect();
+        let x = next(&row);
+        run.evaluations += 1;
+        run.steps += 1;
+        let time = (k + 1) as f64 * period;
+        // Written so that NaN counts as too large.
+        if !x.iter().all(|x| x.abs() <= BLOW_UP) {
+            run.outcome = RunOutcome::BlewUp { time };
+            return run;
+        }
+        run.time.push(time);
+        for (column, x) in run.states.iter_mut().zip(x) {
+            column.push(x);
+        }
+    }
+    run
+}
