@@ -1,6 +1,9 @@
 //! How far ahead do DMDc, EDMDc and a sparse model predict? Fitted to one noisy trajectory, asked about
 //! that trajectory without noise and about one from another start.
 //!
+//! The sparse model's threshold is set by hand (0.1 in the coefficients' own units). It decides the outcome: with 0.05 on
+//! scaled columns false terms stay, and on Lotka–Volterra the sparse model is then no better than EDMDc.
+//!
 //! `cargo run --release -p sindy --example 02_comparators`
 #![allow(clippy::print_stdout)]
 
