@@ -44,6 +44,7 @@
 //! | [`choose`] | λ and ν by cross-validation over groups |
 //! | [`identifiability`] | what the data can and cannot tell apart |
 //! | [`derivative`] | derivatives: differences, splines, Kalman, spectral; noise level, gaps, the smoothing chosen |
+//! | [`weak`] | the weak form: regression without derivatives, generalised least squares |
 //! | [`delay`] | the delay between two channels |
 //! | [`shooting`] | refinement by multiple shooting |
 //! | [`koopman`] | linear comparators: DMDc and EDMDc |
@@ -74,6 +75,7 @@ pub mod shooting;
 pub mod sr3;
 pub mod stepwise;
 pub mod stlsq;
+pub mod weak;
 
 pub use choose::{Choice, Grid};
 pub use criteria::Criterion;
@@ -93,3 +95,4 @@ pub use shooting::OdeModel;
 pub use sr3::Sr3;
 pub use stepwise::Stepwise;
 pub use stlsq::Stlsq;
+pub use weak::WeakForm;
