@@ -27,6 +27,7 @@
 //!
 //! | module | what it is |
 //! | --- | --- |
+//! | [`dataset`] | trajectories of states and inputs, split at gaps, counted |
 //! | [`samples`] | named columns in groups, handed on in blocks |
 //! | [`library`] | candidate terms as text expressions |
 //! | [`savgol`] | Savitzky–Golay smoothing and derivative |
@@ -53,6 +54,7 @@
 
 pub mod choose;
 pub mod criteria;
+pub mod dataset;
 pub mod delay;
 pub mod derivative;
 pub mod ensemble;
@@ -79,6 +81,7 @@ pub mod weak;
 
 pub use choose::{Choice, Grid};
 pub use criteria::Criterion;
+pub use dataset::Dataset;
 pub use derivative::Differentiator;
 pub use ensemble::Ensemble;
 pub use error::SindyError;
