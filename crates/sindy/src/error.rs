@@ -70,6 +70,21 @@ pub enum SindyError {
         /// What is wrong with it.
         reason: String,
     },
+    /// A text that is not a library.
+    #[error(
+        "library `{text}`, column {column}: expected {expected}, found {found} (a library is made of \
+         poly(degree), fourier(frequencies), exp(rate, …), rational(scale, …) and expressions, joined by + and *)"
+    )]
+    Specification {
+        /// The text as given, its beginning if long.
+        text: String,
+        /// Character number of the place, from 1.
+        column: usize,
+        /// What could have stood there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
     /// A linear system without a unique solution.
     #[error("{what}: the equations are singular")]
     Singular {

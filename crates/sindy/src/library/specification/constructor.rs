@@ -1,0 +1,189 @@
+//! The constructors in a text: what stands between their parentheses, and the library it makes.
+
+use super::scan::Kind;
+use super::{Reader, error};
+use crate::error::SindyError;
+use crate::library::{Interaction, Library, Polynomial};
+
+/// What stands between the parentheses of a constructor.
+#[derive(Default)]
+struct Arguments {
+    numbers: Vec<Number>,
+    options: Vec<Given>,
+    /// Those that are named, else all.
+    variables: Vec<String>,
+}
+
+#[derive(Clone, Copy)]
+struct Number {
+    at: usize,
+    value: f64,
+}
+
+/// `key=value`.
+struct Given {
+    at: usize,
+    key: String,
+    value: String,
+}
+
+impl Reader<'_> {
+    /// The constructor whose name is at `first` and whose parentheses close at `close`.
+    pub(super) fn constructor(
+        &mut self,
+        first: usize,
+        close: usize,
+    ) -> Result<Library, SindyError> {
+        let arguments = self.arguments(first, close)?;
+        let names = &arguments.variables;
+        let numbers = &arguments.numbers;
+        let library = match self.word(&self.tokens[first]) {
+            "poly" => {
+                let [degree] = numbers[..] else {
+                    let expected = "one number, the degree: `poly(degree)`";
+                    return Err(self.count(numbers, first, close, expected));
+                };
+                let mut library = Polynomial::new(self.whole(degree, "the degree")?);
+                for option in &arguments.options {
+                    library = match (option.key.as_str(), option.value.as_str()) {
+                        ("bias", "true") => library.bias(true),
+                        ("bias", "false") => library.bias(false),
+                        ("interaction", "all") => library.interaction(Interaction::All),
+                        ("interaction", "none") => library.interaction(Interaction::None),
+                        ("interaction", "only") => library.interaction(Interaction::Only),
+                        _ => {
+                            let expected =
+                                "`bias=true` or `false`, `interaction=all`, `none` or `only`";
+                            return Err(self.fail(option.at, expected));
+                        }
+                    };
+                }
+                library.library(names)
+            }
+            "fourier" => {
+                let [frequencies] = numbers[..] else {
+                    let expected = "one number, of frequencies: `fourier(frequencies)`";
+                    return Err(self.count(numbers, first, close, expected));
+                };
+                let frequencies = self.whole(frequencies, "the number of frequencies")? as usize;
+                let mut base = 1.0;
+                for option in &arguments.options {
+                    base = match (option.key.as_str(), option.value.parse()) {
+                        ("base", Ok(base)) => base,
+                        _ => return Err(self.fail(option.at, "`base=`, a frequency")),
+                    };
+                }
+                Library::fourier_of_base(names, frequencies, base)
+            }
+            "exp" => {
+                if let Some(option) = arguments.options.first() {
+                    return Err(self.fail(option.at, "rates, then names of variables"));
+                }
+                let rates: Vec<f64> = numbers.iter().map(|n| n.value).collect();
+                Library::exponentials(names, &rates)
+            }
+            _ => {
+                if numbers.is_empty() {
+                    let expected = "scales: `rational(scale, …)`";
+                    return Err(self.count(numbers, first, close, expected));
+                }
+                let scales: Vec<f64> = numbers.iter().map(|n| n.value).collect();
+                let mut powers = Vec::new();
+                for option in &arguments.options {
+                    match (option.key.as_str(), option.value.parse::<u32>()) {
+                        ("power", Ok(power)) => powers.push(power),
+                        _ => return Err(self.fail(option.at, "`power=`, a whole number")),
+                    }
+                }
+                if powers.is_empty() {
+                    powers.push(1);
+                }
+                Library::bounded_rationals(names, &scales, &powers)
+            }
+        };
+        let library = library.map_err(|refused| match refused {
+            SindyError::Setting {
+                key,
+                expected,
+                found,
+            } => {
+                let start = self.tokens[first].start;
+                error(self.text, start, format!("{key}: {expected}"), found)
+            }
+            other => other,
+        })?;
+        self.spend(library.len())?;
+        Ok(library)
+    }
+
+    fn arguments(&self, first: usize, close: usize) -> Result<Arguments, SindyError> {
+        let mut read = Arguments::default();
+        let inside = first + 2..close;
+        let parts = if inside.is_empty() {
+            Vec::new()
+        } else {
+            self.split(inside, ",")
+        };
+        for part in parts {
+            let at = part.start;
+            let (negative, digits) = match self.is(at, "-") {
+                true => (true, at + 1),
+                false => (false, at),
+            };
+            let number = self.tokens[..part.end].get(digits);
+            if let Some(token) = number.filter(|t| t.kind == Kind::Number) {
+                let one = digits + 1 == part.end;
+                let alone = read.variables.is_empty() && read.options.is_empty();
+                let value = self
+                    .word(token)
+                    .parse()
+                    .ok()
+                    .filter(|v: &f64| v.is_finite());
+                let (true, true, Some(value)) = (one, alone, value) else {
+                    let expected = "a number before the names, or a name of a variable";
+                    return Err(self.fail(if one { at } else { digits + 1 }, expected));
+                };
+                let value: f64 = if negative { -value } else { value };
+                read.numbers.push(Number { at, value });
+            } else if part.len() >= 3 && self.is(at + 1, "=") {
+                let value = part.start + 2..part.end;
+                read.options.push(Given {
+                    at,
+                    key: self.word(&self.tokens[at]).into(),
+                    value: value.map(|at| self.word(&self.tokens[at])).collect(),
+                });
+            } else {
+                let name = self.tokens[..part.end].get(at);
+                let name = name.and_then(|t| t.name(self.text));
+                match name.filter(|n| part.len() == 1 && self.variables.contains(n)) {
+                    Some(name) if read.variables.contains(&name) => {
+                        return Err(self.fail(at, "each variable once"));
+                    }
+                    Some(name) => read.variables.push(name),
+                    None => {
+                        let expected = format!("a number or a variable ({})", self.known());
+                        return Err(self.fail(at, expected));
+                    }
+                }
+            }
+        }
+        if read.variables.is_empty() {
+            read.variables.clone_from(&self.variables);
+        }
+        Ok(read)
+    }
+
+    fn whole(&self, number: Number, what: &str) -> Result<u32, SindyError> {
+        let whole = number.value.trunc() == number.value;
+        if whole && (0.0..=f64::from(u32::MAX)).contains(&number.value) {
+            return Ok(number.value as u32);
+        }
+        Err(self.fail(number.at, format!("a whole number, {what}")))
+    }
+
+    /// The error of a wrong number of numbers: at the second, or where the first is missing.
+    fn count(&self, numbers: &[Number], first: usize, close: usize, expected: &str) -> SindyError {
+        let missing = if close == first + 2 { close } else { first + 2 };
+        self.fail(numbers.get(1).map_or(missing, |n| n.at), expected)
+    }
+}
