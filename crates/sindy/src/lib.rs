@@ -29,9 +29,11 @@
 //! | --- | --- |
 //! | [`dataset`] | trajectories of states and inputs, split at gaps, counted |
 //! | [`samples`] | named columns in groups, handed on in blocks |
+//! | [`stream`] | samples from an iterator of blocks, in one pass |
 //! | [`library`] | candidate terms as text expressions |
 //! | [`savgol`] | Savitzky–Golay smoothing and derivative |
 //! | [`gram`] | sufficient statistics: accumulate, merge, downdate |
+//! | [`tsqr`] | a mergeable triangular factor for libraries that the Gram matrix loses |
 //! | [`regression`] | least squares and its standard errors |
 //! | [`sr3`] | SR3 with ℓ0, solved at its fixed point |
 //! | [`outcome`] | why a solver stopped, one type for all |
@@ -77,6 +79,8 @@ pub mod shooting;
 pub mod sr3;
 pub mod stepwise;
 pub mod stlsq;
+pub mod stream;
+pub mod tsqr;
 pub mod weak;
 
 pub use choose::{Choice, Grid};
@@ -98,4 +102,5 @@ pub use shooting::OdeModel;
 pub use sr3::Sr3;
 pub use stepwise::Stepwise;
 pub use stlsq::Stlsq;
+pub use stream::{OwnedBlock, Stream};
 pub use weak::WeakForm;

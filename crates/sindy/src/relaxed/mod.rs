@@ -174,7 +174,7 @@ impl Relaxed {
                 let target = gram.target_rms();
                 (
                     gram.column_rms() / target,
-                    1.0 / (gram.rows as f64 * target * target),
+                    1.0 / (gram.weight() * target * target),
                 )
             }
         };
