@@ -13,6 +13,7 @@
 //! The sums are taken in a fixed order, and with the vector instructions that the processor has: the result
 //! has the same bits for any number of threads, any size of the blocks, and (as far as the terms themselves do) on any machine.
 
+mod driver;
 mod kernel;
 mod pass;
 

@@ -35,6 +35,7 @@
 //! | [`gram`] | sufficient statistics: accumulate, merge, downdate |
 //! | [`tsqr`] | a mergeable triangular factor for libraries that the Gram matrix loses |
 //! | [`regression`] | least squares and its standard errors |
+//! | [`residual`] | residuals of a fit, row by row |
 //! | [`sr3`] | SR3 with ℓ0, solved at its fixed point |
 //! | [`outcome`] | why a solver stopped, one type for all |
 //! | [`fit`] | what every sparse solver takes and returns |
@@ -43,7 +44,7 @@
 //! | [`stepwise`] | one term more or less at a time, by a criterion |
 //! | [`exact`] | the best subset of every size, proven |
 //! | [`ensemble`] | bagging of data and library, inclusion and intervals |
-//! | [`relaxed`] | SR3 with ℓ1, weights and equality constraints |
+//! | [`relaxed`] | SR3 with ℓ1, weights, linear constraints; trimming |
 //! | [`choose`] | λ and ν by cross-validation over groups |
 //! | [`identifiability`] | what the data can and cannot tell apart |
 //! | [`derivative`] | derivatives: differences, splines, Kalman, spectral; noise level, gaps, the smoothing chosen |
@@ -73,6 +74,7 @@ pub mod outcome;
 pub mod problems;
 pub mod regression;
 pub mod relaxed;
+pub mod residual;
 pub mod samples;
 pub mod savgol;
 pub mod shooting;

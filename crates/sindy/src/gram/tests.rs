@@ -1,4 +1,4 @@
-use super::pass::SEGMENT;
+use super::driver::SEGMENT;
 use super::*;
 use crate::{OwnedBlock, Samples, Stream};
 use proptest::prelude::*;
