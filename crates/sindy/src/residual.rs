@@ -28,14 +28,25 @@ pub fn residuals(
     Ok(out)
 }
 
-/// The residual of every row times term `j`, whose sums are zero for least squares: the estimating functions.
-pub(crate) fn scores(
+/// The residual of every row times term `j`, one vector for each group: what coefficient `j` is estimated from (its
+/// sum is zero for least squares), and so what its uncertainty comes from. NaN as in [`residuals`].
+///
+/// # Errors
+/// As [`residuals`]; no term `j`.
+pub fn scores(
     library: &Library,
     target: &str,
     coefficients: &DVector<f64>,
     j: usize,
     source: &dyn BlockSource,
 ) -> Result<Vec<Vec<f64>>, SindyError> {
+    if j >= library.len() {
+        return Err(SindyError::Shape {
+            what: "terms of the library (more than)",
+            expected: j,
+            found: library.len(),
+        });
+    }
     let mut out = vec![Vec::new(); source.groups()];
     each_row(library, target, coefficients, source, |group, theta, r| {
         out[group].push(theta(j) * r);
@@ -120,6 +131,7 @@ mod tests {
             let s = scores(&library, "y", &xi, j, &samples).unwrap();
             assert!(s[..2].iter().flatten().sum::<f64>().abs() < 1e-11);
         }
+        assert!(scores(&library, "y", &xi, 2, &samples).is_err());
         assert!(residuals(&library, "z", &xi, &samples).is_err());
         assert!(residuals(&library, "y", &DVector::zeros(3), &samples).is_err());
     }
