@@ -89,8 +89,9 @@ fn analytic_orthogonal_columns_are_ranked_by_their_share() {
         xtx: nalgebra::DMatrix::identity(p, p),
         xty: nalgebra::DVector::from_vec(b.clone()),
         yty: 10.0,
+        sum_y: 0.0,
         rows: 100,
-        ..Gram::zeros(p)
+        skipped: 0,
     };
     let found = BestSubset::new().solve(&gram).unwrap();
     let mut sorted = b.clone();

@@ -193,8 +193,7 @@ impl Model {
     /// block with one column of values for each state. Nothing larger than a block is held.
     ///
     /// # Errors
-    /// [`SindyError::UnknownColumn`] if the source lacks a state or an input; a pass that failed
-    /// ([`BlockSource::failure`]).
+    /// [`SindyError::UnknownColumn`] if the source lacks a state or an input.
     pub fn predict_source(
         &self,
         source: &dyn BlockSource,
@@ -213,6 +212,6 @@ impl Model {
                 Err(error) => failed = Some(error),
             }
         });
-        failed.or_else(|| source.failure()).map_or(Ok(()), Err)
+        failed.map_or(Ok(()), Err)
     }
 }

@@ -1,0 +1,115 @@
+//! What all commands share: where text, progress and JSON go.
+
+use std::io::Write as _;
+use std::sync::Mutex;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+
+/// Global options, made into sinks.
+pub(crate) struct Context {
+    json: bool,
+    bar: ProgressBar,
+    /// What standard output refused to take, if it did.
+    refused: Mutex<Option<std::io::Error>>,
+}
+
+impl Context {
+    pub(crate) fn new(json: bool, quiet: bool) -> Self {
+        let target = if quiet {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr()
+        };
+        Self {
+            json,
+            bar: ProgressBar::with_draw_target(None, target),
+            refused: Mutex::new(None),
+        }
+    }
+
+    /// A stage of unknown length begins.
+    pub(crate) fn busy(&self, stage: &str) {
+        self.style("{spinner} {msg}  {elapsed}");
+        self.bar.enable_steady_tick(Duration::from_millis(120));
+        self.bar.set_message(stage.to_owned());
+    }
+
+    fn style(&self, template: &str) {
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            self.bar.set_style(style.progress_chars("=> "));
+        }
+    }
+
+    /// Text for people: on standard output, or on standard error where that is kept for JSON.
+    pub(crate) fn say(&self, text: &str) {
+        if self.json {
+            self.aside(text);
+        } else {
+            self.print(&format!("{text}\n"));
+        }
+    }
+
+    /// Text for people on standard error.
+    pub(crate) fn aside(&self, text: &str) {
+        self.bar.suspend(|| {
+            let _ = writeln!(anstream::stderr(), "{text}");
+        });
+    }
+
+    /// Text on standard output. A reader that has gone away is no failure of ours; any other refusal is kept.
+    pub(crate) fn print(&self, text: &str) {
+        let written = self.bar.suspend(|| {
+            let mut out = anstream::stdout();
+            out.write_all(text.as_bytes()).and_then(|()| out.flush())
+        });
+        if let Err(e) = written
+            && e.kind() != std::io::ErrorKind::BrokenPipe
+            && let Ok(mut refused) = self.refused.lock()
+        {
+            refused.get_or_insert(e);
+        }
+    }
+
+    /// Fails where standard output did not take what was printed.
+    pub(crate) fn all_printed(&self) -> Result<()> {
+        let refused = self.refused.lock().ok().and_then(|mut r| r.take());
+        refused.map_or(Ok(()), |e| Err(Error::file("standard output".as_ref(), e)))
+    }
+
+    /// A warning, on standard error.
+    pub(crate) fn warn(&self, text: &str) {
+        self.aside(&format!("warning: {text}"));
+    }
+
+    /// The one JSON object of a command, if it was asked for.
+    pub(crate) fn object<T: Serialize>(&self, object: &T) -> Result<()> {
+        if self.json {
+            let mut text = serde_json::to_string_pretty(object).map_err(|e| {
+                Error::Arguments(format!("the result cannot be written as JSON: {e}"))
+            })?;
+            text.push('\n');
+            self.print(&text);
+        }
+        Ok(())
+    }
+
+    /// Whether JSON was asked for.
+    pub(crate) fn wants_json(&self) -> bool {
+        self.json
+    }
+
+    /// Tells an error.
+    pub(crate) fn fail(&self, error: &Error) {
+        self.bar.finish_and_clear();
+        let _ = writeln!(anstream::stderr(), "error: {error}");
+    }
+
+    /// Takes the progress bar away.
+    pub(crate) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,86 @@
+//! What stops the command, and the exit status that it stands for.
+
+use std::path::{Path, PathBuf};
+
+use sindy::SindyError;
+use thiserror::Error;
+
+/// Anything that stops a command.
+#[derive(Debug, Error)]
+pub(crate) enum Error {
+    /// A text table that cannot be read.
+    #[error(transparent)]
+    Log(#[from] touchdown_log::LogError),
+    /// Data, terms or settings that the library refuses.
+    #[error("{what}: {source}")]
+    Refused { what: String, source: SindyError },
+    /// A figure that cannot be drawn.
+    #[error("figure: {0}")]
+    Figure(touchdown_report::Error),
+    /// A table that does not hold what was asked for.
+    #[error("{at}: expected {expected}, found {found}")]
+    Data {
+        /// File, and row and column where they are known.
+        at: String,
+        expected: String,
+        found: String,
+    },
+    /// Arguments that do not fit together.
+    #[error("{0}")]
+    Arguments(String),
+    /// A file that cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    File {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    /// A file without a usable row.
+    #[error("{at}: no usable rows: {reason}")]
+    NoRows { at: String, reason: String },
+}
+
+impl Error {
+    /// An input or output error at `path`.
+    pub(crate) fn file(path: &Path, source: std::io::Error) -> Self {
+        Self::File {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    /// Data that are not what they should be.
+    pub(crate) fn data(
+        at: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Self {
+        Self::Data {
+            at: at.into(),
+            expected: expected.into(),
+            found: found.into(),
+        }
+    }
+
+    /// What the library said of `what`.
+    pub(crate) fn refused(what: impl Into<String>) -> impl FnOnce(SindyError) -> Self {
+        let what = what.into();
+        |source| Self::Refused { what, source }
+    }
+
+    /// The exit status: 1 for what cannot be read or written or holds no usable rows, 2 for arguments, data and
+    /// settings that are wrong.
+    pub(crate) fn exit_status(&self) -> u8 {
+        use touchdown_log::ErrorKind;
+        match self {
+            Self::File { .. } | Self::NoRows { .. } | Self::Figure(_) => 1,
+            Self::Log(e) => match e.kind() {
+                ErrorKind::Unreadable | ErrorKind::Unwritable => 1,
+                _ => 2,
+            },
+            _ => 2,
+        }
+    }
+}
+
+/// The command's result.
+pub(crate) type Result<T> = std::result::Result<T, Error>;

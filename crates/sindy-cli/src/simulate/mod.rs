@@ -1,0 +1,129 @@
+//! `sindy simulate`.
+
+mod figure;
+pub(crate) mod object;
+pub(crate) mod setup;
+
+use sindy::model::{Limits, Run, RunOutcome, Simulation, Time};
+use sindy::{Model, SindyError};
+
+use crate::Done;
+use crate::args::SimulateArgs;
+use crate::context::Context;
+use crate::drawing;
+use crate::error::{Error, Result};
+use crate::output;
+use object::{RunObject, SimulateObject};
+use setup::Task;
+
+/// A run, and what it is compared with.
+pub(crate) struct Simulated {
+    pub(crate) task: Task,
+    pub(crate) run: Run,
+}
+
+pub(crate) fn run(context: &Context, args: &SimulateArgs) -> Result<Done> {
+    for path in args.output.iter().chain(&args.figure) {
+        output::check(path)?;
+    }
+    if let Some(path) = &args.figure {
+        drawing::check(path)?;
+    }
+    let to_stdout = args.output.as_deref().is_some_and(|p| p.as_os_str() == "-");
+    if to_stdout && context.wants_json() {
+        return Err(Error::Arguments(
+            "--output - and --json both want standard output; name a file for the runs".to_owned(),
+        ));
+    }
+    let model = read_model(args)?;
+    let setup = setup::of(&model, args)?;
+    let how = args
+        .fixed_step
+        .map_or_else(Simulation::adaptive, Simulation::fixed);
+    let mut simulated = Vec::with_capacity(setup.tasks.len());
+    for task in setup.tasks {
+        context.busy(&format!("running {}", task.name));
+        let run = simulate(&model, &task, &how)?;
+        simulated.push(Simulated { task, run });
+    }
+    context.finish();
+    let mut warnings = setup.warnings;
+    warnings.extend(
+        simulated
+            .iter()
+            .filter_map(|s| ended_early(&s.task.name, &s.run)),
+    );
+    let runs: Vec<RunObject> = simulated.iter().map(|s| RunObject::of(&model, s)).collect();
+
+    if to_stdout {
+        context.print(&object::csv(&model, &simulated));
+    } else if let Some(path) = &args.output {
+        output::write(path, object::csv(&model, &simulated).as_bytes())?;
+    }
+    if let Some(path) = &args.figure {
+        figure::write(path, &model, &simulated)?;
+    }
+    let text = object::text(&model, &runs);
+    if to_stdout {
+        context.aside(&text);
+    } else {
+        context.say(&text);
+    }
+    for warning in &warnings {
+        context.warn(warning);
+    }
+    context.object(&SimulateObject { runs, warnings })?;
+    Ok(if setup.lossy {
+        Done::WithLoss
+    } else {
+        Done::Whole
+    })
+}
+
+fn read_model(args: &SimulateArgs) -> Result<Model> {
+    let text = std::fs::read_to_string(&args.model).map_err(|e| Error::file(&args.model, e))?;
+    Model::from_json(&text).map_err(Error::refused(args.model.display().to_string()))
+}
+
+/// The run of a task.
+pub(crate) fn simulate(model: &Model, task: &Task, how: &Simulation) -> Result<Run> {
+    let run = match model.time() {
+        Time::Continuous => model.simulate(&task.start, &task.time, &task.inputs, how),
+        Time::Discrete { .. } => iterate(model, task),
+    };
+    run.map_err(Error::refused(task.name.clone()))
+}
+
+fn iterate(model: &Model, task: &Task) -> std::result::Result<Run, SindyError> {
+    let steps = task.time.len() - 1;
+    let mut columns = vec![Vec::with_capacity(steps); model.inputs().len()];
+    if !columns.is_empty() {
+        for &t in &task.time[..steps] {
+            for (column, value) in columns.iter_mut().zip(task.inputs.at(t)?) {
+                column.push(value);
+            }
+        }
+    }
+    let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    let mut run = model.iterate(&task.start, steps, &columns, &Limits::default())?;
+    // The model counts from zero.
+    run.time = task.time[..run.time.len()].to_vec();
+    Ok(run)
+}
+
+/// What is worth a warning in how a run ended.
+fn ended_early(name: &str, run: &Run) -> Option<String> {
+    let how = match &run.outcome {
+        RunOutcome::Finished => return None,
+        RunOutcome::BlewUp { time } => format!("blew up at time {time}"),
+        RunOutcome::OutOfRange { time, state } => {
+            format!("left the range of `{state}` at time {time}")
+        }
+        RunOutcome::StepTooSmall { time } => {
+            format!("stopped at time {time}: no step is small enough")
+        }
+        RunOutcome::StepLimit { time } => format!("stopped at time {time}: too many steps"),
+        _ => "ended early".to_owned(),
+    };
+    Some(format!("{name}: the run {how}"))
+}

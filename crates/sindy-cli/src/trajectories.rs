@@ -1,0 +1,271 @@
+//! From tables to trajectories: which columns are what, which rows belong together, what is wrong with them.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::args::TableArgs;
+use crate::error::{Error, Result};
+use crate::table::{Table, without_unit};
+
+/// Largest part of a trajectory's rows that may be dropped for their time.
+const TOLERATED: f64 = 0.01;
+
+/// Names of a time column that are taken without being told.
+const TIME_NAMES: [&str; 3] = ["t", "time", "time_s"];
+
+/// The columns to read.
+pub(crate) struct Wanted<'a> {
+    /// States, then inputs, each with the argument that asks for it.
+    pub(crate) columns: Vec<(&'a str, &'static str)>,
+    /// How time and trajectories are found.
+    pub(crate) table: &'a TableArgs,
+}
+
+/// Rows that belong together, in the order of time.
+#[derive(Clone, Debug)]
+pub(crate) struct Trajectory {
+    pub(crate) name: String,
+    pub(crate) time: Vec<f64>,
+    /// As wanted; NaN where a cell is empty.
+    pub(crate) columns: Vec<Vec<f64>>,
+}
+
+/// What a file held.
+#[derive(Debug, Serialize)]
+pub(crate) struct FileReport {
+    pub(crate) path: String,
+    /// Rows in the file.
+    pub(crate) rows_read: usize,
+    /// Rows in the trajectories.
+    pub(crate) rows_used: usize,
+    /// Rows that are corrupt or broken off, or whose time is absent, repeated or out of order.
+    pub(crate) rows_dropped: usize,
+    /// Empty cells of the columns that are used.
+    pub(crate) empty_cells: BTreeMap<String, usize>,
+    /// The column that time came from.
+    pub(crate) time: Option<String>,
+    pub(crate) trajectories: Vec<String>,
+    pub(crate) warnings: Vec<String>,
+    /// Whether input was lost.
+    pub(crate) lossy: bool,
+}
+
+/// Reads the trajectories of one file.
+pub(crate) fn read(path: &Path, wanted: &Wanted<'_>) -> Result<(Vec<Trajectory>, FileReport)> {
+    let table = Table::open(path, &wanted.table.columns)?;
+    let time_place = time_column(&table, wanted)?;
+    let mut places = Vec::new();
+    for &(name, why) in &wanted.columns {
+        places.push(table.find(name, why)?);
+    }
+    places.extend(time_place);
+    let mut columns = table.numbers(&places)?;
+    for (column, &place) in columns.iter().zip(&places) {
+        check_finite(&table, place, column)?;
+    }
+    let time = time_place.and_then(|_| columns.pop());
+    let rows = Rows {
+        time_name: time_place.map(|p| table.names()[p].clone()),
+        dt: wanted.table.dt.unwrap_or(1.0),
+        time,
+        columns,
+    };
+    let mut report = FileReport {
+        path: table.path().to_owned(),
+        rows_read: table.findings.rows_read,
+        rows_used: 0,
+        rows_dropped: table.findings.rows_dropped(),
+        empty_cells: rows.empty_cells(&table, &places),
+        time: rows.time_name.clone(),
+        trajectories: Vec::new(),
+        warnings: table.findings.warnings.clone(),
+        lossy: table.findings.is_lossy(),
+    };
+    let trajectories = groups(&table, wanted.table.trajectory.as_deref())?
+        .into_iter()
+        .map(|(label, members)| rows.trajectory(&table, label, &members, &mut report))
+        .collect::<Result<Vec<_>>>()?;
+    for (i, warning) in report.warnings.iter_mut().enumerate() {
+        // The reader's warnings are about the file alone and do not name it.
+        if i < table.findings.warnings.len() {
+            *warning = format!("{}: {warning}", table.path());
+        }
+    }
+    Ok((trajectories, report))
+}
+
+/// The column of times; `None` where the rows are equally spaced by `--dt`.
+fn time_column(table: &Table, wanted: &Wanted<'_>) -> Result<Option<usize>> {
+    if let Some(name) = &wanted.table.time {
+        return table.find(name, "--time").map(Some);
+    }
+    if wanted.table.dt.is_some() {
+        return Ok(None);
+    }
+    let taken = |name: &str| {
+        wanted
+            .columns
+            .iter()
+            .any(|(c, _)| *c == name || without_unit(name) == Some(*c))
+    };
+    let is_time = |name: &String| {
+        let bare = without_unit(name).unwrap_or(name);
+        !taken(name) && TIME_NAMES.iter().any(|t| bare.eq_ignore_ascii_case(t))
+    };
+    let found: Vec<usize> = (0..table.names().len())
+        .filter(|&p| is_time(&table.names()[p]))
+        .collect();
+    match found[..] {
+        [place] => Ok(Some(place)),
+        [] => Err(Error::data(
+            table.path(),
+            "a column of times called `t` or `time`; name another with --time COLUMN, or give the time between equally \
+             spaced rows with --dt",
+            format!("the columns {}", table.names().join(", ")),
+        )),
+        _ => {
+            let names: Vec<&str> = found.iter().map(|&p| table.names()[p].as_str()).collect();
+            Err(Error::data(
+                table.path(),
+                "one column of times; choose it with --time COLUMN",
+                names.join(" and "),
+            ))
+        }
+    }
+}
+
+fn check_finite(table: &Table, place: usize, column: &[f64]) -> Result<()> {
+    match column.iter().position(|v| v.is_infinite()) {
+        None => Ok(()),
+        Some(row) => Err(Error::data(
+            table.place(row, &table.names()[place]),
+            "a finite number, or an empty cell for a gap",
+            column[row].to_string(),
+        )),
+    }
+}
+
+/// The rows of each trajectory with its label, in the order in which the labels first appear.
+fn groups(table: &Table, column: Option<&str>) -> Result<Vec<(Option<String>, Vec<usize>)>> {
+    let Some(column) = column else {
+        return Ok(vec![(None, (0..table.rows()).collect())]);
+    };
+    let labels = table.labels(table.find(column, "--trajectory")?)?;
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    let mut groups: Vec<(Option<String>, Vec<usize>)> = Vec::new();
+    for (row, label) in labels.iter().enumerate() {
+        if label.is_empty() {
+            return Err(Error::data(
+                table.place(row, column),
+                "the label of a trajectory",
+                "an empty cell",
+            ));
+        }
+        let place = *places.entry(label).or_insert_with(|| {
+            groups.push((Some(label.clone()), Vec::new()));
+            groups.len() - 1
+        });
+        groups[place].1.push(row);
+    }
+    Ok(groups)
+}
+
+/// All rows of a file.
+struct Rows {
+    time_name: Option<String>,
+    dt: f64,
+    time: Option<Vec<f64>>,
+    columns: Vec<Vec<f64>>,
+}
+
+impl Rows {
+    fn empty_cells(&self, table: &Table, places: &[usize]) -> BTreeMap<String, usize> {
+        let count = |column: &Vec<f64>| column.iter().filter(|v| v.is_nan()).count();
+        self.columns
+            .iter()
+            .zip(places)
+            .map(|(column, &place)| (table.names()[place].clone(), count(column)))
+            .filter(|&(_, gaps)| gaps > 0)
+            .collect()
+    }
+
+    /// The trajectory of some rows, those without a proper time left out.
+    fn trajectory(
+        &self,
+        table: &Table,
+        label: Option<String>,
+        members: &[usize],
+        report: &mut FileReport,
+    ) -> Result<Trajectory> {
+        let name = match label {
+            None => table.path().to_owned(),
+            Some(label) => format!("{}, {label}", table.path()),
+        };
+        let kept = match &self.time {
+            None => members.to_vec(),
+            Some(time) => self.kept(table, &name, members, time, report)?,
+        };
+        let pick = |column: &Vec<f64>| kept.iter().map(|&row| column[row]).collect::<Vec<f64>>();
+        report.rows_used += kept.len();
+        report.trajectories.push(name.clone());
+        Ok(Trajectory {
+            name,
+            time: match &self.time {
+                Some(time) => pick(time),
+                None => (0..kept.len()).map(|i| i as f64 * self.dt).collect(),
+            },
+            columns: self.columns.iter().map(pick).collect(),
+        })
+    }
+
+    /// The rows whose time is later than all before.
+    fn kept(
+        &self,
+        table: &Table,
+        name: &str,
+        members: &[usize],
+        time: &[f64],
+        report: &mut FileReport,
+    ) -> Result<Vec<usize>> {
+        let mut kept: Vec<usize> = Vec::with_capacity(members.len());
+        let mut first_fault = None;
+        for &row in members {
+            match kept.last() {
+                _ if time[row].is_nan() => {
+                    first_fault.get_or_insert((row, "an empty cell".to_owned()));
+                }
+                Some(&last) if time[row] <= time[last] => {
+                    let found = format!("{} after {}", time[row], time[last]);
+                    first_fault.get_or_insert((row, found));
+                }
+                _ => kept.push(row),
+            }
+        }
+        let Some((row, found)) = first_fault else {
+            return Ok(kept);
+        };
+        let dropped = members.len() - kept.len();
+        let column = self.time_name.as_deref().unwrap_or_default();
+        if dropped as f64 > TOLERATED * members.len() as f64 {
+            return Err(Error::data(
+                table.place(row, column),
+                "time that increases from row to row; where a file holds several runs, name the column that tells them \
+                 apart with --trajectory",
+                format!(
+                    "{found} ({dropped} of {} rows are out of order)",
+                    members.len()
+                ),
+            ));
+        }
+        report.rows_dropped += dropped;
+        report.warnings.push(format!(
+            "{name}: {dropped} of {} rows were dropped because their time is absent, repeated or out of order, the \
+             first at data row {}",
+            members.len(),
+            table.row_number(row)
+        ));
+        Ok(kept)
+    }
+}
