@@ -92,7 +92,7 @@ pub fn cross_validate(groups: &[Gram], grid: &Grid) -> Result<Choice, SindyError
                 .map(|fold| {
                     let mut rest = total.clone();
                     rest.downdate(fold);
-                    fold.residual_sum(&sr3.solve(&rest).refit) / fold.rows as f64
+                    fold.residual_sum(&sr3.solve(&rest).refit) / fold.weight()
                 })
                 .collect();
             let solution = sr3.solve(&total);

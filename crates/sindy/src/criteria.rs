@@ -119,7 +119,7 @@ impl Criterion {
 /// The number of rows that criteria use.
 pub(crate) fn rows(gram: &Gram, effective_rows: Option<f64>) -> Result<f64, SindyError> {
     match effective_rows {
-        None => Ok(gram.rows as f64),
+        None => Ok(gram.effective_rows()),
         Some(n) if n.is_finite() && n > 0.0 => Ok(n),
         Some(n) => Err(SindyError::setting(
             "effective_rows",

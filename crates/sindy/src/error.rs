@@ -91,6 +91,12 @@ pub enum SindyError {
         /// Which system.
         what: &'static str,
     },
+    /// A source of rows that failed.
+    #[error("source of rows: {reason}")]
+    Source {
+        /// What went wrong, and where.
+        reason: String,
+    },
     /// A text that is not a model in JSON.
     #[error("model in JSON: {reason}")]
     Json {

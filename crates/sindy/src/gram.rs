@@ -7,31 +7,36 @@
 //! They are accumulated block by block, so `Θ` (n x p) is never stored; those of two data sets add, and
 //! those of a part subtract, which makes cross-validation free.
 //!
+//! Where the library is so ill-conditioned that `G` loses it, [`tsqr`](crate::tsqr) adds a triangular factor
+//! of `[Θ | y]`.
+//!
 //! The sums are taken in a fixed order, and with the vector instructions that the processor has: the result
-//! has the same bits for any number of threads and (as far as the terms themselves do) on any machine.
+//! has the same bits for any number of threads, any size of the blocks, and (as far as the terms themselves do) on any machine.
 
+mod driver;
 mod kernel;
-
-use std::ops::Range;
+mod pass;
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
-use sindy_expr::{Program, Scratch};
+
+pub use pass::Accumulate;
 
 use crate::error::SindyError;
 use crate::library::Library;
-use crate::samples::{BlockSource, position};
+use crate::samples::BlockSource;
+use crate::tsqr::Triangle;
 
-/// Rows that are evaluated at a time: 256 rows of 60 terms fit the second-level cache.
-const CHUNK: usize = 256;
+/// The sums of the weights of the rows that were used.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Weights {
+    /// `Σ w`.
+    pub sum: f64,
+    /// `Σ w²`.
+    pub squares: f64,
+}
 
-/// Rows of a block that one thread takes at a time, and the next after it; a multiple of [`CHUNK`].
-const SEGMENT: usize = 8192;
-
-/// Segments whose statistics are held at a time.
-const WAVE: usize = 64;
-
-/// Sufficient statistics for one target over `p` terms.
+/// Sufficient statistics for one target over `p` terms. With sample weights `w` all sums are weighted:
+/// `Θᵀ W Θ`, `Θᵀ W y`, and so on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gram {
     /// `Θᵀ Θ`, p x p.
@@ -46,6 +51,11 @@ pub struct Gram {
     pub rows: usize,
     /// Rows that were left out because a term or the target was not finite.
     pub skipped: usize,
+    /// Sums of the weights; `None` where every row has weight one.
+    pub weights: Option<Weights>,
+    /// The triangular factor of `[Θ | y]` where it was accumulated (see [`tsqr`](crate::tsqr)): least
+    /// squares then keep twice the digits.
+    pub triangle: Option<Triangle>,
 }
 
 impl Gram {
@@ -59,130 +69,133 @@ impl Gram {
             sum_y: 0.0,
             rows: 0,
             skipped: 0,
+            weights: None,
+            triangle: None,
         }
     }
 
     /// Statistics of `target` over `library`, one for each group of `source`. Rows in which the target
-    /// or a term is not finite are left out and counted.
-    ///
-    /// Blocks of more than 8192 rows are shared out among the threads of the current `rayon` pool; smaller
-    /// ones are not worth it and run on the calling thread. The result does not depend on the number of
-    /// threads.
+    /// or a term is not finite are left out and counted. [`Accumulate`] does the same with weights or a
+    /// triangular factor, and says how the work is shared out.
     ///
     /// # Errors
-    /// A term or a target that names no column.
+    /// A term or a target that names no column; a pass that failed ([`BlockSource::failure`]).
     pub fn accumulate(
         library: &Library,
         target: &str,
         source: &dyn BlockSource,
     ) -> Result<Vec<Self>, SindyError> {
-        let program = library.compile(source.names())?;
-        let target = position(source.names(), target)?;
-        let p = library.len();
-        let mut grams = vec![Self::zeros(p); source.groups()];
-        let mut work = Workspace::new(p);
-        source.for_each_block(&mut |block| {
-            let n = block.columns.first().map_or(0, |c| c.len());
-            let gram = &mut grams[block.group];
-            if n <= SEGMENT {
-                gram.add_rows(&program, target, block.columns, 0..n, &mut work);
-                return;
-            }
-            let segments: Vec<usize> = (0..n).step_by(SEGMENT).collect();
-            for wave in segments.chunks(WAVE) {
-                let parts: Vec<Self> = wave
-                    .par_iter()
-                    .map_init(
-                        || Workspace::new(p),
-                        |work, &start| {
-                            let rows = start..n.min(start + SEGMENT);
-                            let mut part = Self::zeros(p);
-                            part.add_rows(&program, target, block.columns, rows, work);
-                            part
-                        },
-                    )
-                    .collect();
-                parts.iter().for_each(|part| gram.merge(part));
-            }
-        });
-        for gram in &mut grams {
-            gram.xtx.fill_lower_triangle_with_upper_triangle();
-        }
-        Ok(grams)
+        Accumulate::new(library, target).over(source)
     }
 
-    /// Evaluates the given rows and adds them, chunk by chunk, to the upper triangle.
-    fn add_rows(
-        &mut self,
-        program: &Program,
-        target: usize,
-        columns: &[&[f64]],
-        range: Range<usize>,
-        work: &mut Workspace,
-    ) {
-        let p = self.xty.len();
-        for start in range.clone().step_by(CHUNK) {
-            let rows = CHUNK.min(range.end - start);
-            let part: Vec<&[f64]> = columns.iter().map(|c| &c[start..start + rows]).collect();
-            let (theta, y) = work.columns[..rows * (p + 1)].split_at_mut(rows * p);
-            program.eval_block(&part, theta, &mut work.scratch);
-            y.copy_from_slice(part[target]);
-            self.add_chunk(
-                &mut work.columns[..rows * (p + 1)],
-                rows,
-                &mut work.products,
-            );
-        }
-    }
-
-    /// Adds a chunk given as columns, the target the last of them; rows with a non-finite entry are zeroed
-    /// and counted.
-    fn add_chunk(&mut self, columns: &mut [f64], rows: usize, products: &mut [f64]) {
-        let p = self.xty.len();
-        let mut used = rows;
-        if !kernel::sum(columns).is_finite() {
-            for r in 0..rows {
-                if (0..=p).any(|j| !columns[j * rows + r].is_finite()) {
-                    (0..=p).for_each(|j| columns[j * rows + r] = 0.0);
-                    used -= 1;
-                }
-            }
-        }
-        kernel::upper_products(columns, rows, products);
-        for (j, column) in products.chunks_exact(p + 1).enumerate().take(p) {
-            let mut to = self.xtx.column_mut(j);
-            for (to, product) in to.iter_mut().zip(&column[..=j]) {
-                *to += product;
-            }
-        }
-        let last = &products[p * (p + 1)..];
-        for (to, product) in self.xty.iter_mut().zip(last) {
-            *to += product;
-        }
-        self.yty += last[p];
-        self.sum_y += kernel::sum(&columns[rows * p..]);
-        self.rows += used;
-        self.skipped += rows - used;
-    }
-
-    /// Adds the statistics of another part of the data.
+    /// Adds the statistics of another part of the data. The triangular factor remains if both have one
+    /// (statistics without rows have no need of it).
     pub fn merge(&mut self, other: &Self) {
-        self.xtx += &other.xtx;
-        self.xty += &other.xty;
-        self.yty += other.yty;
-        self.sum_y += other.sum_y;
-        self.rows += other.rows;
-        self.skipped += other.skipped;
+        self.merge_copies(other, 1.0);
     }
 
-    /// Takes the statistics of a part away again.
+    /// Adds the statistics of `copies` copies of another part, a whole number.
+    pub(crate) fn merge_copies(&mut self, other: &Self, copies: f64) {
+        self.triangle = match (self.triangle.take(), &other.triangle) {
+            (Some(mut own), Some(more)) => {
+                own.merge_scaled(more, copies.sqrt());
+                Some(own)
+            }
+            (own, _) if other.rows == 0 => own,
+            (_, Some(more)) if self.rows == 0 => {
+                let mut triangle = Triangle::new(self.xty.len());
+                triangle.merge_scaled(more, copies.sqrt());
+                Some(triangle)
+            }
+            _ => None,
+        };
+        self.weights = match (self.weights, other.weights) {
+            (None, None) => None,
+            _ => {
+                let (own, more) = (self.weight_sums(), other.weight_sums());
+                Some(Weights {
+                    sum: own.sum + copies * more.sum,
+                    squares: own.squares + copies * more.squares,
+                })
+            }
+        };
+        self.xtx.zip_apply(&other.xtx, |a, b| *a += copies * b);
+        self.xty.axpy(copies, &other.xty, 1.0);
+        self.yty += copies * other.yty;
+        self.sum_y += copies * other.sum_y;
+        self.rows += copies as usize * other.rows;
+        self.skipped += copies as usize * other.skipped;
+    }
+
+    /// Takes the statistics of a part away again. The triangular factor is dropped: what remains of it after
+    /// a subtraction has no more digits than the Gram matrix.
     pub fn downdate(&mut self, part: &Self) {
+        if self.weights.is_some() || part.weights.is_some() {
+            let (own, less) = (self.weight_sums(), part.weight_sums());
+            self.weights = Some(Weights {
+                sum: own.sum - less.sum,
+                squares: own.squares - less.squares,
+            });
+        }
+        self.triangle = None;
         self.xtx -= &part.xtx;
         self.xty -= &part.xty;
         self.yty -= part.yty;
         self.sum_y -= part.sum_y;
         self.rows -= part.rows;
         self.skipped -= part.skipped;
+    }
+
+    fn weight_sums(&self) -> Weights {
+        let n = self.rows as f64;
+        self.weights.unwrap_or(Weights { sum: n, squares: n })
+    }
+
+    /// `Σ w`: what the sums are to be divided by to make means. The number of rows where there are no weights.
+    #[must_use]
+    pub fn weight(&self) -> f64 {
+        self.weight_sums().sum
+    }
+
+    /// Rows of equal weight that say as much: `(Σ w)² / Σ w²` (L. Kish, "Survey Sampling", 1965). The number of
+    /// rows where there are no weights.
+    #[must_use]
+    pub fn effective_rows(&self) -> f64 {
+        let Weights { sum, squares } = self.weight_sums();
+        if squares > 0.0 {
+            sum * (sum / squares)
+        } else {
+            0.0
+        }
+    }
+
+    /// Condition of `Θ` with columns of unit length, over the terms that are not zero throughout: the ratio of
+    /// its largest to its smallest singular value. From the triangular factor where there is one, up to about
+    /// 10¹⁵; else from the Gram matrix, in which a condition above about 10⁷ drowns in rounding: what is
+    /// returned then is infinite, or any number above 10⁷.
+    #[must_use]
+    pub fn condition(&self) -> f64 {
+        if let Some(triangle) = &self.triangle {
+            return triangle.condition();
+        }
+        let live: Vec<usize> = (0..self.xty.len())
+            .filter(|&j| self.xtx[(j, j)] > 0.0)
+            .collect();
+        if live.is_empty() {
+            return 1.0;
+        }
+        let length: Vec<f64> = live.iter().map(|&j| self.xtx[(j, j)].sqrt()).collect();
+        let k = live.len();
+        let eigen = DMatrix::from_fn(k, k, |a, b| {
+            self.xtx[(live[a], live[b])] / length[a] / length[b]
+        })
+        .symmetric_eigenvalues();
+        let (largest, smallest) = (eigen.max(), eigen.min());
+        if smallest > 0.0 {
+            (largest / smallest).sqrt()
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// The sum of several parts.
@@ -193,10 +206,15 @@ impl Gram {
         all
     }
 
+    fn divisor(&self) -> f64 {
+        let n = self.weight();
+        if n > 0.0 { n } else { 1.0 }
+    }
+
     /// Root mean square of each column of `Θ`; 1 for a column that is zero throughout.
     #[must_use]
     pub fn column_rms(&self) -> DVector<f64> {
-        let n = self.rows.max(1) as f64;
+        let n = self.divisor();
         DVector::from_iterator(
             self.xty.len(),
             self.xtx
@@ -209,13 +227,16 @@ impl Gram {
     /// Root mean square of the target (1 where it is zero throughout).
     #[must_use]
     pub fn target_rms(&self) -> f64 {
-        let rms = (self.yty / self.rows.max(1) as f64).sqrt();
+        let rms = (self.yty / self.divisor()).sqrt();
         if rms > 0.0 { rms } else { 1.0 }
     }
 
     /// Residual sum of squares `|y - Θ ξ|²` of given coefficients.
     #[must_use]
     pub fn residual_sum(&self, coefficients: &DVector<f64>) -> f64 {
+        if let Some(triangle) = &self.triangle {
+            return triangle.residual_sum(coefficients);
+        }
         let quadratic = coefficients.dot(&(&self.xtx * coefficients));
         (self.yty - 2.0 * coefficients.dot(&self.xty) + quadratic).max(0.0)
     }
@@ -223,137 +244,10 @@ impl Gram {
     /// Coefficient of determination of given coefficients, against the target's mean.
     #[must_use]
     pub fn r_squared(&self, coefficients: &DVector<f64>) -> f64 {
-        let n = self.rows.max(1) as f64;
+        let n = self.divisor();
         1.0 - self.residual_sum(coefficients) / (self.yty - self.sum_y * self.sum_y / n)
     }
 }
 
-/// What one thread needs to add rows.
-struct Workspace {
-    scratch: Scratch,
-    /// The terms and the target of one chunk, column after column.
-    columns: Vec<f64>,
-    /// Their products, (p+1) x (p+1); the upper triangle is used.
-    products: Vec<f64>,
-}
-
-impl Workspace {
-    fn new(p: usize) -> Self {
-        Self {
-            scratch: Scratch::default(),
-            columns: vec![0.0; CHUNK * (p + 1)],
-            products: vec![0.0; (p + 1) * (p + 1)],
-        }
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Samples;
-    use proptest::prelude::*;
-
-    fn three_groups() -> (Library, Vec<Gram>, Samples) {
-        let mut samples = Samples::new(&["x", "y"]);
-        for g in 0..3 {
-            let x: Vec<f64> = (0..700)
-                .map(|i| (0.37 * f64::from(i) + f64::from(g)).sin())
-                .collect();
-            let y = x.iter().map(|x| 1.0 - 2.0 * x + 0.5 * x * x).collect();
-            samples.push_group(vec![x, y]).unwrap();
-        }
-        let library = Library::parse(&["1", "x", "x^2"]).unwrap();
-        let grams = Gram::accumulate(&library, "y", &samples).unwrap();
-        (library, grams, samples)
-    }
-
-    #[test]
-    fn analytic_entries_are_the_sums() {
-        let (_, grams, samples) = three_groups();
-        let x = &samples.group(1)[0];
-        let power = |k: i32| x.iter().map(|v| v.powi(k)).sum::<f64>();
-        for i in 0..3 {
-            for j in 0..3 {
-                // Sums of 700 numbers below one in another order: rounding only.
-                assert!((grams[1].xtx[(i, j)] - power((i + j) as i32)).abs() < 1e-11);
-            }
-        }
-        let residual = grams[1].residual_sum(&DVector::from_vec(vec![1.0, -2.0, 0.5]));
-        // The target is in the library's span; the sums cancel to rounding of numbers of order 1000.
-        assert!(residual < 1e-9, "{residual}");
-        assert!(grams[1].r_squared(&DVector::from_vec(vec![1.0, -2.0, 0.5])) > 1.0 - 1e-9);
-    }
-
-    #[test]
-    fn analytic_downdating_undoes_merging() {
-        let (_, grams, _) = three_groups();
-        let mut all = Gram::total(&grams);
-        assert_eq!(all.rows, 2100);
-        all.downdate(&grams[2]);
-        let two = Gram::total(&grams[..2]);
-        // One addition and one subtraction of entries of order 1000.
-        assert!((&all.xtx - &two.xtx).amax() < 1e-10 && (&all.xty - &two.xty).amax() < 1e-10);
-        assert_eq!(all.rows, two.rows);
-    }
-
-    #[test]
-    fn prop_rows_that_are_not_finite_are_left_out_and_counted() {
-        let library = Library::parse(&["1", "log(x)"]).unwrap();
-        let mut samples = Samples::new(&["x", "y"]);
-        samples
-            .push_group(vec![
-                vec![1.0, -1.0, 2.0, f64::NAN, 3.0],
-                vec![1.0, 1.0, f64::INFINITY, 1.0, 2.0],
-            ])
-            .unwrap();
-        let gram = Gram::total(&Gram::accumulate(&library, "y", &samples).unwrap());
-        assert_eq!((gram.rows, gram.skipped), (2, 3));
-        assert_eq!(gram.xtx[(0, 0)], 2.0);
-        assert_eq!(gram.xty[0], 3.0);
-    }
-
-    #[test]
-    fn prop_the_number_of_threads_changes_nothing() {
-        let n = 70 * SEGMENT + 1234; // more than one wave, and a ragged end
-        let mut x: Vec<f64> = (0..n).map(|i| (1e-3 * i as f64).sin()).collect();
-        let y: Vec<f64> = x.iter().map(|x| 1.0 / (2.0 + x)).collect();
-        x[3 * SEGMENT + 7] = f64::NAN;
-        let mut samples = Samples::new(&["x", "y"]);
-        samples.push_group(vec![x, y]).unwrap();
-        let library = Library::parse(&["1", "x", "x^2"]).unwrap();
-        let [one, two, five] = [1, 2, 5].map(|threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| Gram::accumulate(&library, "y", &samples).unwrap())
-        });
-        assert_eq!(one, two);
-        assert_eq!(one, five);
-        assert_eq!((one[0].rows, one[0].skipped), (n - 1, 1));
-        assert_eq!(one[0].xtx[(0, 0)], (n - 1) as f64);
-        let [x, _] = samples.group(0) else {
-            unreachable!("two columns")
-        };
-        let sum: f64 = x.iter().filter(|x| x.is_finite()).sum();
-        // 600 000 numbers below one, summed in another order: far below 1e-12 of their number.
-        assert!((one[0].xtx[(0, 1)] - sum).abs() < 1e-12 * n as f64);
-    }
-
-    proptest! {
-        #[test]
-        fn prop_any_numbers_give_finite_statistics(
-            x in prop::collection::vec(prop::num::f64::ANY, 0..600),
-        ) {
-            let library = Library::parse(&["1", "x"]).unwrap();
-            let mut samples = Samples::new(&["x"]);
-            // Squares of more than 1e150 overflow: those rows are not asked about here.
-            let x: Vec<f64> = x.into_iter().filter(|v| !(v.is_finite() && v.abs() > 1e150)).collect();
-            let finite = x.iter().filter(|v| v.is_finite()).count();
-            samples.push_group(vec![x]).unwrap();
-            let gram = Gram::total(&Gram::accumulate(&library, "x", &samples).unwrap());
-            prop_assert_eq!(gram.rows, finite);
-            prop_assert!(gram.xtx.iter().all(|v| v.is_finite()));
-        }
-    }
-}
+mod tests;

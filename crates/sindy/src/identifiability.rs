@@ -60,7 +60,7 @@ pub struct Identifiability {
 /// Examines `library` on the data of `source`, with the statistics `gram` of the same data.
 ///
 /// # Errors
-/// A term that names no column.
+/// A term that names no column, or a pass that failed.
 pub fn examine(
     library: &Library,
     gram: &Gram,
@@ -159,12 +159,18 @@ fn excitation(name: &str, source: &dyn BlockSource) -> Result<Excitation, SindyE
             max = v.max(max);
         }
     });
+    if let Some(failure) = source.failure() {
+        return Err(failure);
+    }
     let mean = if n > 0.0 { sum / n } else { f64::NAN };
     let mut squares = 0.0;
     source.for_each_block(&mut |block| {
         let finite = block.columns[column].iter().filter(|v| v.is_finite());
         squares += finite.map(|v| (v - mean).powi(2)).sum::<f64>();
     });
+    if let Some(failure) = source.failure() {
+        return Err(failure);
+    }
     let sd = (squares / n).sqrt();
     let hardly_excited = !(sd > HARDLY_EXCITED * (sd * sd + mean * mean).sqrt());
     Ok(Excitation {

@@ -29,10 +29,13 @@
 //! | --- | --- |
 //! | [`dataset`] | trajectories of states and inputs, split at gaps, counted |
 //! | [`samples`] | named columns in groups, handed on in blocks |
+//! | [`stream`] | samples from an iterator of blocks, in one pass |
 //! | [`library`] | candidate terms as text expressions |
 //! | [`savgol`] | Savitzky–Golay smoothing and derivative |
 //! | [`gram`] | sufficient statistics: accumulate, merge, downdate |
+//! | [`tsqr`] | a mergeable triangular factor for libraries that the Gram matrix loses |
 //! | [`regression`] | least squares and its standard errors |
+//! | [`residual`] | residuals of a fit, row by row |
 //! | [`sr3`] | SR3 with ℓ0, solved at its fixed point |
 //! | [`outcome`] | why a solver stopped, one type for all |
 //! | [`fit`] | what every sparse solver takes and returns |
@@ -41,7 +44,7 @@
 //! | [`stepwise`] | one term more or less at a time, by a criterion |
 //! | [`exact`] | the best subset of every size, proven |
 //! | [`ensemble`] | bagging of data and library, inclusion and intervals |
-//! | [`relaxed`] | SR3 with ℓ1, weights and equality constraints |
+//! | [`relaxed`] | SR3 with ℓ1, weights, linear constraints; trimming |
 //! | [`choose`] | λ and ν by cross-validation over groups |
 //! | [`identifiability`] | what the data can and cannot tell apart |
 //! | [`derivative`] | derivatives: differences, splines, Kalman, spectral; noise level, gaps, the smoothing chosen |
@@ -71,12 +74,15 @@ pub mod outcome;
 pub mod problems;
 pub mod regression;
 pub mod relaxed;
+pub mod residual;
 pub mod samples;
 pub mod savgol;
 pub mod shooting;
 pub mod sr3;
 pub mod stepwise;
 pub mod stlsq;
+pub mod stream;
+pub mod tsqr;
 pub mod weak;
 
 pub use choose::{Choice, Grid};
@@ -98,4 +104,5 @@ pub use shooting::OdeModel;
 pub use sr3::Sr3;
 pub use stepwise::Stepwise;
 pub use stlsq::Stlsq;
+pub use stream::{OwnedBlock, Stream};
 pub use weak::WeakForm;

@@ -6,6 +6,7 @@ use crate::error::SindyError;
 use crate::fit::check;
 use crate::gram::Gram;
 use crate::regression::pseudo_inverse;
+use crate::tsqr;
 
 /// A pivot below this share of its (unit) column counts as dependent: the Gram matrix squares the
 /// condition, so beyond a condition of `Θ` of 3e6 nothing is left of f64's digits.
@@ -24,12 +25,14 @@ pub(crate) struct Normal {
     pub(crate) scale: DVector<f64>,
     /// `yᵀ y`, the unit of residual sums.
     pub(crate) unit: f64,
-    /// One over the number of rows.
+    /// One over the number of rows, or over the sum of their weights.
     pub(crate) weight: f64,
     /// Residual shares below this are rounding of the statistics.
     pub(crate) floor: f64,
     /// Terms of the library.
     pub(crate) p: usize,
+    /// The triangular factor of the same columns and the target, scaled, if there is one.
+    root: Option<(DMatrix<f64>, DVector<f64>)>,
 }
 
 impl Normal {
@@ -46,9 +49,16 @@ impl Normal {
             }),
             b: DVector::from_fn(k, |i, _| gram.xty[terms[i]] / length[i] / target),
             scale: DVector::from_fn(k, |i, _| length[i] / target),
+            root: gram.triangle.as_ref().map(|triangle| {
+                let r = triangle.matrix();
+                (
+                    DMatrix::from_fn(p + 1, k, |i, j| r[(i, terms[j])] / length[j]),
+                    r.column(p) / target,
+                )
+            }),
             terms,
             unit: if gram.yty > 0.0 { gram.yty } else { 1.0 },
-            weight: 1.0 / gram.rows as f64,
+            weight: 1.0 / gram.weight(),
             floor: 16.0 * f64::EPSILON * (p + 1) as f64,
             p,
         })
@@ -74,6 +84,10 @@ impl Normal {
     /// Solves `(G_S + diag(ridge)) ξ = b_S` on the subset `index`, in scaled units; least norm where it
     /// is dependent.
     pub(crate) fn solve(&self, index: &[usize], ridge: impl Fn(usize) -> f64) -> DVector<f64> {
+        if let Some((root, target)) = &self.root {
+            let columns = root.select_columns(index);
+            return solve_with_ridge(&columns, target, |a| ridge(index[a]));
+        }
         let entry = |a: usize, c: usize| {
             self.g[(index[a], index[c])] + if a == c { ridge(index[a]) } else { 0.0 }
         };
@@ -96,6 +110,21 @@ impl Normal {
         }
         support
     }
+}
+
+/// `min |b - R x|² + Σ ridge_j x_j²` through the rows of R.
+pub(crate) fn solve_with_ridge(
+    r: &DMatrix<f64>,
+    b: &DVector<f64>,
+    ridge: impl Fn(usize) -> f64,
+) -> DVector<f64> {
+    let (n, k) = r.shape();
+    let rows = DMatrix::from_fn(n + k, k, |i, j| match i.checked_sub(n) {
+        None => r[(i, j)],
+        Some(i) if i == j => ridge(j).sqrt(),
+        Some(_) => 0.0,
+    });
+    tsqr::solve(&rows, &b.clone().resize_vertically(n + k, 0.0))
 }
 
 /// `G_S = L Lᵀ` grown row by row, with `z = L⁻¹ b_S`.
@@ -253,7 +282,7 @@ pub(crate) mod tests {
             yty: y.norm_squared(),
             sum_y: y.sum(),
             rows: theta.nrows(),
-            skipped: 0,
+            ..Gram::zeros(theta.ncols())
         }
     }
 

@@ -11,9 +11,13 @@ const RANK_TOLERANCE: f64 = 1e-13;
 /// Least squares on the terms of `support` (minimum norm where they are dependent); zero elsewhere.
 ///
 /// Columns are scaled to unit length first, then the scaled normal equations are solved through their
-/// eigenvalues.
+/// eigenvalues; or, where the statistics carry one, through the triangular factor
+/// ([`tsqr`](crate::tsqr)).
 #[must_use]
 pub fn least_squares(gram: &Gram, support: &[bool]) -> DVector<f64> {
+    if let Some(triangle) = &gram.triangle {
+        return triangle.least_squares(support);
+    }
     let index: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
     let mut out = DVector::zeros(support.len());
     if index.is_empty() {

@@ -23,6 +23,11 @@ pub trait BlockSource {
     fn groups(&self) -> usize;
     /// Calls `visit` with every block, in a fixed order.
     fn for_each_block(&self, visit: &mut dyn FnMut(Block<'_>));
+    /// Why the last pass came to its end before all rows, if it did: a file that could not be read on, a stream
+    /// that can be passed over only once. Whoever passes over a source asks afterwards.
+    fn failure(&self) -> Option<SindyError> {
+        None
+    }
 }
 
 /// Samples held in memory.

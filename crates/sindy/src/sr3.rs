@@ -29,7 +29,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::SindyError;
 use crate::fit::{Fit, Solver, check};
 use crate::gram::Gram;
-use crate::normal::Factor;
+use crate::normal::{Factor, solve_with_ridge};
 pub use crate::outcome::Outcome;
 use crate::regression::least_squares;
 
@@ -135,7 +135,7 @@ impl Sr3 {
             Scaling::None => (DVector::from_element(p, 1.0), 1.0),
             Scaling::UnitRms => (
                 gram.column_rms() / gram.target_rms(),
-                gram.rows.max(1) as f64,
+                if gram.rows > 0 { gram.weight() } else { 1.0 },
             ),
         };
         // In scaled coefficients ξ' = D ξ: G' = D⁻¹ G D⁻¹ / n (with the target's scale inside D).
@@ -149,7 +149,20 @@ impl Sr3 {
         });
         let b = DVector::from_fn(p, |i, _| gram.xty[i] * weight / scale[i]);
         let (dense, support, outcome, iterations) = match self.path {
-            Path::Direct => self.direct(&g, &b),
+            Path::Direct => {
+                let root = gram.triangle.as_ref().map(|triangle| {
+                    let r = triangle.matrix();
+                    let column = |i, j| r[(i, j)] * weight.sqrt();
+                    let theta = DMatrix::from_fn(p + 1, p, |i, j| column(i, j) / scale[j]);
+                    (theta, DVector::from_fn(p + 1, |i, _| column(i, p)))
+                });
+                self.direct(p, |support| match &root {
+                    None => fixed_point(&g, &b, support, self.nu),
+                    Some((theta, y)) => {
+                        solve_with_ridge(theta, y, |j| if support[j] { 0.0 } else { 1.0 / self.nu })
+                    }
+                })
+            }
             Path::Relaxation => self.relax(&g, &b),
         };
         let sparse = DVector::from_fn(p, |j, _| if support[j] { dense[j] } else { 0.0 });
@@ -175,13 +188,13 @@ impl Sr3 {
 
     fn direct(
         &self,
-        g: &DMatrix<f64>,
-        b: &DVector<f64>,
+        p: usize,
+        fixed_point: impl Fn(&[bool]) -> DVector<f64>,
     ) -> (DVector<f64>, Vec<bool>, Outcome, usize) {
         let mut seen: Vec<Vec<bool>> = Vec::new();
-        let mut support = vec![true; b.len()];
+        let mut support = vec![true; p];
         loop {
-            let xi = fixed_point(g, b, &support, self.nu);
+            let xi = fixed_point(&support);
             let next = self.above(&xi);
             let iterations = seen.len() + 1;
             if next == support {
@@ -271,7 +284,7 @@ mod tests {
             yty: y.norm_squared(),
             sum_y: y.sum(),
             rows: 200,
-            skipped: 0,
+            ..Gram::zeros(5)
         };
         (theta, y, gram)
     }

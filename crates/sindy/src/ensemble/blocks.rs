@@ -19,7 +19,7 @@ impl<'a> Blocks<'a> {
     /// Blocks of `rows` rows. Passes over the source once, to count.
     ///
     /// # Errors
-    /// `rows` is zero.
+    /// `rows` is zero, or the pass failed.
     pub fn new(source: &'a dyn BlockSource, rows: usize) -> Result<Self, SindyError> {
         if rows == 0 {
             return Err(SindyError::setting("rows of a block", "at least 1", rows));
@@ -28,6 +28,9 @@ impl<'a> Blocks<'a> {
         source.for_each_block(&mut |block| {
             length[block.group] += block.columns.first().map_or(0, |c| c.len());
         });
+        if let Some(failure) = source.failure() {
+            return Err(failure);
+        }
         let mut first = vec![0];
         for n in length {
             first.push(first[first.len() - 1] + usize::div_ceil(n, rows));
@@ -76,5 +79,8 @@ impl BlockSource for Blocks<'_> {
                 start += take;
             }
         });
+    }
+    fn failure(&self) -> Option<SindyError> {
+        self.source.failure()
     }
 }

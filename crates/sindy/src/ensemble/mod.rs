@@ -267,13 +267,7 @@ impl Ensembled {
 fn sum(parts: &[&Gram], weights: &[u32]) -> Gram {
     let mut out = Gram::zeros(parts[0].xty.len());
     for (part, &count) in parts.iter().zip(weights).filter(|(_, c)| **c > 0) {
-        let weight = f64::from(count);
-        out.xtx.zip_apply(&part.xtx, |a, b| *a += weight * b);
-        out.xty.axpy(weight, &part.xty, 1.0);
-        out.yty += weight * part.yty;
-        out.sum_y += weight * part.sum_y;
-        out.rows += count as usize * part.rows;
-        out.skipped += count as usize * part.skipped;
+        out.merge_copies(part, f64::from(count));
     }
     out
 }

@@ -89,9 +89,8 @@ fn analytic_orthogonal_columns_are_ranked_by_their_share() {
         xtx: nalgebra::DMatrix::identity(p, p),
         xty: nalgebra::DVector::from_vec(b.clone()),
         yty: 10.0,
-        sum_y: 0.0,
         rows: 100,
-        skipped: 0,
+        ..Gram::zeros(p)
     };
     let found = BestSubset::new().solve(&gram).unwrap();
     let mut sorted = b.clone();

@@ -132,6 +132,9 @@ impl Snapshots {
                 }
             }
         });
+        if let Some(failure) = source.failure() {
+            return Err(failure);
+        }
         if pairs == 0 {
             // One pair takes two rows in sequence.
             return Err(SindyError::TooShort {

@@ -193,7 +193,8 @@ impl Model {
     /// block with one column of values for each state. Nothing larger than a block is held.
     ///
     /// # Errors
-    /// [`SindyError::UnknownColumn`] if the source lacks a state or an input.
+    /// [`SindyError::UnknownColumn`] if the source lacks a state or an input; a pass that failed
+    /// ([`BlockSource::failure`]).
     pub fn predict_source(
         &self,
         source: &dyn BlockSource,
@@ -212,6 +213,6 @@ impl Model {
                 Err(error) => failed = Some(error),
             }
         });
-        failed.map_or(Ok(()), Err)
+        failed.or_else(|| source.failure()).map_or(Ok(()), Err)
     }
 }

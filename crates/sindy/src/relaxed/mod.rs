@@ -1,7 +1,7 @@
-//! SR3 with other penalties: ℓ1 and ℓ0 with a weight for each term, and linear equality constraints.
+//! SR3 with other penalties: ℓ1 and ℓ0 with a weight for each term, and linear constraints.
 //!
 //! ```text
-//! min over ξ, w   1/2 |y - Θ ξ|² + λ Σ ω_j r(w_j) + 1/(2ν) |ξ - w|²     subject to   C ξ = d
+//! min over ξ, w   1/2 |y - Θ ξ|² + λ Σ ω_j r(w_j) + 1/(2ν) |ξ - w|²     subject to   C ξ = d,  A ξ <= b
 //! ```
 //!
 //! with `r(w) = |w|` (ℓ1) or `r(w) = 1 where w ≠ 0` (ℓ0). For given ξ the best w is a threshold: soft at
@@ -11,19 +11,29 @@
 //! (G + P_N/ν) ξ + Cᵀ μ = b - λ ω ∘ s   (ℓ1; without the last term for ℓ0),     C ξ = d
 //! ```
 //!
-//! with `P_N` the terms outside the support, and so the fixed point is found support by support instead of
+//! (under inequalities: a convex quadratic programme, solved by the dual active-set method of Goldfarb and
+//! Idnani) with `P_N` the terms outside the support, and so the fixed point is found support by support instead of
 //! by thousands of steps. With ℓ1 the problem is convex, each step is Newton's with the step length halved
 //! until the objective falls, and the result is the global optimum. With ℓ0 it is a fixed point of the
 //! published iteration, as with [`Sr3`].
 //!
-//! The constraints hold exactly for `dense` and `refit`; `sparse` is thresholded and meets them
+//! The constraints hold to rounding for `dense` and `refit`; `sparse` is thresholded and meets them
 //! approximately. If the terms that are kept cannot meet them, the outcome is
-//! [`Outcome::Infeasible`] and `refit` is as near to them as these terms allow.
+//! [`Outcome::Infeasible`] and `refit` leaves the inequalities aside and is as near to the equations as these
+//! terms allow.
+//!
+//! [`Relaxed::trace`] gives the objective above at each step, at the best w: it never rises. [`Trimming`]
+//! leaves out the rows that fit worst.
 //!
 //! Scaling is as for [`Sr3`]: with [`Scaling::UnitRms`] λ, ν and ω act on scaled
-//! coefficients; `C` and `d` are always in the units of the data.
+//! coefficients; `C`, `d`, `A` and `b` are always in the units of the data.
 //!
 //! Sources: P. Zheng et al., IEEE Access 7 (2019); K. Champion et al., IEEE Access 8 (2020).
+
+mod set;
+mod trim;
+
+pub use trim::{Trimmed, Trimming};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -31,8 +41,8 @@ use crate::error::SindyError;
 use crate::fit::{Fit, Solver, check};
 use crate::gram::Gram;
 use crate::outcome::Outcome;
-use crate::regression::pseudo_inverse;
 use crate::sr3::{Scaling, Solution, Sr3};
+use set::Set;
 
 /// What a coefficient costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,17 +60,10 @@ pub struct Relaxed {
     nu: f64,
     penalty: Penalty,
     weights: Option<DVector<f64>>,
-    constraints: Option<(DMatrix<f64>, DVector<f64>)>,
+    equations: (DMatrix<f64>, DVector<f64>),
+    inequalities: (DMatrix<f64>, DVector<f64>),
     scaling: Scaling,
     max_iterations: usize,
-}
-
-/// The affine set `C ξ = d` as a point and a basis of directions.
-struct Affine {
-    point: DVector<f64>,
-    basis: DMatrix<f64>,
-    /// Whether there is such a set, to rounding.
-    feasible: bool,
 }
 
 impl Relaxed {
@@ -75,7 +78,8 @@ impl Relaxed {
             nu,
             penalty,
             weights: None,
-            constraints: None,
+            equations: (DMatrix::zeros(0, 0), DVector::zeros(0)),
+            inequalities: (DMatrix::zeros(0, 0), DVector::zeros(0)),
             scaling: Scaling::UnitRms,
             max_iterations: 200,
         })
@@ -98,34 +102,67 @@ impl Relaxed {
     /// The same with the constraints `C ξ = d` (`C`: constraints x terms).
     ///
     /// # Errors
-    /// Shapes that do not fit, entries that are not finite, or constraints that contradict each other.
+    /// Shapes that do not fit, entries that are not finite, or constraints (with the inequalities, if they are
+    /// known by then) that cannot all hold.
     pub fn constraints(self, c: DMatrix<f64>, d: DVector<f64>) -> Result<Self, SindyError> {
-        if c.nrows() != d.len() {
-            return Err(SindyError::Shape {
-                what: "right-hand sides of the constraints",
-                expected: c.nrows(),
-                found: d.len(),
-            });
+        Self {
+            equations: checked(c, d)?,
+            ..self
         }
-        if let Some(index) =
-            (0..d.len()).find(|&i| !d[i].is_finite() || c.row(i).iter().any(|v| !v.is_finite()))
+        .consistent()
+    }
+
+    /// The same with the constraints `A ξ <= b` (`A`: constraints x terms), such as signs and bounds of
+    /// coefficients.
+    ///
+    /// # Errors
+    /// As [`Relaxed::constraints`].
+    pub fn inequalities(self, a: DMatrix<f64>, b: DVector<f64>) -> Result<Self, SindyError> {
+        Self {
+            inequalities: checked(a, b)?,
+            ..self
+        }
+        .consistent()
+    }
+
+    fn consistent(self) -> Result<Self, SindyError> {
+        let (c, a) = (&self.equations.0, &self.inequalities.0);
+        let p = c.ncols().max(a.ncols());
+        for (what, found) in [
+            ("columns of the constraints", c),
+            ("columns of the inequalities", a),
+        ] {
+            if found.nrows() > 0 && found.ncols() != p {
+                return Err(SindyError::Shape {
+                    what,
+                    expected: p,
+                    found: found.ncols(),
+                });
+            }
+        }
+        if p > 0
+            && !self
+                .set(&vec![1.0; p], &(0..p).collect::<Vec<_>>())
+                .feasible()
         {
-            return Err(SindyError::NotFinite {
-                what: "constraints".to_string(),
-                index,
-            });
-        }
-        if c.ncols() > 0 && !affine(&c, &d).feasible {
             return Err(SindyError::setting(
                 "constraints",
-                "equations that can all hold at once",
-                "equations that contradict each other",
+                "equations and inequalities that can all hold at once",
+                "such as contradict each other",
             ));
         }
-        Ok(Self {
-            constraints: (!d.is_empty()).then_some((c, d)),
-            ..self
-        })
+        Ok(self)
+    }
+
+    /// The constraints on the terms of `index` alone, in scaled coefficients.
+    fn set(&self, scale: &[f64], index: &[usize]) -> Set {
+        let part = |m: &DMatrix<f64>| {
+            DMatrix::from_fn(m.nrows(), index.len(), |i, k| {
+                m[(i, index[k])] / scale[index[k]]
+            })
+        };
+        let ((c, d), (a, b)) = (&self.equations, &self.inequalities);
+        Set::new((&part(c), d), (&part(a), b))
     }
 
     /// The same with another scaling.
@@ -148,24 +185,31 @@ impl Relaxed {
     /// # Errors
     /// Statistics that no solver can use ([`check`]); weights or constraints for another number of terms.
     pub fn solve(&self, gram: &Gram) -> Result<Solution, SindyError> {
+        Ok(self.trace(gram)?.0)
+    }
+
+    /// The same, with the objective at each step: first at the start (least squares under the constraints),
+    /// last at the solution. It is the objective above to the letter, in the chosen scaling, with the best w
+    /// for each ξ, and never rises but by rounding.
+    ///
+    /// # Errors
+    /// As [`Relaxed::solve`].
+    pub fn trace(&self, gram: &Gram) -> Result<(Solution, Vec<f64>), SindyError> {
         check(gram)?;
         let p = gram.xty.len();
-        let expect = |what, found: usize| {
-            if found == p {
-                Ok(())
-            } else {
-                Err(SindyError::Shape {
-                    what,
-                    expected: p,
-                    found,
-                })
-            }
-        };
-        if let Some(w) = &self.weights {
-            expect("weights", w.len())?;
+        let mut expected = vec![("weights", self.weights.as_ref().map_or(p, DVector::len))];
+        if self.equations.0.nrows() > 0 {
+            expected.push(("columns of the constraints", self.equations.0.ncols()));
         }
-        if let Some((c, _)) = &self.constraints {
-            expect("columns of the constraints", c.ncols())?;
+        if self.inequalities.0.nrows() > 0 {
+            expected.push(("columns of the inequalities", self.inequalities.0.ncols()));
+        }
+        if let Some(&(what, found)) = expected.iter().find(|(_, found)| *found != p) {
+            return Err(SindyError::Shape {
+                what,
+                expected: p,
+                found,
+            });
         }
         // Scaled coefficients are ξ' = scale ∘ ξ, and sums are multiplied by `factor`.
         let (scale, factor) = match self.scaling {
@@ -174,7 +218,7 @@ impl Relaxed {
                 let target = gram.target_rms();
                 (
                     gram.column_rms() / target,
-                    1.0 / (gram.rows as f64 * target * target),
+                    1.0 / (gram.weight() * target * target),
                 )
             }
         };
@@ -182,19 +226,15 @@ impl Relaxed {
             gram.xtx[(i, j)] * factor / (scale[i] * scale[j])
         });
         let b = DVector::from_fn(p, |i, _| gram.xty[i] * factor / scale[i]);
-        let set = match &self.constraints {
-            None => affine(&DMatrix::zeros(0, p), &DVector::zeros(0)),
-            Some((c, d)) => affine(
-                &DMatrix::from_fn(c.nrows(), p, |i, j| c[(i, j)] / scale[j]),
-                d,
-            ),
-        };
-        let (dense, mut outcome, iterations) = self.iterate(&g, &b, &set);
+        let set = self.set(scale.as_slice(), &(0..p).collect::<Vec<_>>());
+        let mut trace = Vec::new();
+        let (dense, mut outcome, iterations) = self.iterate(&g, &b, &set, &mut trace);
+        trace.iter_mut().for_each(|v| *v += 0.5 * gram.yty * factor);
         let sparse = self.threshold(&dense);
         let support: Vec<bool> = sparse.iter().map(|w| *w != 0.0).collect();
         let refit = self.refit(&g, &b, &scale, &support, &mut outcome);
         let objective = 0.5 * (gram.yty * factor) + self.objective(&g, &b, &dense);
-        Ok(Solution {
+        let solution = Solution {
             dense: dense.component_div(&scale),
             sparse: sparse.component_div(&scale),
             refit,
@@ -202,7 +242,8 @@ impl Relaxed {
             outcome,
             iterations,
             objective,
-        })
+        };
+        Ok((solution, trace))
     }
 
     /// λ ω_j.
@@ -236,11 +277,16 @@ impl Relaxed {
         &self,
         g: &DMatrix<f64>,
         b: &DVector<f64>,
-        set: &Affine,
+        set: &Set,
+        trace: &mut Vec<f64>,
     ) -> (DVector<f64>, Outcome, usize) {
         let p = b.len();
         // From least squares, as published.
-        let mut xi = solve_on(g, b, set);
+        let mut xi = match set.minimum(g, b) {
+            Ok(xi) => xi,
+            Err(outcome) => return (DVector::zeros(p), outcome, 0),
+        };
+        trace.push(self.objective(g, b, &xi));
         let mut seen: Vec<Vec<i8>> = Vec::new();
         for k in 1..=self.max_iterations {
             let signs = self.signs(&xi);
@@ -253,8 +299,12 @@ impl Relaxed {
                     rhs[j] -= self.cost(j) * f64::from(signs[j]);
                 }
             }
-            let mut next = solve_on(&a, &rhs, set);
+            let mut next = match set.minimum(&a, &rhs) {
+                Ok(next) => next,
+                Err(outcome) => return (xi, outcome, k),
+            };
             if self.signs(&next) == signs {
+                trace.push(self.objective(g, b, &next));
                 return (next, Outcome::Converged, k);
             }
             match self.penalty {
@@ -274,6 +324,7 @@ impl Relaxed {
                 }
             }
             xi = next;
+            trace.push(self.objective(g, b, &xi));
         }
         (xi, Outcome::IterationLimit, self.max_iterations)
     }
@@ -297,25 +348,38 @@ impl Relaxed {
         outcome: &mut Outcome,
     ) -> DVector<f64> {
         let index: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
-        let k = index.len();
-        let (c, d) = match &self.constraints {
-            None => (DMatrix::zeros(0, k), DVector::zeros(0)),
-            Some((c, d)) => (
-                DMatrix::from_fn(c.nrows(), k, |i, a| c[(i, index[a])] / scale[index[a]]),
-                d.clone(),
-            ),
-        };
-        let set = affine(&c, &d);
-        if !set.feasible {
+        let part = g.select_rows(&index).select_columns(&index);
+        let rhs = b.select_rows(&index);
+        let set = self.set(scale.as_slice(), &index);
+        let mut out = DVector::zeros(support.len());
+        let xi = set.minimum(&part, &rhs);
+        if !set.consistent() || xi.is_err() {
             *outcome = Outcome::Infeasible;
         }
-        let mut out = DVector::zeros(support.len());
-        let part = g.select_rows(&index).select_columns(&index);
-        let xi = solve_on(&part, &b.select_rows(&index), &set);
+        let xi = xi.unwrap_or_else(|_| set.equations_only(&part, &rhs));
         for (a, &j) in index.iter().enumerate() {
             out[j] = xi[a] / scale[j];
         }
         out
+    }
+}
+
+/// Refuses constraints whose shapes do not fit or that are not finite.
+fn checked(a: DMatrix<f64>, b: DVector<f64>) -> Result<(DMatrix<f64>, DVector<f64>), SindyError> {
+    if a.nrows() != b.len() {
+        return Err(SindyError::Shape {
+            what: "right-hand sides of the constraints",
+            expected: a.nrows(),
+            found: b.len(),
+        });
+    }
+    let bad = |&i: &usize| !b[i].is_finite() || a.row(i).iter().any(|v| !v.is_finite());
+    match (0..b.len()).find(bad) {
+        Some(index) => Err(SindyError::NotFinite {
+            what: "constraints".to_string(),
+            index,
+        }),
+        None => Ok((a, b)),
     }
 }
 
@@ -325,51 +389,6 @@ impl Solver for Relaxed {
         let s = self.solve(gram)?;
         Ok(Fit::new(gram, s.refit, s.support, s.outcome, s.iterations))
     }
-}
-
-/// `C ξ = d` as its point of least norm and an orthonormal basis of the null space of `C`, whose rows are made
-/// unit length first.
-fn affine(c: &DMatrix<f64>, d: &DVector<f64>) -> Affine {
-    let p = c.ncols();
-    let length: Vec<f64> = (0..c.nrows())
-        .map(|i| c.row(i).norm())
-        .map(|l| if l > 0.0 { l } else { 1.0 })
-        .collect();
-    let c = DMatrix::from_fn(c.nrows(), p, |i, j| c[(i, j)] / length[i]);
-    let d = DVector::from_fn(d.len(), |i, _| d[i] / length[i]);
-    if c.is_empty() {
-        return Affine {
-            point: DVector::zeros(p),
-            basis: DMatrix::identity(p, p),
-            feasible: d.iter().all(|v| *v == 0.0),
-        };
-    }
-    // Eigenvectors of CᵀC with rows of unit length: those of eigenvalue zero span the null space.
-    let eigen = (c.transpose() * &c).symmetric_eigen();
-    let point = pseudo_inverse(&(c.transpose() * &c)) * c.transpose() * &d;
-    let largest = eigen.eigenvalues.max();
-    let null: Vec<usize> = (0..p)
-        .filter(|&j| eigen.eigenvalues[j] <= 1e-13 * largest)
-        .collect();
-    let missed = (&c * &point - &d).amax();
-    Affine {
-        feasible: missed <= 1e-9 * (d.amax() + point.amax()),
-        basis: eigen.eigenvectors.select_columns(&null),
-        point,
-    }
-}
-
-/// The minimum of `1/2 ξᵀ A ξ - ξᵀ r` on the set; least norm where it is not unique.
-fn solve_on(a: &DMatrix<f64>, r: &DVector<f64>, set: &Affine) -> DVector<f64> {
-    if set.basis.ncols() == 0 {
-        return set.point.clone();
-    }
-    // Columns of unit length, which keeps a badly scaled library from looking dependent.
-    let h = set.basis.transpose() * a * &set.basis;
-    let s = h.diagonal().map(|v| if v > 0.0 { v.sqrt() } else { 1.0 });
-    let h = DMatrix::from_fn(s.len(), s.len(), |i, j| h[(i, j)] / s[i] / s[j]);
-    let rhs = (set.basis.transpose() * (r - a * &set.point)).component_div(&s);
-    &set.point + &set.basis * (pseudo_inverse(&h) * rhs).component_div(&s)
 }
 
 #[cfg(test)]

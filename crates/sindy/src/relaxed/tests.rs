@@ -1,3 +1,6 @@
+mod inequalities;
+mod trimming;
+
 use super::*;
 use crate::normal::tests::{of_rows, random_gram, random_rows, reference};
 use proptest::prelude::*;

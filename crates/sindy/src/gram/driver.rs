@@ -1,0 +1,235 @@
+//! One pass over a source: rows are cut into segments and chunks that do not depend on how they arrive.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::Gram;
+use super::pass::{CHUNK, Pass, Workspace};
+use crate::error::SindyError;
+
+/// Rows of a group that one thread takes at a time, and the next after it; a multiple of [`CHUNK`].
+pub(super) const SEGMENT: usize = 8192;
+
+/// Whole segments that a block must still hold for them to be read where they are; fewer are copied.
+const BORROW: usize = 4;
+
+/// Segments of a block whose statistics are held at a time.
+const WAVE: usize = 64;
+
+/// Copied rows that wait at a time, and pieces of segments that they may be in.
+const WAITING_ROWS: usize = 16 * SEGMENT;
+const WAITING_PIECES: usize = 256;
+
+/// The segment that is being filled.
+struct Open {
+    group: usize,
+    rows: usize,
+    /// Whether its rows are summed as they come, but for those of an unfinished chunk. If not, they are copied.
+    summed: bool,
+    /// The sums so far; `None` if they go straight to the group's.
+    part: Option<Gram>,
+    /// Rows that were copied.
+    buffer: Vec<Vec<f64>>,
+}
+
+pub(super) struct Driver<'a> {
+    pass: &'a Pass,
+    grams: Vec<Gram>,
+    work: Workspace,
+    open: Option<Open>,
+    /// Copied segments that wait for a thread, with their groups, in order.
+    waiting: Vec<(usize, Vec<Vec<f64>>)>,
+    waiting_rows: usize,
+    /// Rows so far.
+    seen: usize,
+}
+
+impl<'a> Driver<'a> {
+    pub(super) fn new(pass: &'a Pass, groups: usize) -> Self {
+        Self {
+            pass,
+            grams: vec![pass.zeros(); groups],
+            work: Workspace::new(pass.p),
+            open: None,
+            waiting: Vec::new(),
+            waiting_rows: 0,
+            seen: 0,
+        }
+    }
+
+    pub(super) fn push(&mut self, group: usize, columns: &[&[f64]]) -> Result<(), SindyError> {
+        let n = columns.first().map_or(0, |c| c.len());
+        if self.open.as_ref().is_some_and(|o| o.group != group) {
+            self.close()?;
+        }
+        let mut at = 0;
+        while at < n {
+            let Some(open) = &mut self.open else {
+                let whole = (n - at) / SEGMENT;
+                if whole >= BORROW {
+                    let end = at + whole * SEGMENT;
+                    self.borrow(group, columns, at..end)?;
+                    self.seen += end - at;
+                    at = end;
+                } else {
+                    self.open = Some(self.fresh(group, columns.len()));
+                }
+                continue;
+            };
+            let take = (n - at).min(SEGMENT - open.rows);
+            open.rows += take;
+            if open.summed {
+                let gram = open.part.as_mut().unwrap_or(&mut self.grams[group]);
+                add_summed(
+                    self.pass,
+                    gram,
+                    &mut open.buffer,
+                    columns,
+                    at..at + take,
+                    &mut self.work,
+                )?;
+            } else {
+                for (to, column) in open.buffer.iter_mut().zip(columns) {
+                    to.extend_from_slice(&column[at..at + take]);
+                }
+            }
+            let full = open.rows == SEGMENT;
+            at += take;
+            self.seen += take;
+            if full {
+                self.close()?;
+            }
+        }
+        Ok(())
+    }
+
+    fn fresh(&self, group: usize, columns: usize) -> Open {
+        let first = self.grams[group].rows + self.grams[group].skipped == 0;
+        // The pool of threads is asked for only by those who have work for it.
+        let summed = self.seen < 2 * SEGMENT || rayon::current_num_threads() == 1;
+        Open {
+            group,
+            rows: 0,
+            summed,
+            part: (summed && !first).then(|| self.pass.zeros()),
+            buffer: vec![Vec::new(); columns],
+        }
+    }
+
+    /// Ends the segment that is being filled.
+    fn close(&mut self) -> Result<(), SindyError> {
+        let Some(mut open) = self.open.take() else {
+            return Ok(());
+        };
+        if open.summed {
+            let rest = open.buffer[0].len();
+            let gram = open.part.as_mut().unwrap_or(&mut self.grams[open.group]);
+            let columns: Vec<&[f64]> = open.buffer.iter().map(Vec::as_slice).collect();
+            self.pass
+                .add_rows(gram, &columns, 0..rest, &mut self.work)?;
+            if let Some(part) = open.part {
+                self.grams[open.group].merge(&part);
+            }
+            return Ok(());
+        }
+        self.waiting_rows += open.rows;
+        self.waiting.push((open.group, open.buffer));
+        if self.waiting_rows >= WAITING_ROWS || self.waiting.len() >= WAITING_PIECES {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Sums the segments that wait.
+    fn flush(&mut self) -> Result<(), SindyError> {
+        let waiting = std::mem::take(&mut self.waiting);
+        self.waiting_rows = 0;
+        let pass = self.pass;
+        let parts: Vec<Gram> = waiting
+            .par_iter()
+            .map_init(
+                || Workspace::new(pass.p),
+                |work, (_, buffer)| {
+                    let columns: Vec<&[f64]> = buffer.iter().map(Vec::as_slice).collect();
+                    let mut part = pass.zeros();
+                    pass.add_rows(&mut part, &columns, 0..columns[0].len(), work)?;
+                    Ok(part)
+                },
+            )
+            .collect::<Result<_, SindyError>>()?;
+        for ((group, _), part) in waiting.iter().zip(&parts) {
+            self.grams[*group].merge(part);
+        }
+        Ok(())
+    }
+
+    /// Sums whole segments of a block where they are.
+    fn borrow(
+        &mut self,
+        group: usize,
+        columns: &[&[f64]],
+        range: Range<usize>,
+    ) -> Result<(), SindyError> {
+        self.flush()?;
+        let pass = self.pass;
+        let segments: Vec<usize> = range.step_by(SEGMENT).collect();
+        for wave in segments.chunks(WAVE) {
+            let parts: Vec<Gram> = wave
+                .par_iter()
+                .map_init(
+                    || Workspace::new(pass.p),
+                    |work, &start| {
+                        let mut part = pass.zeros();
+                        pass.add_rows(&mut part, columns, start..start + SEGMENT, work)?;
+                        Ok(part)
+                    },
+                )
+                .collect::<Result<_, SindyError>>()?;
+            parts.iter().for_each(|part| self.grams[group].merge(part));
+        }
+        Ok(())
+    }
+
+    pub(super) fn finish(mut self) -> Result<Vec<Gram>, SindyError> {
+        self.close()?;
+        self.flush()?;
+        for gram in &mut self.grams {
+            gram.xtx.fill_lower_triangle_with_upper_triangle();
+        }
+        Ok(self.grams)
+    }
+}
+
+/// Adds rows of an open segment whose last, unfinished chunk is in `buffer`.
+fn add_summed(
+    pass: &Pass,
+    gram: &mut Gram,
+    buffer: &mut [Vec<f64>],
+    columns: &[&[f64]],
+    range: Range<usize>,
+    work: &mut Workspace,
+) -> Result<(), SindyError> {
+    let mut at = range.start;
+    let copy = |from: Range<usize>, buffer: &mut [Vec<f64>]| {
+        for (to, column) in buffer.iter_mut().zip(columns) {
+            to.extend_from_slice(&column[from.clone()]);
+        }
+    };
+    let held = buffer[0].len();
+    if held > 0 {
+        let take = (CHUNK - held).min(range.end - at);
+        copy(at..at + take, buffer);
+        at += take;
+        if held + take < CHUNK {
+            return Ok(());
+        }
+        let chunk: Vec<&[f64]> = buffer.iter().map(Vec::as_slice).collect();
+        pass.add_rows(gram, &chunk, 0..CHUNK, work)?;
+        buffer.iter_mut().for_each(Vec::clear);
+    }
+    let whole = (range.end - at) / CHUNK * CHUNK;
+    pass.add_rows(gram, columns, at..at + whole, work)?;
+    copy(at + whole..range.end, buffer);
+    Ok(())
+}
