@@ -44,6 +44,7 @@
 //! | [`stepwise`] | one term more or less at a time, by a criterion |
 //! | [`exact`] | the best subset of every size, proven |
 //! | [`ensemble`] | bagging of data and library, inclusion and intervals |
+//! | [`uncertainty`] | block-bootstrap intervals, bands of predictions and simulations |
 //! | [`relaxed`] | SR3 with ℓ1, weights, linear constraints; trimming |
 //! | [`choose`] | λ and ν by cross-validation over groups |
 //! | [`identifiability`] | what the data can and cannot tell apart |
@@ -83,6 +84,7 @@ pub mod stepwise;
 pub mod stlsq;
 pub mod stream;
 pub mod tsqr;
+pub mod uncertainty;
 pub mod weak;
 
 pub use choose::{Choice, Grid};

@@ -278,7 +278,7 @@ fn below(rng: &mut Pcg64, n: usize) -> usize {
 }
 
 /// Quantile of sorted values, with linear interpolation.
-fn quantile(sorted: &[f64], q: f64) -> f64 {
+pub(crate) fn quantile(sorted: &[f64], q: f64) -> f64 {
     let at = q * (sorted.len() - 1) as f64;
     let (i, t) = (at.floor() as usize, at.fract());
     let next = sorted[(i + 1).min(sorted.len() - 1)];
