@@ -22,6 +22,7 @@ import numpy as np
 
 import bars
 import data
+import limit
 import ours
 import pysindy_best
 import systems
@@ -33,15 +34,25 @@ def system_of(name):
     return systems.catalogue()[name]()
 
 
-def pysindy_result(system, level, seeds_runs, options):
-    """PySINDy's best, from an earlier run if arrays, grid and version are the same."""
+@lru_cache(maxsize=4)
+def limits_of(name, seeds):
+    return limit.limits(system_of(name), seeds)
+
+
+def pysindy_key(system, seeds_runs, options):
+    """A digest of all that decides PySINDy's result."""
     digest = hashlib.sha256(repr(pysindy_best.grid(options.quick, seeds_runs[0])).encode())
     digest.update(f"{system.library} {system.equations}".encode())
-    for runs in seeds_runs:
-        for part in (part for run in runs for part in run):
+    for run in (run for runs in seeds_runs for run in runs):
+        for part in run:
             digest.update(np.ascontiguousarray(part).tobytes())
-    key = digest.hexdigest()
-    quick = "-quick" if options.quick else ""
+    return digest.hexdigest()
+
+
+def pysindy_result(system, level, seeds_runs, options):
+    """PySINDy's best, from an earlier run if arrays, grid and version are the same."""
+    key = pysindy_key(system, seeds_runs, options)
+    quick = "-quick" if options.quick else f"-{options.seeds}"
     file = Path(options.work) / "pysindy" / f"{system.name}-{level:g}{quick}.json"
     if file.exists() and not options.fresh:
         kept = json.loads(file.read_text())
@@ -58,9 +69,11 @@ def pysindy_result(system, level, seeds_runs, options):
 def run_case(name, level, options):
     """One system at one noise level, all seeds."""
     system = system_of(name)
-    seeds = list(data.SEEDS)[:2] if options.quick else list(data.SEEDS)
+    seeds = range(2 if options.quick else options.seeds)
     seeds_runs = [data.noisy(system, level, seed) for seed in seeds]
-    case = {"system": name, "level": level, "pysindy": None, "ours": None}
+    case = {"system": name, "level": level, "pysindy": None, "ours": None, "limit": None}
+    if options.limit:
+        case["limit"] = [level * error for error in limits_of(name, seeds)]
     if "pysindy" in options.programs:
         case["pysindy"] = pysindy_result(system, level, seeds_runs, options)
     if "ours" in options.programs:
@@ -110,6 +123,7 @@ def bar_of(case):
 
 def row_of(case):
     row = [case["system"], f"{case['level']:g} %"]
+    row.append("-" if case["limit"] is None else number(np.median(case["limit"])))
     if (best := case["pysindy"]) is not None:
         row += [
             number(np.median(best["errors"])),
@@ -141,6 +155,8 @@ def aggregate_rows(cases):
         for level in sorted({c["level"] for c in cases if c["system"].startswith(prefix)}):
             chosen = [c for c in cases if c["system"].startswith(prefix) and c["level"] == level]
             row = [f"{label} ({len(chosen)})", f"{level:g} %"]
+            of_limit = [e for c in chosen for e in c["limit"] or []]
+            row.append(number(np.median(of_limit)) if of_limit else "-")
             if chosen[0]["pysindy"]:
                 exact = [x for c in chosen for x in c["pysindy"]["exact"]]
                 row += [
@@ -167,7 +183,7 @@ def aggregate_rows(cases):
 
 
 HEADER = [
-    "system", "noise", "PySINDy", "exact", "its best setting, found with the truth",
+    "system", "noise", "limit", "PySINDy", "exact", "its best setting, found with the truth",
     "bar", "ours", "exact", "CPU s", "met",
 ]  # fmt: skip
 
@@ -194,6 +210,8 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", help="systems or groups, comma-separated: lorenz,dysts,heldout")
     parser.add_argument("--quick", action="store_true", help="2 seeds and 2 settings: a trial of the script")
+    parser.add_argument("--seeds", type=int, default=len(data.SEEDS), help="seeds 0, 1, ... (bars: 5)")
+    parser.add_argument("--limit", action="store_true", help="also what maximum likelihood would reach")
     parser.add_argument("--programs", default="pysindy,ours", help="which to run (default both)")
     parser.add_argument("--sindy", default="sindy", help="the binary of crates/sindy-cli")
     parser.add_argument("--work", default="target/accuracy", help="folder of data and PySINDy's results")
@@ -223,7 +241,7 @@ def main():
             row = row_of(case)
             print(
                 f"[{len(cases)}/{len(order)}, {time.monotonic() - start:.0f} s] {row[0]} {row[1]}: "
-                f"PySINDy {row[2]}, ours {row[6]} {row[9]}",
+                f"PySINDy {row[3]}, ours {row[7]} {row[10]}",
                 file=sys.stderr, flush=True,
             )  # fmt: skip
     ordered = [cases[key] for key in order]

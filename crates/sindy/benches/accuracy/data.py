@@ -6,24 +6,30 @@ from pathlib import Path
 
 import numpy as np
 
-SEEDS = range(5)
+SEEDS = range(5)  # those of the bars
+
+
+def amplitude(system, run, level):
+    """Standard deviation of the noise of `level` percent on each state of a run, shape (states,).
+
+    Rule "std": percent of each state's standard deviation over all runs. Rule "rms": percent of the root mean
+    square of the run over its states, one amplitude for all of them.
+    """
+    if system.noise_rule == "std":
+        scale = np.std(np.vstack([r.x for r in system.runs]), axis=0)
+    else:
+        scale = np.full(len(system.states), np.sqrt(np.mean(run.x**2)))
+    return 0.01 * level * scale
 
 
 def noisy(system, level, seed):
-    """The runs with noise of `level` percent: a list of (t, x, u).
-
-    Normally distributed, independent, on the states only. Rule "std": percent of each state's standard
-    deviation over all runs. Rule "rms": percent of the root mean square of each run over its states, one
-    amplitude for all states of a run.
-    """
+    """The runs with normally distributed, independent noise of `level` percent on the states: (t, x, u) each."""
     # One stream per system and seed: the noise of two levels differs in its amplitude only.
     rng = np.random.default_rng([seed, zlib.crc32(system.name.encode())])
-    pooled = np.std(np.vstack([run.x for run in system.runs]), axis=0)
-    out = []
-    for run in system.runs:
-        scale = pooled if system.noise_rule == "std" else np.sqrt(np.mean(run.x**2))
-        out.append((run.t, run.x + 0.01 * level * scale * rng.standard_normal(run.x.shape), run.u))
-    return out
+    return [
+        (run.t, run.x + amplitude(system, run, level) * rng.standard_normal(run.x.shape), run.u)
+        for run in system.runs
+    ]
 
 
 def case_folder(root, system, level, seed):
@@ -55,10 +61,10 @@ def write_truth(root, system):
     (folder / "truth.json").write_text(json.dumps(truth, indent=2) + "\n")
 
 
-def write_system(root, system):
+def write_system(root, system, seeds=SEEDS):
     """All noise levels and seeds of a system, its truth, and its runs without noise in `clean/`."""
     write_truth(root, system)
     write_runs(Path(root) / system.name / "clean", system, [(r.t, r.x, r.u) for r in system.runs])
     for level in system.levels:
-        for seed in SEEDS:
+        for seed in seeds:
             write_runs(case_folder(root, system, level, seed), system, noisy(system, level, seed))

@@ -3,6 +3,7 @@
 # release mode, the data, both programs on the same arrays. Arguments go to accuracy.py, for example
 #   benches/accuracy/run.sh --only lorenz,dysts --jobs 2
 set -eu
+export PYTHONDONTWRITEBYTECODE=1
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../../../.." && pwd)
 target=${CARGO_TARGET_DIR:-$root/target}

@@ -16,6 +16,7 @@ import sympy
 from scipy.integrate import solve_ivp
 
 warnings.filterwarnings("ignore", message="Numba not installed")
+warnings.filterwarnings("ignore", message="The following arguments have no effect")
 import dysts.flows
 
 DYSTS = [
