@@ -30,7 +30,8 @@
 //! | [`dataset`] | trajectories of states and inputs, split at gaps, counted |
 //! | [`samples`] | named columns in groups, handed on in blocks |
 //! | [`stream`] | samples from an iterator of blocks, in one pass |
-//! | [`library`] | candidate terms as text expressions |
+//! | [`library`] | candidate terms: polynomials, Fourier, products, sums, texts |
+//! | [`shift`] | past states as columns, and the next sample for discrete time |
 //! | [`savgol`] | Savitzky–Golay smoothing and derivative |
 //! | [`gram`] | sufficient statistics: accumulate, merge, downdate |
 //! | [`tsqr`] | a mergeable triangular factor for libraries that the Gram matrix loses |
@@ -78,6 +79,7 @@ pub mod relaxed;
 pub mod residual;
 pub mod samples;
 pub mod savgol;
+pub mod shift;
 pub mod shooting;
 pub mod sr3;
 pub mod stepwise;
@@ -97,7 +99,7 @@ pub use exact::BestSubset;
 pub use fit::{Fit, Solver};
 pub use gram::Gram;
 pub use koopman::{Dmdc, Edmdc};
-pub use library::Library;
+pub use library::{Libraries, Library};
 pub use model::Model;
 pub use outcome::Outcome;
 pub use samples::{Block, BlockSource, Samples};

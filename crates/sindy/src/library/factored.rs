@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use sindy_expr::Expr;
+use sindy_expr::{Expr, Factor};
 
 /// Factor, power in the numerator, power in the denominator.
 type Power = (usize, u32, u32);
@@ -39,9 +39,15 @@ impl Alphabet {
         let read: Vec<(f64, Vec<Power>)> = terms
             .iter()
             .map(|term| {
-                let (number, factors) = term.factors();
-                let powers = factors.into_iter().map(|f| (add(f.base), f.above, f.below));
-                (number, powers.collect())
+                let (mut number, factors) = term.factors();
+                let mut powers = Vec::new();
+                for factor in factors {
+                    match constant(&factor).map(|c| number * c) {
+                        Some(folded) if folded.is_finite() => number = folded,
+                        _ => powers.push((add(factor.base), factor.above, factor.below)),
+                    }
+                }
+                (number, powers)
             })
             .collect();
         let mut order: Vec<usize> = (0..factors.len()).collect();
@@ -127,6 +133,15 @@ impl Factored {
         let number = f64::from_bits(self.number) * f64::from_bits(other.number);
         Self::new(number, [&self.powers[..], &other.powers].concat())
     }
+}
+
+/// The value of a factor without variables, such as `sqrt(2)`.
+fn constant(factor: &Factor) -> Option<f64> {
+    if !factor.base.variables().is_empty() {
+        return None;
+    }
+    let value = factor.base.simplify().as_constant()?;
+    Some(value.powf(f64::from(factor.above)) / value.powf(f64::from(factor.below)))
 }
 
 /// What makes two factors the same.

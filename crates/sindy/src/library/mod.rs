@@ -15,6 +15,8 @@
 //! # Ok::<(), sindy::SindyError>(())
 //! ```
 //!
+//! [`Libraries`] holds such texts for a whole system: one library for all equations, or one for each.
+//!
 //! Terms that constructors and products make have canonical names: powers collected (`x^2`, not `x*x`),
 //! a number first, then variables in the order given, then the other factors by their text; equal terms occur
 //! once. They are the texts of the expressions: reading a name gives the term again. Compiled together, terms
@@ -24,6 +26,7 @@ mod algebra;
 mod factored;
 mod fourier;
 mod functions;
+mod libraries;
 mod polynomial;
 mod specification;
 #[cfg(test)]
@@ -35,6 +38,7 @@ use sindy_expr::{Expr, Program};
 
 use crate::error::SindyError;
 use factored::Alphabet;
+pub use libraries::Libraries;
 pub use polynomial::{Interaction, Polynomial};
 
 /// The most terms that a library which is made by constructors may have.

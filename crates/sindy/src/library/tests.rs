@@ -186,6 +186,9 @@ fn analytic_a_quotient_cancels_only_where_no_point_is_lost() {
     assert_eq!(names("(x/y^2)*poly(1, y, bias=false)"), ["x/y"]);
     assert_eq!(names("-x*exp(1, y)*2"), ["-2*x*exp(-y)"]);
     assert_eq!(names("-x*exp(1, y)"), ["-x*exp(-y)"]);
+    // Numbers are numbers however they are written; one that overflows stays as it is.
+    assert_eq!(names("sqrt(4)*x + 2*x"), ["sqrt(4)*x"]);
+    assert_eq!(names("exp(1000*1)*poly(0)"), ["exp(1000*1)"]);
 }
 
 #[test]
