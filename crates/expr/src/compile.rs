@@ -172,14 +172,14 @@ impl<'p> Allocation<'p> {
 
     fn finish(self, inputs: &[&str], outputs: usize) -> Program {
         let mut code = Vec::with_capacity(self.order.len());
-        let mut slot_of: HashMap<Id, u32> = HashMap::new();
+        let mut held: HashMap<Id, Operand> = HashMap::new();
         let mut free: Vec<u32> = Vec::new();
         let mut slots = 0_u32;
         for (position, &id) in self.order.iter().enumerate() {
             let operand = |id: Id| match self.builder.node(id) {
                 Node::Const(bits) => Operand::Const(f64::from_bits(*bits)),
                 Node::Var(name) => Operand::Input(self.place_of[&**name]),
-                _ => Operand::Slot(slot_of[&id]),
+                _ => held[&id],
             };
             let mut sinks = self
                 .sinks
@@ -195,35 +195,31 @@ impl<'p> Allocation<'p> {
                 Node::If(c, a, b) => Some(Op::Select(operand(c), operand(a), operand(b))),
             };
             let source = match op {
-                None => Some(operand(id)),
-                // Read by nothing else: straight to its only output.
-                Some(op) if !self.last_use.contains_key(&id) && sinks.len() == 1 => {
-                    code.extend(sinks.next().map(|k| Instruction {
-                        op,
-                        target: Target::Output(k),
-                    }));
-                    None
-                }
+                None => operand(id),
                 Some(op) => {
-                    let slot = free.pop().unwrap_or_else(|| {
-                        slots += 1;
-                        slots - 1
-                    });
-                    code.push(Instruction {
-                        op,
-                        target: Target::Slot(slot),
-                    });
-                    slot_of.insert(id, slot);
-                    Some(Operand::Slot(slot))
+                    // Straight to its first output, from where the others and later instructions read it.
+                    let target = sinks.next().map_or_else(
+                        || {
+                            Target::Slot(free.pop().unwrap_or_else(|| {
+                                slots += 1;
+                                slots - 1
+                            }))
+                        },
+                        Target::Output,
+                    );
+                    code.push(Instruction { op, target });
+                    let place = match target {
+                        Target::Slot(slot) => Operand::Slot(slot),
+                        Target::Output(k) => Operand::Output(k),
+                    };
+                    held.insert(id, place);
+                    place
                 }
             };
-            if let Some(source) = source {
-                let copy = |k| Instruction {
-                    op: Op::Copy(source),
-                    target: Target::Output(k),
-                };
-                code.extend(sinks.map(copy));
-            }
+            code.extend(sinks.map(|k| Instruction {
+                op: Op::Copy(source),
+                target: Target::Output(k),
+            }));
             let mut children = node.children();
             // A value read twice by one instruction is freed once.
             for i in 1..children.len() {
@@ -232,12 +228,11 @@ impl<'p> Allocation<'p> {
                 }
             }
             for child in children.into_iter().flatten() {
-                if self.last_use[&child] == position {
-                    free.extend(slot_of.get(&child));
+                if self.last_use[&child] == position
+                    && let Some(Operand::Slot(slot)) = held.get(&child)
+                {
+                    free.push(*slot);
                 }
-            }
-            if !self.last_use.contains_key(&id) {
-                free.extend(slot_of.get(&id));
             }
         }
         Program {

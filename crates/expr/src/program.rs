@@ -15,6 +15,8 @@ pub(crate) enum Operand {
     Input(u32),
     Const(f64),
     Slot(u32),
+    /// An output that an earlier instruction has written.
+    Output(u32),
 }
 
 /// Where an instruction writes.
@@ -120,6 +122,7 @@ impl Program {
                 Operand::Input(i) => input[i as usize],
                 Operand::Const(value) => value,
                 Operand::Slot(s) => slots[s as usize],
+                Operand::Output(k) => output[k as usize],
             };
             let value = match instruction.op {
                 Op::Copy(a) => at(a),
@@ -160,36 +163,77 @@ impl Program {
         if scratch.blocks.len() < self.slots {
             scratch.blocks.resize_with(self.slots, || vec![0.0; CHUNK]);
         }
+        pulp::Arch::new().dispatch(Evaluation {
+            program: self,
+            inputs,
+            rows,
+            output,
+            scratch,
+        });
+    }
+
+    #[inline(always)]
+    fn chunks(&self, inputs: &[&[f64]], rows: usize, output: &mut [f64], scratch: &mut Scratch) {
         for start in (0..rows).step_by(CHUNK) {
             let chunk = start..rows.min(start + CHUNK);
             for instruction in &self.code {
-                match instruction.target {
+                let mut slot = Vec::new();
+                let (before, place, after) = match instruction.target {
                     Target::Slot(s) => {
-                        let mut slot = std::mem::take(&mut scratch.blocks[s as usize]);
-                        let view = View {
-                            inputs,
-                            slots: &scratch.blocks,
-                            chunk: chunk.clone(),
-                        };
-                        run(instruction.op, &view, &mut slot[..chunk.len()]);
-                        scratch.blocks[s as usize] = slot;
+                        slot = std::mem::take(&mut scratch.blocks[s as usize]);
+                        (&*output, &mut slot[..chunk.len()], &[][..])
                     }
                     Target::Output(k) => {
-                        let base = k as usize * rows;
-                        let place = &mut output[base + chunk.start..base + chunk.end];
-                        let view = View {
-                            inputs,
-                            slots: &scratch.blocks,
-                            chunk: chunk.clone(),
-                        };
-                        run(instruction.op, &view, place);
+                        let base = k as usize * rows + chunk.start;
+                        let (before, rest) = output.split_at_mut(base);
+                        let (place, after) = rest.split_at_mut(chunk.len());
+                        (&*before, place, &*after)
                     }
+                };
+                let view = View {
+                    inputs,
+                    slots: &scratch.blocks,
+                    chunk: chunk.clone(),
+                    rows,
+                    before,
+                    after,
+                };
+                run(instruction.op, &view, place);
+                if let Target::Slot(s) = instruction.target {
+                    scratch.blocks[s as usize] = slot;
                 }
             }
         }
     }
 }
 
+/// An evaluation in whatever vector instructions the processor has: the same operations on the same values, and
+/// so the same bits.
+struct Evaluation<'a> {
+    program: &'a Program,
+    inputs: &'a [&'a [f64]],
+    rows: usize,
+    output: &'a mut [f64],
+    scratch: &'a mut Scratch,
+}
+
+impl pulp::WithSimd for Evaluation<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self {
+            program,
+            inputs,
+            rows,
+            output,
+            scratch,
+        } = self;
+        program.chunks(inputs, rows, output, scratch);
+    }
+}
+
+#[inline(always)]
 fn select(condition: f64, a: f64, b: f64) -> f64 {
     if is_true(condition) { a } else { b }
 }
@@ -199,6 +243,11 @@ struct View<'a> {
     inputs: &'a [&'a [f64]],
     slots: &'a [Vec<f64>],
     chunk: std::ops::Range<usize>,
+    /// Rows of an output.
+    rows: usize,
+    /// The outputs before and after the place that is written.
+    before: &'a [f64],
+    after: &'a [f64],
 }
 
 /// A chunk of values, or one value for all rows.
@@ -209,6 +258,7 @@ enum Values<'a> {
 }
 
 impl Values<'_> {
+    #[inline(always)]
     fn at(self, row: usize) -> f64 {
         match self {
             Self::Each(values) => values[row],
@@ -218,15 +268,25 @@ impl Values<'_> {
 }
 
 impl View<'_> {
+    #[inline(always)]
     fn values(&self, operand: Operand) -> Values<'_> {
         match operand {
             Operand::Input(i) => Values::Each(&self.inputs[i as usize][self.chunk.clone()]),
             Operand::Const(value) => Values::All(value),
             Operand::Slot(s) => Values::Each(&self.slots[s as usize][..self.chunk.len()]),
+            Operand::Output(k) => {
+                let base = k as usize * self.rows + self.chunk.start;
+                let len = self.chunk.len();
+                Values::Each(match base.checked_sub(self.before.len() + len) {
+                    Some(base) => &self.after[base..base + len],
+                    None => &self.before[base..base + len],
+                })
+            }
         }
     }
 }
 
+#[inline(always)]
 fn run(op: Op, view: &View<'_>, to: &mut [f64]) {
     // One loop for each operation, so that each can be vectorised.
     macro_rules! each_unary {

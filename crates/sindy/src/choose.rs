@@ -7,7 +7,7 @@ use nalgebra::DVector;
 
 use crate::error::SindyError;
 use crate::gram::Gram;
-use crate::sr3::{Solution, Sr3};
+use crate::sr3::{Problem, Scaling, Solution, Sr3};
 
 /// The grid that is searched: thresholds η = √(2 λ ν) on scaled coefficients, and ν relative to the
 /// scaled Gram diagonal (which is 1).
@@ -66,6 +66,19 @@ pub struct Choice {
 /// # Errors
 /// Fewer than two groups with rows, an empty grid, or values out of range.
 pub fn cross_validate(groups: &[Gram], grid: &Grid) -> Result<Choice, SindyError> {
+    cross_validate_scaled(groups, grid, Scaling::UnitRms)
+}
+
+/// As [`cross_validate`], with another scaling: with [`Scaling::None`] thresholds are in the units of the
+/// coefficients, and ν in those of 1/Gram.
+///
+/// # Errors
+/// As [`cross_validate`].
+pub fn cross_validate_scaled(
+    groups: &[Gram],
+    grid: &Grid,
+    scaling: Scaling,
+) -> Result<Choice, SindyError> {
     let folds: Vec<&Gram> = groups.iter().filter(|g| g.rows > 0).collect();
     if folds.len() < 2 {
         return Err(SindyError::Shape {
@@ -82,20 +95,27 @@ pub fn cross_validate(groups: &[Gram], grid: &Grid) -> Result<Choice, SindyError
         ));
     }
     let total = Gram::total(groups);
+    let rests: Vec<Gram> = folds
+        .iter()
+        .map(|fold| {
+            let mut rest = total.clone();
+            rest.downdate(fold);
+            rest
+        })
+        .collect();
+    let mut whole = Problem::new(&total, scaling);
+    let mut parts: Vec<Problem<'_>> = rests.iter().map(|g| Problem::new(g, scaling)).collect();
     let mut fits: Vec<(Point, Solution, Vec<f64>)> = Vec::new();
     for &nu in &grid.nus {
         for &threshold in &grid.thresholds {
             let lambda = threshold * threshold / (2.0 * nu);
-            let sr3 = Sr3::new(lambda, nu)?;
+            let sr3 = Sr3::new(lambda, nu)?.scaling(scaling);
             let errors: Vec<f64> = folds
                 .iter()
-                .map(|fold| {
-                    let mut rest = total.clone();
-                    rest.downdate(fold);
-                    fold.residual_sum(&sr3.solve(&rest).refit) / fold.weight()
-                })
+                .zip(&mut parts)
+                .map(|(fold, rest)| fold.residual_sum(&sr3.solve_again(rest).refit) / fold.weight())
                 .collect();
-            let solution = sr3.solve(&total);
+            let solution = sr3.solve_again(&mut whole);
             let n = errors.len() as f64;
             let mean = errors.iter().sum::<f64>() / n;
             let variance = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n - 1.0);

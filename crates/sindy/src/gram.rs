@@ -13,9 +13,13 @@
 //! The sums are taken in a fixed order, and with the vector instructions that the processor has: the result
 //! has the same bits for any number of threads, any size of the blocks, and (as far as the terms themselves do) on any machine.
 
+mod aligned;
 mod driver;
 mod kernel;
 mod pass;
+pub(crate) mod plan;
+mod sums;
+pub(crate) mod weighted;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -86,6 +90,19 @@ impl Gram {
         source: &dyn BlockSource,
     ) -> Result<Vec<Self>, SindyError> {
         Accumulate::new(library, target).over(source)
+    }
+
+    /// As [`Gram::accumulate`], of several targets in one pass ([`Accumulate::targets`]): for each target, one
+    /// for each group. Products of terms that are equal (`x·x³` and `x²·x²`) are summed once.
+    ///
+    /// # Errors
+    /// As [`Gram::accumulate`].
+    pub fn accumulate_targets(
+        library: &Library,
+        targets: &[&str],
+        source: &dyn BlockSource,
+    ) -> Result<Vec<Vec<Self>>, SindyError> {
+        Accumulate::new(library, "").targets(targets, source)
     }
 
     /// Adds the statistics of another part of the data. The triangular factor remains if both have one

@@ -115,9 +115,13 @@ impl SavitzkyGolay {
         let scaled: Vec<f64> = odd.iter().map(|w| w / dt).collect();
         let inner = h..n - h;
         let (value, derivative) = (&mut out.value[inner.clone()], &mut out.derivative[inner]);
-        // The same loop in whatever vector instructions the processor has: the same operations in the same
-        // order, so the same bits on every machine.
-        pulp::Arch::new().dispatch(|| convolve(y, &even, &scaled, value, derivative));
+        pulp::Arch::new().dispatch(Convolution {
+            y,
+            even: &even,
+            odd: &scaled,
+            value,
+            derivative,
+        });
         let offsets: Vec<f64> = (0..w).map(|k| (k as f64 - h as f64) / h as f64).collect();
         let fit = projector(&offsets, self.degree)?; // (degree+1) x w, in units of h samples
         let scale = 1.0 / (h as f64 * dt);
@@ -263,6 +267,25 @@ pub(crate) fn central_weights(h: usize, degree: usize) -> (Vec<f64>, Vec<f64>) {
         norm_before = norm;
     }
     (even, odd)
+}
+
+/// [`convolve`] in whatever vector instructions the processor has: the same operations in the same order, so the
+/// same bits on every machine.
+struct Convolution<'a> {
+    y: &'a [f64],
+    even: &'a [f64],
+    odd: &'a [f64],
+    value: &'a mut [f64],
+    derivative: &'a mut [f64],
+}
+
+impl pulp::WithSimd for Convolution<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        convolve(self.y, self.even, self.odd, self.value, self.derivative);
+    }
 }
 
 /// `value_i = e_0 y_i + Σ e_k (y_{i+k} + y_{i-k})`, `derivative_i = Σ o_k (y_{i+k} - y_{i-k})`, with outputs

@@ -24,6 +24,8 @@
 //! IEEE Access 7 (2019); K. Champion et al., "A unified sparse optimization framework to learn
 //! parsimonious physics-informed models from data", IEEE Access 8 (2020).
 
+use std::collections::HashMap;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::SindyError;
@@ -130,50 +132,28 @@ impl Sr3 {
     /// Solves for the coefficients of `gram`.
     #[must_use]
     pub fn solve(&self, gram: &Gram) -> Solution {
-        let p = gram.xty.len();
-        let (scale, rows) = match self.scaling {
-            Scaling::None => (DVector::from_element(p, 1.0), 1.0),
-            Scaling::UnitRms => (
-                gram.column_rms() / gram.target_rms(),
-                if gram.rows > 0 { gram.weight() } else { 1.0 },
-            ),
-        };
-        // In scaled coefficients ξ' = D ξ: G' = D⁻¹ G D⁻¹ / n (with the target's scale inside D).
-        let target2 = match self.scaling {
-            Scaling::None => 1.0,
-            Scaling::UnitRms => gram.target_rms().powi(2),
-        };
-        let weight = 1.0 / (rows * target2);
-        let g = DMatrix::from_fn(p, p, |i, j| {
-            gram.xtx[(i, j)] * weight / (scale[i] * scale[j])
-        });
-        let b = DVector::from_fn(p, |i, _| gram.xty[i] * weight / scale[i]);
+        self.solve_again(&mut Problem::new(gram, self.scaling))
+    }
+
+    /// As [`Sr3::solve`], with what other λ and ν have already computed for the same statistics, in the
+    /// problem's scaling.
+    pub(crate) fn solve_again(&self, problem: &mut Problem<'_>) -> Solution {
         let (dense, support, outcome, iterations) = match self.path {
-            Path::Direct => {
-                let root = gram.triangle.as_ref().map(|triangle| {
-                    let r = triangle.matrix();
-                    let column = |i, j| r[(i, j)] * weight.sqrt();
-                    let theta = DMatrix::from_fn(p + 1, p, |i, j| column(i, j) / scale[j]);
-                    (theta, DVector::from_fn(p + 1, |i, _| column(i, p)))
-                });
-                self.direct(p, |support| match &root {
-                    None => fixed_point(&g, &b, support, self.nu),
-                    Some((theta, y)) => {
-                        solve_with_ridge(theta, y, |j| if support[j] { 0.0 } else { 1.0 / self.nu })
-                    }
-                })
-            }
-            Path::Relaxation => self.relax(&g, &b),
+            Path::Direct => self.direct(problem),
+            Path::Relaxation => self.relax(&problem.g, &problem.b),
         };
+        let Problem { g, b, scale, .. } = &*problem;
+        let p = b.len();
         let sparse = DVector::from_fn(p, |j, _| if support[j] { dense[j] } else { 0.0 });
-        let fit = 0.5 * (gram.yty * weight - 2.0 * dense.dot(&b) + dense.dot(&(&g * &dense)));
+        let square = problem.gram.yty * problem.weight;
+        let fit = 0.5 * (square - 2.0 * dense.dot(b) + dense.dot(&(g * &dense)));
         let kept = support.iter().filter(|s| **s).count() as f64;
         let objective =
             fit + self.lambda * kept + (&dense - &sparse).norm_squared() / (2.0 * self.nu);
         Solution {
-            dense: dense.component_div(&scale),
-            sparse: sparse.component_div(&scale),
-            refit: least_squares(gram, &support),
+            dense: dense.component_div(scale),
+            sparse: sparse.component_div(scale),
+            refit: problem.refit(&support),
             support,
             outcome,
             iterations,
@@ -186,15 +166,11 @@ impl Sr3 {
         xi.iter().map(|v| v.abs() > eta).collect()
     }
 
-    fn direct(
-        &self,
-        p: usize,
-        fixed_point: impl Fn(&[bool]) -> DVector<f64>,
-    ) -> (DVector<f64>, Vec<bool>, Outcome, usize) {
+    fn direct(&self, problem: &mut Problem<'_>) -> (DVector<f64>, Vec<bool>, Outcome, usize) {
         let mut seen: Vec<Vec<bool>> = Vec::new();
-        let mut support = vec![true; p];
+        let mut support = vec![true; problem.b.len()];
         loop {
-            let xi = fixed_point(&support);
+            let xi = problem.fixed_point(&support, self.nu);
             let next = self.above(&xi);
             let iterations = seen.len() + 1;
             if next == support {
@@ -237,6 +213,99 @@ impl Sr3 {
         let keep = self.above(&xi);
         (xi, keep, Outcome::IterationLimit, self.max_iterations)
     }
+}
+
+/// Statistics in one scaling, and what has been solved on them so far: a grid of λ and ν meets the same
+/// supports again and again.
+pub(crate) struct Problem<'g> {
+    gram: &'g Gram,
+    /// In scaled coefficients ξ' = D ξ: G' = D⁻¹ G D⁻¹ / n, with the target's scale inside D.
+    g: DMatrix<f64>,
+    b: DVector<f64>,
+    scale: DVector<f64>,
+    /// What sums over rows are multiplied by.
+    weight: f64,
+    /// The triangular factor of terms and target in the same scaling, where the statistics have one.
+    root: Option<(DMatrix<f64>, DVector<f64>)>,
+    /// By the bits of ν and the support; all terms together do not depend on ν.
+    fixed_points: HashMap<(u64, Vec<bool>), DVector<f64>>,
+    refits: HashMap<Vec<bool>, DVector<f64>>,
+}
+
+impl<'g> Problem<'g> {
+    pub(crate) fn new(gram: &'g Gram, scaling: Scaling) -> Self {
+        let p = gram.xty.len();
+        let (scale, weight) = match scaling {
+            Scaling::None => (DVector::from_element(p, 1.0), 1.0),
+            Scaling::UnitRms => {
+                let target = gram.target_rms();
+                let rows = if gram.rows > 0 { gram.weight() } else { 1.0 };
+                (gram.column_rms() / target, 1.0 / (rows * target.powi(2)))
+            }
+        };
+        let root = gram.triangle.as_ref().map(|triangle| {
+            let r = triangle.matrix();
+            let column = |i, j| r[(i, j)] * weight.sqrt();
+            let theta = DMatrix::from_fn(p + 1, p, |i, j| column(i, j) / scale[j]);
+            (theta, DVector::from_fn(p + 1, |i, _| column(i, p)))
+        });
+        Self {
+            root,
+            g: DMatrix::from_fn(p, p, |i, j| {
+                gram.xtx[(i, j)] * weight / (scale[i] * scale[j])
+            }),
+            b: DVector::from_fn(p, |i, _| gram.xty[i] * weight / scale[i]),
+            gram,
+            scale,
+            weight,
+            fixed_points: HashMap::new(),
+            refits: HashMap::new(),
+        }
+    }
+
+    fn fixed_point(&mut self, support: &[bool], nu: f64) -> DVector<f64> {
+        let whole = support.iter().all(|s| *s);
+        let key = (if whole { 0 } else { nu.to_bits() }, support.to_vec());
+        self.fixed_points
+            .entry(key)
+            .or_insert_with(|| match &self.root {
+                None => fixed_point(&self.g, &self.b, support, nu),
+                Some((theta, y)) => {
+                    solve_with_ridge(theta, y, |j| if support[j] { 0.0 } else { 1.0 / nu })
+                }
+            })
+            .clone()
+    }
+
+    /// Least squares on the support, in the units of the data.
+    fn refit(&mut self, support: &[bool]) -> DVector<f64> {
+        self.refits
+            .entry(support.to_vec())
+            .or_insert_with(|| refit(self.gram, support))
+            .clone()
+    }
+}
+
+/// Least squares on the support by Cholesky's factor of the Gram matrix with a unit diagonal; where that is
+/// close to singular by its eigenvalues, and where there is a triangular factor by that.
+fn refit(gram: &Gram, support: &[bool]) -> DVector<f64> {
+    if gram.triangle.is_some() {
+        return least_squares(gram, support);
+    }
+    let index: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
+    let length: Vec<f64> = index.iter().map(|&j| gram.xtx[(j, j)].sqrt()).collect();
+    let mut factor = Factor::new(index.len());
+    for (a, &j) in index.iter().enumerate() {
+        let entry = |c: usize| gram.xtx[(j, index[c])] / (length[a] * length[c]);
+        if !factor.push(entry, gram.xty[j] / length[a]) {
+            return least_squares(gram, support);
+        }
+    }
+    let mut out = DVector::zeros(support.len());
+    for ((&j, length), xi) in index.iter().zip(&length).zip(factor.solve()) {
+        out[j] = xi / length;
+    }
+    out
 }
 
 /// The limit of the relaxation for a given support: `(G + P_N/ν) ξ = b`, where `P_N` picks the excluded
@@ -323,8 +392,9 @@ mod tests {
         let expected = a.svd(true, true).solve(&rhs, 1e-14).unwrap();
         // Two routes to the same well-conditioned 5 x 5 problem: rounding only.
         assert!((&solution.dense - expected).amax() < 1e-11);
+        // Cholesky's factor against eigenvalues, of a well-conditioned 2 x 2 problem.
         let refit = least_squares(&gram, &solution.support);
-        assert_eq!(solution.refit, refit);
+        assert!((&solution.refit - refit).amax() < 1e-13);
     }
 
     #[test]

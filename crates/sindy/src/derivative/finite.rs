@@ -12,6 +12,10 @@
 //! Source: B. Fornberg, "Generation of finite difference formulas on arbitrarily spaced grids",
 //! Mathematics of Computation 51 (1988).
 
+use std::ops::Range;
+
+use pulp::{Simd, WithSimd};
+
 use super::grid;
 use crate::error::SindyError;
 use crate::savgol::Smoothed;
@@ -46,42 +50,109 @@ impl FiniteDifference {
     /// # Errors
     /// Fewer than `order + 1` samples, lengths that differ, non-finite values, times that do not increase.
     pub fn apply(&self, time: &[f64], y: &[f64]) -> Result<Smoothed, SindyError> {
-        let points = self.order + 1;
-        grid::check(time, y, points)?;
-        let (n, half) = (y.len(), self.order / 2);
-        let start = |i: usize| i.saturating_sub(half).min(n - points);
-        let mut weights = [0.0; 7];
-        let mut derivative = vec![0.0; n];
-        if let Some(dt) = grid::uniform_period(time) {
-            let offsets: [f64; 7] = std::array::from_fn(|k| k as f64);
-            for at in 0..points {
-                slope_weights(&offsets[..points], at, &mut weights);
-                let range = match at {
-                    a if a < half => a..a + 1,
-                    a if a > half => n - points + a..n - points + a + 1,
-                    _ => half..n - half,
-                };
-                for i in range {
-                    let part = &y[i - at..i - at + points];
-                    derivative[i] = weighted(&weights, part) / dt;
-                }
-            }
-        } else {
-            for i in 0..n {
-                let s = start(i);
-                slope_weights(&time[s..s + points], i - s, &mut weights);
-                derivative[i] = weighted(&weights, &y[s..s + points]);
-            }
+        grid::check(time, y, self.points())?;
+        let mut derivative = vec![0.0; y.len()];
+        match grid::uniform_period(time) {
+            Some(dt) => self.uniform(dt, y, 0..y.len(), &mut derivative),
+            None => self.non_uniform(time, y, 0..y.len(), &mut derivative),
         }
         Ok(Smoothed {
             value: y.to_vec(),
             derivative,
         })
     }
+
+    /// Samples that one slope is taken from, and the fewest that a series may have.
+    pub(crate) fn points(&self) -> usize {
+        self.order + 1
+    }
+
+    /// The slopes at the samples `range` of a series with period `dt`.
+    pub(crate) fn uniform(&self, dt: f64, y: &[f64], range: Range<usize>, out: &mut [f64]) {
+        let (n, points, half) = (y.len(), self.points(), self.order / 2);
+        let offsets: [f64; 7] = std::array::from_fn(|k| k as f64);
+        let mut weights = [0.0; 7];
+        for at in 0..points {
+            slope_weights(&offsets[..points], at, &mut weights);
+            let all = match at {
+                a if a < half => a..a + 1,
+                a if a > half => n - points + a..n - points + a + 1,
+                _ => half..n - half,
+            };
+            let (from, to) = (all.start.max(range.start), all.end.min(range.end));
+            if from < to {
+                let part = &y[from - at..to - at + points - 1];
+                let out = &mut out[from - range.start..to - range.start];
+                pulp::Arch::new().dispatch(Convolution {
+                    weights: weights.map(|w| w / dt),
+                    points,
+                    y: part,
+                    out,
+                });
+            }
+        }
+    }
+
+    /// The slopes at the samples `range` of a series at `time`.
+    pub(crate) fn non_uniform(
+        &self,
+        time: &[f64],
+        y: &[f64],
+        range: Range<usize>,
+        out: &mut [f64],
+    ) {
+        let (n, points, half) = (y.len(), self.points(), self.order / 2);
+        let mut weights = [0.0; 7];
+        for (i, out) in range.zip(out) {
+            let s = i.saturating_sub(half).min(n - points);
+            slope_weights(&time[s..s + points], i - s, &mut weights);
+            *out = weights
+                .iter()
+                .zip(&y[s..s + points])
+                .map(|(w, y)| w * y)
+                .sum();
+        }
+    }
 }
 
-fn weighted(weights: &[f64; 7], y: &[f64]) -> f64 {
-    weights.iter().zip(y).map(|(w, y)| w * y).sum()
+/// `out_i = Σ_k w_k y_{i+k}`, in whatever vector instructions the processor has: the same operations in the same
+/// order, and so the same bits.
+struct Convolution<'a> {
+    weights: [f64; 7],
+    points: usize,
+    y: &'a [f64],
+    out: &'a mut [f64],
+}
+
+impl WithSimd for Convolution<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        match self.points {
+            3 => self.run::<3>(),
+            5 => self.run::<5>(),
+            _ => self.run::<7>(),
+        }
+    }
+}
+
+impl Convolution<'_> {
+    #[inline(always)]
+    fn run<const P: usize>(self) {
+        let (w, n) = (self.weights, self.out.len());
+        let mut y: [&[f64]; P] = [&[]; P];
+        for (k, y) in y.iter_mut().enumerate() {
+            *y = &self.y[k..k + n];
+        }
+        for (i, out) in self.out.iter_mut().enumerate() {
+            let mut sum = w[0] * y[0][i];
+            for k in 1..P {
+                sum += w[k] * y[k][i];
+            }
+            *out = sum;
+        }
+    }
 }
 
 /// Weights of the slope at `points[at]` of the polynomial through `points`: the derivatives of the
@@ -222,6 +293,28 @@ mod tests {
                     "{order} {grid} {k}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn prop_every_register_width_gives_the_same_bits() {
+        let y: Vec<f64> = (0..1003).map(|i| signal(0.013 * f64::from(i))).collect();
+        for points in [3, 5, 7] {
+            let run = |width: usize| {
+                let mut out = vec![0.0; y.len() - points + 1];
+                let c = Convolution {
+                    weights: [0.3, -0.7, 0.11, 0.2, -1.3, 0.5, 0.9],
+                    points,
+                    y: &y,
+                    out: &mut out,
+                };
+                match width {
+                    0 => c.with_simd(pulp::Scalar), // no vector instructions beyond the target's
+                    _ => pulp::Arch::new().dispatch(c),
+                }
+                out
+            };
+            assert_eq!(run(0), run(1));
         }
     }
 

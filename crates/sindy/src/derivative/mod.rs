@@ -16,6 +16,7 @@
 //! Cross-validation and likelihood suit the value; the slope wants somewhat more smoothing.
 //! [`choose_savgol`] weighs bias and noise of the slope itself and is the recommended choice on noisy
 //! uniform data. [`noise_level`] estimates `σ`; [`segments`] splits a trajectory at gaps.
+//! [`Rates`] differentiates samples block by block on their way to the statistics.
 //!
 //! ```
 //! use sindy::derivative::{Differentiator, FiniteDifference, SavgolSearch, choose_savgol};
@@ -38,6 +39,7 @@ mod gaps;
 pub(crate) mod grid;
 mod kalman;
 mod noise;
+mod rates;
 mod spectral;
 mod spline;
 #[cfg(test)]
@@ -48,6 +50,7 @@ pub use finite::FiniteDifference;
 pub use gaps::{GapSettings, Segments, segments};
 pub use kalman::{KalmanFit, KalmanSmoother, Motion};
 pub use noise::{NoiseLevel, noise_level};
+pub use rates::Rates;
 pub use spectral::{Cutoff, Ends, Spectral};
 pub use spline::{SmoothingSpline, SplineFit};
 

@@ -6,7 +6,8 @@
 //! library replicate leaves out terms at random. Both may be combined.
 //!
 //! Rows of a time series are correlated, and resampling them one by one makes intervals too narrow: take
-//! trajectories, or blocks longer than the correlation lasts.
+//! trajectories, or blocks longer than the correlation lasts. For rows that are independent
+//! [`Ensemble::run_rows`] draws them singly, in one pass for all replicates.
 //!
 //! A replicate's random numbers depend on the seed and its index alone, so that results are the same for
 //! any number of threads.
@@ -33,6 +34,7 @@
 //! of the Royal Society A 478 (2022).
 
 mod blocks;
+mod rows;
 
 pub use blocks::Blocks;
 
@@ -148,19 +150,24 @@ impl Ensemble {
                 });
             }
         }
-        if self.omit >= p {
-            return Err(SindyError::setting(
-                "omit",
-                format!("fewer than the {p} terms of the library"),
-                self.omit,
-            ));
-        }
+        self.check_omit(p)?;
         let whole = sum(&parts, &vec![1; parts.len()]);
         let fits: Vec<(Vec<usize>, Fit)> = (0..self.replicates)
             .into_par_iter()
             .map(|r| self.replicate(r, &parts, &whole, solver))
             .collect::<Result<_, _>>()?;
         Ok(self.summarise(p, &fits))
+    }
+
+    fn check_omit(&self, p: usize) -> Result<(), SindyError> {
+        if self.omit < p {
+            return Ok(());
+        }
+        Err(SindyError::setting(
+            "omit",
+            format!("fewer than the {p} terms of the library"),
+            self.omit,
+        ))
     }
 
     /// The terms of replicate `r`, and its fit over these.
@@ -171,16 +178,10 @@ impl Ensemble {
         whole: &Gram,
         solver: &dyn Solver,
     ) -> Result<(Vec<usize>, Fit), SindyError> {
-        // Weyl's sequence keeps the seeds of replicates apart; the generator hashes them.
-        let step = (r as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let mut rng = Pcg64::seed_from_u64(self.seed.wrapping_add(step));
+        let mut rng = self.generator(r);
         let p = whole.xty.len();
-        let mut terms: Vec<usize> = (0..p).collect();
-        for _ in 0..self.omit {
-            let gone = below(&mut rng, terms.len());
-            terms.remove(gone);
-        }
-        let mut gram = if self.resample {
+        let terms = self.terms(p, &mut rng);
+        let gram = if self.resample {
             let mut weights = vec![0_u32; parts.len()];
             for _ in 0..parts.len() {
                 weights[below(&mut rng, parts.len())] += 1;
@@ -189,9 +190,32 @@ impl Ensemble {
         } else {
             whole.clone()
         };
+        let fit = self.fit(gram, &terms, solver)?;
+        Ok((terms, fit))
+    }
+
+    /// The random numbers of replicate `r`.
+    fn generator(&self, r: usize) -> Pcg64 {
+        // Weyl's sequence keeps the seeds of replicates apart; the generator hashes them.
+        let step = (r as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        Pcg64::seed_from_u64(self.seed.wrapping_add(step))
+    }
+
+    /// The terms of a replicate, of `p`.
+    fn terms(&self, p: usize, rng: &mut Pcg64) -> Vec<usize> {
+        let mut terms: Vec<usize> = (0..p).collect();
+        for _ in 0..self.omit {
+            let gone = below(rng, terms.len());
+            terms.remove(gone);
+        }
+        terms
+    }
+
+    /// The fit over `terms`, given statistics over all.
+    fn fit(&self, mut gram: Gram, terms: &[usize], solver: &dyn Solver) -> Result<Fit, SindyError> {
         if self.omit > 0 {
-            gram.xtx = gram.xtx.select_rows(&terms).select_columns(&terms);
-            gram.xty = gram.xty.select_rows(&terms);
+            gram.xtx = gram.xtx.select_rows(terms).select_columns(terms);
+            gram.xty = gram.xty.select_rows(terms);
         }
         let fit = solver.fit(&gram)?;
         if fit.coefficients.len() != terms.len() || fit.support.len() != terms.len() {
@@ -201,7 +225,7 @@ impl Ensemble {
                 found: fit.coefficients.len(),
             });
         }
-        Ok((terms, fit))
+        Ok(fit)
     }
 
     fn summarise(&self, p: usize, fits: &[(Vec<usize>, Fit)]) -> Ensembled {

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::Gram;
-use super::pass::{CHUNK, Pass, Workspace};
+use super::pass::Pass;
+use super::plan::CHUNK;
+use super::sums::{Sums, Workspace};
 use crate::error::SindyError;
 
 /// Rows of a group that one thread takes at a time, and the next after it; a multiple of [`CHUNK`].
@@ -28,14 +29,14 @@ struct Open {
     /// Whether its rows are summed as they come, but for those of an unfinished chunk. If not, they are copied.
     summed: bool,
     /// The sums so far; `None` if they go straight to the group's.
-    part: Option<Gram>,
+    part: Option<Sums>,
     /// Rows that were copied.
     buffer: Vec<Vec<f64>>,
 }
 
 pub(super) struct Driver<'a> {
     pass: &'a Pass,
-    grams: Vec<Gram>,
+    groups: Vec<Sums>,
     work: Workspace,
     open: Option<Open>,
     /// Copied segments that wait for a thread, with their groups, in order.
@@ -49,8 +50,8 @@ impl<'a> Driver<'a> {
     pub(super) fn new(pass: &'a Pass, groups: usize) -> Self {
         Self {
             pass,
-            grams: vec![pass.zeros(); groups],
-            work: Workspace::new(pass.p),
+            groups: vec![Sums::zeros(pass); groups],
+            work: Workspace::default(),
             open: None,
             waiting: Vec::new(),
             waiting_rows: 0,
@@ -80,10 +81,10 @@ impl<'a> Driver<'a> {
             let take = (n - at).min(SEGMENT - open.rows);
             open.rows += take;
             if open.summed {
-                let gram = open.part.as_mut().unwrap_or(&mut self.grams[group]);
+                let sums = open.part.as_mut().unwrap_or(&mut self.groups[group]);
                 add_summed(
                     self.pass,
-                    gram,
+                    sums,
                     &mut open.buffer,
                     columns,
                     at..at + take,
@@ -105,14 +106,14 @@ impl<'a> Driver<'a> {
     }
 
     fn fresh(&self, group: usize, columns: usize) -> Open {
-        let first = self.grams[group].rows + self.grams[group].skipped == 0;
+        let first = self.groups[group].is_empty();
         // The pool of threads is asked for only by those who have work for it.
         let summed = self.seen < 2 * SEGMENT || rayon::current_num_threads() == 1;
         Open {
             group,
             rows: 0,
             summed,
-            part: (summed && !first).then(|| self.pass.zeros()),
+            part: (summed && !first).then(|| Sums::zeros(self.pass)),
             buffer: vec![Vec::new(); columns],
         }
     }
@@ -124,12 +125,12 @@ impl<'a> Driver<'a> {
         };
         if open.summed {
             let rest = open.buffer[0].len();
-            let gram = open.part.as_mut().unwrap_or(&mut self.grams[open.group]);
+            let sums = open.part.as_mut().unwrap_or(&mut self.groups[open.group]);
             let columns: Vec<&[f64]> = open.buffer.iter().map(Vec::as_slice).collect();
-            self.pass
-                .add_rows(gram, &columns, 0..rest, &mut self.work)?;
+            sums.add_rows(self.pass, &columns, 0..rest, &mut self.work)?;
+            sums.settle();
             if let Some(part) = open.part {
-                self.grams[open.group].merge(&part);
+                self.groups[open.group].merge(&part);
             }
             return Ok(());
         }
@@ -146,20 +147,18 @@ impl<'a> Driver<'a> {
         let waiting = std::mem::take(&mut self.waiting);
         self.waiting_rows = 0;
         let pass = self.pass;
-        let parts: Vec<Gram> = waiting
+        let parts: Vec<Sums> = waiting
             .par_iter()
-            .map_init(
-                || Workspace::new(pass.p),
-                |work, (_, buffer)| {
-                    let columns: Vec<&[f64]> = buffer.iter().map(Vec::as_slice).collect();
-                    let mut part = pass.zeros();
-                    pass.add_rows(&mut part, &columns, 0..columns[0].len(), work)?;
-                    Ok(part)
-                },
-            )
+            .map_init(Workspace::default, |work, (_, buffer)| {
+                let columns: Vec<&[f64]> = buffer.iter().map(Vec::as_slice).collect();
+                let mut part = Sums::zeros(pass);
+                part.add_rows(pass, &columns, 0..columns[0].len(), work)?;
+                part.settle();
+                Ok(part)
+            })
             .collect::<Result<_, SindyError>>()?;
         for ((group, _), part) in waiting.iter().zip(&parts) {
-            self.grams[*group].merge(part);
+            self.groups[*group].merge(part);
         }
         Ok(())
     }
@@ -175,36 +174,31 @@ impl<'a> Driver<'a> {
         let pass = self.pass;
         let segments: Vec<usize> = range.step_by(SEGMENT).collect();
         for wave in segments.chunks(WAVE) {
-            let parts: Vec<Gram> = wave
+            let parts: Vec<Sums> = wave
                 .par_iter()
-                .map_init(
-                    || Workspace::new(pass.p),
-                    |work, &start| {
-                        let mut part = pass.zeros();
-                        pass.add_rows(&mut part, columns, start..start + SEGMENT, work)?;
-                        Ok(part)
-                    },
-                )
+                .map_init(Workspace::default, |work, &start| {
+                    let mut part = Sums::zeros(pass);
+                    part.add_rows(pass, columns, start..start + SEGMENT, work)?;
+                    part.settle();
+                    Ok(part)
+                })
                 .collect::<Result<_, SindyError>>()?;
-            parts.iter().for_each(|part| self.grams[group].merge(part));
+            parts.iter().for_each(|part| self.groups[group].merge(part));
         }
         Ok(())
     }
 
-    pub(super) fn finish(mut self) -> Result<Vec<Gram>, SindyError> {
+    pub(super) fn finish(mut self) -> Result<Vec<Sums>, SindyError> {
         self.close()?;
         self.flush()?;
-        for gram in &mut self.grams {
-            gram.xtx.fill_lower_triangle_with_upper_triangle();
-        }
-        Ok(self.grams)
+        Ok(self.groups)
     }
 }
 
 /// Adds rows of an open segment whose last, unfinished chunk is in `buffer`.
 fn add_summed(
     pass: &Pass,
-    gram: &mut Gram,
+    sums: &mut Sums,
     buffer: &mut [Vec<f64>],
     columns: &[&[f64]],
     range: Range<usize>,
@@ -225,11 +219,11 @@ fn add_summed(
             return Ok(());
         }
         let chunk: Vec<&[f64]> = buffer.iter().map(Vec::as_slice).collect();
-        pass.add_rows(gram, &chunk, 0..CHUNK, work)?;
+        sums.add_rows(pass, &chunk, 0..CHUNK, work)?;
         buffer.iter_mut().for_each(Vec::clear);
     }
     let whole = (range.end - at) / CHUNK * CHUNK;
-    pass.add_rows(gram, columns, at..at + whole, work)?;
+    sums.add_rows(pass, columns, at..at + whole, work)?;
     copy(at + whole..range.end, buffer);
     Ok(())
 }

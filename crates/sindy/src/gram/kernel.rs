@@ -1,19 +1,50 @@
-//! The products of all pairs of columns, in whatever vector instructions the processor has.
+//! The products of pairs of columns, in whatever vector instructions the processor has.
 //!
-//! Each product is eight partial sums (partial sum `k` takes the rows `r ≡ k` mod 8), added in a fixed
-//! order, without fused multiply-add. The width of the registers decides only how many partial sums are
-//! carried at a time, and the size of a tile only how often a column is loaded: the result has the same
-//! bits on every machine.
+//! Each product is eight partial sums, [`Lanes`] (partial sum `k` takes the rows `r ≡ k` mod 8), each of which takes
+//! its rows one after the other, without fused multiply-add. The width of the registers decides only how many partial
+//! sums are carried at a time, and the size of a tile only how often a column is loaded: the result has the
+//! same bits on every machine, and for rows that come in pieces, as long as all but the last have
+//! a multiple of eight of them.
 
 use pulp::{Arch, Simd, WithSimd};
 
 /// Partial sums of each product.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
-/// `out[j*m + i] = c_i · c_j` for `i <= j`, of `m` columns of `rows` rows, one after the other in
-/// `columns`. The rest of `out` (m x m) is left alone.
-pub(super) fn upper_products(columns: &[f64], rows: usize, out: &mut [f64]) {
-    Arch::new().dispatch(Products { columns, rows, out });
+/// The partial sums of one product.
+pub(super) type Lanes = [f64; LANES];
+
+/// Adds the products of all pairs of `m` columns of `rows` rows, one after the other in `columns`: that of the
+/// columns `i <= j` to `out[place(i, j)]` with [`place`].
+pub(super) fn all_products(columns: &[f64], rows: usize, out: &mut [Lanes]) {
+    Arch::new().dispatch(All { columns, rows, out });
+}
+
+/// Adds the products that `runs` asks for, one after the other in `out`.
+pub(super) fn some_products(columns: &[f64], rows: usize, runs: &[Run], out: &mut [Lanes]) {
+    Arch::new().dispatch(Chosen {
+        columns,
+        rows,
+        runs,
+        out,
+    });
+}
+
+/// A product: its partial sums added in a fixed order.
+pub(super) fn total(s: &Lanes) -> f64 {
+    ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]))
+}
+
+/// One column, and the columns whose products with it are wanted.
+#[derive(Clone, Debug)]
+pub(super) struct Run {
+    pub(super) column: usize,
+    pub(super) with: Vec<usize>,
+}
+
+/// Where [`all_products`] puts the product of the columns `i <= j`.
+pub(super) fn place(i: usize, j: usize) -> usize {
+    j * (j + 1) / 2 + i
 }
 
 /// The sum of all values in a fixed order, by 32 partial sums; not finite if one of them is not.
@@ -34,13 +65,13 @@ pub(super) fn sum(values: &[f64]) -> f64 {
     )
 }
 
-struct Products<'a> {
+struct All<'a> {
     columns: &'a [f64],
     rows: usize,
-    out: &'a mut [f64],
+    out: &'a mut [Lanes],
 }
 
-impl WithSimd for Products<'_> {
+impl WithSimd for All<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -53,7 +84,7 @@ impl WithSimd for Products<'_> {
     }
 }
 
-impl Products<'_> {
+impl All<'_> {
     /// All tiles of A x B products that touch the upper triangle; the columns that are left over at the
     /// end are taken one by one.
     #[inline(always)]
@@ -62,73 +93,137 @@ impl Products<'_> {
         let whole = m - m % B;
         for j in (0..whole).step_by(B) {
             for i in (0..j + B).step_by(A) {
-                self.tile::<S, A, B>(simd, i, j);
+                self.corner::<S, A, B>(simd, i, j);
             }
         }
         for j in whole..m {
             for i in (0..=j).step_by(8) {
-                self.tile::<S, 8, 1>(simd, i, j);
+                self.corner::<S, 8, 1>(simd, i, j);
             }
         }
     }
 
-    /// Column `c`; the last one where there is no such column.
+    /// The products of the columns `i..i+A` with the columns `j..j+B`, where they are in the upper triangle.
     #[inline(always)]
-    fn column(&self, c: usize) -> &[f64] {
-        let c = c.min(self.columns.len() / self.rows - 1);
-        &self.columns[c * self.rows..(c + 1) * self.rows]
-    }
-
-    /// The products of the columns `i..i+A` with the columns `j..j+B`.
-    #[inline(always)]
-    fn tile<S: Simd, const A: usize, const B: usize>(&mut self, simd: S, i: usize, j: usize) {
-        // Registers that hold the eight partial sums of one product.
-        let step = LANES / S::F64_LANES;
-        let n = self.rows / LANES * step;
-        let mut left: [&[S::f64s]; A] = [&[]; A];
+    fn corner<S: Simd, const A: usize, const B: usize>(&mut self, simd: S, i: usize, j: usize) {
+        let last = self.columns.len() / self.rows - 1;
+        let column = |c: usize| {
+            let c = c.min(last);
+            &self.columns[c * self.rows..(c + 1) * self.rows]
+        };
+        let mut left: [&[f64]; A] = [&[]; A];
         for (a, left) in left.iter_mut().enumerate() {
-            *left = &S::as_simd_f64s(self.column(i + a)).0[..n];
+            *left = column(i + a);
         }
-        let mut right: [&[S::f64s]; B] = [&[]; B];
+        let mut right: [&[f64]; B] = [&[]; B];
         for (b, right) in right.iter_mut().enumerate() {
-            *right = &S::as_simd_f64s(self.column(j + b)).0[..n];
+            *right = column(j + b);
         }
-        let mut lanes = [[[0.0; LANES]; A]; B];
-        for part in 0..step {
-            let mut sums = [[simd.splat_f64s(0.0); A]; B];
-            let mut k = part;
-            while k < n {
-                for b in 0..B {
-                    let y = right[b][k];
-                    for a in 0..A {
-                        sums[b][a] = simd.add_f64s(sums[b][a], simd.mul_f64s(left[a][k], y));
-                    }
+        let mut sums = [[[0.0; LANES]; A]; B];
+        let inside = |a: usize, b: usize| i + a <= j + b && j + b <= last;
+        for b in 0..B {
+            for a in 0..A {
+                if inside(a, b) {
+                    sums[b][a] = self.out[place(i + a, j + b)];
                 }
-                k += step;
             }
+        }
+        tile::<S, A, B>(simd, left, right, &mut sums);
+        for b in 0..B {
+            for a in 0..A {
+                if inside(a, b) {
+                    self.out[place(i + a, j + b)] = sums[b][a];
+                }
+            }
+        }
+    }
+}
+
+struct Chosen<'a> {
+    columns: &'a [f64],
+    rows: usize,
+    runs: &'a [Run],
+    out: &'a mut [Lanes],
+}
+
+impl WithSimd for Chosen<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        const A: usize = 8;
+        let column = |c: usize| &self.columns[c * self.rows..(c + 1) * self.rows];
+        let mut out = self.out;
+        for run in self.runs {
+            let right = [column(run.column)];
+            for with in run.with.chunks(A) {
+                let mut left: [&[f64]; A] = [right[0]; A];
+                for (left, &c) in left.iter_mut().zip(with) {
+                    *left = column(c);
+                }
+                let (to, rest) = out.split_at_mut(with.len());
+                if let Ok(to) = <&mut [Lanes; A]>::try_from(&mut *to) {
+                    tile::<S, A, 1>(simd, left, right, std::array::from_mut(to));
+                } else {
+                    let mut sums = [[[0.0; LANES]; A]];
+                    sums[0][..to.len()].copy_from_slice(to);
+                    tile::<S, A, 1>(simd, left, right, &mut sums);
+                    to.copy_from_slice(&sums[0][..to.len()]);
+                }
+                out = rest;
+            }
+        }
+    }
+}
+
+/// Adds the products of A columns with B columns, all of one length.
+#[inline(always)]
+fn tile<S: Simd, const A: usize, const B: usize>(
+    simd: S,
+    left: [&[f64]; A],
+    right: [&[f64]; B],
+    lanes: &mut [[Lanes; A]; B],
+) {
+    let rows = right[0].len();
+    // Registers that hold the eight partial sums of one product.
+    let step = LANES / S::F64_LANES;
+    let n = rows / LANES * step;
+    let mut x: [&[S::f64s]; A] = [&[]; A];
+    for (x, left) in x.iter_mut().zip(left) {
+        *x = &S::as_simd_f64s(left).0[..n];
+    }
+    let mut y: [&[S::f64s]; B] = [&[]; B];
+    for (y, right) in y.iter_mut().zip(right) {
+        *y = &S::as_simd_f64s(right).0[..n];
+    }
+    for part in 0..step {
+        let mut sums = [[simd.splat_f64s(0.0); A]; B];
+        for b in 0..B {
+            for a in 0..A {
+                sums[b][a] = S::as_simd_f64s(&lanes[b][a]).0[part];
+            }
+        }
+        let mut k = part;
+        while k < n {
             for b in 0..B {
+                let y = y[b][k];
                 for a in 0..A {
-                    let (to, _) = S::as_mut_simd_f64s(&mut lanes[b][a]);
-                    to[part] = sums[b][a];
+                    sums[b][a] = simd.add_f64s(sums[b][a], simd.mul_f64s(x[a][k], y));
                 }
             }
+            k += step;
         }
-        let m = self.columns.len() / self.rows;
-        let done = self.rows / LANES * LANES;
-        for b in 0..B.min(m - j) {
-            for a in 0..A.min(m.saturating_sub(i)) {
-                if i + a <= j + b {
-                    let mut tail = 0.0;
-                    if done < self.rows {
-                        let (x, y) = (self.column(i + a), self.column(j + b));
-                        for (x, y) in x[done..].iter().zip(&y[done..]) {
-                            tail += x * y;
-                        }
-                    }
-                    let s = &lanes[b][a];
-                    self.out[(j + b) * m + i + a] =
-                        ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7])) + tail;
-                }
+        for b in 0..B {
+            for a in 0..A {
+                S::as_mut_simd_f64s(&mut lanes[b][a]).0[part] = sums[b][a];
+            }
+        }
+    }
+    // Rows that do not fill all lanes.
+    for r in rows / LANES * LANES..rows {
+        for b in 0..B {
+            for a in 0..A {
+                lanes[b][a][r % LANES] += left[a][r] * right[b][r];
             }
         }
     }
@@ -139,25 +234,35 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The definition: eight partial sums, then the rows that are left over.
+    /// The definition.
     fn dot(x: &[f64], y: &[f64]) -> f64 {
         let mut s = [0.0; LANES];
-        let done = x.len() / LANES * LANES;
-        for r in 0..done {
+        for r in 0..x.len() {
             s[r % LANES] += x[r] * y[r];
         }
-        let tail = (done..x.len()).fold(0.0, |t, r| t + x[r] * y[r]);
-        ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7])) + tail
+        total(&s)
     }
 
-    fn with<S: Simd>(simd: S, columns: &[f64], rows: usize, m: usize) -> Vec<f64> {
-        let mut out = vec![0.0; m * m];
-        let products = Products {
+    fn with<S: Simd>(simd: S, columns: &[f64], rows: usize, m: usize) -> Vec<Lanes> {
+        let mut out = vec![[0.0; LANES]; m * (m + 1) / 2];
+        let all = All {
             columns,
             rows,
             out: &mut out,
         };
-        simd.vectorize(products);
+        simd.vectorize(all);
+        out
+    }
+
+    fn some_with<S: Simd>(simd: S, columns: &[f64], rows: usize, runs: &[Run]) -> Vec<Lanes> {
+        let mut out = vec![[0.0; LANES]; runs.iter().map(|r| r.with.len()).sum()];
+        let chosen = Chosen {
+            columns,
+            rows,
+            runs,
+            out: &mut out,
+        };
+        simd.vectorize(chosen);
         out
     }
 
@@ -171,19 +276,42 @@ mod tests {
             let columns: Vec<f64> = (0..rows * m)
                 .map(|i| (f64::from(seed) + 1.7 * i as f64).sin() * 1.01_f64.powi(i as i32))
                 .collect();
-            let mut best = vec![0.0; m * m];
-            upper_products(&columns, rows, &mut best);
+            let mut best = vec![[0.0; LANES]; m * (m + 1) / 2];
+            all_products(&columns, rows, &mut best);
             // One lane on 16 registers; arrays of two, four and eight lanes.
             prop_assert_eq!(&best, &with(pulp::Scalar, &columns, rows, m));
             prop_assert_eq!(&best, &with(pulp::Scalar128b, &columns, rows, m));
             prop_assert_eq!(&best, &with(pulp::Scalar256b, &columns, rows, m));
             prop_assert_eq!(&best, &with(pulp::Scalar512b, &columns, rows, m));
+            let column = |c: usize| &columns[c * rows..(c + 1) * rows];
             for j in 0..m {
                 for i in 0..=j {
-                    let column = |c: usize| &columns[c * rows..(c + 1) * rows];
-                    prop_assert_eq!(best[j * m + i], dot(column(i), column(j)));
+                    prop_assert_eq!(total(&best[place(i, j)]), dot(column(i), column(j)));
                 }
             }
+            // The same products asked for one by one.
+            let run = |j: usize| Run { column: j, with: (0..=j).collect() };
+            let runs: Vec<Run> = (0..m).map(run).collect();
+            let mut some = vec![[0.0; LANES]; best.len()];
+            some_products(&columns, rows, &runs, &mut some);
+            prop_assert_eq!(&best, &some);
+            prop_assert_eq!(&best, &some_with(pulp::Scalar, &columns, rows, &runs));
+            prop_assert_eq!(&best, &some_with(pulp::Scalar256b, &columns, rows, &runs));
+        }
+
+        #[test]
+        fn prop_pieces_give_the_same_bits(first in 0_usize..9, rest in 0_usize..40, m in 1_usize..9) {
+            let n = 8 * first + rest;
+            let value = |j: usize, r: usize| (1.7 * (j * 100 + r) as f64).sin();
+            let piece = |rows: std::ops::Range<usize>| -> Vec<f64> {
+                (0..m).flat_map(|j| rows.clone().map(move |r| value(j, r))).collect()
+            };
+            let mut whole = vec![[0.0; LANES]; m * (m + 1) / 2];
+            let mut parts = whole.clone();
+            all_products(&piece(0..n), n, &mut whole);
+            all_products(&piece(0..8 * first), 8 * first, &mut parts);
+            all_products(&piece(8 * first..n), rest, &mut parts);
+            prop_assert_eq!(whole, parts);
         }
     }
 

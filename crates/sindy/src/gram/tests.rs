@@ -35,6 +35,35 @@ fn analytic_entries_are_the_sums() {
 }
 
 #[test]
+fn prop_equal_products_and_several_targets_change_nothing_but_rounding() {
+    // Ten monomials of degree 3 in two variables, of whose 55 products 28 differ; and the same terms
+    // spelt such that no two products look equal.
+    let powers = (0..4).flat_map(|n| (0..=n).map(move |j| (n - j, j)));
+    let (mut shared, mut apart) = (Vec::new(), Vec::new());
+    for (k, (i, j)) in powers.enumerate() {
+        shared.push(format!("x^{i}*y^{j}"));
+        apart.push(format!("x^{i}*y^{j} + 0*exp({k}*x)"));
+    }
+    let [shared, apart] = [shared, apart].map(|t| Library::parse(&t).unwrap());
+    let n = 1000;
+    let column = |w: f64| -> Vec<f64> { (0..n).map(|i| (w * f64::from(i)).sin()).collect() };
+    let mut samples = Samples::new(&["x", "y", "u", "v"]);
+    let columns = [0.37, 0.91, 1.3, 2.1].map(column);
+    samples.push_group(columns.to_vec()).unwrap();
+    let both = Gram::accumulate_targets(&shared, &["u", "v"], &samples).unwrap();
+    for (target, gram) in ["u", "v"].into_iter().zip(&both) {
+        assert_eq!(*gram, Gram::accumulate(&shared, target, &samples).unwrap());
+        let other = &Gram::accumulate(&apart, target, &samples).unwrap()[0];
+        // Sums of 1000 numbers below one.
+        assert!((&gram[0].xtx - &other.xtx).amax() < 1e-11);
+        assert!((&gram[0].xty - &other.xty).amax() < 1e-11);
+        assert!((gram[0].yty - other.yty).abs() < 1e-11);
+        assert!((gram[0].sum_y - other.sum_y).abs() < 1e-11);
+        assert_eq!((gram[0].rows, gram[0].skipped), (1000, 0));
+    }
+}
+
+#[test]
 fn analytic_downdating_undoes_merging() {
     let (_, grams, _) = three_groups();
     let mut all = Gram::total(&grams);

@@ -81,6 +81,25 @@ fn prop_used_columns_give_the_same_bits() {
 }
 
 #[test]
+fn prop_every_register_width_gives_the_same_bits() {
+    let y: Vec<f64> = (0..1003).map(|i| (0.7 * f64::from(i)).sin()).collect();
+    let (even, odd) = central_weights(5, 3);
+    let mut narrow = [vec![0.0; 993], vec![0.0; 993]];
+    let mut widest = narrow.clone();
+    let [value, derivative] = &mut narrow;
+    convolve(&y, &even, &odd, value, derivative); // no vector instructions beyond the target's
+    let [value, derivative] = &mut widest;
+    pulp::Arch::new().dispatch(Convolution {
+        y: &y,
+        even: &even,
+        odd: &odd,
+        value,
+        derivative,
+    });
+    assert_eq!(narrow, widest);
+}
+
+#[test]
 fn prop_bad_input_is_named() {
     let filter = SavitzkyGolay::new(5, 2).unwrap();
     assert!(matches!(
