@@ -44,7 +44,7 @@
 //! Computing 34 (2012); N. J. Higham, "Accuracy and Stability of Numerical Algorithms" (2002), chapters 19 and 20.
 
 use nalgebra::{DMatrix, DVector};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::error::SindyError;
 use crate::gram::{Accumulate, Gram};
@@ -293,33 +293,44 @@ fn fold(r: &mut DMatrix<f64>, columns: &mut [f64], rows: usize) {
     if rows == 0 {
         return;
     }
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for k in 0..r.ncols() {
-                let (left, right) = columns.split_at_mut((k + 1) * rows);
-                let v = &left[k * rows..];
-                let square = dot(v, v);
-                if square == 0.0 {
-                    continue;
-                }
-                // The reflection that takes (r_kk, v) to (norm, 0); Parlett's form, which does not cancel.
-                let old = r[(k, k)];
-                let norm = (old * old + square).sqrt();
-                let first = -square / (old + norm);
-                let factor = 2.0 / (first * first + square);
-                r[(k, k)] = norm;
-                for (j, column) in right.chunks_exact_mut(rows).enumerate() {
-                    let entry = &mut r[(k, k + 1 + j)];
-                    let step = factor * (first * *entry + dot(v, column));
-                    *entry -= step * first;
-                    for (c, v) in column.iter_mut().zip(v) {
-                        *c -= step * v;
-                    }
+    Arch::new().dispatch(Fold { r, columns, rows });
+}
+
+struct Fold<'a> {
+    r: &'a mut DMatrix<f64>,
+    columns: &'a mut [f64],
+    rows: usize,
+}
+
+impl WithSimd for Fold<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { r, columns, rows } = self;
+        for k in 0..r.ncols() {
+            let (left, right) = columns.split_at_mut((k + 1) * rows);
+            let v = &left[k * rows..];
+            let square = dot(v, v);
+            if square == 0.0 {
+                continue;
+            }
+            // The reflection that takes (r_kk, v) to (norm, 0); Parlett's form, which does not cancel.
+            let old = r[(k, k)];
+            let norm = (old * old + square).sqrt();
+            let first = -square / (old + norm);
+            let factor = 2.0 / (first * first + square);
+            r[(k, k)] = norm;
+            for (j, column) in right.chunks_exact_mut(rows).enumerate() {
+                let entry = &mut r[(k, k + 1 + j)];
+                let step = factor * (first * *entry + dot(v, column));
+                *entry -= step * first;
+                for (c, v) in column.iter_mut().zip(v) {
+                    *c -= step * v;
                 }
             }
-        },
-    );
+        }
+    }
 }
 
 /// `x · y` by eight partial sums, in a fixed order.

@@ -49,20 +49,33 @@ pub(super) fn place(i: usize, j: usize) -> usize {
 
 /// The sum of all values in a fixed order, by 32 partial sums; not finite if one of them is not.
 pub(super) fn sum(values: &[f64]) -> f64 {
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            let mut partial = [0.0; 32];
-            let chunks = values.chunks_exact(32);
-            let tail: f64 = chunks.remainder().iter().sum();
-            for chunk in chunks {
-                for (s, v) in partial.iter_mut().zip(chunk) {
-                    *s += v;
-                }
+    Arch::new().dispatch(Sum(values))
+}
+
+struct Sum<'a>(&'a [f64]);
+
+impl WithSimd for Sum<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let mut partial = [0.0; 32];
+        let chunks = self.0.chunks_exact(32);
+        let mut tail = 0.0;
+        for v in chunks.remainder() {
+            tail += v;
+        }
+        for chunk in chunks {
+            for k in 0..32 {
+                partial[k] += chunk[k];
             }
-            partial.iter().sum::<f64>() + tail
-        },
-    )
+        }
+        let mut sum = 0.0;
+        for s in partial {
+            sum += s;
+        }
+        sum + tail
+    }
 }
 
 struct All<'a> {
