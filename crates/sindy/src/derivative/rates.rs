@@ -2,12 +2,17 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::{FiniteDifference, grid};
 use crate::error::SindyError;
 use crate::samples::{Block, BlockSource, Samples, position};
 
-/// Rows of a block: some for each of several threads, and few enough for a cache.
-const ROWS: usize = 65_536;
+/// Rows of a block: some segments for each of several threads, and few enough for a cache.
+const ROWS: usize = 16 * SEGMENT;
+
+/// Rows that one thread differentiates at a time.
+const SEGMENT: usize = 8192;
 
 /// Samples with the time derivatives of some of their columns as further columns: the derivative of `x` is
 /// called `x_dot`. Derivatives are computed block by block as they are asked for and are never
@@ -162,7 +167,15 @@ impl BlockSource for Rates<'_> {
                 let rows = start..n.min(start + ROWS);
                 for (out, &state) in slopes.iter_mut().zip(&self.states) {
                     out.resize(rows.len(), 0.0);
-                    self.differentiate(group, state, rows.clone(), out);
+                    let part = |(k, out): (usize, &mut [f64])| {
+                        let from = start + k * SEGMENT;
+                        self.differentiate(group, state, from..from + out.len(), out);
+                    };
+                    if rows.len() <= SEGMENT {
+                        part((0, out)); // The pool of threads is asked for only by those who have work for it.
+                    } else {
+                        out.par_chunks_mut(SEGMENT).enumerate().for_each(part);
+                    }
                 }
                 let columns: Vec<&[f64]> = columns
                     .iter()
