@@ -73,6 +73,7 @@ pub mod library;
 pub mod model;
 mod normal;
 pub mod outcome;
+pub mod output_error;
 pub mod problems;
 pub mod regression;
 pub mod relaxed;

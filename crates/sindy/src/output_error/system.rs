@@ -1,0 +1,255 @@
+//! The candidate terms of all equations, compiled once: values, gradients, and one step with sensitivities.
+
+use nalgebra::DMatrix;
+use sindy_expr::{Expr, Program, Scratch};
+
+use crate::error::SindyError;
+use crate::library::{Library, compile};
+use crate::model::Time;
+
+/// States, inputs, and for each state a library; all terms of all libraries are *candidates*, numbered
+/// equation by equation.
+#[derive(Clone, Debug)]
+pub struct System {
+    pub(super) n: usize,
+    pub(super) inputs: usize,
+    pub(super) discrete: bool,
+    /// Values of the distinct terms.
+    values: Program,
+    /// Their derivatives by the states that are not zero throughout, and which they are: (term, state).
+    gradients: Program,
+    places: Vec<(usize, usize)>,
+    /// For each candidate, its equation and its distinct term.
+    pub(super) candidates: Vec<(usize, usize)>,
+    /// For each distinct term the candidates that use it: (candidate, equation).
+    users: Vec<Vec<(usize, usize)>>,
+}
+
+/// Working memory of a step.
+pub(super) struct Work {
+    row: Vec<f64>,
+    theta: [Vec<f64>; 3],
+    gradient: Vec<f64>,
+    scratch: Scratch,
+    jacobian: [DMatrix<f64>; 3],
+    stages: [Vec<f64>; 4],
+    point: Vec<f64>,
+}
+
+/// One step's end, and its derivatives by where it started and by the coefficients.
+pub(super) struct Step {
+    /// Where it ends, n.
+    pub state: Vec<f64>,
+    /// By the state it started from, n x n.
+    pub transition: DMatrix<f64>,
+    /// By the coefficients of all candidates, n x P.
+    pub forcing: DMatrix<f64>,
+}
+
+impl System {
+    /// Compiles the libraries (one for each state) over the named states and inputs.
+    ///
+    /// # Errors
+    /// A number of libraries that is not that of the states, or a term with a name that is neither a state
+    /// nor an input.
+    pub fn new(
+        time: Time,
+        states: &[String],
+        inputs: &[String],
+        libraries: &[Library],
+    ) -> Result<Self, SindyError> {
+        if libraries.len() != states.len() {
+            return Err(SindyError::Shape {
+                what: "libraries (one per state)",
+                expected: states.len(),
+                found: libraries.len(),
+            });
+        }
+        let mut distinct: Vec<Expr> = Vec::new();
+        let mut candidates = Vec::new();
+        let mut users: Vec<Vec<(usize, usize)>> = Vec::new();
+        for (equation, library) in libraries.iter().enumerate() {
+            for term in library.terms() {
+                let place = distinct.iter().position(|d| d == term).unwrap_or_else(|| {
+                    distinct.push(term.clone());
+                    users.push(Vec::new());
+                    distinct.len() - 1
+                });
+                users[place].push((candidates.len(), equation));
+                candidates.push((equation, place));
+            }
+        }
+        let columns: Vec<&str> = states.iter().chain(inputs).map(String::as_str).collect();
+        let mut slopes = Vec::new();
+        let mut places = Vec::new();
+        for (term, expression) in distinct.iter().enumerate() {
+            for (state, name) in states.iter().enumerate() {
+                let slope = expression.derivative(name);
+                if slope.as_constant() != Some(0.0) {
+                    slopes.push(slope);
+                    places.push((term, state));
+                }
+            }
+        }
+        Ok(Self {
+            n: states.len(),
+            inputs: inputs.len(),
+            discrete: matches!(time, Time::Discrete { .. }),
+            values: compile(&distinct, &columns)?,
+            gradients: compile(&slopes, &columns)?,
+            places,
+            candidates,
+            users,
+        })
+    }
+
+    /// The number of candidates, P.
+    pub(super) fn size(&self) -> usize {
+        self.candidates.len()
+    }
+
+    pub(super) fn work(&self) -> Work {
+        let n = self.n;
+        let theta = || vec![0.0; self.values.outputs()];
+        Work {
+            row: vec![0.0; n + self.inputs],
+            theta: [theta(), theta(), theta()],
+            gradient: vec![0.0; self.gradients.outputs()],
+            scratch: Scratch::new(),
+            jacobian: std::array::from_fn(|_| DMatrix::zeros(n, n)),
+            stages: std::array::from_fn(|_| vec![0.0; n]),
+            point: vec![0.0; n],
+        }
+    }
+
+    pub(super) fn blank(&self) -> Step {
+        Step {
+            state: vec![0.0; self.n],
+            transition: DMatrix::zeros(self.n, self.n),
+            forcing: DMatrix::zeros(self.n, self.size()),
+        }
+    }
+
+    /// The right-hand side at (x, u) into `out`, the terms' values into `theta`.
+    fn rhs(
+        &self,
+        x: &[f64],
+        u: &[f64],
+        coefficients: &[f64],
+        row: &mut [f64],
+        theta: &mut [f64],
+        scratch: &mut Scratch,
+        out: &mut [f64],
+    ) {
+        row[..self.n].copy_from_slice(x);
+        row[self.n..].copy_from_slice(u);
+        self.values.eval_row(row, theta, scratch);
+        out.fill(0.0);
+        for (&(equation, term), c) in self.candidates.iter().zip(coefficients) {
+            if *c != 0.0 {
+                out[equation] += c * theta[term];
+            }
+        }
+    }
+
+    /// `∂f/∂x` at the row that was evaluated last, into `out`.
+    fn jacobian(
+        &self,
+        row: &[f64],
+        coefficients: &[f64],
+        gradient: &mut [f64],
+        scratch: &mut Scratch,
+        out: &mut DMatrix<f64>,
+    ) {
+        self.gradients.eval_row(row, gradient, scratch);
+        out.fill(0.0);
+        for (&(term, state), slope) in self.places.iter().zip(gradient.iter()) {
+            for &(candidate, equation) in &self.users[term] {
+                out[(equation, state)] += coefficients[candidate] * slope;
+            }
+        }
+    }
+
+    /// One step from `x` over `h`, with the inputs at its start, middle and end. Where `sensitive`, the
+    /// derivatives as well: the transition by Runge–Kutta of order 4 along the trajectory, the forcing
+    /// by Simpson's rule.
+    pub(super) fn step(
+        &self,
+        x: &[f64],
+        h: f64,
+        inputs: [&[f64]; 3],
+        coefficients: &[f64],
+        sensitive: bool,
+        work: &mut Work,
+        out: &mut Step,
+    ) {
+        let Work {
+            row,
+            theta: [t0, tm, t1],
+            gradient,
+            scratch,
+            jacobian: [j0, jm, j1],
+            stages: [k1, k2, k3, k4],
+            point,
+        } = work;
+        self.rhs(x, inputs[0], coefficients, row, t0, scratch, k1);
+        if sensitive {
+            self.jacobian(row, coefficients, gradient, scratch, j0);
+        }
+        if self.discrete {
+            out.state.copy_from_slice(k1);
+            if sensitive {
+                out.transition.copy_from(j0);
+                out.forcing.fill(0.0);
+                for (candidate, &(equation, term)) in self.candidates.iter().enumerate() {
+                    out.forcing[(equation, candidate)] = t0[term];
+                }
+            }
+            return;
+        }
+        let along = |point: &mut [f64], k: &[f64], h: f64| {
+            for ((p, x), k) in point.iter_mut().zip(x).zip(k) {
+                *p = x + h * k;
+            }
+        };
+        along(point, k1, 0.5 * h);
+        self.rhs(point, inputs[1], coefficients, row, tm, scratch, k2);
+        along(point, k2, 0.5 * h);
+        self.rhs(point, inputs[1], coefficients, row, tm, scratch, k3);
+        along(point, k3, h);
+        self.rhs(point, inputs[2], coefficients, row, t1, scratch, k4);
+        for i in 0..self.n {
+            out.state[i] = x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
+        }
+        if !sensitive {
+            return;
+        }
+        // Values and slopes at the end, and at the middle of the cubic through both ends.
+        self.rhs(&out.state, inputs[2], coefficients, row, t1, scratch, k4);
+        self.jacobian(row, coefficients, gradient, scratch, j1);
+        for i in 0..self.n {
+            point[i] = 0.5 * (x[i] + out.state[i]) + h / 8.0 * (k1[i] - k4[i]);
+        }
+        self.rhs(point, inputs[1], coefficients, row, tm, scratch, k2);
+        self.jacobian(row, coefficients, gradient, scratch, jm);
+
+        let n = self.n;
+        let identity = DMatrix::<f64>::identity(n, n);
+        let a1 = j0.clone();
+        let a2 = &*jm * (&identity + &a1 * (0.5 * h));
+        let a3 = &*jm * (&identity + &a2 * (0.5 * h));
+        let a4 = &*j1 * (&identity + &a3 * h);
+        out.transition = &identity + (a1 + (a2 + a3) * 2.0 + a4) * (h / 6.0);
+        // From the middle to the end: the exponential of the mean Jacobian to second order.
+        let mean = (&*jm + &*j1) * (0.25 * h);
+        let late = &identity + &mean + &mean * &mean * 0.5;
+        for (candidate, &(equation, term)) in self.candidates.iter().enumerate() {
+            for i in 0..n {
+                out.forcing[(i, candidate)] = h / 6.0
+                    * (out.transition[(i, equation)] * t0[term]
+                        + 4.0 * late[(i, equation)] * tm[term]);
+            }
+            out.forcing[(equation, candidate)] += h / 6.0 * t1[term];
+        }
+    }
+}
