@@ -9,10 +9,9 @@
 //!
 //! let mut data = Dataset::new(&["x"], &["u"])?;
 //! let nan = f64::NAN;
-//! data.push("first", vec![0.0, 0.1, 0.2, 0.3, 0.4], vec![
-//!     vec![1.0, 1.1, nan, 1.3, 1.4],
-//!     vec![0.0; 5],
-//! ], None)?;
+//! let time = (0..7).map(|i| 0.1 * f64::from(i)).collect();
+//! let x = vec![1.0, 1.1, 1.2, nan, 1.4, 1.5, 1.6];
+//! data.push("first", time, vec![x, vec![0.0; 7]], None)?;
 //! assert_eq!(data.stretches().len(), 2);
 //! assert_eq!(data.report().missing_rows, 1);
 //! # Ok::<(), sindy::SindyError>(())
@@ -307,7 +306,8 @@ mod tests {
         assert!(Dataset::new::<&str>(&[], &[]).is_err());
         assert!(Dataset::new(&["x"], &["x"]).is_err());
         let mut data = Dataset::new(&["x"], &[]).unwrap();
-        let cases: Vec<(Vec<f64>, Vec<Vec<f64>>, Option<Vec<f64>>, &str)> = vec![
+        type Case = (Vec<f64>, Vec<Vec<f64>>, Option<Vec<f64>>, &'static str);
+        let cases: Vec<Case> = vec![
             (vec![], vec![vec![]], None, "too few"),
             (ramp(3), vec![], None, "columns"),
             (ramp(3), vec![ramp(2)], None, "expected 3, found 2"),

@@ -11,73 +11,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::system::System;
+use super::follow::{Follow, Sensitivity};
+use super::record::Record;
 
-/// Samples from one node to the next, at most.
-const NODE: usize = 10;
-/// Nodes are so close that states change by this share of their scatter in between (root mean square).
-const CHANGE: f64 = 0.3;
 /// Columns of residuals are added to the normal equations so many rows at a time.
 const CHUNK: usize = 192;
-
-/// One stretch of data as the search sees it.
-pub(super) struct Record {
-    pub time: Vec<f64>,
-    /// One column for each state.
-    pub states: Vec<Vec<f64>>,
-    /// By row: inputs at the sample.
-    pub inputs: Vec<Vec<f64>>,
-    /// The states at the nodes, as they are estimated now.
-    pub nodes: Vec<Vec<f64>>,
-    /// The rows of the nodes, the first of them 0.
-    pub rows: Vec<usize>,
-}
-
-impl Record {
-    pub(super) fn new(
-        time: &[f64],
-        states: &[&[f64]],
-        inputs: &[&[f64]],
-        smooth: &[Vec<f64>],
-    ) -> Self {
-        let n = time.len();
-        let pace = smooth.iter().map(|c| pace(c)).fold(0.0, f64::max);
-        let node = ((CHANGE / pace) as usize).clamp(1, NODE);
-        let rows: Vec<usize> = (0..n.saturating_sub(1)).step_by(node).collect();
-        Self {
-            time: time.to_vec(),
-            states: states.iter().map(|c| c.to_vec()).collect(),
-            inputs: (0..n)
-                .map(|i| inputs.iter().map(|c| c[i]).collect())
-                .collect(),
-            nodes: rows
-                .iter()
-                .map(|&r| smooth.iter().map(|c| c[r]).collect())
-                .collect(),
-            rows,
-        }
-    }
-}
-
-/// Root mean square of the steps of a signal over its standard deviation.
-fn pace(x: &[f64]) -> f64 {
-    let n = x.len() as f64;
-    let mean = x.iter().sum::<f64>() / n;
-    let variance = x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
-    let steps = x.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>() / n;
-    if variance > 0.0 { (steps / variance).sqrt() } else { 0.0 }
-}
-
-/// How arcs are cut and simulated.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Cut {
-    /// An arc ends where a change of its start has grown by this factor.
-    pub growth: f64,
-    /// Nodes of an arc, at most.
-    pub longest: usize,
-    /// Steps of the integrator between samples.
-    pub substeps: usize,
-}
 
 /// The normal equations over the coefficients of all candidates, arcs' starts eliminated, and the sums
 /// that judge the point they were taken at.
@@ -94,8 +32,6 @@ pub(super) struct Normal {
     pub rows: usize,
     /// Sum of squares of the defects over the noise.
     pub defects: f64,
-    /// Arcs.
-    pub arcs: usize,
     /// How nodes follow from the coefficients.
     moves: Vec<ArcMoves>,
 }
@@ -111,18 +47,15 @@ struct ArcMoves {
     nodes: Vec<(DMatrix<f64>, DVector<f64>)>,
 }
 
-/// Linearises all records around their nodes and `coefficients`. Where `breaks` are known, the nodes that
-/// arcs start from, they are kept; otherwise arcs are cut by `cut` and `breaks` set. `None` where the
-/// simulation leaves the finite numbers.
+/// Linearises all records around their nodes and the model's coefficients. Where `breaks` are known, the
+/// nodes that arcs start from, they are kept; otherwise arcs are cut by the rule and `breaks` set. `None`
+/// where the simulation leaves the finite numbers.
 pub(super) fn linearise(
-    system: &System,
+    follow: &Follow<'_>,
     records: &[Record],
-    coefficients: &[f64],
-    sigma: &[f64],
-    cut: Cut,
     breaks: &mut Option<Vec<Vec<usize>>>,
 ) -> Option<Normal> {
-    let (n, p) = (system.n, system.size());
+    let (n, p) = (follow.system.n, follow.system.size());
     let mut out = Normal {
         xtx: DMatrix::zeros(p, p),
         xty: DVector::zeros(p),
@@ -130,7 +63,6 @@ pub(super) fn linearise(
         misfit: vec![0.0; n],
         rows: 0,
         defects: 0.0,
-        arcs: 0,
         moves: Vec::new(),
     };
     for (index, record) in records.iter().enumerate() {
@@ -140,7 +72,7 @@ pub(super) fn linearise(
                 let next = b[index].iter().copied().find(|&k| k > first);
                 next.unwrap_or(record.rows.len())
             });
-            first = arc(system, record, index, first, until, coefficients, sigma, cut, &mut out)?;
+            first = out.arc(follow, record, (index, first), until)?;
         }
     }
     if breaks.is_none() {
@@ -153,155 +85,128 @@ pub(super) fn linearise(
     Some(out)
 }
 
-/// One arc from node `first`; returns the node that the next one starts from.
-#[allow(clippy::too_many_arguments)]
-fn arc(
-    system: &System,
-    record: &Record,
-    index: usize,
-    first: usize,
-    until: Option<usize>,
-    coefficients: &[f64],
-    sigma: &[f64],
-    cut: Cut,
-    out: &mut Normal,
-) -> Option<usize> {
-    let (n, p) = (system.n, system.size());
-    let columns = n + p;
-    let mut sums = Sums::new(columns);
-    let mut work = system.work();
-    let mut step = system.blank();
-    // M and d at the node, then at the sample.
-    let mut m = DMatrix::<f64>::zeros(n, columns);
-    (0..n).for_each(|i| m[(i, i)] = 1.0);
-    let mut d = DVector::<f64>::zeros(n);
-    let mut moves = Vec::new();
-    let mut node = first;
-    loop {
-        moves.push((m.clone(), d.clone()));
-        let from = record.rows[node];
-        let last = node + 1 == record.rows.len();
-        let to = if last {
-            record.time.len() - 1
-        } else {
-            record.rows[node + 1]
+impl Normal {
+    /// Arcs.
+    pub(super) fn arcs(&self) -> usize {
+        self.moves.len()
+    }
+
+    /// The arcs as record, first node and number of nodes.
+    pub(super) fn cuts(&self) -> impl Iterator<Item = (usize, usize, usize)> {
+        self.moves
+            .iter()
+            .map(|a| (a.record, a.first, a.nodes.len()))
+    }
+
+    /// One arc from node `first`, to node `until` if that is known; returns the node that the next starts from.
+    fn arc(
+        &mut self,
+        follow: &Follow<'_>,
+        record: &Record,
+        (index, first): (usize, usize),
+        until: Option<usize>,
+    ) -> Option<usize> {
+        let (n, p) = (follow.system.n, follow.system.size());
+        let mut sums = Sums::new(n + p);
+        let (mut work, mut step) = (follow.system.work(), follow.system.blank());
+        let mut at = Sensitivity {
+            m: DMatrix::zeros(n, n + p),
+            d: DVector::zeros(n),
         };
-        let mut x = record.nodes[node].clone();
-        if node == first {
-            add_row(record, from, &x, &m, &d, sigma, &mut sums, out);
-        }
-        for row in from..to {
-            simulate(
-                system,
-                record,
-                row,
-                cut.substeps,
-                coefficients,
-                &mut x,
-                &mut work,
-                &mut step,
-                Some((&mut m, &mut d)),
-            );
-            if !x.iter().all(|v| v.is_finite()) || !m.iter().all(|v| v.is_finite()) {
+        (0..n).for_each(|i| at.m[(i, i)] = 1.0);
+        let mut nodes = Vec::new();
+        let mut node = first;
+        loop {
+            nodes.push((at.m.clone(), at.d.clone()));
+            let (from, to) = record.between(node);
+            let mut x = record.nodes[node].clone();
+            if node == first {
+                self.compare(follow, record, from, &x, &at, &mut sums);
+            }
+            for row in from..to {
+                follow.advance(
+                    record,
+                    row,
+                    follow.cut.substeps,
+                    &mut x,
+                    (&mut work, &mut step),
+                    Some(&mut at),
+                );
+                if row + 1 < to {
+                    self.compare(follow, record, row + 1, &x, &at, &mut sums);
+                }
+            }
+            if !x.iter().all(|v| v.is_finite()) || !at.m.iter().all(|v| v.is_finite()) {
                 return None;
             }
-            // The sample at the next arc's first node belongs to that arc as well: its start is free.
-            add_row(record, row + 1, &x, &m, &d, sigma, &mut sums, out);
-        }
-        if last {
+            if record.is_last(node) {
+                self.compare(follow, record, to, &x, &at, &mut sums);
+                node += 1;
+                break;
+            }
             node += 1;
-            break;
+            let ends = until.map_or_else(
+                || {
+                    growth(&at.m, follow.sigma) > follow.cut.growth
+                        || node - first >= follow.cut.longest
+                },
+                |until| node == until,
+            );
+            // Where an arc ends, the sample belongs to the next.
+            if ends {
+                break;
+            }
+            self.compare(follow, record, to, &x, &at, &mut sums);
+            for i in 0..n {
+                let defect = x[i] - record.nodes[node][i];
+                at.d[i] += defect;
+                self.defects += (defect / follow.sigma[i]).powi(2);
+            }
         }
-        let growth = (0..n)
-            .flat_map(|i| (0..n).map(move |j| (i, j)))
-            .map(|(i, j)| (m[(i, j)] * sigma[j] / sigma[i]).abs())
-            .fold(0.0, f64::max);
-        node += 1;
-        let ends = until.map_or(
-            growth > cut.growth || node - first >= cut.longest,
-            |until| node == until,
-        );
-        if ends {
-            break;
-        }
-        for i in 0..n {
-            let defect = x[i] - record.nodes[node][i];
-            d[i] += defect;
-            out.defects += (defect / sigma[i]).powi(2);
-        }
+        sums.flush();
+        let (start, by) = sums.eliminate(n, self)?;
+        self.moves.push(ArcMoves {
+            record: index,
+            first,
+            start,
+            by,
+            nodes,
+        });
+        Some(node)
     }
-    sums.finish();
-    let (start, by) = sums.eliminate(n, out)?;
-    out.arcs += 1;
-    out.moves.push(ArcMoves {
-        record: index,
-        first,
-        start,
-        by,
-        nodes: moves,
-    });
-    Some(node)
-}
 
-/// From sample `row` to the next, in substeps; the sensitivities along with it where they are given.
-#[allow(clippy::too_many_arguments)]
-fn simulate(
-    system: &System,
-    record: &Record,
-    row: usize,
-    substeps: usize,
-    coefficients: &[f64],
-    x: &mut [f64],
-    work: &mut super::system::Work,
-    step: &mut super::system::Step,
-    mut sensitivities: Option<(&mut DMatrix<f64>, &mut DVector<f64>)>,
-) {
-    let (u0, u1) = (&record.inputs[row], &record.inputs[row + 1]);
-    let h = (record.time[row + 1] - record.time[row]) / substeps as f64;
-    let between = |part: f64| -> Vec<f64> {
-        u0.iter().zip(u1).map(|(a, b)| a + part * (b - a)).collect()
-    };
-    for k in 0..substeps {
-        let part = |offset: f64| (k as f64 + offset) / substeps as f64;
-        let (start, middle, end) = (between(part(0.0)), between(part(0.5)), between(part(1.0)));
-        system.step(
-            x,
-            h,
-            [&start, &middle, &end],
-            coefficients,
-            sensitivities.is_some(),
-            work,
-            step,
-        );
-        x.copy_from_slice(&step.state);
-        if let Some((m, d)) = &mut sensitivities {
-            let mut next = &step.transition * &**m;
-            let n = x.len();
-            let mut of_coefficients = next.columns_mut(n, step.forcing.ncols());
-            of_coefficients += &step.forcing;
-            **m = next;
-            **d = &step.transition * &**d;
+    fn compare(
+        &mut self,
+        follow: &Follow<'_>,
+        record: &Record,
+        row: usize,
+        x: &[f64],
+        at: &Sensitivity,
+        sums: &mut Sums,
+    ) {
+        self.rows += 1;
+        let root = record.root_weight(row);
+        for (i, x) in x.iter().enumerate() {
+            let residual = record.residual(i, row, *x);
+            self.misfit[i] += residual * residual;
+            let scale = root / follow.sigma[i];
+            sums.push(
+                at.m.row(i).iter().map(|v| v * scale),
+                residual / follow.sigma[i] - at.d[i] * scale,
+            );
         }
     }
 }
 
-#[allow(clippy::too_many_arguments)]
-fn add_row(
-    record: &Record,
-    row: usize,
-    x: &[f64],
-    m: &DMatrix<f64>,
-    d: &DVector<f64>,
-    sigma: &[f64],
-    sums: &mut Sums,
-    out: &mut Normal,
-) {
-    out.rows += 1;
-    for (i, x) in x.iter().enumerate() {
-        let residual = record.states[i][row] - x;
-        out.misfit[i] += residual * residual;
-        sums.push(m.row(i).iter().map(|v| v / sigma[i]), (residual - d[i]) / sigma[i]);
+/// How far a change of the arc's start by the noise of one state has grown in another, in its noise.
+fn growth(m: &DMatrix<f64>, sigma: &[f64]) -> f64 {
+    let mut most: f64 = 0.0;
+    for j in 0..sigma.len() {
+        for i in 0..sigma.len() {
+            most = most.max((m[(i, j)] * sigma[j] / sigma[i]).abs());
+        }
     }
+    most
 }
 
 /// `[X | y]ᵀ [X | y]` of an arc, gathered in chunks.
@@ -334,15 +239,12 @@ impl Sums {
     }
 
     fn flush(&mut self) {
+        if self.filled == 0 {
+            return;
+        }
         let part = self.chunk.columns(0, self.filled);
         self.total += part * part.transpose();
         self.filled = 0;
-    }
-
-    fn finish(&mut self) {
-        if self.filled > 0 {
-            self.flush();
-        }
     }
 
     /// Eliminates the arc's start and adds what is left to `out`.
@@ -368,7 +270,8 @@ impl Normal {
         for arc in &self.moves {
             let n = arc.start.len();
             let mut all = DVector::zeros(n + change.len());
-            all.rows_mut(0, n).copy_from(&(&arc.start - &arc.by * change));
+            all.rows_mut(0, n)
+                .copy_from(&(&arc.start - &arc.by * change));
             all.rows_mut(n, change.len()).copy_from(change);
             for (k, (m, d)) in arc.nodes.iter().enumerate() {
                 let shift = m * &all + d;
@@ -379,94 +282,4 @@ impl Normal {
             }
         }
     }
-}
-
-/// Sum of squares of each state's residuals, and of the defects over the noise, without sensitivities,
-/// where arcs are cut as in `normal`.
-pub(super) fn judge(
-    system: &System,
-    records: &[Record],
-    coefficients: &[f64],
-    sigma: &[f64],
-    cut: Cut,
-    normal: &Normal,
-) -> Option<(Vec<f64>, f64)> {
-    let mut misfit = vec![0.0; system.n];
-    let mut defects = 0.0;
-    let mut work = system.work();
-    let mut step = system.blank();
-    for arc in &normal.moves {
-        let record = &records[arc.record];
-        for k in 0..arc.nodes.len() {
-            let node = arc.first + k;
-            let mut x = record.nodes[node].clone();
-            let from = record.rows[node];
-            let to = record
-                .rows
-                .get(node + 1)
-                .copied()
-                .unwrap_or(record.time.len() - 1);
-            let mut compare = |x: &[f64], row: usize| {
-                for (i, x) in x.iter().enumerate() {
-                    misfit[i] += (record.states[i][row] - x).powi(2);
-                }
-            };
-            if k == 0 {
-                compare(&x, from);
-            }
-            for row in from..to {
-                simulate(
-                    system, record, row, cut.substeps, coefficients, &mut x, &mut work, &mut step,
-                    None,
-                );
-                compare(&x, row + 1);
-            }
-            if !x.iter().all(|v| v.is_finite()) {
-                return None;
-            }
-            if k + 1 < arc.nodes.len() {
-                defects += (0..system.n)
-                    .map(|i| ((x[i] - record.nodes[node + 1][i]) / sigma[i]).powi(2))
-                    .sum::<f64>();
-            }
-        }
-    }
-    Some((misfit, defects))
-}
-
-/// Root mean square over nodes, largest over states: how far half the step takes the simulation from node to
-/// node elsewhere, in units of the noise. At most some hundred nodes are tried.
-pub(super) fn integration_error(
-    system: &System,
-    records: &[Record],
-    coefficients: &[f64],
-    sigma: &[f64],
-    substeps: usize,
-) -> f64 {
-    let mut work = system.work();
-    let mut step = system.blank();
-    let mut squares = vec![0.0; system.n];
-    let mut count = 0;
-    let stride = records.iter().map(|r| r.rows.len()).sum::<usize>().div_ceil(200).max(1);
-    for record in records {
-        for node in (0..record.rows.len().saturating_sub(1)).step_by(stride) {
-            let mut end = |substeps: usize| {
-                let mut x = record.nodes[node].clone();
-                for row in record.rows[node]..record.rows[node + 1] {
-                    simulate(
-                        system, record, row, substeps, coefficients, &mut x, &mut work, &mut step,
-                        None,
-                    );
-                }
-                x
-            };
-            let (coarse, fine) = (end(substeps), end(2 * substeps));
-            for i in 0..system.n {
-                squares[i] += ((coarse[i] - fine[i]) / sigma[i]).powi(2);
-            }
-            count += 1;
-        }
-    }
-    let worst = squares.into_iter().fold(0.0, f64::max);
-    (worst / f64::from(count.max(1))).sqrt()
 }

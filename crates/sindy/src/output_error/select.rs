@@ -8,8 +8,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::exact::{BestSubset, Subset};
+use super::Alternative;
+use crate::exact::{BestSubset, BestSubsets, Subset};
 use crate::gram::Gram;
+use crate::outcome::Outcome;
 
 /// A term whose column is explained to this share by the support counts as dependent on it.
 const DEPENDENT: f64 = 1e-9;
@@ -26,12 +28,20 @@ pub(super) struct Search {
     length: Vec<f64>,
     /// Coefficients that `r` was taken at, times `length`; zero outside the support.
     reference: Vec<f64>,
+    /// Terms that may come in.
+    allowed: Vec<bool>,
     pub support: Vec<bool>,
 }
 
 impl Search {
     /// From `XᵀX`, `Xᵀr`, `rᵀr` at the coefficients `xi`, whose terms that are not zero are the support.
-    pub(super) fn new(xtx: &DMatrix<f64>, xtr: &DVector<f64>, rtr: f64, xi: &DVector<f64>) -> Self {
+    pub(super) fn new(
+        xtx: &DMatrix<f64>,
+        xtr: &DVector<f64>,
+        rtr: f64,
+        xi: &DVector<f64>,
+        allowed: &[bool],
+    ) -> Self {
         let p = xtr.len();
         let length: Vec<f64> = (0..p)
             .map(|j| {
@@ -49,6 +59,7 @@ impl Search {
             t,
             reference: (0..p).map(|j| xi[j] * length[j]).collect(),
             length,
+            allowed: allowed.to_vec(),
             support: vec![false; p],
         };
         for j in (0..p).filter(|&j| xi[j] != 0.0) {
@@ -140,7 +151,7 @@ impl Search {
     /// The term that gains most when added.
     pub(super) fn dearest(&self, may: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
         (0..self.support.len())
-            .filter(|&j| !self.support[j] && may(j))
+            .filter(|&j| !self.support[j] && self.allowed[j] && may(j))
             .map(|j| (j, self.change(j)))
             .max_by(|a, b| a.1.total_cmp(&b.1))
     }
@@ -170,7 +181,10 @@ impl Search {
 
     /// One exchange that lowers the sum of squares by more than a little; false if there is none.
     fn exchange(&mut self, penalty: f64) -> bool {
-        for j in (0..self.support.len()).filter(|&j| !self.support[j]).collect::<Vec<_>>() {
+        for j in 0..self.support.len() {
+            if self.support[j] || !self.allowed[j] {
+                continue;
+            }
             let gain = self.change(j);
             if gain <= 0.0 {
                 continue;
@@ -191,9 +205,8 @@ impl Search {
     /// what the others hold, by branch and bound.
     pub(super) fn exact(&mut self, equations: &[Vec<usize>], penalty: f64, values: usize) {
         for members in equations {
-            let score = |s: &Self| {
-                s.residual() + penalty * s.support.iter().filter(|s| **s).count() as f64
-            };
+            let score =
+                |s: &Self| s.residual() + penalty * s.support.iter().filter(|s| **s).count() as f64;
             let Some(chosen) = self.best_of(members, penalty, values) else {
                 continue;
             };
@@ -217,9 +230,45 @@ impl Search {
     }
 
     fn best_of(&self, members: &[usize], penalty: f64, values: usize) -> Option<Vec<usize>> {
+        let (found, free) = self.subsets(members, 1, values)?;
+        let best = found.sizes.into_iter().min_by(|a, b| {
+            let of = |s: &Subset| s.fit.residual_sum + penalty * s.fit.terms() as f64;
+            of(a).total_cmp(&of(b))
+        })?;
+        Some(kept(&best, &free))
+    }
+
+    /// The best terms of every number among `members`, up to three more than are kept, beside what other
+    /// equations hold.
+    pub(super) fn front(&self, members: &[usize], values: usize) -> Vec<Alternative> {
+        let Some((found, free)) = self.subsets(members, 3, values) else {
+            return Vec::new();
+        };
+        found
+            .sizes
+            .iter()
+            .map(|s| Alternative {
+                support: kept(s, &free),
+                error: (s.fit.residual_sum / values as f64).sqrt(),
+                proven: s.fit.outcome == Outcome::Optimal,
+            })
+            .collect()
+    }
+
+    /// Branch and bound over the terms of `members`, up to `more` than are kept of them now.
+    fn subsets(
+        &self,
+        members: &[usize],
+        more: usize,
+        values: usize,
+    ) -> Option<(BestSubsets, Vec<usize>)> {
         let p = self.length.len();
         let mut bare = self.clone();
-        let held: Vec<usize> = members.iter().copied().filter(|&j| self.support[j]).collect();
+        let held: Vec<usize> = members
+            .iter()
+            .copied()
+            .filter(|&j| self.support[j])
+            .collect();
         held.iter().for_each(|&j| bare.toggle(j));
         let free: Vec<usize> = members
             .iter()
@@ -234,20 +283,11 @@ impl Search {
             ..Gram::zeros(0)
         };
         let found = BestSubset::new()
-            .max_size(held.len() + 1)
+            .max_size(held.len() + more)
             .node_limit(NODES)
             .solve(&gram)
             .ok()?;
-        let best = found.sizes.into_iter().min_by(|a, b| {
-            let of = |s: &Subset| s.fit.residual_sum + penalty * s.fit.terms() as f64;
-            of(a).total_cmp(&of(b))
-        })?;
-        Some(
-            (0..free.len())
-                .filter(|&a| best.fit.support[a])
-                .map(|a| free[a])
-                .collect(),
-        )
+        Some((found, free))
     }
 
     /// The coefficients on the support, zero elsewhere.
@@ -263,4 +303,9 @@ impl Search {
     pub(super) fn variance(&self, j: usize) -> f64 {
         -self.t[(j, j)] / self.length[j].powi(2)
     }
+}
+
+fn kept(subset: &Subset, free: &[usize]) -> Vec<usize> {
+    let pairs = free.iter().zip(&subset.fit.support);
+    pairs.filter(|(_, s)| **s).map(|(j, _)| *j).collect()
 }

@@ -133,8 +133,7 @@ impl System {
     /// The right-hand side at (x, u) into `out`, the terms' values into `theta`.
     fn rhs(
         &self,
-        x: &[f64],
-        u: &[f64],
+        (x, u): (&[f64], &[f64]),
         coefficients: &[f64],
         row: &mut [f64],
         theta: &mut [f64],
@@ -176,8 +175,7 @@ impl System {
     pub(super) fn step(
         &self,
         x: &[f64],
-        h: f64,
-        inputs: [&[f64]; 3],
+        (h, inputs): (f64, [&[f64]; 3]),
         coefficients: &[f64],
         sensitive: bool,
         work: &mut Work,
@@ -192,7 +190,7 @@ impl System {
             stages: [k1, k2, k3, k4],
             point,
         } = work;
-        self.rhs(x, inputs[0], coefficients, row, t0, scratch, k1);
+        self.rhs((x, inputs[0]), coefficients, row, t0, scratch, k1);
         if sensitive {
             self.jacobian(row, coefficients, gradient, scratch, j0);
         }
@@ -213,11 +211,11 @@ impl System {
             }
         };
         along(point, k1, 0.5 * h);
-        self.rhs(point, inputs[1], coefficients, row, tm, scratch, k2);
+        self.rhs((point, inputs[1]), coefficients, row, tm, scratch, k2);
         along(point, k2, 0.5 * h);
-        self.rhs(point, inputs[1], coefficients, row, tm, scratch, k3);
+        self.rhs((point, inputs[1]), coefficients, row, tm, scratch, k3);
         along(point, k3, h);
-        self.rhs(point, inputs[2], coefficients, row, t1, scratch, k4);
+        self.rhs((point, inputs[2]), coefficients, row, t1, scratch, k4);
         for i in 0..self.n {
             out.state[i] = x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
         }
@@ -225,12 +223,12 @@ impl System {
             return;
         }
         // Values and slopes at the end, and at the middle of the cubic through both ends.
-        self.rhs(&out.state, inputs[2], coefficients, row, t1, scratch, k4);
+        self.rhs((&out.state, inputs[2]), coefficients, row, t1, scratch, k4);
         self.jacobian(row, coefficients, gradient, scratch, j1);
         for i in 0..self.n {
             point[i] = 0.5 * (x[i] + out.state[i]) + h / 8.0 * (k1[i] - k4[i]);
         }
-        self.rhs(point, inputs[1], coefficients, row, tm, scratch, k2);
+        self.rhs((point, inputs[1]), coefficients, row, tm, scratch, k2);
         self.jacobian(row, coefficients, gradient, scratch, jm);
 
         let n = self.n;

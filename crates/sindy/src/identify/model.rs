@@ -1,0 +1,250 @@
+//! From what was found to a model that says how sure it is.
+
+use nalgebra::DVector;
+
+use super::regress::{Statistics, best_subsets};
+use super::{Candidate, Choice, Equation, FOLLOWS, FrontPoint, Identification, Ranked, Run};
+use crate::error::SindyError;
+use crate::fit::Fit;
+use crate::gram::Gram;
+use crate::model::{Model, Term};
+use crate::outcome::Outcome;
+use crate::output_error::Found;
+use crate::regression::{cluster_errors, pseudo_inverse};
+
+impl Run<'_> {
+    /// A model from coefficients, standard errors and log-odds of inclusion of all candidates.
+    fn model(
+        &self,
+        coefficients: &[f64],
+        errors: &[f64],
+        evidence: &[f64],
+    ) -> Result<Model, SindyError> {
+        let mut at = 0;
+        let mut equations = Vec::new();
+        for library in &self.libraries {
+            let mut terms = Vec::new();
+            for term in library.terms() {
+                if coefficients[at] != 0.0 {
+                    // Odds are exp(Δ/2) for twice the log-likelihood that the term is worth.
+                    let inclusion = 1.0 / (1.0 + (-0.5 * evidence[at]).exp());
+                    let mut kept =
+                        Term::new(term.clone(), coefficients[at]).with_inclusion(inclusion);
+                    if errors[at].is_finite() {
+                        kept = kept.with_std_error(errors[at]);
+                    }
+                    terms.push(kept);
+                }
+                at += 1;
+            }
+            equations.push(terms);
+        }
+        Model::new(self.time, self.data.states(), self.data.inputs(), equations)
+    }
+
+    fn candidates(ranked: &[Ranked]) -> Vec<Candidate> {
+        ranked
+            .iter()
+            .map(|r| Candidate {
+                name: r.regression.name.clone(),
+                terms: r.coefficients.iter().filter(|c| **c != 0.0).count(),
+                free_run: r.free_run,
+            })
+            .collect()
+    }
+
+    fn choice(&self, ranked: &Ranked, method: &str, reason: String) -> Choice {
+        let points = &ranked.regression.points;
+        let of = |value: fn(&crate::choose::Point) -> f64| -> Option<Vec<f64>> {
+            points.iter().map(|p| p.as_ref().map(value)).collect()
+        };
+        Choice {
+            method: method.into(),
+            lambda: of(|p| p.lambda),
+            nu: of(|p| p.nu),
+            smoothing: ranked.regression.smoothing.clone(),
+            reason,
+        }
+    }
+
+    pub(super) fn of_output_error(
+        mut self,
+        ranked: &[Ranked],
+        start: usize,
+        found: &Found,
+    ) -> Result<Identification, SindyError> {
+        let misfit = self.misfit(found);
+        let terms = found.coefficients.iter().filter(|c| **c != 0.0).count();
+        if misfit > FOLLOWS {
+            self.warnings.push(format!(
+                "the model leaves {misfit:.2} times the noise: the system is disturbed, or is not in the library"
+            ));
+        }
+        if found.outcome != Outcome::Converged {
+            self.warnings.push(format!(
+                "the output error did not converge in {} steps",
+                found.iterations
+            ));
+        }
+        if found.correlation > 2.0 {
+            self.warnings.push(format!(
+                "residuals are correlated: standard errors are widened {:.1} times",
+                found.correlation.sqrt()
+            ));
+        }
+        let reason = format!(
+            "output error: {terms} terms leave {misfit:.2} times the estimated noise over {} arcs of the data; every \
+             other term is worth less than its penalty; started from {} ({} steps)",
+            found.arcs, ranked[start].regression.name, found.iterations
+        );
+        let widened: Vec<f64> = found
+            .std_errors
+            .iter()
+            .map(|e| e * found.correlation.sqrt())
+            .collect();
+        let model = self.model(&found.coefficients, &widened, &found.evidence)?;
+        let mut equations = Vec::new();
+        let mut at = 0;
+        for (i, library) in self.libraries.iter().enumerate() {
+            let p = library.len();
+            let chosen: Vec<bool> = found.coefficients[at..at + p]
+                .iter()
+                .map(|c| *c != 0.0)
+                .collect();
+            let front = found.fronts[i]
+                .iter()
+                .map(|point| {
+                    let support: Vec<bool> =
+                        (0..p).map(|j| point.support.contains(&(at + j))).collect();
+                    FrontPoint {
+                        terms: named(library.names(), &support),
+                        error: point.error,
+                        proven: point.proven,
+                        chosen: support == chosen,
+                    }
+                })
+                .collect();
+            at += p;
+            equations.push(Equation {
+                state: self.data.states()[i].clone(),
+                noise: self.noise.sigma[i],
+                residual: Some(found.sigma[i]),
+                front,
+                unit: "root mean square of the trajectories' residuals, in units of the noise",
+            });
+        }
+        Ok(Identification {
+            model,
+            equations,
+            choice: self.choice(&ranked[start], "output_error", reason),
+            candidates: Self::candidates(ranked),
+            outcome: found.outcome,
+            data: self.data.report(),
+            warnings: self.warnings,
+        })
+    }
+
+    pub(super) fn of_regression(
+        self,
+        ranked: &[Ranked],
+        statistics: &[Statistics],
+    ) -> Result<Identification, SindyError> {
+        let best = &ranked[0];
+        // Statistics of the smoothing that the best model came from.
+        let from = statistics
+            .iter()
+            .find(|s| s.smoothing == best.regression.smoothing)
+            .unwrap_or(&statistics[0]);
+        let mut errors = Vec::new();
+        let mut evidence = Vec::new();
+        let mut equations = Vec::new();
+        for (i, (fit, parts)) in best.regression.fits.iter().zip(&from.grams).enumerate() {
+            let total = Gram::total(parts);
+            let (std_errors, worth) = certainty(fit, parts, &total, from.independent);
+            errors.extend(std_errors.iter().copied());
+            evidence.extend(worth);
+            let names = self.libraries[i].names();
+            let front = best_subsets(&total)?
+                .sizes
+                .iter()
+                .map(|s| FrontPoint {
+                    terms: named(names, &s.fit.support),
+                    error: (s.fit.residual_sum / total.weight().max(f64::MIN_POSITIVE)).sqrt(),
+                    proven: s.fit.outcome == Outcome::Optimal,
+                    chosen: s.fit.support == fit.support,
+                })
+                .collect();
+            equations.push(Equation {
+                state: self.data.states()[i].clone(),
+                noise: self.noise.sigma[i],
+                residual: None,
+                front,
+                unit: match self.settings.discrete {
+                    true => "root mean square error of the next sample",
+                    false => "root mean square error of the slope",
+                },
+            });
+        }
+        let model = self.model(&best.coefficients, &errors, &evidence)?;
+        let reason = format!(
+            "{}: of {} regressions the fewest terms ({}) among those with the least free-run error ({:.2} times the \
+             noise)",
+            best.regression.name,
+            ranked.len(),
+            model.terms(),
+            best.free_run
+        );
+        let outcome = best
+            .regression
+            .fits
+            .iter()
+            .map(|f| f.outcome)
+            .find(|o| !o.is_success())
+            .unwrap_or(Outcome::Converged);
+        Ok(Identification {
+            model,
+            equations,
+            choice: self.choice(best, best.regression.solver, reason),
+            candidates: Self::candidates(ranked),
+            outcome,
+            data: self.data.report(),
+            warnings: self.warnings,
+        })
+    }
+}
+
+fn named(names: &[String], support: &[bool]) -> Vec<String> {
+    let kept = names.iter().zip(support).filter(|(_, s)| **s);
+    kept.map(|(n, _)| n.clone()).collect()
+}
+
+/// Standard errors over blocks (or widened for neighbouring slopes, where blocks are few), and what each term
+/// is worth by the Bayesian criterion.
+fn certainty(
+    fit: &Fit,
+    parts: &[Gram],
+    total: &Gram,
+    independent: f64,
+) -> (DVector<f64>, Vec<f64>) {
+    let index: Vec<usize> = (0..fit.support.len()).filter(|&j| fit.support[j]).collect();
+    let rows = (total.rows as f64 * independent).max(1.0);
+    let variance = fit.residual_sum / (total.rows as f64).max(1.0);
+    let scale = |j: usize| total.xtx[(j, j)].sqrt();
+    let k = index.len();
+    let inverse = pseudo_inverse(&nalgebra::DMatrix::from_fn(k, k, |a, b| {
+        total.xtx[(index[a], index[b])] / (scale(index[a]) * scale(index[b]))
+    }));
+    let mut errors = DVector::zeros(fit.support.len());
+    let mut worth = vec![0.0; fit.support.len()];
+    for (a, &j) in index.iter().enumerate() {
+        let own = inverse[(a, a)] / scale(j).powi(2);
+        errors[j] = (variance * own / independent).sqrt();
+        worth[j] = fit.coefficients[j].powi(2) * independent
+            / (own * variance.max(f64::MIN_POSITIVE))
+            - rows.ln();
+    }
+    if let Some(clustered) = cluster_errors(parts, &fit.coefficients, &fit.support) {
+        errors = clustered;
+    }
+    (errors, worth)
+}

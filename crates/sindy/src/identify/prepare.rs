@@ -1,0 +1,292 @@
+//! From a data set to what identification works on: noise, smoothed states, slopes, pieces.
+
+use crate::dataset::{Dataset, Stretch};
+use crate::derivative::{
+    Differentiator, FiniteDifference, SavgolSearch, SmoothingSpline, choose_savgol, noise_level,
+};
+use crate::error::SindyError;
+use crate::output_error::Piece;
+use crate::samples::Samples;
+use crate::savgol::{SavitzkyGolay, Smoothed};
+
+/// Rows below which a stretch is differenced, not smoothed.
+const SMOOTHED: usize = 25;
+/// The least noise that is believed, as a share of a state's scatter.
+const FLOOR: f64 = 1e-7;
+
+/// Noise and scatter of each state.
+#[derive(Clone, Debug)]
+pub(super) struct Noise {
+    /// Standard deviation of the noise; the floor where none is visible.
+    pub sigma: Vec<f64>,
+    /// The least that is believed.
+    pub floor: Vec<f64>,
+}
+
+/// States smoothed and their slopes, by stretch and state, and how that was done.
+pub(super) struct Slopes {
+    /// For tables.
+    pub name: String,
+    pub smoothed: Vec<Vec<Smoothed>>,
+    /// Rows at each end of a stretch whose slopes err more.
+    pub edge: usize,
+    /// Rows whose slopes are alike.
+    pub window: f64,
+}
+
+/// Scatter of each state over all stretches, and the noise on it.
+pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
+    let mut out = Noise {
+        sigma: Vec::new(),
+        floor: Vec::new(),
+    };
+    for i in 0..states {
+        let all = || stretches.iter().flat_map(|s| s.columns[i].iter());
+        let n = all().count() as f64;
+        let mean = all().sum::<f64>() / n;
+        let scatter = (all().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
+        let scale = if scatter > 0.0 {
+            scatter
+        } else {
+            mean.abs().max(1.0)
+        };
+        let floor = FLOOR * scale;
+        // The median over stretches, weighed by their rows through repetition being of no account.
+        let mut levels: Vec<f64> = stretches
+            .iter()
+            .filter_map(|s| noise_level(s.time, s.columns[i]).ok())
+            .map(|l| l.sigma)
+            .collect();
+        levels.sort_by(f64::total_cmp);
+        let level = levels.get(levels.len() / 2).copied().unwrap_or(0.0);
+        out.floor.push(floor);
+        out.sigma.push(level.max(floor));
+    }
+    out
+}
+
+/// Slopes by a method with a strength from the data: Savitzky–Golay on uniform times, a spline elsewhere.
+/// `wider` multiplies the filter's window.
+pub(super) fn chosen(
+    stretches: &[Stretch<'_>],
+    states: usize,
+    uniform: bool,
+    wider: f64,
+) -> Result<Slopes, SindyError> {
+    let long = |s: &&Stretch<'_>| s.time.len() >= SMOOTHED;
+    if !uniform || !stretches.iter().any(|s| long(&s)) {
+        return with(stretches, states, SmoothingSpline::cross_validated().into());
+    }
+    let mut filters = Vec::new();
+    for i in 0..states {
+        let series: Vec<(&[f64], &[f64])> = stretches
+            .iter()
+            .filter(long)
+            .map(|s| (s.time, s.columns[i]))
+            .collect();
+        let choice = choose_savgol(&series, &SavgolSearch::default())?;
+        let shortest = series.iter().map(|s| s.0.len()).min().unwrap_or(SMOOTHED);
+        let window = (choice.filter.window() as f64 * wider / 2.0) as usize * 2 + 1;
+        let most = (shortest - 1) / 2 * 2 - 1;
+        let degree = choice.filter.degree();
+        filters.push(SavitzkyGolay::new(
+            window.clamp(degree / 2 * 2 + 3, most.max(degree / 2 * 2 + 3)),
+            degree,
+        )?);
+    }
+    let windows: Vec<usize> = filters.iter().map(SavitzkyGolay::window).collect();
+    let widest = windows.iter().copied().max().unwrap_or(1);
+    let smoothed = stretches
+        .iter()
+        .map(|s| {
+            filters
+                .iter()
+                .zip(&s.columns)
+                .map(|(f, column)| match s.time.len() > f.window() {
+                    true => f.apply(s.time, column),
+                    false => FiniteDifference::new(2)?.apply(s.time, column),
+                })
+                .collect()
+        })
+        .collect::<Result<_, SindyError>>()?;
+    let text: Vec<String> = filters
+        .iter()
+        .map(|f| format!("{}/{}", f.window(), f.degree()))
+        .collect();
+    Ok(Slopes {
+        name: format!("Savitzky–Golay, window/degree {}", text.join(", ")),
+        smoothed,
+        edge: widest / 2,
+        window: widest as f64,
+    })
+}
+
+/// Slopes by one given method; stretches too short for it are differenced.
+pub(super) fn with(
+    stretches: &[Stretch<'_>],
+    states: usize,
+    method: Differentiator,
+) -> Result<Slopes, SindyError> {
+    let (name, edge) = match method {
+        Differentiator::SavitzkyGolay(f) => (
+            format!(
+                "Savitzky–Golay, window {}, degree {}",
+                f.window(),
+                f.degree()
+            ),
+            f.window() / 2,
+        ),
+        Differentiator::FiniteDifference(f) => {
+            (format!("finite differences of order {}", f.order()), 0)
+        }
+        Differentiator::SmoothingSpline(_) => ("smoothing spline by cross-validation".into(), 5),
+        Differentiator::Kalman(_) => ("Kalman smoother by maximum likelihood".into(), 5),
+        Differentiator::Spectral(_) => ("spectral".into(), 5),
+    };
+    let smoothed = stretches
+        .iter()
+        .map(|s| {
+            (0..states)
+                .map(|i| match method.apply(s.time, s.columns[i]) {
+                    Err(SindyError::TooShort { .. }) => {
+                        FiniteDifference::new(2)?.apply(s.time, s.columns[i])
+                    }
+                    other => other,
+                })
+                .collect()
+        })
+        .collect::<Result<_, SindyError>>()?;
+    Ok(Slopes {
+        name,
+        smoothed,
+        edge,
+        window: (2 * edge + 1) as f64,
+    })
+}
+
+/// The raw states, unsmoothed: for discrete time.
+pub(super) fn raw(stretches: &[Stretch<'_>], states: usize) -> Slopes {
+    let smoothed = stretches
+        .iter()
+        .map(|s| {
+            (0..states)
+                .map(|i| {
+                    let x = s.columns[i];
+                    // "Slope": the next sample; the last row has none.
+                    let next = x[1..].iter().copied().chain([f64::NAN]).collect();
+                    Smoothed {
+                        value: x.to_vec(),
+                        derivative: next,
+                    }
+                })
+                .collect()
+        })
+        .collect();
+    Slopes {
+        name: "none (discrete time)".into(),
+        smoothed,
+        edge: 0,
+        window: 1.0,
+    }
+}
+
+/// The name of state `i`'s slope among the columns; no expression can contain it.
+pub(super) fn slope_name(i: usize) -> String {
+    format!("(slope {i})")
+}
+
+/// The name of the column of weights.
+pub(super) const WEIGHT: &str = "(weight)";
+
+/// Blocks of rows of each stretch: stretches are cut until there are `folds` of them.
+pub(super) fn blocks(
+    stretches: &[Stretch<'_>],
+    folds: usize,
+) -> Vec<(usize, std::ops::Range<usize>)> {
+    let rows: usize = stretches.iter().map(|s| s.time.len()).sum();
+    let most = if stretches.len() >= folds {
+        usize::MAX
+    } else {
+        rows.div_ceil(folds).max(20)
+    };
+    let mut out = Vec::new();
+    for (index, s) in stretches.iter().enumerate() {
+        let n = s.time.len();
+        let parts = n.div_ceil(most).max(1);
+        for k in 0..parts {
+            out.push((index, k * n / parts..(k + 1) * n / parts));
+        }
+    }
+    out
+}
+
+/// Samples for regression on slopes, one group for each block.
+pub(super) fn regression_samples(
+    data: &Dataset,
+    stretches: &[Stretch<'_>],
+    slopes: &Slopes,
+    blocks: &[(usize, std::ops::Range<usize>)],
+) -> Result<Samples, SindyError> {
+    let states = data.states().len();
+    let mut names = data.names();
+    names.extend((0..states).map(slope_name));
+    names.push(WEIGHT.into());
+    let mut samples = Samples::new(&names.iter().map(String::as_str).collect::<Vec<_>>());
+    for (index, range) in blocks {
+        let (s, smooth) = (&stretches[*index], &slopes.smoothed[*index]);
+        let n = s.time.len();
+        // Ends are left out where enough is left without them.
+        let edge = if n > 4 * slopes.edge { slopes.edge } else { 0 };
+        let rows = range.start.max(edge)..range.end.min(n - edge).max(range.start.max(edge));
+        let mut columns: Vec<Vec<f64>> = smooth
+            .iter()
+            .map(|c| c.value[rows.clone()].to_vec())
+            .collect();
+        columns.extend(s.columns[states..].iter().map(|c| c[rows.clone()].to_vec()));
+        columns.extend(smooth.iter().map(|c| c.derivative[rows.clone()].to_vec()));
+        columns.push(match s.weights {
+            Some(w) => w[rows.clone()].to_vec(),
+            None => vec![1.0; rows.len()],
+        });
+        samples.push_group(columns)?;
+    }
+    Ok(samples)
+}
+
+/// Pieces for the output error: all stretches, or evenly spread parts of them where there are more than
+/// `most` rows.
+pub(super) fn pieces<'a>(
+    stretches: &[Stretch<'a>],
+    states: usize,
+    slopes: &Slopes,
+    most: usize,
+) -> Vec<Piece<'a>> {
+    const PART: usize = 2000;
+    let rows: usize = stretches.iter().map(|s| s.time.len()).sum();
+    let keep = (most as f64 / rows as f64).min(1.0);
+    let mut out = Vec::new();
+    let mut due = 0.0;
+    for (s, smooth) in stretches.iter().zip(&slopes.smoothed) {
+        let n = s.time.len();
+        let part = if keep < 1.0 { PART.min(n) } else { n };
+        for start in (0..n).step_by(part) {
+            let end = n.min(start + part);
+            due += keep;
+            if end - start < 3 || due < 1.0 - 1e-9 {
+                continue;
+            }
+            due -= 1.0;
+            out.push(Piece {
+                time: &s.time[start..end],
+                states: s.columns[..states].iter().map(|c| &c[start..end]).collect(),
+                inputs: s.columns[states..].iter().map(|c| &c[start..end]).collect(),
+                weights: s.weights.map(|w| &w[start..end]),
+                smooth: smooth
+                    .iter()
+                    .map(|c| c.value[start..end].to_vec())
+                    .collect(),
+            });
+        }
+    }
+    out
+}

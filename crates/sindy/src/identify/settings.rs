@@ -1,0 +1,162 @@
+//! Settings of the automatic identification.
+
+use serde::{Deserialize, Serialize};
+
+use crate::choose::Grid;
+use crate::derivative::{
+    Differentiator, FiniteDifference, KalmanSmoother, Motion, SmoothingSpline,
+};
+use crate::error::SindyError;
+use crate::savgol::SavitzkyGolay;
+
+/// How coefficients are determined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Output error where the model's trajectories follow the data to within the noise, regression
+    /// otherwise.
+    #[default]
+    Automatic,
+    /// Output error, whatever it leaves.
+    OutputError,
+    /// Regression on slopes or in weak form only.
+    Regression,
+}
+
+/// Where slopes come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Smoothing {
+    /// Savitzky–Golay filters and the weak form with strengths from the data, on uneven times a smoothing spline
+    /// by cross-validation; the one whose model predicts best is taken.
+    #[default]
+    Automatic,
+    /// The weak form, with its half-width from the data.
+    Weak,
+    /// A Savitzky–Golay filter.
+    SavitzkyGolay {
+        /// Samples, odd.
+        window: usize,
+        /// Degree of its polynomial.
+        degree: usize,
+    },
+    /// A cubic smoothing spline by generalised cross-validation.
+    Spline,
+    /// A Kalman smoother of constant acceleration by maximum likelihood.
+    Kalman,
+    /// Finite differences, for data without noise.
+    FiniteDifference {
+        /// 2, 4 or 6.
+        order: usize,
+    },
+}
+
+impl Smoothing {
+    /// The differentiator of a fixed choice, `None` for the others.
+    pub(super) fn differentiator(self) -> Result<Option<Differentiator>, SindyError> {
+        Ok(match self {
+            Self::Automatic | Self::Weak => None,
+            Self::SavitzkyGolay { window, degree } => {
+                Some(SavitzkyGolay::new(window, degree)?.into())
+            }
+            Self::Spline => Some(SmoothingSpline::cross_validated().into()),
+            Self::Kalman => {
+                Some(KalmanSmoother::maximum_likelihood(Motion::ConstantAcceleration).into())
+            }
+            Self::FiniteDifference { order } => Some(FiniteDifference::new(order)?.into()),
+        })
+    }
+}
+
+/// All that can be set; the defaults are the automatic choice.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Whether the equations give the next sample instead of the slope.
+    pub discrete: bool,
+    /// How coefficients are determined.
+    pub method: Method,
+    /// Where slopes come from.
+    pub smoothing: Smoothing,
+    /// Thresholds η = √(2 λ ν) of SR3 on scaled coefficients that are tried.
+    pub thresholds: Vec<f64>,
+    /// Relaxations ν of SR3 that are tried.
+    pub nus: Vec<f64>,
+    /// Folds of the cross-validation: trajectories are cut into blocks until there are so many.
+    pub folds: usize,
+    /// Weight of the penalty for each term; 1 is the extended Bayesian criterion.
+    pub penalty: f64,
+    /// An arc of a trajectory ends where a change of its start has grown by this factor.
+    pub growth: f64,
+    /// Gauss–Newton steps of the output error, at most.
+    pub iterations: usize,
+    /// Rows that the output error looks at, at most: evenly spread pieces of longer data.
+    pub rows: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        let Grid { thresholds, nus } = Grid::default();
+        Self {
+            discrete: false,
+            method: Method::default(),
+            smoothing: Smoothing::default(),
+            thresholds,
+            nus,
+            folds: 5,
+            penalty: 1.0,
+            growth: 1e3,
+            iterations: 60,
+            rows: 50_000,
+        }
+    }
+}
+
+impl Settings {
+    /// Refuses values outside their range.
+    ///
+    /// # Errors
+    /// The first of them, by its key.
+    pub fn validate(&self) -> Result<(), SindyError> {
+        let positive = |v: f64| v > 0.0 && v.is_finite();
+        if self.thresholds.is_empty() || !self.thresholds.iter().all(|t| *t >= 0.0 && t.is_finite())
+        {
+            return Err(SindyError::setting(
+                "thresholds",
+                "one or more finite numbers, at least 0",
+                format!("{:?}", self.thresholds),
+            ));
+        }
+        if self.nus.is_empty() || !self.nus.iter().all(|v| positive(*v)) {
+            return Err(SindyError::setting(
+                "nus",
+                "one or more finite numbers above 0",
+                format!("{:?}", self.nus),
+            ));
+        }
+        if !(2..=1000).contains(&self.folds) {
+            return Err(SindyError::setting("folds", "2 to 1000", self.folds));
+        }
+        if !positive(self.penalty) {
+            return Err(SindyError::setting(
+                "penalty",
+                "a finite number above 0",
+                self.penalty,
+            ));
+        }
+        if !(self.growth > 1.0 && self.growth.is_finite()) {
+            return Err(SindyError::setting(
+                "growth",
+                "a finite number above 1",
+                self.growth,
+            ));
+        }
+        if self.iterations == 0 {
+            return Err(SindyError::setting("iterations", "at least 1", 0));
+        }
+        if self.rows < 100 {
+            return Err(SindyError::setting("rows", "at least 100", self.rows));
+        }
+        self.smoothing.differentiator().map(|_| ())
+    }
+}

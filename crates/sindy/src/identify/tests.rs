@@ -1,0 +1,287 @@
+use rand::{RngExt, SeedableRng};
+
+use super::*;
+use crate::problems::{self, Problem};
+
+fn data_of(problem: &Problem, percent: f64, seed: u64) -> Dataset {
+    let mut data = Dataset::new(&problem.states, &problem.inputs).unwrap();
+    for record in problem.noisy(percent, seed).unwrap() {
+        let mut columns = record.states;
+        columns.extend(record.inputs);
+        data.push("run", record.time, columns, None).unwrap();
+    }
+    data
+}
+
+fn quiet() -> impl FnMut(Progress) {
+    |_| ()
+}
+
+/// Relative 2-norm of the coefficients' error, and whether the terms are the true ones.
+fn against_truth(problem: &Problem, model: &Model) -> (f64, bool) {
+    let library = problem.library().unwrap();
+    let (mut wrong, mut norm, mut exact) = (0.0, 0.0, true);
+    for (row, equation) in problem.coefficients().iter().zip(model.equations()) {
+        for (term, truth) in library.terms().iter().zip(row) {
+            let found = equation
+                .iter()
+                .find(|t| t.expression == *term)
+                .map_or(0.0, |t| t.coefficient);
+            wrong += (found - truth).powi(2);
+            norm += truth * truth;
+            exact &= (found != 0.0) == (*truth != 0.0);
+        }
+    }
+    ((wrong / norm).sqrt(), exact)
+}
+
+#[test]
+fn analytic_known_systems_are_found_in_noise_without_being_told_anything() {
+    // Bounds: twice the median of five seeds when written, all of them far below what regression on slopes
+    // reaches with the true terms given.
+    for (problem, percent, bound) in [
+        (problems::lorenz(), 10.0, 4e-3),
+        (problems::van_der_pol(), 10.0, 6e-3),
+        (problems::lotka_volterra(), 5.0, 4e-3),
+        (problems::ground_effect(), 5.0, 3e-2),
+    ] {
+        let data = data_of(&problem, percent, 3);
+        let found = Identify::new(problem.library().unwrap())
+            .run(&data, &mut quiet())
+            .unwrap();
+        let (error, exact) = against_truth(&problem, &found.model);
+        assert!(
+            exact && error < bound,
+            "{}: {error} {}",
+            problem.name,
+            found.model
+        );
+        assert_eq!(found.choice.method, "output_error");
+        assert_eq!(found.outcome, Outcome::Converged);
+        for equation in &found.equations {
+            assert!(equation.front.iter().filter(|p| p.chosen).count() == 1);
+            // The noise that was put in is what is left: 5000 samples or more scatter by 1 %.
+            let left = equation.residual.unwrap() / equation.noise;
+            assert!((left - 1.0).abs() < 0.15, "{left}");
+        }
+    }
+}
+
+#[test]
+fn analytic_standard_errors_are_those_of_repeated_draws() {
+    let problem = problems::lotka_volterra();
+    let library = problem.library().unwrap();
+    let (mut squares, mut count) = (0.0, 0.0);
+    for seed in 0..6 {
+        let found = Identify::new(library.clone())
+            .run(&data_of(&problem, 5.0, seed), &mut quiet())
+            .unwrap();
+        for (equation, truth) in found.model.equations().iter().zip(&problem.truth) {
+            for (term, (_, c)) in equation.iter().zip(truth) {
+                let z = (term.coefficient - c) / term.std_error.unwrap();
+                assert!(term.inclusion.unwrap() > 0.99);
+                squares += z * z;
+                count += 1.0;
+            }
+        }
+    }
+    // 24 squares of standard scores, strongly correlated within a draw: their mean scatters by about 0.5.
+    let mean: f64 = squares / count;
+    assert!((0.3..2.5).contains(&mean), "{mean}");
+}
+
+#[test]
+fn analytic_uneven_times_gaps_and_weights_are_no_obstacle() {
+    let problem = problems::van_der_pol();
+    let record = problem.noisy(2.0, 5).unwrap().remove(0);
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(8);
+    // A third of the rows at random, a stretch missing, and spikes that carry no weight.
+    let keep: Vec<usize> = (0..record.time.len())
+        .filter(|_| rng.random_bool(0.35))
+        .collect();
+    let pick = |c: &Vec<f64>| -> Vec<f64> { keep.iter().map(|&i| c[i]).collect() };
+    let mut columns: Vec<Vec<f64>> = record.states.iter().map(pick).collect();
+    columns[0][700] = f64::NAN;
+    let mut weights = vec![1.0; keep.len()];
+    for k in (50..keep.len()).step_by(97) {
+        columns[1][k] += 0.5;
+        weights[k] = 0.0;
+    }
+    let mut data = Dataset::new(&problem.states, &[]).unwrap();
+    data.push("run", pick(&record.time), columns, Some(weights))
+        .unwrap();
+    assert!(!data.report().uniform);
+    let found = Identify::new(problem.library().unwrap())
+        .run(&data, &mut quiet())
+        .unwrap();
+    let (error, exact) = against_truth(&problem, &found.model);
+    // 1700 samples with 2 %: the 10 % bound above is generous.
+    assert!(
+        exact && error < 6e-3,
+        "{error} {} {:?}",
+        found.model,
+        found.choice
+    );
+    assert!(found.warnings.iter().any(|w| w.contains("gaps")));
+}
+
+#[test]
+fn analytic_a_map_in_discrete_time() {
+    // The Hénon map with noise on what is measured.
+    let (mut x, mut y) = (0.1_f64, 0.1_f64);
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(2);
+    let (mut xs, mut ys) = (Vec::new(), Vec::new());
+    for _ in 0..600 {
+        (x, y) = (1.0 - 1.4 * x * x + y, 0.3 * x);
+        xs.push(x + 1e-3 * rng.random_range(-1.0..1.0));
+        ys.push(y + 1e-3 * rng.random_range(-1.0..1.0));
+    }
+    let mut data = Dataset::new(&["x", "y"], &[]).unwrap();
+    data.push("map", (0..600).map(f64::from).collect(), vec![xs, ys], None)
+        .unwrap();
+    let settings = Settings {
+        discrete: true,
+        ..Settings::default()
+    };
+    let found = Identify::new(Library::polynomial(&["x", "y"], 3).unwrap())
+        .settings(settings)
+        .unwrap()
+        .run(&data, &mut quiet())
+        .unwrap();
+    let text = format!("{:.2}", found.model);
+    assert_eq!(found.model.terms(), 4, "{text}");
+    assert!(
+        (found.model.equations()[0][1].coefficient.abs() - 1.4).abs() < 5e-3
+            || text.contains("1.4"),
+        "{text}"
+    );
+}
+
+#[test]
+fn prop_a_disturbed_system_is_said_to_be_disturbed() {
+    // dx = (1 - x) dt + disturbance, measured almost exactly: no trajectory of any model follows it.
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(4);
+    let (mut x, mut force) = (0.0, 0.0);
+    let mut xs = Vec::new();
+    for _ in 0..4000 {
+        force += -0.02 * force + 0.3 * rng.random_range(-1.0..1.0);
+        x += 0.01 * (1.0 - x + force);
+        xs.push(x + 1e-4 * rng.random_range(-1.0..1.0));
+    }
+    let mut data = Dataset::new(&["x"], &[]).unwrap();
+    data.push(
+        "run",
+        (0..4000).map(|i| 0.01 * f64::from(i)).collect(),
+        vec![xs],
+        None,
+    )
+    .unwrap();
+    let found = Identify::new(Library::polynomial(&["x"], 3).unwrap())
+        .run(&data, &mut quiet())
+        .unwrap();
+    let said = found.choice.method != "output_error"
+        || found.warnings.iter().any(|w| w.contains("disturbed"));
+    assert!(said, "{:?} {:?}", found.choice, found.warnings);
+}
+
+#[test]
+fn prop_bad_input_is_refused_or_warned_of() {
+    let library = Library::polynomial(&["x", "y"], 3).unwrap();
+    let run = |data: &Dataset| Identify::new(library.clone()).run(data, &mut quiet());
+    let mut data = Dataset::new(&["x", "y"], &[]).unwrap();
+    assert!(run(&data).unwrap_err().to_string().contains("usable rows"));
+    data.push(
+        "short",
+        vec![0.0, 1.0],
+        vec![vec![1.0, 2.0], vec![1.0, 2.0]],
+        None,
+    )
+    .unwrap();
+    assert!(
+        run(&data)
+            .unwrap_err()
+            .to_string()
+            .contains("more than the library")
+    );
+    // A constant state, and two states that are the same.
+    let time: Vec<f64> = (0..400).map(|i| 0.01 * f64::from(i)).collect();
+    let x: Vec<f64> = time.iter().map(|t| (-t).exp()).collect();
+    for y in [vec![2.0; 400], x.clone(), vec![0.0; 400]] {
+        let mut data = Dataset::new(&["x", "y"], &[]).unwrap();
+        data.push("run", time.clone(), vec![x.clone(), y], None)
+            .unwrap();
+        let found = run(&data).unwrap();
+        assert!(
+            found
+                .warnings
+                .iter()
+                .any(|w| w.contains("collinear") || w.contains("hardly")),
+            "{:?}",
+            found.warnings
+        );
+        let all: Vec<f64> = found
+            .model
+            .equations()
+            .iter()
+            .flatten()
+            .map(|t| t.coefficient)
+            .collect();
+        assert!(all.iter().all(|c| c.is_finite()));
+    }
+    let two = Identify::per_equation(vec![library.clone(); 3]);
+    assert!(two.run(&data, &mut quiet()).is_err());
+    let unknown = Identify::new(Library::parse(&["w"]).unwrap());
+    assert!(
+        unknown
+            .run(&data, &mut quiet())
+            .unwrap_err()
+            .to_string()
+            .contains('w')
+    );
+    let bad = Settings {
+        nus: vec![0.0],
+        ..Settings::default()
+    };
+    assert!(
+        Identify::new(library.clone())
+            .settings(bad)
+            .unwrap_err()
+            .to_string()
+            .contains("nus")
+    );
+}
+
+#[test]
+fn prop_every_smoothing_and_method_can_be_asked_for() {
+    let problem = problems::lotka_volterra();
+    let data = data_of(&problem, 1.0, 1);
+    for smoothing in [
+        Smoothing::Weak,
+        Smoothing::SavitzkyGolay {
+            window: 31,
+            degree: 4,
+        },
+        Smoothing::Spline,
+    ] {
+        let settings = Settings {
+            smoothing,
+            method: Method::Regression,
+            ..Settings::default()
+        };
+        let found = Identify::new(problem.library().unwrap())
+            .settings(settings)
+            .unwrap()
+            .run(&data, &mut quiet())
+            .unwrap();
+        assert_ne!(found.choice.method, "output_error");
+        let name = match smoothing {
+            Smoothing::Weak => "weak",
+            Smoothing::Spline => "spline",
+            _ => "window 31",
+        };
+        assert!(found.choice.smoothing.contains(name), "{:?}", found.choice);
+        // One percent of noise: regression has the right terms' coefficients to a few percent.
+        let (error, _) = against_truth(&problem, &found.model);
+        assert!(error < 0.1, "{name}: {error} {}", found.model);
+    }
+}

@@ -1,0 +1,218 @@
+//! A model followed through the data: simulation from node to node, and what is judged by it.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::record::Record;
+use super::system::{Step, System, Work};
+
+/// Nodes that the integrator's error is tried at, about.
+const TRIED: usize = 200;
+
+/// How arcs are cut and simulated.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cut {
+    /// An arc ends where a change of its start has grown by this factor.
+    pub growth: f64,
+    /// Nodes of an arc, at most.
+    pub longest: usize,
+    /// Steps of the integrator between samples.
+    pub substeps: usize,
+}
+
+/// A model that is followed through the data.
+#[derive(Clone, Copy)]
+pub(super) struct Follow<'a> {
+    pub system: &'a System,
+    /// Of all candidates.
+    pub coefficients: &'a [f64],
+    /// Noise of each state.
+    pub sigma: &'a [f64],
+    pub cut: Cut,
+}
+
+/// `M` and `d`: how a point of the trajectory moves with the arc's start and the coefficients.
+pub(super) struct Sensitivity {
+    /// n x (n + P).
+    pub m: DMatrix<f64>,
+    /// n: by closing the defects before it.
+    pub d: DVector<f64>,
+}
+
+impl Follow<'_> {
+    /// Noise that a vector of residuals or defects is measured by.
+    fn size(&self, i: usize, difference: f64) -> f64 {
+        (difference / self.sigma[i]).powi(2)
+    }
+
+    /// From sample `row` to the next, in `substeps`; the sensitivities along with it where they are given.
+    pub(super) fn advance(
+        &self,
+        record: &Record,
+        row: usize,
+        substeps: usize,
+        x: &mut [f64],
+        (work, step): (&mut Work, &mut Step),
+        mut along: Option<&mut Sensitivity>,
+    ) {
+        let (u0, u1) = (&record.inputs[row], &record.inputs[row + 1]);
+        let h = (record.time[row + 1] - record.time[row]) / substeps as f64;
+        let between = |part: f64| -> Vec<f64> {
+            u0.iter().zip(u1).map(|(a, b)| a + part * (b - a)).collect()
+        };
+        for k in 0..substeps {
+            let at = |offset: f64| between((k as f64 + offset) / substeps as f64);
+            let (start, middle, end) = (at(0.0), at(0.5), at(1.0));
+            let over = (h, [&start[..], &middle, &end]);
+            self.system
+                .step(x, over, self.coefficients, along.is_some(), work, step);
+            x.copy_from_slice(&step.state);
+            if let Some(s) = &mut along {
+                s.m = &step.transition * &s.m;
+                let mut of_coefficients = s.m.columns_mut(x.len(), step.forcing.ncols());
+                of_coefficients += &step.forcing;
+                s.d = &step.transition * &s.d;
+            }
+        }
+    }
+
+    /// Sum of squares of each state's residuals, and of the defects over the noise, over arcs of so many nodes
+    /// from the given ones of each record: `(record, first, nodes)`.
+    pub(super) fn judge(
+        &self,
+        records: &[Record],
+        arcs: impl Iterator<Item = (usize, usize, usize)>,
+    ) -> Option<(Vec<f64>, f64)> {
+        let mut misfit = vec![0.0; self.system.n];
+        let mut defects = 0.0;
+        let (mut work, mut step) = (self.system.work(), self.system.blank());
+        for (index, first, nodes) in arcs {
+            let record = &records[index];
+            let mut compare = |x: &[f64], row: usize| {
+                for (i, x) in x.iter().enumerate() {
+                    misfit[i] += record.residual(i, row, *x).powi(2);
+                }
+            };
+            for node in first..first + nodes {
+                let mut x = record.nodes[node].clone();
+                let (from, to) = record.between(node);
+                if node == first {
+                    compare(&x, from);
+                }
+                let goes_on = node + 1 < first + nodes;
+                for row in from..to {
+                    self.advance(
+                        record,
+                        row,
+                        self.cut.substeps,
+                        &mut x,
+                        (&mut work, &mut step),
+                        None,
+                    );
+                    if row + 1 < to || goes_on || record.is_last(node) {
+                        compare(&x, row + 1);
+                    }
+                }
+                if !x.iter().all(|v| v.is_finite()) {
+                    return None;
+                }
+                if goes_on {
+                    let next = &record.nodes[node + 1];
+                    defects += (0..x.len())
+                        .map(|i| self.size(i, x[i] - next[i]))
+                        .sum::<f64>();
+                }
+            }
+        }
+        Some((misfit, defects))
+    }
+
+    /// Residuals of every record and state as the nodes stand, in units of the data.
+    pub(super) fn residuals(&self, records: &[Record]) -> Vec<Vec<Vec<f64>>> {
+        let (mut work, mut step) = (self.system.work(), self.system.blank());
+        let mut all = Vec::new();
+        for record in records {
+            let mut of = vec![Vec::with_capacity(record.time.len()); self.system.n];
+            for (node, x) in record.nodes.iter().enumerate() {
+                let mut x = x.clone();
+                let (from, to) = record.between(node);
+                for row in from..to + usize::from(record.is_last(node)) {
+                    for (i, x) in x.iter().enumerate() {
+                        of[i].push(record.residual(i, row, *x));
+                    }
+                    if row < to {
+                        self.advance(
+                            record,
+                            row,
+                            self.cut.substeps,
+                            &mut x,
+                            (&mut work, &mut step),
+                            None,
+                        );
+                    }
+                }
+            }
+            all.push(of);
+        }
+        all
+    }
+
+    /// Root mean square, in units of the noise, of simulations over `cut.longest` nodes from where nodes are;
+    /// infinite where one leaves the finite numbers.
+    pub(super) fn free_run(&self, records: &[Record]) -> f64 {
+        let (mut work, mut step) = (self.system.work(), self.system.blank());
+        let (mut sum, mut count) = (0.0, 0usize);
+        for record in records {
+            for first in (0..record.rows.len()).step_by(self.cut.longest) {
+                let mut x = record.nodes[first].clone();
+                let end = record.rows.get(first + self.cut.longest).copied();
+                for row in record.rows[first]..end.unwrap_or(record.time.len() - 1) {
+                    self.advance(
+                        record,
+                        row,
+                        self.cut.substeps,
+                        &mut x,
+                        (&mut work, &mut step),
+                        None,
+                    );
+                    for (i, x) in x.iter().enumerate() {
+                        sum += self.size(i, record.residual(i, row + 1, *x));
+                        count += 1;
+                    }
+                }
+            }
+        }
+        if sum.is_finite() {
+            (sum / count.max(1) as f64).sqrt()
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// Root mean square over nodes, largest over states: how far half the step takes the simulation from node
+    /// to node elsewhere, in units of the noise.
+    pub(super) fn integration_error(&self, records: &[Record]) -> f64 {
+        let (mut work, mut step) = (self.system.work(), self.system.blank());
+        let mut squares = vec![0.0; self.system.n];
+        let mut count = 0usize;
+        let nodes: usize = records.iter().map(|r| r.rows.len()).sum();
+        for record in records {
+            for node in (0..record.rows.len()).step_by(nodes.div_ceil(TRIED).max(1)) {
+                let (from, to) = record.between(node);
+                let mut end = |substeps: usize| {
+                    let mut x = record.nodes[node].clone();
+                    for row in from..to {
+                        self.advance(record, row, substeps, &mut x, (&mut work, &mut step), None);
+                    }
+                    x
+                };
+                let (coarse, fine) = (end(self.cut.substeps), end(2 * self.cut.substeps));
+                for (i, square) in squares.iter_mut().enumerate() {
+                    *square += self.size(i, coarse[i] - fine[i]);
+                }
+                count += 1;
+            }
+        }
+        let worst = squares.into_iter().fold(0.0, f64::max);
+        (worst / count.max(1) as f64).sqrt()
+    }
+}

@@ -1,0 +1,77 @@
+//! A stretch of data with the nodes of its trajectory.
+
+use super::Piece;
+
+/// Samples from one node to the next, at most.
+const NODE: usize = 10;
+/// Nodes are so close that states change by this share of their scatter in between (root mean square).
+const CHANGE: f64 = 0.3;
+/// One stretch of data as the search sees it.
+pub(super) struct Record {
+    pub time: Vec<f64>,
+    /// One column for each state.
+    pub states: Vec<Vec<f64>>,
+    /// By row: inputs at the sample.
+    pub inputs: Vec<Vec<f64>>,
+    /// Square roots of the rows' weights.
+    pub weights: Option<Vec<f64>>,
+    /// The states at the nodes, as they are estimated now.
+    pub nodes: Vec<Vec<f64>>,
+    /// The rows of the nodes, the first of them 0.
+    pub rows: Vec<usize>,
+}
+
+impl Record {
+    pub(super) fn new(piece: &Piece<'_>) -> Self {
+        let n = piece.time.len();
+        let pace = piece.smooth.iter().map(|c| pace(c)).fold(0.0, f64::max);
+        let node = ((CHANGE / pace) as usize).clamp(1, NODE);
+        let rows: Vec<usize> = (0..n.saturating_sub(1)).step_by(node).collect();
+        Self {
+            time: piece.time.to_vec(),
+            states: piece.states.iter().map(|c| c.to_vec()).collect(),
+            inputs: (0..n)
+                .map(|i| piece.inputs.iter().map(|c| c[i]).collect())
+                .collect(),
+            weights: piece.weights.map(|w| w.iter().map(|w| w.sqrt()).collect()),
+            nodes: rows
+                .iter()
+                .map(|&r| piece.smooth.iter().map(|c| c[r]).collect())
+                .collect(),
+            rows,
+        }
+    }
+
+    /// The rows of node `node` and of what follows it: the next node, or the last row.
+    pub(super) fn between(&self, node: usize) -> (usize, usize) {
+        let next = self.rows.get(node + 1).copied();
+        (self.rows[node], next.unwrap_or(self.time.len() - 1))
+    }
+
+    /// Whether no node follows.
+    pub(super) fn is_last(&self, node: usize) -> bool {
+        node + 1 == self.rows.len()
+    }
+
+    /// The residual of state `i` at `row`, by the root of its weight.
+    pub(super) fn residual(&self, i: usize, row: usize, x: f64) -> f64 {
+        (self.states[i][row] - x) * self.root_weight(row)
+    }
+
+    pub(super) fn root_weight(&self, row: usize) -> f64 {
+        self.weights.as_ref().map_or(1.0, |w| w[row])
+    }
+}
+
+/// Root mean square of the steps of a signal over its standard deviation.
+fn pace(x: &[f64]) -> f64 {
+    let n = x.len() as f64;
+    let mean = x.iter().sum::<f64>() / n;
+    let variance = x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+    let steps = x.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>() / n;
+    if variance > 0.0 {
+        (steps / variance).sqrt()
+    } else {
+        0.0
+    }
+}
