@@ -3,7 +3,8 @@
 use nalgebra::DVector;
 
 use super::regress::{Statistics, best_subsets};
-use super::{Candidate, Choice, Equation, FOLLOWS, FrontPoint, Identification, Ranked, Run};
+use super::run::{FOLLOWS, Ranked, Run};
+use super::{Candidate, Choice, Equation, FrontPoint, Identification};
 use crate::error::SindyError;
 use crate::fit::Fit;
 use crate::gram::Gram;

@@ -1,6 +1,8 @@
 use rand::{RngExt, SeedableRng};
 
 use super::*;
+use crate::model::Model;
+use crate::outcome::Outcome;
 use crate::problems::{self, Problem};
 
 fn data_of(problem: &Problem, percent: f64, seed: u64) -> Dataset {

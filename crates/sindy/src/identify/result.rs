@@ -1,0 +1,104 @@
+//! What an identification says: on the way, and at its end.
+
+use serde::Serialize;
+
+use crate::dataset::DataReport;
+use crate::model::Model;
+use crate::outcome::Outcome;
+
+/// What the automatic identification is doing.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Progress {
+    /// Smoothing and differentiating.
+    Smoothing,
+    /// Regressing, with these slopes.
+    Regression {
+        /// Where slopes come from.
+        smoothing: String,
+    },
+    /// A Gauss–Newton step of the output error.
+    OutputError {
+        /// The start, from 0.
+        start: usize,
+        /// Steps from this start.
+        step: usize,
+        /// Terms kept at present.
+        terms: usize,
+        /// Largest share of a state's noise that is left, 1 being the aim.
+        misfit: f64,
+    },
+}
+
+/// Why the model is what it is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Choice {
+    /// How coefficients were determined: `output_error`, `best_subset` or `sr3`.
+    pub method: String,
+    /// λ of SR3, one for each equation, where it made the start or the model.
+    pub lambda: Option<Vec<f64>>,
+    /// ν of SR3, likewise.
+    pub nu: Option<Vec<f64>>,
+    /// Where slopes came from.
+    pub smoothing: String,
+    /// In a sentence or two.
+    pub reason: String,
+}
+
+/// One number of terms of one equation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FrontPoint {
+    /// The best terms of this number.
+    pub terms: Vec<String>,
+    /// Their error, in [`Equation::unit`].
+    pub error: f64,
+    /// Whether no other terms of this number are better, by proof.
+    pub proven: bool,
+    /// Whether these are the model's terms.
+    pub chosen: bool,
+}
+
+/// One equation and its alternatives.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Equation {
+    /// The state.
+    pub state: String,
+    /// Estimated noise on it.
+    pub noise: f64,
+    /// Root mean square of what the model leaves of it, as far as trajectories were followed.
+    pub residual: Option<f64>,
+    /// Terms against error, the other equations held.
+    pub front: Vec<FrontPoint>,
+    /// What the front's error is.
+    pub unit: &'static str,
+}
+
+/// A model that was compared.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Candidate {
+    /// Solver and smoothing.
+    pub name: String,
+    /// Terms in all equations.
+    pub terms: usize,
+    /// Root mean square of short simulations from smoothed states, in units of the noise.
+    pub free_run: f64,
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Identification {
+    /// The model, with standard errors and inclusion probabilities.
+    pub model: Model,
+    /// One for each state.
+    pub equations: Vec<Equation>,
+    /// What was chosen and why.
+    pub choice: Choice,
+    /// Everything that was compared.
+    pub candidates: Vec<Candidate>,
+    /// Why the last solver stopped.
+    pub outcome: Outcome,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// What the data hold.
+    pub data: DataReport,
+}

@@ -1,0 +1,292 @@
+//! One identification, from slopes to the accepted model.
+
+use super::prepare::{self, Noise, Slopes};
+use super::regress::{self, Regression, Statistics};
+use super::{Identification, Method, Progress, Settings, Smoothing};
+use crate::dataset::{Dataset, Stretch};
+use crate::error::SindyError;
+use crate::gram::Gram;
+use crate::identifiability::examine;
+use crate::library::Library;
+use crate::model::Time;
+use crate::outcome::Outcome;
+use crate::output_error::{self, Found, Piece, Start, System, free_run};
+
+/// A fit follows the data if it leaves no state more than this times its noise.
+pub(super) const FOLLOWS: f64 = 1.5;
+/// Candidates above which the output error looks only at terms that regressions met.
+const MOST_CANDIDATES: usize = 400;
+/// Starts of the output error, at most.
+const STARTS: usize = 3;
+/// A condition of the scaled library above which collinear terms are named.
+const CONDITION: f64 = 1e4;
+
+/// One identification under way.
+pub(super) struct Run<'a> {
+    pub data: &'a Dataset,
+    pub settings: &'a Settings,
+    pub libraries: Vec<Library>,
+    pub system: System,
+    pub time: Time,
+    pub stretches: Vec<Stretch<'a>>,
+    pub noise: Noise,
+    pub warnings: Vec<String>,
+}
+
+/// A model by regression, with what it is ranked by.
+pub(super) struct Ranked {
+    pub regression: Regression,
+    pub coefficients: Vec<f64>,
+    pub free_run: f64,
+}
+
+impl Run<'_> {
+    pub(super) fn go(
+        mut self,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Identification, SindyError> {
+        progress(Progress::Smoothing);
+        let n = self.data.states().len();
+        let (slopes, statistics) = self.regressions(progress)?;
+        self.look_at_data(&statistics[0])?;
+        let pieces = prepare::pieces(&self.stretches, n, &slopes, self.settings.rows);
+        let mut ranked = Vec::new();
+        for statistics in &statistics {
+            for regression in regress::solve(statistics, self.settings)? {
+                let coefficients: Vec<f64> = regression
+                    .fits
+                    .iter()
+                    .flat_map(|f| f.coefficients.iter().copied())
+                    .collect();
+                ranked.push(Ranked {
+                    free_run: free_run(&self.system, &pieces, &coefficients, &self.noise.sigma),
+                    coefficients,
+                    regression,
+                });
+            }
+        }
+        // Fewer terms first among those that predict alike.
+        ranked.sort_by(|a, b| {
+            let rounded = |r: &Ranked| (r.free_run * 50.0).round();
+            let terms = |r: &Ranked| r.coefficients.iter().filter(|c| **c != 0.0).count();
+            rounded(a)
+                .total_cmp(&rounded(b))
+                .then(terms(a).cmp(&terms(b)))
+        });
+        let found = match self.settings.method {
+            Method::Regression => None,
+            _ => self.output_error(&ranked, &pieces, progress),
+        };
+        let follows = found
+            .as_ref()
+            .is_some_and(|(_, f)| self.misfit(f) <= FOLLOWS);
+        match found {
+            Some((start, found)) if follows || self.settings.method == Method::OutputError => {
+                self.of_output_error(&ranked, start, &found)
+            }
+            Some((start, found)) => {
+                let free = free_run(
+                    &self.system,
+                    &pieces,
+                    &found.coefficients,
+                    &self.noise.sigma,
+                );
+                if free < 0.98 * ranked[0].free_run {
+                    self.of_output_error(&ranked, start, &found)
+                } else {
+                    self.of_regression(&ranked, &statistics)
+                }
+            }
+            None => self.of_regression(&ranked, &statistics),
+        }
+    }
+
+    /// Slopes by every method that is asked for; those of the first stand for the trajectories.
+    fn regressions(
+        &self,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<(Slopes, Vec<Statistics>), SindyError> {
+        let (data, stretches) = (self.data, &self.stretches);
+        let n = data.states().len();
+        let folds = self.settings.folds;
+        let mut all = Vec::new();
+        if self.settings.discrete {
+            all.push(prepare::raw(stretches, n));
+        } else if let Some(method) = self.settings.smoothing.differentiator()? {
+            all.push(prepare::with(stretches, n, method)?);
+        } else {
+            let uniform = data.report().uniform;
+            all.push(prepare::chosen(stretches, n, uniform, 1.0)?);
+            if uniform && self.settings.smoothing == Smoothing::Automatic {
+                all.push(prepare::chosen(stretches, n, uniform, 2.0)?);
+            }
+        }
+        let mut statistics = Vec::new();
+        for slopes in &all {
+            progress(Progress::Regression {
+                smoothing: slopes.name.clone(),
+            });
+            statistics.push(regress::of_slopes(
+                data,
+                stretches,
+                &self.libraries,
+                slopes,
+                folds,
+            )?);
+        }
+        let weak = matches!(
+            self.settings.smoothing,
+            Smoothing::Automatic | Smoothing::Weak
+        );
+        if weak && !self.settings.discrete {
+            progress(Progress::Regression {
+                smoothing: "weak form".into(),
+            });
+            let found = regress::of_weak_form(data, stretches, &self.libraries, folds)?;
+            if self.settings.smoothing == Smoothing::Weak && found.is_some() {
+                statistics.clear();
+            }
+            statistics.extend(found);
+        }
+        Ok((all.swap_remove(0), statistics))
+    }
+
+    /// Warnings about the data before anything is fitted.
+    fn look_at_data(&mut self, statistics: &Statistics) -> Result<(), SindyError> {
+        let report = self.data.report();
+        if report.missing_rows + report.holes + report.short_rows > 0 {
+            self.warnings.push(format!(
+                "gaps split the trajectories into {} stretches: {} rows with missing values, {} jumps of time, {} \
+                 rows in stretches too short to use",
+                report.stretches, report.missing_rows, report.holes, report.short_rows
+            ));
+        }
+        let all = self.data.samples()?;
+        for (i, parts) in statistics.grams.iter().enumerate() {
+            if self.libraries[..i].contains(&self.libraries[i]) {
+                continue;
+            }
+            let total = Gram::total(parts);
+            if total.skipped > 0 {
+                self.warnings.push(format!(
+                    "{} of {} rows left out of the regression: a term of the library is not finite there",
+                    total.skipped,
+                    total.skipped + total.rows
+                ));
+            }
+            let found = examine(&self.libraries[i], &total, &all)?;
+            if !found.zero_terms.is_empty() {
+                self.warnings.push(format!(
+                    "terms that are zero throughout: {}",
+                    found.zero_terms.join(", ")
+                ));
+            }
+            for (condition, terms) in found.collinear.iter().filter(|c| c.0 > CONDITION) {
+                self.warnings.push(format!(
+                    "nearly collinear terms (condition {condition:.1e}): {}",
+                    terms.join(", ")
+                ));
+            }
+            for column in found.inputs.iter().filter(|c| c.hardly_excited) {
+                self.warnings.push(format!(
+                    "column `{}` hardly moves: mean {:.4}, standard deviation {:.2e}",
+                    column.name, column.mean, column.sd
+                ));
+            }
+        }
+        self.warnings.dedup();
+        Ok(())
+    }
+
+    /// The largest share of a state's noise that is left.
+    pub(super) fn misfit(&self, found: &Found) -> f64 {
+        found
+            .sigma
+            .iter()
+            .zip(&self.noise.sigma)
+            .map(|(left, noise)| left / noise)
+            .fold(0.0, f64::max)
+    }
+
+    /// The output error from the best starts; with shorter arcs where whole trajectories cannot be followed.
+    fn output_error(
+        &self,
+        ranked: &[Ranked],
+        pieces: &[Piece<'_>],
+        progress: &mut dyn FnMut(Progress),
+    ) -> Option<(usize, Found)> {
+        let mut best: Option<(usize, Found)> = None;
+        for longest in [usize::MAX, 32, 8] {
+            let mut tried: Vec<Vec<bool>> = Vec::new();
+            for (index, start) in ranked.iter().enumerate() {
+                let support: Vec<bool> = start.coefficients.iter().map(|c| *c != 0.0).collect();
+                if tried.len() == STARTS || tried.contains(&support) {
+                    continue;
+                }
+                let number = tried.len();
+                tried.push(support);
+                let limits = output_error::Settings {
+                    growth: self.settings.growth,
+                    iterations: self.settings.iterations,
+                    penalty: self.settings.penalty,
+                    longest,
+                };
+                let from = Start {
+                    coefficients: start.coefficients.clone(),
+                    sigma: self.noise.sigma.clone(),
+                    floor: self.noise.floor.clone(),
+                    candidates: self.screened(ranked),
+                };
+                let found = output_error::search(&self.system, pieces, &from, &limits, &mut |s| {
+                    progress(Progress::OutputError {
+                        start: number,
+                        step: s.step,
+                        terms: s.terms,
+                        misfit: s
+                            .sigma
+                            .iter()
+                            .zip(&self.noise.sigma)
+                            .map(|(left, noise)| left / noise)
+                            .fold(0.0, f64::max),
+                    });
+                });
+                let Some(found) = found else { continue };
+                match &best {
+                    Some((_, b)) if found.score > b.score - 1.0 => {
+                        let agree = (found.score - b.score).abs() <= 1.0;
+                        if agree && found.outcome == Outcome::Converged {
+                            break;
+                        }
+                    }
+                    _ => best = Some((index, found)),
+                }
+            }
+            if best
+                .as_ref()
+                .is_some_and(|(_, f)| self.misfit(f) <= FOLLOWS)
+            {
+                return best;
+            }
+            if longest > 8 {
+                // Scores of differently cut arcs do not compare.
+                best = None;
+            }
+        }
+        best
+    }
+
+    /// The candidates that the output error looks at: all, or those that a regression met.
+    fn screened(&self, ranked: &[Ranked]) -> Option<Vec<bool>> {
+        let size = ranked.first()?.coefficients.len();
+        if size <= MOST_CANDIDATES {
+            return None;
+        }
+        let mut met = vec![false; size];
+        for r in ranked {
+            for (met, c) in met.iter_mut().zip(&r.coefficients) {
+                *met |= *c != 0.0;
+            }
+        }
+        Some(met)
+    }
+}
