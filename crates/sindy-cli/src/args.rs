@@ -4,7 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-/// Sparse identification of nonlinear dynamics, for tables of measurements.
+use crate::fit::args::FitArgs;
+
+/// Finds the differential equations behind measured trajectories, with few terms, and runs them.
+///
+/// `sindy fit` reads tables of measurements and chooses smoothing, terms and coefficients by itself. `sindy simulate` runs
+/// the model that it found.
 #[derive(Debug, Parser)]
 #[command(name = "sindy", version, after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -20,6 +25,8 @@ pub(crate) struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
+  sindy fit measured.csv --states x,y,z
+  sindy fit run1.csv run2.csv --states x,y --inputs u --library 'poly(3)' --test run3.csv --model model.json
   sindy simulate model.json --start x=1,y=0 --until 10 --step 0.01 --output run.csv
   sindy simulate model.json --data measured.csv --figure compare.svg
 
@@ -28,8 +35,12 @@ Exit status: 0 done; 1 a file cannot be read or written, or has no usable rows; 
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Find the equations behind measured trajectories
+    Fit(Box<FitArgs>),
     /// Run a model, from a start of your own or beside measured trajectories
-    Simulate(SimulateArgs),
+    Simulate(Box<SimulateArgs>),
+    /// Print the default settings of `fit` as commented TOML
+    Settings,
 }
 
 /// How tables are read.

@@ -9,6 +9,9 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 
+/// Time from one picture of the spinner to the next.
+const TICK: Duration = Duration::from_millis(120);
+
 /// Global options, made into sinks.
 pub(crate) struct Context {
     json: bool,
@@ -24,24 +27,21 @@ impl Context {
         } else {
             ProgressDrawTarget::stderr()
         };
+        let bar = ProgressBar::with_draw_target(None, target);
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed}  {msg}") {
+            bar.set_style(style);
+        }
         Self {
             json,
-            bar: ProgressBar::with_draw_target(None, target),
+            bar,
             refused: Mutex::new(None),
         }
     }
 
     /// A stage of unknown length begins.
     pub(crate) fn busy(&self, stage: &str) {
-        self.style("{spinner} {msg}  {elapsed}");
-        self.bar.enable_steady_tick(Duration::from_millis(120));
+        self.bar.enable_steady_tick(TICK);
         self.bar.set_message(stage.to_owned());
-    }
-
-    fn style(&self, template: &str) {
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            self.bar.set_style(style.progress_chars("=> "));
-        }
     }
 
     /// Text for people: on standard output, or on standard error where that is kept for JSON.

@@ -25,6 +25,9 @@ pub(crate) enum Error {
         expected: String,
         found: String,
     },
+    /// A file of settings that cannot be understood.
+    #[error("{file}: {message}")]
+    Settings { file: String, message: String },
     /// Arguments that do not fit together.
     #[error("{0}")]
     Arguments(String),

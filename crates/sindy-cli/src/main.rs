@@ -4,6 +4,7 @@ mod args;
 mod context;
 mod drawing;
 mod error;
+mod fit;
 mod named;
 mod output;
 mod simulate;
@@ -45,6 +46,8 @@ fn main() -> ExitCode {
 
 fn dispatch(context: &Context, command: Command) -> Result<Done> {
     match command {
+        Command::Fit(args) => fit::run(context, &args),
         Command::Simulate(args) => simulate::run(context, &args),
+        Command::Settings => fit::settings::print(context),
     }
 }

@@ -19,6 +19,8 @@ const TIME_NAMES: [&str; 3] = ["t", "time", "time_s"];
 pub(crate) struct Wanted<'a> {
     /// States, then inputs, each with the argument that asks for it.
     pub(crate) columns: Vec<(&'a str, &'static str)>,
+    /// A column of weights.
+    pub(crate) weights: Option<&'a str>,
     /// How time and trajectories are found.
     pub(crate) table: &'a TableArgs,
 }
@@ -30,6 +32,7 @@ pub(crate) struct Trajectory {
     pub(crate) time: Vec<f64>,
     /// As wanted; NaN where a cell is empty.
     pub(crate) columns: Vec<Vec<f64>>,
+    pub(crate) weights: Option<Vec<f64>>,
 }
 
 /// What a file held.
@@ -60,17 +63,27 @@ pub(crate) fn read(path: &Path, wanted: &Wanted<'_>) -> Result<(Vec<Trajectory>,
     for &(name, why) in &wanted.columns {
         places.push(table.find(name, why)?);
     }
+    let weights = wanted
+        .weights
+        .map(|name| table.find(name, "--weights"))
+        .transpose()?;
+    places.extend(weights);
     places.extend(time_place);
     let mut columns = table.numbers(&places)?;
     for (column, &place) in columns.iter().zip(&places) {
         check_finite(&table, place, column)?;
     }
     let time = time_place.and_then(|_| columns.pop());
+    let weights = weights.and_then(|_| columns.pop());
+    if let Some(weights) = &weights {
+        check_weights(&table, wanted.weights.unwrap_or_default(), weights)?;
+    }
     let rows = Rows {
         time_name: time_place.map(|p| table.names()[p].clone()),
         dt: wanted.table.dt.unwrap_or(1.0),
         time,
         columns,
+        weights,
     };
     let mut report = FileReport {
         path: table.path().to_owned(),
@@ -147,6 +160,20 @@ fn check_finite(table: &Table, place: usize, column: &[f64]) -> Result<()> {
     }
 }
 
+fn check_weights(table: &Table, name: &str, weights: &[f64]) -> Result<()> {
+    match weights.iter().position(|w| !(*w >= 0.0)) {
+        None => Ok(()),
+        Some(row) => {
+            let found = match weights[row].is_nan() {
+                true => "an empty cell".to_owned(),
+                false => weights[row].to_string(),
+            };
+            let at = table.place(row, name);
+            Err(Error::data(at, "a weight that is not negative", found))
+        }
+    }
+}
+
 /// The rows of each trajectory with its label, in the order in which the labels first appear.
 fn groups(table: &Table, column: Option<&str>) -> Result<Vec<(Option<String>, Vec<usize>)>> {
     let Some(column) = column else {
@@ -178,6 +205,7 @@ struct Rows {
     dt: f64,
     time: Option<Vec<f64>>,
     columns: Vec<Vec<f64>>,
+    weights: Option<Vec<f64>>,
 }
 
 impl Rows {
@@ -217,6 +245,7 @@ impl Rows {
                 None => (0..kept.len()).map(|i| i as f64 * self.dt).collect(),
             },
             columns: self.columns.iter().map(pick).collect(),
+            weights: self.weights.as_ref().map(pick),
         })
     }
 

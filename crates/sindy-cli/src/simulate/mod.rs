@@ -1,6 +1,6 @@
 //! `sindy simulate`.
 
-mod figure;
+pub(crate) mod figure;
 pub(crate) mod object;
 pub(crate) mod setup;
 

@@ -17,7 +17,7 @@ pub(crate) struct SimulateObject {
 }
 
 /// One run.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 pub(crate) struct RunObject {
     pub(crate) name: String,
     pub(crate) outcome: &'static str,

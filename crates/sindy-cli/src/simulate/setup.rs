@@ -43,6 +43,7 @@ pub(crate) fn of(model: &Model, args: &SimulateArgs) -> Result<Setup> {
                     .map(|n| (n.as_str(), "a state of the model"))
                     .chain(inputs_wanted(model))
                     .collect(),
+                weights: None,
                 table: &args.table,
             };
             let (trajectories, report) = trajectories::read(path, &wanted)?;
@@ -181,6 +182,7 @@ fn own(model: &Model, args: &SimulateArgs) -> Result<Setup> {
         Some(path) => {
             let wanted = Wanted {
                 columns: inputs_wanted(model).collect(),
+                weights: None,
                 table: &args.table,
             };
             let (mut trajectories, report) = trajectories::read(path, &wanted)?;

@@ -1,0 +1,66 @@
+//! The arguments of `sindy fit`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::args::TableArgs;
+
+/// Find the equations behind measured trajectories.
+///
+/// Each state's rate of change is written as a sum of few candidate terms. Smoothing, terms and coefficients are chosen
+/// from the data; no option but --states is needed. Each file is a trajectory, unless --trajectory splits it. An empty
+/// cell is a gap: it splits a trajectory and is counted.
+#[derive(Args, Debug)]
+#[command(after_help = FIT_EXAMPLES)]
+pub(crate) struct FitArgs {
+    /// Training data: CSV with a header, Parquet or NumPy arrays (.npy)
+    #[arg(required = true, value_name = "TRAIN")]
+    pub(crate) train: Vec<PathBuf>,
+    /// Columns that are states: what the equations are for
+    #[arg(long, required = true, value_name = "x,y,z", value_delimiter = ',')]
+    pub(crate) states: Vec<String>,
+    /// Columns that act on the states from outside
+    #[arg(long, value_name = "u,v", value_delimiter = ',')]
+    pub(crate) inputs: Vec<String>,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+    /// Column of weights, at least 0: rows do not count alike
+    #[arg(long, value_name = "COLUMN")]
+    pub(crate) weights: Option<String>,
+    /// Candidate terms; repeatable, they add up [default: poly(3)]
+    ///
+    /// `poly(3)`: all monomials up to degree 3; `fourier(2)`: sines and cosines of two frequencies; `exp(1)`;
+    /// `rational(0.5)`; of some variables only: `poly(2, x, y)`; products and sums: `poly(2)*fourier(1) + exp(1)`; or one
+    /// term: `sin(x)*y`.
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) library: Vec<String>,
+    /// File of candidate terms, one on each line, added to those of --library; `#` begins a comment
+    #[arg(long, value_name = "FILE")]
+    pub(crate) terms: Option<PathBuf>,
+    /// Find a map from each sample to the next one, instead of rates of change
+    #[arg(long)]
+    pub(crate) discrete: bool,
+    /// Trajectories to judge the model by, which the fit does not see; repeatable
+    #[arg(long, value_name = "TEST")]
+    pub(crate) test: Vec<PathBuf>,
+    /// Settings that override the automatic choice
+    #[arg(long, value_name = "S.toml")]
+    pub(crate) settings: Option<PathBuf>,
+    /// File for the model, which `sindy simulate` reads
+    #[arg(long, value_name = "OUT.json")]
+    pub(crate) model: Option<PathBuf>,
+    /// Figure of the choice and the fit (.svg, .png or .html)
+    #[arg(long, value_name = "OUT")]
+    pub(crate) figure: Option<PathBuf>,
+}
+
+const FIT_EXAMPLES: &str = "\
+Examples:
+  sindy fit lorenz.csv --states x,y,z
+  sindy fit flights.parquet --trajectory flight --states h,v --inputs throttle --library 'poly(2) + rational(0.5, h)'
+  sindy fit runs.npy --columns t,x,y --states x,y --terms candidates.txt --json
+  sindy fit a.csv b.csv --states x,y --test c.csv --model model.json --figure fit.html
+
+Columns may carry a unit behind their name: --states x finds `x (m)`. Times are taken from the column `t`, `time` or
+`time_s`; --time names another, --dt replaces it.";

@@ -1,0 +1,103 @@
+//! Training and test data from files.
+
+use std::path::PathBuf;
+
+use sindy::Dataset;
+
+use super::args::FitArgs;
+use crate::error::{Error, Result};
+use crate::trajectories::{self, FileReport, Trajectory, Wanted};
+
+/// Trajectories to fit.
+pub(super) struct Train {
+    pub(super) data: Dataset,
+    pub(super) files: Vec<FileReport>,
+    pub(super) warnings: Vec<String>,
+}
+
+/// Trajectories to judge by.
+pub(super) struct Test {
+    pub(super) trajectories: Vec<Trajectory>,
+    pub(super) warnings: Vec<String>,
+}
+
+impl Train {
+    /// The trajectories as they were read, without their weights.
+    pub(super) fn trajectories(&self) -> Vec<Trajectory> {
+        let all = self.data.trajectories().iter();
+        all.map(|t| Trajectory {
+            name: t.name.clone(),
+            time: t.time.clone(),
+            columns: t.columns.clone(),
+            weights: None,
+        })
+        .collect()
+    }
+
+    /// Whether input was lost.
+    pub(super) fn lossy(&self) -> bool {
+        self.files.iter().any(|f| f.lossy)
+    }
+}
+
+pub(super) fn train(args: &FitArgs) -> Result<Train> {
+    let mut data =
+        Dataset::new(&args.states, &args.inputs).map_err(Error::refused("--states, --inputs"))?;
+    let (trajectories, files) = read(args, &args.train, args.weights.as_deref())?;
+    for t in trajectories {
+        let refused = Error::refused(t.name.clone());
+        data.push(t.name, t.time, t.columns, t.weights)
+            .map_err(refused)?;
+    }
+    if data.stretches().is_empty() {
+        let report = data.report();
+        let names: Vec<&str> = files.iter().map(|f| f.path.as_str()).collect();
+        return Err(Error::data(
+            names.join(", "),
+            "at least 3 rows after each other without gaps",
+            format!(
+                "{} rows, {} with empty cells",
+                report.rows, report.missing_rows
+            ),
+        ));
+    }
+    let warnings = files.iter().flat_map(|f| f.warnings.clone()).collect();
+    Ok(Train {
+        data,
+        files,
+        warnings,
+    })
+}
+
+pub(super) fn test(args: &FitArgs) -> Result<Option<Test>> {
+    if args.test.is_empty() {
+        return Ok(None);
+    }
+    let (trajectories, files) = read(args, &args.test, None)?;
+    let warnings = files.into_iter().flat_map(|f| f.warnings).collect();
+    Ok(Some(Test {
+        trajectories,
+        warnings,
+    }))
+}
+
+fn read(
+    args: &FitArgs,
+    paths: &[PathBuf],
+    weights: Option<&str>,
+) -> Result<(Vec<Trajectory>, Vec<FileReport>)> {
+    let states = args.states.iter().map(|n| (n.as_str(), "--states"));
+    let inputs = args.inputs.iter().map(|n| (n.as_str(), "--inputs"));
+    let wanted = Wanted {
+        columns: states.chain(inputs).collect(),
+        weights,
+        table: &args.table,
+    };
+    let (mut all, mut reports) = (Vec::new(), Vec::new());
+    for path in paths {
+        let (trajectories, report) = trajectories::read(path, &wanted)?;
+        all.extend(trajectories);
+        reports.push(report);
+    }
+    Ok((all, reports))
+}

@@ -1,0 +1,179 @@
+//! The object of `fit --json`.
+
+use serde::Serialize;
+use sindy::Outcome;
+use sindy::dataset::DataReport;
+use sindy::identify::{Candidate, Choice, Equation, Identification};
+use sindy::model::Term;
+
+use super::score::TestObject;
+use super::show::significant;
+use crate::named::Named;
+use crate::trajectories::FileReport;
+
+/// Half width of a 95 % interval in standard errors, for normal errors.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+/// What a fit gives.
+#[derive(Serialize)]
+pub(super) struct FitObject {
+    /// The terms of each state's equation.
+    pub(super) equations: Named<Vec<TermObject>>,
+    pub(super) choice: Choice,
+    pub(super) outcome: Outcome,
+    pub(super) warnings: Vec<String>,
+    /// Terms against error, for each state.
+    pub(super) front: Named<Front>,
+    /// The models that were compared.
+    pub(super) candidates: Vec<Candidate>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) test: Option<TestObject>,
+    pub(super) data: DataObject,
+    pub(super) version: &'static str,
+}
+
+/// A term that was found.
+#[derive(Serialize)]
+pub(super) struct TermObject {
+    pub(super) term: String,
+    pub(super) coefficient: f64,
+    pub(super) std_error: Option<f64>,
+    pub(super) inclusion: Option<f64>,
+    /// 95 %, from the standard error.
+    pub(super) interval: Option<[f64; 2]>,
+}
+
+impl TermObject {
+    fn of(term: &Term) -> Self {
+        let around = |error: f64| {
+            let half = NORMAL_95 * error;
+            [term.coefficient - half, term.coefficient + half]
+        };
+        Self {
+            term: term.expression.to_string(),
+            coefficient: term.coefficient,
+            std_error: term.std_error,
+            inclusion: term.inclusion,
+            interval: term.std_error.map(around),
+        }
+    }
+}
+
+/// Terms against error of one state's equation.
+#[derive(Serialize)]
+pub(super) struct Front {
+    /// What the error is.
+    pub(super) unit: &'static str,
+    /// Estimated noise of the state.
+    pub(super) noise: f64,
+    /// Root mean square of what the model leaves of the state, where it followed the trajectories.
+    pub(super) residual: Option<f64>,
+    pub(super) points: Vec<FrontPoint>,
+}
+
+/// The best equation of a size.
+#[derive(Serialize)]
+pub(super) struct FrontPoint {
+    /// The number of terms.
+    pub(super) terms: usize,
+    pub(super) error: f64,
+    /// Whether no other terms of this number are better, by proof.
+    pub(super) proven: bool,
+    /// Whether these are the model's terms.
+    pub(super) chosen: bool,
+    pub(super) names: Vec<String>,
+}
+
+impl Front {
+    fn of(equation: &Equation) -> Self {
+        let point = |p: &sindy::identify::FrontPoint| FrontPoint {
+            terms: p.terms.len(),
+            error: p.error,
+            proven: p.proven,
+            chosen: p.chosen,
+            names: p.terms.clone(),
+        };
+        Self {
+            unit: equation.unit,
+            noise: equation.noise,
+            residual: equation.residual,
+            points: equation.front.iter().map(point).collect(),
+        }
+    }
+}
+
+impl FitObject {
+    pub(super) fn new(
+        found: &Identification,
+        files: Vec<FileReport>,
+        test: Option<TestObject>,
+        warnings: Vec<String>,
+    ) -> Self {
+        let states = found.model.states();
+        let equations = found.model.equations().iter();
+        Self {
+            equations: Named::new(
+                states,
+                equations.map(|terms| terms.iter().map(TermObject::of).collect()),
+            ),
+            choice: found.choice.clone(),
+            outcome: found.outcome,
+            warnings,
+            front: Named::new(states, found.equations.iter().map(Front::of)),
+            candidates: found.candidates.clone(),
+            test,
+            data: DataObject {
+                report: found.data,
+                files,
+            },
+            version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+}
+
+/// What the fit was made from.
+#[derive(Serialize)]
+pub(super) struct DataObject {
+    #[serde(flatten)]
+    pub(super) report: DataReport,
+    pub(super) files: Vec<FileReport>,
+}
+
+impl DataObject {
+    /// One line for people.
+    pub(super) fn summary(&self) -> String {
+        let r = &self.report;
+        let count = |n: usize, one: &str, many: &str| match n {
+            1 => format!("1 {one}"),
+            n => format!("{n} {many}"),
+        };
+        let mut parts = vec![
+            count(r.rows, "row", "rows"),
+            count(r.trajectories, "trajectory", "trajectories"),
+        ];
+        if r.stretches != r.trajectories {
+            parts.push(count(
+                r.stretches,
+                "stretch without gaps",
+                "stretches without gaps",
+            ));
+        }
+        if r.missing_rows > 0 {
+            parts.push(format!(
+                "{} with empty cells",
+                count(r.missing_rows, "row", "rows")
+            ));
+        }
+        if r.short_rows > 0 {
+            parts.push(format!(
+                "{} in stretches too short to use",
+                count(r.short_rows, "row", "rows")
+            ));
+        }
+        parts.push(match r.uniform {
+            true => format!("every {}", significant(r.period, 6)),
+            false => format!("unevenly spaced, median step {}", significant(r.period, 6)),
+        });
+        parts.join(", ")
+    }
+}

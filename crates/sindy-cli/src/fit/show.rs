@@ -1,0 +1,227 @@
+//! What a person reads of a fit.
+
+use std::fmt::Write as _;
+
+use sindy::{Model, Outcome};
+
+use super::object::{FitObject, TermObject};
+use super::score::TestObject;
+use crate::named::Named;
+
+/// Sizes of equations that are shown beyond the chosen one.
+const BEYOND: usize = 4;
+
+/// Equations, coefficients with intervals, front, choice and test.
+pub(super) fn text(model: &Model, object: &FitObject) -> String {
+    let mut out = format!("{model:.5}\n");
+    out.push_str(&coefficients(object));
+    out.push_str(&front(object));
+    let choice = &object.choice;
+    let _ = write!(out, "\nchoice    {}", wrapped(&choice.reason));
+    let _ = write!(out, "\nsmoothing {}", wrapped(&choice.smoothing));
+    let _ = write!(out, "\noutcome   {}", words(object.outcome));
+    let _ = write!(out, "\ndata      {}", wrapped(&object.data.summary()));
+    if let Some(test) = &object.test {
+        out.push_str(&self::test(test));
+    }
+    out
+}
+
+/// Text in lines of at most a hundred letters, those after the first indented.
+fn wrapped(text: &str) -> String {
+    let mut out = String::new();
+    let mut length = 0;
+    for word in text.split(' ') {
+        if length > 0 && length + word.chars().count() > 90 {
+            out.push_str("\n         ");
+            length = 0;
+        }
+        if !out.is_empty() {
+            out.push(' ');
+        }
+        out.push_str(word);
+        length += word.chars().count() + 1;
+    }
+    out
+}
+
+/// A table with columns as wide as their widest cell, numbers to the right.
+fn table(header: &[&str], rows: &[Vec<String>], left: &[usize]) -> String {
+    let width = |c: usize| {
+        let cells = rows.iter().map(|r| r[c].chars().count());
+        cells.chain([header[c].len()]).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..header.len()).map(width).collect();
+    let line = |cells: &[String]| {
+        let mut line = String::from(" ");
+        for (c, (cell, &width)) in cells.iter().zip(&widths).enumerate() {
+            let _ = match left.contains(&c) {
+                true => write!(line, " {cell:<width$} "),
+                false => write!(line, " {cell:>width$} "),
+            };
+        }
+        line.trim_end().to_owned() + "\n"
+    };
+    let header: Vec<String> = header.iter().map(ToString::to_string).collect();
+    let mut out = line(&header);
+    rows.iter().for_each(|row| out.push_str(&line(row)));
+    out
+}
+
+fn coefficients(object: &FitObject) -> String {
+    let mut rows = Vec::new();
+    for (state, terms) in object.equations.iter() {
+        for term in terms {
+            rows.push(coefficient(state, term));
+        }
+    }
+    let header = [
+        "state",
+        "term",
+        "coefficient",
+        "±",
+        "95 % from",
+        "to",
+        "inclusion",
+    ];
+    table(&header, &rows, &[0, 1])
+}
+
+/// Numbers of a term, all to the place of the second digit of the standard error.
+fn coefficient(state: &str, term: &TermObject) -> Vec<String> {
+    let decimals = term.std_error.and_then(decimals);
+    let number = |value: f64| match decimals {
+        Some(decimals) => format!("{value:.decimals$}"),
+        None => significant(value, 6),
+    };
+    let maybe = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);
+    vec![
+        state.to_owned(),
+        term.term.clone(),
+        number(term.coefficient),
+        maybe(term.std_error),
+        maybe(term.interval.map(|i| i[0])),
+        maybe(term.interval.map(|i| i[1])),
+        term.inclusion.map_or("-".to_owned(), |p| format!("{p:.2}")),
+    ]
+}
+
+/// Decimals that show two digits of an error; `None` where they would be too many.
+fn decimals(error: f64) -> Option<usize> {
+    let place = 1.0 - error.log10().floor();
+    (-6.0..=9.0)
+        .contains(&place)
+        .then_some(place.max(0.0) as usize)
+}
+
+/// A number with so many digits.
+pub(super) fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let place = digits as f64 - 1.0 - value.abs().log10().floor();
+    match (-3.0..=9.0).contains(&place) {
+        true => format!("{value:.*}", place.clamp(0.0, 9.0) as usize),
+        false => format!("{value:.*e}", digits - 1),
+    }
+}
+
+/// Terms against error, the chosen row marked; sizes far from any choice are left out.
+fn front(object: &FitObject) -> String {
+    let mut out = String::new();
+    for (state, front) in object.front.iter() {
+        let chosen = front.points.iter().filter(|p| p.chosen).map(|p| p.terms);
+        let last = chosen.max().unwrap_or(0) + BEYOND;
+        let rows: Vec<Vec<String>> = front
+            .points
+            .iter()
+            .filter(|p| p.terms <= last)
+            .map(|p| {
+                let mark = if p.chosen { "<- chosen" } else { "" };
+                vec![
+                    p.terms.to_string(),
+                    significant(p.error, 5),
+                    p.names.join(", "),
+                    mark.to_owned(),
+                ]
+            })
+            .collect();
+        if !rows.is_empty() {
+            let _ = writeln!(out, "\nterms against error of {state} ({})", front.unit);
+            out.push_str(&table(&["terms", "error", "of", ""], &rows, &[2, 3]));
+        }
+    }
+    out
+}
+
+fn test(test: &TestObject) -> String {
+    let mut out = String::new();
+    let percent = |relative: Option<f64>| match relative {
+        Some(r) => format!(" ({:.2} % of its scatter)", 100.0 * r),
+        None => String::new(),
+    };
+    for (state, error) in test.derivative.iter().flat_map(Named::iter) {
+        let relative = percent(error.relative);
+        let _ = write!(
+            out,
+            "\ntest      slope of {state}: error {:.4e}{relative}",
+            error.rmse
+        );
+    }
+    for free in &test.free_run {
+        let outcome = free.run.outcome.replace('_', " ");
+        let _ = write!(
+            out,
+            "\ntest      free run of {}: {outcome}, valid for {} of {}",
+            free.run.name,
+            significant(free.valid_time, 5),
+            significant(free.length, 5)
+        );
+        for (i, (state, rmse)) in free.run.rmse.iter().flat_map(Named::iter).enumerate() {
+            let relative = free.run.relative.as_ref().and_then(|r| *r.value(i));
+            let relative = percent(relative);
+            let rmse = significant(*rmse, 4);
+            let _ = write!(out, "\n          error of {state}: {rmse}{relative}");
+        }
+    }
+    out
+}
+
+/// An outcome in words.
+fn words(outcome: Outcome) -> String {
+    let name = format!("{outcome:?}");
+    let mut words = String::new();
+    for (i, c) in name.char_indices() {
+        if c.is_uppercase() && i > 0 {
+            words.push(' ');
+        }
+        words.extend(c.to_lowercase());
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_numbers_for_people() {
+        assert_eq!(significant(0.0, 4), "0");
+        assert_eq!(significant(-27.9579, 4), "-27.96");
+        assert_eq!(significant(0.01, 3), "0.0100");
+        assert_eq!(significant(1.5e-9, 3), "1.50e-9");
+        assert_eq!(significant(123_456.0, 4), "123456");
+        assert_eq!(significant(1.0e12, 4), "1.000e12");
+        assert_eq!(decimals(0.0214), Some(3));
+        assert_eq!(decimals(3100.0), Some(0));
+        assert_eq!((decimals(0.0), decimals(1e-14)), (None, None));
+    }
+
+    #[test]
+    fn analytic_long_lines_are_wrapped() {
+        let text = vec!["word"; 30].join(" ");
+        let lines: Vec<String> = wrapped(&text).lines().map(str::to_owned).collect();
+        assert_eq!(lines.len(), 2);
+        assert!(lines[0].len() <= 90 && lines[1].starts_with("          word"));
+    }
+}

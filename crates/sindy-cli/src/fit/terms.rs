@@ -1,0 +1,51 @@
+//! Candidate terms from arguments, settings and files.
+
+use std::path::Path;
+
+use sindy::{Libraries, Library};
+
+use super::args::FitArgs;
+use super::settings::Settings;
+use crate::error::{Error, Result};
+
+/// The library without any argument.
+pub(super) const DEFAULT: &str = "poly(3)";
+
+/// The libraries of the fit: arguments before settings, cubic polynomials without either.
+pub(super) fn libraries(args: &FitArgs, settings: &Settings) -> Result<Vec<Library>> {
+    let variables: Vec<&String> = args.states.iter().chain(&args.inputs).collect();
+    let mut texts = Vec::new();
+    for text in &args.library {
+        Library::specification(text, &variables).map_err(Error::refused("--library"))?;
+        texts.push(text.clone());
+    }
+    if let Some(path) = &args.terms {
+        texts.extend(read(path, &variables)?);
+    }
+    let (libraries, why) = match (texts.is_empty(), &settings.library) {
+        (false, _) => (&Libraries::shared(texts), "--library"),
+        (true, Some(libraries)) => (libraries, "library in the settings"),
+        (true, None) => (&Libraries::shared([DEFAULT]), DEFAULT),
+    };
+    let built = libraries.build(&args.states, &args.inputs);
+    built.map_err(Error::refused(why))
+}
+
+/// Candidate terms in a file, one on each line: an expression, or a library such as `poly(2)`. `#` begins a comment.
+fn read(path: &Path, variables: &[&String]) -> Result<Vec<String>> {
+    let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, e))?;
+    let mut texts = Vec::new();
+    for (i, line) in text.lines().enumerate() {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        if !line.is_empty() {
+            let place = format!("{}, line {}", path.display(), i + 1);
+            Library::specification(line, variables).map_err(Error::refused(place))?;
+            texts.push(line.to_owned());
+        }
+    }
+    if texts.is_empty() {
+        let at = path.display().to_string();
+        return Err(Error::data(at, "a term on each line", "none"));
+    }
+    Ok(texts)
+}
