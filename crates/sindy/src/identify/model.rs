@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::regress::{Statistics, best_subsets};
+use super::regress::{FRONT_NODES, Statistics, best_subsets};
 use super::run::{FOLLOWS, Ranked, Run};
 use super::{Candidate, Choice, Equation, FrontPoint, Identification};
 use crate::error::SindyError;
@@ -165,7 +165,7 @@ impl Run<'_> {
             errors.extend(std_errors.iter().copied());
             evidence.extend(worth);
             let names = self.libraries[i].names();
-            let front = best_subsets(&total)?
+            let front = best_subsets(&total, FRONT_NODES)?
                 .sizes
                 .iter()
                 .map(|s| FrontPoint {

@@ -18,8 +18,9 @@ use crate::weak::WeakForm;
 
 /// Terms above which best subsets are searched among those of a stepwise path only.
 const EXACT: usize = 40;
-/// Nodes of a branch and bound, at most.
-const NODES: u64 = 20_000;
+/// Nodes of a branch and bound, at most, for a start and for a front.
+const NODES: u64 = 8_000;
+pub(super) const FRONT_NODES: u64 = 200_000;
 /// The condition of the scaled library above which the triangular factor is accumulated as well.
 const ILL_CONDITIONED: f64 = 1e6;
 
@@ -117,10 +118,10 @@ pub(super) fn of_weak_form(
 }
 
 /// The best subsets of one equation; in a large library of those terms that a forward path meets first.
-pub(super) fn best_subsets(gram: &Gram) -> Result<BestSubsets, SindyError> {
+pub(super) fn best_subsets(gram: &Gram, nodes: u64) -> Result<BestSubsets, SindyError> {
     let p = gram.xty.len();
     if p <= EXACT {
-        return BestSubset::new().max_size(14).node_limit(NODES).solve(gram);
+        return BestSubset::new().max_size(14).node_limit(nodes).solve(gram);
     }
     let (_, steps) = Stepwise::new(Direction::Forward, Criterion::Aic).path(gram)?;
     let mut met: Vec<usize> = Vec::new();
@@ -132,7 +133,7 @@ pub(super) fn best_subsets(gram: &Gram) -> Result<BestSubsets, SindyError> {
     met.sort_unstable();
     let mut found = BestSubset::new()
         .max_size(14)
-        .node_limit(NODES)
+        .node_limit(nodes)
         .solve(&part(gram, &met))?;
     for subset in &mut found.sizes {
         let mut support = vec![false; p];
@@ -166,7 +167,7 @@ pub(super) fn solve(
         let total = Gram::total(parts);
         let p = total.xty.len() as f64;
         let rows = (total.rows as f64 * statistics.independent).max(2.0 * p);
-        let found = best_subsets(&total)?;
+        let found = best_subsets(&total, NODES)?;
         let best = found.choose(&total, Criterion::Bic, Some(rows))?;
         subsets.push(best.fit.clone());
         let folds = parts.iter().filter(|g| g.rows > 0).count();

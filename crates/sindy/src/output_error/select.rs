@@ -17,6 +17,10 @@ use crate::outcome::Outcome;
 const DEPENDENT: f64 = 1e-9;
 /// Nodes of a branch and bound, at most.
 const NODES: u64 = 4_000;
+/// Terms of an equation that are branched on: so many that gain most beside what is kept, and without it.
+const BRANCHED: usize = 16;
+/// Exchanges that are tried.
+const SWAPS: usize = 20;
 
 /// The swept matrix of `[X | r]`, columns of unit length, where `r` is what the coefficients `reference` leave.
 ///
@@ -179,19 +183,16 @@ impl Search {
         }
     }
 
-    /// One exchange that lowers the sum of squares by more than a little; false if there is none.
+    /// One exchange that lowers the sum of squares by more than a little, for one of the terms that gain
+    /// most; false if there is none.
     fn exchange(&mut self, penalty: f64) -> bool {
-        for j in 0..self.support.len() {
-            if self.support[j] || !self.allowed[j] {
-                continue;
-            }
+        let little = 0.01 * penalty;
+        let outside = |j: &usize| !self.support[*j] && self.allowed[*j] && self.change(*j) > little;
+        for j in self.most(SWAPS, (0..self.support.len()).filter(outside)) {
             let gain = self.change(j);
-            if gain <= 0.0 {
-                continue;
-            }
             self.toggle(j);
             if let Some((k, cost)) = self.cheapest(|k| k != j)
-                && gain - cost > 0.01 * penalty
+                && gain - cost > little
             {
                 self.toggle(k);
                 return true;
@@ -199,6 +200,14 @@ impl Search {
             self.toggle(j);
         }
         false
+    }
+
+    /// Of `terms`, the given number that change the sum of squares most, most first.
+    fn most(&self, number: usize, terms: impl Iterator<Item = usize>) -> Vec<usize> {
+        let mut terms: Vec<usize> = terms.collect();
+        terms.sort_by(|&a, &b| self.change(b).total_cmp(&self.change(a)));
+        terms.truncate(number);
+        terms
     }
 
     /// For each of `equations` (the candidates of one equation) in turn: the best subset of it beside
@@ -230,7 +239,7 @@ impl Search {
     }
 
     fn best_of(&self, members: &[usize], penalty: f64, values: usize) -> Option<Vec<usize>> {
-        let (found, free) = self.subsets(members, 1, values)?;
+        let (found, free, _) = self.subsets(members, 1, values)?;
         let best = found.sizes.into_iter().min_by(|a, b| {
             let of = |s: &Subset| s.fit.residual_sum + penalty * s.fit.terms() as f64;
             of(a).total_cmp(&of(b))
@@ -241,7 +250,7 @@ impl Search {
     /// The best terms of every number among `members`, up to three more than are kept, beside what other
     /// equations hold.
     pub(super) fn front(&self, members: &[usize], values: usize) -> Vec<Alternative> {
-        let Some((found, free)) = self.subsets(members, 3, values) else {
+        let Some((found, free, screened)) = self.subsets(members, 3, values) else {
             return Vec::new();
         };
         found
@@ -250,7 +259,7 @@ impl Search {
             .map(|s| Alternative {
                 support: kept(s, &free),
                 error: (s.fit.residual_sum / values as f64).sqrt(),
-                proven: s.fit.outcome == Outcome::Optimal,
+                proven: s.fit.outcome == Outcome::Optimal && !screened,
             })
             .collect()
     }
@@ -261,7 +270,7 @@ impl Search {
         members: &[usize],
         more: usize,
         values: usize,
-    ) -> Option<(BestSubsets, Vec<usize>)> {
+    ) -> Option<(BestSubsets, Vec<usize>, bool)> {
         let p = self.length.len();
         let mut bare = self.clone();
         let held: Vec<usize> = members
@@ -270,11 +279,19 @@ impl Search {
             .filter(|&j| self.support[j])
             .collect();
         held.iter().for_each(|&j| bare.toggle(j));
-        let free: Vec<usize> = members
-            .iter()
-            .copied()
-            .filter(|&j| bare.t[(j, j)] > DEPENDENT)
-            .collect();
+        // Those that are kept, those that gain most beside them, and those that gain most without them.
+        let eligible = |j: &usize| bare.t[(*j, *j)] > DEPENDENT;
+        let mut free: Vec<usize> = held.iter().copied().filter(eligible).collect();
+        let total = members.iter().copied().filter(eligible).count();
+        for by in [self, &bare] {
+            for j in by.most(BRANCHED, members.iter().copied().filter(eligible)) {
+                if !free.contains(&j) {
+                    free.push(j);
+                }
+            }
+        }
+        let screened = free.len() < total;
+        free.sort_unstable();
         let gram = Gram {
             xtx: DMatrix::from_fn(free.len(), free.len(), |a, b| bare.t[(free[a], free[b])]),
             xty: DVector::from_fn(free.len(), |a, _| bare.t[(free[a], p)]),
@@ -287,7 +304,7 @@ impl Search {
             .node_limit(NODES)
             .solve(&gram)
             .ok()?;
-        Some((found, free))
+        Some((found, free, screened))
     }
 
     /// The coefficients on the support, zero elsewhere.
