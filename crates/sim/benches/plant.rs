@@ -5,6 +5,7 @@ use divan::{Bencher, black_box};
 use touchdown_flight::types::Command;
 use touchdown_sim::STEP_S;
 use touchdown_sim::deck::DeckPoint;
+use touchdown_sim::deck::rigid::{RigidMotion, SeaSettings};
 use touchdown_sim::landing::land;
 use touchdown_sim::plant::{Plant, PlantSettings};
 use touchdown_sim::rig::{RigSettings, run};
@@ -59,4 +60,19 @@ fn rig_steps(bencher: Bencher<'_, '_>) {
     bencher
         .counter(ItemsCount::new(60_000_usize))
         .bench(|| run(&settings, &trial, 1));
+}
+
+/// A deck in a sea of 100 waves: 10 000 poses, wave by wave and as a spline.
+#[divan::bench(args = [false, true])]
+fn deck_poses(bencher: Bencher<'_, '_>, splined: bool) {
+    let sea = RigidMotion::Sea(SeaSettings::default());
+    let mut deck = sea.build(9.81, 1, 0).expect("defaults are valid");
+    if splined {
+        deck = deck.splined(0.0, 10.0, 0.1).expect("valid times");
+    }
+    bencher.counter(ItemsCount::new(10_000_usize)).bench(|| {
+        (0..10_000)
+            .map(|i| deck.at(black_box(0.001 * f64::from(i))).origin_m[2])
+            .sum::<f64>()
+    });
 }

@@ -1,4 +1,15 @@
-//! Prescribed vertical motion of the deck.
+//! Prescribed motion of the deck.
+//!
+//! This file is the vertical motion of the level deck. [`rigid`] moves it in
+//! five degrees of freedom: sums of sines, a ship ([`ship`]) in an irregular sea
+//! ([`wave`]), measured series ([`series`]), all as fast splines ([`spline`]).
+
+pub mod harmonics;
+pub mod rigid;
+pub mod series;
+pub mod ship;
+pub mod spline;
+pub mod wave;
 
 use serde::{Deserialize, Serialize};
 
@@ -104,6 +115,18 @@ impl DeckMotion {
             Self::Sine { phase_rad, .. } | Self::Triangle { phase_rad, .. } => *phase_rad += by_rad,
         }
         self
+    }
+
+    /// Acceleration at the time t, m/s²; none between the triangle's corners.
+    #[must_use]
+    pub fn acceleration_mps2(&self, time_s: f64) -> f64 {
+        match self {
+            Self::Still | Self::Triangle { .. } => 0.0,
+            Self::Sine { frequency_hz, .. } => {
+                let omega = std::f64::consts::TAU * frequency_hz;
+                -omega * omega * self.at(time_s).height_m
+            }
+        }
     }
 
     /// Height and velocity at the time t.

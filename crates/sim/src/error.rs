@@ -26,6 +26,18 @@ pub enum SimError {
         /// The offending value.
         found: String,
     },
+    /// A measured series cannot be used.
+    #[error("series, row {row}, `{key}`: expected {expected}, found {found}")]
+    Series {
+        /// What is wrong in it: a column or a coordinate.
+        key: String,
+        /// Row of data, from 1; 0 is the header.
+        row: usize,
+        /// What it has to be.
+        expected: String,
+        /// The offending value.
+        found: String,
+    },
     /// The recorded values do not make a trial.
     #[error("recording of `{name}`: {source}")]
     Recording {

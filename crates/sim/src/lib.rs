@@ -30,6 +30,8 @@
 //! | [`profile`], [`rig`], [`rig_sets`] | the force rig, its signals, its standard trials |
 //! | [`deck`], [`vehicle`], [`scenario`], [`landing`] | landings on a deck that may heave |
 //!
+//! Below [`deck`] a deck moves in five degrees of freedom, in a sea if need be.
+//!
 //! A trial of the rig, with what the load cell says beside the truth:
 //!
 //! ```
@@ -81,6 +83,7 @@ pub mod rig_sets;
 mod rk4;
 pub mod scenario;
 pub mod sensor;
+mod vector;
 pub mod vehicle;
 
 pub use error::SimError;

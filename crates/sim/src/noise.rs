@@ -16,6 +16,10 @@ pub enum Purpose {
     Spread,
     /// Phases of signals.
     Signal,
+    /// Waves and windows of a deck's motion.
+    Deck,
+    /// Gusts.
+    Wind,
 }
 
 /// Finaliser of SplitMix64 (Steele, Lea & Flood 2014): mixes all bits.

@@ -4,10 +4,20 @@ use std::path::Path;
 
 #[test]
 fn prop_no_module_uses_a_flight_model() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
+    let mut sources = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("the crate's sources") {
+            let path = entry.expect("a readable entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                sources.push(path);
+            }
+        }
+    }
     let mut importers = Vec::new();
-    for entry in std::fs::read_dir(folder).expect("the crate's sources") {
-        let path = entry.expect("a readable entry").path();
+    for path in sources {
         let text = std::fs::read_to_string(&path).expect("UTF-8 source");
         // Examples in doc comments may show a pilot; code may not.
         let uses = |line: &&str| {

@@ -1,0 +1,375 @@
+//! A deck that moves as a rigid body: surge, sway, heave, roll and pitch.
+//!
+//! The deck is a plane through its centre. World axes: x forward along the
+//! ship at rest, y to port, z up; the origin is the mean place of the deck's
+//! centre. Attitude is `R = R_y(pitch) R_x(roll)`, whose columns are the deck's
+//! axes; the third is its normal. Ground is a deck that does not move.
+
+use serde::{Deserialize, Serialize};
+
+use super::harmonics::{self, Harmonic};
+use super::ship::ShipSettings;
+use super::spline::MotionSpline;
+use super::wave::{Spectrum, WaveSpectrum};
+use super::{DeckMotion, DeckPoint};
+use crate::check;
+use crate::error::SimError;
+use crate::noise::{Purpose, Stream};
+use crate::vector::{add, cross, scale};
+
+/// One coordinate of the deck's motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// Forward, m.
+    Surge,
+    /// To port, m.
+    Sway,
+    /// Up, m.
+    Heave,
+    /// Port side up, rad.
+    Roll,
+    /// Bow down, rad.
+    Pitch,
+}
+
+/// A sine in one coordinate: `A sin(2π f t + φ)`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tone {
+    /// Which coordinate.
+    pub axis: Axis,
+    /// Amplitude A, m or rad.
+    pub amplitude: f64,
+    /// Frequency f, Hz.
+    pub frequency_hz: f64,
+    /// Phase φ at t = 0, rad.
+    #[serde(default)]
+    pub phase_rad: f64,
+}
+
+/// A sea and the ship in it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SeaSettings {
+    /// Spectrum of the waves.
+    pub spectrum: WaveSpectrum,
+    /// Direction in which the waves travel, from the bow's, rad: 0 they come
+    /// from astern, π from ahead.
+    pub heading_rad: f64,
+    /// The ship.
+    pub ship: ShipSettings,
+    /// Number of waves of a realisation.
+    pub waves: usize,
+}
+
+impl Default for SeaSettings {
+    /// The default waves on the default ship's bow, from 30 degrees to port of ahead.
+    fn default() -> Self {
+        Self {
+            spectrum: WaveSpectrum::default(),
+            heading_rad: 5.0 / 6.0 * std::f64::consts::PI,
+            ship: ShipSettings::default(),
+            waves: 100,
+        }
+    }
+}
+
+/// How a deck moves about its mean place.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum RigidMotion {
+    /// It does not: ground.
+    #[default]
+    Still,
+    /// Sums of sines.
+    Sines {
+        /// The sines.
+        tones: Vec<Tone>,
+    },
+    /// Heave at constant speed between ± the amplitude, as on the rig.
+    Triangle {
+        /// Amplitude, m.
+        amplitude_m: f64,
+        /// Speed, m/s.
+        speed_mps: f64,
+        /// Phase at t = 0, rad: 0 is the mean height, rising.
+        #[serde(default)]
+        phase_rad: f64,
+    },
+    /// A ship in an irregular sea; waves are drawn from the seed.
+    Sea(SeaSettings),
+}
+
+impl From<DeckMotion> for RigidMotion {
+    fn from(motion: DeckMotion) -> Self {
+        match motion {
+            DeckMotion::Still => Self::Still,
+            DeckMotion::Sine {
+                amplitude_m,
+                frequency_hz,
+                phase_rad,
+            } => Self::Sines {
+                tones: vec![Tone {
+                    axis: Axis::Heave,
+                    amplitude: amplitude_m,
+                    frequency_hz,
+                    phase_rad,
+                }],
+            },
+            DeckMotion::Triangle {
+                amplitude_m,
+                speed_mps,
+                phase_rad,
+            } => Self::Triangle {
+                amplitude_m,
+                speed_mps,
+                phase_rad,
+            },
+        }
+    }
+}
+
+/// Surge, sway, heave in m, roll, pitch in rad, with derivatives per s and s².
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DeckCoordinates {
+    /// The coordinates.
+    pub value: [f64; 5],
+    /// Their first derivatives.
+    pub rate: [f64; 5],
+    /// Their second derivatives.
+    pub acceleration: [f64; 5],
+}
+
+/// The deck at one time, in world axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeckPose {
+    /// Place of the deck's centre, m.
+    pub origin_m: [f64; 3],
+    /// Its velocity, m/s.
+    pub velocity_mps: [f64; 3],
+    /// Its acceleration, m/s².
+    pub acceleration_mps2: [f64; 3],
+    /// The deck's axes: forward, port, normal.
+    pub axes: [[f64; 3]; 3],
+    /// Angular velocity, rad/s.
+    pub angular_velocity: [f64; 3],
+    /// Angular acceleration, rad/s².
+    pub angular_acceleration: [f64; 3],
+}
+
+impl Default for DeckPose {
+    fn default() -> Self {
+        DeckCoordinates::default().pose()
+    }
+}
+
+impl DeckPose {
+    /// Velocity of the deck's material point that is `arm_m` (world axes) from
+    /// its centre, m/s.
+    #[inline]
+    #[must_use]
+    pub fn point_velocity(&self, arm_m: [f64; 3]) -> [f64; 3] {
+        add(self.velocity_mps, cross(self.angular_velocity, arm_m))
+    }
+}
+
+impl DeckCoordinates {
+    /// Place, axes and velocities of the deck. Angles may be large.
+    #[inline]
+    #[must_use]
+    pub fn pose(&self) -> DeckPose {
+        let [roll, pitch] = [self.value[3], self.value[4]];
+        let ((sr, cr), (sp, cp)) = (roll.sin_cos(), pitch.sin_cos());
+        let forward = [cp, 0.0, -sp];
+        let across = [0.0, 1.0, 0.0];
+        let (p, q) = (self.rate[3], self.rate[4]);
+        let (dp, dq) = (self.acceleration[3], self.acceleration[4]);
+        // ω = q e_y + p x_d and x_d' = q e_y × x_d.
+        let turning = cross(scale(across, q), scale(forward, p));
+        DeckPose {
+            origin_m: [self.value[0], self.value[1], self.value[2]],
+            velocity_mps: [self.rate[0], self.rate[1], self.rate[2]],
+            acceleration_mps2: [
+                self.acceleration[0],
+                self.acceleration[1],
+                self.acceleration[2],
+            ],
+            axes: [forward, [sp * sr, cr, cp * sr], [sp * cr, -sr, cp * cr]],
+            angular_velocity: add(scale(across, q), scale(forward, p)),
+            angular_acceleration: add(add(scale(across, dq), scale(forward, dp)), turning),
+        }
+    }
+}
+
+/// A deck whose waves are drawn: a function of time.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RigidDeck {
+    /// Ground.
+    Still,
+    /// Vertical motion as on the rig.
+    Vertical(DeckMotion),
+    /// A sum of sines.
+    Harmonics(Vec<Harmonic>),
+    /// A tabulated or measured motion.
+    Spline(MotionSpline),
+}
+
+impl RigidMotion {
+    /// Checks the motion and draws its waves; `gravity_mps2` ties the length of
+    /// waves to their period.
+    ///
+    /// # Errors
+    /// Names the first bad key, what is expected and the offending number.
+    pub fn build(&self, gravity_mps2: f64, seed: u64, index: u64) -> Result<RigidDeck, SimError> {
+        match self {
+            Self::Still => Ok(RigidDeck::Still),
+            Self::Sines { tones } => {
+                let harmonics = tones.iter().map(Tone::harmonic);
+                Ok(RigidDeck::Harmonics(harmonics.collect::<Result<_, _>>()?))
+            }
+            &Self::Triangle {
+                amplitude_m,
+                speed_mps,
+                phase_rad,
+            } => {
+                let motion = DeckMotion::Triangle {
+                    amplitude_m,
+                    speed_mps,
+                    phase_rad,
+                };
+                motion.validate()?;
+                Ok(RigidDeck::Vertical(motion))
+            }
+            Self::Sea(sea) => {
+                check::positive("gravity_mps2", gravity_mps2)?;
+                check::finite("heading_rad", sea.heading_rad)?;
+                check::within("waves", sea.waves as f64, 1.0, 100_000.0)?;
+                let spectrum =
+                    Spectrum::new(&sea.spectrum).map_err(|e| e.in_section("spectrum"))?;
+                sea.ship.validate().map_err(|e| e.in_section("ship"))?;
+                let mut stream = Stream::new(seed, index, Purpose::Deck);
+                let waves = spectrum.waves(sea.waves, &mut stream);
+                let moved = |wave| sea.ship.response(wave, sea.heading_rad, gravity_mps2);
+                Ok(RigidDeck::Harmonics(waves.iter().map(moved).collect()))
+            }
+        }
+    }
+
+    /// Checks the motion.
+    ///
+    /// # Errors
+    /// As [`Self::build`].
+    pub fn validate(&self) -> Result<(), SimError> {
+        self.build(9.81, 0, 0).map(|_| ())
+    }
+}
+
+impl Tone {
+    fn harmonic(&self) -> Result<Harmonic, SimError> {
+        check::not_negative("tones.amplitude", self.amplitude)?;
+        check::positive("tones.frequency_hz", self.frequency_hz)?;
+        check::finite("tones.phase_rad", self.phase_rad)?;
+        let (sin, cos) = self.phase_rad.sin_cos();
+        let only = |value: f64| {
+            std::array::from_fn(|axis| {
+                if axis == self.axis as usize {
+                    value
+                } else {
+                    0.0
+                }
+            })
+        };
+        Ok(Harmonic {
+            angular_frequency: std::f64::consts::TAU * self.frequency_hz,
+            cosine: only(self.amplitude * sin),
+            sine: only(self.amplitude * cos),
+        })
+    }
+}
+
+impl RigidDeck {
+    /// The coordinates at the time t.
+    #[inline]
+    #[must_use]
+    pub fn coordinates(&self, time_s: f64) -> DeckCoordinates {
+        match self {
+            Self::Still => DeckCoordinates::default(),
+            Self::Vertical(motion) => {
+                let DeckPoint {
+                    height_m,
+                    velocity_mps,
+                } = motion.at(time_s);
+                let mut coordinates = DeckCoordinates::default();
+                coordinates.value[2] = height_m;
+                coordinates.rate[2] = velocity_mps;
+                coordinates.acceleration[2] = motion.acceleration_mps2(time_s);
+                coordinates
+            }
+            Self::Harmonics(harmonics) => harmonics::at(harmonics, time_s),
+            Self::Spline(spline) => spline.at(time_s),
+        }
+    }
+
+    /// The deck at the time t.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> DeckPose {
+        self.coordinates(time_s).pose()
+    }
+
+    /// The same motion from `from_s` to `to_s` as a quintic spline with a knot
+    /// every `step_s`, which meets value, rate and acceleration at the knots.
+    /// Evaluation then costs the same for one sine and for a thousand waves.
+    /// [`Self::greatest_difference`] measures its error, which falls with the
+    /// sixth power of the step (in the acceleration with the fourth). Motions
+    /// with corners, and splines, are returned as they are.
+    ///
+    /// # Errors
+    /// The step must be positive, the times finite and in order.
+    pub fn splined(&self, from_s: f64, to_s: f64, step_s: f64) -> Result<Self, SimError> {
+        check::positive("step_s", step_s)?;
+        check::finite("from_s", from_s)?;
+        check::that(
+            to_s.is_finite() && to_s > from_s,
+            "to_s",
+            "a time after `from_s`",
+            to_s,
+        )?;
+        let Self::Harmonics(harmonics) = self else {
+            return Ok(self.clone());
+        };
+        let count = ((to_s - from_s) / step_s).ceil() as usize;
+        let times: Vec<f64> = (0..=count).map(|i| from_s + step_s * i as f64).collect();
+        let knots: Vec<_> = times.iter().map(|&t| harmonics::at(harmonics, t)).collect();
+        Ok(Self::Spline(MotionSpline::new(&times, &knots)))
+    }
+
+    /// Greatest absolute difference to another deck at `samples` times from
+    /// `from_s` to `to_s`, in each coordinate and derivative.
+    #[must_use]
+    pub fn greatest_difference(
+        &self,
+        other: &Self,
+        from_s: f64,
+        to_s: f64,
+        samples: usize,
+    ) -> DeckCoordinates {
+        let mut greatest = DeckCoordinates::default();
+        for i in 0..samples {
+            let t = from_s + (to_s - from_s) * (i as f64 + 0.5) / samples as f64;
+            let (a, b) = (self.coordinates(t), other.coordinates(t));
+            for axis in 0..5 {
+                let keep = |most: &mut f64, a: f64, b: f64| *most = most.max((a - b).abs());
+                keep(&mut greatest.value[axis], a.value[axis], b.value[axis]);
+                keep(&mut greatest.rate[axis], a.rate[axis], b.rate[axis]);
+                keep(
+                    &mut greatest.acceleration[axis],
+                    a.acceleration[axis],
+                    b.acceleration[axis],
+                );
+            }
+        }
+        greatest
+    }
+}
