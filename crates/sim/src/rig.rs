@@ -1,8 +1,11 @@
 //! The virtual force rig: a vehicle on a load cell above a moving plate.
 //!
-//! The vehicle stands still (v_q = 0); the plate below it follows a prescribed
-//! height z(t), so the plate's velocity is `v_p = -dz/dt`. A trial starts with
-//! motors and air at rest for its first throttle and height.
+//! The vehicle stands still (v_q = 0), unless a trial moves it on its carriage;
+//! the plate below it follows a prescribed height below the vehicle's standstill,
+//! `z_s(t)`, so the plate's velocity is `v_p = -dz_s/dt`. A carriage that is
+//! displaced upwards by q(t) gives the height `z = z_s + q` and the velocity
+//! `v_q = dq/dt`; the vehicle's own inertia is taken off the load cell's reading.
+//! A trial starts with motors and air at rest for its first throttle and height.
 
 use serde::{Deserialize, Serialize};
 use touchdown_trial::{Provenance, Source, Trial};
@@ -67,8 +70,12 @@ pub struct RigTrial {
     pub name: String,
     /// Throttle over time.
     pub throttle: Profile,
-    /// Height z of the vehicle above the plate over time, m.
+    /// Height z_s of the standing vehicle above the plate over time, m.
     pub plate: Profile,
+    /// Upward displacement q of the vehicle's carriage over time, m; the vehicle
+    /// stands still if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub carriage: Option<Profile>,
     /// Length, s.
     pub duration_s: f64,
     /// Whether the plate is there; without it the height has no effect and is
@@ -86,7 +93,7 @@ fn yes() -> bool {
 }
 
 impl RigTrial {
-    fn check(&self, stream: &mut Stream) -> Result<(Signal, Signal), SimError> {
+    fn check(&self, stream: &mut Stream) -> Result<Signals, SimError> {
         if self.name.trim().is_empty() {
             return Err(check::fail("name", "a name that is not empty", &"\"\""));
         }
@@ -111,7 +118,46 @@ impl RigTrial {
             .map_err(|e| e.in_section("plate"))?;
         let (low, _) = self.plate.bounds();
         check::that(low >= 0.0, "plate", "heights of at least 0 m", low)?;
-        Ok((throttle, plate))
+        let standing = Profile::Constant { value: 0.0 };
+        let profile = self.carriage.unwrap_or(standing);
+        let carriage = profile
+            .resolve(stream)
+            .map_err(|e| e.in_section("carriage"))?;
+        let lowest = low + profile.bounds().0;
+        let expected = "a vehicle that stays above the plate";
+        check::that(lowest >= 0.0, "carriage", expected, lowest)?;
+        Ok(Signals {
+            throttle,
+            plate,
+            carriage,
+        })
+    }
+}
+
+/// What a trial prescribes over time.
+struct Signals {
+    throttle: Signal,
+    plate: Signal,
+    carriage: Signal,
+}
+
+/// Where the vehicle and the plate are at one time.
+#[derive(Clone, Copy)]
+struct Place {
+    height_m: f64,
+    vehicle_velocity_mps: f64,
+    deck_velocity_mps: f64,
+}
+
+impl Signals {
+    fn at(&self, time_s: f64) -> Place {
+        let (below_m, falling_mps) = self.plate.at(time_s);
+        let (up_m, rising_mps) = self.carriage.at(time_s);
+        Place {
+            height_m: below_m + up_m,
+            vehicle_velocity_mps: rising_mps,
+            deck_velocity_mps: -falling_mps,
+        }
     }
 }
 
@@ -136,19 +182,24 @@ impl History {
 
 fn simulate(
     plant: &Plant,
-    signals: &(Signal, Signal),
+    signals: &Signals,
     start: PlantState,
     steps: usize,
     turbulence: Option<Stream>,
 ) -> History {
-    let (throttle, plate) = signals;
-    let force = |state: &PlantState, (height_m, rate): (f64, f64)| -> Force {
-        plant.force(state, height_m, 0.0, -rate)
+    let throttle = &signals.throttle;
+    let force = |state: &PlantState, at: Place| -> Force {
+        plant.force(
+            state,
+            at.height_m,
+            at.vehicle_velocity_mps,
+            at.deck_velocity_mps,
+        )
     };
     let mut state = start;
-    let mut here = plate.at(0.0);
+    let mut here = signals.at(0.0);
     let mut turbulence = turbulence.map(|stream| {
-        let sd_n = plant.turbulence_sd_n(&state, here.0);
+        let sd_n = plant.turbulence_sd_n(&state, here.height_m);
         Turbulence::new(stream, plant.turbulence_correlation_s(), STEP_S, sd_n)
     });
     let mut history = History {
@@ -166,11 +217,11 @@ fn simulate(
         let t = step as f64 * STEP_S;
         let middle = t + 0.5 * STEP_S;
         let end = (step + 1) as f64 * STEP_S;
-        let next = plate.at(end);
-        let heights = [here.0, plate.at(middle).0, next.0];
+        let next = signals.at(end);
+        let heights = [here, signals.at(middle), next].map(|place| place.height_m);
         let throttles = [throttle.at(t).0, throttle.at(middle).0, throttle.at(end).0];
         if let Some(turbulence) = &mut turbulence {
-            turbulence.step(plant.turbulence_sd_n(&state, here.0));
+            turbulence.step(plant.turbulence_sd_n(&state, here.height_m));
         }
         let y = [state.root_thrust, state.inflow[0], state.inflow[1]];
         let y = rk4::step(&y, STEP_S, |stage, y| {
@@ -193,7 +244,7 @@ fn simulate(
 /// Runs one trial and records it.
 ///
 /// Channels: `throttle`, `thrust_n` (the load cell: late, jittered, noisy),
-/// `vehicle_velocity_mps` (0), and with the plate `height_m`, `deck_height_m`
+/// `vehicle_velocity_mps`, and with the plate `height_m`, `deck_height_m`
 /// and `deck_velocity_mps`, all at their stamps. Beside them the truth without
 /// turbulence and sensor noise, late by the nominal latency only:
 /// `truth_thrust_n` (x² + f) and `truth_free_air_n` (x²). The difference of
@@ -218,10 +269,10 @@ pub fn run(settings: &RigSettings, trial: &RigTrial, seed: u64) -> Result<Trial,
         },
         ..settings.plant
     })?;
-    let (throttle, plate) = &signals;
+    let throttle = &signals.throttle;
     let start = plant.rest(
         trial.start_throttle.unwrap_or(throttle.at(0.0).0),
-        plate.at(0.0).0,
+        signals.at(0.0).height_m,
     );
     let steps = (trial.duration_s / STEP_S).ceil() as usize;
     let turbulence = settings
@@ -260,11 +311,14 @@ pub fn run(settings: &RigSettings, trial: &RigTrial, seed: u64) -> Result<Trial,
     ];
     if trial.plate_present {
         let zero = settings.vehicle_height_m;
-        channels.push(("height_m", sampled(&|t| plate.at(t).0)));
-        channels.push(("deck_height_m", sampled(&|t| zero - plate.at(t).0)));
-        channels.push(("deck_velocity_mps", sampled(&|t| -plate.at(t).1)));
+        channels.push(("height_m", sampled(&|t| signals.at(t).height_m)));
+        let deck_height_m = |t| zero - signals.plate.at(t).0;
+        channels.push(("deck_height_m", sampled(&deck_height_m)));
+        let deck_velocity_mps = |t| signals.at(t).deck_velocity_mps;
+        channels.push(("deck_velocity_mps", sampled(&deck_velocity_mps)));
     }
-    channels.push(("vehicle_velocity_mps", vec![0.0; samples]));
+    let vehicle_velocity_mps = |t| signals.at(t).vehicle_velocity_mps;
+    channels.push(("vehicle_velocity_mps", sampled(&vehicle_velocity_mps)));
     channels.push(("truth_thrust_n", late(&history.truth_n)));
     channels.push(("truth_free_air_n", late(&history.free_air_n)));
 

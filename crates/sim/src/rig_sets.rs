@@ -77,11 +77,22 @@ fn triangle(low: f64, high: f64, speed: f64) -> Profile {
     Profile::Triangle { low, high, speed }
 }
 
+fn multi_sine(mean: f64, amplitude: f64) -> Profile {
+    Profile::MultiSine {
+        mean,
+        amplitude,
+        tones: 8,
+        lowest: 0.6,
+        highest: 7.0,
+    }
+}
+
 fn trial(name: String, throttle: Profile, plate: Profile, duration_s: f64) -> RigTrial {
     RigTrial {
         name,
         throttle,
         plate,
+        carriage: None,
         duration_s,
         plate_present: true,
         start_throttle: None,
@@ -174,15 +185,8 @@ pub fn ground_effect_rich(extent: Extent) -> Vec<RigTrial> {
     let mut trials = ground_effect_paper(extent);
     for &s in extent.pick(THROTTLES, QUICK_THROTTLES) {
         for mean in [0.25, 0.40] {
-            let plate = Profile::MultiSine {
-                mean,
-                amplitude: 0.15,
-                tones: 8,
-                lowest: 0.6,
-                highest: 7.0,
-            };
             let name = format!("multisine-{s:.2}-{mean:.2}");
-            trials.push(trial(name, constant(s), plate, 60.0));
+            trials.push(trial(name, constant(s), multi_sine(mean, 0.15), 60.0));
         }
     }
     for &s in extent.pick(QUICK_THROTTLES, &[0.48]) {
@@ -191,6 +195,50 @@ pub fn ground_effect_rich(extent: Extent) -> Vec<RigTrial> {
         trials.push(trial(format!("sweep-{s:.2}"), constant(s), plate, 75.0));
     }
     trials
+}
+
+/// Vehicle and plate both in motion, so that the two velocities can be told
+/// apart: multi-sines of plate and carriage (0.6 to 7 rad/s, phases of their own),
+/// with constant throttle and with a sine of it, 60 s each.
+#[must_use]
+pub fn ground_effect_moving(extent: Extent) -> Vec<RigTrial> {
+    let constants = extent.pick(THROTTLES, QUICK_THROTTLES).iter();
+    let constants = constants.map(|&s| (format!("constant-{s:.2}"), constant(s)));
+    let frequencies = extent.pick(THROTTLE_FREQUENCIES, QUICK_THROTTLE_FREQUENCIES);
+    let sines = frequencies.iter();
+    let sines = sines.map(|&w| (format!("sine-{w}"), sine(0.48, 0.12, w)));
+    let mut trials = Vec::new();
+    for (name, throttle) in constants.chain(sines) {
+        for mean in [0.30, 0.45] {
+            trials.push(RigTrial {
+                carriage: Some(multi_sine(0.0, 0.08)),
+                ..trial(
+                    format!("moving-{name}-{mean:.2}"),
+                    throttle,
+                    multi_sine(mean, 0.12),
+                    60.0,
+                )
+            });
+        }
+    }
+    trials
+}
+
+/// As [`ground_effect_moving`], at throttles between those and never trained
+/// on, 30 s each.
+#[must_use]
+pub fn ground_effect_moving_validation(extent: Extent) -> Vec<RigTrial> {
+    let throttles = extent.pick(&[0.39, 0.45, 0.51, 0.57], &[0.39, 0.57]);
+    let of = |&s: &f64| RigTrial {
+        carriage: Some(multi_sine(0.0, 0.08)),
+        ..trial(
+            format!("moving-unseen-{s:.2}"),
+            constant(s),
+            multi_sine(0.35, 0.12),
+            30.0,
+        )
+    };
+    throttles.iter().map(of).collect()
 }
 
 /// Ground-effect validation, never trained on: the five

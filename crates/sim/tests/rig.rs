@@ -4,7 +4,8 @@ use touchdown_sim::plant::{Plant, PlantSettings};
 use touchdown_sim::profile::Profile;
 use touchdown_sim::rig::{RigSettings, RigTrial, run};
 use touchdown_sim::rig_sets::{
-    Extent, VALIDATION_KINDS, VALIDATION_THRUSTS_N, ground_effect_paper, ground_effect_rich,
+    Extent, VALIDATION_KINDS, VALIDATION_THRUSTS_N, ground_effect_moving,
+    ground_effect_moving_validation, ground_effect_paper, ground_effect_rich,
     ground_effect_validation, thrust_training, thrust_validation,
 };
 use touchdown_trial::Trial;
@@ -14,6 +15,7 @@ fn still(throttle: f64, height_m: f64, duration_s: f64) -> RigTrial {
         name: "still".to_owned(),
         throttle: Profile::Constant { value: throttle },
         plate: Profile::Constant { value: height_m },
+        carriage: None,
         duration_s,
         plate_present: true,
         start_throttle: None,
@@ -310,4 +312,71 @@ fn analytic_a_plate_that_comes_up_lifts_by_its_upwash_alone() {
             );
         }
     }
+}
+
+#[test]
+fn analytic_a_carriage_that_climbs_is_damped() {
+    // Without ground effect proper the force on a vehicle that climbs over a plate at rest is -k_v (x/√W) v_q.
+    let mut settings = RigSettings {
+        noise: false,
+        ..RigSettings::default()
+    };
+    settings.plant.ground_effect_scale = 0.0;
+    settings.load_cell.latency_s = 0.0;
+    settings.load_cell.jitter_s = 0.0;
+    let plant = Plant::new(&settings.plant).expect("valid settings");
+    let throttle = plant.motor().throttle_for(plant.weight_n());
+    let trial = RigTrial {
+        carriage: Some(Profile::Ramp {
+            from: 0.0,
+            to: 0.4,
+            rate: 0.2,
+            hold_s: 1.0,
+            back: false,
+        }),
+        ..still(throttle, 0.15, 2.9)
+    };
+    let trial = run(&settings, &trial, 1).expect("valid trial");
+    let truth = channel(&trial, "truth_thrust_n");
+    for i in 120..trial.len() {
+        let expected = -0.79 * 0.2;
+        // Only the motor's settling at its rest is left: rounding of the throttle that gives the weight.
+        assert!((truth[i] - plant.weight_n() - expected).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn prop_moving_trials_keep_clear_of_the_plate_and_their_channels_belong_together() {
+    let settings = RigSettings::default();
+    let trials = ground_effect_moving(Extent::Quick);
+    assert_eq!(ground_effect_moving(Extent::Full).len(), 2 * (5 + 3));
+    let unseen = ground_effect_moving_validation(Extent::Full);
+    assert_eq!(unseen.len(), 4);
+    for planned in trials.iter().chain(&unseen) {
+        let trial = run(&settings, planned, 3).expect("valid trial");
+        let (t, z) = (trial.time_s(), channel(&trial, "height_m"));
+        let (up, down) = (
+            channel(&trial, "vehicle_velocity_mps"),
+            channel(&trial, "deck_velocity_mps"),
+        );
+        assert!(z.iter().all(|z| *z > 0.099), "{}", trial.name());
+        assert!(sd(up) > 0.02 && sd(down) > 0.03, "{}", trial.name());
+        for i in 1..t.len() - 1 {
+            let slope = (z[i + 1] - z[i - 1]) / (t[i + 1] - t[i - 1]);
+            // Central differences over 20 ms: w³ h²/6 of 0.2 m at 7 rad/s is 1.2 mm/s.
+            assert!((slope - (up[i] - down[i])).abs() < 1.2e-3, "{i}");
+        }
+    }
+}
+
+#[test]
+fn prop_a_carriage_below_the_plate_is_refused() {
+    let trial = RigTrial {
+        carriage: Some(Profile::Constant { value: -0.3 }),
+        ..still(0.5, 0.2, 1.0)
+    };
+    let message = run(&RigSettings::default(), &trial, 1)
+        .expect_err("below the plate")
+        .to_string();
+    assert!(message.contains("carriage"), "{message}");
 }

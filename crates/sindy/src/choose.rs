@@ -32,6 +32,27 @@ impl Default for Grid {
     }
 }
 
+impl Grid {
+    /// All pairs of λ and ν, for each ν all thresholds: `λ = η²/(2 ν)`.
+    ///
+    /// # Errors
+    /// An empty grid.
+    pub fn points(&self) -> Result<Vec<(f64, f64)>, SindyError> {
+        if self.thresholds.is_empty() || self.nus.is_empty() {
+            return Err(SindyError::setting(
+                "grid",
+                "at least one threshold and one nu",
+                "none",
+            ));
+        }
+        let of_nu = |&nu: &f64| {
+            let lambda = move |&eta: &f64| (eta * eta / (2.0 * nu), nu);
+            self.thresholds.iter().map(lambda).collect::<Vec<_>>()
+        };
+        Ok(self.nus.iter().flat_map(of_nu).collect())
+    }
+}
+
 /// One point of the grid.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Point {

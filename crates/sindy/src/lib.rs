@@ -48,6 +48,7 @@
 //! | [`uncertainty`] | block-bootstrap intervals, bands of predictions and simulations |
 //! | [`relaxed`] | SR3 with ℓ1, weights, linear constraints; trimming |
 //! | [`choose`] | λ and ν by cross-validation over groups |
+//! | [`select`] | one fit of a family, by left-out error or a criterion; folds |
 //! | [`identifiability`] | what the data can and cannot tell apart |
 //! | [`derivative`] | derivatives: differences, splines, Kalman, spectral; noise level, gaps, the smoothing chosen |
 //! | [`weak`] | the weak form: regression without derivatives, generalised least squares |
@@ -81,6 +82,7 @@ pub mod relaxed;
 pub mod residual;
 pub mod samples;
 pub mod savgol;
+pub mod select;
 pub mod shift;
 pub mod shooting;
 pub mod sr3;

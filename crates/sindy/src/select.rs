@@ -1,0 +1,477 @@
+//! Choosing one fit of a family, by what it leaves on data left out or by a criterion.
+//!
+//! A [`Family`] turns statistics into several fits: SR3 over a grid of λ and ν ([`sr3_points`]), STLSQ over
+//! thresholds ([`stlsq_thresholds`]), the best subset of every size ([`best_subsets`]), or any closure. Each group of
+//! data (a trajectory, say) is left out in turn: the family is fitted again to the total minus that group, so that the
+//! choice of terms is judged and not only their coefficients,
+//!
+//! ```text
+//! e_mg = |y_g - Θ_g ξ_m(-g)|² / n_g,      left-out error of member m = √( Σ_g e_mg / groups )
+//! ```
+//!
+//! and, as statistics subtract, no pass over the data is needed. [`Rule::LeftOut`] takes the fewest terms whose
+//! error is within one standard error of the smallest, the standard error being that of the *paired* differences
+//! `e_mg - e_bg`: groups differ far more among themselves than two fits do on one group.
+//!
+//! ```
+//! use sindy::select::{Rule, best_subsets, select};
+//! use sindy::{Gram, Library, Samples};
+//!
+//! let mut samples = Samples::new(&["x", "y"]);
+//! for g in 0..6 {
+//!     let x: Vec<f64> = (0..50).map(|i| (f64::from(i) + 0.3 * f64::from(g)).sin()).collect();
+//!     let y = x.iter().enumerate().map(|(i, x)| 0.5 - 2.0 * x + 0.1 * (i * i) as f64 % 0.1).collect();
+//!     samples.push_group(vec![x, y])?;
+//! }
+//! let library = Library::parse(&["1", "x", "x^2", "x^3"])?;
+//! let grams = Gram::accumulate(&library, "y", &samples)?;
+//! let selection = select(&grams, &best_subsets(None), Rule::LeftOut)?;
+//! assert_eq!(selection.fit().support, [true, true, false, false]);
+//! # Ok::<(), sindy::SindyError>(())
+//! ```
+//!
+//! Source: T. Hastie, R. Tibshirani, J. Friedman, "The Elements of Statistical Learning" (2009), section 7.10.
+
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+use rayon::prelude::*;
+
+use crate::criteria::Criterion;
+use crate::error::SindyError;
+use crate::exact::BestSubset;
+use crate::fit::{Fit, Solver, check};
+use crate::gram::Gram;
+use crate::sr3::Sr3;
+use crate::stlsq::Stlsq;
+
+/// A family of fits: as many for any statistics of the same terms, the k-th always of the same kind.
+///
+/// Any closure of that shape will do.
+pub trait Family: Sync {
+    /// The fits to `gram`.
+    ///
+    /// # Errors
+    /// As its solver.
+    fn fits(&self, gram: &Gram) -> Result<Vec<Fit>, SindyError>;
+}
+
+impl<F> Family for F
+where
+    F: Fn(&Gram) -> Result<Vec<Fit>, SindyError> + Sync,
+{
+    fn fits(&self, gram: &Gram) -> Result<Vec<Fit>, SindyError> {
+        self(gram)
+    }
+}
+
+/// How a member is chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rule {
+    /// The fewest terms whose error on data left out is within one standard error of the smallest.
+    LeftOut,
+    /// The best score of a criterion; of equals the one with fewer terms.
+    Criterion {
+        /// What scores.
+        criterion: Criterion,
+        /// A number of rows that stands for correlated ones.
+        effective_rows: Option<f64>,
+    },
+}
+
+/// Error on groups left out.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct LeftOut {
+    /// Root mean square error, in the target's unit.
+    pub rmse: f64,
+    /// Standard error of the mean over groups of the *squared* error.
+    pub mean_square_error_se: f64,
+}
+
+/// One member of a family.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Member {
+    /// Its fit to all data.
+    pub fit: Fit,
+    /// Root mean square residual of that fit.
+    pub training_rmse: f64,
+    /// Its error on groups left out; absent for a single group.
+    pub left_out: Option<LeftOut>,
+    /// Its score, where the rule is a criterion.
+    pub score: Option<f64>,
+}
+
+/// A family with the member that was chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    /// All members, in the family's order.
+    pub members: Vec<Member>,
+    /// The chosen one.
+    pub chosen: usize,
+    /// The one with the smallest error on data left out, or the best score.
+    pub best: usize,
+    /// Why the chosen one.
+    pub reason: String,
+}
+
+impl Selection {
+    /// The chosen member.
+    #[must_use]
+    pub fn member(&self) -> &Member {
+        &self.members[self.chosen]
+    }
+
+    /// The chosen fit.
+    #[must_use]
+    pub fn fit(&self) -> &Fit {
+        &self.member().fit
+    }
+}
+
+/// Fits `family` to all of `groups` and to all but each of them, and chooses by `rule`. Groups without rows are
+/// left out.
+///
+/// # Errors
+/// Statistics that no solver can use, a family without members or of changing size, [`Rule::LeftOut`] with fewer than
+/// two groups, an error of the family, effective rows that are not positive.
+pub fn select(groups: &[Gram], family: &dyn Family, rule: Rule) -> Result<Selection, SindyError> {
+    let folds: Vec<&Gram> = groups.iter().filter(|g| g.rows > 0).collect();
+    if folds.len() < 2 && rule == Rule::LeftOut {
+        return Err(SindyError::Shape {
+            what: "groups to cross-validate over",
+            expected: 2,
+            found: folds.len(),
+        });
+    }
+    let total = Gram::total(groups);
+    check(&total)?;
+    let fits = family.fits(&total)?;
+    if fits.is_empty() {
+        return Err(SindyError::setting("family", "at least one fit", "none"));
+    }
+    let errors = if folds.len() < 2 {
+        Vec::new()
+    } else {
+        left_out(&total, &folds, family, fits.len())?
+    };
+    let of_member = |m: usize| -> Vec<f64> { errors.iter().map(|fold| fold[m]).collect() };
+    let mut members = Vec::with_capacity(fits.len());
+    for (m, fit) in fits.into_iter().enumerate() {
+        let score = match rule {
+            Rule::LeftOut => None,
+            Rule::Criterion {
+                criterion,
+                effective_rows,
+            } => Some(criterion.score(&total, &fit.support, effective_rows)?),
+        };
+        let left_out = (!errors.is_empty()).then(|| {
+            let (mean, se) = mean_and_error(&of_member(m));
+            LeftOut {
+                rmse: mean.sqrt(),
+                mean_square_error_se: se,
+            }
+        });
+        members.push(Member {
+            training_rmse: (fit.residual_sum / total.weight()).sqrt(),
+            fit,
+            left_out,
+            score,
+        });
+    }
+    let (best, chosen, reason) = match rule {
+        Rule::LeftOut => within_one_error(&members, &of_member),
+        Rule::Criterion { criterion, .. } => best_score(&members, criterion),
+    };
+    Ok(Selection {
+        members,
+        chosen,
+        best,
+        reason,
+    })
+}
+
+/// `[fold][member]`: mean squares on the groups left out.
+fn left_out(
+    total: &Gram,
+    folds: &[&Gram],
+    family: &dyn Family,
+    members: usize,
+) -> Result<Vec<Vec<f64>>, SindyError> {
+    folds
+        .par_iter()
+        .map(|fold| {
+            let mut rest = total.clone();
+            rest.downdate(fold);
+            // Where the others' target is zero, rounding may leave less than that.
+            rest.yty = rest.yty.max(0.0);
+            let fits = family.fits(&rest)?;
+            if fits.len() != members {
+                return Err(SindyError::Shape {
+                    what: "fits of a family with a group left out",
+                    expected: members,
+                    found: fits.len(),
+                });
+            }
+            let mean_square = |fit: &Fit| fold.residual_sum(&fit.coefficients) / fold.weight();
+            Ok(fits.iter().map(mean_square).collect())
+        })
+        .collect()
+}
+
+/// Mean, and the standard error of the mean.
+fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
+fn within_one_error(
+    members: &[Member],
+    errors: &dyn Fn(usize) -> Vec<f64>,
+) -> (usize, usize, String) {
+    let rmse = |m: usize| members[m].left_out.map_or(f64::NAN, |l| l.rmse);
+    let best = (0..members.len())
+        .min_by(|&a, &b| rmse(a).total_cmp(&rmse(b)))
+        .unwrap_or(0);
+    let of_best = errors(best);
+    let within = |m: usize| {
+        let differences: Vec<f64> = errors(m).iter().zip(&of_best).map(|(a, b)| a - b).collect();
+        let (mean, se) = mean_and_error(&differences);
+        mean <= se
+    };
+    let chosen = (0..members.len())
+        .filter(|&m| m == best || within(m))
+        .min_by(|&a, &b| {
+            let terms = |m: usize| members[m].fit.terms();
+            terms(a).cmp(&terms(b)).then(rmse(a).total_cmp(&rmse(b)))
+        })
+        .unwrap_or(best);
+    let reason = format!(
+        "fewest terms ({}) whose error on left-out groups ({:.4}) is within one standard error of the smallest ({:.4}, \
+         {} terms)",
+        members[chosen].fit.terms(),
+        rmse(chosen),
+        rmse(best),
+        members[best].fit.terms()
+    );
+    (best, chosen, reason)
+}
+
+fn best_score(members: &[Member], criterion: Criterion) -> (usize, usize, String) {
+    let score = |m: usize| members[m].score.unwrap_or(f64::INFINITY);
+    let best = (0..members.len())
+        .min_by(|&a, &b| {
+            let terms = |m: usize| members[m].fit.terms();
+            score(a).total_cmp(&score(b)).then(terms(a).cmp(&terms(b)))
+        })
+        .unwrap_or(0);
+    let reason = format!(
+        "best {criterion:?} ({:.1}), with {} terms",
+        score(best),
+        members[best].fit.terms()
+    );
+    (best, best, reason)
+}
+
+/// Deals groups into `folds` at random, as even in number as can be, and adds up each fold's statistics.
+/// The same seed deals alike. Groups without rows go nowhere.
+///
+/// # Errors
+/// Fewer than two folds, or more folds than groups with rows.
+pub fn deal(groups: &[Gram], folds: usize, seed: u64) -> Result<Vec<Gram>, SindyError> {
+    let mut used: Vec<&Gram> = groups.iter().filter(|g| g.rows > 0).collect();
+    if !(2..=used.len()).contains(&folds) {
+        return Err(SindyError::setting(
+            "folds",
+            format!("2 to the number of groups with rows ({})", used.len()),
+            folds,
+        ));
+    }
+    let mut rng = Pcg64::seed_from_u64(seed);
+    for last in (1..used.len()).rev() {
+        // A remainder of 64 bits over a few thousand groups is as good as even.
+        let other = (rng.next_u64() % (last as u64 + 1)) as usize;
+        used.swap(last, other);
+    }
+    let p = used[0].xty.len();
+    let mut dealt = vec![Gram::zeros(p); folds];
+    for (i, group) in used.into_iter().enumerate() {
+        dealt[i % folds].merge(group);
+    }
+    Ok(dealt)
+}
+
+/// SR3 with ℓ0, scaled, at every pair of λ and ν ([`Grid::points`](crate::Grid::points) lists those of a grid); least
+/// squares on the terms that it keeps.
+///
+/// # Errors
+/// No pair, or values out of range.
+pub fn sr3_points(points: &[(f64, f64)]) -> Result<impl Family + use<>, SindyError> {
+    let solvers = points
+        .iter()
+        .map(|&(lambda, nu)| Sr3::new(lambda, nu))
+        .collect::<Result<Vec<_>, _>>()?;
+    if solvers.is_empty() {
+        return Err(SindyError::setting("points", "at least one", "none"));
+    }
+    Ok(move |gram: &Gram| solvers.iter().map(|s| s.fit(gram)).collect())
+}
+
+/// STLSQ, scaled, at every threshold.
+///
+/// # Errors
+/// No threshold, or values out of range.
+pub fn stlsq_thresholds(thresholds: &[f64], ridge: f64) -> Result<impl Family + use<>, SindyError> {
+    let solvers = thresholds
+        .iter()
+        .map(|&threshold| Stlsq::new(threshold, ridge))
+        .collect::<Result<Vec<_>, _>>()?;
+    if solvers.is_empty() {
+        return Err(SindyError::setting("thresholds", "at least one", "none"));
+    }
+    Ok(move |gram: &Gram| solvers.iter().map(|s| s.fit(gram)).collect())
+}
+
+/// The best subset of every size from none to all terms, proven unless `node_limit` ends the search. A size that
+/// the data do not allow (a term that is zero throughout) repeats the largest that they do.
+pub fn best_subsets(node_limit: Option<u64>) -> impl Family {
+    let search = BestSubset::new().node_limit(node_limit.unwrap_or(u64::MAX));
+    move |gram: &Gram| {
+        let mut fits: Vec<Fit> = search
+            .solve(gram)?
+            .sizes
+            .into_iter()
+            .map(|s| s.fit)
+            .collect();
+        if let Some(largest) = fits.last().cloned() {
+            fits.resize(gram.xty.len() + 1, largest);
+        }
+        Ok(fits)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Grid, Library, Samples};
+    use rand::RngExt;
+
+    /// Groups with y = 0.7 x - 0.4 x u + noise, over seven terms.
+    fn groups(seed: u64, count: usize, noise: f64) -> Vec<Gram> {
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let mut samples = Samples::new(&["x", "u", "y"]);
+        for _ in 0..count {
+            let mut draw = |n: usize, a: f64| -> Vec<f64> {
+                (0..n).map(|_| a * rng.random_range(-1.0..1.0)).collect()
+            };
+            let (x, u, e) = (draw(200, 1.0), draw(200, 1.0), draw(200, noise));
+            let y = (0..200)
+                .map(|i| 0.7 * x[i] - 0.4 * x[i] * u[i] + e[i])
+                .collect();
+            samples.push_group(vec![x, u, y]).unwrap();
+        }
+        let library = Library::parse(&["1", "x", "u", "x^2", "x*u", "u^2", "x^3"]).unwrap();
+        Gram::accumulate(&library, "y", &samples).unwrap()
+    }
+
+    const TRUTH: [bool; 7] = [false, true, false, false, true, false, false];
+
+    #[test]
+    fn analytic_every_family_finds_the_two_terms_by_every_rule() {
+        let grams = groups(1, 8, 0.05);
+        let bic = Rule::Criterion {
+            criterion: Criterion::Bic,
+            effective_rows: None,
+        };
+        for rule in [Rule::LeftOut, bic] {
+            let found = select(
+                &grams,
+                &sr3_points(&Grid::default().points().unwrap()).unwrap(),
+                rule,
+            )
+            .unwrap();
+            assert_eq!(found.fit().support, TRUTH, "{}", found.reason);
+            let thresholds = Grid::default().thresholds;
+            let family = stlsq_thresholds(&thresholds, 0.0).unwrap();
+            let found = select(&grams, &family, rule).unwrap();
+            assert_eq!(found.fit().support, TRUTH, "{}", found.reason);
+            let found = select(&grams, &best_subsets(None), rule).unwrap();
+            assert_eq!(found.fit().support, TRUTH, "{}", found.reason);
+            assert_eq!(found.members.len(), 8);
+            assert_eq!(found.member().score.is_some(), rule == bic);
+        }
+    }
+
+    #[test]
+    fn analytic_left_out_error_is_that_of_a_fit_without_the_group() {
+        let grams = groups(2, 4, 0.3);
+        let all = |gram: &Gram| {
+            Ok(vec![Fit::on_support(
+                gram,
+                vec![true; 7],
+                crate::Outcome::Converged,
+                1,
+            )])
+        };
+        let found = select(&grams, &all, Rule::LeftOut).unwrap();
+        let by_hand: Vec<f64> = (0..4)
+            .map(|k| {
+                let rest: Vec<Gram> = (0..4)
+                    .filter(|g| *g != k)
+                    .map(|g| grams[g].clone())
+                    .collect();
+                let xi = crate::regression::least_squares(&Gram::total(&rest), &[true; 7]);
+                grams[k].residual_sum(&xi) / 200.0
+            })
+            .collect();
+        let mean = by_hand.iter().sum::<f64>() / 4.0;
+        let left_out = found.member().left_out.unwrap();
+        // Total minus a part and the sum of the other parts differ by rounding.
+        assert!((left_out.rmse - mean.sqrt()).abs() < 1e-12);
+        // 0.3 times a uniform draw has 0.1732 rms; seven coefficients of 600 rows add a hundredth to it.
+        assert!((left_out.rmse - 0.174).abs() < 0.01, "{left_out:?}");
+        assert!(found.member().training_rmse < left_out.rmse);
+    }
+
+    #[test]
+    fn prop_dealt_folds_hold_every_group_once_and_follow_the_seed() {
+        let grams = groups(3, 11, 0.1);
+        let (a, b, c) = (
+            deal(&grams, 4, 1).unwrap(),
+            deal(&grams, 4, 1).unwrap(),
+            deal(&grams, 4, 2).unwrap(),
+        );
+        assert!(a == b && a != c);
+        let mut rows: Vec<usize> = a.iter().map(|g| g.rows / 200).collect();
+        rows.sort_unstable();
+        assert_eq!(rows, [2, 3, 3, 3]);
+        let (whole, dealt) = (Gram::total(&grams), Gram::total(&a));
+        // The same sums in another order.
+        assert!((&whole.xtx - &dealt.xtx).amax() < 1e-9 * whole.xtx.amax());
+        assert!(deal(&grams, 1, 1).is_err() && deal(&grams, 12, 1).is_err());
+    }
+
+    #[test]
+    fn prop_bad_families_and_single_groups_are_refused() {
+        let grams = groups(4, 3, 0.1);
+        let none = |_: &Gram| Ok(Vec::new());
+        assert!(select(&grams, &none, Rule::LeftOut).is_err());
+        let changing = |gram: &Gram| {
+            let fit = Fit::on_support(gram, vec![true; 7], crate::Outcome::Converged, 1);
+            Ok(vec![fit; gram.rows / 200])
+        };
+        let error = select(&grams, &changing, Rule::LeftOut).unwrap_err();
+        assert!(error.to_string().contains("left out"), "{error}");
+        let one = &grams[..1];
+        let error = select(one, &best_subsets(None), Rule::LeftOut).unwrap_err();
+        assert!(error.to_string().contains("groups"), "{error}");
+        let aicc = Rule::Criterion {
+            criterion: Criterion::Aicc,
+            effective_rows: None,
+        };
+        let found = select(one, &best_subsets(None), aicc).unwrap();
+        assert!(found.member().left_out.is_none());
+        assert!(select(&[Gram::zeros(3)], &best_subsets(None), aicc).is_err());
+        assert!(stlsq_thresholds(&[], 0.0).is_err());
+    }
+}
