@@ -176,6 +176,9 @@ pub struct Term {
     /// Standard error of the coefficient.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
+    /// 95 % confidence interval of the coefficient, `[low, high]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<[f64; 2]>,
     /// Unit of the coefficient (`1` for none).
     pub unit: String,
 }

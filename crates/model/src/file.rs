@@ -159,6 +159,15 @@ impl Card {
                     se.to_string(),
                 );
             }
+            if let Some([low, high]) = term.ci95
+                && !(low.is_finite() && high.is_finite() && (low..=high).contains(&term.value))
+            {
+                return bad(
+                    format!("terms[{i}].ci95"),
+                    "[low, high], finite, with the value between them",
+                    format!("[{low}, {high}]"),
+                );
+            }
         }
         let expressions = self
             .terms

@@ -55,6 +55,7 @@ fn card(values: [f64; 7]) -> Card {
                 expression: (*expression).into(),
                 value,
                 std_error: Some(value.abs() / 7.0),
+                ci95: Some([value - value.abs() / 3.0, value + value.abs() / 3.0]),
                 unit: "1".into(),
             })
             .collect(),

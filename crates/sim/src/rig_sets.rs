@@ -199,7 +199,7 @@ pub fn ground_effect_rich(extent: Extent) -> Vec<RigTrial> {
 
 /// Vehicle and plate both in motion, so that the two velocities can be told
 /// apart: multi-sines of plate and carriage (0.6 to 7 rad/s, phases of their own),
-/// with constant throttle and with a sine of it, 60 s each.
+/// with constant throttle and with a sine of it, 30 s each.
 #[must_use]
 pub fn ground_effect_moving(extent: Extent) -> Vec<RigTrial> {
     let constants = extent.pick(THROTTLES, QUICK_THROTTLES).iter();
@@ -216,7 +216,7 @@ pub fn ground_effect_moving(extent: Extent) -> Vec<RigTrial> {
                     format!("moving-{name}-{mean:.2}"),
                     throttle,
                     multi_sine(mean, 0.12),
-                    60.0,
+                    30.0,
                 )
             });
         }

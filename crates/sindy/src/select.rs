@@ -41,7 +41,7 @@ use crate::error::SindyError;
 use crate::exact::BestSubset;
 use crate::fit::{Fit, Solver, check};
 use crate::gram::Gram;
-use crate::sr3::Sr3;
+use crate::sr3::{Problem, Scaling, Sr3};
 use crate::stlsq::Stlsq;
 
 /// A family of fits: as many for any statistics of the same terms, the k-th always of the same kind.
@@ -314,7 +314,15 @@ pub fn sr3_points(points: &[(f64, f64)]) -> Result<impl Family + use<>, SindyErr
     if solvers.is_empty() {
         return Err(SindyError::setting("points", "at least one", "none"));
     }
-    Ok(move |gram: &Gram| solvers.iter().map(|s| s.fit(gram)).collect())
+    Ok(move |gram: &Gram| {
+        check(gram)?;
+        let mut problem = Problem::new(gram, Scaling::UnitRms);
+        let fit = |solver: &Sr3| {
+            let s = solver.solve_again(&mut problem);
+            Fit::new(gram, s.refit, s.support, s.outcome, s.iterations)
+        };
+        Ok(solvers.iter().map(fit).collect())
+    })
 }
 
 /// STLSQ, scaled, at every threshold.

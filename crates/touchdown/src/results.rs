@@ -9,7 +9,11 @@ use crate::campaign::LandingFigures;
 use crate::error::Result;
 use crate::experiments::landing::MethodLandings;
 use crate::experiments::{Run, thrust};
+use crate::identify::Made;
+use crate::identify::front::Front;
 use crate::identify::ground_effect::before::Before;
+use crate::identify::ground_effect::levels::Level;
+use crate::identify::ground_effect::relative::RelativeVelocity;
 use crate::identify::settings::GroundEffectForm;
 use crate::pilot::Method;
 use crate::score::Errors;
@@ -82,6 +86,8 @@ pub struct ThrustResults {
     pub plate_removed: Table,
     /// Plate at 0.75 m.
     pub plate_present: Table,
+    /// The best subset of every size beside the terms of eq. (8), by state of the plate.
+    pub fronts: BTreeMap<&'static str, Front>,
 }
 
 /// Ground effect: `form -> kind of trial -> errors`.
@@ -97,6 +103,14 @@ pub struct GroundEffectResults {
     pub lag_s: BTreeMap<&'static str, BTreeMap<&'static str, Option<f64>>>,
     /// What the data can carry, by data set.
     pub identifiability: BTreeMap<&'static str, Before>,
+    /// The best subset of every size beside the terms of eq. (9), by data set; `moving_data` are trials in which vehicle
+    /// and plate both move.
+    pub fronts: BTreeMap<&'static str, Front>,
+    /// The levels of identification side by side, by data set.
+    pub levels: BTreeMap<&'static str, Vec<Level>>,
+    /// Eq. (9) with the velocities apart and with the relative velocity alone: on `moving_data`, and on
+    /// trajectories of the printed eq. (12) itself.
+    pub relative_velocity: BTreeMap<&'static str, RelativeVelocity>,
 }
 
 /// Landings on the deck.
@@ -203,6 +217,10 @@ impl Results {
             thrust: ThrustResults {
                 plate_removed: plate(removed),
                 plate_present: plate(present),
+                fronts: [("plate_removed", removed), ("plate_present", present)]
+                    .into_iter()
+                    .filter_map(|(name, state)| Some((name, front(&state.models)?)))
+                    .collect(),
             },
             ground_effect: GroundEffectResults {
                 paper_data: paper,
@@ -213,6 +231,18 @@ impl Results {
                     .collect(),
                 lag_s: lag_s.collect(),
                 identifiability: ge.sets.iter().map(|s| (s.name, s.before.clone())).collect(),
+                fronts: ge
+                    .sets
+                    .iter()
+                    .filter_map(|s| Some((s.name, front(&s.models)?)))
+                    .chain(ge.moving.made.front.clone().map(|f| ("moving_data", f)))
+                    .collect(),
+                levels: ge.sets.iter().map(|s| (s.name, s.levels.clone())).collect(),
+                relative_velocity: [
+                    ("moving_data", ge.moving.relative),
+                    ("printed_eq12", ge.moving.printed),
+                ]
+                .into(),
             },
             ground_landing: figures(&landing.ground),
             deck_landing: DeckResults {
@@ -225,6 +255,11 @@ impl Results {
             reconstructed: reconstructed(),
         })
     }
+}
+
+/// The front of the first model that has one.
+fn front(models: &[Made]) -> Option<Front> {
+    models.iter().find_map(|m| m.front.clone())
 }
 
 fn plate(state: &thrust::PlateState) -> Table {

@@ -28,6 +28,10 @@ pub enum RigSet {
     GroundEffectPaper,
     /// The paper's scenarios, multi-sine plate motion and slow sweeps.
     GroundEffectRich,
+    /// Vehicle and plate both in motion.
+    GroundEffectMoving,
+    /// As `ground_effect_moving`, at other throttles.
+    GroundEffectMovingValidation,
     /// Approaches, triangles and sines at 10 to 16 N.
     GroundEffectValidation,
 }
@@ -43,6 +47,8 @@ impl RigSet {
             Self::ThrustValidationWithPlate => "thrust_validation_with_plate",
             Self::GroundEffectPaper => "ground_effect_paper",
             Self::GroundEffectRich => "ground_effect_rich",
+            Self::GroundEffectMoving => "ground_effect_moving",
+            Self::GroundEffectMovingValidation => "ground_effect_moving_validation",
             Self::GroundEffectValidation => "ground_effect_validation",
         }
     }
@@ -59,6 +65,10 @@ impl RigSet {
             Self::ThrustValidationWithPlate => rig_sets::thrust_validation(true),
             Self::GroundEffectPaper => rig_sets::ground_effect_paper(Extent::Full),
             Self::GroundEffectRich => rig_sets::ground_effect_rich(Extent::Full),
+            Self::GroundEffectMoving => rig_sets::ground_effect_moving(Extent::Full),
+            Self::GroundEffectMovingValidation => {
+                rig_sets::ground_effect_moving_validation(Extent::Full)
+            }
             Self::GroundEffectValidation => rig_sets::ground_effect_validation(
                 Plant::new(&settings.plant)?.motor(),
                 Extent::Full,

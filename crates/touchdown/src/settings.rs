@@ -179,12 +179,17 @@ impl ReproduceSettings {
 
 /// TOML has 64-bit signed numbers.
 pub(crate) fn check_seed(seed: u64, file: &str) -> Result<()> {
+    check_seed_of("seed", seed, file)
+}
+
+/// As [`check_seed`], of a seed by another name.
+pub(crate) fn check_seed_of(key: &str, seed: u64, file: &str) -> Result<()> {
     if i64::try_from(seed).is_ok() {
         return Ok(());
     }
     Err(Error::Settings {
         file: file.to_string(),
-        message: format!("key `seed`: expected at most {}, found {seed}", i64::MAX),
+        message: format!("key `{key}`: expected at most {}, found {seed}", i64::MAX),
     })
 }
 

@@ -75,10 +75,74 @@ fn paper_promises_of_the_main_job_seed_1() {
     readme(&Results::of(&run).unwrap());
 }
 
+/// What the README says about the terms that the equations need.
+fn sparsity(results: &Results, text: &str) {
+    let ge = &results.ground_effect;
+    let rows = [
+        (
+            "eq. (8), throttle to thrust",
+            &results.thrust.fronts["plate_removed"],
+        ),
+        ("eq. (9), the paper's scenarios", &ge.fronts["paper_data"]),
+        ("eq. (9), rich data", &ge.fronts["rich_data"]),
+        (
+            "eq. (9), vehicle and plate both move",
+            &ge.fronts["moving_data"],
+        ),
+    ];
+    for (name, front) in rows {
+        assert!(front.certificate.proven, "{name}");
+        let all = front.sizes.len() - 1;
+        let left = |k: usize| format!("{:.4}", front.sizes[k].left_out_rmse.unwrap());
+        let run = |k: usize| match front.sizes[k].free_run_rmse_n {
+            Some(v) if v < 10.0 => format!("{v:.3}"),
+            _ => "unstable".to_string(),
+        };
+        let freely = match (front.sizes[all].free_run_rmse_n, run(all).as_str()) {
+            _ if front.of == "x'" => " |".to_string(),
+            (_, "unstable") => format!(" {} N, unstable |", run(front.chosen_terms)),
+            _ => format!(" {}, {} N |", run(front.chosen_terms), run(all)),
+        };
+        let row = format!(
+            "| {name} | {} | {} | {} | {} | {}, {}, {} {} |{freely}",
+            front.certificate.subsets,
+            front.certificate.nodes,
+            front.model.terms,
+            front.chosen_terms,
+            left(front.chosen_terms),
+            left(all),
+            left(0),
+            front.unit
+        );
+        assert!(text.contains(&row), "the README lacks: {row}");
+    }
+    let moving = &ge.fronts["moving_data"];
+    let share = moving.sizes[11].training_rmse / moving.sizes[0].training_rmse;
+    let level = |model: &str| {
+        let found = ge.levels["rich_data"].iter().find(|l| l.model == model);
+        found.unwrap().free_run_rmse_n.unwrap()
+    };
+    let printed = ge.relative_velocity["printed_eq12"];
+    let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    for expected in [
+        format!("{:.1} % of its mean square", 100.0 * (1.0 - share * share)),
+        format!("{:.3} N for eq. (9) by SR3", level("derivative")),
+        format!("{:.3} N with its terms refined", level("refined")),
+        format!("{:.3} N for the lag form", level("lag")),
+        format!(
+            "leave {:.4} N/s of {:.3} N/s",
+            printed.relative.training_rmse_n_per_s, printed.target_rms_n_per_s
+        ),
+    ] {
+        assert!(flat.contains(&expected), "the README lacks: {expected}");
+    }
+}
+
 /// The figures that the README shows are those of this very run.
 fn readme(results: &Results) {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
     let text = std::fs::read_to_string(path).unwrap();
+    sparsity(results, &text);
     let mean = |s: Option<touchdown::statistics::Summary>| s.unwrap().mean;
     let ground = &results.ground_landing;
     let hover = format!("hovers at {:.3} m", mean(ground["feedback"].hover_height_m));

@@ -157,6 +157,7 @@ fn prop_inputs_of_a_ground_effect_trial_are_as_late_as_the_load_cell() {
         expression: "1".into(),
         value: 0.025,
         std_error: None,
+        ci95: None,
         unit: "s".into(),
     });
     let late = prepare(&card);

@@ -78,6 +78,7 @@ fn shape(results: &Value) {
             }
         }
     }
+    fronts(results);
     for method in ["feedback", "empirical", "dynamic"] {
         landing(&results["ground_landing"][method]);
     }
@@ -96,6 +97,58 @@ fn shape(results: &Value) {
     assert_eq!(
         results["published"]["deck_landing"]["dynamic"]["t_l_s"],
         5.38
+    );
+}
+
+/// Fronts with their proofs: 2048 subsets where vehicle and plate both move, 256 where only the plate does.
+fn fronts(results: &Value) {
+    let ge = &results["ground_effect"];
+    for (front, terms, nodes) in [
+        (&ge["fronts"]["paper_data"], 8, 256),
+        (&ge["fronts"]["rich_data"], 8, 256),
+        (&ge["fronts"]["moving_data"], 11, 2048),
+        (&results["thrust"]["fronts"]["plate_removed"], 8, 256),
+    ] {
+        let certificate = &front["certificate"];
+        assert_eq!(certificate["subsets"], f64::from(nodes), "{certificate}");
+        assert_eq!(certificate["proven"], true, "{certificate}");
+        assert!(certificate["nodes"].as_u64().unwrap() <= nodes as u64);
+        let sizes = front["sizes"].as_array().unwrap();
+        assert_eq!(sizes.len(), terms + 1);
+        let error = |k: usize| sizes[k]["training_rmse"].as_f64().unwrap();
+        for k in 1..=terms {
+            assert_eq!(sizes[k]["terms"].as_array().unwrap().len(), k);
+            assert!(error(k) <= error(k - 1), "more terms never fit worse");
+        }
+        let model = &front["model"];
+        let own = model["terms"].as_u64().unwrap() as usize;
+        // Sums of products in two orders.
+        assert!(model["training_rmse"].as_f64().unwrap() >= error(own) * (1.0 - 1e-9));
+    }
+    for data in ["paper_data", "rich_data"] {
+        let levels = ge["levels"][data].as_array().unwrap();
+        let found: Vec<&str> = levels
+            .iter()
+            .map(|l| l["model"].as_str().unwrap())
+            .collect();
+        for model in [
+            "static",
+            "sr3_to_the_letter",
+            "derivative",
+            "best_subset",
+            "weak_form",
+            "refined",
+            "ratio",
+            "lag",
+        ] {
+            assert!(found.contains(&model), "{data}: {found:?}");
+        }
+        let lag = levels.iter().find(|l| l["model"] == "lag").unwrap();
+        assert!(lag["free_run_rmse_n"].is_f64() && lag["held_out_rmse_n_per_s"].is_null());
+    }
+    assert_eq!(
+        ge["relative_velocity"]["printed_eq12"]["relative"]["terms"],
+        8
     );
 }
 
@@ -119,11 +172,21 @@ fn landing(figures: &Value) {
 fn files(out: &Path) {
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let report = read("report.html");
+    for needed in [
+        "Levels of identification side by side",
+        "2048 subsets",
+        "256 subsets",
+        "front-moving-data",
+        "front-thrust",
+        "half the 95 % interval",
+    ] {
+        assert!(report.contains(needed), "the report lacks: {needed}");
+    }
     // The plotting library is inside, and the page forbids itself to load anything from anywhere.
     assert!(report.contains("Plotly"));
     assert!(report.contains("Content-Security-Policy") && report.contains("default-src 'none'"));
     for (folder, ending, least) in [
-        ("cards", "toml", 18),
+        ("cards", "toml", 19),
         ("figures", "svg", 5),
         ("figures", "png", 5),
     ] {
@@ -143,6 +206,19 @@ fn files(out: &Path) {
         let card = touchdown_model::Card::read(&entry.unwrap().path()).unwrap();
         let fitted = card.status == touchdown_model::Status::Fitted;
         assert_eq!(card.provenance.seed, fitted.then_some(7));
+        for term in &card.terms {
+            // An interval where there is a standard error, around the value.
+            assert_eq!(
+                term.ci95.is_some(),
+                term.std_error.is_some(),
+                "{}",
+                card.name
+            );
+            assert!(
+                term.ci95
+                    .is_none_or(|[low, high]| low <= term.value && term.value <= high)
+            );
+        }
     }
     let settings: touchdown::settings::ReproduceSettings =
         touchdown::settings::read(&out.join("settings.toml")).unwrap();

@@ -147,8 +147,19 @@ pub(crate) struct IdentifyCommon {
     /// Map from the logs' columns to channels; not needed where the columns are channels already
     #[arg(long)]
     pub(crate) map: Option<PathBuf>,
-    /// Settings that override the defaults (see `touchdown settings identify`)
-    #[arg(long)]
+    /// Settings that override the defaults (`touchdown settings identify` prints them all, with comments)
+    ///
+    /// A TOML file with any of these sections and keys:
+    ///
+    ///   [smoothing]      window, degree, thrust_window
+    ///   [choice]         solver, criterion, folds, seed, effective_rows
+    ///   [sr3]            thresholds, nus; or one lambda, one nu
+    ///   [published]      threshold, nu (the published procedure to the letter)
+    ///   [weak]           half_width_s, spacing, power, generalised
+    ///   [shooting]       window_s, stride_s, every, noise_n, max_iterations
+    ///   [thrust]         form, degree, battery, settle_s, min_thrust_n, library, refine, max_lag_s, dead_time
+    ///   [ground_effect]  rotor_radius_m, lengths_m, library, lag_bounds_s, ratio_limits, velocity_input
+    #[arg(long, verbatim_doc_comment)]
     pub(crate) settings: Option<PathBuf>,
     /// A file MODEL.toml: one card from all logs together. A folder: a card for each log (or form), a summary table
     /// and a report. Without it, nothing is written

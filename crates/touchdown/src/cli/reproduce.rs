@@ -108,7 +108,9 @@ fn write(context: &Context, run: &Run, results: &Results, out: &Path) -> Result<
 fn cards(run: &Run) -> Vec<&Card> {
     let thrust = run.thrust.iter().flat_map(|state| &state.models);
     let ground = run.ground_effect.sets.iter().flat_map(|set| &set.models);
-    thrust.chain(ground).map(|made| &made.card).collect()
+    let moving = [&run.ground_effect.moving.made];
+    let all = thrust.chain(ground).chain(moving);
+    all.map(|made| &made.card).collect()
 }
 
 /// The rich data hold the paper's trials as well.
@@ -121,6 +123,8 @@ fn trial_sets(run: &Run) -> Vec<(&'static str, &[Trial])> {
         ("thrust_training_with_plate", &present.training),
         ("thrust_validation_with_plate", &present.validation),
         ("ground_effect_rich", &ge.sets[1].recorded),
+        ("ground_effect_moving", &ge.moving.recorded),
+        ("ground_effect_moving_validation", &ge.moving.unseen),
         ("ground_effect_validation", &ge.recorded),
     ]
 }

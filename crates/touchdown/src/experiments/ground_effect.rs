@@ -7,6 +7,8 @@ use touchdown_sim::rig_sets::{self, VALIDATION_KINDS};
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};
+use crate::identify::ground_effect::levels::{self, Fitted, Level};
+use crate::identify::ground_effect::relative::{self, RelativeVelocity};
 use crate::identify::ground_effect::{self, GroundTrial, before};
 use crate::identify::making::score;
 use crate::identify::settings::GroundEffectForm;
@@ -28,6 +30,23 @@ pub struct DataSet {
     pub models: Vec<Made>,
     /// Errors `[model][validation trial]`.
     pub errors: Vec<Vec<Judged>>,
+    /// The levels of identification side by side.
+    pub levels: Vec<Level>,
+}
+
+/// Eq. (9) on trials in which vehicle and plate both move.
+#[derive(Clone, Debug)]
+pub struct Moving {
+    /// The recorded trials.
+    pub recorded: Vec<Trial>,
+    /// Trials at other throttles, never trained on.
+    pub unseen: Vec<Trial>,
+    /// The fit, with its front.
+    pub made: Made,
+    /// Velocities apart against the relative velocity alone, on these trials.
+    pub relative: RelativeVelocity,
+    /// The same on trajectories of the printed eq. (12) itself.
+    pub printed: RelativeVelocity,
 }
 
 /// Errors of one model on one validation trial.
@@ -44,6 +63,8 @@ pub struct Judged {
 pub struct GroundEffectExperiment {
     /// The paper's data, then the rich data.
     pub sets: [DataSet; 2],
+    /// Vehicle and plate both in motion.
+    pub moving: Moving,
     /// The recorded validation trials.
     pub recorded: Vec<Trial>,
     /// The same, prepared.
@@ -81,12 +102,18 @@ pub fn run(
         ("rich_data", rig_sets::ground_effect_rich(extent)),
     ];
     let validation = rig_sets::ground_effect_validation(&motor, extent);
-    let models = GroundEffectForm::ALL.len() + 1;
+    let moving = rig_sets::ground_effect_moving(extent);
+    let moving_unseen = rig_sets::ground_effect_moving_validation(extent);
+    // What the data carry, every form, and the levels.
+    let models = GroundEffectForm::ALL.len() + 2;
     let steps = training
         .iter()
         .map(|(_, t)| t.len() + models)
         .sum::<usize>()
-        + validation.len();
+        + validation.len()
+        + moving.len()
+        + moving_unseen.len()
+        + 1;
     progress.stage("ground effect", steps as u64);
     let recorded = super::record(&validation, settings, progress)?;
     let validation = prepare(&recorded, thrust_card)?;
@@ -126,17 +153,57 @@ pub fn run(
                 Ok((made, judged))
             })
             .collect::<Result<_>>()?;
-        let (models, errors) = fitted.into_iter().unzip();
+        let (mut models, errors): (Vec<Made>, Vec<Vec<Judged>>) = fitted.into_iter().unzip();
+        for made in &mut models {
+            run_freely(made, &spread(&validation))?;
+        }
+        let rmse = |judged: &Vec<Judged>| {
+            let truth: Vec<Errors> = judged.iter().map(|j| j.truth).collect();
+            let pooled = Errors::pool(&truth)?;
+            pooled.rmse.is_finite().then_some(pooled.rmse)
+        };
+        let fits: Vec<Fitted<'_>> = GroundEffectForm::ALL
+            .into_iter()
+            .zip(models.iter().zip(&errors))
+            .map(|(form, (made, judged))| Fitted {
+                form,
+                made,
+                free_run_rmse_n: rmse(judged),
+            })
+            .collect();
+        let levels = levels::compare(&prepared, &validation, &fits, identification)?;
+        progress.step();
         Ok(DataSet {
             name,
             recorded,
             before,
             models,
             errors,
+            levels,
         })
     });
+    let moving = {
+        let recorded = super::record(&moving, settings, progress)?;
+        let unseen = super::record(&moving_unseen, settings, progress)?;
+        let prepared = prepare(&recorded, thrust_card)?;
+        let origin = &origin.with_inputs(&recorded);
+        let identification = &settings.identification;
+        let form = GroundEffectForm::Derivative;
+        let mut made = ground_effect::fit(form, &prepared, identification, origin)?;
+        made.card.name = "ground-effect-derivative-moving-data".to_string();
+        run_freely(&mut made, &prepare(&unseen, thrust_card)?)?;
+        progress.step();
+        Moving {
+            relative: relative::of_trials(&prepared, identification)?,
+            printed: relative::of_printed()?,
+            recorded,
+            unseen,
+            made,
+        }
+    };
     Ok(GroundEffectExperiment {
         sets: [paper?, rich?],
+        moving,
         recorded,
         validation,
         floor,
@@ -148,6 +215,32 @@ fn prepare(trials: &[Trial], thrust_card: &Card) -> Result<Vec<GroundTrial>> {
         .par_iter()
         .map(|t| ground_effect::prepare(t, thrust_card))
         .collect()
+}
+
+/// Of each kind of validation trial those at the least, the middle and the largest thrust: enough to compare the sizes of
+/// a front.
+fn spread(validation: &[GroundTrial]) -> Vec<GroundTrial> {
+    let mut out = Vec::new();
+    for kind in VALIDATION_KINDS {
+        let of_kind: Vec<&GroundTrial> = validation
+            .iter()
+            .filter(|t| kind_of(&t.name) == kind)
+            .collect();
+        let step = (of_kind.len().saturating_sub(1) / 2).max(1);
+        out.extend(of_kind.into_iter().step_by(step).cloned());
+    }
+    out
+}
+
+/// Runs the best subset of every size freely over trials that it has not seen.
+fn run_freely(made: &mut Made, unseen: &[GroundTrial]) -> Result<()> {
+    if let Some(front) = &mut made.front {
+        for terms in 0..front.sizes.len() {
+            let card = front.card(&made.card, terms);
+            front.sizes[terms].free_run_rmse_n = levels::free_run(&card, unseen)?;
+        }
+    }
+    Ok(())
 }
 
 fn judge(card: &Card, trial: &GroundTrial) -> Result<Judged> {

@@ -9,7 +9,9 @@ use touchdown_model::card::{
 use touchdown_model::{Form, Kind};
 use touchdown_trial::{Source, Trial};
 
+use super::front::Front;
 use crate::score::Errors;
+use crate::statistics::Clusters;
 
 /// A fitted card and how the fit went.
 #[derive(Clone, Debug)]
@@ -24,6 +26,8 @@ pub struct Made {
     pub rows_used: usize,
     /// The lag, where the form has one (s).
     pub lag_s: Option<f64>,
+    /// The best subset of every size beside the fit's own, where it is a sparse one.
+    pub front: Option<Front>,
     /// What a user should know.
     pub warnings: Vec<String>,
 }
@@ -106,13 +110,39 @@ pub fn sha256(bytes: &[u8]) -> String {
     digest.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// A term; a standard error that is not a number is left out.
-pub(super) fn term(of: &str, expression: &str, value: f64, std_error: f64, unit: &str) -> Term {
+/// A fitted number: its value, and its standard error (NaN where it is not known) with what that rests on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Estimate {
+    pub(super) value: f64,
+    pub(super) std_error: f64,
+    pub(super) clusters: Clusters,
+}
+
+impl Estimate {
+    /// A number that nothing is known about but its value.
+    pub(super) fn bare(value: f64) -> Self {
+        Self {
+            value,
+            std_error: f64::NAN,
+            clusters: Clusters {
+                groups: 0,
+                coefficients: 0,
+            },
+        }
+    }
+}
+
+/// A term; a standard error that is not a number is left out, and so is the interval.
+pub(super) fn term(of: &str, expression: &str, estimate: Estimate, unit: &str) -> Term {
+    let Estimate {
+        value, std_error, ..
+    } = estimate;
     Term {
         of: of.to_string(),
         expression: expression.to_string(),
         value,
         std_error: std_error.is_finite().then_some(std_error),
+        ci95: estimate.clusters.interval(value, std_error),
         unit: unit.to_string(),
     }
 }

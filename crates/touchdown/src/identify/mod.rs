@@ -4,8 +4,11 @@
 //! | --- | --- |
 //! | [`thrust`] | throttle to thrust: static maps, lags, eq. (7), eq. (8) |
 //! | [`ground_effect`] | eq. (2), static map, eq. (9), ratio form, lag form |
+//! | [`front`] | the best subset of every size, with its proof |
 //! | [`settings`] | the settings of all of them |
 
+mod choose;
+pub mod front;
 pub mod ground_effect;
 pub(crate) mod making;
 pub mod settings;

@@ -1,12 +1,14 @@
 //! Settings of identification, as they stand in a settings file.
 
+mod check;
+mod solver;
+
 use serde::{Deserialize, Serialize};
 use sindy::shooting::Shooting;
 
-use crate::error::{Error, Result};
-
-/// The searches for lags start at 2 ms; a shorter range than this leaves them nothing.
-const SHORTEST_MAX_LAG_S: f64 = 0.01;
+pub use solver::{
+    ChoiceSettings, CriterionName, PublishedSettings, SolverName, Sr3Settings, WeakSettings,
+};
 
 /// Settings of identification; every key has a default.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
@@ -14,8 +16,14 @@ const SHORTEST_MAX_LAG_S: f64 = 0.01;
 pub struct IdentificationSettings {
     /// Smoothing and differentiation.
     pub smoothing: SmoothingSettings,
+    /// Which solver, and how its fit is chosen.
+    pub choice: ChoiceSettings,
     /// SR3.
     pub sr3: Sr3Settings,
+    /// The published procedure to the letter, for comparison.
+    pub published: PublishedSettings,
+    /// The weak form, for comparison.
+    pub weak: WeakSettings,
     /// Refinement by multiple shooting.
     pub shooting: ShootingSettings,
     /// Thrust models.
@@ -42,26 +50,6 @@ impl Default for SmoothingSettings {
             window: 41,
             degree: 3,
             thrust_window: 21,
-        }
-    }
-}
-
-/// SR3 with ℓ0 on scaled columns; the grid is searched by cross-validation over trials.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Sr3Settings {
-    /// Thresholds √(2 λ ν) on scaled coefficients.
-    pub thresholds: Vec<f64>,
-    /// Relaxations ν, relative to the scaled Gram diagonal.
-    pub nus: Vec<f64>,
-}
-
-impl Default for Sr3Settings {
-    fn default() -> Self {
-        let grid = sindy::Grid::default();
-        Self {
-            thresholds: grid.thresholds,
-            nus: grid.nus,
         }
     }
 }
@@ -252,119 +240,5 @@ impl Default for GroundEffectSettings {
             ratio_limits: [-0.1, 0.6],
             velocity_input: touchdown_model::card::VelocityInput::NegativeRelative,
         }
-    }
-}
-
-impl IdentificationSettings {
-    /// Checks all settings; `file` names them in errors.
-    ///
-    /// # Errors
-    /// The first setting out of range.
-    pub fn check(&self, file: &str) -> Result<()> {
-        let bad = |key: &str, expected: &str, found: String| {
-            Err(Error::Settings {
-                file: file.to_string(),
-                message: format!("key `{key}`: expected {expected}, found {found}"),
-            })
-        };
-        for (key, window) in [
-            ("smoothing.window", self.smoothing.window),
-            ("smoothing.thrust_window", self.smoothing.thrust_window),
-        ] {
-            if let Err(e) = sindy::SavitzkyGolay::new(window, self.smoothing.degree) {
-                return Err(Error::Settings {
-                    file: file.to_string(),
-                    message: format!("key `{key}`: {e}"),
-                });
-            }
-        }
-        if self.sr3.thresholds.is_empty() || self.sr3.nus.is_empty() {
-            return bad("sr3", "at least one threshold and one nu", "none".into());
-        }
-        if let Some(v) = self
-            .sr3
-            .thresholds
-            .iter()
-            .find(|v| !(**v >= 0.0 && v.is_finite()))
-        {
-            return bad(
-                "sr3.thresholds",
-                "finite numbers, at least 0",
-                v.to_string(),
-            );
-        }
-        if let Some(v) = self.sr3.nus.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
-            return bad("sr3.nus", "finite numbers above 0", v.to_string());
-        }
-        let t = &self.thrust;
-        if !(1..=6).contains(&t.degree) {
-            return bad("thrust.degree", "1 to 6", t.degree.to_string());
-        }
-        let g = &self.ground_effect;
-        let positive = [
-            ("shooting.window_s", self.shooting.window_s),
-            ("shooting.stride_s", self.shooting.stride_s),
-            ("shooting.noise_n", self.shooting.noise_n),
-            ("thrust.max_lag_s", t.max_lag_s),
-            ("ground_effect.rotor_radius_m", g.rotor_radius_m),
-            ("ground_effect.lengths_m[0]", g.lengths_m[0]),
-            ("ground_effect.lengths_m[1]", g.lengths_m[1]),
-            ("ground_effect.lengths_m[2]", g.lengths_m[2]),
-            ("ground_effect.lag_bounds_s[0]", g.lag_bounds_s[0]),
-        ];
-        for (key, v) in positive {
-            if !(v > 0.0 && v.is_finite()) {
-                return bad(key, "a finite number above 0", v.to_string());
-            }
-        }
-        if t.max_lag_s < SHORTEST_MAX_LAG_S {
-            let expected = format!("at least {SHORTEST_MAX_LAG_S} s");
-            return bad("thrust.max_lag_s", &expected, t.max_lag_s.to_string());
-        }
-        for (key, v) in [
-            ("thrust.settle_s", t.settle_s),
-            ("thrust.min_thrust_n", t.min_thrust_n),
-        ] {
-            if !(v >= 0.0 && v.is_finite()) {
-                return bad(key, "a finite number, at least 0", v.to_string());
-            }
-        }
-        if self.shooting.every == 0 {
-            return bad("shooting.every", "at least 1", "0".into());
-        }
-        for (key, [lo, hi]) in [
-            ("ground_effect.lag_bounds_s", g.lag_bounds_s),
-            ("ground_effect.ratio_limits", g.ratio_limits),
-        ] {
-            if !(lo < hi && lo.is_finite() && hi.is_finite()) {
-                return bad(key, "[min, max] with min < max", format!("[{lo}, {hi}]"));
-            }
-        }
-        let libraries: [(&str, &Vec<String>, &[&str]); 2] = [
-            ("thrust.library", &t.library, &["x", "s"]),
-            (
-                "ground_effect.library",
-                &g.library,
-                &["f", "s", "z", "v_p", "v_q"],
-            ),
-        ];
-        for (key, library, names) in libraries {
-            let library = match sindy::Library::parse(library) {
-                Ok(library) => library,
-                Err(e) => return bad(key, "distinct expressions", e.to_string()),
-            };
-            if let Some(unknown) = library
-                .variables()
-                .iter()
-                .find(|v| !names.contains(&v.as_str()))
-            {
-                return bad(
-                    key,
-                    &format!("terms in {}", names.join(", ")),
-                    format!("`{unknown}`"),
-                );
-            }
-        }
-        Ok(())
     }
 }

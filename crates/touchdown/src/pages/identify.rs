@@ -7,6 +7,8 @@ use std::path::Path;
 
 use touchdown_report::{Callout, Cell, Figure, Report, Table};
 
+use super::front;
+use super::page::show;
 use crate::error::{Error, Result};
 use crate::identify::Made;
 
@@ -61,7 +63,7 @@ impl Overview<'_> {
     }
 }
 
-/// Coefficients with their standard errors, method and warnings of one card.
+/// Coefficients with their standard errors and intervals, the front, method and warnings of one card.
 fn card_blocks(report: &mut Report, made: &Made) -> Result<()> {
     let card = &made.card;
     let mut table = Table::new(format!("{}.", card.equation))
@@ -69,6 +71,7 @@ fn card_blocks(report: &mut Report, made: &Made) -> Result<()> {
         .text_column("term")
         .number_column("coefficient", "")
         .number_column("standard error", "")
+        .number_column("95 % interval", "")
         .text_column("unit");
     for term in &card.terms {
         table = table.row([
@@ -76,10 +79,15 @@ fn card_blocks(report: &mut Report, made: &Made) -> Result<()> {
             Cell::text(&term.expression),
             Cell::number(term.value, 5),
             Cell::maybe(term.std_error, 5),
+            term.ci95.map_or_else(Cell::missing, |[low, high]| {
+                Cell::text(format!("{} … {}", show(low, 5), show(high, 5)))
+            }),
             Cell::text(&term.unit),
         ]);
     }
-    report.table(table)?;
+    let note = "Intervals: Student's t over the trials (or stretches of them), which may be correlated inside. That the terms were \
+                chosen on the same data is not in them.";
+    report.table(table.note(note))?;
     if !card.scores.is_empty() {
         let mut table = Table::new("Errors on the data of the fit.")
             .text_column("data")
@@ -100,12 +108,24 @@ fn card_blocks(report: &mut Report, made: &Made) -> Result<()> {
         }
         report.table(table)?;
     }
+    if let Some(front) = &made.front {
+        report.paragraph(front::words(front));
+        report.table(front::table("The best subset of every size.", front))?;
+    }
     let method = &card.provenance.method;
     report.list(method.iter().map(|(key, value)| format!("{key}: {value}")));
     for warning in &card.warnings {
         report.callout(Callout::Warning, warning);
     }
     Ok(())
+}
+
+/// The front of a fit, where it has one.
+#[must_use]
+pub fn front_figure(made: &Made) -> Option<Figure> {
+    let front = made.front.as_ref()?;
+    let id = format!("front-{}", slug(&made.card.name));
+    Some(front::figure(&id, "Error over the number of terms", front))
 }
 
 /// A figure's name: what a file name and an anchor may hold.

@@ -1,5 +1,6 @@
 //! Reports: figures and one self-contained HTML file for every command.
 
+mod front;
 pub mod identify;
 pub mod inspect;
 pub mod land;

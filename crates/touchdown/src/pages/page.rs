@@ -125,7 +125,7 @@ pub(super) fn form_title(form: GroundEffectForm) -> &'static str {
     match form {
         GroundEffectForm::Empirical => "eq. (2), fitted μ",
         GroundEffectForm::Static => "static map T h(z)",
-        GroundEffectForm::Derivative => "eq. (9), as published",
+        GroundEffectForm::Derivative => "eq. (9), SR3",
         GroundEffectForm::Ratio => "ratio form",
         GroundEffectForm::Lag => "lag form",
     }

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde::Serialize;
 use touchdown::identify::ground_effect::before::{Before, examine_trials};
+use touchdown::identify::ground_effect::levels::{self, Level};
 use touchdown::identify::ground_effect::{self, GroundTrial};
 use touchdown::identify::settings::GroundEffectForm;
-use touchdown::identify::{IdentificationSettings, Made};
+use touchdown::identify::{IdentificationSettings, Made, Origin};
 use touchdown::pages;
 use touchdown::progress::Progress as _;
 use touchdown::{Error, Result};
@@ -31,10 +32,16 @@ pub(crate) const CHANNELS: [&str; 5] = [
     "vehicle_velocity_mps",
 ];
 
+/// Of so many logs one is held out when levels are compared, and fewer are not split.
+const HELD_OUT_EVERY: usize = 5;
+const FEWEST_LOGS: usize = 5;
+
 /// Results with what the data can carry.
 #[derive(Serialize)]
 struct Results<'a> {
     before: &'a Before,
+    /// The levels of identification, on logs held out; empty where there are too few logs.
+    levels: &'a [Level],
     models: &'a [Outcome],
 }
 
@@ -140,17 +147,29 @@ pub(super) fn run(
                 header: summary.header(),
                 rows: summary.rows(),
             };
+            // Forms that were asked for by name are all that is wanted.
+            let levels = if asked {
+                Vec::new()
+            } else {
+                levels(context, &trials, settings, &origin)?
+            };
             let figures = pages::identify::ground_figures(&trials, &fits)?;
-            let report = pages::identify::ground_report(&overview, &before, &fits, &figures)?;
+            let report =
+                pages::identify::ground_report(&overview, &before, &fits, &levels, &figures)?;
+            let fronts: Vec<_> = fits
+                .iter()
+                .filter_map(pages::identify::front_figure)
+                .collect();
             let results = Results {
                 before: &before,
+                levels: &levels,
                 models: &outcomes,
             };
             for (form, made) in forms.iter().zip(&fits) {
                 made.card
                     .write(&folder.join(format!("{}.toml", form.name())))?;
             }
-            pages::identify::write(folder, &figures, &report)?;
+            pages::identify::write(folder, figures.iter().chain(&fronts), &report)?;
             write_tables(folder, &results, &summary, settings)?;
         }
     }
@@ -161,6 +180,55 @@ pub(super) fn run(
     }
     context.say(&summary.text());
     Ok(done(logs.iter().any(|l| l.findings.is_lossy())))
+}
+
+/// The levels of identification, fitted to four fifths of the logs and judged on the rest. Where the smaller part cannot
+/// be fitted there are none, and a warning says why.
+fn levels(
+    context: &Context,
+    trials: &[GroundTrial],
+    settings: &IdentificationSettings,
+    origin: &Origin,
+) -> Result<Vec<Level>> {
+    if trials.len() < FEWEST_LOGS {
+        return Ok(Vec::new());
+    }
+    let held_out = |i: usize| i % HELD_OUT_EVERY == HELD_OUT_EVERY - 1;
+    let part = |unseen: bool| -> Vec<GroundTrial> {
+        let of_part = (0..trials.len()).filter(|&i| held_out(i) == unseen);
+        of_part.map(|i| trials[i].clone()).collect()
+    };
+    let (training, unseen) = (part(false), part(true));
+    let forms = [
+        GroundEffectForm::Static,
+        GroundEffectForm::Derivative,
+        GroundEffectForm::Ratio,
+        GroundEffectForm::Lag,
+    ];
+    context.stage("levels", forms.len() as u64);
+    let found = forms
+        .into_par_iter()
+        .map(|form| {
+            let made = ground_effect::fit(form, &training, settings, origin)?;
+            context.step();
+            Ok((form, made))
+        })
+        .collect::<Result<Vec<_>>>()
+        .and_then(|fits| {
+            let fits: Vec<levels::Fitted<'_>> = fits
+                .iter()
+                .map(|(form, made)| levels::Fitted {
+                    form: *form,
+                    made,
+                    free_run_rmse_n: None,
+                })
+                .collect();
+            levels::compare(&training, &unseen, &fits, settings)
+        });
+    found.or_else(|e| {
+        context.warn(&format!("the levels were not compared: {e}"));
+        Ok(Vec::new())
+    })
 }
 
 /// The forms to fit: those asked for; else all of them, or the lag form where there is one file to write.

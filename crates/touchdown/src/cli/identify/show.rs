@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 use touchdown::Error;
 use touchdown::identify::Made;
+use touchdown::identify::front::Front;
 use touchdown_model::Card;
 
 /// One fit, as it is printed and written.
@@ -27,6 +28,8 @@ pub(crate) struct Fitted {
     pub(crate) rows_used: usize,
     /// Rows that were dropped because something is wrong with them.
     pub(crate) rows_dropped: usize,
+    /// The best subset of every size beside the fit's own terms; null for forms that choose none.
+    pub(crate) front: Option<Box<Front>>,
     /// What a user should know.
     pub(crate) warnings: Vec<String>,
     /// Names of the coefficients in the card's order.
@@ -59,6 +62,8 @@ pub(crate) enum Outcome {
 pub(crate) struct Coefficient {
     value: f64,
     std_error: Option<f64>,
+    /// 95 % confidence interval.
+    ci95: Option<[f64; 2]>,
     unit: String,
 }
 
@@ -85,6 +90,7 @@ impl Fitted {
             },
             rows_used: made.rows_used,
             rows_dropped: dropped,
+            front: made.front.clone().map(Box::new),
             warnings: made.warnings.clone(),
         }
     }
@@ -123,6 +129,7 @@ pub(crate) fn coefficients(card: &Card) -> Vec<(String, Coefficient)> {
             let coefficient = Coefficient {
                 value: term.value,
                 std_error: term.std_error,
+                ci95: term.ci95,
                 unit: term.unit.clone(),
             };
             (name, coefficient)

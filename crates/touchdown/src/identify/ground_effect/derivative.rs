@@ -1,15 +1,17 @@
-//! Eq. (9) as published: Savitzky–Golay derivative of the force, regressed on the library by SR3.
+//! Eq. (9): Savitzky–Golay derivative of the force, regressed on the library by SR3.
 
-use sindy::choose::cross_validate;
 use sindy::regression::cluster_errors;
-use sindy::{Gram, Grid, Library, Samples, SavitzkyGolay};
+use sindy::{Gram, Library, Samples, SavitzkyGolay};
 use touchdown_model::{Form, Kind};
 
 use super::GroundTrial;
 use crate::error::Result;
-use crate::identify::making::{Made, Origin, method, term};
+use crate::identify::choose::choose;
+use crate::identify::front::Front;
+use crate::identify::making::{Estimate, Made, Origin, method, term};
 use crate::identify::settings::IdentificationSettings;
 use crate::identify::unit;
+use crate::statistics::Clusters;
 
 /// The columns of eq. (9), smoothed, with the derivative of the force.
 pub(super) fn samples(
@@ -51,6 +53,14 @@ pub(super) fn live_library(
     Ok((library, grams))
 }
 
+/// Groups with data, and terms that are kept.
+pub(super) fn clusters(grams: &[Gram], support: &[bool]) -> Clusters {
+    Clusters {
+        groups: grams.iter().filter(|g| g.rows > 0).count(),
+        coefficients: support.iter().filter(|s| **s).count(),
+    }
+}
+
 pub(super) fn fit(
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
@@ -58,14 +68,12 @@ pub(super) fn fit(
 ) -> Result<Made> {
     let samples = samples(trials, settings)?;
     let (library, grams) = live_library(&samples, settings)?;
-    let grid = Grid {
-        thresholds: settings.sr3.thresholds.clone(),
-        nus: settings.sr3.nus.clone(),
-    };
-    let choice = cross_validate(&grams, &grid)?;
+    let chosen = choose(&grams, settings)?;
+    let front = Front::of(("f'", "N/s"), &library, &grams, &chosen, settings)?;
     let total = Gram::total(&grams);
-    let xi = choice.coefficients();
-    let errors = cluster_errors(&grams, xi, &choice.solution.support);
+    let (xi, support) = (&chosen.fit.coefficients, &chosen.fit.support);
+    let errors = cluster_errors(&grams, xi, support);
+    let clusters = clusters(&grams, support);
     let mut card = origin.card(
         "ground-effect-derivative",
         Kind::GroundEffect,
@@ -76,16 +84,15 @@ pub(super) fn fit(
         .names()
         .iter()
         .enumerate()
-        .filter(|(j, _)| choice.solution.support[*j])
+        .filter(|(j, _)| support[*j])
     {
-        let error = errors.as_ref().map_or(f64::NAN, |e| e[j]);
-        card.terms.push(term(
-            "f'",
-            name,
-            xi[j],
-            error,
-            &unit::of_coefficient("f'", name),
-        ));
+        let estimate = Estimate {
+            value: xi[j],
+            std_error: errors.as_ref().map_or(f64::NAN, |e| e[j]),
+            clusters,
+        };
+        let unit = unit::of_coefficient("f'", name);
+        card.terms.push(term("f'", name, estimate, &unit));
     }
     let left_out: Vec<&str> = settings
         .ground_effect
@@ -107,30 +114,22 @@ pub(super) fn fit(
         "regression on derivatives: errors in the measured force pull its coefficient towards zero (here \
          {pole:.3} 1/s); R² of the derivative is {r2:.2}"
     ));
-    card.provenance.method = method(&[
-        (
-            "derivative",
-            format!(
-                "Savitzky–Golay, window {}, degree {}",
-                settings.smoothing.window, settings.smoothing.degree
-            ),
+    let mut notes = vec![(
+        "derivative",
+        format!(
+            "Savitzky–Golay, window {}, degree {}",
+            settings.smoothing.window, settings.smoothing.degree
         ),
-        (
-            "solver",
-            format!(
-                "SR3 with l0, λ = {:e}, ν = {}; coefficients by least squares on its support",
-                choice.point.lambda, choice.point.nu
-            ),
-        ),
-        ("choice", choice.reason.clone()),
-        ("outcome", format!("{:?}", choice.solution.outcome)),
-    ]);
+    )];
+    notes.extend(chosen.notes.iter().cloned());
+    card.provenance.method = method(&notes);
     Ok(Made {
         card,
-        rmse: (total.residual_sum(xi) / total.rows.max(1) as f64).sqrt(),
+        rmse: chosen.training_rmse,
         rmse_unit: "N/s",
         rows_used: total.rows,
         lag_s: (pole < 0.0).then(|| -1.0 / pole),
+        front,
         warnings,
     })
 }

@@ -2,11 +2,14 @@
 //!
 //! The force is what the load cell measures beyond the free-air thrust, `f = F - T̂`, where `T̂` is the
 //! free run of a thrust card on the trial's own throttle. [`GroundTrial`] holds it; [`fit`] makes a card
-//! of any form from it; [`before`] says what the data can carry.
+//! of any form from it; [`before`] says what the data can carry, [`levels`] sets the levels of identification side by
+//! side, [`relative`] asks whether eq. (9) needs both velocities.
 
 pub mod before;
 mod derivative;
 mod dynamic;
+pub mod levels;
+pub mod relative;
 mod statics;
 mod trial;
 

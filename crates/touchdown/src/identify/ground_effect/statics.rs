@@ -8,8 +8,9 @@ use touchdown_model::{Form, Kind};
 
 use super::GroundTrial;
 use crate::error::Result;
-use crate::identify::making::{Made, Origin, method, term};
+use crate::identify::making::{Estimate, Made, Origin, method, term};
 use crate::identify::settings::IdentificationSettings;
+use crate::statistics::Clusters;
 
 /// Eq. (2): `f = T q/(1 - q)`, `q = mu (R/(4 z))²`, least squares on the force.
 pub(super) fn empirical(
@@ -59,13 +60,15 @@ pub(super) fn empirical(
         "f = T q/(1 - q), q = mu (r/(4 z))^2 (at most 0.6), z height above the deck [m]",
     );
     card.constants.insert("r".into(), r);
-    card.terms.push(term(
-        "mu",
-        "1",
-        refined.parameters[0],
-        refined.std_errors[0],
-        "1",
-    ));
+    let mu = Estimate {
+        value: refined.parameters[0],
+        std_error: refined.std_errors[0],
+        clusters: Clusters {
+            groups: trials.len(),
+            coefficients: 1,
+        },
+    };
+    card.terms.push(term("mu", "1", mu, "1"));
     card.provenance.method = method(&[
         (
             "fit",
@@ -82,6 +85,7 @@ pub(super) fn empirical(
         rmse_unit: "N",
         rows_used: trials.iter().map(|t| t.time_s.len()).sum(),
         lag_s: None,
+        front: None,
         warnings: Vec::new(),
     })
 }
@@ -106,7 +110,15 @@ pub(super) fn map(
     );
     (card.constants, card.definitions) = psi_definitions(settings.ground_effect.lengths_m);
     for (k, expression) in ["1", "psi1", "psi2", "psi3"].into_iter().enumerate() {
-        card.terms.push(term("h", expression, h[k], errors[k], "1"));
+        let estimate = Estimate {
+            value: h[k],
+            std_error: errors[k],
+            clusters: Clusters {
+                groups: trials.len(),
+                coefficients: h.len(),
+            },
+        };
+        card.terms.push(term("h", expression, estimate, "1"));
     }
     card.provenance.method = method(&[(
         "fit",
@@ -118,6 +130,7 @@ pub(super) fn map(
         rmse_unit: "N",
         rows_used: rows,
         lag_s: None,
+        front: None,
         warnings: Vec::new(),
     })
 }

@@ -84,6 +84,11 @@ pub fn prepare(trial: &Trial, thrust_card: &Card) -> Result<GroundTrial> {
 /// # Errors
 /// A card that does not fit the trial.
 pub fn predict(card: &Card, trial: &GroundTrial) -> Result<Vec<f64>> {
+    predict_by(&Predictor::new(card)?, trial)
+}
+
+/// As [`predict`], by a card that is prepared already.
+pub(super) fn predict_by(predictor: &Predictor, trial: &GroundTrial) -> Result<Vec<f64>> {
     let start = match &trial.truth_n {
         Some(truth) => truth.first().copied().unwrap_or(0.0),
         None => {
@@ -104,7 +109,7 @@ pub fn predict(card: &Card, trial: &GroundTrial) -> Result<Vec<f64>> {
             finite.iter().sum::<f64>() / finite.len() as f64
         }
     };
-    Predictor::new(card)?.run(&trial.name, &trial.time_s, &trial.columns(), start)
+    predictor.run(&trial.name, &trial.time_s, &trial.columns(), start)
 }
 
 impl GroundTrial {

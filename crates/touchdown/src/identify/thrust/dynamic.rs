@@ -1,18 +1,20 @@
 //! Dynamic models in `x = √T`: eq. (7), one lag, and eq. (8), a sparse library.
 
-use sindy::choose::cross_validate;
 use sindy::regression::{cluster_errors, least_squares};
 use sindy::shooting::{OdeModel, Parameter, Record, Refined, Shooting};
-use sindy::{Gram, Grid, Library, Samples, SavitzkyGolay};
+use sindy::{Gram, Library, Samples, SavitzkyGolay};
 use touchdown_model::{Form, Kind};
 use touchdown_trial::Trial;
 
 use super::search::minimise;
 use crate::error::{Error, Result};
-use crate::identify::making::{Made, Origin, method, range, score, term};
+use crate::identify::choose::choose;
+use crate::identify::front::Front;
+use crate::identify::making::{Estimate, Made, Origin, method, range, score, term};
 use crate::identify::settings::{DeadTime, IdentificationSettings};
 use crate::identify::unit;
 use crate::score::Errors;
+use crate::statistics::Clusters;
 
 /// Pieces that the data are split into at least, for standard errors.
 const PIECES: usize = 10;
@@ -142,7 +144,7 @@ fn free_run(
     model: &OdeModel,
     parameters: &[Parameter],
     settings: &IdentificationSettings,
-) -> Result<Refined> {
+) -> Result<(Refined, Clusters)> {
     let pieces = PIECES.div_ceil(rows.len());
     let mut records = Vec::new();
     for r in rows {
@@ -169,7 +171,11 @@ fn free_run(
         max_iterations: settings.shooting.max_iterations,
     };
     let model = model.clone().with_max_step(LONGEST_STEP_S)?;
-    Ok(shooting.refine(&model, &records, parameters)?)
+    let clusters = Clusters {
+        groups: records.len(),
+        coefficients: parameters.len(),
+    };
+    Ok((shooting.refine(&model, &records, parameters)?, clusters))
 }
 
 /// Eq. (7): `x' = (c0 s + c1 - x)/T_m`, started from regression, fitted in free run.
@@ -206,7 +212,7 @@ pub fn first_order(
         Parameter::free(c1),
         Parameter::free(t_m).within(SHORTEST_LAG_S, settings.thrust.max_lag_s),
     ];
-    let refined = free_run(&rows, &model, &parameters, settings)?;
+    let (refined, clusters) = free_run(&rows, &model, &parameters, settings)?;
     let mut card = origin.card(
         "thrust-first-order",
         Kind::Thrust,
@@ -217,7 +223,12 @@ pub fn first_order(
         .into_iter()
         .zip(refined.parameters.iter().zip(&refined.std_errors))
     {
-        card.terms.push(term(name, "1", *value, *error, unit));
+        let estimate = Estimate {
+            value: *value,
+            std_error: *error,
+            clusters,
+        };
+        card.terms.push(term(name, "1", estimate, unit));
     }
     card.provenance.method = method(&[
         (
@@ -254,39 +265,30 @@ pub fn library(
     let dead_time_s = align(&mut rows, settings, true)?;
     let library = Library::parse(&settings.thrust.library)?;
     let grams = Gram::accumulate(&library, "x_dot", &samples(&rows)?)?;
-    let grid = Grid {
-        thresholds: settings.sr3.thresholds.clone(),
-        nus: settings.sr3.nus.clone(),
-    };
-    let choice = cross_validate(&grams, &grid)?;
-    let xi = choice.coefficients();
+    let chosen = choose(&grams, settings)?;
+    let front = Front::of(("x'", "√N/s"), &library, &grams, &chosen, settings)?;
+    let xi = &chosen.fit.coefficients;
     let support: Vec<usize> = (0..library.len())
-        .filter(|&j| choice.solution.support[j])
+        .filter(|&j| chosen.fit.support[j])
         .collect();
+    let mut clusters = Clusters {
+        groups: grams.iter().filter(|g| g.rows > 0).count(),
+        coefficients: support.len(),
+    };
     let mut values: Vec<f64> = support.iter().map(|&j| xi[j]).collect();
-    let clustered = cluster_errors(&grams, xi, &choice.solution.support);
+    let clustered = cluster_errors(&grams, xi, &chosen.fit.support);
     let mut errors: Vec<f64> = support
         .iter()
         .map(|&j| clustered.as_ref().map_or(f64::NAN, |e| e[j]))
         .collect();
-    let mut notes = vec![
-        (
-            "derivative",
-            format!(
-                "Savitzky–Golay, window {} at 100 Hz, degree {}",
-                settings.smoothing.thrust_window, settings.smoothing.degree
-            ),
+    let mut notes = vec![(
+        "derivative",
+        format!(
+            "Savitzky–Golay, window {} at 100 Hz, degree {}",
+            settings.smoothing.thrust_window, settings.smoothing.degree
         ),
-        (
-            "solver",
-            format!(
-                "SR3 with l0, λ = {:e}, ν = {}; coefficients by least squares on its support",
-                choice.point.lambda, choice.point.nu
-            ),
-        ),
-        ("choice", choice.reason.clone()),
-        ("outcome", format!("{:?}", choice.solution.outcome)),
-    ];
+    )];
+    notes.extend(chosen.notes.iter().cloned());
     if settings.thrust.refine {
         let names: Vec<String> = (0..support.len()).map(|k| format!("c{k}")).collect();
         let rhs: Vec<String> = support
@@ -302,7 +304,8 @@ pub fn library(
             .iter()
             .map(|&v| Parameter::free(v).prior(v.abs().max(0.1)))
             .collect();
-        let refined = free_run(&rows, &model, &parameters, settings)?;
+        let (refined, of_run) = free_run(&rows, &model, &parameters, settings)?;
+        clusters = of_run;
         notes.push((
             "refinement",
             format!(
@@ -321,13 +324,13 @@ pub fn library(
     );
     for (k, &j) in support.iter().enumerate() {
         let name = &library.names()[j];
-        card.terms.push(term(
-            "x'",
-            name,
-            values[k],
-            errors[k],
-            &unit::of_coefficient("x'", name),
-        ));
+        let estimate = Estimate {
+            value: values[k],
+            std_error: errors[k],
+            clusters,
+        };
+        let unit = unit::of_coefficient("x'", name);
+        card.terms.push(term("x'", name, estimate, &unit));
     }
     card.provenance.method = method(&notes);
     let warnings = if support.len() == library.len() {
@@ -338,7 +341,8 @@ pub fn library(
     } else {
         Vec::new()
     };
-    finish(card, trials, &rows, dead_time_s, None, warnings)
+    let made = finish(card, trials, &rows, dead_time_s, None, warnings)?;
+    Ok(Made { front, ..made })
 }
 
 fn finish(
@@ -381,7 +385,7 @@ fn finish(
     if dead_time_s > 0.0 {
         // The throttle of the rows is shifted already.
         card.terms
-            .push(term("dead_time", "1", dead_time_s, f64::NAN, "s"));
+            .push(term("dead_time", "1", Estimate::bare(dead_time_s), "s"));
     }
     Ok(Made {
         card,
@@ -389,6 +393,7 @@ fn finish(
         rmse_unit: "N",
         rows_used: rows.iter().map(|r| r.time.len()).sum(),
         lag_s,
+        front: None,
         warnings,
     })
 }

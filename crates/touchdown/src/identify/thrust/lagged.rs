@@ -10,10 +10,11 @@ use touchdown_trial::Trial;
 
 use super::search::minimise;
 use crate::error::{Error, Result};
-use crate::identify::making::{Made, Origin, method, range, score, term};
+use crate::identify::making::{Estimate, Made, Origin, method, range, score, term};
 use crate::identify::settings::IdentificationSettings;
 use crate::identify::unit;
 use crate::score::Errors;
+use crate::statistics::Clusters;
 
 /// Groups that a record is split into for standard errors.
 const PIECES: usize = 20;
@@ -116,12 +117,21 @@ pub(super) fn fit(
         "motors".into(),
         rows.first().map_or(0, |r| r.motors.len()) as f64,
     );
-    card.terms.push(term("T_m", "1", lag_s, lag_error, "s"));
+    let estimate = |value, std_error| Estimate {
+        value,
+        std_error,
+        clusters: Clusters {
+            groups: PIECES * rows.len(),
+            coefficients: degree + 2,
+        },
+    };
+    card.terms
+        .push(term("T_m", "1", estimate(lag_s, lag_error), "s"));
     for k in 0..=degree {
         let expression = power(k);
         let unit = unit::of_coefficient("T", &expression);
         card.terms
-            .push(term("T", &expression, xi[k], errors[k], &unit));
+            .push(term("T", &expression, estimate(xi[k], errors[k]), &unit));
     }
     let throttles = rows.iter().flat_map(|r| r.motors.iter().flatten().copied());
     if let Some(r) = range(throttles) {
@@ -156,6 +166,7 @@ pub(super) fn fit(
         rmse_unit: "N",
         rows_used: total.rows,
         lag_s: Some(lag_s),
+        front: None,
         warnings,
     })
 }

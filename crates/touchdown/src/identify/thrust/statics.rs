@@ -9,10 +9,11 @@ use touchdown_trial::Trial;
 use super::plateau::{self, Plateau};
 use super::rotor;
 use crate::error::{Error, Result};
-use crate::identify::making::{Made, Origin, method, range, score, term};
+use crate::identify::making::{Estimate, Made, Origin, method, range, score, term};
 use crate::identify::settings::{IdentificationSettings, ThrustForm};
 use crate::identify::unit;
 use crate::score::Errors;
+use crate::statistics::Clusters;
 
 /// Sampling period from which the lag of a rotor cannot be seen (s).
 const SLOWEST_PERIOD_S: f64 = 0.05;
@@ -104,13 +105,16 @@ pub(super) fn fit(
         card.equation.push_str(", u battery voltage [V]");
     }
     for (j, text) in terms.iter().enumerate() {
-        card.terms.push(term(
-            of,
-            text,
-            xi[j],
-            errors[j],
-            &unit::of_coefficient(of, text),
-        ));
+        let estimate = Estimate {
+            value: xi[j],
+            std_error: errors[j],
+            clusters: Clusters {
+                groups: points.len(),
+                coefficients: terms.len(),
+            },
+        };
+        let unit = unit::of_coefficient(of, text);
+        card.terms.push(term(of, text, estimate, &unit));
     }
     if let Some(r) = range(points.iter().map(|p| p.throttle)) {
         card.validity.inputs.insert("s".into(), r);
@@ -210,7 +214,12 @@ pub(super) fn fit(
                 let d = (lag.dead_time_s, lag.dead_time_error_s);
                 let terms = [("T_m", lag.lag_s, lag.lag_error_s), ("dead_time", d.0, d.1)];
                 for (of, value, error) in terms {
-                    card.terms.push(term(of, "1", value, error, "s"));
+                    let estimate = Estimate {
+                        value,
+                        std_error: error,
+                        clusters: lag.clusters(),
+                    };
+                    card.terms.push(term(of, "1", estimate, "s"));
                 }
                 card.provenance.method.insert("lag".into(), lag.describe());
                 lag_s = Some(lag.lag_s);
@@ -224,6 +233,7 @@ pub(super) fn fit(
         rmse_unit: if root { "√N" } else { "N" },
         rows_used: points.len(),
         lag_s,
+        front: None,
         warnings,
     })
 }

@@ -3,10 +3,12 @@
 use touchdown_report::Cell;
 use touchdown_report::{Color, Figure, Panel, Report, Series, Table};
 
-use super::{Overview, card_blocks, slug};
+use super::super::front;
+use super::{Overview, card_blocks, front_figure, slug};
 use crate::error::Result;
 use crate::identify::Made;
 use crate::identify::ground_effect::before::Before;
+use crate::identify::ground_effect::levels::Level;
 use crate::identify::ground_effect::{GroundTrial, predict};
 
 /// Trials that are drawn over time at most; all are in the figures over height.
@@ -97,6 +99,7 @@ pub fn report(
     overview: &Overview<'_>,
     before: &Before,
     fits: &[Made],
+    levels: &[Level],
     figures: &[Figure],
 ) -> Result<Report> {
     let mut report = overview.begin()?;
@@ -133,12 +136,26 @@ pub fn report(
         report.paragraph("To record, for a better model:");
         report.list(before.advice.iter().cloned());
     }
+    if !levels.is_empty() {
+        report.section("Levels of identification side by side");
+        report.paragraph(
+            "Each fitted anew to four fifths of the logs, and judged on the rest. Level 1: as published. Level 2: SR3 done right, the best \
+             subset, the weak form. Level 3: judged by free run.",
+        );
+        report.table(front::levels(
+            "Errors on the logs held out.",
+            &[("", levels)],
+        ))?;
+    }
     report.section("Models");
     let (of_forms, of_trials) = figures.split_at(fits.len().min(figures.len()));
     for (made, figure) in fits.iter().zip(of_forms) {
         report.subsection(&made.card.name);
         card_blocks(&mut report, made)?;
         report.figure(figure)?;
+        if let Some(figure) = front_figure(made) {
+            report.figure(&figure)?;
+        }
     }
     report.section("Free runs");
     for figure in of_trials {

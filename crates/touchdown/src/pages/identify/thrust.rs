@@ -46,7 +46,9 @@ pub fn figures(
                 of_course(&id, fit)
             };
             progress.step();
-            made
+            let mut made = made?;
+            made.extend(super::front_figure(fit.made));
+            Ok(made)
         })
         .collect()
 }

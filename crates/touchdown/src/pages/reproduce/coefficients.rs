@@ -11,7 +11,7 @@ pub(super) struct Column<'a> {
     pub(super) card: &'a Card,
 }
 
-/// One row for each term that any of the cards has; standard errors after ±.
+/// One row for each term that any of the cards has; half the 95 % interval after ±.
 pub(super) fn table(caption: &str, columns: &[Column<'_>]) -> Table {
     let mut rows: Vec<(&str, &str)> = Vec::new();
     for term in columns.iter().flat_map(|c| &c.card.terms) {
@@ -33,8 +33,9 @@ pub(super) fn table(caption: &str, columns: &[Column<'_>]) -> Table {
                 .iter()
                 .find(|t| t.of == of && t.expression == expression);
             cells.push(term.map_or_else(Cell::missing, |t| {
-                let decimals = decimals(t.std_error.unwrap_or(t.value));
-                Cell::plus_minus(t.value, t.std_error.unwrap_or(f64::NAN), decimals)
+                let half = t.ci95.map_or(f64::NAN, |[low, high]| 0.5 * (high - low));
+                let decimals = decimals(if half.is_finite() { half } else { t.value });
+                Cell::plus_minus(t.value, half, decimals)
             }));
         }
         table = table.row(cells);
@@ -42,7 +43,7 @@ pub(super) fn table(caption: &str, columns: &[Column<'_>]) -> Table {
     table
 }
 
-/// Decimals that leave two digits of a standard error, at least three.
+/// Decimals that leave two digits of an uncertainty, at least three.
 fn decimals(error: f64) -> usize {
     if error > 0.0 && error < 0.01 {
         (1.0 - error.log10().floor()).clamp(3.0, 6.0) as usize

@@ -7,7 +7,7 @@ use super::super::page::{Page, errors, form_title, maybe, show};
 use super::coefficients::{self, Column};
 use super::first_page::all_kinds;
 use super::identifiability::title;
-use super::{ground_effect_figures as figures, identifiability};
+use super::{ground_effect_figures as figures, identifiability, sparsity};
 use crate::error::Result;
 use crate::experiments::Run;
 use crate::experiments::ground_effect::{GroundEffectExperiment, kind_of};
@@ -25,7 +25,7 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
     page.report.list([
         "eq. (2): `f = T q/(1 - q)`, `q = μ (r/4z)²`, one coefficient μ;",
         "static map: `f = T h(z)`, h a sum of bounded functions of height;",
-        "eq. (9), as published: `f' = Θ(f, s, z, v_p, v_q) ξ` by SR3 on derivatives, with the terms of the printed eq. (12);",
+        "eq. (9): `f' = Θ(f, s, z, v_p, v_q) ξ` by SR3 on derivatives, with the terms of the printed eq. (12);",
         "ratio form: `y = f/T`, `y' = Θ(y, z, v_p) ξ`, refined by multiple shooting;",
         "lag form: `y = G + k(z) v_p`, `G' = (h(z) - G)/τ`, by multiple shooting.",
     ]);
@@ -39,6 +39,7 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
         page.table(pooled(ge, set))?;
     }
     page.text(what_dynamics_add(run));
+    sparsity::write(page, ge)?;
     figures::write(page, run)?;
     page.report.subsection("Coefficients");
     for form in GroundEffectForm::ALL {
@@ -161,7 +162,10 @@ fn coefficients_of(run: &Run, results: &Results, form: GroundEffectForm) -> Resu
         });
     }
     let mut table = coefficients::table(
-        &format!("{}: coefficients ± standard error.", form_title(form)),
+        &format!(
+            "{}: coefficients ± half the 95 % interval.",
+            form_title(form)
+        ),
         &columns,
     );
     let [l1, l2, l3] = run.settings.identification.ground_effect.lengths_m;

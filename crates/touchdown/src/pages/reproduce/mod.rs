@@ -9,6 +9,7 @@ mod ground_landing;
 mod identifiability;
 mod last_page;
 mod printed;
+mod sparsity;
 mod thrust;
 mod verdict;
 

@@ -3,6 +3,7 @@
 use touchdown_report::{Cell, Color, Figure, Panel, Series, Table};
 use touchdown_trial::Trial;
 
+use super::super::front;
 use super::super::page::{MEASURED, Page, errors, minus, show};
 use super::coefficients::{self, Column};
 use crate::error::Result;
@@ -39,6 +40,22 @@ pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
     let (figure, sentence) = bias(present, removed)?;
     page.text(sentence);
     page.figure(figure)?;
+    if let Some(found) = &removed.models[0].front {
+        page.report.subsection("How many terms eq. (8) needs");
+        page.text(format!(
+            "Judged by the derivative, before the refinement in free run. {}",
+            front::words(found)
+        ));
+        page.figure(front::figure(
+            "front-thrust",
+            "Plate removed: error of x' over the number of terms",
+            found,
+        ))?;
+        page.table(front::table(
+            "Eq. (8), plate removed: the best subset of every size.",
+            found,
+        ))?;
+    }
     page.report.subsection("Coefficients");
     let eq_11 = coefficients::eq_11()?;
     let card = |state: &'_ PlateState, model: usize| state.models[model].card.clone();
@@ -54,9 +71,9 @@ pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
         card: &eq_11,
     });
     page.table(
-        coefficients::table("Eq. (8): coefficients ± standard error, in √N/s over the unit of the term.", &columns)
+        coefficients::table("Eq. (8): coefficients ± half the 95 % interval, in √N/s over the unit of the term.", &columns)
             .note("`dead_time` [s] is that of the load cell. The printed model belongs to another rig.")
-            .note("x, x³ and sin(x) s are nearly collinear on these data: single coefficients differ more than their standard errors say, their sum does not."),
+            .note("x, x³ and sin(x) s are nearly collinear on these data: single coefficients differ more than their intervals say, their sum does not."),
     )?;
     let columns = [
         Column {
@@ -69,7 +86,7 @@ pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
         },
     ];
     page.table(coefficients::table(
-        "Eq. (7): c0 and c1 [√N], lag T_m [s], ± standard error.",
+        "Eq. (7): c0 and c1 [√N], lag T_m [s], ± half the 95 % interval.",
         &columns,
     ))
 }
