@@ -7,11 +7,15 @@ use touchdown_sim::STEP_S;
 use touchdown_sim::deck::DeckPoint;
 use touchdown_sim::deck::rigid::{RigidMotion, SeaSettings};
 use touchdown_sim::landing::land;
+use touchdown_sim::noise::{Purpose, Stream};
 use touchdown_sim::plant::{Plant, PlantSettings};
 use touchdown_sim::rig::{RigSettings, run};
 use touchdown_sim::rig_sets::{Extent, ground_effect_paper};
+use touchdown_sim::rigid::{BodySettings, Disturbance, RigidVehicle};
+use touchdown_sim::rotors::RotorTurbulence;
 use touchdown_sim::scenario::LandingScenario;
 use touchdown_sim::vehicle::VerticalVehicle;
+use touchdown_sim::wind::{DrydenSettings, Wind, WindSettings};
 
 fn main() {
     divan::main();
@@ -71,8 +75,51 @@ fn deck_poses(bencher: Bencher<'_, '_>, splined: bool) {
         deck = deck.splined(0.0, 10.0, 0.1).expect("valid times");
     }
     bencher.counter(ItemsCount::new(10_000_usize)).bench(|| {
-        (0..10_000)
-            .map(|i| deck.at(black_box(0.001 * f64::from(i))).origin_m[2])
-            .sum::<f64>()
+        for i in 0..10_000 {
+            black_box(deck.at(black_box(0.001 * f64::from(i))));
+        }
+    });
+}
+
+/// The whole vehicle: 10 000 Runge–Kutta steps over a deck that heaves, rolls and pitches in a sea
+/// (as a spline), with turbulence and Dryden gusts, the attitude held.
+#[divan::bench(args = [false, true])]
+fn rigid_steps(bencher: Bencher<'_, '_>, disturbed: bool) {
+    let settings = PlantSettings::default();
+    let vehicle = RigidVehicle::new(&settings, &BodySettings::default()).expect("valid");
+    let sea = RigidMotion::Sea(SeaSettings::default());
+    let deck = sea.build(9.81, 1, 0).expect("valid");
+    let deck = deck.splined(0.0, 10.1, 0.1).expect("valid times");
+    let wind = WindSettings {
+        dryden: DrydenSettings::low_altitude(6.0, 4.0).ok(),
+        ..WindSettings::default()
+    };
+    let (start, throttle) = vehicle.balanced(0.5, &deck.at(0.0));
+    bencher.counter(ItemsCount::new(10_000_usize)).bench(|| {
+        let mut state = black_box(start);
+        let mut wind = Wind::new(&wind, STEP_S, 1, 0).expect("valid");
+        let stream = Stream::new(1, 0, Purpose::Turbulence);
+        let mut turbulence = RotorTurbulence::new(stream, 0.15, STEP_S, [0.01; 4]);
+        let mut disturbance = Disturbance::default();
+        let mut pose = deck.at(0.0);
+        for step in 0..10_000 {
+            let t = f64::from(step) * STEP_S;
+            let poses = [pose, deck.at(t + 0.5 * STEP_S), deck.at(t + STEP_S)];
+            pose = poses[2];
+            let loads = vehicle.step(&mut state, &poses, &[throttle; 4], &disturbance, STEP_S);
+            // Held in place: a flight without a pilot would leave.
+            state.position_m = [0.1, 0.05, 0.6];
+            state.attitude = start.attitude;
+            (state.velocity_mps, state.rates) = ([0.0; 3], [0.0; 3]);
+            if disturbed {
+                let sd = vehicle
+                    .rotors()
+                    .turbulence_sd_n(&state.rotors.root_thrust, &loads.target);
+                disturbance.turbulence_n = turbulence.step(sd);
+                wind.step();
+                disturbance.wind_mps = wind.velocity_mps();
+            }
+        }
+        state
     });
 }

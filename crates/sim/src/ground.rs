@@ -84,25 +84,53 @@ impl WakeLag {
     }
 
     /// Sum over all images j of q_ij, the share of rotor i's induced speed that
-    /// the images take away. `heights_m` are rotor-plane heights, `speeds` the
-    /// induced speeds in any common unit (for example √T_i).
+    /// the images take away, for a vehicle parallel to the deck. `heights_m` are
+    /// rotor-plane heights, `speeds` the induced speeds in any common unit (for
+    /// example √T_i).
     #[inline]
     #[must_use]
     pub fn image_sum(&self, rotor: usize, heights_m: &[f64; 4], speeds: &[f64; 4]) -> f64 {
         let mut sum = 0.0;
         for other in 0..4 {
             let h = heights_m[rotor] + heights_m[other];
-            let r2 = self.distance2_m2[rotor][other] + h * h;
-            sum += h / (r2 * r2.sqrt()) * (speeds[other] / speeds[rotor]);
+            let kernel = image_kernel(self.distance2_m2[rotor][other], h);
+            sum += kernel * (speeds[other] / speeds[rotor]);
         }
         0.25 * self.radius_m * self.radius_m * sum
+    }
+
+    /// [`Self::image_sum`] of all four rotors at any places in the deck's axes
+    /// (forward, port, height of the rotor): a tilted vehicle.
+    #[inline]
+    #[must_use]
+    pub fn image_sums(&self, places_m: &[[f64; 3]; 4], speeds: &[f64; 4]) -> [f64; 4] {
+        let mut sums = [0.0; 4];
+        for i in 0..4 {
+            let [xi, yi, zi] = places_m[i];
+            sums[i] += image_kernel(0.0, 2.0 * zi) * speeds[i];
+            for j in 0..i {
+                let [xj, yj, zj] = places_m[j];
+                let (dx, dy) = (xi - xj, yi - yj);
+                let kernel = image_kernel(dx * dx + dy * dy, zi + zj);
+                sums[i] += kernel * speeds[j];
+                sums[j] += kernel * speeds[i];
+            }
+        }
+        let quarter = 0.25 * self.radius_m * self.radius_m;
+        std::array::from_fn(|i| quarter * sums[i] / speeds[i])
     }
 
     /// Static target of a rotor's own inflow, `γ E(z_i) min(Σ q_ij, 0.5)`.
     #[inline]
     #[must_use]
     pub fn rotor_target(&self, height_m: f64, image_sum: f64) -> f64 {
-        self.scale * self.deck.finite_plate(height_m) * image_sum.min(IMAGE_LIMIT)
+        self.rotor_target_over(self.deck.finite_plate(height_m), image_sum)
+    }
+
+    /// [`Self::rotor_target`] with E known.
+    #[inline]
+    pub(crate) fn rotor_target_over(&self, finite_plate: f64, image_sum: f64) -> f64 {
+        self.scale * finite_plate * image_sum.min(IMAGE_LIMIT)
     }
 
     /// Share of the fountain, q_ftn, before plate and scale.
@@ -118,7 +146,13 @@ impl WakeLag {
     #[inline]
     #[must_use]
     pub fn fountain_target(&self, mean_height_m: f64) -> f64 {
-        self.scale * self.deck.finite_plate(mean_height_m) * self.fountain_share(mean_height_m)
+        self.fountain_target_over(self.deck.finite_plate(mean_height_m), mean_height_m)
+    }
+
+    /// [`Self::fountain_target`] with E known.
+    #[inline]
+    pub(crate) fn fountain_target_over(&self, finite_plate: f64, mean_height_m: f64) -> f64 {
+        self.scale * finite_plate * self.fountain_share(mean_height_m)
     }
 
     /// Targets (rotor, fountain) of a level vehicle over the deck's centre.
@@ -141,12 +175,31 @@ impl WakeLag {
         rotor_height_m: f64,
         root_thrust: f64,
     ) -> [f64; 2] {
-        let z = rotor_height_m.max(LEAST_ROTOR_HEIGHT_M);
-        let pace = root_thrust.max(1.0) / self.hover_root;
         [
-            (target[0] - inflow[0]) * pace / (self.rotor_lag_s * (z + 0.2) / 0.4),
-            (target[1] - inflow[1]) * pace / (self.fountain_lag_s * (z + 0.6) / 0.8),
+            self.rotor_rate(inflow[0], target[0], rotor_height_m, root_thrust),
+            self.fountain_rate(inflow[1], target[1], rotor_height_m, root_thrust),
         ]
+    }
+
+    /// `q1' = (q1* - q1)/t1` of one rotor, by its own height and thrust.
+    #[inline]
+    #[must_use]
+    pub fn rotor_rate(&self, q1: f64, target: f64, rotor_height_m: f64, root_thrust: f64) -> f64 {
+        let z = rotor_height_m.max(LEAST_ROTOR_HEIGHT_M);
+        (target - q1) * self.pace(root_thrust) / (self.rotor_lag_s * (z + 0.2) / 0.4)
+    }
+
+    /// `q2' = (q2* - q2)/t2` of the fountain, by the mean height and the whole thrust.
+    #[inline]
+    #[must_use]
+    pub fn fountain_rate(&self, q2: f64, target: f64, mean_height_m: f64, root_thrust: f64) -> f64 {
+        let z = mean_height_m.max(LEAST_ROTOR_HEIGHT_M);
+        (target - q2) * self.pace(root_thrust) / (self.fountain_lag_s * (z + 0.6) / 0.8)
+    }
+
+    #[inline]
+    fn pace(&self, root_thrust: f64) -> f64 {
+        root_thrust.max(1.0) / self.hover_root
     }
 
     /// G - 1, where `G = 1/(1 - min(q1 + q2, 0.6))` is thrust in ground effect
@@ -157,6 +210,13 @@ impl WakeLag {
         let q = (inflow[0] + inflow[1]).min(TOTAL_LIMIT);
         q / (1.0 - q)
     }
+}
+
+/// `h/(s² + h²)^1.5`, the geometry of one image: `distance2_m2` is s².
+#[inline]
+fn image_kernel(distance2_m2: f64, h: f64) -> f64 {
+    let r2 = distance2_m2 + h * h;
+    h / (r2 * r2.sqrt())
 }
 
 /// Force on one rotor beyond its free-air thrust T_i, N, for any lift ratio:
@@ -181,6 +241,7 @@ pub fn rotor_force(
 pub struct Deck {
     surface: Surface,
     radius_m: f64,
+    half_side_m: f64,
 }
 
 impl Deck {
@@ -193,6 +254,7 @@ impl Deck {
         Ok(Self {
             surface: settings.surface,
             radius_m: settings.plate_side_m / std::f64::consts::PI.sqrt(),
+            half_side_m: 0.5 * settings.plate_side_m,
         })
     }
 
@@ -222,6 +284,55 @@ impl Deck {
             }
             Surface::Ground => 1.0,
             Surface::Absent => 0.0,
+        }
+    }
+
+    /// Half the side of a plate, m; none where the surface has no edge.
+    #[must_use]
+    pub fn half_side_m(&self) -> Option<f64> {
+        (self.surface == Surface::Plate).then_some(self.half_side_m)
+    }
+
+    /// Solid angle of the square plate of half side l seen from (x, y, z), z
+    /// above 0: the sum of `atan(XY/(z √(X² + Y² + z²)))` over X in {l - x, l + x}
+    /// and Y in {l - y, l + y}. The four angles are added as the argument of a
+    /// product of complex numbers.
+    #[inline]
+    #[must_use]
+    pub fn solid_angle(&self, [x, y, z]: [f64; 3]) -> f64 {
+        let l = self.half_side_m;
+        let z2 = z * z;
+        let (mut re, mut im) = (1.0, 0.0);
+        for a in [l - x, l + x] {
+            for b in [l - y, l + y] {
+                let (c, d) = (z * (a * a + b * b + z2).sqrt(), a * b);
+                (re, im) = (re * c - im * d, re * d + im * c);
+            }
+        }
+        let angle = f64::atan2(im, re);
+        let beside = x.abs() > l || y.abs() > l;
+        if beside {
+            // Below π: rounding must not turn nothing into a full circle.
+            angle.max(0.0)
+        } else if angle < 0.0 {
+            angle + std::f64::consts::TAU
+        } else {
+            angle
+        }
+    }
+
+    /// ρ of a rotor at (x, y, z) in the deck's axes: the plate's solid angle
+    /// seen from there over that at `(offset, offset, z)`, the rotor's place when
+    /// the vehicle is centred. 1 at the centre, about a half over the edge.
+    #[inline]
+    #[must_use]
+    pub fn edge_share(&self, place_m: [f64; 3], offset_m: f64) -> f64 {
+        match self.surface {
+            Surface::Plate => {
+                let centred = [offset_m, offset_m, place_m[2]];
+                self.solid_angle(place_m) / self.solid_angle(centred)
+            }
+            Surface::Ground | Surface::Absent => 1.0,
         }
     }
 }

@@ -30,7 +30,14 @@
 //! | [`profile`], [`rig`], [`rig_sets`] | the force rig, its signals, its standard trials |
 //! | [`deck`], [`vehicle`], [`scenario`], [`landing`] | landings on a deck that may heave |
 //!
-//! Below [`deck`] a deck moves in five degrees of freedom, in a sea if need be.
+//! The whole vehicle in six degrees of freedom has the same force law, rotor by
+//! rotor; level and centred it is the vertical one.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`deck`] and below | decks that surge, sway, heave, roll and pitch: sines, seas, measured series |
+//! | [`rotors`], [`rigid`] | four rotors over a tilted, finite deck; the rigid body |
+//! | [`wind`] | steady wind, Dryden turbulence, a gust |
 //!
 //! A trial of the rig, with what the load cell says beside the truth:
 //!
@@ -73,6 +80,7 @@ pub mod deck;
 pub mod error;
 pub mod exponential;
 pub mod ground;
+mod height_table;
 pub mod landing;
 pub mod motor;
 pub mod noise;
@@ -80,11 +88,14 @@ pub mod plant;
 pub mod profile;
 pub mod rig;
 pub mod rig_sets;
+pub mod rigid;
 mod rk4;
+pub mod rotors;
 pub mod scenario;
 pub mod sensor;
 mod vector;
 pub mod vehicle;
+pub mod wind;
 
 pub use error::SimError;
 

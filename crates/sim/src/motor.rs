@@ -69,7 +69,29 @@ impl Motor {
     #[inline]
     #[must_use]
     pub fn derivative(&self, x: f64, s: f64) -> f64 {
-        (s * (1.0 - self.k * s) - self.b * x - self.c * x * x) * self.inverse_inertia
+        self.derivative_at_load(x, s, s)
+    }
+
+    /// dx/dt of one motor of several on the same battery, which sags with their
+    /// mean throttle `load`: `J x' = s (1 - k load) - b x - c x²`. x is on the
+    /// scale of the whole vehicle, √(4 T_i) of four.
+    #[inline]
+    #[must_use]
+    pub fn derivative_at_load(&self, x: f64, s: f64, load: f64) -> f64 {
+        (s * (1.0 - self.k * load) - self.b * x - self.c * x * x) * self.inverse_inertia
+    }
+
+    /// The drive `s (1 - k load) = b x + c x²` that holds x at rest.
+    #[inline]
+    #[must_use]
+    pub fn drive_for(&self, x: f64) -> f64 {
+        self.b * x + self.c * x * x
+    }
+
+    /// Sag k.
+    #[must_use]
+    pub fn sag(&self) -> f64 {
+        self.k
     }
 
     /// √T at rest for the throttle s (clamped to [0, 1]).
@@ -84,7 +106,7 @@ impl Motor {
     #[must_use]
     pub fn throttle_for(&self, thrust_n: f64) -> f64 {
         let x = thrust_n.max(0.0).sqrt();
-        let drive = self.b * x + self.c * x * x;
+        let drive = self.drive_for(x);
         // 2y/(1 + √(1 - 4ky)) is (1 - √(1 - 4ky))/(2k), also for k = 0.
         let root = (1.0 - 4.0 * self.k * drive).max(0.0).sqrt();
         (2.0 * drive / (1.0 + root)).clamp(0.0, 1.0)

@@ -149,7 +149,7 @@ impl Force {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Law {
+pub(crate) enum Law {
     WakeLag(WakeLag),
     Exponential(Exponential),
 }
@@ -157,13 +157,13 @@ enum Law {
 /// Rotors and air with coefficients that do not change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
-    motor: Motor,
-    law: Law,
-    deck: Deck,
-    present: bool,
+    pub(crate) motor: Motor,
+    pub(crate) law: Law,
+    pub(crate) deck: Deck,
+    pub(crate) present: bool,
     weight_n: f64,
-    rotor_height_m: f64,
-    damping_per_root: f64,
+    pub(crate) rotor_height_m: f64,
+    pub(crate) damping_per_root: f64,
     turbulence: f64,
     turbulence_correlation_s: f64,
 }
@@ -315,8 +315,13 @@ impl Plant {
     #[inline]
     #[must_use]
     pub fn turbulence_sd_n(&self, state: &PlantState, height_m: f64) -> f64 {
-        let [a, b] = self.target(height_m);
-        self.turbulence * state.root_thrust * state.root_thrust * (0.2 + (a + b) / 0.15)
+        self.turbulence_at(state.root_thrust, self.target(height_m))
+    }
+
+    /// The same from the inflow at rest.
+    #[inline]
+    pub(crate) fn turbulence_at(&self, root_thrust: f64, target: [f64; 2]) -> f64 {
+        self.turbulence * root_thrust * root_thrust * (0.2 + (target[0] + target[1]) / 0.15)
     }
 
     /// The state at rest in which the vertical force, with thrust in error by

@@ -1,0 +1,409 @@
+//! The whole vehicle: a rigid body with four rotors in six degrees of freedom.
+//!
+//! ```text
+//! m v' = b_z Σ F_i - m g e_z + D + contact
+//! I ω' = Σ r_i × F_i e_3 + Σ ± κ T_i e_3 - ω × I ω + contact
+//! q' = q ∘ (0, ω)/2
+//! F_i = T_i (1 + ε_i) + f_i + n_i            ([`crate::rotors`]; turbulence n_i)
+//! D = -(c_1 + c_2 |u|) u                      u: air speed in the rotors' plane
+//! ```
+//!
+//! Body axes: x forward, y left, z up; world axes: x, y horizontal, z up; q
+//! turns body into world coordinates. ω is in body axes. Rotor axes are the
+//! body's z; the climb damping and the upwash are those along the deck's normal
+//! and act along the rotor's axis. Rotors that turn clockwise seen from above
+//! (front left, rear right) turn the body the other way. Left out: the rotors'
+//! own angular momentum (pairs cancel), and gradients of the wind over the
+//! vehicle. Level, centred and with equal rotors it is [`crate::vehicle`].
+
+use serde::{Deserialize, Serialize};
+
+use crate::check;
+use crate::deck::rigid::DeckPose;
+use crate::error::SimError;
+use crate::plant::PlantSettings;
+use crate::rk4;
+use crate::rotors::{RotorPlace, Rotors, RotorsState, RotorsTarget};
+use crate::vector::{
+    Axes, add, along, axes_of, cross, dot, normalised, product, scale, sub, to_world,
+};
+
+/// Sign of the reaction torque of each rotor.
+pub(crate) const SPIN: [f64; 4] = [1.0, -1.0, 1.0, -1.0];
+
+/// The body beyond what [`PlantSettings`] says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BodySettings {
+    /// Moments of inertia about x, y, z, kg m².
+    pub inertia_kg_m2: [f64; 3],
+    /// Reaction torque of a rotor over its thrust κ, m.
+    pub torque_per_thrust_m: f64,
+    /// Drag in the rotors' plane, linear c_1, N s/m (blade flapping and induced drag).
+    pub drag_ns_per_m: f64,
+    /// Drag in the rotors' plane, quadratic c_2, N s²/m² (frame).
+    pub drag_ns2_per_m2: f64,
+}
+
+impl Default for BodySettings {
+    fn default() -> Self {
+        Self {
+            inertia_kg_m2: [0.0125, 0.0125, 0.022],
+            torque_per_thrust_m: 0.016,
+            drag_ns_per_m: 0.35,
+            drag_ns2_per_m2: 0.02,
+        }
+    }
+}
+
+impl BodySettings {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// Moments of inertia must be positive and each at most the sum of the
+    /// others; torque and drag must not be negative.
+    pub fn validate(&self) -> Result<(), SimError> {
+        let inertia = self.inertia_kg_m2;
+        let sum = inertia[0] + inertia[1] + inertia[2];
+        for moment in inertia {
+            check::positive("inertia_kg_m2", moment)?;
+            check::that(
+                2.0 * moment <= sum * (1.0 + 1e-12),
+                "inertia_kg_m2",
+                "at most the sum of the other two moments",
+                moment,
+            )?;
+        }
+        check::not_negative("torque_per_thrust_m", self.torque_per_thrust_m)?;
+        check::not_negative("drag_ns_per_m", self.drag_ns_per_m)?;
+        check::not_negative("drag_ns2_per_m2", self.drag_ns2_per_m2)
+    }
+}
+
+/// State of the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidState {
+    /// Rotors and air.
+    pub rotors: RotorsState,
+    /// Place of the reference point (the centre of mass), m.
+    pub position_m: [f64; 3],
+    /// Its velocity, m/s.
+    pub velocity_mps: [f64; 3],
+    /// Attitude, unit quaternion w, x, y, z from body to world.
+    pub attitude: [f64; 4],
+    /// Angular velocity in body axes ω, rad/s.
+    pub rates: [f64; 3],
+}
+
+impl Default for RigidState {
+    fn default() -> Self {
+        Self {
+            rotors: RotorsState::default(),
+            position_m: [0.0; 3],
+            velocity_mps: [0.0; 3],
+            attitude: [1.0, 0.0, 0.0, 0.0],
+            rates: [0.0; 3],
+        }
+    }
+}
+
+const SIZE: usize = 22;
+
+impl RigidState {
+    #[inline]
+    fn to_array(self) -> [f64; SIZE] {
+        let mut y = [0.0; SIZE];
+        y[0..4].copy_from_slice(&self.rotors.root_thrust);
+        y[4..8].copy_from_slice(&self.rotors.inflow);
+        y[8] = self.rotors.fountain;
+        y[9..12].copy_from_slice(&self.position_m);
+        y[12..15].copy_from_slice(&self.velocity_mps);
+        y[15..19].copy_from_slice(&self.attitude);
+        y[19..22].copy_from_slice(&self.rates);
+        y
+    }
+
+    #[inline]
+    fn from_array(y: &[f64; SIZE]) -> Self {
+        Self {
+            rotors: RotorsState {
+                root_thrust: [y[0], y[1], y[2], y[3]],
+                inflow: [y[4], y[5], y[6], y[7]],
+                fountain: y[8],
+            },
+            position_m: [y[9], y[10], y[11]],
+            velocity_mps: [y[12], y[13], y[14]],
+            attitude: [y[15], y[16], y[17], y[18]],
+            rates: [y[19], y[20], y[21]],
+        }
+    }
+
+    /// Every value is finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.to_array().iter().all(|value| value.is_finite())
+    }
+
+    /// The body's axes in world coordinates: forward, left, up.
+    #[inline]
+    #[must_use]
+    pub fn axes(&self) -> [[f64; 3]; 3] {
+        axes_of(self.attitude)
+    }
+}
+
+/// What disturbs the vehicle during a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Disturbance {
+    /// Velocity of the air, world axes, m/s.
+    pub wind_mps: [f64; 3],
+    /// Turbulent force on each rotor, N.
+    pub turbulence_n: [f64; 4],
+}
+
+/// What acted at the start of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Loads {
+    /// Acceleration of the reference point, world axes, m/s².
+    pub acceleration_mps2: [f64; 3],
+    /// Angular acceleration, body axes, rad/s².
+    pub angular_acceleration: [f64; 3],
+    /// Force of each rotor along its axis F_i, N.
+    pub rotor_n: [f64; 4],
+    /// Ground effect and climb damping of each rotor f_i, N.
+    pub ground_effect_n: [f64; 4],
+    /// Inflow at rest, from which the turbulence follows.
+    pub target: RotorsTarget,
+}
+
+/// The vehicle with coefficients that do not change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigidVehicle {
+    rotors: Rotors,
+    hubs_m: [[f64; 3]; 4],
+    body: BodySettings,
+    mass_kg: f64,
+    gravity_mps2: f64,
+    thrust_scale_error: [f64; 4],
+}
+
+impl RigidVehicle {
+    /// Checks the settings and builds the vehicle.
+    ///
+    /// # Errors
+    /// Names the first bad key, what is expected and the offending number.
+    pub fn new(plant: &PlantSettings, body: &BodySettings) -> Result<Self, SimError> {
+        let rotors = Rotors::new(plant).map_err(|e| e.in_section("plant"))?;
+        body.validate().map_err(|e| e.in_section("body"))?;
+        Ok(Self {
+            hubs_m: rotors.hubs_m(),
+            rotors,
+            body: *body,
+            mass_kg: plant.mass_kg,
+            gravity_mps2: plant.gravity_mps2,
+            thrust_scale_error: [0.0; 4],
+        })
+    }
+
+    /// The same vehicle with rotors that give `1 + error` times their nominal
+    /// thrust: a spread of motors, or (-0.2) one that has lost a fifth.
+    #[must_use]
+    pub fn with_thrust_scale_error(mut self, error: [f64; 4]) -> Self {
+        self.thrust_scale_error = error;
+        self
+    }
+
+    /// The rotors.
+    #[must_use]
+    pub fn rotors(&self) -> &Rotors {
+        &self.rotors
+    }
+
+    /// The body.
+    #[must_use]
+    pub fn body(&self) -> &BodySettings {
+        &self.body
+    }
+
+    /// Mass, kg.
+    #[must_use]
+    pub fn mass_kg(&self) -> f64 {
+        self.mass_kg
+    }
+
+    /// Places and speeds of the rotors relative to the deck, with the air
+    /// moving at `wind_mps`.
+    #[inline]
+    #[must_use]
+    pub fn places(
+        &self,
+        state: &RigidState,
+        deck: &DeckPose,
+        wind_mps: [f64; 3],
+    ) -> [RotorPlace; 4] {
+        self.places_at(state, &state.axes(), deck, wind_mps)
+    }
+
+    #[inline]
+    fn places_at(
+        &self,
+        state: &RigidState,
+        axes: &Axes,
+        deck: &DeckPose,
+        wind_mps: [f64; 3],
+    ) -> [RotorPlace; 4] {
+        let normal = deck.axes[2];
+        // Everything in the deck's axes; its rotation enters the speed of the point below.
+        let centre = along(&deck.axes, sub(state.position_m, deck.origin_m));
+        let turned: Axes = std::array::from_fn(|k| along(&deck.axes, axes[k]));
+        let climb = dot(normal, sub(state.velocity_mps, wind_mps));
+        let heave = dot(normal, deck.velocity_mps);
+        let deck_rates = along(&deck.axes, deck.angular_velocity);
+        std::array::from_fn(|i| {
+            let place_m = add(centre, to_world(&turned, self.hubs_m[i]));
+            let spun = cross(state.rates, self.hubs_m[i]);
+            RotorPlace {
+                place_m,
+                climb_mps: climb + to_world(&turned, spun)[2],
+                deck_mps: heave + deck_rates[0] * place_m[1] - deck_rates[1] * place_m[0],
+            }
+        })
+    }
+
+    /// Rate of the state, and the loads.
+    #[inline]
+    fn rate(
+        &self,
+        state: &RigidState,
+        deck: &DeckPose,
+        throttle: &[f64; 4],
+        disturbance: &Disturbance,
+        share: &[f64; 4],
+    ) -> (RigidState, Loads) {
+        let axes = state.axes();
+        let places = self.places_at(state, &axes, deck, disturbance.wind_mps);
+        let roots = &state.rotors.root_thrust;
+        let target = self.rotors.target_with(roots, &places, share);
+        let forces = self.rotors.forces(&state.rotors, &target, &places);
+
+        let (mut lift_n, mut torque) = (0.0, [0.0; 3]);
+        let mut rotor_n = [0.0; 4];
+        for i in 0..4 {
+            let free_n = forces.free_air_n[i];
+            let force_n = free_n * (1.0 + self.thrust_scale_error[i])
+                + forces.ground_effect_n[i]
+                + disturbance.turbulence_n[i];
+            let [x, y, _] = self.hubs_m[i];
+            lift_n += force_n;
+            torque[0] += y * force_n;
+            torque[1] -= x * force_n;
+            torque[2] += SPIN[i] * self.body.torque_per_thrust_m * free_n;
+            rotor_n[i] = force_n;
+        }
+        let air = sub(state.velocity_mps, disturbance.wind_mps);
+        let (ahead, aside) = (dot(axes[0], air), dot(axes[1], air));
+        let speed = (ahead * ahead + aside * aside).sqrt();
+        let drag = -(self.body.drag_ns_per_m + self.body.drag_ns2_per_m2 * speed);
+        let force = [drag * ahead, drag * aside, lift_n];
+
+        let mut acceleration = scale(to_world(&axes, force), 1.0 / self.mass_kg);
+        acceleration[2] -= self.gravity_mps2;
+        let inertia = self.body.inertia_kg_m2;
+        let momentum = std::array::from_fn(|k| inertia[k] * state.rates[k]);
+        let turning = sub(torque, cross(state.rates, momentum));
+        let spin_up = std::array::from_fn(|k| turning[k] / inertia[k]);
+        let [p, q, r] = state.rates;
+        let rate = RigidState {
+            rotors: self
+                .rotors
+                .derivative(&state.rotors, &target, throttle, &places),
+            position_m: state.velocity_mps,
+            velocity_mps: acceleration,
+            attitude: product(state.attitude, [0.0, 0.5 * p, 0.5 * q, 0.5 * r]),
+            rates: spin_up,
+        };
+        let loads = Loads {
+            acceleration_mps2: acceleration,
+            angular_acceleration: spin_up,
+            rotor_n,
+            ground_effect_n: forces.ground_effect_n,
+            target,
+        };
+        (rate, loads)
+    }
+
+    /// ρ of each rotor in a state.
+    #[inline]
+    fn edge_shares(&self, position_m: [f64; 3], attitude: [f64; 4], deck: &DeckPose) -> [f64; 4] {
+        let axes = axes_of(attitude);
+        let places = self.hubs_m.map(|hub| {
+            let place = sub(add(position_m, to_world(&axes, hub)), deck.origin_m);
+            along(&deck.axes, place)
+        });
+        self.rotors.edge_shares(&places)
+    }
+
+    /// What acts in a state.
+    #[must_use]
+    pub fn loads(&self, state: &RigidState, deck: &DeckPose, disturbance: &Disturbance) -> Loads {
+        let share = self.edge_shares(state.position_m, state.attitude, deck);
+        self.rate(state, deck, &[0.0; 4], disturbance, &share).1
+    }
+
+    /// One Runge–Kutta step of `dt`; `deck` is the deck at the start, the middle
+    /// and the end of the step. Returns the loads at its start.
+    ///
+    /// ρ, what a rotor sees of the plate, is evaluated at the start and, for the
+    /// place that velocity and rates lead to, at the end; in the middle it is
+    /// their mean. The error is of second order in the step: across the edge of
+    /// the deck at 2 m/s it moves the vehicle by less than a micrometre.
+    #[inline]
+    pub fn step(
+        &self,
+        state: &mut RigidState,
+        deck: &[DeckPose; 3],
+        throttle: &[f64; 4],
+        disturbance: &Disturbance,
+        dt: f64,
+    ) -> Loads {
+        let start = self.edge_shares(state.position_m, state.attitude, &deck[0]);
+        let [p, q, r] = scale(state.rates, 0.5 * dt);
+        let turned = normalised(product(state.attitude, [1.0, p, q, r]));
+        let moved = add(state.position_m, scale(state.velocity_mps, dt));
+        let end = self.edge_shares(moved, turned, &deck[2]);
+        let middle = std::array::from_fn(|i| 0.5 * (start[i] + end[i]));
+        let share = [start, middle, end];
+        let (first, loads) = self.rate(state, &deck[0], throttle, disturbance, &share[0]);
+        let next = rk4::step_from(&state.to_array(), first.to_array(), dt, |stage, y| {
+            let state = RigidState::from_array(y);
+            let share = &share[stage];
+            let (rate, _) = self.rate(&state, &deck[stage], throttle, disturbance, share);
+            rate.to_array()
+        });
+        *state = RigidState::from_array(&next);
+        state.attitude = normalised(state.attitude);
+        loads
+    }
+
+    /// Level and in relative rest `height_m` above the centre of the deck, with
+    /// forces in balance there as over a level deck and the air at rest; and the
+    /// throttle that holds it. Heading is along the deck's.
+    #[must_use]
+    pub fn balanced(&self, height_m: f64, deck: &DeckPose) -> (RigidState, f64) {
+        let heave = deck.velocity_mps[2];
+        let mean_error = 0.25 * self.thrust_scale_error.iter().sum::<f64>();
+        let plant = self.rotors.plant();
+        let (start, throttle) = plant.balanced(height_m, heave, heave, mean_error);
+        let mut state = RigidState {
+            position_m: add(deck.origin_m, [0.0, 0.0, height_m]),
+            velocity_mps: deck.velocity_mps,
+            ..RigidState::default()
+        };
+        state.rotors.root_thrust = [start.root_thrust; 4];
+        let places = self.places(&state, deck, [0.0; 3]);
+        let target = self.rotors.target(&state.rotors.root_thrust, &places);
+        state.rotors.inflow = target.inflow;
+        state.rotors.fountain = target.fountain;
+        (state, throttle)
+    }
+}

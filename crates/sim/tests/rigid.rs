@@ -1,0 +1,521 @@
+//! The vehicle in six degrees of freedom: its special cases, tilt, edge, inertia, drag, turbulence.
+
+use touchdown_sim::STEP_S;
+use touchdown_sim::deck::rigid::{Axis, DeckPose, RigidDeck, RigidMotion, Tone};
+use touchdown_sim::deck::{DeckMotion, DeckPoint};
+use touchdown_sim::ground::{Deck, WakeLag};
+use touchdown_sim::noise::{Purpose, Stream};
+use touchdown_sim::plant::{Plant, PlantSettings, Surface};
+use touchdown_sim::rigid::{BodySettings, Disturbance, RigidState, RigidVehicle};
+use touchdown_sim::rotors::RotorTurbulence;
+use touchdown_sim::vehicle::VerticalVehicle;
+
+fn vehicle_of(settings: &PlantSettings) -> RigidVehicle {
+    RigidVehicle::new(settings, &BodySettings::default()).expect("valid settings")
+}
+
+fn vehicle() -> RigidVehicle {
+    vehicle_of(&PlantSettings::default())
+}
+
+/// Turn about one of the axes x, y, z.
+fn turn(axis: usize, angle_rad: f64) -> [f64; 4] {
+    let (sin, cos) = (0.5 * angle_rad).sin_cos();
+    let mut q = [cos, 0.0, 0.0, 0.0];
+    q[axis + 1] = sin;
+    q
+}
+
+/// Torques about x and y of the rotors' forces at rest in the attitude q, the reference point at
+/// `place_m` over a level deck, all rotors at hover.
+fn torque_at_rest(vehicle: &RigidVehicle, place_m: [f64; 3], q: [f64; 4]) -> [f64; 2] {
+    let deck = DeckPose::default();
+    let (mut state, _) = vehicle.balanced(place_m[2], &deck);
+    (state.position_m, state.attitude) = (place_m, q);
+    let places = vehicle.places(&state, &deck, [0.0; 3]);
+    let target = vehicle.rotors().target(&state.rotors.root_thrust, &places);
+    (state.rotors.inflow, state.rotors.fountain) = (target.inflow, target.fountain);
+    let loads = vehicle.loads(&state, &deck, &Disturbance::default());
+    [0, 1].map(|k| loads.angular_acceleration[k] * vehicle.body().inertia_kg_m2[k])
+}
+
+#[test]
+fn analytic_level_and_centred_it_is_the_vertical_vehicle() {
+    let surfaces = [Surface::Plate, Surface::Ground, Surface::Absent];
+    let plates = surfaces.map(|surface| PlantSettings {
+        surface,
+        ..PlantSettings::default()
+    });
+    for settings in plates.into_iter().chain([PlantSettings::exponential()]) {
+        let motion = DeckMotion::Sine {
+            amplitude_m: 0.05,
+            frequency_hz: 0.5,
+            phase_rad: 0.4,
+        };
+        let deck = RigidMotion::from(motion).build(9.81, 0, 0).expect("valid");
+        let plant = Plant::new(&settings).expect("valid settings");
+        let vertical = VerticalVehicle::new(plant, settings.mass_kg, 0.01);
+        let rigid = vehicle_of(&settings).with_thrust_scale_error([0.01; 4]);
+        let (mut a, throttle) = vertical.balanced(0.5, motion.at(0.0));
+        let (mut b, same) = rigid.balanced(0.5, &deck.at(0.0));
+        assert_eq!(throttle, same);
+        for step in 0..3_000 {
+            let t = f64::from(step) * STEP_S;
+            let times = [t, t + 0.5 * STEP_S, t + STEP_S];
+            // Down to 0.08 m and up again, with a disturbance.
+            let s = throttle - 0.02 * (2.2 * t).sin();
+            let n = 0.3 * (17.0 * t).sin();
+            let points: [DeckPoint; 3] = times.map(|t| motion.at(t));
+            vertical.step(&mut a, &points, s, n, STEP_S);
+            let poses: [DeckPose; 3] = times.map(|t| deck.at(t));
+            let disturbance = Disturbance {
+                turbulence_n: [0.25 * n; 4],
+                ..Disturbance::default()
+            };
+            rigid.step(&mut b, &poses, &[s; 4], &disturbance, STEP_S);
+            // 3000 steps of rounding in other orders.
+            assert!((a.height_m - b.position_m[2]).abs() < 1e-9, "{t}");
+            assert!((a.velocity_mps - b.velocity_mps[2]).abs() < 1e-9, "{t}");
+            for i in 0..4 {
+                assert!((a.plant.root_thrust - b.rotors.root_thrust[i]).abs() < 1e-9);
+                assert!((a.plant.inflow[0] - b.rotors.inflow[i]).abs() < 1e-9);
+            }
+            assert!((a.plant.inflow[1] - b.rotors.fountain).abs() < 1e-9);
+        }
+        let moved = b.position_m[0].abs() + b.position_m[1].abs() + b.rates[2].abs();
+        // Forces of equal rotors cancel up to their rounding.
+        assert!(moved < 1e-12, "{moved}");
+    }
+}
+
+#[test]
+fn analytic_image_sums_agree_when_level() {
+    let settings = PlantSettings::default();
+    let law = WakeLag::new(&settings).expect("valid settings");
+    let hubs = vehicle().rotors().hubs_m();
+    let speeds = [3.0, 3.5, 4.0, 3.2];
+    let places = hubs.map(|[x, y, _]| [x, y, 0.2]);
+    let sums = law.image_sums(&places, &speeds);
+    for i in 0..4 {
+        // Rounding only.
+        assert!((sums[i] - law.image_sum(i, &[0.2; 4], &speeds)).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn analytic_tilt_levels() {
+    let five = 5.0_f64.to_radians();
+    let vehicle = vehicle();
+    for angle in [five, -five] {
+        let [about_x, _] = torque_at_rest(&vehicle, [0.0, 0.0, 0.15], turn(0, angle));
+        let [_, about_y] = torque_at_rest(&vehicle, [0.0, 0.0, 0.15], turn(1, angle));
+        assert!(about_x * angle < 0.0 && about_y * angle < 0.0, "it levels");
+        // A square vehicle over a square deck: the same about both axes.
+        assert!((about_x.abs() - about_y.abs()).abs() < 1e-12);
+        // 0.0092 N m at 0.15 m and 5° (rotors 0.20 m above the deck), 0.020 N m at 0.10 m: of the
+        // order that is measured, 0.01 to 0.1 N m. The plain sums below, up to the
+        // error of 2e-10 of the tables over the height, times 13 N × 0.16 m.
+        for (height_m, about) in [(0.15, 0.0092), (0.10, 0.020)] {
+            let place = [0.0, 0.0, height_m];
+            let [found, _] = torque_at_rest(&vehicle, place, turn(0, angle));
+            let expected = plain_levelling_torque(height_m, angle);
+            assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+            assert!((found.abs() - about).abs() < 5e-4, "{found}");
+        }
+    }
+    let at = |height_m: f64| torque_at_rest(&vehicle, [0.0, 0.0, height_m], turn(0, five))[0];
+    assert!(
+        at(0.10) < 2.0 * at(0.20) && at(0.20) < 3.0 * at(0.5),
+        "it fades"
+    );
+    let level = torque_at_rest(&vehicle, [0.0, 0.0, 0.15], turn(2, 0.5));
+    // Heading makes no tilt: only the square's corners turn.
+    assert!(level[0].abs() < 1e-12 && level[1].abs() < 1e-12);
+}
+
+/// The torque about x of four equal rotors rolled by `angle` above the deck's centre, written out:
+/// image sources, finite plate and its share of solid angle, fountain.
+fn plain_levelling_torque(height_m: f64, angle: f64) -> f64 {
+    let settings = PlantSettings::default();
+    let plant = Plant::new(&settings).expect("valid settings");
+    let thrust = plant
+        .balanced(height_m, 0.0, 0.0, 0.0)
+        .0
+        .root_thrust
+        .powi(2)
+        / 4.0;
+    let (radius, h_r, l) = (0.12_f64, 0.05, 0.75_f64);
+    let a = l * 2.0 / std::f64::consts::PI.sqrt();
+    let plate = |z: f64| 1.0 - (1.0 + (a / z).powi(2)).powf(-1.5);
+    let solid = |[x, y, z]: [f64; 3]| {
+        let mut sum = 0.0;
+        for u in [l - x, l + x] {
+            for v in [l - y, l + y] {
+                sum += (u * v / (z * (u * u + v * v + z * z).sqrt())).atan();
+            }
+        }
+        sum
+    };
+    let places = [[0.16, 0.16], [-0.16, 0.16], [-0.16, -0.16], [0.16, -0.16]].map(|[x, y]| {
+        let (sin, cos) = angle.sin_cos();
+        [x, y * cos - h_r * sin, height_m + y * sin + h_r * cos]
+    });
+    let share = places.map(|p| solid(p) / solid([0.16, 0.16, p[2]]));
+    let z_c = places.iter().map(|p| p[2]).sum::<f64>() / 4.0;
+    let b2 = 2.0 * 0.32 * 0.32;
+    let fountain = plate(z_c) * share.iter().sum::<f64>() / 4.0 * 4.0 * radius * radius * z_c
+        / (b2 + 4.0 * z_c * z_c).powf(1.5);
+    let mut torque = 0.0;
+    for (i, arm) in [0.16, 0.16, -0.16, -0.16].into_iter().enumerate() {
+        let p = places[i];
+        let images: f64 = places
+            .iter()
+            .map(|o| {
+                let (s2, h) = ((p[0] - o[0]).powi(2) + (p[1] - o[1]).powi(2), p[2] + o[2]);
+                radius * radius / 4.0 * h / (s2 + h * h).powf(1.5)
+            })
+            .sum();
+        let q = plate(p[2]) * share[i] * images + fountain;
+        torque += arm * thrust / (1.0 - q);
+    }
+    torque
+}
+
+#[test]
+fn analytic_solid_angle_and_edge() {
+    let deck = Deck::new(&PlantSettings::default()).expect("valid settings");
+    let l = 0.75_f64;
+    for [x, y, z] in [
+        [0.0, 0.0, 0.05],
+        [0.1, -0.3, 0.2],
+        [0.74, 0.74, 0.05],
+        [0.76, 0.2, 0.1],
+        [2.0, -1.5, 0.3],
+        [0.3, 0.1, 30.0],
+    ] {
+        let mut sum = 0.0;
+        for a in [l - x, l + x] {
+            for b in [l - y, l + y] {
+                sum += (a * b / (z * (a * a + b * b + z * z).sqrt())).atan();
+            }
+        }
+        // Rounding of a sum of angles.
+        assert!(
+            (deck.solid_angle([x, y, z]) - sum).abs() < 1e-14,
+            "{x} {y} {z}"
+        );
+    }
+    let far = deck.solid_angle([0.0, 0.0, 100.0]);
+    // Area over distance squared, less the cosine and spread: (1.5/100)².
+    assert!((far / (1.5 * 1.5 / 1e4) - 1.0).abs() < 2e-4);
+    let share = |x: f64| deck.edge_share([x, 0.16, 0.15], 0.16);
+    assert!((deck.edge_share([0.16, -0.16, 0.15], 0.16) - 1.0).abs() < 1e-15);
+    // Over the edge half the plane is missing; the other edges a little of the centre's.
+    assert!((share(0.75) - 0.5).abs() < 0.06, "{}", share(0.75));
+    // Just inside and just outside an edge add up to a whole, as far as the other edges let them.
+    assert!((share(0.6) + share(0.9) - 2.0 * share(0.75)).abs() < 0.03);
+    assert!(share(0.6) > 0.75 && share(0.9) < 0.3);
+    // Far outside: area × z/distance³ = 2.25 × 0.15/27 over about 5.
+    assert!(share(3.0) < 3e-3, "{}", share(3.0));
+    for beyond in [1e3, 1e6, 1e9] {
+        assert!(share(beyond) < 1e-5);
+    }
+}
+
+#[test]
+fn analytic_over_the_edge_the_inner_rotors_lift() {
+    // Centre of the vehicle above the deck's left edge: rotors 0 and 1 hang over it.
+    let [about_x, about_y] = torque_at_rest(&vehicle(), [0.0, 0.75, 0.15], turn(0, 0.0));
+    // More lift on the right turns the vehicle to the left: about x, negative y pushes up.
+    assert!(about_x < -0.01, "{about_x}");
+    assert!(about_y.abs() < 1e-12, "{about_y}");
+    // Far outside nothing is left of the deck.
+    let deck = DeckPose::default();
+    let (mut state, _) = vehicle().balanced(0.15, &deck);
+    state.position_m[0] = 50.0;
+    let places = vehicle().places(&state, &deck, [0.0; 3]);
+    let target = vehicle()
+        .rotors()
+        .target(&state.rotors.root_thrust, &places);
+    assert!(target.inflow[0] < 1e-6 && target.fountain < 1e-6 && target.upwash[0] < 1e-6);
+}
+
+#[test]
+fn prop_only_the_place_relative_to_the_deck_counts() {
+    // Deck and vehicle moved and tilted together: the same forces in the body.
+    let tone = |axis, amplitude, phase_rad| Tone {
+        axis,
+        amplitude,
+        frequency_hz: 0.3,
+        phase_rad,
+    };
+    let motion = RigidMotion::Sines {
+        tones: vec![
+            tone(Axis::Surge, 0.3, 0.2),
+            tone(Axis::Sway, 0.2, 0.9),
+            tone(Axis::Heave, 0.4, 0.5),
+            tone(Axis::Roll, 0.3, 1.0),
+            tone(Axis::Pitch, 0.25, 2.0),
+        ],
+    };
+    let deck: RigidDeck = motion.build(9.81, 0, 0).expect("valid motion");
+    let vehicle = vehicle();
+    let base = DeckPose::default();
+    let (mut level, _) = vehicle.balanced(0.15, &base);
+    level.position_m = [0.3, -0.2, 0.15];
+    level.rotors.root_thrust = [3.5, 3.6, 3.7, 3.8];
+    let expected = vehicle.loads(&level, &base, &Disturbance::default());
+    for i in 0..20 {
+        let mut pose = deck.at(0.17 * f64::from(i));
+        let [roll, pitch] = [3, 4].map(|k| deck.coordinates(0.17 * f64::from(i)).value[k]);
+        let arm: [f64; 3] =
+            std::array::from_fn(|k| (0..3).map(|j| pose.axes[j][k] * level.position_m[j]).sum());
+        let mut moved = level;
+        moved.position_m = std::array::from_fn(|k| pose.origin_m[k] + arm[k]);
+        // R_y(pitch) R_x(roll).
+        let (a, b) = (turn(1, pitch), turn(0, roll));
+        moved.attitude = [a[0] * b[0], a[0] * b[1], a[2] * b[0], -a[2] * b[1]];
+        // At rest with each other: first both still.
+        (pose.velocity_mps, pose.angular_velocity) = ([0.0; 3], [0.0; 3]);
+        let still = vehicle.loads(&moved, &pose, &Disturbance::default());
+        // Then both moving, with no upwash to tell the two apart: P u and w differ, so only the
+        // places are compared.
+        let places = vehicle.places(&moved, &pose, [0.0; 3]);
+        let straight = vehicle.places(&level, &base, [0.0; 3]);
+        for rotor in 0..4 {
+            // Rounding only.
+            assert!((still.rotor_n[rotor] - expected.rotor_n[rotor]).abs() < 1e-12);
+            for k in 0..3 {
+                let (a, b) = (places[rotor].place_m[k], straight[rotor].place_m[k]);
+                assert!((a - b).abs() < 1e-14);
+            }
+        }
+        // A vehicle that rides with the deck: every rotor climbs as fast as the deck below it.
+        let riding = deck.at(0.17 * f64::from(i));
+        moved.velocity_mps = riding.point_velocity(arm);
+        let body = moved.axes();
+        moved.rates = std::array::from_fn(|k| {
+            (0..3)
+                .map(|j| body[k][j] * riding.angular_velocity[j])
+                .sum()
+        });
+        for rotor in vehicle.places(&moved, &riding, [0.0; 3]) {
+            assert!(
+                (rotor.climb_mps - rotor.deck_mps).abs() < 1e-14,
+                "{rotor:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn prop_steps_converge_across_the_edge() {
+    // Over the edge at 2 m/s, rolling: 1 ms against 0.1 ms.
+    let vehicle = vehicle();
+    let run = |steps: u32| {
+        let dt = 0.5 / f64::from(steps);
+        let decks = [DeckPose::default(); 3];
+        let (mut state, throttle) = vehicle.balanced(0.2, &decks[0]);
+        state.position_m[1] = 0.3;
+        (state.velocity_mps[1], state.rates[0]) = (2.0, -0.3);
+        for _ in 0..steps {
+            vehicle.step(
+                &mut state,
+                &decks,
+                &[throttle; 4],
+                &Disturbance::default(),
+                dt,
+            );
+        }
+        state
+    };
+    let (coarse, fine) = (run(500), run(5_000));
+    assert!(fine.position_m[1] > 1.2, "it crossed the edge");
+    for k in 0..3 {
+        // What a rotor sees of the plate is of order two in the step: below a micrometre.
+        let moved = (coarse.position_m[k] - fine.position_m[k]).abs();
+        assert!(moved < 1e-6, "{k}: {moved}");
+        let turned = (coarse.rates[k] - fine.rates[k]).abs();
+        assert!(turned < 1e-5, "{k}: {turned}");
+    }
+}
+
+/// Without air: rotors stopped, no surface, no drag, no weight to speak of.
+fn in_vacuum(inertia_kg_m2: [f64; 3]) -> RigidVehicle {
+    let settings = PlantSettings {
+        surface: Surface::Absent,
+        climb_damping_ns_per_m: 0.0,
+        ..PlantSettings::default()
+    };
+    let body = BodySettings {
+        inertia_kg_m2,
+        drag_ns_per_m: 0.0,
+        drag_ns2_per_m2: 0.0,
+        ..BodySettings::default()
+    };
+    RigidVehicle::new(&settings, &body).expect("valid settings")
+}
+
+#[test]
+fn analytic_free_rotation() {
+    let run = |vehicle: &RigidVehicle, rates: [f64; 3]| {
+        let mut state = RigidState {
+            rates,
+            ..RigidState::default()
+        };
+        let decks = [DeckPose::default(); 3];
+        for _ in 0..2_000 {
+            vehicle.step(
+                &mut state,
+                &decks,
+                &[0.0; 4],
+                &Disturbance::default(),
+                STEP_S,
+            );
+        }
+        state
+    };
+    // A symmetric top precesses at (I_z - I_x)/I_x r about its axis.
+    let top = run(&in_vacuum([0.0125, 0.0125, 0.022]), [1.0, 0.5, 3.0]);
+    let angle: f64 = (0.022 - 0.0125) / 0.0125 * 3.0 * 2.0;
+    let (sin, cos) = angle.sin_cos();
+    let expected = [cos - 0.5 * sin, sin + 0.5 * cos, 3.0];
+    for k in 0..3 {
+        // Order four at 2 rad/s and 1 ms: (2e-3)⁵/120 a step, 2000 steps.
+        assert!((top.rates[k] - expected[k]).abs() < 1e-11, "{k}");
+    }
+    // No symmetry: angular momentum in the world and energy stay.
+    let inertia = [0.010, 0.015, 0.022];
+    let start = [2.0, 4.0, -3.0];
+    let tumbling = run(&in_vacuum(inertia), start);
+    let axes = tumbling.axes();
+    for k in 0..3 {
+        let momentum: f64 = (0..3)
+            .map(|j| axes[j][k] * inertia[j] * tumbling.rates[j])
+            .sum();
+        // Order four at 5 rad/s and 1 ms, 2000 steps, of 0.06 kg m²/s.
+        assert!((momentum - inertia[k] * start[k]).abs() < 1e-10, "{k}");
+    }
+    let energy = |w: [f64; 3]| (0..3).map(|k| inertia[k] * w[k] * w[k]).sum::<f64>();
+    assert!((energy(tumbling.rates) - energy(start)).abs() < 1e-10);
+    // Free fall beside it: exact for RK4 up to 2000 additions.
+    assert!((tumbling.position_m[2] + 0.5 * 9.81 * 4.0).abs() < 1e-10);
+}
+
+#[test]
+fn analytic_drag_in_the_rotors_plane() {
+    let settings = PlantSettings {
+        surface: Surface::Absent,
+        ..PlantSettings::default()
+    };
+    let vehicle = vehicle_of(&settings);
+    let (c1, c2, m) = (0.35_f64, 0.02, 1.37);
+    let (mut state, throttle) = vehicle.balanced(5.0, &DeckPose::default());
+    let (v0, direction) = (6.0, [0.6, -0.8]);
+    state.velocity_mps = [6.0 * direction[0], 6.0 * direction[1], 0.0];
+    let mut calm = state;
+    let decks = [DeckPose::default(); 3];
+    for _ in 0..2_000 {
+        vehicle.step(
+            &mut state,
+            &decks,
+            &[throttle; 4],
+            &Disturbance::default(),
+            STEP_S,
+        );
+    }
+    // v' = -(c1 + c2 v) v/m: v = c1 e/(c1 + c2 v0 (1 - e)) v0, e = exp(-c1 t/m).
+    let e = (-c1 * 2.0 / m).exp();
+    let v = v0 * c1 * e / (c1 + c2 * v0 * (1.0 - e));
+    for k in 0..2 {
+        // RK4 at 1 ms of a rate of 0.3 1/s: rounding only.
+        assert!((state.velocity_mps[k] - v * direction[k]).abs() < 1e-12);
+    }
+    // Moving with the wind is rest; and the same without one.
+    let wind = Disturbance {
+        wind_mps: calm.velocity_mps,
+        ..Disturbance::default()
+    };
+    let before = calm.velocity_mps;
+    for _ in 0..100 {
+        vehicle.step(&mut calm, &decks, &[throttle; 4], &wind, STEP_S);
+    }
+    for k in 0..3 {
+        assert!((calm.velocity_mps[k] - before[k]).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn analytic_torques_have_their_signs() {
+    let settings = PlantSettings {
+        surface: Surface::Absent,
+        ..PlantSettings::default()
+    };
+    let vehicle = vehicle_of(&settings);
+    let spun = |thrusts: [f64; 4]| {
+        let mut state = RigidState::default();
+        state.rotors.root_thrust = thrusts.map(|t: f64| (4.0 * t).sqrt());
+        let pose = DeckPose::default();
+        vehicle.loads(&state, &pose, &Disturbance::default())
+    };
+    // Left rotors (0, 1) push up: roll to the right, positive about x.
+    let roll = spun([4.0, 4.0, 3.0, 3.0]).angular_acceleration;
+    // 2 N more on the left, 0.16 m each side, over 0.0125 kg m²: 25.6 1/s².
+    assert!((roll[0] - 25.6).abs() < 1e-9 && roll[1].abs() < 1e-9 && roll[2].abs() < 1e-9);
+    // Rear rotors (1, 2) push up: nose down, positive about y.
+    let pitch = spun([3.0, 4.0, 4.0, 3.0]).angular_acceleration;
+    assert!((pitch[1] - 25.6).abs() < 1e-9);
+    // Front left and rear right turn clockwise: the body turns anticlockwise.
+    let yaw = spun([4.0, 3.0, 4.0, 3.0]).angular_acceleration;
+    // 2 N × 0.016 m over 0.022 kg m².
+    assert!((yaw[2] - 2.0 * 0.016 / 0.022).abs() < 1e-9);
+}
+
+#[test]
+fn analytic_turbulence_of_four_rotors_adds_up() {
+    let vehicle = vehicle();
+    let (state, _) = vehicle.balanced(0.15, &DeckPose::default());
+    let loads = vehicle.loads(&state, &DeckPose::default(), &Disturbance::default());
+    let root = state.rotors.root_thrust;
+    let sd = vehicle.rotors().turbulence_sd_n(&root, &loads.target);
+    let plant = vehicle.rotors().plant();
+    let (one, _) = plant.balanced(0.15, 0.0, 0.0, 0.0);
+    let whole = plant.turbulence_sd_n(&one, 0.15);
+    // Four of correlation 0.5: √10 of one. Rounding only.
+    assert!((sd[0] * 10.0_f64.sqrt() - whole).abs() < 1e-12);
+    let stream = Stream::new(4, 0, Purpose::Turbulence);
+    let mut turbulence = RotorTurbulence::new(stream, 0.15, 0.01, sd);
+    let (mut total, mut product, mut square) = (0.0, 0.0, 0.0);
+    for _ in 0..200_000 {
+        let n = turbulence.step(sd);
+        total += n.iter().sum::<f64>().powi(2);
+        product += n[0] * n[2];
+        square += n[1] * n[1];
+    }
+    // 2000 s hold 6700 independent values: 1.7 % of a variance; 4 of these.
+    assert!((total / 2e5 / (whole * whole) - 1.0).abs() < 0.07);
+    assert!((product / square - 0.5).abs() < 0.07);
+}
+
+#[test]
+fn prop_bad_bodies_name_key_and_number() {
+    let refuse = |body: BodySettings| {
+        RigidVehicle::new(&PlantSettings::default(), &body)
+            .map(|_| ())
+            .expect_err("a bad body")
+            .to_string()
+    };
+    let base = BodySettings::default();
+    let negative = refuse(BodySettings {
+        inertia_kg_m2: [0.01, -0.01, 0.02],
+        ..base
+    });
+    assert!(negative.contains("body.inertia_kg_m2") && negative.contains("-0.01"));
+    let flat = refuse(BodySettings {
+        inertia_kg_m2: [0.01, 0.01, 0.03],
+        ..base
+    });
+    assert!(flat.contains("sum of the other two") && flat.contains("0.03"));
+    let unknown = toml::from_str::<BodySettings>("mass = 1.0");
+    assert!(unknown.is_err());
+}
