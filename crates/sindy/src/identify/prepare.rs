@@ -12,7 +12,7 @@ use crate::savgol::{SavitzkyGolay, Smoothed};
 /// Rows below which a stretch is differenced, not smoothed.
 const SMOOTHED: usize = 25;
 /// The least noise that is believed, as a share of a state's scatter.
-const FLOOR: f64 = 1e-7;
+const FLOOR: f64 = 1e-6;
 
 /// Noise and scatter of each state.
 #[derive(Clone, Debug)]

@@ -152,7 +152,8 @@ impl State<'_> {
         // The penalty and what is left depend on each other.
         for _ in 0..4 {
             let terms = search.support.iter().filter(|s| **s).count() as f64;
-            variance = search.residual() / (values as f64 - free - terms).max(1.0);
+            // Less than one only where the noise is at its floor, which is all that is believed.
+            variance = (search.residual() / (values as f64 - free - terms).max(1.0)).max(1.0);
             search.descend(penalty * unit * variance);
         }
         if anew || search.support != support {
