@@ -14,6 +14,9 @@ const SMOOTHED: usize = 25;
 /// The least noise that is believed, as a share of a state's scatter.
 const FLOOR: f64 = 1e-6;
 
+/// What a model may leave of data without noise, as a share of a state's scatter.
+const TOLERATED: f64 = 5e-4;
+
 /// Noise and scatter of each state.
 #[derive(Clone, Debug)]
 pub(super) struct Noise {
@@ -21,6 +24,8 @@ pub(super) struct Noise {
     pub sigma: Vec<f64>,
     /// The least that is believed.
     pub floor: Vec<f64>,
+    /// What a model that follows the data may leave: the noise, or a small share of the scatter.
+    pub tolerated: Vec<f64>,
 }
 
 /// States smoothed and their slopes, by stretch and state, and how that was done.
@@ -39,6 +44,7 @@ pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
     let mut out = Noise {
         sigma: Vec::new(),
         floor: Vec::new(),
+        tolerated: Vec::new(),
     };
     for i in 0..states {
         let all = || stretches.iter().flat_map(|s| s.columns[i].iter());
@@ -61,6 +67,7 @@ pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
         let level = levels.get(levels.len() / 2).copied().unwrap_or(0.0);
         out.floor.push(floor);
         out.sigma.push(level.max(floor));
+        out.tolerated.push(level.max(TOLERATED * scale));
     }
     out
 }

@@ -12,6 +12,7 @@ use crate::exact::{BestSubset, BestSubsets};
 use crate::fit::Fit;
 use crate::gram::{Accumulate, Gram};
 use crate::library::Library;
+use crate::output_error::irrelevant;
 use crate::samples::Samples;
 use crate::stepwise::{Direction, Stepwise};
 use crate::weak::WeakForm;
@@ -155,6 +156,17 @@ fn part(gram: &Gram, terms: &[usize]) -> Gram {
     }
 }
 
+/// Least squares on a support without the terms that hardly contribute.
+fn relevant(total: &Gram, fit: &Fit, share: f64) -> Fit {
+    let rms = total.column_rms();
+    let all = [(0..fit.support.len()).collect()];
+    let mut support = fit.support.clone();
+    for j in irrelevant(&fit.coefficients, rms.as_slice(), &all, share) {
+        support[j] = false;
+    }
+    Fit::on_support(total, support, fit.outcome, fit.iterations)
+}
+
 /// Best subsets by the Bayesian criterion, and SR3 by cross-validation over λ and ν.
 pub(super) fn solve(
     statistics: &Statistics,
@@ -169,7 +181,7 @@ pub(super) fn solve(
         let rows = (total.rows as f64 * statistics.independent).max(2.0 * p);
         let found = best_subsets(&total, NODES)?;
         let best = found.choose(&total, Criterion::Bic, Some(rows))?;
-        subsets.push(best.fit.clone());
+        subsets.push(relevant(&total, &best.fit, settings.relevance));
         let folds = parts.iter().filter(|g| g.rows > 0).count();
         if folds < 2 {
             continue;
@@ -180,12 +192,13 @@ pub(super) fn solve(
         };
         let choice = cross_validate(parts, &grid)?;
         points.push(Some(choice.point));
-        relaxed.push(Fit::on_support(
+        let fit = Fit::on_support(
             &total,
             choice.solution.support.clone(),
             choice.solution.outcome,
             choice.solution.iterations,
-        ));
+        );
+        relaxed.push(relevant(&total, &fit, settings.relevance));
     }
     let name = |solver: &str| format!("{solver}; {}", statistics.smoothing);
     let mut out = vec![Regression {

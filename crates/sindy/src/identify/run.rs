@@ -50,6 +50,11 @@ impl Run<'_> {
         let (slopes, statistics) = self.regressions(progress)?;
         self.look_at_data(&statistics[0])?;
         let pieces = prepare::pieces(&self.stretches, n, &slopes, self.settings.rows);
+        let term_rms: Vec<f64> = statistics[0]
+            .grams
+            .iter()
+            .flat_map(|parts| Gram::total(parts).column_rms().as_slice().to_vec())
+            .collect();
         let mut ranked = Vec::new();
         for statistics in &statistics {
             for regression in regress::solve(statistics, self.settings)? {
@@ -75,7 +80,7 @@ impl Run<'_> {
         });
         let found = match self.settings.method {
             Method::Regression => None,
-            _ => self.output_error(&ranked, &pieces, progress),
+            _ => self.output_error(&ranked, &pieces, &term_rms, progress),
         };
         let follows = found
             .as_ref()
@@ -198,12 +203,12 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The largest share of a state's noise that is left.
+    /// The largest share of a state's noise (or of what is tolerated without noise) that is left.
     pub(super) fn misfit(&self, found: &Found) -> f64 {
         found
             .sigma
             .iter()
-            .zip(&self.noise.sigma)
+            .zip(&self.noise.tolerated)
             .map(|(left, noise)| left / noise)
             .fold(0.0, f64::max)
     }
@@ -213,6 +218,7 @@ impl Run<'_> {
         &self,
         ranked: &[Ranked],
         pieces: &[Piece<'_>],
+        term_rms: &[f64],
         progress: &mut dyn FnMut(Progress),
     ) -> Option<(usize, Found)> {
         let mut best: Option<(usize, Found)> = None;
@@ -230,12 +236,14 @@ impl Run<'_> {
                     iterations: self.settings.iterations,
                     penalty: self.settings.penalty,
                     longest,
+                    relevance: self.settings.relevance,
                 };
                 let from = Start {
                     coefficients: start.coefficients.clone(),
                     sigma: self.noise.sigma.clone(),
                     floor: self.noise.floor.clone(),
                     candidates: self.screened(ranked),
+                    term_rms: term_rms.to_vec(),
                 };
                 let found = output_error::search(&self.system, pieces, &from, &limits, &mut |s| {
                     progress(Progress::OutputError {

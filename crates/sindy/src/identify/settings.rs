@@ -86,6 +86,9 @@ pub struct Settings {
     pub folds: usize,
     /// Weight of the penalty for each term; 1 is the extended Bayesian criterion.
     pub penalty: f64,
+    /// A term that contributes less than this share of its equation's largest term is left out, however
+    /// significant: in data without noise even the error of the simulation that made them is.
+    pub relevance: f64,
     /// An arc of a trajectory ends where a change of its start has grown by this factor.
     pub growth: f64,
     /// Gauss–Newton steps of the output error, at most.
@@ -105,6 +108,7 @@ impl Default for Settings {
             nus,
             folds: 5,
             penalty: 1.0,
+            relevance: 1e-4,
             growth: 1e3,
             iterations: 60,
             rows: 50_000,
@@ -142,6 +146,13 @@ impl Settings {
                 "penalty",
                 "a finite number above 0",
                 self.penalty,
+            ));
+        }
+        if !(0.0..1.0).contains(&self.relevance) {
+            return Err(SindyError::setting(
+                "relevance",
+                "at least 0 and below 1",
+                self.relevance,
             ));
         }
         if !(self.growth > 1.0 && self.growth.is_finite()) {

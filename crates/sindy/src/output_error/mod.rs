@@ -38,6 +38,7 @@ mod tests;
 
 use follow::{Cut, Follow};
 use record::Record;
+pub(crate) use search::irrelevant;
 pub use search::search;
 pub use system::System;
 
@@ -71,6 +72,8 @@ pub struct Start {
     pub floor: Vec<f64>,
     /// Candidates that may be kept; `None`: all.
     pub candidates: Option<Vec<bool>>,
+    /// Root mean square of each candidate's term over the data.
+    pub term_rms: Vec<f64>,
 }
 
 /// A step that was made.
@@ -105,6 +108,9 @@ pub struct Settings {
     pub penalty: f64,
     /// Nodes of an arc, at most.
     pub longest: usize,
+    /// A term that contributes less than this share of its equation's largest term is left out, however
+    /// significant: in data without noise even the rounding of the simulation that made them is.
+    pub relevance: f64,
 }
 
 impl Default for Settings {
@@ -114,6 +120,7 @@ impl Default for Settings {
             iterations: 60,
             penalty: 1.0,
             longest: usize::MAX,
+            relevance: 1e-4,
         }
     }
 }

@@ -92,9 +92,9 @@ pub fn search(
         let taken = state.step(
             &normal,
             (&equations, &allowed),
-            settings.penalty,
+            settings,
             at_length == 1,
-            &start.floor,
+            start,
         )?;
         progress(Step {
             step: iterations,
@@ -138,10 +138,11 @@ impl State<'_> {
         &mut self,
         normal: &Normal,
         (equations, allowed): (&[Vec<usize>], &[bool]),
-        penalty: f64,
+        settings: &Settings,
         anew: bool,
-        floor: &[f64],
+        start: &Start,
     ) -> Option<Taken> {
+        let penalty = settings.penalty;
         let (n, p) = (self.system.n, self.system.size());
         let support: Vec<bool> = self.xi.iter().map(|c| *c != 0.0).collect();
         let values = normal.rows * n;
@@ -159,6 +160,14 @@ impl State<'_> {
         if anew || search.support != support {
             search.exact(equations, penalty * unit * variance, values);
         }
+        for j in irrelevant(
+            &search.coefficients(),
+            &start.term_rms,
+            equations,
+            settings.relevance,
+        ) {
+            search.toggle(j);
+        }
         let change = search.coefficients() - &self.xi;
         let moved = (0..p)
             .filter(|&j| search.support[j])
@@ -171,7 +180,7 @@ impl State<'_> {
                 *c = if *kept { *c } else { 0.0 };
             }
             let (misfit, _) = self.follow().judge(&self.records, normal.cuts())?;
-            for ((s, m), floor) in self.sigma.iter_mut().zip(&misfit).zip(floor) {
+            for ((s, m), floor) in self.sigma.iter_mut().zip(&misfit).zip(&start.floor) {
                 *s = (m / normal.rows as f64).sqrt().max(*floor);
             }
         }
@@ -249,6 +258,27 @@ impl State<'_> {
             outcome,
         }
     }
+}
+
+/// Terms that contribute less than a share of their equation's largest.
+pub(crate) fn irrelevant(
+    coefficients: &DVector<f64>,
+    term_rms: &[f64],
+    equations: &[Vec<usize>],
+    share: f64,
+) -> Vec<usize> {
+    let part = |j: usize| (coefficients[j] * term_rms[j]).abs();
+    let mut out = Vec::new();
+    for members in equations {
+        let largest = members.iter().map(|&j| part(j)).fold(0.0, f64::max);
+        out.extend(
+            members
+                .iter()
+                .copied()
+                .filter(|&j| coefficients[j] != 0.0 && part(j) < share * largest),
+        );
+    }
+    out
 }
 
 /// `1 + 2 Σ_k ρ_k` up to the first autocorrelation that is within its scatter of zero.

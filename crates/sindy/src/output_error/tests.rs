@@ -133,6 +133,7 @@ fn analytic_a_linear_decay_from_a_wrong_start() {
         sigma: vec![0.012],
         floor: vec![1e-9],
         candidates: None,
+        term_rms: vec![1.0; 4],
     };
     let mut steps = 0;
     let found = search(&system, &[piece], &start, &Settings::default(), &mut |_| {
@@ -174,6 +175,7 @@ fn prop_candidates_that_are_barred_stay_out() {
         sigma: vec![1e-3],
         floor: vec![1e-6],
         candidates: Some(vec![false, true]),
+        term_rms: vec![1.0; 2],
     };
     let found = search(
         &system,
