@@ -36,7 +36,8 @@
 //! | module | what it holds |
 //! | --- | --- |
 //! | [`deck`] and below | decks that surge, sway, heave, roll and pitch: sines, seas, measured series |
-//! | [`rotors`], [`rigid`] | four rotors over a tilted, finite deck; the rigid body |
+//! | [`rotors`], [`body`], [`rigid`] | four rotors over a tilted, finite deck; the rigid body |
+//! | [`contact`] | legs: bounce, slide, tip over, fall off |
 //! | [`wind`] | steady wind, Dryden turbulence, a gust |
 //!
 //! A trial of the rig, with what the load cell says beside the truth:
@@ -75,7 +76,9 @@
 //! # Ok::<(), touchdown_sim::SimError>(())
 //! ```
 
+pub mod body;
 mod check;
+pub mod contact;
 pub mod deck;
 pub mod error;
 pub mod exponential;

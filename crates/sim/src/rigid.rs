@@ -16,9 +16,8 @@
 //! own angular momentum (pairs cancel), and gradients of the wind over the
 //! vehicle. Level, centred and with equal rotors it is [`crate::vehicle`].
 
-use serde::{Deserialize, Serialize};
-
-use crate::check;
+use crate::body::BodySettings;
+use crate::contact::{Body, ContactLog, ContactState, Foot, LegSettings, Legs};
 use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
 use crate::plant::PlantSettings;
@@ -30,55 +29,6 @@ use crate::vector::{
 
 /// Sign of the reaction torque of each rotor.
 pub(crate) const SPIN: [f64; 4] = [1.0, -1.0, 1.0, -1.0];
-
-/// The body beyond what [`PlantSettings`] says.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct BodySettings {
-    /// Moments of inertia about x, y, z, kg m².
-    pub inertia_kg_m2: [f64; 3],
-    /// Reaction torque of a rotor over its thrust κ, m.
-    pub torque_per_thrust_m: f64,
-    /// Drag in the rotors' plane, linear c_1, N s/m (blade flapping and induced drag).
-    pub drag_ns_per_m: f64,
-    /// Drag in the rotors' plane, quadratic c_2, N s²/m² (frame).
-    pub drag_ns2_per_m2: f64,
-}
-
-impl Default for BodySettings {
-    fn default() -> Self {
-        Self {
-            inertia_kg_m2: [0.0125, 0.0125, 0.022],
-            torque_per_thrust_m: 0.016,
-            drag_ns_per_m: 0.35,
-            drag_ns2_per_m2: 0.02,
-        }
-    }
-}
-
-impl BodySettings {
-    /// Checks the settings.
-    ///
-    /// # Errors
-    /// Moments of inertia must be positive and each at most the sum of the
-    /// others; torque and drag must not be negative.
-    pub fn validate(&self) -> Result<(), SimError> {
-        let inertia = self.inertia_kg_m2;
-        let sum = inertia[0] + inertia[1] + inertia[2];
-        for moment in inertia {
-            check::positive("inertia_kg_m2", moment)?;
-            check::that(
-                2.0 * moment <= sum * (1.0 + 1e-12),
-                "inertia_kg_m2",
-                "at most the sum of the other two moments",
-                moment,
-            )?;
-        }
-        check::not_negative("torque_per_thrust_m", self.torque_per_thrust_m)?;
-        check::not_negative("drag_ns_per_m", self.drag_ns_per_m)?;
-        check::not_negative("drag_ns2_per_m2", self.drag_ns2_per_m2)
-    }
-}
 
 /// State of the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +43,8 @@ pub struct RigidState {
     pub attitude: [f64; 4],
     /// Angular velocity in body axes ω, rad/s.
     pub rates: [f64; 3],
+    /// Where feet stick to the deck.
+    pub contact: ContactState,
 }
 
 impl Default for RigidState {
@@ -103,6 +55,7 @@ impl Default for RigidState {
             velocity_mps: [0.0; 3],
             attitude: [1.0, 0.0, 0.0, 0.0],
             rates: [0.0; 3],
+            contact: ContactState::default(),
         }
     }
 }
@@ -124,7 +77,7 @@ impl RigidState {
     }
 
     #[inline]
-    fn from_array(y: &[f64; SIZE]) -> Self {
+    fn from_array(y: &[f64; SIZE], contact: ContactState) -> Self {
         Self {
             rotors: RotorsState {
                 root_thrust: [y[0], y[1], y[2], y[3]],
@@ -135,6 +88,17 @@ impl RigidState {
             velocity_mps: [y[12], y[13], y[14]],
             attitude: [y[15], y[16], y[17], y[18]],
             rates: [y[19], y[20], y[21]],
+            contact,
+        }
+    }
+
+    #[inline]
+    fn body<'a>(&self, axes: &'a Axes) -> Body<'a> {
+        Body {
+            position_m: self.position_m,
+            velocity_mps: self.velocity_mps,
+            axes,
+            rates: self.rates,
         }
     }
 
@@ -185,6 +149,7 @@ pub struct RigidVehicle {
     mass_kg: f64,
     gravity_mps2: f64,
     thrust_scale_error: [f64; 4],
+    legs: Option<Legs>,
 }
 
 impl RigidVehicle {
@@ -202,7 +167,21 @@ impl RigidVehicle {
             mass_kg: plant.mass_kg,
             gravity_mps2: plant.gravity_mps2,
             thrust_scale_error: [0.0; 4],
+            legs: None,
         })
+    }
+
+    /// The same vehicle on legs; without them it passes through the deck.
+    ///
+    /// # Errors
+    /// Names the first bad key, what is expected and the offending number.
+    pub fn with_legs(
+        mut self,
+        legs: &LegSettings,
+        plant: &PlantSettings,
+    ) -> Result<Self, SimError> {
+        self.legs = Some(Legs::new(legs, plant).map_err(|e| e.in_section("legs"))?);
+        Ok(self)
     }
 
     /// The same vehicle with rotors that give `1 + error` times their nominal
@@ -270,7 +249,7 @@ impl RigidVehicle {
         })
     }
 
-    /// Rate of the state, and the loads.
+    /// Rate of the state, and the loads. `legs` are given where they may touch.
     #[inline]
     fn rate(
         &self,
@@ -279,6 +258,7 @@ impl RigidVehicle {
         throttle: &[f64; 4],
         disturbance: &Disturbance,
         share: &[f64; 4],
+        legs: Option<&Legs>,
     ) -> (RigidState, Loads) {
         let axes = state.axes();
         let places = self.places_at(state, &axes, deck, disturbance.wind_mps);
@@ -306,7 +286,13 @@ impl RigidVehicle {
         let drag = -(self.body.drag_ns_per_m + self.body.drag_ns2_per_m2 * speed);
         let force = [drag * ahead, drag * aside, lift_n];
 
-        let mut acceleration = scale(to_world(&axes, force), 1.0 / self.mass_kg);
+        let mut force = to_world(&axes, force);
+        if let Some(legs) = legs {
+            let (push, turn) = legs.load(&state.body(&axes), deck, &state.contact);
+            force = add(force, push);
+            torque = add(torque, turn);
+        }
+        let mut acceleration = scale(force, 1.0 / self.mass_kg);
         acceleration[2] -= self.gravity_mps2;
         let inertia = self.body.inertia_kg_m2;
         let momentum = std::array::from_fn(|k| inertia[k] * state.rates[k]);
@@ -321,6 +307,7 @@ impl RigidVehicle {
             velocity_mps: acceleration,
             attitude: product(state.attitude, [0.0, 0.5 * p, 0.5 * q, 0.5 * r]),
             rates: spin_up,
+            contact: state.contact,
         };
         let loads = Loads {
             acceleration_mps2: acceleration,
@@ -347,7 +334,48 @@ impl RigidVehicle {
     #[must_use]
     pub fn loads(&self, state: &RigidState, deck: &DeckPose, disturbance: &Disturbance) -> Loads {
         let share = self.edge_shares(state.position_m, state.attitude, deck);
-        self.rate(state, deck, &[0.0; 4], disturbance, &share).1
+        let legs = self.legs_near(state, deck);
+        self.rate(state, deck, &[0.0; 4], disturbance, &share, legs)
+            .1
+    }
+
+    /// The legs, if a foot may touch the deck within a step.
+    #[inline]
+    fn legs_near(&self, state: &RigidState, deck: &DeckPose) -> Option<&Legs> {
+        let near = |legs: &&Legs| !legs.clear(state.position_m, deck);
+        self.legs.as_ref().filter(near)
+    }
+
+    /// The feet as they stand; all in the air for a vehicle without legs.
+    #[must_use]
+    pub fn feet(&self, state: &RigidState, deck: &DeckPose) -> [Foot; 4] {
+        let axes = state.axes();
+        self.legs.as_ref().map_or_else(Default::default, |legs| {
+            legs.feet(&state.body(&axes), deck, &state.contact)
+        })
+    }
+
+    /// Energy in the springs of legs and feet, J.
+    #[must_use]
+    pub fn spring_energy_j(&self, state: &RigidState, deck: &DeckPose) -> f64 {
+        let of = |legs: &Legs| legs.spring_energy_j(&self.feet(state, deck), &state.contact);
+        self.legs.as_ref().map_or(0.0, of)
+    }
+
+    /// Adds the state after a step to what is known of the contact.
+    pub fn log_contact(
+        &self,
+        log: &mut ContactLog,
+        time_s: f64,
+        state: &RigidState,
+        deck: &DeckPose,
+    ) {
+        let Some(legs) = &self.legs else { return };
+        if log.first_touch_s.is_none() && legs.clear(state.position_m, deck) {
+            return;
+        }
+        let up = dot(state.axes()[2], deck.axes[2]).clamp(-1.0, 1.0);
+        log.add(time_s, &self.feet(state, deck), up.acos(), legs.settings());
     }
 
     /// One Runge–Kutta step of `dt`; `deck` is the deck at the start, the middle
@@ -373,15 +401,20 @@ impl RigidVehicle {
         let end = self.edge_shares(moved, turned, &deck[2]);
         let middle = std::array::from_fn(|i| 0.5 * (start[i] + end[i]));
         let share = [start, middle, end];
-        let (first, loads) = self.rate(state, &deck[0], throttle, disturbance, &share[0]);
+        let (legs, contact) = (self.legs_near(state, &deck[0]), state.contact);
+        let (first, loads) = self.rate(state, &deck[0], throttle, disturbance, &share[0], legs);
         let next = rk4::step_from(&state.to_array(), first.to_array(), dt, |stage, y| {
-            let state = RigidState::from_array(y);
-            let share = &share[stage];
-            let (rate, _) = self.rate(&state, &deck[stage], throttle, disturbance, share);
+            let state = RigidState::from_array(y, contact);
+            let (deck, share) = (&deck[stage], &share[stage]);
+            let (rate, _) = self.rate(&state, deck, throttle, disturbance, share, legs);
             rate.to_array()
         });
-        *state = RigidState::from_array(&next);
+        *state = RigidState::from_array(&next, contact);
         state.attitude = normalised(state.attitude);
+        if let Some(legs) = legs {
+            let axes = state.axes();
+            legs.settle(&state.body(&axes), &deck[2], &mut state.contact);
+        }
         loads
     }
 

@@ -1,12 +1,13 @@
 //! The vehicle in six degrees of freedom: its special cases, tilt, edge, inertia, drag, turbulence.
 
 use touchdown_sim::STEP_S;
+use touchdown_sim::body::BodySettings;
 use touchdown_sim::deck::rigid::{Axis, DeckPose, RigidDeck, RigidMotion, Tone};
 use touchdown_sim::deck::{DeckMotion, DeckPoint};
 use touchdown_sim::ground::{Deck, WakeLag};
 use touchdown_sim::noise::{Purpose, Stream};
 use touchdown_sim::plant::{Plant, PlantSettings, Surface};
-use touchdown_sim::rigid::{BodySettings, Disturbance, RigidState, RigidVehicle};
+use touchdown_sim::rigid::{Disturbance, RigidState, RigidVehicle};
 use touchdown_sim::rotors::RotorTurbulence;
 use touchdown_sim::vehicle::VerticalVehicle;
 
