@@ -1,41 +1,69 @@
-//! The Lorenz system from noisy samples: data, derivatives, library, fit, print.
+//! The Lorenz system from noisy samples, by the automatic call.
 //!
-//! `cargo run --release -p sindy --example 01_lorenz`
+//! `cargo run --release -p sindy --example 01_lorenz [FOLDER]`
 #![allow(clippy::print_stdout)]
 
-use sindy::derivative::{SavgolSearch, choose_savgol};
-use sindy::model::{Model, Time};
-use sindy::sr3::Scaling;
-use sindy::{Gram, Samples, Solver, Stlsq, problems};
+mod figure;
 
-fn main() -> Result<(), sindy::SindyError> {
+use std::error::Error;
+
+use sindy::model::{Inputs, Simulation};
+use sindy::{Dataset, Identify, Library, problems};
+use touchdown_report::{Color, Figure, Panel, Series};
+
+fn main() -> Result<(), Box<dyn Error>> {
     let problem = problems::lorenz();
-    let data = &problem.noisy(1.0, 42)?[0]; // 1 % noise, seed 42
-    let series: Vec<(&[f64], &[f64])> = (data.states.iter())
-        .map(|x| (data.time.as_slice(), x.as_slice()))
-        .collect();
-    let mut columns = Vec::new();
-    let mut slopes = Vec::new();
-    for one in series {
-        let choice = choose_savgol(&[one], &SavgolSearch::default())?;
-        println!("{choice}");
-        let smooth = choice.filter.apply(one.0, one.1)?;
-        columns.push(smooth.value);
-        slopes.push(smooth.derivative);
-    }
-    let mut samples = Samples::new(&["x", "y", "z", "x_dot", "y_dot", "z_dot"]);
-    samples.push_group([columns, slopes].concat())?;
+    let run = problem.noisy(5.0, 42)?.remove(0); // 5 % noise, seed 42
+    let mut data = Dataset::new(&["x", "y", "z"], &[])?;
+    data.push("a run", run.time.clone(), run.states.clone(), None)?;
 
-    let library = problem.library()?;
-    let mut coefficients = Vec::new();
-    for target in ["x_dot", "y_dot", "z_dot"] {
-        let gram = Gram::total(&Gram::accumulate(&library, target, &samples)?);
-        // The threshold is in the units of the coefficients.
-        let fit = Stlsq::new(0.1, 0.0)?.scaling(Scaling::None).fit(&gram)?;
-        coefficients.push(fit.coefficients.as_slice().to_vec());
+    let library = Library::polynomial(&["x", "y", "z"], 3)?;
+    let found = Identify::new(library).run(&data, &mut |_| ())?;
+    println!("found\n{:.4}\ntruth\n{:.4}", found.model, problem.model()?);
+    println!("{}\n", found.choice.reason);
+    for (state, terms) in found.model.states().iter().zip(found.model.equations()) {
+        for term in terms {
+            let (error, sure) = (term.std_error.unwrap_or(f64::NAN), term.inclusion);
+            let name = term.expression.to_string();
+            print!("{state}'  {name:<4} {:>9.4} ± {error:.4}", term.coefficient);
+            println!("  inclusion {:.3}", sure.unwrap_or(f64::NAN));
+        }
     }
-    let states = ["x", "y", "z"];
-    let model = Model::from_library(Time::Continuous, &states, &[], &library, &coefficients)?;
-    println!("\nfound\n{model:.4}\ntruth\n{:.4}", problem.model()?);
-    Ok(())
+
+    // Both models run freely from the true start: how long do they stay together?
+    let time: Vec<f64> = (0..2500).map(|k| 0.008 * f64::from(k)).collect();
+    let start = &problem.trajectories[0].start;
+    let how = Simulation::adaptive();
+    let truth = (problem.model()?).simulate(start, &time, &Inputs::none(), &how)?;
+    let model = (found.model).simulate(start, &time, &Inputs::none(), &how)?;
+    let apart = (truth.states[0].iter().zip(&model.states[0]))
+        .position(|(a, b)| (a - b).abs() > 5.0)
+        .map_or(time[time.len() - 1], |k| time[k]);
+    println!("\nfrom the true start, x stays within 5 of the truth for {apart:.1} units of time\n");
+
+    let grey = |series: Series| series.color(Color::GREY);
+    let picture = Figure::new("01_lorenz", "Lorenz from samples with 5 % noise")
+        .size(900, 780)
+        .panel(
+            Panel::new("x", "z")
+                .height_weight(1.5)
+                .series(grey(
+                    Series::points("measured", &run.states[0], &run.states[2]).width(0.8),
+                ))
+                .series(
+                    Series::line("found, free run", &model.states[0], &model.states[2]).width(1.0),
+                ),
+        )
+        .panel(
+            Panel::new("time", "x")
+                .series(grey(
+                    Series::line("truth", &time, &truth.states[0]).width(2.5),
+                ))
+                .series(Series::dashed("found, free run", &time, &model.states[0]))
+                .series(Series::vertical(
+                    "end of the measurements",
+                    run.time[run.time.len() - 1],
+                )),
+        );
+    figure::save(&picture)
 }
