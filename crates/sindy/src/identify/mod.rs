@@ -18,8 +18,8 @@
 //! What it does, in order, with nothing to be set:
 //!
 //! 1. estimates each state's noise, and smooths with a strength taken from the data;
-//! 2. *regresses*: slopes and weak form, each by best subsets (exact, by the Bayesian criterion) and by SR3
-//!    (λ and ν by cross-validation over blocks);
+//! 2. *regresses*: slopes and weak form, each by best subsets (exact, by the Bayesian criterion) and by SR3 over a
+//!    grid of λ and ν (its choice by cross-validation over blocks, and every other support on it);
 //! 3. ranks these models by *free-run error*: short simulations from smoothed states against the measured
 //!    ones, the one yardstick that all of them share;
 //! 4. refines the best by [`output_error`](crate::output_error), which judges all candidate terms anew by the
@@ -40,7 +40,7 @@ mod settings;
 mod tests;
 
 pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progress};
-pub use settings::{Method, Settings, Smoothing};
+pub use settings::{Method, Score, Settings, Smoothing};
 
 use crate::dataset::Dataset;
 use crate::error::SindyError;

@@ -56,13 +56,13 @@ impl Run<'_> {
 
     fn choice(&self, ranked: &Ranked, method: &str, reason: String) -> Choice {
         let points = &ranked.regression.points;
-        let of = |value: fn(&crate::choose::Point) -> f64| -> Option<Vec<f64>> {
+        let of = |value: fn(&(f64, f64)) -> f64| -> Option<Vec<f64>> {
             points.iter().map(|p| p.as_ref().map(value)).collect()
         };
         Choice {
             method: method.into(),
-            lambda: of(|p| p.lambda),
-            nu: of(|p| p.nu),
+            lambda: of(|p| p.0),
+            nu: of(|p| p.1),
             smoothing: ranked.regression.smoothing.clone(),
             reason,
         }

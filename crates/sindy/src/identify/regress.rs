@@ -3,8 +3,8 @@
 use nalgebra::DVector;
 
 use super::prepare::{Slopes, WEIGHT, blocks, regression_samples, slope_name};
-use super::settings::Settings;
-use crate::choose::{Grid, Point, cross_validate};
+use super::settings::{Score, Settings};
+use crate::choose::Grid;
 use crate::criteria::Criterion;
 use crate::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
@@ -14,11 +14,14 @@ use crate::gram::{Accumulate, Gram};
 use crate::library::Library;
 use crate::output_error::irrelevant;
 use crate::samples::Samples;
+use crate::select::{Rule, select, sr3_points};
 use crate::stepwise::{Direction, Stepwise};
 use crate::weak::WeakForm;
 
 /// Terms above which best subsets are searched among those of a stepwise path only.
 const EXACT: usize = 40;
+/// Terms of a best subset, at most.
+const MOST_TERMS: usize = 14;
 /// Nodes of a branch and bound, at most, for a start and for a front.
 const NODES: u64 = 8_000;
 pub(super) const FRONT_NODES: u64 = 200_000;
@@ -32,7 +35,7 @@ pub(super) struct Regression {
     pub solver: &'static str,
     pub smoothing: String,
     /// λ and ν where SR3 chose, one for each equation.
-    pub points: Vec<Option<Point>>,
+    pub points: Vec<Option<(f64, f64)>>,
     /// One for each equation.
     pub fits: Vec<Fit>,
 }
@@ -122,7 +125,10 @@ pub(super) fn of_weak_form(
 pub(super) fn best_subsets(gram: &Gram, nodes: u64) -> Result<BestSubsets, SindyError> {
     let p = gram.xty.len();
     if p <= EXACT {
-        return BestSubset::new().max_size(14).node_limit(nodes).solve(gram);
+        return BestSubset::new()
+            .max_size(MOST_TERMS)
+            .node_limit(nodes)
+            .solve(gram);
     }
     let (_, steps) = Stepwise::new(Direction::Forward, Criterion::Aic).path(gram)?;
     let mut met: Vec<usize> = Vec::new();
@@ -133,7 +139,7 @@ pub(super) fn best_subsets(gram: &Gram, nodes: u64) -> Result<BestSubsets, Sindy
     }
     met.sort_unstable();
     let mut found = BestSubset::new()
-        .max_size(14)
+        .max_size(MOST_TERMS)
         .node_limit(nodes)
         .solve(&part(gram, &met))?;
     for subset in &mut found.sizes {
@@ -167,55 +173,91 @@ fn relevant(total: &Gram, fit: &Fit, share: f64) -> Fit {
     Fit::on_support(total, support, fit.outcome, fit.iterations)
 }
 
-/// Best subsets by the Bayesian criterion, and SR3 by cross-validation over λ and ν.
+/// Best subsets, and SR3 over the whole grid of λ and ν. Judged by free run, every support that the grid comes
+/// to for all equations together is a model of its own; otherwise each equation's point is chosen by the score.
 pub(super) fn solve(
     statistics: &Statistics,
     settings: &Settings,
 ) -> Result<Vec<Regression>, SindyError> {
+    let points = Grid {
+        thresholds: settings.thresholds.clone(),
+        nus: settings.nus.clone(),
+    }
+    .points()?;
+    let family = sr3_points(&points)?;
     let mut subsets = Vec::new();
-    let mut relaxed = Vec::new();
-    let mut points = Vec::new();
+    // By equation: the fits at all points, and the chosen one.
+    let mut grid = Vec::new();
     for parts in &statistics.grams {
         let total = Gram::total(parts);
         let p = total.xty.len() as f64;
         let rows = (total.rows as f64 * statistics.independent).max(2.0 * p);
-        let found = best_subsets(&total, NODES)?;
-        let best = found.choose(&total, Criterion::Bic, Some(rows))?;
-        subsets.push(relevant(&total, &best.fit, settings.relevance));
-        let folds = parts.iter().filter(|g| g.rows > 0).count();
-        if folds < 2 {
-            continue;
-        }
-        let grid = Grid {
-            thresholds: settings.thresholds.clone(),
-            nus: settings.nus.clone(),
+        let criterion = settings.score.criterion().unwrap_or(Criterion::Bic);
+        let scored = Rule::Criterion {
+            criterion,
+            effective_rows: Some(rows),
         };
-        let choice = cross_validate(parts, &grid)?;
-        points.push(Some(choice.point));
-        let fit = Fit::on_support(
-            &total,
-            choice.solution.support.clone(),
-            choice.solution.outcome,
-            choice.solution.iterations,
-        );
-        relaxed.push(relevant(&total, &fit, settings.relevance));
+        let folds = parts.iter().filter(|g| g.rows > 0).count();
+        let left_out = settings.score.criterion().is_none() && folds > 1;
+        let rule = if left_out { Rule::LeftOut } else { scored };
+        let subset = match settings.score {
+            Score::LeftOut if left_out => {
+                let sizes = |gram: &Gram| -> Result<Vec<Fit>, SindyError> {
+                    let mut fits: Vec<Fit> = best_subsets(gram, NODES)?
+                        .sizes
+                        .into_iter()
+                        .map(|s| s.fit)
+                        .collect();
+                    if let Some(last) = fits.last().cloned() {
+                        fits.resize(MOST_TERMS + 1, last);
+                    }
+                    Ok(fits)
+                };
+                select(parts, &sizes, rule)?.fit().clone()
+            }
+            _ => {
+                let found = best_subsets(&total, NODES)?;
+                found.choose(&total, criterion, Some(rows))?.fit.clone()
+            }
+        };
+        subsets.push(relevant(&total, &subset, settings.relevance));
+        let selection = select(parts, &family, rule)?;
+        let fits: Vec<Fit> = selection
+            .members
+            .iter()
+            .map(|m| relevant(&total, &m.fit, settings.relevance))
+            .collect();
+        grid.push((fits, selection.chosen));
     }
-    let name = |solver: &str| format!("{solver}; {}", statistics.smoothing);
-    let mut out = vec![Regression {
-        name: name("best subset"),
-        solver: "best_subset",
+    let regression = |solver: &'static str, how: &str, points, fits| Regression {
+        name: format!("{how}; {}", statistics.smoothing),
+        solver,
         smoothing: statistics.smoothing.clone(),
-        points: vec![None; subsets.len()],
-        fits: subsets,
-    }];
-    if relaxed.len() == statistics.grams.len() {
-        out.push(Regression {
-            name: name("SR3"),
-            solver: "sr3",
-            smoothing: statistics.smoothing.clone(),
-            points,
-            fits: relaxed,
-        });
+        points,
+        fits,
+    };
+    let none = vec![None; subsets.len()];
+    let mut out = vec![regression("best_subset", "best subset", none, subsets)];
+    let chosen = grid.iter().map(|(fits, k)| fits[*k].clone()).collect();
+    let at = grid.iter().map(|(_, k)| Some(points[*k])).collect();
+    out.push(regression("sr3", "SR3", at, chosen));
+    if settings.score == Score::FreeRun {
+        for (k, point) in points.iter().enumerate() {
+            let fits: Vec<Fit> = grid.iter().map(|(fits, _)| fits[k].clone()).collect();
+            let same = |r: &Regression| {
+                let mut pairs = r.fits.iter().zip(&fits);
+                pairs.all(|(a, b)| a.support == b.support)
+            };
+            if !out.iter().any(same) {
+                let how = format!("SR3, lambda {:.2e}, nu {}", point.0, point.1);
+                out.push(regression(
+                    "sr3",
+                    &how,
+                    vec![Some(*point); fits.len()],
+                    fits,
+                ));
+            }
+        }
     }
     Ok(out)
 }

@@ -16,6 +16,8 @@ use crate::output_error::{self, Found, Piece, Start, System, free_run};
 pub(super) const FOLLOWS: f64 = 1.5;
 /// Candidates above which the output error looks only at terms that regressions met.
 const MOST_CANDIDATES: usize = 400;
+/// Rows that models are ranked on, at most.
+const RANKED: usize = 10_000;
 /// Starts of the output error, at most.
 const STARTS: usize = 3;
 /// A condition of the scaled library above which collinear terms are named.
@@ -55,6 +57,8 @@ impl Run<'_> {
             .iter()
             .flat_map(|parts| Gram::total(parts).column_rms().as_slice().to_vec())
             .collect();
+        let yardstick =
+            prepare::pieces(&self.stretches, n, &slopes, self.settings.rows.min(RANKED));
         let mut ranked = Vec::new();
         for statistics in &statistics {
             for regression in regress::solve(statistics, self.settings)? {
@@ -64,7 +68,7 @@ impl Run<'_> {
                     .flat_map(|f| f.coefficients.iter().copied())
                     .collect();
                 ranked.push(Ranked {
-                    free_run: free_run(&self.system, &pieces, &coefficients, &self.noise.sigma),
+                    free_run: free_run(&self.system, &yardstick, &coefficients, &self.noise.sigma),
                     coefficients,
                     regression,
                 });
@@ -92,7 +96,7 @@ impl Run<'_> {
             Some((start, found)) => {
                 let free = free_run(
                     &self.system,
-                    &pieces,
+                    &yardstick,
                     &found.coefficients,
                     &self.noise.sigma,
                 );

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::choose::Grid;
+use crate::criteria::Criterion;
 use crate::derivative::{
     Differentiator, FiniteDifference, KalmanSmoother, Motion, SmoothingSpline,
 };
@@ -68,6 +69,38 @@ impl Smoothing {
     }
 }
 
+/// What regressions are compared by. Whatever it is, models with different slopes are ranked by free run, the one
+/// yardstick that they share.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Score {
+    /// Short simulations against the measured states.
+    #[default]
+    FreeRun,
+    /// Error of the slope on blocks left out.
+    LeftOut,
+    /// Akaike's criterion.
+    Aic,
+    /// Akaike's criterion, corrected for few rows.
+    Aicc,
+    /// The Bayesian criterion.
+    Bic,
+    /// Bayesian evidence.
+    Evidence,
+}
+
+impl Score {
+    pub(super) fn criterion(self) -> Option<Criterion> {
+        match self {
+            Self::FreeRun | Self::LeftOut => None,
+            Self::Aic => Some(Criterion::Aic),
+            Self::Aicc => Some(Criterion::Aicc),
+            Self::Bic => Some(Criterion::Bic),
+            Self::Evidence => Some(Criterion::Evidence),
+        }
+    }
+}
+
 /// All that can be set; the defaults are the automatic choice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -78,6 +111,8 @@ pub struct Settings {
     pub method: Method,
     /// Where slopes come from.
     pub smoothing: Smoothing,
+    /// What regressions are compared by.
+    pub score: Score,
     /// Thresholds η = √(2 λ ν) of SR3 on scaled coefficients that are tried.
     pub thresholds: Vec<f64>,
     /// Relaxations ν of SR3 that are tried.
@@ -104,6 +139,7 @@ impl Default for Settings {
             discrete: false,
             method: Method::default(),
             smoothing: Smoothing::default(),
+            score: Score::default(),
             thresholds,
             nus,
             folds: 5,

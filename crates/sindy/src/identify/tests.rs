@@ -280,6 +280,35 @@ fn prop_bad_input_is_refused_or_warned_of() {
 }
 
 #[test]
+fn analytic_every_score_finds_the_terms_and_sr3_says_where_on_the_grid() {
+    let problem = problems::van_der_pol();
+    let data = data_of(&problem, 0.5, 4);
+    for score in [Score::FreeRun, Score::LeftOut, Score::Bic, Score::Evidence] {
+        let settings = Settings {
+            score,
+            method: Method::Regression,
+            smoothing: Smoothing::Weak,
+            ..Settings::default()
+        };
+        let found = Identify::new(problem.library().unwrap())
+            .settings(settings)
+            .unwrap()
+            .run(&data, &mut quiet())
+            .unwrap();
+        let (error, _) = against_truth(&problem, &found.model);
+        // Half a percent of noise; the weak form with the true terms is at 4e-4.
+        assert!(error < 0.01, "{score:?}: {error} {}", found.model);
+        let grid = found
+            .candidates
+            .iter()
+            .filter(|c| c.name.contains("lambda"))
+            .count();
+        assert_eq!(grid > 0, score == Score::FreeRun);
+        assert_eq!(found.choice.lambda.is_some(), found.choice.method == "sr3");
+    }
+}
+
+#[test]
 fn prop_every_smoothing_and_method_can_be_asked_for() {
     let problem = problems::lotka_volterra();
     let data = data_of(&problem, 1.0, 1);
