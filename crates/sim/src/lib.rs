@@ -38,6 +38,7 @@
 //! | [`deck`] and below | decks that surge, sway, heave, roll and pitch: sines, seas, measured series |
 //! | [`rotors`], [`body`], [`rigid`] | four rotors over a tilted, finite deck; the rigid body |
 //! | [`contact`] | legs: bounce, slide, tip over, fall off |
+//! | [`cascade`] | attitude and rate control: thrust and attitude in, throttles out |
 //! | [`wind`] | steady wind, Dryden turbulence, a gust |
 //!
 //! A trial of the rig, with what the load cell says beside the truth:
@@ -77,6 +78,7 @@
 //! ```
 
 pub mod body;
+pub mod cascade;
 mod check;
 pub mod contact;
 pub mod deck;

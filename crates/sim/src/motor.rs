@@ -105,8 +105,12 @@ impl Motor {
     /// The throttle that holds `thrust_n` at rest, clamped to [0, 1].
     #[must_use]
     pub fn throttle_for(&self, thrust_n: f64) -> f64 {
-        let x = thrust_n.max(0.0).sqrt();
-        let drive = self.drive_for(x);
+        self.throttle_for_drive(self.drive_for(thrust_n.max(0.0).sqrt()))
+    }
+
+    /// The throttle s with `s (1 - k s) = drive`, clamped to [0, 1].
+    #[must_use]
+    pub fn throttle_for_drive(&self, drive: f64) -> f64 {
         // 2y/(1 + √(1 - 4ky)) is (1 - √(1 - 4ky))/(2k), also for k = 0.
         let root = (1.0 - 4.0 * self.k * drive).max(0.0).sqrt();
         (2.0 * drive / (1.0 + root)).clamp(0.0, 1.0)
