@@ -117,7 +117,10 @@ impl WakeLag {
             }
         }
         let quarter = 0.25 * self.radius_m * self.radius_m;
-        std::array::from_fn(|i| quarter * sums[i] / speeds[i])
+        for i in 0..4 {
+            sums[i] *= quarter / speeds[i];
+        }
+        sums
     }
 
     /// Static target of a rotor's own inflow, `γ E(z_i) min(Σ q_ij, 0.5)`.

@@ -77,10 +77,12 @@ impl HeightTable {
     #[inline]
     pub(crate) fn at(&self, z: f64) -> AtHeight {
         let place = (z - LEAST_ROTOR_HEIGHT_M) * (1.0 / SPACING_M);
-        let [finite_plate, upwash, inverse_angle] = match self.rows.get(place as usize) {
-            Some(row) => {
-                let t = place - place.floor();
-                row.map(|[a, b, c, d]| a + t * (b + t * (c + t * d)))
+        let interval = place as usize;
+        let [finite_plate, upwash, inverse_angle] = match self.rows.get(interval) {
+            Some(rows) => {
+                let t = place - interval as f64;
+                let cubic = |c: &[f64; 4]| c[0] + t * (c[1] + t * (c[2] + t * c[3]));
+                [cubic(&rows[0]), cubic(&rows[1]), cubic(&rows[2])]
             }
             None => Self::exact(&self.deck, self.offset_m, z),
         };

@@ -234,19 +234,23 @@ impl RigidVehicle {
         let normal = deck.axes[2];
         // Everything in the deck's axes; its rotation enters the speed of the point below.
         let centre = along(&deck.axes, sub(state.position_m, deck.origin_m));
-        let turned: Axes = std::array::from_fn(|k| along(&deck.axes, axes[k]));
+        let turned: Axes = [
+            along(&deck.axes, axes[0]),
+            along(&deck.axes, axes[1]),
+            along(&deck.axes, axes[2]),
+        ];
         let climb = dot(normal, sub(state.velocity_mps, wind_mps));
         let heave = dot(normal, deck.velocity_mps);
         let deck_rates = along(&deck.axes, deck.angular_velocity);
-        std::array::from_fn(|i| {
-            let place_m = add(centre, to_world(&turned, self.hubs_m[i]));
-            let spun = cross(state.rates, self.hubs_m[i]);
-            RotorPlace {
-                place_m,
-                climb_mps: climb + to_world(&turned, spun)[2],
-                deck_mps: heave + deck_rates[0] * place_m[1] - deck_rates[1] * place_m[0],
-            }
-        })
+        let mut places = [RotorPlace::default(); 4];
+        for (rotor, hub_m) in places.iter_mut().zip(self.hubs_m) {
+            let place_m = add(centre, to_world(&turned, hub_m));
+            let spun = cross(state.rates, hub_m);
+            rotor.place_m = place_m;
+            rotor.climb_mps = climb + to_world(&turned, spun)[2];
+            rotor.deck_mps = heave + deck_rates[0] * place_m[1] - deck_rates[1] * place_m[0];
+        }
+        places
     }
 
     /// Rate of the state, and the loads. `legs` are given where they may touch.
@@ -295,10 +299,14 @@ impl RigidVehicle {
         let mut acceleration = scale(force, 1.0 / self.mass_kg);
         acceleration[2] -= self.gravity_mps2;
         let inertia = self.body.inertia_kg_m2;
-        let momentum = std::array::from_fn(|k| inertia[k] * state.rates[k]);
-        let turning = sub(torque, cross(state.rates, momentum));
-        let spin_up = std::array::from_fn(|k| turning[k] / inertia[k]);
         let [p, q, r] = state.rates;
+        let momentum = [inertia[0] * p, inertia[1] * q, inertia[2] * r];
+        let turning = sub(torque, cross(state.rates, momentum));
+        let spin_up = [
+            turning[0] / inertia[0],
+            turning[1] / inertia[1],
+            turning[2] / inertia[2],
+        ];
         let rate = RigidState {
             rotors: self
                 .rotors
@@ -323,10 +331,11 @@ impl RigidVehicle {
     #[inline]
     fn edge_shares(&self, position_m: [f64; 3], attitude: [f64; 4], deck: &DeckPose) -> [f64; 4] {
         let axes = axes_of(attitude);
-        let places = self.hubs_m.map(|hub| {
-            let place = sub(add(position_m, to_world(&axes, hub)), deck.origin_m);
-            along(&deck.axes, place)
-        });
+        let mut places = self.hubs_m;
+        for place in &mut places {
+            let from_centre = sub(add(position_m, to_world(&axes, *place)), deck.origin_m);
+            *place = along(&deck.axes, from_centre);
+        }
         self.rotors.edge_shares(&places)
     }
 
@@ -381,10 +390,10 @@ impl RigidVehicle {
     /// One Runge–Kutta step of `dt`; `deck` is the deck at the start, the middle
     /// and the end of the step. Returns the loads at its start.
     ///
-    /// ρ, what a rotor sees of the plate, is evaluated at the start and, for the
-    /// place that velocity and rates lead to, at the end; in the middle it is
-    /// their mean. The error is of second order in the step: across the edge of
-    /// the deck at 2 m/s it moves the vehicle by less than a micrometre.
+    /// ρ, what a rotor sees of the plate, is frozen within the step, at the place
+    /// that velocity and rates lead to by its middle. The error is of second
+    /// order in the step: across the edge of the deck at 2 m/s it moves the
+    /// vehicle by less than a micrometre.
     #[inline]
     pub fn step(
         &self,
@@ -394,19 +403,16 @@ impl RigidVehicle {
         disturbance: &Disturbance,
         dt: f64,
     ) -> Loads {
-        let start = self.edge_shares(state.position_m, state.attitude, &deck[0]);
-        let [p, q, r] = scale(state.rates, 0.5 * dt);
+        let [p, q, r] = scale(state.rates, 0.25 * dt);
         let turned = normalised(product(state.attitude, [1.0, p, q, r]));
-        let moved = add(state.position_m, scale(state.velocity_mps, dt));
-        let end = self.edge_shares(moved, turned, &deck[2]);
-        let middle = std::array::from_fn(|i| 0.5 * (start[i] + end[i]));
-        let share = [start, middle, end];
+        let moved = add(state.position_m, scale(state.velocity_mps, 0.5 * dt));
+        let share = self.edge_shares(moved, turned, &deck[1]);
         let (legs, contact) = (self.legs_near(state, &deck[0]), state.contact);
-        let (first, loads) = self.rate(state, &deck[0], throttle, disturbance, &share[0], legs);
+        let (first, loads) = self.rate(state, &deck[0], throttle, disturbance, &share, legs);
         let next = rk4::step_from(&state.to_array(), first.to_array(), dt, |stage, y| {
             let state = RigidState::from_array(y, contact);
-            let (deck, share) = (&deck[stage], &share[stage]);
-            let (rate, _) = self.rate(&state, deck, throttle, disturbance, share, legs);
+            let deck = &deck[stage];
+            let (rate, _) = self.rate(&state, deck, throttle, disturbance, &share, legs);
             rate.to_array()
         });
         *state = RigidState::from_array(&next, contact);

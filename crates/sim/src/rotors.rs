@@ -119,10 +119,13 @@ impl Rotors {
         if deck.half_side_m().is_none() {
             return [1.0; 4];
         }
-        places_m.map(|[x, y, z]| {
+        let mut shares = [0.0; 4];
+        for i in 0..4 {
+            let [x, y, z] = places_m[i];
             let z = z.max(LEAST_ROTOR_HEIGHT_M);
-            deck.solid_angle([x, y, z]) * self.table.at(z).inverse_angle
-        })
+            shares[i] = deck.solid_angle([x, y, z]) * self.table.at(z).inverse_angle;
+        }
+        shares
     }
 
     /// Inflow at rest at the places of the rotors.
@@ -141,24 +144,28 @@ impl Rotors {
         places: &[RotorPlace; 4],
         share: &[f64; 4],
     ) -> RotorsTarget {
-        let at = places.map(|rotor| {
-            let [x, y, z] = rotor.place_m;
-            [x, y, z.max(LEAST_ROTOR_HEIGHT_M)]
-        });
-        let of = at.map(|[_, _, z]| self.table.at(z));
+        let mut at = [[0.0; 3]; 4];
+        let mut plate = [0.0; 4];
+        let mut target = RotorsTarget::default();
+        for i in 0..4 {
+            let [x, y, z] = places[i].place_m;
+            let z = z.max(LEAST_ROTOR_HEIGHT_M);
+            at[i] = [x, y, z];
+            let of = self.table.at(z);
+            plate[i] = of.finite_plate;
+            target.upwash[i] = of.upwash * share[i];
+        }
         let mean_height_m = 0.25 * (at[0][2] + at[1][2] + at[2][2] + at[3][2]);
-        let mut target = RotorsTarget {
-            upwash: std::array::from_fn(|i| of[i].upwash * share[i]),
-            mean_height_m,
-            ..RotorsTarget::default()
-        };
+        target.mean_height_m = mean_height_m;
         match &self.plant.law {
             Law::WakeLag(law) => {
-                let speeds = root_thrust.map(|x| x.max(LEAST_ROOT));
+                let mut speeds = *root_thrust;
+                for x in &mut speeds {
+                    *x = x.max(LEAST_ROOT);
+                }
                 let sums = law.image_sums(&at, &speeds);
                 for i in 0..4 {
-                    target.inflow[i] =
-                        law.rotor_target_over(of[i].finite_plate, sums[i]) * share[i];
+                    target.inflow[i] = law.rotor_target_over(plate[i], sums[i]) * share[i];
                 }
                 let mean_share = 0.25 * (share[0] + share[1] + share[2] + share[3]);
                 let plate = self.table.at(mean_height_m).finite_plate;
@@ -185,7 +192,10 @@ impl Rotors {
         throttle: &[f64; 4],
         places: &[RotorPlace; 4],
     ) -> RotorsState {
-        let s = throttle.map(|s| s.clamp(0.0, 1.0));
+        let mut s = *throttle;
+        for s in &mut s {
+            *s = s.clamp(0.0, 1.0);
+        }
         let load = 0.25 * (s[0] + s[1] + s[2] + s[3]);
         let mut rate = RotorsState::default();
         let mut thrust = 0.0;

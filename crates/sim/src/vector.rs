@@ -37,7 +37,9 @@ pub(crate) type Axes = [Vector; 3];
 /// World coordinates of a vector given along `axes`.
 #[inline]
 pub(crate) fn to_world(axes: &Axes, v: Vector) -> Vector {
-    std::array::from_fn(|k| axes[0][k] * v[0] + axes[1][k] * v[1] + axes[2][k] * v[2])
+    let [a, b, c] = axes;
+    let at = |k: usize| a[k] * v[0] + b[k] * v[1] + c[k] * v[2];
+    [at(0), at(1), at(2)]
 }
 
 /// Components along `axes` of a world vector.
@@ -63,7 +65,7 @@ pub(crate) fn product(a: Quaternion, b: Quaternion) -> Quaternion {
 #[inline]
 pub(crate) fn normalised(q: Quaternion) -> Quaternion {
     let n = 1.0 / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
-    q.map(|v| v * n)
+    [q[0] * n, q[1] * n, q[2] * n, q[3] * n]
 }
 
 /// The body's axes in the world: columns of the rotation.
