@@ -16,105 +16,23 @@
 //! own angular momentum (pairs cancel), and gradients of the wind over the
 //! vehicle. Level, centred and with equal rotors it is [`crate::vehicle`].
 
+mod state;
+
 use crate::body::BodySettings;
-use crate::contact::{Body, ContactLog, ContactState, Foot, LegSettings, Legs};
+use crate::contact::{ContactLog, Foot, LegSettings, Legs};
 use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
 use crate::plant::PlantSettings;
 use crate::rk4;
-use crate::rotors::{RotorPlace, Rotors, RotorsState, RotorsTarget};
+use crate::rotors::{RotorPlace, Rotors, RotorsTarget};
 use crate::vector::{
     Axes, add, along, axes_of, cross, dot, normalised, product, scale, sub, to_world,
 };
 
+pub use state::RigidState;
+
 /// Sign of the reaction torque of each rotor.
 pub(crate) const SPIN: [f64; 4] = [1.0, -1.0, 1.0, -1.0];
-
-/// State of the vehicle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigidState {
-    /// Rotors and air.
-    pub rotors: RotorsState,
-    /// Place of the reference point (the centre of mass), m.
-    pub position_m: [f64; 3],
-    /// Its velocity, m/s.
-    pub velocity_mps: [f64; 3],
-    /// Attitude, unit quaternion w, x, y, z from body to world.
-    pub attitude: [f64; 4],
-    /// Angular velocity in body axes ω, rad/s.
-    pub rates: [f64; 3],
-    /// Where feet stick to the deck.
-    pub contact: ContactState,
-}
-
-impl Default for RigidState {
-    fn default() -> Self {
-        Self {
-            rotors: RotorsState::default(),
-            position_m: [0.0; 3],
-            velocity_mps: [0.0; 3],
-            attitude: [1.0, 0.0, 0.0, 0.0],
-            rates: [0.0; 3],
-            contact: ContactState::default(),
-        }
-    }
-}
-
-const SIZE: usize = 22;
-
-impl RigidState {
-    #[inline]
-    fn to_array(self) -> [f64; SIZE] {
-        let mut y = [0.0; SIZE];
-        y[0..4].copy_from_slice(&self.rotors.root_thrust);
-        y[4..8].copy_from_slice(&self.rotors.inflow);
-        y[8] = self.rotors.fountain;
-        y[9..12].copy_from_slice(&self.position_m);
-        y[12..15].copy_from_slice(&self.velocity_mps);
-        y[15..19].copy_from_slice(&self.attitude);
-        y[19..22].copy_from_slice(&self.rates);
-        y
-    }
-
-    #[inline]
-    fn from_array(y: &[f64; SIZE], contact: ContactState) -> Self {
-        Self {
-            rotors: RotorsState {
-                root_thrust: [y[0], y[1], y[2], y[3]],
-                inflow: [y[4], y[5], y[6], y[7]],
-                fountain: y[8],
-            },
-            position_m: [y[9], y[10], y[11]],
-            velocity_mps: [y[12], y[13], y[14]],
-            attitude: [y[15], y[16], y[17], y[18]],
-            rates: [y[19], y[20], y[21]],
-            contact,
-        }
-    }
-
-    #[inline]
-    fn body<'a>(&self, axes: &'a Axes) -> Body<'a> {
-        Body {
-            position_m: self.position_m,
-            velocity_mps: self.velocity_mps,
-            axes,
-            rates: self.rates,
-        }
-    }
-
-    /// Every value is finite.
-    #[must_use]
-    pub fn is_finite(&self) -> bool {
-        self.to_array().iter().all(|value| value.is_finite())
-    }
-
-    /// The body's axes in world coordinates: forward, left, up.
-    #[inline]
-    #[must_use]
-    pub fn axes(&self) -> [[f64; 3]; 3] {
-        axes_of(self.attitude)
-    }
-}
 
 /// What disturbs the vehicle during a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -7,7 +7,7 @@ use touchdown_sim::deck::rigid::{DeckPose, RigidMotion, SeaSettings};
 use touchdown_sim::noise::{Purpose, Stream};
 use touchdown_sim::plant::{PlantSettings, Surface};
 use touchdown_sim::rigid::{Disturbance, RigidState, RigidVehicle};
-use touchdown_sim::rotors::RotorTurbulence;
+use touchdown_sim::rotors::{RotorPlace, RotorTurbulence, RotorsState};
 use touchdown_sim::wind::{DrydenSettings, Wind, WindSettings};
 
 const W: f64 = 1.37 * 9.81;
@@ -90,6 +90,16 @@ fn analytic_throttles_hold_their_thrusts_on_one_battery() {
             // At rest: rounding of a rate of order 100.
             assert!(motor.derivative_at_load(x, s[i], load).abs() < 1e-11);
         }
+        // So do the rotors of the vehicle.
+        let rotors = vehicle.rotors();
+        let state = RotorsState {
+            root_thrust: thrusts.map(|t: f64| (4.0 * t).sqrt()),
+            ..RotorsState::default()
+        };
+        let places = [RotorPlace::default(); 4];
+        let target = rotors.target(&state.root_thrust, &places);
+        let rate = rotors.derivative(&state, &target, &s, &places);
+        assert!(rate.root_thrust.iter().all(|r| r.abs() < 1e-11), "{rate:?}");
     }
 }
 

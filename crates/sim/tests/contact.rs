@@ -328,6 +328,49 @@ fn prop_it_rides_a_moving_deck() {
 }
 
 #[test]
+fn analytic_feet_that_ride_the_deck_feel_its_springs_alone() {
+    // A vehicle that heaves and rolls with the deck, 1 mm into it: k δ on each foot, no damping, no friction.
+    let tone = |axis, amplitude| Tone {
+        axis,
+        amplitude,
+        frequency_hz: 0.4,
+        phase_rad: 0.6,
+    };
+    let motion = RigidMotion::Sines {
+        tones: vec![
+            tone(Axis::Heave, 0.3),
+            tone(Axis::Sway, 0.2),
+            tone(Axis::Roll, 0.2),
+        ],
+    };
+    let deck = motion.build(G, 0, 0).expect("valid motion");
+    let vehicle = vehicle(&LegSettings::default());
+    for i in 0..10 {
+        let t = 0.23 * f64::from(i);
+        let pose = deck.at(t);
+        let arm = std::array::from_fn(|k| {
+            0.3 * pose.axes[0][k] - 0.2 * pose.axes[1][k] + 0.099 * pose.axes[2][k]
+        });
+        let half = 0.5 * deck.coordinates(t).value[3];
+        let mut state = RigidState {
+            position_m: std::array::from_fn(|k| pose.origin_m[k] + arm[k]),
+            velocity_mps: pose.point_velocity(arm),
+            attitude: [half.cos(), half.sin(), 0.0, 0.0],
+            // Roll alone: the same about the body's x.
+            rates: [pose.angular_velocity[0], 0.0, 0.0],
+            ..RigidState::default()
+        };
+        let stuck = vehicle.feet(&state, &pose).map(|foot| Some(foot.place_m));
+        state.contact.stuck_m = stuck;
+        for foot in vehicle.feet(&state, &pose) {
+            // Rounding of 0.1 m times 2000 N/m.
+            assert!((foot.force_n[2] - 2.0).abs() < 1e-10, "{foot:?}");
+            assert!(foot.force_n[0].abs() < 1e-10 && foot.force_n[1].abs() < 1e-10);
+        }
+    }
+}
+
+#[test]
 fn prop_beyond_the_edge_there_is_nothing() {
     let vehicle = vehicle(&LegSettings::default());
     let mut state = at(0.1);
