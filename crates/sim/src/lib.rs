@@ -76,6 +76,39 @@
 //! assert!(landing.v_l_mps.is_some_and(|v| v < 0.3));
 //! # Ok::<(), touchdown_sim::SimError>(())
 //! ```
+//!
+//! The whole vehicle, dropped from 0.12 m onto a deck in a sea, rotors stopped:
+//!
+//! ```
+//! use touchdown_sim::STEP_S;
+//! use touchdown_sim::body::BodySettings;
+//! use touchdown_sim::contact::{ContactLog, LegSettings};
+//! use touchdown_sim::deck::rigid::{RigidMotion, SeaSettings};
+//! use touchdown_sim::plant::PlantSettings;
+//! use touchdown_sim::rigid::{Disturbance, RigidState, RigidVehicle};
+//!
+//! let plant = PlantSettings::default();
+//! let vehicle = RigidVehicle::new(&plant, &BodySettings::default())?
+//!     .with_legs(&LegSettings::default(), &plant)?;
+//! let sea = RigidMotion::Sea(SeaSettings::default()).build(plant.gravity_mps2, 1, 0)?;
+//! let deck = sea.splined(0.0, 3.1, 0.1)?; // as fast for 100 waves as for one
+//! let start = deck.at(0.0);
+//! let [x, y, z] = start.origin_m;
+//! let mut state = RigidState {
+//!     position_m: [x, y, z + 0.12],
+//!     velocity_mps: start.velocity_mps,
+//!     ..RigidState::default()
+//! };
+//! let mut log = ContactLog::default();
+//! for step in 0..3_000 {
+//!     let t = f64::from(step) * STEP_S;
+//!     let poses = [t, t + 0.5 * STEP_S, t + STEP_S].map(|t| deck.at(t));
+//!     vehicle.step(&mut state, &poses, &[0.0; 4], &Disturbance::default(), STEP_S);
+//!     vehicle.log_contact(&mut log, t + STEP_S, &state, &poses[2]);
+//! }
+//! assert!(log.feet_down == 4 && log.tipped_s.is_none() && log.fell_s.is_none());
+//! # Ok::<(), touchdown_sim::SimError>(())
+//! ```
 
 pub mod body;
 pub mod cascade;
