@@ -18,9 +18,9 @@
 //! use sindy::{Gram, Library, Samples};
 //!
 //! let mut samples = Samples::new(&["x", "y"]);
-//! for g in 0..6 {
-//!     let x: Vec<f64> = (0..50).map(|i| (f64::from(i) + 0.3 * f64::from(g)).sin()).collect();
-//!     let y = x.iter().enumerate().map(|(i, x)| 0.5 - 2.0 * x + 0.1 * (i * i) as f64 % 0.1).collect();
+//! for g in 0..6_usize {
+//!     let x: Vec<f64> = (0..50).map(|i| (f64::from(i) + 0.3 * g as f64).sin()).collect();
+//!     let y = x.iter().enumerate().map(|(i, x)| 0.5 - 2.0 * x + 0.1 * (7.3 * (i * i + g) as f64).sin()).collect();
 //!     samples.push_group(vec![x, y])?;
 //! }
 //! let library = Library::parse(&["1", "x", "x^2", "x^3"])?;
