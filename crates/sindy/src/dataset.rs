@@ -63,7 +63,7 @@ pub struct DataReport {
     pub stretches: usize,
     /// Rows with a NaN, which split a trajectory.
     pub missing_rows: usize,
-    /// Steps of time above three median periods, which split a trajectory.
+    /// Jumps of time, which split a trajectory.
     pub holes: usize,
     /// Rows in stretches of fewer than three rows, which are left out.
     pub short_rows: usize,
@@ -84,6 +84,51 @@ pub struct Dataset {
 
 /// Rows below which a stretch says nothing about its slope.
 const FEWEST: usize = 3;
+/// A step longer than this many long steps is a jump.
+const HOLE: f64 = 3.0;
+/// Rows without weight, one after the other, that are bridged.
+const BRIDGED: usize = 3;
+
+/// The value below which a share of `values` lies; NaN of none.
+fn quantile(values: &mut [f64], share: f64) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let place = ((values.len() - 1) as f64 * share).round() as usize;
+    *values.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+/// Puts straight lines through short runs of rows without weight, NaN through long ones, and scales weights to
+/// a mean of one over the others.
+fn bridge(time: &[f64], states: &mut [Vec<f64>], weights: &mut [f64]) -> Result<(), SindyError> {
+    let n = weights.len();
+    let counted = weights.iter().filter(|w| **w > 0.0).count();
+    if counted == 0 {
+        return Err(SindyError::setting("weights", "some above 0", "all 0"));
+    }
+    let mean = weights.iter().sum::<f64>() / counted as f64;
+    weights.iter_mut().for_each(|w| *w /= mean);
+    let mut row = 0;
+    while row < n {
+        if weights[row] > 0.0 {
+            row += 1;
+            continue;
+        }
+        let end = (row..n).find(|&k| weights[k] > 0.0).unwrap_or(n);
+        for column in states.iter_mut() {
+            for k in row..end {
+                column[k] = if row == 0 || end == n || end - row > BRIDGED {
+                    f64::NAN
+                } else {
+                    let part = (time[k] - time[row - 1]) / (time[end] - time[row - 1]);
+                    column[row - 1] + part * (column[end] - column[row - 1])
+                };
+            }
+        }
+        row = end;
+    }
+    Ok(())
+}
 
 impl Dataset {
     /// An empty data set of the given states and inputs.
@@ -118,7 +163,10 @@ impl Dataset {
 
     /// Adds a trajectory: times, and one column for each state and then each input.
     ///
-    /// Rows with a NaN split it, and so do steps of time above three median periods; both are counted.
+    /// Rows with a NaN split it, and so do steps of time above three times the 95th percentile of all steps
+    /// (three periods on uniform times); both are counted. Weights are relative: they are scaled to a mean of one
+    /// over the rows that have any. Up to three rows in succession without weight are bridged by a straight line
+    /// where slopes are needed; more count as missing.
     ///
     /// # Errors
     /// A wrong number of columns, columns (or weights) of another length than the times, no rows, infinite
@@ -127,8 +175,8 @@ impl Dataset {
         &mut self,
         name: impl Into<String>,
         time: Vec<f64>,
-        columns: Vec<Vec<f64>>,
-        weights: Option<Vec<f64>>,
+        mut columns: Vec<Vec<f64>>,
+        mut weights: Option<Vec<f64>>,
     ) -> Result<(), SindyError> {
         let expected = self.states.len() + self.inputs.len();
         if columns.len() != expected {
@@ -162,8 +210,19 @@ impl Dataset {
                 return Err(SindyError::setting("weights", "finite, not negative", w));
             }
         }
+        if let Some(weights) = &mut weights {
+            bridge(&time, &mut columns[..self.states.len()], weights)?;
+        }
         let all: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        let found = segments(&time, &all, GapSettings::new(3.0, FEWEST)?)?;
+        let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.retain(|s| *s > 0.0);
+        let hole = HOLE * quantile(&mut steps, 0.95) / quantile(&mut steps, 0.5);
+        let hole = if hole.is_finite() {
+            hole.max(HOLE)
+        } else {
+            HOLE
+        };
+        let found = segments(&time, &all, GapSettings::new(hole, FEWEST)?)?;
         self.trajectories.push(Trajectory {
             name: name.into(),
             time,
@@ -177,29 +236,7 @@ impl Dataset {
         report.holes += found.holes;
         report.short_rows += found.short_rows;
         report.rows += self.trajectories.last().map_or(0, |t| t.time.len());
-        self.describe_time();
         Ok(())
-    }
-
-    /// Counts stretches and describes their times.
-    fn describe_time(&mut self) {
-        let mut steps = Vec::new();
-        let mut periods: Vec<Option<f64>> = Vec::new();
-        for stretch in self.stretches() {
-            steps.extend(stretch.time.windows(2).map(|w| w[1] - w[0]));
-            periods.push(uniform_period(stretch.time));
-        }
-        self.report.stretches = periods.len();
-        let middle = steps.len() / 2;
-        self.report.period = match steps.is_empty() {
-            true => f64::NAN,
-            false => *steps.select_nth_unstable_by(middle, f64::total_cmp).1,
-        };
-        let period = self.report.period;
-        self.report.uniform = !periods.is_empty()
-            && periods
-                .iter()
-                .all(|p| p.is_some_and(|p| (p / period - 1.0).abs() < 1e-3));
     }
 
     /// The states' names.
@@ -229,7 +266,20 @@ impl Dataset {
     /// What there is, and what was set aside.
     #[must_use]
     pub fn report(&self) -> DataReport {
-        self.report
+        let mut report = self.report;
+        let mut steps = Vec::new();
+        let mut periods: Vec<Option<f64>> = Vec::new();
+        for stretch in self.stretches() {
+            steps.extend(stretch.time.windows(2).map(|w| w[1] - w[0]));
+            periods.push(uniform_period(stretch.time));
+        }
+        report.stretches = periods.len();
+        report.period = quantile(&mut steps, 0.5);
+        report.uniform = !periods.is_empty()
+            && periods
+                .iter()
+                .all(|p| p.is_some_and(|p| (p / report.period - 1.0).abs() < 1e-3));
+        report
     }
 
     /// All stretches without gaps, in the order of the trajectories and of time.
@@ -333,7 +383,47 @@ mod tests {
                 .to_string();
             assert!(error.contains(says), "{error}");
         }
-        assert_eq!(data.report(), DataReport::default());
+        assert_eq!(data.report().trajectories, 0);
+    }
+
+    #[test]
+    fn prop_rows_without_weight_are_bridged_or_missing() {
+        let mut x = ramp(60);
+        let mut weights = vec![4.0; 60];
+        x[10] = 1e6;
+        weights[10] = 0.0;
+        for k in 30..40 {
+            x[k] = -1e6;
+            weights[k] = 0.0;
+        }
+        let mut data = Dataset::new(&["x"], &[]).unwrap();
+        data.push("a", ramp(60), vec![x], Some(weights)).unwrap();
+        assert_eq!(
+            (data.stretches().len(), data.report().missing_rows),
+            (2, 10)
+        );
+        // A straight line is bridged exactly, up to rounding.
+        assert!((data.stretches()[0].columns[0][10] - 1.0).abs() < 1e-12);
+        assert_eq!(data.stretches()[0].weights.unwrap()[9], 1.0);
+        assert_eq!(data.stretches()[0].weights.unwrap()[10], 0.0);
+        let none = data.push("b", ramp(4), vec![ramp(4)], Some(vec![0.0; 4]));
+        assert!(none.unwrap_err().to_string().contains("weights"));
+    }
+
+    #[test]
+    fn prop_random_and_changing_rates_are_no_gaps() {
+        // Two rates in one record, and a stray row after a pause: only the pause is a gap.
+        let mut time = ramp(200);
+        time.extend((0..150).map(|i| 20.0 + 0.5 * f64::from(i)));
+        time.push(200.0);
+        let n = time.len();
+        let mut data = Dataset::new(&["x"], &[]).unwrap();
+        data.push("a", time, vec![ramp(n)], None).unwrap();
+        let report = data.report();
+        assert_eq!(
+            (report.stretches, report.holes, report.short_rows),
+            (1, 1, 1)
+        );
     }
 
     #[test]

@@ -255,7 +255,9 @@ impl Gram {
             return triangle.residual_sum(coefficients);
         }
         let quadratic = coefficients.dot(&(&self.xtx * coefficients));
-        (self.yty - 2.0 * coefficients.dot(&self.xty) + quadratic).max(0.0)
+        let sum = self.yty - 2.0 * coefficients.dot(&self.xty) + quadratic;
+        // NaN stays NaN: coefficients that are not numbers are no perfect fit.
+        if sum < 0.0 { 0.0 } else { sum }
     }
 
     /// Coefficient of determination of given coefficients, against the target's mean.

@@ -53,14 +53,16 @@ pub(crate) fn check(time: &[f64], y: &[f64], needed: usize) -> Result<(), SindyE
 /// The period of a uniform grid of at least two samples, `None` where the grid is not uniform.
 ///
 /// A grid is uniform when no sample is off by more than a millionth of the period: the error that fixed
-/// weights then make is of that order, below rounding in any measured signal.
+/// weights then make is of that order, below rounding in any measured signal. Times that are large beside the
+/// period (seconds since 1970) may be off by their own rounding as well.
 pub(crate) fn uniform_period(time: &[f64]) -> Option<f64> {
     let dt = mean_period(time);
     let start = time[0];
+    let allowed = 1e-6 * dt + 4.0 * f64::EPSILON * start.abs().max(time[time.len() - 1].abs());
     let off = |(c, part): (usize, &[f64])| {
         let base = start + dt * (c * CHUNK) as f64;
         part.iter().zip(0u32..).fold(false, |bad, (&t, k)| {
-            bad | !((t - base - dt * f64::from(k)).abs() <= 1e-6 * dt)
+            bad | !((t - base - dt * f64::from(k)).abs() <= allowed)
         })
     };
     (!time.chunks(CHUNK).enumerate().any(off)).then_some(dt)

@@ -216,6 +216,8 @@ impl Ensemble {
         if self.omit > 0 {
             gram.xtx = gram.xtx.select_rows(terms).select_columns(terms);
             gram.xty = gram.xty.select_rows(terms);
+            // Its columns are those of all terms.
+            gram.triangle = None;
         }
         let fit = solver.fit(&gram)?;
         if fit.coefficients.len() != terms.len() || fit.support.len() != terms.len() {

@@ -146,7 +146,7 @@ impl Run<'_> {
     }
 
     pub(super) fn of_regression(
-        self,
+        mut self,
         ranked: &[Ranked],
         statistics: &[Statistics],
     ) -> Result<Identification, SindyError> {
@@ -195,6 +195,30 @@ impl Run<'_> {
             model.terms(),
             best.free_run
         );
+        if !(best.free_run <= FOLLOWS) {
+            self.warnings.push(format!(
+                "in free run the model leaves {:.2} times the noise: the system is disturbed, or is not in the \
+                 library, or its inputs are not what it was driven by",
+                best.free_run
+            ));
+        }
+        for (state, equation) in self.data.states().iter().zip(model.equations()) {
+            let doubtful: Vec<String> = equation
+                .iter()
+                .filter(|t| t.inclusion.is_some_and(|p| p < 0.5))
+                .map(|t| t.expression.to_string())
+                .collect();
+            if !doubtful.is_empty() {
+                self.warnings.push(format!(
+                    "equation of {state}: more likely absent than not: {}",
+                    doubtful.join(", ")
+                ));
+            }
+        }
+        if self.settings.method == super::Method::OutputError {
+            self.warnings
+                .push("the output error could follow no trajectory; this is a regression".into());
+        }
         let outcome = best
             .regression
             .fits

@@ -244,6 +244,8 @@ pub(super) fn regression_samples(
         let n = s.time.len();
         // Ends are left out where enough is left without them.
         let edge = if n > 4 * slopes.edge { slopes.edge } else { 0 };
+        // In discrete time the last row has no successor.
+        let n = n - usize::from(smooth[0].derivative[n - 1].is_nan());
         let rows = range.start.max(edge)..range.end.min(n - edge).max(range.start.max(edge));
         let mut columns: Vec<Vec<f64>> = smooth
             .iter()
@@ -268,14 +270,15 @@ pub(super) fn pieces<'a>(
     slopes: &Slopes,
     most: usize,
 ) -> Vec<Piece<'a>> {
-    const PART: usize = 2000;
+    let longest = most.min(2000);
     let rows: usize = stretches.iter().map(|s| s.time.len()).sum();
     let keep = (most as f64 / rows as f64).min(1.0);
     let mut out = Vec::new();
-    let mut due = 0.0;
+    // The first part is always taken.
+    let mut due = 1.0 - keep;
     for (s, smooth) in stretches.iter().zip(&slopes.smoothed) {
         let n = s.time.len();
-        let part = if keep < 1.0 { PART.min(n) } else { n };
+        let part = if keep < 1.0 { longest.min(n) } else { n };
         for start in (0..n).step_by(part) {
             let end = n.min(start + part);
             due += keep;

@@ -59,9 +59,25 @@ impl Run<'_> {
             .collect();
         let yardstick =
             prepare::pieces(&self.stretches, n, &slopes, self.settings.rows.min(RANKED));
-        let mut ranked = Vec::new();
+        let mut regressions = Vec::new();
         for statistics in &statistics {
-            for regression in regress::solve(statistics, self.settings)? {
+            regressions.extend(regress::solve(statistics, self.settings)?);
+        }
+        if self.settings.discrete {
+            // Differences of a map's samples say nothing of its noise; what a step leaves does.
+            for i in 0..n {
+                let left = |r: &Regression| {
+                    let rows = statistics[0].grams[i].iter().map(|g| g.rows).sum::<usize>();
+                    (r.fits[i].residual_sum / rows.max(1) as f64).sqrt()
+                };
+                let least = regressions.iter().map(left).fold(f64::INFINITY, f64::min);
+                self.noise.sigma[i] = least.max(self.noise.floor[i]);
+                self.noise.tolerated[i] = self.noise.sigma[i];
+            }
+        }
+        let mut ranked = Vec::new();
+        {
+            for regression in regressions {
                 let coefficients: Vec<f64> = regression
                     .fits
                     .iter()
@@ -90,7 +106,10 @@ impl Run<'_> {
             .as_ref()
             .is_some_and(|(_, f)| self.misfit(f) <= FOLLOWS);
         match found {
-            Some((start, found)) if follows || self.settings.method == Method::OutputError => {
+            Some((start, found))
+                if self.settings.method == Method::OutputError
+                    || (follows && !self.settings.discrete) =>
+            {
                 self.of_output_error(&ranked, start, &found)
             }
             Some((start, found)) => {

@@ -154,6 +154,49 @@ fn analytic_uneven_times_gaps_and_weights_are_no_obstacle() {
 }
 
 #[test]
+fn analytic_coarse_short_records_are_integrated_finely_enough() {
+    // x' = -x with one sample a time constant: one Runge-Kutta step between samples is off by 2 %.
+    let time: Vec<f64> = (0..5).map(f64::from).collect();
+    let mut data = Dataset::new(&["x"], &[]).unwrap();
+    for k in 0..40 {
+        let start = 1.0 + 0.1 * f64::from(k);
+        let x = time.iter().map(|t| start * (-t).exp()).collect();
+        data.push("run", time.clone(), vec![x], None).unwrap();
+    }
+    let found = Identify::new(Library::parse(&["x"]).unwrap())
+        .run(&data, &mut quiet())
+        .unwrap();
+    let rate = found.model.equations()[0][0].coefficient;
+    assert!((rate + 1.0).abs() < 1e-4, "{rate}");
+}
+
+#[test]
+fn prop_the_scale_of_weights_means_nothing() {
+    let problem = problems::van_der_pol();
+    let record = problem.noisy(5.0, 2).unwrap().remove(0);
+    let models: Vec<String> = [1.0, 100.0]
+        .iter()
+        .map(|w| {
+            let mut data = Dataset::new(&problem.states, &[]).unwrap();
+            let weights = vec![*w; record.time.len()];
+            data.push(
+                "run",
+                record.time.clone(),
+                record.states.clone(),
+                Some(weights),
+            )
+            .unwrap();
+            let found = Identify::new(problem.library().unwrap())
+                .run(&data, &mut quiet())
+                .unwrap();
+            assert_eq!(found.choice.method, "output_error");
+            format!("{:.6}", found.model)
+        })
+        .collect();
+    assert_eq!(models[0], models[1]);
+}
+
+#[test]
 fn analytic_a_map_in_discrete_time() {
     // The Hénon map with noise on what is measured.
     let (mut x, mut y) = (0.1_f64, 0.1_f64);
@@ -178,11 +221,22 @@ fn analytic_a_map_in_discrete_time() {
         .unwrap();
     let text = format!("{:.2}", found.model);
     assert_eq!(found.model.terms(), 4, "{text}");
-    assert!(
-        (found.model.equations()[0][1].coefficient.abs() - 1.4).abs() < 5e-3
-            || text.contains("1.4"),
-        "{text}"
-    );
+    let of = |i: usize, term: &str| {
+        let mut terms = found.model.equations()[i].iter();
+        terms
+            .find(|t| t.expression.to_string() == term)
+            .map_or(0.0, |t| t.coefficient)
+    };
+    for (i, term, truth) in [
+        (0, "1", 1.0),
+        (0, "y", 1.0),
+        (0, "x^2", -1.4),
+        (1, "x", 0.3),
+    ] {
+        // Noise of 6e-4 on 600 samples of unit size: standard errors below 1e-4, and a bias of the same order
+        // from noise in the regressors; ten times either.
+        assert!((of(i, term) - truth).abs() < 2e-3, "{text}");
+    }
 }
 
 #[test]
@@ -207,8 +261,7 @@ fn prop_a_disturbed_system_is_said_to_be_disturbed() {
     let found = Identify::new(Library::polynomial(&["x"], 3).unwrap())
         .run(&data, &mut quiet())
         .unwrap();
-    let said = found.choice.method != "output_error"
-        || found.warnings.iter().any(|w| w.contains("disturbed"));
+    let said = found.warnings.iter().any(|w| w.contains("disturbed"));
     assert!(said, "{:?} {:?}", found.choice, found.warnings);
 }
 
@@ -258,14 +311,12 @@ fn prop_bad_input_is_refused_or_warned_of() {
     }
     let two = Identify::per_equation(vec![library.clone(); 3]);
     assert!(two.run(&data, &mut quiet()).is_err());
-    let unknown = Identify::new(Library::parse(&["w"]).unwrap());
-    assert!(
-        unknown
-            .run(&data, &mut quiet())
-            .unwrap_err()
-            .to_string()
-            .contains('w')
-    );
+    let unknown = Identify::new(Library::parse(&["throttle"]).unwrap());
+    let mut long = Dataset::new(&["x", "y"], &[]).unwrap();
+    long.push("run", time.clone(), vec![x.clone(), x.clone()], None)
+        .unwrap();
+    let error = unknown.run(&long, &mut quiet()).unwrap_err().to_string();
+    assert!(error.contains("throttle"), "{error}");
     let bad = Settings {
         nus: vec![0.0],
         ..Settings::default()

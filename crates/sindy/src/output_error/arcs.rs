@@ -184,8 +184,11 @@ impl Normal {
         at: &Sensitivity,
         sums: &mut Sums,
     ) {
-        self.rows += 1;
         let root = record.root_weight(row);
+        if root == 0.0 {
+            return;
+        }
+        self.rows += 1;
         for (i, x) in x.iter().enumerate() {
             let residual = record.residual(i, row, *x);
             self.misfit[i] += residual * residual;

@@ -81,6 +81,7 @@ pub fn search(
             substeps: 1,
         },
     };
+    state.refine_steps();
     let mut outcome = Outcome::IterationLimit;
     let (mut iterations, mut at_length) = (0, 0);
     let mut breaks = None;
@@ -105,16 +106,12 @@ pub fn search(
         let done = settled && taken.moved < 0.01;
         last = Some(taken);
         if state.cut.longest >= nodes {
-            if done {
+            if done && !state.refine_steps() {
                 outcome = Outcome::Converged;
                 break;
             }
         } else if settled || at_length >= PATIENCE {
-            while state.cut.substeps < MOST_SUBSTEPS
-                && state.follow().integration_error(&state.records) > INTEGRATION
-            {
-                state.cut.substeps *= 2;
-            }
+            state.refine_steps();
             state.cut.longest = (state.cut.longest * 4).min(nodes);
             at_length = 0;
             breaks = None;
@@ -131,6 +128,17 @@ impl State<'_> {
             sigma: &self.sigma,
             cut: self.cut,
         }
+    }
+
+    /// Halves the integrator's steps until its error is small beside the noise; whether there was need to.
+    fn refine_steps(&mut self) -> bool {
+        let before = self.cut.substeps;
+        while self.cut.substeps < MOST_SUBSTEPS
+            && self.follow().integration_error(&self.records) > INTEGRATION
+        {
+            self.cut.substeps *= 2;
+        }
+        self.cut.substeps > before
     }
 
     /// Chooses terms in the linearisation and goes there, as far as the trajectories follow.
