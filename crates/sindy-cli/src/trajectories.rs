@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use crate::args::TableArgs;
 use crate::error::{Error, Result};
-use crate::table::{Table, without_unit};
+use crate::table::{Table, find, without_unit};
 
 /// Largest part of a trajectory's rows that may be dropped for their time.
-const TOLERATED: f64 = 0.01;
+pub(crate) const TOLERATED: f64 = 0.01;
 
 /// Names of a time column that are taken without being told.
 const TIME_NAMES: [&str; 3] = ["t", "time", "time_s"];
@@ -55,10 +55,27 @@ pub(crate) struct FileReport {
     pub(crate) lossy: bool,
 }
 
+impl FileReport {
+    /// Of a file of which nothing is known yet.
+    pub(crate) fn new(path: String) -> Self {
+        Self {
+            path,
+            rows_read: 0,
+            rows_used: 0,
+            rows_dropped: 0,
+            empty_cells: BTreeMap::new(),
+            time: None,
+            trajectories: Vec::new(),
+            warnings: Vec::new(),
+            lossy: false,
+        }
+    }
+}
+
 /// Reads the trajectories of one file.
 pub(crate) fn read(path: &Path, wanted: &Wanted<'_>) -> Result<(Vec<Trajectory>, FileReport)> {
     let table = Table::open(path, &wanted.table.columns)?;
-    let time_place = time_column(&table, wanted)?;
+    let time_place = time_column(table.path(), table.names(), wanted)?;
     let mut places = Vec::new();
     for &(name, why) in &wanted.columns {
         places.push(table.find(name, why)?);
@@ -110,9 +127,13 @@ pub(crate) fn read(path: &Path, wanted: &Wanted<'_>) -> Result<(Vec<Trajectory>,
 }
 
 /// The column of times; `None` where the rows are equally spaced by `--dt`.
-fn time_column(table: &Table, wanted: &Wanted<'_>) -> Result<Option<usize>> {
+pub(crate) fn time_column(
+    at: &str,
+    names: &[String],
+    wanted: &Wanted<'_>,
+) -> Result<Option<usize>> {
     if let Some(name) = &wanted.table.time {
-        return table.find(name, "--time").map(Some);
+        return find(at, names, name, "--time").map(Some);
     }
     if wanted.table.dt.is_some() {
         return Ok(None);
@@ -127,21 +148,19 @@ fn time_column(table: &Table, wanted: &Wanted<'_>) -> Result<Option<usize>> {
         let bare = without_unit(name).unwrap_or(name);
         !taken(name) && TIME_NAMES.iter().any(|t| bare.eq_ignore_ascii_case(t))
     };
-    let found: Vec<usize> = (0..table.names().len())
-        .filter(|&p| is_time(&table.names()[p]))
-        .collect();
+    let found: Vec<usize> = (0..names.len()).filter(|&p| is_time(&names[p])).collect();
     match found[..] {
         [place] => Ok(Some(place)),
         [] => Err(Error::data(
-            table.path(),
+            at,
             "a column of times called `t` or `time`; name another with --time COLUMN, or give the time between equally \
              spaced rows with --dt",
-            format!("the columns {}", table.names().join(", ")),
+            format!("the columns {}", names.join(", ")),
         )),
         _ => {
-            let names: Vec<&str> = found.iter().map(|&p| table.names()[p].as_str()).collect();
+            let names: Vec<&str> = found.iter().map(|&p| names[p].as_str()).collect();
             Err(Error::data(
-                table.path(),
+                at,
                 "one column of times; choose it with --time COLUMN",
                 names.join(" and "),
             ))

@@ -47,6 +47,13 @@ pub(crate) struct FitArgs {
     /// Settings that override the automatic choice
     #[arg(long, value_name = "S.toml")]
     pub(crate) settings: Option<PathBuf>,
+    /// Read the training data once, part by part: for tables larger than memory
+    ///
+    /// Memory does not grow with the rows (tens of MB for tables of a few columns). Slopes, terms and coefficients come from all rows, by regression
+    /// (best subsets and SR3); the refinement by output error, which would need the rows again, is left out, so that noisy
+    /// data that fit into memory are better fitted without --stream. The rows of a trajectory must follow each other.
+    #[arg(long)]
+    pub(crate) stream: bool,
     /// File for the model, which `sindy simulate` reads
     #[arg(long, value_name = "OUT.json")]
     pub(crate) model: Option<PathBuf>,
@@ -60,6 +67,7 @@ Examples:
   sindy fit lorenz.csv --states x,y,z
   sindy fit flights.parquet --trajectory flight --states h,v --inputs throttle --library 'poly(2) + rational(0.5, h)'
   sindy fit runs.npy --columns t,x,y --states x,y --terms candidates.txt --json
+  sindy fit big.parquet --states x,y --stream
   sindy fit a.csv b.csv --states x,y --test c.csv --model model.json --figure fit.html
 
 Columns may carry a unit behind their name: --states x finds `x (m)`. Times are taken from the column `t`, `time` or

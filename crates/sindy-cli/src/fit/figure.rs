@@ -12,23 +12,27 @@ use crate::drawing;
 use crate::error::Result;
 use crate::simulate::figure::course;
 
-/// Writes the figure: a page of all, or one picture of the front and the first trajectory (a test one if there is).
+/// Writes the figure: a page of all, or one picture of the front and the first trajectory (a test one if there is). Training
+/// trajectories that are not in memory are left out.
 pub(super) fn write(
     path: &Path,
     model: &Model,
     object: &FitObject,
-    fitted: &Test,
+    fitted: Option<&Test>,
     test: Option<&Test>,
 ) -> Result<()> {
     drawing::write(
         path,
-        || picture(model, object, test.unwrap_or(fitted)),
+        || picture(model, object, test.or(fitted)),
         || page(model, object, fitted, test),
     )
 }
 
-fn picture(model: &Model, object: &FitObject, judged: &Test) -> Figure {
+fn picture(model: &Model, object: &FitObject, judged: Option<&Test>) -> Figure {
     let mut figure = front(object);
+    let Some(judged) = judged else {
+        return figure;
+    };
     figure.title = "Terms against error (large: chosen), free run, slopes left".to_owned();
     if let Some(run) = judged.runs.first() {
         figure.panels.extend(course(model, run, 1).panels);
@@ -40,14 +44,14 @@ fn picture(model: &Model, object: &FitObject, judged: &Test) -> Figure {
 fn page(
     model: &Model,
     object: &FitObject,
-    fitted: &Test,
+    fitted: Option<&Test>,
     test: Option<&Test>,
 ) -> touchdown_report::Result<Report> {
     let mut page = Report::new("Identification");
     page.fact("sindy", object.version);
     page.section("Model").code(show::text(model, object));
     page.section("Terms against error").figure(&front(object))?;
-    for (title, judged) in [("Training", Some(fitted)), ("Test", test)] {
+    for (title, judged) in [("Training", fitted), ("Test", test)] {
         let Some(judged) = judged else { continue };
         page.section(title);
         for (i, run) in judged.runs.iter().enumerate() {

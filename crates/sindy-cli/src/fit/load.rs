@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use sindy::Dataset;
 
 use super::args::FitArgs;
+use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::trajectories::{self, FileReport, Trajectory, Wanted};
 
@@ -12,7 +13,6 @@ use crate::trajectories::{self, FileReport, Trajectory, Wanted};
 pub(super) struct Train {
     pub(super) data: Dataset,
     pub(super) files: Vec<FileReport>,
-    pub(super) warnings: Vec<String>,
 }
 
 /// Trajectories to judge by.
@@ -33,17 +33,12 @@ impl Train {
         })
         .collect()
     }
-
-    /// Whether input was lost.
-    pub(super) fn lossy(&self) -> bool {
-        self.files.iter().any(|f| f.lossy)
-    }
 }
 
-pub(super) fn train(args: &FitArgs) -> Result<Train> {
+pub(super) fn train(context: &Context, args: &FitArgs) -> Result<Train> {
     let mut data =
         Dataset::new(&args.states, &args.inputs).map_err(Error::refused("--states, --inputs"))?;
-    let (trajectories, files) = read(args, &args.train, args.weights.as_deref())?;
+    let (trajectories, files) = read(context, args, &args.train, args.weights.as_deref())?;
     for t in trajectories {
         let refused = Error::refused(t.name.clone());
         data.push(t.name, t.time, t.columns, t.weights)
@@ -61,19 +56,14 @@ pub(super) fn train(args: &FitArgs) -> Result<Train> {
             ),
         ));
     }
-    let warnings = files.iter().flat_map(|f| f.warnings.clone()).collect();
-    Ok(Train {
-        data,
-        files,
-        warnings,
-    })
+    Ok(Train { data, files })
 }
 
-pub(super) fn test(args: &FitArgs) -> Result<Option<Test>> {
+pub(super) fn test(context: &Context, args: &FitArgs) -> Result<Option<Test>> {
     if args.test.is_empty() {
         return Ok(None);
     }
-    let (trajectories, files) = read(args, &args.test, None)?;
+    let (trajectories, files) = read(context, args, &args.test, None)?;
     let warnings = files.into_iter().flat_map(|f| f.warnings).collect();
     Ok(Some(Test {
         trajectories,
@@ -81,20 +71,32 @@ pub(super) fn test(args: &FitArgs) -> Result<Option<Test>> {
     }))
 }
 
+/// The columns that the arguments ask for.
+pub(super) fn wanted<'a>(args: &'a FitArgs, weights: Option<&'a str>) -> Wanted<'a> {
+    let states = args.states.iter().map(|n| (n.as_str(), "--states"));
+    let inputs = args.inputs.iter().map(|n| (n.as_str(), "--inputs"));
+    Wanted {
+        columns: states.chain(inputs).collect(),
+        weights,
+        table: &args.table,
+    }
+}
+
 fn read(
+    context: &Context,
     args: &FitArgs,
     paths: &[PathBuf],
     weights: Option<&str>,
 ) -> Result<(Vec<Trajectory>, Vec<FileReport>)> {
-    let states = args.states.iter().map(|n| (n.as_str(), "--states"));
-    let inputs = args.inputs.iter().map(|n| (n.as_str(), "--inputs"));
-    let wanted = Wanted {
-        columns: states.chain(inputs).collect(),
-        weights,
-        table: &args.table,
-    };
+    let wanted = wanted(args, weights);
     let (mut all, mut reports) = (Vec::new(), Vec::new());
-    for path in paths {
+    for (k, path) in paths.iter().enumerate() {
+        let name = path.display();
+        context.busy(&format!(
+            "reading {name}, file {} of {}",
+            k + 1,
+            paths.len()
+        ));
         let (trajectories, report) = trajectories::read(path, &wanted)?;
         all.extend(trajectories);
         reports.push(report);

@@ -7,15 +7,18 @@ mod object;
 mod score;
 pub(crate) mod settings;
 mod show;
+mod size;
+mod stream;
 mod terms;
 
-use sindy::Identify;
 use sindy::identify::Progress;
+use sindy::{Identification, Identify};
 
 use crate::Done;
 use crate::args::Between;
 use crate::context::Context;
 use crate::error::{Error, Result};
+use crate::trajectories::{FileReport, Trajectory};
 use crate::{drawing, output};
 use args::FitArgs;
 use object::FitObject;
@@ -29,18 +32,19 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
     }
     let settings = settings::of(args)?;
     let libraries = terms::libraries(args, &settings)?;
-    context.busy("reading");
-    let train = load::train(args)?;
     // Bad test data are told before the time of a fit is spent.
-    let test = load::test(args)?;
-
+    let test = load::test(context, args)?;
+    let steps = settings.identify.iterations;
     let identify = Identify::per_equation(libraries)
         .settings(settings.identify)
         .map_err(Error::refused("settings"))?;
-    let found = identify
-        .run(&train.data, &mut |progress| context.busy(&stage(&progress)))
-        .map_err(Error::refused(files(args)))?;
-    let mut warnings = train.warnings.clone();
+    let Fitted {
+        found,
+        files,
+        trajectories,
+    } = fit(context, args, &identify, steps)?;
+    let lossy = files.iter().any(|f| f.lossy);
+    let mut warnings: Vec<String> = files.iter().flat_map(|f| f.warnings.clone()).collect();
     warnings.extend(found.warnings.iter().cloned());
 
     context.busy("judging");
@@ -57,12 +61,18 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
         Some(test) => (Some(test.object.clone()), Some(test)),
         None => (None, None),
     };
-    let lossy = train.lossy();
-    let trajectories = args.figure.as_ref().map(|_| train.trajectories());
-    let object = FitObject::new(&found, train.files, test, warnings);
-    if let (Some(path), Some(trajectories)) = (&args.figure, trajectories) {
-        let fitted = score::of(&found.model, &trajectories, between, &mut Vec::new())?;
-        figure::write(path, &found.model, &object, &fitted, judged.as_ref())?;
+    let object = FitObject::new(&found, files, test, warnings);
+    if let Some(path) = &args.figure {
+        let fitted = trajectories
+            .map(|all| score::of(&found.model, &all, between, &mut Vec::new()))
+            .transpose()?;
+        figure::write(
+            path,
+            &found.model,
+            &object,
+            fitted.as_ref(),
+            judged.as_ref(),
+        )?;
     }
     if let Some(path) = &args.model {
         let text = found.model.to_json().map_err(Error::refused("the model"))?;
@@ -77,25 +87,89 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
     Ok(if lossy { Done::WithLoss } else { Done::Whole })
 }
 
+/// A fit, and what it was made from.
+struct Fitted {
+    found: Identification,
+    files: Vec<FileReport>,
+    /// The training trajectories, where they are needed again and in memory.
+    trajectories: Option<Vec<Trajectory>>,
+}
+
+/// Fits, with the data in memory or in one pass.
+fn fit(context: &Context, args: &FitArgs, identify: &Identify, steps: usize) -> Result<Fitted> {
+    if args.stream {
+        let (found, files) = stream::fit(context, args, identify, &mut |progress| {
+            context.busy(&stage(&progress, steps, None));
+        })?;
+        return Ok(Fitted {
+            found,
+            files,
+            trajectories: None,
+        });
+    }
+    if let Some(hint) = size::hint(&args.train, &args.table.columns) {
+        context.warn(&hint);
+    }
+    context.busy("reading");
+    let train = load::train(context, args)?;
+    let rows = train.data.report().rows;
+    let found = identify
+        .run(&train.data, &mut |progress| {
+            context.busy(&stage(&progress, steps, Some(rows)));
+        })
+        .map_err(Error::refused(files(args)))?;
+    Ok(Fitted {
+        found,
+        trajectories: args.figure.as_ref().map(|_| train.trajectories()),
+        files: train.files,
+    })
+}
+
 /// What the fit is of, for messages.
 fn files(args: &FitArgs) -> String {
     let names: Vec<String> = args.train.iter().map(|p| p.display().to_string()).collect();
     names.join(", ")
 }
 
-fn stage(progress: &Progress) -> String {
+/// What is being done, of `rows` rows, with at most so many steps of the output error from each start.
+fn stage(progress: &Progress, steps: usize, rows: Option<usize>) -> String {
+    let of = rows.map_or_else(String::new, |rows| format!(" of {rows} rows"));
     match progress {
-        Progress::Smoothing => "smoothing".to_owned(),
-        Progress::Regression { smoothing } => format!("regression: {smoothing}"),
+        Progress::Smoothing => format!("smoothing{of}"),
+        Progress::Regression { smoothing } => format!("regression{of}: {smoothing}"),
         Progress::OutputError {
             start,
             step,
             terms,
             misfit,
         } => format!(
-            "output error, start {}, step {step}: {terms} terms leave {misfit:.2} times the noise",
+            "output error, start {}, step {step} of at most {steps}: {terms} terms leave {misfit:.2} times the noise",
             start + 1
         ),
         _ => "fitting".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_progress_says_totals_where_they_are_known() {
+        let smoothing = "splines".to_owned();
+        let said = stage(&Progress::Regression { smoothing }, 60, Some(1_000_000));
+        assert_eq!(said, "regression of 1000000 rows: splines");
+        let step = Progress::OutputError {
+            start: 1,
+            step: 4,
+            terms: 7,
+            misfit: 1.0,
+        };
+        let said = stage(&step, 60, None);
+        assert!(
+            said.starts_with("output error, start 2, step 4 of at most 60: 7 terms"),
+            "{said}"
+        );
+        assert_eq!(stage(&Progress::Smoothing, 60, None), "smoothing");
     }
 }

@@ -22,7 +22,7 @@ pub(super) fn read(table: &Table, name: &str) -> Result<Vec<String>> {
     })
 }
 
-fn of_text(text: &str, name: &str, rows: &[usize]) -> Option<Vec<String>> {
+pub(super) fn of_text(text: &str, name: &str, rows: &[usize]) -> Option<Vec<String>> {
     let text = text.trim_start_matches('\u{feff}');
     let mut lines = text
         .split(['\n', '\r'])

@@ -1,8 +1,10 @@
 //! Tables from files: text with a header, Parquet, NumPy arrays; which of them a file is, its first bytes tell.
 
 mod labels;
+mod lines;
 mod npy;
 mod parquet;
+mod rows;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -11,6 +13,8 @@ use std::io::Read as _;
 use std::path::Path;
 
 use touchdown_log::Findings;
+
+pub(crate) use rows::{Header, Rows};
 
 use crate::error::{Error, Result};
 
@@ -32,25 +36,11 @@ enum Store {
 impl Table {
     /// Opens a file. `columns` names the columns of an array, which has no names of its own.
     pub(crate) fn open(path: &Path, columns: &[String]) -> Result<Self> {
-        let mut start = [0; 6];
-        let mut file = std::fs::File::open(path).map_err(|e| Error::file(path, e))?;
-        let length = read_up_to(&mut file, &mut start).map_err(|e| Error::file(path, e))?;
-        drop(file);
-        let start = &start[..length];
-        if start.starts_with(b"PAR1") {
-            return parquet::open(path);
+        match Format::of(path)? {
+            Format::Parquet => parquet::open(path),
+            Format::Npy => npy::open(path, columns),
+            Format::Text => text::open(path),
         }
-        if start.starts_with(b"\x93NUMPY") {
-            return npy::open(path, columns);
-        }
-        if start.starts_with(b"PK\x03\x04") {
-            return Err(Error::data(
-                path.display().to_string(),
-                "a text table (CSV), Parquet or one NumPy array (.npy)",
-                "a ZIP archive (.npz or a spreadsheet); save its table as CSV or .npy",
-            ));
-        }
-        text::open(path)
     }
 
     /// The file's path as it was given.
@@ -110,24 +100,80 @@ impl Table {
     /// The place of the column `name`: of that name exactly, or of that name with a unit behind it, as in `x (m)` or
     /// `x [m]`. `why` says what asked for it.
     pub(crate) fn find(&self, name: &str, why: &str) -> Result<usize> {
-        if let Some(place) = self.names.iter().position(|n| n == name) {
-            return Ok(place);
-        }
-        let with_unit = |n: &String| without_unit(n).is_some_and(|bare| bare == name);
-        let matches: Vec<usize> = (0..self.names.len())
-            .filter(|&p| with_unit(&self.names[p]))
-            .collect();
-        if let [place] = matches[..] {
-            return Ok(place);
-        }
-        let nearest = self.names.iter().find(|n| n.eq_ignore_ascii_case(name));
-        let hint = nearest.map_or_else(String::new, |n| format!(" (did you mean `{n}`?)"));
-        Err(Error::data(
-            &self.path,
-            format!("a column `{name}` ({why}){hint}"),
-            format!("the columns {}", self.names.join(", ")),
-        ))
+        find(&self.path, &self.names, name, why)
     }
+}
+
+/// Rows of some columns, and their labels.
+pub(crate) type Columns = (Vec<Vec<f64>>, Option<Vec<String>>);
+
+/// What a file is.
+#[derive(Clone, Copy)]
+enum Format {
+    Text,
+    Parquet,
+    Npy,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self> {
+        let mut start = [0; 6];
+        let mut file = std::fs::File::open(path).map_err(|e| Error::file(path, e))?;
+        let length = read_up_to(&mut file, &mut start).map_err(|e| Error::file(path, e))?;
+        let start = &start[..length];
+        if start.starts_with(b"PAR1") {
+            return Ok(Self::Parquet);
+        }
+        if start.starts_with(b"\x93NUMPY") {
+            return Ok(Self::Npy);
+        }
+        if start.starts_with(b"PK\x03\x04") {
+            return Err(Error::data(
+                path.display().to_string(),
+                "a text table (CSV), Parquet or one NumPy array (.npy)",
+                "a ZIP archive (.npz or a spreadsheet); save its table as CSV or .npy",
+            ));
+        }
+        Ok(Self::Text)
+    }
+}
+
+/// The place of the column `name` among `names`, as [`Table::find`].
+pub(crate) fn find(at: &str, names: &[String], name: &str, why: &str) -> Result<usize> {
+    if let Some(place) = names.iter().position(|n| n == name) {
+        return Ok(place);
+    }
+    let with_unit = |n: &String| without_unit(n).is_some_and(|bare| bare == name);
+    let matches: Vec<usize> = (0..names.len()).filter(|&p| with_unit(&names[p])).collect();
+    if let [place] = matches[..] {
+        return Ok(place);
+    }
+    let nearest = names.iter().find(|n| n.eq_ignore_ascii_case(name));
+    let hint = nearest.map_or_else(String::new, |n| format!(" (did you mean `{n}`?)"));
+    Err(Error::data(
+        at,
+        format!("a column `{name}` ({why}){hint}"),
+        format!("the columns {}", names.join(", ")),
+    ))
+}
+
+/// How large a file is, as far as that is known without reading it.
+pub(crate) struct Size {
+    pub(crate) bytes: u64,
+    /// Exact for Parquet, estimated for the others.
+    pub(crate) rows: u64,
+}
+
+/// The size of a file; nothing for one that cannot be opened, which its reader will say.
+pub(crate) fn size(path: &Path, columns: &[String]) -> Size {
+    let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
+    let rows = match Format::of(path) {
+        Ok(Format::Parquet) => parquet::open(path).map_or(0, |table| table.rows() as u64),
+        Ok(Format::Npy) => bytes / (8 * columns.len().max(1) as u64),
+        Ok(Format::Text) => text::lines(path, bytes),
+        Err(_) => 0,
+    };
+    Size { bytes, rows }
 }
 
 /// A name without the unit behind it; `None` where there is none.

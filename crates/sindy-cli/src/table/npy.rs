@@ -7,13 +7,21 @@ use std::path::Path;
 use npyz::{Deserialize, NpyFile, Order};
 use touchdown_log::Findings;
 
-use super::{Store, Table};
+use super::{Store, Table, label};
 use crate::error::{Error, Result};
 
 type Reader = NpyFile<BufReader<File>>;
 
+/// The header of an array, checked.
+struct Head {
+    array: Reader,
+    rows: usize,
+    width: usize,
+    by_columns: bool,
+}
+
 /// An array of two dimensions, rows by columns; one of one dimension is a single column.
-pub(super) fn open(path: &Path, names: &[String]) -> Result<Table> {
+fn head(path: &Path, names: &[String]) -> Result<Head> {
     let file = File::open(path).map_err(|e| Error::file(path, e))?;
     let length = file.metadata().map_err(|e| Error::file(path, e))?.len();
     let array = NpyFile::new(BufReader::new(file)).map_err(|e| Error::file(path, e))?;
@@ -48,9 +56,24 @@ pub(super) fn open(path: &Path, names: &[String]) -> Result<Table> {
         let reason = "the array has none".to_owned();
         return Err(Error::NoRows { at, reason });
     }
-    let (rows, width) = (rows as usize, width as usize);
-    let by_columns = array.order() == Order::Fortran;
-    let values = values(array, path)?;
+    Ok(Head {
+        rows: rows as usize,
+        width: width as usize,
+        by_columns: array.order() == Order::Fortran,
+        array,
+    })
+}
+
+pub(super) fn open(path: &Path, names: &[String]) -> Result<Table> {
+    let Head {
+        array,
+        rows,
+        width,
+        by_columns,
+    } = head(path, names)?;
+    let values = items(array, path)?
+        .collect::<std::io::Result<Vec<f64>>>()
+        .map_err(|e| Error::file(path, e))?;
     let columns = (0..width)
         .map(|c| match by_columns {
             true => values[c * rows..][..rows].to_vec(),
@@ -58,7 +81,7 @@ pub(super) fn open(path: &Path, names: &[String]) -> Result<Table> {
         })
         .collect();
     Ok(Table {
-        path: at,
+        path: path.display().to_string(),
         names: names.to_vec(),
         store: Store::Npy(columns),
         findings: Findings {
@@ -69,46 +92,96 @@ pub(super) fn open(path: &Path, names: &[String]) -> Result<Table> {
     })
 }
 
+type Items = Box<dyn Iterator<Item = std::io::Result<f64>>>;
+
 /// All items in the order of the file, as `f64`.
-fn values(array: Reader, path: &Path) -> Result<Vec<f64>> {
-    let array = match attempt::<f64>(array, path, |v| v)? {
-        Ok(values) => return Ok(values),
-        Err(array) => array,
-    };
-    let array = match attempt::<f32>(array, path, f64::from)? {
-        Ok(values) => return Ok(values),
-        Err(array) => array,
-    };
-    let array = match attempt::<i64>(array, path, |v| v as f64)? {
-        Ok(values) => return Ok(values),
-        Err(array) => array,
-    };
-    let array = match attempt::<i32>(array, path, f64::from)? {
-        Ok(values) => return Ok(values),
-        Err(array) => array,
-    };
-    let array = match attempt::<bool>(array, path, |v| f64::from(u8::from(v)))? {
-        Ok(values) => return Ok(values),
-        Err(array) => array,
-    };
-    Err(Error::data(
-        path.display().to_string(),
-        "numbers of type float64, float32, int64, int32 or bool",
-        format!("type {}", array.dtype().descr()),
-    ))
+fn items(array: Reader, path: &Path) -> Result<Items> {
+    let found = attempt::<f64>(array, |v| v)
+        .or_else(|array| attempt::<f32>(*array, f64::from))
+        .or_else(|array| attempt::<i64>(*array, |v| v as f64))
+        .or_else(|array| attempt::<i32>(*array, f64::from))
+        .or_else(|array| attempt::<bool>(*array, |v| f64::from(u8::from(v))));
+    found.map_err(|array| {
+        Error::data(
+            path.display().to_string(),
+            "numbers of type float64, float32, int64, int32 or bool",
+            format!("type {}", array.dtype().descr()),
+        )
+    })
 }
 
-fn attempt<T: Deserialize>(
+fn attempt<T: Deserialize + 'static>(
     array: Reader,
-    path: &Path,
-    number: impl Fn(T) -> f64,
-) -> Result<std::result::Result<Vec<f64>, Reader>> {
-    match array.try_data::<T>() {
-        Err(array) => Ok(Err(array)),
-        Ok(items) => items
-            .map(|item| item.map(&number))
-            .collect::<std::io::Result<Vec<f64>>>()
-            .map(Ok)
-            .map_err(|e| Error::file(path, e)),
+    number: impl Fn(T) -> f64 + 'static,
+) -> std::result::Result<Items, Box<Reader>> {
+    let items = array.try_data::<T>().map_err(Box::new)?;
+    Ok(Box::new(items.map(move |item| item.map(&number))))
+}
+
+/// The rows of some columns, from the first on.
+pub(super) struct Rows {
+    items: Items,
+    places: Vec<usize>,
+    label: Option<usize>,
+    width: usize,
+    rows: usize,
+    done: usize,
+}
+
+impl Rows {
+    pub(super) fn new(
+        path: &Path,
+        names: &[String],
+        places: &[usize],
+        label: Option<usize>,
+    ) -> Result<Self> {
+        let head = head(path, names)?;
+        if head.by_columns && head.width > 1 {
+            return Err(Error::data(
+                path.display().to_string(),
+                "an array stored row by row, as --stream reads it (numpy.save of numpy.ascontiguousarray)",
+                "one stored column by column (fortran_order)",
+            ));
+        }
+        Ok(Self {
+            items: items(head.array, path)?,
+            places: places.to_vec(),
+            label,
+            width: head.width,
+            rows: head.rows,
+            done: 0,
+        })
+    }
+
+    /// The rows that were read, as a share of all.
+    pub(super) fn share(&self) -> f64 {
+        self.done as f64 / self.rows.max(1) as f64
+    }
+
+    /// The next rows, `most` at most, and their labels; none at the end.
+    pub(super) fn next(&mut self, path: &Path, most: usize) -> Result<Option<super::Columns>> {
+        let rows = most.min(self.rows - self.done);
+        if rows == 0 {
+            return Ok(None);
+        }
+        let mut columns = vec![Vec::with_capacity(rows); self.places.len()];
+        let mut labels = self.label.map(|_| Vec::with_capacity(rows));
+        let mut row = vec![0.0; self.width];
+        for _ in 0..rows {
+            for cell in &mut row {
+                let item = self.items.next().unwrap_or_else(|| {
+                    Err(std::io::Error::from(std::io::ErrorKind::UnexpectedEof))
+                });
+                *cell = item.map_err(|e| Error::file(path, e))?;
+            }
+            for (column, &place) in columns.iter_mut().zip(&self.places) {
+                column.push(row[place]);
+            }
+            if let (Some(labels), Some(place)) = (&mut labels, self.label) {
+                labels.push(label(row[place]));
+            }
+        }
+        self.done += rows;
+        Ok(Some((columns, labels)))
     }
 }

@@ -1,5 +1,6 @@
 //! Text tables, by the reader of `touchdown-log`.
 
+use std::io::Read as _;
 use std::path::Path;
 
 use touchdown_log::{Column, ColumnKind};
@@ -26,6 +27,20 @@ fn column<'t>(table: &'t touchdown_log::Table, name: &str) -> Result<&'t Column>
     table
         .column(name)
         .ok_or_else(|| Error::data(table.path(), format!("a column `{name}`"), "no such column"))
+}
+
+/// Bytes by which the length of lines is told.
+const SAMPLE: u64 = 1 << 16;
+
+/// About how many lines a file of so many bytes has.
+pub(super) fn lines(path: &Path, bytes: u64) -> u64 {
+    let mut sample = Vec::new();
+    let read = std::fs::File::open(path).and_then(|f| f.take(SAMPLE).read_to_end(&mut sample));
+    let ends = sample.iter().filter(|&&b| b == b'\n').count() as u64;
+    match read {
+        Ok(read) if read > 0 => (bytes as f64 / read as f64 * ends as f64) as u64,
+        _ => 0,
+    }
 }
 
 pub(super) fn numbers(table: &touchdown_log::Table, name: &str) -> Result<Vec<f64>> {

@@ -28,7 +28,7 @@
 //!    do not (the system is disturbed, or not in the library), and else keeps the best regression.
 //!
 //! [`Identification`] says what was chosen and why, with every equation's front of terms against error.
-//! Random numbers are not used.
+//! Random numbers are not used. Rows that do not fit into memory pass once through [`stream`].
 
 mod model;
 mod prepare;
@@ -36,11 +36,13 @@ mod regress;
 mod result;
 mod run;
 mod settings;
+pub mod stream;
 #[cfg(test)]
 mod tests;
 
 pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progress};
 pub use settings::{Method, Score, Settings, Smoothing};
+pub use stream::Columns;
 
 use crate::dataset::Dataset;
 use crate::error::SindyError;

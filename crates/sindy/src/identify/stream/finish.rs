@@ -1,0 +1,282 @@
+//! From the sums of a pass to a model.
+
+use super::Columns;
+use super::pass::{Kept, Pass};
+use super::sums::Sums;
+use crate::dataset::{DataReport, Dataset};
+use crate::error::SindyError;
+use crate::gram::Gram;
+use crate::identifiability::examine;
+use crate::identify::prepare::noise;
+use crate::identify::regress::{self, Regression, Statistics};
+use crate::identify::run::{Ranked, Run};
+use crate::identify::{Identification, Progress, Settings, Smoothing};
+use crate::library::Library;
+use crate::model::Time;
+use crate::output_error::{Piece, System, free_run};
+
+/// A condition of the scaled library above which collinear terms are named.
+const CONDITION: f64 = 1e4;
+/// Free runs whose errors differ by less than this factor are alike.
+const ALIKE: f64 = 1.02;
+/// Rows that models are ranked on, about.
+const RANKED: usize = 10_000;
+
+pub(super) fn of(
+    mut pass: Pass<'_>,
+    columns: &Columns,
+    libraries: Vec<Library>,
+    settings: &Settings,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Identification, SindyError> {
+    let kept = std::mem::take(&mut pass.kept);
+    let report = pass.report;
+    let statistics = statistics(pass, settings)?;
+    let terms = libraries.iter().map(Library::len).max().unwrap_or(0);
+    let rows = report.rows - report.missing_rows - report.short_rows;
+    if rows <= terms {
+        return Err(SindyError::Shape {
+            what: "usable rows (more than the library has terms)",
+            expected: terms + 1,
+            found: rows,
+        });
+    }
+    let data = dataset(&kept, columns)?;
+    let time = match settings.discrete {
+        false => Time::Continuous,
+        true => Time::Discrete {
+            period: report.period,
+        },
+    };
+    let stretches = data.stretches();
+    let system = System::new(time, &columns.states, &columns.inputs, &libraries)?;
+    let pieces = pieces(&kept, columns);
+    let mut run = Run {
+        data: &data,
+        settings,
+        time,
+        noise: noise(&stretches, columns.states.len()),
+        stretches,
+        warnings: warnings(&report, &statistics[0], &libraries, &data)?,
+        system,
+        libraries,
+    };
+    let mut regressions = Vec::new();
+    for statistics in &statistics {
+        progress(Progress::Regression {
+            smoothing: statistics.smoothing.clone(),
+        });
+        regressions.extend(solve(statistics, settings)?);
+    }
+    if settings.discrete {
+        // Differences of a map's samples say nothing of its noise; what a step leaves does.
+        for i in 0..columns.states.len() {
+            let rows: usize = statistics[0].grams[i].iter().map(|g| g.rows).sum();
+            let left = |r: &Regression| (r.fits[i].residual_sum / rows.max(1) as f64).sqrt();
+            let least = regressions.iter().map(left).fold(f64::INFINITY, f64::min);
+            run.noise.sigma[i] = least.max(run.noise.floor[i]);
+            run.noise.tolerated[i] = run.noise.sigma[i];
+        }
+    }
+    let mut ranked = Vec::new();
+    for regression in regressions {
+        let coefficients: Vec<f64> = regression
+            .fits
+            .iter()
+            .flat_map(|f| f.coefficients.iter().copied())
+            .collect();
+        ranked.push(Ranked {
+            free_run: free_run(&run.system, &pieces, &coefficients, &run.noise.sigma),
+            coefficients,
+            regression,
+        });
+    }
+    rank(&mut ranked);
+    let clusters = statistics[0].grams[0].iter().filter(|g| g.rows > 0).count();
+    let mut found = run.of_regression(&ranked, &statistics)?;
+    found.choice.reason.push_str(&format!(
+        "; statistics of all {} rows in one pass, in {clusters} clusters; free runs over {} of them",
+        report.rows,
+        pieces.iter().map(|p| p.time.len()).sum::<usize>()
+    ));
+    found.data = report;
+    Ok(found)
+}
+
+/// Best first: the fewest terms among those that predict alike, then by free run. Models none of which can be run stay
+/// in their order, best subsets first.
+fn rank(ranked: &mut [Ranked]) {
+    let least = ranked
+        .iter()
+        .map(|r| r.free_run)
+        .fold(f64::INFINITY, f64::min);
+    let key = |r: &Ranked| {
+        let terms = r.coefficients.iter().filter(|c| **c != 0.0).count();
+        if !r.free_run.is_finite() {
+            (2, 0, 0.0)
+        } else if r.free_run <= ALIKE * least {
+            (0, terms, r.free_run)
+        } else {
+            (1, 0, r.free_run)
+        }
+    };
+    ranked.sort_by(|a, b| {
+        let (a, b) = (key(a), key(b));
+        (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2))
+    });
+}
+
+/// The statistics of the pass, of those kinds that are asked for.
+fn statistics(pass: Pass<'_>, settings: &Settings) -> Result<Vec<Statistics>, SindyError> {
+    let Pass {
+        plan, slopes, weak, ..
+    } = pass;
+    let plan = plan.ok_or(SindyError::TooShort {
+        needed: super::FEWEST,
+        found: 0,
+    })?;
+    let weak = weak.filter(|w| w.used() > 0).map(|w| Statistics {
+        smoothing: format!(
+            "weak form, half-width {:.4}",
+            plan.half_width.unwrap_or(0.0)
+        ),
+        grams: w.grams,
+        // Windows lie an eighth of a half-width apart.
+        independent: 0.25,
+    });
+    let of_slopes = |(s, sums): (_, Sums)| {
+        let s: &super::slopes::Slopes = s;
+        Statistics {
+            smoothing: s.name.clone(),
+            grams: sums.grams,
+            independent: 1.0 / s.window,
+        }
+    };
+    let mut all = Vec::new();
+    if settings.smoothing != Smoothing::Weak || weak.is_none() {
+        all.extend(plan.slopes.iter().zip(slopes).map(of_slopes));
+    }
+    all.extend(weak);
+    Ok(all)
+}
+
+/// All regressions. Of more rows than [`Settings::rows`], best subsets are found once more with the penalty of so many
+/// rows: the errors of smoothing do not average out, and to enough rows each of them is worth a term.
+fn solve(statistics: &Statistics, settings: &Settings) -> Result<Vec<Regression>, SindyError> {
+    let mut folds = folded(statistics, settings.folds);
+    let mut all = regress::solve(&folds, settings)?;
+    let rows: usize = folds.grams[0].iter().map(|g| g.rows).sum();
+    if rows > settings.rows {
+        folds.independent *= settings.rows as f64 / rows as f64;
+        let fewer = regress::solve(&folds, settings)?.into_iter();
+        all.extend(fewer.filter(|r| r.solver == "best_subset").map(|r| {
+            let name = format!("{}, penalised as {} rows", r.name, settings.rows);
+            Regression { name, ..r }
+        }));
+    }
+    Ok(all)
+}
+
+/// The same with clusters added up to so many folds.
+fn folded(statistics: &Statistics, folds: usize) -> Statistics {
+    let fold = |clusters: &Vec<Gram>| {
+        let mut out: Vec<Gram> = Vec::new();
+        for (k, cluster) in clusters.iter().filter(|g| g.rows > 0).enumerate() {
+            match out.get_mut(k % folds) {
+                Some(sum) => sum.merge(cluster),
+                None => out.push(cluster.clone()),
+            }
+        }
+        out
+    };
+    Statistics {
+        smoothing: statistics.smoothing.clone(),
+        grams: statistics.grams.iter().map(fold).collect(),
+        independent: statistics.independent,
+    }
+}
+
+/// The pieces that were kept as a data set.
+fn dataset(kept: &[Kept], columns: &Columns) -> Result<Dataset, SindyError> {
+    let mut data = Dataset::new(&columns.states, &columns.inputs)?;
+    let width = 1 + columns.states.len() + columns.inputs.len();
+    for piece in kept {
+        data.push(
+            "piece",
+            piece.columns[0].clone(),
+            piece.columns[1..width].to_vec(),
+            None,
+        )?;
+    }
+    Ok(data)
+}
+
+/// Evenly spread pieces for free runs, of [`RANKED`] rows or somewhat more.
+fn pieces<'a>(kept: &'a [Kept], columns: &Columns) -> Vec<Piece<'a>> {
+    let rows: usize = kept.iter().map(|k| k.columns[0].len()).sum();
+    let states = columns.states.len();
+    let width = 1 + states + columns.inputs.len();
+    let slices = |columns: &'a [Vec<f64>]| columns.iter().map(Vec::as_slice).collect();
+    kept.iter()
+        .step_by((rows / RANKED).max(1))
+        .map(|k| Piece {
+            time: &k.columns[0],
+            states: slices(&k.columns[1..=states]),
+            inputs: slices(&k.columns[1 + states..width]),
+            weights: k.columns.get(width).map(Vec::as_slice),
+            smooth: k.smooth.clone(),
+        })
+        .collect()
+}
+
+/// What the user should know of the data.
+fn warnings(
+    report: &DataReport,
+    statistics: &Statistics,
+    libraries: &[Library],
+    kept: &Dataset,
+) -> Result<Vec<String>, SindyError> {
+    let mut out = Vec::new();
+    if report.missing_rows + report.holes + report.short_rows > 0 {
+        out.push(format!(
+            "gaps split the trajectories into {} stretches: {} rows with missing values, {} jumps of time, {} rows in \
+             stretches too short to use",
+            report.stretches, report.missing_rows, report.holes, report.short_rows
+        ));
+    }
+    let samples = kept.samples()?;
+    for (i, parts) in statistics.grams.iter().enumerate() {
+        if libraries[..i].contains(&libraries[i]) {
+            continue;
+        }
+        let total = Gram::total(parts);
+        if total.skipped > 0 {
+            out.push(format!(
+                "{} of {} rows left out of the regression: a term of the library is not finite there",
+                total.skipped,
+                total.skipped + total.rows
+            ));
+        }
+        let found = examine(&libraries[i], &total, &samples)?;
+        if !found.zero_terms.is_empty() {
+            out.push(format!(
+                "terms that are zero throughout: {}",
+                found.zero_terms.join(", ")
+            ));
+        }
+        for (condition, terms) in found.collinear.iter().filter(|c| c.0 > CONDITION) {
+            out.push(format!(
+                "nearly collinear terms (condition {condition:.1e}): {}",
+                terms.join(", ")
+            ));
+        }
+        for column in found.inputs.iter().filter(|c| c.hardly_excited) {
+            out.push(format!(
+                "column `{}` hardly moves: mean {:.4}, standard deviation {:.2e}",
+                column.name, column.mean, column.sd
+            ));
+        }
+    }
+    out.dedup();
+    Ok(out)
+}

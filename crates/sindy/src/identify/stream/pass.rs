@@ -1,0 +1,355 @@
+//! The pass: rows in, sums and kept pieces out.
+
+use super::slopes::{Plan, alike, choose};
+use super::sums::{Kind, Shared, Sums, shared};
+use super::window::{Part, Window};
+use super::{Columns, FEWEST};
+use crate::dataset::DataReport;
+use crate::derivative::grid::uniform_period;
+use crate::error::SindyError;
+use crate::identify::Settings;
+use crate::library::Library;
+use crate::savgol::Smoothed;
+
+/// Rows that decide how slopes are taken.
+const HEAD: usize = 50_000;
+/// Rows that are differentiated at a time, at least.
+pub(super) const WINDOW: usize = 32_768;
+/// Rows of a block, at least, where there are enough.
+const BLOCK: usize = 1024;
+/// Clusters at most, and what their sums may take in bytes.
+const CLUSTERS: usize = 60;
+const MEMORY: usize = 64 << 20;
+/// Rows of a piece that is kept.
+const PIECE: usize = 2000;
+
+/// A piece of a trajectory that is kept for free runs.
+pub(super) struct Kept {
+    number: usize,
+    /// Time, states, inputs, and weights if there are any.
+    pub columns: Vec<Vec<f64>>,
+    /// Smoothed states.
+    pub smooth: Vec<Vec<f64>>,
+}
+
+pub(super) struct Pass<'a> {
+    names: &'a Columns,
+    settings: &'a Settings,
+    shared: Vec<Shared>,
+    pub report: DataReport,
+    /// The trajectory that rows come from, and its rows that were not used up.
+    group: Option<usize>,
+    open: Window,
+    /// Rows of the pass.
+    seen: usize,
+    /// Whole trajectories that wait for the decision.
+    head: Vec<Window>,
+    pub plan: Option<Plan>,
+    /// Slopes, one for each of the plan.
+    pub slopes: Vec<Sums>,
+    pub weak: Option<Sums>,
+    /// Pieces that are kept, those whose numbers `stride` divides.
+    pub kept: Vec<Kept>,
+    pieces: usize,
+    stride: usize,
+}
+
+impl<'a> Pass<'a> {
+    pub(super) fn new(
+        names: &'a Columns,
+        libraries: &[Library],
+        settings: &'a Settings,
+    ) -> Result<Self, SindyError> {
+        let data: Vec<String> = names.states.iter().chain(&names.inputs).cloned().collect();
+        for library in libraries {
+            library.compile(&data)?;
+        }
+        let mut pass = Self {
+            names,
+            settings,
+            shared: shared(libraries),
+            report: DataReport::default(),
+            group: None,
+            open: Window::new(0, 0),
+            seen: 0,
+            head: Vec::new(),
+            plan: None,
+            slopes: Vec::new(),
+            weak: None,
+            kept: Vec::new(),
+            pieces: 0,
+            stride: 1,
+        };
+        pass.open = pass.fresh();
+        Ok(pass)
+    }
+
+    /// States and inputs.
+    fn data(&self) -> usize {
+        self.names.states.len() + self.names.inputs.len()
+    }
+
+    fn fresh(&self) -> Window {
+        let weights = usize::from(self.names.weights.is_some());
+        Window::new(1 + self.data() + weights, self.seen)
+    }
+
+    /// Takes rows: time, states, inputs, weights.
+    pub(super) fn push(&mut self, group: usize, columns: &[&[f64]]) -> Result<(), SindyError> {
+        self.check(columns)?;
+        if self.group != Some(group) {
+            self.close()?;
+            self.group = Some(group);
+            self.report.trajectories += 1;
+            self.open = self.fresh();
+        }
+        let n = columns[0].len();
+        let mut start = 0;
+        while start < n {
+            // Whatever the size of the blocks: a decision by as many rows, and windows as long.
+            let room = match &self.plan {
+                None => HEAD - self.head.iter().map(Window::len).sum::<usize>(),
+                Some(plan) => plan.window(),
+            };
+            let rows = start..n.min(start + room - self.open.len());
+            start = rows.end;
+            self.seen += rows.len();
+            self.open.extend(columns, rows);
+            if self.open.len() < room {
+                continue;
+            }
+            match self.plan {
+                None => self.begin(true)?,
+                Some(_) => self.advance()?,
+            }
+        }
+        Ok(())
+    }
+
+    fn check(&self, columns: &[&[f64]]) -> Result<(), SindyError> {
+        let names = std::iter::once(&self.names.time)
+            .chain(&self.names.states)
+            .chain(&self.names.inputs);
+        for (name, column) in names.zip(columns) {
+            if let Some(row) = column.iter().position(|v| v.is_infinite()) {
+                return Err(SindyError::NotFinite {
+                    what: format!("column `{name}`"),
+                    index: self.seen + row,
+                });
+            }
+        }
+        if let Some(name) = &self.names.weights
+            && let Some(row) = columns[1 + self.data()]
+                .iter()
+                .position(|w| !(w.is_finite() && *w >= 0.0))
+        {
+            return Err(SindyError::setting(
+                "weights",
+                format!("column `{name}` finite, not negative"),
+                format!(
+                    "{} at row {}",
+                    columns[1 + self.data()][row],
+                    self.seen + row
+                ),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Uses the rows of the open trajectory if they fill a window.
+    fn advance(&mut self) -> Result<(), SindyError> {
+        let Some(plan) = &self.plan else {
+            return Ok(());
+        };
+        let overlap = plan.overlap;
+        if self.open.len() >= plan.window() {
+            let window = std::mem::replace(&mut self.open, Window::new(0, 0));
+            self.open = self.process(window, true)?;
+            self.open.advance(overlap);
+        }
+        Ok(())
+    }
+
+    /// Ends the open trajectory.
+    fn close(&mut self) -> Result<(), SindyError> {
+        let window = std::mem::replace(&mut self.open, Window::new(0, 0));
+        if self.group.is_none() {
+            return Ok(());
+        }
+        if self.plan.is_some() {
+            self.process(window, false)?;
+        } else {
+            self.head.push(window);
+        }
+        Ok(())
+    }
+
+    /// Decides how slopes are taken, and uses the rows that have waited for it.
+    fn begin(&mut self, open: bool) -> Result<(), SindyError> {
+        let head = std::mem::take(&mut self.head);
+        let states = self.names.states.len();
+        let mut series = Vec::new();
+        let mut rows = 0;
+        for window in head.iter().chain(open.then_some(&self.open)) {
+            rows += window.len();
+            let window = window.bridged(states, self.data(), self.settings.discrete);
+            for part in window.parts(self.data(), 0, false, &mut DataReport::default())? {
+                let column = |c: &'_ Vec<f64>| c[part.rows.clone()].to_vec();
+                let all: Vec<Vec<f64>> = window.columns[..=states].iter().map(column).collect();
+                series.push(all);
+            }
+        }
+        if series.is_empty() {
+            return Err(SindyError::TooShort {
+                needed: FEWEST,
+                found: rows,
+            });
+        }
+        let series: Vec<(&[f64], Vec<&[f64]>)> = series
+            .iter()
+            .map(|s| (s[0].as_slice(), s[1..].iter().map(Vec::as_slice).collect()))
+            .collect();
+        let plan = choose(&series, self.settings, WINDOW / 8)?;
+        self.report.period = plan.period;
+        self.report.uniform = plan.uniform;
+        self.make_sums(&plan, rows);
+        self.plan = Some(plan);
+        for window in head {
+            self.process(window, false)?;
+        }
+        if open {
+            self.advance()?;
+        }
+        self.flush(0)
+    }
+
+    fn make_sums(&mut self, plan: &Plan, rows: usize) {
+        let names = self.names;
+        let data: Vec<String> = names.states.iter().chain(&names.inputs).cloned().collect();
+        let folds = self.settings.folds;
+        let kinds = plan.slopes.len() + usize::from(plan.half_width.is_some());
+        let squares = |s: &Shared| s.states.len() * s.library.len() * s.library.len();
+        let size: usize = 8 * kinds * self.shared.iter().map(squares).sum::<usize>();
+        let clusters = (MEMORY / size.max(1)).min(CLUSTERS) / folds * folds;
+        let clusters = clusters.max(folds);
+        // Blocks longer than what correlates their rows, if there are rows enough for that.
+        let block = |alike: f64| {
+            ((4.0 * alike) as usize)
+                .max(BLOCK)
+                .min(rows / (2 * folds))
+                .max(20)
+        };
+        for slopes in &plan.slopes {
+            let kind = Kind::Slopes {
+                weighted: names.weights.is_some(),
+            };
+            let block = block(slopes.window);
+            let sums = Sums::new(kind, &self.shared, &data, clusters, block);
+            self.slopes.push(sums);
+        }
+        if let Some(half_width) = plan.half_width {
+            let block = block(2.0 * half_width / plan.period);
+            let kind = Kind::Weak(half_width, names.states.clone());
+            self.weak = Some(Sums::new(kind, &self.shared, &data, clusters, block));
+        }
+    }
+
+    /// Uses the rows of a window, and gives it back.
+    fn process(&mut self, window: Window, more: bool) -> Result<Window, SindyError> {
+        let Some(plan) = self.plan.take() else {
+            return Ok(window);
+        };
+        let states = self.names.states.len();
+        let usable = window.bridged(states, self.data(), self.settings.discrete);
+        let parts = usable.parts(self.data(), plan.overlap, more, &mut self.report)?;
+        for part in &parts {
+            let columns: Vec<&[f64]> = usable
+                .columns
+                .iter()
+                .map(|c| &c[part.rows.clone()])
+                .collect();
+            let uniform = alike(uniform_period(columns[0]), plan.period);
+            self.report.uniform &= uniform;
+            for (k, slopes) in plan.slopes.iter().enumerate() {
+                let smooth = slopes.apply(columns[0], &columns[1..=states])?;
+                if k == 0 {
+                    self.keep(&columns, &smooth, part);
+                }
+                let mut all: Vec<&[f64]> = smooth.iter().map(|s| s.value.as_slice()).collect();
+                all.extend(&columns[1 + states..=self.data()]);
+                all.extend(smooth.iter().map(|s| s.derivative.as_slice()));
+                all.extend(&columns[1 + self.data()..]);
+                let mut rows = part.inner(slopes.edge);
+                if self.settings.discrete && part.ends {
+                    // The last row has no next one.
+                    rows.end = rows.end.min(part.rows.end - 1).max(rows.start);
+                }
+                let from = part.rows.start;
+                self.slopes[k].add(&all, rows.start - from..rows.end - from)?;
+            }
+            if let Some(weak) = &mut self.weak {
+                let from = part.rows.start;
+                let data = self.names.states.len() + self.names.inputs.len();
+                weak.add(
+                    &columns[..=data],
+                    part.own.start - from..part.own.end - from,
+                )?;
+            }
+        }
+        drop(usable);
+        self.plan = Some(plan);
+        self.flush(WINDOW)?;
+        Ok(window)
+    }
+
+    /// Sums rows where more than `most` of them wait.
+    fn flush(&mut self, most: usize) -> Result<(), SindyError> {
+        for sums in self.slopes.iter_mut().chain(&mut self.weak) {
+            if sums.waiting() > most {
+                sums.flush()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Keeps evenly spread pieces; with too many rows, every other of them.
+    fn keep(&mut self, columns: &[&[f64]], smooth: &[Smoothed], part: &Part) {
+        let from = part.rows.start;
+        let own = part.own.start - from..part.own.end - from;
+        for start in own.clone().step_by(PIECE) {
+            let rows = start..own.end.min(start + PIECE);
+            if rows.len() < FEWEST {
+                continue;
+            }
+            let number = self.pieces;
+            self.pieces += 1;
+            if !number.is_multiple_of(self.stride) {
+                continue;
+            }
+            self.kept.push(Kept {
+                number,
+                columns: columns.iter().map(|c| c[rows.clone()].to_vec()).collect(),
+                smooth: smooth
+                    .iter()
+                    .map(|s| s.value[rows.clone()].to_vec())
+                    .collect(),
+            });
+            let rows: usize = self.kept.iter().map(|k| k.columns[0].len()).sum();
+            if rows > self.settings.rows && self.kept.len() > 1 {
+                self.stride *= 2;
+                let stride = self.stride;
+                self.kept.retain(|k| k.number.is_multiple_of(stride));
+            }
+        }
+    }
+
+    /// Ends the pass.
+    pub(super) fn end(mut self) -> Result<Self, SindyError> {
+        self.close()?;
+        if self.plan.is_none() {
+            self.begin(false)?;
+        }
+        self.flush(0)?;
+        Ok(self)
+    }
+}

@@ -1,0 +1,232 @@
+//! How slopes are taken, decided by the first rows.
+
+use super::pass::WINDOW;
+use crate::derivative::grid::uniform_period;
+use crate::derivative::{
+    Differentiator, FiniteDifference, SavgolSearch, SmoothingSpline, choose_savgol,
+};
+use crate::error::SindyError;
+use crate::identify::{Settings, Smoothing};
+use crate::savgol::{SavitzkyGolay, Smoothed};
+use crate::weak::choose_half_width;
+
+/// Rows below which a stretch says nothing about its smoothing.
+const SMOOTHED: usize = 48;
+/// Rows from the end of a window beyond which a spline or a Kalman smoother does not feel it.
+const REACH: usize = 200;
+/// Rows at the ends of a stretch whose slopes by a spline or a Kalman smoother err more.
+const EDGE: usize = 5;
+/// The power of the weak form's test functions.
+const POWER: u32 = 8;
+
+/// A stretch: times and states.
+pub(super) type Series<'a> = (&'a [f64], Vec<&'a [f64]>);
+
+/// One way to take slopes.
+#[derive(Clone, Debug)]
+pub(super) struct Slopes {
+    /// For tables.
+    pub name: String,
+    /// One for each state; none in discrete time.
+    methods: Vec<Differentiator>,
+    /// Rows at each end of a stretch whose slopes err more.
+    pub edge: usize,
+    /// Rows whose slopes are alike.
+    pub window: f64,
+}
+
+/// What was decided.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    /// The first stands for the trajectories.
+    pub slopes: Vec<Slopes>,
+    /// Half-width of the weak form, where it is asked for.
+    pub half_width: Option<f64>,
+    /// Rows that windows share.
+    pub overlap: usize,
+    /// The median step of time.
+    pub period: f64,
+    pub uniform: bool,
+}
+
+impl Plan {
+    /// Rows that are differentiated at a time.
+    pub(super) fn window(&self) -> usize {
+        WINDOW.max(8 * self.overlap)
+    }
+}
+
+impl Slopes {
+    /// States smoothed, and their slopes; stretches too short for the method are differenced.
+    pub(super) fn apply(
+        &self,
+        time: &[f64],
+        states: &[&[f64]],
+    ) -> Result<Vec<Smoothed>, SindyError> {
+        if self.methods.is_empty() {
+            let next = |x: &&[f64]| Smoothed {
+                value: x.to_vec(),
+                // "Slope": the next sample. The last row of a stretch has none and is left out as its edge.
+                derivative: x[1..].iter().copied().chain([f64::NAN]).collect(),
+            };
+            return Ok(states.iter().map(next).collect());
+        }
+        let pairs = self.methods.iter().zip(states);
+        pairs
+            .map(|(method, x)| match method.apply(time, x) {
+                Err(SindyError::TooShort { .. }) => FiniteDifference::new(2)?.apply(time, x),
+                other => other,
+            })
+            .collect()
+    }
+
+    fn of(method: Differentiator, states: usize) -> Self {
+        let (name, edge) = match method {
+            Differentiator::SavitzkyGolay(f) => {
+                let (window, degree) = (f.window(), f.degree());
+                let name = format!("Savitzky–Golay, window {window}, degree {degree}");
+                (name, window / 2)
+            }
+            Differentiator::FiniteDifference(f) => {
+                (format!("finite differences of order {}", f.order()), 0)
+            }
+            Differentiator::SmoothingSpline(_) => {
+                ("smoothing spline by cross-validation".into(), EDGE)
+            }
+            Differentiator::Kalman(_) => ("Kalman smoother by maximum likelihood".into(), EDGE),
+            Differentiator::Spectral(_) => ("spectral".into(), EDGE),
+        };
+        Self {
+            name,
+            methods: vec![method; states],
+            edge,
+            window: (2 * edge + 1) as f64,
+        }
+    }
+
+    /// Rows from the end of a window beyond which slopes do not feel it.
+    fn reach(&self) -> usize {
+        let local = |m: &Differentiator| {
+            matches!(
+                m,
+                Differentiator::SavitzkyGolay(_) | Differentiator::FiniteDifference(_)
+            )
+        };
+        match self.methods.iter().all(local) {
+            true => self.edge.max(8),
+            false => REACH,
+        }
+    }
+}
+
+/// Savitzky–Golay filters with windows from the data, for each factor in `wider` once.
+fn filters(
+    head: &[Series<'_>],
+    states: usize,
+    wider: &[f64],
+) -> Result<Option<Vec<Slopes>>, SindyError> {
+    let longest = head.iter().map(|s| s.0.len()).max().unwrap_or(0);
+    let long = |s: &&Series<'_>| s.0.len() >= SMOOTHED.max(longest / 10);
+    let mut chosen = Vec::new();
+    for i in 0..states {
+        let series: Vec<(&[f64], &[f64])> =
+            head.iter().filter(long).map(|s| (s.0, s.1[i])).collect();
+        if series.is_empty() {
+            return Ok(None);
+        }
+        chosen.push(choose_savgol(&series, &SavgolSearch::default())?.filter);
+    }
+    let most = (longest.max(SMOOTHED) - 1) / 2 * 2 - 1;
+    let of = |factor: &f64| -> Result<Slopes, SindyError> {
+        let filters: Vec<SavitzkyGolay> = chosen
+            .iter()
+            .map(|f| {
+                let window = (f.window() as f64 * factor / 2.0) as usize * 2 + 1;
+                let least = f.degree() / 2 * 2 + 3;
+                SavitzkyGolay::new(window.clamp(least, most.max(least)), f.degree())
+            })
+            .collect::<Result<_, _>>()?;
+        let widest = filters.iter().map(SavitzkyGolay::window).max().unwrap_or(1);
+        let text: Vec<String> = filters
+            .iter()
+            .map(|f| format!("{}/{}", f.window(), f.degree()))
+            .collect();
+        Ok(Slopes {
+            name: format!("Savitzky–Golay, window/degree {}", text.join(", ")),
+            methods: filters.into_iter().map(Differentiator::from).collect(),
+            edge: widest / 2,
+            window: widest as f64,
+        })
+    };
+    wider.iter().map(of).collect::<Result<_, _>>().map(Some)
+}
+
+/// Decides by the stretches of the first rows; `most` rows are a window of the weak form at most.
+pub(super) fn choose(
+    head: &[Series<'_>],
+    settings: &Settings,
+    most: usize,
+) -> Result<Plan, SindyError> {
+    let states = head.first().map_or(0, |s| s.1.len());
+    let mut steps: Vec<f64> = Vec::new();
+    let mut periods = Vec::new();
+    for (time, _) in head {
+        steps.extend(time.windows(2).map(|w| w[1] - w[0]));
+        periods.push(uniform_period(time));
+    }
+    let middle = steps.len() / 2;
+    let period = match steps.is_empty() {
+        true => f64::NAN,
+        false => *steps.select_nth_unstable_by(middle, f64::total_cmp).1,
+    };
+    let uniform = periods.iter().all(|p| alike(*p, period));
+    let mut plan = Plan {
+        slopes: Vec::new(),
+        half_width: None,
+        overlap: 0,
+        period,
+        uniform,
+    };
+    if settings.discrete {
+        plan.slopes.push(Slopes {
+            name: "none (discrete time)".into(),
+            methods: Vec::new(),
+            edge: 0,
+            window: 1.0,
+        });
+    } else if let Some(method) = settings.smoothing.differentiator()? {
+        plan.slopes.push(Slopes::of(method, states));
+    } else {
+        let wider: &[f64] = match settings.smoothing {
+            Smoothing::Automatic => &[1.0, 2.0],
+            _ => &[1.0],
+        };
+        let found = match uniform {
+            true => filters(head, states, wider)?,
+            false => None,
+        };
+        let spline = || {
+            vec![Slopes::of(
+                SmoothingSpline::cross_validated().into(),
+                states,
+            )]
+        };
+        plan.slopes = found.unwrap_or_else(spline);
+        let series: Vec<(&[f64], &[f64])> = head
+            .iter()
+            .filter(|s| s.0.len() >= SMOOTHED)
+            .flat_map(|s| s.1.iter().map(|x| (s.0, *x)))
+            .collect();
+        if !series.is_empty() {
+            let widest = period * most as f64 / 2.0;
+            plan.half_width = Some(choose_half_width(&series, POWER)?.min(widest));
+        }
+    }
+    plan.overlap = plan.slopes.iter().map(Slopes::reach).max().unwrap_or(1);
+    Ok(plan)
+}
+
+/// Whether a stretch has this period.
+pub(super) fn alike(found: Option<f64>, period: f64) -> bool {
+    found.is_some_and(|p| (p / period - 1.0).abs() < 1e-3)
+}

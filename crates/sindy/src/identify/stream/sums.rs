@@ -1,0 +1,201 @@
+//! Statistics that rows go into, by equation and cluster.
+
+use std::ops::Range;
+
+use crate::error::SindyError;
+use crate::gram::{Accumulate, Gram};
+use crate::identify::prepare::{WEIGHT, slope_name};
+use crate::library::Library;
+use crate::samples::Samples;
+use crate::weak::WeakForm;
+
+/// The condition of the scaled library above which the triangular factor is accumulated as well.
+const ILL_CONDITIONED: f64 = 1e6;
+/// The name of the time column of the weak form.
+const TIME: &str = "(time)";
+
+/// A library and the equations that share it.
+#[derive(Clone, Debug)]
+pub(super) struct Shared {
+    pub library: Library,
+    pub states: Vec<usize>,
+    /// Whether the triangular factor is accumulated.
+    triangle: bool,
+}
+
+/// Equations by their libraries.
+pub(super) fn shared(libraries: &[Library]) -> Vec<Shared> {
+    let mut all: Vec<Shared> = Vec::new();
+    for (i, library) in libraries.iter().enumerate() {
+        match all.iter_mut().find(|s| s.library == *library) {
+            Some(one) => one.states.push(i),
+            None => all.push(Shared {
+                library: library.clone(),
+                states: vec![i],
+                triangle: false,
+            }),
+        }
+    }
+    all
+}
+
+/// What is regressed on.
+#[derive(Clone, Debug)]
+pub(super) enum Kind {
+    /// Slopes (in discrete time the next samples); with weights or without.
+    Slopes { weighted: bool },
+    /// The weak form with this half-width, of the named states.
+    Weak(f64, Vec<String>),
+}
+
+/// Statistics of one kind.
+pub(super) struct Sums {
+    kind: Kind,
+    shared: Vec<Shared>,
+    names: Vec<String>,
+    /// Rows of a block, at least.
+    block: usize,
+    /// Rows that wait, and the cluster of each of their groups.
+    waiting: Samples,
+    places: Vec<usize>,
+    rows: usize,
+    /// The cluster that is being filled, and rows that it has got in this turn.
+    at: usize,
+    filled: usize,
+    /// Whether rows went into sums yet.
+    begun: bool,
+    /// By equation, then cluster.
+    pub grams: Vec<Vec<Gram>>,
+}
+
+impl Sums {
+    pub(super) fn new(
+        kind: Kind,
+        shared: &[Shared],
+        data: &[String],
+        clusters: usize,
+        block: usize,
+    ) -> Self {
+        let states: usize = shared.iter().map(|s| s.states.len()).sum();
+        let mut names = Vec::new();
+        match &kind {
+            Kind::Slopes { weighted } => {
+                names.extend_from_slice(data);
+                names.extend((0..states).map(slope_name));
+                names.extend(weighted.then(|| WEIGHT.to_owned()));
+            }
+            Kind::Weak(..) => {
+                names.push(TIME.to_owned());
+                names.extend_from_slice(data);
+            }
+        }
+        let mut grams = vec![Vec::new(); states];
+        for one in shared {
+            for &i in &one.states {
+                grams[i] = vec![Gram::zeros(one.library.len()); clusters];
+            }
+        }
+        Self {
+            kind,
+            shared: shared.to_vec(),
+            waiting: samples(&names),
+            names,
+            block,
+            places: Vec::new(),
+            rows: 0,
+            at: 0,
+            filled: 0,
+            begun: false,
+            grams,
+        }
+    }
+
+    /// Takes rows of a stretch, in blocks.
+    pub(super) fn add(&mut self, columns: &[&[f64]], rows: Range<usize>) -> Result<(), SindyError> {
+        let n = rows.len();
+        if n == 0 {
+            return Ok(());
+        }
+        let parts = (n / self.block).max(1);
+        for k in 0..parts {
+            let part = rows.start + k * n / parts..rows.start + (k + 1) * n / parts;
+            self.places.push(self.at);
+            self.filled += part.len();
+            if self.filled >= self.block {
+                self.filled = 0;
+                self.at = (self.at + 1) % self.grams[0].len();
+            }
+            let own = columns.iter().map(|c| c[part.clone()].to_vec()).collect();
+            self.waiting.push_group(own)?;
+        }
+        self.rows += n;
+        Ok(())
+    }
+
+    /// Rows that wait.
+    pub(super) fn waiting(&self) -> usize {
+        self.rows
+    }
+
+    /// Sums the rows that wait.
+    pub(super) fn flush(&mut self) -> Result<(), SindyError> {
+        if self.rows == 0 {
+            return Ok(());
+        }
+        for k in 0..self.shared.len() {
+            let mut parts = self.sums(k)?;
+            // What the first rows show of the condition holds for all: there is no second pass.
+            if !self.begun && matches!(self.kind, Kind::Slopes { .. }) {
+                let total = parts.first().map(|p| Gram::total(p));
+                if total.is_some_and(|t| t.condition() > ILL_CONDITIONED) {
+                    self.shared[k].triangle = true;
+                    parts = self.sums(k)?;
+                }
+            }
+            for (&i, groups) in self.shared[k].states.iter().zip(&parts) {
+                for (&place, gram) in self.places.iter().zip(groups) {
+                    self.grams[i][place].merge(gram);
+                }
+            }
+        }
+        self.begun = true;
+        self.waiting = samples(&self.names);
+        self.places.clear();
+        self.rows = 0;
+        Ok(())
+    }
+
+    /// Statistics of the rows that wait, for the equations of one library: by equation, then group.
+    fn sums(&self, k: usize) -> Result<Vec<Vec<Gram>>, SindyError> {
+        let one = &self.shared[k];
+        match &self.kind {
+            Kind::Slopes { weighted } => {
+                let targets: Vec<String> = one.states.iter().map(|&i| slope_name(i)).collect();
+                let targets: Vec<&str> = targets.iter().map(String::as_str).collect();
+                let mut of = Accumulate::new(&one.library, "").triangle(one.triangle);
+                if *weighted {
+                    of = of.weights(WEIGHT);
+                }
+                of.targets(&targets, &self.waiting)
+            }
+            Kind::Weak(half_width, states) => {
+                let own: Vec<&str> = one.states.iter().map(|&i| states[i].as_str()).collect();
+                let form = WeakForm::default().half_width(*half_width)?;
+                match form.system(&one.library, TIME, &own, &self.waiting) {
+                    Ok(system) => Ok(system.grams),
+                    Err(SindyError::TooShort { .. }) => Ok(vec![Vec::new(); own.len()]),
+                    Err(other) => Err(other),
+                }
+            }
+        }
+    }
+
+    /// Rows (in the weak form: windows) that were used.
+    pub(super) fn used(&self) -> usize {
+        self.grams[0].iter().map(|g| g.rows).sum()
+    }
+}
+
+fn samples(names: &[String]) -> Samples {
+    Samples::new(&names.iter().map(String::as_str).collect::<Vec<_>>())
+}
