@@ -289,6 +289,24 @@ fn prop_settings_and_outputs_that_do_not_fit() {
         &words("fit {} --states x,y --model {}", &[&data, folder.path()]),
     );
     assert!(error.contains("found a folder"), "{error}");
+    // No output takes an input's place, by whatever path, nor another output's.
+    let before = std::fs::read(&data).unwrap();
+    let detour = folder.path().join(".").join("a.csv");
+    let error = fails(
+        2,
+        &words("fit {} --states x,y --model {}", &[&data, &detour]),
+    );
+    assert!(error.contains("one of the inputs"), "{error}");
+    assert_eq!(std::fs::read(&data).unwrap(), before);
+    let one = folder.path().join("one.svg");
+    let error = fails(
+        2,
+        &words(
+            "fit {} --states x,y --model {} --figure {}",
+            &[&data, &one, &one],
+        ),
+    );
+    assert!(error.contains("two outputs") && !one.exists(), "{error}");
     let error = fails(2, &words("fit {} --states x,y --figure out.pdf", &[&data]));
     assert!(error.contains(".svg, .png or .html"), "{error}");
     fails(2, &words("fit {}", &[&data]));

@@ -24,9 +24,11 @@ use args::FitArgs;
 use object::FitObject;
 
 pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
-    for path in args.model.iter().chain(&args.figure) {
-        output::check(path)?;
-    }
+    let read = args.train.iter().chain(&args.test).chain(&args.terms);
+    output::check(
+        args.model.iter().chain(&args.figure),
+        read.chain(&args.settings),
+    )?;
     if let Some(path) = &args.figure {
         drawing::check(path)?;
     }

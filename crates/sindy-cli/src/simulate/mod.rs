@@ -23,9 +23,12 @@ pub(crate) struct Simulated {
 }
 
 pub(crate) fn run(context: &Context, args: &SimulateArgs) -> Result<Done> {
-    for path in args.output.iter().chain(&args.figure) {
-        output::check(path)?;
-    }
+    output::check(
+        args.output.iter().chain(&args.figure),
+        std::iter::once(&args.model)
+            .chain(&args.data)
+            .chain(&args.inputs_from),
+    )?;
     if let Some(path) = &args.figure {
         drawing::check(path)?;
     }
