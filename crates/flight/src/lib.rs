@@ -18,6 +18,7 @@
 //! | [`control`] | control laws |
 //! | [`autopilot`] | all of these: measurement in, command out |
 //! | [`touchdown`], [`metrics`] | touchdown and the figures of a landing |
+//! | [`space`] | vectors and attitudes in space |
 //! | [`types`], [`error`], [`real`] | measurements and commands, refused settings, scalars |
 //!
 //! ```
@@ -70,10 +71,12 @@ mod kernel;
 pub mod metrics;
 pub mod real;
 pub mod reference;
+pub mod space;
 pub mod thrust;
 pub mod touchdown;
 pub mod types;
 
 pub use error::SettingsError;
 pub use real::Real;
+pub use space::{Attitude, Vector};
 pub use types::{Command, Limits, Measurement};

@@ -55,6 +55,8 @@ pub trait Real:
     fn cos(self) -> Self;
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
+    /// Angle of the point (`x`, `self`), in (-π, π].
+    fn atan2(self, x: Self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
     /// The smaller value; a NaN operand is ignored.
@@ -85,7 +87,7 @@ pub trait Real:
 }
 
 macro_rules! impl_real {
-    ($t:ident, $sqrt:path, $exp:path, $exp_m1:path, $sin:path, $cos:path, $tanh:path) => {
+    ($t:ident, $sqrt:path, $exp:path, $exp_m1:path, $sin:path, $cos:path, $tanh:path, $atan2:path) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -116,6 +118,9 @@ macro_rules! impl_real {
             fn tanh(self) -> Self {
                 $tanh(self)
             }
+            fn atan2(self, x: Self) -> Self {
+                $atan2(self, x)
+            }
             fn abs(self) -> Self {
                 $t::abs(self)
             }
@@ -139,7 +144,8 @@ impl_real!(
     libm::expm1f,
     libm::sinf,
     libm::cosf,
-    libm::tanhf
+    libm::tanhf,
+    libm::atan2f
 );
 impl_real!(
     f64,
@@ -148,7 +154,8 @@ impl_real!(
     libm::expm1,
     libm::sin,
     libm::cos,
-    libm::tanh
+    libm::tanh,
+    libm::atan2
 );
 
 /// Short for [`Real::from_f64`], for constants in kernels.
