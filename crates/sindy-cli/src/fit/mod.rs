@@ -15,7 +15,6 @@ use sindy::identify::Progress;
 use sindy::{Identification, Identify};
 
 use crate::Done;
-use crate::args::Between;
 use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::trajectories::{FileReport, Trajectory};
@@ -50,7 +49,7 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
     warnings.extend(found.warnings.iter().cloned());
 
     context.busy("judging");
-    let between = Between::Linear;
+    let between = &found.inputs_between;
     let test = match &test {
         Some(test) => {
             warnings.extend(test.warnings.iter().cloned());

@@ -3,10 +3,9 @@
 use serde::Serialize;
 use sindy::Model;
 use sindy::derivative::{Differentiator, SavgolSearch, SmoothingSpline, choose_savgol};
-use sindy::model::{Simulation, Time};
+use sindy::model::{Interpolation, Simulation, Time};
 use sindy::savgol::Smoothed;
 
-use crate::args::Between;
 use crate::error::{Error, Result};
 use crate::named::Named;
 use crate::simulate::object::{RunObject, deviation, rmse};
@@ -70,7 +69,7 @@ pub(crate) struct FreeRun {
 pub(crate) fn of(
     model: &Model,
     trajectories: &[Trajectory],
-    between: Between,
+    between: &[Interpolation],
     warnings: &mut Vec<String>,
 ) -> Result<Test> {
     let mut parts = Vec::new();

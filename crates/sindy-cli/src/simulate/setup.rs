@@ -51,7 +51,7 @@ pub(crate) fn of(model: &Model, args: &SimulateArgs) -> Result<Setup> {
             let mut tasks = Vec::new();
             for trajectory in &trajectories {
                 for part in stretches(model, trajectory, &mut warnings)? {
-                    tasks.push(part.task(model, args.between)?);
+                    tasks.push(part.task(model, &between(model, args))?);
                 }
             }
             let lossy = report.lossy;
@@ -122,7 +122,7 @@ pub(crate) fn stretches<'t>(
 
 impl Stretch<'_> {
     /// A run beside the stretch, from its first row.
-    pub(crate) fn task(&self, model: &Model, between: Between) -> Result<Task> {
+    pub(crate) fn task(&self, model: &Model, between: &[Interpolation]) -> Result<Task> {
         let (states, inputs) = self.columns.split_at(model.states().len());
         Ok(Task {
             name: self.name.clone(),
@@ -139,18 +139,27 @@ fn sampled(
     name: &str,
     time: &[f64],
     columns: &[&[f64]],
-    between: Between,
+    between: &[Interpolation],
 ) -> Result<Inputs> {
     if model.inputs().is_empty() {
         return Ok(Inputs::none());
     }
-    let how = match (model.time(), between) {
+    let between = match model.time() {
         // In discrete time an input holds for a period.
-        (Time::Discrete { .. }, _) | (_, Between::Hold) => Interpolation::ZeroOrderHold,
-        (_, Between::Linear) => Interpolation::Linear,
-        (_, Between::Cubic) => Interpolation::Cubic,
+        Time::Discrete { .. } => &vec![Interpolation::ZeroOrderHold; columns.len()],
+        Time::Continuous => between,
     };
-    Inputs::sampled(time, columns, how).map_err(Error::refused(name))
+    Inputs::sampled_each(time, columns, between).map_err(Error::refused(name))
+}
+
+/// What every input of the model is between samples, as the arguments say.
+fn between(model: &Model, args: &SimulateArgs) -> Vec<Interpolation> {
+    let how = match args.between {
+        Between::Hold => Interpolation::ZeroOrderHold,
+        Between::Linear => Interpolation::Linear,
+        Between::Cubic => Interpolation::Cubic,
+    };
+    vec![how; model.inputs().len()]
 }
 
 /// In discrete time, rows are one period apart.
@@ -210,7 +219,13 @@ fn own(model: &Model, args: &SimulateArgs) -> Result<Setup> {
     let inputs = match &table {
         Some(table) => {
             let columns: Vec<&[f64]> = table.columns.iter().map(Vec::as_slice).collect();
-            sampled(model, &table.name, &table.time, &columns, args.between)?
+            sampled(
+                model,
+                &table.name,
+                &table.time,
+                &columns,
+                &between(model, args),
+            )?
         }
         None => formulas(model, &args.inputs)?,
     };

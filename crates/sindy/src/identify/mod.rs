@@ -30,8 +30,10 @@
 //! [`Identification`] says what was chosen and why, with every equation's front of terms against error.
 //! Random numbers are not used. Rows that do not fit into memory pass once through [`stream`].
 
+mod inputs;
 mod model;
 mod prepare;
+mod proportional;
 mod regress;
 mod result;
 mod run;
@@ -41,7 +43,7 @@ pub mod stream;
 mod tests;
 
 pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progress};
-pub use settings::{Method, Score, Settings, Smoothing};
+pub use settings::{Between, Method, Score, Settings, Smoothing};
 pub use stream::Columns;
 
 use crate::dataset::Dataset;
@@ -112,6 +114,31 @@ impl Identify {
             },
         };
         let stretches = data.stretches();
+        let mut warnings = Vec::new();
+        let names = data.names();
+        let libraries = libraries
+            .into_iter()
+            .map(|library| {
+                let found = proportional::multiples(&library, &names, &stretches)?;
+                let text = library.names();
+                let told: Vec<String> = found
+                    .iter()
+                    .map(|m| {
+                        let factor = proportional::rounded(m.factor);
+                        format!("{} = {factor} x {}", text[m.term], text[m.of])
+                    })
+                    .collect();
+                if !told.is_empty() {
+                    warnings.push(format!(
+                        "collinear terms are left out, which no row of the data tells from simpler ones: {}",
+                        told.join(", ")
+                    ));
+                }
+                let out: Vec<usize> = found.iter().map(|m| m.term).collect();
+                Ok(library.without(&out))
+            })
+            .collect::<Result<Vec<_>, SindyError>>()?;
+        warnings.dedup();
         let rows: usize = stretches.iter().map(|s| s.time.len()).sum();
         let terms = libraries.iter().map(Library::len).max().unwrap_or(0);
         if rows <= terms {
@@ -128,8 +155,9 @@ impl Identify {
             libraries,
             time,
             noise: prepare::noise(&stretches, n),
+            inputs: inputs::choose(&stretches, n, self.settings.inputs_between),
             stretches,
-            warnings: Vec::new(),
+            warnings,
         }
         .go(progress)
     }

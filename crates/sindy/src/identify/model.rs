@@ -140,6 +140,7 @@ impl Run<'_> {
             choice: self.choice(&ranked[start], "output_error", reason),
             candidates: Self::candidates(ranked),
             outcome: found.outcome,
+            inputs_between: self.inputs.between,
             data: self.data.report(),
             warnings: self.warnings,
         })
@@ -232,6 +233,7 @@ impl Run<'_> {
             choice: self.choice(best, best.regression.solver, reason),
             candidates: Self::candidates(ranked),
             outcome,
+            inputs_between: self.inputs.between,
             data: self.data.report(),
             warnings: self.warnings,
         })

@@ -5,12 +5,17 @@ use crate::derivative::{
     Differentiator, FiniteDifference, SavgolSearch, SmoothingSpline, choose_savgol, noise_level,
 };
 use crate::error::SindyError;
+use crate::model::Interpolation;
 use crate::output_error::Piece;
 use crate::samples::Samples;
 use crate::savgol::{SavitzkyGolay, Smoothed};
 
 /// Rows below which a stretch is differenced, not smoothed.
 const SMOOTHED: usize = 25;
+/// Parts of a stretch that are looked at for motion, at most.
+const PARTS: usize = 32;
+/// Something moves where a state scatters by so many times its noise.
+const MOVES: f64 = 5.0;
 /// The least noise that is believed, as a share of a state's scatter.
 const FLOOR: f64 = 1e-6;
 
@@ -72,54 +77,134 @@ pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
     out
 }
 
-/// Slopes by a method with a strength from the data: Savitzky–Golay on uniform times, a spline elsewhere.
-/// `wider` multiplies the filter's window.
-pub(super) fn chosen(
+/// The parts of the stretches in which something moves; `None` where that is nearly everything.
+///
+/// A record that rests for most of its length says of its resting part that the noise is all there is: a filter
+/// chosen for the whole of it flattens the little that moves.
+pub(super) fn moving<'a>(
+    stretches: &[Stretch<'a>],
+    states: usize,
+    noise: &Noise,
+) -> Option<Vec<Stretch<'a>>> {
+    let mut out = Vec::new();
+    let (mut rows, mut kept) = (0, 0);
+    for s in stretches {
+        let n = s.time.len();
+        let parts = (n / SMOOTHED).clamp(1, PARTS);
+        let edge = |k: usize| k * n / parts;
+        let moves: Vec<bool> = (0..parts)
+            .map(|k| {
+                (0..states)
+                    .any(|i| scatter(&s.columns[i][edge(k)..edge(k + 1)]) > MOVES * noise.sigma[i])
+            })
+            .collect();
+        rows += n;
+        let mut k = 0;
+        while k < parts {
+            let first = k;
+            while k < parts && moves[k] {
+                k += 1;
+            }
+            if k > first {
+                let range = edge(first)..edge(k);
+                kept += range.len();
+                out.push(Stretch {
+                    trajectory: s.trajectory,
+                    time: &s.time[range.clone()],
+                    columns: s.columns.iter().map(|c| &c[range.clone()]).collect(),
+                    weights: s.weights.map(|w| &w[range.clone()]),
+                });
+            }
+            k += 1;
+        }
+    }
+    (kept > 0 && 2 * kept < rows).then_some(out)
+}
+
+fn scatter(x: &[f64]) -> f64 {
+    let n = x.len() as f64;
+    let mean = x.iter().sum::<f64>() / n;
+    (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+/// A filter for each state with a strength from the data; none where times are not uniform or all stretches
+/// are short. `wider` multiplies the window.
+pub(super) fn filters(
     stretches: &[Stretch<'_>],
     states: usize,
     uniform: bool,
     wider: f64,
-) -> Result<Slopes, SindyError> {
-    let long = |s: &&Stretch<'_>| s.time.len() >= SMOOTHED;
-    if !uniform || !stretches.iter().any(|s| long(&s)) {
-        return with(stretches, states, SmoothingSpline::cross_validated().into());
+) -> Result<Option<Vec<SavitzkyGolay>>, SindyError> {
+    // Half of the rows lie in stretches at least so long: a few short ones do not narrow the window for all.
+    let mut lengths: Vec<usize> = stretches.iter().map(|s| s.time.len()).collect();
+    lengths.sort_unstable_by(|a, b| b.cmp(a));
+    let half = lengths.iter().sum::<usize>() / 2;
+    let mut rows = 0;
+    let usual = lengths.iter().find(|&&n| {
+        rows += n;
+        rows >= half
+    });
+    let enough = (usual.copied().unwrap_or(0) / 2).max(SMOOTHED);
+    let long: Vec<&Stretch<'_>> = stretches
+        .iter()
+        .filter(|s| s.time.len() >= enough)
+        .collect();
+    if !uniform || long.is_empty() {
+        return Ok(None);
     }
+    let shortest = long.iter().map(|s| s.time.len()).min().unwrap_or(enough);
+    let most = (shortest - 1) / 2 * 2 - 1;
     let mut filters = Vec::new();
     for i in 0..states {
-        let series: Vec<(&[f64], &[f64])> = stretches
-            .iter()
-            .filter(long)
-            .map(|s| (s.time, s.columns[i]))
-            .collect();
+        let series: Vec<(&[f64], &[f64])> = long.iter().map(|s| (s.time, s.columns[i])).collect();
         let choice = choose_savgol(&series, &SavgolSearch::default())?;
-        let shortest = series.iter().map(|s| s.0.len()).min().unwrap_or(SMOOTHED);
         let window = (choice.filter.window() as f64 * wider / 2.0) as usize * 2 + 1;
-        let most = (shortest - 1) / 2 * 2 - 1;
         let degree = choice.filter.degree();
+        let least = least_window(degree);
         filters.push(SavitzkyGolay::new(
-            window.clamp(degree / 2 * 2 + 3, most.max(degree / 2 * 2 + 3)),
+            window.clamp(least, most.max(least)),
             degree,
         )?);
     }
-    let windows: Vec<usize> = filters.iter().map(SavitzkyGolay::window).collect();
-    let widest = windows.iter().copied().max().unwrap_or(1);
+    Ok(Some(filters))
+}
+
+/// The least window of a degree that smooths at all.
+fn least_window(degree: usize) -> usize {
+    degree / 2 * 2 + 3
+}
+
+/// Slopes by the given filters, narrower where a stretch is too short for them; by a spline where there are none.
+pub(super) fn by(
+    filters: Option<&[SavitzkyGolay]>,
+    stretches: &[Stretch<'_>],
+    states: usize,
+) -> Result<Slopes, SindyError> {
+    let Some(filters) = filters else {
+        return with(stretches, states, SmoothingSpline::cross_validated().into());
+    };
+    let one = |f: &SavitzkyGolay, time: &[f64], column: &[f64]| {
+        let most = (time.len() - 1) / 2 * 2 - 1;
+        if most >= f.window() {
+            f.apply(time, column)
+        } else if most >= least_window(f.degree()) {
+            SavitzkyGolay::new(most, f.degree())?.apply(time, column)
+        } else {
+            FiniteDifference::new(2)?.apply(time, column)
+        }
+    };
     let smoothed = stretches
         .iter()
         .map(|s| {
-            filters
-                .iter()
-                .zip(&s.columns)
-                .map(|(f, column)| match s.time.len() > f.window() {
-                    true => f.apply(s.time, column),
-                    false => FiniteDifference::new(2)?.apply(s.time, column),
-                })
-                .collect()
+            let columns = filters.iter().zip(&s.columns);
+            columns.map(|(f, c)| one(f, s.time, c)).collect()
         })
         .collect::<Result<_, SindyError>>()?;
     let text: Vec<String> = filters
         .iter()
         .map(|f| format!("{}/{}", f.window(), f.degree()))
         .collect();
+    let widest = filters.iter().map(SavitzkyGolay::window).max().unwrap_or(1);
     Ok(Slopes {
         name: format!("Savitzky–Golay, window/degree {}", text.join(", ")),
         smoothed,
@@ -268,6 +353,7 @@ pub(super) fn pieces<'a>(
     stretches: &[Stretch<'a>],
     states: usize,
     slopes: &Slopes,
+    between: &[Interpolation],
     most: usize,
 ) -> Vec<Piece<'a>> {
     let longest = most.min(2000);
@@ -290,6 +376,7 @@ pub(super) fn pieces<'a>(
                 time: &s.time[start..end],
                 states: s.columns[..states].iter().map(|c| &c[start..end]).collect(),
                 inputs: s.columns[states..].iter().map(|c| &c[start..end]).collect(),
+                between: between.to_vec(),
                 weights: s.weights.map(|w| &w[start..end]),
                 smooth: smooth
                     .iter()

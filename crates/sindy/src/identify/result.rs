@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::dataset::DataReport;
-use crate::model::Model;
+use crate::model::{Interpolation, Model};
 use crate::outcome::Outcome;
 
 /// What the automatic identification is doing.
@@ -97,6 +97,8 @@ pub struct Identification {
     pub candidates: Vec<Candidate>,
     /// Why the last solver stopped.
     pub outcome: Outcome,
+    /// What each input was taken to be between its samples; of no account in discrete time and for regressions.
+    pub inputs_between: Vec<Interpolation>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// What the data hold.

@@ -1,5 +1,6 @@
 //! One identification, from slopes to the accepted model.
 
+use super::inputs;
 use super::prepare::{self, Noise, Slopes};
 use super::regress::{self, Regression, Statistics};
 use super::{Identification, Method, Progress, Settings, Smoothing};
@@ -8,7 +9,7 @@ use crate::error::SindyError;
 use crate::gram::Gram;
 use crate::identifiability::examine;
 use crate::library::Library;
-use crate::model::Time;
+use crate::model::{Interpolation, Time};
 use crate::outcome::Outcome;
 use crate::output_error::{self, Found, Piece, Start, System, free_run};
 
@@ -32,6 +33,7 @@ pub(super) struct Run<'a> {
     pub time: Time,
     pub stretches: Vec<Stretch<'a>>,
     pub noise: Noise,
+    pub inputs: inputs::Choice,
     pub warnings: Vec<String>,
 }
 
@@ -51,14 +53,20 @@ impl Run<'_> {
         let n = self.data.states().len();
         let (slopes, statistics) = self.regressions(progress)?;
         self.look_at_data(&statistics[0])?;
-        let pieces = prepare::pieces(&self.stretches, n, &slopes, self.settings.rows);
+        let between = self.inputs.between.clone();
+        let pieces = prepare::pieces(&self.stretches, n, &slopes, &between, self.settings.rows);
         let term_rms: Vec<f64> = statistics[0]
             .grams
             .iter()
             .flat_map(|parts| Gram::total(parts).column_rms().as_slice().to_vec())
             .collect();
-        let yardstick =
-            prepare::pieces(&self.stretches, n, &slopes, self.settings.rows.min(RANKED));
+        let yardstick = prepare::pieces(
+            &self.stretches,
+            n,
+            &slopes,
+            &between,
+            self.settings.rows.min(RANKED),
+        );
         let mut regressions = Vec::new();
         for statistics in &statistics {
             regressions.extend(regress::solve(statistics, self.settings)?);
@@ -102,6 +110,14 @@ impl Run<'_> {
             Method::Regression => None,
             _ => self.output_error(&ranked, &pieces, &term_rms, progress),
         };
+        let found = match &self.inputs.second {
+            Some(second) if !self.settings.discrete => {
+                let held = prepare::pieces(&self.stretches, n, &slopes, second, self.settings.rows);
+                let second = second.clone();
+                self.better(found, &ranked, (&held, second), &term_rms, progress)
+            }
+            _ => found,
+        };
         let follows = found
             .as_ref()
             .is_some_and(|(_, f)| self.misfit(f) <= FOLLOWS);
@@ -134,49 +150,81 @@ impl Run<'_> {
         &self,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<(Slopes, Vec<Statistics>), SindyError> {
-        let (data, stretches) = (self.data, &self.stretches);
-        let n = data.states().len();
-        let folds = self.settings.folds;
-        let mut all = Vec::new();
-        if self.settings.discrete {
-            all.push(prepare::raw(stretches, n));
-        } else if let Some(method) = self.settings.smoothing.differentiator()? {
-            all.push(prepare::with(stretches, n, method)?);
-        } else {
-            let uniform = data.report().uniform;
-            all.push(prepare::chosen(stretches, n, uniform, 1.0)?);
-            if uniform && self.settings.smoothing == Smoothing::Automatic {
-                all.push(prepare::chosen(stretches, n, uniform, 2.0)?);
-            }
-        }
+        let n = self.data.states().len();
+        let smoothing = &self.settings.smoothing;
         let mut statistics = Vec::new();
-        for slopes in &all {
-            progress(Progress::Regression {
-                smoothing: slopes.name.clone(),
-            });
-            statistics.push(regress::of_slopes(
-                data,
-                stretches,
-                &self.libraries,
-                slopes,
-                folds,
-            )?);
+        if self.settings.discrete {
+            let slopes = prepare::raw(&self.stretches, n);
+            self.add(&slopes, &self.stretches, &mut statistics, progress)?;
+            return Ok((slopes, statistics));
         }
-        let weak = matches!(
-            self.settings.smoothing,
-            Smoothing::Automatic | Smoothing::Weak
-        );
-        if weak && !self.settings.discrete {
-            progress(Progress::Regression {
-                smoothing: "weak form".into(),
-            });
-            let found = regress::of_weak_form(data, stretches, &self.libraries, folds)?;
-            if self.settings.smoothing == Smoothing::Weak && found.is_some() {
-                statistics.clear();
+        if let Some(method) = smoothing.differentiator()? {
+            let slopes = prepare::with(&self.stretches, n, method)?;
+            self.add(&slopes, &self.stretches, &mut statistics, progress)?;
+            return Ok((slopes, statistics));
+        }
+        // Where most of the data rest, what moves comes first, with a smoothing of its own.
+        let moving = prepare::moving(&self.stretches, n, &self.noise);
+        let mut first = None;
+        for part in moving.iter().chain([&self.stretches]) {
+            let uniform = self.data.report().uniform;
+            let both: &[f64] = match *smoothing == Smoothing::Automatic && uniform {
+                true => &[1.0, 2.0],
+                false => &[1.0],
+            };
+            for wider in both {
+                let filters = prepare::filters(part, n, uniform, *wider)?;
+                let slopes = prepare::by(filters.as_deref(), part, n)?;
+                if *smoothing != Smoothing::Weak {
+                    self.add(&slopes, part, &mut statistics, progress)?;
+                }
+                if first.is_none() {
+                    first = Some(prepare::by(filters.as_deref(), &self.stretches, n)?);
+                }
             }
-            statistics.extend(found);
+            if matches!(smoothing, Smoothing::Automatic | Smoothing::Weak) {
+                progress(Progress::Regression {
+                    smoothing: "weak form".into(),
+                });
+                let folds = self.settings.folds;
+                statistics.extend(regress::of_weak_form(
+                    self.data,
+                    part,
+                    &self.libraries,
+                    folds,
+                )?);
+            }
         }
-        Ok((all.swap_remove(0), statistics))
+        match first {
+            Some(slopes) if !statistics.is_empty() => Ok((slopes, statistics)),
+            _ => Err(SindyError::setting(
+                "smoothing",
+                "stretches that hold a window of the weak form",
+                "shorter ones",
+            )),
+        }
+    }
+
+    /// Adds the statistics of slopes.
+    fn add(
+        &self,
+        slopes: &Slopes,
+        stretches: &[Stretch<'_>],
+        statistics: &mut Vec<Statistics>,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<(), SindyError> {
+        progress(Progress::Regression {
+            smoothing: slopes.name.clone(),
+        });
+        let folds = self.settings.folds;
+        statistics.push(regress::of_slopes(
+            self.data,
+            stretches,
+            &self.libraries,
+            slopes,
+            folds,
+        )?);
+        Ok(())
     }
 
     /// Warnings about the data before anything is fitted.
@@ -234,6 +282,32 @@ impl Run<'_> {
             .zip(&self.noise.tolerated)
             .map(|(left, noise)| left / noise)
             .fold(0.0, f64::max)
+    }
+
+    /// `first`, or what the output error finds with inputs that are something else between samples, if that leaves
+    /// less.
+    fn better(
+        &mut self,
+        first: Option<(usize, Found)>,
+        ranked: &[Ranked],
+        (pieces, between): (&[Piece<'_>], Vec<Interpolation>),
+        term_rms: &[f64],
+        progress: &mut dyn FnMut(Progress),
+    ) -> Option<(usize, Found)> {
+        let second = match self.settings.method {
+            Method::Regression => None,
+            _ => self.output_error(ranked, pieces, term_rms, progress),
+        };
+        let left = |found: &Option<(usize, Found)>| {
+            let found = found.as_ref();
+            found.map_or(f64::INFINITY, |(_, f)| self.misfit(f))
+        };
+        if left(&second) < left(&first) {
+            self.inputs.between = between;
+            second
+        } else {
+            first
+        }
     }
 
     /// The output error from the best starts; with shorter arcs where whole trajectories cannot be followed.

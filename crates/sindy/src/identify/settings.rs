@@ -69,6 +69,23 @@ impl Smoothing {
     }
 }
 
+/// What inputs are between their samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Between {
+    /// For each input from its samples: held where it stays as it is and then jumps; cubic where that
+    /// foretells samples left out better than straight lines do. An input that nothing foretells is tried held as
+    /// well.
+    #[default]
+    Automatic,
+    /// The value of the sample before.
+    Hold,
+    /// A straight line.
+    Linear,
+    /// A cubic spline.
+    Cubic,
+}
+
 /// What regressions are compared by. Whatever it is, models with different slopes are ranked by free run, the one
 /// yardstick that they share.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -113,6 +130,8 @@ pub struct Settings {
     pub smoothing: Smoothing,
     /// What regressions are compared by.
     pub score: Score,
+    /// What inputs are between their samples, in continuous time.
+    pub inputs_between: Between,
     /// Thresholds η = √(2 λ ν) of SR3 on scaled coefficients that are tried.
     pub thresholds: Vec<f64>,
     /// Relaxations ν of SR3 that are tried.
@@ -140,6 +159,7 @@ impl Default for Settings {
             method: Method::default(),
             smoothing: Smoothing::default(),
             score: Score::default(),
+            inputs_between: Between::default(),
             thresholds,
             nus,
             folds: 5,

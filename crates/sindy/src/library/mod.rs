@@ -80,6 +80,16 @@ impl Library {
         }
     }
 
+    /// The same without the terms of the given indices.
+    #[must_use]
+    pub fn without(&self, indices: &[usize]) -> Self {
+        let kept = || (0..self.len()).filter(|j| !indices.contains(j));
+        Self {
+            names: kept().map(|j| self.names[j].clone()).collect(),
+            terms: kept().map(|j| self.terms[j].clone()).collect(),
+        }
+    }
+
     /// The number of terms.
     #[must_use]
     pub fn len(&self) -> usize {

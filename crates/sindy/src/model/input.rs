@@ -7,7 +7,8 @@ use crate::error::SindyError;
 use crate::library::{compile, parse};
 
 /// What the input is between two samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Interpolation {
     /// The value of the sample before (that of a digital actuator). Integration never steps across a
     /// jump.
@@ -35,7 +36,8 @@ enum Kind {
         columns: Vec<Vec<f64>>,
         /// For cubic interpolation, the slopes at the samples.
         slopes: Vec<Vec<f64>>,
-        how: Interpolation,
+        /// One for each column.
+        how: Vec<Interpolation>,
     },
 }
 
@@ -84,6 +86,19 @@ impl Inputs {
         columns: &[&[f64]],
         how: Interpolation,
     ) -> Result<Self, SindyError> {
+        Self::sampled_each(time, columns, &vec![how; columns.len()])
+    }
+
+    /// The same with an interpolation for each column.
+    ///
+    /// # Errors
+    /// As [`Self::sampled`], and a number of interpolations other than that of columns.
+    pub fn sampled_each(
+        time: &[f64],
+        columns: &[&[f64]],
+        how: &[Interpolation],
+    ) -> Result<Self, SindyError> {
+        shape("interpolations of inputs", columns.len(), how.len())?;
         if time.len() < 2 {
             return Err(SindyError::TooShort {
                 needed: 2,
@@ -95,16 +110,17 @@ impl Inputs {
             shape("rows of an input", time.len(), column.len())?;
             finite(&format!("input {i}"), column)?;
         }
-        let slopes = match how {
-            Interpolation::Cubic => columns.iter().map(|c| spline_slopes(time, c)).collect(),
+        let slopes = columns.iter().zip(how).map(|(c, how)| match how {
+            Interpolation::Cubic => spline_slopes(time, c),
             _ => Vec::new(),
-        };
+        });
+        let slopes = slopes.collect();
         Ok(Self {
             kind: Kind::Sampled {
                 time: time.to_vec(),
                 columns: columns.iter().map(|c| c.to_vec()).collect(),
                 slopes,
-                how,
+                how: how.to_vec(),
             },
         })
     }
@@ -157,7 +173,7 @@ impl Inputs {
     /// Times strictly between `start` and `end` where the inputs are not smooth.
     pub(super) fn breaks(&self, start: f64, end: f64) -> &[f64] {
         match &self.kind {
-            Kind::Sampled { time, how, .. } if *how != Interpolation::Cubic => {
+            Kind::Sampled { time, how, .. } if how.iter().any(|h| *h != Interpolation::Cubic) => {
                 let from = time.partition_point(|&t| t <= start);
                 let to = time.partition_point(|&t| t < end).max(from);
                 &time[from..to]
@@ -191,8 +207,9 @@ impl Drive<'_> {
         if let Kind::Sampled { time, how, .. } = &self.inputs.kind {
             let middle = start + 0.5 * (end - start);
             // The last sample of a hold has no interval after it.
-            let alone =
-                *how == Interpolation::ZeroOrderHold && start == end && end == time[time.len() - 1];
+            let alone = how.contains(&Interpolation::ZeroOrderHold)
+                && start == end
+                && end == time[time.len() - 1];
             self.index = if alone {
                 time.len() - 1
             } else {
@@ -211,25 +228,25 @@ impl Drive<'_> {
                 slopes,
                 how,
             } => {
-                if *how == Interpolation::Cubic
+                // Splines have no breaks, so that a run's step may leave the interval.
+                if how.iter().all(|h| *h == Interpolation::Cubic)
                     && !(time[self.index] <= t && t <= time[self.index + 1])
                 {
                     self.index = interval(time, t);
                 }
                 let i = self.index;
-                if *how == Interpolation::ZeroOrderHold {
-                    for (out, column) in out.iter_mut().zip(columns) {
-                        *out = column[i];
-                    }
-                    return;
-                }
-                let h = time[i + 1] - time[i];
-                let s = (t - time[i]) / h;
+                // Only of a hold is the last sample alone asked for.
+                let next = (i + 1).min(time.len() - 1);
+                let h = time[next] - time[i];
+                let s = if next > i { (t - time[i]) / h } else { 0.0 };
                 for (k, (out, column)) in out.iter_mut().zip(columns).enumerate() {
-                    let (a, b) = (column[i], column[i + 1]);
-                    *out = match slopes.get(k) {
-                        Some(slope) => hermite(a, b, h * slope[i], h * slope[i + 1], s),
-                        None => a + s * (b - a),
+                    let (a, b) = (column[i], column[next]);
+                    *out = match how[k] {
+                        Interpolation::ZeroOrderHold => a,
+                        Interpolation::Linear => a + s * (b - a),
+                        Interpolation::Cubic => {
+                            hermite(a, b, h * slopes[k][i], h * slopes[k][next], s)
+                        }
                     };
                 }
             }
@@ -245,14 +262,14 @@ fn interval(time: &[f64], t: f64) -> usize {
 }
 
 /// The cubic on [0, 1] with end values `a`, `b` and end slopes `p`, `q`.
-fn hermite(a: f64, b: f64, p: f64, q: f64, s: f64) -> f64 {
+pub(crate) fn hermite(a: f64, b: f64, p: f64, q: f64, s: f64) -> f64 {
     let rise = b - a;
     let (c2, c3) = (3.0 * rise - 2.0 * p - q, p + q - 2.0 * rise);
     a + s * (p + s * (c2 + s * c3))
 }
 
 /// Slopes at the knots of the not-a-knot cubic spline, from its tridiagonal equations.
-fn spline_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
+pub(crate) fn spline_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     let n = x.len();
     let h: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
     let m: Vec<f64> = y

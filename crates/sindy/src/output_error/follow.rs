@@ -54,13 +54,9 @@ impl Follow<'_> {
         (work, step): (&mut Work, &mut Step),
         mut along: Option<&mut Sensitivity>,
     ) {
-        let (u0, u1) = (&record.inputs[row], &record.inputs[row + 1]);
         let h = (record.time[row + 1] - record.time[row]) / substeps as f64;
-        let between = |part: f64| -> Vec<f64> {
-            u0.iter().zip(u1).map(|(a, b)| a + part * (b - a)).collect()
-        };
         for k in 0..substeps {
-            let at = |offset: f64| between((k as f64 + offset) / substeps as f64);
+            let at = |offset: f64| record.inputs_at(row, (k as f64 + offset) / substeps as f64);
             let (start, middle, end) = (at(0.0), at(0.5), at(1.0));
             let over = (h, [&start[..], &middle, &end]);
             self.system

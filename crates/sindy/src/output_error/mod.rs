@@ -21,7 +21,8 @@
 //! defects the steps close (multiple shooting), and start afresh where chaos has amplified a change of the
 //! start a thousandfold, or after a given length.
 //!
-//! Works for uneven times and discrete time alike. Inputs are taken as exact and linear between samples.
+//! Works for uneven times and discrete time alike. Inputs are taken as exact; what they are between samples is said
+//! with the data ([`Piece::between`]).
 //!
 //! Sources: H. G. Bock, "Recent advances in parameter identification techniques for ODE" (1983);
 //! J. Chen, Z. Chen, "Extended Bayesian information criteria for model selection with large model
@@ -42,6 +43,7 @@ pub(crate) use search::irrelevant;
 pub use search::search;
 pub use system::System;
 
+use crate::model::Interpolation;
 use crate::outcome::Outcome;
 
 /// Nodes of the short simulations that models are ranked by.
@@ -55,6 +57,8 @@ pub struct Piece<'a> {
     pub states: Vec<&'a [f64]>,
     /// Inputs.
     pub inputs: Vec<&'a [f64]>,
+    /// What each input is between its samples.
+    pub between: Vec<Interpolation>,
     /// A weight for each row.
     pub weights: Option<&'a [f64]>,
     /// Smoothed states.

@@ -1,6 +1,7 @@
 //! A stretch of data with the nodes of its trajectory.
 
 use super::Piece;
+use crate::model::{Interpolation, hermite, spline_slopes};
 
 /// Samples from one node to the next, at most.
 const NODE: usize = 10;
@@ -11,14 +12,21 @@ pub(super) struct Record {
     pub time: Vec<f64>,
     /// One column for each state.
     pub states: Vec<Vec<f64>>,
-    /// By row: inputs at the sample.
-    pub inputs: Vec<Vec<f64>>,
+    inputs: Vec<Input>,
     /// Square roots of the rows' weights.
     pub weights: Option<Vec<f64>>,
     /// The states at the nodes, as they are estimated now.
     pub nodes: Vec<Vec<f64>>,
     /// The rows of the nodes, the first of them 0.
     pub rows: Vec<usize>,
+}
+
+/// One input.
+struct Input {
+    values: Vec<f64>,
+    /// At the samples, of a cubic one.
+    slopes: Vec<f64>,
+    how: Interpolation,
 }
 
 impl Record {
@@ -30,8 +38,18 @@ impl Record {
         Self {
             time: piece.time.to_vec(),
             states: piece.states.iter().map(|c| c.to_vec()).collect(),
-            inputs: (0..n)
-                .map(|i| piece.inputs.iter().map(|c| c[i]).collect())
+            inputs: piece
+                .inputs
+                .iter()
+                .zip(&piece.between)
+                .map(|(values, how)| Input {
+                    values: values.to_vec(),
+                    slopes: match how {
+                        Interpolation::Cubic => spline_slopes(piece.time, values),
+                        _ => Vec::new(),
+                    },
+                    how: *how,
+                })
                 .collect(),
             weights: piece.weights.map(|w| w.iter().map(|w| w.sqrt()).collect()),
             nodes: rows
@@ -40,6 +58,22 @@ impl Record {
                 .collect(),
             rows,
         }
+    }
+
+    /// The inputs at a part of the way from sample `row` to the next; of a held one, the value of the sample.
+    pub(super) fn inputs_at(&self, row: usize, part: f64) -> Vec<f64> {
+        let one = |input: &Input| {
+            let (a, b) = (input.values[row], input.values[row + 1]);
+            match input.how {
+                Interpolation::ZeroOrderHold => a,
+                Interpolation::Linear => a + part * (b - a),
+                Interpolation::Cubic => {
+                    let h = self.time[row + 1] - self.time[row];
+                    hermite(a, b, h * input.slopes[row], h * input.slopes[row + 1], part)
+                }
+            }
+        };
+        self.inputs.iter().map(one).collect()
     }
 
     /// The rows of node `node` and of what follows it: the next node, or the last row.

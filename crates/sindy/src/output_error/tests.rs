@@ -125,6 +125,7 @@ fn analytic_a_linear_decay_from_a_wrong_start() {
         time: &time,
         states: vec![&x],
         inputs: vec![],
+        between: vec![],
         weights: None,
         smooth: vec![truth.clone()],
     };
@@ -167,6 +168,7 @@ fn prop_candidates_that_are_barred_stay_out() {
         time: &time,
         states: vec![x],
         inputs: vec![],
+        between: vec![],
         weights: None,
         smooth: vec![Vec::from(x)],
     };

@@ -7,12 +7,13 @@ use crate::dataset::{DataReport, Dataset};
 use crate::error::SindyError;
 use crate::gram::Gram;
 use crate::identifiability::examine;
+use crate::identify::inputs;
 use crate::identify::prepare::noise;
 use crate::identify::regress::{self, Regression, Statistics};
 use crate::identify::run::{Ranked, Run};
 use crate::identify::{Identification, Progress, Settings, Smoothing};
 use crate::library::Library;
-use crate::model::Time;
+use crate::model::{Interpolation, Time};
 use crate::output_error::{Piece, System, free_run};
 
 /// A condition of the scaled library above which collinear terms are named.
@@ -50,13 +51,15 @@ pub(super) fn of(
     };
     let stretches = data.stretches();
     let system = System::new(time, &columns.states, &columns.inputs, &libraries)?;
-    let pieces = pieces(&kept, columns);
+    let inputs = inputs::choose(&stretches, columns.states.len(), settings.inputs_between);
+    let pieces = pieces(&kept, columns, &inputs.between);
     let mut run = Run {
         data: &data,
         settings,
         time,
         noise: noise(&stretches, columns.states.len()),
         stretches,
+        inputs,
         warnings: warnings(&report, &statistics[0], &libraries, &data)?,
         system,
         libraries,
@@ -212,7 +215,7 @@ fn dataset(kept: &[Kept], columns: &Columns) -> Result<Dataset, SindyError> {
 }
 
 /// Evenly spread pieces for free runs, of [`RANKED`] rows or somewhat more.
-fn pieces<'a>(kept: &'a [Kept], columns: &Columns) -> Vec<Piece<'a>> {
+fn pieces<'a>(kept: &'a [Kept], columns: &Columns, between: &[Interpolation]) -> Vec<Piece<'a>> {
     let rows: usize = kept.iter().map(|k| k.columns[0].len()).sum();
     let states = columns.states.len();
     let width = 1 + states + columns.inputs.len();
@@ -223,6 +226,7 @@ fn pieces<'a>(kept: &'a [Kept], columns: &Columns) -> Vec<Piece<'a>> {
             time: &k.columns[0],
             states: slices(&k.columns[1..=states]),
             inputs: slices(&k.columns[1 + states..width]),
+            between: between.to_vec(),
             weights: k.columns.get(width).map(Vec::as_slice),
             smooth: k.smooth.clone(),
         })
