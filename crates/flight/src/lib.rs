@@ -15,6 +15,7 @@
 //! | [`ground_effect`] | ground effect above a deck that may move |
 //! | [`mod@reference`] | descents |
 //! | [`deck`] | estimate of the deck's heave |
+//! | [`estimate`] | the vehicle relative to the deck |
 //! | [`control`] | control laws |
 //! | [`autopilot`] | all of these: measurement in, command out |
 //! | [`touchdown`], [`metrics`] | touchdown and the figures of a landing |
@@ -66,6 +67,7 @@ pub mod autopilot;
 pub mod control;
 pub mod deck;
 pub mod error;
+pub mod estimate;
 pub mod ground_effect;
 mod kernel;
 pub mod metrics;

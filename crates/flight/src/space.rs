@@ -287,6 +287,22 @@ impl<R: Real> Attitude<R> {
         self * Self::from_rotation_vector(body_rates * dt)
     }
 
+    /// The attitude at a share of the way from this one to `other`, by linear
+    /// interpolation of the quaternions: for a turn α over the way it is off by
+    /// less than α³/60.
+    #[must_use]
+    pub fn between(self, other: Self, share: R) -> Self {
+        let product = self.w * other.w + self.v.dot(other.v);
+        // q and -q are the same attitude: the shorter way.
+        let part = if product < R::ZERO { -share } else { share };
+        let rest = R::ONE - share;
+        let (w, v) = (
+            self.w * rest + other.w * part,
+            self.v * rest + other.v * part,
+        );
+        Self::normalised(w, v)
+    }
+
     /// The body's z axis in the world: the direction of thrust.
     #[must_use]
     pub fn up(self) -> Vector<R> {

@@ -5,6 +5,8 @@
     reason = "each test file uses its own part"
 )]
 
+pub mod noise;
+
 use touchdown_flight::autopilot::Autopilot;
 use touchdown_flight::control::{Composite, Law};
 use touchdown_flight::ground_effect::{

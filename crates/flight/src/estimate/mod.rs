@@ -1,0 +1,11 @@
+//! Estimators of a landing.
+//!
+//! | module | what it estimates | from |
+//! | --- | --- | --- |
+//! | [`relative`] | place and velocity of the vehicle relative to the deck, the deck's vertical motion, accelerometer biases | IMU, range finder, tag, GNSS, barometer, each with its delay |
+//!
+//! An estimate is a mean with standard deviations. How far it can be trusted is
+//! said apart from it, by [`relative::Health`].
+
+mod gaussian;
+pub mod relative;
