@@ -18,6 +18,7 @@
 //! | [`estimate`] | the vehicle relative to the deck |
 //! | [`control`] | control laws |
 //! | [`autopilot`] | all of these: measurement in, command out |
+//! | [`lander`] | state machine of a landing, with aborts and go-arounds |
 //! | [`touchdown`], [`metrics`] | touchdown and the figures of a landing |
 //! | [`space`] | vectors and attitudes in space |
 //! | [`types`], [`error`], [`real`] | measurements and commands, refused settings, scalars |
@@ -70,6 +71,7 @@ pub mod error;
 pub mod estimate;
 pub mod ground_effect;
 mod kernel;
+pub mod lander;
 pub mod metrics;
 pub mod real;
 pub mod reference;

@@ -1,0 +1,6 @@
+//! The landing's state machine: its table, its promises, and lying sensors.
+
+mod edges;
+mod promises;
+mod table;
+mod world;

@@ -1,0 +1,366 @@
+//! Rows of the table, one by one.
+
+use touchdown_flight::lander::{Fly, Frame, LanderInput, LanderOutput, Phase, Reason, Request};
+
+use crate::world::{DT, Flight, STANDING_M, World};
+
+fn reach(phase: Phase) -> Flight {
+    let mut flight = Flight::new();
+    flight.until(|out| out.phase == phase);
+    flight
+}
+
+/// Steps under a change until the phase leaves `phase`, at most 200 s.
+fn leave(
+    flight: &mut Flight,
+    phase: Phase,
+    change: impl Fn(&mut LanderInput<f64>),
+) -> (LanderOutput<f64>, f64) {
+    for i in 1..=20_000 {
+        let out = flight.step(&change);
+        if out.phase != phase {
+            return (out, DT * f64::from(i));
+        }
+    }
+    panic!("stays in {phase:?}");
+}
+
+#[test]
+fn analytic_a_landing_without_trouble() {
+    let mut flight = Flight::new();
+    let mut phases = vec![];
+    let mut entered = vec![];
+    for i in 0..3000 {
+        let out = flight.step(|_| ());
+        if phases.last() != Some(&out.phase) {
+            phases.push(out.phase);
+            entered.push(DT * f64::from(i));
+        }
+        assert_eq!(out.reason, None);
+        assert_eq!(out.go_arounds, 0);
+    }
+    use Phase::*;
+    assert_eq!(phases, [Hold, Wait, Descend, Commit, Touchdown, Disarmed]);
+    // Half a second of being ready, counted from the first sample (0 s).
+    assert!((entered[1] - 0.5).abs() < 1.5 * DT);
+    // The thrust is at half the weight 0.5/3 s after it is taken back, and then the
+    // evidence must hold for half a second. Touching began up to 2 cm above the
+    // deck: 1 cm of slow fall in between costs at most another 0.15 s.
+    let after_contact = entered[5] - entered[4] - (0.5 / 3.0 + 0.5);
+    assert!((0.0..0.15).contains(&after_contact), "{after_contact}");
+    assert!(flight.world.standing());
+}
+
+#[test]
+fn analytic_every_abort_of_a_descent() {
+    type Change = fn(&mut LanderInput<f64>);
+    // What is wrong, the reason given, and the time it takes to count.
+    let cases: [(Change, Reason, f64); 17] = [
+        (|s| s.request = Request::Abort, Reason::Operator, 0.0),
+        (|s| s.tag_age_s = 0.31, Reason::TagLost, 0.0),
+        (|s| s.tag_age_s = f64::NAN, Reason::TagLost, 0.0),
+        (|s| s.tag_age_s = -0.01, Reason::TagLost, 0.0),
+        (|s| s.range_age_s = 0.16, Reason::RangeStale, 0.0),
+        (|s| s.imu_age_s = 0.06, Reason::ImuStale, 0.0),
+        (|s| s.diverged = true, Reason::Diverged, 0.0),
+        (|s| s.height_m = f64::NAN, Reason::NotFinite, 0.0),
+        (
+            |s| s.lateral_error_m = f64::INFINITY,
+            Reason::NotFinite,
+            0.0,
+        ),
+        (|s| s.tilt_rad = 0.36, Reason::Tilt, 0.15),
+        (|s| s.lateral_error_m = 0.32, Reason::LateralError, 0.15),
+        (
+            |s| s.relative_velocity_mps = -1.2,
+            Reason::ClosingSpeed,
+            0.15,
+        ),
+        (|s| s.saturated = true, Reason::Saturated, 0.3),
+        (|s| s.deck_tilt_rad = 0.15, Reason::Deck, 0.0),
+        (|s| s.deck_speed_mps = f64::NAN, Reason::Deck, 0.0),
+        (|s| s.battery_share = 0.2, Reason::BatteryLow, 0.0),
+        (|s| s.battery_share = f64::NAN, Reason::BatteryLow, 0.0),
+    ];
+    for (change, reason, time_s) in cases {
+        let mut flight = reach(Phase::Descend);
+        let (out, after) = leave(&mut flight, Phase::Descend, change);
+        assert_eq!((out.phase, out.reason), (Phase::GoAround, Some(reason)));
+        assert_eq!(out.fly, Fly::ClimbAway);
+        // One step for the sample itself; counting starts with it.
+        assert!((after - time_s - DT).abs() < 1.5 * DT, "{reason:?} {after}");
+        let counted = u8::from(reason != Reason::Operator);
+        assert_eq!(out.go_arounds, counted);
+    }
+}
+
+#[test]
+fn analytic_a_short_excess_is_forgiven() {
+    let mut flight = reach(Phase::Descend);
+    for _ in 0..10 {
+        for i in 0..15 {
+            let out = flight.step(|s| {
+                if i < 14 {
+                    s.tilt_rad = 0.4;
+                }
+            });
+            assert_ne!(out.phase, Phase::GoAround);
+        }
+    }
+}
+
+#[test]
+fn analytic_below_the_commit_height_a_lost_tag_is_coasted() {
+    let mut flight = reach(Phase::Commit);
+    let mut last = None;
+    for _ in 0..800 {
+        let out = flight.step(|s| {
+            s.tag_age_s = f64::INFINITY;
+            s.battery_share = 0.1;
+            s.deck_tilt_rad = 1.0;
+        });
+        assert_ne!(out.phase, Phase::GoAround);
+        last = Some(out.phase);
+    }
+    assert_eq!(last, Some(Phase::Disarmed));
+}
+
+#[test]
+fn analytic_every_abort_of_a_committed_landing() {
+    type Change = fn(&mut LanderInput<f64>);
+    let cases: [(Change, Reason); 8] = [
+        (|s| s.request = Request::Abort, Reason::Operator),
+        (|s| s.range_age_s = f64::NAN, Reason::RangeStale),
+        (|s| s.imu_age_s = 1.0, Reason::ImuStale),
+        (|s| s.diverged = true, Reason::Diverged),
+        (|s| s.relative_velocity_mps = -0.9, Reason::ClosingSpeed),
+        (|s| s.lateral_error_m = 0.3, Reason::LateralError),
+        (|s| s.saturated = true, Reason::Saturated),
+        // The deck falls away, and the tag is not there to come down again.
+        (
+            |s| {
+                s.height_m = 0.5;
+                s.tag_age_s = 2.0;
+            },
+            Reason::TagLost,
+        ),
+    ];
+    for (change, reason) in cases {
+        let mut flight = reach(Phase::Commit);
+        let (out, _) = leave(&mut flight, Phase::Commit, change);
+        assert_eq!((out.phase, out.reason), (Phase::GoAround, Some(reason)));
+    }
+    let mut flight = reach(Phase::Commit);
+    let (out, _) = leave(&mut flight, Phase::Commit, |s| s.height_m = 0.41);
+    assert_eq!(out.phase, Phase::Descend);
+    // Floating, never touching: the time for the landing runs out.
+    let mut flight = reach(Phase::Commit);
+    let (out, after) = leave(&mut flight, Phase::Commit, |s| s.height_m = 0.15);
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GoAround, Some(Reason::Late))
+    );
+    assert!(after < flight.lander.landing_s && after > flight.lander.landing_s - 10.0);
+}
+
+#[test]
+fn analytic_what_ends_a_touchdown() {
+    // A bounce: off the deck for 0.2 s, then down once more.
+    let mut flight = reach(Phase::Touchdown);
+    let (out, after) = leave(&mut flight, Phase::Touchdown, |s| s.height_m = 0.2);
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::Commit, Some(Reason::Bounce))
+    );
+    assert!((after - 0.2 - DT).abs() < 1.5 * DT);
+    flight.until(|out| out.phase == Phase::Disarmed);
+
+    // A range finder stuck at 0.1 m in the air: the IMU feels the fall.
+    let mut flight = reach(Phase::Touchdown);
+    flight.world = World {
+        height_m: 3.0,
+        ..World::new()
+    };
+    let (out, _) = leave(&mut flight, Phase::Touchdown, |s| {
+        s.height_m = 0.1;
+        s.relative_velocity_mps = 0.0;
+    });
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GoAround, Some(Reason::NotSupported))
+    );
+    // Thrust falls by 3 /s: below a half after 0.17 s, felt for 0.05 s. Falling
+    // 0.1 s at a third of g costs a tenth of a metre, not two.
+    assert!(flight.world.height_m > 2.8, "{}", flight.world.height_m);
+
+    // Blind on the deck: no evidence, and no staying either.
+    let mut flight = reach(Phase::Touchdown);
+    let (out, _) = leave(&mut flight, Phase::Touchdown, |s| s.height_m = f64::NAN);
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GoAround, Some(Reason::NotFinite))
+    );
+    let mut flight = reach(Phase::Touchdown);
+    let (out, _) = leave(&mut flight, Phase::Touchdown, |s| {
+        s.request = Request::Abort;
+    });
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GoAround, Some(Reason::Operator))
+    );
+}
+
+#[test]
+fn analytic_a_contact_switch_decides() {
+    // It says no: never a touchdown.
+    let mut flight = reach(Phase::Commit);
+    let (out, _) = leave(&mut flight, Phase::Commit, |s| s.contact = Some(false));
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GoAround, Some(Reason::Late))
+    );
+    // It says yes: the thrust need not be down for the evidence.
+    let mut flight = reach(Phase::Touchdown);
+    flight.world.height_m = STANDING_M;
+    flight.world.velocity_mps = 0.0;
+    let (out, after) = leave(&mut flight, Phase::Touchdown, |s| {
+        s.contact = Some(true);
+        s.thrust_share = 0.9;
+    });
+    assert_eq!(out.phase, Phase::Disarmed);
+    assert!((after - 0.5 - DT).abs() < 1.5 * DT, "{after}");
+}
+
+#[test]
+fn analytic_go_arounds_are_limited_and_reported() {
+    let mut flight = Flight::new();
+    let mut aborted = 0;
+    let mut last = Phase::Approach;
+    let mut out = flight.step(|_| ());
+    for _ in 0..10_000 {
+        // The tag is lost at every descent.
+        let descending = last == Phase::Descend;
+        out = flight.step(|s| {
+            if descending {
+                s.tag_age_s = 1.0;
+            }
+        });
+        aborted += u32::from(out.phase == Phase::GoAround && last != Phase::GoAround);
+        last = out.phase;
+        if out.phase == Phase::GivenUp {
+            break;
+        }
+    }
+    // Two more tries, and the third abort gives up.
+    assert_eq!(aborted, 3);
+    assert_eq!((out.reason, out.go_arounds), (Some(Reason::TagLost), 3));
+    let held = flight.step(|_| ());
+    assert_eq!(
+        held.fly,
+        Fly::Hover {
+            height_m: 0.8,
+            frame: Frame::Deck
+        }
+    );
+    // The operator starts anew, with all tries; a request that stays set does
+    // not start a second time.
+    let out = flight.step(|s| s.request = Request::Restart);
+    assert_eq!((out.phase, out.go_arounds), (Phase::Approach, 0));
+    for _ in 0..3000 {
+        flight.step(|s| s.request = Request::Restart);
+    }
+    assert_eq!(flight.state.phase(), Phase::Disarmed);
+    flight.step(|_| ());
+    let out = flight.step(|s| s.request = Request::Restart);
+    assert_eq!(out.phase, Phase::Approach);
+}
+
+#[test]
+fn analytic_patience_and_hover() {
+    // Never seen the tag: hover where it is, and report why.
+    let mut flight = Flight::new();
+    let (out, after) = leave(&mut flight, Phase::Approach, |s| {
+        s.tag_age_s = f64::INFINITY;
+    });
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GivenUp, Some(Reason::TagLost))
+    );
+    assert!((after - 120.0).abs() < 2.0 * DT);
+    assert_eq!(
+        out.fly,
+        Fly::Hover {
+            height_m: 0.8,
+            frame: Frame::World
+        }
+    );
+    // The planner never says go.
+    let mut flight = Flight::new();
+    let mut out = flight.step(|s| s.go = false);
+    for _ in 0..12_010 {
+        out = flight.step(|s| s.go = false);
+    }
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GivenUp, Some(Reason::Late))
+    );
+    // Being held by the operator costs no patience.
+    let mut flight = Flight::new();
+    for _ in 0..15_000 {
+        let out = flight.step(|s| s.request = Request::Abort);
+        assert_eq!(
+            (out.phase, out.reason),
+            (Phase::Hold, Some(Reason::Operator))
+        );
+    }
+    flight.until(|out| out.phase == Phase::Disarmed);
+    // Waiting, something goes wrong for a moment: from Hold again.
+    let mut flight = Flight::new();
+    for _ in 0..100 {
+        flight.step(|s| s.go = false);
+    }
+    assert_eq!(flight.state.phase(), Phase::Wait);
+    let out = flight.step(|s| s.deck_speed_mps = 1.1);
+    assert_eq!((out.phase, out.reason), (Phase::Hold, Some(Reason::Deck)));
+    assert_eq!(flight.step(|_| ()).phase, Phase::Hold);
+}
+
+#[test]
+fn analytic_batteries() {
+    // Low: not begun, and given up from where it is.
+    for phase in [Phase::Hold, Phase::Wait] {
+        let mut flight = reach(phase);
+        let out = flight.step(|s| s.battery_share = 0.15);
+        assert_eq!(
+            (out.phase, out.reason, out.hurry),
+            (Phase::GivenUp, Some(Reason::BatteryLow), false)
+        );
+        // Critical: it lands, whatever the deck does and however often it takes.
+        let mut last = Phase::GivenUp;
+        let mut aborted = 0;
+        for _ in 0..20_000 {
+            let out = flight.step(|s| {
+                s.battery_share = 0.08;
+                s.deck_speed_mps = 2.0;
+                if last == Phase::Descend && aborted < 5 {
+                    s.tag_age_s = 1.0;
+                }
+            });
+            assert!(out.hurry);
+            aborted += i32::from(out.phase == Phase::GoAround && last != Phase::GoAround);
+            last = out.phase;
+        }
+        assert_eq!((last, aborted), (Phase::Disarmed, 5));
+    }
+}
+
+#[test]
+fn analytic_the_operator_disarms_anywhere() {
+    use Phase::*;
+    for phase in [Hold, Wait, Descend, Commit, Touchdown, Disarmed] {
+        let mut flight = reach(phase);
+        let out = flight.step(|s| s.request = Request::Disarm);
+        assert_eq!((out.phase, out.fly), (Disarmed, Fly::Disarm));
+        assert_eq!(out.reason, Some(Reason::Operator));
+    }
+}
