@@ -1,13 +1,14 @@
 //! The whole vertical controller: measurement in, command out.
 
-use crate::control::{ControlInput, Law, LawState, Saturation};
+use crate::control::vertical::{Channel, Task, ground_input};
+use crate::control::{Law, VerticalState};
 use crate::deck::{HarmonicFilter, HarmonicState};
-use crate::error::{SettingsError, positive};
-use crate::ground_effect::{GroundEffect, GroundEffectInput, Guarded, Lift};
+use crate::error::SettingsError;
+use crate::ground_effect::{GroundEffect, Guarded};
 use crate::kernel::{Sum, usable_dt};
 use crate::real::Real;
 use crate::reference::Reference;
-use crate::thrust::{ThrustModel, ThrustState};
+use crate::thrust::ThrustModel;
 use crate::types::{Command, Limits, Measurement};
 
 /// A vertical landing controller.
@@ -57,18 +58,12 @@ pub struct Autopilot<R: Real, G = Guarded<R>> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AutopilotState<R, S> {
     time: Sum<R>,
-    /// State of the control law.
-    pub law: LawState<R>,
-    /// State of the thrust model.
-    pub thrust: ThrustState<R>,
-    /// State of the ground-effect model.
-    pub ground_effect: S,
+    /// Law, models and the last command.
+    pub vertical: VerticalState<R, S>,
     /// State of the deck filter, where there is one.
     pub deck: Option<HarmonicState<R>>,
     /// The last measurement, with every value finite.
     pub measurement: Measurement<R>,
-    /// The last command.
-    pub command: Command<R>,
 }
 
 impl<R: Real, S> AutopilotState<R, S> {
@@ -84,16 +79,23 @@ impl<R: Real, G: GroundEffect<R>> Autopilot<R, G> {
     /// # Errors
     /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
-        positive("mass_kg", self.mass_kg)?;
-        positive("gravity_mps2", self.gravity_mps2)?;
-        self.law.validate()?;
+        self.channel().validate()?;
         self.reference.validate()?;
-        self.thrust.validate()?;
-        self.ground_effect.validate()?;
-        if let Some(deck) = &self.deck {
-            deck.validate()?;
+        match &self.deck {
+            Some(deck) => deck.validate(),
+            None => Ok(()),
         }
-        self.limits.validate()
+    }
+
+    fn channel(&self) -> Channel<'_, R, G> {
+        Channel {
+            mass_kg: self.mass_kg,
+            gravity_mps2: self.gravity_mps2,
+            law: &self.law,
+            thrust: &self.thrust,
+            ground_effect: &self.ground_effect,
+            limits: &self.limits,
+        }
     }
 
     /// The state at the start of the descent: rotors and air at rest at
@@ -108,25 +110,13 @@ impl<R: Real, G: GroundEffect<R>> Autopilot<R, G> {
             ..Measurement::default()
         };
         let measurement = measurement.or_previous(&start);
-        let throttle = self.limits.throttle(throttle.finite_or(R::ZERO));
-        let thrust = ThrustState {
-            x: self.thrust.rest(throttle),
-        };
-        let input = ground_input(&measurement, thrust, throttle);
-        let ground_effect = self.ground_effect.rest(&input);
-        let lift = self.ground_effect.lift(&ground_effect, &input);
         AutopilotState {
             time: Sum::default(),
-            law: self.law.initial(thrust.thrust_n()),
-            thrust,
-            ground_effect,
+            vertical: self
+                .channel()
+                .initial(&ground_input(&measurement), throttle),
             deck: self.deck.map(|filter| filter.initial()),
             measurement,
-            command: Command {
-                thrust_n: thrust.thrust_n(),
-                throttle,
-                ground_effect_n: self.used_force(lift, thrust),
-            },
         }
     }
 
@@ -145,43 +135,18 @@ impl<R: Real, G: GroundEffect<R>> Autopilot<R, G> {
         let deck_velocity_mps = measurement.deck_velocity_mps();
         let measurement = measurement.or_previous(&state.measurement);
         state.measurement = measurement;
-        let sent = state.command;
-        self.thrust.step(&mut state.thrust, sent.throttle, dt);
-        let input = ground_input(&measurement, state.thrust, sent.throttle);
-        let lift = self
-            .ground_effect
-            .step(&mut state.ground_effect, &input, dt);
-        let deck_acceleration_mps2 = self.deck_acceleration(state, deck_velocity_mps, dt);
-
-        let control = ControlInput {
-            height_m: measurement.height_m,
-            relative_velocity_mps: measurement.relative_velocity_mps,
+        let channel = self.channel();
+        let lift = channel.advance_models(&mut state.vertical, &ground_input(&measurement), dt);
+        let task = Task {
+            measurement,
             reference: self.reference.at(state.time.value()),
-            deck_acceleration_mps2,
-            mass_kg: self.mass_kg,
-            gravity_mps2: self.gravity_mps2,
+            deck_acceleration_mps2: self.deck_acceleration(state, deck_velocity_mps, dt),
+            disturbance_n: R::ZERO,
+            cos_tilt: R::ONE,
         };
-        let demand = self.law.demand(&state.law, &control, lift, dt);
-        let asked = demand.thrust_n.finite_or(sent.thrust_n);
-        let thrust_n = self.limits.thrust(asked);
-        let throttle = self.limits.throttle(self.thrust.throttle_for(thrust_n));
-        // At the end of the throttle the rotors may not give what is asked for.
-        let saturation = if asked > thrust_n || throttle >= self.limits.throttle_max {
-            Saturation::High
-        } else if asked < thrust_n || throttle <= self.limits.throttle_min {
-            Saturation::Low
-        } else {
-            Saturation::No
-        };
-        self.law
-            .advance(&mut state.law, &demand, thrust_n, saturation, dt);
+        let given = channel.command(&mut state.vertical, &task, lift, dt);
         state.time.add(dt);
-        state.command = Command {
-            thrust_n,
-            throttle,
-            ground_effect_n: self.used_force(lift, state.thrust),
-        };
-        state.command
+        given.command
     }
 
     fn deck_acceleration(
@@ -197,31 +162,5 @@ impl<R: Real, G: GroundEffect<R>> Autopilot<R, G> {
                 filter.step(deck, deck_velocity_mps, dt).acceleration_mps2
             }
         }
-    }
-
-    /// The ground-effect force that the law uses, N.
-    fn used_force(&self, lift: Lift<R>, thrust: ThrustState<R>) -> R {
-        if self.law.uses_ground_effect() {
-            lift.total_n(thrust.thrust_n()).finite_or(R::ZERO)
-        } else {
-            R::ZERO
-        }
-    }
-}
-
-/// What a measurement tells the ground-effect model.
-fn ground_input<R: Real>(
-    measurement: &Measurement<R>,
-    thrust: ThrustState<R>,
-    throttle: R,
-) -> GroundEffectInput<R> {
-    GroundEffectInput {
-        thrust_n: thrust.thrust_n(),
-        throttle,
-        height_m: measurement.height_m,
-        vehicle_velocity_mps: measurement.vehicle_velocity_mps,
-        deck_velocity_mps: measurement.deck_velocity_mps(),
-        tilt_rad: R::ZERO,
-        rotor_heights_m: None,
     }
 }

@@ -17,7 +17,8 @@
 //! | [`deck`] | estimate of the deck's heave |
 //! | [`estimate`] | the vehicle relative to the deck |
 //! | [`control`] | control laws |
-//! | [`autopilot`] | all of these: measurement in, command out |
+//! | [`autopilot`] | all of these, vertically: measurement in, command out |
+//! | [`pilot`] | all of these in space: motion in, thrust and attitude out |
 //! | [`lander`] | state machine of a landing, with aborts and go-arounds |
 //! | [`touchdown`], [`metrics`] | touchdown and the figures of a landing |
 //! | [`space`] | vectors and attitudes in space |
@@ -73,6 +74,7 @@ pub mod ground_effect;
 mod kernel;
 pub mod lander;
 pub mod metrics;
+pub mod pilot;
 pub mod real;
 pub mod reference;
 pub mod space;

@@ -220,7 +220,7 @@ fn analytic_first_step_at_rest_holds_the_weight() {
     assert_eq!(command.ground_effect_n, 0.0);
     assert!((state.time_s() - 0.01).abs() < 1e-17);
     // The thrust model stays at the rest that it was started from.
-    assert!((state.thrust.thrust_n() - WEIGHT_N).abs() < 1e-9);
+    assert!((state.vertical.thrust.thrust_n() - WEIGHT_N).abs() < 1e-9);
 }
 
 #[test]
@@ -245,7 +245,7 @@ fn prop_no_windup_while_saturated() {
     for _ in 0..50 {
         assert_eq!(pilot.step(&mut state, &low, 0.01).throttle, 1.0);
     }
-    assert_eq!(integral(&state.law), 0.0);
+    assert_eq!(integral(&state.vertical.law), 0.0);
     // Far above, and asking for less than the least.
     let high = Measurement {
         height_m: 5.0,
@@ -254,7 +254,7 @@ fn prop_no_windup_while_saturated() {
     for _ in 0..50 {
         assert_eq!(pilot.step(&mut state, &high, 0.01).thrust_n, 0.5);
     }
-    assert_eq!(integral(&state.law), 0.0);
+    assert_eq!(integral(&state.vertical.law), 0.0);
     // Within the limits it integrates.
     let near = Measurement {
         height_m: 0.8,
@@ -263,7 +263,7 @@ fn prop_no_windup_while_saturated() {
     for _ in 0..50 {
         pilot.step(&mut state, &near, 0.01);
     }
-    assert!(integral(&state.law) > 0.0);
+    assert!(integral(&state.vertical.law) > 0.0);
 }
 
 #[test]
@@ -356,7 +356,7 @@ proptest! {
             let command = pilot.step(&mut state, &good, 0.01);
             prop_assert!(command.throttle.is_finite() && command.thrust_n.is_finite());
         }
-        prop_assert!(state.thrust.x.is_finite());
+        prop_assert!(state.vertical.thrust.x.is_finite());
         prop_assert!(state.time_s().is_finite());
     }
 }

@@ -1,0 +1,8 @@
+//! The controller in space: against the vertical one, against closed forms, and
+//! in closed loop.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod flights;
+mod law;
+mod plant;
