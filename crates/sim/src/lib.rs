@@ -40,6 +40,7 @@
 //! | [`contact`] | legs: bounce, slide, tip over, fall off |
 //! | [`cascade`] | attitude and rate control: thrust and attitude in, throttles out |
 //! | [`wind`] | steady wind, Dryden turbulence, a gust |
+//! | [`camera`] | the downward camera: images of the pad on the deck |
 //!
 //! A trial of the rig, with what the load cell says beside the truth:
 //!
@@ -111,6 +112,7 @@
 //! ```
 
 pub mod body;
+pub mod camera;
 pub mod cascade;
 mod check;
 pub mod contact;

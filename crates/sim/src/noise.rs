@@ -20,6 +20,8 @@ pub enum Purpose {
     Deck,
     /// Gusts.
     Wind,
+    /// The camera.
+    Camera,
 }
 
 /// Finaliser of SplitMix64 (Steele, Lea & Flood 2014): mixes all bits.

@@ -1,0 +1,138 @@
+//! Where rendered images and detection meet.
+#![allow(dead_code)] // Not everything is used by every test and example.
+
+use touchdown_sim::camera::CameraSettings as RenderCamera;
+use touchdown_sim::camera::print::{DeckPrint, PrintedTag};
+use touchdown_sim::camera::render::Renderer;
+use touchdown_sim::camera::view::View;
+use touchdown_sim::deck::rigid::DeckPose;
+use touchdown_sim::noise::{Purpose, Stream};
+use touchdown_sim::rigid::RigidState;
+use touchdown_vision::camera::CameraSettings;
+use touchdown_vision::detect::DetectorSettings;
+use touchdown_vision::family;
+use touchdown_vision::locate::LocatorSettings;
+use touchdown_vision::pad::Pad;
+use touchdown_vision::{Detection, Detector, Fix, GrayImage, Hints, Locator};
+
+/// The print of a pad.
+pub(crate) fn print_of(pad: &Pad) -> DeckPrint {
+    let tags = pad.tags.iter().map(|tag| PrintedTag {
+        cells: family::cells(tag.id).expect("an id whose print is known"),
+        size_m: tag.size_m,
+        centre_m: tag.centre_m,
+        yaw_rad: tag.yaw_rad,
+    });
+    DeckPrint::new(tags.collect())
+}
+
+/// The intrinsic parameters, as detection is told them.
+pub(crate) fn intrinsics(camera: &RenderCamera) -> CameraSettings {
+    CameraSettings {
+        width_px: camera.width_px,
+        height_px: camera.height_px,
+        focal_px: camera.focal_px,
+        principal_px: camera.principal_px,
+    }
+}
+
+/// A camera over a pad, and what looks at its images.
+pub(crate) struct Eye {
+    pub(crate) renderer: Renderer,
+    pub(crate) detector: Detector,
+    pub(crate) locator: Locator,
+}
+
+impl Eye {
+    pub(crate) fn new(camera: &RenderCamera, pad: &Pad) -> Self {
+        Self::with(camera, pad, &DetectorSettings::default())
+    }
+
+    pub(crate) fn with(camera: &RenderCamera, pad: &Pad, detector: &DetectorSettings) -> Self {
+        let settings = LocatorSettings::default();
+        Self {
+            renderer: Renderer::new(camera, &print_of(pad)).expect("a camera and a print"),
+            detector: Detector::new(detector).expect("valid settings"),
+            locator: Locator::new(&intrinsics(camera), pad, &settings).expect("a pad"),
+        }
+    }
+
+    /// Tags seen in an exposure between two views.
+    pub(crate) fn detect(
+        &mut self,
+        open: &View,
+        shut: &View,
+        stream: &mut Stream,
+    ) -> Vec<Detection> {
+        let camera = *self.renderer.camera();
+        let pixels = self.renderer.expose(open, shut, stream).expect("poses");
+        let (width, height) = (camera.width_px, camera.height_px);
+        let image = GrayImage::new(pixels, width, height, width).expect("an image");
+        self.detector.detect(&image).expect("a detection")
+    }
+
+    /// Looks for a moment; `up` is the deck's normal, exactly.
+    pub(crate) fn look(
+        &mut self,
+        view: &View,
+        stream: &mut Stream,
+    ) -> (Vec<Detection>, Option<Fix>) {
+        let tags = self.detect(view, view, stream);
+        let fix = self.locator.locate(&tags, &up(normal(view)));
+        (tags, fix)
+    }
+}
+
+/// A hint of where up is.
+pub(crate) fn up(normal: [f64; 3]) -> Hints {
+    Hints {
+        up: Some(normal),
+        ..Hints::default()
+    }
+}
+
+/// The deck's normal in camera axes.
+pub(crate) fn normal(view: &View) -> [f64; 3] {
+    view.rotation.map(|row| row[2])
+}
+
+/// A vehicle at a place over the deck, turned by Euler angles (yaw, pitch, roll).
+pub(crate) fn vehicle(position_m: [f64; 3], [yaw, pitch, roll]: [f64; 3]) -> RigidState {
+    let half = |angle: f64| (0.5 * angle).sin_cos();
+    let ((sy, cy), (sp, cp), (sr, cr)) = (half(yaw), half(pitch), half(roll));
+    RigidState {
+        position_m,
+        attitude: [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ],
+        ..RigidState::default()
+    }
+}
+
+/// The view of a level deck from there.
+pub(crate) fn view_from(camera: &RenderCamera, position_m: [f64; 3], angles: [f64; 3]) -> View {
+    View::of(camera, &vehicle(position_m, angles), &DeckPose::default())
+}
+
+/// The noise of a frame.
+pub(crate) fn noise(seed: u64, frame: u64) -> Stream {
+    Stream::new(seed, frame, Purpose::Camera)
+}
+
+/// Errors of a fix: of the camera's place in deck axes, m, and the turn from
+/// the true attitude, in camera axes, rad.
+pub(crate) fn errors(fix: &Fix, view: &View) -> ([f64; 3], [f64; 3]) {
+    let (found, truth) = (fix.camera_in_deck_m(), view.camera_in_deck_m());
+    // R_found R_trueᵀ is a small turn: its skew part.
+    let (f, t) = (fix.rotation, view.rotation);
+    let at = |i: usize, j: usize| (0..3).map(|k| f[i][k] * t[j][k]).sum::<f64>();
+    let turn = [
+        0.5 * (at(2, 1) - at(1, 2)),
+        0.5 * (at(0, 2) - at(2, 0)),
+        0.5 * (at(1, 0) - at(0, 1)),
+    ];
+    (std::array::from_fn(|k| found[k] - truth[k]), turn)
+}
