@@ -19,6 +19,7 @@
 //! | [`control`] | control laws |
 //! | [`autopilot`] | all of these, vertically: measurement in, command out |
 //! | [`pilot`] | all of these in space: motion in, thrust and attitude out |
+//! | [`planner`] | when to descend onto a moving deck, and how |
 //! | [`lander`] | state machine of a landing, with aborts and go-arounds |
 //! | [`touchdown`], [`metrics`] | touchdown and the figures of a landing |
 //! | [`space`] | vectors and attitudes in space |
@@ -75,6 +76,7 @@ mod kernel;
 pub mod lander;
 pub mod metrics;
 pub mod pilot;
+pub mod planner;
 pub mod real;
 pub mod reference;
 pub mod space;

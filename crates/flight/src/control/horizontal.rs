@@ -9,14 +9,15 @@ use crate::space::Vector;
 ///
 /// ```text
 /// w = v_ref + limited(-(k_p/k_d) e)                 velocity towards the target
-/// a = a_deck + a_ref - k_d (v - w) - k_i ∫ e dt     limited in length
+/// a = a_deck + a_ref - k_d (v - w) - k_i ∫ (v - w) dt     limited in length
 /// ```
 ///
-/// with e the horizontal error of position. Within the speed limit that is
-/// `a = a_deck + a_ref - k_d (v - v_ref) - k_p e - k_i ∫ e dt`, the law with sliding
-/// variable `s = (v - v_ref) + Γ e` for `k_d = Γ + K_P/m`, `k_p = Γ K_P/m` and
-/// (integrating e in place of s) `k_i = K_I/m`. Poles of the closed loop lie at
-/// -Γ and -K_P/m; they should be slow against those of the attitude control.
+/// with e the horizontal error of position. Within the speed limit v - w is the
+/// sliding variable `s = (v - v_ref) + (k_p/k_d) e`, and without integral the law
+/// is `a = a_deck + a_ref - k_d (v - v_ref) - k_p e`: the vector law with
+/// `k_d = Γ + K_P/m`, `k_p = Γ K_P/m`. As s vanishes on the way to the target, the
+/// integral does not wind up there. Poles should be slow against those of the
+/// attitude control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -25,8 +26,8 @@ pub struct Horizontal<R> {
     pub position_per_s2: R,
     /// Gain on velocity k_d, 1/s.
     pub velocity_per_s: R,
-    /// Gain on the integral k_i, 1/s³.
-    pub integral_per_s3: R,
+    /// Gain on the integral k_i, 1/s².
+    pub integral_per_s2: R,
     /// Greatest contribution of the integral, m/s².
     pub integral_limit_mps2: R,
     /// Greatest speed towards the target, m/s.
@@ -40,7 +41,7 @@ pub struct Horizontal<R> {
 /// State of [`Horizontal`] control.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HorizontalState<R> {
-    /// `k_i ∫ e dt`, m/s².
+    /// `k_i ∫ (v - w) dt`, m/s².
     pub integral_mps2: Vector<R>,
 }
 
@@ -58,16 +59,18 @@ pub(crate) struct Errors<R> {
 pub(crate) struct Asked<R> {
     pub(crate) acceleration_mps2: Vector<R>,
     pub(crate) limited: bool,
+    /// v - w, m/s.
+    pub(crate) sliding_mps: Vector<R>,
 }
 
 impl<R: Real> Default for Horizontal<R> {
-    /// k_p 3.2 1/s², k_d 3.2 1/s (Γ 1.6 1/s: critically damped would be 2.56), k_i
-    /// 0.3 1/s³ within 0.5 m/s²; 1 m/s, 3 m/s², 0.3 rad.
+    /// k_p 3.2 1/s², k_d 3.2 1/s (damping ratio 0.89), k_i 0.8 1/s² within 0.5 m/s²;
+    /// 1 m/s, 3 m/s², 0.3 rad.
     fn default() -> Self {
         Self {
             position_per_s2: r(3.2),
             velocity_per_s: r(3.2),
-            integral_per_s3: r(0.3),
+            integral_per_s2: r(0.8),
             integral_limit_mps2: r(0.5),
             speed_limit_mps: R::ONE,
             acceleration_limit_mps2: r(3.0),
@@ -81,18 +84,11 @@ impl<R: Real> Horizontal<R> {
     ///
     /// # Errors
     /// Gains on position and velocity and all limits must be positive, the
-    /// integral's not negative and its gain small enough for a stable loop
-    /// (`k_i < k_p k_d`, the criterion of Routh); the tilt lies below 1 rad.
+    /// integral's gain and limit not negative; the tilt lies below 1 rad.
     pub fn validate(&self) -> Result<(), SettingsError> {
         positive("horizontal.position_per_s2", self.position_per_s2)?;
         positive("horizontal.velocity_per_s", self.velocity_per_s)?;
-        not_negative("horizontal.integral_per_s3", self.integral_per_s3)?;
-        within(
-            "horizontal.integral_per_s3",
-            self.integral_per_s3,
-            self.integral_per_s3 < self.position_per_s2 * self.velocity_per_s,
-            "less than position_per_s2 times velocity_per_s",
-        )?;
+        not_negative("horizontal.integral_per_s2", self.integral_per_s2)?;
         not_negative("horizontal.integral_limit_mps2", self.integral_limit_mps2)?;
         positive("horizontal.speed_limit_mps", self.speed_limit_mps)?;
         positive(
@@ -113,27 +109,28 @@ impl<R: Real> Horizontal<R> {
         let towards = (errors.position_m.horizontal()
             * -(self.position_per_s2 / self.velocity_per_s))
             .limited(self.speed_limit_mps);
+        let sliding_mps = errors.velocity_mps.horizontal() - towards;
         let wanted = errors.forward_mps2.horizontal()
-            + (towards - errors.velocity_mps.horizontal()) * self.velocity_per_s
+            - sliding_mps * self.velocity_per_s
             - state.integral_mps2;
         let acceleration_mps2 = wanted.limited(self.acceleration_limit_mps2);
         Asked {
             acceleration_mps2,
             limited: acceleration_mps2 != wanted,
+            sliding_mps,
         }
     }
 
     /// Integrates over `dt` seconds. Where less acceleration is flown than
-    /// wanted, the integral only moves where that asks for less.
+    /// wanted, only what asks for less.
     pub(crate) fn advance(
         &self,
         state: &mut HorizontalState<R>,
-        errors: &Errors<R>,
         asked: &Asked<R>,
         limited: bool,
         dt: R,
     ) {
-        let change = errors.position_m.horizontal() * (self.integral_per_s3 * usable_dt(dt));
+        let change = asked.sliding_mps * (self.integral_per_s2 * usable_dt(dt));
         if limited && change.dot(asked.acceleration_mps2) < R::ZERO {
             return;
         }

@@ -213,7 +213,7 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
         }
         let limited = asked.limited || allocated.is_none_or(|allocated| allocated.limited);
         self.horizontal
-            .advance(&mut state.horizontal, &errors, &asked, limited, dt);
+            .advance(&mut state.horizontal, &asked, limited, dt);
         PilotCommand {
             thrust_n: given.command.thrust_n,
             throttle: given.command.throttle,

@@ -8,7 +8,7 @@ use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Polynomial};
 use touchdown_flight::pilot::{Motion, Pilot, Target};
 use touchdown_flight::{Attitude, Measurement, Real, Vector};
 
-use crate::common::{WEIGHT_N, autopilot, lag, ratio};
+use crate::common::{WEIGHT_N, autopilot, lag, map, ratio};
 use crate::plant::{hover_throttle, pilot, rotors};
 
 fn models<R: Real>() -> [GroundEffectModel<R>; 5] {
@@ -145,7 +145,7 @@ fn analytic_tilt_is_made_up_for() {
             // Roundings of forces of ten newtons.
             assert!((upward - WEIGHT_N).abs() < 1e-12, "{angle} {upward}");
         }
-        // Beyond 60 degrees no more than for 60.
+        // More than there is.
         let mut motion = hovering(0.2);
         let mut state = pilot.initial(&motion, hover_throttle());
         motion.attitude = Attitude::from_rotation_vector(Vector::new(3.0, 0.0, 0.0));
@@ -153,6 +153,14 @@ fn analytic_tilt_is_made_up_for() {
         assert_eq!(command.thrust_n, 20.4);
         assert!(command.saturated);
     }
+    // Beyond 60 degrees no more is made up for than at 60: twice the weight.
+    let mut strong = pilot::<f64>(GroundEffectModel::None);
+    strong.limits.thrust_max_n = 100.0;
+    let mut motion = hovering(0.2);
+    let mut state = strong.initial(&motion, hover_throttle());
+    motion.attitude = Attitude::from_rotation_vector(Vector::new(0.0, 1.3, 0.0));
+    let command = strong.step(&mut state, &motion, &target(0.2), 0.01);
+    assert!((command.thrust_n - 2.0 * WEIGHT_N).abs() < 1e-12);
 }
 
 #[test]
@@ -178,9 +186,10 @@ fn analytic_horizontal_law_and_attitude() {
     assert!(command.attitude.up().cross(a).norm() < 1e-13);
     assert!((command.attitude.yaw_rad() - 0.7).abs() < 0.02);
     assert!(!command.limited && !command.saturated);
-    // A step integrates the error: k_i e dt.
+    // A step integrates s = (v - v_ref) + (k_p/k_d) e, times k_i dt.
+    let s = Vector::new(0.02 - 0.05 + 0.1, 0.03 - 0.05, 0.0);
     let moved = state.horizontal.integral_mps2;
-    assert!((moved - Vector::new(0.3 * 0.1 * 0.01, -0.3 * 0.05 * 0.01, 0.0)).norm() < 1e-16);
+    assert!((moved - s * (0.8 * 0.01)).norm() < 1e-16);
 
     // Far away: towards the target at the tilt limit, and no integral.
     motion.position_m = Vector::new(30.0, 40.0, 0.5);
@@ -233,6 +242,21 @@ fn analytic_rotors_heights_over_a_tilted_deck() {
 }
 
 #[test]
+fn analytic_ground_effect_is_reckoned_along_the_decks_normal() {
+    let pilot = pilot::<f64>(lag());
+    let normal = Vector::new(0.3, 0.0, 1.0).direction().unwrap();
+    let motion = Motion {
+        position_m: Vector::new(0.2, 5.0, 0.15),
+        deck_normal: normal,
+        ..Motion::default()
+    };
+    let command = pilot.initial(&motion, hover_throttle()).vertical.command;
+    let height_m = (0.2 * 0.3 + 0.15) / 1.09_f64.sqrt();
+    let expected = map::<f64>().ratio(height_m) * command.thrust_n;
+    assert!((command.ground_effect_n - expected).abs() < 1e-13);
+}
+
+#[test]
 fn analytic_thrust_is_taken_back_along_the_deck() {
     let pilot = pilot::<f64>(lag());
     let normal = Vector::new(0.05, -0.02, 1.0);
@@ -264,8 +288,8 @@ fn analytic_settings_are_checked() {
     refused(|p| p.mass_kg = -1.0, "mass_kg");
     refused(|p| p.horizontal.tilt_limit_rad = 1.2, "horizontal.tilt");
     refused(
-        |p| p.horizontal.integral_per_s3 = 11.0,
-        "horizontal.integral_per_s3",
+        |p| p.horizontal.integral_per_s2 = -1.0,
+        "horizontal.integral_per_s2",
     );
     refused(|p| p.delays.sensing_s = -0.01, "delays.sensing_s");
     refused(

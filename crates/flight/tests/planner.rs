@@ -1,0 +1,368 @@
+//! The touchdown planner against forecasts that are known.
+
+use proptest::prelude::*;
+use touchdown_flight::planner::{DeckOutlook, Plan, Planner, Verdict};
+
+/// A heave `a sin(w t + phase)` that is known exactly.
+fn sine(a: f64, w: f64, phase: f64) -> impl Fn(f64) -> DeckOutlook<f64> {
+    move |t: f64| DeckOutlook {
+        velocity_mps: a * w * (w * t + phase).cos(),
+        acceleration_mps2: -a * w * w * (w * t + phase).sin(),
+        ..DeckOutlook::default()
+    }
+}
+
+const TAU: f64 = core::f64::consts::TAU;
+
+fn planner() -> Planner<f64> {
+    let planner = Planner::default();
+    planner.validate().unwrap();
+    planner
+}
+
+/// Samples of the reference of a plan: greatest speed down and acceleration.
+fn sampled(plan: &Plan<f64>) -> (f64, f64) {
+    (0..=2000)
+        .map(|i| {
+            plan.reference
+                .at(plan.reference.duration_s * f64::from(i) / 2000.0)
+        })
+        .fold((0.0, 0.0), |(v, a): (f64, f64), at| {
+            (v.max(-at.velocity_mps), a.max(at.acceleration_mps2.abs()))
+        })
+}
+
+#[test]
+fn analytic_over_a_still_deck_it_goes_at_once_and_short() {
+    let planner = planner();
+    let verdict = planner.assess(0.0, 0.8, false, &|_: f64| DeckOutlook::default());
+    let plan = verdict.plan().unwrap();
+    assert!(plan.quiescent);
+    // The shortest on the grid of 10/128 s.
+    let d = plan.reference.duration_s;
+    assert!((2.2..2.2 + 10.0 / 128.0).contains(&d), "{d}");
+    assert_eq!(plan.reference.sink_rate_mps, 0.03);
+    assert_eq!(plan.reference.end_height_m, 0.1);
+    plan.reference.validate().unwrap();
+    // Only the relative speed is used: 0.03 of 0.15 m/s.
+    assert!((plan.severity - 0.2).abs() < 1e-15);
+    // The paper's deck asks for no waiting either: 0.157 of 0.25 m/s at most.
+    for i in 0..20 {
+        let deck = sine(0.05, 0.5 * TAU, 0.05 * TAU * f64::from(i));
+        let plan = planner.assess(0.0, 0.5, false, &deck).plan().unwrap();
+        assert!(plan.quiescent && plan.severity <= 0.63);
+    }
+}
+
+#[test]
+fn analytic_limits_of_the_descent() {
+    let mut planner = planner();
+    planner.descent.duration_min_s = 0.5;
+    let still = |_: f64| DeckOutlook::default();
+    let plan = |p: &Planner<f64>, height: f64| p.assess(0.0, height, false, &still).plan();
+    // By speed: 15/8 · 0.7 m / T about 0.7 m/s, a little less for the sink rate.
+    let by_speed = plan(&planner, 0.8).unwrap();
+    let (speed, _) = sampled(&by_speed);
+    assert!(speed <= 0.7 && speed > 0.65, "{speed}");
+    // By acceleration: 5.77 D/T².
+    planner.descent.acceleration_mps2 = 0.6;
+    let by_acceleration = plan(&planner, 0.8).unwrap();
+    let (_, acceleration) = sampled(&by_acceleration);
+    assert!(acceleration <= 0.6 && acceleration > 0.55, "{acceleration}");
+    // The deck's own acceleration takes its part.
+    let moving = sine(0.05, 0.5 * TAU, 0.0);
+    let slower = planner.assess(0.0, 0.3, false, &moving).plan().unwrap();
+    let (_, acceleration) = sampled(&slower);
+    assert!(acceleration <= 0.6 - 0.49, "{acceleration}");
+    // Too high for what is left of time.
+    planner.descent.speed_mps = 0.3;
+    assert_eq!(planner.assess(0.0, 0.8, true, &still), Verdict::OutOfReach);
+    assert_eq!(
+        planner.assess(0.0, f64::NAN, true, &still),
+        Verdict::OutOfReach
+    );
+    assert_eq!(planner.assess(0.0, 0.05, true, &still), Verdict::OutOfReach);
+}
+
+/// Waits over a deck until the planner goes; the time of the start, and the plan.
+fn wait(planner: &Planner<f64>, deck: &impl Fn(f64) -> DeckOutlook<f64>) -> (f64, Plan<f64>) {
+    let mut state = planner.initial();
+    for i in 0..20_000 {
+        let now = 0.02 * f64::from(i);
+        let ahead = |t: f64| deck(now + t);
+        let dt = if i == 0 { 0.0 } else { 0.02 };
+        if let Some(plan) = planner.step(&mut state, 0.8, false, &ahead, dt).plan() {
+            return (now, plan);
+        }
+    }
+    panic!("never goes");
+}
+
+#[test]
+fn analytic_a_slow_swell_is_met_where_it_is_quiet() {
+    let planner = planner();
+    // 0.3 m at 0.2 Hz: up to 0.377 m/s, too fast by half.
+    let w = 0.2 * TAU;
+    let (mut gained, mut blind) = (0.0, 0.0);
+    for i in 0..50 {
+        let phase = TAU * f64::from(i) / 50.0;
+        let deck = sine(0.3, w, phase);
+        let (start, plan) = wait(&planner, &deck);
+        assert!(plan.quiescent);
+        // Windows come twice a period: never more than half of one is waited.
+        assert!(start <= 2.5 + 0.05, "{start}");
+        let touchdown = start + plan.reference.duration_s;
+        for part in [-0.1, 0.0, 0.1] {
+            let speed = deck(touchdown + part).velocity_mps.abs();
+            // The dwell is looked at in steps of the grid, which lie outside it.
+            assert!(speed <= 0.25 + 1e-9, "{i} {speed}");
+        }
+        gained += deck(touchdown).velocity_mps.powi(2);
+        blind += deck(2.2).velocity_mps.powi(2);
+    }
+    // Going at once meets the sine anywhere: a²w²/2 on average, exactly for phases
+    // all around.
+    assert!((blind / 50.0 - 0.5 * (0.3 * w).powi(2)).abs() < 1e-12);
+    assert!(gained < 0.5 * blind, "{gained} {blind}");
+}
+
+#[test]
+fn analytic_the_phase_can_be_chosen() {
+    let mut planner = planner();
+    let w = 0.2 * TAU;
+    let peak = 0.3 * w * w;
+    // On the crest: accelerating downward, nearly at rest.
+    planner.quiescence.acceleration_min_mps2 = -1.2 * peak;
+    planner.quiescence.acceleration_max_mps2 = -0.6 * peak;
+    planner.quiescence.relative_speed_mps = 0.2;
+    planner.validate().unwrap();
+    for i in 0..20 {
+        let deck = sine(0.3, w, TAU * f64::from(i) / 20.0);
+        let (start, plan) = wait(&planner, &deck);
+        let at = deck(start + plan.reference.duration_s);
+        assert!(at.acceleration_mps2 <= -0.6 * peak, "{at:?}");
+        assert!(start <= 5.0 + 0.05);
+    }
+}
+
+#[test]
+fn analytic_after_the_waiting_it_takes_the_best_there_is() {
+    let planner = planner();
+    // Never quiescent: tilted by 0.12 to 0.18 rad, least every 7 s.
+    let w = TAU / 7.0;
+    for i in 0..20 {
+        let phase = TAU * f64::from(i) / 20.0;
+        let deck = |t: f64| DeckOutlook {
+            tilt_rad: 0.15 + 0.03 * (w * t + phase).cos(),
+            ..DeckOutlook::default()
+        };
+        let (start, plan) = wait(&planner, &deck);
+        assert!(!plan.quiescent);
+        // Not before the deadline is in sight, never after it.
+        assert!(start > 23.0 && start <= 30.0 + 0.03, "{start}");
+        let at = deck(start + plan.reference.duration_s).tilt_rad;
+        // The least of the last seconds: half the dwell, a step of the grid and the
+        // cost of time (0.1/s of 0.1 rad) keep it off the very least.
+        assert!(at < 0.125, "{phase} {at}");
+    }
+    // Steadily worse: at once, when that is in sight; steadily better: at the end.
+    let slope = |rate: f64| {
+        move |t: f64| DeckOutlook {
+            tilt_rad: 0.5 + rate * t,
+            ..DeckOutlook::default()
+        }
+    };
+    let last_look = 30.0 - (10.0 - 3.5);
+    let (start, _) = wait(&planner, &slope(0.01));
+    assert!((start - last_look).abs() < 0.15, "{start}");
+    let (start, _) = wait(&planner, &slope(-0.01));
+    assert!((start - 30.0).abs() < 0.15, "{start}");
+}
+
+#[test]
+fn analytic_in_a_hurry_it_goes_at_once() {
+    let planner = planner();
+    let rough = |_: f64| DeckOutlook {
+        velocity_mps: 1.0,
+        ..DeckOutlook::default()
+    };
+    let waiting = planner.assess(0.0, 0.8, false, &rough);
+    assert_eq!(waiting, Verdict::Wait { window_in_s: None });
+    let plan = planner.assess(0.0, 0.8, true, &rough).plan().unwrap();
+    assert!(!plan.quiescent && (plan.severity - 4.0).abs() < 1e-12);
+    // A window is announced: it opens at 6 s and can be met 3.5 s before.
+    let opens = |t: f64| DeckOutlook {
+        velocity_mps: if t < 6.0 { 1.0 } else { 0.0 },
+        ..DeckOutlook::default()
+    };
+    let Verdict::Wait {
+        window_in_s: Some(window_in_s),
+    } = planner.assess(0.0, 0.8, false, &opens)
+    else {
+        panic!("does not wait");
+    };
+    // Half the dwell and up to two steps of 10/128 s.
+    assert!(
+        window_in_s >= 2.5 + 0.1 && window_in_s < 2.5 + 0.1 + 0.24,
+        "{window_in_s}"
+    );
+}
+
+#[test]
+fn analytic_uncertainty_counts() {
+    let planner = planner();
+    let deck = |sd: f64| {
+        move |t: f64| DeckOutlook {
+            velocity_mps: 0.1,
+            velocity_sd_mps: sd * t,
+            ..DeckOutlook::default()
+        }
+    };
+    let sure = planner.assess(0.0, 0.8, false, &deck(0.0)).plan().unwrap();
+    let unsure = planner.assess(0.0, 0.8, false, &deck(0.01)).plan().unwrap();
+    let t = unsure.reference.duration_s;
+    // (0.1 + sd)/0.25, at the later edge of the dwell.
+    assert!((sure.severity - 0.4).abs() < 1e-12);
+    assert!(unsure.severity > (0.1 + 0.01 * t) / 0.25);
+    // Half of the standard deviation is added to the sink rate.
+    assert!((unsure.reference.sink_rate_mps - (0.03 + 0.005 * t)).abs() < 1e-12);
+    // Up to its limit.
+    let lost = planner.assess(0.0, 0.8, true, &deck(1.0)).plan().unwrap();
+    assert_eq!(lost.reference.sink_rate_mps, 0.08);
+}
+
+#[test]
+fn prop_without_a_prediction_it_never_goes() {
+    let planner = planner();
+    for bad in [f64::NAN, f64::INFINITY] {
+        let none = move |_: f64| DeckOutlook {
+            velocity_mps: bad,
+            ..DeckOutlook::default()
+        };
+        for hurry in [false, true] {
+            assert_eq!(planner.assess(1e9, 0.8, hurry, &none), Verdict::Blind);
+        }
+    }
+    // Known for two seconds only: too short for a descent.
+    let short = |t: f64| DeckOutlook {
+        tilt_rad: if t < 2.0 { 0.0 } else { f64::NAN },
+        ..DeckOutlook::default()
+    };
+    assert_eq!(planner.assess(1e9, 0.8, true, &short), Verdict::Blind);
+    // Known here and there: touchdown where it is known all around.
+    let patchy = |t: f64| DeckOutlook {
+        velocity_sd_mps: if (2.0..2.6).contains(&t) { -1.0 } else { 0.0 },
+        ..DeckOutlook::default()
+    };
+    let plan = planner.assess(0.0, 0.8, false, &patchy).plan().unwrap();
+    assert!(plan.reference.duration_s > 2.7);
+    let negative = |_: f64| DeckOutlook {
+        tilt_sd_rad: -0.1,
+        ..DeckOutlook::default()
+    };
+    assert_eq!(planner.assess(1e9, 0.8, true, &negative), Verdict::Blind);
+}
+
+#[test]
+fn prop_single_precision_decides_the_same() {
+    let planner = Planner::<f32>::default();
+    planner.validate().unwrap();
+    let double = self::planner();
+    for i in 0..40 {
+        let phase = TAU * f64::from(i) / 40.0;
+        let deck = sine(0.3, 0.2 * TAU, phase);
+        let narrow = |t: f32| {
+            let at = deck(f64::from(t));
+            DeckOutlook {
+                velocity_mps: at.velocity_mps as f32,
+                acceleration_mps2: at.acceleration_mps2 as f32,
+                ..DeckOutlook::default()
+            }
+        };
+        let (a, b) = (
+            planner.assess(0.0, 0.8, false, &narrow).plan(),
+            double.assess(0.0, 0.8, false, &deck).plan(),
+        );
+        assert_eq!(a.is_some(), b.is_some());
+        if let (Some(a), Some(b)) = (a, b) {
+            assert!((f64::from(a.reference.duration_s) - b.reference.duration_s).abs() < 1e-6);
+            assert!((f64::from(a.severity) - b.severity).abs() < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn analytic_settings_are_checked() {
+    let refused = |change: fn(&mut Planner<f64>), key: &str| {
+        let mut bad = planner();
+        change(&mut bad);
+        let error = bad.validate().unwrap_err().to_string();
+        assert!(error.starts_with(key), "{error}");
+    };
+    refused(|p| p.horizon_s = 3.0, "planner.descent.duration_max_s");
+    refused(|p| p.horizon_s = 1000.0, "planner.horizon_s");
+    refused(|p| p.wait_s = f64::NAN, "planner.wait_s");
+    refused(
+        |p| p.descent.sink_rate_max_mps = 0.2,
+        "planner.descent.sink_rate_max_mps",
+    );
+    refused(
+        |p| p.descent.duration_min_s = 4.0,
+        "planner.descent.duration_min_s",
+    );
+    refused(
+        |p| p.quiescence.acceleration_min_mps2 = 2.0,
+        "planner.quiescence.acceleration_min_mps2",
+    );
+    refused(
+        |p| p.quiescence.tilt_rad = 0.0,
+        "planner.quiescence.tilt_rad",
+    );
+}
+
+proptest! {
+    #[test]
+    fn prop_every_plan_keeps_its_limits(
+        tones in proptest::collection::vec((0.0..0.3_f64, 0.3..4.0_f64, 0.0..TAU), 1..4),
+        tilt in 0.0..0.3_f64,
+        sd in 0.0..0.2_f64,
+        height in 0.05..1.6_f64,
+        waited in 0.0..60.0_f64,
+        hurry in any::<bool>(),
+        hole in 0.0..12.0_f64,
+    ) {
+        let planner = planner();
+        let deck = |t: f64| {
+            let mut at = DeckOutlook {
+                tilt_rad: tilt * (1.3 * t).sin(),
+                velocity_sd_mps: sd * t.min(3.0),
+                ..DeckOutlook::default()
+            };
+            for &(a, w, phase) in &tones {
+                let one = sine(a, w, phase)(t);
+                at.velocity_mps += one.velocity_mps;
+                at.acceleration_mps2 += one.acceleration_mps2;
+            }
+            if (t - hole).abs() < 0.3 {
+                at.acceleration_sd_mps2 = f64::NAN;
+            }
+            at
+        };
+        match planner.assess(waited, height, hurry, &deck) {
+            Verdict::Go(plan) => {
+                prop_assert!(plan.reference.validate().is_ok());
+                let d = plan.reference.duration_s;
+                prop_assert!((2.2..=3.5).contains(&d));
+                let (speed, acceleration) = sampled(&plan);
+                prop_assert!(speed <= 0.7 + 1e-9 && acceleration <= 2.0 + 1e-9);
+                prop_assert!((d - hole).abs() > 0.3);
+                prop_assert!(plan.severity.is_finite());
+                prop_assert_eq!(plan.quiescent, plan.severity <= 1.0);
+                // Something other than quiet only at the end of patience.
+                prop_assert!(plan.quiescent || hurry || waited > 23.0);
+            }
+            Verdict::Wait { .. } => prop_assert!(!hurry && waited < 30.0),
+            Verdict::Blind | Verdict::OutOfReach => {}
+        }
+    }
+}
