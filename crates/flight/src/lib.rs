@@ -21,6 +21,7 @@
 //! | [`pilot`] | all of these in space: motion in, thrust and attitude out |
 //! | [`planner`] | when to descend onto a moving deck, and how |
 //! | [`lander`] | state machine of a landing, with aborts and go-arounds |
+//! | [`guidance`] | from what the state machine wants flown to the pilot's targets |
 //! | [`touchdown`], [`metrics`] | touchdown and the figures of a landing |
 //! | [`space`] | vectors and attitudes in space |
 //! | [`types`], [`error`], [`real`] | measurements and commands, refused settings, scalars |
@@ -72,6 +73,7 @@ pub mod deck;
 pub mod error;
 pub mod estimate;
 pub mod ground_effect;
+pub mod guidance;
 mod kernel;
 pub mod lander;
 pub mod metrics;

@@ -55,6 +55,30 @@ fn analytic_over_a_still_deck_it_goes_at_once_and_short() {
 }
 
 #[test]
+fn analytic_quiet_comes_first_and_then_time() {
+    let planner = planner();
+    // A little too tilted before 2.9 s, a little less than too tilted after.
+    let step = |t: f64| DeckOutlook {
+        tilt_rad: if t < 2.9 { 0.101 } else { 0.099 },
+        ..DeckOutlook::default()
+    };
+    let plan = planner.assess(0.0, 0.8, false, &step).plan().unwrap();
+    // Cheaper at once, by 0.1 a second against 0.02; but then not quiet.
+    assert!(plan.quiescent && plan.reference.duration_s > 2.9);
+    // Getting better by 0.05 a second is not worth 0.1; by 0.2 it is.
+    let better = |rate: f64| {
+        move |t: f64| DeckOutlook {
+            tilt_rad: 0.1 * (0.9 - rate * t),
+            ..DeckOutlook::default()
+        }
+    };
+    let soon = planner.assess(0.0, 0.8, false, &better(0.05));
+    assert!(soon.plan().unwrap().reference.duration_s < 2.3);
+    let late = planner.assess(0.0, 0.8, false, &better(0.2));
+    assert!(late.plan().unwrap().reference.duration_s > 3.4);
+}
+
+#[test]
 fn analytic_limits_of_the_descent() {
     let mut planner = planner();
     planner.descent.duration_min_s = 0.5;
@@ -253,6 +277,12 @@ fn prop_without_a_prediction_it_never_goes() {
     };
     let plan = planner.assess(0.0, 0.8, false, &patchy).plan().unwrap();
     assert!(plan.reference.duration_s > 2.7);
+    // Known nowhere for as long as the dwell: 0.1 s of every 0.2 s.
+    let flicker = |t: f64| DeckOutlook {
+        velocity_mps: if t % 0.2 < 0.1 { 0.0 } else { f64::NAN },
+        ..DeckOutlook::default()
+    };
+    assert_eq!(planner.assess(1e9, 0.8, true, &flicker), Verdict::Blind);
     let negative = |_: f64| DeckOutlook {
         tilt_sd_rad: -0.1,
         ..DeckOutlook::default()

@@ -39,7 +39,7 @@ impl<R: Real> Funnel<R> {
 /// | `battery_low`, `battery_critical` | 0.2, 0.08 | shares of energy |
 /// | `go_arounds` | 2 | aborted descents before giving up: one more gives up |
 /// | `settle_s` | 0.5 | being ready before waiting for the planner |
-/// | `contact_s`, `confirm_s` | 0.1, 0.5 | touching before thrust is taken back; evidence before disarming |
+/// | `contact_s`, `confirm_s` | 0.5, 0.5 | touching before thrust is taken back (the time in which the descent's last centimetres are flown, not dropped); evidence before disarming |
 /// | `bounce_s`, `fall_s` | 0.2, 0.05 | not touching, not supported |
 /// | `excess_s`, `saturation_s` | 0.15, 0.3 | beyond a limit |
 /// | `patience_s`, `landing_s`, `climb_s` | 120, 30, 5 | time limits of the phases |
@@ -143,7 +143,7 @@ impl<R: Real> Default for Lander<R> {
             battery_critical: r(0.08),
             go_arounds: 2,
             settle_s: r(0.5),
-            contact_s: r(0.1),
+            contact_s: r(0.5),
             confirm_s: r(0.5),
             bounce_s: r(0.2),
             fall_s: r(0.05),

@@ -4,5 +4,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod flights;
+mod landings;
 mod law;
 mod plant;

@@ -1,4 +1,5 @@
-//! A point mass with rotors, attitude lag, ground effect, wind and delays.
+//! A point mass with rotors, attitude lag, ground effect, wind and delays, over
+//! a deck that heaves and carries it.
 
 use std::collections::VecDeque;
 
@@ -51,6 +52,10 @@ pub(crate) struct Plant {
     pub(crate) gain: f64,
     pub(crate) thrust_scale: f64,
     pub(crate) wind_n: Space,
+    /// Amplitude and angular frequency of the deck's heave, from its mean at time
+    /// zero.
+    pub(crate) heave: (f64, f64),
+    pub(crate) time_s: f64,
     pub(crate) position_m: Space,
     pub(crate) velocity_mps: Space,
     pub(crate) up: Space,
@@ -67,6 +72,8 @@ impl Plant {
             gain: 0.0,
             thrust_scale: 1.0,
             wind_n: Vector::ZERO,
+            heave: (0.0, 1.0),
+            time_s: 0.0,
             position_m,
             velocity_mps: Vector::ZERO,
             up: Vector::UP,
@@ -79,17 +86,49 @@ impl Plant {
         }
     }
 
-    fn acceleration(&self) -> Space {
+    /// Height, velocity and acceleration of the deck at a time.
+    pub(crate) fn deck(&self, time_s: f64) -> [f64; 3] {
+        let (a, w) = self.heave;
+        let (sin, cos) = (w * time_s).sin_cos();
+        [a * sin, a * w * cos, -a * w * w * sin]
+    }
+
+    pub(crate) fn height_m(&self) -> f64 {
+        self.position_m.z - self.deck(self.time_s)[0]
+    }
+
+    pub(crate) fn relative_velocity_mps(&self) -> f64 {
+        self.velocity_mps.z - self.deck(self.time_s)[1]
+    }
+
+    /// Legs: 4 kN/m and 60 N s/m below 0.1 m; they push, never pull.
+    pub(crate) fn legs_n(&self) -> f64 {
+        let pressed = 0.1 - self.height_m();
+        if pressed > 0.0 {
+            (4000.0 * pressed - 60.0 * self.relative_velocity_mps()).max(0.0)
+        } else {
+            0.0
+        }
+    }
+
+    pub(crate) fn acceleration(&self) -> Space {
         let axial = self.rotors.thrust_n() * (self.thrust_scale + self.lift);
-        (self.up * axial + self.wind_n) * (1.0 / MASS_KG) - Vector::UP * GRAVITY
+        let outer = self.wind_n + Vector::UP * self.legs_n();
+        // Feet on the deck do not slide.
+        let grip = if self.legs_n() > 0.0 {
+            self.velocity_mps.horizontal() * -30.0
+        } else {
+            Vector::ZERO
+        };
+        (self.up * axial + outer) * (1.0 / MASS_KG) - Vector::UP * GRAVITY + grip
     }
 
     /// What is sensed now of 20 ms ago; the attitude is that of now.
     pub(crate) fn sense(&mut self) -> Motion<f64> {
         let attitude = Attitude::from_thrust_direction(self.up, 0.0).unwrap();
         self.sensed.push_back(Motion {
-            position_m: self.position_m,
-            relative_velocity_mps: self.velocity_mps,
+            position_m: self.position_m - Vector::UP * self.deck(self.time_s)[0],
+            relative_velocity_mps: self.velocity_mps - Vector::UP * self.deck(self.time_s)[1],
             vehicle_velocity_mps: self.velocity_mps,
             acceleration_mps2: self.acceleration(),
             attitude,
@@ -114,7 +153,7 @@ impl Plant {
         for _ in 0..10 {
             let dt = 1e-3;
             model.step(&mut self.rotors, command.throttle, dt);
-            let target = self.gain * map::<f64>().ratio(self.position_m.z.max(0.05));
+            let target = self.gain * map::<f64>().ratio(self.height_m().max(0.05));
             self.lift += (target - self.lift) * dt / 0.162;
             let wanted = command.attitude.up();
             self.up = (self.up + (wanted - self.up) * (dt / 0.08))
@@ -122,6 +161,7 @@ impl Plant {
                 .unwrap();
             self.velocity_mps += self.acceleration() * dt;
             self.position_m += self.velocity_mps * dt;
+            self.time_s += dt;
         }
     }
 }
