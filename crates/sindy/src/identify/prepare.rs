@@ -15,7 +15,7 @@ const SMOOTHED: usize = 25;
 /// Parts of a stretch that are looked at for motion, at most.
 const PARTS: usize = 32;
 /// Something moves where a state scatters by so many times its noise.
-const MOVES: f64 = 5.0;
+const MOVES: f64 = 2.0;
 /// The least noise that is believed, as a share of a state's scatter.
 const FLOOR: f64 = 1e-6;
 
@@ -77,7 +77,7 @@ pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
     out
 }
 
-/// The parts of the stretches in which something moves; `None` where that is nearly everything.
+/// Each stretch from where something begins to move to where all comes to rest; `None` where that is nearly everything.
 ///
 /// A record that rests for most of its length says of its resting part that the noise is all there is: a filter
 /// chosen for the whole of it flattens the little that moves.
@@ -99,23 +99,17 @@ pub(super) fn moving<'a>(
             })
             .collect();
         rows += n;
-        let mut k = 0;
-        while k < parts {
-            let first = k;
-            while k < parts && moves[k] {
-                k += 1;
-            }
-            if k > first {
-                let range = edge(first)..edge(k);
-                kept += range.len();
-                out.push(Stretch {
-                    trajectory: s.trajectory,
-                    time: &s.time[range.clone()],
-                    columns: s.columns.iter().map(|c| &c[range.clone()]).collect(),
-                    weights: s.weights.map(|w| &w[range.clone()]),
-                });
-            }
-            k += 1;
+        // From the first part that moves to the last: a turning point is no rest.
+        let first = moves.iter().position(|m| *m);
+        if let (Some(first), Some(last)) = (first, moves.iter().rposition(|m| *m)) {
+            let range = edge(first)..edge(last + 1);
+            kept += range.len();
+            out.push(Stretch {
+                trajectory: s.trajectory,
+                time: &s.time[range.clone()],
+                columns: s.columns.iter().map(|c| &c[range.clone()]).collect(),
+                weights: s.weights.map(|w| &w[range.clone()]),
+            });
         }
     }
     (kept > 0 && 2 * kept < rows).then_some(out)

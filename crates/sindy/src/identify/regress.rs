@@ -22,6 +22,8 @@ use crate::weak::WeakForm;
 const EXACT: usize = 40;
 /// Terms of a best subset, at most.
 const MOST_TERMS: usize = 14;
+/// Terms of the sparser starts, at most: where data hardly tell terms apart, a criterion keeps far too many.
+const SPARSE: usize = 4;
 /// Nodes of a branch and bound, at most, for a start and for a front.
 const NODES: u64 = 8_000;
 pub(super) const FRONT_NODES: u64 = 200_000;
@@ -260,4 +262,26 @@ pub(super) fn solve(
         }
     }
     Ok(out)
+}
+
+/// The best subsets of one term for each equation, of two, and so on: for data on which no model of [`solve`] can
+/// be run freely.
+pub(super) fn sparse(statistics: &Statistics) -> Result<Vec<Regression>, SindyError> {
+    let found = statistics
+        .grams
+        .iter()
+        .map(|parts| best_subsets(&Gram::total(parts), NODES))
+        .collect::<Result<Vec<_>, _>>()?;
+    let of = |terms: usize| -> Vec<Fit> {
+        let fits = found.iter().map(|f| &f.sizes[terms.min(f.sizes.len() - 1)]);
+        fits.map(|s| s.fit.clone()).collect()
+    };
+    let regression = |terms: usize| Regression {
+        name: format!("best subset of {terms}; {}", statistics.smoothing),
+        solver: "best_subset",
+        smoothing: statistics.smoothing.clone(),
+        points: vec![None; found.len()],
+        fits: of(terms),
+    };
+    Ok((1..=SPARSE).map(regression).collect())
 }

@@ -83,19 +83,21 @@ impl Run<'_> {
                 self.noise.tolerated[i] = self.noise.sigma[i];
             }
         }
-        let mut ranked = Vec::new();
-        {
-            for regression in regressions {
-                let coefficients: Vec<f64> = regression
-                    .fits
-                    .iter()
-                    .flat_map(|f| f.coefficients.iter().copied())
-                    .collect();
-                ranked.push(Ranked {
-                    free_run: free_run(&self.system, &yardstick, &coefficients, &self.noise.sigma),
-                    coefficients,
-                    regression,
-                });
+        let rank = |regression: Regression| {
+            let fits = regression.fits.iter();
+            let coefficients: Vec<f64> =
+                fits.flat_map(|f| f.coefficients.iter().copied()).collect();
+            Ranked {
+                free_run: free_run(&self.system, &yardstick, &coefficients, &self.noise.sigma),
+                coefficients,
+                regression,
+            }
+        };
+        let mut ranked: Vec<Ranked> = regressions.into_iter().map(rank).collect();
+        if !ranked.iter().any(|r| r.free_run.is_finite()) {
+            // Criteria keep too much where data hardly tell terms apart.
+            for statistics in &statistics {
+                ranked.extend(regress::sparse(statistics)?.into_iter().map(rank));
             }
         }
         // Fewer terms first among those that predict alike.
