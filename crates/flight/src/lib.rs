@@ -15,7 +15,7 @@
 //! | [`ground_effect`] | ground effect above a deck that may move |
 //! | [`mod@reference`] | descents |
 //! | [`deck`] | estimate of the deck's heave |
-//! | [`estimate`] | the vehicle relative to the deck |
+//! | [`estimate`] | the vehicle relative to the deck; heave of unknown frequency |
 //! | [`control`] | control laws |
 //! | [`autopilot`] | all of these, vertically: measurement in, command out |
 //! | [`pilot`] | all of these in space: motion in, thrust and attitude out |

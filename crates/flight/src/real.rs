@@ -49,6 +49,8 @@ pub trait Real:
     fn exp(self) -> Self;
     /// `exp(x) - 1` without loss of digits near zero.
     fn exp_m1(self) -> Self;
+    /// Natural logarithm; NaN for a negative argument.
+    fn ln(self) -> Self;
     /// Sine of an angle in radians.
     fn sin(self) -> Self;
     /// Cosine of an angle in radians.
@@ -87,7 +89,7 @@ pub trait Real:
 }
 
 macro_rules! impl_real {
-    ($t:ident, $sqrt:path, $exp:path, $exp_m1:path, $sin:path, $cos:path, $tanh:path, $atan2:path) => {
+    ($t:ident, $sqrt:path, $exp:path, $exp_m1:path, $ln:path, $sin:path, $cos:path, $tanh:path, $atan2:path) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -108,6 +110,9 @@ macro_rules! impl_real {
             }
             fn exp_m1(self) -> Self {
                 $exp_m1(self)
+            }
+            fn ln(self) -> Self {
+                $ln(self)
             }
             fn sin(self) -> Self {
                 $sin(self)
@@ -142,6 +147,7 @@ impl_real!(
     libm::sqrtf,
     libm::expf,
     libm::expm1f,
+    libm::logf,
     libm::sinf,
     libm::cosf,
     libm::tanhf,
@@ -152,6 +158,7 @@ impl_real!(
     libm::sqrt,
     libm::exp,
     libm::expm1,
+    libm::log,
     libm::sin,
     libm::cos,
     libm::tanh,

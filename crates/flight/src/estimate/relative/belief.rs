@@ -26,6 +26,9 @@ pub(super) const BX: usize = 3;
 pub(super) struct Belief<R> {
     pub(super) vertical: Gaussian<R, 6>,
     pub(super) horizontal: [Gaussian<R, 4>; 2],
+    /// What the velocity adds up to, m: the altitude without the jumps that readings
+    /// make in it.
+    pub(super) climbed: R,
 }
 
 impl<R: Real> Belief<R> {
@@ -50,11 +53,14 @@ impl<R: Real> Belief<R> {
                 filter.barometer.noise_sd_m,
             ]),
             horizontal: [axis; 2],
+            climbed: R::ZERO,
         }
     }
 
     pub(super) fn is_finite(&self) -> bool {
-        self.vertical.is_finite() && self.horizontal.iter().all(Gaussian::is_finite)
+        self.climbed.is_finite()
+            && self.vertical.is_finite()
+            && self.horizontal.iter().all(Gaussian::is_finite)
     }
 
     /// Vehicle relative to the deck, m.
@@ -134,8 +140,10 @@ impl<R: Real> Belief<R> {
         q[B][B] = qb * t;
         q[ZQ][ZQ] = qa * t3 * third + drift * t;
         let (v, z) = (acceleration.z * t, acceleration.z * t2 * half);
+        let altitude = self.vertical.mean[ZQ];
         self.vertical
             .propagate(&f, &[z, v, zero, zero, zero, z], &q);
+        self.climbed += self.vertical.mean[ZQ] - altitude;
 
         let f = [
             [one, t, -t, -half * t2],

@@ -65,7 +65,7 @@ impl<R: Real> Belief<R> {
         h[H] = n.z;
         let innovation = self.vertical.innovation(h, value, variance);
         let sighting = DeckSighting {
-            displacement_m: self.vertical.mean[ZQ] - value / n.z,
+            displacement_m: self.climbed - value / n.z,
             sd_m: variance.sqrt() / n.z,
             age_s: reading.age_s,
         };
@@ -125,7 +125,7 @@ impl<R: Real> Belief<R> {
             return (Fate::Rejected, None);
         }
         let sighting = DeckSighting {
-            displacement_m: self.vertical.mean[ZQ] - position[2],
+            displacement_m: self.climbed - position[2],
             sd_m: variance[2].sqrt(),
             age_s: reading.age_s,
         };

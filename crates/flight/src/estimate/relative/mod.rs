@@ -109,9 +109,10 @@ pub struct RelativeState<R: Real, const N: usize = 32, const M: usize = 32> {
     sighting: Option<DeckSighting<R>>,
 }
 
-/// The deck's height as one reading showed it: altitude of the vehicle then, less
-/// the height that was measured. The altitude has a constant error and drifts
-/// slowly; what is faster is the deck's heave.
+/// The deck's height as one reading showed it: what the vehicle had climbed, as its
+/// estimated velocity adds up, less the height that was measured. The error is a
+/// constant and one of velocity that wanders with the noise of the accelerometer;
+/// what is faster is the deck's heave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeckSighting<R> {
     /// Height of the deck, m.
