@@ -513,6 +513,9 @@ fn analytic_geometry_of_range_and_tag() {
         let estimate = filter.step(&mut alone, &imu, &reading, 0.0);
         assert!((estimate.position_m - position).norm() < 1e-6);
     }
+    let health = filter.health(&alone);
+    // Had one disagreed, the gate would have left it out.
+    assert_eq!((health.range.used, health.tag.used), (2, 2));
     // The camera looks down: image right is the body's right, image down its rear.
     let camera = TagModel::<f64>::looking_down();
     let down = camera.rotate(V::UP);

@@ -5,6 +5,7 @@
     reason = "each test file uses its own part"
 )]
 
+pub mod deck;
 pub mod noise;
 
 use touchdown_flight::autopilot::Autopilot;

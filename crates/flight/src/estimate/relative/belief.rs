@@ -248,6 +248,40 @@ mod tests {
     }
 
     #[test]
+    fn analytic_noise_of_two_steps_is_that_of_one() {
+        // Exact for integrators; a slow deck is one to order ω t = 1e-4.
+        let mut filter = RelativeFilter::<f64>::default();
+        filter.imu.bias_walk = 0.0;
+        filter.deck.heave_angular_frequency = 1e-3;
+        filter.deck.heave_velocity_sd_mps = 1e4;
+        filter.deck.horizontal_velocity_walk = 0.3;
+        let start = Belief {
+            vertical: Gaussian::from_sd([0.0; 6]),
+            horizontal: [Gaussian::from_sd([0.0; 4]); 2],
+            climbed: 0.0,
+        };
+        let (mut one, mut two) = (start, start);
+        one.propagate(&filter, Vector::ZERO, 0.1);
+        two.propagate(&filter, Vector::ZERO, 0.03);
+        two.propagate(&filter, Vector::ZERO, 0.07);
+        let compare = |a: f64, b: f64, variances: f64| {
+            assert!((a - b).abs() <= 1e-3 * variances.sqrt(), "{a} {b}");
+        };
+        let (a, b) = (&one.vertical.covariance, &two.vertical.covariance);
+        for i in 0..6 {
+            for j in 0..6 {
+                compare(a[i][j], b[i][j], a[i][i] * a[j][j]);
+            }
+        }
+        let (a, b) = (&one.horizontal[0].covariance, &two.horizontal[0].covariance);
+        for i in 0..4 {
+            for j in 0..4 {
+                compare(a[i][j], b[i][j], a[i][i] * a[j][j]);
+            }
+        }
+    }
+
+    #[test]
     fn analytic_deck_transition_is_exact() {
         // From (v, a) = (0.3, -0.5), ω = 3, over 0.7 s in one step: the closed form
         // of the oscillator, damped critically and less, and its integral by
