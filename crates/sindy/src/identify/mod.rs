@@ -17,11 +17,14 @@
 //!
 //! What it does, in order, with nothing to be set:
 //!
-//! 1. estimates each state's noise, and smooths with a strength taken from the data;
+//! 1. leaves terms out that are a multiple of a simpler one on every row, sees what inputs are between their samples
+//!    (held, linear, cubic), estimates each state's noise, and smooths with a strength taken from the data, where most of
+//!    them rest from the part that moves;
 //! 2. *regresses*: slopes and weak form, each by best subsets (exact, by the Bayesian criterion) and by SR3 over a
 //!    grid of λ and ν (its choice by cross-validation over blocks, and every other support on it);
 //! 3. ranks these models by *free-run error*: short simulations from smoothed states against the measured
-//!    ones, the one yardstick that all of them share;
+//!    ones, the one yardstick that all of them share; where none can be run, the best subsets of one to four terms
+//!    are models too;
 //! 4. refines the best by [`output_error`](crate::output_error), which judges all candidate terms anew by the
 //!    trajectory itself, from several starts until two agree;
 //! 5. accepts that model if its trajectories follow the data to within the noise, tries shorter arcs if they
