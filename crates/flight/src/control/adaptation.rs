@@ -2,7 +2,7 @@
 
 use super::observer::Felt;
 use crate::error::{SettingsError, ordered, positive};
-use crate::kernel::{lag_step, usable_dt};
+use crate::kernel::{lag_share, lag_step, usable_dt};
 use crate::real::{Real, r};
 
 /// Strength θ of the ground effect against its model, by regression of the force
@@ -111,9 +111,10 @@ impl<R: Real> Adaptation<R> {
         let f = felt.model_n;
         if f >= self.active_ratio * felt.thrust_n {
             let product = (felt.beyond_thrust_n - state.baseline_n) * f;
-            if product.is_finite() {
-                state.product_n2 = lag_step(state.product_n2, product, self.memory_s, dt);
-                state.square_n2 = lag_step(state.square_n2, f * f, self.memory_s, dt);
+            if product.is_finite() && (f * f).is_finite() {
+                let share = lag_share(self.memory_s, dt);
+                state.product_n2 += (product - state.product_n2) * share;
+                state.square_n2 += (f * f - state.square_n2) * share;
             }
         } else if f <= self.baseline_ratio * felt.thrust_n {
             let left = felt.beyond_thrust_n - self.strength(state) * f;

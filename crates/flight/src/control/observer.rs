@@ -2,7 +2,7 @@
 
 use crate::error::{SettingsError, not_negative, positive};
 use crate::ground_effect::Lift;
-use crate::kernel::{Delay, lag_step, usable_dt};
+use crate::kernel::{Delay, lag_share, usable_dt};
 use crate::real::{Real, r};
 use crate::space::Vector;
 
@@ -167,15 +167,10 @@ impl<R: Real> Observer<R> {
 
     /// Advances the estimate `disturbance_n` over `dt` seconds.
     pub(crate) fn step(&self, disturbance_n: &mut Vector<R>, felt: &Felt<R>, dt: R) {
-        let dt = usable_dt(dt);
-        let towards = |d: R, target: R| lag_step(d, target, self.filter_s, dt);
-        let (d, target) = (*disturbance_n, felt.unexplained_n);
-        *disturbance_n = Vector::new(
-            towards(d.x, target.x),
-            towards(d.y, target.y),
-            towards(d.z, target.z),
-        )
-        .limited(self.limit_n)
-        .finite_or(d);
+        let d = *disturbance_n;
+        let share = lag_share(self.filter_s, usable_dt(dt));
+        *disturbance_n = (d + (felt.unexplained_n - d) * share)
+            .limited(self.limit_n)
+            .finite_or(d);
     }
 }

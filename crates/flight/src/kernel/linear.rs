@@ -32,6 +32,11 @@ pub(crate) fn linear_rest<R: Real>(a: R, b: R) -> R {
     }
 }
 
+/// The share of its way that `y' = (target - y) / tau` goes in `dt`.
+pub(crate) fn lag_share<R: Real>(tau: R, dt: R) -> R {
+    -(-dt / tau).exp_m1()
+}
+
 /// `y' = (target - y) / tau` over `dt`; holds `y` where the result is not finite.
 pub(crate) fn lag_step<R: Real>(y: R, target: R, tau: R, dt: R) -> R {
     (y - (target - y) * (-dt / tau).exp_m1()).finite_or(y)
