@@ -196,10 +196,10 @@ impl<R: Real> Lander<R> {
             }
             Touchdown if past.apart => because(Commit, Reason::Bounce),
 
-            GoAround if climbed && past.stop => because(Hold, Reason::Operator),
-            GoAround if climbed && now.battery_critical => (Approach, state.reason),
+            GoAround if climbed && now.battery_critical && !past.stop => (Approach, state.reason),
             GoAround if climbed && now.battery_low => because(GivenUp, Reason::BatteryLow),
             GoAround if climbed && past.too_many => (GivenUp, state.reason),
+            GoAround if climbed && past.stop => because(Hold, Reason::Operator),
             GoAround if climbed => (Approach, state.reason),
 
             GivenUp if past.restart => (Approach, None),

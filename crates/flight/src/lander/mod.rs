@@ -45,10 +45,10 @@
 //! | `Touchdown` | not supported for `fall_s`, late | `GoAround` |
 //! | `Touchdown` | not touching for `bounce_s`, and blind | `GoAround` |
 //! | `Touchdown` | not touching for `bounce_s` | `Commit` |
-//! | `GoAround` | climbed or late; operator aborts | `Hold` |
-//! | `GoAround` | climbed or late; battery critical | `Approach` |
+//! | `GoAround` | climbed or late; battery critical, operator does not abort | `Approach` |
 //! | `GoAround` | climbed or late; battery low | `GivenUp` |
 //! | `GoAround` | climbed or late; more go-arounds than allowed | `GivenUp` |
+//! | `GoAround` | climbed or late; operator aborts | `Hold` |
 //! | `GoAround` | climbed or late | `Approach` |
 //! | `GivenUp` | operator restarts | `Approach`, go-arounds forgotten |
 //! | `GivenUp` | battery critical, everything fresh, operator does not abort | `Approach` |

@@ -211,6 +211,27 @@ fn analytic_what_ends_a_touchdown() {
 }
 
 #[test]
+fn analytic_what_is_no_touchdown() {
+    type Change = fn(&mut LanderInput<f64>);
+    // Sliding, sinking, or above the deck: low as it is, it is not taken for one.
+    let cases: [Change; 4] = [
+        |s| s.lateral_speed_mps = 0.26,
+        |s| s.relative_velocity_mps = -0.13,
+        |s| s.relative_velocity_mps = 0.13,
+        |s| s.height_m = 0.121,
+    ];
+    for change in cases {
+        let mut flight = reach(Phase::Commit);
+        let (out, _) = leave(&mut flight, Phase::Commit, change);
+        assert_eq!(out.phase, Phase::GoAround);
+        // And one that had begun ends as a bounce.
+        let mut flight = reach(Phase::Touchdown);
+        let (out, _) = leave(&mut flight, Phase::Touchdown, change);
+        assert_eq!(out.phase, Phase::Commit);
+    }
+}
+
+#[test]
 fn analytic_a_contact_switch_decides() {
     // It says no: never a touchdown.
     let mut flight = reach(Phase::Commit);
@@ -273,6 +294,32 @@ fn analytic_go_arounds_are_limited_and_reported() {
     flight.step(|_| ());
     let out = flight.step(|s| s.request = Request::Restart);
     assert_eq!(out.phase, Phase::Approach);
+}
+
+#[test]
+fn regress_an_operators_abort_does_not_grant_another_try() {
+    // Found by the promises' test: an abort asked for as the last climb ends.
+    let mut flight = Flight::new();
+    let mut last = Phase::Approach;
+    for _ in 0..10_000 {
+        let out = flight.step(|s| match last {
+            Phase::Descend => s.tag_age_s = 1.0,
+            Phase::GoAround => s.request = Request::Abort,
+            _ => (),
+        });
+        last = out.phase;
+        assert!(out.go_arounds <= 3);
+    }
+    assert_eq!(last, Phase::GivenUp);
+    // Short of that limit the operator's abort ends in a hold.
+    let mut flight = reach(Phase::Descend);
+    let (out, _) = leave(&mut flight, Phase::Descend, |s| s.request = Request::Abort);
+    assert_eq!(out.phase, Phase::GoAround);
+    let (out, _) = leave(&mut flight, Phase::GoAround, |s| s.request = Request::Abort);
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::Hold, Some(Reason::Operator))
+    );
 }
 
 #[test]
