@@ -291,6 +291,41 @@ fn prop_without_a_prediction_it_never_goes() {
 }
 
 #[test]
+fn prop_with_the_deck_estimator_a_swell_is_met_where_it_is_quiet() {
+    use touchdown_flight::estimate::deck::{DeckEstimator, Observed};
+    let planner = planner();
+    let estimator = DeckEstimator::<f64>::new(Observed::Velocity, 0.02);
+    let (w, dt) = (0.2 * TAU, 0.01);
+    let mut met = 0;
+    for i in 0..10 {
+        let deck = sine(0.3, w, TAU * f64::from(i) / 10.0);
+        let mut state = estimator.initial();
+        let mut waiting = planner.initial();
+        for k in 0..9000 {
+            let now = dt * f64::from(k);
+            // A ripple of 0.02 m/s stands for noise.
+            let noise = 0.02 * (37.0 * now).sin();
+            estimator.step(&mut state, Some(deck(now).velocity_mps + noise), dt);
+            // A minute to learn the swell, then every tenth of a second.
+            if k < 6000 || k % 10 != 0 {
+                continue;
+            }
+            let ahead = |t: f64| DeckOutlook::from_heave(&estimator.predict(&state, t), 0.02, 0.01);
+            let verdict = planner.step(&mut waiting, 0.8, false, &ahead, 0.1);
+            if let Some(plan) = verdict.plan() {
+                let speed = deck(now + plan.reference.duration_s).velocity_mps.abs();
+                // The limit, less the standard deviation it was planned with, and one
+                // more by which the prediction may be wrong.
+                assert!(plan.quiescent && speed < 0.27, "{i} {speed} {plan:?}");
+                met += 1;
+                break;
+            }
+        }
+    }
+    assert_eq!(met, 10);
+}
+
+#[test]
 fn prop_single_precision_decides_the_same() {
     let planner = Planner::<f32>::default();
     planner.validate().unwrap();
