@@ -3,11 +3,17 @@
 //! [`render`] makes the image that a pinhole camera takes of the [`mod@print`] on the
 //! deck: exact in projection and in the share of every pixel that each cell of
 //! the print covers, blurred by the lens and by motion during the exposure, lit
-//! unevenly, with noise. What a detector makes of it is not this crate's business.
+//! unevenly, with noise. No detector is part of this crate.
+//!
+//! [`fast`] does without images: it gives the pose that would be found, with the
+//! errors that a detector was seen to make on rendered images ([`errors`]).
 //!
 //! Camera axes are x to the right of the image, y down, z ahead. Pixel (i, j)
 //! covers the square from (i, j) to (i + 1, j + 1), so pixel centres are at +½.
 
+pub mod errors;
+pub mod fast;
+mod normal;
 pub mod print;
 mod raster;
 pub mod render;

@@ -146,7 +146,7 @@ fn analytic_motion_smears_an_edge_evenly() {
     // 20 mm along x at 1 m: 8 px up or down in the image; the square turned back level.
     let at = |x: f64| view(&camera, [x, 0.0, 1.0], attitude(0.0, 0.0, 0.2));
     let (open, shut) = (at(0.0), at(0.02));
-    let motion = renderer.motion_px(&open, &shut);
+    let motion = open.motion_px(&shut, &camera);
     // Of a plane seen at right angles everything moves alike.
     assert!((motion - 8.0).abs() < 1e-6, "{motion}");
     let pixels = renderer.expose(&open, &shut, &mut stream()).unwrap();

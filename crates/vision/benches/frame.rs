@@ -1,4 +1,4 @@
-//! Time of a frame: rendering, detection, location.
+//! Time of a frame: rendering, detection, location; and the fast camera's.
 //!
 //! ```text
 //! cargo bench -p touchdown-vision
@@ -8,8 +8,10 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{Eye, noise, normal, up, view_from};
+use common::{Eye, noise, normal, print_of, up, view_from};
 use touchdown_sim::camera::CameraSettings;
+use touchdown_sim::camera::errors::ErrorModel;
+use touchdown_sim::camera::fast::{FastCamera, LocationSettings};
 use touchdown_vision::GrayImage;
 use touchdown_vision::detect::DetectorSettings;
 use touchdown_vision::pad::Pad;
@@ -56,4 +58,16 @@ fn locate(bencher: divan::Bencher<'_, '_>, height_m: f64) {
     let tags = eye.detect(&view, &view, &mut noise(1, 0));
     let hints = up(normal(&view));
     bencher.bench_local(|| eye.locator.locate(&tags, &hints));
+}
+
+#[divan::bench(args = HEIGHTS_M)]
+fn fast(bencher: divan::Bencher<'_, '_>, height_m: f64) {
+    let camera = CameraSettings::default();
+    let print = print_of(&Pad::default());
+    let model = ErrorModel::fitted().expect("the model's file");
+    let location = LocationSettings::default();
+    let quick = FastCamera::new(&camera, &print, &location, &model).expect("a camera");
+    let view = view_from(&camera, [0.0, 0.0, height_m + 0.02], [0.3, 0.03, 0.02]);
+    let mut stream = noise(1, 0);
+    bencher.bench_local(|| quick.look(&view, &view, &mut stream));
 }

@@ -80,14 +80,14 @@ pub struct Detection {
 }
 
 impl Detection {
-    /// Length of the shortest side, px.
+    /// Mean length of the sides, px.
     #[must_use]
-    pub fn shortest_side_px(&self) -> f64 {
+    pub fn mean_side_px(&self) -> f64 {
         let side = |i: usize| {
             let ([ax, ay], [bx, by]) = (self.corners_px[i], self.corners_px[(i + 1) % 4]);
             (bx - ax).hypot(by - ay)
         };
-        (0..4).map(side).fold(f64::INFINITY, f64::min)
+        (0..4).map(side).sum::<f64>() / 4.0
     }
 }
 
@@ -163,7 +163,7 @@ impl Detector {
             .filter(|tag| tag.corners_px.iter().flatten().all(|x| x.is_finite()))
             .collect();
         detections.sort_by(|a, b| {
-            let sides = b.shortest_side_px().total_cmp(&a.shortest_side_px());
+            let sides = b.mean_side_px().total_cmp(&a.mean_side_px());
             a.id.cmp(&b.id).then(sides)
         });
         Ok(detections)

@@ -15,8 +15,9 @@ use crate::planar::{self, PlanePose, Sighting};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LocatorSettings {
-    /// Standard deviation of a corner of a tag with cells of at least
-    /// `fine_cell_px`, px. The detector refines those by their surroundings.
+    /// Standard deviation of a corner of a tag whose cells are at least
+    /// `fine_cell_px` wide on average, px. The detector refines those by their
+    /// surroundings.
     pub fine_sd_px: f64,
     /// The same for smaller cells, px.
     pub coarse_sd_px: f64,
@@ -39,7 +40,7 @@ impl Default for LocatorSettings {
         Self {
             fine_sd_px: 0.03,
             coarse_sd_px: 0.45,
-            fine_cell_px: 3.5,
+            fine_cell_px: 3.7,
             motion_free_px: 3.5,
             motion_gain: 0.12,
             border_px: 5.0,
@@ -75,10 +76,10 @@ impl LocatorSettings {
     }
 
     /// Standard deviation of each coordinate of a tag's corners, px, for its
-    /// shortest side and the motion during the exposure.
+    /// mean side and the motion during the exposure.
     #[must_use]
-    pub fn sd_px(&self, shortest_side_px: f64, motion_px: f64) -> f64 {
-        let still = if shortest_side_px < self.fine_cell_px * CELLS as f64 {
+    pub fn sd_px(&self, mean_side_px: f64, motion_px: f64) -> f64 {
+        let still = if mean_side_px < self.fine_cell_px * CELLS as f64 {
             self.coarse_sd_px
         } else {
             self.fine_sd_px
@@ -265,7 +266,7 @@ impl Locator {
 
     fn sightings(&self, tag: &Detection, hints: &Hints) -> Option<[Sighting; 4]> {
         let place = self.pad.tag(tag.id)?;
-        let side_px = tag.shortest_side_px();
+        let side_px = tag.mean_side_px();
         let (width, height) = (self.camera.width_px as f64, self.camera.height_px as f64);
         let margin = |[u, v]: [f64; 2]| u.min(v).min(width - u).min(height - v);
         // Both also refuse corners that are no numbers.

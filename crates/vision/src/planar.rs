@@ -20,7 +20,7 @@ pub(crate) struct Sighting {
     pub(crate) sd_px: f64,
     /// The tag that it is a corner of.
     pub(crate) tag: u32,
-    /// That tag's shortest side, px.
+    /// That tag's mean side, px.
     pub(crate) side_px: f64,
 }
 

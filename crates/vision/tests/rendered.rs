@@ -107,7 +107,10 @@ fn prop_a_tag_is_in_view_from_three_metres_to_contact() {
         let view = view_from(&camera, place, angles);
         let (tags, fix) = eye.look(&view, &mut stream);
         let fix = fix.unwrap_or_else(|| panic!("nothing seen at {height} m"));
-        assert!(fix.tags == tags.len() && !fix.ambiguous);
+        assert!(
+            fix.tags == tags.len() && !fix.ambiguous,
+            "{height} m: {tags:?}"
+        );
         let (moved, _) = errors(&fix, &view);
         // 1 % of the range and 3 % to the side: five standard deviations at 3 m,
         // far more below.

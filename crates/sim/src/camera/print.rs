@@ -159,6 +159,13 @@ impl DeckPrint {
         Ok(())
     }
 
+    /// A tag stands on white cells of a larger one.
+    #[must_use]
+    pub fn is_nested(&self, tag: &PrintedTag) -> bool {
+        let mut others = self.tags.iter();
+        others.any(|other| other.size_m > tag.size_m && nested(other, tag))
+    }
+
     /// Draws what a camera sees of the deck and the print, relative to what is
     /// beside the deck; `project` turns camera axes into pixels.
     pub(super) fn draw(
@@ -181,10 +188,7 @@ impl DeckPrint {
         let deck = [[half, half], [half, -half], [-half, -half], [-half, half]];
         paint(deck, self.deck - self.beside);
         for tag in &self.tags {
-            let mut others = self.tags.iter();
-            let stands_in_another =
-                others.any(|other| other.size_m > tag.size_m && nested(other, tag));
-            if !stands_in_another {
+            if !self.is_nested(tag) {
                 paint(tag.corners_m(1.0), self.white - self.deck);
             }
             for (row, cells) in tag.cells.iter().enumerate() {

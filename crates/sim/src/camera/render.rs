@@ -103,51 +103,10 @@ impl Renderer {
         Ok(&self.pixels)
     }
 
-    /// Farthest motion of what is in view between two views, px: of the deck's
-    /// points below the image's corners and middle.
-    #[must_use]
-    pub fn motion_px(&self, open: &View, shut: &View) -> f64 {
-        let [width, height] = [self.camera.width_px as f64, self.camera.height_px as f64];
-        let corners = [
-            [0.0, 0.0],
-            [width, 0.0],
-            [width, height],
-            [0.0, height],
-            [0.5 * width, 0.5 * height],
-        ];
-        let mut farthest = 0.0_f64;
-        for corner in corners {
-            let Some(place) = self.on_deck(open, corner) else {
-                continue;
-            };
-            if let Some([u, v]) = self.camera.project(shut.point(place)) {
-                farthest = farthest.max((u - corner[0]).hypot(v - corner[1]));
-            }
-        }
-        farthest
-    }
-
     fn instants(&self, open: &View, shut: &View) -> usize {
-        let steps = self.motion_px(open, shut) / INSTANT_PX;
+        let steps = open.motion_px(shut, &self.camera) / INSTANT_PX;
         // A cast of a large number saturates.
         (steps.ceil() as usize).clamp(1, INSTANTS)
-    }
-
-    /// The deck's point that is seen at a place in the image.
-    fn on_deck(&self, view: &View, seen_px: [f64; 2]) -> Option<[f64; 2]> {
-        let ray = |k: usize| (seen_px[k] - self.camera.principal_px[k]) / self.camera.focal_px[k];
-        let ray = [ray(0), ray(1), 1.0];
-        let turned =
-            |v: [f64; 3], k: usize| (0..3).map(|i| view.rotation[i][k] * v[i]).sum::<f64>();
-        let place = view.camera_in_deck_m();
-        let along = -place[2] / turned(ray, 2);
-        let ahead = along.is_finite() && along > 0.0;
-        ahead.then(|| {
-            [
-                place[0] + along * turned(ray, 0),
-                place[1] + along * turned(ray, 1),
-            ]
-        })
     }
 
     /// The lens's point spread, first along rows, then along columns. The

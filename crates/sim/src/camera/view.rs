@@ -81,6 +81,39 @@ impl View {
         scale(to_world(&self.rotation, self.translation_m), -1.0)
     }
 
+    /// The deck's point that is seen at a place in the image, m; `None` where
+    /// there is none.
+    #[must_use]
+    pub fn on_deck(&self, seen_px: [f64; 2], camera: &CameraSettings) -> Option<[f64; 2]> {
+        let ray = |k: usize| (seen_px[k] - camera.principal_px[k]) / camera.focal_px[k];
+        let [dx, dy, dz] = to_world(&self.rotation, [ray(0), ray(1), 1.0]);
+        let [x, y, z] = self.camera_in_deck_m();
+        let far = -z / dz;
+        let ahead = far.is_finite() && far > 0.0;
+        ahead.then_some([x + far * dx, y + far * dy])
+    }
+
+    /// How far the image moves from this view to another, px: the farthest of
+    /// the deck's points that are seen in its corners and its middle.
+    #[must_use]
+    pub fn motion_px(&self, other: &Self, camera: &CameraSettings) -> f64 {
+        let [width, height] = [camera.width_px as f64, camera.height_px as f64];
+        let [across, down] = [0.5 * width, 0.5 * height];
+        let corners = [
+            [0.0, 0.0],
+            [width, 0.0],
+            [width, height],
+            [0.0, height],
+            [across, down],
+        ];
+        let moved = corners.into_iter().filter_map(|corner| {
+            let place = self.on_deck(corner, camera)?;
+            let [u, v] = camera.project(other.point(place))?;
+            Some((u - corner[0]).hypot(v - corner[1]))
+        });
+        moved.fold(0.0, f64::max)
+    }
+
     /// The view a share `s` of the way to `other`, for two that are close.
     #[must_use]
     pub fn towards(&self, other: &Self, s: f64) -> Self {

@@ -1,6 +1,8 @@
 //! Where rendered images and detection meet.
 #![allow(dead_code)] // Not everything is used by every test and example.
 
+pub(crate) mod compare;
+
 use touchdown_sim::camera::CameraSettings as RenderCamera;
 use touchdown_sim::camera::print::{DeckPrint, PrintedTag};
 use touchdown_sim::camera::render::Renderer;
