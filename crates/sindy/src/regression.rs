@@ -1,6 +1,10 @@
 //! Least squares from sufficient statistics, and its standard errors.
 
+mod clusters;
+
 use nalgebra::{DMatrix, DVector};
+
+pub use clusters::{ClusterErrors, Clusters, cluster_errors, student_95};
 
 use crate::gram::Gram;
 
@@ -36,49 +40,6 @@ pub fn least_squares(gram: &Gram, support: &[bool]) -> DVector<f64> {
     out
 }
 
-/// Standard errors of least-squares coefficients on `support`, robust to serial correlation inside the
-/// groups: the sandwich estimate
-///
-/// ```text
-/// Cov = c/(c-1) G⁻¹ ( Σ_g s_g s_gᵀ ) G⁻¹,   s_g = Θ_gᵀ (y_g - Θ_g ξ)
-/// ```
-///
-/// over `c` groups. `None` unless there are more groups than terms: fewer leave the middle factor singular, and its
-/// errors far too small.
-///
-/// Source: K.-Y. Liang, S. L. Zeger, Biometrika 73 (1986).
-#[must_use]
-pub fn cluster_errors(
-    groups: &[Gram],
-    coefficients: &DVector<f64>,
-    support: &[bool],
-) -> Option<DVector<f64>> {
-    let index: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
-    let used: Vec<&Gram> = groups.iter().filter(|g| g.rows > 0).collect();
-    if used.len() < 2 || used.len() <= index.len() || index.is_empty() {
-        return None;
-    }
-    let total = Gram::total(groups);
-    let k = index.len();
-    let scale: Vec<f64> = index.iter().map(|&j| length(&total, j)).collect();
-    let bread = pseudo_inverse(&DMatrix::from_fn(k, k, |a, b| {
-        total.xtx[(index[a], index[b])] / (scale[a] * scale[b])
-    }));
-    let mut meat = DMatrix::zeros(k, k);
-    for g in &used {
-        let s = &g.xty - &g.xtx * coefficients;
-        let s = DVector::from_fn(k, |a, _| s[index[a]] / scale[a]);
-        meat += &s * s.transpose();
-    }
-    let c = used.len() as f64;
-    let cov = &bread * meat * &bread * (c / (c - 1.0));
-    let mut out = DVector::zeros(support.len());
-    for (a, &j) in index.iter().enumerate() {
-        out[j] = cov[(a, a)].max(0.0).sqrt() / scale[a];
-    }
-    Some(out)
-}
-
 /// Length of column `j` (1 for a zero column).
 fn length(gram: &Gram, j: usize) -> f64 {
     let g = gram.xtx[(j, j)];
@@ -107,7 +68,6 @@ pub(crate) fn pseudo_inverse(g: &DMatrix<f64>) -> DMatrix<f64> {
 mod tests {
     use super::*;
     use crate::{Library, Samples};
-    use rand::{RngExt, SeedableRng};
 
     #[test]
     fn analytic_collinear_columns_share_the_coefficient() {
@@ -124,32 +84,6 @@ mod tests {
             "{xi}"
         );
         assert_eq!(least_squares(&gram, &[false, false]), DVector::zeros(2));
-    }
-
-    #[test]
-    fn analytic_cluster_errors_grow_with_correlation_inside_groups() {
-        // y = 1 + e_g: one draw for each group of 100 rows. The error of the mean is sd/√groups, not
-        // sd/√rows.
-        let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
-        let mut samples = Samples::new(&["y"]);
-        let draws: Vec<f64> = (0..40).map(|_| rng.random_range(-1.0..1.0)).collect();
-        for d in &draws {
-            samples.push_group(vec![vec![1.0 + d; 100]]).unwrap();
-        }
-        let library = Library::parse(&["1"]).unwrap();
-        let grams = Gram::accumulate(&library, "y", &samples).unwrap();
-        let xi = least_squares(&Gram::total(&grams), &[true]);
-        let se = cluster_errors(&grams, &xi, &[true]).unwrap()[0];
-        let mean = draws.iter().sum::<f64>() / 40.0;
-        let sd = (draws.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / 39.0).sqrt();
-        // With equal groups the sandwich is sd/√groups exactly.
-        assert!((se - sd / 40f64.sqrt()).abs() < 1e-12, "{se}");
-        assert!(cluster_errors(&grams[..1], &xi, &[true]).is_none());
-        let two = Library::parse(&["1", "y^2"]).unwrap();
-        let two = Gram::accumulate(&two, "y", &samples).unwrap();
-        let flat = DVector::from_vec(vec![1.0, 0.0]);
-        assert!(cluster_errors(&two[..2], &flat, &[true; 2]).is_none());
-        assert!(cluster_errors(&two[..3], &flat, &[true; 2]).is_some());
     }
 
     #[test]

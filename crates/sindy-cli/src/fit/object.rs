@@ -11,9 +11,6 @@ use super::show::significant;
 use crate::named::Named;
 use crate::trajectories::FileReport;
 
-/// Half width of a 95 % interval in standard errors, for normal errors.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
-
 /// What a fit gives.
 #[derive(Serialize)]
 pub(super) struct FitObject {
@@ -39,22 +36,18 @@ pub(super) struct TermObject {
     pub(super) coefficient: f64,
     pub(super) std_error: Option<f64>,
     pub(super) inclusion: Option<f64>,
-    /// 95 %, from the standard error.
+    /// 95 %, with Student's t where the standard error rests on little.
     pub(super) interval: Option<[f64; 2]>,
 }
 
 impl TermObject {
-    fn of(term: &Term) -> Self {
-        let around = |error: f64| {
-            let half = NORMAL_95 * error;
-            [term.coefficient - half, term.coefficient + half]
-        };
+    fn of((term, interval): (&Term, &Option<[f64; 2]>)) -> Self {
         Self {
             term: term.expression.to_string(),
             coefficient: term.coefficient,
             std_error: term.std_error,
             inclusion: term.inclusion,
-            interval: term.std_error.map(around),
+            interval: *interval,
         }
     }
 }
@@ -110,12 +103,13 @@ impl FitObject {
         warnings: Vec<String>,
     ) -> Self {
         let states = found.model.states();
-        let equations = found.model.equations().iter();
+        let equations = found.model.equations().iter().zip(&found.equations);
+        let terms = equations.map(|(terms, of)| {
+            let with_intervals = terms.iter().zip(&of.intervals);
+            with_intervals.map(TermObject::of).collect()
+        });
         Self {
-            equations: Named::new(
-                states,
-                equations.map(|terms| terms.iter().map(TermObject::of).collect()),
-            ),
+            equations: Named::new(states, terms),
             choice: found.choice.clone(),
             outcome: found.outcome,
             warnings,

@@ -33,6 +33,7 @@
 //! [`Identification`] says what was chosen and why, with every equation's front of terms against error.
 //! Random numbers are not used. Rows that do not fit into memory pass once through [`stream`].
 
+mod certainty;
 mod inputs;
 mod model;
 mod prepare;

@@ -1,38 +1,35 @@
 //! From what was found to a model that says how sure it is.
 
-use nalgebra::DVector;
-
+use super::certainty::{Certainty, certainty, intervals};
 use super::regress::{FRONT_NODES, Statistics, best_subsets};
 use super::run::{FOLLOWS, Ranked, Run};
 use super::{Candidate, Choice, Equation, FrontPoint, Identification};
 use crate::error::SindyError;
-use crate::fit::Fit;
 use crate::gram::Gram;
 use crate::model::{Model, Term};
 use crate::outcome::Outcome;
 use crate::output_error::Found;
-use crate::regression::{cluster_errors, pseudo_inverse};
 
 impl Run<'_> {
-    /// A model from coefficients, standard errors and log-odds of inclusion of all candidates.
-    fn model(
-        &self,
-        coefficients: &[f64],
-        errors: &[f64],
-        evidence: &[f64],
-    ) -> Result<Model, SindyError> {
+    /// A model from the coefficients of all candidates and how sure they are.
+    fn model(&self, coefficients: &[f64], sure: &[Certainty]) -> Result<Model, SindyError> {
         let mut at = 0;
         let mut equations = Vec::new();
         for library in &self.libraries {
             let mut terms = Vec::new();
             for term in library.terms() {
                 if coefficients[at] != 0.0 {
+                    let Certainty {
+                        std_error,
+                        evidence,
+                        ..
+                    } = sure[at];
                     // Odds are exp(Δ/2) for twice the log-likelihood that the term is worth.
-                    let inclusion = 1.0 / (1.0 + (-0.5 * evidence[at]).exp());
+                    let inclusion = 1.0 / (1.0 + (-0.5 * evidence).exp());
                     let mut kept =
                         Term::new(term.clone(), coefficients[at]).with_inclusion(inclusion);
-                    if errors[at].is_finite() {
-                        kept = kept.with_std_error(errors[at]);
+                    if std_error.is_finite() {
+                        kept = kept.with_std_error(std_error);
                     }
                     terms.push(kept);
                 }
@@ -98,12 +95,10 @@ impl Run<'_> {
              other term is worth less than its penalty; started from {} ({} steps)",
             found.arcs, ranked[start].regression.name, found.iterations
         );
-        let widened: Vec<f64> = found
-            .std_errors
-            .iter()
-            .map(|e| e * found.correlation.sqrt())
+        let sure: Vec<Certainty> = (0..found.coefficients.len())
+            .map(|j| Certainty::of_output_error(found, j))
             .collect();
-        let model = self.model(&found.coefficients, &widened, &found.evidence)?;
+        let model = self.model(&found.coefficients, &sure)?;
         let mut equations = Vec::new();
         let mut at = 0;
         for (i, library) in self.libraries.iter().enumerate() {
@@ -125,6 +120,7 @@ impl Run<'_> {
                     }
                 })
                 .collect();
+            let intervals = intervals(&found.coefficients[at..at + p], &sure[at..at + p]);
             at += p;
             equations.push(Equation {
                 state: self.data.states()[i].clone(),
@@ -132,6 +128,7 @@ impl Run<'_> {
                 residual: Some(found.sigma[i]),
                 front,
                 unit: "root mean square of the trajectories' residuals, in units of the noise",
+                intervals,
             });
         }
         Ok(Identification {
@@ -157,14 +154,11 @@ impl Run<'_> {
             .iter()
             .find(|s| s.smoothing == best.regression.smoothing)
             .unwrap_or(&statistics[0]);
-        let mut errors = Vec::new();
-        let mut evidence = Vec::new();
+        let mut sure = Vec::new();
         let mut equations = Vec::new();
         for (i, (fit, parts)) in best.regression.fits.iter().zip(&from.grams).enumerate() {
             let total = Gram::total(parts);
-            let (std_errors, worth) = certainty(fit, parts, &total, from.independent);
-            errors.extend(std_errors.iter().copied());
-            evidence.extend(worth);
+            let own = certainty(fit, parts, &total, from.independent);
             let names = self.libraries[i].names();
             let front = best_subsets(&total, FRONT_NODES)?
                 .sizes
@@ -185,9 +179,11 @@ impl Run<'_> {
                     true => "root mean square error of the next sample",
                     false => "root mean square error of the slope",
                 },
+                intervals: intervals(fit.coefficients.as_slice(), &own),
             });
+            sure.extend(own);
         }
-        let model = self.model(&best.coefficients, &errors, &evidence)?;
+        let model = self.model(&best.coefficients, &sure)?;
         let reason = format!(
             "{}: of {} regressions the fewest terms ({}) among those with the least free-run error ({:.2} times the \
              noise)",
@@ -243,35 +239,4 @@ impl Run<'_> {
 fn named(names: &[String], support: &[bool]) -> Vec<String> {
     let kept = names.iter().zip(support).filter(|(_, s)| **s);
     kept.map(|(n, _)| n.clone()).collect()
-}
-
-/// Standard errors over blocks (or widened for neighbouring slopes, where blocks are few), and what each term
-/// is worth by the Bayesian criterion.
-fn certainty(
-    fit: &Fit,
-    parts: &[Gram],
-    total: &Gram,
-    independent: f64,
-) -> (DVector<f64>, Vec<f64>) {
-    let index: Vec<usize> = (0..fit.support.len()).filter(|&j| fit.support[j]).collect();
-    let rows = (total.rows as f64 * independent).max(1.0);
-    let variance = fit.residual_sum / (total.rows as f64).max(1.0);
-    let scale = |j: usize| total.xtx[(j, j)].sqrt();
-    let k = index.len();
-    let inverse = pseudo_inverse(&nalgebra::DMatrix::from_fn(k, k, |a, b| {
-        total.xtx[(index[a], index[b])] / (scale(index[a]) * scale(index[b]))
-    }));
-    let mut errors = DVector::zeros(fit.support.len());
-    let mut worth = vec![0.0; fit.support.len()];
-    for (a, &j) in index.iter().enumerate() {
-        let own = inverse[(a, a)] / scale(j).powi(2);
-        errors[j] = (variance * own / independent).sqrt();
-        worth[j] = fit.coefficients[j].powi(2) * independent
-            / (own * variance.max(f64::MIN_POSITIVE))
-            - rows.ln();
-    }
-    if let Some(clustered) = cluster_errors(parts, &fit.coefficients, &fit.support) {
-        errors = clustered;
-    }
-    (errors, worth)
 }

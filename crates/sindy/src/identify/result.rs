@@ -71,6 +71,9 @@ pub struct Equation {
     pub front: Vec<FrontPoint>,
     /// What the front's error is.
     pub unit: &'static str,
+    /// For each term of the model's equation: the 95 % confidence interval of its coefficient, with Student's t where it
+    /// rests on little; `None` where there is no standard error. The choice of terms is not in it.
+    pub intervals: Vec<Option<[f64; 2]>>,
 }
 
 /// A model that was compared.

@@ -137,8 +137,10 @@ pub struct Found {
     /// Their standard errors, 0 outside the support.
     pub std_errors: Vec<f64>,
     /// Twice the fall of the log-likelihood that dropping a term of the support costs, or adding one
-    /// gains, less the penalty for it: evidence for the term.
+    /// gains, less the penalty for it: evidence for the term, were the residuals independent.
     pub evidence: Vec<f64>,
+    /// The penalty in it: `ln N + 2 ln P`.
+    pub penalty: f64,
     /// Root mean square of what is left of each state.
     pub sigma: Vec<f64>,
     /// For each equation, the best terms of every number up to some more than were kept.

@@ -253,6 +253,7 @@ impl State<'_> {
             evidence: (0..p)
                 .map(|j| last.search.change(j) / last.variance - last.unit)
                 .collect(),
+            penalty: last.unit,
             fronts: equations
                 .iter()
                 .map(|members| last.search.front(members, last.values))

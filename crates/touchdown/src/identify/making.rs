@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+use sindy::regression::Clusters;
 use touchdown_model::card::{
     Card, Input, Provenance, SCHEMA, Score, Status, Term, Validity, Vehicle,
 };
@@ -11,7 +12,6 @@ use touchdown_trial::{Source, Trial};
 
 use super::front::Front;
 use crate::score::Errors;
-use crate::statistics::Clusters;
 
 /// A fitted card and how the fit went.
 #[derive(Clone, Debug)]

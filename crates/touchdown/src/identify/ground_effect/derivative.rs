@@ -1,6 +1,6 @@
 //! Eq. (9): Savitzky–Golay derivative of the force, regressed on the library by SR3.
 
-use sindy::regression::cluster_errors;
+use sindy::regression::{Clusters, cluster_errors};
 use sindy::{Gram, Library, Samples, SavitzkyGolay};
 use touchdown_model::{Form, Kind};
 
@@ -11,7 +11,6 @@ use crate::identify::front::Front;
 use crate::identify::making::{Estimate, Made, Origin, method, term};
 use crate::identify::settings::IdentificationSettings;
 use crate::identify::unit;
-use crate::statistics::Clusters;
 
 /// The columns of eq. (9), smoothed, with the derivative of the force.
 pub(super) fn samples(

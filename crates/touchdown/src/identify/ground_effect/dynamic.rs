@@ -1,6 +1,7 @@
 //! Forms with memory, refined by multiple shooting: the ratio form and the lag form.
 
 use sindy::SavitzkyGolay;
+use sindy::regression::Clusters;
 use sindy::shooting::{OdeModel, Parameter, Record, Refined};
 use touchdown_flight::ground_effect::Ratio;
 use touchdown_model::flight::psi_definitions;
@@ -12,7 +13,6 @@ use crate::error::Result;
 use crate::identify::making::{Estimate, Made, Origin, method, term};
 use crate::identify::settings::IdentificationSettings;
 use crate::identify::unit;
-use crate::statistics::Clusters;
 
 /// Rate at which the searches start: a wake lag of 0.25 s.
 const START_RATE: f64 = 4.0;

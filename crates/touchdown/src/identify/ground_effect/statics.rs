@@ -1,6 +1,6 @@
 //! Forms without memory: eq. (2) with fitted mu, and the static map `f = T h(z)`.
 
-use sindy::regression::{cluster_errors, least_squares};
+use sindy::regression::{Clusters, cluster_errors, least_squares};
 use sindy::shooting::{OdeModel, Parameter, Record};
 use sindy::{Gram, Library, Samples};
 use touchdown_model::flight::psi_definitions;
@@ -10,7 +10,6 @@ use super::GroundTrial;
 use crate::error::Result;
 use crate::identify::making::{Estimate, Made, Origin, method, term};
 use crate::identify::settings::IdentificationSettings;
-use crate::statistics::Clusters;
 
 /// Eq. (2): `f = T q/(1 - q)`, `q = mu (R/(4 z))²`, least squares on the force.
 pub(super) fn empirical(

@@ -1,6 +1,6 @@
 //! Dynamic models in `x = √T`: eq. (7), one lag, and eq. (8), a sparse library.
 
-use sindy::regression::{cluster_errors, least_squares};
+use sindy::regression::{Clusters, cluster_errors, least_squares};
 use sindy::shooting::{OdeModel, Parameter, Record, Refined, Shooting};
 use sindy::{Gram, Library, Samples, SavitzkyGolay};
 use touchdown_model::{Form, Kind};
@@ -14,7 +14,6 @@ use crate::identify::making::{Estimate, Made, Origin, method, range, score, term
 use crate::identify::settings::{DeadTime, IdentificationSettings};
 use crate::identify::unit;
 use crate::score::Errors;
-use crate::statistics::Clusters;
 
 /// Pieces that the data are split into at least, for standard errors.
 const PIECES: usize = 10;

@@ -2,7 +2,7 @@
 //! `T = Σ_i (c0 + c1 u_i + c2 u_i²)`, `u_i = lag(s_i; T_m)`.
 
 use sindy::delay::first_order_lag;
-use sindy::regression::{cluster_errors, least_squares};
+use sindy::regression::{Clusters, cluster_errors, least_squares};
 use sindy::{Gram, Library, Samples};
 use touchdown_model::card::Card;
 use touchdown_model::{Form, Kind};
@@ -14,7 +14,6 @@ use crate::identify::making::{Estimate, Made, Origin, method, range, score, term
 use crate::identify::settings::IdentificationSettings;
 use crate::identify::unit;
 use crate::score::Errors;
-use crate::statistics::Clusters;
 
 /// Groups that a record is split into for standard errors.
 const PIECES: usize = 20;

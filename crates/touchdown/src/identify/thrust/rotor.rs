@@ -1,13 +1,13 @@
 //! Throttle to rotor speed: dead time, then a first-order lag towards the speed of the level,
 //! `τ n' = p(s(t - d)) - n`.
 
+use sindy::regression::Clusters;
 use sindy::shooting::{OdeModel, Parameter, Record, Shooting};
 use touchdown_trial::Trial;
 
 use super::plateau::median;
 use crate::error::{Error, Result};
 use crate::identify::settings::IdentificationSettings;
-use crate::statistics::Clusters;
 
 /// Seconds after a step in which the rotor's answer is looked at.
 const ANSWER_S: f64 = 0.6;

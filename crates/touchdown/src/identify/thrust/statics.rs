@@ -1,7 +1,7 @@
 //! Static maps: √T or T as a polynomial of throttle, with an optional battery term.
 
 use nalgebra::DVector;
-use sindy::regression::{cluster_errors, least_squares};
+use sindy::regression::{Clusters, cluster_errors, least_squares};
 use sindy::{Gram, Library, Samples};
 use touchdown_model::{Form, Kind};
 use touchdown_trial::Trial;
@@ -13,7 +13,6 @@ use crate::identify::making::{Estimate, Made, Origin, method, range, score, term
 use crate::identify::settings::{IdentificationSettings, ThrustForm};
 use crate::identify::unit;
 use crate::score::Errors;
-use crate::statistics::Clusters;
 
 /// Sampling period from which the lag of a rotor cannot be seen (s).
 const SLOWEST_PERIOD_S: f64 = 0.05;
