@@ -42,6 +42,17 @@ pub enum SindyError {
         /// Index of the first such sample.
         index: usize,
     },
+    /// Values whose squares are beyond the range of numbers.
+    #[error(
+        "{what}: the sum of its squares is {found:e}, beyond what numbers hold with all their digits (1e-290 to 1e308): \
+         give the data another unit"
+    )]
+    Range {
+        /// The term or the column.
+        what: String,
+        /// The sum of squares as it came out.
+        found: f64,
+    },
     /// Time that stands still or runs backwards.
     #[error("time does not increase at sample {index}")]
     TimeNotIncreasing {

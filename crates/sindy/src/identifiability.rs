@@ -3,7 +3,8 @@
 //! - *condition*: the ratio of the largest to the smallest singular value of `Θ` with columns of unit
 //!   length. Above 30 coefficients trade off against each other, above 1000 they mean nothing.
 //! - *collinear groups*: the terms that share the directions of small singular values, by the variance
-//!   decomposition of Belsley, Kuh and Welsch ("Regression Diagnostics", 1980).
+//!   decomposition of Belsley, Kuh and Welsch ("Regression Diagnostics", 1980). A group names every term most of whose
+//!   variance comes from its directions, but for what closer dependences take: these do not hide a member.
 //! - *excitation*: mean, spread and range of every column, and whether it moved at all.
 //! - *variance inflation*: by how much the other terms inflate a coefficient's variance, `1/(1 - R²)`.
 
@@ -11,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use crate::error::SindyError;
+use crate::fit::check;
 use crate::gram::Gram;
 use crate::library::Library;
 use crate::samples::BlockSource;
@@ -19,6 +21,10 @@ use crate::samples::BlockSource;
 const DEPENDENT_INDEX: f64 = 30.0;
 /// Share of a coefficient's variance from which its term belongs to a dependence.
 const DEPENDENT_SHARE: f64 = 0.5;
+/// Directions whose condition indices differ by less than this factor are one space: its basis is arbitrary.
+const ALIKE: f64 = 1.1;
+/// Terms whose part in such a space is less than this of each other's have nothing to do with each other.
+const APART: f64 = 1e-3;
 /// A column whose standard deviation is below this share of its root mean square hardly moved.
 const HARDLY_EXCITED: f64 = 0.01;
 
@@ -60,12 +66,13 @@ pub struct Identifiability {
 /// Examines `library` on the data of `source`, with the statistics `gram` of the same data.
 ///
 /// # Errors
-/// A term that names no column, or a pass that failed.
+/// A term that names no column, statistics that are empty or not finite, terms that are all zero, or a pass that failed.
 pub fn examine(
     library: &Library,
     gram: &Gram,
     source: &dyn BlockSource,
 ) -> Result<Identifiability, SindyError> {
+    check(gram)?;
     let names = library.names();
     let live: Vec<usize> = (0..names.len())
         .filter(|&j| gram.xtx[(j, j)] > 0.0)
@@ -77,7 +84,8 @@ pub fn examine(
     let k = live.len();
     let r = DMatrix::from_fn(k, k, |a, b| {
         let (i, j) = (live[a], live[b]);
-        gram.xtx[(i, j)] / (gram.xtx[(i, i)] * gram.xtx[(j, j)]).sqrt()
+        // One after the other: the product of two squares may be beyond the largest number.
+        gram.xtx[(i, j)] / gram.xtx[(i, i)].sqrt() / gram.xtx[(j, j)].sqrt()
     });
     if k == 0 {
         return Err(SindyError::Singular {
@@ -105,18 +113,28 @@ pub fn examine(
         eigen.eigenvectors[(j, m)].powi(2) / eigen.eigenvalues[m].max(floor)
     });
     let inflation = DVector::from_fn(k, |j, _| share.row(j).sum());
+    let mut order: Vec<usize> = (0..k).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    order.retain(|&m| index(eigen.eigenvalues[m]) >= DEPENDENT_INDEX);
+    let alike = |a: &usize, b: &usize| {
+        let of = |m: usize| eigen.eigenvalues[m].max(floor).sqrt();
+        of(*b) < ALIKE * of(*a)
+    };
     let mut collinear = Vec::new();
-    for m in 0..k {
-        let at = index(eigen.eigenvalues[m]);
-        if at < DEPENDENT_INDEX {
-            continue;
-        }
-        let members: Vec<String> = (0..k)
-            .filter(|&j| share[(j, m)] > DEPENDENT_SHARE * inflation[j])
-            .map(|j| names[live[j]].clone())
+    for space in order.chunk_by(alike) {
+        let own = |j: usize| space.iter().map(|&m| share[(j, m)]).sum::<f64>();
+        let closest = eigen.eigenvalues[space[0]];
+        // What closer dependences leave of a variance.
+        let left = |j: usize| {
+            let directions = (0..k).filter(|&m| eigen.eigenvalues[m] >= closest);
+            directions.map(|m| share[(j, m)]).sum::<f64>()
+        };
+        let members: Vec<usize> = (0..k)
+            .filter(|&j| own(j) > DEPENDENT_SHARE * left(j))
             .collect();
-        if members.len() > 1 {
-            collinear.push((at, members));
+        for group in together(&members, &eigen.eigenvectors.select_columns(space)) {
+            let named = group.iter().map(|&j| names[live[j]].clone()).collect();
+            collinear.push((index(eigen.eigenvalues[space[0]]), named));
         }
     }
     collinear.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -146,6 +164,32 @@ pub fn examine(
         variance_inflation,
         inputs,
     })
+}
+
+/// The members of a space of near dependence as groups that have nothing to do with each other: `vectors` are a basis of
+/// it, and `V Vᵀ` (which no choice of basis changes) couples those that have. Groups of one are left out.
+fn together(members: &[usize], vectors: &DMatrix<f64>) -> Vec<Vec<usize>> {
+    let part = |i: usize, j: usize| vectors.row(i).dot(&vectors.row(j));
+    let coupled = |i: usize, j: usize| part(i, j).abs() > APART * (part(i, i) * part(j, j)).sqrt();
+    let mut rest = members.to_vec();
+    let mut groups = Vec::new();
+    while let Some(first) = rest.first().copied() {
+        let mut group = vec![first];
+        rest.retain(|&j| j != first);
+        let mut next = 0;
+        while next < group.len() {
+            let (with, without): (Vec<usize>, Vec<usize>) =
+                rest.iter().partition(|&&j| coupled(group[next], j));
+            group.extend(with);
+            rest = without;
+            next += 1;
+        }
+        if group.len() > 1 {
+            group.sort_unstable();
+            groups.push(group);
+        }
+    }
+    groups
 }
 
 fn excitation(name: &str, source: &dyn BlockSource) -> Result<Excitation, SindyError> {
@@ -267,5 +311,82 @@ mod tests {
                 .unwrap()
                 .hardly_excited
         );
+    }
+
+    /// The groups of an infinite condition, sorted.
+    fn exact_groups(report: &Identifiability) -> Vec<Vec<String>> {
+        let exact = report.collinear.iter().filter(|c| c.0.is_infinite());
+        let mut groups: Vec<Vec<String>> = exact.map(|c| c.1.clone()).collect();
+        groups.sort();
+        groups
+    }
+
+    #[test]
+    fn analytic_two_states_that_are_one_are_named_degree_by_degree() {
+        // The dependences of b = a: all monomials of one degree are one column, and a basis of six directions mixes them.
+        let a: Vec<f64> = (0..200).map(|i| (0.37 * f64::from(i)).sin()).collect();
+        let terms = [
+            "a", "b", "a^2", "a*b", "b^2", "a^3", "a^2*b", "a*b^2", "b^3",
+        ];
+        let report = examine_terms(&terms, vec![a.clone(), a.clone(), a]);
+        assert_eq!(
+            exact_groups(&report),
+            [
+                vec!["a", "b"],
+                vec!["a^2", "a*b", "b^2"],
+                vec!["a^3", "a^2*b", "a*b^2", "b^3"]
+            ]
+        );
+    }
+
+    #[test]
+    fn analytic_a_member_that_a_closer_dependence_hides_is_named() {
+        // The first two differ by a part in 1e6, which takes nearly all of their variance; the third by one in 1e3.
+        let angle = |i: i32| std::f64::consts::TAU * f64::from(i) / 64.0;
+        let a: Vec<f64> = (0..128).map(|i| angle(i).sin()).collect();
+        let b: Vec<f64> = (0..128).map(|i| (3.0 * angle(i)).cos()).collect();
+        let report = examine_terms(
+            &["a", "a + 1e-6*cos(50*b)", "a + 0.003*b^2"],
+            vec![a.clone(), b, a],
+        );
+        assert_eq!(report.collinear.len(), 2, "{:?}", report.collinear);
+        assert_eq!(report.collinear[0].1.len(), 2);
+        // The third is near to both of the others.
+        assert_eq!(report.collinear[1].1.len(), 3, "{:?}", report.collinear);
+    }
+
+    #[test]
+    fn prop_the_unit_of_a_column_means_nothing() {
+        let base: Vec<f64> = (0..100).map(|i| 1.0 + (0.3 * f64::from(i)).sin()).collect();
+        for exponent in [-160, -100, -50, 30, 50, 100, 160] {
+            let scale = 10f64.powi(exponent);
+            let a: Vec<f64> = base.iter().map(|v| v * scale).collect();
+            let mut samples = Samples::new(&["a", "b", "y"]);
+            samples
+                .push_group(vec![a, base.clone(), base.clone()])
+                .unwrap();
+            let library = Library::parse(&["1", "a", "b^2", "2*a + 3*a"]).unwrap();
+            let said = Gram::accumulate(&library, "y", &samples)
+                .and_then(|parts| examine(&library, &Gram::total(&parts), &samples));
+            match said {
+                Ok(report) => {
+                    assert!(exponent.abs() < 150, "{exponent}");
+                    assert_eq!(
+                        exact_groups(&report),
+                        [vec!["a", "2*a + 3*a"]],
+                        "{exponent}"
+                    );
+                    assert!(report.variance_inflation.iter().all(|(_, v)| !v.is_nan()));
+                    assert!(
+                        report.inputs.iter().all(|i| !i.hardly_excited),
+                        "{exponent}"
+                    );
+                }
+                Err(error) => {
+                    assert!(exponent.abs() > 150, "{exponent}: {error}");
+                    assert!(error.to_string().contains("`a`"), "{error}");
+                }
+            }
+        }
     }
 }

@@ -58,6 +58,22 @@ pub const CONDITION_LIMIT: f64 = 1e6;
 /// dependent: rounding of the rows.
 const DEPENDENT: f64 = 1e-14;
 
+/// Squares outside this range are taken of scaled numbers: theirs would lose digits, or overflow.
+const SAFE: std::ops::Range<f64> = 1e-280..1e280;
+
+/// The length of a vector, of any numbers whose length is one.
+fn length(v: &[f64]) -> f64 {
+    let square = dot(v, v);
+    if SAFE.contains(&square) {
+        return square.sqrt();
+    }
+    let largest = v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    match largest > 0.0 {
+        true => largest * v.iter().map(|x| (x / largest).powi(2)).sum::<f64>().sqrt(),
+        false => 0.0,
+    }
+}
+
 /// Which statistics carry a library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
@@ -242,8 +258,10 @@ impl Triangle {
         let p = self.r.ncols() - 1;
         let live: Vec<DVector<f64>> = (0..p)
             .map(|j| self.r.column(j).rows(0, p).into_owned())
-            .filter(|column| column.norm() > 0.0)
-            .map(|column| column.normalize())
+            .filter_map(|column| {
+                let length = length(column.as_slice());
+                (length > 0.0).then(|| column / length)
+            })
             .collect();
         if live.is_empty() {
             return 1.0;
@@ -264,7 +282,7 @@ pub(crate) fn solve(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     let (n, k) = a.shape();
     let length: Vec<f64> = a
         .column_iter()
-        .map(|c| c.norm())
+        .map(|c| length(&c.iter().copied().collect::<Vec<_>>()))
         .map(|l| if l > 0.0 { l } else { 1.0 })
         .collect();
     let mut rows: Vec<f64> = Vec::with_capacity(n * (k + 1));
@@ -310,17 +328,29 @@ impl WithSimd for Fold<'_> {
         let Self { r, columns, rows } = self;
         for k in 0..r.ncols() {
             let (left, right) = columns.split_at_mut((k + 1) * rows);
-            let v = &left[k * rows..];
-            let square = dot(v, v);
+            let v = &mut left[k * rows..];
+            let mut square = dot(v, v);
+            let mut old = r[(k, k)];
+            let mut unit = 1.0;
+            if !(SAFE.contains(&square) && old < 1e140) {
+                // In units of the largest: the reflection knows no unit.
+                unit = v.iter().fold(old, |m, x| m.max(x.abs()));
+                if unit == 0.0 {
+                    continue;
+                }
+                v.iter_mut().for_each(|x| *x /= unit);
+                old /= unit;
+                square = dot(v, v);
+            }
             if square == 0.0 {
                 continue;
             }
             // The reflection that takes (r_kk, v) to (norm, 0); Parlett's form, which does not cancel.
-            let old = r[(k, k)];
             let norm = (old * old + square).sqrt();
             let first = -square / (old + norm);
             let factor = 2.0 / (first * first + square);
-            r[(k, k)] = norm;
+            let v = &*v;
+            r[(k, k)] = norm * unit;
             for (j, column) in right.chunks_exact_mut(rows).enumerate() {
                 let entry = &mut r[(k, k + 1 + j)];
                 let step = factor * (first * *entry + dot(v, column));

@@ -7,6 +7,9 @@ use crate::error::SindyError;
 use crate::library::Library;
 use crate::samples::{BlockSource, position};
 
+/// Sums of squares below this have lost digits: they are near the smallest numbers that there are.
+const SMALLEST: f64 = 1e-290;
+
 /// How statistics are accumulated: settings of a pass over a source.
 ///
 /// ```
@@ -78,8 +81,9 @@ impl<'a> Accumulate<'a> {
     /// are left out and counted.
     ///
     /// # Errors
-    /// A term, a target or weights that name no column; a weight that is negative or not finite; a pass that
-    /// failed ([`BlockSource::failure`]).
+    /// A term, a target or weights that name no column; a weight that is negative or not finite; values whose squares
+    /// are beyond the range of numbers (above some 1e150, or all below some 1e-145); a pass that failed
+    /// ([`BlockSource::failure`]).
     pub fn over(&self, source: &dyn BlockSource) -> Result<Vec<Gram>, SindyError> {
         let mut of_targets = self.targets(&[self.target], source)?;
         Ok(of_targets.swap_remove(0))
@@ -138,7 +142,29 @@ impl<'a> Accumulate<'a> {
                 list.push(gram);
             }
         }
+        for (list, name) in out.iter().zip(targets) {
+            self.check_range(list, name)?;
+        }
         Ok(out)
+    }
+
+    /// Refuses sums of squares that are not numbers any more, or not with all their digits.
+    fn check_range(&self, groups: &[Gram], target: &str) -> Result<(), SindyError> {
+        let sum = |of: &dyn Fn(&Gram) -> f64| groups.iter().map(of).sum::<f64>();
+        let held = |what: &dyn Fn() -> String, found: f64| {
+            if found == 0.0 || (found >= SMALLEST && found.is_finite()) {
+                return Ok(());
+            }
+            Err(SindyError::Range {
+                what: what(),
+                found,
+            })
+        };
+        for j in 0..self.library.len() {
+            let name = || format!("term `{}`", self.library.names()[j]);
+            held(&name, sum(&|g| g.xtx[(j, j)]))?;
+        }
+        held(&|| format!("column `{target}`"), sum(&|g| g.yty))
     }
 }
 

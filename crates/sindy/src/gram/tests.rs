@@ -267,7 +267,15 @@ proptest! {
         let x: Vec<f64> = x.into_iter().filter(|v| !(v.is_finite() && v.abs() > 1e150)).collect();
         let finite = x.iter().filter(|v| v.is_finite()).count();
         samples.push_group(vec![x]).unwrap();
-        let gram = Gram::total(&Gram::accumulate(&library, "x", &samples).unwrap());
+        let found = match Gram::accumulate(&library, "x", &samples) {
+            Ok(found) => found,
+            // Nothing but numbers whose squares underflow.
+            Err(error) => {
+                prop_assert!(matches!(error, SindyError::Range { .. }));
+                return Ok(());
+            }
+        };
+        let gram = Gram::total(&found);
         prop_assert_eq!(gram.rows, finite);
         prop_assert!(gram.xtx.iter().all(|v| v.is_finite()));
     }

@@ -196,3 +196,77 @@ proptest! {
         prop_assert!((0..4).all(|j| whole.matrix()[(j, j)] >= 0.0));
     }
 }
+
+#[test]
+fn prop_the_factor_knows_no_unit() {
+    let rows = 40;
+    let theta = DMatrix::from_fn(rows, 3, |i, j| {
+        (1.0 + i as f64 * (j + 1) as f64 * 0.7).sin()
+    });
+    let truth = DVector::from_vec(vec![2.0, -3.0, 0.5]);
+    let noise = DVector::from_fn(rows, |i, _| 0.1 * (5.1 * i as f64).cos());
+    let y = &theta * &truth + noise;
+    let plain = Triangle::of_rows(&theta, &y).unwrap();
+    let (xi, condition) = (plain.least_squares(&[true; 3]), plain.condition());
+    for exponent in [-300, -160, -150, -100, 100, 140, 150, 160, 300] {
+        let scale = 10f64.powi(exponent);
+        for (of_theta, of_y) in [(scale, scale), (scale, 1.0), (1.0, scale)] {
+            // Beyond the largest number is no coefficient.
+            if !(of_y / of_theta).is_finite() || of_y / of_theta < 1e-300 {
+                continue;
+            }
+            let mut theta = &theta * of_theta;
+            // Columns of different units in one library.
+            theta.column_mut(1).scale_mut(1.0 / of_theta);
+            let (first, second) = (
+                Triangle::of_rows(&theta.rows(0, 15).into_owned(), &(y.rows(0, 15) * of_y))
+                    .unwrap(),
+                Triangle::of_rows(&theta.rows(15, 25).into_owned(), &(y.rows(15, 25) * of_y))
+                    .unwrap(),
+            );
+            let mut both = first;
+            both.merge(&second);
+            let found = both.least_squares(&[true; 3]);
+            for (j, unit) in [(0, of_theta), (1, 1.0), (2, of_theta)] {
+                // A condition below 3, and the rounding of 40 rows.
+                let error = found[j] * unit / of_y / xi[j] - 1.0;
+                assert!(error.abs() < 1e-12, "{exponent} {j}: {error}");
+            }
+            assert!(
+                (both.condition() / condition - 1.0).abs() < 1e-10,
+                "{exponent}"
+            );
+        }
+    }
+}
+
+#[test]
+fn prop_statistics_of_any_unit_are_right_or_refused() {
+    for exponent in [-160, -155, -150, -140, -100, 100, 140, 150, 155, 160] {
+        let scale = 10f64.powi(exponent);
+        let x: Vec<f64> = (0..50)
+            .map(|i| scale * (2.0 + f64::from(i).sin()))
+            .collect();
+        let y = x.iter().map(|x| 3.0 * x / scale - 1.0).collect();
+        let mut samples = Samples::new(&["x", "y"]);
+        samples.push_group(vec![x, y]).unwrap();
+        let library = Library::parse(&["1", "x"]).unwrap();
+        let settings = Accumulate::new(&library, "y");
+        for triangle in [false, true] {
+            match settings.triangle(triangle).over(&samples) {
+                Ok(parts) => {
+                    assert!((-145..=152).contains(&exponent), "{exponent}");
+                    let xi = least_squares(&parts[0], &[true; 2]);
+                    // A condition of some 10, squared, times rounding.
+                    assert!((xi[1] * scale - 3.0).abs() < 1e-12, "{exponent}: {xi}");
+                    assert!((xi[0] + 1.0).abs() < 1e-12, "{exponent}: {xi}");
+                }
+                Err(error) => {
+                    assert!(!(-144..=152).contains(&exponent), "{exponent}: {error}");
+                    assert!(error.to_string().contains("term `x`: the sum"), "{error}");
+                }
+            }
+        }
+        assert!(by_condition(&settings, &samples).is_ok() == (-145..=152).contains(&exponent));
+    }
+}
