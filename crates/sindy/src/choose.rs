@@ -7,6 +7,7 @@ use nalgebra::DVector;
 
 use crate::error::SindyError;
 use crate::gram::Gram;
+use crate::select::{OneError, mean_and_error, within_one_error};
 use crate::sr3::{Problem, Scaling, Solution, Sr3};
 
 /// The grid that is searched: thresholds η = √(2 λ ν) on scaled coefficients, and ν relative to the
@@ -137,52 +138,21 @@ pub fn cross_validate_scaled(
                 .map(|(fold, rest)| fold.residual_sum(&sr3.solve_again(rest).refit) / fold.weight())
                 .collect();
             let solution = sr3.solve_again(&mut whole);
-            let n = errors.len() as f64;
-            let mean = errors.iter().sum::<f64>() / n;
-            let variance = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n - 1.0);
+            let (mean, se) = mean_and_error(&errors);
             let point = Point {
                 lambda,
                 nu,
                 terms: solution.support.iter().filter(|s| **s).count(),
                 held_out_rmse: mean.sqrt(),
-                mean_square_error_se: (variance / n).sqrt(),
+                mean_square_error_se: se,
             };
             fits.push((point, solution, errors));
         }
     }
     let table: Vec<Point> = fits.iter().map(|f| f.0).collect();
-    let best = (0..fits.len())
-        .min_by(|&a, &b| table[a].held_out_rmse.total_cmp(&table[b].held_out_rmse))
-        .unwrap_or(0);
-    // Paired differences: the groups differ far more among themselves than the fits on one group do.
-    let within = |k: usize| {
-        let d: Vec<f64> = fits[k]
-            .2
-            .iter()
-            .zip(&fits[best].2)
-            .map(|(a, b)| a - b)
-            .collect();
-        let n = d.len() as f64;
-        let mean = d.iter().sum::<f64>() / n;
-        let sd = (d.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-        mean <= sd / n.sqrt()
-    };
-    let chosen = (0..fits.len())
-        .filter(|&k| k == best || within(k))
-        .min_by(|&a, &b| {
-            (table[a].terms, table[a].held_out_rmse)
-                .partial_cmp(&(table[b].terms, table[b].held_out_rmse))
-                .unwrap_or(std::cmp::Ordering::Equal)
-        })
-        .unwrap_or(best);
-    let reason = format!(
-        "fewest terms ({}) whose error on left-out groups ({:.4}) is within one standard error of the \
-         smallest on the grid ({:.4}, {} terms)",
-        table[chosen].terms,
-        table[chosen].held_out_rmse,
-        table[best].held_out_rmse,
-        table[best].terms
-    );
+    let errors: Vec<Vec<f64>> = fits.iter().map(|f| f.2.clone()).collect();
+    let terms: Vec<usize> = table.iter().map(|p| p.terms).collect();
+    let OneError { chosen, reason, .. } = within_one_error(&errors, &terms);
     let (point, solution, _) = fits.swap_remove(chosen);
     Ok(Choice {
         point,

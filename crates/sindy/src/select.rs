@@ -32,6 +32,8 @@
 //!
 //! Source: T. Hastie, R. Tibshirani, J. Friedman, "The Elements of Statistical Learning" (2009), section 7.10.
 
+mod rule;
+
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
@@ -43,6 +45,8 @@ use crate::fit::{Fit, Solver, check};
 use crate::gram::Gram;
 use crate::sr3::{Problem, Scaling, Sr3};
 use crate::stlsq::Stlsq;
+use rule::best_score;
+pub(crate) use rule::{OneError, mean_and_error, within_one_error};
 
 /// A family of fits: as many for any statistics of the same terms, the k-th always of the same kind.
 ///
@@ -178,7 +182,16 @@ pub fn select(groups: &[Gram], family: &dyn Family, rule: Rule) -> Result<Select
         });
     }
     let (best, chosen, reason) = match rule {
-        Rule::LeftOut => within_one_error(&members, &of_member),
+        Rule::LeftOut => {
+            let by_member: Vec<Vec<f64>> = (0..members.len()).map(of_member).collect();
+            let terms: Vec<usize> = members.iter().map(|m| m.fit.terms()).collect();
+            let OneError {
+                best,
+                chosen,
+                reason,
+            } = within_one_error(&by_member, &terms);
+            (best, chosen, reason)
+        }
         Rule::Criterion { criterion, .. } => best_score(&members, criterion),
     };
     Ok(Selection {
@@ -201,8 +214,6 @@ fn left_out(
         .map(|fold| {
             let mut rest = total.clone();
             rest.downdate(fold);
-            // Where the others' target is zero, rounding may leave less than that.
-            rest.yty = rest.yty.max(0.0);
             let fits = family.fits(&rest)?;
             if fits.len() != members {
                 return Err(SindyError::Shape {
@@ -215,62 +226,6 @@ fn left_out(
             Ok(fits.iter().map(mean_square).collect())
         })
         .collect()
-}
-
-/// Mean, and the standard error of the mean.
-fn mean_and_error(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    (mean, (variance / n).sqrt())
-}
-
-fn within_one_error(
-    members: &[Member],
-    errors: &dyn Fn(usize) -> Vec<f64>,
-) -> (usize, usize, String) {
-    let rmse = |m: usize| members[m].left_out.map_or(f64::NAN, |l| l.rmse);
-    let best = (0..members.len())
-        .min_by(|&a, &b| rmse(a).total_cmp(&rmse(b)))
-        .unwrap_or(0);
-    let of_best = errors(best);
-    let within = |m: usize| {
-        let differences: Vec<f64> = errors(m).iter().zip(&of_best).map(|(a, b)| a - b).collect();
-        let (mean, se) = mean_and_error(&differences);
-        mean <= se
-    };
-    let chosen = (0..members.len())
-        .filter(|&m| m == best || within(m))
-        .min_by(|&a, &b| {
-            let terms = |m: usize| members[m].fit.terms();
-            terms(a).cmp(&terms(b)).then(rmse(a).total_cmp(&rmse(b)))
-        })
-        .unwrap_or(best);
-    let reason = format!(
-        "fewest terms ({}) whose error on left-out groups ({:.4}) is within one standard error of the smallest ({:.4}, \
-         {} terms)",
-        members[chosen].fit.terms(),
-        rmse(chosen),
-        rmse(best),
-        members[best].fit.terms()
-    );
-    (best, chosen, reason)
-}
-
-fn best_score(members: &[Member], criterion: Criterion) -> (usize, usize, String) {
-    let score = |m: usize| members[m].score.unwrap_or(f64::INFINITY);
-    let best = (0..members.len())
-        .min_by(|&a, &b| {
-            let terms = |m: usize| members[m].fit.terms();
-            score(a).total_cmp(&score(b)).then(terms(a).cmp(&terms(b)))
-        })
-        .unwrap_or(0);
-    let reason = format!(
-        "best {criterion:?} ({:.1}), with {} terms",
-        score(best),
-        members[best].fit.terms()
-    );
-    (best, best, reason)
 }
 
 /// Deals groups into `folds` at random, as even in number as can be, and adds up each fold's statistics.
@@ -299,6 +254,19 @@ pub fn deal(groups: &[Gram], folds: usize, seed: u64) -> Result<Vec<Gram>, Sindy
         dealt[i % folds].merge(group);
     }
     Ok(dealt)
+}
+
+/// The statistics of at most `folds` sets of the groups, dealt out in turn; groups without rows go nowhere. No more
+/// groups than folds stay as they are.
+pub(crate) fn folded(groups: &[Gram], folds: usize) -> Vec<Gram> {
+    let mut out: Vec<Gram> = Vec::new();
+    for (k, group) in groups.iter().filter(|g| g.rows > 0).enumerate() {
+        match out.get_mut(k % folds) {
+            Some(sum) => sum.merge(group),
+            None => out.push(group.clone()),
+        }
+    }
+    out
 }
 
 /// SR3 with ℓ0, scaled, at every pair of λ and ν ([`Grid::points`](crate::Grid::points) lists those of a grid); least
@@ -359,127 +327,4 @@ pub fn best_subsets(node_limit: Option<u64>) -> impl Family {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Grid, Library, Samples};
-    use rand::RngExt;
-
-    /// Groups with y = 0.7 x - 0.4 x u + noise, over seven terms.
-    fn groups(seed: u64, count: usize, noise: f64) -> Vec<Gram> {
-        let mut rng = Pcg64::seed_from_u64(seed);
-        let mut samples = Samples::new(&["x", "u", "y"]);
-        for _ in 0..count {
-            let mut draw = |n: usize, a: f64| -> Vec<f64> {
-                (0..n).map(|_| a * rng.random_range(-1.0..1.0)).collect()
-            };
-            let (x, u, e) = (draw(200, 1.0), draw(200, 1.0), draw(200, noise));
-            let y = (0..200)
-                .map(|i| 0.7 * x[i] - 0.4 * x[i] * u[i] + e[i])
-                .collect();
-            samples.push_group(vec![x, u, y]).unwrap();
-        }
-        let library = Library::parse(&["1", "x", "u", "x^2", "x*u", "u^2", "x^3"]).unwrap();
-        Gram::accumulate(&library, "y", &samples).unwrap()
-    }
-
-    const TRUTH: [bool; 7] = [false, true, false, false, true, false, false];
-
-    #[test]
-    fn analytic_every_family_finds_the_two_terms_by_every_rule() {
-        let grams = groups(1, 8, 0.05);
-        let bic = Rule::Criterion {
-            criterion: Criterion::Bic,
-            effective_rows: None,
-        };
-        for rule in [Rule::LeftOut, bic] {
-            let found = select(
-                &grams,
-                &sr3_points(&Grid::default().points().unwrap()).unwrap(),
-                rule,
-            )
-            .unwrap();
-            assert_eq!(found.fit().support, TRUTH, "{}", found.reason);
-            let thresholds = Grid::default().thresholds;
-            let family = stlsq_thresholds(&thresholds, 0.0).unwrap();
-            let found = select(&grams, &family, rule).unwrap();
-            assert_eq!(found.fit().support, TRUTH, "{}", found.reason);
-            let found = select(&grams, &best_subsets(None), rule).unwrap();
-            assert_eq!(found.fit().support, TRUTH, "{}", found.reason);
-            assert_eq!(found.members.len(), 8);
-            assert_eq!(found.member().score.is_some(), rule == bic);
-        }
-    }
-
-    #[test]
-    fn analytic_left_out_error_is_that_of_a_fit_without_the_group() {
-        let grams = groups(2, 4, 0.3);
-        let all = |gram: &Gram| {
-            Ok(vec![Fit::on_support(
-                gram,
-                vec![true; 7],
-                crate::Outcome::Converged,
-                1,
-            )])
-        };
-        let found = select(&grams, &all, Rule::LeftOut).unwrap();
-        let by_hand: Vec<f64> = (0..4)
-            .map(|k| {
-                let rest: Vec<Gram> = (0..4)
-                    .filter(|g| *g != k)
-                    .map(|g| grams[g].clone())
-                    .collect();
-                let xi = crate::regression::least_squares(&Gram::total(&rest), &[true; 7]);
-                grams[k].residual_sum(&xi) / 200.0
-            })
-            .collect();
-        let mean = by_hand.iter().sum::<f64>() / 4.0;
-        let left_out = found.member().left_out.unwrap();
-        // Total minus a part and the sum of the other parts differ by rounding.
-        assert!((left_out.rmse - mean.sqrt()).abs() < 1e-12);
-        // 0.3 times a uniform draw has 0.1732 rms; seven coefficients of 600 rows add a hundredth to it.
-        assert!((left_out.rmse - 0.174).abs() < 0.01, "{left_out:?}");
-        assert!(found.member().training_rmse < left_out.rmse);
-    }
-
-    #[test]
-    fn prop_dealt_folds_hold_every_group_once_and_follow_the_seed() {
-        let grams = groups(3, 11, 0.1);
-        let (a, b, c) = (
-            deal(&grams, 4, 1).unwrap(),
-            deal(&grams, 4, 1).unwrap(),
-            deal(&grams, 4, 2).unwrap(),
-        );
-        assert!(a == b && a != c);
-        let mut rows: Vec<usize> = a.iter().map(|g| g.rows / 200).collect();
-        rows.sort_unstable();
-        assert_eq!(rows, [2, 3, 3, 3]);
-        let (whole, dealt) = (Gram::total(&grams), Gram::total(&a));
-        // The same sums in another order.
-        assert!((&whole.xtx - &dealt.xtx).amax() < 1e-9 * whole.xtx.amax());
-        assert!(deal(&grams, 1, 1).is_err() && deal(&grams, 12, 1).is_err());
-    }
-
-    #[test]
-    fn prop_bad_families_and_single_groups_are_refused() {
-        let grams = groups(4, 3, 0.1);
-        let none = |_: &Gram| Ok(Vec::new());
-        assert!(select(&grams, &none, Rule::LeftOut).is_err());
-        let changing = |gram: &Gram| {
-            let fit = Fit::on_support(gram, vec![true; 7], crate::Outcome::Converged, 1);
-            Ok(vec![fit; gram.rows / 200])
-        };
-        let error = select(&grams, &changing, Rule::LeftOut).unwrap_err();
-        assert!(error.to_string().contains("left out"), "{error}");
-        let one = &grams[..1];
-        let error = select(one, &best_subsets(None), Rule::LeftOut).unwrap_err();
-        assert!(error.to_string().contains("groups"), "{error}");
-        let aicc = Rule::Criterion {
-            criterion: Criterion::Aicc,
-            effective_rows: None,
-        };
-        let found = select(one, &best_subsets(None), aicc).unwrap();
-        assert!(found.member().left_out.is_none());
-        assert!(select(&[Gram::zeros(3)], &best_subsets(None), aicc).is_err());
-        assert!(stlsq_thresholds(&[], 0.0).is_err());
-    }
-}
+mod tests;

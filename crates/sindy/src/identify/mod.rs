@@ -30,10 +30,15 @@
 //! 5. accepts that model if its trajectories follow the data to within the noise, tries shorter arcs if they
 //!    do not (the system is disturbed, or not in the library), and else keeps the best regression.
 //!
+//! Weights of rows (the inverse of their noise's variance, to a factor) count in regressions on slopes, in free runs and in
+//! the output error. The noise estimate, smoothing and the weak form take all rows that have any weight alike: their
+//! results are then as free of bias, but not as accurate as they could be; a warning says so where weights differ.
+//!
 //! [`Identification`] says what was chosen and why, with every equation's front of terms against error.
 //! Random numbers are not used. Rows that do not fit into memory pass once through [`stream`].
 
 mod certainty;
+mod discrete;
 mod inputs;
 mod model;
 mod prepare;
@@ -93,7 +98,8 @@ impl Identify {
     ///
     /// # Errors
     /// No data, fewer rows than terms, libraries that are not one or one per state, terms with unknown
-    /// names, a smoothing that does not suit the times.
+    /// names, a smoothing that does not suit the times; in discrete time, rows that are neither one period apart nor at
+    /// least one and a half.
     pub fn run(
         &self,
         data: &Dataset,
@@ -117,8 +123,20 @@ impl Identify {
                 period: data.report().period,
             },
         };
-        let stretches = data.stretches();
+        let mut stretches = data.stretches();
         let mut warnings = Vec::new();
+        if let Time::Discrete { period } = time
+            && !stretches.is_empty()
+        {
+            let (cut, warning) = discrete::one_period(data, &stretches, period)?;
+            stretches = cut;
+            warnings.extend(warning);
+        }
+        if !self.settings.discrete {
+            warnings.extend(weights_differ(
+                stretches.iter().filter_map(|s| s.weights).flatten(),
+            ));
+        }
         let names = data.names();
         let libraries = libraries
             .into_iter()
@@ -165,4 +183,19 @@ impl Identify {
         }
         .go(progress)
     }
+}
+
+/// What is said where weights above 0 differ by more than a tenth.
+fn weights_differ<'a>(weights: impl Iterator<Item = &'a f64>) -> Option<String> {
+    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+    for &w in weights.filter(|w| **w > 0.0) {
+        (least, most) = (least.min(w), most.max(w));
+    }
+    (most > 1.1 * least).then(|| {
+        format!(
+            "weights differ ({:.1} times): regressions on slopes and the output error use them; the noise estimate, smoothing \
+             and the weak form count all rows that have a weight alike",
+            most / least
+        )
+    })
 }

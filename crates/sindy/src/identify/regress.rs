@@ -14,7 +14,7 @@ use crate::gram::{Accumulate, Gram};
 use crate::library::Library;
 use crate::output_error::irrelevant;
 use crate::samples::Samples;
-use crate::select::{Rule, select, sr3_points};
+use crate::select::{Rule, folded, select, sr3_points};
 use crate::stepwise::{Direction, Stepwise};
 use crate::weak::WeakForm;
 
@@ -199,8 +199,8 @@ pub(super) fn solve(
             criterion,
             effective_rows: Some(rows),
         };
-        let folds = parts.iter().filter(|g| g.rows > 0).count();
-        let left_out = settings.score.criterion().is_none() && folds > 1;
+        let folds = folded(parts, settings.folds);
+        let left_out = settings.score.criterion().is_none() && folds.len() > 1;
         let rule = if left_out { Rule::LeftOut } else { scored };
         let subset = match settings.score {
             Score::LeftOut if left_out => {
@@ -215,7 +215,7 @@ pub(super) fn solve(
                     }
                     Ok(fits)
                 };
-                select(parts, &sizes, rule)?.fit().clone()
+                select(&folds, &sizes, rule)?.fit().clone()
             }
             _ => {
                 let found = best_subsets(&total, NODES)?;
@@ -223,7 +223,7 @@ pub(super) fn solve(
             }
         };
         subsets.push(relevant(&total, &subset, settings.relevance));
-        let selection = select(parts, &family, rule)?;
+        let selection = select(&folds, &family, rule)?;
         let fits: Vec<Fit> = selection
             .members
             .iter()

@@ -136,7 +136,8 @@ pub struct Settings {
     pub thresholds: Vec<f64>,
     /// Relaxations ν of SR3 that are tried.
     pub nus: Vec<f64>,
-    /// Folds of the cross-validation: trajectories are cut into blocks until there are so many.
+    /// Folds of the cross-validation, at most: fewer trajectories are cut into blocks until there are so many (or blocks
+    /// are as short as twenty rows), more are dealt out to so many.
     pub folds: usize,
     /// Weight of the penalty for each term; 1 is the extended Bayesian criterion.
     pub penalty: f64,

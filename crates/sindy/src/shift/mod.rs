@@ -43,6 +43,7 @@ mod tests;
 use delay::By;
 pub use delay::Delay;
 use runs::Runs;
+pub(crate) use runs::{Cut, uneven};
 
 use crate::error::SindyError;
 use crate::model::Term;

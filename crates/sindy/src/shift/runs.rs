@@ -71,43 +71,83 @@ impl Runs {
     }
 
     fn cut(&mut self, group: usize, time: &[f64], period: f64) -> Result<(), SindyError> {
-        let refuse = |row: usize, step: f64| {
-            let expected = format!(
-                "steps of {period} (to {TOLERANCE} of it), or gaps of at least {GAP} of them: \
-                 other times have to be resampled first"
-            );
-            let found = format!("a step of {step} before sample {row} of group {group}");
-            SindyError::setting("time", expected, found)
-        };
-        let (mut start, mut regular, mut first_gap) = (0, false, None);
+        let found = Cut::new(time, period);
+        if let Some((row, step)) = found.uneven.or(found.other_period()) {
+            return Err(uneven(
+                period,
+                step,
+                &format!("sample {row} of group {group}"),
+            ));
+        }
+        self.gaps += found.gaps;
+        self.untimed += found.untimed;
+        self.ranges
+            .extend(found.ranges.into_iter().map(|r| (group, r)));
+        Ok(())
+    }
+}
+
+/// The rows of one time column that follow each other at one period: steps within a thousandth of it. Steps of at least
+/// one and a half are gaps.
+#[derive(Debug, Default)]
+pub(crate) struct Cut {
+    pub(crate) ranges: Vec<Range<usize>>,
+    pub(crate) gaps: usize,
+    /// Rows without a time.
+    untimed: usize,
+    /// Whether any step is one period.
+    pub(crate) regular: bool,
+    /// The first gap: the row after it and its step.
+    pub(crate) first_gap: Option<(usize, f64)>,
+    /// The first step that is neither a period nor a gap.
+    pub(crate) uneven: Option<(usize, f64)>,
+}
+
+impl Cut {
+    pub(crate) fn new(time: &[f64], period: f64) -> Self {
+        let mut cut = Self::default();
+        let mut start = 0;
         for row in 0..=time.len() {
             let there = time.get(row).is_some_and(|t| !t.is_nan());
-            self.untimed += usize::from(row < time.len() && !there);
+            cut.untimed += usize::from(row < time.len() && !there);
             if there && row > start {
                 let step = time[row] - time[row - 1];
                 if (step / period - 1.0).abs() <= TOLERANCE {
-                    regular = true;
+                    cut.regular = true;
                     continue;
                 }
                 if step < GAP * period {
-                    return Err(refuse(row, step));
+                    cut.uneven = cut.uneven.or(Some((row, step)));
                 }
-                self.gaps += 1;
-                first_gap = first_gap.or(Some((row, step)));
+                cut.gaps += 1;
+                cut.first_gap = cut.first_gap.or(Some((row, step)));
             } else if there {
                 continue;
             }
             if row > start {
-                self.ranges.push((group, start..row));
+                cut.ranges.push(start..row);
             }
             start = if there { row } else { row + 1 };
         }
-        match first_gap {
-            // Nothing but gaps: another period, not a group with holes.
-            Some((row, step)) if !regular => Err(refuse(row, step)),
-            _ => Ok(()),
-        }
+        cut
     }
+
+    /// Nothing but gaps: another period, not a group with holes.
+    fn other_period(&self) -> Option<(usize, f64)> {
+        self.first_gap.filter(|_| !self.regular)
+    }
+}
+
+/// What times with a step that is neither a period nor a gap are refused with.
+pub(crate) fn uneven(period: f64, step: f64, before: &str) -> SindyError {
+    let expected = format!(
+        "steps of {period} (to {TOLERANCE} of it), or gaps of at least {GAP} of them: other times have to be resampled first"
+    );
+    SindyError::setting(
+        "time",
+        expected,
+        format!("a step of {step} before {before}"),
+    )
 }
 
 fn check_order(name: &str, time: &[f64]) -> Result<(), SindyError> {

@@ -11,7 +11,7 @@ use crate::identify::inputs;
 use crate::identify::prepare::noise;
 use crate::identify::regress::{self, Regression, Statistics};
 use crate::identify::run::{Ranked, Run};
-use crate::identify::{Identification, Progress, Settings, Smoothing};
+use crate::identify::{Identification, Progress, Settings, Smoothing, weights_differ};
 use crate::library::Library;
 use crate::model::{Interpolation, Time};
 use crate::output_error::{Piece, System, free_run};
@@ -53,6 +53,11 @@ pub(super) fn of(
     let system = System::new(time, &columns.states, &columns.inputs, &libraries)?;
     let inputs = inputs::choose(&stretches, columns.states.len(), settings.inputs_between);
     let pieces = pieces(&kept, columns, &inputs.between);
+    let mut warnings = warnings(&report, &statistics[0], &libraries, &data)?;
+    if !settings.discrete {
+        let weights = pieces.iter().filter_map(|p| p.weights).flatten();
+        warnings.extend(weights_differ(weights));
+    }
     let mut run = Run {
         data: &data,
         settings,
@@ -60,7 +65,7 @@ pub(super) fn of(
         noise: noise(&stretches, columns.states.len()),
         stretches,
         inputs,
-        warnings: warnings(&report, &statistics[0], &libraries, &data)?,
+        warnings,
         system,
         libraries,
     };
@@ -166,37 +171,21 @@ fn statistics(pass: Pass<'_>, settings: &Settings) -> Result<Vec<Statistics>, Si
 /// All regressions. Of more rows than [`Settings::rows`], best subsets are found once more with the penalty of so many
 /// rows: the errors of smoothing do not average out, and to enough rows each of them is worth a term.
 fn solve(statistics: &Statistics, settings: &Settings) -> Result<Vec<Regression>, SindyError> {
-    let mut folds = folded(statistics, settings.folds);
-    let mut all = regress::solve(&folds, settings)?;
-    let rows: usize = folds.grams[0].iter().map(|g| g.rows).sum();
+    let mut all = regress::solve(statistics, settings)?;
+    let rows: usize = statistics.grams[0].iter().map(|g| g.rows).sum();
     if rows > settings.rows {
-        folds.independent *= settings.rows as f64 / rows as f64;
-        let fewer = regress::solve(&folds, settings)?.into_iter();
+        let fewer = Statistics {
+            smoothing: statistics.smoothing.clone(),
+            grams: statistics.grams.clone(),
+            independent: statistics.independent * settings.rows as f64 / rows as f64,
+        };
+        let fewer = regress::solve(&fewer, settings)?.into_iter();
         all.extend(fewer.filter(|r| r.solver == "best_subset").map(|r| {
             let name = format!("{}, penalised as {} rows", r.name, settings.rows);
             Regression { name, ..r }
         }));
     }
     Ok(all)
-}
-
-/// The same with clusters added up to so many folds.
-fn folded(statistics: &Statistics, folds: usize) -> Statistics {
-    let fold = |clusters: &Vec<Gram>| {
-        let mut out: Vec<Gram> = Vec::new();
-        for (k, cluster) in clusters.iter().filter(|g| g.rows > 0).enumerate() {
-            match out.get_mut(k % folds) {
-                Some(sum) => sum.merge(cluster),
-                None => out.push(cluster.clone()),
-            }
-        }
-        out
-    };
-    Statistics {
-        smoothing: statistics.smoothing.clone(),
-        grams: statistics.grams.iter().map(fold).collect(),
-        independent: statistics.independent,
-    }
 }
 
 /// The pieces that were kept as a data set.

@@ -10,8 +10,8 @@
 //!   errors of smoothing do not average out, and to enough rows each would be worth a term), and SR3 with λ and ν by cross-validation over
 //!   [`Settings::folds`] sets of clusters,
 //! - the choice among them by free run over the pieces, as in [`Identify::run`],
-//! - standard errors from the scatter between clusters ([`cluster_errors`](crate::regression::cluster_errors)), which
-//!   respect correlation within a block (1024 rows or more).
+//! - standard errors from the scatter between clusters ([`ClusterErrors`](crate::regression::ClusterErrors)),
+//!   which respect correlation within a block (1024 rows or more).
 //!
 //! There is no output error: it would need the rows again. Where trajectories fit into memory, [`Identify::run`] is
 //! more accurate on noisy data.

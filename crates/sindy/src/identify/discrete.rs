@@ -1,0 +1,146 @@
+//! Rows of discrete time: each one period after the one before.
+
+use crate::dataset::{Dataset, Stretch};
+use crate::error::SindyError;
+use crate::shift::{Cut, uneven};
+
+/// Rows below which a stretch is left out, as those of a data set are.
+const FEWEST: usize = 3;
+
+/// The stretches cut where a row is not the next one, and a warning if there are such gaps.
+///
+/// # Errors
+/// Steps that are neither one period nor a gap (as for [`next`](crate::shift::next)), or a trajectory all of whose steps
+/// are gaps: the first of them, with trajectory and row.
+pub(super) fn one_period<'a>(
+    data: &Dataset,
+    stretches: &[Stretch<'a>],
+    period: f64,
+) -> Result<(Vec<Stretch<'a>>, Option<String>), SindyError> {
+    let refuse = |s: &Stretch<'_>, (row, step): (usize, f64)| {
+        let trajectory = &data.trajectories()[s.trajectory];
+        let row = trajectory.time.partition_point(|t| *t < s.time[row]);
+        let name = &trajectory.name;
+        Err(uneven(
+            period,
+            step,
+            &format!("row {row} of trajectory `{name}`"),
+        ))
+    };
+    let cuts: Vec<Cut> = stretches.iter().map(|s| Cut::new(s.time, period)).collect();
+    let mut out = Vec::new();
+    let (mut gaps, mut short) = (0, 0);
+    for (s, cut) in stretches.iter().zip(&cuts) {
+        if let Some(first) = cut.uneven {
+            return refuse(s, first);
+        }
+        let own = stretches.iter().zip(&cuts);
+        let regular = own
+            .filter(|(o, _)| o.trajectory == s.trajectory)
+            .any(|(_, c)| c.regular);
+        if let Some(first) = cut.first_gap.filter(|_| !regular) {
+            return refuse(s, first);
+        }
+        gaps += cut.gaps;
+        for range in &cut.ranges {
+            if range.len() < FEWEST {
+                short += range.len();
+                continue;
+            }
+            out.push(Stretch {
+                trajectory: s.trajectory,
+                time: &s.time[range.clone()],
+                columns: s.columns.iter().map(|c| &c[range.clone()]).collect(),
+                weights: s.weights.map(|w| &w[range.clone()]),
+            });
+        }
+    }
+    let warning = (gaps > 0).then(|| {
+        format!(
+            "{gaps} steps of more than one period ({period}) split the trajectories into {} stretches, {short} rows in \
+             those too short to use",
+            out.len()
+        )
+    });
+    Ok((out, warning))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Dataset, Identify, Library, identify::Settings};
+
+    /// `x[k+1] = 0.9 x[k] + 0.1` at these times (whole numbers are samples).
+    fn run(times: &[&[f64]]) -> Result<crate::identify::Identification, String> {
+        let mut data = Dataset::new(&["x"], &[]).unwrap();
+        for (k, time) in times.iter().enumerate() {
+            let x = time
+                .iter()
+                .map(|t| 1.0 - (1.0 + k as f64) * 0.9_f64.powf(*t))
+                .collect();
+            data.push(format!("run {k}"), time.to_vec(), vec![x], None)
+                .unwrap();
+        }
+        Identify::new(Library::polynomial(&["x"], 2).unwrap())
+            .settings(Settings {
+                discrete: true,
+                ..Settings::default()
+            })
+            .unwrap()
+            .run(&data, &mut |_| ())
+            .map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn analytic_rows_left_out_of_a_map_are_gaps_not_steps() {
+        let all: Vec<f64> = (0..40).map(f64::from).collect();
+        let holes: Vec<f64> = all
+            .iter()
+            .copied()
+            .filter(|t| ![10.0, 20.0, 21.0, 38.0].contains(t))
+            .collect();
+        let found = run(&[&all, &holes]).unwrap();
+        let text = format!("{:.6}", found.model);
+        // No noise: coefficients to rounding. Pairs across a hole would be off by a tenth.
+        assert!(
+            text.contains("0.1 + 0.9*x") || text.contains("0.9*x + 0.1"),
+            "{text}"
+        );
+        let said = found
+            .warnings
+            .iter()
+            .find(|w| w.contains("period"))
+            .unwrap();
+        assert!(
+            said.starts_with("3 steps") && said.contains("1 rows"),
+            "{said}"
+        );
+        assert!(
+            !run(&[&all])
+                .unwrap()
+                .warnings
+                .iter()
+                .any(|w| w.contains("period"))
+        );
+    }
+
+    #[test]
+    fn prop_uneven_rows_of_a_map_are_refused_by_trajectory_and_row() {
+        let all: Vec<f64> = (0..40).map(f64::from).collect();
+        let mut off = all.clone();
+        off[17] += 0.2;
+        let error = run(&[&all, &off]).unwrap_err();
+        for part in [
+            "steps of 1 ",
+            "a step of 1.2",
+            "row 17 of trajectory `run 1`",
+        ] {
+            assert!(error.contains(part), "{error}");
+        }
+        let every_other: Vec<f64> = (0..15).map(|i| 2.0 * f64::from(i)).collect();
+        let error = run(&[&all, &every_other]).unwrap_err();
+        assert!(
+            error.contains("a step of 2 before row 1 of trajectory `run 1`"),
+            "{error}"
+        );
+    }
+}
