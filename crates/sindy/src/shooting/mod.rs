@@ -24,10 +24,12 @@
 mod model;
 mod normal;
 mod propagate;
+mod settings;
 mod solve;
 
 pub use model::OdeModel;
-pub use solve::{Outcome, Parameter, Refined, Shooting};
+pub use settings::{Parameter, Shooting};
+pub use solve::{Outcome, Refined};
 
 /// One trajectory of data, on one time grid.
 #[derive(Clone, Debug)]

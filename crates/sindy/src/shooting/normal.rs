@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Record;
-use super::solve::Parameter;
+use super::settings::Parameter;
 use crate::regression::pseudo_inverse;
 
 /// A window: a stretch of a record.
