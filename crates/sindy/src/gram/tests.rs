@@ -271,12 +271,33 @@ proptest! {
             Ok(found) => found,
             // Nothing but numbers whose squares underflow.
             Err(error) => {
-                prop_assert!(matches!(error, SindyError::Range { .. }));
+                let underflow = matches!(error, SindyError::Range { .. });
+                prop_assert!(underflow);
                 return Ok(());
             }
         };
         let gram = Gram::total(&found);
         prop_assert_eq!(gram.rows, finite);
         prop_assert!(gram.xtx.iter().all(|v| v.is_finite()));
+    }
+}
+
+#[test]
+fn prop_coefficients_that_are_not_numbers_leave_no_number() {
+    let library = Library::parse(&["1", "x"]).unwrap();
+    let mut samples = Samples::new(&["x", "y"]);
+    samples
+        .push_group(vec![vec![1.0, 2.0, 4.0], vec![1.0, 2.0, 3.0]])
+        .unwrap();
+    for triangle in [false, true] {
+        let settings = Accumulate::new(&library, "y").triangle(triangle);
+        let gram = &settings.over(&samples).unwrap()[0];
+        for j in 0..2 {
+            let mut xi = DVector::from_vec(vec![1.0, 1.0]);
+            xi[j] = f64::NAN;
+            assert!(gram.residual_sum(&xi).is_nan() && gram.r_squared(&xi).is_nan());
+        }
+        // An exact fit leaves nothing, and not less.
+        assert!(gram.residual_sum(&DVector::from_vec(vec![0.0, 1.0])) >= 0.0);
     }
 }

@@ -381,3 +381,6 @@ pub(super) fn pieces<'a>(
     }
     out
 }
+
+#[cfg(test)]
+mod tests;

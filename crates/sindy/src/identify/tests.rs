@@ -1,3 +1,5 @@
+mod rows;
+
 use rand::{RngExt, SeedableRng};
 
 use super::*;

@@ -321,3 +321,73 @@ fn correlation(series: &[Vec<Vec<f64>>]) -> f64 {
     }
     worst
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    #[test]
+    fn analytic_correlation_of_an_autoregression() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
+        let mut series = |of: f64| -> Vec<f64> {
+            let mut x = 0.0;
+            let step = |_| {
+                x = of * x + rng.random_range(-1.0..1.0);
+                x
+            };
+            (0..20_000).map(step).collect()
+        };
+        let (white, half, most) = (series(0.0), series(0.5), series(0.8));
+        // 1 + 2 Σ φ^k = (1 + φ)/(1 - φ), up to where ρ is lost in its scatter of 0.014.
+        for (of, truth) in [(&white, 1.0), (&half, 3.0), (&most, 9.0)] {
+            let found = correlation(&[vec![of.clone()]]);
+            assert!((found / truth - 1.0).abs() < 0.12, "{truth}: {found}");
+        }
+        // The largest over states; several records are not joined.
+        let two = [vec![white.clone(), half.clone()], vec![half, white]];
+        let found = correlation(&two);
+        assert!((1.8..2.3).contains(&found), "{found}");
+        assert_eq!(correlation(&[]), 1.0);
+        let zigzag: Vec<f64> = (0..100).map(|i| f64::from(1 - 2 * (i % 2))).collect();
+        assert_eq!(correlation(&[vec![zigzag]]), 1.0);
+    }
+
+    #[test]
+    fn prop_steps_that_lead_astray_are_halved() {
+        let library = crate::Library::parse(&["x"]).unwrap();
+        let names = ["x".to_string()];
+        let time = crate::model::Time::Continuous;
+        let system = System::new(time, &names, &[], &[library]).unwrap();
+        let time: Vec<f64> = (0..200).map(|i| 0.02 * f64::from(i)).collect();
+        let x: Vec<f64> = time.iter().map(|t| (-t).exp()).collect();
+        let piece = Piece {
+            time: &time,
+            states: vec![&x],
+            inputs: vec![],
+            between: vec![],
+            weights: None,
+            smooth: vec![x.clone()],
+        };
+        // x' = -x is right; a step to x' = 29 x is not, however the starts are moved with it.
+        for (change, whole) in [(1e-4, true), (30.0, false)] {
+            let mut state = State {
+                system: &system,
+                records: vec![Record::new(&piece)],
+                xi: DVector::from_vec(vec![-1.0]),
+                sigma: vec![1e-3],
+                cut: Cut {
+                    growth: 1e3,
+                    longest: usize::MAX,
+                    substeps: 1,
+                },
+            };
+            let normal = linearise(&state.follow(), &state.records, &mut None).unwrap();
+            let step = DVector::from_vec(vec![change]);
+            let part = state.move_by(&normal, &step, 200.0).unwrap();
+            assert_eq!(part == 1.0, whole, "{change}: {part}");
+            assert_eq!(state.xi[0], -1.0 + change * part);
+        }
+    }
+}

@@ -156,6 +156,14 @@ fn analytic_a_linear_decay_from_a_wrong_start() {
     );
     assert_eq!(found.fronts[0][1].support, [1]);
     assert!(found.fronts[0].iter().all(|p| p.proven));
+    // N = 400 values, P = 4 candidates.
+    let penalty = 400_f64.ln() + 2.0 * 4_f64.ln();
+    assert!((found.penalty - penalty).abs() < 1e-12);
+    // What the one term is worth is what its standard error says, which the noise is estimated in.
+    let z = found.coefficients[1] / found.std_errors[1];
+    assert!(((found.evidence[1] + penalty) / (z * z) - 1.0).abs() < 1e-6);
+    // Uniform, independent noise.
+    assert!(found.correlation < 1.6, "{}", found.correlation);
 }
 
 #[test]
@@ -189,4 +197,77 @@ fn prop_candidates_that_are_barred_stay_out() {
     .unwrap();
     assert_eq!(found.coefficients[0], 0.0);
     assert_ne!(found.coefficients[1], 0.0);
+}
+
+/// `x' = -1.5 x` without noise, from a start, with noise that is believed to be `floor` at least.
+fn exact_decay(coefficients: [f64; 4], floor: f64) -> Option<Found> {
+    let library = Library::parse(&["1", "x", "x^2", "x^3"]).unwrap();
+    let system = System::new(Time::Continuous, &strings(&["x"]), &[], &[library]).unwrap();
+    let time: Vec<f64> = (0..200).map(|i| 0.02 * f64::from(i)).collect();
+    let x: Vec<f64> = time.iter().map(|t| 2.0 * (-1.5 * t).exp()).collect();
+    let piece = Piece {
+        time: &time,
+        states: vec![&x],
+        inputs: vec![],
+        between: vec![],
+        weights: None,
+        smooth: vec![x.clone()],
+    };
+    let start = Start {
+        coefficients: coefficients.to_vec(),
+        sigma: vec![floor],
+        floor: vec![floor],
+        candidates: None,
+        term_rms: vec![1.0; 4],
+    };
+    search(&system, &[piece], &start, &Settings::default(), &mut |_| ())
+}
+
+#[test]
+fn analytic_no_more_is_believed_than_the_floor_of_the_noise() {
+    let [a, b] = [1e-3, 2e-3].map(|f| exact_decay([0.0, -1.4, 0.0, 0.0], f).unwrap());
+    assert_eq!((a.sigma[0], b.sigma[0]), (1e-3, 2e-3));
+    // Residuals are those of the integrator, far below either; standard errors are in proportion to the floor.
+    assert!((b.std_errors[1] / a.std_errors[1] - 2.0).abs() < 1e-3);
+    assert!(a.std_errors[1] > 1e-4, "{:?}", a.std_errors);
+    for found in [a, b] {
+        let kept: Vec<bool> = found.coefficients.iter().map(|c| *c != 0.0).collect();
+        assert_eq!(kept, [false, true, false, false]);
+    }
+}
+
+#[test]
+fn analytic_terms_are_exchanged_where_neither_adding_nor_dropping_helps() {
+    // y = a x₁, and x₂ at a small angle to x₁: from x₂, adding x₁ gains half a penalty, dropping x₂ costs hundreds.
+    let (a, angle) = (30.0_f64, 0.5_f64.sqrt() / 30.0);
+    let (cos, sin) = (angle.cos(), angle.sin());
+    let xtx = DMatrix::from_row_slice(2, 2, &[1.0, cos, cos, 1.0]);
+    let xty = DVector::from_vec(vec![a, a * cos]);
+    let xi = DVector::from_vec(vec![0.0, a * cos]);
+    let xtr = &xty - &xtx * &xi;
+    let mut search = Search::new(&xtx, &xtr, (a * sin).powi(2), &xi, &[true; 2]);
+    assert_eq!(search.support, [false, true]);
+    assert!(search.change(0) < 1.0 && search.change(1) > 100.0);
+    search.descend(1.0);
+    assert_eq!(search.support, [true, false]);
+    assert!((search.coefficients()[0] - a).abs() < 1e-9 && search.residual() < 1e-9);
+}
+
+#[test]
+fn prop_nothing_is_proven_where_terms_were_screened() {
+    for (terms, proven) in [(10, true), (40, false)] {
+        let mut truth = vec![0.0; terms];
+        (truth[1], truth[4]) = (1.0, -1.0);
+        let (xtx, xty, yty) = random(2, 500, &truth, 0.1);
+        let xi = DVector::zeros(terms);
+        let mut search = Search::new(&xtx, &xty, yty, &xi, &vec![true; terms]);
+        search.descend(0.1);
+        let members: Vec<usize> = (0..terms).collect();
+        let front = search.front(&members, 500);
+        assert!(front.len() > 3);
+        assert!(
+            front.iter().all(|p| p.proven == proven),
+            "{terms}: {front:?}"
+        );
+    }
 }

@@ -312,3 +312,20 @@ fn analytic_band_of_a_covariance() {
     assert!(of(&covariance, &[&[1.0]], 0.0).is_err());
     assert!(of(&covariance, &[&[]], 0.9).unwrap().middle[0].is_empty());
 }
+
+#[test]
+fn prop_there_are_at_most_400_blocks() {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(12);
+    let mut samples = Samples::new(&["x", "y"]);
+    let x: Vec<f64> = (0..8000).map(|_| rng.random_range(-1.0..1.0)).collect();
+    let y = x.iter().map(|x| x + rng.random_range(-1.0..1.0)).collect();
+    samples.push_group(vec![x, y]).unwrap();
+    let library = Library::parse(&["1", "x"]).unwrap();
+    let solver = on_support(vec![true; 2]);
+    let equation: (_, &dyn Solver) = (Accumulate::new(&library, "y"), &solver);
+    let found = Bootstrap::new(10, 1).unwrap().run(&[equation], &samples);
+    let found = found.unwrap().remove(0);
+    // Independent rows ask for blocks of a few, of which there would be thousands.
+    assert!(found.correlation_rows.unwrap() < 15.0, "{found:?}");
+    assert_eq!((found.block_rows, found.blocks), (20, 400));
+}

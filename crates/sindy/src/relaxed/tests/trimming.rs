@@ -108,3 +108,39 @@ fn prop_squares_fall_and_weights_and_shares_of_one_are_kept() {
             .is_err()
     );
 }
+
+#[test]
+fn analytic_residuals_are_trimmed_by_their_weights() {
+    // One row off by 0.5 that is known to be exact, others off by 1 that are known to be rough: in units of what is known
+    // of each, the exact one is the furthest off.
+    let n = 60;
+    let mut samples = Samples::new(&["y", "w"]);
+    let y = (0..n)
+        .map(|i| match i {
+            30 => 0.5,
+            _ if i % 6 == 0 => {
+                if i % 12 == 0 {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }
+            _ => 0.01 * f64::from(i % 3 - 1),
+        })
+        .collect();
+    let w = (0..n)
+        .map(|i| if i != 30 && i % 6 == 0 { 0.01 } else { 1.0 })
+        .collect();
+    samples.push_group(vec![y, w]).unwrap();
+    let library = Library::parse(&["1"]).unwrap();
+    let solver = |g: &Gram| Ok(Fit::on_support(g, vec![true], Outcome::Converged, 1));
+    let gone = |accumulate: Accumulate<'_>| -> Vec<usize> {
+        let trimming = Trimming::new(1.0 - 1.0 / f64::from(n)).unwrap();
+        let found = trimming.run(&accumulate, &samples, &solver).unwrap();
+        let kept = found.kept[0].iter().enumerate();
+        kept.filter(|(_, k)| !**k).map(|(i, _)| i).collect()
+    };
+    let plain = Accumulate::new(&library, "y");
+    assert_eq!(gone(plain.weights("w")), [30]);
+    assert_ne!(gone(plain), [30]);
+}
