@@ -20,9 +20,8 @@ use crate::error::{SettingsError, not_negative, positive};
 use crate::kernel::{Sum, usable_dt};
 use crate::lander::{Fly, Frame};
 use crate::pilot::{Motion, Target};
-use crate::planner::Plan;
 use crate::real::{Real, r};
-use crate::reference::{ReferencePoint, Terminal};
+use crate::reference::{Reference, ReferencePoint};
 use crate::space::Vector;
 
 /// Rates and delays of the guidance.
@@ -51,7 +50,7 @@ pub struct GuidanceState<R> {
     /// the velocity relative to the deck, or of the vehicle.
     slew: Option<(Frame, R, R)>,
     /// The plan that is flown, and for how long.
-    plan: Option<(Terminal<R>, Sum<R>)>,
+    plan: Option<(Reference<R>, Sum<R>)>,
 }
 
 /// What a guidance orders.
@@ -102,16 +101,16 @@ impl<R: Real> Guidance<R> {
         GuidanceState::default()
     }
 
-    /// What to do for the next `dt` seconds. `plan` is what the planner said in
-    /// this step, if it said go; it is taken when a descent begins. A descent that
-    /// was never planned is a hover.
+    /// What to do for the next `dt` seconds. `plan` is the descent to fly if one
+    /// begins now, such as the planner's; it is taken when a descent begins. A
+    /// descent that was never planned is a hover.
     ///
     /// `deck_acceleration_mps2` is predicted to when the thrust will act.
     pub fn step(
         &self,
         state: &mut GuidanceState<R>,
         fly: Fly<R>,
-        plan: Option<&Plan<R>>,
+        plan: Option<&Reference<R>>,
         motion: &Motion<R>,
         deck_acceleration_mps2: Vector<R>,
         dt: R,
@@ -127,7 +126,7 @@ impl<R: Real> Guidance<R> {
             },
             Fly::Descend | Fly::Commit => {
                 if state.plan.is_none() {
-                    state.plan = plan.map(|plan| (plan.reference, Sum::default()));
+                    state.plan = plan.map(|plan| (*plan, Sum::default()));
                 }
                 let vertical = match &mut state.plan {
                     Some((reference, clock)) => {
@@ -155,9 +154,9 @@ impl<R: Real> Guidance<R> {
         }
     }
 
-    fn on_the_plan(&self, reference: &Terminal<R>, time_s: R) -> ReferencePoint<R> {
+    fn on_the_plan(&self, reference: &Reference<R>, time_s: R) -> ReferencePoint<R> {
         let sensed = reference.at(time_s - self.sensing_s);
-        let lowest_m = reference.end_height_m - self.press_m;
+        let lowest_m = reference.end_height_m() - self.press_m;
         ReferencePoint {
             height_m: sensed.height_m.max(lowest_m),
             velocity_mps: sensed.velocity_mps,

@@ -22,6 +22,7 @@
 //! | [`planner`] | when to descend onto a moving deck, and how |
 //! | [`lander`] | state machine of a landing, with aborts and go-arounds |
 //! | [`guidance`] | from what the state machine wants flown to the pilot's targets |
+//! | [`computer`] | all of these on board: readings in, commands out |
 //! | [`touchdown`], [`metrics`] | touchdown and the figures of a landing |
 //! | [`space`] | vectors and attitudes in space |
 //! | [`types`], [`error`], [`real`] | measurements and commands, refused settings, scalars |
@@ -68,6 +69,7 @@
 #![forbid(unsafe_code)]
 
 pub mod autopilot;
+pub mod computer;
 pub mod control;
 pub mod deck;
 pub mod error;

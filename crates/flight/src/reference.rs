@@ -171,6 +171,29 @@ impl<R: Real> Reference<R> {
         }
     }
 
+    /// The height at its end, m.
+    pub fn end_height_m(&self) -> R {
+        match self {
+            Self::Exponential(reference) => reference.end_height_m,
+            Self::Terminal(reference) => reference.end_height_m,
+        }
+    }
+
+    /// The same descent from another height, m.
+    #[must_use]
+    pub fn starting_at(&self, height_m: R) -> Self {
+        match *self {
+            Self::Exponential(reference) => Self::Exponential(Exponential {
+                start_height_m: height_m,
+                ..reference
+            }),
+            Self::Terminal(reference) => Self::Terminal(Terminal {
+                start_height_m: height_m,
+                ..reference
+            }),
+        }
+    }
+
     /// The reference `time_s` after the start.
     pub fn at(&self, time_s: R) -> ReferencePoint<R> {
         match self {

@@ -3,8 +3,7 @@
 use touchdown_flight::guidance::{Guidance, Order};
 use touchdown_flight::lander::{Fly, Frame};
 use touchdown_flight::pilot::{Motion, Target};
-use touchdown_flight::planner::Plan;
-use touchdown_flight::reference::Terminal;
+use touchdown_flight::reference::{Reference, Terminal};
 use touchdown_flight::{Attitude, Real, Vector};
 
 fn motion<R: Real>(height_m: f64) -> Motion<R> {
@@ -31,17 +30,13 @@ const DECK: Fly<f64> = Fly::Hover {
     frame: Frame::Deck,
 };
 
-fn plan() -> Plan<f64> {
-    Plan {
-        reference: Terminal {
-            start_height_m: 0.8,
-            end_height_m: 0.1,
-            sink_rate_mps: 0.03,
-            duration_s: 2.5,
-        },
-        severity: 0.5,
-        quiescent: true,
-    }
+fn plan(duration_s: f64) -> Reference<f64> {
+    Reference::Terminal(Terminal {
+        start_height_m: 0.8,
+        end_height_m: 0.1,
+        sink_rate_mps: 0.03,
+        duration_s,
+    })
 }
 
 #[test]
@@ -84,18 +79,12 @@ fn analytic_the_plan_is_followed_with_its_delays_and_pressed_on() {
     let deck = Vector::new(0.0, 0.0, 0.4);
     for i in 0..1500 {
         // What the planner says later does not matter.
-        let said = Plan {
-            reference: Terminal {
-                duration_s: 2.5 + 0.01 * f64::from(i),
-                ..plan().reference
-            },
-            ..plan()
-        };
+        let said = plan(2.5 + 0.01 * f64::from(i));
         let fly = if i < 150 { Fly::Descend } else { Fly::Commit };
         let order = guidance.step(&mut state, fly, Some(&said), &motion(0.5), deck, 0.01);
         let to = target(order);
         let t = 0.01 * f64::from(i);
-        let (sensed, acting) = (plan().reference.at(t - 0.02), plan().reference.at(t + 0.07));
+        let (sensed, acting) = (plan(2.5).at(t - 0.02), plan(2.5).at(t + 0.07));
         // A clock of hundreds of roundings.
         let lowest = sensed.height_m.max(0.1 - 0.15);
         assert!((to.vertical.height_m - lowest).abs() < 1e-12);
@@ -110,7 +99,7 @@ fn analytic_the_plan_is_followed_with_its_delays_and_pressed_on() {
     let order = guidance.step(
         &mut state,
         Fly::Descend,
-        Some(&plan()),
+        Some(&plan(2.5)),
         &motion(0.5),
         deck,
         0.01,

@@ -6,6 +6,7 @@ use touchdown_flight::guidance::{Guidance, Order};
 use touchdown_flight::lander::{Lander, LanderInput, Phase, Reason, Request};
 use touchdown_flight::pilot::{Pilot, PilotCommand};
 use touchdown_flight::planner::{DeckOutlook, Planner};
+use touchdown_flight::reference::Reference;
 
 use crate::common::{GRAVITY, WEIGHT_N, lag};
 use crate::plant::{Plant, hover_throttle, pilot};
@@ -100,7 +101,8 @@ fn fly(plant: &mut Plant, change: impl Fn(&mut LanderInput<f64>, Phase, f64)) ->
         }
         let [_, _, ahead] = plant.deck(now + 0.07);
         let deck = Vector::UP * ahead;
-        let order = guidance.step(&mut guiding, out.fly, plan.as_ref(), &motion, deck, DT);
+        let descent = plan.map(|plan| Reference::Terminal(plan.reference));
+        let order = guidance.step(&mut guiding, out.fly, descent.as_ref(), &motion, deck, DT);
         command = match order {
             Order::Track(target) => pilot.step(&mut pilot_state, &motion, &target, DT),
             Order::Idle { rate_n_per_s } => pilot.idle(&mut pilot_state, &motion, rate_n_per_s, DT),

@@ -193,6 +193,20 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         }
     }
 
+    /// The attitude `back` seconds before the newest node, or the oldest known.
+    pub(super) fn attitude(&self, back: R) -> Attitude<R> {
+        let Some((node, offset)) = self.time_at(back.finite_or(R::ZERO).max(R::ZERO)) else {
+            return self.nodes[Self::slot(self.oldest())].attitude;
+        };
+        let here = self.nodes[Self::slot(node)];
+        if offset > R::ZERO && node < self.head {
+            let after = self.nodes[Self::slot(node + 1)];
+            here.attitude.between(after.attitude, offset / after.dt)
+        } else {
+            here.attitude
+        }
+    }
+
     /// Computes the states anew from the first that changed.
     pub(super) fn replay(
         &mut self,

@@ -317,6 +317,17 @@ impl<R: Real> RelativeFilter<R> {
         }
     }
 
+    /// The attitude of a reading of this age, from the IMU samples of its time; the
+    /// oldest that is remembered where it is older.
+    #[must_use]
+    pub fn attitude_at<const N: usize, const M: usize>(
+        &self,
+        state: &RelativeState<R, N, M>,
+        age_s: R,
+    ) -> Attitude<R> {
+        state.history.attitude(age_s - self.imu.delay_s)
+    }
+
     /// The deck's height as the readings of the last step showed it (of several,
     /// the clearest), for a deck estimator; none where no range or tag came.
     #[must_use]

@@ -1,0 +1,301 @@
+//! A step of the landing computer.
+
+use super::sightings::Sightings;
+use super::{Computer, ComputerOutput, ComputerState, Descent, READINGS, Sensed};
+use crate::estimate::deck::{DeckEstimatorState, DeckMotionPrediction};
+use crate::estimate::relative::{BarometerReading, DeckPrior, Health, Reading, RelativeEstimate};
+use crate::ground_effect::GroundEffect;
+use crate::guidance::Order;
+use crate::kernel::{lag_step, usable_dt};
+use crate::lander::{Fly, LanderInput, Phase};
+use crate::pilot::{Motion, PilotCommand, Target};
+use crate::planner::{DeckOutlook, Plan};
+use crate::real::{Real, r};
+use crate::reference::Reference;
+use crate::space::{Attitude, Vector};
+
+impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
+    /// One control period of `dt` seconds: takes what has been sensed by its
+    /// beginning, gives what to do during it.
+    pub fn step(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        sensed: &Sensed<'_, R>,
+        dt: R,
+    ) -> ComputerOutput<R> {
+        let dt = usable_dt(dt);
+        self.estimate(state, sensed, dt);
+        let estimate = self.relative.ahead(&state.relative, self.lead_s);
+        let health = self.relative.health(&state.relative);
+        let known = self.is_known(&estimate);
+        let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
+        let motion = Motion::from_estimate(&estimate, attitude, state.normal);
+
+        let deck = self.deck.predict(&state.deck, R::ZERO);
+        let (plan, reference) = self.plan(state, &motion, dt);
+        let weight_n = self.pilot.mass_kg * self.pilot.gravity_mps2;
+        let command = state.command;
+        let seen = LanderInput {
+            tag_age_s: health.tag.age_s,
+            range_age_s: health.range.age_s,
+            imu_age_s: health.imu.age_s,
+            diverged: !known || health.diverged,
+            height_m: motion.position_m.z,
+            relative_velocity_mps: motion.relative_velocity_mps.z,
+            lateral_error_m: motion.position_m.horizontal().norm(),
+            lateral_speed_mps: motion.relative_velocity_mps.horizontal().norm(),
+            tilt_rad: attitude.tilt_rad(),
+            saturated: command.saturated || command.limited,
+            deck_tilt_rad: state.tilt_rad,
+            deck_speed_mps: self.greatest_deck_speed(state, &deck),
+            battery_share: sensed.battery_share,
+            thrust_share: command.thrust_n / weight_n,
+            load_factor: sensed.imu.specific_force_mps2.z / self.pilot.gravity_mps2,
+            contact: sensed.contact,
+            go: reference.is_some(),
+            request: sensed.request,
+        };
+        let lander = self.lander.step(&mut state.lander, &seen, dt);
+        state.hurry = lander.hurry;
+        self.begin_anew(state, &health, lander.phase, dt);
+
+        let (command, target) = if known || lander.fly == Fly::Disarm {
+            self.act(state, lander.fly, reference.as_ref(), &motion, dt)
+        } else {
+            (Some(self.hover(&motion)), None)
+        };
+        let disturbance_n = state
+            .pilot
+            .map_or(Vector::ZERO, |pilot| pilot.disturbance_n);
+        state.command = command.unwrap_or_default();
+        ComputerOutput {
+            command,
+            lander,
+            estimate,
+            health,
+            deck,
+            plan,
+            target,
+            disturbance_n,
+        }
+    }
+
+    /// Guidance and pilot.
+    fn act(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        fly: Fly<R>,
+        reference: Option<&Reference<R>>,
+        motion: &Motion<R>,
+        dt: R,
+    ) -> (Option<PilotCommand<R>>, Option<Target<R>>) {
+        let deck_mps2 = if self.deck_acceleration {
+            let ahead = self.deck.predict(&state.deck, self.guidance.acting_s);
+            Vector::UP * ahead.acceleration_mps2
+        } else {
+            Vector::ZERO
+        };
+        let guidance = &mut state.guidance;
+        let order = self
+            .guidance
+            .step(guidance, fly, reference, motion, deck_mps2, dt);
+        let throttle = state.hover_throttle;
+        let pilot = state
+            .pilot
+            .get_or_insert_with(|| self.pilot.initial(motion, throttle));
+        match order {
+            Order::Track(mut target) => {
+                target.hold_estimates |= motion.position_m.z < self.contact_height_m;
+                let command = self.pilot.step(pilot, motion, &target, dt);
+                (Some(command), Some(target))
+            }
+            Order::Idle { rate_n_per_s } => {
+                (Some(self.pilot.idle(pilot, motion, rate_n_per_s, dt)), None)
+            }
+            Order::Off => {
+                state.pilot = None;
+                (None, None)
+            }
+        }
+    }
+
+    /// Level, at the thrust of the weight.
+    fn hover(&self, motion: &Motion<R>) -> PilotCommand<R> {
+        let thrust_n = self.pilot.mass_kg * self.pilot.gravity_mps2;
+        PilotCommand {
+            thrust_n,
+            throttle: self.pilot.thrust.throttle_for(thrust_n),
+            attitude: Attitude::from_yaw(motion.attitude.yaw_rad()),
+            ..PilotCommand::default()
+        }
+    }
+
+    /// Both estimators, and the deck's normal.
+    fn estimate(&self, state: &mut ComputerState<R, G::State>, sensed: &Sensed<'_, R>, dt: R) {
+        let mut readings = [None; READINGS];
+        let count = sensed.readings.len().min(READINGS);
+        for (slot, reading) in readings.iter_mut().zip(sensed.readings) {
+            let mut reading = *reading;
+            if let Reading::Range(range) = &mut reading {
+                range.deck_normal = state.normal;
+            }
+            *slot = Some(reading);
+        }
+        let filler = Reading::Barometer(BarometerReading {
+            altitude_m: R::ZERO,
+            age_s: R::ZERO,
+        });
+        let readings = readings.map(|reading| reading.unwrap_or(filler));
+        let mut relative = self.relative;
+        if let Some(band) = self.band(&state.deck) {
+            relative.deck = band;
+        }
+        relative.step(&mut state.relative, &sensed.imu, &readings[..count], dt);
+        let sighting = self.relative.deck_sighting(&state.relative);
+        let height = state.sightings.step(sighting, self.deck.delay_s, dt);
+        self.deck.step(&mut state.deck, height, dt);
+
+        state.tilt_rad = lag_step(state.tilt_rad, R::ZERO, self.tilt_memory_s, dt);
+        if let Some(seen) = sensed.deck_normal {
+            let body = self.relative.tag.attitude.rotate(seen.normal);
+            let attitude = self.relative.attitude_at(&state.relative, seen.age_s);
+            if let Some(normal) = attitude.rotate(body).direction().filter(|n| n.z > R::ZERO) {
+                let follow = |now: R, seen: R| lag_step(now, seen, self.normal_filter_s, dt);
+                let old = state.normal;
+                state.normal = Vector::new(
+                    follow(old.x, normal.x),
+                    follow(old.y, normal.y),
+                    follow(old.z, normal.z),
+                );
+                let tilt_rad = state.normal.horizontal().norm().atan2(state.normal.z);
+                state.tilt_rad = state.tilt_rad.max(tilt_rad);
+            }
+        }
+    }
+
+    /// What the relative estimator is to expect of a deck whose harmonics are known.
+    fn band(&self, deck: &DeckEstimatorState<R>) -> Option<DeckPrior<R>> {
+        let harmonics = || (0..deck.count()).filter_map(|k| deck.harmonic(k));
+        let (mut power, mut sum, mut squares) = (R::ZERO, R::ZERO, R::ZERO);
+        for harmonic in harmonics() {
+            let w = harmonic.angular_frequency;
+            let speed = harmonic.amplitude_m * w;
+            let share = speed * speed;
+            let sd = harmonic.angular_frequency_sd;
+            power += share;
+            sum += share * w;
+            squares += share * (w * w + sd * sd);
+        }
+        let mean = sum / power;
+        let width = (squares / power - mean * mean).max(R::ZERO).sqrt() + deck.forgetting_per_s();
+        let prior = DeckPrior {
+            heave_velocity_sd_mps: (power * r(0.5)).sqrt().max(self.deck_known_mps),
+            heave_angular_frequency: mean,
+            heave_damping_ratio: (width / mean).clamp(
+                self.least_damping_ratio,
+                self.relative
+                    .deck
+                    .heave_damping_ratio
+                    .max(self.least_damping_ratio),
+            ),
+            ..self.relative.deck
+        };
+        prior.validate().is_ok().then_some(prior)
+    }
+
+    fn is_known(&self, estimate: &RelativeEstimate<R>) -> bool {
+        let below = |sd: Vector<R>, most: R| sd.to_array().iter().all(|&sd| sd <= most);
+        below(estimate.position_sd_m, self.known_sd_m)
+            && below(estimate.velocity_sd_mps, self.known_sd_mps)
+            && below(estimate.relative_velocity_sd_mps, self.known_sd_mps)
+    }
+
+    /// The fastest the deck is expected to move: all harmonics at once.
+    fn greatest_deck_speed(
+        &self,
+        state: &ComputerState<R, G::State>,
+        now: &DeckMotionPrediction<R>,
+    ) -> R {
+        let harmonics = (0..state.deck.count()).filter_map(|k| state.deck.harmonic(k));
+        let sum = harmonics.fold(R::ZERO, |sum, harmonic| {
+            sum + harmonic.amplitude_m * harmonic.angular_frequency
+        });
+        sum.max(now.velocity_mps.abs())
+    }
+
+    /// The descent to fly if one begins now.
+    fn plan(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        motion: &Motion<R>,
+        dt: R,
+    ) -> (Option<Plan<R>>, Option<Reference<R>>) {
+        let height_m = motion.position_m.z;
+        if state.deck.observed_s() < self.watch_s {
+            return (None, None);
+        }
+        match &self.descent {
+            Descent::Straight(reference) => {
+                let reference = reference.starting_at(height_m);
+                (None, reference.validate().is_ok().then_some(reference))
+            }
+            Descent::Planned(planner) => {
+                if state.lander.phase() != Phase::Wait {
+                    state.planner = planner.initial();
+                    state.since_plan_s = self.planner_period_s;
+                    return (None, None);
+                }
+                state.since_plan_s += dt;
+                if state.since_plan_s < self.planner_period_s {
+                    return (None, None);
+                }
+                let waited_s = state.since_plan_s;
+                state.since_plan_s = R::ZERO;
+                let (tilt_rad, tilt_sd_rad) = (state.tilt_rad, r(0.0));
+                let forecast = |ahead_s: R| {
+                    let heave = self.deck.predict(&state.deck, ahead_s);
+                    DeckOutlook {
+                        velocity_mps: heave.velocity_mps,
+                        acceleration_mps2: heave.acceleration_mps2,
+                        tilt_rad,
+                        velocity_sd_mps: heave.velocity_sd_mps,
+                        acceleration_sd_mps2: heave.acceleration_sd_mps2,
+                        tilt_sd_rad,
+                    }
+                };
+                let verdict = planner.step(
+                    &mut state.planner,
+                    height_m,
+                    state.hurry,
+                    &forecast,
+                    waited_s,
+                );
+                let plan = verdict.plan();
+                (plan, plan.map(|plan| Reference::Terminal(plan.reference)))
+            }
+        }
+    }
+
+    /// An estimator that stays apart from its readings begins anew.
+    fn begin_anew(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        health: &Health<R>,
+        phase: Phase,
+        dt: R,
+    ) {
+        state.apart_s = if health.diverged {
+            state.apart_s + dt
+        } else {
+            R::ZERO
+        };
+        // On the deck nothing is gained by it.
+        let landed = matches!(phase, Phase::Touchdown | Phase::Disarmed);
+        if state.apart_s >= self.restart_s && !landed {
+            self.relative.restart(&mut state.relative);
+            state.deck = self.deck.initial();
+            state.sightings = Sightings::default();
+            state.apart_s = R::ZERO;
+        }
+    }
+}
