@@ -41,6 +41,7 @@
 //! | [`cascade`] | attitude and rate control: thrust and attitude in, throttles out |
 //! | [`wind`] | steady wind, Dryden turbulence, a gust |
 //! | [`camera`] | the downward camera: images of the pad on the deck |
+//! | [`space`] | whole landings: sensors, landing computer, outcome |
 //!
 //! A trial of the rig, with what the load cell says beside the truth:
 //!
@@ -133,6 +134,7 @@ mod rk4;
 pub mod rotors;
 pub mod scenario;
 pub mod sensor;
+pub mod space;
 mod vector;
 pub mod vehicle;
 pub mod wind;

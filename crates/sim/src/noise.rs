@@ -22,6 +22,16 @@ pub enum Purpose {
     Wind,
     /// The camera.
     Camera,
+    /// The inertial unit.
+    Imu,
+    /// The range finder.
+    Range,
+    /// Satellite navigation.
+    Gnss,
+    /// The barometer.
+    Barometer,
+    /// Errors of attitude and rates.
+    Attitude,
 }
 
 /// Finaliser of SplitMix64 (Steele, Lea & Flood 2014): mixes all bits.

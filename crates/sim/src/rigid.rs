@@ -110,6 +110,12 @@ impl RigidVehicle {
         self
     }
 
+    /// By how much the rotors' thrust differs from the nominal, as a share.
+    #[must_use]
+    pub fn thrust_scale_error(&self) -> [f64; 4] {
+        self.thrust_scale_error
+    }
+
     /// The rotors.
     #[must_use]
     pub fn rotors(&self) -> &Rotors {

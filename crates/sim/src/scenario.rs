@@ -47,7 +47,7 @@ impl SpreadSettings {
         }
     }
 
-    fn validate(&self) -> Result<(), SimError> {
+    pub(crate) fn validate(&self) -> Result<(), SimError> {
         check::within("thrust_scale_sd", self.thrust_scale_sd, 0.0, 0.1)?;
         check::not_negative("ground_effect_scale_min", self.ground_effect_scale_min)?;
         check::that(

@@ -1,0 +1,240 @@
+//! Landings in six degrees of freedom by the hundred, on all cores:
+//!
+//! ```text
+//! cargo run --release -p touchdown-sim --example space_campaign -- PRESET [TRIALS [SEED]] [KEY=VALUE]...
+//! ```
+//!
+//! Presets: `still`, `paper`, `strong`, `heave`, `sea`, `tag_lost`, `range_missing`, `late`, `rotor`,
+//! `gust`, `nan`. Keys are those of the scenario, dotted (`control.planner=false`); values are TOML.
+#![allow(clippy::print_stdout)]
+
+use rayon::prelude::*;
+use touchdown_sim::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
+use touchdown_sim::space::{
+    FaultGust, NanBurst, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario, Span, Struck,
+    WeakRotor,
+};
+
+fn tone(axis: Axis, amplitude: f64, frequency_hz: f64, phase_rad: f64) -> Tone {
+    Tone {
+        axis,
+        amplitude,
+        frequency_hz,
+        phase_rad,
+    }
+}
+
+fn preset(name: &str) -> Option<SpaceScenario> {
+    let heave = |amplitude: f64, hertz: f64| vec![tone(Axis::Heave, amplitude, hertz, 0.0)];
+    let sines = |tones: Vec<Tone>| SpaceScenario {
+        deck: RigidMotion::Sines { tones },
+        ..SpaceScenario::default()
+    };
+    let mut scenario = match name {
+        "still" => SpaceScenario::default(),
+        "heave" => {
+            let mut tones = heave(0.3, 0.2);
+            tones.push(tone(Axis::Roll, 0.0524, 0.2, 1.0));
+            sines(tones)
+        }
+        "sea" => SpaceScenario {
+            deck: RigidMotion::Sea(SeaSettings::default()),
+            ..SpaceScenario::default()
+        },
+        _ => sines(heave(0.05, 0.5)),
+    };
+    let faults = &mut scenario.faults;
+    match name {
+        "still" | "paper" | "heave" | "sea" => {}
+        "strong" => scenario.ground_effect_strength = 1.6,
+        "tag_lost" => {
+            faults.tag_lost = vec![Span {
+                from_s: 0.5,
+                to_s: 1.5,
+            }];
+        }
+        "range_missing" => faults.range_missing_share = 0.1,
+        "late" => faults.extra_latency_s = 0.1,
+        "rotor" => {
+            faults.rotor = Some(WeakRotor {
+                rotor: 0,
+                share: 0.8,
+                from_s: 0.5,
+            });
+        }
+        "gust" => {
+            faults.gust = Some(FaultGust {
+                velocity_mps: [8.0, 0.0, 0.0],
+                from_s: 0.3,
+                rise_s: 0.5,
+                hold_s: 1.0,
+            });
+        }
+        "nan" => {
+            faults.nan = vec![NanBurst {
+                sensor: Struck::All,
+                from_s: 0.5,
+                to_s: 0.7,
+            }];
+        }
+        _ => return None,
+    }
+    Some(scenario)
+}
+
+/// Sets a dotted key.
+fn set(table: &mut toml::Table, key: &str, value: &str) -> Result<(), Box<dyn std::error::Error>> {
+    let parsed: toml::Table = toml::from_str(&format!("value = {value}"))?;
+    let mut parts: Vec<&str> = key.split('.').collect();
+    let last = parts.pop().ok_or("an empty key")?;
+    let mut here = table;
+    for part in parts {
+        here = here
+            .get_mut(part)
+            .and_then(toml::Value::as_table_mut)
+            .ok_or_else(|| format!("no table `{part}` in `{key}`"))?;
+    }
+    here.insert(last.to_owned(), parsed["value"].clone());
+    Ok(())
+}
+
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let last = sorted.len().saturating_sub(1) as f64;
+    sorted
+        .get((share * last).round() as usize)
+        .copied()
+        .unwrap_or(f64::NAN)
+}
+
+fn line(name: &str, mut values: Vec<f64>) {
+    values.sort_by(f64::total_cmp);
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    println!(
+        "{name:16} mean {mean:8.4}  50% {:8.4}  95% {:8.4}  99% {:8.4}  max {:8.4}",
+        quantile(&values, 0.5),
+        quantile(&values, 0.95),
+        quantile(&values, 0.99),
+        quantile(&values, 1.0)
+    );
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (settings, words): (Vec<String>, Vec<String>) =
+        std::env::args().skip(1).partition(|arg| arg.contains('='));
+    let name = words.first().map_or("paper", String::as_str);
+    let number = |k: usize, or: u64| words.get(k).map_or(Ok(or), |word| word.parse::<u64>());
+    let (trials, seed) = (number(1, 100)?, number(2, 1)?);
+    let scenario = preset(name).ok_or_else(|| format!("no preset `{name}`"))?;
+    let mut table = toml::Table::try_from(&scenario)?;
+    for setting in &settings {
+        let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
+        set(&mut table, key, value)?;
+    }
+    let scenario: SpaceScenario = table.try_into()?;
+    let lander = SpaceLander::new(&scenario)?;
+    if words.get(3).is_some_and(|word| word == "trace") {
+        return trace(&lander, trials, seed);
+    }
+    let landings: Vec<SpaceLanding> = (0..trials)
+        .into_par_iter()
+        .map(|trial| lander.land(trial, seed, false))
+        .collect::<Result<_, _>>()?;
+    report(name, &landings);
+    Ok(())
+}
+
+/// Prints one landing row by row.
+fn trace(lander: &SpaceLander, trial: u64, seed: u64) -> Result<(), Box<dyn std::error::Error>> {
+    let landing = lander.land(trial, seed, true)?;
+    println!(
+        "# {:?} {:?} {:?}",
+        landing.outcome, landing.touch, landing.aborts
+    );
+    println!(
+        "time,phase,z,v,ez,ev,x,y,ex,ey,deck_v,edeck_v,edeck_sd,deck_a,edeck_a,thrust,gef,gef_hat,dz,tilt,feet,sd_z,rz,rv"
+    );
+    for row in landing.trace.iter().flat_map(|trace| &trace.rows) {
+        let feet: f64 = row.feet_n.iter().sum();
+        let [w, x, y, z] = row.attitude;
+        let tilt = 2.0 * (x * x + y * y).sqrt().atan2((w * w + z * z).sqrt());
+        println!(
+            "{:.2},{:?},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.4},{:.1},{:.4},{:.4},{:.4}",
+            row.time_s,
+            row.phase,
+            row.relative_m[2],
+            row.relative_mps[2],
+            row.estimated_m[2],
+            row.estimated_mps[2],
+            row.relative_m[0],
+            row.relative_m[1],
+            row.estimated_m[0],
+            row.estimated_m[1],
+            row.deck_mps[2],
+            row.estimated_deck_mps,
+            row.estimated_deck_sd_mps,
+            row.deck_mps2[2],
+            row.estimated_deck_mps2,
+            row.thrust_n.unwrap_or(0.0),
+            row.ground_effect_n,
+            row.counted_ground_effect_n,
+            row.disturbance_n[2],
+            tilt,
+            feet,
+            row.estimated_sd_m[2],
+            row.target.unwrap_or_default()[0],
+            row.target.unwrap_or_default()[1],
+        );
+    }
+    Ok(())
+}
+
+fn report(name: &str, landings: &[SpaceLanding]) {
+    let count = |of: &dyn Fn(&SpaceLanding) -> bool| landings.iter().filter(|l| of(l)).count();
+    let landed = count(&|l| l.outcome.landed());
+    let first = count(&|l| l.outcome == SpaceOutcome::Landed { attempts: 1 });
+    let crashed = count(&|l| l.outcome.crashed());
+    let without = count(&|l| l.outcome.crashed() && l.aborts.is_empty());
+    println!(
+        "{name}: {} trials, landed {landed} (first attempt {first}), crashed {crashed} (without an abort {without})",
+        landings.len()
+    );
+    for landing in landings.iter().filter(|l| !l.outcome.landed()).take(10) {
+        println!(
+            "  {}: {:?} {:?} {:?}",
+            landing.trial_index, landing.outcome, landing.touch, landing.aborts
+        );
+    }
+    let mut reasons = std::collections::BTreeMap::<String, usize>::new();
+    for abort in landings.iter().flat_map(|l| &l.aborts) {
+        *reasons.entry(format!("{:?}", abort.reason)).or_default() += 1;
+    }
+    println!("  aborts {reasons:?}");
+    let touches = || {
+        landings
+            .iter()
+            .filter(|l| l.outcome.landed())
+            .filter_map(|l| l.touch)
+    };
+    line("  T_L s", touches().map(|t| t.t_l_s).collect());
+    line("  V_L m/s", touches().map(|t| t.v_l_mps).collect());
+    line("  S_L m", touches().map(|t| t.s_l_m).collect());
+    line("  lateral m", touches().map(|t| t.lateral_m).collect());
+    line("  lateral m/s", touches().map(|t| t.lateral_mps).collect());
+    line("  tilt rad", touches().map(|t| t.tilt_rad).collect());
+    let of = |value: fn(&SpaceLanding) -> f64| landings.iter().map(value).collect();
+    line(
+        "  before s",
+        landings.iter().filter_map(|l| l.before_descent_s).collect(),
+    );
+    line("  waited s", of(|l| l.waited_s));
+    line("  end s", of(|l| l.end_s));
+    line("  bounces", of(|l| f64::from(l.bounces)));
+    line("  foot N", of(|l| l.greatest_foot_n));
+    let mut worst: Vec<_> = landings
+        .iter()
+        .filter_map(|l| Some((l.touch?.v_l_mps, l.trial_index)))
+        .collect();
+    worst.sort_by(|a, b| b.0.total_cmp(&a.0));
+    println!("  hardest {:?}", &worst[..worst.len().min(5)]);
+    println!("  steps {}", landings.iter().map(|l| l.steps).sum::<u64>());
+}

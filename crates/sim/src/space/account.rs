@@ -1,0 +1,176 @@
+//! What is said of a landing, by the true state.
+
+use touchdown_flight::computer::ComputerOutput;
+use touchdown_flight::lander::Phase;
+
+use super::flight::{Descending, Flight};
+use super::outcome::{Abort, CrashCause, SpaceOutcome, Touch, TraceRow};
+use super::sensing::{steps, tilt_from};
+use crate::STEP_S;
+use crate::vector::{along, dot, sub};
+
+/// Time for which a vehicle that gave up is watched, s.
+const GIVEN_UP_S: f64 = 2.0;
+
+impl Flight<'_> {
+    /// Place and velocity relative to the deck's centre along its axes.
+    pub(super) fn relative(&self) -> ([f64; 3], [f64; 3]) {
+        let arm = sub(self.state.position_m, self.pose.origin_m);
+        let velocity = sub(self.state.velocity_mps, self.pose.point_velocity(arm));
+        (
+            along(&self.pose.axes, arm),
+            along(&self.pose.axes, velocity),
+        )
+    }
+
+    /// Judges the state at a step by the truth.
+    pub(super) fn judge(
+        &mut self,
+        step: u64,
+        before: ([f64; 3], [f64; 3]),
+    ) -> Option<SpaceOutcome> {
+        let scenario = &self.lander.scenario;
+        let crash = &scenario.crash;
+        let crashed = |cause| Some(SpaceOutcome::Crashed { cause });
+        let (place, velocity) = self.relative();
+        let far = sub(self.state.position_m, scenario.start_m);
+        if !self.state.is_finite() || dot(far, far) > crash.lost_m * crash.lost_m {
+            return crashed(CrashCause::Lost);
+        }
+        let tilt_rad = tilt_from(self.state.attitude, &self.pose);
+        let down = self.log.feet_down > 0;
+        if let Some(descending) = &mut self.descending
+            && descending.touch.is_none()
+        {
+            {
+                descending.path_m += 0.5 * STEP_S * (before.1[2].abs() + velocity[2].abs());
+                let low = place[2] <= scenario.landed_height_m;
+                if down || low {
+                    descending.touch = Some(Touch {
+                        time_s: step as f64 * STEP_S,
+                        t_l_s: (step - descending.since) as f64 * STEP_S,
+                        // Before the legs took up any of it.
+                        v_l_mps: before.1[2].abs(),
+                        s_l_m: descending.path_m,
+                        tilt_rad,
+                        lateral_m: place[0].hypot(place[1]),
+                        lateral_mps: velocity[0].hypot(velocity[1]),
+                    });
+                }
+            }
+        }
+        if down && -before.1[2] > crash.speed_mps {
+            return crashed(CrashCause::Speed);
+        }
+        if self.log.tipped_s.is_some() {
+            return Some(SpaceOutcome::TippedOver);
+        }
+        if down && tilt_rad > crash.tilt_rad {
+            return crashed(CrashCause::Tilt);
+        }
+        if self.log.fell_s.is_some() {
+            return crashed(CrashCause::FellOff);
+        }
+        if place[2] < scenario.landed_height_m - 0.15 {
+            return crashed(CrashCause::Missed);
+        }
+        if let Some(stopped) = self.stopped
+            && step - stopped >= steps(scenario.watch_s) as u64
+        {
+            {
+                return if self.log.feet_down >= 3 {
+                    Some(SpaceOutcome::Landed {
+                        attempts: self.landing.descents,
+                    })
+                } else {
+                    crashed(CrashCause::StoppedInAir)
+                };
+            }
+        }
+        if let Some(gave_up) = self.gave_up
+            && step - gave_up >= steps(GIVEN_UP_S) as u64
+        {
+            {
+                let reason = self.landing.aborts.last().and_then(|abort| abort.reason);
+                return Some(SpaceOutcome::GivenUp { reason });
+            }
+        }
+        None
+    }
+
+    /// Takes what the computer says into the account.
+    pub(super) fn note(&mut self, step: u64, output: &ComputerOutput<f64>) {
+        let phase = output.lander.phase;
+        if phase != self.phase {
+            match (self.phase, phase) {
+                (Phase::Wait, Phase::Descend) => {
+                    self.landing.descents += 1;
+                    self.descending = Some(Descending {
+                        since: step,
+                        path_m: 0.0,
+                        touch: None,
+                    });
+                    self.fault_start.get_or_insert(step);
+                }
+                (_, Phase::GoAround) => self.landing.aborts.push(Abort {
+                    time_s: step as f64 * STEP_S,
+                    reason: output.lander.reason,
+                    height_m: self.relative().0[2],
+                }),
+                (_, Phase::GivenUp) => self.gave_up = Some(step),
+                (_, Phase::Disarmed) => self.stopped = Some(step),
+                _ => {}
+            }
+            self.phase = phase;
+        }
+        if self.landing.trace.is_some() {
+            let row = self.row(step, output);
+            if let Some(trace) = &mut self.landing.trace {
+                trace.rows.push(row);
+            }
+        }
+    }
+
+    fn row(&self, step: u64, output: &ComputerOutput<f64>) -> TraceRow {
+        let (relative_m, relative_mps) = self.relative();
+        let feet = self.vehicle.feet(&self.state, &self.pose);
+        let estimate = &output.estimate;
+        TraceRow {
+            time_s: step as f64 * STEP_S,
+            position_m: self.state.position_m,
+            velocity_mps: self.state.velocity_mps,
+            attitude: self.state.attitude,
+            rates: self.state.rates,
+            deck_m: self.pose.origin_m,
+            deck_mps: self.pose.velocity_mps,
+            deck_mps2: self.pose.acceleration_mps2,
+            deck_normal: self.pose.axes[2],
+            relative_m,
+            relative_mps,
+            rotor_n: self.loads.rotor_n,
+            ground_effect_n: self.loads.ground_effect_n.iter().sum(),
+            feet_n: feet.map(|foot| foot.force_n[2]),
+            wind_mps: self.disturbance.wind_mps,
+            throttle: self.throttle,
+            estimated_m: estimate.position_m.to_array(),
+            estimated_mps: estimate.relative_velocity_mps().to_array(),
+            estimated_sd_m: estimate.position_sd_m.to_array(),
+            target: output
+                .target
+                .map(|target| [target.vertical.height_m, target.vertical.velocity_mps]),
+            estimated_deck_mps: output.deck.velocity_mps,
+            estimated_deck_sd_mps: output.deck.velocity_sd_mps,
+            estimated_deck_mps2: output.deck.acceleration_mps2,
+            counted_ground_effect_n: output
+                .command
+                .map_or(0.0, |command| command.ground_effect_n),
+            disturbance_n: output.disturbance_n.to_array(),
+            thrust_n: output.command.map(|command| command.thrust_n),
+            attitude_asked: output
+                .command
+                .map(|command| command.attitude.to_quaternion()),
+            phase: output.lander.phase,
+            reason: output.lander.reason,
+        }
+    }
+}

@@ -1,0 +1,302 @@
+//! The world and the vehicle during a landing, step by step.
+
+use std::collections::VecDeque;
+
+use touchdown_flight::computer::{ComputerState, Sensed};
+use touchdown_flight::ground_effect::{GroundEffect, Guarded};
+use touchdown_flight::lander::{Phase, Request};
+
+use super::faults::Since;
+use super::landing::SpaceLander;
+use super::outcome::{SpaceLanding, SpaceOutcome, SpaceTrace, Touch};
+use super::sensing::{Sensing, Truth, steps};
+use super::track::Track;
+use crate::STEP_S;
+use crate::cascade::{AttitudeSetpoint, CascadeState};
+use crate::contact::ContactLog;
+use crate::deck::rigid::DeckPose;
+use crate::error::SimError;
+use crate::noise::{Purpose, Stream};
+use crate::plant::PlantSettings;
+use crate::rigid::{Disturbance, Loads, RigidState, RigidVehicle};
+use crate::rotors::RotorTurbulence;
+use crate::vector::add;
+use crate::wind::{GustSettings, Wind};
+
+/// State of the landing computer that is simulated.
+type Brain = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
+
+/// A command on its way to the attitude control.
+#[derive(Clone, Copy)]
+pub(super) struct Sent {
+    pub(super) arrives: u64,
+    pub(super) setpoint: Option<AttitudeSetpoint>,
+}
+
+/// What is true of a descent so far.
+#[derive(Clone, Copy)]
+pub(super) struct Descending {
+    pub(super) since: u64,
+    pub(super) path_m: f64,
+    pub(super) touch: Option<Touch>,
+}
+
+/// Everything that changes during a landing.
+pub(super) struct Flight<'a> {
+    pub(super) lander: &'a SpaceLander,
+    pub(super) vehicle: RigidVehicle,
+    pub(super) track: Track,
+    pub(super) state: RigidState,
+    pub(super) pose: DeckPose,
+    pub(super) loads: Loads,
+    pub(super) wind: Wind,
+    pub(super) gusting: bool,
+    pub(super) turbulence: Option<RotorTurbulence>,
+    pub(super) disturbance: Disturbance,
+    pub(super) sensing: Sensing,
+    pub(super) brain: Brain,
+    pub(super) sent: VecDeque<Sent>,
+    pub(super) setpoint: Option<AttitudeSetpoint>,
+    pub(super) control: CascadeState,
+    pub(super) throttle: [f64; 4],
+    pub(super) log: ContactLog,
+    pub(super) descending: Option<Descending>,
+    pub(super) fault_start: Option<u64>,
+    pub(super) weakened: bool,
+    pub(super) phase: Phase,
+    pub(super) stopped: Option<u64>,
+    pub(super) gave_up: Option<u64>,
+    pub(super) landing: SpaceLanding,
+}
+
+impl<'a> Flight<'a> {
+    pub(super) fn new(
+        lander: &'a SpaceLander,
+        trial: u64,
+        seed: u64,
+        record: bool,
+    ) -> Result<Self, SimError> {
+        let scenario = &lander.scenario;
+        let mut spread = Stream::new(seed, trial, Purpose::Spread);
+        let (thrust, strength, phase) = (spread.normal(), spread.uniform(), spread.uniform());
+        let offset: [f64; 3] = std::array::from_fn(|_| spread.normal());
+        let of = &scenario.spread;
+        let (low, high) = (of.ground_effect_scale_min, of.ground_effect_scale_max);
+        let strength = scenario.ground_effect_strength * (low + (high - low) * strength);
+        let plant = PlantSettings {
+            ground_effect_scale: scenario.plant.ground_effect_scale * strength,
+            ..scenario.plant
+        };
+        let thrust_error = of.thrust_scale_sd * thrust;
+        let vehicle = RigidVehicle::new(&plant, &scenario.body)?
+            .with_legs(&scenario.legs, &plant)?
+            .with_thrust_scale_error([thrust_error; 4]);
+        let mut track = lander.track(trial, seed, phase)?;
+        let pose = track.at(0.0)?;
+        let place = add(
+            scenario.start_m,
+            std::array::from_fn(|k| scenario.start_sd_m[k] * offset[k]),
+        );
+        let height_m = place[2].max(scenario.landed_height_m + 0.05);
+        let (mut state, throttle) = vehicle.balanced(height_m, &pose);
+        state.position_m[0] += place[0];
+        state.position_m[1] += place[1];
+        let turbulence = scenario.turbulence.then(|| {
+            let stream = Stream::new(seed, trial, Purpose::Turbulence);
+            let still = vehicle.loads(&state, &pose, &Disturbance::default());
+            let sd_n = vehicle
+                .rotors()
+                .turbulence_sd_n(&state.rotors.root_thrust, &still.target);
+            RotorTurbulence::new(stream, plant.turbulence_correlation_s, STEP_S, sd_n)
+        });
+        let wind = Wind::new(&scenario.wind, STEP_S, seed, trial)?;
+        let disturbance = Disturbance {
+            wind_mps: wind.velocity_mps(),
+            turbulence_n: turbulence
+                .as_ref()
+                .map_or([0.0; 4], RotorTurbulence::values_n),
+        };
+        let gravity = scenario.plant.gravity_mps2;
+        let sensing = Sensing::new(
+            &scenario.sensors,
+            scenario.control_period_s,
+            &state,
+            gravity,
+            seed,
+            trial,
+        );
+        let hover_n: f64 = 0.25 * state.rotors.root_thrust.iter().map(|x| x * x).sum::<f64>();
+        Ok(Self {
+            lander,
+            loads: vehicle.loads(&state, &pose, &disturbance),
+            vehicle,
+            track,
+            state,
+            pose,
+            wind,
+            gusting: false,
+            turbulence,
+            disturbance,
+            sensing,
+            brain: lander.computer.initial(throttle),
+            sent: VecDeque::with_capacity(8),
+            setpoint: Some(AttitudeSetpoint {
+                thrust_n: hover_n,
+                attitude: state.attitude,
+                yaw_rate: 0.0,
+            }),
+            control: CascadeState::default(),
+            throttle: [throttle; 4],
+            log: ContactLog::default(),
+            descending: None,
+            fault_start: (scenario.faults.since == Since::Start).then_some(0),
+            weakened: false,
+            phase: Phase::Approach,
+            stopped: None,
+            gave_up: None,
+            landing: SpaceLanding {
+                trial_index: trial,
+                outcome: SpaceOutcome::TimedOut,
+                touch: None,
+                before_descent_s: None,
+                waited_s: 0.0,
+                descents: 0,
+                aborts: Vec::new(),
+                bounces: 0,
+                slide_m: 0.0,
+                greatest_foot_n: 0.0,
+                end_s: 0.0,
+                steps: 0,
+                trace: record.then(SpaceTrace::default),
+            },
+        })
+    }
+
+    /// Time on the faults' clock.
+    pub(super) fn since_s(&self, step: u64) -> f64 {
+        self.fault_start
+            .map_or(f64::NEG_INFINITY, |start| (step - start) as f64 * STEP_S)
+    }
+
+    /// From one step of the integration to the next; says if the trial is over.
+    pub(super) fn step(&mut self, step: u64) -> Result<Option<SpaceOutcome>, SimError> {
+        let scenario = &self.lander.scenario;
+        let truth = Truth {
+            step,
+            since_s: self.since_s(step),
+            state: &self.state,
+            deck: &self.pose,
+            acceleration_mps2: self.loads.acceleration_mps2,
+            half_side_m: self.lander.half_side_m,
+        };
+        let gravity = scenario.plant.gravity_mps2;
+        self.sensing.observe(&truth, gravity, &scenario.faults);
+        if step.is_multiple_of(steps(scenario.control_period_s) as u64) {
+            let heard = self.sensing.hear(&truth, &scenario.faults);
+            let now_s = step as f64 * STEP_S;
+            let sensed = Sensed {
+                imu: heard.imu,
+                readings: &heard.readings,
+                deck_normal: heard.normal,
+                battery_share: (scenario.battery_share - now_s / scenario.battery_s).max(0.0),
+                contact: None,
+                request: Request::None,
+            };
+            let period_s = scenario.control_period_s;
+            let output = self
+                .lander
+                .computer
+                .step(&mut self.brain, &sensed, period_s);
+            self.note(step, &output);
+            self.sent.push_back(Sent {
+                arrives: step + steps(scenario.command_delay_s) as u64,
+                setpoint: output.command.map(|command| AttitudeSetpoint {
+                    thrust_n: command.thrust_n,
+                    attitude: command.attitude.to_quaternion(),
+                    yaw_rate: 0.0,
+                }),
+            });
+        }
+        while let Some(sent) = self.sent.front().filter(|sent| sent.arrives <= step) {
+            self.setpoint = sent.setpoint;
+            self.sent.pop_front();
+        }
+        self.drive(step);
+        self.strike(step);
+        self.fly(step)
+    }
+
+    /// Attitude control.
+    fn drive(&mut self, step: u64) {
+        let cascade = &self.lander.cascade;
+        match &self.setpoint {
+            None => self.throttle = [0.0; 4],
+            Some(setpoint) if step.is_multiple_of(steps(cascade.period_s()) as u64) => {
+                let attitude = self.sensing.believed(self.state.attitude);
+                let rates = self.sensing.rates(self.state.rates);
+                let output = cascade.step(&mut self.control, attitude, rates, setpoint);
+                self.throttle = output.throttle;
+            }
+            Some(_) => {}
+        }
+    }
+
+    /// Faults of the vehicle and its air.
+    fn strike(&mut self, step: u64) {
+        let faults = &self.lander.scenario.faults;
+        let since_s = self.since_s(step);
+        if let Some(rotor) = faults
+            .rotor
+            .filter(|rotor| !self.weakened && since_s >= rotor.from_s)
+        {
+            self.weakened = true;
+            let mut error = self.vehicle.thrust_scale_error();
+            error[rotor.rotor.min(3)] = rotor.share * (1.0 + error[rotor.rotor.min(3)]) - 1.0;
+            self.vehicle = self.vehicle.clone().with_thrust_scale_error(error);
+        }
+        self.gusting = faults.gust.is_some() && since_s >= 0.0;
+    }
+
+    /// The vehicle's motion over a step, and what is to be said of it.
+    fn fly(&mut self, step: u64) -> Result<Option<SpaceOutcome>, SimError> {
+        let t = step as f64 * STEP_S;
+        let before = self.relative();
+        let poses = [
+            self.pose,
+            self.track.at(t + 0.5 * STEP_S)?,
+            self.track.at(t + STEP_S)?,
+        ];
+        let vehicle = &self.vehicle;
+        self.loads = vehicle.step(
+            &mut self.state,
+            &poses,
+            &self.throttle,
+            &self.disturbance,
+            STEP_S,
+        );
+        if let Some(turbulence) = &mut self.turbulence {
+            let roots = &self.state.rotors.root_thrust;
+            let sd_n = vehicle.rotors().turbulence_sd_n(roots, &self.loads.target);
+            self.disturbance.turbulence_n = turbulence.step(sd_n);
+        }
+        self.wind.step();
+        self.disturbance.wind_mps = self.wind.velocity_mps();
+        if let (true, Some(gust)) = (self.gusting, &self.lander.scenario.faults.gust) {
+            let gust = GustSettings {
+                velocity_mps: gust.velocity_mps,
+                start_s: gust.from_s,
+                rise_s: gust.rise_s,
+                hold_s: gust.hold_s,
+            };
+            let blow = gust.at(self.since_s(step));
+            self.disturbance.wind_mps = add(self.disturbance.wind_mps, blow);
+        }
+        self.pose = poses[2];
+        vehicle.log_contact(&mut self.log, t + STEP_S, &self.state, &self.pose);
+        self.landing.steps = step + 1;
+        if self.phase == Phase::Wait {
+            self.landing.waited_s += STEP_S;
+        }
+        Ok(self.judge(step + 1, before))
+    }
+}

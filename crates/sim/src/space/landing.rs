@@ -1,0 +1,149 @@
+//! A checked scenario, and its landings.
+
+use super::flight::Flight;
+use super::outcome::{SpaceLanding, SpaceOutcome};
+use super::scenario::SpaceScenario;
+use super::sensing::steps;
+use super::track::Track;
+use touchdown_flight::computer::Computer;
+
+use crate::STEP_S;
+use crate::cascade::Cascade;
+use crate::deck::rigid::RigidDeck;
+use crate::error::SimError;
+use crate::ground::Deck;
+use crate::rigid::RigidVehicle;
+
+/// A scenario that has been checked, ready to land.
+#[derive(Clone, Debug)]
+pub struct SpaceLander {
+    pub(super) scenario: SpaceScenario,
+    pub(super) computer: Computer<f64>,
+    pub(super) cascade: Cascade,
+    pub(super) half_side_m: Option<f64>,
+    /// A measured motion in place of the scenario's.
+    pub(super) deck: Option<RigidDeck>,
+}
+
+/// Flies one landing of a scenario: a pure function of scenario, seed and index.
+///
+/// # Errors
+/// Those of [`SpaceLander::new`].
+pub fn land(scenario: &SpaceScenario, trial: u64, seed: u64) -> Result<SpaceLanding, SimError> {
+    SpaceLander::new(scenario)?.land(trial, seed, false)
+}
+
+impl SpaceLander {
+    /// Checks a scenario.
+    ///
+    /// # Errors
+    /// Names the first bad key, what is expected and what was found.
+    pub fn new(scenario: &SpaceScenario) -> Result<Self, SimError> {
+        scenario.check()?;
+        let vehicle = RigidVehicle::new(&scenario.plant, &scenario.body)?
+            .with_legs(&scenario.legs, &scenario.plant)?;
+        let cascade = Cascade::new(&scenario.cascade, &vehicle)
+            .map_err(|error| error.in_section("cascade"))?;
+        scenario
+            .deck
+            .validate()
+            .map_err(|error| error.in_section("deck"))?;
+        let computer = scenario.control.computer(
+            &scenario.models,
+            &scenario.plant,
+            &scenario.sensors,
+            scenario.command_delay_s,
+            scenario.start_m[2],
+        )?;
+        Ok(Self {
+            scenario: scenario.clone(),
+            computer,
+            cascade,
+            half_side_m: Deck::new(&scenario.plant)?.half_side_m(),
+            deck: None,
+        })
+    }
+
+    /// The same landings on a measured deck, at a random time of the series.
+    ///
+    /// # Errors
+    /// The series must be longer than a landing may take.
+    pub fn with_deck(mut self, deck: RigidDeck) -> Result<Self, SimError> {
+        if let RigidDeck::Spline(spline) = &deck {
+            let (from_s, to_s) = spline.range_s();
+            let needed_s = self.scenario.timeout_s + 1.0;
+            crate::check::that(
+                to_s - from_s > needed_s,
+                "deck",
+                &format!("a series of more than {needed_s} s"),
+                to_s - from_s,
+            )?;
+        }
+        self.deck = Some(deck);
+        Ok(self)
+    }
+
+    /// The scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &SpaceScenario {
+        &self.scenario
+    }
+
+    /// The deck of a trial and the time at which the trial starts in it.
+    pub(super) fn track(&self, trial: u64, seed: u64, phase: f64) -> Result<Track, SimError> {
+        let scenario = &self.scenario;
+        let deck = match &self.deck {
+            Some(deck) => deck.clone(),
+            None => scenario
+                .deck
+                .build(scenario.plant.gravity_mps2, seed, trial)?,
+        };
+        let shift_s = match &deck {
+            RigidDeck::Spline(spline) => {
+                let (from_s, to_s) = spline.range_s();
+                from_s + phase * (to_s - from_s - scenario.timeout_s - 1.0)
+            }
+            // Waves are drawn anew for every trial.
+            RigidDeck::Harmonics(waves) if waves.len() > 8 => 0.0,
+            // Far more than a period of anything.
+            _ if scenario.spread.deck_phase => 1000.0 * phase,
+            _ => 0.0,
+        };
+        Ok(Track {
+            deck,
+            piece: None,
+            shift_s,
+        })
+    }
+
+    /// Flies one landing: a pure function of scenario, seed and index.
+    ///
+    /// The vehicle starts in relative rest with the deck, forces in balance. It has
+    /// landed when the computer has stopped the rotors and it then stands on the
+    /// deck.
+    ///
+    /// # Errors
+    /// None that [`Self::new`] has not found.
+    pub fn land(&self, trial: u64, seed: u64, record: bool) -> Result<SpaceLanding, SimError> {
+        let mut flight = Flight::new(self, trial, seed, record)?;
+        let last = steps(self.scenario.timeout_s) as u64;
+        let mut outcome = None;
+        for step in 0..last {
+            outcome = flight.step(step)?;
+            if outcome.is_some() {
+                break;
+            }
+        }
+        let mut landing = flight.landing;
+        landing.outcome = outcome.unwrap_or(SpaceOutcome::TimedOut);
+        landing.touch = flight.descending.and_then(|descending| descending.touch);
+        landing.before_descent_s = flight
+            .descending
+            .map(|descending| descending.since as f64 * STEP_S);
+        landing.bounces = flight.log.bounces;
+        landing.slide_m = flight.log.slide_m;
+        landing.greatest_foot_n = flight.log.greatest_normal_n;
+        landing.end_s = landing.steps as f64 * STEP_S;
+        Ok(landing)
+    }
+}

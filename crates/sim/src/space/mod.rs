@@ -1,0 +1,42 @@
+//! Whole landings in six degrees of freedom: the true vehicle over a true deck,
+//! sensors that are late and wrong, and the flight crate's landing computer.
+//!
+//! ```text
+//! deck, wind ─> vehicle (1 kHz) ─> sensors ─> landing computer (100 Hz) ─> cascade (500 Hz) ─> throttles ─┐
+//!                 ^                                                                                  │
+//!                 └──────────────────────────────────────────────────────────────────────────────────┘
+//! ```
+//!
+//! The computer is the one that flies ([`touchdown_flight::computer`]); it knows of the
+//! world what the sensors say, the vehicle's mass, mounting places and nominal
+//! delays, and models that were identified before. Outcome, touchdown and crash
+//! are judged by the true state in the deck's frame.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | `sensors`, `faults`, `crew`, `scenario` | settings |
+//! | `sensing`, `clock` | readings: when they are taken and arrive, how wrong they are |
+//! | `landing`, `flight`, `track` | a landing, its steps, its deck |
+//! | `outcome`, `account` | what is said of it |
+
+mod account;
+mod clock;
+mod crew;
+mod faults;
+mod flight;
+mod landing;
+mod outcome;
+mod scenario;
+mod sensing;
+mod sensors;
+mod track;
+
+pub use crew::{ControlSettings, Controller, DescentShape, FlightModels};
+pub use faults::{FaultGust, FaultSettings, NanBurst, Since, Span, Struck, WeakRotor};
+pub use landing::{SpaceLander, land};
+pub use outcome::{Abort, CrashCause, SpaceLanding, SpaceOutcome, SpaceTrace, Touch, TraceRow};
+pub use scenario::{CrashSettings, SpaceScenario};
+pub use sensors::{
+    BarometerSettings, GnssSettings, ImuSettings, RangeSettings, Schedule, SensorSettings,
+    TagSettings,
+};

@@ -1,0 +1,409 @@
+//! Readings of one landing: when they are taken, when they arrive, how wrong
+//! they are.
+//!
+//! Every sensor has a random stream of its own, from which it draws as many
+//! numbers a sample whatever happens: a fault or a switch in one leaves the others
+//! as they are.
+
+use touchdown_flight::computer::NormalReading;
+use touchdown_flight::estimate::relative::{
+    BarometerReading, GnssVelocity, ImuSample, RangeReading, Reading, TagReading,
+};
+use touchdown_flight::{Attitude, Vector};
+
+use super::clock::{Clock, Wander};
+use super::faults::{FaultSettings, Struck};
+use super::sensors::{SensorSettings, TagSettings};
+use crate::STEP_S;
+use crate::deck::rigid::DeckPose;
+use crate::noise::{Purpose, Stream};
+use crate::rigid::RigidState;
+use crate::vector::{add, along, axes_of, cross, dot, normalised, product, scale, sub, to_world};
+
+/// What is true at a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Truth<'a> {
+    pub(super) step: u64,
+    /// Time on the faults' clock; infinitely early while it has not started.
+    pub(super) since_s: f64,
+    pub(super) state: &'a RigidState,
+    pub(super) deck: &'a DeckPose,
+    /// Acceleration of the reference point, m/s².
+    pub(super) acceleration_mps2: [f64; 3],
+    pub(super) half_side_m: Option<f64>,
+}
+
+/// What the landing computer gets at a control step.
+#[derive(Clone, Debug)]
+pub(super) struct Heard {
+    pub(super) imu: ImuSample<f64>,
+    pub(super) readings: Vec<Reading<f64>>,
+    pub(super) normal: Option<NormalReading<f64>>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Said {
+    Reading(Reading<f64>),
+    /// A tag, with the normal.
+    Tag(TagReading<f64>, Vector<f64>),
+}
+
+/// A reading on its way.
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    arrives_s: f64,
+    said: Said,
+    /// Age at arrival as far as the vehicle knows, s.
+    age_s: f64,
+}
+
+/// The sensors of one landing.
+#[derive(Clone, Debug)]
+pub(super) struct Sensing {
+    settings: SensorSettings,
+    control_steps: usize,
+    imu: Stream,
+    imu_bias_mps2: [f64; 3],
+    /// Specific forces in body axes and attitudes of the last steps.
+    felt: Vec<([f64; 3], [f64; 4])>,
+    felt_next: usize,
+    attitude: Stream,
+    tilt_wander: [Wander; 2],
+    /// Error of the attitude, a small turn about world axes, rad.
+    turn: [f64; 3],
+    turn_bias: [f64; 3],
+    range: Clock,
+    tag: Clock,
+    gnss: Clock,
+    gnss_wander: [Wander; 3],
+    barometer: Clock,
+    barometer_drift: f64,
+    pending: Vec<Pending>,
+}
+
+impl Sensing {
+    pub(super) fn new(
+        settings: &SensorSettings,
+        control_period_s: f64,
+        start: &RigidState,
+        gravity_mps2: f64,
+        seed: u64,
+        trial: u64,
+    ) -> Self {
+        let stream = |purpose| Stream::new(seed, trial, purpose);
+        let mut imu = stream(Purpose::Imu);
+        let mut attitude = stream(Purpose::Attitude);
+        let mut gnss = Clock::new(settings.gnss.schedule, stream(Purpose::Gnss));
+        let of_imu = &settings.imu;
+        let imu_bias_mps2 = std::array::from_fn(|_| of_imu.bias_sd_mps2 * imu.normal());
+        let turn_bias = [
+            of_imu.tilt_bias_sd_rad * attitude.normal(),
+            of_imu.tilt_bias_sd_rad * attitude.normal(),
+            of_imu.yaw_bias_sd_rad * attitude.normal(),
+        ];
+        let tilt_wander = std::array::from_fn(|_| {
+            let (sd, time_s) = (of_imu.tilt_wander_sd_rad, of_imu.tilt_wander_s);
+            Wander::new(sd, time_s, control_period_s, &mut attitude)
+        });
+        let gnss_wander = std::array::from_fn(|_| {
+            let of = &settings.gnss;
+            let step_s = 1.0 / of.schedule.rate_hz;
+            Wander::new(of.wander_sd_mps, of.wander_s, step_s, &mut gnss.stream)
+        });
+        let control_steps = steps(control_period_s);
+        let level = along(&start.axes(), [0.0, 0.0, gravity_mps2]);
+        let remembered = steps(of_imu.latency_s) + control_steps + 1;
+        Self {
+            settings: *settings,
+            control_steps,
+            imu,
+            imu_bias_mps2,
+            felt: vec![(level, start.attitude); remembered],
+            felt_next: 0,
+            attitude,
+            tilt_wander,
+            turn: turn_bias,
+            turn_bias,
+            range: Clock::new(settings.range.schedule, stream(Purpose::Range)),
+            tag: Clock::new(settings.tag.schedule, stream(Purpose::Camera)),
+            gnss,
+            gnss_wander,
+            barometer: Clock::new(settings.barometer.schedule, stream(Purpose::Barometer)),
+            barometer_drift: 0.0,
+            pending: Vec::with_capacity(16),
+        }
+    }
+
+    /// Takes the samples that are due at a step; to be called at every one.
+    pub(super) fn observe(&mut self, truth: &Truth<'_>, gravity_mps2: f64, faults: &FaultSettings) {
+        let axes = truth.state.axes();
+        let mut force = truth.acceleration_mps2;
+        force[2] += gravity_mps2;
+        self.felt[self.felt_next] = (along(&axes, force), truth.state.attitude);
+        self.felt_next = (self.felt_next + 1) % self.felt.len();
+
+        let time_s = truth.step as f64 * STEP_S;
+        if self.range.due(time_s) {
+            let extra_s = faults.extra_latency_s;
+            let (delay_s, lost, age_s) = self.range.journey(extra_s);
+            let noise = self.range.stream.normal();
+            let missing = self.range.stream.uniform() < faults.range_missing_share;
+            let distance = self.distance(truth, &axes, noise);
+            if let (Some(distance_m), false) = (distance, lost || missing) {
+                let distance_m = nan_if(faults.is_nan(Struck::Range, truth.since_s), distance_m);
+                let reading = RangeReading::level(distance_m, 0.0);
+                self.send(
+                    time_s,
+                    delay_s,
+                    age_s,
+                    Said::Reading(Reading::Range(reading)),
+                );
+            }
+        }
+        if self.tag.due(time_s) {
+            let (delay_s, lost, age_s) = self.tag.journey(faults.extra_latency_s);
+            let seen = self.see(truth, &axes);
+            let hidden = lost || faults.tag_is_lost(truth.since_s);
+            if let (Some((mut tag, normal)), false) = (seen, hidden) {
+                if faults.is_nan(Struck::Tag, truth.since_s) {
+                    tag.position_m.z = f64::NAN;
+                }
+                self.send(time_s, delay_s, age_s, Said::Tag(tag, normal));
+            }
+        }
+        if self.settings.with_gnss && self.gnss.due(time_s) {
+            let (delay_s, lost, age_s) = self.gnss.journey(faults.extra_latency_s);
+            let of = &self.settings.gnss;
+            let sd = [
+                of.horizontal_sd_mps,
+                of.horizontal_sd_mps,
+                of.vertical_sd_mps,
+            ];
+            let stream = &mut self.gnss.stream;
+            let velocity: [f64; 3] = std::array::from_fn(|k| {
+                let wander = self.gnss_wander[k].step(stream);
+                truth.state.velocity_mps[k] + wander + sd[k] * stream.normal()
+            });
+            if !lost {
+                let bad = faults.is_nan(Struck::Gnss, truth.since_s);
+                let reading = GnssVelocity {
+                    velocity_mps: vector(velocity.map(|v| nan_if(bad, v))),
+                    age_s: 0.0,
+                };
+                self.send(
+                    time_s,
+                    delay_s,
+                    age_s,
+                    Said::Reading(Reading::Gnss(reading)),
+                );
+            }
+        }
+        if self.settings.with_barometer && self.barometer.due(time_s) {
+            let (delay_s, lost, age_s) = self.barometer.journey(0.0);
+            let of = &self.settings.barometer;
+            let stream = &mut self.barometer.stream;
+            self.barometer_drift += of.drift / of.schedule.rate_hz.sqrt() * stream.normal();
+            let height_m = height(truth);
+            let pressed = of.ground_effect_m * (-height_m.max(0.0) / 0.3).exp();
+            let altitude_m = truth.state.position_m[2] + self.barometer_drift - pressed
+                + of.noise_sd_m * stream.normal();
+            if !lost {
+                let reading = BarometerReading {
+                    altitude_m,
+                    age_s: 0.0,
+                };
+                self.send(
+                    time_s,
+                    delay_s,
+                    age_s,
+                    Said::Reading(Reading::Barometer(reading)),
+                );
+            }
+        }
+    }
+
+    fn send(&mut self, time_s: f64, delay_s: f64, age_s: f64, said: Said) {
+        self.pending.push(Pending {
+            arrives_s: time_s + delay_s,
+            said,
+            age_s,
+        });
+    }
+
+    /// What has arrived by a control step; to be called at every one.
+    pub(super) fn hear(&mut self, truth: &Truth<'_>, faults: &FaultSettings) -> Heard {
+        let now_s = truth.step as f64 * STEP_S;
+        let imu = self.inertial(faults.is_nan(Struck::Imu, truth.since_s));
+        let (mut readings, mut normal) = (Vec::with_capacity(4), None);
+        self.pending.retain(|pending| {
+            if pending.arrives_s > now_s + 1e-9 {
+                return true;
+            }
+            let age_s = pending.age_s + (now_s - pending.arrives_s);
+            match pending.said {
+                Said::Reading(reading) => readings.push(aged(reading, age_s)),
+                Said::Tag(tag, seen) => {
+                    readings.push(aged(Reading::Tag(tag), age_s));
+                    normal = Some(NormalReading {
+                        normal: seen,
+                        age_s,
+                    });
+                }
+            }
+            false
+        });
+        Heard {
+            imu,
+            readings,
+            normal,
+        }
+    }
+
+    /// Mean specific force over a control period and the attitude at its end, both
+    /// as late as the unit is.
+    fn inertial(&mut self, bad: bool) -> ImuSample<f64> {
+        let count = self.control_steps;
+        // `felt_next` is the oldest: count + 1 values belong to the period's ends.
+        let n = self.felt.len();
+        let mut sum = [0.0; 3];
+        for i in 0..count {
+            sum = add(sum, self.felt[(self.felt_next + 1 + i) % n].0);
+        }
+        let (_, attitude) = self.felt[(self.felt_next + count) % n];
+        let imu = &self.settings.imu;
+        let sd = imu.noise_density / (count as f64 * STEP_S).sqrt();
+        let force: [f64; 3] = std::array::from_fn(|k| {
+            sum[k] / count as f64 + self.imu_bias_mps2[k] + sd * self.imu.normal()
+        });
+        for k in 0..2 {
+            self.turn[k] = self.turn_bias[k] + self.tilt_wander[k].step(&mut self.attitude);
+        }
+        let measured = self.believed(attitude);
+        ImuSample {
+            specific_force_mps2: vector(force.map(|f| nan_if(bad, f))),
+            attitude: Attitude::from_quaternion(measured).unwrap_or_default(),
+        }
+    }
+
+    /// The attitude as the vehicle believes it to be.
+    pub(super) fn believed(&self, attitude: [f64; 4]) -> [f64; 4] {
+        let [a, b, c] = scale(self.turn, 0.5);
+        normalised(product([1.0, a, b, c], attitude))
+    }
+
+    /// The rates as the gyros tell them.
+    pub(super) fn rates(&mut self, rates: [f64; 3]) -> [f64; 3] {
+        let sd = self.settings.imu.gyro_sd;
+        rates.map(|rate| rate + sd * self.attitude.normal())
+    }
+
+    /// The distance along the beam to the deck.
+    fn distance(&self, truth: &Truth<'_>, axes: &[[f64; 3]; 3], noise: f64) -> Option<f64> {
+        let of = &self.settings.range;
+        let from = add(truth.state.position_m, to_world(axes, of.place_m));
+        let beam = scale(axes[2], -1.0);
+        let from_centre = sub(from, truth.deck.origin_m);
+        let above = dot(truth.deck.axes[2], from_centre);
+        let closing = -dot(truth.deck.axes[2], beam);
+        if !(closing > 0.1 && above > 0.0) {
+            return None;
+        }
+        let distance = above / closing;
+        let hit = along(&truth.deck.axes, add(from_centre, scale(beam, distance)));
+        let beside = |l: f64| hit[0].abs() > l || hit[1].abs() > l;
+        if truth.half_side_m.is_some_and(beside) {
+            return None;
+        }
+        let noisy = distance + of.noise_sd_m * noise;
+        let read = if of.quantum_m > 0.0 {
+            (noisy / of.quantum_m).round() * of.quantum_m
+        } else {
+            noisy
+        };
+        (read >= of.least_m && read <= of.greatest_m).then_some(read)
+    }
+
+    /// Place of the deck's centre and the deck's normal in camera axes.
+    fn see(
+        &mut self,
+        truth: &Truth<'_>,
+        axes: &[[f64; 3]; 3],
+    ) -> Option<(TagReading<f64>, Vector<f64>)> {
+        let of: &TagSettings = &self.settings.tag;
+        let stream = &mut self.tag.stream;
+        let draws: [f64; 5] = std::array::from_fn(|_| stream.normal());
+        let missed = stream.uniform() < of.missed_share;
+        let lens = add(truth.state.position_m, to_world(axes, of.place_m));
+        // Right, down, ahead.
+        let camera = [
+            scale(axes[1], -1.0),
+            scale(axes[0], -1.0),
+            scale(axes[2], -1.0),
+        ];
+        let [x, y, z] = along(&camera, sub(truth.deck.origin_m, lens));
+        let in_view = z > 0.0
+            && x.abs() <= z * of.half_view_rad[0].tan()
+            && y.abs() <= z * of.half_view_rad[1].tan()
+            && z <= of.greatest_m;
+        if missed || !in_view {
+            return None;
+        }
+        let sd = |[near, per_m]: [f64; 2]| near + per_m * z;
+        let (lateral, depth) = (sd(of.lateral_sd_m), sd(of.depth_sd_m));
+        let tag = TagReading {
+            position_m: Vector::new(
+                x + lateral * draws[0],
+                y + lateral * draws[1],
+                z + depth * draws[2],
+            ),
+            covariance_m2: [
+                [lateral * lateral, 0.0, 0.0],
+                [0.0, lateral * lateral, 0.0],
+                [0.0, 0.0, depth * depth],
+            ],
+            age_s: 0.0,
+        };
+        let normal = along(&camera, truth.deck.axes[2]);
+        let turned = cross(
+            [of.tilt_sd_rad * draws[3], of.tilt_sd_rad * draws[4], 0.0],
+            normal,
+        );
+        Some((tag, vector(add(normal, turned))))
+    }
+}
+
+/// Height above the deck along its normal, m.
+pub(super) fn height(truth: &Truth<'_>) -> f64 {
+    dot(
+        truth.deck.axes[2],
+        sub(truth.state.position_m, truth.deck.origin_m),
+    )
+}
+
+fn aged(reading: Reading<f64>, age_s: f64) -> Reading<f64> {
+    match reading {
+        Reading::Range(reading) => Reading::Range(RangeReading { age_s, ..reading }),
+        Reading::Tag(reading) => Reading::Tag(TagReading { age_s, ..reading }),
+        Reading::Gnss(reading) => Reading::Gnss(GnssVelocity { age_s, ..reading }),
+        Reading::Barometer(reading) => Reading::Barometer(BarometerReading { age_s, ..reading }),
+    }
+}
+
+fn nan_if(bad: bool, value: f64) -> f64 {
+    if bad { f64::NAN } else { value }
+}
+
+pub(super) fn vector([x, y, z]: [f64; 3]) -> Vector<f64> {
+    Vector::new(x, y, z)
+}
+
+pub(super) fn steps(time_s: f64) -> usize {
+    (time_s / STEP_S).round() as usize
+}
+
+/// Angle between the body's z axis and the deck's normal, rad.
+pub(super) fn tilt_from(attitude: [f64; 4], deck: &DeckPose) -> f64 {
+    dot(axes_of(attitude)[2], deck.axes[2])
+        .clamp(-1.0, 1.0)
+        .acos()
+}
