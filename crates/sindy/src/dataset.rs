@@ -39,6 +39,13 @@ pub struct Trajectory {
     ranges: Vec<Range<usize>>,
 }
 
+impl Trajectory {
+    /// The rows of each stretch without gaps.
+    pub(crate) fn ranges(&self) -> &[Range<usize>] {
+        &self.ranges
+    }
+}
+
 /// A stretch of a trajectory without gaps.
 #[derive(Clone, Debug)]
 pub struct Stretch<'a> {
@@ -237,6 +244,17 @@ impl Dataset {
         report.short_rows += found.short_rows;
         report.rows += self.trajectories.last().map_or(0, |t| t.time.len());
         Ok(())
+    }
+
+    /// The same with other values of states, each by trajectory, row and state, at rows that no longer have weight.
+    pub(crate) fn mended(&self, values: &[(usize, usize, usize, f64)]) -> Self {
+        let mut out = self.clone();
+        for &(trajectory, row, state, value) in values {
+            let t = &mut out.trajectories[trajectory];
+            t.columns[state][row] = value;
+            t.weights.get_or_insert_with(|| vec![1.0; t.time.len()])[row] = 0.0;
+        }
+        out
     }
 
     /// The states' names.

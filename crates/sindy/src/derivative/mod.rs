@@ -15,7 +15,8 @@
 //!
 //! Cross-validation and likelihood suit the value; the slope wants somewhat more smoothing.
 //! [`choose_savgol`] weighs bias and noise of the slope itself and is the recommended choice on noisy
-//! uniform data. [`noise_level`] estimates `σ`; [`segments`] splits a trajectory at gaps.
+//! uniform data. [`noise_level`] estimates `σ`; [`spikes`] finds single samples that are far off; [`segments`] splits a trajectory
+//! at gaps.
 //! [`Rates`] differentiates samples block by block on their way to the statistics.
 //!
 //! ```
@@ -41,6 +42,7 @@ mod kalman;
 mod noise;
 mod rates;
 mod spectral;
+mod spikes;
 mod spline;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -52,6 +54,7 @@ pub use kalman::{KalmanFit, KalmanSmoother, Motion};
 pub use noise::{NoiseLevel, noise_level};
 pub use rates::Rates;
 pub use spectral::{Cutoff, Ends, Spectral};
+pub use spikes::{Spike, spikes};
 pub use spline::{SmoothingSpline, SplineFit};
 
 use crate::error::SindyError;

@@ -12,8 +12,8 @@
 //!
 //! Valid for noise that is independent from sample to sample, and a signal whose fastest part is well below
 //! half the sampling rate for more than half of the time. Noise that is correlated (filtered sensors) is
-//! underestimated; of a signal quantised so coarsely that most differences are zero the root mean square
-//! of `δ` is taken.
+//! underestimated. A signal in whole steps `q` (digits of a file, bits of a converter) has at least the noise of
+//! rounding, `q/√12`; where most differences are zero, the root mean square of `δ` is taken.
 //!
 //! Sources: T. Gasser, L. Sroka, C. Jennen-Steinmetz, "Residual variance and residual pattern in nonlinear
 //! regression", Biometrika 73 (1986); P. Hall, J. W. Kay, D. M. Titterington, "Asymptotically optimal
@@ -44,6 +44,7 @@ pub fn noise_level(time: &[f64], y: &[f64]) -> Result<NoiseLevel, SindyError> {
     grid::check(time, y, FEWEST)?;
     let n = y.len();
     let uniform = grid::uniform_period(time).is_some();
+    let quantum = quantum(y).unwrap_or(0.0);
     let mut levels = Vec::with_capacity(HIGHEST);
     for order in 1..=HIGHEST.min(n / 4) {
         let fixed: [f64; HIGHEST + 1] =
@@ -62,7 +63,8 @@ pub fn noise_level(time: &[f64], y: &[f64]) -> Result<NoiseLevel, SindyError> {
         let middle = size.len() / 2;
         let median = *size.select_nth_unstable_by(middle, f64::total_cmp).1;
         // 0.6745 is the median of |N(0, 1)|.
-        levels.push(if median > 0.0 {
+        // Differences of whole steps are zero but for the rounding of decimal digits.
+        levels.push(if median > 1e-4 * quantum {
             median / 0.674_489_750_196_081_7
         } else {
             mean_square.sqrt()
@@ -74,9 +76,37 @@ pub fn noise_level(time: &[f64], y: &[f64]) -> Result<NoiseLevel, SindyError> {
     let alike = least * (1.0 + 4.7 / (n as f64).sqrt().max(4.7));
     let chosen = levels.iter().position(|&l| l <= alike).unwrap_or(0);
     Ok(NoiseLevel {
-        sigma: levels[chosen],
+        sigma: levels[chosen].max(quantum / 12.0_f64.sqrt()),
         order: chosen + 1,
     })
+}
+
+/// The step of which all differences between neighbours are multiples; `None` where there is none, or the signal does
+/// not change.
+pub(super) fn quantum(y: &[f64]) -> Option<f64> {
+    // Less is the rounding of the numbers themselves.
+    let is_change = |w: &&[f64]| (w[1] - w[0]).abs() > 1e-12 * w[0].abs().max(w[1].abs());
+    let changes = || y.windows(2).filter(is_change).map(|w| (w[1] - w[0]).abs());
+    let least = changes().fold(f64::INFINITY, f64::min);
+    let whole = |s: f64| {
+        let times = s / least;
+        (times - times.round()).abs() <= 1e-3
+    };
+    if !(least.is_finite() && changes().all(whole)) {
+        return None;
+    }
+    // Ramps and parabolas have whole steps by nature: a difference of theirs is zero throughout.
+    let mut left: Vec<f64> = y
+        .windows(2)
+        .map(|w| ((w[1] - w[0]) / least).round())
+        .collect();
+    for _ in 0..4 {
+        left = left.windows(2).map(|w| w[1] - w[0]).collect();
+        if left.iter().all(|d| *d == 0.0) {
+            return None;
+        }
+    }
+    Some(least)
 }
 
 /// The weights of the difference over `points`, of unit norm.
@@ -161,6 +191,35 @@ mod tests {
         let found = noise_level(&t, &y).unwrap();
         // A spike in 200 samples touches one difference in 30 (order 5): a few percent upward.
         assert!((found.sigma / 0.1 - 1.0).abs() < 0.2, "{found:?}");
+    }
+
+    #[test]
+    fn analytic_whole_steps_have_the_noise_of_rounding() {
+        // As in a file with two digits: differences of the steps are zero but for the rounding of 0.01.
+        let t: Vec<f64> = (0..2000).map(|i| 0.01 * f64::from(i)).collect();
+        for digits in [1.0, 2.0, 5.0] {
+            let step = 10.0_f64.powf(-digits);
+            let y: Vec<f64> = t
+                .iter()
+                .map(|t| (t.sin() / step).round() / 10.0_f64.powf(digits))
+                .collect();
+            let found = noise_level(&t, &y).unwrap().sigma * 12.0_f64.sqrt() / step;
+            // Neighbours round alike where steps are coarse, which differences do not see; never less than rounding.
+            assert!((1.0 - 1e-9..3.0).contains(&found), "{digits}: {found}");
+            let q = quantum(&y).unwrap();
+            assert!((q / step - 1.0).abs() < 1e-6, "{q}");
+        }
+        let smooth: Vec<f64> = t.iter().map(|t| t.sin()).collect();
+        assert_eq!(quantum(&smooth), None);
+        let mut spoilt = smooth.clone();
+        spoilt[700] = 1e300;
+        assert_eq!(quantum(&spoilt), None);
+        let ramp: Vec<f64> = t.iter().map(|t| 3.0 - 0.7 * t).collect();
+        let fall: Vec<f64> = t.iter().map(|t| 5.0 - 4.905 * t * t).collect();
+        for y in [&ramp[..], &fall, &[1.0; 9]] {
+            assert_eq!(quantum(y), None);
+        }
+        assert!(noise_level(&t, &smooth).unwrap().sigma < 1e-13);
     }
 
     #[test]

@@ -17,9 +17,9 @@
 //!
 //! What it does, in order, with nothing to be set:
 //!
-//! 1. leaves terms out that are a multiple of a simpler one on every row, sees what inputs are between their samples
-//!    (held, linear, cubic), estimates each state's noise, and smooths with a strength taken from the data, where most of
-//!    them rest from the part that moves;
+//! 1. sets single gross errors of the states aside, leaves terms out that are a multiple of a simpler one on every row,
+//!    sees what inputs are between their samples (held, linear, cubic), estimates each state's noise, and smooths with a
+//!    strength taken from the data, where most of them rest from the part that moves;
 //! 2. *regresses*: slopes and weak form, each by best subsets (exact, by the Bayesian criterion) and by SR3 over a
 //!    grid of λ and ν (its choice by cross-validation over blocks, and every other support on it);
 //! 3. ranks these models by *free-run error*: short simulations from smoothed states against the measured
@@ -41,17 +41,19 @@ mod certainty;
 mod discrete;
 mod inputs;
 mod model;
+mod outliers;
 mod prepare;
 mod proportional;
 mod regress;
 mod result;
 mod run;
 mod settings;
+mod size;
 pub mod stream;
 #[cfg(test)]
 mod tests;
 
-pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progress};
+pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progress, ratio};
 pub use settings::{Between, Method, Score, Settings, Smoothing};
 pub use stream::Columns;
 
@@ -105,6 +107,15 @@ impl Identify {
         data: &Dataset,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Identification, SindyError> {
+        let found = match self.settings.outliers && !self.settings.discrete {
+            true => outliers::set_aside(data)?,
+            false => None,
+        };
+        let (data, mut warnings) = match &found {
+            Some((mended, warnings)) => (mended, warnings.clone()),
+            None => (data, Vec::new()),
+        };
+        size::check(data)?;
         let n = data.states().len();
         let libraries = match self.libraries.len() {
             1 => vec![self.libraries[0].clone(); n],
@@ -124,7 +135,6 @@ impl Identify {
             },
         };
         let mut stretches = data.stretches();
-        let mut warnings = Vec::new();
         if let Time::Discrete { period } = time
             && !stretches.is_empty()
         {

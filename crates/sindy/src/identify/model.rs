@@ -3,7 +3,7 @@
 use super::certainty::{Certainty, certainty, intervals};
 use super::regress::{FRONT_NODES, Statistics, best_subsets};
 use super::run::{FOLLOWS, Ranked, Run};
-use super::{Candidate, Choice, Equation, FrontPoint, Identification};
+use super::{Candidate, Choice, Equation, FrontPoint, Identification, ratio};
 use crate::error::SindyError;
 use crate::gram::Gram;
 use crate::model::{Model, Term};
@@ -75,7 +75,8 @@ impl Run<'_> {
         let terms = found.coefficients.iter().filter(|c| **c != 0.0).count();
         if misfit > FOLLOWS {
             self.warnings.push(format!(
-                "the model leaves {misfit:.2} times the noise: the system is disturbed, or is not in the library"
+                "the model leaves {} times the noise: the system is disturbed, or is not in the library",
+                ratio(misfit)
             ));
         }
         if found.outcome != Outcome::Converged {
@@ -84,16 +85,24 @@ impl Run<'_> {
                 found.iterations
             ));
         }
-        if found.correlation > 2.0 {
+        if found.correlation > 2.0 && self.noise.is_visible() {
             self.warnings.push(format!(
                 "residuals are correlated: standard errors are widened {:.1} times",
                 found.correlation.sqrt()
             ));
         }
         let reason = format!(
-            "output error: {terms} terms leave {misfit:.2} times the estimated noise over {} arcs of the data; every \
-             other term is worth less than its penalty; started from {} ({} steps)",
-            found.arcs, ranked[start].regression.name, found.iterations
+            "output error: {terms} {} {} times the estimated noise over {} of the data; every other term is worth less \
+             than its penalty; started from {} ({})",
+            if terms == 1 {
+                "term leaves"
+            } else {
+                "terms leave"
+            },
+            ratio(misfit),
+            count(found.arcs, "arc"),
+            ranked[start].regression.name,
+            count(found.iterations, "step")
         );
         let sure: Vec<Certainty> = (0..found.coefficients.len())
             .map(|j| Certainty::of_output_error(found, j))
@@ -185,18 +194,18 @@ impl Run<'_> {
         }
         let model = self.model(&best.coefficients, &sure)?;
         let reason = format!(
-            "{}: of {} regressions the fewest terms ({}) among those with the least free-run error ({:.2} times the \
+            "{}: of {} regressions the fewest terms ({}) among those with the least free-run error ({} times the \
              noise)",
             best.regression.name,
             ranked.len(),
             model.terms(),
-            best.free_run
+            ratio(best.free_run)
         );
         if !(best.free_run <= FOLLOWS) {
             self.warnings.push(format!(
-                "in free run the model leaves {:.2} times the noise: the system is disturbed, or is not in the \
+                "in free run the model leaves {} times the noise: the system is disturbed, or is not in the \
                  library, or its inputs are not what it was driven by",
-                best.free_run
+                ratio(best.free_run)
             ));
         }
         for (state, equation) in self.data.states().iter().zip(model.equations()) {
@@ -233,6 +242,14 @@ impl Run<'_> {
             data: self.data.report(),
             warnings: self.warnings,
         })
+    }
+}
+
+/// So many of a thing.
+fn count(n: usize, thing: &str) -> String {
+    match n {
+        1 => format!("1 {thing}"),
+        n => format!("{n} {thing}s"),
     }
 }
 

@@ -33,6 +33,15 @@ pub(super) struct Noise {
     pub tolerated: Vec<f64>,
 }
 
+impl Noise {
+    /// Whether a state has noise that can be told from what a good model leaves of data without any.
+    pub(super) fn is_visible(&self) -> bool {
+        let least = self.tolerated.iter().zip(&self.floor);
+        let mut all = self.sigma.iter().zip(least);
+        all.any(|(sigma, (tolerated, floor))| sigma >= tolerated && sigma > floor)
+    }
+}
+
 /// States smoothed and their slopes, by stretch and state, and how that was done.
 pub(super) struct Slopes {
     /// For tables.

@@ -30,6 +30,25 @@ pub enum Progress {
     },
 }
 
+/// A ratio as people read it: two decimals where they say something, `less than 0.01` where they would say zero.
+///
+/// ```
+/// use sindy::identify::ratio;
+/// assert_eq!(ratio(0.987), "0.99");
+/// assert_eq!(ratio(3e-6), "less than 0.01");
+/// assert_eq!(ratio(4.56e7), "4.6e7");
+/// assert_eq!(ratio(f64::INFINITY), "infinitely many");
+/// ```
+#[must_use]
+pub fn ratio(value: f64) -> String {
+    match value {
+        v if v.is_infinite() => "infinitely many".to_owned(),
+        v if v.abs() < 0.01 => "less than 0.01".to_owned(),
+        v if v.abs() >= 1e5 => format!("{v:.1e}"),
+        v => format!("{v:.2}"),
+    }
+}
+
 /// Why the model is what it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Choice {

@@ -124,6 +124,10 @@ impl Score {
 pub struct Settings {
     /// Whether the equations give the next sample instead of the slope.
     pub discrete: bool,
+    /// Whether single samples of the states that are far off their neighbours ([`crate::derivative::spikes`]) are
+    /// taken for outliers and have no weight. Not in discrete time, where neighbours say nothing of each other, and
+    /// not in a stream.
+    pub outliers: bool,
     /// How coefficients are determined.
     pub method: Method,
     /// Where slopes come from.
@@ -157,6 +161,7 @@ impl Default for Settings {
         let Grid { thresholds, nus } = Grid::default();
         Self {
             discrete: false,
+            outliers: true,
             method: Method::default(),
             smoothing: Smoothing::default(),
             score: Score::default(),

@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::outcome::Outcome;
 use crate::problems::{self, Problem};
 
-fn data_of(problem: &Problem, percent: f64, seed: u64) -> Dataset {
+pub(super) fn data_of(problem: &Problem, percent: f64, seed: u64) -> Dataset {
     let mut data = Dataset::new(&problem.states, &problem.inputs).unwrap();
     for record in problem.noisy(percent, seed).unwrap() {
         let mut columns = record.states;
@@ -17,12 +17,12 @@ fn data_of(problem: &Problem, percent: f64, seed: u64) -> Dataset {
     data
 }
 
-fn quiet() -> impl FnMut(Progress) {
+pub(super) fn quiet() -> impl FnMut(Progress) {
     |_| ()
 }
 
 /// Relative 2-norm of the coefficients' error, and whether the terms are the true ones.
-fn against_truth(problem: &Problem, model: &Model) -> (f64, bool) {
+pub(super) fn against_truth(problem: &Problem, model: &Model) -> (f64, bool) {
     let library = problem.library().unwrap();
     let (mut wrong, mut norm, mut exact) = (0.0, 0.0, true);
     for (row, equation) in problem.coefficients().iter().zip(model.equations()) {
