@@ -177,7 +177,8 @@
 //! ```
 //!
 //! [`shift::chain`] turns the delays into states, so that such a [`Model`] runs by itself. In the automatic call
-//! discrete time is a setting, [`identify::Settings::discrete`].
+//! discrete time is a setting, [`identify::Settings::discrete`]. Models with delays in continuous time run by
+//! [`Model::simulate_past`].
 //!
 //! # Larger than memory
 //!
@@ -316,7 +317,7 @@
 //! | [`choose`] | λ and ν by cross-validation over groups |
 //! | [`select`] | one fit of a family, by left-out error or a criterion; folds |
 //! | [`identifiability`] | what the data can and cannot tell apart |
-//! | [`derivative`] | derivatives: differences, splines, Kalman, spectral; noise level, gaps, the smoothing chosen |
+//! | [`derivative`] | derivatives: differences, splines, Kalman, spectral; noise level, spikes, gaps, the smoothing chosen |
 //! | [`weak`] | the weak form: regression without derivatives, generalised least squares |
 //! | [`delay`] | the delay between two channels |
 //! | [`shooting`] | refinement by multiple shooting |

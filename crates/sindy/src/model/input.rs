@@ -182,6 +182,24 @@ impl Inputs {
         }
     }
 
+    /// Times strictly between `start` and `end` at which there are samples.
+    pub(super) fn samples(&self, start: f64, end: f64) -> &[f64] {
+        let Kind::Sampled { time, .. } = &self.kind else {
+            return &[];
+        };
+        let from = time.partition_point(|&t| t <= start);
+        let to = time.partition_point(|&t| t < end).max(from);
+        &time[from..to]
+    }
+
+    /// What sampled inputs are between their samples; empty for others.
+    pub(super) fn interpolations(&self) -> &[Interpolation] {
+        match &self.kind {
+            Kind::Sampled { how, .. } => how,
+            _ => &[],
+        }
+    }
+
     pub(super) fn drive(&self) -> Drive<'_> {
         Drive {
             inputs: self,

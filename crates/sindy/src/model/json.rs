@@ -6,7 +6,7 @@ use serde::de::{Error as _, MapAccess, Visitor};
 use serde::ser::{Error as _, SerializeMap};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Model, Term, Time, written};
+use super::{Model, Past, Term, Time, written};
 use crate::error::SindyError;
 use crate::library::parse;
 
@@ -20,6 +20,8 @@ struct File {
     time: FileTime,
     states: Vec<String>,
     inputs: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    past: Vec<Past>,
     equations: Equations,
 }
 
@@ -113,6 +115,7 @@ impl Serialize for Model {
             },
             states: self.states.clone(),
             inputs: self.inputs.clone(),
+            past: self.past.clone(),
             equations: Equations(equations),
         };
         file.serialize(serializer)
@@ -157,7 +160,7 @@ fn model(file: File) -> Result<Model, SindyError> {
             format!("one for `{name}`"),
         ));
     }
-    Model::build(time, file.states, file.inputs, equations)
+    Model::build(time, file.states, file.inputs, equations)?.with_past(file.past)
 }
 
 fn check_schema(schema: u32) -> Result<(), SindyError> {
@@ -179,7 +182,8 @@ impl Model {
     /// ```
     ///
     /// A discrete-time model has `"time": { "discrete": { "period": 0.01 } }`; `std_error` and `inclusion`
-    /// stand where they are known. The same format is behind `serde`'s `Serialize` and `Deserialize`, for
+    /// stand where they are known, and `"past": [{ "input": "x_ago3", "state": "x", "delay": 0.3 }]` where inputs are what
+    /// states were. The same format is behind `serde`'s `Serialize` and `Deserialize`, for
     /// models inside other documents.
     ///
     /// # Errors

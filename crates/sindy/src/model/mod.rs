@@ -13,7 +13,7 @@
 //! | wanted | how |
 //! | --- | --- |
 //! | right-hand side, one row or whole columns | [`Model::evaluator`], [`Model::predict`], [`Model::predict_source`] |
-//! | a run over time | [`Model::simulate`], [`Model::iterate`] |
+//! | a run over time | [`Model::simulate`], [`Model::iterate`], with past states [`Model::simulate_past`] |
 //! | exact Jacobian, as numbers or expressions | [`Model::jacobian`] |
 //! | equilibria and their stability | [`Search`] |
 //! | text, LaTeX, C99, Rust | `format!("{model:.4}")`, [`Model::to_latex`], [`Model::to_c`], [`Model::to_rust`] |
@@ -47,6 +47,7 @@ mod input;
 mod jacobian;
 mod json;
 mod limits;
+mod past;
 mod predict;
 mod print;
 mod simulate;
@@ -60,6 +61,7 @@ pub use input::{Inputs, Interpolation};
 pub(crate) use input::{hermite, spline_slopes};
 pub use jacobian::Jacobian;
 pub use limits::{Limits, Run, RunOutcome};
+pub use past::{History, Past};
 pub use predict::Evaluator;
 pub use simulate::{Integrator, Simulation};
 
@@ -154,6 +156,8 @@ pub struct Model {
     states: Vec<String>,
     inputs: Vec<String>,
     equations: Vec<Vec<Term>>,
+    /// Inputs that are what states were.
+    past: Vec<Past>,
     compiled: Compiled,
 }
 
@@ -164,6 +168,7 @@ impl PartialEq for Model {
             && self.states == other.states
             && self.inputs == other.inputs
             && self.equations == other.equations
+            && self.past == other.past
     }
 }
 
@@ -238,6 +243,7 @@ impl Model {
             states,
             inputs,
             equations,
+            past: Vec::new(),
             compiled,
         })
     }
