@@ -14,6 +14,9 @@ use crate::fit::args::FitArgs;
 #[command(name = "sindy", version, after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Print one machine-readable JSON object on standard output; text and progress go to standard error
+    ///
+    /// A command that fails prints `{ "error": "...", "outcome": "refused" }`, with the same text on standard error and
+    /// the same exit status as without --json.
     #[arg(long, global = true)]
     pub(crate) json: bool,
     /// Print no progress
@@ -30,7 +33,7 @@ Examples:
   sindy simulate model.json --start x=1,y=0 --until 10 --step 0.01 --output run.csv
   sindy simulate model.json --data measured.csv --figure compare.svg
 
-Exit status: 0 done; 1 a file cannot be read or written, or has no usable rows; 2 bad arguments, data or settings;
+Exit status (with --json, one object on standard output in each case): 0 done; 1 a file cannot be read or written, or has no usable rows; 2 bad arguments, data or settings;
 3 done, but input was lost (corrupt rows). A fit or a run that ends badly is an outcome in the result, not a failure.";
 
 #[derive(Debug, Subcommand)]
@@ -46,14 +49,14 @@ pub(crate) enum Command {
 /// How tables are read.
 #[derive(Args, Debug)]
 pub(crate) struct TableArgs {
-    /// Column of times [default: the column `t`, `time` or `time_s`]
-    #[arg(long, value_name = "COLUMN")]
+    /// Column of times [default: the column `t`, `time` or `time_s`, else `t_s`, `timestamp` or `timestamp_s`]
+    #[arg(long, value_name = "COLUMN", value_parser = name)]
     pub(crate) time: Option<String>,
     /// Time from row to row, for tables without a column of times
     #[arg(long, value_name = "STEP", conflicts_with = "time", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) dt: Option<f64>,
     /// Column whose values tell trajectories apart; without it, each file is one trajectory
-    #[arg(long, value_name = "COLUMN")]
+    #[arg(long, value_name = "COLUMN", value_parser = name)]
     pub(crate) trajectory: Option<String>,
     /// Names of the columns of NumPy arrays, in order
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
@@ -119,6 +122,14 @@ pub(crate) enum Between {
     Linear,
     /// A cubic spline
     Cubic,
+}
+
+/// The name of a column, without spaces around it.
+pub(crate) fn name(text: &str) -> Result<String, String> {
+    match text.trim() {
+        "" => Err("expected the name of a column, found nothing".to_owned()),
+        name => Ok(name.to_owned()),
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {

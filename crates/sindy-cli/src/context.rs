@@ -12,6 +12,13 @@ use crate::error::{Error, Result};
 /// Time from one picture of the spinner to the next.
 const TICK: Duration = Duration::from_millis(120);
 
+/// The object of a command that failed.
+#[derive(Serialize)]
+struct Refusal<'a> {
+    error: &'a str,
+    outcome: &'a str,
+}
+
 /// Global options, made into sinks.
 pub(crate) struct Context {
     json: bool,
@@ -106,6 +113,14 @@ impl Context {
     pub(crate) fn fail(&self, error: &Error) {
         self.bar.finish_and_clear();
         let _ = writeln!(anstream::stderr(), "error: {error}");
+        self.refuse(&error.to_string());
+    }
+
+    /// The object of a command that failed, if JSON was asked for: one can be read whatever happened.
+    pub(crate) fn refuse(&self, error: &str) {
+        let outcome = "refused";
+        // Text alone can always be written.
+        let _ = self.object(&Refusal { error, outcome });
     }
 
     /// Takes the progress bar away.

@@ -7,13 +7,17 @@ use serde::Serialize;
 
 use crate::args::TableArgs;
 use crate::error::{Error, Result};
+use crate::past;
 use crate::table::{Table, find, without_unit};
 
 /// Largest part of a trajectory's rows that may be dropped for their time.
 pub(crate) const TOLERATED: f64 = 0.01;
 
-/// Names of a time column that are taken without being told.
-const TIME_NAMES: [&str; 3] = ["t", "time", "time_s"];
+/// Names of a time column that are taken without being told, and those that are taken where none of them is there.
+const TIME_NAMES: [&[&str]; 2] = [
+    &["t", "time", "time_s"],
+    &["t_s", "timestamp", "timestamp_s"],
+];
 
 /// The columns to read.
 pub(crate) struct Wanted<'a> {
@@ -76,10 +80,19 @@ impl FileReport {
 pub(crate) fn read(path: &Path, wanted: &Wanted<'_>) -> Result<(Vec<Trajectory>, FileReport)> {
     let table = Table::open(path, &wanted.table.columns)?;
     let time_place = time_column(table.path(), table.names(), wanted)?;
+    let here = |name: &str| table.find(name, "").is_ok();
+    let mut have: Vec<String> = Vec::new();
     let mut places = Vec::new();
     for &(name, why) in &wanted.columns {
-        places.push(table.find(name, why)?);
+        // A past column that the table does not hold is made from its present.
+        let base = past::of_name(name).filter(|d| !here(name) && here(d.column()));
+        let name = base.as_ref().map_or(name, |d| d.column());
+        if !have.iter().any(|n| n == name) {
+            places.push(table.find(name, why)?);
+            have.push(name.to_owned());
+        }
     }
+    let want: Vec<String> = wanted.columns.iter().map(|c| c.0.to_owned()).collect();
     let weights = wanted
         .weights
         .map(|name| table.find(name, "--weights"))
@@ -117,6 +130,10 @@ pub(crate) fn read(path: &Path, wanted: &Wanted<'_>) -> Result<(Vec<Trajectory>,
         .into_iter()
         .map(|(label, members)| rows.trajectory(&table, label, &members, &mut report))
         .collect::<Result<Vec<_>>>()?;
+    let trajectories = match have == want {
+        true => trajectories,
+        false => past::select(trajectories, &have, &want)?,
+    };
     for (i, warning) in report.warnings.iter_mut().enumerate() {
         // The reader's warnings are about the file alone and do not name it.
         if i < table.findings.warnings.len() {
@@ -144,11 +161,15 @@ pub(crate) fn time_column(
             .iter()
             .any(|(c, _)| *c == name || without_unit(name) == Some(*c))
     };
-    let is_time = |name: &String| {
-        let bare = without_unit(name).unwrap_or(name);
-        !taken(name) && TIME_NAMES.iter().any(|t| bare.eq_ignore_ascii_case(t))
+    let among = |known: &&[&str]| -> Vec<usize> {
+        let is_time = |name: &String| {
+            let bare = without_unit(name).unwrap_or(name);
+            !taken(name) && known.iter().any(|t| bare.eq_ignore_ascii_case(t))
+        };
+        (0..names.len()).filter(|&p| is_time(&names[p])).collect()
     };
-    let found: Vec<usize> = (0..names.len()).filter(|&p| is_time(&names[p])).collect();
+    let found = TIME_NAMES.iter().map(among).find(|found| !found.is_empty());
+    let found = found.unwrap_or_default();
     match found[..] {
         [place] => Ok(Some(place)),
         [] => Err(Error::data(

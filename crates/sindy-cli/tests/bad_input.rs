@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{csv, fails, files, json, run, text, words, write};
+use common::{csv, fails, files, json, run, says, text, words, write};
 
 /// Fits with every kind of output, expects the status, the words in the error, and that nothing was written.
 #[track_caller]
@@ -61,11 +61,7 @@ fn prop_one_or_two_samples() {
             "short.csv",
             &waves(rows),
             "--states x,y",
-            &[
-                "short.csv",
-                "at least 3 rows",
-                &format!("found {rows} rows"),
-            ],
+            &["short.csv", "at least 3 rows", &format!("found {rows} row")],
         );
     }
 }
@@ -129,8 +125,6 @@ fn prop_names_that_are_not_there() {
         "--states x --weights w",
         &["`w` (--weights)"],
     );
-    refused(2, "a.csv", &data, "--states x,x", &["`x`"]);
-    refused(2, "a.csv", &data, "--states x --inputs x", &["`x`"]);
     refused(
         2,
         "a.csv",
@@ -148,6 +142,84 @@ fn prop_names_that_are_not_there() {
     );
     let both = "t,time,x\n0,0,1\n1,1,2\n";
     refused(2, "a.csv", both, "--states x", &["t and time", "--time"]);
+}
+
+#[test]
+fn prop_names_that_are_two_things_or_none() {
+    let data = waves(50);
+    for (options, says) in [
+        ("--states x,x", "--states: `x` stands twice"),
+        ("--states x --inputs y,y", "--inputs: `y` stands twice"),
+        (
+            "--states x,y --inputs x",
+            "found `x`, which --states names too",
+        ),
+        ("--states x --weights x", "--weights: expected a column"),
+        ("--states x --time x", "--time: expected a column"),
+        (
+            "--states x --inputs y --trajectory y",
+            "which --inputs names too",
+        ),
+        (
+            "--states x,,y",
+            "--states <x,y,z>': expected the name of a column",
+        ),
+        (
+            "--states x, --inputs y",
+            "--states <x,y,z>': expected the name of a column",
+        ),
+    ] {
+        refused(2, "a.csv", &data, options, &[says]);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), "a.csv", &data);
+    let mut args = words("fit {} --states", &[&path]);
+    args.push("".into());
+    let error = fails(2, &args);
+    assert!(
+        error.contains("--states") && error.contains("found nothing"),
+        "{error}"
+    );
+    // Spaces after the commas are no part of the names.
+    args.pop();
+    args.push("x, y".into());
+    args.extend(words("--library poly(1) --quiet", &[]));
+    assert!(says(&args).contains("y' ="));
+}
+
+#[test]
+fn prop_json_has_an_object_for_every_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = write(folder.path(), "a.csv", &waves(50));
+    let none = folder.path().join("none.csv");
+    let cases = [
+        (2, words("fit {} --states x,w", &[&data]), "`w` (--states)"),
+        (2, words("fit {} --states x,x", &[&data]), "stands twice"),
+        (2, words("fit {}", &[&data]), "--states"),
+        (
+            2,
+            words("fit {} --states x --dt -1", &[&data]),
+            "expected a positive number",
+        ),
+        (2, words("fly", &[]), "fly"),
+        (1, words("fit {} --states x", &[&none]), "none.csv"),
+        (
+            1,
+            words("simulate {} --start x=1 --until 1", &[&none]),
+            "none.csv",
+        ),
+    ];
+    for (status, args, part) in cases {
+        let object = json(status, &args);
+        assert_eq!(object["outcome"], "refused", "{object}");
+        let said = object["error"].as_str().unwrap();
+        assert!(said.contains(part) && !said.contains("Usage"), "{said}");
+        // The same text for people, and nothing but that without --json.
+        let error = fails(status, &args);
+        assert!(error.contains(said), "{said} in {error}");
+    }
+    let help = run(words("fit --json --help", &[]));
+    assert!(help.status.success() && text(&help.stdout).contains("Usage"));
 }
 
 #[test]
@@ -181,6 +253,34 @@ fn prop_values_that_are_no_data() {
     );
     let gaps = csv("t,x", 50, |i| vec![0.1 * i as f64, f64::NAN]).replace("NaN", "");
     refused(2, "a.csv", &gaps, "--states x", &["a.csv"]);
+}
+
+#[test]
+fn prop_values_too_large_to_reckon_with() {
+    let decay = |size: f64| {
+        csv("t,x", 200, |i| {
+            let t = 0.05 * i as f64;
+            vec![t, size * (-t).exp()]
+        })
+    };
+    let says = ["1e300 in column `x`", "a.csv at time 0", "at most 1e150"];
+    refused(2, "a.csv", &decay(1e300), "--states x", &says);
+    let says = ["term `x^3`", "give the data another unit"];
+    refused(2, "a.csv", &decay(1e60), "--states x", &says);
+    // One cell of that kind among others is an outlier.
+    let folder = tempfile::tempdir().unwrap();
+    let typo = csv("t,x", 200, |i| {
+        let t = 0.05 * i as f64;
+        vec![t, if i == 50 { 1e300 } else { (-t).exp() }]
+    });
+    let data = write(folder.path(), "a.csv", &typo);
+    let object = json(0, &words("fit {} --states x", &[&data]));
+    let warnings = object["warnings"].to_string();
+    assert!(
+        warnings.contains("1 of 200 values of x") && warnings.contains("at time 2.5"),
+        "{warnings}"
+    );
+    assert_eq!(object["equations"]["x"][0]["term"], "x");
 }
 
 #[test]

@@ -427,3 +427,55 @@ fn prop_weights_set_rows_aside() {
     let object = json(0, &words("fit {} --states x,y --weights w", &[&data]));
     assert_found(&object, &problem, 0.02);
 }
+
+#[test]
+fn prop_the_usual_names_of_time_are_known_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = |header: &str| {
+        csv(header, 200, |i| {
+            let t = 0.05 * i as f64;
+            vec![t, t.sin(), t.cos(), 100.0 + t]
+        })
+    };
+    for (header, taken) in [
+        ("t_s,x,y,z", "t_s"),
+        ("Timestamp [s],x,y,z", "Timestamp [s]"),
+        // A stamp of another clock beside a time of the usual name is only a column.
+        ("time,x,y,timestamp", "time"),
+        ("time_s,x,y,t_s", "time_s"),
+    ] {
+        let data = write(folder.path(), "a.csv", &table(header));
+        let args = words("fit {} --states x,y --library poly(1) --quiet", &[&data]);
+        assert_eq!(json(0, &args)["data"]["files"][0]["time"], taken);
+        let said = says(&args);
+        assert!(said.contains(&format!("time from `{taken}`")), "{said}");
+    }
+    let data = write(folder.path(), "a.csv", &table("t_s,x,y,timestamp"));
+    let error = fails(2, &words("fit {} --states x,y", &[&data]));
+    assert!(
+        error.contains("t_s and timestamp") && error.contains("--time"),
+        "{error}"
+    );
+}
+
+#[test]
+fn prop_text_counts_and_rounds_as_people_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = write(
+        folder.path(),
+        "a.csv",
+        &csv("t,x", 200, |i| {
+            let t = 0.05 * i as f64;
+            vec![t, (-0.5 * t).exp()]
+        }),
+    );
+    let output = run(words("fit {} --states x --library poly(1)", &[&data]));
+    let (said, error) = (text(&output.stdout), text(&output.stderr));
+    assert!(
+        said.contains("1 term leaves less than 0.01 times"),
+        "{said}"
+    );
+    assert!(said.contains("over 1 arc of"), "{said}");
+    // Without noise, what is left is rounding: it is no reason to doubt the errors.
+    assert!(!error.contains("correlated"), "{error}");
+}

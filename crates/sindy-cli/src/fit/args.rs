@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::TableArgs;
+use crate::args::{TableArgs, name};
+use crate::error::{Error, Result};
 
 /// Find the equations behind measured trajectories.
 ///
@@ -18,15 +19,15 @@ pub(crate) struct FitArgs {
     #[arg(required = true, value_name = "TRAIN")]
     pub(crate) train: Vec<PathBuf>,
     /// Columns that are states: what the equations are for
-    #[arg(long, required = true, value_name = "x,y,z", value_delimiter = ',')]
+    #[arg(long, required = true, value_name = "x,y,z", value_delimiter = ',', value_parser = name)]
     pub(crate) states: Vec<String>,
     /// Columns that act on the states from outside
-    #[arg(long, value_name = "u,v", value_delimiter = ',')]
+    #[arg(long, value_name = "u,v", value_delimiter = ',', value_parser = name)]
     pub(crate) inputs: Vec<String>,
     #[command(flatten)]
     pub(crate) table: TableArgs,
     /// Column of weights, at least 0: rows do not count alike
-    #[arg(long, value_name = "COLUMN")]
+    #[arg(long, value_name = "COLUMN", value_parser = name)]
     pub(crate) weights: Option<String>,
     /// Candidate terms; repeatable, they add up [default: poly(3)]
     ///
@@ -38,6 +39,15 @@ pub(crate) struct FitArgs {
     /// File of candidate terms, one on each line, added to those of --library; `#` begins a comment
     #[arg(long, value_name = "FILE")]
     pub(crate) terms: Option<PathBuf>,
+    /// Past values as further variables of the candidates: `x@1` is x one row before, called `x_ago1` in terms;
+    /// `x@1..3` the last three rows; `x@0.3s` what x was 0.3 units of time before; repeatable
+    #[arg(
+        long,
+        value_name = "x@1,...",
+        value_delimiter = ',',
+        conflicts_with = "stream"
+    )]
+    pub(crate) past: Vec<String>,
     /// Find a map from each sample to the next one, instead of rates of change
     #[arg(long)]
     pub(crate) discrete: bool,
@@ -67,8 +77,42 @@ Examples:
   sindy fit lorenz.csv --states x,y,z
   sindy fit flights.parquet --trajectory flight --states h,v --inputs throttle --library 'poly(2) + rational(0.5, h)'
   sindy fit runs.npy --columns t,x,y --states x,y --terms candidates.txt --json
+  sindy fit map.csv --states x --discrete --past x@1 --model model.json
   sindy fit big.parquet --states x,y --stream
   sindy fit a.csv b.csv --states x,y --test c.csv --model model.json --figure fit.html
 
 Columns may carry a unit behind their name: --states x finds `x (m)`. Times are taken from the column `t`, `time` or
-`time_s`; --time names another, --dt replaces it.";
+`time_s`, else from `t_s`, `timestamp` or `timestamp_s`; --time names another, --dt replaces it.";
+
+impl FitArgs {
+    /// Refuses a column that is to be two things at once.
+    pub(super) fn check(&self) -> Result<()> {
+        let states = self.states.iter().map(|n| ("--states", n));
+        let inputs = self.inputs.iter().map(|n| ("--inputs", n));
+        let others = [
+            ("--weights", &self.weights),
+            ("--time", &self.table.time),
+            ("--trajectory", &self.table.trajectory),
+        ];
+        let others = others
+            .into_iter()
+            .filter_map(|(argument, n)| n.as_ref().map(|n| (argument, n)));
+        let mut taken: Vec<(&str, &String)> = Vec::new();
+        for (argument, name) in states.chain(inputs).chain(others) {
+            match taken.iter().find(|(_, n)| *n == name) {
+                Some((before, _)) if *before == argument => {
+                    return Err(Error::Arguments(format!(
+                        "{argument}: `{name}` stands twice"
+                    )));
+                }
+                Some((before, _)) => {
+                    return Err(Error::Arguments(format!(
+                        "{argument}: expected a column that is nothing else, found `{name}`, which {before} names too"
+                    )));
+                }
+                None => taken.push((argument, name)),
+            }
+        }
+        Ok(())
+    }
+}

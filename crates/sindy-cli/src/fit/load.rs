@@ -7,11 +7,14 @@ use sindy::Dataset;
 use super::args::FitArgs;
 use crate::context::Context;
 use crate::error::{Error, Result};
+use crate::past;
 use crate::trajectories::{self, FileReport, Trajectory, Wanted};
 
 /// Trajectories to fit.
 pub(super) struct Train {
     pub(super) data: Dataset,
+    /// The inputs, those of --past included.
+    pub(super) inputs: Vec<String>,
     pub(super) files: Vec<FileReport>,
 }
 
@@ -36,9 +39,17 @@ impl Train {
 }
 
 pub(super) fn train(context: &Context, args: &FitArgs) -> Result<Train> {
+    let known = [&args.states[..], &args.inputs].concat();
+    let delays = past::parse(&args.past, &known)?;
+    let (mut trajectories, files) = read(context, args, &args.train, args.weights.as_deref())?;
+    let mut inputs = args.inputs.clone();
+    if !delays.is_empty() {
+        let (all, names) = past::add(trajectories, &known, &delays)?;
+        trajectories = all;
+        inputs = names[args.states.len()..].to_vec();
+    }
     let mut data =
-        Dataset::new(&args.states, &args.inputs).map_err(Error::refused("--states, --inputs"))?;
-    let (trajectories, files) = read(context, args, &args.train, args.weights.as_deref())?;
+        Dataset::new(&args.states, &inputs).map_err(Error::refused("--states, --inputs"))?;
     for t in trajectories {
         let refused = Error::refused(t.name.clone());
         data.push(t.name, t.time, t.columns, t.weights)
@@ -51,12 +62,18 @@ pub(super) fn train(context: &Context, args: &FitArgs) -> Result<Train> {
             names.join(", "),
             "at least 3 rows after each other without gaps",
             format!(
-                "{} rows, {} with empty cells",
-                report.rows, report.missing_rows
+                "{} row{}, {} with empty cells",
+                report.rows,
+                if report.rows == 1 { "" } else { "s" },
+                report.missing_rows
             ),
         ));
     }
-    Ok(Train { data, files })
+    Ok(Train {
+        data,
+        inputs,
+        files,
+    })
 }
 
 pub(super) fn test(context: &Context, args: &FitArgs) -> Result<Option<Test>> {

@@ -6,7 +6,7 @@ mod load;
 mod object;
 mod score;
 pub(crate) mod settings;
-mod show;
+pub(crate) mod show;
 mod size;
 mod stream;
 mod terms;
@@ -18,11 +18,13 @@ use crate::Done;
 use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::trajectories::{FileReport, Trajectory};
-use crate::{drawing, output};
+use crate::{drawing, output, past};
 use args::FitArgs;
+use load::Train;
 use object::FitObject;
 
 pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
+    args.check()?;
     let read = args.train.iter().chain(&args.test).chain(&args.terms);
     output::check(
         args.model.iter().chain(&args.figure),
@@ -32,7 +34,18 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
         drawing::check(path)?;
     }
     let settings = settings::of(args)?;
-    let libraries = terms::libraries(args, &settings)?;
+    let train = match args.stream {
+        true => None,
+        false => {
+            if let Some(hint) = size::hint(&args.train, &args.table.columns) {
+                context.warn(&hint);
+            }
+            context.busy("reading");
+            Some(load::train(context, args)?)
+        }
+    };
+    let inputs = train.as_ref().map_or(&args.inputs, |t| &t.inputs);
+    let libraries = terms::libraries(args, inputs, &settings)?;
     // Bad test data are told before the time of a fit is spent.
     let test = load::test(context, args)?;
     let steps = settings.identify.iterations;
@@ -43,17 +56,19 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
         found,
         files,
         trajectories,
-    } = fit(context, args, &identify, steps)?;
+    } = fit(context, args, train, &identify, steps)?;
     let lossy = files.iter().any(|f| f.lossy);
     let mut warnings: Vec<String> = files.iter().flat_map(|f| f.warnings.clone()).collect();
     warnings.extend(found.warnings.iter().cloned());
 
     context.busy("judging");
     let between = &found.inputs_between;
-    let test = match &test {
+    let test = match test {
         Some(test) => {
-            warnings.extend(test.warnings.iter().cloned());
-            let score = score::of(&found.model, &test.trajectories, between, &mut warnings)?;
+            warnings.extend(test.warnings);
+            let have = [&args.states[..], &args.inputs].concat();
+            let seen = past::select(test.trajectories, &have, &columns(&found.model))?;
+            let score = score::of(&found.model, &seen, between, &mut warnings)?;
             Some(score)
         }
         None => None,
@@ -97,8 +112,14 @@ struct Fitted {
 }
 
 /// Fits, with the data in memory or in one pass.
-fn fit(context: &Context, args: &FitArgs, identify: &Identify, steps: usize) -> Result<Fitted> {
-    if args.stream {
+fn fit(
+    context: &Context,
+    args: &FitArgs,
+    train: Option<Train>,
+    identify: &Identify,
+    steps: usize,
+) -> Result<Fitted> {
+    let Some(train) = train else {
         let (found, files) = stream::fit(context, args, identify, &mut |progress| {
             context.busy(&stage(&progress, steps, None));
         })?;
@@ -107,23 +128,31 @@ fn fit(context: &Context, args: &FitArgs, identify: &Identify, steps: usize) -> 
             files,
             trajectories: None,
         });
-    }
-    if let Some(hint) = size::hint(&args.train, &args.table.columns) {
-        context.warn(&hint);
-    }
-    context.busy("reading");
-    let train = load::train(context, args)?;
-    let rows = train.data.report().rows;
-    let found = identify
+    };
+    let report = train.data.report();
+    let rows = report.rows;
+    let mut found = identify
         .run(&train.data, &mut |progress| {
             context.busy(&stage(&progress, steps, Some(rows)));
         })
         .map_err(Error::refused(files(args)))?;
+    if !args.past.is_empty() {
+        found.model = past::model(&found.model, &args.inputs, report.period)?;
+    }
+    let have = train.data.names();
+    let columns = columns(&found.model);
+    let trajectories = args.figure.as_ref();
+    let trajectories = trajectories.map(|_| past::select(train.trajectories(), &have, &columns));
     Ok(Fitted {
         found,
-        trajectories: args.figure.as_ref().map(|_| train.trajectories()),
+        trajectories: trajectories.transpose()?,
         files: train.files,
     })
+}
+
+/// The columns of a table that goes with a model: states, then inputs.
+fn columns(model: &sindy::Model) -> Vec<String> {
+    [model.states(), model.inputs()].concat()
 }
 
 /// What the fit is of, for messages.
@@ -144,8 +173,9 @@ fn stage(progress: &Progress, steps: usize, rows: Option<usize>) -> String {
             terms,
             misfit,
         } => format!(
-            "output error, start {}, step {step} of at most {steps}: {terms} terms leave {misfit:.2} times the noise",
-            start + 1
+            "output error, start {}, step {step} of at most {steps}: {terms} terms leave {} times the noise",
+            start + 1,
+            sindy::identify::ratio(*misfit)
         ),
         _ => "fitting".to_owned(),
     }

@@ -41,13 +41,13 @@ pub(super) struct TermObject {
 }
 
 impl TermObject {
-    fn of((term, interval): (&Term, &Option<[f64; 2]>)) -> Self {
+    fn of(term: &Term, interval: Option<[f64; 2]>) -> Self {
         Self {
             term: term.expression.to_string(),
             coefficient: term.coefficient,
             std_error: term.std_error,
             inclusion: term.inclusion,
-            interval: *interval,
+            interval,
         }
     }
 }
@@ -103,11 +103,18 @@ impl FitObject {
         warnings: Vec<String>,
     ) -> Self {
         let states = found.model.states();
-        let equations = found.model.equations().iter().zip(&found.equations);
-        let terms = equations.map(|(terms, of)| {
-            let with_intervals = terms.iter().zip(&of.intervals);
-            with_intervals.map(TermObject::of).collect()
-        });
+        // Past states, which a model may hold beyond those that were asked for, have no uncertainty.
+        let terms = found
+            .model
+            .equations()
+            .iter()
+            .enumerate()
+            .map(|(i, terms)| {
+                let of = found.equations.get(i);
+                let interval = |k: usize| of.and_then(|e| e.intervals.get(k).copied().flatten());
+                let term = |(k, term)| TermObject::of(term, interval(k));
+                terms.iter().enumerate().map(term).collect()
+            });
         Self {
             equations: Named::new(states, terms),
             choice: found.choice.clone(),
@@ -168,6 +175,15 @@ impl DataObject {
             true => format!("every {}", significant(r.period, 6)),
             false => format!("unevenly spaced, median step {}", significant(r.period, 6)),
         });
+        let mut times: Vec<&str> = self
+            .files
+            .iter()
+            .filter_map(|f| f.time.as_deref())
+            .collect();
+        times.dedup();
+        if !times.is_empty() {
+            parts.push(format!("time from `{}`", times.join("`, `")));
+        }
         parts.join(", ")
     }
 }

@@ -17,7 +17,8 @@ use crate::trajectories::Trajectory;
 /// that is usual for chaotic systems (Pathak et al., Phys. Rev. Lett. 120, 2018).
 const VALID: f64 = 0.4;
 
-/// Part of a stretch at either end whose slopes are not judged: there they are least certain.
+/// Part of a stretch at either end whose slopes are not judged, at least, and half a window of the filter if that is
+/// more: there they are least certain.
 const MARGIN: f64 = 0.05;
 
 /// The scores, and what is behind them.
@@ -76,13 +77,13 @@ pub(crate) fn of(
     for trajectory in trajectories {
         parts.extend(stretches(model, trajectory, warnings)?);
     }
-    let smooth = smooth(model, &parts, warnings);
+    let (smooth, edge) = smooth(model, &parts, warnings);
     let slopes = parts
         .iter()
         .zip(&smooth)
         .map(|(part, smooth)| match (model.time(), smooth) {
             (Time::Continuous, None) => Ok(None),
-            (Time::Continuous, Some(smooth)) => slopes(model, part, smooth).map(Some),
+            (Time::Continuous, Some(smooth)) => slopes(model, part, smooth, edge).map(Some),
             (Time::Discrete { .. }, _) => next_samples(model, part).map(Some),
         })
         .collect::<Result<Vec<_>>>()?;
@@ -107,24 +108,28 @@ pub(crate) fn of(
     })
 }
 
-/// Every state smoothed; `None` for a stretch that is too short for it.
+/// Every state smoothed, `None` for a stretch that is too short for it, and half of the widest window.
 fn smooth(
     model: &Model,
     parts: &[Stretch<'_>],
     warnings: &mut Vec<String>,
-) -> Vec<Option<Vec<Smoothed>>> {
+) -> (Vec<Option<Vec<Smoothed>>>, usize) {
+    let mut edge = 0;
     let methods: Vec<Differentiator> = (0..model.states().len())
         .map(|state| {
             let signals: Vec<(&[f64], &[f64])> =
                 parts.iter().map(|p| (p.time, p.columns[state])).collect();
             match choose_savgol(&signals, &SavgolSearch::default()) {
-                Ok(choice) => choice.filter.into(),
+                Ok(choice) => {
+                    edge = edge.max(choice.filter.window() / 2);
+                    choice.filter.into()
+                }
                 // On uneven time.
                 Err(_) => SmoothingSpline::cross_validated().into(),
             }
         })
         .collect();
-    parts
+    let smooth = parts
         .iter()
         .map(|part| {
             let smooth = methods.iter().zip(&part.columns);
@@ -137,17 +142,18 @@ fn smooth(
                 }
             }
         })
-        .collect()
+        .collect();
+    (smooth, edge)
 }
 
-fn slopes(model: &Model, part: &Stretch<'_>, smooth: &[Smoothed]) -> Result<Slopes> {
+fn slopes(model: &Model, part: &Stretch<'_>, smooth: &[Smoothed], edge: usize) -> Result<Slopes> {
     let mut columns: Vec<&[f64]> = smooth.iter().map(|s| s.value.as_slice()).collect();
     columns.extend(&part.columns[smooth.len()..]);
     let modelled = model
         .predict(&columns)
         .map_err(Error::refused(part.name.clone()))?;
     let rows = part.time.len();
-    let margin = (MARGIN * rows as f64).ceil() as usize;
+    let margin = ((MARGIN * rows as f64).ceil() as usize).max(edge.min(rows / 4));
     let inner = margin..rows.saturating_sub(margin).max(margin);
     Ok(Slopes {
         time: part.time[inner.clone()].to_vec(),

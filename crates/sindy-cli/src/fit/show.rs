@@ -7,6 +7,7 @@ use sindy::{Model, Outcome};
 use super::object::{FitObject, TermObject};
 use super::score::TestObject;
 use crate::named::Named;
+use crate::past;
 
 /// Sizes of equations that are shown beyond the chosen one.
 const BEYOND: usize = 4;
@@ -14,6 +15,7 @@ const BEYOND: usize = 4;
 /// Equations, coefficients with intervals, front, choice and test.
 pub(super) fn text(model: &Model, object: &FitObject) -> String {
     let mut out = format!("{model:.5}\n");
+    out.push_str(&past::words(model));
     out.push_str(&coefficients(object));
     out.push_str(&front(object));
     let choice = &object.choice;
@@ -115,7 +117,7 @@ fn decimals(error: f64) -> Option<usize> {
 }
 
 /// A number with so many digits.
-pub(super) fn significant(value: f64, digits: usize) -> String {
+pub(crate) fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }

@@ -12,8 +12,12 @@ use crate::error::{Error, Result};
 pub(super) const DEFAULT: &str = "poly(3)";
 
 /// The libraries of the fit: arguments before settings, cubic polynomials without either.
-pub(super) fn libraries(args: &FitArgs, settings: &Settings) -> Result<Vec<Library>> {
-    let variables: Vec<&String> = args.states.iter().chain(&args.inputs).collect();
+pub(super) fn libraries(
+    args: &FitArgs,
+    inputs: &[String],
+    settings: &Settings,
+) -> Result<Vec<Library>> {
+    let variables: Vec<&String> = args.states.iter().chain(inputs).collect();
     let mut texts = Vec::new();
     for text in &args.library {
         Library::specification(text, &variables).map_err(Error::refused("--library"))?;
@@ -27,7 +31,7 @@ pub(super) fn libraries(args: &FitArgs, settings: &Settings) -> Result<Vec<Libra
         (true, Some(libraries)) => (libraries, "library in the settings"),
         (true, None) => (&Libraries::shared([DEFAULT]), DEFAULT),
     };
-    let built = libraries.build(&args.states, &args.inputs);
+    let built = libraries.build(&args.states, inputs);
     built.map_err(Error::refused(why))
 }
 

@@ -4,7 +4,7 @@ pub(crate) mod figure;
 pub(crate) mod object;
 pub(crate) mod setup;
 
-use sindy::model::{Limits, Run, RunOutcome, Simulation, Time};
+use sindy::model::{History, Limits, Run, RunOutcome, Simulation, Time};
 use sindy::{Model, SindyError};
 
 use crate::Done;
@@ -91,10 +91,28 @@ fn read_model(args: &SimulateArgs) -> Result<Model> {
 /// The run of a task.
 pub(crate) fn simulate(model: &Model, task: &Task, how: &Simulation) -> Result<Run> {
     let run = match model.time() {
+        Time::Continuous if !model.past().is_empty() => {
+            history(task).and_then(|h| model.simulate_past(&h, &task.time, &task.inputs, how))
+        }
         Time::Continuous => model.simulate(&task.start, &task.time, &task.inputs, how),
         Time::Discrete { .. } => iterate(model, task),
     };
     run.map_err(Error::refused(task.name.clone()))
+}
+
+/// The states up to the start: as measured, or constant.
+fn history(task: &Task) -> std::result::Result<History, SindyError> {
+    let Some(before) = &task.before else {
+        return Ok(History::constant(&task.start));
+    };
+    let mut states = before.states.clone();
+    for (column, start) in states.iter_mut().zip(&task.start) {
+        if let Some(last) = column.last_mut() {
+            *last = *start;
+        }
+    }
+    let states: Vec<&[f64]> = states.iter().map(Vec::as_slice).collect();
+    History::sampled(&before.time, &states)
 }
 
 fn iterate(model: &Model, task: &Task) -> std::result::Result<Run, SindyError> {

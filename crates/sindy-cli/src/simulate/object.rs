@@ -8,6 +8,7 @@ use sindy::model::RunOutcome;
 
 use super::Simulated;
 use crate::named::Named;
+use crate::past;
 
 /// The object of `simulate --json`.
 #[derive(Serialize)]
@@ -91,7 +92,7 @@ pub(crate) fn deviation(values: &[f64]) -> f64 {
 
 /// What a person reads.
 pub(crate) fn text(model: &Model, runs: &[RunObject]) -> String {
-    let mut out = format!("{model:.5}");
+    let mut out = format!("{model:.5}{}", past::words(model));
     for run in runs {
         let outcome = run.outcome.replace('_', " ");
         let _ = write!(out, "\n{}: {outcome}, {} rows", run.name, run.rows);

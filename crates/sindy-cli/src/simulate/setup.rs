@@ -6,6 +6,7 @@ use sindy::model::{Inputs, Interpolation, Time};
 
 use crate::args::{Between, SimulateArgs};
 use crate::error::{Error, Result};
+use crate::past;
 use crate::trajectories::{self, Trajectory, Wanted};
 
 /// Rows that a result may have.
@@ -21,8 +22,16 @@ pub(crate) struct Task {
     /// At least two times, increasing.
     pub(crate) time: Vec<f64>,
     pub(crate) inputs: Inputs,
+    /// The states before, where the model asks for them and they are known.
+    pub(crate) before: Option<Before>,
     /// The measured states at the times, where there are any.
     pub(crate) measured: Option<Vec<Vec<f64>>>,
+}
+
+/// The states up to the start of a run.
+pub(crate) struct Before {
+    pub(crate) time: Vec<f64>,
+    pub(crate) states: Vec<Vec<f64>>,
 }
 
 /// All runs, and what was found on the way.
@@ -124,13 +133,73 @@ impl Stretch<'_> {
     /// A run beside the stretch, from its first row.
     pub(crate) fn task(&self, model: &Model, between: &[Interpolation]) -> Result<Task> {
         let (states, inputs) = self.columns.split_at(model.states().len());
+        let given = model.inputs().iter().zip(inputs);
+        let outside = given.filter(|(name, _)| !model.past().iter().any(|p| p.input == **name));
+        let outside: Vec<&[f64]> = outside.map(|(_, column)| *column).collect();
+        let inputs = sampled(model, &self.name, self.time, &outside, between)?;
         Ok(Task {
             name: self.name.clone(),
+            before: self.before(model)?,
             start: states.iter().map(|c| c[0]).collect(),
             time: self.time.to_vec(),
-            inputs: sampled(model, &self.name, self.time, inputs, between)?,
+            inputs,
             measured: Some(states.iter().map(|c| c.to_vec()).collect()),
         })
+    }
+}
+
+impl Stretch<'_> {
+    /// The past states of the first rows are the states before the stretch.
+    fn before(&self, model: &Model) -> Result<Option<Before>> {
+        let most = model.past().iter().map(|p| p.delay).fold(0.0, f64::max);
+        if most == 0.0 {
+            return Ok(None);
+        }
+        let (start, slack) = (self.time[0], 1e-3 * most);
+        for p in model.past() {
+            let period = past::rows_of(&p.input).map_or(0.0, |rows| p.delay / rows as f64);
+            let found = self.time[1] - start;
+            if period > 0.0 && (found / period - 1.0).abs() > 1e-2 {
+                return Err(Error::data(
+                    self.name.clone(),
+                    format!(
+                        "rows {period} apart, so that `{}` is {} ago",
+                        p.input, p.delay
+                    ),
+                    format!("rows {found} apart"),
+                ));
+            }
+        }
+        let rows = self.time.iter().take_while(|t| **t <= start + most + slack);
+        let rows = rows.count();
+        if self.time[rows - 1] < start + most - slack {
+            return Err(Error::data(
+                self.name.clone(),
+                format!(
+                    "a stretch longer than the delay of {most}, after the first row that has a past"
+                ),
+                format!("one of length {}", self.time[rows - 1] - start),
+            ));
+        }
+        let column = |(i, state): (usize, &String)| {
+            let own = model.past().iter().filter(|p| p.state == *state);
+            let Some(own) = own.max_by(|a, b| a.delay.total_cmp(&b.delay)) else {
+                return vec![self.columns[i][0]; rows];
+            };
+            let input = model.inputs().iter().position(|n| *n == own.input);
+            let was = self.columns[model.states().len() + input.unwrap_or_default()];
+            // A shorter delay knows the later part.
+            let later = start + most - own.delay - slack;
+            let shift = self.time.iter().take_while(|t| **t < later).count();
+            (0..rows).map(|k| was[k.saturating_sub(shift)]).collect()
+        };
+        let mut time: Vec<f64> = self.time[..rows].iter().map(|t| t - most).collect();
+        // Rounding aside, the history ends where the run starts.
+        time[rows - 1] = start;
+        Ok(Some(Before {
+            time,
+            states: model.states().iter().enumerate().map(column).collect(),
+        }))
     }
 }
 
@@ -141,7 +210,7 @@ fn sampled(
     columns: &[&[f64]],
     between: &[Interpolation],
 ) -> Result<Inputs> {
-    if model.inputs().is_empty() {
+    if columns.is_empty() {
         return Ok(Inputs::none());
     }
     let between = match model.time() {
@@ -181,6 +250,7 @@ fn check_period(model: &Model, name: &str, time: &[f64]) -> Result<()> {
 /// One run from a start that was given.
 fn own(model: &Model, args: &SimulateArgs) -> Result<Setup> {
     let start = start(model, &args.start)?;
+    let outside = model.outside();
     let mut setup = Setup {
         tasks: Vec::new(),
         warnings: Vec::new(),
@@ -190,7 +260,10 @@ fn own(model: &Model, args: &SimulateArgs) -> Result<Setup> {
         None => None,
         Some(path) => {
             let wanted = Wanted {
-                columns: inputs_wanted(model).collect(),
+                columns: outside
+                    .iter()
+                    .map(|n| (n.as_str(), "an input of the model"))
+                    .collect(),
                 weights: None,
                 table: &args.table,
             };
@@ -227,13 +300,14 @@ fn own(model: &Model, args: &SimulateArgs) -> Result<Setup> {
                 &between(model, args),
             )?
         }
-        None => formulas(model, &args.inputs)?,
+        None => formulas(&outside, &args.inputs)?,
     };
     setup.tasks.push(Task {
         name: "run".to_owned(),
         start,
         time,
         inputs,
+        before: None,
         measured: None,
     });
     Ok(setup)
@@ -283,8 +357,8 @@ fn start(model: &Model, given: &[String]) -> Result<Vec<f64>> {
     model.states().iter().zip(values).map(number).collect()
 }
 
-fn formulas(model: &Model, given: &[String]) -> Result<Inputs> {
-    let texts = assignments("--input", given, model.inputs())?;
+fn formulas(names: &[String], given: &[String]) -> Result<Inputs> {
+    let texts = assignments("--input", given, names)?;
     Inputs::formulas(&texts).map_err(Error::refused("--input"))
 }
 

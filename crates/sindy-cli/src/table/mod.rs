@@ -140,8 +140,17 @@ impl Format {
 
 /// The place of the column `name` among `names`, as [`Table::find`].
 pub(crate) fn find(at: &str, names: &[String], name: &str, why: &str) -> Result<usize> {
-    if let Some(place) = names.iter().position(|n| n == name) {
-        return Ok(place);
+    let same: Vec<usize> = (0..names.len()).filter(|&p| names[p] == name).collect();
+    match same[..] {
+        [] => {}
+        [place] => return Ok(place),
+        _ => {
+            return Err(Error::data(
+                at,
+                format!("one column `{name}` ({why})"),
+                format!("{} of that name", same.len()),
+            ));
+        }
     }
     let with_unit = |n: &String| without_unit(n).is_some_and(|bare| bare == name);
     let matches: Vec<usize> = (0..names.len()).filter(|&p| with_unit(&names[p])).collect();
