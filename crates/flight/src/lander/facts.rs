@@ -103,10 +103,13 @@ impl<R: Real> Lander<R> {
         let height_error_m = height_m - self.hold_height_m;
         let at_hold_height = height_error_m.abs() <= self.hold_tolerance_m;
         let over_pad = seen.lateral_error_m.abs() <= self.hold_lateral_m;
+        let steady = seen.relative_velocity_mps.abs() <= self.hold_speed_mps
+            && seen.lateral_speed_mps <= self.hold_speed_mps;
         let unready = stale.or(beyond).or(first(&[
             (!seen.is_finite(), Reason::NotFinite),
             (!at_hold_height, Reason::Height),
             (!over_pad, Reason::LateralError),
+            (!steady, Reason::Unsteady),
             (seen.saturated, Reason::Saturated),
             (rough_deck && !battery_critical, Reason::Deck),
             (battery_low, Reason::BatteryLow),

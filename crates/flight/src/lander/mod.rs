@@ -63,8 +63,8 @@
 //!   `excess_s`. Lateral error and closing speed are limited by a [`Funnel`].
 //! - *saturated*: the rotors have been asked for more than they give for
 //!   `saturation_s`.
-//! - *ready*: fresh, every number finite, at the hold height and over the pad,
-//!   nothing beyond its limit, the deck within its limits (unless the battery
+//! - *ready*: fresh, every number finite, at the hold height and over the pad, slower
+//!   than `hold_speed_mps` relative to the deck, nothing beyond its limit, the deck within its limits (unless the battery
 //!   is critical).
 //! - *touching*: not blind, height, relative velocity and lateral speed in the
 //!   deck's frame within those of a touchdown, and no contact switch that says
@@ -182,6 +182,8 @@ pub enum Reason {
     BatteryLow,
     /// Not at the hold height.
     Height,
+    /// Moving too fast relative to the deck to begin a descent.
+    Unsteady,
     /// It took too long.
     Late,
     /// The thrust was taken back and nothing carries the vehicle.

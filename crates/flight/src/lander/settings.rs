@@ -27,7 +27,7 @@ impl<R: Real> Funnel<R> {
 /// | setting | default | what it bounds |
 /// | --- | --- | --- |
 /// | `hold_height_m`, `hold_tolerance_m` | 0.8, 0.15 | height of the hover, and how exactly it is held before a descent |
-/// | `hold_lateral_m` | 0.15 | lateral error at the start of a descent |
+/// | `hold_lateral_m`, `hold_speed_mps` | 0.15, 0.25 | lateral error, speed relative to the deck at the start of a descent |
 /// | `commit_height_m`, `commit_margin_m` | 0.30, 0.10 | from where down a lost tag is coasted; how far above that the promise ends |
 /// | `touchdown_height_m` | 0.12 | greatest height in touchdown: that of contact, and the noise of the height |
 /// | `touchdown_speed_mps`, `touchdown_lateral_mps` | 0.12, 0.25 | greatest speeds relative to the deck in touchdown |
@@ -54,6 +54,9 @@ pub struct Lander<R> {
     pub hold_tolerance_m: R,
     /// Greatest lateral error at the start of a descent, m.
     pub hold_lateral_m: R,
+    /// Greatest speed relative to the deck at the start of a descent, m/s: a hover that
+    /// swings does not get better on the way down.
+    pub hold_speed_mps: R,
     /// Height below which a lost tag is coasted, m.
     pub commit_height_m: R,
     /// How far above the commit height the vehicle is no longer committed, m.
@@ -124,6 +127,7 @@ impl<R: Real> Default for Lander<R> {
             hold_height_m: r(0.8),
             hold_tolerance_m: r(0.15),
             hold_lateral_m: r(0.15),
+            hold_speed_mps: r(0.25),
             commit_height_m: r(0.30),
             commit_margin_m: r(0.10),
             touchdown_height_m: r(0.12),
@@ -211,11 +215,12 @@ impl<R: Real> Lander<R> {
         )
     }
 
-    fn positive_settings(&self) -> [(&'static str, R); 28] {
+    fn positive_settings(&self) -> [(&'static str, R); 29] {
         [
             ("lander.hold_height_m", self.hold_height_m),
             ("lander.hold_tolerance_m", self.hold_tolerance_m),
             ("lander.hold_lateral_m", self.hold_lateral_m),
+            ("lander.hold_speed_mps", self.hold_speed_mps),
             ("lander.commit_height_m", self.commit_height_m),
             ("lander.commit_margin_m", self.commit_margin_m),
             ("lander.touchdown_height_m", self.touchdown_height_m),

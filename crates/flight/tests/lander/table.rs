@@ -1,8 +1,10 @@
 //! Rows of the table, one by one.
 
-use touchdown_flight::lander::{Fly, Frame, LanderInput, LanderOutput, Phase, Reason, Request};
+use touchdown_flight::lander::{
+    Fly, Frame, Lander, LanderInput, LanderOutput, Phase, Reason, Request,
+};
 
-use crate::world::{DT, Flight, STANDING_M, World};
+use crate::world::{DT, Flight, STANDING_M, World, good};
 
 fn reach(phase: Phase) -> Flight {
     let mut flight = Flight::new();
@@ -91,6 +93,32 @@ fn analytic_every_abort_of_a_descent() {
         assert!((after - time_s - DT).abs() < 1.5 * DT, "{reason:?} {after}");
         let counted = u8::from(reason != Reason::Operator);
         assert_eq!(out.go_arounds, counted);
+    }
+}
+
+#[test]
+fn analytic_a_hover_that_swings_is_not_ready() {
+    let swings: [fn(&mut LanderInput<f64>); 4] = [
+        |s| s.relative_velocity_mps = 0.26,
+        |s| s.relative_velocity_mps = -0.26,
+        |s| s.lateral_speed_mps = 0.26,
+        |s| s.lateral_speed_mps = f64::NAN,
+    ];
+    for swing in swings {
+        let lander = Lander::<f64>::default();
+        let mut state = lander.initial();
+        for i in 0..500 {
+            let mut seen = good();
+            // Slow again for too short a time to settle.
+            if i % 40 < 20 {
+                swing(&mut seen);
+            }
+            let out = lander.step(&mut state, &seen, DT);
+            assert!(
+                matches!(out.phase, Phase::Approach | Phase::Hold),
+                "{out:?}"
+            );
+        }
     }
 }
 
