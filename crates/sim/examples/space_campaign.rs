@@ -4,7 +4,8 @@
 //! cargo run --release -p touchdown-sim --example space_campaign -- PRESET [TRIALS [SEED]] [KEY=VALUE]...
 //! ```
 //!
-//! Presets: `still`, `paper`, `strong`, `heave`, `sea`, `tag_lost`, `range_missing`, `late`, `rotor`,
+//! Presets: `still`, `paper`, `strong`, `heave`, `sea`, `tag_lost`, `range_missing`, `late`, `late_unknown`,
+//! `rotor`,
 //! `gust`, `nan`. Keys are those of the scenario, dotted (`control.planner=false`); values are TOML.
 #![allow(clippy::print_stdout)]
 
@@ -55,6 +56,10 @@ fn preset(name: &str) -> Option<SpaceScenario> {
         }
         "range_missing" => faults.range_missing_share = 0.1,
         "late" => faults.extra_latency_s = 0.1,
+        "late_unknown" => {
+            faults.extra_latency_s = 0.1;
+            faults.extra_latency_known = false;
+        }
         "rotor" => {
             faults.rotor = Some(WeakRotor {
                 rotor: 0,

@@ -34,10 +34,10 @@ fn analytic_without_noise_it_lands_on_the_plan() {
     assert_eq!(landing.outcome, SpaceOutcome::Landed { attempts: 1 });
     assert!(landing.aborts.is_empty());
     let touch = landing.touch.unwrap();
-    // The shortest descent the planner allows, 2.2 s, then the last centimetre at
+    // The shortest descent the planner allows, 2.0 s, then the last centimetre at
     // the sink rate of 0.03 m/s; the model's error moves it by a few millimetres, and
     // by some tenths of that rate.
-    assert!((2.2..2.9).contains(&touch.t_l_s), "{touch:?}");
+    assert!((2.0..2.7).contains(&touch.t_l_s), "{touch:?}");
     assert!((touch.v_l_mps - 0.03).abs() < 0.015, "{touch:?}");
     // Monotone from 0.8 to 0.1 m, and what the hover was off.
     assert!((touch.s_l_m - 0.7).abs() < 0.02, "{touch:?}");
@@ -78,12 +78,13 @@ fn regress_the_papers_deck_with_all_sensors() {
             "{landing:?}"
         );
         let touch = landing.touch.unwrap();
-        // Of 1000: at most 0.17 m/s, 0.05 m and 3.8 s.
+        // Of 2000: at most 0.151 m/s, 0.045 m and 3.54 s.
         assert!(touch.v_l_mps < 0.2 && touch.lateral_m < 0.06, "{touch:?}");
         assert!(touch.t_l_s < 4.0, "{touch:?}");
         speeds += touch.v_l_mps;
     }
-    assert!(speeds / 30.0 < 0.075, "{}", speeds / 30.0);
+    // Of 1000: 0.045; the standard error of the mean of 30 is 0.003.
+    assert!(speeds / 30.0 < 0.055, "{}", speeds / 30.0);
 }
 
 #[test]
@@ -131,6 +132,16 @@ fn prop_faults_end_in_landings_or_aborts() {
         assert!(landing.outcome.landed(), "{landing:?}");
         assert!(!landing.aborts.is_empty());
     }
+    // Readings a tenth of a second later, stamped: the estimator makes up for it.
+    let mut scenario = paper();
+    scenario.faults.extra_latency_s = 0.1;
+    for landing in landings(&scenario, 5) {
+        assert_eq!(
+            landing.outcome,
+            SpaceOutcome::Landed { attempts: 1 },
+            "{landing:?}"
+        );
+    }
     let mut scenario = paper();
     scenario.faults.range_missing_share = 0.1;
     scenario.faults.rotor = Some(WeakRotor {
@@ -140,6 +151,24 @@ fn prop_faults_end_in_landings_or_aborts() {
     });
     for landing in landings(&scenario, 5) {
         assert!(landing.outcome.landed(), "{landing:?}");
+    }
+}
+
+#[test]
+fn regress_a_rising_sea_with_tilt_and_sway() {
+    let mut scenario = heaving(0.3, 0.2);
+    if let RigidMotion::Sines { tones } = &mut scenario.deck {
+        tones.push(Tone {
+            axis: Axis::Roll,
+            amplitude: 0.0524,
+            frequency_hz: 0.2,
+            phase_rad: 1.0,
+        });
+    }
+    for landing in landings(&scenario, 10) {
+        assert!(landing.outcome.landed(), "{landing:?}");
+        // Of 2000: at most 0.132 m/s.
+        assert!(landing.touch.unwrap().v_l_mps < 0.2, "{landing:?}");
     }
 }
 

@@ -37,27 +37,27 @@ impl Flight<'_> {
         if !self.state.is_finite() || dot(far, far) > crash.lost_m * crash.lost_m {
             return crashed(CrashCause::Lost);
         }
-        let tilt_rad = tilt_from(self.state.attitude, &self.pose);
         let down = self.log.feet_down > 0;
+        let near = down || place[2] <= scenario.landed_height_m;
+        let tilt_rad = if near {
+            tilt_from(self.state.attitude, &self.pose)
+        } else {
+            0.0
+        };
         if let Some(descending) = &mut self.descending
             && descending.touch.is_none()
         {
-            {
-                descending.path_m += 0.5 * STEP_S * (before.1[2].abs() + velocity[2].abs());
-                let low = place[2] <= scenario.landed_height_m;
-                if down || low {
-                    descending.touch = Some(Touch {
-                        time_s: step as f64 * STEP_S,
-                        t_l_s: (step - descending.since) as f64 * STEP_S,
-                        // Before the legs took up any of it.
-                        v_l_mps: before.1[2].abs(),
-                        s_l_m: descending.path_m,
-                        tilt_rad,
-                        lateral_m: place[0].hypot(place[1]),
-                        lateral_mps: velocity[0].hypot(velocity[1]),
-                    });
-                }
-            }
+            descending.path_m += 0.5 * STEP_S * (before.1[2].abs() + velocity[2].abs());
+            descending.touch = near.then(|| Touch {
+                time_s: step as f64 * STEP_S,
+                t_l_s: (step - descending.since) as f64 * STEP_S,
+                // Before the legs took up any of it.
+                v_l_mps: before.1[2].abs(),
+                s_l_m: descending.path_m,
+                tilt_rad,
+                lateral_m: place[0].hypot(place[1]),
+                lateral_mps: velocity[0].hypot(velocity[1]),
+            });
         }
         if down && -before.1[2] > crash.speed_mps {
             return crashed(CrashCause::Speed);
@@ -77,23 +77,19 @@ impl Flight<'_> {
         if let Some(stopped) = self.stopped
             && step - stopped >= steps(scenario.watch_s) as u64
         {
-            {
-                return if self.log.feet_down >= 3 {
-                    Some(SpaceOutcome::Landed {
-                        attempts: self.landing.descents,
-                    })
-                } else {
-                    crashed(CrashCause::StoppedInAir)
-                };
-            }
+            return if self.log.feet_down >= 3 {
+                Some(SpaceOutcome::Landed {
+                    attempts: self.landing.descents,
+                })
+            } else {
+                crashed(CrashCause::StoppedInAir)
+            };
         }
         if let Some(gave_up) = self.gave_up
             && step - gave_up >= steps(GIVEN_UP_S) as u64
         {
-            {
-                let reason = self.landing.aborts.last().and_then(|abort| abort.reason);
-                return Some(SpaceOutcome::GivenUp { reason });
-            }
+            let reason = self.landing.aborts.last().and_then(|abort| abort.reason);
+            return Some(SpaceOutcome::GivenUp { reason });
         }
         None
     }

@@ -35,12 +35,13 @@ impl Clock {
         due
     }
 
-    /// Delay, loss and known age of the next reading.
-    pub(super) fn journey(&mut self, extra_s: f64) -> (f64, bool, f64) {
+    /// Delay, loss and known age of the next reading, under a further latency and
+    /// what of it is known.
+    pub(super) fn journey(&mut self, [extra_s, known_s]: [f64; 2]) -> (f64, bool, f64) {
         let schedule = &self.schedule;
         let delay = schedule.latency_s + schedule.jitter_s * self.stream.normal().abs() + extra_s;
         let lost = self.stream.uniform() < schedule.loss_share;
-        let age_s = schedule.latency_s + HALF_NORMAL_MEAN * schedule.jitter_s;
+        let age_s = schedule.latency_s + HALF_NORMAL_MEAN * schedule.jitter_s + known_s;
         (delay, lost, age_s)
     }
 }

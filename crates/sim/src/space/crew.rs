@@ -7,14 +7,14 @@ use touchdown_flight::control::{
     Adaptation, Composite, Delays, Gains, Horizontal, Imbc, Law, Observer, Ssc,
 };
 use touchdown_flight::estimate::deck::{DeckEstimator, Observed};
-use touchdown_flight::estimate::relative::RelativeFilter;
+use touchdown_flight::estimate::relative::{DeckPrior, ImuModel, RelativeFilter, TagModel};
 use touchdown_flight::ground_effect::{
     Empirical, GroundEffectModel, Guarded, Lag, StaticMap, Validity, VelocityInput,
 };
 use touchdown_flight::guidance::Guidance;
 use touchdown_flight::lander::Lander;
 use touchdown_flight::pilot::Pilot;
-use touchdown_flight::planner::Planner;
+use touchdown_flight::planner::{self, Planner};
 use touchdown_flight::reference::{Exponential, Reference, Terminal};
 use touchdown_flight::thrust::{Library, ThrustModel};
 
@@ -189,11 +189,12 @@ impl Default for ControlSettings {
             terminal_s: 2.5,
             terminal_sink_mps: 0.03,
             imbc_hz: 0.5,
-            // Stiffer than published: what the deck's predicted acceleration is wrong by
-            // shows less. Rotors and delays leave a phase margin of 40 degrees.
+            // Stiffer than published: errors of the deck's predicted acceleration and
+            // of the ground-effect model show less. Much stiffer, and a latency that is
+            // not known makes the hover swing.
             gains: Gains {
-                k_p: 10.0,
-                gamma: 3.0,
+                k_p: 8.0,
+                gamma: 2.5,
                 ..Gains::default()
             },
             horizontal: Horizontal::default(),
@@ -204,17 +205,41 @@ impl Default for ControlSettings {
                 sensing_s: 0.0,
                 ..Guidance::default()
             },
-            lander: Lander::default(),
+            lander: Lander {
+                // Contact at 0.1 m and four standard deviations of the height: a
+                // vehicle that floats a centimetre above the deck is not let fall.
+                touchdown_height_m: 0.108,
+                ..Lander::default()
+            },
             planning: Planner {
-                descent: touchdown_flight::planner::Descent {
+                descent: planner::Descent {
                     // A centimetre above contact: tilt and errors of the height do not
                     // make it touch while it still brakes.
                     end_height_m: 0.11,
-                    ..touchdown_flight::planner::Descent::default()
+                    // Touches are judged at 0.108 m: none is missed for being slow.
+                    sink_per_sd: 0.1,
+                    duration_min_s: 2.0,
+                    ..planner::Descent::default()
                 },
                 ..Planner::default()
             },
-            relative: RelativeFilter::default(),
+            relative: RelativeFilter {
+                // A ship surges and sways.
+                deck: DeckPrior {
+                    horizontal_velocity_sd_mps: 0.1,
+                    horizontal_velocity_walk: 0.1,
+                    ..DeckPrior::default()
+                },
+                imu: ImuModel {
+                    noise_density: 0.015,
+                    ..ImuModel::default()
+                },
+                tag: TagModel {
+                    noise_sd_m: 0.001,
+                    ..TagModel::default()
+                },
+                ..RelativeFilter::default()
+            },
             deck: DeckEstimator {
                 delay_s: 0.09,
                 // The vehicle's own velocity wanders with GNSS and accelerometer bias.
@@ -225,7 +250,7 @@ impl Default for ControlSettings {
             contact_height_m: 0.11,
             watch_s: 6.0,
             deck_known_mps: 0.02,
-            least_damping_ratio: 0.1,
+            least_damping_ratio: 0.05,
         }
     }
 }

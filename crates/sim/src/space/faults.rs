@@ -81,7 +81,7 @@ pub struct FaultGust {
 }
 
 /// What goes wrong.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FaultSettings {
     /// From when the times below count.
@@ -90,14 +90,33 @@ pub struct FaultSettings {
     pub tag_lost: Vec<Span>,
     /// Share of range readings that are missing, beside the sensor's own losses.
     pub range_missing_share: f64,
-    /// Latency of range, tag and GNSS beyond what the vehicle knows, s.
+    /// Further latency of range, tag and GNSS, s.
     pub extra_latency_s: f64,
+    /// Whether the vehicle knows of it, as it does of readings that are stamped when
+    /// they are taken.
+    pub extra_latency_known: bool,
     /// A rotor that gives less.
     pub rotor: Option<WeakRotor>,
     /// A gust.
     pub gust: Option<FaultGust>,
     /// Bursts of readings that are not numbers.
     pub nan: Vec<NanBurst>,
+}
+
+impl Default for FaultSettings {
+    /// None; latency, if set, by stamped readings.
+    fn default() -> Self {
+        Self {
+            since: Since::default(),
+            tag_lost: Vec::new(),
+            range_missing_share: 0.0,
+            extra_latency_s: 0.0,
+            extra_latency_known: true,
+            rotor: None,
+            gust: None,
+            nan: Vec::new(),
+        }
+    }
 }
 
 impl FaultSettings {

@@ -143,9 +143,15 @@ impl Sensing {
         self.felt_next = (self.felt_next + 1) % self.felt.len();
 
         let time_s = truth.step as f64 * STEP_S;
+        let extra_s = faults.extra_latency_s;
+        let known_s = if faults.extra_latency_known {
+            extra_s
+        } else {
+            0.0
+        };
+        let late = [extra_s, known_s];
         if self.range.due(time_s) {
-            let extra_s = faults.extra_latency_s;
-            let (delay_s, lost, age_s) = self.range.journey(extra_s);
+            let (delay_s, lost, age_s) = self.range.journey(late);
             let noise = self.range.stream.normal();
             let missing = self.range.stream.uniform() < faults.range_missing_share;
             let distance = self.distance(truth, &axes, noise);
@@ -161,7 +167,7 @@ impl Sensing {
             }
         }
         if self.tag.due(time_s) {
-            let (delay_s, lost, age_s) = self.tag.journey(faults.extra_latency_s);
+            let (delay_s, lost, age_s) = self.tag.journey(late);
             let seen = self.see(truth, &axes);
             let hidden = lost || faults.tag_is_lost(truth.since_s);
             if let (Some((mut tag, normal)), false) = (seen, hidden) {
@@ -172,7 +178,7 @@ impl Sensing {
             }
         }
         if self.settings.with_gnss && self.gnss.due(time_s) {
-            let (delay_s, lost, age_s) = self.gnss.journey(faults.extra_latency_s);
+            let (delay_s, lost, age_s) = self.gnss.journey(late);
             let of = &self.settings.gnss;
             let sd = [
                 of.horizontal_sd_mps,
@@ -199,7 +205,7 @@ impl Sensing {
             }
         }
         if self.settings.with_barometer && self.barometer.due(time_s) {
-            let (delay_s, lost, age_s) = self.barometer.journey(0.0);
+            let (delay_s, lost, age_s) = self.barometer.journey([0.0; 2]);
             let of = &self.settings.barometer;
             let stream = &mut self.barometer.stream;
             self.barometer_drift += of.drift / of.schedule.rate_hz.sqrt() * stream.normal();
