@@ -315,7 +315,7 @@ impl ControlSettings {
         relative.range.least_m = sensors.range.least_m;
         relative.range.greatest_m = sensors.range.greatest_m;
         relative.range.jitter_s = sensors.range.schedule.jitter_s;
-        relative.tag.position_m = super::sensing::vector(sensors.tag.place_m);
+        relative.tag.position_m = super::sensing::vector(sensors.tag.camera.place_m);
         relative.tag.jitter_s = sensors.tag.schedule.jitter_s;
         let computer = Computer {
             relative,

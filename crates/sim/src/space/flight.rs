@@ -119,6 +119,7 @@ impl<'a> Flight<'a> {
         let gravity = scenario.plant.gravity_mps2;
         let sensing = Sensing::new(
             &scenario.sensors,
+            &lander.camera,
             scenario.control_period_s,
             &state,
             gravity,

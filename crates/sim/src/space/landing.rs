@@ -8,6 +8,7 @@ use super::track::Track;
 use touchdown_flight::computer::Computer;
 
 use crate::STEP_S;
+use crate::camera::fast::FastCamera;
 use crate::cascade::Cascade;
 use crate::deck::rigid::RigidDeck;
 use crate::error::SimError;
@@ -20,6 +21,7 @@ pub struct SpaceLander {
     pub(super) scenario: SpaceScenario,
     pub(super) computer: Computer<f64>,
     pub(super) cascade: Cascade,
+    pub(super) camera: FastCamera,
     pub(super) half_side_m: Option<f64>,
     /// A measured motion in place of the scenario's.
     pub(super) deck: Option<RigidDeck>,
@@ -48,6 +50,7 @@ impl SpaceLander {
             .deck
             .validate()
             .map_err(|error| error.in_section("deck"))?;
+        let camera = scenario.sensors.tag.fast()?;
         let computer = scenario.control.computer(
             &scenario.models,
             &scenario.plant,
@@ -59,6 +62,7 @@ impl SpaceLander {
             scenario: scenario.clone(),
             computer,
             cascade,
+            camera,
             half_side_m: Deck::new(&scenario.plant)?.half_side_m(),
             deck: None,
         })

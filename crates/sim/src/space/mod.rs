@@ -9,7 +9,8 @@
 //!
 //! The computer is the one that flies ([`touchdown_flight::computer`]); it knows of the
 //! world what the sensors say, the vehicle's mass, mounting places and nominal
-//! delays, and models that were identified before. Outcome, touchdown and crash
+//! delays, and models that were identified before. The camera is the fast one, whose
+//! errors were fitted to the detector ([`crate::camera::fast`]). Outcome, touchdown and crash
 //! are judged by the true state in the deck's frame.
 //!
 //! | module | what it holds |

@@ -13,8 +13,11 @@ use touchdown_flight::{Attitude, Vector};
 
 use super::clock::{Clock, Wander};
 use super::faults::{FaultSettings, Struck};
-use super::sensors::{SensorSettings, TagSettings};
+use super::sensors::SensorSettings;
 use crate::STEP_S;
+use crate::camera::CameraSettings;
+use crate::camera::fast::FastCamera;
+use crate::camera::view::View;
 use crate::deck::rigid::DeckPose;
 use crate::noise::{Purpose, Stream};
 use crate::rigid::RigidState;
@@ -74,6 +77,7 @@ pub(super) struct Sensing {
     turn_bias: [f64; 3],
     range: Clock,
     tag: Clock,
+    camera: FastCamera,
     gnss: Clock,
     gnss_wander: [Wander; 3],
     barometer: Clock,
@@ -84,6 +88,7 @@ pub(super) struct Sensing {
 impl Sensing {
     pub(super) fn new(
         settings: &SensorSettings,
+        camera: &FastCamera,
         control_period_s: f64,
         start: &RigidState,
         gravity_mps2: f64,
@@ -114,7 +119,7 @@ impl Sensing {
         let level = along(&start.axes(), [0.0, 0.0, gravity_mps2]);
         let remembered = steps(of_imu.latency_s) + control_steps + 1;
         Self {
-            settings: *settings,
+            settings: settings.clone(),
             control_steps,
             imu,
             imu_bias_mps2,
@@ -126,6 +131,7 @@ impl Sensing {
             turn_bias,
             range: Clock::new(settings.range.schedule, stream(Purpose::Range)),
             tag: Clock::new(settings.tag.schedule, stream(Purpose::Camera)),
+            camera: camera.clone(),
             gnss,
             gnss_wander,
             barometer: Clock::new(settings.barometer.schedule, stream(Purpose::Barometer)),
@@ -168,7 +174,7 @@ impl Sensing {
         }
         if self.tag.due(time_s) {
             let (delay_s, lost, age_s) = self.tag.journey(late);
-            let seen = self.see(truth, &axes);
+            let seen = self.see(truth);
             let hidden = lost || faults.tag_is_lost(truth.since_s);
             if let (Some((mut tag, normal)), false) = (seen, hidden) {
                 if faults.is_nan(Struck::Tag, truth.since_s) {
@@ -330,52 +336,45 @@ impl Sensing {
     }
 
     /// Place of the deck's centre and the deck's normal in camera axes.
-    fn see(
-        &mut self,
-        truth: &Truth<'_>,
-        axes: &[[f64; 3]; 3],
-    ) -> Option<(TagReading<f64>, Vector<f64>)> {
-        let of: &TagSettings = &self.settings.tag;
-        let stream = &mut self.tag.stream;
-        let draws: [f64; 5] = std::array::from_fn(|_| stream.normal());
-        let missed = stream.uniform() < of.missed_share;
-        let lens = add(truth.state.position_m, to_world(axes, of.place_m));
-        // Right, down, ahead.
-        let camera = [
-            scale(axes[1], -1.0),
-            scale(axes[0], -1.0),
-            scale(axes[2], -1.0),
-        ];
-        let [x, y, z] = along(&camera, sub(truth.deck.origin_m, lens));
-        let in_view = z > 0.0
-            && x.abs() <= z * of.half_view_rad[0].tan()
-            && y.abs() <= z * of.half_view_rad[1].tan()
-            && z <= of.greatest_m;
-        if missed || !in_view {
-            return None;
-        }
-        let sd = |[near, per_m]: [f64; 2]| near + per_m * z;
-        let (lateral, depth) = (sd(of.lateral_sd_m), sd(of.depth_sd_m));
+    fn see(&mut self, truth: &Truth<'_>) -> Option<(TagReading<f64>, Vector<f64>)> {
+        let of = &self.settings.tag;
+        let (view, covariance) = if of.errors {
+            let half_s = 0.5 * of.camera.exposure_s;
+            let [open, shut] = [-half_s, half_s].map(|t| view_at(&of.camera, truth, t));
+            let look = self.camera.look(&open, &shut, &mut self.tag.stream);
+            // A view that is no pose shows nothing.
+            let fix = look.ok().flatten()?;
+            (fix.view, fix.covariance)
+        } else {
+            let view = View::of(&of.camera, truth.state, truth.deck);
+            let [u, v] = of.camera.project(view.translation_m)?;
+            let within = |x: f64, most: usize| x >= 0.0 && x <= most as f64;
+            if !(within(u, of.camera.width_px) && within(v, of.camera.height_px)) {
+                return None;
+            }
+            (view, [[0.0; 6]; 6])
+        };
         let tag = TagReading {
-            position_m: Vector::new(
-                x + lateral * draws[0],
-                y + lateral * draws[1],
-                z + depth * draws[2],
-            ),
-            covariance_m2: [
-                [lateral * lateral, 0.0, 0.0],
-                [0.0, lateral * lateral, 0.0],
-                [0.0, 0.0, depth * depth],
-            ],
+            position_m: vector(view.translation_m),
+            covariance_m2: [0, 1, 2].map(|i| [0, 1, 2].map(|j| covariance[i][j])),
             age_s: 0.0,
         };
-        let normal = along(&camera, truth.deck.axes[2]);
-        let turned = cross(
-            [of.tilt_sd_rad * draws[3], of.tilt_sd_rad * draws[4], 0.0],
-            normal,
-        );
-        Some((tag, vector(add(normal, turned))))
+        // Rows of the rotation are the camera's axes in the deck's.
+        Some((tag, vector(view.rotation.map(|row| row[2]))))
     }
+}
+
+/// What the camera sees a little before or after, by the motion now.
+fn view_at(camera: &CameraSettings, truth: &Truth<'_>, t: f64) -> View {
+    let (mut state, mut deck) = (*truth.state, *truth.deck);
+    let [p, q, r] = scale(state.rates, 0.5 * t);
+    state.attitude = normalised(product(state.attitude, [1.0, p, q, r]));
+    state.position_m = add(state.position_m, scale(state.velocity_mps, t));
+    deck.origin_m = add(deck.origin_m, scale(deck.velocity_mps, t));
+    let turn = scale(deck.angular_velocity, t);
+    // Orthonormal to the square of the turn during half an exposure.
+    deck.axes = deck.axes.map(|axis| add(axis, cross(turn, axis)));
+    View::of(camera, &state, &deck)
 }
 
 /// Height above the deck along its normal, m.

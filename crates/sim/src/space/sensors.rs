@@ -2,6 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::camera::CameraSettings;
+use crate::camera::errors::ErrorModel;
+use crate::camera::fast::{FastCamera, LocationSettings};
+use crate::camera::print::{CELLS, DeckPrint, PrintedTag};
 use crate::check;
 use crate::error::SimError;
 
@@ -172,49 +176,74 @@ impl Default for BarometerSettings {
     }
 }
 
-/// The camera and its detector, by the errors of what they find: the place of the
-/// deck's centre in camera axes and the deck's normal.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// The camera and its detector in the fast mode of [`crate::camera::fast`]: the
+/// deck's pose with the errors that a detector was seen to make on rendered images.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TagSettings {
     /// When readings come: frames, and the time to find the tags in them.
     pub schedule: Schedule,
-    /// Place of the lens in body axes, m. It looks against the body's z axis, the
-    /// top of the image forward.
-    pub place_m: [f64; 3],
-    /// Half the field of view, right and down, rad.
-    pub half_view_rad: [f64; 2],
-    /// Error across the view: standard deviation at no distance and per metre.
-    pub lateral_sd_m: [f64; 2],
-    /// Error along the view: standard deviation at no distance and per metre.
-    pub depth_sd_m: [f64; 2],
-    /// Error of the normal on each axis, standard deviation, rad.
-    pub tilt_sd_rad: f64,
-    /// Greatest distance at which tags are found, m.
-    pub greatest_m: f64,
-    /// Share of frames in view in which no tag is found.
-    pub missed_share: f64,
+    /// The camera, looking against the body's z axis.
+    pub camera: CameraSettings,
+    /// Sides of the tags, each in the middle of the one before, m.
+    pub sizes_m: Vec<f64>,
+    /// How corners are weighted.
+    pub location: LocationSettings,
+    /// Whether the detector errs; else the pose is exact wherever the deck's centre
+    /// is in the image.
+    pub errors: bool,
 }
 
 impl Default for TagSettings {
-    /// 30 Hz, 40 ms and 3 ms; 2 cm below the reference point, 77° × 62°; 0.5 mm and
-    /// 1 mm/m across, 1 mm and 2 mm/m along; 10 mrad; 4 m; 1 %.
+    /// 30 Hz, 40 ms and 3 ms; the default camera over tags of 0.4 m, 80 mm and 16 mm.
     fn default() -> Self {
         Self {
             schedule: Schedule::new(30.0, 0.04, 0.003),
-            place_m: [0.0, 0.0, -0.02],
-            half_view_rad: [0.67, 0.54],
-            lateral_sd_m: [0.0005, 0.001],
-            depth_sd_m: [0.001, 0.002],
-            tilt_sd_rad: 0.01,
-            greatest_m: 4.0,
-            missed_share: 0.01,
+            camera: CameraSettings::default(),
+            sizes_m: vec![0.4, 0.08, 0.016],
+            location: LocationSettings::default(),
+            errors: true,
         }
     }
 }
 
+impl TagSettings {
+    fn validate(&self) -> Result<(), SimError> {
+        self.schedule
+            .validate()
+            .map_err(|e| e.in_section("schedule"))?;
+        self.camera.validate().map_err(|e| e.in_section("camera"))?;
+        check::that(!self.sizes_m.is_empty(), "sizes_m", "at least one tag", 0.0)?;
+        for (i, &size_m) in self.sizes_m.iter().enumerate() {
+            check::positive("sizes_m", size_m)?;
+            check::that(
+                i == 0 || size_m < 0.25 * self.sizes_m[i - 1],
+                "sizes_m",
+                "less than a quarter of the one before",
+                size_m,
+            )?;
+        }
+        self.location
+            .validate()
+            .map_err(|e| e.in_section("location"))
+    }
+
+    /// The camera without images.
+    pub(super) fn fast(&self) -> Result<FastCamera, SimError> {
+        // White where the next one stands: what they say does not matter here.
+        let tags = self.sizes_m.iter().map(|&size_m| PrintedTag {
+            cells: [[true; CELLS]; CELLS],
+            size_m,
+            centre_m: [0.0; 2],
+            yaw_rad: 0.0,
+        });
+        let print = DeckPrint::new(tags.collect());
+        FastCamera::new(&self.camera, &print, &self.location, &ErrorModel::fitted()?)
+    }
+}
+
 /// All sensors.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorSettings {
     /// Inertial unit.
@@ -271,10 +300,7 @@ impl SensorSettings {
         self.range.noise_sd_m = 0.0;
         self.range.quantum_m = 0.0;
         exact(&mut self.tag.schedule);
-        self.tag.lateral_sd_m = [0.0; 2];
-        self.tag.depth_sd_m = [0.0; 2];
-        self.tag.tilt_sd_rad = 0.0;
-        self.tag.missed_share = 0.0;
+        self.tag.errors = false;
         exact(&mut self.gnss.schedule);
         self.gnss.horizontal_sd_mps = 0.0;
         self.gnss.vertical_sd_mps = 0.0;
@@ -354,24 +380,5 @@ impl BarometerSettings {
         check::not_negative("noise_sd_m", self.noise_sd_m)?;
         check::not_negative("drift", self.drift)?;
         check::finite("ground_effect_m", self.ground_effect_m)
-    }
-}
-
-impl TagSettings {
-    fn validate(&self) -> Result<(), SimError> {
-        self.schedule
-            .validate()
-            .map_err(|e| e.in_section("schedule"))?;
-        for k in 0..3 {
-            check::finite("place_m", self.place_m[k])?;
-        }
-        for k in 0..2 {
-            check::within("half_view_rad", self.half_view_rad[k], 0.01, 1.5)?;
-            check::not_negative("lateral_sd_m", self.lateral_sd_m[k])?;
-            check::not_negative("depth_sd_m", self.depth_sd_m[k])?;
-        }
-        check::not_negative("tilt_sd_rad", self.tilt_sd_rad)?;
-        check::positive("greatest_m", self.greatest_m)?;
-        check::within("missed_share", self.missed_share, 0.0, 1.0)
     }
 }
