@@ -121,6 +121,16 @@ fn prop_faults_end_in_landings_or_aborts() {
         );
         assert!(landing.aborts[0].height_m > 0.3);
     }
+    // It never comes back: aloft by velocities, wherever the estimate of the place has
+    // gone to.
+    let mut scenario = paper();
+    scenario.faults.tag_lost = vec![span(0.2, 100.0)];
+    scenario.timeout_s = 60.0;
+    for landing in landings(&scenario, 3) {
+        assert_eq!(landing.descents, 1);
+        assert!(!landing.outcome.crashed(), "{landing:?}");
+        assert!(!landing.outcome.landed(), "{landing:?}");
+    }
     // Nothing but NaN for a while.
     let mut scenario = paper();
     scenario.faults.nan = vec![NanBurst {

@@ -22,7 +22,8 @@
 //! * **Position and velocity** are predicted by `lead_s` (the age of the IMU) to now;
 //!   the deck's acceleration to when the rotors will act ([`Guidance::acting_s`]).
 //! * **An estimate is known** once its standard deviations are below `known_sd_m` and
-//!   `known_sd_mps`. Until then the vehicle hovers level at the thrust of its weight,
+//!   `known_sd_mps`. Until then the vehicle hovers level at the thrust of its weight
+//!   (once it has been in control, only while its own velocity is not known either),
 //!   and the state machine is told that the estimator has diverged, as it is when
 //!   readings and expectations part. An estimator that stays apart from its readings
 //!   for `restart_s` begins anew.

@@ -59,7 +59,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state.hurry = lander.hurry;
         self.begin_anew(state, &health, lander.phase, dt);
 
-        let (command, target) = if known || lander.fly == Fly::Disarm {
+        // Once in control, velocities are enough: what is then flown is in the world's frame.
+        let moving = state.pilot.is_some() && self.moves_known(&estimate);
+        let (command, target) = if known || moving || lander.fly == Fly::Disarm {
             self.act(state, lander.fly, reference.as_ref(), &motion, dt)
         } else {
             (Some(self.hover(&motion)), None)
@@ -173,6 +175,12 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
+    /// The vehicle's own velocity is known.
+    fn moves_known(&self, estimate: &RelativeEstimate<R>) -> bool {
+        let sd = estimate.velocity_sd_mps.to_array();
+        sd.iter().all(|&sd| sd <= self.known_sd_mps)
+    }
+
     /// What the relative estimator is to expect of a deck whose harmonics are known.
     fn band(&self, deck: &DeckEstimatorState<R>) -> Option<DeckPrior<R>> {
         let harmonics = || (0..deck.count()).filter_map(|k| deck.harmonic(k));
@@ -206,7 +214,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     fn is_known(&self, estimate: &RelativeEstimate<R>) -> bool {
         let below = |sd: Vector<R>, most: R| sd.to_array().iter().all(|&sd| sd <= most);
         below(estimate.position_sd_m, self.known_sd_m)
-            && below(estimate.velocity_sd_mps, self.known_sd_mps)
+            && self.moves_known(estimate)
             && below(estimate.relative_velocity_sd_mps, self.known_sd_mps)
     }
 
