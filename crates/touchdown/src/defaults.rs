@@ -10,6 +10,31 @@ pub const LAND: &str = include_str!("../settings/land.toml");
 /// Settings of identification.
 pub const IDENTIFY: &str = include_str!("../settings/identify.toml");
 
+/// A sweep to start from.
+pub const CAMPAIGN: &str = include_str!("../settings/campaign.toml");
+
+/// A sweep to start from, and beneath it every setting of a landing in space with its default, as comments.
+///
+/// # Errors
+/// None that a test would not have found.
+pub fn campaign() -> crate::Result<String> {
+    #[derive(serde::Serialize)]
+    struct Defaults {
+        scenario: touchdown_sim::space::SpaceScenario,
+    }
+    let defaults = crate::settings::to_toml(&Defaults {
+        scenario: touchdown_sim::space::SpaceScenario::default(),
+    })?;
+    let mut text =
+        format!("{CAMPAIGN}\n# Every setting of a landing, with its default (SI units):\n");
+    for line in defaults.lines() {
+        text.push_str(if line.is_empty() { "#" } else { "# " });
+        text.push_str(line);
+        text.push('\n');
+    }
+    Ok(text)
+}
+
 #[cfg(test)]
 mod tests {
     use serde::Serialize;

@@ -10,21 +10,27 @@
 //! | [`results`] | what `reproduce` writes as `results.json` |
 //! | [`settings`], [`scenario`] | settings of whole runs, and scenario files |
 //! | [`pages`] | reports: figures and HTML |
+//! | [`sweep`] | campaigns: landings in space over grids and draws of any setting |
+//! | [`recording`] | landings as MCAP files |
+//! | [`files`] | files, written whole or not at all |
 //! | [`score`], [`statistics`] | errors, and figures over trials |
 
 pub mod campaign;
 pub mod defaults;
 pub mod error;
 pub mod experiments;
+pub mod files;
 pub mod identify;
 pub mod pages;
 pub mod pilot;
 pub mod predict;
 pub mod progress;
+pub mod recording;
 pub mod results;
 pub mod scenario;
 pub mod score;
 pub mod settings;
 pub mod statistics;
+pub mod sweep;
 
 pub use error::{Error, Result};

@@ -224,14 +224,14 @@ pub fn parse<T: Default + DeserializeOwned + Serialize>(text: &str, file: &str) 
     })
 }
 
-/// Puts `given` over `base`, table by table. A table of another `kind` replaces the old one whole.
-fn merge(base: &mut toml::Table, given: toml::Table) {
+/// Puts `given` over `base`, table by table. A table of another `kind` (or `shape`) replaces the old one whole.
+pub(crate) fn merge(base: &mut toml::Table, given: toml::Table) {
     for (key, value) in given {
         match (base.get_mut(&key), value) {
             (Some(toml::Value::Table(old)), toml::Value::Table(new))
-                if new
-                    .get("kind")
-                    .is_none_or(|kind| old.get("kind") == Some(kind)) =>
+                if ["kind", "shape"]
+                    .iter()
+                    .all(|tag| new.get(*tag).is_none_or(|of| old.get(*tag) == Some(of))) =>
             {
                 merge(old, new);
             }

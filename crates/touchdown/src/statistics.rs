@@ -40,9 +40,76 @@ impl Summary {
     }
 }
 
+/// A count of trials as a share of all, with its 95 % interval after Wilson (1927).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Share {
+    /// Trials that count.
+    pub count: u64,
+    /// Their share of all.
+    pub share: f64,
+    /// 95 % interval of the share.
+    pub ci95: [f64; 2],
+}
+
+impl Share {
+    /// `count` of `all`; `None` of none.
+    #[must_use]
+    pub fn of(count: u64, all: u64) -> Option<Self> {
+        if all == 0 {
+            return None;
+        }
+        // The normal distribution's 97.5 % point.
+        const Z: f64 = 1.959_963_984_540_054;
+        let (n, p) = (all as f64, count as f64 / all as f64);
+        let middle = (p + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
+        let half = Z / (1.0 + Z * Z / n) * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
+        Some(Self {
+            count,
+            share: p,
+            // At the ends the interval closes exactly; rounding may miss that.
+            ci95: [
+                if count == 0 { 0.0 } else { middle - half },
+                if count == all { 1.0 } else { middle + half },
+            ],
+        })
+    }
+}
+
+/// The value that a share of the sorted values lies below, interpolated between neighbours; `None` without values.
+#[must_use]
+pub fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
+    let place = share * sorted.len().checked_sub(1)? as f64;
+    let (low, high) = (place.floor() as usize, place.ceil() as usize);
+    Some(sorted[low] + (place - place.floor()) * (sorted[high] - sorted[low]))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn xval_wilson_intervals() {
+        // Reference values: Wilson 1927 without continuity correction, 15 of 20 and 1000 of 1000.
+        let some = Share::of(15, 20).unwrap();
+        // Printed to four decimals in tables.
+        assert!(
+            (some.ci95[0] - 0.5313).abs() < 1e-4 && (some.ci95[1] - 0.8881).abs() < 1e-4,
+            "{some:?}"
+        );
+        let all = Share::of(1000, 1000).unwrap();
+        // n / (n + z²).
+        assert!((all.ci95[0] - 1000.0 / 1_003.841_459).abs() < 1e-8 && all.ci95[1] == 1.0);
+        assert_eq!(Share::of(0, 3).unwrap().ci95[0], 0.0);
+        assert!(Share::of(0, 0).is_none());
+    }
+
+    #[test]
+    fn analytic_percentiles() {
+        assert_eq!(percentile(&[1.0, 2.0, 4.0], 0.5), Some(2.0));
+        assert_eq!(percentile(&[1.0, 2.0, 4.0], 0.75), Some(3.0));
+        assert_eq!(percentile(&[1.0, 2.0, 4.0], 1.0), Some(4.0));
+        assert_eq!(percentile(&[], 0.5), None);
+    }
 
     #[test]
     fn analytic_summary_of_five() {

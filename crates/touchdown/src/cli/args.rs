@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use touchdown::identify::settings::{GroundEffectForm, ThrustForm};
 use touchdown::pilot::Method;
+use touchdown::sweep::Shard;
 
 /// From a thrust log to a soft touchdown on a moving deck.
 ///
@@ -33,6 +34,7 @@ Examples:
   touchdown identify thrust rig/thrust_training/*.csv --out thrust.toml
   touchdown identify ground-effect rig/ground_effect_rich/*.csv --thrust thrust.toml --out models
   touchdown land examples/scenarios/deck.toml --out landings
+  touchdown settings campaign > sweep.toml; touchdown campaign sweep.toml --out campaign
 
 Exit status: 0 done; 1 failed; 2 bad arguments, maps, settings or cards; 3 done, but input was lost.";
 
@@ -50,6 +52,8 @@ pub(crate) enum Command {
     Validate(ValidateArgs),
     /// Land the simulated vehicle many times
     Land(LandArgs),
+    /// Land in six degrees of freedom over grids and draws of any setting
+    Campaign(CampaignArgs),
     /// Print the default settings as commented TOML
     Settings(SettingsArgs),
 }
@@ -214,6 +218,72 @@ pub(crate) struct LandArgs {
 }
 
 #[derive(Args, Debug)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = CAMPAIGN)]
+pub(crate) struct CampaignArgs {
+    #[command(subcommand)]
+    pub(crate) command: Option<CampaignCommand>,
+    /// Sweep: a scenario, lists of values, distributions (`touchdown settings campaign` prints one to start from)
+    #[arg(required = true, value_name = "SWEEP")]
+    pub(crate) sweep: Option<PathBuf>,
+    /// Fly only part I of N
+    #[arg(long, value_name = "I/N")]
+    pub(crate) shard: Option<Shard>,
+    /// Complete the campaign that is in the folder
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Landings at every point, in place of the sweep's
+    #[arg(long)]
+    pub(crate) trials: Option<u64>,
+    /// Seed of all random numbers, in place of the sweep's
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Folder for the worst landings as MCAP files (Foxglove, PlotJuggler)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) mcap: Option<PathBuf>,
+    /// Folder for landings, results, figures and report
+    #[arg(long, default_value = "out/campaign")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum CampaignCommand {
+    /// Put shards together: the same files as of a campaign that was flown whole
+    Merge {
+        /// Folders of shards
+        #[arg(required = true)]
+        folders: Vec<PathBuf>,
+        /// Folder for the whole campaign
+        #[arg(long)]
+        out: PathBuf,
+        /// Folder for the worst landings as MCAP files (Foxglove, PlotJuggler)
+        #[arg(long, value_name = "DIR")]
+        mcap: Option<PathBuf>,
+    },
+    /// Fly landings of a campaign once more, and write all their signals as MCAP files (Foxglove, PlotJuggler)
+    Replay {
+        /// Sweep, such as the `sweep.toml` in a campaign's folder
+        sweep: PathBuf,
+        /// Which landing, by its column `landing`; repeatable
+        #[arg(long = "landing", value_name = "N", required = true)]
+        landings: Vec<u64>,
+        /// Folder for the files
+        #[arg(long)]
+        mcap: PathBuf,
+    },
+}
+
+const CAMPAIGN: &str = "\
+Landings are written as they come, in blocks of one Parquet file each (`landings/block-000000.parquet`); a kill loses
+at most the running block. Files are the same for any number of cores, any split into shards and any interruption.
+
+Examples:
+  touchdown campaign sweep.toml --out campaign               killed? the same with --resume completes it
+  touchdown campaign sweep.toml --shard 1/2 --out a          on one machine
+  touchdown campaign sweep.toml --shard 2/2 --out b          on another
+  touchdown campaign merge a b --out campaign
+  touchdown campaign replay campaign/sweep.toml --landing 17 --mcap replays";
+
+#[derive(Args, Debug)]
 pub(crate) struct SettingsArgs {
     /// Of which command
     #[arg(default_value = "reproduce")]
@@ -228,6 +298,8 @@ pub(crate) enum SettingsOf {
     Rig,
     /// A landing scenario
     Land,
+    /// A sweep, with every setting of a landing in space
+    Campaign,
     /// Identification
     Identify,
 }

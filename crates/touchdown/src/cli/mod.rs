@@ -1,6 +1,7 @@
 //! The command line: arguments, dispatch, and the one place that turns an outcome into an exit status.
 
 mod args;
+mod campaign;
 mod context;
 mod identify;
 mod inspect;
@@ -52,6 +53,7 @@ fn dispatch(context: &Context, command: Command) -> Result<Done> {
         Command::Identify(args) => identify::run(context, &args),
         Command::Validate(args) => validate::run(context, &args),
         Command::Land(args) => land::run(context, &args),
+        Command::Campaign(args) => campaign::run(context, &args),
         Command::Settings(args) => settings::run(context, &args),
     }
 }

@@ -5,6 +5,7 @@ use touchdown::defaults;
 use touchdown::identify::IdentificationSettings;
 use touchdown::scenario::{LandScenario, RigScenario};
 use touchdown::settings::ReproduceSettings;
+use touchdown::sweep::SweepSettings;
 
 use super::Done;
 use super::args::{SettingsArgs, SettingsOf};
@@ -16,13 +17,19 @@ pub(crate) fn run(context: &Context, args: &SettingsArgs) -> Result<Done> {
             SettingsOf::Reproduce => context.object(&ReproduceSettings::default()),
             SettingsOf::Rig => context.object(&RigScenario::default()),
             SettingsOf::Land => context.object(&LandScenario::default()),
+            SettingsOf::Campaign => context.object(&SweepSettings::default()),
             SettingsOf::Identify => context.object(&IdentificationSettings::default()),
         }?;
     } else {
+        let campaign;
         context.say(match args.of {
             SettingsOf::Reproduce => defaults::REPRODUCE,
             SettingsOf::Rig => defaults::RIG,
             SettingsOf::Land => defaults::LAND,
+            SettingsOf::Campaign => {
+                campaign = defaults::campaign()?;
+                &campaign
+            }
             SettingsOf::Identify => defaults::IDENTIFY,
         });
     }

@@ -1,5 +1,6 @@
 //! Reports: figures and one self-contained HTML file for every command.
 
+pub mod campaign;
 mod front;
 pub mod identify;
 pub mod inspect;
@@ -9,5 +10,6 @@ mod page;
 pub mod reproduce;
 pub mod validate;
 
+pub use campaign::campaign;
 pub use land::land;
 pub use reproduce::reproduce;

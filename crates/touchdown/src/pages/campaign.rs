@@ -1,0 +1,199 @@
+//! The report of `touchdown campaign`.
+
+mod figures;
+
+use std::path::Path;
+
+use touchdown_report::{Cell, Table};
+use touchdown_sim::space::SpaceTrace;
+
+use figures::{distributions, success_map, time_series};
+
+use super::page::{Page, show};
+use crate::error::Result;
+use crate::settings::to_toml;
+use crate::statistics::Share;
+use crate::sweep::{CampaignResults, PointFigures, Row, Spread, Sweep, Worst};
+
+const SYMBOLS: &str = "A landing is counted as landed when the vehicle stands on the deck with its rotors stopped, by the true state; **first** \
+     is without a broken-off descent. `T_L` is the time from the start of the last descent to its first touch, `V_L` the speed \
+     relative to the deck along its normal then, `S_L = ∫|v| dt` over the descent, lateral the distance from the deck's centre. \
+     T_L, V_L, S_L and lateral are over the landings that landed; impact speed and tilt are over every touch, crashes too.";
+
+/// Writes `figures/*.svg`, `figures/*.png` and `report.html` of a campaign into the folder `out`; `worst` are the
+/// records of the worst landings.
+///
+/// # Errors
+/// Files that cannot be written, or figures that cannot be drawn.
+pub fn campaign(
+    sweep: &Sweep,
+    rows: &[Row],
+    results: &CampaignResults,
+    worst: &[SpaceTrace],
+    out: &Path,
+) -> Result<()> {
+    let mut page = Page::new("Campaign of landings", out);
+    page.report
+        .subtitle("Landings in six degrees of freedom over swept and drawn settings")
+        .fact("Version", results.version)
+        .fact("Seed", results.seed.to_string())
+        .fact("Landings at each point", results.trials.to_string())
+        .fact("Landings", results.landings.to_string())
+        .fact("Sweep (SHA-256)", results.sweep_sha256.clone());
+    page.report.section("Points");
+    page.text(SYMBOLS);
+    page.table(outcomes(results))?;
+    page.table(quantities(results))?;
+    let drawn: Vec<String> = sweep.drawn().map(|key| format!("`{key}`")).collect();
+    if !drawn.is_empty() {
+        page.text(format!(
+            "Drawn anew for every trial, the same at every point: {}.",
+            drawn.join(", ")
+        ));
+    }
+    page.report.section("Distributions");
+    page.figure(distributions(sweep, rows, results))?;
+    if let Some(figure) = success_map(sweep, results) {
+        page.report.section("Where it lands");
+        page.figure(figure)?;
+    }
+    page.report.section("The worst landings");
+    page.text("Crashes first, then what did not land, then the hardest touches; flown once more from the same seed.");
+    page.table(worst_table(results))?;
+    for (rank, (worst, trace)) in results.worst.iter().zip(worst).enumerate() {
+        page.figure(time_series(rank + 1, worst, trace))?;
+    }
+    page.report.section("How to redo this");
+    page.report.code("touchdown campaign sweep.toml --out DIR");
+    page.text("`sweep.toml`:");
+    page.report.code(to_toml(sweep.settings())?);
+    page.finish()
+}
+
+/// `percent (low to high)`.
+fn share(share: Option<Share>) -> Cell {
+    share.map_or_else(Cell::missing, |s| {
+        let percent = |v: f64| show(100.0 * v, 1);
+        Cell::text(format!(
+            "{} ({} to {})",
+            percent(s.share),
+            percent(s.ci95[0]),
+            percent(s.ci95[1])
+        ))
+    })
+}
+
+fn outcomes(results: &CampaignResults) -> Table {
+    let mut table = Table::new("Outcomes.")
+        .text_column("Point")
+        .text_column("Controller")
+        .number_column("Trials", "")
+        .number_column("Landed", "%")
+        .number_column("First", "%")
+        .number_column("Crashed", "%")
+        .number_column("Waiting", "s")
+        .text_column("Descents broken off");
+    for p in &results.points {
+        let aborts: Vec<String> = p
+            .aborts
+            .iter()
+            .map(|(reason, count)| format!("{reason} {count}"))
+            .collect();
+        table = table.row([
+            Cell::text(p.of.label()),
+            Cell::text(p.of.controller.clone()),
+            Cell::text(p.trials.to_string()),
+            share(p.landed),
+            share(p.landed_at_first),
+            share(p.crashed),
+            mean(&p.waited_s, 1),
+            if aborts.is_empty() {
+                Cell::missing()
+            } else {
+                Cell::text(aborts.join(", "))
+            },
+        ]);
+    }
+    table.note("In brackets: 95 % interval of the share (Wilson). Waiting: mean ± standard deviation over all landings.")
+}
+
+fn mean(of: &Spread, decimals: usize) -> Cell {
+    of.mean.map_or_else(Cell::missing, |mean| {
+        Cell::plus_minus(mean, of.sd.unwrap_or(f64::NAN), decimals)
+    })
+}
+
+type Pick = fn(&PointFigures) -> &Spread;
+
+fn quantities(results: &CampaignResults) -> Table {
+    let mut table = Table::new("Figures of the landings.")
+        .text_column("Point")
+        .text_column("Quantity")
+        .number_column("Landings", "")
+        .number_column("Mean", "")
+        .number_column("CI", "")
+        .number_column("50 %", "")
+        .number_column("95 %", "")
+        .number_column("99 %", "")
+        .number_column("Worst", "");
+    let picks: [(&str, Pick, usize); 6] = [
+        ("T_L (s)", |p| &p.t_l_s, 2),
+        ("V_L (m/s)", |p| &p.v_l_mps, 3),
+        ("S_L (m)", |p| &p.s_l_m, 3),
+        ("lateral (m)", |p| &p.lateral_m, 3),
+        ("impact speed (m/s)", |p| &p.impact_mps, 3),
+        ("tilt (rad)", |p| &p.tilt_rad, 3),
+    ];
+    for p in &results.points {
+        for (i, (name, pick, decimals)) in picks.into_iter().enumerate() {
+            let of = pick(p);
+            let one = |value: Option<f64>| {
+                value.map_or_else(Cell::missing, |v| Cell::number(v, decimals))
+            };
+            let half = of.ci95.map_or_else(Cell::missing, |[low, high]| {
+                Cell::text(format!("±\u{a0}{}", show(0.5 * (high - low), decimals)))
+            });
+            table = table.row([
+                Cell::text(if i == 0 { p.of.label() } else { String::new() }),
+                Cell::text(name),
+                Cell::text(of.count.to_string()),
+                mean(of, decimals),
+                half,
+                one(of.p50),
+                one(of.p95),
+                one(of.p99),
+                one(of.max),
+            ]);
+        }
+    }
+    table.note("Mean ± standard deviation; CI: half the 95 % interval of the mean (Student's t); percentages: percentiles.")
+}
+
+fn worst_table(results: &CampaignResults) -> Table {
+    let mut table = Table::new("The worst landings.")
+        .number_column("Landing", "")
+        .text_column("Point")
+        .number_column("Trial", "")
+        .text_column("Outcome")
+        .number_column("V_L", "m/s")
+        .number_column("Lateral", "m");
+    for worst in &results.worst {
+        let one = |value: Option<f64>| value.map_or_else(Cell::missing, |v| Cell::number(v, 3));
+        table = table.row([
+            Cell::text(worst.landing.to_string()),
+            Cell::text(worst.of.label()),
+            Cell::text(worst.trial.to_string()),
+            Cell::text(ended(worst)),
+            one(worst.v_l_mps),
+            one(worst.lateral_m),
+        ]);
+    }
+    table
+}
+
+fn ended(worst: &Worst) -> String {
+    let outcome = worst.outcome.replace('_', " ");
+    worst.why.as_ref().map_or(outcome.clone(), |why| {
+        format!("{outcome} ({})", why.replace('_', " "))
+    })
+}

@@ -1,0 +1,129 @@
+//! Flying what is missing of a campaign.
+
+use std::str::FromStr;
+
+use rayon::prelude::*;
+use touchdown_sim::space::SpaceTrace;
+
+use super::points::Sweep;
+use super::row::Row;
+use super::store::Store;
+use crate::error::{Error, Result};
+use crate::progress::Progress;
+
+/// A part of a campaign: every N-th block, from the I-th on.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub struct Shard {
+    index: u64,
+    of: u64,
+}
+
+impl Shard {
+    /// All of it.
+    pub const WHOLE: Self = Self { index: 1, of: 1 };
+
+    fn holds(self, block: u64) -> bool {
+        block % self.of == self.index - 1
+    }
+}
+
+impl std::fmt::Display for Shard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.index, self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let parts = text
+            .split_once('/')
+            .and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+        match parts {
+            Some((index, of)) if index >= 1 && index <= of => Ok(Self { index, of }),
+            _ => Err(format!("expected I/N with I from 1 to N, found {text}")),
+        }
+    }
+}
+
+/// Flies the blocks of a shard that are not there yet, one after the other, each on all cores, and gives how many
+/// of the campaign's blocks are there then.
+///
+/// # Errors
+/// A block that cannot be read or written.
+pub fn fly(sweep: &Sweep, store: &Store, shard: Shard, progress: &dyn Progress) -> Result<u64> {
+    let present = store.present()?;
+    for &block in &present {
+        store.read(sweep, block)?;
+    }
+    let missing: Vec<u64> = (0..sweep.blocks())
+        .filter(|block| shard.holds(*block) && present.binary_search(block).is_err())
+        .collect();
+    let landings = missing
+        .iter()
+        .map(|block| sweep.range(*block))
+        .map(|r| r.end - r.start)
+        .sum();
+    progress.stage("landings", landings);
+    for &block in &missing {
+        let rows = sweep
+            .range(block)
+            .collect::<Vec<u64>>()
+            .into_par_iter()
+            .with_max_len(1)
+            .map(|landing| {
+                let flown = sweep.lander(landing)?.land(
+                    landing % sweep.trials(),
+                    sweep.settings().seed,
+                    false,
+                )?;
+                progress.step();
+                Ok(Row::of(landing, &flown))
+            })
+            .collect::<Result<Vec<Row>>>()?;
+        store.write(sweep, block, &rows)?;
+    }
+    Ok((present.len() + missing.len()) as u64)
+}
+
+/// Flies landings once more, by their places in the campaign, for their time series.
+///
+/// # Errors
+/// A landing that the campaign does not have.
+pub fn replay(sweep: &Sweep, landings: &[u64]) -> Result<Vec<SpaceTrace>> {
+    if let Some(landing) = landings.iter().find(|l| **l >= sweep.landings()) {
+        return Err(Error::Arguments(format!(
+            "expected a landing from 0 to {}, found {landing}",
+            sweep.landings() - 1
+        )));
+    }
+    landings
+        .par_iter()
+        .map(|&landing| {
+            let flown = sweep.lander(landing)?.land(
+                landing % sweep.trials(),
+                sweep.settings().seed,
+                true,
+            )?;
+            Ok(flown.trace.unwrap_or_default())
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_shards_are_read_and_share_out_every_block_once() {
+        for bad in ["5/4", "0/3", "1/0", "a/b", "1", "-1/2", "1/2/3"] {
+            assert!(bad.parse::<Shard>().unwrap_err().contains(bad), "{bad}");
+        }
+        let shards: Vec<Shard> = ["1/3", "2/3", "3/3"].map(|s| s.parse().unwrap()).to_vec();
+        for block in 0..10 {
+            assert_eq!(shards.iter().filter(|s| s.holds(block)).count(), 1);
+        }
+        assert_eq!(shards[1].to_string(), "2/3");
+    }
+}

@@ -1,0 +1,400 @@
+//! Figures of every point of a campaign.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::points::Sweep;
+use super::row::{Row, text};
+use crate::error::{Error, Result};
+use crate::statistics::{Share, Summary, percentile};
+
+/// How many of the worst landings are named.
+const WORST: usize = 10;
+
+/// A quantity over landings. Absent figures are null.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Spread {
+    /// How many landings carry it.
+    pub count: u64,
+    /// Mean.
+    pub mean: Option<f64>,
+    /// Standard deviation.
+    pub sd: Option<f64>,
+    /// 95 % interval of the mean (Student's t).
+    pub ci95: Option<[f64; 2]>,
+    /// 5 % lie below.
+    pub p5: Option<f64>,
+    /// Half lie below.
+    pub p50: Option<f64>,
+    /// 95 % lie below.
+    pub p95: Option<f64>,
+    /// 99 % lie below.
+    pub p99: Option<f64>,
+    /// Greatest.
+    pub max: Option<f64>,
+}
+
+impl Spread {
+    fn of(mut values: Vec<f64>) -> Self {
+        values.sort_by(f64::total_cmp);
+        let summary = Summary::of(&values);
+        Self {
+            count: values.len() as u64,
+            mean: summary.map(|s| s.mean),
+            sd: summary.and_then(|s| s.sd),
+            ci95: summary.and_then(|s| s.ci95),
+            p5: percentile(&values, 0.05),
+            p50: percentile(&values, 0.5),
+            p95: percentile(&values, 0.95),
+            p99: percentile(&values, 0.99),
+            max: values.last().copied(),
+        }
+    }
+}
+
+/// Which point of the grid.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PointOf {
+    /// Its place in the grid, from 0.
+    pub point: u64,
+    /// The swept settings at it.
+    pub settings: BTreeMap<String, toml::Value>,
+    /// The controller.
+    pub controller: String,
+}
+
+impl PointOf {
+    /// The swept settings in a few words; the controller where nothing is swept.
+    #[must_use]
+    pub fn label(&self) -> String {
+        if self.settings.is_empty() {
+            return self.controller.clone();
+        }
+        let last = |key: &str| key.rsplit('.').next().unwrap_or(key).to_string();
+        let pairs = self.settings.iter().map(|(key, value)| {
+            let shown: String = text(value).chars().take(40).collect();
+            format!("{} {shown}", last(key))
+        });
+        pairs.collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// Figures of the landings at one point.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PointFigures {
+    /// Which point.
+    #[serde(flatten)]
+    pub of: PointOf,
+    /// Landings.
+    pub trials: u64,
+    /// Landed, in whichever descent.
+    pub landed: Option<Share>,
+    /// Landed in the first descent.
+    pub landed_at_first: Option<Share>,
+    /// Crashed or tipped over.
+    pub crashed: Option<Share>,
+    /// Crashed without having broken a descent off before.
+    pub crashed_without_abort: u64,
+    /// Counts of outcomes.
+    pub outcomes: BTreeMap<String, u64>,
+    /// Counts of the reasons why descents were broken off.
+    pub aborts: BTreeMap<String, u64>,
+    /// T_L: time from the start of the last descent to touch, over those that landed, s.
+    pub t_l_s: Spread,
+    /// Time spent waiting for a window, over all, s.
+    pub waited_s: Spread,
+    /// V_L: speed towards the deck at the touch, over those that landed, m/s.
+    pub v_l_mps: Spread,
+    /// S_L = ∫|v| dt, over those that landed, m.
+    pub s_l_m: Spread,
+    /// Distance from the deck's centre at the touch, over those that landed, m.
+    pub lateral_m: Spread,
+    /// Speed along the deck at the touch, over those that landed, m/s.
+    pub lateral_mps: Spread,
+    /// Speed towards the deck of every touch, that of crashes too, m/s.
+    pub impact_mps: Spread,
+    /// Tilt from the deck's normal of every touch, that of crashes too, rad.
+    pub tilt_rad: Spread,
+}
+
+/// One of the worst landings.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Worst {
+    /// Its place in the campaign.
+    pub landing: u64,
+    /// Which point.
+    #[serde(flatten)]
+    pub of: PointOf,
+    /// The trial.
+    pub trial: u64,
+    /// How it ended.
+    pub outcome: String,
+    /// Why.
+    pub why: Option<String>,
+    /// V_L, m/s.
+    pub v_l_mps: Option<f64>,
+    /// Distance from the deck's centre, m.
+    pub lateral_m: Option<f64>,
+}
+
+/// What `touchdown campaign` writes as `results.json`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CampaignResults {
+    /// Version of this shape.
+    pub schema: u32,
+    /// Version of the program.
+    pub version: &'static str,
+    /// Seed.
+    pub seed: u64,
+    /// Landings at each point.
+    pub trials: u64,
+    /// SHA-256 of the sweep.
+    pub sweep_sha256: String,
+    /// Landings in all.
+    pub landings: u64,
+    /// Figures of every point.
+    pub points: Vec<PointFigures>,
+    /// The worst landings: crashes, then what did not land, then the hardest.
+    pub worst: Vec<Worst>,
+}
+
+/// The figures of a whole campaign.
+///
+/// # Errors
+/// None that [`Sweep::read`] has not found.
+pub fn summarise(sweep: &Sweep, rows: &[Row]) -> Result<CampaignResults> {
+    let trials = sweep.trials() as usize;
+    let points = rows
+        .chunks(trials)
+        .enumerate()
+        .map(|(point, rows)| Ok(figures(point_of(sweep, point as u64)?, rows)))
+        .collect::<Result<Vec<_>>>()?;
+    let worst = worst(rows).into_iter().map(|row| {
+        Ok(Worst {
+            landing: row.landing,
+            of: point_of(sweep, row.landing / sweep.trials())?,
+            trial: row.landing % sweep.trials(),
+            outcome: row.outcome.clone(),
+            why: row.why.clone(),
+            v_l_mps: row.number("v_l_mps"),
+            lateral_m: row.number("lateral_m"),
+        })
+    });
+    Ok(CampaignResults {
+        schema: 1,
+        version: env!("CARGO_PKG_VERSION"),
+        seed: sweep.settings().seed,
+        trials: sweep.trials(),
+        sweep_sha256: sweep.sha256().to_string(),
+        landings: rows.len() as u64,
+        worst: worst.collect::<Result<_>>()?,
+        points,
+    })
+}
+
+fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
+    let values = sweep.values(point);
+    Ok(PointOf {
+        point,
+        settings: values
+            .iter()
+            .map(|(key, value)| ((*key).to_string(), (*value).clone()))
+            .collect(),
+        controller: sweep.scenario(point)?.control.controller.name().to_string(),
+    })
+}
+
+fn figures(of: PointOf, rows: &[Row]) -> PointFigures {
+    let all = rows.len() as u64;
+    let count = |which: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| which(row)).count() as u64;
+    let share = |which: &dyn Fn(&Row) -> bool| Share::of(count(which), all);
+    let over = |name: &str, which: &dyn Fn(&Row) -> bool| {
+        Spread::of(
+            rows.iter()
+                .filter(|row| which(row))
+                .filter_map(|row| row.number(name))
+                .collect(),
+        )
+    };
+    let landed = |name: &str| over(name, &Row::landed);
+    let every = |name: &str| over(name, &|_| true);
+    let mut outcomes = BTreeMap::new();
+    let mut aborts = BTreeMap::new();
+    for row in rows {
+        *outcomes.entry(row.outcome.clone()).or_insert(0) += 1;
+        for reason in row
+            .abort_reasons
+            .iter()
+            .flat_map(|reasons| reasons.split(' '))
+        {
+            *aborts.entry(reason.to_string()).or_insert(0) += 1;
+        }
+    }
+    PointFigures {
+        of,
+        trials: all,
+        landed: share(&Row::landed),
+        landed_at_first: share(&Row::landed_at_first),
+        crashed: share(&Row::crashed),
+        crashed_without_abort: count(&|row| row.crashed() && row.abort_reasons.is_none()),
+        outcomes,
+        aborts,
+        t_l_s: landed("t_l_s"),
+        waited_s: every("waited_s"),
+        v_l_mps: landed("v_l_mps"),
+        s_l_m: landed("s_l_m"),
+        lateral_m: landed("lateral_m"),
+        lateral_mps: landed("lateral_mps"),
+        impact_mps: every("v_l_mps"),
+        tilt_rad: every("tilt_rad"),
+    }
+}
+
+fn worst(rows: &[Row]) -> Vec<&Row> {
+    let class = |row: &Row| match row.outcome.as_str() {
+        "crashed" | "tipped_over" => 0,
+        "landed" => 2,
+        _ => 1,
+    };
+    let mut worst: Vec<&Row> = rows.iter().collect();
+    worst.sort_by(|a, b| {
+        let speed = |row: &Row| row.number("v_l_mps").unwrap_or(0.0);
+        class(a)
+            .cmp(&class(b))
+            .then(speed(b).total_cmp(&speed(a)))
+            .then(a.landing.cmp(&b.landing))
+    });
+    worst.truncate(WORST);
+    worst
+}
+
+impl CampaignResults {
+    /// The figures as a table (CSV), a row for every point.
+    ///
+    /// # Errors
+    /// A value that a table cannot hold.
+    pub fn csv(&self) -> Result<String> {
+        let mut out = String::new();
+        for (i, point) in self.points.iter().enumerate() {
+            let cells = cells(point)?;
+            if i == 0 {
+                line(&mut out, cells.iter().map(|(name, _)| name.as_str()));
+            }
+            line(&mut out, cells.iter().map(|(_, value)| value.as_str()));
+        }
+        Ok(out)
+    }
+}
+
+fn line<'a>(out: &mut String, cells: impl Iterator<Item = &'a str>) {
+    for (i, cell) in cells.enumerate() {
+        let comma = if i == 0 { "" } else { "," };
+        let _ = if cell.contains([',', '"', '\n']) {
+            write!(out, "{comma}\"{}\"", cell.replace('"', "\"\""))
+        } else {
+            write!(out, "{comma}{cell}")
+        };
+    }
+    out.push('\n');
+}
+
+fn cells(point: &PointFigures) -> Result<Vec<(String, String)>> {
+    let mut cells = vec![("point".to_string(), point.of.point.to_string())];
+    for (key, value) in &point.of.settings {
+        cells.push((key.clone(), text(value)));
+    }
+    if !point.of.settings.contains_key("control.controller") {
+        cells.push(("control.controller".into(), point.of.controller.clone()));
+    }
+    cells.push(("trials".into(), point.trials.to_string()));
+    let object =
+        serde_json::to_value(point).map_err(|e| Error::Arguments(format!("the summary: {e}")))?;
+    for share in ["landed", "landed_at_first", "crashed"] {
+        let of = &object[share];
+        cells.push((share.to_string(), of["count"].to_string()));
+        cells.push((format!("{share}_share"), of["share"].to_string()));
+        cells.push((format!("{share}_low"), of["ci95"][0].to_string()));
+        cells.push((format!("{share}_high"), of["ci95"][1].to_string()));
+    }
+    cells.push((
+        "crashed_without_abort".into(),
+        point.crashed_without_abort.to_string(),
+    ));
+    for name in [
+        "t_l_s",
+        "waited_s",
+        "v_l_mps",
+        "s_l_m",
+        "lateral_m",
+        "lateral_mps",
+        "impact_mps",
+        "tilt_rad",
+    ] {
+        let of = &object[name];
+        let figures =
+            ["mean", "sd", "p5", "p50", "p95", "p99", "max"].map(|figure| (figure, &of[figure]));
+        let interval = [("low", &of["ci95"][0]), ("high", &of["ci95"][1])];
+        for (figure, value) in figures.into_iter().chain(interval) {
+            let shown = if value.is_null() {
+                String::new()
+            } else {
+                value.to_string()
+            };
+            cells.push((format!("{name}_{figure}"), shown));
+        }
+    }
+    Ok(cells)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(landing: u64, outcome: &str, speed: f64, aborts: Option<&str>) -> Row {
+        let mut numbers = [None; 12];
+        numbers[1] = Some(speed);
+        Row {
+            landing,
+            outcome: outcome.into(),
+            why: None,
+            abort_reasons: aborts.map(str::to_owned),
+            counts: [if aborts.is_some() { 2 } else { 1 }, 0, 0, 1],
+            numbers,
+        }
+    }
+
+    #[test]
+    fn prop_outcomes_are_counted_and_crashes_are_worst() {
+        let rows = [
+            row(0, "landed", 0.1, None),
+            row(1, "landed", 0.3, Some("tag_lost deck")),
+            row(2, "crashed", 0.2, None),
+            row(3, "timed_out", 0.0, None),
+        ];
+        let of = PointOf {
+            point: 0,
+            settings: BTreeMap::new(),
+            controller: "dynamic".into(),
+        };
+        let figures = figures(of, &rows);
+        assert_eq!(figures.landed.unwrap().count, 2);
+        assert_eq!(figures.landed_at_first.unwrap().count, 1);
+        assert_eq!(figures.crashed.unwrap().count, 1);
+        assert_eq!(figures.crashed_without_abort, 1);
+        assert_eq!(figures.aborts["tag_lost"], 1);
+        // Of what landed, 0.1 and 0.3; of every touch, the crash's too.
+        assert_eq!((figures.v_l_mps.count, figures.v_l_mps.max), (2, Some(0.3)));
+        assert_eq!(figures.impact_mps.count, 4);
+        let order: Vec<u64> = worst(&rows).iter().map(|row| row.landing).collect();
+        assert_eq!(order, [2, 3, 1, 0]);
+    }
+
+    #[test]
+    fn prop_cells_with_commas_are_quoted() {
+        let mut out = String::new();
+        line(&mut out, ["a", "b, \"c\""].into_iter());
+        assert_eq!(out, "a,\"b, \"\"c\"\"\"\n");
+    }
+}

@@ -1,0 +1,404 @@
+//! `touchdown campaign` as a command: the same bytes however it is flown, and bad input.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+
+/// Two controllers and a drawn strength of the ground effect, on the paper's deck; starts low, to be short.
+const SWEEP: &str = r#"
+trials = 6
+block = 2
+[grid]
+"control.controller" = ["dynamic", "dynamic+observer"]
+[random]
+"ground_effect_strength" = { kind = "uniform", min = 0.8, max = 1.2 }
+[scenario]
+control.watch_s = 1.0
+[scenario.deck]
+kind = "sines"
+tones = [{ axis = "heave", amplitude = 0.05, frequency_hz = 0.5 }]
+"#;
+
+fn sweep(folder: &Path, text: &str) -> PathBuf {
+    let path = folder.join("sweep.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn touchdown(args: &[&str], sweep: &Path, out: &Path) -> std::process::Command {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_touchdown"));
+    command
+        .args(["--quiet", "campaign"])
+        .arg(sweep)
+        .arg("--out")
+        .arg(out)
+        .args(args);
+    command.stdout(Stdio::null());
+    command
+}
+
+fn flies(args: &[&str], sweep: &Path, out: &Path) {
+    let output = touchdown(args, sweep, out)
+        .stderr(Stdio::piped())
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{args:?}: {}",
+        common::text(&output.stderr)
+    );
+}
+
+/// Every file below a folder, by its path.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().to_owned();
+                found.insert(name, std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+fn same(a: &Path, b: &Path) {
+    let (a, b) = (files(a), files(b));
+    assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
+    for (name, bytes) in &a {
+        assert!(b[name] == *bytes, "{} differs", name.display());
+    }
+}
+
+#[test]
+fn prop_threads_and_shards_give_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let sweep = sweep(folder.path(), SWEEP);
+    for (out, threads) in [("one", "1"), ("two", "2")] {
+        let status = touchdown(&[], &sweep, &at(out))
+            .env("RAYON_NUM_THREADS", threads)
+            .status()
+            .unwrap();
+        assert!(status.success());
+    }
+    same(&at("one"), &at("two"));
+    let whole = files(&at("one"));
+    // Six blocks of two landings, the sweep, the results, the report and its figures.
+    assert_eq!(
+        whole.keys().filter(|p| p.starts_with("landings")).count(),
+        6
+    );
+    for name in ["sweep.toml", "results.json", "summary.csv", "report.html"] {
+        assert!(whole.contains_key(Path::new(name)), "{name}");
+    }
+    for shard in ["1/3", "2/3", "3/3"] {
+        flies(&["--shard", shard], &sweep, &at(&shard.replace('/', "of")));
+    }
+    let merge = |shards: &[&str], out: &str| {
+        let mut args = vec![
+            "campaign".into(),
+            "merge".into(),
+            "--out".into(),
+            at(out).into_os_string(),
+        ];
+        args.extend(shards.iter().map(|s| at(s).into_os_string()));
+        args
+    };
+    // Holes and duplicates are told, and nothing is written.
+    let hole = common::fails(2, merge(&["1of3", "3of3"], "hole"));
+    assert!(hole.contains("2 of 6 blocks are missing: 1, 4"), "{hole}");
+    let twice = common::fails(2, merge(&["1of3", "2of3", "3of3", "one"], "twice"));
+    assert!(
+        twice.contains("block 0 is there twice") && twice.contains("1of3"),
+        "{twice}"
+    );
+    assert!(!at("hole").exists() && !at("twice").exists());
+    let results = common::json(0, merge(&["3of3", "1of3", "2of3"], "merged"));
+    same(&at("one"), &at("merged"));
+    assert_eq!(results["landings"], 12);
+    assert_eq!(results["points"][1]["controller"], "dynamic+observer");
+    let written: serde_json::Value =
+        serde_json::from_slice(&whole[Path::new("results.json")]).unwrap();
+    assert_eq!(results, written, "what is printed is what is written");
+    // A shard in a folder of its own, completed there by the others.
+    flies(&["--resume", "--shard", "2/3"], &sweep, &at("1of3"));
+    flies(&["--resume"], &sweep, &at("1of3"));
+    same(&at("one"), &at("1of3"));
+    // Any landing can be flown once more, and read by what reads MCAP.
+    let replays = at("replays");
+    let replay = |landing: &str| {
+        let sweep = at("one").join("sweep.toml");
+        let args =
+            ["campaign", "replay", "--landing", landing, "--mcap"].map(std::ffi::OsString::from);
+        args.into_iter()
+            .chain([replays.clone().into_os_string(), sweep.into_os_string()])
+            .collect::<Vec<_>>()
+    };
+    assert!(common::fails(2, replay("12")).contains("from 0 to 11, found 12"));
+    common::json(0, replay("7"));
+    let bytes = std::fs::read(replays.join("landing-000007.mcap")).unwrap();
+    let mut times = BTreeMap::<String, Vec<u64>>::new();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let schema = message.channel.schema.as_ref().unwrap();
+        assert_eq!(
+            (
+                schema.encoding.as_str(),
+                message.channel.message_encoding.as_str()
+            ),
+            ("jsonschema", "json")
+        );
+        let value: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
+        let stamp = &value["timestamp"];
+        let time = stamp["sec"].as_u64().unwrap() * 1_000_000_000 + stamp["nsec"].as_u64().unwrap();
+        assert_eq!(time, message.log_time);
+        times
+            .entry(message.channel.topic.clone())
+            .or_default()
+            .push(time);
+    }
+    let topics: Vec<&str> = times.keys().map(String::as_str).collect();
+    assert_eq!(
+        topics,
+        [
+            "/deck",
+            "/deck/pose",
+            "/estimate",
+            "/forces",
+            "/phase",
+            "/tf",
+            "/vehicle",
+            "/vehicle/pose"
+        ]
+    );
+    // A message of each step of the landing computer, 10 ms apart.
+    assert!(
+        times["/deck"].windows(2).all(|t| t[1] - t[0] == 10_000_000) && times["/deck"].len() > 300
+    );
+    // The sweep in the folder is the campaign's own.
+    flies(&[], &at("one").join("sweep.toml"), &at("again"));
+    same(&at("one"), &at("again"));
+}
+
+#[test]
+fn prop_a_killed_campaign_is_completed_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = sweep(folder.path(), SWEEP);
+    let trials = ["--trials", "24"];
+    let [whole, killed] = ["whole", "killed"].map(|name| folder.path().join(name));
+    flies(&trials, &sweep, &whole);
+    let mut child = touchdown(&trials, &sweep, &killed).spawn().unwrap();
+    let blocks = || {
+        let landings = std::fs::read_dir(killed.join("landings"));
+        let name = |entry: std::io::Result<std::fs::DirEntry>| {
+            entry.unwrap().file_name().into_string().unwrap()
+        };
+        landings.map_or(0, |entries| {
+            entries
+                .map(name)
+                .filter(|n| n.starts_with("block-"))
+                .count()
+        })
+    };
+    while blocks() < 3 && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    assert!(!child.wait().unwrap().success(), "killed");
+    assert!((3..24).contains(&blocks()), "{} of 24 blocks", blocks());
+    assert!(!killed.join("results.json").exists());
+    // What a kill in the middle of a write leaves.
+    std::fs::write(killed.join("landings/.touchdown-x1"), "PAR1").unwrap();
+    let again = common::text(
+        &touchdown(&trials, &sweep, &killed)
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap()
+            .stderr,
+    );
+    assert!(again.contains("--resume"), "{again}");
+    flies(&[trials[0], trials[1], "--resume"], &sweep, &killed);
+    same(&whole, &killed);
+    // Other settings are another campaign.
+    let other = touchdown(&["--resume", "--trials", "25"], &sweep, &killed)
+        .stderr(Stdio::piped())
+        .output()
+        .unwrap();
+    assert_eq!(other.status.code(), Some(2));
+    assert!(common::text(&other.stderr).contains("other settings"));
+    // A block that is not whole is told by its name.
+    let block = killed.join("landings/block-000002.parquet");
+    let bytes = std::fs::read(&block).unwrap();
+    std::fs::write(&block, &bytes[..bytes.len() / 2]).unwrap();
+    let broken = touchdown(&["--resume", "--trials", "24"], &sweep, &killed)
+        .stderr(Stdio::piped())
+        .output()
+        .unwrap();
+    assert_eq!(broken.status.code(), Some(1));
+    assert!(common::text(&broken.stderr).contains("block-000002.parquet"));
+}
+
+#[test]
+fn prop_bad_sweeps_are_one_error_and_nothing_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    std::fs::write(
+        folder.path().join("gap.csv"),
+        "t,z\n0,0\n1,0.1\n2,0.2\n30,0.1\n31,0\n",
+    )
+    .unwrap();
+    let series = |file: &str| {
+        format!(
+            "[series]\nfile = \"{file}\"\n[series.format]\ntime = [{{ column = \"t\", factor = 1.0 }}]\n\
+             channels = [{{ axis = \"heave\", column = \"z\", factor = 1.0 }}]\nlongest_step_s = 2.0\n"
+        )
+    };
+    let (gap, absent) = (series("gap.csv"), series("absent.csv"));
+    let cases: &[(&str, i32, &[&str])] = &[
+        ("colour = 1\n", 2, &["sweep.toml", "colour", "line 1"]),
+        ("trials = 0\n", 2, &["sweep.toml", "trials", "found 0"]),
+        ("block = 0\n", 2, &["sweep.toml", "block", "found 0"]),
+        (
+            "[grid]\n\"wind.colour\" = [1]\n",
+            2,
+            &["sweep.toml", "wind.colour", "unknown field"],
+        ),
+        (
+            "[grid]\n\"timeout_s\" = [10.0, \"long\"]\n",
+            2,
+            &["sweep.toml", "timeout_s", "long", "f64"],
+        ),
+        (
+            "[grid]\n\"timeout_s\" = [10.0, -1.0]\n",
+            2,
+            &["sweep.toml", "timeout_s", "-1"],
+        ),
+        (
+            "[grid]\n\"control.controller\" = [\"magic\"]\n",
+            2,
+            &["control.controller", "magic", "dynamic+observer"],
+        ),
+        (
+            "[grid]\n\"timeout_s\" = []\n",
+            2,
+            &["grid.timeout_s", "empty"],
+        ),
+        (
+            "[grid]\n\"timeout_s\" = 3.0\n",
+            2,
+            &["grid.timeout_s", "list", "found 3.0"],
+        ),
+        (
+            "[grid]\n\"timeout_s\" = [20.0, 20.0]\n",
+            2,
+            &["grid.timeout_s", "stands twice"],
+        ),
+        (
+            "[grid]\n\"start_m.7\" = [0.0]\n",
+            2,
+            &["start_m.7", "below 3"],
+        ),
+        (
+            "[grid]\n\"wind\" = [{}]\n\"wind.steady_mps\" = [[0.0, 0.0, 0.0]]\n",
+            2,
+            &["wind.steady_mps", "swept twice"],
+        ),
+        (
+            "[random]\n\"timeout_s\" = { kind = \"uniform\", min = 9.0, max = 2.0 }\n",
+            2,
+            &["random.timeout_s", "9", "2"],
+        ),
+        (
+            "[random]\n\"timeout_s\" = { kind = \"gauss\" }\n",
+            2,
+            &["random.timeout_s", "gauss", "normal"],
+        ),
+        (
+            "[random]\n\"timeout_s\" = 4.0\n",
+            2,
+            &["random.timeout_s", "distribution"],
+        ),
+        (
+            "[random]\n\"plant.mass_kg\" = { kind = \"choice\", of = [1.3, -2.0] }\n",
+            2,
+            &["plant.mass_kg", "-2"],
+        ),
+        (
+            "[scenario.plant]\nmass_kg = -1.0\n",
+            2,
+            &["sweep.toml", "mass_kg", "-1"],
+        ),
+        (
+            "[scenario.deck]\nkind = \"sea\"\n[scenario.deck.spectrum]\nshape = \"jonswap\"\nsignificant_height_m = 0.5\n",
+            2,
+            &["sweep.toml", "peak_period_s"],
+        ),
+        (
+            "[cards]\nthrust = \"no-such-card.toml\"\n",
+            1,
+            &["no-such-card.toml"],
+        ),
+        (&gap, 2, &["gap.csv", "row 4", "28"]),
+        (&absent, 1, &["absent.csv"]),
+    ];
+    for (text, status, named) in cases {
+        let sweep = sweep(folder.path(), text);
+        let said = common::fails(
+            *status,
+            [
+                "campaign".as_ref(),
+                sweep.as_os_str(),
+                "--out".as_ref(),
+                out.as_os_str(),
+            ],
+        );
+        for name in *named {
+            assert!(said.contains(name), "{text}: `{name}` is not in: {said}");
+        }
+        assert!(!out.exists(), "{text}");
+    }
+    let sweep = sweep(folder.path(), SWEEP);
+    for shard in ["5/4", "0/2", "x"] {
+        let said = common::fails(
+            2,
+            [
+                "campaign".as_ref(),
+                sweep.as_os_str(),
+                "--shard".as_ref(),
+                shard.as_ref(),
+            ],
+        );
+        assert!(
+            said.contains("I from 1 to N") && said.contains(shard),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn prop_the_printed_sweep_is_flown() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = common::run(["settings", "campaign"]);
+    assert!(printed.status.success());
+    let text = common::text(&printed.stdout);
+    assert!(
+        text.contains("# [scenario.sensors.tag]"),
+        "every setting is shown"
+    );
+    let sweep = sweep(folder.path(), &text);
+    let out = folder.path().join("out");
+    flies(&["--trials", "1"], &sweep, &out);
+    let written = std::fs::read_to_string(out.join("results.json")).unwrap();
+    let results: serde_json::Value = serde_json::from_str(&written).unwrap();
+    // Two controllers, two heights, two periods.
+    assert_eq!(results["points"].as_array().unwrap().len(), 8);
+    assert!(out.join("figures/success.svg").exists());
+}
