@@ -20,7 +20,7 @@
 use std::ops::Range;
 
 use crate::derivative::grid::uniform_period;
-use crate::derivative::{GapSettings, segments};
+use crate::derivative::{GapSettings, quantile, segments};
 use crate::error::SindyError;
 use crate::samples::Samples;
 
@@ -91,19 +91,10 @@ pub struct Dataset {
 
 /// Rows below which a stretch says nothing about its slope.
 const FEWEST: usize = 3;
-/// A step longer than this many long steps is a jump.
-const HOLE: f64 = 3.0;
+/// A weight is at most this: sums of more are not finite.
+const HEAVIEST: f64 = 1e150;
 /// Rows without weight, one after the other, that are bridged.
 const BRIDGED: usize = 3;
-
-/// The value below which a share of `values` lies; NaN of none.
-fn quantile(values: &mut [f64], share: f64) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    let place = ((values.len() - 1) as f64 * share).round() as usize;
-    *values.select_nth_unstable_by(place, f64::total_cmp).1
-}
 
 /// Puts straight lines through short runs of rows without weight, NaN through long ones, and scales weights to
 /// a mean of one over the others.
@@ -213,23 +204,16 @@ impl Dataset {
                     found: weights.len(),
                 });
             }
-            if let Some(w) = weights.iter().find(|w| !(w.is_finite() && **w >= 0.0)) {
-                return Err(SindyError::setting("weights", "finite, not negative", w));
+            if let Some(w) = weights.iter().find(|w| !(**w <= HEAVIEST && **w >= 0.0)) {
+                let expected = format!("0 to {HEAVIEST:e}");
+                return Err(SindyError::setting("weights", expected, w));
             }
         }
         if let Some(weights) = &mut weights {
             bridge(&time, &mut columns[..self.states.len()], weights)?;
         }
         let all: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.retain(|s| *s > 0.0);
-        let hole = HOLE * quantile(&mut steps, 0.95) / quantile(&mut steps, 0.5);
-        let hole = if hole.is_finite() {
-            hole.max(HOLE)
-        } else {
-            HOLE
-        };
-        let found = segments(&time, &all, GapSettings::new(hole, FEWEST)?)?;
+        let found = segments(&time, &all, GapSettings::usual(&time, FEWEST)?)?;
         self.trajectories.push(Trajectory {
             name: name.into(),
             time,

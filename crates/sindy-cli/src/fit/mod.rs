@@ -8,6 +8,7 @@ mod score;
 pub(crate) mod settings;
 pub(crate) mod show;
 mod size;
+mod spikes;
 mod stream;
 mod terms;
 
@@ -49,6 +50,7 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
     // Bad test data are told before the time of a fit is spent.
     let test = load::test(context, args)?;
     let steps = settings.identify.iterations;
+    let outliers = settings.identify.outliers;
     let identify = Identify::per_equation(libraries)
         .settings(settings.identify)
         .map_err(Error::refused("settings"))?;
@@ -68,6 +70,7 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
             warnings.extend(test.warnings);
             let have = [&args.states[..], &args.inputs].concat();
             let seen = past::select(test.trajectories, &have, &columns(&found.model))?;
+            let seen = spikes::mended(seen, &found.model, outliers, &mut warnings);
             let score = score::of(&found.model, &seen, between, &mut warnings)?;
             Some(score)
         }
@@ -80,7 +83,10 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
     let object = FitObject::new(&found, files, test, warnings);
     if let Some(path) = &args.figure {
         let fitted = trajectories
-            .map(|all| score::of(&found.model, &all, between, &mut Vec::new()))
+            .map(|all| {
+                let all = spikes::mended(all, &found.model, outliers, &mut Vec::new());
+                score::of(&found.model, &all, between, &mut Vec::new())
+            })
             .transpose()?;
         figure::write(
             path,

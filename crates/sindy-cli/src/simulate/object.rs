@@ -100,7 +100,11 @@ pub(crate) fn text(model: &Model, runs: &[RunObject]) -> String {
             let _ = write!(out, ", to time {end}");
         }
         for (i, (name, value)) in run.last.iter().enumerate() {
-            let _ = write!(out, "\n  {name} = {value:.6} at the end");
+            let size = value.abs();
+            let _ = match size == 0.0 || (1e-3..1e7).contains(&size) {
+                true => write!(out, "\n  {name} = {value:.6} at the end"),
+                false => write!(out, "\n  {name} = {value:.5e} at the end"),
+            };
             if let Some(rmse) = &run.rmse {
                 let _ = write!(out, ", RMSE {:.4e}", rmse.value(i));
             }

@@ -12,9 +12,6 @@ use crate::trajectories::{self, Trajectory, Wanted};
 /// Rows that a result may have.
 const MOST_ROWS: f64 = 1e8;
 
-/// A step of time above so many median ones is a gap, as it is to [`sindy::Dataset`].
-const HOLE: f64 = 3.0;
-
 /// One run.
 pub(crate) struct Task {
     pub(crate) name: String,
@@ -96,7 +93,7 @@ pub(crate) fn stretches<'t>(
     let name = &trajectory.name;
     let refused = || Error::refused(name.clone());
     let columns: Vec<&[f64]> = trajectory.columns.iter().map(Vec::as_slice).collect();
-    let gaps = GapSettings::new(HOLE, 2).map_err(refused())?;
+    let gaps = GapSettings::usual(&trajectory.time, 2).map_err(refused())?;
     let ranges = segments(&trajectory.time, &columns, gaps)
         .map_err(refused())?
         .ranges;
@@ -133,10 +130,12 @@ impl Stretch<'_> {
     /// A run beside the stretch, from its first row.
     pub(crate) fn task(&self, model: &Model, between: &[Interpolation]) -> Result<Task> {
         let (states, inputs) = self.columns.split_at(model.states().len());
-        let given = model.inputs().iter().zip(inputs);
-        let outside = given.filter(|(name, _)| !model.past().iter().any(|p| p.input == **name));
-        let outside: Vec<&[f64]> = outside.map(|(_, column)| *column).collect();
-        let inputs = sampled(model, &self.name, self.time, &outside, between)?;
+        let given = model.inputs().iter().zip(inputs).zip(between);
+        let outside =
+            given.filter(|((name, _), _)| !model.past().iter().any(|p| p.input == **name));
+        let (outside, between): (Vec<&[f64]>, Vec<Interpolation>) =
+            outside.map(|((_, column), how)| (*column, *how)).unzip();
+        let inputs = sampled(model, &self.name, self.time, &outside, &between)?;
         Ok(Task {
             name: self.name.clone(),
             before: self.before(model)?,
@@ -297,7 +296,7 @@ fn own(model: &Model, args: &SimulateArgs) -> Result<Setup> {
                 &table.name,
                 &table.time,
                 &columns,
-                &between(model, args),
+                &between(model, args)[..columns.len()],
             )?
         }
         None => formulas(&outside, &args.inputs)?,

@@ -49,6 +49,7 @@ pub(crate) mod testing;
 
 pub use choose::{SavgolCandidate, SavgolChoice, SavgolReason, SavgolSearch, choose_savgol};
 pub use finite::FiniteDifference;
+pub(crate) use gaps::quantile;
 pub use gaps::{GapSettings, Segments, segments};
 pub use kalman::{KalmanFit, KalmanSmoother, Motion};
 pub use noise::{NoiseLevel, noise_level};

@@ -65,6 +65,32 @@ pub(super) fn one_period<'a>(
     Ok((out, warning))
 }
 
+/// The stretches without rows of no weight: in discrete time nothing may be bridged, the bridge would be the next sample.
+pub(super) fn with_weight<'a>(stretches: &[Stretch<'a>]) -> Vec<Stretch<'a>> {
+    let mut out = Vec::new();
+    for s in stretches {
+        let Some(weights) = s.weights else {
+            out.push(s.clone());
+            continue;
+        };
+        let mut from = 0;
+        while from < weights.len() {
+            let length = weights[from..].iter().take_while(|w| **w > 0.0).count();
+            let rows = from..from + length;
+            if length >= FEWEST {
+                out.push(Stretch {
+                    trajectory: s.trajectory,
+                    time: &s.time[rows.clone()],
+                    columns: s.columns.iter().map(|c| &c[rows.clone()]).collect(),
+                    weights: Some(&weights[rows]),
+                });
+            }
+            from += length + 1;
+        }
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use crate::{Dataset, Identify, Library, identify::Settings};
@@ -117,6 +143,35 @@ mod tests {
                 .warnings
                 .iter()
                 .any(|w| w.contains("period"))
+        );
+    }
+
+    #[test]
+    fn analytic_rows_without_weight_are_no_next_samples() {
+        // The logistic map; every tenth row is something else and has no weight.
+        let time: Vec<f64> = (0..400).map(f64::from).collect();
+        let mut x = vec![0.3];
+        while x.len() < time.len() {
+            let last = x[x.len() - 1];
+            x.push(3.7 * last * (1.0 - last));
+        }
+        let mut weights = vec![1.0; time.len()];
+        for k in (5..400).step_by(10) {
+            (x[k], weights[k]) = (7.0, 0.0);
+        }
+        let mut data = Dataset::new(&["x"], &[]).unwrap();
+        data.push("map", time, vec![x], Some(weights)).unwrap();
+        let found = Identify::new(Library::polynomial(&["x"], 3).unwrap())
+            .settings(Settings {
+                discrete: true,
+                ..Settings::default()
+            })
+            .unwrap()
+            .run(&data, &mut |_| ())
+            .unwrap();
+        assert_eq!(
+            format!("{:.4}", found.model).trim(),
+            "x[k+1] = 3.700*x - 3.700*x^2"
         );
     }
 

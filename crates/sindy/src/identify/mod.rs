@@ -139,7 +139,7 @@ impl Identify {
             && !stretches.is_empty()
         {
             let (cut, warning) = discrete::one_period(data, &stretches, period)?;
-            stretches = cut;
+            stretches = discrete::with_weight(&cut);
             warnings.extend(warning);
         }
         if !self.settings.discrete {

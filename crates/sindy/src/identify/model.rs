@@ -2,13 +2,12 @@
 
 use super::certainty::{Certainty, certainty, intervals};
 use super::regress::{FRONT_NODES, Statistics, best_subsets};
-use super::run::{FOLLOWS, Ranked, Run};
+use super::run::{CORRELATED, FOLLOWS, Followed, Ranked, Run};
 use super::{Candidate, Choice, Equation, FrontPoint, Identification, ratio};
 use crate::error::SindyError;
 use crate::gram::Gram;
 use crate::model::{Model, Term};
 use crate::outcome::Outcome;
-use crate::output_error::Found;
 
 impl Run<'_> {
     /// A model from the coefficients of all candidates and how sure they are.
@@ -68,9 +67,9 @@ impl Run<'_> {
     pub(super) fn of_output_error(
         mut self,
         ranked: &[Ranked],
-        start: usize,
-        found: &Found,
+        followed: &Followed,
     ) -> Result<Identification, SindyError> {
+        let (start, found) = (followed.start, &followed.found);
         let misfit = self.misfit(found);
         let terms = found.coefficients.iter().filter(|c| **c != 0.0).count();
         if misfit > FOLLOWS {
@@ -85,7 +84,13 @@ impl Run<'_> {
                 found.iterations
             ));
         }
-        if found.correlation > 2.0 && self.noise.is_visible() {
+        if followed.longest != usize::MAX {
+            self.warnings.push(format!(
+                "trajectories are followed in {} only: the system is disturbed, or is not in the library",
+                count(found.arcs, "short arc")
+            ));
+        }
+        if found.correlation > CORRELATED && self.noise.is_visible() {
             self.warnings.push(format!(
                 "residuals are correlated: standard errors are widened {:.1} times",
                 found.correlation.sqrt()

@@ -45,10 +45,45 @@ pub(super) fn multiples(
     each(stride, &mut |theta| {
         columns.iter_mut().zip(theta).for_each(|(c, v)| c.push(*v));
     });
+    let nowhere = |c: &Vec<f64>| !c.is_empty() && !c.iter().any(|v| v.is_finite());
+    if let Some(j) = columns.iter().position(nowhere) {
+        return Err(SindyError::setting(
+            "library",
+            "terms that are finite on the data",
+            format!(
+                "`{}`, which is finite on none of {} rows",
+                library.names()[j],
+                columns[j].len()
+            ),
+        ));
+    }
+    // Pairs that other rows refuted.
+    let mut refuted: Vec<(usize, usize)> = Vec::new();
+    loop {
+        let found = candidates(&columns, &refuted);
+        if stride == 1 || found.is_empty() {
+            return Ok(found);
+        }
+        let mut holds = vec![true; found.len()];
+        each(1, &mut |theta| {
+            for (m, holds) in found.iter().zip(&mut holds) {
+                *holds &= same(theta[m.term], m.factor * theta[m.of]);
+            }
+        });
+        if holds.iter().all(|h| *h) {
+            return Ok(found);
+        }
+        let wrong = found.iter().zip(&holds).filter(|(_, h)| !**h);
+        refuted.extend(wrong.map(|(m, _)| (m.term, m.of)));
+    }
+}
+
+/// Each term with the first before it that it is a multiple of, by the rows that are looked at.
+fn candidates(columns: &[Vec<f64>], refuted: &[(usize, usize)]) -> Vec<Multiple> {
     let mut found: Vec<Multiple> = Vec::new();
-    for j in 0..p {
+    for j in 0..columns.len() {
         let twin = (0..j)
-            .filter(|i| !found.iter().any(|m| m.term == *i))
+            .filter(|&i| !refuted.contains(&(j, i)) && !found.iter().any(|m| m.term == i))
             .find_map(|i| factor(&columns[j], &columns[i]).map(|factor| (i, factor)));
         if let Some((of, factor)) = twin {
             found.push(Multiple {
@@ -58,17 +93,7 @@ pub(super) fn multiples(
             });
         }
     }
-    if stride > 1 && !found.is_empty() {
-        let mut holds = vec![true; found.len()];
-        each(1, &mut |theta| {
-            for (m, holds) in found.iter().zip(&mut holds) {
-                *holds &= same(theta[m.term], m.factor * theta[m.of]);
-            }
-        });
-        let mut holds = holds.iter();
-        found.retain(|_| holds.next().is_some_and(|h| *h));
-    }
-    Ok(found)
+    found
 }
 
 /// The factor of `column` to `other`, if there is one and neither vanishes throughout.
@@ -121,9 +146,12 @@ mod tests {
                 .collect()
         };
         assert_eq!(found(&u), ["u^2 = 4 1", "x*u^2 = 4 x", "u^3 = 4 u"]);
-        // One row in three thousand that is otherwise, and none of the first rows that are looked at.
+        // One row in three thousand that is otherwise, and none of the rows that are looked at first.
         u[1501] = 2.1;
         assert!(found(&u).is_empty());
+        // One row at which nothing is applied: u² is no constant there, but u³ is four times u still.
+        u[1501] = 0.0;
+        assert_eq!(found(&u), ["u^3 = 4 u"]);
         // Constant but for the seventh digit: little, but not nothing.
         let nearly: Vec<f64> = time.iter().map(|t| 2.0 + 1e-7 * t.sin()).collect();
         assert!(found(&nearly).is_empty());

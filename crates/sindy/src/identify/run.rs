@@ -21,6 +21,8 @@ const MOST_CANDIDATES: usize = 400;
 const RANKED: usize = 10_000;
 /// Starts of the output error, at most.
 const STARTS: usize = 3;
+/// Residuals that stand for less than one in so many independent ones are correlated.
+pub(super) const CORRELATED: f64 = 2.0;
 /// A condition of the scaled library above which collinear terms are named.
 const CONDITION: f64 = 1e4;
 
@@ -35,6 +37,15 @@ pub(super) struct Run<'a> {
     pub noise: Noise,
     pub inputs: inputs::Choice,
     pub warnings: Vec<String>,
+}
+
+/// What the output error found.
+pub(super) struct Followed {
+    /// The ranked model that it started from.
+    pub start: usize,
+    pub found: Found,
+    /// Nodes of an arc, at most; `usize::MAX` where trajectories were followed as far as chaos allows.
+    pub longest: usize,
 }
 
 /// A model by regression, with what it is ranked by.
@@ -120,25 +131,26 @@ impl Run<'_> {
             }
             _ => found,
         };
+        // What was followed in short pieces only has to predict better than regressions do.
         let follows = found
             .as_ref()
-            .is_some_and(|(_, f)| self.misfit(f) <= FOLLOWS);
+            .is_some_and(|f| f.longest == usize::MAX && self.misfit(&f.found) <= FOLLOWS);
         match found {
-            Some((start, found))
+            Some(followed)
                 if self.settings.method == Method::OutputError
                     || (follows && !self.settings.discrete) =>
             {
-                self.of_output_error(&ranked, start, &found)
+                self.of_output_error(&ranked, &followed)
             }
-            Some((start, found)) => {
+            Some(followed) => {
                 let free = free_run(
                     &self.system,
                     &yardstick,
-                    &found.coefficients,
+                    &followed.found.coefficients,
                     &self.noise.sigma,
                 );
                 if free < 0.98 * ranked[0].free_run {
-                    self.of_output_error(&ranked, start, &found)
+                    self.of_output_error(&ranked, &followed)
                 } else {
                     self.of_regression(&ranked, &statistics)
                 }
@@ -168,7 +180,12 @@ impl Run<'_> {
         // Where most of the data rest, what moves comes first, with a smoothing of its own.
         let moving = prepare::moving(&self.stretches, n, &self.noise);
         let mut first = None;
-        for part in moving.iter().chain([&self.stretches]) {
+        for (index, part) in moving.iter().chain([&self.stretches]).enumerate() {
+            // By name a regression finds its statistics again.
+            let place = match moving.is_some() && index == 0 {
+                true => ", of what moves",
+                false => "",
+            };
             let uniform = self.data.report().uniform;
             let both: &[f64] = match *smoothing == Smoothing::Automatic && uniform {
                 true => &[1.0, 2.0],
@@ -176,7 +193,8 @@ impl Run<'_> {
             };
             for wider in both {
                 let filters = prepare::filters(part, n, uniform, *wider)?;
-                let slopes = prepare::by(filters.as_deref(), part, n)?;
+                let mut slopes = prepare::by(filters.as_deref(), part, n)?;
+                slopes.name.push_str(place);
                 if *smoothing != Smoothing::Weak {
                     self.add(&slopes, part, &mut statistics, progress)?;
                 }
@@ -189,12 +207,11 @@ impl Run<'_> {
                     smoothing: "weak form".into(),
                 });
                 let folds = self.settings.folds;
-                statistics.extend(regress::of_weak_form(
-                    self.data,
-                    part,
-                    &self.libraries,
-                    folds,
-                )?);
+                let weak = regress::of_weak_form(self.data, part, &self.libraries, folds)?;
+                statistics.extend(weak.map(|mut weak| {
+                    weak.smoothing.push_str(place);
+                    weak
+                }));
             }
         }
         match first {
@@ -290,19 +307,19 @@ impl Run<'_> {
     /// less.
     fn better(
         &mut self,
-        first: Option<(usize, Found)>,
+        first: Option<Followed>,
         ranked: &[Ranked],
         (pieces, between): (&[Piece<'_>], Vec<Interpolation>),
         term_rms: &[f64],
         progress: &mut dyn FnMut(Progress),
-    ) -> Option<(usize, Found)> {
+    ) -> Option<Followed> {
         let second = match self.settings.method {
             Method::Regression => None,
             _ => self.output_error(ranked, pieces, term_rms, progress),
         };
-        let left = |found: &Option<(usize, Found)>| {
+        let left = |found: &Option<Followed>| {
             let found = found.as_ref();
-            found.map_or(f64::INFINITY, |(_, f)| self.misfit(f))
+            found.map_or(f64::INFINITY, |f| self.misfit(&f.found))
         };
         if left(&second) < left(&first) {
             self.inputs.between = between;
@@ -319,8 +336,8 @@ impl Run<'_> {
         pieces: &[Piece<'_>],
         term_rms: &[f64],
         progress: &mut dyn FnMut(Progress),
-    ) -> Option<(usize, Found)> {
-        let mut best: Option<(usize, Found)> = None;
+    ) -> Option<Followed> {
+        let mut best: Option<Followed> = None;
         for longest in [usize::MAX, 32, 8] {
             let mut tried: Vec<Vec<bool>> = Vec::new();
             for (index, start) in ranked.iter().enumerate() {
@@ -330,13 +347,7 @@ impl Run<'_> {
                 }
                 let number = tried.len();
                 tried.push(support);
-                let limits = output_error::Settings {
-                    growth: self.settings.growth,
-                    iterations: self.settings.iterations,
-                    penalty: self.settings.penalty,
-                    longest,
-                    relevance: self.settings.relevance,
-                };
+                let limits = self.limits(longest);
                 let from = Start {
                     coefficients: start.coefficients.clone(),
                     sigma: self.noise.sigma.clone(),
@@ -359,27 +370,62 @@ impl Run<'_> {
                 });
                 let Some(found) = found else { continue };
                 match &best {
-                    Some((_, b)) if found.score > b.score - 1.0 => {
-                        let agree = (found.score - b.score).abs() <= 1.0;
+                    Some(b) if found.score > b.found.score - 1.0 => {
+                        let agree = (found.score - b.found.score).abs() <= 1.0;
                         if agree && found.outcome == Outcome::Converged {
                             break;
                         }
                     }
-                    _ => best = Some((index, found)),
+                    _ => {
+                        best = Some(Followed {
+                            start: index,
+                            found,
+                            longest,
+                        });
+                    }
                 }
             }
             if best
                 .as_ref()
-                .is_some_and(|(_, f)| self.misfit(f) <= FOLLOWS)
+                .is_some_and(|b| self.misfit(&b.found) <= FOLLOWS)
             {
-                return best;
+                break;
             }
             if longest > 8 {
                 // Scores of differently cut arcs do not compare.
                 best = None;
             }
         }
-        best
+        let mut best = best?;
+        if best.found.correlation > CORRELATED {
+            // A term is worth as much less as there are fewer independent residuals.
+            let mut limits = self.limits(best.longest);
+            limits.penalty *= best.found.correlation;
+            let from = Start {
+                coefficients: best.found.coefficients.clone(),
+                sigma: best.found.sigma.clone(),
+                floor: self.noise.floor.clone(),
+                candidates: self.screened(ranked),
+                term_rms: term_rms.to_vec(),
+            };
+            let again = output_error::search(&self.system, pieces, &from, &limits, &mut |_| ());
+            if let Some(found) = again
+                && self.misfit(&found) <= FOLLOWS.max(self.misfit(&best.found))
+            {
+                best.found = found;
+            }
+        }
+        Some(best)
+    }
+
+    fn limits(&self, longest: usize) -> output_error::Settings {
+        output_error::Settings {
+            growth: self.settings.growth,
+            iterations: self.settings.iterations,
+            penalty: self.settings.penalty,
+            longest,
+            relevance: self.settings.relevance,
+        }
     }
 
     /// The candidates that the output error looks at: all, or those that a regression met.

@@ -1,12 +1,14 @@
-//! Data whose numbers are too large to be reckoned with.
+//! Data whose numbers are too large or too small to be reckoned with.
 
 use crate::dataset::Dataset;
 use crate::error::SindyError;
 
 /// Values above it have no finite square sums.
 const LARGEST: f64 = 1e150;
+/// The squares of a column that is not zero, but nowhere above it, vanish.
+const SMALLEST: f64 = 1e-150;
 
-/// Refuses values whose squares overflow, by column, trajectory and time.
+/// Refuses values whose squares overflow, by column, trajectory and time, and columns whose squares all vanish.
 pub(super) fn check(data: &Dataset) -> Result<(), SindyError> {
     for t in data.trajectories() {
         for (name, column) in data.names().iter().zip(&t.columns) {
@@ -18,6 +20,17 @@ pub(super) fn check(data: &Dataset) -> Result<(), SindyError> {
                     format!("{value:e} in column `{name}` of {} at time {time}", t.name),
                 ));
             }
+        }
+    }
+    for (i, name) in data.names().iter().enumerate() {
+        let values = data.trajectories().iter().flat_map(|t| &t.columns[i]);
+        let largest = values.fold(0.0_f64, |m, v| m.max(v.abs()));
+        if largest > 0.0 && largest < SMALLEST {
+            return Err(SindyError::setting(
+                "size of values",
+                format!("some above {SMALLEST:e}, or all 0"),
+                format!("{largest:e} at most in column `{name}`"),
+            ));
         }
     }
     Ok(())

@@ -243,9 +243,11 @@ impl State<'_> {
         let terms = self.xi.iter().filter(|c| **c != 0.0).count() as f64;
         let starts = (last.arcs * self.system.n) as f64 * (last.values as f64).ln();
         let noise: f64 = self.sigma.iter().map(|s| 2.0 * s.ln()).sum();
-        let std_error = |j| match last.search.support[j] {
-            true => (last.search.variance(j) * last.variance).sqrt(),
-            false => 0.0,
+        // A last step that was made in part leaves terms that it would have dropped: nothing is known of them.
+        let std_error = |j: usize| match (last.search.support[j], self.xi[j] != 0.0) {
+            (true, _) => (last.search.variance(j) * last.variance).sqrt(),
+            (false, true) => f64::INFINITY,
+            (false, false) => 0.0,
         };
         Found {
             coefficients: self.xi.iter().copied().collect(),

@@ -219,18 +219,7 @@ impl Search {
             let Some(chosen) = self.best_of(members, penalty, values) else {
                 continue;
             };
-            // From here by single steps, so that no digits are lost on the way over the empty set.
-            let mut trial = self.clone();
-            for &j in members {
-                if chosen.contains(&j) && !trial.support[j] {
-                    trial.toggle(j);
-                }
-            }
-            for &j in members {
-                if !chosen.contains(&j) && trial.support[j] {
-                    trial.toggle(j);
-                }
-            }
+            let trial = self.at(members, &chosen);
             // A search that was cut short may have found less than there was.
             if score(&trial) < score(self) - 0.01 * penalty {
                 *self = trial;
@@ -253,15 +242,40 @@ impl Search {
         let Some((found, free, screened)) = self.subsets(members, 3, values) else {
             return Vec::new();
         };
+        let mut least = f64::INFINITY;
         found
             .sizes
             .iter()
-            .map(|s| Alternative {
-                support: kept(s, &free),
-                error: (s.fit.residual_sum / values as f64).sqrt(),
-                proven: s.fit.outcome == Outcome::Optimal && !screened,
+            .map(|s| {
+                let support = kept(s, &free);
+                let left = self.at(members, &support).residual();
+                // More terms never leave more: where they seem to, the search ran out of digits.
+                let sound = left <= least * (1.0 + 1e-9);
+                least = least.min(left);
+                Alternative {
+                    error: (left / values as f64).sqrt(),
+                    proven: sound && s.fit.outcome == Outcome::Optimal && !screened,
+                    support,
+                }
             })
             .collect()
+    }
+
+    /// The search with these terms of an equation, reached by single steps from where it stands, so that no
+    /// digits are lost on the way over the empty set.
+    fn at(&self, members: &[usize], support: &[usize]) -> Self {
+        let mut trial = self.clone();
+        for &j in members {
+            if support.contains(&j) && !trial.support[j] {
+                trial.toggle(j);
+            }
+        }
+        for &j in members {
+            if !support.contains(&j) && trial.support[j] {
+                trial.toggle(j);
+            }
+        }
+        trial
     }
 
     /// Branch and bound over the terms of `members`, up to `more` than are kept of them now.

@@ -10,6 +10,7 @@ use crate::error::SindyError;
 use crate::identify::Settings;
 use crate::library::Library;
 use crate::savgol::Smoothed;
+use crate::shift::{Cut, uneven};
 
 /// Rows that decide how slopes are taken.
 const HEAD: usize = 50_000;
@@ -285,7 +286,24 @@ impl<'a> Pass<'a> {
                     rows.end = rows.end.min(part.rows.end - 1).max(rows.start);
                 }
                 let from = part.rows.start;
-                self.slopes[k].add(&all, rows.start - from..rows.end - from)?;
+                let rows = rows.start - from..rows.end - from;
+                if !self.settings.discrete {
+                    self.slopes[k].add(&all, rows)?;
+                    continue;
+                }
+                let cut = Cut::new(columns[0], plan.period);
+                if let Some((row, step)) = cut.uneven {
+                    let at = format!("time {}", columns[0][row]);
+                    return Err(uneven(plan.period, step, &at));
+                }
+                for piece in &cut.ranges {
+                    // The row before a gap has no next one either.
+                    let next = usize::from(piece.end < columns[0].len());
+                    let end = (piece.end - next).min(rows.end);
+                    if piece.start.max(rows.start) < end {
+                        self.slopes[k].add(&all, piece.start.max(rows.start)..end)?;
+                    }
+                }
             }
             if let Some(weak) = &mut self.weak {
                 let from = part.rows.start;

@@ -47,29 +47,8 @@ impl Part {
     }
 }
 
-/// A step of time that is longer than this many long steps is a jump.
-const HOLE: f64 = 3.0;
 /// Rows without weight, one after the other, that are bridged.
 const BRIDGED: usize = 3;
-
-/// Median steps from which a step is a jump, as in a [`Dataset`](crate::Dataset): three times the 95th percentile.
-fn hole(time: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
-    steps.retain(|s| *s > 0.0);
-    if steps.is_empty() {
-        return HOLE;
-    }
-    let mut quantile = |share: f64| {
-        let place = ((steps.len() - 1) as f64 * share).round() as usize;
-        *steps.select_nth_unstable_by(place, f64::total_cmp).1
-    };
-    let ratio = HOLE * quantile(0.95) / quantile(0.5);
-    if ratio.is_finite() {
-        ratio.max(HOLE)
-    } else {
-        HOLE
-    }
-}
 
 impl Window {
     /// The same with straight lines through the states of up to three rows in succession without weight, and NaN
@@ -151,14 +130,15 @@ impl Window {
     ) -> Result<Vec<Part>, SindyError> {
         let time = &self.columns[0];
         let columns: Vec<&[f64]> = self.columns[1..=data].iter().map(Vec::as_slice).collect();
-        let found = segments(time, &columns, GapSettings::new(hole(time), 1)?).map_err(
-            |error| match error {
-                SindyError::TimeNotIncreasing { index } => SindyError::TimeNotIncreasing {
-                    index: index + self.first,
+        let found =
+            segments(time, &columns, GapSettings::usual(time, 1)?).map_err(
+                |error| match error {
+                    SindyError::TimeNotIncreasing { index } => SindyError::TimeNotIncreasing {
+                        index: index + self.first,
+                    },
+                    other => other,
                 },
-                other => other,
-            },
-        )?;
+            )?;
         let own = self.own(overlap, more);
         report.rows += own.len();
         report.missing_rows += own.len();

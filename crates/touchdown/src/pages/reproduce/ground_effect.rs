@@ -185,7 +185,7 @@ fn coefficients_of(run: &Run, results: &Results, form: GroundEffectForm) -> Resu
                 maybe(lag.copied().flatten())
             };
             table = table.note(format!(
-                "The coefficient of f stands for a time constant: {} s and {} s here, {} s in print. Noise in f pulls it towards zero in any \
+                "The coefficient of f, where it is kept, stands for a time constant: {} s and {} s here, {} s in print. Noise in f pulls it towards zero in any \
                  regression on derivatives.",
                 lag("paper_data"),
                 lag("rich_data"),
