@@ -13,8 +13,9 @@
 //! | `points` | a checked sweep: points, draws, landers |
 //! | `row`, `store` | landings as rows, blocks as files, merging |
 //! | `run` | flying what is missing |
-//! | `summary` | figures of every point |
+//! | `summary`, `csv` | figures of every point |
 
+mod csv;
 mod draw;
 mod keys;
 mod points;

@@ -1,13 +1,12 @@
 //! Figures of every point of a campaign.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use serde::Serialize;
 
 use super::points::Sweep;
 use super::row::{Row, text};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::statistics::{Share, Summary, percentile};
 
 /// How many of the worst landings are named.
@@ -63,22 +62,26 @@ pub struct PointOf {
     pub settings: BTreeMap<String, toml::Value>,
     /// The controller.
     pub controller: String,
+    #[serde(skip)]
+    label: String,
 }
 
 impl PointOf {
-    /// The swept settings in a few words; the controller where nothing is swept.
+    /// What is changed at the point, in a few words; the controller where nothing is.
     #[must_use]
     pub fn label(&self) -> String {
-        if self.settings.is_empty() {
-            return self.controller.clone();
-        }
-        let last = |key: &str| key.rsplit('.').next().unwrap_or(key).to_string();
-        let pairs = self.settings.iter().map(|(key, value)| {
-            let shown: String = text(value).chars().take(40).collect();
-            format!("{} {shown}", last(key))
-        });
-        pairs.collect::<Vec<_>>().join(", ")
+        self.label.clone()
     }
+}
+
+/// A dotted key in a word: its last part, with the list that a place is in.
+fn short(key: &str) -> &str {
+    let digits = |part: &str| part.bytes().all(|b| b.is_ascii_digit());
+    let mut from = key.rfind('.').map_or(0, |dot| dot + 1);
+    while from > 0 && digits(&key[from..]) {
+        from = key[..from - 1].rfind('.').map_or(0, |dot| dot + 1);
+    }
+    &key[from..]
 }
 
 /// Figures of the landings at one point.
@@ -196,13 +199,29 @@ pub fn summarise(sweep: &Sweep, rows: &[Row]) -> Result<CampaignResults> {
 
 fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
     let values = sweep.values(point);
+    let controller = sweep.scenario(point)?.control.controller.name();
+    let varied = values
+        .iter()
+        .zip(sweep.grid())
+        .filter(|(_, (_, all))| all.len() > 1);
+    let words: Vec<String> = varied
+        .map(|((key, value), _)| {
+            let shown: String = text(value).chars().take(40).collect();
+            format!("{} {shown}", short(key))
+        })
+        .collect();
     Ok(PointOf {
         point,
+        label: if words.is_empty() {
+            controller.to_string()
+        } else {
+            words.join(", ")
+        },
         settings: values
             .iter()
             .map(|(key, value)| ((*key).to_string(), (*value).clone()))
             .collect(),
-        controller: sweep.scenario(point)?.control.controller.name().to_string(),
+        controller: controller.to_string(),
     })
 }
 
@@ -270,84 +289,6 @@ fn worst(rows: &[Row]) -> Vec<&Row> {
     worst
 }
 
-impl CampaignResults {
-    /// The figures as a table (CSV), a row for every point.
-    ///
-    /// # Errors
-    /// A value that a table cannot hold.
-    pub fn csv(&self) -> Result<String> {
-        let mut out = String::new();
-        for (i, point) in self.points.iter().enumerate() {
-            let cells = cells(point)?;
-            if i == 0 {
-                line(&mut out, cells.iter().map(|(name, _)| name.as_str()));
-            }
-            line(&mut out, cells.iter().map(|(_, value)| value.as_str()));
-        }
-        Ok(out)
-    }
-}
-
-fn line<'a>(out: &mut String, cells: impl Iterator<Item = &'a str>) {
-    for (i, cell) in cells.enumerate() {
-        let comma = if i == 0 { "" } else { "," };
-        let _ = if cell.contains([',', '"', '\n']) {
-            write!(out, "{comma}\"{}\"", cell.replace('"', "\"\""))
-        } else {
-            write!(out, "{comma}{cell}")
-        };
-    }
-    out.push('\n');
-}
-
-fn cells(point: &PointFigures) -> Result<Vec<(String, String)>> {
-    let mut cells = vec![("point".to_string(), point.of.point.to_string())];
-    for (key, value) in &point.of.settings {
-        cells.push((key.clone(), text(value)));
-    }
-    if !point.of.settings.contains_key("control.controller") {
-        cells.push(("control.controller".into(), point.of.controller.clone()));
-    }
-    cells.push(("trials".into(), point.trials.to_string()));
-    let object =
-        serde_json::to_value(point).map_err(|e| Error::Arguments(format!("the summary: {e}")))?;
-    for share in ["landed", "landed_at_first", "crashed"] {
-        let of = &object[share];
-        cells.push((share.to_string(), of["count"].to_string()));
-        cells.push((format!("{share}_share"), of["share"].to_string()));
-        cells.push((format!("{share}_low"), of["ci95"][0].to_string()));
-        cells.push((format!("{share}_high"), of["ci95"][1].to_string()));
-    }
-    cells.push((
-        "crashed_without_abort".into(),
-        point.crashed_without_abort.to_string(),
-    ));
-    for name in [
-        "t_l_s",
-        "waited_s",
-        "v_l_mps",
-        "s_l_m",
-        "lateral_m",
-        "lateral_mps",
-        "impact_mps",
-        "tilt_rad",
-    ] {
-        let of = &object[name];
-        let figures =
-            ["mean", "sd", "p5", "p50", "p95", "p99", "max"].map(|figure| (figure, &of[figure]));
-        let interval = [("low", &of["ci95"][0]), ("high", &of["ci95"][1])];
-        for (figure, value) in figures.into_iter().chain(interval) {
-            let shown = if value.is_null() {
-                String::new()
-            } else {
-                value.to_string()
-            };
-            cells.push((format!("{name}_{figure}"), shown));
-        }
-    }
-    Ok(cells)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -377,6 +318,7 @@ mod tests {
             point: 0,
             settings: BTreeMap::new(),
             controller: "dynamic".into(),
+            label: "dynamic".into(),
         };
         let figures = figures(of, &rows);
         assert_eq!(figures.landed.unwrap().count, 2);
@@ -392,9 +334,9 @@ mod tests {
     }
 
     #[test]
-    fn prop_cells_with_commas_are_quoted() {
-        let mut out = String::new();
-        line(&mut out, ["a", "b, \"c\""].into_iter());
-        assert_eq!(out, "a,\"b, \"\"c\"\"\"\n");
+    fn prop_keys_in_a_word() {
+        assert_eq!(short("control.controller"), "controller");
+        assert_eq!(short("wind.steady_mps.0"), "steady_mps.0");
+        assert_eq!(short("timeout_s"), "timeout_s");
     }
 }

@@ -1,0 +1,97 @@
+//! Figures of every point as a table.
+
+use std::fmt::Write as _;
+
+use super::row::text;
+use super::summary::{CampaignResults, PointFigures};
+use crate::error::{Error, Result};
+
+impl CampaignResults {
+    /// The figures as a table (CSV), a row for every point.
+    ///
+    /// # Errors
+    /// A value that a table cannot hold.
+    pub fn csv(&self) -> Result<String> {
+        let mut out = String::new();
+        for (i, point) in self.points.iter().enumerate() {
+            let cells = cells(point)?;
+            if i == 0 {
+                line(&mut out, cells.iter().map(|(name, _)| name.as_str()));
+            }
+            line(&mut out, cells.iter().map(|(_, value)| value.as_str()));
+        }
+        Ok(out)
+    }
+}
+
+fn line<'a>(out: &mut String, cells: impl Iterator<Item = &'a str>) {
+    for (i, cell) in cells.enumerate() {
+        let comma = if i == 0 { "" } else { "," };
+        let _ = if cell.contains([',', '"', '\n']) {
+            write!(out, "{comma}\"{}\"", cell.replace('"', "\"\""))
+        } else {
+            write!(out, "{comma}{cell}")
+        };
+    }
+    out.push('\n');
+}
+
+fn cells(point: &PointFigures) -> Result<Vec<(String, String)>> {
+    let mut cells = vec![("point".to_string(), point.of.point.to_string())];
+    for (key, value) in &point.of.settings {
+        cells.push((key.clone(), text(value)));
+    }
+    if !point.of.settings.contains_key("control.controller") {
+        cells.push(("control.controller".into(), point.of.controller.clone()));
+    }
+    cells.push(("trials".into(), point.trials.to_string()));
+    let object =
+        serde_json::to_value(point).map_err(|e| Error::Arguments(format!("the summary: {e}")))?;
+    for share in ["landed", "landed_at_first", "crashed"] {
+        let of = &object[share];
+        cells.push((share.to_string(), of["count"].to_string()));
+        cells.push((format!("{share}_share"), of["share"].to_string()));
+        cells.push((format!("{share}_low"), of["ci95"][0].to_string()));
+        cells.push((format!("{share}_high"), of["ci95"][1].to_string()));
+    }
+    cells.push((
+        "crashed_without_abort".into(),
+        point.crashed_without_abort.to_string(),
+    ));
+    for name in [
+        "t_l_s",
+        "waited_s",
+        "v_l_mps",
+        "s_l_m",
+        "lateral_m",
+        "lateral_mps",
+        "impact_mps",
+        "tilt_rad",
+    ] {
+        let of = &object[name];
+        let figures =
+            ["mean", "sd", "p5", "p50", "p95", "p99", "max"].map(|figure| (figure, &of[figure]));
+        let interval = [("low", &of["ci95"][0]), ("high", &of["ci95"][1])];
+        for (figure, value) in figures.into_iter().chain(interval) {
+            let shown = if value.is_null() {
+                String::new()
+            } else {
+                value.to_string()
+            };
+            cells.push((format!("{name}_{figure}"), shown));
+        }
+    }
+    Ok(cells)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_cells_with_commas_are_quoted() {
+        let mut out = String::new();
+        line(&mut out, ["a", "b, \"c\""].into_iter());
+        assert_eq!(out, "a,\"b, \"\"c\"\"\"\n");
+    }
+}
