@@ -1,7 +1,7 @@
 use crate::LogError;
+use crate::whole::write_whole;
 use std::io;
 use std::path::Path;
-use tempfile::{Builder, NamedTempFile};
 use touchdown_trial::{TIME_CHANNEL, Trial};
 
 /// Writes a trial: `time_s`, then its channels in order; gaps are empty cells, and numbers are the
@@ -14,7 +14,7 @@ use touchdown_trial::{TIME_CHANNEL, Trial};
 /// [`LogError::Write`]; what was at `path` before is then still there.
 pub fn write_csv(trial: &Trial, path: impl AsRef<Path>) -> Result<(), LogError> {
     let path = path.as_ref();
-    write(trial, path).map_err(|source| LogError::Write {
+    write_whole(path, &to_csv(trial)).map_err(|source| LogError::Write {
         path: path.display().to_string(),
         source,
     })
@@ -42,30 +42,6 @@ fn rows(trial: &Trial, to: &mut dyn io::Write) -> io::Result<()> {
         writer.write_record(None::<&[u8]>)?;
     }
     writer.flush()
-}
-
-fn write(trial: &Trial, path: &Path) -> io::Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut file = temporary(folder)?;
-    rows(trial, &mut file)?;
-    file.as_file().sync_all()?;
-    file.persist(path)?;
-    Ok(())
-}
-
-/// With the rights that a new file usually gets, not those of a private one.
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = Builder::new();
-    builder.prefix(".touchdown-").suffix(".part");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(folder)
 }
 
 fn shortest(value: f64) -> String {

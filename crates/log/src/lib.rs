@@ -49,6 +49,7 @@ mod map;
 mod stamps;
 mod suggest;
 mod table;
+mod whole;
 
 pub use apply::{apply, read_trial};
 pub use csv_read::{parse_csv, read_csv};
@@ -58,3 +59,4 @@ pub use findings::Findings;
 pub use inspect::{ColumnSummary, Inspection, TimeBase, inspect, inspect_trial};
 pub use map::Map;
 pub use table::{Column, ColumnKind, Table};
+pub use whole::{TEMPORARY_PREFIX, write_whole};

@@ -79,12 +79,16 @@ impl Card {
             _ => Path::new("."),
         };
         std::fs::create_dir_all(folder).map_err(file_error)?;
-        let mut file = tempfile::Builder::new()
-            .prefix(".card-")
-            .tempfile_in(folder)
-            .map_err(file_error)?;
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".card-");
+        // A temporary file is private to its owner; a card is for everyone who may read the folder.
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt as _;
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let mut file = builder.tempfile_in(folder).map_err(file_error)?;
         file.write_all(text.as_bytes()).map_err(file_error)?;
-        set_default_permissions(file.as_file()).map_err(file_error)?;
         file.persist(path).map_err(|e| file_error(e.error))?;
         Ok(())
     }
@@ -198,16 +202,4 @@ fn check_range(file: &str, key: &str, [lo, hi]: [f64; 2]) -> Result<(), CardErro
         expected: "[min, max] with min <= max, finite".into(),
         found: format!("[{lo}, {hi}]"),
     })
-}
-
-/// A temporary file is private to its owner; a card is for everyone who may read the folder.
-#[cfg(unix)]
-fn set_default_permissions(file: &std::fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt as _;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn set_default_permissions(_: &std::fs::File) -> std::io::Result<()> {
-    Ok(())
 }

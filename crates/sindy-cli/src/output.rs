@@ -1,6 +1,5 @@
 //! Files: written whole or not at all.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
@@ -13,26 +12,7 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     };
     let fail = |e| Error::file(path, e);
     std::fs::create_dir_all(above).map_err(fail)?;
-    let mut file = tempfile::Builder::new()
-        .prefix(".sindy-")
-        .tempfile_in(above)
-        .map_err(fail)?;
-    file.write_all(bytes).map_err(fail)?;
-    public(file.as_file()).map_err(fail)?;
-    file.persist(path).map_err(|e| fail(e.error))?;
-    Ok(())
-}
-
-/// A temporary file is private to its owner; a result is for everyone who may read the folder.
-#[cfg(unix)]
-fn public(file: &std::fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt as _;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn public(_: &std::fs::File) -> std::io::Result<()> {
-    Ok(())
+    touchdown_log::write_whole(path, bytes).map_err(fail)
 }
 
 /// Refuses, before any work is done, outputs that cannot become files, that would overwrite an input, or that are

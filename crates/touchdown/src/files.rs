@@ -1,12 +1,8 @@
 //! Files: written whole or not at all.
 
-use std::io::Write as _;
 use std::path::Path;
 
 use crate::error::{Error, Result};
-
-/// Temporary files begin so; what a killed process leaves of them can be taken away.
-pub(crate) const TEMPORARY: &str = ".touchdown-";
 
 /// Creates a folder and those above it.
 ///
@@ -32,25 +28,5 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
         _ => Path::new("."),
     };
     folder(above)?;
-    let fail = |e| Error::file(path, e);
-    let mut file = tempfile::Builder::new()
-        .prefix(TEMPORARY)
-        .tempfile_in(above)
-        .map_err(fail)?;
-    file.write_all(bytes).map_err(fail)?;
-    public(file.as_file()).map_err(fail)?;
-    file.persist(path).map_err(|e| fail(e.error))?;
-    Ok(())
-}
-
-/// A temporary file is private to its owner; a result is for everyone who may read the folder.
-#[cfg(unix)]
-fn public(file: &std::fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt as _;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn public(_: &std::fs::File) -> std::io::Result<()> {
-    Ok(())
+    touchdown_log::write_whole(path, bytes).map_err(|e| Error::file(path, e))
 }

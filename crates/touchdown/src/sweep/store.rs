@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use touchdown_log::TEMPORARY_PREFIX;
+
 use super::points::{SERIES, Sweep};
 use super::row::{Row, decode, encode};
 use crate::error::{Error, Result};
-use crate::files::{TEMPORARY, folder, write};
+use crate::files::{folder, write};
 use crate::settings::to_toml;
 
 /// Name of the sweep in a campaign's folder.
@@ -60,7 +62,7 @@ impl Store {
         for folder in [self.out.clone(), self.out.join(LANDINGS)] {
             for entry in std::fs::read_dir(&folder).map_err(|e| Error::file(&folder, e))? {
                 let entry = entry.map_err(|e| Error::file(&folder, e))?;
-                if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
+                if entry.file_name().to_string_lossy().starts_with(TEMPORARY_PREFIX) {
                     std::fs::remove_file(entry.path())
                         .map_err(|e| Error::file(&entry.path(), e))?;
                 }
@@ -88,7 +90,7 @@ impl Store {
         for entry in std::fs::read_dir(&landings).map_err(|e| Error::file(&landings, e))? {
             let entry = entry.map_err(|e| Error::file(&landings, e))?;
             let name = entry.file_name().to_string_lossy().into_owned();
-            if name.starts_with(TEMPORARY) {
+            if name.starts_with(TEMPORARY_PREFIX) {
                 continue;
             }
             let number = name
