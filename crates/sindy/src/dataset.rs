@@ -17,12 +17,15 @@
 //! # Ok::<(), sindy::SindyError>(())
 //! ```
 
+mod bridge;
+
 use std::ops::Range;
 
 use crate::derivative::grid::uniform_period;
 use crate::derivative::{GapSettings, quantile, segments};
 use crate::error::SindyError;
 use crate::samples::Samples;
+pub(crate) use bridge::{BRIDGED, bridge};
 
 /// One trajectory as it was given.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,42 +92,19 @@ pub struct Dataset {
     report: DataReport,
 }
 
-/// Rows below which a stretch says nothing about its slope.
-const FEWEST: usize = 3;
+/// Rows below which a stretch says nothing about its slope, and is left out.
+pub(crate) const FEWEST: usize = 3;
 /// A weight is at most this: sums of more are not finite.
 const HEAVIEST: f64 = 1e150;
-/// Rows without weight, one after the other, that are bridged.
-const BRIDGED: usize = 3;
 
-/// Puts straight lines through short runs of rows without weight, NaN through long ones, and scales weights to
-/// a mean of one over the others.
-fn bridge(time: &[f64], states: &mut [Vec<f64>], weights: &mut [f64]) -> Result<(), SindyError> {
-    let n = weights.len();
+/// Scales weights to a mean of one over those above 0.
+fn scale(weights: &mut [f64]) -> Result<(), SindyError> {
     let counted = weights.iter().filter(|w| **w > 0.0).count();
     if counted == 0 {
         return Err(SindyError::setting("weights", "some above 0", "all 0"));
     }
     let mean = weights.iter().sum::<f64>() / counted as f64;
     weights.iter_mut().for_each(|w| *w /= mean);
-    let mut row = 0;
-    while row < n {
-        if weights[row] > 0.0 {
-            row += 1;
-            continue;
-        }
-        let end = (row..n).find(|&k| weights[k] > 0.0).unwrap_or(n);
-        for column in states.iter_mut() {
-            for k in row..end {
-                column[k] = if row == 0 || end == n || end - row > BRIDGED {
-                    f64::NAN
-                } else {
-                    let part = (time[k] - time[row - 1]) / (time[end] - time[row - 1]);
-                    column[row - 1] + part * (column[end] - column[row - 1])
-                };
-            }
-        }
-        row = end;
-    }
     Ok(())
 }
 
@@ -210,7 +190,8 @@ impl Dataset {
             }
         }
         if let Some(weights) = &mut weights {
-            bridge(&time, &mut columns[..self.states.len()], weights)?;
+            scale(weights)?;
+            bridge(&time, &mut columns[..self.states.len()], weights, BRIDGED);
         }
         let all: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let found = segments(&time, &all, GapSettings::usual(&time, FEWEST)?)?;

@@ -1,11 +1,8 @@
 //! Rows of discrete time: each one period after the one before.
 
-use crate::dataset::{Dataset, Stretch};
+use crate::dataset::{Dataset, FEWEST, Stretch};
 use crate::error::SindyError;
 use crate::shift::{Cut, uneven};
-
-/// Rows below which a stretch is left out, as those of a data set are.
-const FEWEST: usize = 3;
 
 /// The stretches cut where a row is not the next one, and a warning if there are such gaps.
 ///

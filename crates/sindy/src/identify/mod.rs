@@ -52,6 +52,7 @@ mod size;
 pub mod stream;
 #[cfg(test)]
 mod tests;
+mod warnings;
 
 pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progress, ratio};
 pub use settings::{Between, Method, Score, Settings, Smoothing};
@@ -96,6 +97,19 @@ impl Identify {
         Ok(Self { settings, ..self })
     }
 
+    /// A library for each of `n` states.
+    fn per_state(&self, n: usize) -> Result<Vec<Library>, SindyError> {
+        match self.libraries.as_slice() {
+            [one] => Ok(vec![one.clone(); n]),
+            all if all.len() == n => Ok(all.to_vec()),
+            all => Err(SindyError::Shape {
+                what: "libraries (one, or one per state)",
+                expected: n,
+                found: all.len(),
+            }),
+        }
+    }
+
     /// Identifies a model of `data`; `progress` hears what is being done.
     ///
     /// # Errors
@@ -117,17 +131,7 @@ impl Identify {
         };
         size::check(data)?;
         let n = data.states().len();
-        let libraries = match self.libraries.len() {
-            1 => vec![self.libraries[0].clone(); n],
-            found if found == n => self.libraries.clone(),
-            found => {
-                return Err(SindyError::Shape {
-                    what: "libraries (one, or one per state)",
-                    expected: n,
-                    found,
-                });
-            }
-        };
+        let libraries = self.per_state(n)?;
         let time = match self.settings.discrete {
             false => Time::Continuous,
             true => Time::Discrete {
@@ -143,7 +147,7 @@ impl Identify {
             warnings.extend(warning);
         }
         if !self.settings.discrete {
-            warnings.extend(weights_differ(
+            warnings.extend(warnings::weights_differ(
                 stretches.iter().filter_map(|s| s.weights).flatten(),
             ));
         }
@@ -193,19 +197,4 @@ impl Identify {
         }
         .go(progress)
     }
-}
-
-/// What is said where weights above 0 differ by more than a tenth.
-fn weights_differ<'a>(weights: impl Iterator<Item = &'a f64>) -> Option<String> {
-    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
-    for &w in weights.filter(|w| **w > 0.0) {
-        (least, most) = (least.min(w), most.max(w));
-    }
-    (most > 1.1 * least).then(|| {
-        format!(
-            "weights differ ({:.1} times): regressions on slopes and the output error use them; the noise estimate, smoothing \
-             and the weak form count all rows that have a weight alike",
-            most / least
-        )
-    })
 }

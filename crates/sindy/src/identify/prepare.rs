@@ -1,5 +1,6 @@
 //! From a data set to what identification works on: noise, smoothed states, slopes, pieces.
 
+use super::regress::{Regression, Statistics};
 use crate::dataset::{Dataset, Stretch};
 use crate::derivative::{
     Differentiator, FiniteDifference, SavgolSearch, SmoothingSpline, choose_savgol, noise_level,
@@ -34,6 +35,18 @@ pub(super) struct Noise {
 }
 
 impl Noise {
+    /// Noise of a map, of which differences of samples say nothing: what a step of the best regression leaves.
+    pub(super) fn of_map(&mut self, statistics: &Statistics, regressions: &[Regression]) {
+        for (i, parts) in statistics.grams.iter().enumerate() {
+            let rows = parts.iter().map(|g| g.rows).sum::<usize>().max(1) as f64;
+            let left = regressions
+                .iter()
+                .map(|r| (r.fits[i].residual_sum / rows).sqrt());
+            self.sigma[i] = left.fold(f64::INFINITY, f64::min).max(self.floor[i]);
+            self.tolerated[i] = self.sigma[i];
+        }
+    }
+
     /// Whether a state has noise that can be told from what a good model leaves of data without any.
     pub(super) fn is_visible(&self) -> bool {
         let least = self.tolerated.iter().zip(&self.floor);
@@ -71,7 +84,7 @@ pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
             mean.abs().max(1.0)
         };
         let floor = FLOOR * scale;
-        // The median over stretches, weighed by their rows through repetition being of no account.
+        // The median over stretches, each of which counts once, however long.
         let mut levels: Vec<f64> = stretches
             .iter()
             .filter_map(|s| noise_level(s.time, s.columns[i]).ok())

@@ -3,11 +3,10 @@
 use super::inputs;
 use super::prepare::{self, Noise, Slopes};
 use super::regress::{self, Regression, Statistics};
-use super::{Identification, Method, Progress, Settings, Smoothing};
+use super::{Identification, Method, Progress, Settings, Smoothing, warnings};
 use crate::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
 use crate::gram::Gram;
-use crate::identifiability::examine;
 use crate::library::Library;
 use crate::model::{Interpolation, Time};
 use crate::outcome::Outcome;
@@ -17,14 +16,12 @@ use crate::output_error::{self, Found, Piece, Start, System, free_run};
 pub(super) const FOLLOWS: f64 = 1.5;
 /// Candidates above which the output error looks only at terms that regressions met.
 const MOST_CANDIDATES: usize = 400;
-/// Rows that models are ranked on, at most.
-const RANKED: usize = 10_000;
+/// Rows that models are ranked on, about.
+pub(super) const RANKED: usize = 10_000;
 /// Starts of the output error, at most.
 const STARTS: usize = 3;
 /// Residuals that stand for less than one in so many independent ones are correlated.
 pub(super) const CORRELATED: f64 = 2.0;
-/// A condition of the scaled library above which collinear terms are named.
-const CONDITION: f64 = 1e4;
 
 /// One identification under way.
 pub(super) struct Run<'a> {
@@ -63,7 +60,12 @@ impl Run<'_> {
         progress(Progress::Smoothing);
         let n = self.data.states().len();
         let (slopes, statistics) = self.regressions(progress)?;
-        self.look_at_data(&statistics[0])?;
+        self.warnings.extend(warnings::of_data(
+            &self.data.report(),
+            &statistics[0],
+            &self.libraries,
+            &self.data.samples()?,
+        )?);
         let between = self.inputs.between.clone();
         let pieces = prepare::pieces(&self.stretches, n, &slopes, &between, self.settings.rows);
         let term_rms: Vec<f64> = statistics[0]
@@ -83,16 +85,7 @@ impl Run<'_> {
             regressions.extend(regress::solve(statistics, self.settings)?);
         }
         if self.settings.discrete {
-            // Differences of a map's samples say nothing of its noise; what a step leaves does.
-            for i in 0..n {
-                let left = |r: &Regression| {
-                    let rows = statistics[0].grams[i].iter().map(|g| g.rows).sum::<usize>();
-                    (r.fits[i].residual_sum / rows.max(1) as f64).sqrt()
-                };
-                let least = regressions.iter().map(left).fold(f64::INFINITY, f64::min);
-                self.noise.sigma[i] = least.max(self.noise.floor[i]);
-                self.noise.tolerated[i] = self.noise.sigma[i];
-            }
+            self.noise.of_map(&statistics[0], &regressions);
         }
         let rank = |regression: Regression| {
             let fits = regression.fits.iter();
@@ -243,53 +236,6 @@ impl Run<'_> {
             slopes,
             folds,
         )?);
-        Ok(())
-    }
-
-    /// Warnings about the data before anything is fitted.
-    fn look_at_data(&mut self, statistics: &Statistics) -> Result<(), SindyError> {
-        let report = self.data.report();
-        if report.missing_rows + report.holes + report.short_rows > 0 {
-            self.warnings.push(format!(
-                "gaps split the trajectories into {} stretches: {} rows with missing values, {} jumps of time, {} \
-                 rows in stretches too short to use",
-                report.stretches, report.missing_rows, report.holes, report.short_rows
-            ));
-        }
-        let all = self.data.samples()?;
-        for (i, parts) in statistics.grams.iter().enumerate() {
-            if self.libraries[..i].contains(&self.libraries[i]) {
-                continue;
-            }
-            let total = Gram::total(parts);
-            if total.skipped > 0 {
-                self.warnings.push(format!(
-                    "{} of {} rows left out of the regression: a term of the library is not finite there",
-                    total.skipped,
-                    total.skipped + total.rows
-                ));
-            }
-            let found = examine(&self.libraries[i], &total, &all)?;
-            if !found.zero_terms.is_empty() {
-                self.warnings.push(format!(
-                    "terms that are zero throughout: {}",
-                    found.zero_terms.join(", ")
-                ));
-            }
-            for (condition, terms) in found.collinear.iter().filter(|c| c.0 > CONDITION) {
-                self.warnings.push(format!(
-                    "nearly collinear terms (condition {condition:.1e}): {}",
-                    terms.join(", ")
-                ));
-            }
-            for column in found.inputs.iter().filter(|c| c.hardly_excited) {
-                self.warnings.push(format!(
-                    "column `{}` hardly moves: mean {:.4}, standard deviation {:.2e}",
-                    column.name, column.mean, column.sd
-                ));
-            }
-        }
-        self.warnings.dedup();
         Ok(())
     }
 

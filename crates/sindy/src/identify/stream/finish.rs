@@ -3,25 +3,19 @@
 use super::Columns;
 use super::pass::{Kept, Pass};
 use super::sums::Sums;
-use crate::dataset::{DataReport, Dataset};
+use crate::dataset::{Dataset, FEWEST};
 use crate::error::SindyError;
-use crate::gram::Gram;
-use crate::identifiability::examine;
 use crate::identify::inputs;
 use crate::identify::prepare::noise;
 use crate::identify::regress::{self, Regression, Statistics};
-use crate::identify::run::{Ranked, Run};
-use crate::identify::{Identification, Progress, Settings, Smoothing, weights_differ};
+use crate::identify::run::{RANKED, Ranked, Run};
+use crate::identify::{Identification, Progress, Settings, Smoothing, warnings};
 use crate::library::Library;
 use crate::model::{Interpolation, Time};
 use crate::output_error::{Piece, System, free_run};
 
-/// A condition of the scaled library above which collinear terms are named.
-const CONDITION: f64 = 1e4;
 /// Free runs whose errors differ by less than this factor are alike.
 const ALIKE: f64 = 1.02;
-/// Rows that models are ranked on, about.
-const RANKED: usize = 10_000;
 
 pub(super) fn of(
     mut pass: Pass<'_>,
@@ -53,10 +47,10 @@ pub(super) fn of(
     let system = System::new(time, &columns.states, &columns.inputs, &libraries)?;
     let inputs = inputs::choose(&stretches, columns.states.len(), settings.inputs_between);
     let pieces = pieces(&kept, columns, &inputs.between);
-    let mut warnings = warnings(&report, &statistics[0], &libraries, &data)?;
+    let mut warnings = warnings::of_data(&report, &statistics[0], &libraries, &data.samples()?)?;
     if !settings.discrete {
         let weights = pieces.iter().filter_map(|p| p.weights).flatten();
-        warnings.extend(weights_differ(weights));
+        warnings.extend(warnings::weights_differ(weights));
     }
     let mut run = Run {
         data: &data,
@@ -77,14 +71,7 @@ pub(super) fn of(
         regressions.extend(solve(statistics, settings)?);
     }
     if settings.discrete {
-        // Differences of a map's samples say nothing of its noise; what a step leaves does.
-        for i in 0..columns.states.len() {
-            let rows: usize = statistics[0].grams[i].iter().map(|g| g.rows).sum();
-            let left = |r: &Regression| (r.fits[i].residual_sum / rows.max(1) as f64).sqrt();
-            let least = regressions.iter().map(left).fold(f64::INFINITY, f64::min);
-            run.noise.sigma[i] = least.max(run.noise.floor[i]);
-            run.noise.tolerated[i] = run.noise.sigma[i];
-        }
+        run.noise.of_map(&statistics[0], &regressions);
     }
     let mut ranked = Vec::new();
     for regression in regressions {
@@ -140,7 +127,7 @@ fn statistics(pass: Pass<'_>, settings: &Settings) -> Result<Vec<Statistics>, Si
         plan, slopes, weak, ..
     } = pass;
     let plan = plan.ok_or(SindyError::TooShort {
-        needed: super::FEWEST,
+        needed: FEWEST,
         found: 0,
     })?;
     let weak = weak.filter(|w| w.used() > 0).map(|w| Statistics {
@@ -220,56 +207,4 @@ fn pieces<'a>(kept: &'a [Kept], columns: &Columns, between: &[Interpolation]) ->
             smooth: k.smooth.clone(),
         })
         .collect()
-}
-
-/// What the user should know of the data.
-fn warnings(
-    report: &DataReport,
-    statistics: &Statistics,
-    libraries: &[Library],
-    kept: &Dataset,
-) -> Result<Vec<String>, SindyError> {
-    let mut out = Vec::new();
-    if report.missing_rows + report.holes + report.short_rows > 0 {
-        out.push(format!(
-            "gaps split the trajectories into {} stretches: {} rows with missing values, {} jumps of time, {} rows in \
-             stretches too short to use",
-            report.stretches, report.missing_rows, report.holes, report.short_rows
-        ));
-    }
-    let samples = kept.samples()?;
-    for (i, parts) in statistics.grams.iter().enumerate() {
-        if libraries[..i].contains(&libraries[i]) {
-            continue;
-        }
-        let total = Gram::total(parts);
-        if total.skipped > 0 {
-            out.push(format!(
-                "{} of {} rows left out of the regression: a term of the library is not finite there",
-                total.skipped,
-                total.skipped + total.rows
-            ));
-        }
-        let found = examine(&libraries[i], &total, &samples)?;
-        if !found.zero_terms.is_empty() {
-            out.push(format!(
-                "terms that are zero throughout: {}",
-                found.zero_terms.join(", ")
-            ));
-        }
-        for (condition, terms) in found.collinear.iter().filter(|c| c.0 > CONDITION) {
-            out.push(format!(
-                "nearly collinear terms (condition {condition:.1e}): {}",
-                terms.join(", ")
-            ));
-        }
-        for column in found.inputs.iter().filter(|c| c.hardly_excited) {
-            out.push(format!(
-                "column `{}` hardly moves: mean {:.4}, standard deviation {:.2e}",
-                column.name, column.mean, column.sd
-            ));
-        }
-    }
-    out.dedup();
-    Ok(out)
 }

@@ -50,12 +50,8 @@ use super::Settings;
 use super::{Identification, Identify, Method, Progress};
 use crate::dataset::Dataset;
 use crate::error::SindyError;
-use crate::library::Library;
 use crate::samples::{BlockSource, position};
 use pass::Pass;
-
-/// Rows below which a stretch says nothing about its slope.
-const FEWEST: usize = 3;
 
 /// What the columns of a source are.
 #[derive(Clone, Debug, PartialEq)]
@@ -135,18 +131,7 @@ impl Identify {
                 "output_error",
             ));
         }
-        let n = columns.states.len();
-        let libraries: Vec<Library> = match self.libraries.as_slice() {
-            [one] => vec![one.clone(); n],
-            all if all.len() == n => all.to_vec(),
-            all => {
-                return Err(SindyError::Shape {
-                    what: "libraries (one, or one per state)",
-                    expected: n,
-                    found: all.len(),
-                });
-            }
-        };
+        let libraries = self.per_state(columns.states.len())?;
         let places = columns.places(source.names())?;
         let mut pass = Pass::new(columns, &libraries, &self.settings)?;
         progress(Progress::Smoothing);

@@ -1,10 +1,10 @@
 //! The pass: rows in, sums and kept pieces out.
 
+use super::Columns;
 use super::slopes::{Plan, alike, choose};
 use super::sums::{Kind, Shared, Sums, shared};
 use super::window::{Part, Window};
-use super::{Columns, FEWEST};
-use crate::dataset::DataReport;
+use crate::dataset::{DataReport, FEWEST};
 use crate::derivative::grid::uniform_period;
 use crate::error::SindyError;
 use crate::identify::Settings;

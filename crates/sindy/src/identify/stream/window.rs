@@ -3,8 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::FEWEST;
-use crate::dataset::DataReport;
+use crate::dataset::{BRIDGED, DataReport, FEWEST, bridge};
 use crate::derivative::{GapSettings, segments};
 use crate::error::SindyError;
 
@@ -47,9 +46,6 @@ impl Part {
     }
 }
 
-/// Rows without weight, one after the other, that are bridged.
-const BRIDGED: usize = 3;
-
 impl Window {
     /// The same with straight lines through the states of up to three rows in succession without weight, and NaN
     /// where there are more, as in a [`Dataset`](crate::Dataset). In discrete time, where the row before would take the
@@ -61,28 +57,14 @@ impl Window {
         if weights.iter().all(|w| *w > 0.0) {
             return Cow::Borrowed(self);
         }
-        let (time, n) = (&self.columns[0], self.len());
-        let longest = if discrete { 0 } else { BRIDGED };
         let mut out = self.clone();
-        let mut row = 0;
-        while row < n {
-            if weights[row] > 0.0 {
-                row += 1;
-                continue;
-            }
-            let end = (row..n).find(|&k| weights[k] > 0.0).unwrap_or(n);
-            for column in &mut out.columns[1..=states] {
-                for k in row..end {
-                    column[k] = if row == 0 || end == n || end - row > longest {
-                        f64::NAN
-                    } else {
-                        let part = (time[k] - time[row - 1]) / (time[end] - time[row - 1]);
-                        column[row - 1] + part * (column[end] - column[row - 1])
-                    };
-                }
-            }
-            row = end;
-        }
+        let longest = if discrete { 0 } else { BRIDGED };
+        bridge(
+            &self.columns[0],
+            &mut out.columns[1..=states],
+            weights,
+            longest,
+        );
         Cow::Owned(out)
     }
 
