@@ -62,7 +62,11 @@ impl Store {
         for folder in [self.out.clone(), self.out.join(LANDINGS)] {
             for entry in std::fs::read_dir(&folder).map_err(|e| Error::file(&folder, e))? {
                 let entry = entry.map_err(|e| Error::file(&folder, e))?;
-                if entry.file_name().to_string_lossy().starts_with(TEMPORARY_PREFIX) {
+                if entry
+                    .file_name()
+                    .to_string_lossy()
+                    .starts_with(TEMPORARY_PREFIX)
+                {
                     std::fs::remove_file(entry.path())
                         .map_err(|e| Error::file(&entry.path(), e))?;
                 }
