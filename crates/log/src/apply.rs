@@ -2,7 +2,7 @@ use crate::clean::running_median;
 use crate::map::{Rule, Window};
 use crate::stamps::increasing;
 use crate::suggest::nearest;
-use crate::{Findings, LogError, Map, Table, read_csv};
+use crate::{Findings, LogError, Map, Table};
 use sindy_expr::{Expr, Program, Scratch};
 use std::path::Path;
 use touchdown_trial::{Provenance, Source, TIME_CHANNEL, Trial, TrialError};
@@ -26,6 +26,20 @@ const MASS: &str = "mass_kg";
 /// [`LogError::UnknownColumn`] or [`LogError::TextColumn`] for what an expression names;
 /// [`LogError::NoUsableRows`] where no row is left; [`LogError::Trial`].
 pub fn apply(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
+    let known = |name: &str| is_known(map, name) || input(table, name).is_some();
+    let resolved = map.resolve(&known, &|_| None);
+    let (trial, mut findings) = apply_resolved(table, &resolved.map)?;
+    findings.warnings.extend(resolved.warnings());
+    Ok((trial, findings))
+}
+
+/// Whether expressions know the name whatever the table holds.
+pub(crate) fn is_known(map: &Map, name: &str) -> bool {
+    name == ROW || (name == MASS && map.mass_kg().is_some())
+}
+
+/// As [`apply`] for a map without alternatives.
+pub(crate) fn apply_resolved(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
     let mut findings = Findings {
         rows_read: table.len(),
         ..Findings::default()
@@ -94,38 +108,38 @@ pub fn apply(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
     Ok((trial.with_provenance(provenance), findings))
 }
 
-/// Reads a file and makes its trial: by the map, or as it is where the columns have our own names.
-///
-/// # Errors
-/// Those of [`read_csv`], [`Map::identity_for`] and [`apply`].
-pub fn read_trial(
-    path: impl AsRef<Path>,
-    map: Option<&Map>,
-) -> Result<(Trial, Findings), LogError> {
-    let (table, read) = read_csv(path)?;
-    let (trial, applied) = match map {
-        Some(map) => apply(&table, map)?,
-        None => apply(&table, &Map::identity_for(&table)?)?,
-    };
-    Ok((trial, read.then(applied)))
-}
-
 /// All channels in the map's order, then the row filter if there is one.
 fn evaluate(table: &Table, map: &Map) -> Result<Vec<(String, Vec<f64>)>, LogError> {
+    let mut defined: Vec<(String, Vec<f64>)> = Vec::new();
+    for rule in &map.defines {
+        let values = evaluate_rules(table, map, &[rule], &defined)?;
+        defined.extend(values);
+    }
     let rules: Vec<&Rule> = map.channels.iter().chain(&map.keep).collect();
+    evaluate_rules(table, map, &rules, &defined)
+}
+
+fn evaluate_rules(
+    table: &Table,
+    map: &Map,
+    rules: &[&Rule],
+    defined: &[(String, Vec<f64>)],
+) -> Result<Vec<(String, Vec<f64>)>, LogError> {
     let row: Vec<f64> = table.row_numbers.iter().map(|&row| row as f64).collect();
     let mass = vec![map.mass_kg().unwrap_or(f64::NAN); table.len()];
     // There is always one input, so that a constant expression knows its number of rows.
     let mut inputs: Vec<(&str, &[f64])> = vec![(ROW, input(table, ROW).unwrap_or(&row))];
-    for rule in &rules {
+    for rule in rules {
         for name in rule.expr.variables() {
             if inputs.iter().any(|(known, _)| *known == name) {
                 continue;
             }
-            let values = match input(table, name) {
-                Some(values) => values,
-                None if name == MASS && map.mass_kg().is_some() => &mass,
-                None => return Err(no_input(table, rule, name)),
+            let definition = defined.iter().find(|(known, _)| known == name);
+            let values = match (definition, input(table, name)) {
+                (Some((_, values)), _) => values.as_slice(),
+                (None, Some(values)) => values,
+                (None, None) if name == MASS && map.mass_kg().is_some() => &mass,
+                (None, None) => return Err(no_input(table, rule, name)),
             };
             inputs.push((name, values));
         }

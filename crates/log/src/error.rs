@@ -58,6 +58,14 @@ pub enum LogError {
         /// Where they went.
         reason: String,
     },
+    /// The file is no whole log of its format.
+    #[error("{path}: no usable log: {found}")]
+    NotALog {
+        /// The file.
+        path: String,
+        /// What it looks like.
+        found: String,
+    },
     /// A map is no TOML, or has an unknown, missing or ill-typed key.
     #[error("{at}: {message}")]
     MapToml {
@@ -176,6 +184,7 @@ impl LogError {
             | Self::Empty { .. }
             | Self::NotText { .. }
             | Self::NoHeader { .. }
+            | Self::NotALog { .. }
             | Self::NoUsableRows { .. } => ErrorKind::Unreadable,
             Self::Write { .. } => ErrorKind::Unwritable,
             Self::MapToml { .. }

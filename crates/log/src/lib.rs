@@ -43,20 +43,28 @@ mod csv_read;
 mod csv_write;
 mod error;
 mod findings;
+#[cfg(feature = "flight-logs")]
+mod flight;
 mod inspect;
 mod layout;
+// What a map says of topics is for logs.
+#[cfg_attr(not(feature = "flight-logs"), allow(dead_code))]
 mod map;
+mod read;
 mod stamps;
 mod suggest;
 mod table;
 mod whole;
 
-pub use apply::{apply, read_trial};
+pub use apply::apply;
 pub use csv_read::{parse_csv, read_csv};
 pub use csv_write::{to_csv, write_csv};
 pub use error::{ErrorKind, LogError, Place};
 pub use findings::Findings;
+#[cfg(feature = "flight-logs")]
+pub use flight::{Field, Log, LogFormat, Survey, Topic};
 pub use inspect::{ColumnSummary, Inspection, TimeBase, inspect, inspect_trial};
 pub use map::Map;
+pub use read::read_trial;
 pub use table::{Column, ColumnKind, Table};
 pub use whole::{TEMPORARY_PREFIX, write_whole};

@@ -1,15 +1,13 @@
-use crate::{Column, LogError, Place, Table, suggest};
-use serde::Deserialize;
-use sindy_expr::Expr;
-use std::collections::BTreeMap;
-use std::path::Path;
-use toml::Spanned;
-use touchdown_trial::TIME_CHANNEL;
+//! Maps: how the channels of a trial follow from the columns of a table or a log.
 
-/// The version of the map's format that this crate reads.
-const SCHEMA: i64 = 1;
-/// Longest running median, in samples.
-const LONGEST_MEDIAN: i64 = 1001;
+mod resolve;
+mod source;
+
+use crate::{Column, LogError, Place, Table, suggest};
+use sindy_expr::Expr;
+use source::Source;
+use std::path::Path;
+use touchdown_trial::TIME_CHANNEL;
 
 /// How the channels of a trial follow from the columns of a table; a TOML file.
 ///
@@ -40,6 +38,36 @@ const LONGEST_MEDIAN: i64 = 1001;
 /// mass_kg = 0.027                  # known to the expressions as mass_kg
 /// ```
 ///
+/// A channel may be a list of expressions: the first whose names are all there is taken. A channel
+/// in the list `optional` is left out, with a warning, where none of its expressions can be
+/// taken. `[define]` holds expressions under names of their own, for use in those below them and
+/// in the channels.
+///
+/// For a log with topics, such as a PX4 ULog, a name is `topic.field`, in quotes where there are
+/// brackets or slashes in it: `vehicle_local_position.vz`, `"vehicle_attitude.q[0]"`; `topic#1`
+/// is the second instance of a topic. `param.NAME` is a parameter of the vehicle. One row is made
+/// for each message of the topic `clock`, and `time_s` is its stamp; the other topics are brought
+/// to it:
+///
+/// ```toml
+/// schema = 1
+/// clock = ["sensor_combined", "vehicle_acceleration"]   # the first that there is
+/// optional = ["battery_v"]
+///
+/// [define]
+/// lift = '-"vehicle_acceleration.xyz[2]"'
+///
+/// [channels]
+/// time_s = 'time_s'
+/// specific_force_mps2 = 'lift'
+/// battery_v = ['battery_status.voltage_v', 'battery_status.voltage_filtered_v']
+///
+/// [topics."battery_status"]        # optional, for each topic
+/// join = "hold"                    # the latest value; "linear" is what happens without a word
+/// offset_s = -0.02                 # added to its stamps
+/// limit_s = 2.0                    # farther apart is a gap; ten median steps without a word
+/// ```
+///
 /// The expressions know the columns by name, `row` (the row's number in the file from 0) and,
 /// if given, `mass_kg`; a column of one of these names comes before them. Windows with a `file`
 /// hold for that file only; a file for which no window holds is used whole. Each window is
@@ -48,7 +76,13 @@ const LONGEST_MEDIAN: i64 = 1001;
 pub struct Map {
     pub(crate) path: String,
     description: String,
+    pub(crate) clocks: Option<(Place, Vec<String>)>,
+    pub(crate) optional: Vec<String>,
+    /// Alternatives of one name follow each other.
+    pub(crate) defines: Vec<Rule>,
+    /// Alternatives of one channel follow each other.
     pub(crate) channels: Vec<Rule>,
+    pub(crate) topics: Vec<Topic>,
     pub(crate) keep: Option<Rule>,
     pub(crate) medians: Vec<(String, usize)>,
     pub(crate) windows: Vec<Window>,
@@ -65,6 +99,30 @@ pub(crate) struct Rule {
     pub(crate) expr: Expr,
 }
 
+/// How the values of a topic come to the stamps of the clock.
+#[derive(Debug, Clone)]
+pub(crate) struct Topic {
+    pub(crate) name: String,
+    pub(crate) join: Join,
+    pub(crate) offset_s: f64,
+    pub(crate) limit_s: Option<f64>,
+}
+
+/// How a value between two stamps is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Join {
+    /// On the line between its neighbours.
+    Linear,
+    /// The latest.
+    Hold,
+}
+
+impl Join {
+    /// The names in a map.
+    pub(crate) const NAMES: [(&'static str, Self); 2] =
+        [("linear", Self::Linear), ("hold", Self::Hold)];
+}
+
 #[derive(Debug, Clone)]
 pub(crate) struct Window {
     pub(crate) from_s: f64,
@@ -76,52 +134,6 @@ pub(crate) struct Window {
 pub(crate) struct Resample {
     pub(crate) period_s: f64,
     pub(crate) max_gap_s: Option<f64>,
-}
-
-/// The row filter, and running medians in samples by channel.
-type Filter = (Option<Rule>, Vec<(String, usize)>);
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawMap {
-    schema: Spanned<i64>,
-    #[serde(default)]
-    description: String,
-    channels: BTreeMap<String, Spanned<String>>,
-    filter: Option<RawFilter>,
-    #[serde(default)]
-    windows: Vec<RawWindow>,
-    resample: Option<RawResample>,
-    vehicle: Option<RawVehicle>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawFilter {
-    keep: Option<Spanned<String>>,
-    #[serde(default)]
-    median: BTreeMap<String, Spanned<i64>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawWindow {
-    from_s: Spanned<f64>,
-    to_s: Spanned<f64>,
-    file: Option<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawResample {
-    period_s: Spanned<f64>,
-    max_gap_s: Option<Spanned<f64>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawVehicle {
-    mass_kg: Option<Spanned<f64>>,
 }
 
 impl Map {
@@ -143,55 +155,7 @@ impl Map {
     /// # Errors
     /// [`LogError::MapToml`], [`LogError::MapValue`] or [`LogError::MapExpression`].
     pub fn parse(path: &str, text: &str) -> Result<Self, LogError> {
-        let source = Source { path, text };
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let raw: RawMap = toml::from_str(text).map_err(|error| source.toml_error(&error))?;
-        source.check(&raw.schema, "schema", *raw.schema.get_ref() == SCHEMA, "1")?;
-        if !raw.channels.contains_key(TIME_CHANNEL) {
-            return Err(LogError::MapValue {
-                at: Box::new(source.place(0, "channels.time_s")),
-                expected: "an expression for the time in seconds".to_owned(),
-                found: "no such key".to_owned(),
-            });
-        }
-        let mut channels: Vec<(usize, Rule)> = Vec::new();
-        for (channel, text) in &raw.channels {
-            let key = format!("channels.{channel}");
-            let named = !channel.is_empty()
-                && channel
-                    .bytes()
-                    .all(|b| b.is_ascii_alphanumeric() || b"_.".contains(&b));
-            if !named {
-                return Err(LogError::MapValue {
-                    at: Box::new(source.place(text.span().start, "channels")),
-                    expected: "a channel name of letters, digits, _ and .".to_owned(),
-                    found: format!("{channel:?}"),
-                });
-            }
-            channels.push((text.span().start, source.rule(channel, &key, text)?));
-        }
-        channels.sort_by_key(|&(start, _)| start);
-        let (keep, medians) = raw.filter.map_or(Ok((None, Vec::new())), |filter| {
-            source.filter(&filter, &raw.channels)
-        })?;
-        Ok(Self {
-            path: path.to_owned(),
-            description: raw.description,
-            channels: channels.into_iter().map(|(_, rule)| rule).collect(),
-            keep,
-            medians,
-            windows: raw
-                .windows
-                .into_iter()
-                .map(|window| source.window(window))
-                .collect::<Result<_, _>>()?,
-            resample: raw.resample.map(|r| source.resample(&r)).transpose()?,
-            mass_kg: raw
-                .vehicle
-                .and_then(|vehicle| vehicle.mass_kg)
-                .map(|mass| source.positive(&mass, "vehicle.mass_kg"))
-                .transpose()?,
-        })
+        Source { path, text }.map()
     }
 
     /// The map of a table that has our own channel names: every column of numbers is the channel
@@ -215,6 +179,10 @@ impl Map {
         Ok(Self {
             path: String::new(),
             description: String::new(),
+            clocks: None,
+            optional: Vec::new(),
+            defines: Vec::new(),
+            topics: Vec::new(),
             channels: table
                 .columns
                 .iter()
@@ -246,141 +214,15 @@ impl Map {
     }
 
     /// The channels that it makes, in its order.
-    pub fn channels(&self) -> impl ExactSizeIterator<Item = &str> {
-        self.channels.iter().map(|rule| rule.channel.as_str())
+    pub fn channels(&self) -> impl Iterator<Item = &str> {
+        let mut last = "";
+        let names = self.channels.iter().map(|rule| rule.channel.as_str());
+        names.filter(move |name| std::mem::replace(&mut last, name) != *name)
     }
 
     /// The vehicle's mass in kg, if the map tells it.
     #[must_use]
     pub fn mass_kg(&self) -> Option<f64> {
         self.mass_kg
-    }
-}
-
-/// The text of a map, for telling places in it.
-struct Source<'a> {
-    path: &'a str,
-    text: &'a str,
-}
-
-impl Source<'_> {
-    fn place(&self, start: usize, key: &str) -> Place {
-        let before = self.text.as_bytes().iter().take(start);
-        Place {
-            map: self.path.to_owned(),
-            line: 1 + before.filter(|&&b| b == b'\n').count(),
-            key: key.to_owned(),
-        }
-    }
-
-    fn toml_error(&self, error: &toml::de::Error) -> LogError {
-        let start = error.span().map_or(0, |span| span.start);
-        let mut at = self.place(start, "");
-        // The key that the line sets; the message names a key itself where that is at fault.
-        let line = self.text.lines().nth(at.line - 1).unwrap_or_default();
-        if let Some((key, _)) = line.split_once('=') {
-            at.key = key.trim().to_owned();
-        }
-        LogError::MapToml {
-            at: Box::new(at),
-            message: error.message().trim_end().replace('\n', "; "),
-        }
-    }
-
-    fn check<T: ToString>(
-        &self,
-        value: &Spanned<T>,
-        key: &str,
-        good: bool,
-        expected: &str,
-    ) -> Result<(), LogError> {
-        if good {
-            return Ok(());
-        }
-        Err(LogError::MapValue {
-            at: Box::new(self.place(value.span().start, key)),
-            expected: expected.to_owned(),
-            found: value.get_ref().to_string(),
-        })
-    }
-
-    fn positive(&self, value: &Spanned<f64>, key: &str) -> Result<f64, LogError> {
-        let number = *value.get_ref();
-        let good = number > 0.0 && number.is_finite();
-        self.check(value, key, good, "a finite number above 0")?;
-        Ok(number)
-    }
-
-    fn rule(&self, channel: &str, key: &str, text: &Spanned<String>) -> Result<Rule, LogError> {
-        let place = self.place(text.span().start, key);
-        match Expr::parse(text.get_ref()) {
-            Ok(expr) => Ok(Rule {
-                channel: channel.to_owned(),
-                place,
-                expr,
-            }),
-            Err(source) => Err(LogError::MapExpression {
-                at: Box::new(place),
-                source: Box::new(source),
-            }),
-        }
-    }
-
-    fn filter(
-        &self,
-        filter: &RawFilter,
-        channels: &BTreeMap<String, Spanned<String>>,
-    ) -> Result<Filter, LogError> {
-        let keep = filter
-            .keep
-            .as_ref()
-            .map(|text| self.rule("", "filter.keep", text))
-            .transpose()?;
-        let mut medians = Vec::new();
-        for (channel, samples) in &filter.median {
-            let key = format!("filter.median.{channel}");
-            if channel == TIME_CHANNEL || !channels.contains_key(channel) {
-                let known: Vec<&str> = channels
-                    .keys()
-                    .map(String::as_str)
-                    .filter(|name| *name != TIME_CHANNEL)
-                    .collect();
-                return Err(LogError::MapValue {
-                    at: Box::new(self.place(samples.span().start, &key)),
-                    expected: format!("one of the channels {}", known.join(", ")),
-                    found: format!("{channel:?}"),
-                });
-            }
-            let number = *samples.get_ref();
-            let good = (1..=LONGEST_MEDIAN).contains(&number) && number % 2 == 1;
-            self.check(samples, &key, good, "an odd number of samples, 1 to 1001")?;
-            medians.push((channel.clone(), usize::try_from(number).unwrap_or(1)));
-        }
-        Ok((keep, medians))
-    }
-
-    fn window(&self, window: RawWindow) -> Result<Window, LogError> {
-        let (from_s, to_s) = (*window.from_s.get_ref(), *window.to_s.get_ref());
-        self.check(
-            &window.from_s,
-            "windows.from_s",
-            !from_s.is_nan(),
-            "a number",
-        )?;
-        let expected = format!("a number above from_s = {from_s}");
-        self.check(&window.to_s, "windows.to_s", from_s < to_s, &expected)?;
-        let file = window.file;
-        Ok(Window { from_s, to_s, file })
-    }
-
-    fn resample(&self, resample: &RawResample) -> Result<Resample, LogError> {
-        Ok(Resample {
-            period_s: self.positive(&resample.period_s, "resample.period_s")?,
-            max_gap_s: resample
-                .max_gap_s
-                .as_ref()
-                .map(|gap| self.positive(gap, "resample.max_gap_s"))
-                .transpose()?,
-        })
     }
 }

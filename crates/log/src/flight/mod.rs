@@ -1,0 +1,21 @@
+//! Readers of logs with topics, behind one interface.
+//!
+//! A reader walks a file once, in the order of its bytes, and tells a [`sink::Sink`] what it
+//! finds: topics, messages, parameters, and at the end what was lost. Two sinks serve all formats:
+//! the [`survey`] of what there is, and the [`extract`]ion of the columns that a map names, which
+//! are then [`join`]ed to one clock.
+
+mod built_in;
+mod dataflash;
+mod extract;
+mod join;
+mod log;
+mod sink;
+mod steps;
+mod stream;
+mod survey;
+mod trial;
+mod ulog;
+
+pub use log::{Log, LogFormat};
+pub use survey::{Field, Survey, Topic};

@@ -1,0 +1,119 @@
+//! What readers of logs hand over, whatever the format.
+
+use super::LogFormat;
+
+/// A topic of a log, as a reader announces it.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Layout {
+    pub(crate) name: String,
+    /// Counts the sources of one kind.
+    pub(crate) instance: u32,
+    /// Names of the fields that hold numbers.
+    pub(crate) fields: Vec<String>,
+    /// Names of the fields that hold text.
+    pub(crate) texts: Vec<String>,
+}
+
+/// What a sink wants of a topic.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Wanted {
+    /// That there was a message, and when.
+    Stamps,
+    /// Stamps and the values of these fields, in this order.
+    Fields(Vec<usize>),
+}
+
+/// Takes what a reader finds, in the order of the file.
+pub(crate) trait Sink {
+    /// A topic, before its first message, and again whenever its fields have become more. `id`
+    /// counts topics from 0.
+    fn topic(&mut self, id: usize, layout: &Layout) -> Wanted;
+    /// A message with its stamp in ns since the log's own zero, and the values wanted.
+    fn message(&mut self, id: usize, stamp_ns: Option<i64>, values: &[f64]);
+    /// A parameter of the vehicle.
+    fn parameter(&mut self, name: &str, value: f64);
+}
+
+/// What a reader could not read.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Loss {
+    /// Whether the file breaks off inside of a record.
+    pub(crate) truncated: bool,
+    /// Stretches of bytes that are no record.
+    pub(crate) corrupt: usize,
+    /// Bytes in them, and in the record that breaks off.
+    pub(crate) skipped_bytes: u64,
+    /// Messages that do not fit their definition.
+    pub(crate) undecodable: usize,
+    /// What else a person should know, one sentence each.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Why a reader gives up.
+#[derive(Debug)]
+pub(crate) enum ReadError {
+    Io(std::io::Error),
+    /// The file is none of its format, or holds nothing of it.
+    Broken(String),
+}
+
+impl From<std::io::Error> for ReadError {
+    fn from(error: std::io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+impl ReadError {
+    pub(crate) fn broken(format: LogFormat, what: &str) -> Self {
+        Self::Broken(format!("{} {what}", format.name()))
+    }
+}
+
+/// A number as it lies in a record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Scalar {
+    Bool,
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    pub(crate) const fn size(self) -> usize {
+        match self {
+            Self::Bool | Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+
+    /// The number that starts at `at`; NaN where the bytes end before.
+    #[inline]
+    pub(crate) fn read(self, bytes: &[u8], at: usize) -> f64 {
+        fn take<const N: usize>(bytes: &[u8], at: usize) -> Option<[u8; N]> {
+            bytes.get(at..at.checked_add(N)?)?.try_into().ok()
+        }
+        let value = match self {
+            Self::Bool => bytes.get(at).map(|&b| f64::from(u8::from(b != 0))),
+            Self::U8 => bytes.get(at).map(|&b| f64::from(b)),
+            Self::I8 => take(bytes, at).map(|b| f64::from(i8::from_le_bytes(b))),
+            Self::I16 => take(bytes, at).map(|b| f64::from(i16::from_le_bytes(b))),
+            Self::U16 => take(bytes, at).map(|b| f64::from(u16::from_le_bytes(b))),
+            Self::I32 => take(bytes, at).map(|b| f64::from(i32::from_le_bytes(b))),
+            Self::U32 => take(bytes, at).map(|b| f64::from(u32::from_le_bytes(b))),
+            Self::I64 => take(bytes, at).map(|b| i64::from_le_bytes(b) as f64),
+            Self::U64 => take(bytes, at).map(|b| u64::from_le_bytes(b) as f64),
+            Self::F32 => take(bytes, at).map(|b| f64::from(f32::from_le_bytes(b))),
+            Self::F64 => take(bytes, at).map(f64::from_le_bytes),
+        };
+        value.unwrap_or(f64::NAN)
+    }
+}

@@ -1,0 +1,318 @@
+//! What a log holds: a first pass over all of it.
+
+use super::LogFormat;
+use super::sink::{Layout, Sink, Wanted};
+use super::steps::Steps;
+use serde::Serialize;
+use std::collections::{BTreeMap, HashMap};
+
+/// Messages of a topic.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Topic {
+    /// The name in the log.
+    pub name: String,
+    /// Counts the sources of one kind from 0.
+    pub instance: u32,
+    /// How expressions in a map name it: the name, with `#` and the instance if that is not 0.
+    pub key: String,
+    /// How many there are.
+    pub messages: usize,
+    /// Stamp of the first, in s from the log's zero.
+    pub first_s: Option<f64>,
+    /// Stamp of the last, in s from the log's zero.
+    pub last_s: Option<f64>,
+    /// Messages a second, gaps left out.
+    pub rate_hz: Option<f64>,
+    /// Longest time between two messages, in s.
+    pub longest_step_s: Option<f64>,
+    /// Steps ten times as long as the median and longer than 0.05 s.
+    pub gaps: usize,
+    /// Their sum, in s.
+    pub gaps_s: f64,
+    /// Messages without a stamp.
+    pub absent_stamps: usize,
+    /// Messages whose stamp is not after the one before.
+    pub backward_stamps: usize,
+    /// The fields that hold numbers.
+    pub fields: Vec<Field>,
+    /// The fields that hold text.
+    pub texts: Vec<String>,
+}
+
+/// The values of a field of a topic.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Field {
+    /// The name in the topic.
+    pub name: String,
+    /// Values that are finite.
+    pub count: usize,
+    /// Their sum.
+    pub sum: f64,
+    /// The smallest.
+    pub min: Option<f64>,
+    /// The largest.
+    pub max: Option<f64>,
+}
+
+/// What a log holds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Survey {
+    /// The file.
+    pub path: String,
+    /// Its format, told by its content.
+    pub format: LogFormat,
+    /// What stamps count from.
+    pub zero: String,
+    /// From the first stamp to the last, in s.
+    pub duration_s: f64,
+    /// The topics, in the order of their names.
+    pub topics: Vec<Topic>,
+    /// The vehicle's parameters as they were at first.
+    pub parameters: BTreeMap<String, f64>,
+}
+
+impl Survey {
+    /// The topic that expressions name so.
+    #[must_use]
+    pub fn topic(&self, key: &str) -> Option<&Topic> {
+        self.topics.iter().find(|topic| topic.key == key)
+    }
+
+    /// Number of messages of all topics.
+    #[must_use]
+    pub fn messages(&self) -> usize {
+        self.topics.iter().map(|topic| topic.messages).sum()
+    }
+}
+
+impl Topic {
+    /// The field of this name.
+    #[must_use]
+    pub fn field(&self, name: &str) -> Option<&Field> {
+        self.fields.iter().find(|field| field.name == name)
+    }
+}
+
+/// How expressions name a topic.
+pub(super) fn key(name: &str, instance: u32) -> String {
+    match instance {
+        0 => name.to_owned(),
+        _ => format!("{name}#{instance}"),
+    }
+}
+
+struct Seen {
+    layout: Layout,
+    messages: usize,
+    absent: usize,
+    first_ns: Option<i64>,
+    last_ns: Option<i64>,
+    steps: Option<Box<Steps>>,
+    fields: Vec<Running>,
+}
+
+/// Sums of one field, in the order of the file.
+#[derive(Clone, Copy)]
+struct Running {
+    count: usize,
+    sum: f64,
+    min: f64,
+    max: f64,
+}
+
+const NOTHING: Running = Running {
+    count: 0,
+    sum: 0.0,
+    min: f64::INFINITY,
+    max: f64::NEG_INFINITY,
+};
+
+/// Most parameters that are kept.
+const MOST_PARAMETERS: usize = 20_000;
+
+/// Surveys what a reader hands over.
+pub(super) struct Surveyor {
+    /// Whether values are looked at, or only names and numbers of messages.
+    deep: bool,
+    topics: Vec<Seen>,
+    /// Place in `topics` by the reader's number.
+    places: Vec<usize>,
+    known: HashMap<(String, u32), usize>,
+    parameters: BTreeMap<String, f64>,
+    changed: BTreeMap<String, f64>,
+    latest_ns: Option<i64>,
+    jumps: usize,
+    longest_jump_ns: i64,
+}
+
+/// Stamps of neighbours in the file that are farther apart jump, in ns: one minute.
+const JUMP_NS: i64 = 60_000_000_000;
+
+impl Surveyor {
+    pub(super) fn new(deep: bool) -> Self {
+        Self {
+            deep,
+            topics: Vec::new(),
+            places: Vec::new(),
+            known: HashMap::new(),
+            parameters: BTreeMap::new(),
+            changed: BTreeMap::new(),
+            latest_ns: None,
+            jumps: 0,
+            longest_jump_ns: 0,
+        }
+    }
+
+    /// What a person should know, one sentence each.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if self.jumps > 0 {
+            warnings.push(format!(
+                "time jumps {} times by more than a minute, by up to {:.0} s",
+                self.jumps,
+                self.longest_jump_ns as f64 * 1e-9
+            ));
+        }
+        if !self.changed.is_empty() {
+            let names: Vec<&str> = self.changed.keys().take(8).map(String::as_str).collect();
+            warnings.push(format!(
+                "{} parameters change during the log, such as {}; the first values count",
+                self.changed.len(),
+                names.join(", ")
+            ));
+        }
+        warnings
+    }
+
+    pub(super) fn finish(self, path: &str, format: LogFormat, zero: String) -> Survey {
+        let s = |ns: i64| ns as f64 * 1e-9;
+        let mut topics: Vec<Topic> = Vec::with_capacity(self.topics.len());
+        let (mut first, mut last) = (i64::MAX, i64::MIN);
+        for seen in self.topics {
+            if let (Some(start), Some(end)) = (seen.first_ns, seen.last_ns) {
+                (first, last) = (first.min(start), last.max(end));
+            }
+            let steps = seen.steps.as_ref().map(|steps| steps.summary());
+            let steps = steps.unwrap_or_default();
+            let fields = seen.layout.fields.into_iter().zip(&seen.fields);
+            let finite = |value: f64| value.is_finite().then_some(value);
+            topics.push(Topic {
+                key: key(&seen.layout.name, seen.layout.instance),
+                name: seen.layout.name,
+                instance: seen.layout.instance,
+                messages: seen.messages,
+                first_s: seen.first_ns.map(s),
+                last_s: seen.last_ns.map(s),
+                rate_hz: steps.rate_hz,
+                longest_step_s: steps.longest_s,
+                gaps: steps.gaps,
+                gaps_s: steps.gaps_s,
+                absent_stamps: seen.absent,
+                backward_stamps: seen.steps.map_or(0, |steps| steps.backward),
+                fields: fields
+                    .map(|(name, running)| Field {
+                        name,
+                        count: running.count,
+                        sum: running.sum,
+                        min: finite(running.min),
+                        max: finite(running.max),
+                    })
+                    .collect(),
+                texts: seen.layout.texts,
+            });
+        }
+        topics.sort_by(|a, b| (&a.name, a.instance).cmp(&(&b.name, b.instance)));
+        Survey {
+            path: path.to_owned(),
+            format,
+            zero,
+            duration_s: if first <= last {
+                s(last.saturating_sub(first))
+            } else {
+                0.0
+            },
+            topics,
+            parameters: self.parameters,
+        }
+    }
+}
+
+impl Sink for Surveyor {
+    fn topic(&mut self, id: usize, layout: &Layout) -> Wanted {
+        let named = (layout.name.clone(), layout.instance);
+        let place = *self.known.entry(named).or_insert_with(|| {
+            self.topics.push(Seen {
+                layout: Layout {
+                    fields: Vec::new(),
+                    ..layout.clone()
+                },
+                messages: 0,
+                absent: 0,
+                first_ns: None,
+                last_ns: None,
+                steps: self.deep.then(Box::default),
+                fields: Vec::new(),
+            });
+            self.topics.len() - 1
+        });
+        self.places.resize(self.places.len().max(id + 1), 0);
+        self.places[id] = place;
+        let seen = &mut self.topics[place];
+        // A topic that is announced again, with other fields, counts by the latest.
+        if seen.layout.fields != layout.fields {
+            seen.layout.fields.clone_from(&layout.fields);
+            seen.fields.resize(layout.fields.len(), NOTHING);
+        }
+        if self.deep {
+            Wanted::Fields((0..layout.fields.len()).collect())
+        } else {
+            Wanted::Stamps
+        }
+    }
+
+    fn message(&mut self, id: usize, stamp_ns: Option<i64>, values: &[f64]) {
+        let seen = &mut self.topics[self.places[id]];
+        seen.messages += 1;
+        match stamp_ns {
+            None => seen.absent += 1,
+            Some(stamp) => {
+                seen.first_ns.get_or_insert(stamp);
+                seen.last_ns = Some(stamp);
+                if let Some(steps) = &mut seen.steps {
+                    steps.push(stamp);
+                    let jump = stamp
+                        .saturating_sub(self.latest_ns.unwrap_or(stamp))
+                        .saturating_abs();
+                    if jump > JUMP_NS && seen.messages > 1 {
+                        self.jumps += 1;
+                        self.longest_jump_ns = self.longest_jump_ns.max(jump);
+                    }
+                    if jump <= JUMP_NS || seen.messages > 1 {
+                        self.latest_ns = Some(stamp);
+                    }
+                }
+            }
+        }
+        for (running, &value) in seen.fields.iter_mut().zip(values) {
+            if value.is_finite() {
+                running.count += 1;
+                running.sum += value;
+                running.min = running.min.min(value);
+                running.max = running.max.max(value);
+            }
+        }
+    }
+
+    fn parameter(&mut self, name: &str, value: f64) {
+        match self.parameters.get(name) {
+            Some(&first) if first == value || (first.is_nan() && value.is_nan()) => {}
+            Some(_) => {
+                self.changed.insert(name.to_owned(), value);
+            }
+            None if self.parameters.len() < MOST_PARAMETERS => {
+                self.parameters.insert(name.to_owned(), value);
+            }
+            None => {}
+        }
+    }
+}
