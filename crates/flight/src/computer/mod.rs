@@ -50,9 +50,6 @@ use crate::real::Real;
 use crate::reference::Reference;
 use crate::space::Vector;
 
-/// Most readings that are taken in one step.
-const READINGS: usize = 16;
-
 /// How a descent is chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -129,8 +126,8 @@ pub struct NormalReading<R> {
 pub struct Sensed<'a, R: Real> {
     /// The IMU since the last step.
     pub imu: ImuSample<R>,
-    /// Readings that have arrived since the last step, 16 at most; of further ones
-    /// nothing is used. The deck's normal in ranges is filled in.
+    /// Readings that have arrived since the last step. The deck's normal in ranges is
+    /// filled in.
     pub readings: &'a [Reading<R>],
     /// The deck's normal, where the camera has seen it.
     pub deck_normal: Option<NormalReading<R>>,

@@ -1,9 +1,9 @@
 //! A step of the landing computer.
 
 use super::sightings::Sightings;
-use super::{Computer, ComputerOutput, ComputerState, Descent, READINGS, Sensed};
+use super::{Computer, ComputerOutput, ComputerState, Descent, Sensed};
 use crate::estimate::deck::{DeckEstimatorState, DeckMotionPrediction};
-use crate::estimate::relative::{BarometerReading, DeckPrior, Health, Reading, RelativeEstimate};
+use crate::estimate::relative::{DeckPrior, Health, RangeReading, Reading, RelativeEstimate};
 use crate::ground_effect::GroundEffect;
 use crate::guidance::Order;
 use crate::kernel::{lag_step, usable_dt};
@@ -134,25 +134,19 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 
     /// Both estimators, and the deck's normal.
     fn estimate(&self, state: &mut ComputerState<R, G::State>, sensed: &Sensed<'_, R>, dt: R) {
-        let mut readings = [None; READINGS];
-        let count = sensed.readings.len().min(READINGS);
-        for (slot, reading) in readings.iter_mut().zip(sensed.readings) {
-            let mut reading = *reading;
-            if let Reading::Range(range) = &mut reading {
-                range.deck_normal = state.normal;
-            }
-            *slot = Some(reading);
-        }
-        let filler = Reading::Barometer(BarometerReading {
-            altitude_m: R::ZERO,
-            age_s: R::ZERO,
+        let normal = state.normal;
+        let readings = sensed.readings.iter().map(|reading| match *reading {
+            Reading::Range(range) => Reading::Range(RangeReading {
+                deck_normal: normal,
+                ..range
+            }),
+            other => other,
         });
-        let readings = readings.map(|reading| reading.unwrap_or(filler));
         let mut relative = self.relative;
         if let Some(band) = self.band(&state.deck) {
             relative.deck = band;
         }
-        relative.step(&mut state.relative, &sensed.imu, &readings[..count], dt);
+        relative.step_with(&mut state.relative, &sensed.imu, readings, dt);
         let sighting = self.relative.deck_sighting(&state.relative);
         let height = state.sightings.step(sighting, self.deck.delay_s, dt);
         self.deck.step(&mut state.deck, height, dt);

@@ -25,8 +25,10 @@ pub struct SensorHealth<R> {
     pub not_finite: u32,
     /// Readings older than the filter's memory.
     pub too_old: u32,
-    /// Readings outside the range in which the sensor is believed, and those
-    /// that found no room.
+    /// Readings that found no room in the filter's memory.
+    pub no_room: u32,
+    /// Readings outside the range in which the sensor is believed, and those that
+    /// say to be of the future.
     pub unusable: u32,
 }
 
@@ -77,6 +79,7 @@ impl<R: Real> Default for Monitor<R> {
                 rejected: 0,
                 not_finite: 0,
                 too_old: 0,
+                no_room: 0,
                 unusable: 0,
             },
         }
@@ -98,6 +101,10 @@ impl<R: Real> Monitor<R> {
 
     pub(super) fn too_old(&mut self) {
         count(&mut self.health.too_old);
+    }
+
+    pub(super) fn no_room(&mut self) {
+        count(&mut self.health.no_room);
     }
 
     pub(super) fn unusable(&mut self) {

@@ -4,11 +4,15 @@
 //! their own times. A late reading is put in its place, and everything from the
 //! node before it on is computed again: the result is that of readings taken in
 //! at the moments they were made.
+//!
+//! Where the log is full, its oldest reading leaves it, and with it the states
+//! from which it would have to be computed again: what arrives later and is older
+//! than that is too old.
 
 use super::DeckSighting;
 use super::RelativeFilter;
 use super::belief::Belief;
-use super::health::Monitors;
+use super::health::{Fate, Monitors};
 use super::reading::Reading;
 use crate::real::{Real, r};
 use crate::space::{Attitude, Vector};
@@ -37,6 +41,8 @@ struct Entry<R> {
     age_s: R,
     /// Not yet in any state.
     new: bool,
+    /// Outside the range in which the sensor is believed: it need not be kept.
+    useless: bool,
 }
 
 /// What outlives the past states.
@@ -53,7 +59,7 @@ pub(super) enum Place {
     Logged,
     /// Nowhere: it is older than the oldest node.
     TooOld,
-    /// Nowhere: the log is full.
+    /// Nowhere: the log is full of readings that are in no state yet.
     NoRoom,
 }
 
@@ -68,6 +74,10 @@ pub(super) struct History<R, const N: usize, const M: usize> {
     length: usize,
     /// The first node whose successors must be computed again.
     dirty: u64,
+    /// The last node whose state is computed.
+    computed: u64,
+    /// The first node from which all readings are still in the log.
+    complete: u64,
 }
 
 impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
@@ -79,6 +89,8 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
             log: [None; M],
             length: 0,
             dirty: 0,
+            computed: 0,
+            complete: 0,
         }
     }
 
@@ -93,8 +105,14 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         &self.nodes[Self::slot(self.head)]
     }
 
+    /// The first node that is remembered.
     fn oldest(&self) -> u64 {
         self.head.saturating_sub(N as u64 - 1)
+    }
+
+    /// The first node from which states can be computed again.
+    fn first(&self) -> u64 {
+        self.oldest().max(self.complete)
     }
 
     /// Adds a step. Its state is not computed yet.
@@ -119,26 +137,60 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
                 entry.offset -= dt;
             }
         }
-        // Readings before the oldest node are in its state.
-        let oldest = self.oldest();
-        let gone = self.log[..self.length]
-            .iter()
-            .flatten()
-            .take_while(|entry| entry.node < oldest)
-            .count();
-        self.log.copy_within(gone..self.length, 0);
-        self.log[self.length - gone..self.length].fill(None);
-        self.length -= gone;
+        // Readings before the first node are in its state.
+        let first = self.first();
+        self.retain(|entry| entry.node >= first && !entry.useless);
+    }
+
+    /// Keeps the readings of the log for which `keep` holds.
+    fn retain(&mut self, keep: impl Fn(&Entry<R>) -> bool) {
+        let mut kept = 0;
+        for place in 0..self.length {
+            if self.log[place].as_ref().is_some_and(&keep) {
+                if kept < place {
+                    self.log[kept] = self.log[place].take();
+                }
+                kept += 1;
+            }
+        }
+        self.log[kept..self.length].fill(None);
+        self.length = kept;
+    }
+
+    /// Makes room by leaving out the oldest reading, if it is in a state that is
+    /// computed. Says if there is room.
+    fn make_room(&mut self) -> bool {
+        if self.length < M {
+            return true;
+        }
+        let Some(oldest) = self.log[0] else {
+            return true;
+        };
+        let from = oldest.node + u64::from(oldest.offset > R::ZERO);
+        if oldest.new || from > self.computed {
+            return false;
+        }
+        self.complete = self.complete.max(from);
+        self.dirty = self.dirty.max(from);
+        self.log.copy_within(1..self.length, 0);
+        self.length -= 1;
+        self.log[self.length] = None;
+        true
     }
 
     /// Puts a reading in its place, `back` seconds before the newest node.
     pub(super) fn insert(&mut self, reading: Reading<R>, back: R) -> Place {
-        let Some((node, offset)) = self.time_at(back) else {
+        let place = self.time_at(back);
+        let within = |place: &(u64, R), first: u64| place.0 >= first;
+        if !place.is_some_and(|place| within(&place, self.first())) {
             return Place::TooOld;
-        };
-        if self.length == M {
+        }
+        if !self.make_room() {
             return Place::NoRoom;
         }
+        let Some((node, offset)) = place.filter(|place| within(place, self.first())) else {
+            return Place::TooOld;
+        };
         // At one moment always in the order of the sensors, however they arrive.
         let sensor = reading.sensor();
         let later = |entry: &Entry<R>| {
@@ -156,10 +208,11 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
             reading,
             age_s: reading.age_s(),
             new: true,
+            useless: false,
         });
         self.length += 1;
         // A reading at a node goes in together with the others there, in order.
-        let from = if offset > R::ZERO || node == self.oldest() {
+        let from = if offset > R::ZERO || node == self.first() {
             node
         } else {
             node - 1
@@ -253,6 +306,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
             belief.propagate(filter, after.acceleration_mps2, after.dt - done);
         }
         self.dirty = self.head;
+        self.computed = self.head;
         sighting
     }
 
@@ -278,6 +332,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
             return None;
         }
         entry.new = false;
+        entry.useless = matches!(fate, Fate::Unusable);
         let monitor = accounts.monitors.of(entry.reading.sensor());
         monitor.note(fate, entry.age_s, &filter.gate);
         let age_s = entry.age_s;
@@ -296,7 +351,8 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
     }
 }
 
-fn clearer<R: Real>(
+/// The clearer of two sightings.
+pub(super) fn clearer<R: Real>(
     a: Option<DeckSighting<R>>,
     b: Option<DeckSighting<R>>,
 ) -> Option<DeckSighting<R>> {

@@ -24,10 +24,14 @@
 //! ring of the last N states with their inputs, and of the M readings between
 //! them, is computed again from there. The result is that of readings that arrive
 //! at once, whatever their order, as long as they are not older than N - 1 steps
-//! (they are counted and left out). Readings may fall between two steps and may
-//! be newer than the last IMU sample (`imu.delay_s`): they wait. Attitude is
+//! (those are counted and left out): N - 1 steps must be longer than the age of the
+//! oldest reading, 0.31 s at 100 Hz and N = 32, 0.155 s at 200 Hz. M must not be less
+//! than the readings that are taken in that age; where more come, the memory of
+//! readings, and with it the greatest age, gets shorter. Readings may fall between two
+//! steps and may be newer than the last IMU sample (`imu.delay_s`): they wait. Those
+//! stamped later than the step's end by more than a step are refused. Attitude is
 //! interpolated to the reading's time. One state takes 90 numbers, a reading
-//! about 17: with N = M = 32 and `f64` 28 kB, with `f32` half of it. Replaying a
+//! about 18: with N = 32, M = 64 and `f64` 32 kB, with `f32` half of it. Replaying a
 //! step costs what the step costs.
 //!
 //! **Trust.** A reading whose innovation lies outside the gate is left out. The
@@ -52,7 +56,7 @@ mod reading;
 mod settings;
 
 use belief::{AP, Belief, H, P, VD, VP, VQ, VX, ZQ};
-use history::{Accounts, History, Node, Place};
+use history::{Accounts, History, Node, Place, clearer};
 
 pub use health::{Health, SensorHealth};
 pub use reading::{
@@ -66,7 +70,6 @@ use crate::error::{SettingsError, positive};
 use crate::kernel::usable_dt;
 use crate::real::{Real, r};
 use crate::space::{Attitude, Vector};
-use crate::types::Measurement;
 
 /// Kalman filter of the vehicle relative to the deck; see the
 /// [module](self).
@@ -103,7 +106,7 @@ pub struct RelativeFilter<R> {
 
 /// State of a [`RelativeFilter`] that remembers N - 1 steps and M readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RelativeState<R: Real, const N: usize = 32, const M: usize = 32> {
+pub struct RelativeState<R: Real, const N: usize = 32, const M: usize = 64> {
     history: History<R, N, M>,
     accounts: Accounts<R>,
     sighting: Option<DeckSighting<R>>,
@@ -163,17 +166,6 @@ impl<R: Real> RelativeEstimate<R> {
     #[must_use]
     pub fn relative_velocity_mps(&self) -> Vector<R> {
         self.velocity_mps - self.deck_velocity_mps
-    }
-
-    /// The vertical part, as the vertical controller takes it.
-    #[must_use]
-    pub fn measurement(&self) -> Measurement<R> {
-        Measurement {
-            height_m: self.position_m.z,
-            relative_velocity_mps: self.relative_velocity_mps().z,
-            vehicle_velocity_mps: self.velocity_mps.z,
-            acceleration_mps2: self.acceleration_mps2.z,
-        }
     }
 }
 
@@ -248,6 +240,18 @@ impl<R: Real> RelativeFilter<R> {
         readings: &[Reading<R>],
         dt: R,
     ) -> RelativeEstimate<R> {
+        self.step_with(state, imu, readings.iter().copied(), dt);
+        self.ahead(state, R::ZERO)
+    }
+
+    /// [`Self::step`] with readings from anywhere, without the estimate.
+    pub fn step_with<const N: usize, const M: usize>(
+        &self,
+        state: &mut RelativeState<R, N, M>,
+        imu: &ImuSample<R>,
+        readings: impl IntoIterator<Item = Reading<R>>,
+        dt: R,
+    ) {
         let dt = usable_dt(dt);
         let accounts = &mut state.accounts;
         for monitor in accounts.monitors.each() {
@@ -267,21 +271,33 @@ impl<R: Real> RelativeFilter<R> {
             accounts.monitors.of(Sensor::Imu).not_finite();
         }
         state.history.push(acceleration, attitude, dt);
+        let mut sighting = None;
         for reading in readings {
             let monitor = accounts.monitors.of(reading.sensor());
             if !reading.is_finite() {
                 monitor.not_finite();
                 continue;
             }
+            if reading.age_s() < -dt {
+                monitor.unusable();
+                continue;
+            }
             let back = reading.age_s() - self.imu.delay_s;
-            match state.history.insert(*reading, back) {
+            let mut place = state.history.insert(reading, back);
+            if matches!(place, Place::NoRoom) {
+                // Readings of this step fill the log: once they are in the states, the
+                // oldest can leave it.
+                sighting = clearer(sighting, state.history.replay(self, accounts));
+                place = state.history.insert(reading, back);
+            }
+            let monitor = accounts.monitors.of(reading.sensor());
+            match place {
                 Place::Logged => {}
                 Place::TooOld => monitor.too_old(),
-                Place::NoRoom => monitor.unusable(),
+                Place::NoRoom => monitor.no_room(),
             }
         }
-        state.sighting = state.history.replay(self, accounts);
-        self.ahead(state, R::ZERO)
+        state.sighting = clearer(sighting, state.history.replay(self, accounts));
     }
 
     /// The estimate `lead_s` after the last IMU sample, its acceleration and

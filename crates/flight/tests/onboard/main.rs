@@ -1,0 +1,5 @@
+//! The landing computer in flight: loss and return of what it sees, decks that move,
+//! headings, delays.
+
+mod memory;
+mod world;
