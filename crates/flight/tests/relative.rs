@@ -652,8 +652,45 @@ fn analytic_too_old_and_too_many() {
     assert_eq!((health.used, health.too_old), (1, 1));
     filter.step(&mut state, &imu, &[range(0.0); 6], DT);
     let health = filter.health(&state).range;
-    // Four more; the old one has gone with its step.
-    assert_eq!((health.used, health.unusable), (5, 2));
+    // Six more in a log of four: those that are in the state have given way.
+    assert_eq!((health.used, health.no_room), (7, 0));
+    // What they stood for is no longer known apart: readings of that time are too late.
+    filter.step(
+        &mut state,
+        &imu,
+        &[range(0.03), range(0.01), range(0.0)],
+        DT,
+    );
+    let health = filter.health(&state).range;
+    assert_eq!((health.used, health.too_old), (9, 2));
+}
+
+#[test]
+fn analytic_readings_that_give_way_stay_in_the_state() {
+    // On time, a log of two gives what a log of sixty does; late by 20 ms and two a
+    // step, one of six does.
+    let filter = mounted();
+    let (mut small, mut middle, mut large): (
+        RelativeState<f64, 16, 2>,
+        RelativeState<f64, 16, 6>,
+        RelativeState<f64, 16, 60>,
+    ) = (filter.initial(), filter.initial(), filter.initial());
+    let imu = STILL.imu(0.0, V::ZERO);
+    let readings = |i: u32, age: f64| {
+        let noise = 0.01 * f64::from(i * 7 % 5);
+        [0.0, 1e-3].map(|early| Reading::Range(RangeReading::level(1.5 + noise, age + early)))
+    };
+    for i in 0..100 {
+        let a = filter.step(&mut small, &imu, &readings(i, 0.0), DT);
+        let b = filter.step(&mut large, &imu, &readings(i, 0.0), DT);
+        assert_eq!(a, b, "{i}");
+    }
+    let mut large: RelativeState<f64, 16, 60> = filter.initial();
+    for i in 0..100 {
+        let a = filter.step(&mut middle, &imu, &readings(i, 0.02), DT);
+        let b = filter.step(&mut large, &imu, &readings(i, 0.02), DT);
+        assert_eq!(a, b, "{i}");
+    }
 }
 
 #[test]
