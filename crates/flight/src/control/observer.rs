@@ -1,6 +1,6 @@
 //! Disturbance observer on the IMU, and what both it and the adaptation read.
 
-use crate::error::{SettingsError, not_negative, positive};
+use crate::error::{SettingsError, not_negative, positive, within};
 use crate::ground_effect::Lift;
 use crate::kernel::{Delay, lag_share, usable_dt};
 use crate::real::{Real, r};
@@ -17,17 +17,23 @@ const STEPS: usize = 32;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Delays<R> {
-    /// Age of the acceleration when the controller gets it, s.
+    /// Age of the acceleration when the controller gets it (of the middle of the time
+    /// over which it is a mean), s.
     pub sensing_s: R,
+    /// Age of the attitude when the controller gets it, s; not more than `sensing_s`.
+    /// An attitude by which the acceleration was turned into the world's axes is as old
+    /// as that.
+    pub attitude_s: R,
     /// Time from a command to the rotors taking it up, s.
     pub command_s: R,
 }
 
 impl<R: Real> Default for Delays<R> {
-    /// 20 ms and 10 ms.
+    /// Acceleration 20 ms, attitude of now, commands 10 ms.
     fn default() -> Self {
         Self {
             sensing_s: r(0.02),
+            attitude_s: R::ZERO,
             command_s: r(0.01),
         }
     }
@@ -37,9 +43,16 @@ impl<R: Real> Delays<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Delays must not be negative.
+    /// Delays must not be negative, and the attitude not older than the acceleration.
     pub fn validate(&self) -> Result<(), SettingsError> {
         not_negative("delays.sensing_s", self.sensing_s)?;
+        not_negative("delays.attitude_s", self.attitude_s)?;
+        within(
+            "delays.attitude_s",
+            self.attitude_s,
+            self.attitude_s <= self.sensing_s,
+            "not more than sensing_s",
+        )?;
         not_negative("delays.command_s", self.command_s)
     }
 }
@@ -100,7 +113,7 @@ impl<R: Real> Record<R> {
         let thrust_n = between(|axial| axial.thrust_n);
         let model_n = between(|axial| axial.model_n);
         let used_n = between(|axial| axial.used_n);
-        let (a, b, share) = self.up.around(delays.sensing_s);
+        let (a, b, share) = self.up.around(delays.sensing_s - delays.attitude_s);
         // Between two steps the axis turns by little: the chord is the arc.
         let up = a + (b - a) * share;
         let force_n = (acceleration_mps2 + Vector::UP * gravity_mps2) * mass_kg;

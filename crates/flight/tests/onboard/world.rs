@@ -65,8 +65,9 @@ pub(crate) fn computer() -> Computer<f64> {
             observer: Some(Observer::default()),
             adaptation: None,
             delays: Delays {
-                // An IMU sample is the mean of its step.
+                // Attitude and acceleration come together, the mean over a step.
                 sensing_s: IMU_S + 0.5 * DT,
+                attitude_s: IMU_S + 0.5 * DT,
                 ..Delays::default()
             },
             rotors_m: None,

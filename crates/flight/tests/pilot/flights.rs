@@ -112,6 +112,7 @@ fn analytic_matched_delays_explain_the_force() {
     let matched = false_disturbance(Delays::default());
     let late = false_disturbance(Delays {
         sensing_s: 0.0,
+        attitude_s: 0.0,
         command_s: 0.0,
     });
     // What is left with the right delays: the map's heights come 20 ms late

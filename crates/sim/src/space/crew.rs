@@ -265,6 +265,7 @@ impl ControlSettings {
         models: &FlightModels,
         plant: &PlantSettings,
         sensors: &SensorSettings,
+        control_period_s: f64,
         command_delay_s: f64,
         start_height_m: f64,
     ) -> Result<Computer<f64>, SimError> {
@@ -332,8 +333,10 @@ impl ControlSettings {
                 ground_effect,
                 observer: observes.then_some(self.observer),
                 adaptation: self.adaptation.then_some(self.adapting),
+                // Attitude and acceleration come together, the mean over a period.
                 delays: Delays {
-                    sensing_s: imu_s,
+                    sensing_s: imu_s + 0.5 * control_period_s,
+                    attitude_s: imu_s + 0.5 * control_period_s,
                     command_s: command_delay_s,
                 },
                 rotors_m: None,

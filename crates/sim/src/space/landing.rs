@@ -55,6 +55,7 @@ impl SpaceLander {
             &scenario.models,
             &scenario.plant,
             &scenario.sensors,
+            scenario.control_period_s,
             scenario.command_delay_s,
             scenario.start_m[2],
         )?;
