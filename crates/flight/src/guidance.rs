@@ -7,6 +7,7 @@
 //! | `Descend`, `Commit` | over the pad | the plan, from its start |
 //! | `ClimbAway` | stop where it is | up at the climb rate |
 //! | `Idle` | | thrust taken back at a rate |
+//! | `Rest` | | thrust as it is |
 //! | `Disarm` | | off |
 //!
 //! In the world's frame only velocities are used (IMU and GNSS): the place relative
@@ -14,7 +15,7 @@
 //! and velocity as they were when the measurement was taken, acceleration as it
 //! is to be when the rotors have taken up the command. After its end it goes on
 //! downward at its sink rate, so that a vehicle that floats is pressed down, until
-//! `press_m` below.
+//! `press_m` below. The heading is that of the first step.
 
 use crate::error::{SettingsError, not_negative, positive};
 use crate::kernel::{Sum, usable_dt};
@@ -51,6 +52,8 @@ pub struct GuidanceState<R> {
     slew: Option<(Frame, R, R)>,
     /// The plan that is flown, and for how long.
     plan: Option<(Reference<R>, Sum<R>)>,
+    /// The heading that is kept, rad.
+    heading_rad: Option<R>,
 }
 
 /// What a guidance orders.
@@ -116,13 +119,19 @@ impl<R: Real> Guidance<R> {
         dt: R,
     ) -> Order<R> {
         let dt = usable_dt(dt);
-        match fly {
+        let heading_rad = *state
+            .heading_rad
+            .get_or_insert_with(|| motion.attitude.yaw_rad().finite_or(R::ZERO));
+        let mut order = match fly {
             Fly::Disarm => {
                 *state = self.initial();
                 Order::Off
             }
             Fly::Idle => Order::Idle {
                 rate_n_per_s: self.idle_n_per_s,
+            },
+            Fly::Rest => Order::Idle {
+                rate_n_per_s: R::ZERO,
             },
             Fly::Descend | Fly::Commit => {
                 if state.plan.is_none() {
@@ -151,7 +160,11 @@ impl<R: Real> Guidance<R> {
                 ..
             } => self.in_the_world(state, motion, R::ZERO, dt),
             Fly::ClimbAway => self.in_the_world(state, motion, self.climb_mps, dt),
+        };
+        if let Order::Track(target) = &mut order {
+            target.yaw_rad = heading_rad;
         }
+        order
     }
 
     fn on_the_plan(&self, reference: &Reference<R>, time_s: R) -> ReferencePoint<R> {

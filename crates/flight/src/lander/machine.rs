@@ -114,9 +114,10 @@ impl<R: Real> Lander<R> {
             }
             Phase::Descend => Fly::Descend,
             Phase::Commit => Fly::Commit,
-            // Where the deck is not felt, the thrust is not taken back further.
+            // Where the deck is not felt, the thrust is not taken back further, nor
+            // raised before it is a bounce.
             Phase::Touchdown if facts.touching => Fly::Idle,
-            Phase::Touchdown => Fly::Commit,
+            Phase::Touchdown => Fly::Rest,
             Phase::GoAround => Fly::ClimbAway,
             Phase::Disarmed => Fly::Disarm,
         };

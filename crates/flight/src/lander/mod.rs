@@ -64,8 +64,9 @@
 //! - *saturated*: the rotors have been asked for more than they give for
 //!   `saturation_s`.
 //! - *ready*: fresh, every number finite, at the hold height and over the pad, slower
-//!   than `hold_speed_mps` relative to the deck, nothing beyond its limit, the deck within its limits (unless the battery
-//!   is critical).
+//!   than `hold_speed_mps` relative to the deck, nothing beyond its limit, the rotors not
+//!   asked for more than they give, the battery not low, the deck within its limits
+//!   (unless the battery is critical).
 //! - *touching*: not blind, height, relative velocity and lateral speed in the
 //!   deck's frame within those of a touchdown, and no contact switch that says
 //!   no. *Evidence*: touching, and either the contact switch says yes, or the
@@ -223,6 +224,8 @@ pub enum Fly<R> {
     ClimbAway,
     /// Take the thrust back.
     Idle,
+    /// Leave the thrust as it is.
+    Rest,
     /// Rotors off.
     Disarm,
 }

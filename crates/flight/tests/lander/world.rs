@@ -72,11 +72,14 @@ impl World {
             Fly::ClimbAway => 0.8,
             // Thrust taken back: it falls where nothing carries it.
             Fly::Idle => self.velocity_mps - 9.81 * (1.0 - self.thrust_share) * DT,
+            Fly::Rest if self.standing() => self.velocity_mps,
+            Fly::Rest => self.velocity_mps - 9.81 * (1.0 - self.thrust_share) * DT,
             Fly::Disarm => self.velocity_mps - 9.81 * DT,
         };
         self.thrust_share = match fly {
             Fly::Idle => (self.thrust_share - 3.0 * DT).max(0.2),
             Fly::Disarm => 0.0,
+            Fly::Rest => self.thrust_share,
             _ => 1.0,
         };
         self.velocity_mps = wanted;

@@ -4,3 +4,59 @@
 mod loop_delays;
 mod memory;
 mod world;
+
+use touchdown_flight::lander::{Phase, Request};
+use world::{State, WEIGHT_N, World, computer};
+
+#[test]
+fn analytic_the_heading_of_the_start_is_kept() {
+    let computer = computer();
+    computer.validate().unwrap();
+    for yaw_rad in [1.571, -2.5] {
+        let mut state: State = computer.initial(World::throttle());
+        let mut world = World::new(yaw_rad);
+        let mut seen = [false; 3];
+        for i in 0..1200 {
+            // Broken off at half of the way.
+            if world.height_m() < 0.45 {
+                world.request = Request::Abort;
+            }
+            let output = world.step(&computer, &mut state);
+            seen[0] |= output.lander.phase == Phase::Descend;
+            seen[1] |= output.lander.phase == Phase::GoAround;
+            seen[2] |= output.target.is_some();
+            if let Some(command) = output.command {
+                // Rounding; turned about the vertical alone.
+                let error = command.attitude.yaw_rad() - yaw_rad;
+                assert!(error.abs() < 1e-2, "{i} {yaw_rad} {error}");
+            }
+        }
+        assert_eq!(seen, [true; 3]);
+    }
+}
+
+#[test]
+fn analytic_a_touchdown_that_is_not_felt_for_a_step_keeps_the_thrust() {
+    let computer = computer();
+    let mut state: State = computer.initial(World::throttle());
+    let mut world = World::new(0.0);
+    let mut thrust_n = WEIGHT_N;
+    let mut idle = 0;
+    for i in 0..3000 {
+        // Not felt for three steps of every ten at first, far from the 0.2 s of a bounce.
+        world.contact = ((5..60).contains(&idle) && i % 10 < 3).then_some(false);
+        let output = world.step(&computer, &mut state);
+        if output.lander.phase == Phase::Disarmed {
+            assert!(idle > 30, "{idle}");
+            return;
+        }
+        let now_n = output.command.unwrap().thrust_n;
+        if output.lander.phase == Phase::Touchdown {
+            idle += 1;
+            // Taken back or held, never raised.
+            assert!(now_n <= thrust_n + 1e-9, "{i}: {thrust_n} to {now_n}");
+        }
+        thrust_n = now_n;
+    }
+    panic!("not landed: {:?}", state.phase());
+}
