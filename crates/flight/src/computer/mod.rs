@@ -10,23 +10,31 @@
 //!
 //! * **Deck heights** that the relative estimator reads off range and tag have
 //!   different ages; they wait until all are `deck.delay_s` old, so that the deck
-//!   estimator gets them evenly late.
+//!   estimator gets them evenly late. Where they come later than that, the estimator
+//!   falls behind by as much, and predicts farther.
 //! * **The deck's band**: once harmonics are known, the relative estimator expects heave
 //!   around their mean frequency, of their power, in a band as wide as they are
 //!   apart and uncertain; before, what its settings say. Phases are not handed on: an
 //!   estimator that is told what to expect by one that listens to it ends up
 //!   believing itself.
-//! * **A descent begins** only after the deck has been watched for `watch_s`.
+//! * **A descent begins** only after the deck has been seen for `watch_s`
+//!   ([`DeckEstimatorState::observed_s`]). The planner's patience is that of all waiting
+//!   since the approach, however often it was interrupted.
 //! * **The deck's normal** follows what the camera sees of it with the time constant
 //!   `normal_filter_s`; the largest tilt seen fades with `tilt_memory_s`.
+//! * **The deck's speed**, by which the state machine judges it, is that of all its
+//!   harmonics at once, before any is known two standard deviations of what was seen,
+//!   and not less than the estimated one of now. It is infinite before the deck was seen.
 //! * **Position and velocity** are predicted by `lead_s` (the age of the IMU) to now;
 //!   the deck's acceleration to when the rotors will act ([`Guidance::acting_s`]).
 //! * **An estimate is known** once its standard deviations are below `known_sd_m` and
 //!   `known_sd_mps`. Until then the vehicle hovers level at the thrust of its weight
 //!   (once it has been in control, only while its own velocity is not known either),
 //!   and the state machine is told that the estimator has diverged, as it is when
-//!   readings and expectations part. An estimator that stays apart from its readings
-//!   for `restart_s` begins anew.
+//!   readings and expectations part. Models of rotors and ground effect go on meanwhile.
+//!   An estimator that stays apart from its readings for `restart_s` begins anew; if it
+//!   knew the vehicle's own velocity, with that, to half of `known_sd_mps`, so that a
+//!   go-around goes on climbing. If that does not bring them together, all is forgotten.
 //! * **Observer and adaptation** stand still below `contact_height_m`: the legs'
 //!   force is no lift.
 
@@ -98,7 +106,7 @@ pub struct Computer<R: Real, G = Guarded<R>> {
     pub restart_s: R,
     /// Height below which observer and adaptation stand still, m.
     pub contact_height_m: R,
-    /// Time for which the deck is watched before a descent, s.
+    /// Time for which the deck is seen before a descent, s.
     pub watch_s: R,
     /// Least heave velocity of a deck that moves, standard deviation, m/s.
     pub deck_known_mps: R,
@@ -152,8 +160,12 @@ pub struct ComputerState<R: Real, S> {
     pilot: Option<PilotState<R, S>>,
     hover_throttle: R,
     normal: Vector<R>,
+    /// Time since the normal was seen, s.
+    normal_age_s: R,
     tilt_rad: R,
     apart_s: R,
+    /// The estimator began anew with the velocity it had, and is not known again yet.
+    carried_over: bool,
     hurry: bool,
     command: PilotCommand<R>,
 }
@@ -171,7 +183,7 @@ pub struct ComputerOutput<R: Real> {
     pub health: Health<R>,
     /// The deck now.
     pub deck: DeckMotionPrediction<R>,
-    /// The descent that begins, where one is planned in this step.
+    /// The descent that begins in this step, where it was planned.
     pub plan: Option<Plan<R>>,
     /// Where the pilot is to fly; none where it is not flying to a target.
     pub target: Option<Target<R>>,
@@ -221,8 +233,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             pilot: None,
             hover_throttle: throttle,
             normal: Vector::UP,
+            normal_age_s: R::ZERO,
             tilt_rad: R::ZERO,
             apart_s: R::ZERO,
+            carried_over: false,
             hurry: false,
             command: PilotCommand {
                 thrust_n: self.pilot.mass_kg * self.pilot.gravity_mps2,

@@ -31,7 +31,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = Motion::from_estimate(&estimate, attitude, state.normal);
 
-        let deck = self.deck.predict(&state.deck, R::ZERO);
+        let deck = self.deck_ahead(state, R::ZERO);
         let (plan, reference) = self.plan(state, &motion, dt);
         let weight_n = self.pilot.mass_kg * self.pilot.gravity_mps2;
         let command = state.command;
@@ -47,7 +47,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             tilt_rad: attitude.tilt_rad(),
             saturated: command.saturated || command.limited,
             deck_tilt_rad: state.tilt_rad,
-            deck_speed_mps: self.greatest_deck_speed(state, &deck),
+            deck_speed_mps: self.greatest_deck_speed(state, &deck, &estimate),
             battery_share: sensed.battery_share,
             thrust_share: command.thrust_n / weight_n,
             load_factor: sensed.imu.specific_force_mps2.z / self.pilot.gravity_mps2,
@@ -55,19 +55,25 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             go: reference.is_some(),
             request: sensed.request,
         };
+        let before = state.lander.phase();
         let lander = self.lander.step(&mut state.lander, &seen, dt);
         state.hurry = lander.hurry;
+        let begins = lander.phase == Phase::Descend && before != Phase::Descend;
+        state.carried_over &= !known || health.diverged;
         self.begin_anew(state, &health, lander.phase, dt);
 
-        // Once in control, velocities are enough: what is then flown is in the world's frame.
+        // Once in control, velocities are enough: the state machine is told that the
+        // place is not known, and has the vehicle flown in the world's frame (in
+        // touchdown the thrust is held or taken back).
         let moving = state.pilot.is_some() && self.moves_known(&estimate);
         let (command, target) = if known || moving || lander.fly == Fly::Disarm {
             self.act(state, lander.fly, reference.as_ref(), &motion, dt)
         } else {
-            (Some(self.hover(&motion)), None)
+            (Some(self.hover(state, &motion, dt)), None)
         };
         let disturbance_n = state
             .pilot
+            .as_ref()
             .map_or(Vector::ZERO, |pilot| pilot.disturbance_n);
         state.command = command.unwrap_or_default();
         ComputerOutput {
@@ -76,7 +82,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             estimate,
             health,
             deck,
-            plan,
+            plan: plan.filter(|_| begins),
             target,
             disturbance_n,
         }
@@ -92,7 +98,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         dt: R,
     ) -> (Option<PilotCommand<R>>, Option<Target<R>>) {
         let deck_mps2 = if self.deck_acceleration {
-            let ahead = self.deck.predict(&state.deck, self.guidance.acting_s);
+            let ahead = self.deck_ahead(state, self.guidance.acting_s);
             Vector::UP * ahead.acceleration_mps2
         } else {
             Vector::ZERO
@@ -122,14 +128,33 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     }
 
     /// Level, at the thrust of the weight.
-    fn hover(&self, motion: &Motion<R>) -> PilotCommand<R> {
+    fn hover(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        motion: &Motion<R>,
+        dt: R,
+    ) -> PilotCommand<R> {
         let thrust_n = self.pilot.mass_kg * self.pilot.gravity_mps2;
-        PilotCommand {
+        let command = PilotCommand {
             thrust_n,
             throttle: self.pilot.thrust.throttle_for(thrust_n),
             attitude: Attitude::from_yaw(motion.attitude.yaw_rad()),
             ..PilotCommand::default()
+        };
+        if let Some(pilot) = &mut state.pilot {
+            self.pilot.follow(pilot, motion, &command, dt);
         }
+        command
+    }
+
+    /// The deck some time from now.
+    fn deck_ahead(
+        &self,
+        state: &ComputerState<R, G::State>,
+        ahead_s: R,
+    ) -> DeckMotionPrediction<R> {
+        let behind_s = state.sightings.behind_s();
+        self.deck.predict(&state.deck, ahead_s + behind_s)
     }
 
     /// Both estimators, and the deck's normal.
@@ -148,15 +173,21 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
         relative.step_with(&mut state.relative, &sensed.imu, readings, dt);
         let sighting = self.relative.deck_sighting(&state.relative);
-        let height = state.sightings.step(sighting, self.deck.delay_s, dt);
-        self.deck.step(&mut state.deck, height, dt);
+        let (height, elapsed_s) = state.sightings.step(sighting, self.deck.delay_s, dt);
+        if elapsed_s > R::ZERO {
+            self.deck.step(&mut state.deck, height, elapsed_s);
+        }
 
+        state.normal_age_s += dt;
         state.tilt_rad = lag_step(state.tilt_rad, R::ZERO, self.tilt_memory_s, dt);
         if let Some(seen) = sensed.deck_normal {
             let body = self.relative.tag.attitude.rotate(seen.normal);
             let attitude = self.relative.attitude_at(&state.relative, seen.age_s);
             if let Some(normal) = attitude.rotate(body).direction().filter(|n| n.z > R::ZERO) {
-                let follow = |now: R, seen: R| lag_step(now, seen, self.normal_filter_s, dt);
+                // After a gap one reading does not stand for all that were missed.
+                let elapsed_s = state.normal_age_s.min(self.normal_filter_s);
+                state.normal_age_s = R::ZERO;
+                let follow = |now, seen| lag_step(now, seen, self.normal_filter_s, elapsed_s);
                 let old = state.normal;
                 state.normal = Vector::new(
                     follow(old.x, normal.x),
@@ -212,17 +243,23 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             && below(estimate.relative_velocity_sd_mps, self.known_sd_mps)
     }
 
-    /// The fastest the deck is expected to move: all harmonics at once.
+    /// The fastest the deck is expected to move: all harmonics at once, or before any is
+    /// known two standard deviations; what is estimated now at least.
     fn greatest_deck_speed(
         &self,
         state: &ComputerState<R, G::State>,
         now: &DeckMotionPrediction<R>,
+        estimate: &RelativeEstimate<R>,
     ) -> R {
+        let least = estimate.deck_velocity_mps.z.abs();
+        if state.deck.count() == 0 {
+            return least.max(r::<R>(2.0) * now.velocity_sd_mps);
+        }
         let harmonics = (0..state.deck.count()).filter_map(|k| state.deck.harmonic(k));
         let sum = harmonics.fold(R::ZERO, |sum, harmonic| {
             sum + harmonic.amplitude_m * harmonic.angular_frequency
         });
-        sum.max(now.velocity_mps.abs())
+        least.max(sum).max(now.velocity_mps.abs())
     }
 
     /// The descent to fly if one begins now.
@@ -242,8 +279,12 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 (None, reference.validate().is_ok().then_some(reference))
             }
             Descent::Planned(planner) => {
-                if state.lander.phase() != Phase::Wait {
-                    state.planner = planner.initial();
+                let phase = state.lander.phase();
+                if phase != Phase::Wait {
+                    // A hold between two waits is no new approach.
+                    if phase != Phase::Hold {
+                        state.planner = planner.initial();
+                    }
                     state.since_plan_s = self.planner_period_s;
                     return (None, None);
                 }
@@ -253,17 +294,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 }
                 let waited_s = state.since_plan_s;
                 state.since_plan_s = R::ZERO;
-                let (tilt_rad, tilt_sd_rad) = (state.tilt_rad, r(0.0));
+                let (tilt_rad, behind_s) = (state.tilt_rad, state.sightings.behind_s());
                 let forecast = |ahead_s: R| {
-                    let heave = self.deck.predict(&state.deck, ahead_s);
-                    DeckOutlook {
-                        velocity_mps: heave.velocity_mps,
-                        acceleration_mps2: heave.acceleration_mps2,
-                        tilt_rad,
-                        velocity_sd_mps: heave.velocity_sd_mps,
-                        acceleration_sd_mps2: heave.acceleration_sd_mps2,
-                        tilt_sd_rad,
-                    }
+                    let heave = self.deck.predict(&state.deck, ahead_s + behind_s);
+                    DeckOutlook::from_heave(&heave, tilt_rad, R::ZERO)
                 };
                 let verdict = planner.step(
                     &mut state.planner,
@@ -294,7 +328,14 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         // On the deck nothing is gained by it.
         let landed = matches!(phase, Phase::Touchdown | Phase::Disarmed);
         if state.apart_s >= self.restart_s && !landed {
-            self.relative.restart(&mut state.relative);
+            let estimate = self.relative.ahead(&state.relative, R::ZERO);
+            state.carried_over = !state.carried_over && self.moves_known(&estimate);
+            if state.carried_over {
+                let sd_mps = r::<R>(0.5) * self.known_sd_mps;
+                self.relative.restart_moving(&mut state.relative, sd_mps);
+            } else {
+                self.relative.restart(&mut state.relative);
+            }
             state.deck = self.deck.initial();
             state.sightings = Sightings::default();
             state.apart_s = R::ZERO;

@@ -260,6 +260,30 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
         }
     }
 
+    /// Keeps models and record up with a command that is not this pilot's, which is
+    /// being sent for the next `dt` seconds. Observer and adaptation stand still.
+    pub fn follow(
+        &self,
+        state: &mut PilotState<R, G::State>,
+        motion: &Motion<R>,
+        command: &PilotCommand<R>,
+        dt: R,
+    ) {
+        let motion = motion.or_previous(&state.motion);
+        state.motion = motion;
+        let lift = self.listen(state, &motion, false, usable_dt(dt));
+        let last = &mut state.vertical.command;
+        let thrust_n = command.thrust_n.finite_or(last.thrust_n);
+        last.thrust_n = self.limits.thrust(thrust_n);
+        last.throttle = self
+            .limits
+            .throttle(command.throttle.finite_or(last.throttle));
+        last.ground_effect_n = lift.total_n(thrust_n).finite_or(R::ZERO);
+        if command.attitude.is_finite() {
+            state.attitude = command.attitude;
+        }
+    }
+
     /// Advances models, record, observer and adaptation; gives the lift to count
     /// on.
     fn listen(

@@ -3,10 +3,13 @@
 
 mod loop_delays;
 mod memory;
+mod watching;
 mod world;
 
-use touchdown_flight::lander::{Phase, Request};
-use world::{State, WEIGHT_N, World, computer};
+use touchdown_flight::Vector;
+use touchdown_flight::computer::NormalReading;
+use touchdown_flight::lander::{Phase, Reason, Request};
+use world::{DT, State, WEIGHT_N, World, computer};
 
 #[test]
 fn analytic_the_heading_of_the_start_is_kept() {
@@ -59,4 +62,33 @@ fn analytic_a_touchdown_that_is_not_felt_for_a_step_keeps_the_thrust() {
         thrust_n = now_n;
     }
     panic!("not landed: {:?}", state.phase());
+}
+
+#[test]
+fn analytic_the_normal_of_the_deck_follows_in_its_time_constant() {
+    let computer = computer();
+    let mut state: State = computer.initial(World::throttle());
+    let mut world = World::new(0.0);
+    // The deck as a camera at 33 Hz sees it: level, then 0.2 rad.
+    for i in 0..600 {
+        let tilt = if i >= 200 { 0.2_f64 } else { 0.0 };
+        let normal = Vector::new(tilt.sin(), 0.0, tilt.cos());
+        let camera = computer.relative.tag.attitude;
+        let output = world.step_with(&computer, &mut state, |sensed| {
+            sensed.deck_normal = (i % 3 == 0).then_some(NormalReading {
+                normal: camera.unrotate(normal),
+                age_s: 0.0,
+            });
+        });
+        if i == 199 {
+            assert_eq!(output.lander.phase, Phase::Wait);
+        }
+        if i >= 200 && output.lander.reason == Some(Reason::Deck) {
+            // 0.14 of 0.2 rad: -ln(0.3) of 0.2 s, at the next look.
+            let after_s = DT * f64::from(i - 200);
+            assert!((0.2..=0.27).contains(&after_s), "{after_s}");
+            return;
+        }
+    }
+    panic!("a deck of 0.2 rad was never too steep");
 }

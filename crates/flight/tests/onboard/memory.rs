@@ -4,9 +4,9 @@ use touchdown_flight::Vector;
 use touchdown_flight::estimate::relative::{
     GnssVelocity, ImuSample, RangeReading, Reading, RelativeFilter, RelativeState,
 };
-use touchdown_flight::lander::Request;
+use touchdown_flight::lander::{Phase, Request};
 
-use crate::world::{DT, GRAVITY, Rate, State, World, computer};
+use crate::world::{DT, GRAVITY, Rate, State, WEIGHT_N, World, computer};
 
 fn still() -> ImuSample<f64> {
     ImuSample {
@@ -85,4 +85,76 @@ fn prop_many_readings_in_one_step_are_all_used() {
     // 2000 and the world's own 500, but for those from before the start; the tag's 333 come last
     // in every step.
     assert!(used[0] >= 2480 && used[1] >= 330, "{used:?}");
+}
+
+#[test]
+fn analytic_models_go_on_while_it_hovers_unseeing() {
+    let computer = computer();
+    let mut state: State = computer.initial(World::throttle());
+    let mut world = World::new(0.0);
+    // Rotors that give less than they should: in control, more is asked for.
+    world.thrust_scale = 0.9;
+    world.request = Request::Abort;
+    for _ in 0..300 {
+        world.step(&computer, &mut state);
+    }
+    let modelled = |state: &State| state.vertical().unwrap().thrust.thrust_n();
+    // Within what still swings.
+    assert!((modelled(&state) - WEIGHT_N / 0.9).abs() < 0.3);
+    (world.range, world.tag, world.gnss) = (None, None, None);
+    let mut blind = 0;
+    for _ in 0..4000 {
+        let output = world.step(&computer, &mut state);
+        blind = if output.target.is_none() {
+            blind + 1
+        } else {
+            0
+        };
+        if blind == 60 {
+            // Ten time constants after: what is sent now.
+            assert!((modelled(&state) - WEIGHT_N).abs() < 1e-2);
+            return;
+        }
+    }
+    panic!("in control without any reading for 40 s");
+}
+
+#[test]
+fn analytic_a_restart_in_a_go_around_goes_on_climbing() {
+    let computer = computer();
+    let mut state: State = computer.initial(World::throttle());
+    let mut world = World::new(0.0);
+    let mut descended = 0;
+    for i in 0..2000 {
+        let output = world.step_with(&computer, &mut state, |sensed| {
+            if descended > 60 {
+                // The deck seems to be two metres lower from one step to the next.
+                let moved = sensed.readings.iter().map(|reading| match *reading {
+                    Reading::Range(range) => Reading::Range(RangeReading {
+                        distance_m: range.distance_m + 2.0,
+                        ..range
+                    }),
+                    Reading::Tag(mut tag) => {
+                        let camera = computer.relative.tag.attitude;
+                        tag.position_m += camera.unrotate(Vector::UP * -2.0);
+                        Reading::Tag(tag)
+                    }
+                    other => other,
+                });
+                sensed.readings = Box::leak(moved.collect::<Vec<_>>().into_boxed_slice());
+            }
+        });
+        descended += usize::from(output.lander.phase == Phase::Descend);
+        if output.lander.phase == Phase::GoAround {
+            assert!(output.target.is_some(), "{i} hovers");
+            let slow = output.estimate.velocity_mps - world.velocity_mps;
+            assert!(slow.norm() < 0.3, "{i} {slow:?}");
+        }
+        if descended > 60 && output.lander.phase == Phase::Approach {
+            // Found anew, two metres higher.
+            assert!(output.estimate.height_m() > 2.0);
+            return;
+        }
+    }
+    panic!("no new approach: {:?}", state.phase());
 }

@@ -121,7 +121,10 @@ pub struct DeckEstimatorState<R> {
     nis: R,
     /// Time since the harmonics were started, s.
     since_start_s: R,
+    /// Time covered by readings, s.
     observed_s: R,
+    /// Time since the last reading, s.
+    unseen_s: R,
     /// The first reading, from which the others are counted.
     origin: Option<R>,
     /// The last reading, from it.
@@ -229,6 +232,7 @@ impl<R: Real> DeckEstimator<R> {
             nis: R::ONE,
             since_start_s: R::ZERO,
             observed_s: R::ZERO,
+            unseen_s: r(f64::INFINITY),
             origin: None,
             last: R::ZERO,
             not_finite: 0,
@@ -265,9 +269,10 @@ impl<R: Real> DeckEstimator<R> {
         let before = state.harmonics;
         let coherence = self.coherence(state);
         state.harmonics.propagate(&coherence, dt);
-        state.observed_s += dt;
+        state.unseen_s += dt;
         state.since_start_s += dt;
         if let Some(y) = usable {
+            self.count(state);
             state.last = y;
             let row = match self.observed {
                 Observed::Displacement => Row::Displacement,
@@ -314,10 +319,23 @@ impl<R: Real> DeckEstimator<R> {
         }
     }
 
+    /// The time up to a reading, if the deck was seen in it: readings up to half the
+    /// shortest period apart miss nothing. What was seen longer than the longest period
+    /// ago is over.
+    fn count(&self, state: &mut DeckEstimatorState<R>) {
+        if state.unseen_s > self.longest_period_s {
+            state.observed_s = R::ZERO;
+        } else if state.unseen_s <= r::<R>(0.5) * self.shortest_period_s {
+            state.observed_s += state.unseen_s;
+        }
+        state.unseen_s = R::ZERO;
+    }
+
     /// The motion `horizon_s` from now (`delay_s` more after the last reading).
     ///
     /// Before a harmonic is known the motion is zero with the spread, beyond the
-    /// noise, that the readings have shown.
+    /// noise, that the readings have shown. Before the deck has been seen for the
+    /// shortest period nothing is known: standard deviations are infinite.
     #[must_use]
     pub fn predict(&self, state: &DeckEstimatorState<R>, horizon_s: R) -> DeckMotionPrediction<R> {
         let time = (horizon_s + self.delay_s).max(R::ZERO);
@@ -325,7 +343,12 @@ impl<R: Real> DeckEstimator<R> {
             return state.harmonics.predict(&self.coherence(state), time);
         }
         let noise = self.measurement_sd * self.measurement_sd;
-        let (variance, w) = state.spectrum.spread(noise);
+        let unknown = [r(f64::INFINITY), R::ONE];
+        let [variance, w] = if state.observed_s < self.shortest_period_s {
+            unknown
+        } else {
+            state.spectrum.spread(noise).unwrap_or(unknown)
+        };
         let velocity_sd_mps = variance.sqrt();
         DeckMotionPrediction {
             displacement_sd_m: velocity_sd_mps / w,
@@ -359,7 +382,8 @@ impl<R: Real> DeckEstimatorState<R> {
         self.learner.rate()
     }
 
-    /// Time since the start, s.
+    /// Time for which the deck has been seen, s: gaps of more than half the shortest
+    /// period do not count, and after one of more than the longest it begins anew.
     #[must_use]
     pub fn observed_s(&self) -> R {
         self.observed_s

@@ -304,21 +304,18 @@ impl<R: Real> Spectrum<R> {
 
     /// Variance of the velocity beyond that of its noise, over the longest memory,
     /// and the frequency that explains most of it (the middle of the band where none
-    /// does). A tenth of the noise stays: that little cannot be told from none.
-    pub(super) fn spread(&self, noise: R) -> (R, R) {
+    /// does). A tenth of the noise stays: that little cannot be told from none. None
+    /// before there are velocities.
+    pub(super) fn spread(&self, noise: R) -> Option<[R; 2]> {
         let best = largest(&self.bins.map(|bin| bin.share));
         let bin = &self.bins[0];
+        if !(bin.one > R::ONE) {
+            return None;
+        }
         let noise = noise * self.noise;
-        let least = noise * r(0.1);
-        let variance = if bin.one > R::ONE {
-            (bin.spread() / bin.one - noise).max(least)
-        } else {
-            least
-        };
+        let variance = (bin.spread() / bin.one - noise).max(noise * r(0.1));
         let clear = self.bins[best].share > r(0.35);
-        (
-            variance,
-            self.frequencies[if clear { best } else { BINS / 2 }],
-        )
+        let likely = if clear { best } else { BINS / 2 };
+        Some([variance, self.frequencies[likely]])
     }
 }

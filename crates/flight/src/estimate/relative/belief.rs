@@ -57,6 +57,28 @@ impl<R: Real> Belief<R> {
         }
     }
 
+    /// The vehicle's velocity is this, to a standard deviation on each axis, whatever
+    /// the rest is.
+    pub(super) fn know_velocity(&mut self, velocity: Vector<R>, sd: R) {
+        let [x, y] = &mut self.horizontal;
+        x.mean[VX] = velocity.x;
+        y.mean[VX] = velocity.y;
+        self.vertical.mean[VQ] = velocity.z;
+        for axis in [x, y] {
+            axis.covariance[VX] = [R::ZERO; 4];
+            axis.covariance[VX][VX] = sd * sd;
+            for other in [P, VD, BX] {
+                axis.covariance[other][VX] = R::ZERO;
+            }
+        }
+        let covariance = &mut self.vertical.covariance;
+        covariance[VQ] = [R::ZERO; 6];
+        for row in covariance.iter_mut() {
+            row[VQ] = R::ZERO;
+        }
+        covariance[VQ][VQ] = sd * sd;
+    }
+
     pub(super) fn is_finite(&self) -> bool {
         self.climbed.is_finite()
             && self.vertical.is_finite()

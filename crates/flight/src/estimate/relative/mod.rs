@@ -224,7 +224,28 @@ impl<R: Real> RelativeFilter<R> {
     /// Begins anew with the spread of the start, after a divergence; sensors keep
     /// their counts, the vehicle its attitude.
     pub fn restart<const N: usize, const M: usize>(&self, state: &mut RelativeState<R, N, M>) {
-        state.history.restart(Belief::initial(self));
+        self.restart_from(state, Belief::initial(self));
+    }
+
+    /// As [`Self::restart`], but with the vehicle's velocity as it was estimated, to
+    /// `velocity_sd_mps` on each axis: for a place that is lost rather than a motion.
+    pub fn restart_moving<const N: usize, const M: usize>(
+        &self,
+        state: &mut RelativeState<R, N, M>,
+        velocity_sd_mps: R,
+    ) {
+        let mut belief = Belief::initial(self);
+        let velocity_mps = state.history.newest().belief.velocity();
+        belief.know_velocity(velocity_mps, velocity_sd_mps);
+        self.restart_from(state, belief);
+    }
+
+    fn restart_from<const N: usize, const M: usize>(
+        &self,
+        state: &mut RelativeState<R, N, M>,
+        belief: Belief<R>,
+    ) {
+        state.history.restart(belief);
         state.accounts.barometer_origin_m = None;
         for monitor in state.accounts.monitors.each() {
             monitor.forgive();
