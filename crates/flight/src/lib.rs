@@ -1,5 +1,6 @@
-//! Thrust and ground-effect models, references, estimators and controllers for
-//! the vertical landing of a multirotor, for a flight computer.
+//! Thrust and ground-effect models, references, estimators, controllers and a
+//! landing computer for multirotors that land on ground or on decks that move: for a
+//! flight computer.
 //!
 //! `no_std`, no allocation, no clock, no output. Everything is generic over
 //! `f32` and `f64` ([`Real`]). Models are immutable, `Copy` coefficients; states
