@@ -10,7 +10,7 @@ use touchdown_flight::computer::Computer;
 use crate::STEP_S;
 use crate::camera::fast::FastCamera;
 use crate::cascade::Cascade;
-use crate::deck::rigid::RigidDeck;
+use crate::deck::rigid::{RigidDeck, RigidMotion};
 use crate::error::SimError;
 use crate::ground::Deck;
 use crate::rigid::RigidVehicle;
@@ -69,7 +69,8 @@ impl SpaceLander {
         })
     }
 
-    /// The same landings on a measured deck, at a random time of the series.
+    /// The same landings on a measured deck, at a random time of the series; without
+    /// a spread of the deck's phase, at its start.
     ///
     /// # Errors
     /// The series must be longer than a landing may take.
@@ -103,22 +104,23 @@ impl SpaceLander {
                 .deck
                 .build(scenario.plant.gravity_mps2, seed, trial)?,
         };
+        let drawn = self.deck.is_none() && matches!(scenario.deck, RigidMotion::Sea(_));
+        let phase = if scenario.spread.deck_phase {
+            phase
+        } else {
+            0.0
+        };
         let shift_s = match &deck {
             RigidDeck::Spline(spline) => {
                 let (from_s, to_s) = spline.range_s();
                 from_s + phase * (to_s - from_s - scenario.timeout_s - 1.0)
             }
             // Waves are drawn anew for every trial.
-            RigidDeck::Harmonics(waves) if waves.len() > 8 => 0.0,
+            _ if drawn => 0.0,
             // Far more than a period of anything.
-            _ if scenario.spread.deck_phase => 1000.0 * phase,
-            _ => 0.0,
+            _ => 1000.0 * phase,
         };
-        Ok(Track {
-            deck,
-            piece: None,
-            shift_s,
-        })
+        Ok(Track::new(deck, shift_s))
     }
 
     /// Flies one landing: a pure function of scenario, seed and index.

@@ -1,0 +1,86 @@
+//! Where the deck is when a landing begins.
+
+use touchdown_sim::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
+use touchdown_sim::deck::series::{MotionSeries, SeriesFormat};
+use touchdown_sim::space::{SpaceLander, SpaceScenario};
+
+/// A scenario that ends right after it has begun.
+fn short(deck: RigidMotion) -> SpaceScenario {
+    SpaceScenario {
+        deck,
+        timeout_s: 0.1,
+        ..SpaceScenario::default()
+    }
+}
+
+/// The deck's centre and normal at the start of a trial.
+fn start(lander: &SpaceLander, trial: u64) -> [[f64; 3]; 2] {
+    let landing = lander.land(trial, 1, true).expect("a checked scenario");
+    let row = landing.trace.expect("recorded").rows[0];
+    [row.deck_m, row.deck_normal]
+}
+
+fn tones(count: u32) -> RigidMotion {
+    let tone = |k| Tone {
+        axis: Axis::Heave,
+        amplitude: 0.05,
+        frequency_hz: 0.1 * f64::from(k),
+        phase_rad: 0.2,
+    };
+    RigidMotion::Sines {
+        tones: (1..=count).map(tone).collect(),
+    }
+}
+
+#[test]
+fn prop_sines_begin_anywhere_however_many_they_are() {
+    for count in [1, 4, 5, 8, 9, 20] {
+        let mut scenario = short(tones(count));
+        let lander = SpaceLander::new(&scenario).unwrap();
+        assert_ne!(start(&lander, 0), start(&lander, 1), "{count} sines");
+        scenario.spread.deck_phase = false;
+        let lander = SpaceLander::new(&scenario).unwrap();
+        assert_eq!(start(&lander, 0), start(&lander, 1), "{count} sines");
+    }
+}
+
+#[test]
+fn prop_a_sea_is_drawn_once_for_a_trial() {
+    // Its draw is all the difference there is: no phase on top of it.
+    for waves in [3, 8, 9, 100] {
+        let mut scenario = short(RigidMotion::Sea(SeaSettings {
+            waves,
+            ..SeaSettings::default()
+        }));
+        let with = SpaceLander::new(&scenario).unwrap();
+        scenario.spread.deck_phase = false;
+        let without = SpaceLander::new(&scenario).unwrap();
+        assert_eq!(start(&with, 3), start(&without, 3), "{waves} waves");
+        assert_ne!(start(&with, 3), start(&with, 4), "{waves} waves");
+    }
+}
+
+#[test]
+fn prop_a_measured_series_begins_anywhere_or_at_its_start() {
+    let rows: String = (0..200)
+        .map(|k| format!("{},{}\n", k, (0.7 * f64::from(k)).sin()))
+        .collect();
+    let format: SeriesFormat = toml::from_str(
+        "time = [{ column = \"t\", factor = 1.0 }]\n\
+         channels = [{ axis = \"heave\", column = \"z\", factor = 0.1 }]\nlongest_step_s = 1.5\n",
+    )
+    .unwrap();
+    let series = MotionSeries::read_csv(format!("t,z\n{rows}").as_bytes(), &format).unwrap();
+    let mut scenario = short(RigidMotion::Still);
+    let lander = |scenario: &SpaceScenario| {
+        let lander = SpaceLander::new(scenario).unwrap();
+        lander.with_deck(series.deck()).unwrap()
+    };
+    let with = lander(&scenario);
+    assert_ne!(start(&with, 0), start(&with, 1));
+    scenario.spread.deck_phase = false;
+    let without = lander(&scenario);
+    assert_eq!(start(&without, 0), start(&without, 1));
+    // The trace's first row is at the start of the trial.
+    assert_eq!(start(&without, 0)[0], series.deck().at(0.0).origin_m);
+}
