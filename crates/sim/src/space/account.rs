@@ -4,7 +4,7 @@ use touchdown_flight::computer::ComputerOutput;
 use touchdown_flight::lander::Phase;
 
 use super::flight::{Descending, Flight};
-use super::outcome::{Abort, CrashCause, SpaceOutcome, Touch, TraceRow};
+use super::outcome::{Abort, CrashCause, Impact, SpaceOutcome, Touch, TraceRow};
 use super::sensing::{steps, tilt_from};
 use crate::STEP_S;
 use crate::vector::{along, dot, sub};
@@ -59,6 +59,23 @@ impl Flight<'_> {
                 lateral_mps: velocity[0].hypot(velocity[1]),
             });
         }
+        if down {
+            // As fast as before the legs took up any of it.
+            let speed_mps = if self.was_down {
+                0.0
+            } else {
+                (-before.1[2]).max(0.0)
+            };
+            let so_far = self.landing.impact.unwrap_or(Impact {
+                speed_mps: 0.0,
+                tilt_rad: 0.0,
+            });
+            self.landing.impact = Some(Impact {
+                speed_mps: so_far.speed_mps.max(speed_mps),
+                tilt_rad: so_far.tilt_rad.max(tilt_rad),
+            });
+        }
+        self.was_down = down;
         if down && -before.1[2] > crash.speed_mps {
             return crashed(CrashCause::Speed);
         }
@@ -113,10 +130,11 @@ impl Flight<'_> {
                     reason: output.lander.reason,
                     height_m: self.relative().0[2],
                 }),
-                (_, Phase::GivenUp) => self.gave_up = Some(step),
                 (_, Phase::Disarmed) => self.stopped = Some(step),
                 _ => {}
             }
+            // Whoever takes the landing up again has not given it up.
+            self.gave_up = (phase == Phase::GivenUp).then_some(step);
             self.phase = phase;
         }
         if self.landing.trace.is_some() {

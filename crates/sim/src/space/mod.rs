@@ -35,7 +35,9 @@ mod track;
 pub use crew::{ControlSettings, Controller, DescentShape, FlightModels};
 pub use faults::{FaultGust, FaultSettings, NanBurst, Since, Span, Struck, WeakRotor};
 pub use landing::{SpaceLander, land};
-pub use outcome::{Abort, CrashCause, SpaceLanding, SpaceOutcome, SpaceTrace, Touch, TraceRow};
+pub use outcome::{
+    Abort, CrashCause, Impact, SpaceLanding, SpaceOutcome, SpaceTrace, Touch, TraceRow,
+};
 pub use scenario::{CrashSettings, SpaceScenario};
 pub use sensors::{
     BarometerSettings, GnssSettings, ImuSettings, RangeSettings, Schedule, SensorSettings,

@@ -80,6 +80,16 @@ pub struct Touch {
     pub lateral_mps: f64,
 }
 
+/// The worst of all contacts with the deck, by the true state.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Impact {
+    /// Greatest speed of the reference point towards the deck, along its normal, in the
+    /// step in which a first foot comes down, m/s; 0 where it never approached.
+    pub speed_mps: f64,
+    /// Greatest tilt from the deck's normal with a foot on the deck, rad.
+    pub tilt_rad: f64,
+}
+
 /// A descent that was not flown to its end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Abort {
@@ -114,6 +124,9 @@ pub struct SpaceLanding {
     pub slide_m: f64,
     /// Greatest force on a foot, N.
     pub greatest_foot_n: f64,
+    /// The hardest contact of the whole trial, aborted descents and bounces too; none
+    /// where no foot has touched the deck.
+    pub impact: Option<Impact>,
     /// Time of the end, s.
     pub end_s: f64,
     /// Steps of the integration.
