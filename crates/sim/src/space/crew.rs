@@ -1,7 +1,7 @@
 //! Controllers by name, as a landing computer of the flight crate.
 
 use serde::{Deserialize, Serialize};
-use touchdown_flight::Limits;
+use touchdown_flight::{Attitude, Limits};
 use touchdown_flight::computer::{Computer, Descent};
 use touchdown_flight::control::{
     Adaptation, Composite, Delays, Gains, Horizontal, Imbc, Law, Observer, Ssc,
@@ -162,7 +162,7 @@ pub struct ControlSettings {
     pub lander: Lander<f64>,
     /// Planner.
     pub planning: Planner<f64>,
-    /// Relative estimator; places and quanta of sensors are filled in from the
+    /// Relative estimator; places, turns and quanta of sensors are filled in from the
     /// sensors' settings.
     pub relative: RelativeFilter<f64>,
     /// Deck estimator.
@@ -317,6 +317,9 @@ impl ControlSettings {
         relative.range.greatest_m = sensors.range.greatest_m;
         relative.range.jitter_s = sensors.range.schedule.jitter_s;
         relative.tag.position_m = super::sensing::vector(sensors.tag.camera.place_m);
+        // The camera's turn comes on top of how it looks by the settings.
+        relative.tag.attitude =
+            Attitude::from_yaw(sensors.tag.camera.turn_rad) * relative.tag.attitude;
         relative.tag.jitter_s = sensors.tag.schedule.jitter_s;
         let computer = Computer {
             relative,
