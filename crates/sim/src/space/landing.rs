@@ -50,7 +50,11 @@ impl SpaceLander {
             .deck
             .validate()
             .map_err(|error| error.in_section("deck"))?;
-        let camera = scenario.sensors.tag.fast()?;
+        let camera = scenario
+            .sensors
+            .tag
+            .fast()
+            .map_err(|error| error.in_section("sensors.tag"))?;
         let computer = scenario.control.computer(
             &scenario.models,
             &scenario.plant,

@@ -178,6 +178,8 @@ impl Default for BarometerSettings {
 
 /// The camera and its detector in the fast mode of [`crate::camera::fast`]: the
 /// deck's pose with the errors that a detector was seen to make on rendered images.
+/// Those were rendered with the default blur, light and noise (`lens_sd_px`,
+/// `white_level`, `gradient`, `noise_sd`); others are refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TagSettings {
@@ -228,8 +230,26 @@ impl TagSettings {
             .map_err(|e| e.in_section("location"))
     }
 
+    /// Blur, light and noise are those of the images that errors were fitted to.
+    fn check_image(&self) -> Result<(), SimError> {
+        let (camera, fitted) = (&self.camera, CameraSettings::default());
+        for (key, value, was) in [
+            ("lens_sd_px", camera.lens_sd_px, fitted.lens_sd_px),
+            ("white_level", camera.white_level, fitted.white_level),
+            ("gradient", camera.gradient[0], fitted.gradient[0]),
+            ("gradient", camera.gradient[1], fitted.gradient[1]),
+            ("noise_sd", camera.noise_sd, fitted.noise_sd),
+        ] {
+            let expected = format!("{was}, for which the camera without images was fitted");
+            // Exactly: there are tables for this one only.
+            check::that((value - was).abs() <= 0.0, key, &expected, value)?;
+        }
+        Ok(())
+    }
+
     /// The camera without images.
     pub(super) fn fast(&self) -> Result<FastCamera, SimError> {
+        self.check_image().map_err(|e| e.in_section("camera"))?;
         // White where the next one stands: what they say does not matter here.
         let tags = self.sizes_m.iter().map(|&size_m| PrintedTag {
             cells: [[true; CELLS]; CELLS],
