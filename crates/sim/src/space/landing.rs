@@ -50,10 +50,11 @@ impl SpaceLander {
             .deck
             .validate()
             .map_err(|error| error.in_section("deck"))?;
+        let half_side_m = Deck::new(&scenario.plant)?.half_side_m();
         let camera = scenario
             .sensors
             .tag
-            .fast()
+            .fast(half_side_m.map(|half| 2.0 * half))
             .map_err(|error| error.in_section("sensors.tag"))?;
         let computer = scenario.control.computer(
             &scenario.models,
@@ -68,7 +69,7 @@ impl SpaceLander {
             computer,
             cascade,
             camera,
-            half_side_m: Deck::new(&scenario.plant)?.half_side_m(),
+            half_side_m,
             deck: None,
         })
     }

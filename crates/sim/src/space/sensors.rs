@@ -247,9 +247,19 @@ impl TagSettings {
         Ok(())
     }
 
-    /// The camera without images.
-    pub(super) fn fast(&self) -> Result<FastCamera, SimError> {
+    /// The camera without images over a square deck of the side `side_m`, or over one
+    /// without an edge.
+    pub(super) fn fast(&self, side_m: Option<f64>) -> Result<FastCamera, SimError> {
         self.check_image().map_err(|e| e.in_section("camera"))?;
+        // The largest comes first; its white margin is a cell wide.
+        let painted_m = self.sizes_m[0] * (1.0 + 2.0 / CELLS as f64);
+        let side_m = side_m.unwrap_or(painted_m);
+        check::that(
+            painted_m <= side_m,
+            "sizes_m",
+            &format!("a tag that fits with its margin of a cell on the plate of {side_m} m"),
+            self.sizes_m[0],
+        )?;
         // White where the next one stands: what they say does not matter here.
         let tags = self.sizes_m.iter().map(|&size_m| PrintedTag {
             cells: [[true; CELLS]; CELLS],
@@ -257,7 +267,10 @@ impl TagSettings {
             centre_m: [0.0; 2],
             yaw_rad: 0.0,
         });
-        let print = DeckPrint::new(tags.collect());
+        let print = DeckPrint {
+            side_m,
+            ..DeckPrint::new(tags.collect())
+        };
         FastCamera::new(&self.camera, &print, &self.location, &ErrorModel::fitted()?)
     }
 }
