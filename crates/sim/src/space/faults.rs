@@ -9,14 +9,20 @@ use crate::error::SimError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Struck {
-    /// Inertial unit.
+    /// Specific forces of the inertial unit.
     Imu,
+    /// Its attitude, for landing computer and attitude control alike.
+    Attitude,
+    /// Its rates, for the attitude control.
+    Gyro,
     /// Range finder.
     Range,
     /// Camera.
     Tag,
     /// Satellite navigation.
     Gnss,
+    /// Barometer.
+    Barometer,
     /// All of them.
     All,
 }
@@ -54,7 +60,8 @@ pub struct NanBurst {
     pub to_s: f64,
 }
 
-/// A rotor that gives less thrust.
+/// A rotor that gives less thrust in free air. Its torque, and the ground effect on it,
+/// stay those of the whole rotor: a blade that lost lift, not speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WeakRotor {

@@ -6,10 +6,10 @@ use touchdown_flight::computer::{ComputerState, Sensed};
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_flight::lander::{Phase, Request};
 
-use super::faults::Since;
+use super::faults::{Since, Struck};
 use super::landing::SpaceLander;
 use super::outcome::{SpaceLanding, SpaceOutcome, SpaceTrace, Touch};
-use super::sensing::{Sensing, Truth, steps};
+use super::sensing::{Sensing, Truth, nan_if, steps};
 use super::track::Track;
 use crate::STEP_S;
 use crate::cascade::{AttitudeSetpoint, CascadeState};
@@ -237,8 +237,12 @@ impl<'a> Flight<'a> {
         match &self.setpoint {
             None => self.throttle = [0.0; 4],
             Some(setpoint) if step.is_multiple_of(steps(cascade.period_s()) as u64) => {
+                let faults = &self.lander.scenario.faults;
+                let bad = |of| faults.is_nan(of, self.since_s(step));
                 let attitude = self.sensing.believed(self.state.attitude);
+                let attitude = attitude.map(|q| nan_if(bad(Struck::Attitude), q));
                 let rates = self.sensing.rates(self.state.rates);
+                let rates = rates.map(|rate| nan_if(bad(Struck::Gyro), rate));
                 let output = cascade.step(&mut self.control, attitude, rates, setpoint);
                 self.throttle = output.throttle;
             }

@@ -176,9 +176,10 @@ impl Sensing {
             let (delay_s, lost, age_s) = self.tag.journey(late);
             let seen = self.see(truth);
             let hidden = lost || faults.tag_is_lost(truth.since_s);
-            if let (Some((mut tag, normal)), false) = (seen, hidden) {
+            if let (Some((mut tag, mut normal)), false) = (seen, hidden) {
                 if faults.is_nan(Struck::Tag, truth.since_s) {
-                    tag.position_m.z = f64::NAN;
+                    (tag.position_m, normal) = (NOTHING, NOTHING);
+                    tag.covariance_m2 = [[f64::NAN; 3]; 3];
                 }
                 self.send(time_s, delay_s, age_s, Said::Tag(tag, normal));
             }
@@ -220,8 +221,9 @@ impl Sensing {
             let altitude_m = truth.state.position_m[2] + self.barometer_drift - pressed
                 + of.noise_sd_m * stream.normal();
             if !lost {
+                let bad = faults.is_nan(Struck::Barometer, truth.since_s);
                 let reading = BarometerReading {
-                    altitude_m,
+                    altitude_m: nan_if(bad, altitude_m),
                     age_s: 0.0,
                 };
                 self.send(
@@ -245,7 +247,8 @@ impl Sensing {
     /// What has arrived by a control step; to be called at every one.
     pub(super) fn hear(&mut self, truth: &Truth<'_>, faults: &FaultSettings) -> Heard {
         let now_s = truth.step as f64 * STEP_S;
-        let imu = self.inertial(faults.is_nan(Struck::Imu, truth.since_s));
+        let bad = [Struck::Imu, Struck::Attitude].map(|of| faults.is_nan(of, truth.since_s));
+        let imu = self.inertial(bad);
         let (mut readings, mut normal) = (Vec::with_capacity(4), None);
         self.pending.retain(|pending| {
             if pending.arrives_s > now_s + 1e-9 {
@@ -272,8 +275,8 @@ impl Sensing {
     }
 
     /// Mean specific force over a control period and the attitude at its end, both
-    /// as late as the unit is.
-    fn inertial(&mut self, bad: bool) -> ImuSample<f64> {
+    /// as late as the unit is; `bad` says which of the two are no numbers.
+    fn inertial(&mut self, bad: [bool; 2]) -> ImuSample<f64> {
         let count = self.control_steps;
         // `felt_next` is the oldest: count + 1 values belong to the period's ends.
         let n = self.felt.len();
@@ -292,8 +295,12 @@ impl Sensing {
         }
         let measured = self.believed(attitude);
         ImuSample {
-            specific_force_mps2: vector(force.map(|f| nan_if(bad, f))),
-            attitude: Attitude::from_quaternion(measured).unwrap_or_default(),
+            specific_force_mps2: vector(force.map(|f| nan_if(bad[0], f))),
+            attitude: if bad[1] {
+                Attitude::from_yaw(f64::NAN)
+            } else {
+                Attitude::from_quaternion(measured).unwrap_or_default()
+            },
         }
     }
 
@@ -394,7 +401,10 @@ fn aged(reading: Reading<f64>, age_s: f64) -> Reading<f64> {
     }
 }
 
-fn nan_if(bad: bool, value: f64) -> f64 {
+/// A vector that is none.
+const NOTHING: Vector<f64> = Vector::new(f64::NAN, f64::NAN, f64::NAN);
+
+pub(super) fn nan_if(bad: bool, value: f64) -> f64 {
     if bad { f64::NAN } else { value }
 }
 
