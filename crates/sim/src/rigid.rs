@@ -10,11 +10,11 @@
 //!
 //! Body axes: x forward, y left, z up; world axes: x, y horizontal, z up; q
 //! turns body into world coordinates. ω is in body axes. Rotor axes are the
-//! body's z; the climb damping and the upwash are those along the deck's normal
-//! and act along the rotor's axis. Rotors that turn clockwise seen from above
-//! (front left, rear right) turn the body the other way. Left out: the rotors'
-//! own angular momentum (pairs cancel), and gradients of the wind over the
-//! vehicle. Level, centred and with equal rotors it is [`crate::vehicle`].
+//! body's z; the climb damping and the upwash are those along the deck's normal,
+//! less the vertical part of the wind, and act along the rotor's axis. Rotors that
+//! turn clockwise seen from above (front left, rear right) turn the body the other
+//! way. Left out: the rotors' own angular momentum (pairs cancel), and gradients of
+//! the wind over the vehicle. Level, centred and with equal rotors it is [`crate::vehicle`].
 
 mod state;
 
@@ -163,7 +163,8 @@ impl RigidVehicle {
             along(&deck.axes, axes[1]),
             along(&deck.axes, axes[2]),
         ];
-        let climb = dot(normal, sub(state.velocity_mps, wind_mps));
+        // Over a leaning deck the wind blows along it: only its vertical part climbs.
+        let climb = dot(normal, state.velocity_mps) - wind_mps[2];
         let heave = dot(normal, deck.velocity_mps);
         let deck_rates = along(&deck.axes, deck.angular_velocity);
         let mut places = [RotorPlace::default(); 4];

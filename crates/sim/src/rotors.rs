@@ -12,10 +12,10 @@
 //!
 //! z_i is the height of rotor i along the deck's normal, z_c the mean of the
 //! four, ρ_i the share of the plate that it sees ([`Deck::edge_share`]), ρ_c
-//! the mean of the four; w_i is its speed through the air along the normal, u_i
-//! the speed of the deck point below. The battery is one: it sags with the mean
-//! throttle. The second plant's law takes the height less that of the rotor
-//! plane and ρ_i the same way.
+//! the mean of the four; w_i is its speed along the normal less the vertical
+//! wind, u_i the speed of the deck point below. The battery is one: it sags with
+//! the mean throttle. The second plant's law takes the height less that of the
+//! rotor plane and ρ_i the same way.
 //!
 //! Rotors are numbered front left, rear left, rear right, front right.
 //!
@@ -48,7 +48,7 @@ pub struct RotorsState {
 pub struct RotorPlace {
     /// Place of the hub in the deck's axes: forward, port, height along the normal, m.
     pub place_m: [f64; 3],
-    /// Speed through the air along the deck's normal w_i, m/s.
+    /// Speed along the deck's normal less the vertical wind w_i, m/s.
     pub climb_mps: f64,
     /// Speed of the deck point below, along its normal u_i, m/s.
     pub deck_mps: f64,

@@ -2,7 +2,7 @@
 
 use touchdown_sim::STEP_S;
 use touchdown_sim::body::BodySettings;
-use touchdown_sim::deck::rigid::{Axis, DeckPose, RigidDeck, RigidMotion, Tone};
+use touchdown_sim::deck::rigid::{Axis, DeckCoordinates, DeckPose, RigidDeck, RigidMotion, Tone};
 use touchdown_sim::deck::{DeckMotion, DeckPoint};
 use touchdown_sim::plant::{Plant, PlantSettings, Surface};
 use touchdown_sim::rigid::{Disturbance, RigidState, RigidVehicle};
@@ -325,4 +325,36 @@ fn prop_bad_bodies_name_key_and_number() {
     assert!(flat.contains("sum of the other two") && flat.contains("0.03"));
     let unknown = toml::from_str::<BodySettings>("mass = 1.0");
     assert!(unknown.is_err());
+}
+
+#[test]
+fn prop_wind_along_the_water_does_not_heave_a_vehicle_over_a_rolling_deck() {
+    let vehicle = vehicle();
+    let rolled = |roll_rad: f64| DeckCoordinates {
+        value: [0.0, 0.0, 0.0, roll_rad, 0.0],
+        ..DeckCoordinates::default()
+    };
+    let level = rolled(0.0).pose();
+    // Metres up: no ground effect that could lean with the deck.
+    let (state, _) = vehicle.balanced(6.0, &level);
+    let lift = |deck: &DeckPose, wind_mps| {
+        let disturbance = Disturbance {
+            wind_mps,
+            ..Disturbance::default()
+        };
+        let loads = vehicle.loads(&state, deck, &disturbance);
+        loads.rotor_n.iter().sum::<f64>()
+    };
+    for roll_rad in [-0.05, 0.05, 0.2] {
+        let deck = rolled(roll_rad).pose();
+        let still = lift(&deck, [0.0; 3]);
+        for wind_mps in [[8.0, 0.0, 0.0], [0.0, 8.0, 0.0], [-3.0, 5.0, 0.0]] {
+            // Rounding only.
+            let gained = lift(&deck, wind_mps) - still;
+            assert!(gained.abs() < 1e-12, "{roll_rad} {wind_mps:?}: {gained} N");
+        }
+        // Wind from below lifts, as over a level deck.
+        let [leaning, straight] = [&deck, &level].map(|d| lift(d, [0.0, 0.0, 1.0]) - lift(d, [0.0; 3]));
+        assert!(straight > 0.1 && (leaning - straight).abs() < 1e-12, "{leaning} {straight}");
+    }
 }

@@ -15,7 +15,7 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
-//! | `sensors`, `faults`, `crew`, `scenario` | settings |
+//! | `sensors`, `faults`, `crew`, `scenario`, `fits` | settings, and whether they fit each other |
 //! | `sensing`, `clock` | readings: when they are taken and arrive, how wrong they are |
 //! | `landing`, `flight`, `track` | a landing, its steps, its deck |
 //! | `outcome`, `account` | what is said of it |
@@ -24,6 +24,7 @@ mod account;
 mod clock;
 mod crew;
 mod faults;
+mod fits;
 mod flight;
 mod landing;
 mod outcome;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::crew::{ControlSettings, FlightModels};
 use super::faults::FaultSettings;
+use super::fits;
 use super::sensors::SensorSettings;
 use crate::STEP_S;
 use crate::body::BodySettings;
@@ -168,6 +169,7 @@ impl SpaceScenario {
         self.spread.validate().map_err(|e| e.in_section("spread"))?;
         check::positive("crash.speed_mps", self.crash.speed_mps)?;
         check::within("crash.tilt_rad", self.crash.tilt_rad, 0.01, 3.2)?;
-        check::positive("crash.lost_m", self.crash.lost_m)
+        check::positive("crash.lost_m", self.crash.lost_m)?;
+        fits::check(self)
     }
 }
