@@ -238,7 +238,8 @@ impl<'a> Flight<'a> {
             None => self.throttle = [0.0; 4],
             Some(setpoint) if step.is_multiple_of(steps(cascade.period_s()) as u64) => {
                 let faults = &self.lander.scenario.faults;
-                let bad = |of| faults.is_nan(of, self.since_s(step));
+                let since_s = self.since_s(step);
+                let bad = |of| faults.is_nan(of, since_s);
                 let attitude = self.sensing.believed(self.state.attitude);
                 let attitude = attitude.map(|q| nan_if(bad(Struck::Attitude), q));
                 let rates = self.sensing.rates(self.state.rates);
