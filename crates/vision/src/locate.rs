@@ -157,7 +157,8 @@ impl Fix {
 }
 
 /// A difference in χ² below which corners do not say which of two poses is
-/// right: three standard deviations of one corner.
+/// right: three standard deviations of one corner; to be scaled by the χ² per degree
+/// of freedom.
 const UNDECIDED: f64 = 9.0;
 
 /// χ² per degree of freedom above which a corner or a tag may be wrong: five
@@ -311,10 +312,14 @@ impl Locator {
         let up = up
             .map(Vector3::from)
             .filter(|up| up.iter().all(|x| x.is_finite()) && up.norm() > 0.0);
-        let mut rival = other.filter(|other| other.chi2 - best.chi2 < UNDECIDED);
+        // Corners that fit worse than expected say that all are worse, and that they
+        // tell two poses apart less well.
+        let mut scale = reduced(&best, seen.len()).max(1.0);
+        let mut rival = other.filter(|other| other.chi2 - best.chi2 < UNDECIDED * scale);
         if let (Some(other), Some(up)) = (rival, up) {
             if other.rotation.column(2).dot(&up) > best.rotation.column(2).dot(&up) {
                 best = other;
+                scale = reduced(&best, seen.len()).max(1.0);
             }
             rival = None;
         }
@@ -322,12 +327,10 @@ impl Locator {
         if !(residual_px <= self.settings.gate_px) {
             return None;
         }
-        // Corners that fit worse than expected say that all are worse.
-        let scale = reduced(&best, seen.len()).max(1.0);
         let mut covariance = best.information.cholesky()?.inverse() * scale;
         if let Some(other) = rival {
             // Two peaks, weighted by their likelihood: moments about the better one.
-            let weight = 1.0 / (1.0 + (0.5 * (other.chi2 - best.chi2)).exp());
+            let weight = 1.0 / (1.0 + (0.5 * (other.chi2 - best.chi2) / scale).exp());
             let turn = nalgebra::Rotation3::from_matrix_unchecked(
                 other.rotation * best.rotation.transpose(),
             )
