@@ -354,7 +354,11 @@ fn prop_wind_along_the_water_does_not_heave_a_vehicle_over_a_rolling_deck() {
             assert!(gained.abs() < 1e-12, "{roll_rad} {wind_mps:?}: {gained} N");
         }
         // Wind from below lifts, as over a level deck.
-        let [leaning, straight] = [&deck, &level].map(|d| lift(d, [0.0, 0.0, 1.0]) - lift(d, [0.0; 3]));
-        assert!(straight > 0.1 && (leaning - straight).abs() < 1e-12, "{leaning} {straight}");
+        let [leaning, straight] =
+            [&deck, &level].map(|d| lift(d, [0.0, 0.0, 1.0]) - lift(d, [0.0; 3]));
+        assert!(
+            straight > 0.1 && (leaning - straight).abs() < 1e-12,
+            "{leaning} {straight}"
+        );
     }
 }

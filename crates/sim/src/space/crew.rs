@@ -1,7 +1,6 @@
 //! Controllers by name, as a landing computer of the flight crate.
 
 use serde::{Deserialize, Serialize};
-use touchdown_flight::{Attitude, Limits};
 use touchdown_flight::computer::{Computer, Descent};
 use touchdown_flight::control::{
     Adaptation, Composite, Delays, Gains, Horizontal, Imbc, Law, Observer, Ssc,
@@ -17,6 +16,7 @@ use touchdown_flight::pilot::Pilot;
 use touchdown_flight::planner::{self, Planner};
 use touchdown_flight::reference::{Exponential, Reference, Terminal};
 use touchdown_flight::thrust::{Library, ThrustModel};
+use touchdown_flight::{Attitude, Limits};
 
 use super::sensors::SensorSettings;
 use crate::error::SimError;
