@@ -15,8 +15,8 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
-//! | `sensors`, `faults`, `crew`, `scenario`, `fits` | settings, and whether they fit each other |
-//! | `sensing`, `clock` | readings: when they are taken and arrive, how wrong they are |
+//! | `sensors`, `tags`, `faults`, `crew`, `scenario`, `fits` | settings, and whether they fit each other |
+//! | `sensing`, `sight`, `clock` | readings: when they are taken and arrive, how wrong they are |
 //! | `landing`, `flight`, `track` | a landing, its steps, its deck |
 //! | `outcome`, `account` | what is said of it |
 
@@ -31,6 +31,8 @@ mod outcome;
 mod scenario;
 mod sensing;
 mod sensors;
+mod sight;
+mod tags;
 mod track;
 
 pub use crew::{ControlSettings, Controller, DescentShape, FlightModels};
@@ -42,5 +44,5 @@ pub use outcome::{
 pub use scenario::{CrashSettings, SpaceScenario};
 pub use sensors::{
     BarometerSettings, GnssSettings, ImuSettings, RangeSettings, Schedule, SensorSettings,
-    TagSettings,
 };
+pub use tags::TagSettings;
