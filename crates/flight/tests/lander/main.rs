@@ -3,4 +3,5 @@
 mod edges;
 mod promises;
 mod table;
+mod touchdown;
 mod world;
