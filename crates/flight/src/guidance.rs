@@ -34,6 +34,8 @@ pub struct Guidance<R> {
     pub climb_mps: R,
     /// Acceleration with which that speed is taken up and given up, m/s².
     pub climb_mps2: R,
+    /// Acceleration away from the deck when a landing is broken off, m/s².
+    pub away_mps2: R,
     /// Rate at which the thrust is taken back on the deck, N/s.
     pub idle_n_per_s: R,
     /// How far below its end a plan presses on, m.
@@ -71,11 +73,12 @@ pub enum Order<R> {
 }
 
 impl<R: Real> Default for Guidance<R> {
-    /// 0.5 m/s, 1 m/s², 40 N/s, 0.15 m; 20 ms and 70 ms.
+    /// 0.5 m/s, 1 m/s² (away from the deck 3 m/s²), 40 N/s, 0.15 m; 20 ms and 70 ms.
     fn default() -> Self {
         Self {
             climb_mps: r(0.5),
             climb_mps2: R::ONE,
+            away_mps2: r(3.0),
             idle_n_per_s: r(40.0),
             press_m: r(0.15),
             sensing_s: r(0.02),
@@ -92,6 +95,7 @@ impl<R: Real> Guidance<R> {
     pub fn validate(&self) -> Result<(), SettingsError> {
         positive("guidance.climb_mps", self.climb_mps)?;
         positive("guidance.climb_mps2", self.climb_mps2)?;
+        positive("guidance.away_mps2", self.away_mps2)?;
         positive("guidance.idle_n_per_s", self.idle_n_per_s)?;
         not_negative("guidance.press_m", self.press_m)?;
         not_negative("guidance.sensing_s", self.sensing_s)?;
@@ -158,8 +162,10 @@ impl<R: Real> Guidance<R> {
             Fly::Hover {
                 frame: Frame::World,
                 ..
-            } => self.in_the_world(state, motion, R::ZERO, dt),
-            Fly::ClimbAway => self.in_the_world(state, motion, self.climb_mps, dt),
+            } => self.in_the_world(state, motion, [R::ZERO, self.climb_mps2], dt),
+            Fly::ClimbAway => {
+                self.in_the_world(state, motion, [self.climb_mps, self.away_mps2], dt)
+            }
         };
         if let Order::Track(target) = &mut order {
             target.yaw_rad = heading_rad;
@@ -222,12 +228,13 @@ impl<R: Real> Guidance<R> {
         }
     }
 
-    /// Stops horizontally, and moves vertically at a speed, whatever the deck does.
+    /// Stops horizontally, and moves vertically at a speed, taken up at a rate, whatever
+    /// the deck does.
     fn in_the_world(
         &self,
         state: &mut GuidanceState<R>,
         motion: &Motion<R>,
-        climb_mps: R,
+        [climb_mps, most_mps2]: [R; 2],
         dt: R,
     ) -> Order<R> {
         state.plan = None;
@@ -235,8 +242,9 @@ impl<R: Real> Guidance<R> {
             Some((Frame::World, _, v)) => v,
             _ => motion.vehicle_velocity_mps.z,
         };
-        let change = self.climb_mps2 * dt;
+        let change = most_mps2 * dt;
         let climb_mps = climb_mps.clamp(v - change, v + change).finite_or(R::ZERO);
+        let acceleration_mps2 = ((climb_mps - v) / dt).finite_or(R::ZERO);
         state.slew = Some((Frame::World, R::ZERO, climb_mps));
         // No error of place; an error of relative velocity that is the vehicle's own.
         let deck_mps = motion.vehicle_velocity_mps - motion.relative_velocity_mps;
@@ -244,7 +252,7 @@ impl<R: Real> Guidance<R> {
             vertical: ReferencePoint {
                 height_m: motion.position_m.z,
                 velocity_mps: climb_mps - deck_mps.z,
-                acceleration_mps2: R::ZERO,
+                acceleration_mps2,
             },
             position_m: motion.position_m,
             velocity_mps: -deck_mps,

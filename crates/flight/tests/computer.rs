@@ -20,6 +20,7 @@ fn computer<R: Real>() -> Computer<R> {
     let n = R::from_f64;
     let computer = Computer {
         relative: RelativeFilter::default(),
+        latency: None,
         deck: DeckEstimator {
             delay_s: n(0.05),
             ..DeckEstimator::new(Observed::Displacement, n(0.005))

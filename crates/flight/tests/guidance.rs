@@ -114,7 +114,8 @@ fn analytic_in_the_world_only_velocities_count() {
         height_m: 0.8,
         frame: Frame::World,
     };
-    for (fly, wanted) in [(world, 0.0), (Fly::ClimbAway, 0.5)] {
+    // Speeds, and how fast they are taken up.
+    for (fly, wanted, rate) in [(world, 0.0, 1.0), (Fly::ClimbAway, 0.5, 3.0)] {
         let mut state = guidance.initial();
         let mut climb = 0.2;
         for i in 0..200 {
@@ -129,8 +130,14 @@ fn analytic_in_the_world_only_velocities_count() {
             assert_eq!(to.vertical.height_m, at.position_m.z);
             // ... and v - v_ref = v_q - climb, whatever the deck.
             let error = at.relative_velocity_mps.z - to.vertical.velocity_mps;
-            climb = f64::clamp(wanted, climb - 0.01, climb + 0.01);
+            let before = climb;
+            climb = f64::clamp(wanted, climb - 0.01 * rate, climb + 0.01 * rate);
             assert!((error - (0.2 - climb)).abs() < 1e-12, "{i}");
+            let ahead = to.vertical.acceleration_mps2;
+            assert!(
+                (ahead - (climb - before) / 0.01).abs() < 1e-9,
+                "{i} {ahead}"
+            );
             let side = (at.relative_velocity_mps - to.velocity_mps).horizontal();
             assert!((side - at.vehicle_velocity_mps.horizontal()).norm() < 1e-15);
             assert_eq!(to.deck_acceleration_mps2, Vector::ZERO);

@@ -7,10 +7,15 @@
 //! Presets: `still`, `paper`, `strong`, `heave`, `sea`, `tag_lost`, `range_missing`, `late`, `late_unknown`,
 //! `rotor`,
 //! `gust`, `nan`. Keys are those of the scenario, dotted (`control.planner=false`); values are TOML.
+//!
+//! `series=FILE` lands on a measured heave in place of the preset's deck: a table with the columns
+//! `hour`, `min`, `sec`, `msec` and `z(m)`, as wave buoys give it, scaled to the significant height
+//! `height=METRES` (0.5 without).
 #![allow(clippy::print_stdout)]
 
 use rayon::prelude::*;
-use touchdown_sim::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
+use touchdown_sim::deck::rigid::{Axis, RigidDeck, RigidMotion, SeaSettings, Tone};
+use touchdown_sim::deck::series::{Channel, Column, MotionSeries, SeriesFormat};
 use touchdown_sim::space::{
     FaultGust, NanBurst, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario, Span, Struck,
     WeakRotor,
@@ -103,6 +108,32 @@ fn set(table: &mut toml::Table, key: &str, value: &str) -> Result<(), Box<dyn st
     Ok(())
 }
 
+/// A buoy's heave as a deck.
+fn measured(file: &str, height_m: f64) -> Result<RigidDeck, Box<dyn std::error::Error>> {
+    let part = |column: &str, factor: f64| Column {
+        column: column.to_owned(),
+        factor,
+    };
+    let format = SeriesFormat {
+        time: vec![
+            part("hour", 3600.0),
+            part("min", 60.0),
+            part("sec", 1.0),
+            part("msec", 1e-3),
+        ],
+        channels: vec![Channel {
+            axis: Axis::Heave,
+            column: "z(m)".to_owned(),
+            factor: 1.0,
+        }],
+        longest_step_s: 0.5,
+        greatest_excursion_m: 15.0,
+        greatest_angle_rad: 0.8,
+    };
+    let series = MotionSeries::read_csv(std::fs::File::open(file)?, &format)?;
+    Ok(series.scaled_to(height_m)?.deck())
+}
+
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let last = sorted.len().saturating_sub(1) as f64;
     sorted
@@ -131,12 +162,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (trials, seed) = (number(1, 100)?, number(2, 1)?);
     let scenario = preset(name).ok_or_else(|| format!("no preset `{name}`"))?;
     let mut table = toml::Table::try_from(&scenario)?;
+    let (mut series, mut height_m) = (None, 0.5);
     for setting in &settings {
-        let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
-        set(&mut table, key, value)?;
+        match setting.split_once('=').unwrap_or((setting, "")) {
+            ("series", file) => series = Some(file),
+            ("height", metres) => height_m = metres.parse()?,
+            (key, value) => set(&mut table, key, value)?,
+        }
     }
     let scenario: SpaceScenario = table.try_into()?;
-    let lander = SpaceLander::new(&scenario)?;
+    let mut lander = SpaceLander::new(&scenario)?;
+    if let Some(file) = series {
+        lander = lander.with_deck(measured(file, height_m)?)?;
+    }
     if words.get(3).is_some_and(|word| word == "trace") {
         return trace(&lander, trials, seed);
     }
@@ -156,14 +194,14 @@ fn trace(lander: &SpaceLander, trial: u64, seed: u64) -> Result<(), Box<dyn std:
         landing.outcome, landing.touch, landing.aborts
     );
     println!(
-        "time,phase,z,v,ez,ev,x,y,ex,ey,deck_v,edeck_v,edeck_sd,deck_a,edeck_a,thrust,gef,gef_hat,dz,tilt,feet,sd_z,rz,rv"
+        "time,phase,z,v,ez,ev,x,y,ex,ey,deck_v,edeck_v,edeck_sd,deck_a,edeck_a,thrust,gef,gef_hat,dz,tilt,feet,sd_z,rz,rv,latency"
     );
     for row in landing.trace.iter().flat_map(|trace| &trace.rows) {
         let feet: f64 = row.feet_n.iter().sum();
         let [w, x, y, z] = row.attitude;
         let tilt = 2.0 * (x * x + y * y).sqrt().atan2((w * w + z * z).sqrt());
         println!(
-            "{:.2},{:?},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.4},{:.1},{:.4},{:.4},{:.4}",
+            "{:.2},{:?},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.3},{:.4},{:.1},{:.4},{:.4},{:.4},{:.4}",
             row.time_s,
             row.phase,
             row.relative_m[2],
@@ -188,6 +226,7 @@ fn trace(lander: &SpaceLander, trial: u64, seed: u64) -> Result<(), Box<dyn std:
             row.estimated_sd_m[2],
             row.target.unwrap_or_default()[0],
             row.target.unwrap_or_default()[1],
+            row.estimated_latency_s,
         );
     }
     Ok(())
@@ -233,6 +272,7 @@ fn report(name: &str, landings: &[SpaceLanding]) {
     );
     line("  waited s", of(|l| l.waited_s));
     line("  end s", of(|l| l.end_s));
+    line("  latency s", of(|l| l.estimated_latency_s));
     line("  bounces", of(|l| f64::from(l.bounces)));
     line("  foot N", of(|l| l.greatest_foot_n));
     let mut worst: Vec<_> = landings

@@ -46,6 +46,7 @@ use sightings::Sightings;
 use crate::control::VerticalState;
 use crate::error::{SettingsError, not_negative, positive};
 use crate::estimate::deck::{DeckEstimator, DeckEstimatorState, DeckMotionPrediction};
+use crate::estimate::latency::{LatencyEstimator, LatencyState};
 use crate::estimate::relative::{
     Health, ImuSample, Reading, RelativeEstimate, RelativeFilter, RelativeState,
 };
@@ -54,7 +55,7 @@ use crate::guidance::{Guidance, GuidanceState};
 use crate::lander::{Lander, LanderOutput, LanderState, Phase, Request};
 use crate::pilot::{Pilot, PilotCommand, PilotState, Target};
 use crate::planner::{Plan, Planner, PlannerState};
-use crate::real::Real;
+use crate::real::{Real, r};
 use crate::reference::Reference;
 use crate::space::Vector;
 
@@ -84,6 +85,8 @@ pub enum Descent<R> {
 pub struct Computer<R: Real, G = Guarded<R>> {
     /// Estimator of the vehicle relative to the deck.
     pub relative: RelativeFilter<R>,
+    /// Estimator of a delay that readings do not tell, where one is used.
+    pub latency: Option<LatencyEstimator<R>>,
     /// Estimator of the deck's heave, of displacements of the age `deck.delay_s`.
     pub deck: DeckEstimator<R>,
     /// How a descent is chosen.
@@ -151,6 +154,9 @@ pub struct Sensed<'a, R: Real> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComputerState<R: Real, S> {
     relative: RelativeState<R>,
+    latency: LatencyState<R>,
+    /// Time since it changed, s.
+    mistimed_s: R,
     deck: DeckEstimatorState<R>,
     sightings: Sightings<R>,
     planner: PlannerState<R>,
@@ -185,6 +191,8 @@ pub struct ComputerOutput<R: Real> {
     pub deck: DeckMotionPrediction<R>,
     /// The descent that begins in this step, where it was planned.
     pub plan: Option<Plan<R>>,
+    /// How much later readings come than their ages say, s.
+    pub latency_s: R,
     /// Where the pilot is to fly; none where it is not flying to a target.
     pub target: Option<Target<R>>,
     /// Force that no model explains, N.
@@ -198,6 +206,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.relative.validate()?;
+        if let Some(latency) = &self.latency {
+            latency.validate()?;
+        }
         self.deck.validate()?;
         match &self.descent {
             Descent::Planned(planner) => planner.validate()?,
@@ -224,6 +235,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     pub fn initial(&self, throttle: R) -> ComputerState<R, G::State> {
         ComputerState {
             relative: self.relative.initial(),
+            latency: self.latency.unwrap_or_default().initial(),
+            mistimed_s: r(f64::INFINITY),
             deck: self.deck.initial(),
             sightings: Sightings::default(),
             planner: PlannerState::default(),

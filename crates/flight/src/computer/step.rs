@@ -14,6 +14,12 @@ use crate::real::{Real, r};
 use crate::reference::Reference;
 use crate::space::{Attitude, Vector};
 
+/// A change of the latency by which everything seen so far was seen at another time, s.
+const MISTIMED_S: f64 = 0.03;
+
+/// Time after it in which the vehicle's own motion is not yet known by the right times, s.
+const RETIMED_S: f64 = 1.0;
+
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// One control period of `dt` seconds: takes what has been sensed by its
     /// beginning, gives what to do during it.
@@ -24,7 +30,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         dt: R,
     ) -> ComputerOutput<R> {
         let dt = usable_dt(dt);
-        self.estimate(state, sensed, dt);
+        let mistimed = self.estimate(state, sensed, dt);
         let estimate = self.relative.ahead(&state.relative, self.lead_s);
         let health = self.relative.health(&state.relative);
         let known = self.is_known(&estimate);
@@ -39,7 +45,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             tag_age_s: health.tag.age_s,
             range_age_s: health.range.age_s,
             imu_age_s: health.imu.age_s,
-            diverged: !known || health.diverged,
+            diverged: !known || health.diverged || mistimed,
             height_m: motion.position_m.z,
             relative_velocity_mps: motion.relative_velocity_mps.z,
             lateral_error_m: motion.position_m.horizontal().norm(),
@@ -83,6 +89,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             health,
             deck,
             plan: plan.filter(|_| begins),
+            latency_s: state.latency.delay_s(),
             target,
             disturbance_n,
         }
@@ -98,8 +105,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         dt: R,
     ) -> (Option<PilotCommand<R>>, Option<Target<R>>) {
         let deck_mps2 = if self.deck_acceleration {
-            let ahead = self.deck_ahead(state, self.guidance.acting_s);
-            Vector::UP * ahead.acceleration_mps2
+            Vector::UP * self.deck_acceleration_ahead(state)
         } else {
             Vector::ZERO
         };
@@ -125,6 +131,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 (None, None)
             }
         }
+    }
+
+    /// The deck's acceleration when the rotors will act; a deck that would be faster than any
+    /// that is landed on counts as that fast.
+    fn deck_acceleration_ahead(&self, state: &ComputerState<R, G::State>) -> R {
+        let ahead = self.deck_ahead(state, self.guidance.acting_s);
+        let fastest = harmonics_mps(&state.deck);
+        let slowed = (self.lander.deck_speed_mps / fastest).finite_or(R::ONE);
+        ahead.acceleration_mps2 * slowed.min(R::ONE)
     }
 
     /// Level, at the thrust of the weight.
@@ -157,21 +172,32 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         self.deck.predict(&state.deck, ahead_s + behind_s)
     }
 
-    /// Both estimators, and the deck's normal.
-    fn estimate(&self, state: &mut ComputerState<R, G::State>, sensed: &Sensed<'_, R>, dt: R) {
+    /// The estimators, and the deck's normal; says if all readings so far were taken for
+    /// younger or older than they were.
+    fn estimate(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        sensed: &Sensed<'_, R>,
+        dt: R,
+    ) -> bool {
+        let late_s = state.latency.delay_s();
         let normal = state.normal;
-        let readings = sensed.readings.iter().map(|reading| match *reading {
-            Reading::Range(range) => Reading::Range(RangeReading {
-                deck_normal: normal,
-                ..range
-            }),
-            other => other,
-        });
+        let readings = sensed
+            .readings
+            .iter()
+            .map(|reading| match reading.older_by(late_s) {
+                Reading::Range(range) => Reading::Range(RangeReading {
+                    deck_normal: normal,
+                    ..range
+                }),
+                other => other,
+            });
         let mut relative = self.relative;
         if let Some(band) = self.band(&state.deck) {
             relative.deck = band;
         }
         relative.step_with(&mut state.relative, &sensed.imu, readings, dt);
+        let mistimed = self.listen_for_latency(state, sensed.readings, dt);
         let sighting = self.relative.deck_sighting(&state.relative);
         let (height, elapsed_s) = state.sightings.step(sighting, self.deck.delay_s, dt);
         if elapsed_s > R::ZERO {
@@ -182,7 +208,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state.tilt_rad = lag_step(state.tilt_rad, R::ZERO, self.tilt_memory_s, dt);
         if let Some(seen) = sensed.deck_normal {
             let body = self.relative.tag.attitude.rotate(seen.normal);
-            let attitude = self.relative.attitude_at(&state.relative, seen.age_s);
+            let age_s = seen.age_s + late_s;
+            let attitude = self.relative.attitude_at(&state.relative, age_s);
             if let Some(normal) = attitude.rotate(body).direction().filter(|n| n.z > R::ZERO) {
                 // After a gap one reading does not stand for all that were missed.
                 let elapsed_s = state.normal_age_s.min(self.normal_filter_s);
@@ -198,6 +225,45 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 state.tilt_rad = state.tilt_rad.max(tilt_rad);
             }
         }
+        mistimed
+    }
+
+    /// The latency, but while the legs may touch. Where it turns out to be another one, what
+    /// the deck did has been seen at wrong times, and is forgotten.
+    fn listen_for_latency(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        readings: &[Reading<R>],
+        dt: R,
+    ) -> bool {
+        let Some(latency) = &self.latency else {
+            return false;
+        };
+        if matches!(
+            state.lander.phase(),
+            Phase::Commit | Phase::Touchdown | Phase::Disarmed
+        ) {
+            return false;
+        }
+        let before_s = state.latency.delay_s();
+        latency.step(
+            &mut state.latency,
+            &self.relative,
+            &state.relative,
+            readings,
+            dt,
+        );
+        let mistimed = (state.latency.delay_s() - before_s).abs() > r(MISTIMED_S);
+        state.mistimed_s = if mistimed {
+            R::ZERO
+        } else {
+            state.mistimed_s + dt
+        };
+        if state.mistimed_s < r(RETIMED_S) {
+            state.deck = self.deck.initial();
+            state.sightings = Sightings::default();
+        }
+        mistimed
     }
 
     /// The vehicle's own velocity is known.
@@ -255,10 +321,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         if state.deck.count() == 0 {
             return least.max(r::<R>(2.0) * now.velocity_sd_mps);
         }
-        let harmonics = (0..state.deck.count()).filter_map(|k| state.deck.harmonic(k));
-        let sum = harmonics.fold(R::ZERO, |sum, harmonic| {
-            sum + harmonic.amplitude_m * harmonic.angular_frequency
-        });
+        let sum = harmonics_mps(&state.deck);
         least.max(sum).max(now.velocity_mps.abs())
     }
 
@@ -341,4 +404,12 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             state.apart_s = R::ZERO;
         }
     }
+}
+
+/// The speed of a deck whose harmonics all are at their fastest at once, m/s.
+fn harmonics_mps<R: Real>(deck: &DeckEstimatorState<R>) -> R {
+    let harmonics = (0..deck.count()).filter_map(|k| deck.harmonic(k));
+    harmonics.fold(R::ZERO, |sum, harmonic| {
+        sum + harmonic.amplitude_m * harmonic.angular_frequency
+    })
 }

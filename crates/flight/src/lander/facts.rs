@@ -14,6 +14,8 @@ pub(super) struct Facts {
     pub(super) unready: Option<Reason>,
     /// The first limit of the vehicle's motion that is exceeded.
     pub(super) beyond: Option<Reason>,
+    /// Nearing the deck too fast, as far as that is known.
+    pub(super) sinking: bool,
     /// The deck is not within its limits.
     pub(super) rough_deck: bool,
     pub(super) battery_low: bool,
@@ -127,6 +129,7 @@ impl<R: Real> Lander<R> {
             stale,
             unready,
             beyond,
+            sinking: closing_mps > self.closing_mps.at(height_m),
             rough_deck,
             battery_low,
             battery_critical,

@@ -32,12 +32,15 @@ pub struct LanderState<R> {
     last_request: Request,
     /// Time in this phase and those that share its limit.
     clock: Sum<R>,
+    /// Time in Approach, Hold and Wait since the last descent.
+    waited: Sum<R>,
     ready: Held<R>,
     touching: Held<R>,
     evidence: Held<R>,
     apart: Held<R>,
     unsupported: Held<R>,
     beyond: Held<R>,
+    sinking: Held<R>,
     saturated: Held<R>,
 }
 
@@ -79,6 +82,7 @@ struct Past {
     apart: bool,
     unsupported: bool,
     astray: Option<Reason>,
+    sinks: bool,
     too_many: bool,
 }
 
@@ -160,14 +164,17 @@ impl<R: Real> Lander<R> {
             Approach if past.stop => because(Hold, Reason::Operator),
             Approach if now.battery_low => because(GivenUp, Reason::BatteryLow),
             Approach if past.late => because(GivenUp, now.unready.unwrap_or(Reason::Late)),
+            Approach if past.sinks => because(GoAround, Reason::ClosingSpeed),
             Approach if now.stale.is_none() && now.at_hold_height && now.over_pad => (Hold, None),
 
-            Hold if past.stop => because(Hold, Reason::Operator),
+            Hold | Wait if past.stop => because(Hold, Reason::Operator),
+            Hold | Wait if past.sinks => because(GoAround, Reason::ClosingSpeed),
+            Hold | Wait if now.at_commit_height => because(GoAround, Reason::Height),
+
             Hold if now.battery_low => because(GivenUp, Reason::BatteryLow),
             Hold if past.late => because(GivenUp, now.unready.unwrap_or(Reason::Late)),
             Hold if past.settled => (Wait, None),
 
-            Wait if past.stop => because(Hold, Reason::Operator),
             Wait if now.battery_low => because(GivenUp, Reason::BatteryLow),
             Wait if let Some(reason) = now.unready => because(Hold, reason),
             Wait if seen.go => (Descend, None),
@@ -231,23 +238,28 @@ impl<R: Real> Lander<R> {
         state.unsupported.update(now.unsupported, dt, gap);
         state.apart.update(!now.touching, dt, false);
         state.beyond.update(now.beyond.is_some(), dt, false);
+        state.sinking.update(now.sinking, dt, false);
         state.saturated.update(seen.saturated, dt, false);
-        let limit = match state.phase.stage() {
-            Stage::Waiting => Some(self.patience_s),
-            Stage::Landing => Some(self.landing_s),
-            Stage::Climbing => Some(self.climb_s),
-            Stage::Ended => None,
+        let late = match state.phase.stage() {
+            Stage::Waiting => {
+                state.waited.add(dt);
+                state.waited.value() > self.patience_s
+            }
+            Stage::Landing => state.clock.value() > self.landing_s,
+            Stage::Climbing => state.clock.value() > self.climb_s,
+            Stage::Ended => false,
         };
         let past = Past {
             stop: seen.request == Request::Abort,
             restart: seen.request == Request::Restart && state.last_request != Request::Restart,
-            late: limit.is_some_and(|limit| state.clock.value() > limit),
+            late,
             settled: state.ready.lasts(self.settle_s),
             contact: state.touching.lasts(self.contact_s),
             confirmed: state.evidence.lasts(self.confirm_s),
             apart: state.apart.lasts(self.bounce_s),
             unsupported: state.unsupported.lasts(self.fall_s),
             astray: now.beyond.filter(|_| state.beyond.lasts(self.excess_s)),
+            sinks: state.sinking.lasts(self.excess_s),
             too_many: state.go_arounds > self.go_arounds,
         };
         state.last_request = seen.request;
@@ -265,7 +277,7 @@ impl<R: Real> Lander<R> {
     ) {
         let ended = state.phase.stage() == Stage::Ended;
         if phase == Phase::GoAround
-            && state.phase != Phase::GoAround
+            && state.phase.stage() == Stage::Landing
             && reason != Some(Reason::Operator)
         {
             state.go_arounds = state.go_arounds.saturating_add(1);
@@ -274,8 +286,12 @@ impl<R: Real> Lander<R> {
             state.go_arounds = 0;
         }
         // What the operator holds is not held against the landing.
-        if phase.stage() != state.phase.stage() || (phase == Phase::Hold && stop) {
+        let held = phase == Phase::Hold && stop;
+        if phase.stage() != state.phase.stage() || held {
             state.clock = Sum::default();
+        }
+        if held || matches!(phase.stage(), Stage::Landing | Stage::Ended) {
+            state.waited = Sum::default();
         }
         state.phase = phase;
         state.reason = reason;

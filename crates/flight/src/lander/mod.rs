@@ -10,6 +10,8 @@
 //!             └──────────────────────────┴──────────── GoAround <────┘
 //! ```
 //!
+//! A hover that sinks onto the deck goes around as well.
+//!
 //! # Transitions
 //!
 //! In every step the first row that applies is taken; where none does, the
@@ -19,10 +21,12 @@
 //! | --- | --- | --- |
 //! | any | operator disarms | `Disarmed` |
 //! | `Approach` | operator aborts | `Hold` |
+//! | `Approach` | sinking | `GoAround` |
 //! | `Approach` | battery low | `GivenUp` |
 //! | `Approach` | patience over | `GivenUp` |
 //! | `Approach` | everything fresh, at the hold height and over the pad | `Hold` |
 //! | `Hold` | operator aborts | `Hold`, patience anew |
+//! | `Hold`, `Wait` | sinking, at the commit height or below | `GoAround` |
 //! | `Hold` | battery low | `GivenUp` |
 //! | `Hold` | patience over | `GivenUp` |
 //! | `Hold` | ready for `settle_s` | `Wait` |
@@ -61,6 +65,7 @@
 //!   young enough as well.
 //! - *astray*: tilt, lateral error or closing speed beyond its limit for
 //!   `excess_s`. Lateral error and closing speed are limited by a [`Funnel`].
+//!   *Sinking*: closing speed beyond its limit for `excess_s`, outside a descent.
 //! - *saturated*: the rotors have been asked for more than they give for
 //!   `saturation_s`.
 //! - *ready*: fresh, every number finite, at the hold height and over the pad, slower
@@ -78,7 +83,8 @@
 //!   the count of go-arounds, the deck's limits and the planner's patience
 //!   ([`LanderOutput::hurry`]) stop mattering. Critical is not low.
 //! - *climbed*: fresh, and as high as the hover less its tolerance.
-//! - *patience*: time in Approach, Hold and Wait together. *Late*: too long in
+//! - *go-arounds* that are counted are those out of a descent. *Patience*: time in
+//!   Approach, Hold and Wait together since the last one. *Late*: too long in
 //!   Descend, Commit and Touchdown together, or in GoAround.
 //!
 //! Anything not finite fails the condition that would let the landing go on. A

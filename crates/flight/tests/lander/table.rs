@@ -4,7 +4,7 @@ use touchdown_flight::lander::{
     Fly, Frame, Lander, LanderInput, LanderOutput, Phase, Reason, Request,
 };
 
-use crate::world::{DT, Flight, good};
+use crate::world::{DT, Flight, STANDING_M, good};
 
 pub(crate) fn reach(phase: Phase) -> Flight {
     let mut flight = Flight::new();
@@ -94,6 +94,62 @@ fn analytic_every_abort_of_a_descent() {
         let counted = u8::from(reason != Reason::Operator);
         assert_eq!(out.go_arounds, counted);
     }
+}
+
+#[test]
+fn analytic_a_hover_that_sinks_climbs_away_and_that_is_not_counted() {
+    type Change = fn(&mut LanderInput<f64>);
+    let low: Change = |s| s.height_m = 0.3;
+    let fast: Change = |s| s.relative_velocity_mps = -1.2;
+    // Not in order, and so not waiting: ready is what it is not.
+    let shaky: Change = |s| s.lateral_speed_mps = 1.0;
+    for (phase, change, reason, time_s) in [
+        (Phase::Approach, fast, Reason::ClosingSpeed, 0.15),
+        (Phase::Hold, low, Reason::Height, 0.0),
+        (Phase::Hold, fast, Reason::ClosingSpeed, 0.15),
+        (Phase::Wait, low, Reason::Height, 0.0),
+    ] {
+        let mut flight = Flight::new();
+        let aside = |s: &mut LanderInput<f64>| s.lateral_error_m = 0.5;
+        match phase {
+            Phase::Approach => assert_eq!(flight.step(aside).phase, phase),
+            Phase::Hold => assert_eq!(flight.step(shaky).phase, phase),
+            _ => flight = reach(phase),
+        }
+        let (out, after) = leave(&mut flight, phase, |s| {
+            if phase == Phase::Approach {
+                aside(s);
+            }
+            change(s);
+        });
+        assert_eq!((out.phase, out.reason), (Phase::GoAround, Some(reason)));
+        assert_eq!(out.fly, Fly::ClimbAway);
+        // One step for the sample itself.
+        assert!((after - time_s - DT).abs() < 1.5 * DT, "{phase:?} {after}");
+        assert_eq!(out.go_arounds, 0);
+    }
+    // An approach may begin anywhere, on the deck as well.
+    let mut flight = Flight::new();
+    flight.world.height_m = STANDING_M;
+    assert_eq!(flight.step(|_| ()).phase, Phase::Approach);
+    assert_eq!(flight.until(|out| out.phase == Phase::Wait).go_arounds, 0);
+    // Climbing away again and again uses up the patience.
+    let mut flight = Flight::new();
+    let mut time_s = 0.0;
+    let reason = loop {
+        let out = flight.step(shaky);
+        time_s += DT;
+        if out.phase == Phase::Hold && time_s % 10.0 < DT {
+            flight.world.height_m = 0.25;
+        }
+        if out.phase == Phase::GivenUp {
+            break out.reason;
+        }
+        assert!(time_s < 200.0, "{out:?}");
+    };
+    assert_eq!(reason, Some(Reason::Unsteady));
+    // 120 s of waiting, and what the climbs took.
+    assert!((120.0..140.0).contains(&time_s), "{time_s}");
 }
 
 #[test]

@@ -45,6 +45,7 @@ pub(crate) fn computer() -> Computer<f64> {
             },
             ..RelativeFilter::default()
         },
+        latency: None,
         deck: DeckEstimator {
             delay_s: 0.05,
             ..DeckEstimator::new(Observed::Displacement, 0.005)

@@ -114,6 +114,7 @@ impl Flight<'_> {
     /// Takes what the computer says into the account.
     pub(super) fn note(&mut self, step: u64, output: &ComputerOutput<f64>) {
         let phase = output.lander.phase;
+        self.landing.estimated_latency_s = output.latency_s;
         if phase != self.phase {
             match (self.phase, phase) {
                 (Phase::Wait, Phase::Descend) => {
@@ -172,6 +173,7 @@ impl Flight<'_> {
             target: output
                 .target
                 .map(|target| [target.vertical.height_m, target.vertical.velocity_mps]),
+            estimated_latency_s: output.latency_s,
             estimated_deck_mps: output.deck.velocity_mps,
             estimated_deck_sd_mps: output.deck.velocity_sd_mps,
             estimated_deck_mps2: output.deck.acceleration_mps2,

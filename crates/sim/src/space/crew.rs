@@ -6,6 +6,7 @@ use touchdown_flight::control::{
     Adaptation, Composite, Delays, Gains, Horizontal, Imbc, Law, Observer, Ssc,
 };
 use touchdown_flight::estimate::deck::{DeckEstimator, Observed};
+use touchdown_flight::estimate::latency::LatencyEstimator;
 use touchdown_flight::estimate::relative::{DeckPrior, ImuModel, RelativeFilter, TagModel};
 use touchdown_flight::ground_effect::{
     Empirical, GroundEffectModel, Guarded, Lag, StaticMap, Validity, VelocityInput,
@@ -165,6 +166,10 @@ pub struct ControlSettings {
     /// Relative estimator; places, turns and quanta of sensors are filled in from the
     /// sensors' settings.
     pub relative: RelativeFilter<f64>,
+    /// Whether a delay of range, tag and GNSS that their stamps do not tell is looked for.
+    pub finds_latency: bool,
+    /// How it is.
+    pub latency: LatencyEstimator<f64>,
     /// Deck estimator.
     pub deck: DeckEstimator<f64>,
     /// Height below which observer and adaptation stand still, m.
@@ -209,6 +214,9 @@ impl Default for ControlSettings {
                 // Contact at 0.1 m and four standard deviations of the height: a
                 // vehicle that floats a centimetre above the deck is not let fall.
                 touchdown_height_m: 0.108,
+                // The next reading of a range finder that is 0.1 s late and now and then
+                // misses one.
+                range_age_s: 0.2,
                 ..Lander::default()
             },
             planning: Planner {
@@ -240,6 +248,8 @@ impl Default for ControlSettings {
                 },
                 ..RelativeFilter::default()
             },
+            finds_latency: true,
+            latency: LatencyEstimator::default(),
             deck: DeckEstimator {
                 delay_s: 0.09,
                 // The vehicle's own velocity wanders with GNSS and accelerometer bias.
@@ -249,7 +259,7 @@ impl Default for ControlSettings {
             },
             contact_height_m: 0.11,
             watch_s: 6.0,
-            deck_known_mps: 0.02,
+            deck_known_mps: 0.2,
             least_damping_ratio: 0.05,
         }
     }
@@ -323,6 +333,7 @@ impl ControlSettings {
         relative.tag.jitter_s = sensors.tag.schedule.jitter_s;
         let computer = Computer {
             relative,
+            latency: self.finds_latency.then_some(self.latency),
             deck: self.deck,
             descent,
             lander: self.lander,

@@ -170,6 +170,7 @@ impl<'a> Flight<'a> {
                 slide_m: 0.0,
                 greatest_foot_n: 0.0,
                 impact: None,
+                estimated_latency_s: 0.0,
                 end_s: 0.0,
                 steps: 0,
                 trace: record.then(SpaceTrace::default),

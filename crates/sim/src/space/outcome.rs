@@ -127,6 +127,8 @@ pub struct SpaceLanding {
     /// The hardest contact of the whole trial, aborted descents and bounces too; none
     /// where no foot has touched the deck.
     pub impact: Option<Impact>,
+    /// How much later readings were held to come than their ages say at the end, s.
+    pub estimated_latency_s: f64,
     /// Time of the end, s.
     pub end_s: f64,
     /// Steps of the integration.
@@ -185,6 +187,8 @@ pub struct TraceRow {
     pub estimated_sd_m: [f64; 3],
     /// Height that is flown to, and its velocity relative to the deck, m and m/s.
     pub target: Option<[f64; 2]>,
+    /// How much later readings are held to come than their ages say, s.
+    pub estimated_latency_s: f64,
     /// Estimated heave velocity of the deck, m/s.
     pub estimated_deck_mps: f64,
     /// Its standard deviation, m/s.

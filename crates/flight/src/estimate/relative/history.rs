@@ -260,6 +260,33 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         }
     }
 
+    /// What the acceleration adds to velocity and place between two times, `from` and
+    /// `to` seconds before the newest node; none where it is not remembered. It is
+    /// held beyond the newest node.
+    pub(super) fn moved(&self, from: R, to: R) -> Option<[Vector<R>; 2]> {
+        let (mut faster, mut farther) = (Vector::ZERO, Vector::ZERO);
+        let mut add = |acceleration: Vector<R>, start: R, end: R| {
+            let (start, end) = (start.min(from), end.max(to));
+            if start > end {
+                let middle = (start + end) * r(0.5);
+                faster += acceleration * (start - end);
+                farther += acceleration * ((start - end) * (middle - to));
+            }
+        };
+        add(self.newest().acceleration_mps2, R::ZERO, to.min(R::ZERO));
+        let (mut node, mut end) = (self.head, R::ZERO);
+        while end < from {
+            if node == self.oldest() {
+                return None;
+            }
+            let here = &self.nodes[Self::slot(node)];
+            add(here.acceleration_mps2, end + here.dt, end);
+            end += here.dt;
+            node -= 1;
+        }
+        (from >= to).then_some([faster, farther])
+    }
+
     /// Computes the states anew from the first that changed.
     pub(super) fn replay(
         &mut self,

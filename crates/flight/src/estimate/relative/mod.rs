@@ -365,6 +365,20 @@ impl<R: Real> RelativeFilter<R> {
         state.history.attitude(age_s - self.imu.delay_s)
     }
 
+    /// What the measured acceleration (gravity removed, with its bias) adds to the
+    /// vehicle's velocity and place from `from_s` to `to_s` ago, m/s and m; none where
+    /// that is not remembered.
+    #[must_use]
+    pub fn moved<const N: usize, const M: usize>(
+        &self,
+        state: &RelativeState<R, N, M>,
+        from_s: R,
+        to_s: R,
+    ) -> Option<[Vector<R>; 2]> {
+        let delay_s = self.imu.delay_s;
+        state.history.moved(from_s - delay_s, to_s - delay_s)
+    }
+
     /// The deck's height as the readings of the last step showed it (of several,
     /// the clearest), for a deck estimator; none where no range or tag came.
     #[must_use]

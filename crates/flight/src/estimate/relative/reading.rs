@@ -130,6 +130,27 @@ impl<R: Real> Reading<R> {
         }
     }
 
+    /// The same reading, had it been taken `late_s` before; altitudes by air pressure,
+    /// which do not come by the way of the others, stay.
+    #[must_use]
+    pub fn older_by(self, late_s: R) -> Self {
+        match self {
+            Self::Range(reading) => Self::Range(RangeReading {
+                age_s: reading.age_s + late_s,
+                ..reading
+            }),
+            Self::Tag(reading) => Self::Tag(TagReading {
+                age_s: reading.age_s + late_s,
+                ..reading
+            }),
+            Self::Gnss(reading) => Self::Gnss(GnssVelocity {
+                age_s: reading.age_s + late_s,
+                ..reading
+            }),
+            Self::Barometer(_) => self,
+        }
+    }
+
     /// Every number is finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
