@@ -19,6 +19,8 @@
 //! gets the margin. Lags: gyro low-pass of second order (`gyro_cutoff_hz`), one
 //! control step of computing time, and the plant's motors.
 
+mod law;
+
 use std::f64::consts::{SQRT_2, TAU};
 
 use serde::{Deserialize, Serialize};
@@ -26,8 +28,9 @@ use serde::{Deserialize, Serialize};
 use crate::check;
 use crate::error::SimError;
 use crate::motor::Motor;
-use crate::rigid::{RigidVehicle, SPIN};
-use crate::vector::{axes_of, cross, dot, normalised, product};
+use crate::rigid::RigidVehicle;
+
+pub(crate) use law::{Memory, Wanted};
 
 /// Gains and limits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -137,13 +140,7 @@ pub struct AttitudeSetpoint {
 /// State of the control between steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CascadeState {
-    integral: [f64; 3],
-    gyro: [[f64; 2]; 3],
-    filtered: [f64; 3],
-    derivative: [f64; 3],
-    /// Sign of the torque that the mixer could not give, 0 where it could.
-    saturated: [f64; 3],
-    throttle: [f64; 4],
+    memory: Memory,
     setpoint: Option<AttitudeSetpoint>,
 }
 
@@ -173,19 +170,6 @@ impl LowPass {
             b: w * w * n,
             a: [2.0 * (w * w - 1.0) * n, (1.0 - SQRT_2 * w + w * w) * n],
         }
-    }
-
-    #[inline]
-    fn step(&self, state: &mut [f64; 2], x: f64) -> f64 {
-        let y = self.b * x + state[0];
-        state[0] = 2.0 * self.b * x - self.a[0] * y + state[1];
-        state[1] = self.b * x - self.a[1] * y;
-        y
-    }
-
-    /// The state in which a constant x passes unchanged.
-    fn at_rest(&self, x: f64) -> [f64; 2] {
-        [(1.0 - self.b) * x, (self.b - self.a[1]) * x]
     }
 }
 
@@ -237,53 +221,7 @@ impl Cascade {
     /// Rates that turn the attitude `q` towards the setpoint, rad/s in body axes.
     #[must_use]
     pub fn rate_setpoint(&self, q: [f64; 4], setpoint: &AttitudeSetpoint) -> [f64; 3] {
-        let s = &self.settings;
-        let wanted = self.within_tilt(normalised(setpoint.attitude));
-        // The shortest turn of the thrust direction.
-        let (z, z_wanted) = (axes_of(q)[2], axes_of(wanted)[2]);
-        let cosine = dot(z, z_wanted);
-        let reduced = if cosine < -1.0 + 1e-6 {
-            wanted
-        } else {
-            let [a, b, c] = cross(z, z_wanted);
-            product(normalised([1.0 + cosine, a, b, c]), q)
-        };
-        // What is left of the setpoint is a turn about the body's z: weighted.
-        let inverse = |q: [f64; 4]| [q[0], -q[1], -q[2], -q[3]];
-        let mix = product(inverse(reduced), wanted);
-        let sign = if mix[0] < 0.0 { -1.0 } else { 1.0 };
-        let half = s.yaw_weight * (sign * mix[3]).clamp(-1.0, 1.0).asin();
-        let weighted = product(reduced, [half.cos(), 0.0, 0.0, half.sin()]);
-        let error = product(inverse(q), weighted);
-        let sign = if error[0] < 0.0 { -2.0 } else { 2.0 };
-        // As PX4: the yaw gain is raised by the weight's inverse.
-        let yaw_gain = s.yaw_gain_per_s / s.yaw_weight.max(0.1);
-        let gains = [s.tilt_gain_per_s, s.tilt_gain_per_s, yaw_gain];
-        let limits = [
-            s.greatest_tilt_rate,
-            s.greatest_tilt_rate,
-            s.greatest_yaw_rate,
-        ];
-        let axes = axes_of(q);
-        std::array::from_fn(|k| {
-            let rate = sign * gains[k] * error[k + 1] + axes[k][2] * setpoint.yaw_rate;
-            rate.clamp(-limits[k], limits[k])
-        })
-    }
-
-    /// The attitude with its tilt reduced to the limit.
-    fn within_tilt(&self, q: [f64; 4]) -> [f64; 4] {
-        let z = axes_of(q)[2];
-        if z[2] >= self.cos_greatest_tilt {
-            return q;
-        }
-        let tilt = z[2].clamp(-1.0, 1.0).acos();
-        let back = 0.5 * (self.settings.greatest_tilt_rad - tilt);
-        // Turn about the horizontal axis e_z × z, which raised the tilt.
-        let side = z[0].hypot(z[1]).max(1e-12);
-        let axis = [-z[1] / side, z[0] / side];
-        let (sin, cos) = back.sin_cos();
-        product([cos, sin * axis[0], sin * axis[1], 0.0], q)
+        self.rates_for(q, &setpoint.wanted())
     }
 
     /// One step of the control on a measured attitude and measured rates (body
@@ -297,7 +235,6 @@ impl Cascade {
         rates: [f64; 3],
         setpoint: &AttitudeSetpoint,
     ) -> CascadeOutput {
-        let s = &self.settings;
         let first = state.setpoint.is_none();
         if setpoint.is_finite() {
             state.setpoint = Some(*setpoint);
@@ -305,43 +242,16 @@ impl Cascade {
         let measured = attitude.iter().chain(&rates).all(|v| v.is_finite());
         let (Some(setpoint), true) = (state.setpoint, measured) else {
             return CascadeOutput {
-                throttle: state.throttle,
+                throttle: state.memory.throttle,
                 ..CascadeOutput::default()
             };
         };
-        let rate_setpoint = self.rate_setpoint(attitude, &setpoint);
-        let mut torque = [0.0; 3];
-        for k in 0..3 {
-            if first {
-                state.gyro[k] = self.gyro.at_rest(rates[k]);
-                state.filtered[k] = rates[k];
-            }
-            let filtered = self.gyro.step(&mut state.gyro[k], rates[k]);
-            let slope = (filtered - state.filtered[k]) / s.period_s;
-            state.filtered[k] = filtered;
-            state.derivative[k] += self.derivative_share * (slope - state.derivative[k]);
-            let error = rate_setpoint[k] - filtered;
-            let alpha = s.rate_gain_per_s[k] * error + state.integral[k]
-                - s.derivative_gain[k] * state.derivative[k];
-            torque[k] = self.inertia_kg_m2[k] * alpha;
-            // The integral stops where the mixer cannot follow.
-            if error * state.saturated[k] <= 0.0 {
-                let next = state.integral[k] + s.integral_gain_per_s2[k] * error * s.period_s;
-                state.integral[k] = next.clamp(-s.greatest_integral, s.greatest_integral);
-            }
-        }
-        let (thrusts_n, given_up) = self.mix(setpoint.thrust_n, torque);
-        for k in 0..3 {
-            let share = given_up[if k < 2 { 1 } else { 2 }];
-            state.saturated[k] = if share > 0.0 { torque[k].signum() } else { 0.0 };
-        }
-        let next = self.throttles(thrusts_n);
-        let throttle = if first { next } else { state.throttle };
-        state.throttle = next;
+        let wanted = setpoint.wanted();
+        let given = self.control(&mut state.memory, first, attitude, rates, &wanted);
         CascadeOutput {
-            throttle,
-            rate_setpoint,
-            given_up,
+            throttle: given.throttle,
+            rate_setpoint: given.rate_setpoint,
+            given_up: given.given_up,
         }
     }
 
@@ -350,63 +260,26 @@ impl Cascade {
     /// of roll and pitch, and of yaw that were given up.
     #[must_use]
     pub fn mix(&self, thrust_n: f64, torque_nm: [f64; 3]) -> ([f64; 4], [f64; 3]) {
-        let (least, greatest) = (self.least_n, self.greatest_n);
-        let wanted = 0.25 * thrust_n;
-        let mut base = wanted.clamp(least, greatest);
-        // Left rotors 0 and 1 roll to the right, rear rotors 1 and 2 pitch down.
-        let per_arm = 0.25 / self.arm_m;
-        let (roll, pitch) = (per_arm * torque_nm[0], per_arm * torque_nm[1]);
-        let tilt = [roll - pitch, roll + pitch, pitch - roll, -roll - pitch];
-        let high = tilt.iter().copied().fold(0.0, f64::max);
-        // Roll and pitch are symmetric: the least is -high. Too much thrust is lowered, but not
-        // below the middle of the range; then roll and pitch are scaled to what fits.
-        let middle = 0.5 * (least + greatest);
-        if base > middle {
-            base = base.min((greatest - high).max(middle));
-        }
-        let room = (greatest - base).min(base - least);
-        let scale = if high > room { room / high } else { 1.0 };
-        let mut thrusts_n = tilt.map(|t| base + scale * t);
-        let yaw = if self.torque_per_thrust_m > 0.0 {
-            0.25 * torque_nm[2] / self.torque_per_thrust_m
-        } else {
-            0.0
-        };
-        let mut share: f64 = 1.0;
-        for i in 0..4 {
-            let step = SPIN[i] * yaw;
-            let room = if step > 0.0 {
-                greatest - thrusts_n[i]
-            } else {
-                thrusts_n[i] - least
-            };
-            if step.abs() > room {
-                share = share.min(room.max(0.0) / step.abs());
-            }
-        }
-        for i in 0..4 {
-            thrusts_n[i] = (thrusts_n[i] + share * SPIN[i] * yaw).clamp(least, greatest);
-        }
-        let lost = if wanted > base {
-            1.0 - base / wanted
-        } else {
-            0.0
-        };
-        (thrusts_n, [lost, 1.0 - scale, 1.0 - share])
+        self.mixed(thrust_n, torque_nm)
     }
 
     /// Throttles that hold the rotors' thrusts in N at rest, with the sag of the
     /// common battery.
     #[must_use]
     pub fn throttles(&self, thrusts_n: [f64; 4]) -> [f64; 4] {
-        let drive = thrusts_n.map(|t| self.motor.drive_for((4.0 * t.max(0.0)).sqrt()));
-        let mean = 0.25 * (drive[0] + drive[1] + drive[2] + drive[3]);
-        let voltage = 1.0 - self.motor.sag() * self.motor.throttle_for_drive(mean);
-        drive.map(|d| (d / voltage).clamp(0.0, 1.0))
+        self.driven(thrusts_n)
     }
 }
 
 impl AttitudeSetpoint {
+    pub(crate) fn wanted(&self) -> Wanted<f64> {
+        Wanted {
+            thrust_n: self.thrust_n,
+            attitude: self.attitude,
+            yaw_rate: self.yaw_rate,
+        }
+    }
+
     /// Every number is finite and the quaternion is one.
     #[must_use]
     pub fn is_finite(&self) -> bool {

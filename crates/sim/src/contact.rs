@@ -18,17 +18,25 @@
 //! inside a step of 1 ms misplaces the onset of the damping by less than that:
 //! 1 % of the speed of a bounce.
 
+mod log;
+
 use serde::{Deserialize, Serialize};
 
 use crate::check;
 use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
 use crate::ground::Deck;
+use crate::number::Number;
 use crate::plant::PlantSettings;
 use crate::vector::{Axes, add, along, cross, dot, sub, to_world};
 
+pub use log::ContactLog;
+
 /// Depth below the deck's plane at which a foot is no longer on the deck, m.
 pub const DEEPEST_M: f64 = 0.05;
+
+/// Distance of a foot at rest at which it counts as one that may touch, m.
+const RESERVE_M: f64 = 0.001;
 
 /// Four feet at the corners of a square, under the arms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -98,6 +106,31 @@ pub struct ContactState {
     pub stuck_m: [Option<[f64; 2]>; 4],
 }
 
+impl ContactState {
+    #[inline]
+    pub(crate) fn foothold(&self) -> Foothold<f64> {
+        Foothold {
+            sticks: self.stuck_m.map(|place| place.is_some()),
+            stuck_m: self.stuck_m.map(Option::unwrap_or_default),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn of(foothold: &Foothold<f64>) -> Self {
+        let stuck = |i: usize| foothold.sticks[i].then_some(foothold.stuck_m[i]);
+        Self {
+            stuck_m: std::array::from_fn(stuck),
+        }
+    }
+}
+
+/// [`ContactState`] for any number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Foothold<N: Number> {
+    pub(crate) sticks: [N::Truth; 4],
+    pub(crate) stuck_m: [[N; 2]; 4],
+}
+
 /// One foot against the deck, in the deck's axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Foot {
@@ -111,13 +144,22 @@ pub struct Foot {
     pub slides: bool,
 }
 
+/// [`Foot`] for any number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FootAt<N: Number> {
+    pub(crate) depth_m: N,
+    pub(crate) place_m: [N; 2],
+    pub(crate) force_n: [N; 3],
+    pub(crate) slides: N::Truth,
+}
+
 /// Motion of the body that the legs need.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Body<'a> {
-    pub(crate) position_m: [f64; 3],
-    pub(crate) velocity_mps: [f64; 3],
-    pub(crate) axes: &'a Axes,
-    pub(crate) rates: [f64; 3],
+pub(crate) struct Body<'a, N = f64> {
+    pub(crate) position_m: [N; 3],
+    pub(crate) velocity_mps: [N; 3],
+    pub(crate) axes: &'a Axes<N>,
+    pub(crate) rates: [N; 3],
 }
 
 /// Legs with coefficients that do not change.
@@ -127,7 +169,6 @@ pub struct Legs {
     feet_m: [[f64; 3]; 4],
     half_side_m: Option<f64>,
     present: bool,
-    reach_m: f64,
 }
 
 impl Legs {
@@ -147,8 +188,6 @@ impl Legs {
             feet_m: [[a, a, h], [-a, a, h], [-a, -a, h], [a, -a, h]],
             half_side_m: deck.half_side_m(),
             present: deck.finite_plate(1.0) > 0.0,
-            // 1 cm in reserve: the way of a step at 10 m/s.
-            reach_m: settings.radius_m.hypot(settings.depth_m) + 0.01,
         })
     }
 
@@ -158,68 +197,93 @@ impl Legs {
         &self.settings
     }
 
-    /// Whether no foot can touch, whatever the attitude.
-    #[inline]
-    pub(crate) fn clear(&self, position_m: [f64; 3], deck: &DeckPose) -> bool {
-        let above = dot(deck.axes[2], sub(position_m, deck.origin_m));
-        !self.present || above > self.reach_m || above < -self.reach_m - DEEPEST_M
+    /// Whether a foot may touch within a step of 1 ms.
+    #[inline(always)]
+    pub(crate) fn near<N: Number>(&self, body: &Body<'_, N>, deck: &DeckPose<N>) -> N::Truth {
+        let normal = deck.axes[2];
+        let above = dot(normal, sub(body.position_m, deck.origin_m));
+        let [x, y, z] = along(body.axes, normal);
+        // The lowest and the highest corner of the feet's square.
+        let [a, _, h] = self.feet_m[0];
+        let (centre, half) = (above + z * h, (x.abs() + y.abs()) * a);
+        // A millimetre, and twice the way of the feet; the deck turns slower.
+        let [p, q, r] = body.rates;
+        let turn = p.abs() + q.abs() + r.abs();
+        let speed = dot(normal, sub(body.velocity_mps, deck.velocity_mps)).abs()
+            + turn * self.settings.radius_m.max(self.settings.depth_m);
+        let reserve = speed * 0.002 + RESERVE_M;
+        let low = (centre - half).below(reserve);
+        let passed = (centre + half + reserve).below(above.like(-DEEPEST_M));
+        let present = above.like(f64::from(u8::from(self.present)));
+        low & !passed & above.like(0.0).below(present)
     }
 
     /// Force on a foot, in the deck's axes, and how it stands.
-    #[inline]
-    fn foot(
+    #[inline(always)]
+    fn foot<N: Number>(
         &self,
-        arm_m: [f64; 3],
-        body: &Body<'_>,
-        deck: &DeckPose,
-        stuck_m: Option<[f64; 2]>,
-    ) -> Foot {
+        foot_m: [f64; 3],
+        body: &Body<'_, N>,
+        deck: &DeckPose<N>,
+        sticks: N::Truth,
+        stuck_m: [N; 2],
+    ) -> (FootAt<N>, [N; 3]) {
+        let zero = stuck_m[0].like(0.0);
+        let own_m = [
+            zero.like(foot_m[0]),
+            zero.like(foot_m[1]),
+            zero.like(foot_m[2]),
+        ];
+        let arm_m = to_world(body.axes, own_m);
         let from_centre = sub(add(body.position_m, arm_m), deck.origin_m);
         let [x, y, z] = along(&deck.axes, from_centre);
-        let mut foot = Foot {
-            depth_m: -z,
-            place_m: [x, y],
-            ..Foot::default()
-        };
-        let over = self
-            .half_side_m
-            .is_none_or(|l| x.abs() <= l && y.abs() <= l);
-        if !over || foot.depth_m <= 0.0 || foot.depth_m > DEEPEST_M {
-            return foot;
-        }
-        let spun = to_world(body.axes, cross(body.rates, along(body.axes, arm_m)));
+        let depth_m = -z;
+        let spun = to_world(body.axes, cross(body.rates, own_m));
         let velocity = sub(
             add(body.velocity_mps, spun),
             deck.point_velocity(from_centre),
         );
         let [vx, vy, vn] = along(&deck.axes, velocity);
         let s = &self.settings;
-        let normal = (s.stiffness_n_per_m * foot.depth_m - s.damping_ns_per_m * vn).max(0.0);
-        let [u, v] = stuck_m.map_or([0.0; 2], |[a, b]| [x - a, y - b]);
+        let normal = depth_m * s.stiffness_n_per_m - vn * s.damping_ns_per_m;
+        let half = zero.like(self.half_side_m.unwrap_or(f64::INFINITY));
+        let beside = half.below(x.abs()) | half.below(y.abs());
+        let on = zero.below(depth_m) & !zero.like(DEEPEST_M).below(depth_m) & !beside;
+        let normal = N::choose(on, normal.most(zero), zero);
+        let u = N::choose(sticks, x - stuck_m[0], zero);
+        let v = N::choose(sticks, y - stuck_m[1], zero);
         let (k, c) = (
-            s.tangential_stiffness_n_per_m,
+            -s.tangential_stiffness_n_per_m,
             s.tangential_damping_ns_per_m,
         );
-        let (fx, fy) = (-k * u - c * vx, -k * v - c * vy);
-        let (force, limit) = (fx.hypot(fy), s.friction * normal);
-        foot.slides = force > limit;
-        let share = if foot.slides { limit / force } else { 1.0 };
-        foot.force_n = [share * fx, share * fy, normal];
-        foot
+        let (fx, fy) = (u * k - vx * c, v * k - vy * c);
+        let force = (fx * fx + fy * fy).sqrt();
+        let limit = normal * s.friction;
+        let slides = limit.below(force) & on;
+        let share = N::choose(slides, limit / force, zero.like(1.0));
+        let share = N::choose(on, share, zero);
+        let foot = FootAt {
+            depth_m,
+            place_m: [x, y],
+            force_n: [share * fx, share * fy, normal],
+            slides,
+        };
+        (foot, arm_m)
     }
 
     /// Force on the body in world axes and torque in body axes.
-    #[inline]
-    pub(crate) fn load(
+    #[inline(always)]
+    pub(crate) fn load<N: Number>(
         &self,
-        body: &Body<'_>,
-        deck: &DeckPose,
-        contact: &ContactState,
-    ) -> ([f64; 3], [f64; 3]) {
-        let (mut force, mut torque) = ([0.0; 3], [0.0; 3]);
-        for (foot_m, stuck_m) in self.feet_m.iter().zip(contact.stuck_m) {
-            let arm_m = to_world(body.axes, *foot_m);
-            let foot = self.foot(arm_m, body, deck, stuck_m);
+        body: &Body<'_, N>,
+        deck: &DeckPose<N>,
+        contact: &Foothold<N>,
+    ) -> ([N; 3], [N; 3]) {
+        let zero = body.rates[0].like(0.0);
+        let (mut force, mut torque) = ([zero; 3], [zero; 3]);
+        for i in 0..4 {
+            let (sticks, stuck_m) = (contact.sticks[i], contact.stuck_m[i]);
+            let (foot, arm_m) = self.foot(self.feet_m[i], body, deck, sticks, stuck_m);
             let push = to_world(&deck.axes, foot.force_n);
             force = add(force, push);
             torque = add(torque, along(body.axes, cross(arm_m, push)));
@@ -228,36 +292,60 @@ impl Legs {
     }
 
     /// The four feet as they stand.
+    #[inline(always)]
+    pub(crate) fn feet_at<N: Number>(
+        &self,
+        body: &Body<'_, N>,
+        deck: &DeckPose<N>,
+        contact: &Foothold<N>,
+    ) -> [FootAt<N>; 4] {
+        let (on, at) = (contact.sticks, contact.stuck_m);
+        [
+            self.foot(self.feet_m[0], body, deck, on[0], at[0]).0,
+            self.foot(self.feet_m[1], body, deck, on[1], at[1]).0,
+            self.foot(self.feet_m[2], body, deck, on[2], at[2]).0,
+            self.foot(self.feet_m[3], body, deck, on[3], at[3]).0,
+        ]
+    }
+
+    /// [`Self::feet_at`] of one vehicle.
     pub(crate) fn feet(
         &self,
         body: &Body<'_>,
         deck: &DeckPose,
         contact: &ContactState,
     ) -> [Foot; 4] {
-        std::array::from_fn(|i| {
-            let arm_m = to_world(body.axes, self.feet_m[i]);
-            self.foot(arm_m, body, deck, contact.stuck_m[i])
-        })
+        self.feet_at(body, deck, &contact.foothold())
+            .map(|foot| Foot {
+                depth_m: foot.depth_m,
+                place_m: foot.place_m,
+                force_n: foot.force_n,
+                slides: foot.slides,
+            })
     }
 
     /// Moves the places where feet stick after a step: a foot that lands sticks
     /// where it is, one that slides drags its place along, one that left has none.
-    #[inline]
-    pub(crate) fn settle(&self, body: &Body<'_>, deck: &DeckPose, contact: &mut ContactState) {
-        let feet = self.feet(body, deck, contact);
-        for (foot, stuck_m) in feet.iter().zip(&mut contact.stuck_m) {
-            let normal = foot.force_n[2];
-            let touching = foot.depth_m > 0.0 && normal > 0.0;
-            *stuck_m = touching.then(|| {
-                let [x, y] = foot.place_m;
-                let [a, b] = stuck_m.unwrap_or(foot.place_m);
-                let (u, v) = (x - a, y - b);
-                let most =
-                    self.settings.friction * normal / self.settings.tangential_stiffness_n_per_m;
-                let way = u.hypot(v);
-                let share = if way > most { most / way } else { 1.0 };
-                [x - share * u, y - share * v]
-            });
+    #[inline(always)]
+    pub(crate) fn settle<N: Number>(
+        &self,
+        body: &Body<'_, N>,
+        deck: &DeckPose<N>,
+        contact: &mut Foothold<N>,
+    ) {
+        let feet = self.feet_at(body, deck, contact);
+        for i in 0..4 {
+            let (normal, [x, y]) = (feet[i].force_n[2], feet[i].place_m);
+            let (zero, sticks) = (normal.like(0.0), contact.sticks[i]);
+            let [a, b] = contact.stuck_m[i];
+            let u = N::choose(sticks, x - a, zero);
+            let v = N::choose(sticks, y - b, zero);
+            let most =
+                normal * (self.settings.friction / self.settings.tangential_stiffness_n_per_m);
+            let way = (u * u + v * v).sqrt();
+            let share = N::choose(most.below(way), most / way, zero.like(1.0));
+            contact.sticks[i] = zero.below(normal);
+            contact.stuck_m[i] = [x - share * u, y - share * v];
         }
     }
 
@@ -276,68 +364,5 @@ impl Legs {
                 + 0.5 * s.tangential_stiffness_n_per_m * way2
         };
         feet.iter().zip(&contact.stuck_m).map(of).sum()
-    }
-}
-
-/// What happened between legs and deck, step by step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct ContactLog {
-    /// Time of the first touch, s.
-    pub first_touch_s: Option<f64>,
-    /// Times all feet have left the deck again after a touch.
-    pub bounces: u32,
-    /// Highest clearance of the lowest foot after the first touch, m.
-    pub bounce_height_m: f64,
-    /// Way that feet have slid, the greatest of the four, m.
-    pub slide_m: f64,
-    /// Greatest normal force on a foot, N.
-    pub greatest_normal_n: f64,
-    /// Greatest tilt from the deck's normal after the first touch, rad.
-    pub greatest_tilt_rad: f64,
-    /// Time at which the tilt passed the limit: the vehicle has tipped over, s.
-    pub tipped_s: Option<f64>,
-    /// Time at which a vehicle that had touched had no foot on the deck and one
-    /// more than [`DEEPEST_M`] below its plane, s: it fell off.
-    pub fell_s: Option<f64>,
-    /// Way slid by each foot, m.
-    pub slid_m: [f64; 4],
-    /// Feet on the deck at the last step.
-    pub feet_down: u32,
-    /// Where feet were at the last step, and whether on the deck.
-    #[serde(skip)]
-    before: [Option<[f64; 2]>; 4],
-}
-
-impl ContactLog {
-    /// Adds the feet after a step at the time t; `tilt_rad` is the angle
-    /// between the body's z axis and the deck's normal.
-    pub fn add(&mut self, time_s: f64, feet: &[Foot; 4], tilt_rad: f64, settings: &LegSettings) {
-        let on = feet.map(|foot| (foot.force_n[2] > 0.0).then_some(foot.place_m));
-        let down = on.iter().flatten().count() as u32;
-        if down > 0 && self.first_touch_s.is_none() {
-            self.first_touch_s = Some(time_s);
-        }
-        if self.first_touch_s.is_none() {
-            return;
-        }
-        self.bounces += u32::from(self.feet_down > 0 && down == 0);
-        self.feet_down = down;
-        let deepest = feet.iter().map(|f| f.depth_m).fold(f64::MIN, f64::max);
-        self.bounce_height_m = self.bounce_height_m.max(-deepest);
-        self.greatest_tilt_rad = self.greatest_tilt_rad.max(tilt_rad);
-        for i in 0..4 {
-            self.greatest_normal_n = self.greatest_normal_n.max(feet[i].force_n[2]);
-            if let (true, Some([x, y]), Some([a, b])) = (feet[i].slides, on[i], self.before[i]) {
-                self.slid_m[i] += (x - a).hypot(y - b);
-                self.slide_m = self.slide_m.max(self.slid_m[i]);
-            }
-        }
-        self.before = on;
-        if tilt_rad > settings.tipped_rad && self.tipped_s.is_none() {
-            self.tipped_s = Some(time_s);
-        }
-        if down == 0 && deepest > DEEPEST_M && self.fell_s.is_none() {
-            self.fell_s = Some(time_s);
-        }
     }
 }

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::check;
 use crate::error::SimError;
+use crate::number::Number;
 
 /// Settings of the exponential law.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,6 +39,7 @@ impl Default for ExponentialSettings {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exponential {
     amplitude: f64,
+    scale: f64,
     decay_per_m: f64,
     rate_per_s: f64,
 }
@@ -53,7 +55,8 @@ impl Exponential {
         check::positive("lag_s", settings.lag_s)?;
         check::not_negative("ground_effect_scale", scale)?;
         Ok(Self {
-            amplitude: settings.amplitude * scale,
+            amplitude: settings.amplitude,
+            scale,
             decay_per_m: settings.decay_per_m,
             rate_per_s: 1.0 / settings.lag_s,
         })
@@ -63,13 +66,32 @@ impl Exponential {
     #[inline]
     #[must_use]
     pub fn target(&self, height_m: f64) -> f64 {
-        self.amplitude * (-self.decay_per_m * height_m.max(0.0)).exp()
+        self.target_at(self.scale, height_m)
+    }
+
+    /// [`Self::target`] with the scale given.
+    #[inline(always)]
+    pub(crate) fn target_at<N: Number>(&self, scale: N, height_m: N) -> N {
+        let depth = height_m.most(height_m.like(0.0)) * -self.decay_per_m;
+        scale * self.amplitude * depth.each(f64::exp)
+    }
+
+    /// What the amplitude is multiplied by.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// The same law with another scale.
+    #[must_use]
+    pub(crate) fn with_scale(self, scale: f64) -> Self {
+        Self { scale, ..self }
     }
 
     /// Rate of the lagged lift ratio.
-    #[inline]
+    #[inline(always)]
     #[must_use]
-    pub fn derivative(&self, ratio: f64, target: f64) -> f64 {
+    pub fn derivative<N: Number>(&self, ratio: N, target: N) -> N {
         (target - ratio) * self.rate_per_s
     }
 }

@@ -21,6 +21,7 @@
 
 use crate::check;
 use crate::error::SimError;
+use crate::number::{Number, angles};
 use crate::plant::{PlantSettings, Surface};
 
 /// Least height of the rotor plane in the laws, m.
@@ -101,47 +102,61 @@ impl WakeLag {
 
     /// [`Self::image_sum`] of all four rotors at any places in the deck's axes
     /// (forward, port, height of the rotor): a tilted vehicle.
-    #[inline]
+    #[inline(always)]
     #[must_use]
-    pub fn image_sums(&self, places_m: &[[f64; 3]; 4], speeds: &[f64; 4]) -> [f64; 4] {
-        let mut sums = [0.0; 4];
+    pub fn image_sums<N: Number>(&self, places_m: &[[N; 3]; 4], speeds: &[N; 4]) -> [N; 4] {
+        let mut sums = *speeds;
         for i in 0..4 {
             let [xi, yi, zi] = places_m[i];
-            sums[i] += image_kernel(0.0, 2.0 * zi) * speeds[i];
+            // h/(s² + h²)^1.5 of the rotor's own image, s = 0 and h = 2 z.
+            sums[i] = speeds[i] / (zi * zi * 4.0);
             for j in 0..i {
                 let [xj, yj, zj] = places_m[j];
                 let (dx, dy) = (xi - xj, yi - yj);
                 let kernel = image_kernel(dx * dx + dy * dy, zi + zj);
-                sums[i] += kernel * speeds[j];
-                sums[j] += kernel * speeds[i];
+                sums[i] = sums[i] + kernel * speeds[j];
+                sums[j] = sums[j] + kernel * speeds[i];
             }
         }
         let quarter = 0.25 * self.radius_m * self.radius_m;
         for i in 0..4 {
-            sums[i] *= quarter / speeds[i];
+            sums[i] = sums[i] * quarter / speeds[i];
         }
         sums
+    }
+
+    /// γ: what the targets are multiplied by.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// The same law with another γ.
+    #[must_use]
+    pub(crate) fn with_scale(self, scale: f64) -> Self {
+        Self { scale, ..self }
     }
 
     /// Static target of a rotor's own inflow, `γ E(z_i) min(Σ q_ij, 0.5)`.
     #[inline]
     #[must_use]
     pub fn rotor_target(&self, height_m: f64, image_sum: f64) -> f64 {
-        self.rotor_target_over(self.deck.finite_plate(height_m), image_sum)
+        Self::rotor_target_over(self.scale, self.deck.finite_plate(height_m), image_sum)
     }
 
-    /// [`Self::rotor_target`] with E known.
-    #[inline]
-    pub(crate) fn rotor_target_over(&self, finite_plate: f64, image_sum: f64) -> f64 {
-        self.scale * finite_plate * image_sum.min(IMAGE_LIMIT)
+    /// [`Self::rotor_target`] with γ and E known.
+    #[inline(always)]
+    pub(crate) fn rotor_target_over<N: Number>(scale: N, finite_plate: N, image_sum: N) -> N {
+        scale * finite_plate * image_sum.least(scale.like(IMAGE_LIMIT))
     }
 
     /// Share of the fountain, q_ftn, before plate and scale.
-    #[inline]
+    #[inline(always)]
     #[must_use]
-    pub fn fountain_share(&self, mean_height_m: f64) -> f64 {
-        let r2 = self.diagonal2_m2 + 4.0 * mean_height_m * mean_height_m;
-        2.0 * self.radius_m * self.radius_m * self.fountain_gain * mean_height_m / (r2 * r2.sqrt())
+    pub fn fountain_share<N: Number>(&self, mean_height_m: N) -> N {
+        let r2 = mean_height_m * mean_height_m * 4.0 + self.diagonal2_m2;
+        let gain = 2.0 * self.radius_m * self.radius_m * self.fountain_gain;
+        mean_height_m * gain / (r2 * r2.sqrt())
     }
 
     /// Static target of the fountain, `γ E(z_c) q_ftn(z_c)`, the same for all
@@ -149,13 +164,13 @@ impl WakeLag {
     #[inline]
     #[must_use]
     pub fn fountain_target(&self, mean_height_m: f64) -> f64 {
-        self.fountain_target_over(self.deck.finite_plate(mean_height_m), mean_height_m)
+        self.fountain_target_at(self.scale, mean_height_m)
     }
 
-    /// [`Self::fountain_target`] with E known.
-    #[inline]
-    pub(crate) fn fountain_target_over(&self, finite_plate: f64, mean_height_m: f64) -> f64 {
-        self.scale * finite_plate * self.fountain_share(mean_height_m)
+    /// [`Self::fountain_target`] with γ given.
+    #[inline(always)]
+    pub(crate) fn fountain_target_at<N: Number>(&self, scale: N, mean_height_m: N) -> N {
+        scale * self.deck.finite_plate(mean_height_m) * self.fountain_share(mean_height_m)
     }
 
     /// Targets (rotor, fountain) of a level vehicle over the deck's centre.
@@ -188,36 +203,49 @@ impl WakeLag {
     #[inline]
     #[must_use]
     pub fn rotor_rate(&self, q1: f64, target: f64, rotor_height_m: f64, root_thrust: f64) -> f64 {
-        let z = rotor_height_m.max(LEAST_ROTOR_HEIGHT_M);
-        (target - q1) * self.pace(root_thrust) / (self.rotor_lag_s * (z + 0.2) / 0.4)
+        Self::lag_rate(q1, target, self.rotor_pace(rotor_height_m), root_thrust)
     }
 
     /// `q2' = (q2* - q2)/t2` of the fountain, by the mean height and the whole thrust.
     #[inline]
     #[must_use]
     pub fn fountain_rate(&self, q2: f64, target: f64, mean_height_m: f64, root_thrust: f64) -> f64 {
-        let z = mean_height_m.max(LEAST_ROTOR_HEIGHT_M);
-        (target - q2) * self.pace(root_thrust) / (self.fountain_lag_s * (z + 0.6) / 0.8)
+        Self::lag_rate(q2, target, self.fountain_pace(mean_height_m), root_thrust)
     }
 
-    #[inline]
-    fn pace(&self, root_thrust: f64) -> f64 {
-        root_thrust.max(1.0) / self.hover_root
+    /// 1/t1 at a height for √T = 1.
+    #[inline(always)]
+    pub(crate) fn rotor_pace<N: Number>(&self, rotor_height_m: N) -> N {
+        let z = rotor_height_m.most(rotor_height_m.like(LEAST_ROTOR_HEIGHT_M));
+        z.like(0.4 / (self.rotor_lag_s * self.hover_root)) / (z + 0.2)
+    }
+
+    /// 1/t2 at a height for √T = 1.
+    #[inline(always)]
+    pub(crate) fn fountain_pace<N: Number>(&self, mean_height_m: N) -> N {
+        let z = mean_height_m.most(mean_height_m.like(LEAST_ROTOR_HEIGHT_M));
+        z.like(0.8 / (self.fountain_lag_s * self.hover_root)) / (z + 0.6)
+    }
+
+    /// Rate of a lag at the pace of [`Self::rotor_pace`] or [`Self::fountain_pace`].
+    #[inline(always)]
+    pub(crate) fn lag_rate<N: Number>(q: N, target: N, pace: N, root_thrust: N) -> N {
+        (target - q) * (root_thrust.most(q.like(1.0)) * pace)
     }
 
     /// G - 1, where `G = 1/(1 - min(q1 + q2, 0.6))` is thrust in ground effect
     /// over thrust in free air.
-    #[inline]
+    #[inline(always)]
     #[must_use]
-    pub fn lift_ratio(inflow: [f64; 2]) -> f64 {
-        let q = (inflow[0] + inflow[1]).min(TOTAL_LIMIT);
-        q / (1.0 - q)
+    pub fn lift_ratio<N: Number>(inflow: [N; 2]) -> N {
+        let q = (inflow[0] + inflow[1]).least(inflow[0].like(TOTAL_LIMIT));
+        q / q.taken_from(1.0)
     }
 }
 
 /// `h/(s² + h²)^1.5`, the geometry of one image: `distance2_m2` is s².
-#[inline]
-fn image_kernel(distance2_m2: f64, h: f64) -> f64 {
+#[inline(always)]
+fn image_kernel<N: Number>(distance2_m2: N, h: N) -> N {
     let r2 = distance2_m2 + h * h;
     h / (r2 * r2.sqrt())
 }
@@ -228,15 +256,15 @@ fn image_kernel(distance2_m2: f64, h: f64) -> f64 {
 /// `root_thrust` is x_i = √(4 T_i), the rotor's share on the scale of the whole
 /// vehicle; `damping_per_root` is k_v/√W; `air_speed_mps` is the rotor's climb
 /// speed w_i less the upwash P u_i of the deck below it.
-#[inline]
+#[inline(always)]
 #[must_use]
-pub fn rotor_force(
-    root_thrust: f64,
-    lift_ratio: f64,
+pub fn rotor_force<N: Number>(
+    root_thrust: N,
+    lift_ratio: N,
     damping_per_root: f64,
-    air_speed_mps: f64,
-) -> f64 {
-    0.25 * root_thrust * (root_thrust * lift_ratio - damping_per_root * air_speed_mps)
+    air_speed_mps: N,
+) -> N {
+    root_thrust * 0.25 * (root_thrust * lift_ratio - air_speed_mps * damping_per_root)
 }
 
 /// The surface below: how much of an unbounded plane it is.
@@ -262,17 +290,18 @@ impl Deck {
     }
 
     /// E(z): 1 above unbounded ground, 0 where there is no surface.
-    #[inline]
+    #[inline(always)]
     #[must_use]
-    pub fn finite_plate(&self, rotor_height_m: f64) -> f64 {
+    pub fn finite_plate<N: Number>(&self, rotor_height_m: N) -> N {
+        let z = rotor_height_m;
         match self.surface {
             Surface::Plate => {
-                let k = self.radius_m / rotor_height_m;
-                let s = 1.0 + k * k;
-                1.0 - 1.0 / (s * s.sqrt())
+                let k = z.like(self.radius_m) / z;
+                let s = k * k + 1.0;
+                (z.like(1.0) / (s * s.sqrt())).taken_from(1.0)
             }
-            Surface::Ground => 1.0,
-            Surface::Absent => 0.0,
+            Surface::Ground => z.like(1.0),
+            Surface::Absent => z.like(0.0),
         }
     }
 
@@ -300,28 +329,40 @@ impl Deck {
     /// above 0: the sum of `atan(XY/(z √(X² + Y² + z²)))` over X in {l - x, l + x}
     /// and Y in {l - y, l + y}. The four angles are added as the argument of a
     /// product of complex numbers.
-    #[inline]
+    #[inline(always)]
     #[must_use]
-    pub fn solid_angle(&self, [x, y, z]: [f64; 3]) -> f64 {
+    pub fn solid_angle<N: Number>(&self, place_m: [N; 3]) -> N {
+        let [angle] = self.solid_angles(&[place_m]);
+        angle
+    }
+
+    /// [`Self::solid_angle`] of several places.
+    #[inline(always)]
+    #[must_use]
+    pub fn solid_angles<N: Number, const K: usize>(&self, places_m: &[[N; 3]; K]) -> [N; K] {
         let l = self.half_side_m;
-        let z2 = z * z;
-        let (mut re, mut im) = (1.0, 0.0);
-        for a in [l - x, l + x] {
-            for b in [l - y, l + y] {
-                let (c, d) = (z * (a * a + b * b + z2).sqrt(), a * b);
-                (re, im) = (re * c - im * d, re * d + im * c);
+        let (mut re, mut im) = (
+            places_m.map(|p| p[2].like(1.0)),
+            places_m.map(|p| p[2].like(0.0)),
+        );
+        for (a_sign, b_sign) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            for i in 0..K {
+                let [x, y, z] = places_m[i];
+                let (a, b) = (x * a_sign + l, y * b_sign + l);
+                let (c, d) = (z * (a * a + b * b + z * z).sqrt(), a * b);
+                (re[i], im[i]) = (re[i] * c - im[i] * d, re[i] * d + im[i] * c);
             }
         }
-        let angle = f64::atan2(im, re);
-        let beside = x.abs() > l || y.abs() > l;
-        if beside {
-            // Below π: rounding must not turn nothing into a full circle.
-            angle.max(0.0)
-        } else if angle < 0.0 {
-            angle + std::f64::consts::TAU
-        } else {
-            angle
+        let mut angles = angles(re, im);
+        for i in 0..K {
+            let ([x, y, z], angle) = (places_m[i], angles[i]);
+            let (zero, side) = (z.like(0.0), z.like(l));
+            let beside = side.below(x.abs()) | side.below(y.abs());
+            // Beside the plate below π: rounding must not turn nothing into a full circle.
+            let raised = N::choose(angle.below(zero), angle + std::f64::consts::TAU, angle);
+            angles[i] = N::choose(beside, angle.most(zero), raised);
         }
+        angles
     }
 
     /// ρ of a rotor at (x, y, z) in the deck's axes: the plate's solid angle

@@ -41,7 +41,25 @@
 //! | [`cascade`] | attitude and rate control: thrust and attitude in, throttles out |
 //! | [`wind`] | steady wind, Dryden turbulence, a gust |
 //! | [`camera`] | the downward camera: images of the pad on the deck |
-//! | [`space`] | whole landings: sensors, landing computer, outcome |
+//! | [`space`] | whole landings: sensors, landing computer, outcome; landings by the lane |
+//! | [`number`] | what the vehicle is computed with: one number, or a vector of them |
+//!
+//! # Speed
+//!
+//! Million steps of 1 ms per second of processor time, one core of an AMD EPYC (Zen 5) that
+//! others were busy on too:
+//!
+//! | what | steps | command |
+//! | --- | --- | --- |
+//! | the vehicle alone | 3.4 | `cargo bench -p touchdown-sim --bench rigid` |
+//! | whole landings: sensors, estimators, planner, turbulence | 1.06 | `… --bench space` |
+//! | landings with ideal sensors, one at a time | 1.7 | `… --bench batch` |
+//! | the same by the lane ([`space::Batch`]) | 5.4 | `… --bench batch` |
+//! | the same in a sea of 100 waves, with turbulence and gusts | 3.2 | `… --bench batch` |
+//!
+//! `crates/sim/benches/peng_quad/run.sh` prints them beside a published simulator,
+//! `crates/sim/benches/campaign.sh` cold start, memory and a campaign of 10 000 landings. What
+//! is held within a step, and what that costs: [`rigid::RigidVehicle::step`].
 //!
 //! A trial of the rig, with what the load cell says beside the truth:
 //!
@@ -123,8 +141,10 @@ pub mod exponential;
 pub mod ground;
 mod height_table;
 pub mod landing;
+mod lanes;
 pub mod motor;
 pub mod noise;
+pub mod number;
 pub mod plant;
 pub mod profile;
 pub mod rig;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::check;
 use crate::error::SimError;
+use crate::number::Number;
 
 /// Settings of the motor law `J x' = s (1 - k s) - b x - c x²`, x = √T.
 ///
@@ -75,17 +76,17 @@ impl Motor {
     /// dx/dt of one motor of several on the same battery, which sags with their
     /// mean throttle `load`: `J x' = s (1 - k load) - b x - c x²`. x is on the
     /// scale of the whole vehicle, √(4 T_i) of four.
-    #[inline]
+    #[inline(always)]
     #[must_use]
-    pub fn derivative_at_load(&self, x: f64, s: f64, load: f64) -> f64 {
-        (s * (1.0 - self.k * load) - self.b * x - self.c * x * x) * self.inverse_inertia
+    pub fn derivative_at_load<N: Number>(&self, x: N, s: N, load: N) -> N {
+        (s * (load * self.k).taken_from(1.0) - x * self.b - x * self.c * x) * self.inverse_inertia
     }
 
     /// The drive `s (1 - k load) = b x + c x²` that holds x at rest.
     #[inline]
     #[must_use]
-    pub fn drive_for(&self, x: f64) -> f64 {
-        self.b * x + self.c * x * x
+    pub fn drive_for<N: Number>(&self, x: N) -> N {
+        x * self.b + x * self.c * x
     }
 
     /// Sag k.
@@ -110,10 +111,11 @@ impl Motor {
 
     /// The throttle s with `s (1 - k s) = drive`, clamped to [0, 1].
     #[must_use]
-    pub fn throttle_for_drive(&self, drive: f64) -> f64 {
+    pub fn throttle_for_drive<N: Number>(&self, drive: N) -> N {
         // 2y/(1 + √(1 - 4ky)) is (1 - √(1 - 4ky))/(2k), also for k = 0.
-        let root = (1.0 - 4.0 * self.k * drive).max(0.0).sqrt();
-        (2.0 * drive / (1.0 + root)).clamp(0.0, 1.0)
+        let (zero, one) = (drive.like(0.0), drive.like(1.0));
+        let root = (drive * (4.0 * self.k)).taken_from(1.0).most(zero).sqrt();
+        (drive * 2.0 / (root + 1.0)).within(zero, one)
     }
 }
 

@@ -7,6 +7,7 @@ use crate::error::SimError;
 use crate::exponential::{Exponential, ExponentialSettings};
 use crate::ground::{Deck, WakeLag, rotor_force};
 use crate::motor::{Motor, MotorSettings};
+use crate::number::Number;
 
 /// Which ground effect the plant has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -154,6 +155,15 @@ pub(crate) enum Law {
     Exponential(Exponential),
 }
 
+/// What is held over a step of the integration.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HeldPlant {
+    target: [f64; 2],
+    pace: [f64; 2],
+    /// P u, m/s.
+    pub(crate) air_mps: f64,
+}
+
 /// Rotors and air with coefficients that do not change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
@@ -252,25 +262,63 @@ impl Plant {
         }
     }
 
+    /// γ: strength of the ground effect.
+    #[must_use]
+    pub fn ground_effect_scale(&self) -> f64 {
+        match &self.law {
+            Law::WakeLag(law) => law.scale(),
+            Law::Exponential(law) => law.scale(),
+        }
+    }
+
+    /// The same plant with another strength of the ground effect.
+    pub(crate) fn with_ground_effect_scale(mut self, scale: f64) -> Self {
+        self.law = match self.law {
+            Law::WakeLag(law) => Law::WakeLag(law.with_scale(scale)),
+            Law::Exponential(law) => Law::Exponential(law.with_scale(scale)),
+        };
+        self
+    }
+
     /// Rate of the state. The throttle is held to [0, 1].
     #[inline]
     #[must_use]
     pub fn derivative(&self, state: &PlantState, throttle: f64, height_m: f64) -> PlantState {
-        let target = self.target(height_m);
-        let inflow = match &self.law {
-            Law::WakeLag(law) => law.derivative(
-                state.inflow,
-                target,
-                height_m + self.rotor_height_m,
-                state.root_thrust,
-            ),
-            Law::Exponential(law) => [law.derivative(state.inflow[0], target[0]), 0.0],
-        };
+        self.rate(state, throttle, &self.held(height_m, 0.0))
+    }
+
+    /// What the deck does to the rotors at a height, as
+    /// [`Rotors::held`](crate::rotors::Rotors) for four.
+    #[inline]
+    pub(crate) fn held(&self, height_m: f64, deck_velocity_mps: f64) -> HeldPlant {
+        let rotor_height_m = height_m + self.rotor_height_m;
+        HeldPlant {
+            target: self.target(height_m),
+            pace: match &self.law {
+                Law::WakeLag(law) => [
+                    law.rotor_pace(rotor_height_m),
+                    law.fountain_pace(rotor_height_m),
+                ],
+                Law::Exponential(_) => [0.0; 2],
+            },
+            air_mps: self.deck.upwash(rotor_height_m) * deck_velocity_mps,
+        }
+    }
+
+    /// [`Self::derivative`] with the surroundings known.
+    #[inline]
+    pub(crate) fn rate(&self, state: &PlantState, throttle: f64, held: &HeldPlant) -> PlantState {
+        let (x, [q1, q2]) = (state.root_thrust, state.inflow);
+        let ([to1, to2], [pace1, pace2]) = (held.target, held.pace);
         PlantState {
-            root_thrust: self
-                .motor
-                .derivative(state.root_thrust, throttle.clamp(0.0, 1.0)),
-            inflow,
+            root_thrust: self.motor.derivative(x, throttle.clamp(0.0, 1.0)),
+            inflow: match &self.law {
+                Law::WakeLag(_) => [
+                    WakeLag::lag_rate(q1, to1, pace1, x),
+                    WakeLag::lag_rate(q2, to2, pace2, x),
+                ],
+                Law::Exponential(law) => [law.derivative(q1, to1), 0.0],
+            },
         }
     }
 
@@ -295,8 +343,14 @@ impl Plant {
         vehicle_velocity_mps: f64,
         deck_velocity_mps: f64,
     ) -> Force {
+        let air_mps = self.air_speed(height_m, vehicle_velocity_mps, deck_velocity_mps);
+        self.force_at(state, air_mps)
+    }
+
+    /// [`Self::force`] at a speed through the air.
+    #[inline]
+    pub(crate) fn force_at(&self, state: &PlantState, air_speed_mps: f64) -> Force {
         let x = state.root_thrust;
-        let air_speed_mps = self.air_speed(height_m, vehicle_velocity_mps, deck_velocity_mps);
         let ratio = self.lift_ratio(state.inflow);
         Force {
             free_air_n: x * x,
@@ -319,9 +373,10 @@ impl Plant {
     }
 
     /// The same from the inflow at rest.
-    #[inline]
-    pub(crate) fn turbulence_at(&self, root_thrust: f64, target: [f64; 2]) -> f64 {
-        self.turbulence * root_thrust * root_thrust * (0.2 + (target[0] + target[1]) / 0.15)
+    #[inline(always)]
+    pub(crate) fn turbulence_at<N: Number>(&self, root_thrust: N, target: [N; 2]) -> N {
+        let strength = (target[0] + target[1]) * (1.0 / 0.15) + 0.2;
+        root_thrust * self.turbulence * root_thrust * strength
     }
 
     /// The state at rest in which the vertical force, with thrust in error by

@@ -9,17 +9,7 @@ pub(crate) fn step<const N: usize>(
     dt: f64,
     f: impl Fn(usize, &[f64; N]) -> [f64; N],
 ) -> [f64; N] {
-    step_from(y, f(0, y), dt, f)
-}
-
-/// [`step`] with the rate at its start already known.
-#[inline]
-pub(crate) fn step_from<const N: usize>(
-    y: &[f64; N],
-    k1: [f64; N],
-    dt: f64,
-    f: impl Fn(usize, &[f64; N]) -> [f64; N],
-) -> [f64; N] {
+    let k1 = f(0, y);
     let along = |k: &[f64; N], h: f64| -> [f64; N] { std::array::from_fn(|i| y[i] + h * k[i]) };
     let k2 = f(1, &along(&k1, 0.5 * dt));
     let k3 = f(1, &along(&k2, 0.5 * dt));

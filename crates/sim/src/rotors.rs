@@ -25,6 +25,7 @@ use crate::error::SimError;
 use crate::ground::{LEAST_ROTOR_HEIGHT_M, WakeLag, rotor_force};
 use crate::height_table::HeightTable;
 use crate::noise::Stream;
+use crate::number::Number;
 use crate::plant::{Law, Plant, PlantSettings};
 
 /// Least √(4 T_i) in ratios of induced speeds, √N.
@@ -34,13 +35,13 @@ pub const TURBULENCE_CORRELATION: f64 = 0.5;
 
 /// State of four rotors and the air around them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RotorsState {
+pub struct RotorsState<N = f64> {
     /// x_i = √(4 T_i): each rotor on the scale of the whole vehicle, √N.
-    pub root_thrust: [f64; 4],
+    pub root_thrust: [N; 4],
     /// Lagged inflow q1_i of each rotor; the lift ratio G_i - 1 of the second plant.
-    pub inflow: [f64; 4],
+    pub inflow: [N; 4],
     /// Lagged fountain q2, the same for all; unused by the second plant.
-    pub fountain: f64,
+    pub fountain: N,
 }
 
 /// Where a rotor is and how it moves, relative to the deck.
@@ -56,24 +57,36 @@ pub struct RotorPlace {
 
 /// Inflow at rest, and what the deck's air does to a rotor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RotorsTarget {
+pub struct RotorsTarget<N = f64> {
     /// q1*_i (the lift ratio at rest of the second plant).
-    pub inflow: [f64; 4],
+    pub inflow: [N; 4],
     /// q2*.
-    pub fountain: f64,
+    pub fountain: N,
     /// P(z_i) ρ_i.
-    pub upwash: [f64; 4],
+    pub upwash: [N; 4],
     /// z_c, held at 0.05 m or more.
-    pub mean_height_m: f64,
+    pub mean_height_m: N,
+}
+
+/// What the deck does to the rotors: where the inflow goes, how fast, and how the
+/// air below moves. Held over a step of the integration.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Held<N> {
+    pub(crate) target: RotorsTarget<N>,
+    /// Pace of each rotor's lag, and of the fountain's.
+    rotor_pace: [N; 4],
+    fountain_pace: N,
+    /// P(z_i) ρ_i u_i, m/s.
+    pub(crate) air_mps: [N; 4],
 }
 
 /// Forces along the rotors' axes, without turbulence.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RotorForces {
+pub struct RotorForces<N = f64> {
     /// T_i in free air, N.
-    pub free_air_n: [f64; 4],
+    pub free_air_n: [N; 4],
     /// Ground effect and climb damping f_i, N.
-    pub ground_effect_n: [f64; 4],
+    pub ground_effect_n: [N; 4],
 }
 
 /// Four rotors: the plant, and where they are.
@@ -111,19 +124,36 @@ impl Rotors {
         [[a, a, h], [-a, a, h], [-a, -a, h], [a, -a, h]]
     }
 
+    /// γ: strength of the ground effect.
+    #[must_use]
+    pub fn ground_effect_scale(&self) -> f64 {
+        self.plant.ground_effect_scale()
+    }
+
+    /// The same rotors with another strength of the ground effect.
+    pub(crate) fn with_ground_effect_scale(mut self, scale: f64) -> Self {
+        self.plant = self.plant.with_ground_effect_scale(scale);
+        self
+    }
+
     /// ρ of each rotor at its place in the deck's axes.
-    #[inline]
     #[must_use]
     pub fn edge_shares(&self, places_m: &[[f64; 3]; 4]) -> [f64; 4] {
-        let deck = &self.plant.deck;
-        if deck.half_side_m().is_none() {
-            return [1.0; 4];
-        }
-        let mut shares = [0.0; 4];
-        for i in 0..4 {
-            let [x, y, z] = places_m[i];
-            let z = z.max(LEAST_ROTOR_HEIGHT_M);
-            shares[i] = deck.solid_angle([x, y, z]) * self.table.at(z).inverse_angle;
+        let at = places_m.map(|[x, y, z]| [x, y, z.max(LEAST_ROTOR_HEIGHT_M)]);
+        self.shares(&at, at.map(|[_, _, z]| self.table.at(z).inverse_angle))
+    }
+
+    /// ρ where 1/S0 is known.
+    #[inline(always)]
+    fn shares<N: Number>(&self, places_m: &[[N; 3]; 4], inverse_angle: [N; 4]) -> [N; 4] {
+        let mut shares = inverse_angle;
+        if self.plant.deck.half_side_m().is_some() {
+            let angles = self.plant.deck.solid_angles(places_m);
+            for i in 0..4 {
+                shares[i] = angles[i] * inverse_angle[i];
+            }
+        } else {
+            shares = [shares[0].like(1.0); 4];
         }
         shares
     }
@@ -131,59 +161,78 @@ impl Rotors {
     /// Inflow at rest at the places of the rotors.
     #[must_use]
     pub fn target(&self, root_thrust: &[f64; 4], places: &[RotorPlace; 4]) -> RotorsTarget {
-        let share = self.edge_shares(&places.map(|rotor| rotor.place_m));
-        self.target_with(root_thrust, places, &share)
+        let deck_mps = places.map(|rotor| rotor.deck_mps);
+        let places_m = places.map(|rotor| rotor.place_m);
+        self.held(self.ground_effect_scale(), root_thrust, &places_m, deck_mps)
+            .target
     }
 
-    /// [`Self::target`] with the ρ of each rotor known.
-    #[inline]
-    #[must_use]
-    pub fn target_with(
+    /// What the deck does to rotors at `places_m` in its axes, with the strength
+    /// `scale` of the ground effect and speeds `deck_mps` of the points below.
+    #[inline(always)]
+    pub(crate) fn held<N: Number>(
         &self,
-        root_thrust: &[f64; 4],
-        places: &[RotorPlace; 4],
-        share: &[f64; 4],
-    ) -> RotorsTarget {
-        let mut at = [[0.0; 3]; 4];
-        let mut plate = [0.0; 4];
-        let mut target = RotorsTarget::default();
+        scale: N,
+        root_thrust: &[N; 4],
+        places_m: &[[N; 3]; 4],
+        deck_mps: [N; 4],
+    ) -> Held<N> {
+        let zero = scale.like(0.0);
+        let least_m = scale.like(LEAST_ROTOR_HEIGHT_M);
+        let mut at = *places_m;
+        let mut share = [zero; 4];
+        let mut held = Held {
+            target: RotorsTarget {
+                inflow: [zero; 4],
+                fountain: zero,
+                upwash: [zero; 4],
+                mean_height_m: zero,
+            },
+            rotor_pace: [zero; 4],
+            fountain_pace: zero,
+            air_mps: [zero; 4],
+        };
+        let target = &mut held.target;
         for i in 0..4 {
-            let [x, y, z] = places[i].place_m;
-            let z = z.max(LEAST_ROTOR_HEIGHT_M);
-            at[i] = [x, y, z];
-            let of = self.table.at(z);
-            plate[i] = of.finite_plate;
-            target.upwash[i] = of.upwash * share[i];
+            at[i][2] = at[i][2].most(least_m);
+            let of = self.table.at(at[i][2]);
+            (target.upwash[i], share[i]) = (of.upwash, of.inverse_angle);
         }
-        let mean_height_m = 0.25 * (at[0][2] + at[1][2] + at[2][2] + at[3][2]);
+        let share = self.shares(&at, share);
+        for i in 0..4 {
+            target.upwash[i] = target.upwash[i] * share[i];
+            held.air_mps[i] = target.upwash[i] * deck_mps[i];
+        }
+        let mean_height_m = (at[0][2] + at[1][2] + at[2][2] + at[3][2]) * 0.25;
         target.mean_height_m = mean_height_m;
         match &self.plant.law {
             Law::WakeLag(law) => {
                 let mut speeds = *root_thrust;
-                for x in &mut speeds {
-                    *x = x.max(LEAST_ROOT);
+                for i in 0..4 {
+                    speeds[i] = speeds[i].most(zero.like(LEAST_ROOT));
                 }
                 let sums = law.image_sums(&at, &speeds);
                 for i in 0..4 {
-                    target.inflow[i] = law.rotor_target_over(plate[i], sums[i]) * share[i];
+                    let plate = self.plant.deck.finite_plate(at[i][2]);
+                    target.inflow[i] = WakeLag::rotor_target_over(scale, plate, sums[i]) * share[i];
+                    held.rotor_pace[i] = law.rotor_pace(at[i][2]);
                 }
-                let mean_share = 0.25 * (share[0] + share[1] + share[2] + share[3]);
-                let plate = self.table.at(mean_height_m).finite_plate;
-                target.fountain = law.fountain_target_over(plate, mean_height_m) * mean_share;
+                let mean_share = (share[0] + share[1] + share[2] + share[3]) * 0.25;
+                target.fountain = law.fountain_target_at(scale, mean_height_m) * mean_share;
+                held.fountain_pace = law.fountain_pace(mean_height_m);
             }
             Law::Exponential(law) if self.plant.present => {
                 for i in 0..4 {
-                    let height_m = places[i].place_m[2] - self.plant.rotor_height_m;
-                    target.inflow[i] = law.target(height_m) * share[i];
+                    let height_m = places_m[i][2] - self.plant.rotor_height_m;
+                    target.inflow[i] = law.target_at(scale, height_m) * share[i];
                 }
             }
             Law::Exponential(_) => {}
         }
-        target
+        held
     }
 
     /// Rate of the state; throttles are held to [0, 1].
-    #[inline]
     #[must_use]
     pub fn derivative(
         &self,
@@ -192,49 +241,97 @@ impl Rotors {
         throttle: &[f64; 4],
         places: &[RotorPlace; 4],
     ) -> RotorsState {
+        let (rotor_pace, fountain_pace) = match &self.plant.law {
+            Law::WakeLag(law) => (
+                places.map(|rotor| law.rotor_pace(rotor.place_m[2])),
+                law.fountain_pace(target.mean_height_m),
+            ),
+            Law::Exponential(_) => ([0.0; 4], 0.0),
+        };
+        let held = Held {
+            target: *target,
+            rotor_pace,
+            fountain_pace,
+            air_mps: [0.0; 4],
+        };
+        self.rate(state, &held, throttle)
+    }
+
+    /// Rate of the motors.
+    #[inline(always)]
+    pub(crate) fn spin_up<N: Number>(&self, root_thrust: &[N; 4], throttle: &[N; 4]) -> [N; 4] {
+        let (zero, one) = (throttle[0].like(0.0), throttle[0].like(1.0));
         let mut s = *throttle;
-        for s in &mut s {
-            *s = s.clamp(0.0, 1.0);
-        }
-        let load = 0.25 * (s[0] + s[1] + s[2] + s[3]);
-        let mut rate = RotorsState::default();
-        let mut thrust = 0.0;
         for i in 0..4 {
-            let x = state.root_thrust[i];
-            thrust += 0.25 * x * x;
-            rate.root_thrust[i] = self.plant.motor.derivative_at_load(x, s[i], load);
-            rate.inflow[i] = match &self.plant.law {
-                Law::WakeLag(law) => {
-                    law.rotor_rate(state.inflow[i], target.inflow[i], places[i].place_m[2], x)
-                }
-                Law::Exponential(law) => law.derivative(state.inflow[i], target.inflow[i]),
-            };
+            s[i] = s[i].within(zero, one);
         }
-        if let Law::WakeLag(law) = &self.plant.law {
-            let (z, x) = (target.mean_height_m, thrust.sqrt());
-            rate.fountain = law.fountain_rate(state.fountain, target.fountain, z, x);
+        let load = (s[0] + s[1] + s[2] + s[3]) * 0.25;
+        let mut rate = *root_thrust;
+        for i in 0..4 {
+            rate[i] = self
+                .plant
+                .motor
+                .derivative_at_load(root_thrust[i], s[i], load);
         }
         rate
     }
 
-    /// Forces along the rotors' axes.
-    #[inline]
-    #[must_use]
-    pub fn forces(
+    /// Rate of the state.
+    #[inline(always)]
+    pub(crate) fn rate<N: Number>(
         &self,
-        state: &RotorsState,
-        target: &RotorsTarget,
-        places: &[RotorPlace; 4],
-    ) -> RotorForces {
-        let mut forces = RotorForces::default();
+        state: &RotorsState<N>,
+        held: &Held<N>,
+        throttle: &[N; 4],
+    ) -> RotorsState<N> {
+        let mut rate = RotorsState {
+            root_thrust: self.spin_up(&state.root_thrust, throttle),
+            ..*state
+        };
+        let target = &held.target;
+        match &self.plant.law {
+            Law::WakeLag(_) => {
+                let mut square = state.fountain.like(0.0);
+                for i in 0..4 {
+                    let (q, x) = (state.inflow[i], state.root_thrust[i]);
+                    square = square + x * x * 0.25;
+                    let pace = held.rotor_pace[i];
+                    rate.inflow[i] = WakeLag::lag_rate(q, target.inflow[i], pace, x);
+                }
+                let (q, to) = (state.fountain, target.fountain);
+                rate.fountain = WakeLag::lag_rate(q, to, held.fountain_pace, square.sqrt());
+            }
+            Law::Exponential(law) => {
+                for i in 0..4 {
+                    rate.inflow[i] = law.derivative(state.inflow[i], target.inflow[i]);
+                }
+                rate.fountain = state.fountain.like(0.0);
+            }
+        }
+        rate
+    }
+
+    /// Forces along the rotors' axes, with the rotors climbing at `climb_mps` along
+    /// the deck's normal.
+    #[inline(always)]
+    pub(crate) fn forces<N: Number>(
+        &self,
+        state: &RotorsState<N>,
+        held: &Held<N>,
+        climb_mps: &[N; 4],
+    ) -> RotorForces<N> {
+        let mut forces = RotorForces {
+            free_air_n: state.root_thrust,
+            ground_effect_n: state.root_thrust,
+        };
         for i in 0..4 {
             let x = state.root_thrust[i];
             let ratio = match &self.plant.law {
                 Law::WakeLag(_) => WakeLag::lift_ratio([state.inflow[i], state.fountain]),
                 Law::Exponential(_) => state.inflow[i],
             };
-            let air_mps = places[i].climb_mps - target.upwash[i] * places[i].deck_mps;
-            forces.free_air_n[i] = 0.25 * x * x;
+            let air_mps = climb_mps[i] - held.air_mps[i];
+            forces.free_air_n[i] = x * x * 0.25;
             forces.ground_effect_n[i] = rotor_force(x, ratio, self.plant.damping_per_root, air_mps);
         }
         forces
@@ -243,16 +340,21 @@ impl Rotors {
     /// Standard deviation of the turbulent force on each rotor, N. Rotors are
     /// correlated by [`TURBULENCE_CORRELATION`]; four equal ones add up to
     /// [`Plant::turbulence_sd_n`].
-    #[inline]
+    #[inline(always)]
     #[must_use]
-    pub fn turbulence_sd_n(&self, root_thrust: &[f64; 4], target: &RotorsTarget) -> [f64; 4] {
+    pub fn turbulence_sd_n<N: Number>(
+        &self,
+        root_thrust: &[N; 4],
+        target: &RotorsTarget<N>,
+    ) -> [N; 4] {
         // Var(Σ n_i) = (4 + 12 c) sd².
         let share = 1.0 / (4.0 + 12.0 * TURBULENCE_CORRELATION).sqrt();
-        let fountain = target.fountain;
-        std::array::from_fn(|i| {
-            let inflow = [target.inflow[i], fountain];
-            share * self.plant.turbulence_at(root_thrust[i], inflow)
-        })
+        let mut sd_n = *root_thrust;
+        for i in 0..4 {
+            let inflow = [target.inflow[i], target.fountain];
+            sd_n[i] = self.plant.turbulence_at(root_thrust[i], inflow) * share;
+        }
+        sd_n
     }
 }
 

@@ -1,19 +1,21 @@
 //! Vectors of three numbers and unit quaternions (w, x, y, z).
 
-pub(crate) type Vector = [f64; 3];
+use crate::number::Number;
 
-#[inline]
-pub(crate) fn add(a: Vector, b: Vector) -> Vector {
+pub(crate) type Vector<N = f64> = [N; 3];
+
+#[inline(always)]
+pub(crate) fn add<N: Number>(a: Vector<N>, b: Vector<N>) -> Vector<N> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-#[inline]
-pub(crate) fn scale(a: Vector, s: f64) -> Vector {
+#[inline(always)]
+pub(crate) fn scale<N: Number>(a: Vector<N>, s: N) -> Vector<N> {
     [a[0] * s, a[1] * s, a[2] * s]
 }
 
-#[inline]
-pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
+#[inline(always)]
+pub(crate) fn cross<N: Number>(a: Vector<N>, b: Vector<N>) -> Vector<N> {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -21,39 +23,42 @@ pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
     ]
 }
 
-#[inline]
-pub(crate) fn sub(a: Vector, b: Vector) -> Vector {
+#[inline(always)]
+pub(crate) fn sub<N: Number>(a: Vector<N>, b: Vector<N>) -> Vector<N> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-#[inline]
-pub(crate) fn dot(a: Vector, b: Vector) -> f64 {
+#[inline(always)]
+pub(crate) fn dot<N: Number>(a: Vector<N>, b: Vector<N>) -> N {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Three orthonormal axes, in world coordinates.
-pub(crate) type Axes = [Vector; 3];
+pub(crate) type Axes<N = f64> = [Vector<N>; 3];
 
 /// World coordinates of a vector given along `axes`.
-#[inline]
-pub(crate) fn to_world(axes: &Axes, v: Vector) -> Vector {
+#[inline(always)]
+pub(crate) fn to_world<N: Number>(axes: &Axes<N>, v: Vector<N>) -> Vector<N> {
     let [a, b, c] = axes;
-    let at = |k: usize| a[k] * v[0] + b[k] * v[1] + c[k] * v[2];
-    [at(0), at(1), at(2)]
+    [
+        a[0] * v[0] + b[0] * v[1] + c[0] * v[2],
+        a[1] * v[0] + b[1] * v[1] + c[1] * v[2],
+        a[2] * v[0] + b[2] * v[1] + c[2] * v[2],
+    ]
 }
 
 /// Components along `axes` of a world vector.
-#[inline]
-pub(crate) fn along(axes: &Axes, v: Vector) -> Vector {
+#[inline(always)]
+pub(crate) fn along<N: Number>(axes: &Axes<N>, v: Vector<N>) -> Vector<N> {
     [dot(axes[0], v), dot(axes[1], v), dot(axes[2], v)]
 }
 
 /// A unit quaternion w, x, y, z that turns body into world coordinates.
-pub(crate) type Quaternion = [f64; 4];
+pub(crate) type Quaternion<N = f64> = [N; 4];
 
 /// Hamilton's product.
-#[inline]
-pub(crate) fn product(a: Quaternion, b: Quaternion) -> Quaternion {
+#[inline(always)]
+pub(crate) fn product<N: Number>(a: Quaternion<N>, b: Quaternion<N>) -> Quaternion<N> {
     [
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
         a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
@@ -62,30 +67,43 @@ pub(crate) fn product(a: Quaternion, b: Quaternion) -> Quaternion {
     ]
 }
 
-#[inline]
-pub(crate) fn normalised(q: Quaternion) -> Quaternion {
-    let n = 1.0 / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
+/// `q` turned on by the rates ω (body axes) over a short time: `q + q ∘ (0, ω) t/2`,
+/// `half_time_s` being t/2; not normalised.
+#[inline(always)]
+pub(crate) fn turned<N: Number>(
+    q: Quaternion<N>,
+    rates: Vector<N>,
+    half_time_s: f64,
+) -> Quaternion<N> {
+    let [a, b, c] = scale(rates, q[0].like(half_time_s));
+    product(q, [q[0].like(1.0), a, b, c])
+}
+
+#[inline(always)]
+pub(crate) fn normalised<N: Number>(q: Quaternion<N>) -> Quaternion<N> {
+    let n = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
+    let n = n.like(1.0) / n;
     [q[0] * n, q[1] * n, q[2] * n, q[3] * n]
 }
 
 /// The body's axes in the world: columns of the rotation.
-#[inline]
-pub(crate) fn axes_of([w, x, y, z]: Quaternion) -> Axes {
+#[inline(always)]
+pub(crate) fn axes_of<N: Number>([w, x, y, z]: Quaternion<N>) -> Axes<N> {
     [
         [
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y + w * z),
-            2.0 * (x * z - w * y),
+            ((y * y + z * z) * 2.0).taken_from(1.0),
+            (x * y + w * z) * 2.0,
+            (x * z - w * y) * 2.0,
         ],
         [
-            2.0 * (x * y - w * z),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z + w * x),
+            (x * y - w * z) * 2.0,
+            ((x * x + z * z) * 2.0).taken_from(1.0),
+            (y * z + w * x) * 2.0,
         ],
         [
-            2.0 * (x * z + w * y),
-            2.0 * (y * z - w * x),
-            1.0 - 2.0 * (x * x + y * y),
+            (x * z + w * y) * 2.0,
+            (y * z - w * x) * 2.0,
+            ((x * x + y * y) * 2.0).taken_from(1.0),
         ],
     ]
 }

@@ -109,13 +109,14 @@ impl VerticalVehicle {
         deck: DeckPoint,
         turbulence_n: f64,
     ) -> f64 {
-        let force = self.force(state, deck);
-        let lift_n = force.total_n() + self.thrust_scale_error * force.free_air_n;
-        (lift_n + turbulence_n - self.plant.weight_n()) / self.mass_kg
+        self.accelerated(self.force(state, deck), turbulence_n)
     }
 
     /// One Runge–Kutta step of `dt`; `deck` is the deck at the start, the
     /// middle and the end of the step.
+    ///
+    /// Where the inflow goes, how fast, and the upwash are held within the step, as
+    /// they are in its middle; see [`RigidVehicle::step`](crate::rigid::RigidVehicle::step).
     #[inline]
     pub fn step(
         &self,
@@ -125,19 +126,26 @@ impl VerticalVehicle {
         turbulence_n: f64,
         dt: f64,
     ) {
-        let next = rk4::step(&state.to_array(), dt, |stage, y| {
+        let middle = state.height_m + 0.5 * dt * state.velocity_mps - deck[1].height_m;
+        let held = self.plant.held(middle, deck[1].velocity_mps);
+        let next = rk4::step(&state.to_array(), dt, |_, y| {
             let state = VerticalState::from_array(*y);
-            let deck = deck[stage];
-            let height_m = state.height_m - deck.height_m;
-            let plant = self.plant.derivative(&state.plant, throttle, height_m);
+            let air_mps = state.velocity_mps - held.air_mps;
+            let force = self.plant.force_at(&state.plant, air_mps);
             VerticalState {
-                plant,
+                plant: self.plant.rate(&state.plant, throttle, &held),
                 height_m: state.velocity_mps,
-                velocity_mps: self.acceleration_mps2(&state, deck, turbulence_n),
+                velocity_mps: self.accelerated(force, turbulence_n),
             }
             .to_array()
         });
         *state = VerticalState::from_array(next);
+    }
+
+    #[inline]
+    fn accelerated(&self, force: Force, turbulence_n: f64) -> f64 {
+        let lift_n = force.total_n() + self.thrust_scale_error * force.free_air_n;
+        (lift_n + turbulence_n - self.plant.weight_n()) / self.mass_kg
     }
 }
 

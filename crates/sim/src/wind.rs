@@ -250,6 +250,12 @@ impl Wind {
         wind
     }
 
+    /// Whether it is ever another than now.
+    #[must_use]
+    pub fn changes(&self) -> bool {
+        self.filters.is_some() || self.settings.gust.is_some()
+    }
+
     /// One step on.
     #[inline]
     pub fn step(&mut self) {

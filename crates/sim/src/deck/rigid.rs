@@ -15,6 +15,7 @@ use super::{DeckMotion, DeckPoint};
 use crate::check;
 use crate::error::SimError;
 use crate::noise::{Purpose, Stream};
+use crate::number::{Number, sin_cos};
 use crate::vector::{add, cross, scale};
 
 /// One coordinate of the deck's motion.
@@ -101,6 +102,32 @@ pub enum RigidMotion {
     Sea(SeaSettings),
 }
 
+impl SeaSettings {
+    /// Checks the settings and computes the spectrum.
+    pub(crate) fn spectrum(&self, gravity_mps2: f64) -> Result<Spectrum, SimError> {
+        check::positive("gravity_mps2", gravity_mps2)?;
+        check::finite("heading_rad", self.heading_rad)?;
+        check::within("waves", self.waves as f64, 1.0, 100_000.0)?;
+        let spectrum = Spectrum::new(&self.spectrum).map_err(|e| e.in_section("spectrum"))?;
+        self.ship.validate().map_err(|e| e.in_section("ship"))?;
+        Ok(spectrum)
+    }
+
+    /// The ship's motion in waves that are drawn.
+    pub(crate) fn waves(
+        &self,
+        spectrum: &Spectrum,
+        gravity_mps2: f64,
+        seed: u64,
+        index: u64,
+    ) -> RigidDeck {
+        let mut stream = Stream::new(seed, index, Purpose::Deck);
+        let waves = spectrum.waves(self.waves, &mut stream);
+        let moved = |wave| self.ship.response(wave, self.heading_rad, gravity_mps2);
+        RigidDeck::Harmonics(waves.iter().map(moved).collect())
+    }
+}
+
 impl From<DeckMotion> for RigidMotion {
     fn from(motion: DeckMotion) -> Self {
         match motion {
@@ -132,30 +159,30 @@ impl From<DeckMotion> for RigidMotion {
 
 /// Surge, sway, heave in m, roll, pitch in rad, with derivatives per s and s².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct DeckCoordinates {
+pub struct DeckCoordinates<N = f64> {
     /// The coordinates.
-    pub value: [f64; 5],
+    pub value: [N; 5],
     /// Their first derivatives.
-    pub rate: [f64; 5],
+    pub rate: [N; 5],
     /// Their second derivatives.
-    pub acceleration: [f64; 5],
+    pub acceleration: [N; 5],
 }
 
 /// The deck at one time, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DeckPose {
+pub struct DeckPose<N = f64> {
     /// Place of the deck's centre, m.
-    pub origin_m: [f64; 3],
+    pub origin_m: [N; 3],
     /// Its velocity, m/s.
-    pub velocity_mps: [f64; 3],
+    pub velocity_mps: [N; 3],
     /// Its acceleration, m/s².
-    pub acceleration_mps2: [f64; 3],
+    pub acceleration_mps2: [N; 3],
     /// The deck's axes: forward, port, normal.
-    pub axes: [[f64; 3]; 3],
+    pub axes: [[N; 3]; 3],
     /// Angular velocity, rad/s.
-    pub angular_velocity: [f64; 3],
+    pub angular_velocity: [N; 3],
     /// Angular acceleration, rad/s².
-    pub angular_acceleration: [f64; 3],
+    pub angular_acceleration: [N; 3],
 }
 
 impl Default for DeckPose {
@@ -164,25 +191,25 @@ impl Default for DeckPose {
     }
 }
 
-impl DeckPose {
+impl<N: Number> DeckPose<N> {
     /// Velocity of the deck's material point that is `arm_m` (world axes) from
     /// its centre, m/s.
     #[inline]
     #[must_use]
-    pub fn point_velocity(&self, arm_m: [f64; 3]) -> [f64; 3] {
+    pub fn point_velocity(&self, arm_m: [N; 3]) -> [N; 3] {
         add(self.velocity_mps, cross(self.angular_velocity, arm_m))
     }
 }
 
-impl DeckCoordinates {
+impl<N: Number> DeckCoordinates<N> {
     /// Place, axes and velocities of the deck. Angles may be large.
-    #[inline]
+    #[inline(always)]
     #[must_use]
-    pub fn pose(&self) -> DeckPose {
-        let [roll, pitch] = [self.value[3], self.value[4]];
-        let ((sr, cr), (sp, cp)) = (roll.sin_cos(), pitch.sin_cos());
-        let forward = [cp, 0.0, -sp];
-        let across = [0.0, 1.0, 0.0];
+    pub fn pose(&self) -> DeckPose<N> {
+        let ((sr, cr), (sp, cp)) = (sin_cos(self.value[3]), sin_cos(self.value[4]));
+        let (zero, one) = (cr.like(0.0), cr.like(1.0));
+        let forward = [cp, zero, -sp];
+        let across = [zero, one, zero];
         let (p, q) = (self.rate[3], self.rate[4]);
         let (dp, dq) = (self.acceleration[3], self.acceleration[4]);
         // ω = q e_y + p x_d and x_d' = q e_y × x_d.
@@ -242,16 +269,8 @@ impl RigidMotion {
                 Ok(RigidDeck::Vertical(motion))
             }
             Self::Sea(sea) => {
-                check::positive("gravity_mps2", gravity_mps2)?;
-                check::finite("heading_rad", sea.heading_rad)?;
-                check::within("waves", sea.waves as f64, 1.0, 100_000.0)?;
-                let spectrum =
-                    Spectrum::new(&sea.spectrum).map_err(|e| e.in_section("spectrum"))?;
-                sea.ship.validate().map_err(|e| e.in_section("ship"))?;
-                let mut stream = Stream::new(seed, index, Purpose::Deck);
-                let waves = spectrum.waves(sea.waves, &mut stream);
-                let moved = |wave| sea.ship.response(wave, sea.heading_rad, gravity_mps2);
-                Ok(RigidDeck::Harmonics(waves.iter().map(moved).collect()))
+                let spectrum = sea.spectrum(gravity_mps2)?;
+                Ok(sea.waves(&spectrum, gravity_mps2, seed, index))
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Piecewise quintic motions: fast to evaluate, two derivatives continuous.
 
 use super::rigid::DeckCoordinates;
+use crate::number::Number;
 
 /// Quintic Hermite interpolation between knots that carry value, rate and
 /// acceleration. A cubic spline is the case in which the accelerations are
@@ -25,28 +26,9 @@ impl MotionSpline {
             times_s: times_s.to_vec(),
             per_s: (times_s.len() - 1) as f64 / span,
             pieces: pieces
-                .map(|(t, k)| Self::piece(t[1] - t[0], &k[0], &k[1]))
+                .map(|(t, k)| piece(t[1] - t[0], &k[0], &k[1]))
                 .collect(),
         }
-    }
-
-    fn piece(h: f64, a: &DeckCoordinates, b: &DeckCoordinates) -> [[f64; 5]; 6] {
-        let mut piece = [[0.0; 5]; 6];
-        for axis in 0..5 {
-            let (v, r, c) = (a.value[axis], a.rate[axis], 0.5 * a.acceleration[axis]);
-            // What the quadratic leaves at the end, scaled to h = 1.
-            let dv = b.value[axis] - (v + h * (r + h * c));
-            let dr = h * (b.rate[axis] - (r + 2.0 * h * c));
-            let da = h * h * (b.acceleration[axis] - 2.0 * c);
-            let h3 = h * h * h;
-            piece[0][axis] = v;
-            piece[1][axis] = r;
-            piece[2][axis] = c;
-            piece[3][axis] = (10.0 * dv - 4.0 * dr + 0.5 * da) / h3;
-            piece[4][axis] = (-15.0 * dv + 7.0 * dr - da) / (h3 * h);
-            piece[5][axis] = (6.0 * dv - 3.0 * dr + 0.5 * da) / (h3 * h * h);
-        }
-        piece
     }
 
     /// First and last time, s.
@@ -69,28 +51,53 @@ impl MotionSpline {
             i += 1;
         }
         let t = held - self.times_s[i];
-        let p = &self.pieces[i];
-        let value = std::array::from_fn(|a| {
-            p[0][a] + t * (p[1][a] + t * (p[2][a] + t * (p[3][a] + t * (p[4][a] + t * p[5][a]))))
-        });
+        let motion = on_piece(&self.pieces[i], t);
         if held != time_s {
             return DeckCoordinates {
-                value,
+                value: motion.value,
                 ..DeckCoordinates::default()
             };
         }
-        DeckCoordinates {
-            value,
-            rate: std::array::from_fn(|a| {
-                p[1][a]
-                    + t * (2.0 * p[2][a]
-                        + t * (3.0 * p[3][a] + t * (4.0 * p[4][a] + t * 5.0 * p[5][a])))
-            }),
-            acceleration: std::array::from_fn(|a| {
-                2.0 * p[2][a] + t * (6.0 * p[3][a] + t * (12.0 * p[4][a] + t * 20.0 * p[5][a]))
-            }),
-        }
+        motion
     }
+}
+
+/// The quintics between two knots h apart, one for each coordinate.
+pub(crate) fn piece(h: f64, a: &DeckCoordinates, b: &DeckCoordinates) -> [[f64; 5]; 6] {
+    let mut piece = [[0.0; 5]; 6];
+    for axis in 0..5 {
+        let (v, r, c) = (a.value[axis], a.rate[axis], 0.5 * a.acceleration[axis]);
+        // What the quadratic leaves at the end, scaled to h = 1.
+        let dv = b.value[axis] - (v + h * (r + h * c));
+        let dr = h * (b.rate[axis] - (r + 2.0 * h * c));
+        let da = h * h * (b.acceleration[axis] - 2.0 * c);
+        let h3 = h * h * h;
+        piece[0][axis] = v;
+        piece[1][axis] = r;
+        piece[2][axis] = c;
+        piece[3][axis] = (10.0 * dv - 4.0 * dr + 0.5 * da) / h3;
+        piece[4][axis] = (-15.0 * dv + 7.0 * dr - da) / (h3 * h);
+        piece[5][axis] = (6.0 * dv - 3.0 * dr + 0.5 * da) / (h3 * h * h);
+    }
+    piece
+}
+
+/// The motion at the time t since the first knot of a piece.
+#[inline(always)]
+pub(crate) fn on_piece<N: Number>(p: &[[N; 5]; 6], t: f64) -> DeckCoordinates<N> {
+    let mut motion = DeckCoordinates {
+        value: p[0],
+        rate: p[1],
+        acceleration: p[2],
+    };
+    for a in 0..5 {
+        let (p3, p4, p5) = (p[3][a], p[4][a], p[5][a]);
+        motion.value[a] = ((((p5 * t + p4) * t + p3) * t + p[2][a]) * t + p[1][a]) * t + p[0][a];
+        motion.rate[a] =
+            (((p5 * (5.0 * t) + p4 * 4.0) * t + p3 * 3.0) * t + p[2][a] * 2.0) * t + p[1][a];
+        motion.acceleration[a] = ((p5 * (20.0 * t) + p4 * 12.0) * t + p3 * 6.0) * t + p[2][a] * 2.0;
+    }
+    motion
 }
 
 /// Second derivatives of the natural cubic spline through `(times, values)`.

@@ -1,6 +1,7 @@
 //! State of the vehicle in six degrees of freedom.
 
 use crate::contact::{Body, ContactState};
+use crate::number::Number;
 use crate::rotors::RotorsState;
 use crate::vector::{Axes, axes_of};
 
@@ -35,24 +36,35 @@ impl Default for RigidState {
 }
 
 /// Numbers that are integrated.
-const SIZE: usize = 22;
+pub(crate) const SIZE: usize = 22;
 
-impl RigidState {
-    #[inline]
-    pub(super) fn to_array(self) -> [f64; SIZE] {
-        let mut y = [0.0; SIZE];
-        y[0..4].copy_from_slice(&self.rotors.root_thrust);
-        y[4..8].copy_from_slice(&self.rotors.inflow);
-        y[8] = self.rotors.fountain;
-        y[9..12].copy_from_slice(&self.position_m);
-        y[12..15].copy_from_slice(&self.velocity_mps);
-        y[15..19].copy_from_slice(&self.attitude);
-        y[19..22].copy_from_slice(&self.rates);
-        y
+/// What is integrated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moving<N> {
+    pub(crate) rotors: RotorsState<N>,
+    pub(crate) position_m: [N; 3],
+    pub(crate) velocity_mps: [N; 3],
+    pub(crate) attitude: [N; 4],
+    pub(crate) rates: [N; 3],
+}
+
+impl<N: Number> Moving<N> {
+    #[inline(always)]
+    pub(crate) fn to_array(self) -> [N; SIZE] {
+        let [x0, x1, x2, x3] = self.rotors.root_thrust;
+        let [q0, q1, q2, q3] = self.rotors.inflow;
+        let [x, y, z] = self.position_m;
+        let [u, v, w] = self.velocity_mps;
+        let [a, b, c, d] = self.attitude;
+        let [p, q, r] = self.rates;
+        let f = self.rotors.fountain;
+        [
+            x0, x1, x2, x3, q0, q1, q2, q3, f, x, y, z, u, v, w, a, b, c, d, p, q, r,
+        ]
     }
 
-    #[inline]
-    pub(super) fn from_array(y: &[f64; SIZE], contact: ContactState) -> Self {
+    #[inline(always)]
+    pub(crate) fn from_array(y: &[N; SIZE]) -> Self {
         Self {
             rotors: RotorsState {
                 root_thrust: [y[0], y[1], y[2], y[3]],
@@ -63,12 +75,11 @@ impl RigidState {
             velocity_mps: [y[12], y[13], y[14]],
             attitude: [y[15], y[16], y[17], y[18]],
             rates: [y[19], y[20], y[21]],
-            contact,
         }
     }
 
-    #[inline]
-    pub(super) fn body<'a>(&self, axes: &'a Axes) -> Body<'a> {
+    #[inline(always)]
+    pub(crate) fn body<'a>(&self, axes: &'a Axes<N>) -> Body<'a, N> {
         Body {
             position_m: self.position_m,
             velocity_mps: self.velocity_mps,
@@ -76,11 +87,39 @@ impl RigidState {
             rates: self.rates,
         }
     }
+}
+
+impl RigidState {
+    #[inline]
+    pub(crate) fn moving(&self) -> Moving<f64> {
+        Moving {
+            rotors: self.rotors,
+            position_m: self.position_m,
+            velocity_mps: self.velocity_mps,
+            attitude: self.attitude,
+            rates: self.rates,
+        }
+    }
+
+    #[inline]
+    pub(crate) fn take(&mut self, moving: &Moving<f64>) {
+        self.rotors = moving.rotors;
+        self.position_m = moving.position_m;
+        self.velocity_mps = moving.velocity_mps;
+        self.attitude = moving.attitude;
+        self.rates = moving.rates;
+    }
+
+    #[inline]
+    pub(super) fn body<'a>(&self, axes: &'a Axes) -> Body<'a> {
+        self.moving().body(axes)
+    }
 
     /// Every value is finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
-        self.to_array().iter().all(|value| value.is_finite())
+        // A sum is finite only if its parts are; none is near the largest number.
+        self.moving().to_array().iter().sum::<f64>().is_finite()
     }
 
     /// The body's axes in world coordinates: forward, left, up.

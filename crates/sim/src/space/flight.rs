@@ -6,6 +6,7 @@ use touchdown_flight::computer::{ComputerState, Sensed};
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_flight::lander::{Phase, Request};
 
+use super::drawn::Drawn;
 use super::faults::{Since, Struck};
 use super::landing::SpaceLander;
 use super::outcome::{SpaceLanding, SpaceOutcome, SpaceTrace, Touch};
@@ -17,7 +18,6 @@ use crate::contact::ContactLog;
 use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
 use crate::noise::{Purpose, Stream};
-use crate::plant::PlantSettings;
 use crate::rigid::{Disturbance, Loads, RigidState, RigidVehicle};
 use crate::rotors::RotorTurbulence;
 use crate::vector::add;
@@ -79,37 +79,19 @@ impl<'a> Flight<'a> {
         record: bool,
     ) -> Result<Self, SimError> {
         let scenario = &lander.scenario;
-        let mut spread = Stream::new(seed, trial, Purpose::Spread);
-        let (thrust, strength, phase) = (spread.normal(), spread.uniform(), spread.uniform());
-        let offset: [f64; 3] = std::array::from_fn(|_| spread.normal());
-        let of = &scenario.spread;
-        let (low, high) = (of.ground_effect_scale_min, of.ground_effect_scale_max);
-        let strength = scenario.ground_effect_strength * (low + (high - low) * strength);
-        let plant = PlantSettings {
-            ground_effect_scale: scenario.plant.ground_effect_scale * strength,
-            ..scenario.plant
-        };
-        let thrust_error = of.thrust_scale_sd * thrust;
-        let vehicle = RigidVehicle::new(&plant, &scenario.body)?
-            .with_legs(&scenario.legs, &plant)?
-            .with_thrust_scale_error([thrust_error; 4]);
-        let mut track = lander.track(trial, seed, phase)?;
+        let drawn = Drawn::new(scenario, trial, seed);
+        let vehicle = drawn.vehicle(&lander.vehicle)?;
+        let mut track = lander.track(trial, seed, drawn.phase)?;
         let pose = track.at(0.0)?;
-        let place = add(
-            scenario.start_m,
-            std::array::from_fn(|k| scenario.start_sd_m[k] * offset[k]),
-        );
-        let height_m = place[2].max(scenario.landed_height_m + 0.05);
-        let (mut state, throttle) = vehicle.balanced(height_m, &pose);
-        state.position_m[0] += place[0];
-        state.position_m[1] += place[1];
+        let (state, throttle) = drawn.start(scenario, &vehicle, &pose);
         let turbulence = scenario.turbulence.then(|| {
             let stream = Stream::new(seed, trial, Purpose::Turbulence);
+            let correlation_s = scenario.plant.turbulence_correlation_s;
             let still = vehicle.loads(&state, &pose, &Disturbance::default());
             let sd_n = vehicle
                 .rotors()
                 .turbulence_sd_n(&state.rotors.root_thrust, &still.target);
-            RotorTurbulence::new(stream, plant.turbulence_correlation_s, STEP_S, sd_n)
+            RotorTurbulence::new(stream, correlation_s, STEP_S, sd_n)
         });
         let wind = Wind::new(&scenario.wind, STEP_S, seed, trial)?;
         let disturbance = Disturbance {

@@ -11,6 +11,7 @@ use crate::STEP_S;
 use crate::camera::fast::FastCamera;
 use crate::cascade::Cascade;
 use crate::deck::rigid::{RigidDeck, RigidMotion};
+use crate::deck::wave::Spectrum;
 use crate::error::SimError;
 use crate::ground::Deck;
 use crate::rigid::RigidVehicle;
@@ -20,9 +21,12 @@ use crate::rigid::RigidVehicle;
 pub struct SpaceLander {
     pub(super) scenario: SpaceScenario,
     pub(super) computer: Computer<f64>,
+    pub(super) vehicle: RigidVehicle,
     pub(super) cascade: Cascade,
     pub(super) camera: FastCamera,
     pub(super) half_side_m: Option<f64>,
+    /// The sea's spectrum.
+    spectrum: Option<Spectrum>,
     /// A measured motion in place of the scenario's.
     pub(super) deck: Option<RigidDeck>,
 }
@@ -67,9 +71,14 @@ impl SpaceLander {
         Ok(Self {
             scenario: scenario.clone(),
             computer,
+            vehicle,
             cascade,
             camera,
             half_side_m,
+            spectrum: match &scenario.deck {
+                RigidMotion::Sea(sea) => Some(sea.spectrum(scenario.plant.gravity_mps2)?),
+                _ => None,
+            },
             deck: None,
         })
     }
@@ -100,14 +109,27 @@ impl SpaceLander {
         &self.scenario
     }
 
-    /// The deck of a trial and the time at which the trial starts in it.
+    /// The deck of a trial from its start on.
     pub(super) fn track(&self, trial: u64, seed: u64, phase: f64) -> Result<Track, SimError> {
+        let (deck, shift_s) = self.deck_of(trial, seed, phase)?;
+        Ok(Track::new(deck, shift_s))
+    }
+
+    /// The deck of a trial and the time at which the trial starts in it.
+    pub(super) fn deck_of(
+        &self,
+        trial: u64,
+        seed: u64,
+        phase: f64,
+    ) -> Result<(RigidDeck, f64), SimError> {
         let scenario = &self.scenario;
-        let deck = match &self.deck {
-            Some(deck) => deck.clone(),
-            None => scenario
-                .deck
-                .build(scenario.plant.gravity_mps2, seed, trial)?,
+        let gravity_mps2 = scenario.plant.gravity_mps2;
+        let deck = match (&self.deck, &scenario.deck, &self.spectrum) {
+            (Some(deck), _, _) => deck.clone(),
+            (None, RigidMotion::Sea(sea), Some(spectrum)) => {
+                sea.waves(spectrum, gravity_mps2, seed, trial)
+            }
+            (None, motion, _) => motion.build(gravity_mps2, seed, trial)?,
         };
         let drawn = self.deck.is_none() && matches!(scenario.deck, RigidMotion::Sea(_));
         let phase = if scenario.spread.deck_phase {
@@ -125,7 +147,7 @@ impl SpaceLander {
             // Far more than a period of anything.
             _ => 1000.0 * phase,
         };
-        Ok(Track::new(deck, shift_s))
+        Ok((deck, shift_s))
     }
 
     /// Flies one landing: a pure function of scenario, seed and index.

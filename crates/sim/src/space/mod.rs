@@ -18,11 +18,15 @@
 //! | `sensors`, `tags`, `faults`, `crew`, `scenario`, `fits` | settings, and whether they fit each other |
 //! | `sensing`, `sight`, `clock` | readings: when they are taken and arrive, how wrong they are |
 //! | `landing`, `flight`, `track` | a landing, its steps, its deck |
+//! | `drawn` | in what trials differ |
 //! | `outcome`, `account` | what is said of it |
+//! | `batch` | many landings side by side, with ideal sensors |
 
 mod account;
+mod batch;
 mod clock;
 mod crew;
+mod drawn;
 mod faults;
 mod fits;
 mod flight;
@@ -35,6 +39,7 @@ mod sight;
 mod tags;
 mod track;
 
+pub use batch::Batch;
 pub use crew::{ControlSettings, Controller, DescentShape, FlightModels};
 pub use faults::{FaultGust, FaultSettings, NanBurst, Since, Span, Struck, WeakRotor};
 pub use landing::{SpaceLander, land};

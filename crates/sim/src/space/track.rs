@@ -11,13 +11,17 @@ const KNOTS_S: f64 = 0.1;
 const KNOT_RAD: f64 = 0.8;
 /// Knots of a piece.
 const PIECE: f64 = 100.0;
-/// Waves from which on a spline is cheaper.
+/// Waves from which on the spline may be off by that much.
 const MANY: usize = 5;
+/// The angle for fewer waves, rad: off by 1e-10 of the amplitude.
+const FEW_RAD: f64 = 0.13;
+/// Step of the knots below which the spline of a few waves is not cheaper, s.
+const LEAST_KNOTS_S: f64 = 0.01;
 
-/// The deck over time; many waves as a spline, piece by piece.
+/// The deck over time; waves as a spline, piece by piece.
 pub(super) struct Track {
     deck: RigidDeck,
-    /// Step of the knots, where there are many waves.
+    /// Step of the knots, where there are waves.
     knots_s: Option<f64>,
     piece: Option<(f64, RigidDeck)>,
     shift_s: f64,
@@ -27,10 +31,13 @@ impl Track {
     /// A deck that at the start of the landing is where it is at `shift_s`.
     pub(super) fn new(deck: RigidDeck, shift_s: f64) -> Self {
         let knots_s = match &deck {
-            RigidDeck::Harmonics(waves) if waves.len() >= MANY => {
+            RigidDeck::Harmonics(waves) => {
                 let frequencies = waves.iter().map(|wave| wave.angular_frequency);
                 let fastest = frequencies.fold(0.0, f64::max);
-                Some(KNOTS_S.min(KNOT_RAD / fastest))
+                let many = waves.len() >= MANY;
+                let turn = if many { KNOT_RAD } else { FEW_RAD };
+                let knots_s = KNOTS_S.min(turn / fastest);
+                (many || knots_s >= LEAST_KNOTS_S).then_some(knots_s)
             }
             _ => None,
         };

@@ -1,0 +1,74 @@
+//! What is taken out of a lane, or put in.
+
+use super::seat::Standing as Judged;
+use crate::cascade::{AttitudeSetpoint, Wanted};
+use crate::contact::{Foot, FootAt};
+use crate::deck::rigid::DeckPose;
+use crate::number::Number;
+use crate::rigid::{Moving, RigidState};
+
+/// How the lanes stand to their decks.
+pub(super) struct Looked<N: Number> {
+    pub(super) place_m: [N; 3],
+    pub(super) velocity_mps: [N; 3],
+    pub(super) tilt_rad: N,
+    pub(super) feet: [FootAt<N>; 4],
+    /// 1 where a foot slides.
+    pub(super) slides: [N; 4],
+}
+
+impl<N: Number> Looked<N> {
+    #[inline(always)]
+    pub(super) fn of(&self, lane: usize, before_mps: N) -> Judged {
+        let ([a, b, c], [u, v, w]) = (&self.place_m, &self.velocity_mps);
+        let mut feet = [Foot::default(); 4];
+        for i in 0..4 {
+            let (foot, slides) = (&self.feet[i], &self.slides[i]);
+            feet[i] = Foot {
+                depth_m: foot.depth_m.get(lane),
+                place_m: [foot.place_m[0].get(lane), foot.place_m[1].get(lane)],
+                force_n: [
+                    foot.force_n[0].get(lane),
+                    foot.force_n[1].get(lane),
+                    foot.force_n[2].get(lane),
+                ],
+                slides: slides.get(lane) > 0.0,
+            };
+        }
+        Judged {
+            place_m: [a.get(lane), b.get(lane), c.get(lane)],
+            velocity_mps: [u.get(lane), v.get(lane), w.get(lane)],
+            before_mps: before_mps.get(lane),
+            tilt_rad: self.tilt_rad.get(lane),
+            feet,
+        }
+    }
+}
+
+pub(super) fn ask_for<N: Number>(wanted: &mut Wanted<N>, lane: usize, setpoint: &AttitudeSetpoint) {
+    wanted.thrust_n = wanted.thrust_n.with(lane, setpoint.thrust_n);
+    wanted.yaw_rate = wanted.yaw_rate.with(lane, setpoint.yaw_rate);
+    for k in 0..4 {
+        wanted.attitude[k] = wanted.attitude[k].with(lane, setpoint.attitude[k]);
+    }
+}
+
+pub(super) fn state_of<N: Number>(state: &Moving<N>, lane: usize) -> RigidState {
+    let mut one = RigidState::default();
+    one.take(&Moving::from_array(
+        &state.to_array().map(|value| value.get(lane)),
+    ));
+    one
+}
+
+pub(super) fn pose_of<N: Number>(pose: &DeckPose<N>, lane: usize) -> DeckPose {
+    let of = |v: [N; 3]| v.map(|value| value.get(lane));
+    DeckPose {
+        origin_m: of(pose.origin_m),
+        velocity_mps: of(pose.velocity_mps),
+        acceleration_mps2: of(pose.acceleration_mps2),
+        axes: pose.axes.map(of),
+        angular_velocity: of(pose.angular_velocity),
+        angular_acceleration: of(pose.angular_acceleration),
+    }
+}

@@ -1,0 +1,156 @@
+//! Landings by the lane: many at once on one core, with ideal sensors.
+//!
+//! ```text
+//! deck, wind ─> vehicles (1 kHz, one a lane) ─> truth ─> pilot (100 Hz) ─> cascade (500 Hz) ─> throttles
+//! ```
+//!
+//! Vehicle, legs, attitude control and the deck's splines are computed for as many
+//! landings at once as a vector of the processor holds (eight with AVX-512, four with
+//! AVX2, else one), by the very code that flies one; the [`Pilot`] of the landing computer
+//! is stepped for each. What a [`SpaceLander`] has beyond is left out: sensors,
+//! estimators, planner and state machine. The descent begins at once, from relative
+//! rest, and the rotors stop at the first touch.
+//!
+//! A landing is a function of scenario, seed and index: bit for bit the same whatever
+//! processor it is flown on, whatever lanes fly beside it, and however trials are
+//! divided among calls ([`Batch::land`], [`Batch::land_one`]).
+//!
+//! Decks are splines with knots every 0.1 s: `(ω 0.1 s)⁶/46 080` of the amplitude off,
+//! 2e-8 at 0.5 Hz and 1e-6 at 1 Hz. Within a step is held what
+//! [`RigidVehicle::step`](crate::rigid::RigidVehicle::step) holds.
+
+mod crew;
+mod engine;
+mod lane;
+mod seat;
+
+use std::ops::Range;
+
+use pulp::{Arch, Simd, WithSimd};
+use touchdown_flight::computer::Descent;
+use touchdown_flight::guidance::Guidance;
+use touchdown_flight::pilot::Pilot;
+use touchdown_flight::reference::{Reference, Terminal};
+
+use super::landing::SpaceLander;
+use super::outcome::SpaceLanding;
+use super::sensing::steps;
+use crate::check;
+use crate::contact::Legs;
+use crate::deck::rigid::{RigidDeck, RigidMotion};
+use crate::error::SimError;
+use crate::lanes::Lanes;
+use engine::Engine;
+
+/// Steps of the integration between two knots of a deck's spline. Trials begin at
+/// knots, so that all lanes come to theirs together.
+const KNOT_STEPS: u64 = 100;
+
+/// A scenario whose trials are flown by the lane.
+#[derive(Clone, Debug)]
+pub struct Batch {
+    lander: SpaceLander,
+    legs: Legs,
+    pilot: Pilot<f64>,
+    guidance: Guidance<f64>,
+    reference: Reference<f64>,
+}
+
+impl Batch {
+    /// Takes a scenario: its vehicle, deck, wind, turbulence, spread and pilot.
+    ///
+    /// # Errors
+    /// Those of [`SpaceLander::new`]; faults, decks that are neither still nor waves, and
+    /// periods of the control that do not divide 0.1 s are named.
+    pub fn new(scenario: &super::SpaceScenario) -> Result<Self, SimError> {
+        let lander = SpaceLander::new(scenario)?;
+        check::that(
+            matches!(
+                scenario.deck,
+                RigidMotion::Still | RigidMotion::Sines { .. } | RigidMotion::Sea(_)
+            ),
+            "deck.kind",
+            "`still`, `sines` or `sea`, which have splines",
+            f64::NAN,
+        )?;
+        for (key, period_s) in [
+            ("control_period_s", scenario.control_period_s),
+            ("cascade.period_s", scenario.cascade.period_s),
+        ] {
+            check::that(
+                KNOT_STEPS.is_multiple_of(steps(period_s) as u64),
+                key,
+                "a period that divides 0.1 s",
+                period_s,
+            )?;
+        }
+        let faults = &scenario.faults;
+        check::that(
+            faults.rotor.is_none() && faults.gust.is_none(),
+            "faults",
+            "no weak rotor and no gust",
+            f64::NAN,
+        )?;
+        let mut pilot = lander.computer.pilot;
+        pilot.delays.sensing_s = 0.0;
+        let reference = match &lander.computer.descent {
+            Descent::Straight(reference) => *reference,
+            Descent::Planned(planner) => Reference::Terminal(Terminal {
+                start_height_m: scenario.start_m[2],
+                end_height_m: planner.descent.end_height_m,
+                sink_rate_mps: scenario.control.terminal_sink_mps,
+                duration_s: scenario.control.terminal_s,
+            }),
+        };
+        Ok(Self {
+            guidance: lander.computer.guidance,
+            legs: Legs::new(&scenario.legs, &scenario.plant)?,
+            lander,
+            pilot,
+            reference,
+        })
+    }
+
+    /// Flies trials of a seed, in lanes; results are in the order of the trials.
+    ///
+    /// # Errors
+    /// None that [`Self::new`] has not found.
+    pub fn land(&self, trials: Range<u64>, seed: u64) -> Result<Vec<SpaceLanding>, SimError> {
+        Arch::new().dispatch(Run {
+            batch: self,
+            trials,
+            seed,
+        })
+    }
+
+    /// Flies one trial alone; the result is that of [`Self::land`].
+    ///
+    /// # Errors
+    /// None that [`Self::new`] has not found.
+    pub fn land_one(&self, trial: u64, seed: u64) -> Result<SpaceLanding, SimError> {
+        let mut landings = Engine::new(self, trial..trial + 1, seed, 0.0).run()?;
+        Ok(landings.swap_remove(0))
+    }
+
+    /// The deck of a trial and the time at which the trial starts in it.
+    fn deck(&self, trial: u64, seed: u64, phase: f64) -> Result<(RigidDeck, f64), SimError> {
+        self.lander.deck_of(trial, seed, phase)
+    }
+}
+
+/// What is dispatched to the processor's vectors.
+struct Run<'a> {
+    batch: &'a Batch,
+    trials: Range<u64>,
+    seed: u64,
+}
+
+impl WithSimd for Run<'_> {
+    type Output = Result<Vec<SpaceLanding>, SimError>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let like = Lanes::splat(simd, 0.0);
+        Engine::new(self.batch, self.trials, self.seed, like).run()
+    }
+}

@@ -1,0 +1,61 @@
+//! In what trials of a scenario differ.
+
+use super::scenario::SpaceScenario;
+use crate::deck::rigid::DeckPose;
+use crate::error::SimError;
+use crate::noise::{Purpose, Stream};
+use crate::rigid::{RigidState, RigidVehicle};
+
+/// What is drawn for a trial.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drawn {
+    /// By how much the rotors' thrust is off, as a share.
+    thrust_error: f64,
+    /// Strength of the ground effect.
+    ground_effect_scale: f64,
+    /// Where in the deck's motion the trial starts, in [0, 1).
+    pub(super) phase: f64,
+    /// Place relative to the deck's centre, m.
+    place_m: [f64; 3],
+}
+
+impl Drawn {
+    pub(super) fn new(scenario: &SpaceScenario, trial: u64, seed: u64) -> Self {
+        let mut spread = Stream::new(seed, trial, Purpose::Spread);
+        let (thrust, strength, phase) = (spread.normal(), spread.uniform(), spread.uniform());
+        let offset: [f64; 3] = std::array::from_fn(|_| spread.normal());
+        let of = &scenario.spread;
+        let (low, high) = (of.ground_effect_scale_min, of.ground_effect_scale_max);
+        let strength = scenario.ground_effect_strength * (low + (high - low) * strength);
+        let start = |k: usize| scenario.start_m[k] + scenario.start_sd_m[k] * offset[k];
+        Self {
+            thrust_error: of.thrust_scale_sd * thrust,
+            ground_effect_scale: scenario.plant.ground_effect_scale * strength,
+            phase,
+            place_m: std::array::from_fn(start),
+        }
+    }
+
+    /// The trial's vehicle.
+    pub(super) fn vehicle(&self, nominal: &RigidVehicle) -> Result<RigidVehicle, SimError> {
+        Ok(nominal
+            .clone()
+            .with_ground_effect_scale(self.ground_effect_scale)?
+            .with_thrust_scale_error([self.thrust_error; 4]))
+    }
+
+    /// In relative rest with the deck, and the throttle that holds it.
+    pub(super) fn start(
+        &self,
+        scenario: &SpaceScenario,
+        vehicle: &RigidVehicle,
+        deck: &DeckPose,
+    ) -> (RigidState, f64) {
+        let [x, y, z] = self.place_m;
+        let height_m = z.max(scenario.landed_height_m + 0.05);
+        let (mut state, throttle) = vehicle.balanced(height_m, deck);
+        state.position_m[0] += x;
+        state.position_m[1] += y;
+        (state, throttle)
+    }
+}

@@ -1,0 +1,83 @@
+//! Landings by the lane.
+
+use touchdown_sim::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
+use touchdown_sim::space::{Batch, SpaceScenario};
+use touchdown_sim::wind::{DrydenSettings, WindSettings};
+
+fn sea() -> SpaceScenario {
+    SpaceScenario {
+        deck: RigidMotion::Sea(SeaSettings::default()),
+        wind: WindSettings {
+            steady_mps: [1.0, 0.5, 0.0],
+            dryden: DrydenSettings::low_altitude(6.0, 3.0).ok(),
+            gust: None,
+        },
+        ..SpaceScenario::default()
+    }
+}
+
+#[test]
+fn prop_a_lane_is_a_landing_alone_however_trials_are_divided() {
+    let batch = Batch::new(&sea()).expect("a valid scenario");
+    let whole = batch.land(0..19, 7).expect("a checked scenario");
+    assert_eq!(whole.len(), 19);
+    // Bit for bit: the same operations in the same order, none contracted.
+    for (trial, landing) in (0..).zip(&whole) {
+        assert_eq!(landing.trial_index, trial);
+        let alone = batch.land_one(trial, 7).expect("a checked scenario");
+        assert_eq!(landing, &alone);
+    }
+    for split in [1, 4, 13] {
+        let mut parts = batch.land(0..split, 7).expect("a checked scenario");
+        parts.extend(batch.land(split..19, 7).expect("a checked scenario"));
+        assert_eq!(parts, whole);
+    }
+    let other = batch.land(0..3, 8).expect("a checked scenario");
+    assert_ne!(other[0], whole[0]);
+    assert!(batch.land(5..5, 7).expect("none to fly").is_empty());
+}
+
+#[test]
+fn prop_it_lands_softly_on_the_papers_deck() {
+    let tone = Tone {
+        axis: Axis::Heave,
+        amplitude: 0.05,
+        frequency_hz: 0.5,
+        phase_rad: 0.0,
+    };
+    let scenario = SpaceScenario {
+        deck: RigidMotion::Sines { tones: vec![tone] },
+        ..SpaceScenario::default()
+    };
+    let batch = Batch::new(&scenario).expect("a valid scenario");
+    for landing in batch.land(0..24, 1).expect("a checked scenario") {
+        assert!(landing.outcome.landed(), "{landing:?}");
+        let touch = landing.touch.expect("it touched");
+        // The plan's sink rate is 0.03 m/s; with true states and turbulence of 3 % the
+        // speed stays within a few times that.
+        assert!(touch.v_l_mps < 0.15, "{touch:?}");
+        assert!(touch.lateral_m < 0.1, "{touch:?}");
+    }
+}
+
+#[test]
+fn prop_what_has_no_lanes_is_named() {
+    let of = |scenario: &SpaceScenario| {
+        let error = Batch::new(scenario).expect_err("it has no lanes");
+        error.to_string()
+    };
+    let triangle = SpaceScenario {
+        deck: RigidMotion::Triangle {
+            amplitude_m: 0.1,
+            speed_mps: 0.2,
+            phase_rad: 0.0,
+        },
+        ..SpaceScenario::default()
+    };
+    assert!(of(&triangle).contains("deck.kind"), "{}", of(&triangle));
+    let odd = SpaceScenario {
+        control_period_s: 0.03,
+        ..SpaceScenario::default()
+    };
+    assert!(of(&odd).contains("control_period_s") && of(&odd).contains("0.03"));
+}
