@@ -238,6 +238,7 @@ impl Seat {
             slide_m: self.log.slide_m,
             greatest_foot_n: self.log.greatest_normal_n,
             impact: self.impact,
+            estimated_latency_s: 0.0,
             end_s: steps as f64 * STEP_S,
             steps,
             trace: None,
