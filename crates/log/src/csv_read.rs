@@ -312,7 +312,7 @@ impl Column {
         self.is_text() || self.values.iter().any(|value| !value.is_nan())
     }
 
-    fn count(&self, findings: &mut Findings) {
+    pub(crate) fn count(&self, findings: &mut Findings) {
         if self.is_text() {
             findings.text_columns.push(self.name.clone());
             return;

@@ -13,6 +13,10 @@
 //!   never edited.
 //! * Every reading gives [`Findings`] beside its result: what was counted, dropped and warned
 //!   of. [`Findings::is_lossy`] tells whether input was lost.
+//! * With the feature `flight-logs` a `Log` is a PX4 ULog, an ArduPilot DataFlash log, an MCAP
+//!   recording or a bag of ROS 1, told by its content: `Log::survey` tells its topics, rates and
+//!   gaps, `Log::trial` makes a trial by a map, or by the built-in one of its autopilot. Tables may
+//!   be Parquet files as well.
 //! * [`read_trial`] does both steps, [`write_csv`] writes a trial so that it reads back bit for
 //!   bit, [`inspect`] tells what a table holds and suggests a map.
 //!
@@ -62,9 +66,9 @@ pub use csv_write::{to_csv, write_csv};
 pub use error::{ErrorKind, LogError, Place};
 pub use findings::Findings;
 #[cfg(feature = "flight-logs")]
-pub use flight::{Field, Log, LogFormat, Survey, Topic};
+pub use flight::{Field, Log, LogFormat, Survey, Topic, UlogTopic, UlogWriter, read_parquet};
 pub use inspect::{ColumnSummary, Inspection, TimeBase, inspect, inspect_trial};
 pub use map::Map;
-pub use read::read_trial;
+pub use read::{read_table, read_trial};
 pub use table::{Column, ColumnKind, Table};
 pub use whole::{TEMPORARY_PREFIX, write_whole};

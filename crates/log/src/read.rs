@@ -1,7 +1,7 @@
 //! From a file to a trial in one step.
 
 use crate::apply::apply;
-use crate::{Findings, LogError, Map, read_csv};
+use crate::{Findings, LogError, Map, Table, read_csv};
 use std::path::Path;
 use touchdown_trial::Trial;
 
@@ -14,7 +14,7 @@ use touchdown_trial::Trial;
 )]
 ///
 /// # Errors
-/// Those of [`read_csv`], [`Map::identity_for`] and [`apply`].
+/// Those of [`read_table`], [`Map::identity_for`] and [`apply`].
 pub fn read_trial(
     path: impl AsRef<Path>,
     map: Option<&Map>,
@@ -23,10 +23,43 @@ pub fn read_trial(
     if let Some(log) = crate::Log::open(path.as_ref())? {
         return log.trial(map);
     }
-    let (table, read) = read_csv(path)?;
+    #[cfg(feature = "flight-logs")]
+    if let (Some(map), true) = (map, is_parquet(path.as_ref())) {
+        let names = map.names();
+        let (table, read) = crate::read_parquet(path, Some(&|name| names.contains(name)))?;
+        let (trial, applied) = apply(&table, map)?;
+        return Ok((trial, read.then(applied)));
+    }
+    let (table, read) = read_table(path)?;
     let (trial, applied) = match map {
         Some(map) => apply(&table, map)?,
         None => apply(&table, &Map::identity_for(&table)?)?,
     };
     Ok((trial, read.then(applied)))
+}
+
+/// Reads a table, whatever the name of its file ends with: text as [`read_csv`] does.
+#[cfg_attr(
+    feature = "flight-logs",
+    doc = "",
+    doc = "Or Parquet as [`read_parquet`](crate::read_parquet) does."
+)]
+///
+/// # Errors
+/// Those of [`read_csv`].
+pub fn read_table(path: impl AsRef<Path>) -> Result<(Table, Findings), LogError> {
+    #[cfg(feature = "flight-logs")]
+    if is_parquet(path.as_ref()) {
+        return crate::read_parquet(path, None);
+    }
+    read_csv(path)
+}
+
+/// By its first bytes; what cannot be opened is for others to tell.
+#[cfg(feature = "flight-logs")]
+fn is_parquet(path: &Path) -> bool {
+    use std::io::Read;
+    let mut start = [0; 4];
+    let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && start == crate::flight::PARQUET
 }

@@ -210,7 +210,7 @@ fn line(text: &mut String, channel: &str, expression: &str) {
     text.push_str(&format!("{channel} = {literal}\n"));
 }
 
-fn basic_string(text: &str) -> String {
+pub(crate) fn basic_string(text: &str) -> String {
     let mut quoted = String::from("\"");
     for c in text.chars() {
         match c {

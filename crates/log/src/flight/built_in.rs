@@ -2,6 +2,7 @@
 
 use super::survey::Survey;
 use crate::Map;
+use crate::suggest::basic_string;
 
 /// The file names that the maps go by, and their texts.
 const MAPS: [(&str, &str); 2] = [
@@ -53,12 +54,16 @@ impl Survey {
         let clock = self.topics.iter().max_by_key(|topic| topic.messages);
         let mut text = String::from("schema = 1\n");
         if let Some(clock) = clock {
-            text.push_str(&format!("clock = {:?}\n", clock.key));
+            text.push_str(&format!("clock = {}\n", basic_string(&clock.key)));
         }
         text.push_str("\n[channels]\ntime_s = 'time_s'\n");
         for topic in &self.topics {
             for field in topic.fields.iter().filter(|field| field.count > 0) {
-                let name = format!("{}.{}", topic.key, field.name).replace(['\n', '\r', '\''], " ");
+                let name = format!("{}.{}", topic.key, field.name);
+                let name: String = name
+                    .chars()
+                    .map(|c| if c.is_control() { ' ' } else { c })
+                    .collect();
                 text.push_str(&format!("# '\"{name}\"'\n"));
             }
         }

@@ -55,7 +55,7 @@ impl Sink for Extractor<'_> {
     fn topic(&mut self, id: usize, layout: &Layout) -> Wanted {
         let key = key(&layout.name, layout.instance);
         let Some(wanted) = self.wanted.get(&key) else {
-            return Wanted::Stamps;
+            return Wanted::Nothing;
         };
         let place = |name: &String| layout.fields.iter().position(|field| field == name);
         let (fields, columns) = wanted

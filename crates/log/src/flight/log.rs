@@ -2,14 +2,14 @@ use super::extract::{Extractor, Series};
 use super::join;
 use super::sink::{Loss, ReadError, Sink};
 use super::survey::{Survey, Surveyor};
-use super::{dataflash, ulog};
+use super::{bag, dataflash, mcap, ulog};
 use crate::suggest::nearest;
 use crate::{Column, ColumnKind, Findings, LogError, Map, Table};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use touchdown_trial::TIME_CHANNEL;
 
@@ -25,6 +25,10 @@ pub enum LogFormat {
     Ulog,
     /// ArduPilot's DataFlash log.
     DataFlash,
+    /// MCAP, of ROS 1, ROS 2 or JSON.
+    Mcap,
+    /// A bag of ROS 1.
+    Rosbag,
 }
 
 impl LogFormat {
@@ -34,6 +38,8 @@ impl LogFormat {
         match self {
             Self::Ulog => "PX4 ULog",
             Self::DataFlash => "ArduPilot DataFlash log",
+            Self::Mcap => "MCAP recording",
+            Self::Rosbag => "ROS 1 bag",
         }
     }
 
@@ -42,6 +48,7 @@ impl LogFormat {
         match self {
             Self::Ulog => "the start of the log",
             Self::DataFlash => "the start of the vehicle",
+            Self::Mcap | Self::Rosbag => "the first message",
         }
     }
 
@@ -52,6 +59,10 @@ impl LogFormat {
             Some(Self::Ulog)
         } else if start.starts_with(&dataflash::MAGIC) {
             Some(Self::DataFlash)
+        } else if start.starts_with(&mcap::MAGIC) {
+            Some(Self::Mcap)
+        } else if start.starts_with(&bag::MAGIC) {
+            Some(Self::Rosbag)
         } else {
             None
         }
@@ -261,6 +272,8 @@ impl Log {
         match self.format {
             LogFormat::Ulog => ulog::read(input, sink),
             LogFormat::DataFlash => dataflash::read(input, sink),
+            LogFormat::Mcap => mcap::read(input, sink),
+            LogFormat::Rosbag => bag::read(input, sink),
         }
     }
 
@@ -269,31 +282,33 @@ impl Log {
     /// # Errors
     /// [`LogError::Read`].
     pub fn sha256(&self) -> Result<String, LogError> {
-        let mut hash = Sha256::new();
-        match &self.input {
-            Input::Bytes(bytes) => hash.update(bytes),
-            Input::File(file) => {
-                let of_read = |source| LogError::Read {
-                    path: self.path.clone(),
-                    source,
-                };
-                let mut file = File::open(file).map_err(of_read)?;
-                let mut block = vec![0; 1 << 18];
-                loop {
-                    match file.read(&mut block) {
-                        Ok(0) => break,
-                        Ok(read) => hash.update(&block[..read]),
-                        Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
-                        Err(source) => return Err(of_read(source)),
-                    }
-                }
-            }
-        }
-        Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+        let digest = match &self.input {
+            Input::Bytes(bytes) => hex_digest(bytes.as_slice()),
+            Input::File(file) => File::open(file).and_then(hex_digest),
+        };
+        digest.map_err(|source| LogError::Read {
+            path: self.path.clone(),
+            source,
+        })
     }
 }
 
-fn number_column(name: String, values: Vec<f64>) -> Column {
+/// SHA-256 of all that can be read.
+pub(super) fn hex_digest(mut input: impl Read) -> io::Result<String> {
+    let mut hash = Sha256::new();
+    let mut block = vec![0; 1 << 18];
+    loop {
+        match input.read(&mut block) {
+            Ok(0) => break,
+            Ok(read) => hash.update(&block[..read]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+}
+
+pub(super) fn number_column(name: String, values: Vec<f64>) -> Column {
     let kind = ColumnKind::Number;
     Column { name, kind, values }
 }

@@ -5,11 +5,17 @@
 //! the [`survey`] of what there is, and the [`extract`]ion of the columns that a map names, which
 //! are then [`join`]ed to one clock.
 
+mod bag;
 mod built_in;
+mod channel;
+mod cursor;
 mod dataflash;
 mod extract;
 mod join;
 mod log;
+mod mcap;
+mod parquet;
+mod ros;
 mod sink;
 mod steps;
 mod stream;
@@ -17,5 +23,9 @@ mod survey;
 mod trial;
 mod ulog;
 
+pub use self::parquet::read_parquet;
 pub use log::{Log, LogFormat};
 pub use survey::{Field, Survey, Topic};
+pub use ulog::{UlogTopic, UlogWriter};
+
+pub(crate) use self::parquet::MAGIC as PARQUET;

@@ -17,6 +17,8 @@ pub(crate) struct Layout {
 /// What a sink wants of a topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Wanted {
+    /// Nothing at all.
+    Nothing,
     /// That there was a message, and when.
     Stamps,
     /// Stamps and the values of these fields, in this order.
@@ -115,5 +117,24 @@ impl Scalar {
             Self::F64 => take(bytes, at).map(f64::from_le_bytes),
         };
         value.unwrap_or(f64::NAN)
+    }
+
+    /// Writes the number at the start of `bytes`, rounded and clamped to what fits.
+    pub(crate) fn write(self, bytes: &mut [u8], value: f64) {
+        let eight: [u8; 8] = match self {
+            Self::F64 => value.to_le_bytes(),
+            Self::F32 => u64::from((value as f32).to_bits()).to_le_bytes(),
+            Self::U64 => (value.round() as u64).to_le_bytes(),
+            Self::U32 => u64::from(value.round() as u32).to_le_bytes(),
+            Self::U16 => u64::from(value.round() as u16).to_le_bytes(),
+            Self::U8 => u64::from(value.round() as u8).to_le_bytes(),
+            Self::Bool => u64::from(value != 0.0).to_le_bytes(),
+            Self::I64 => (value.round() as i64).to_le_bytes(),
+            Self::I32 => i64::from(value.round() as i32).to_le_bytes(),
+            Self::I16 => i64::from(value.round() as i16).to_le_bytes(),
+            Self::I8 => i64::from(value.round() as i8).to_le_bytes(),
+        };
+        let size = self.size().min(bytes.len());
+        bytes[..size].copy_from_slice(&eight[..size]);
     }
 }

@@ -259,6 +259,7 @@ impl Sink for Surveyor {
         self.places[id] = place;
         let seen = &mut self.topics[place];
         // A topic that is announced again, with other fields, counts by the latest.
+        seen.layout.texts.clone_from(&layout.texts);
         if seen.layout.fields != layout.fields {
             seen.layout.fields.clone_from(&layout.fields);
             seen.fields.resize(layout.fields.len(), NOTHING);

@@ -92,6 +92,13 @@ impl Map {
         names.into_iter().filter(own).collect()
     }
 
+    /// The names that any of its expressions uses, taken or not.
+    #[cfg(feature = "flight-logs")]
+    pub(crate) fn names(&self) -> BTreeSet<&str> {
+        let rules = self.defines.iter().chain(&self.channels).chain(&self.keep);
+        rules.flat_map(|rule| rule.expr.variables()).collect()
+    }
+
     /// The topics that may be the clock, and where the map says so.
     #[cfg(feature = "flight-logs")]
     pub(crate) fn clocks(&self) -> Option<(&Place, &[String])> {

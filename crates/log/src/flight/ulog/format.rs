@@ -107,8 +107,8 @@ fn parse_field(text: &str) -> Option<Field> {
     let (kind, length) = match kind.split_once('[') {
         None => (kind, None),
         Some((kind, length)) => {
-            let length = length.strip_suffix(']')?.parse().ok()?;
-            (kind, Some(length).filter(|&l| l <= MOST_FIELDS))
+            let length: usize = length.strip_suffix(']')?.parse().ok()?;
+            (kind, Some((length <= MOST_FIELDS).then_some(length)?))
         }
     };
     let good =

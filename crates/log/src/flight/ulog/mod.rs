@@ -5,12 +5,14 @@
 //! three messages in a row are whole again.
 
 mod format;
+mod write;
 
 use super::LogFormat;
 use super::sink::{Layout, Loss, ReadError, Sink, Wanted};
 use super::stream::Stream;
 use format::{Formats, Places};
 use std::io::{self, Read};
+pub use write::{UlogTopic, UlogWriter};
 
 /// How a file starts.
 pub(super) const MAGIC: [u8; 7] = [0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35];
@@ -103,10 +105,15 @@ impl Ulog<'_> {
                 continue;
             }
             let Some(message) = stream.peek(length)? else {
-                let left = stream.window().len();
-                if left > 0 {
+                let left = stream.window();
+                // A damaged length may reach beyond the end.
+                if (1..left.len()).any(|at| self.goes_on(&left[at..], false)) {
+                    self.resynchronise(stream)?;
+                    continue;
+                }
+                if !left.is_empty() {
                     self.loss.truncated = true;
-                    self.loss.skipped_bytes += left as u64;
+                    self.loss.skipped_bytes += left.len() as u64;
                 }
                 return Ok(());
             };
@@ -129,14 +136,14 @@ impl Ulog<'_> {
             // Enough for the longest messages, if the file has them.
             let there = stream.fill((WHOLE_IN_A_ROW + 1) * LONGEST)?;
             let window = &stream.window()[..there];
-            if window.is_empty() || self.goes_on(window) {
+            if window.is_empty() || self.goes_on(window, true) {
                 return Ok(());
             }
         }
     }
 
-    /// Whether whole messages follow.
-    fn goes_on(&self, window: &[u8]) -> bool {
+    /// Whether whole messages follow, the last of which may be cut by the file's end if `cut`.
+    fn goes_on(&self, window: &[u8], cut: bool) -> bool {
         let mut rest = window;
         for row in 0..WHOLE_IN_A_ROW {
             if rest.len() < 3 {
@@ -144,8 +151,7 @@ impl Ulog<'_> {
             }
             let length = 3 + usize::from(u16::from_le_bytes([rest[0], rest[1]]));
             let Some(message) = rest.get(..length) else {
-                // The last message may be cut.
-                return row > 0 && is_known(rest[2]);
+                return cut && row > 0 && is_known(rest[2]);
             };
             if !self.is_whole(message) {
                 return false;
@@ -261,6 +267,9 @@ impl Ulog<'_> {
         let Some(Some(subscription)) = self.subscriptions.get(number) else {
             return;
         };
+        if subscription.wanted == Wanted::Nothing {
+            return;
+        }
         let data = &body[2..];
         let places = &subscription.places;
         let stamp_us = places

@@ -1,0 +1,216 @@
+//! Channels of recordings: messages of one type on one topic, decoded by what the file says of
+//! them.
+
+use super::ros::{Encoding, Message};
+use super::sink::{Layout, Loss, Sink, Wanted};
+use serde_json::Value;
+
+/// Most fields of one topic.
+const MOST_FIELDS: usize = 1024;
+/// Longest array of JSON whose elements are told.
+const LONGEST_ARRAY: usize = 64;
+/// Stamps in a message's header that lie within this of the recorder's are used, in ns.
+const PLAUSIBLE_NS: i64 = 10_000_000_000;
+
+enum Decoder {
+    Ros(Message),
+    Json,
+    /// What the file does not tell how to read.
+    Unknown,
+}
+
+/// A topic of a recording.
+pub(super) struct Channel {
+    id: usize,
+    layout: Layout,
+    wanted: Wanted,
+    decoder: Decoder,
+    /// Places of seconds and nanoseconds of the message's own stamp.
+    stamp: Option<(usize, usize)>,
+    all: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Channel {
+    /// A channel, announced to the sink. `encoding` is that of the messages, as MCAP names them,
+    /// and `schema` the definition's type, encoding and text.
+    pub(super) fn new(
+        id: usize,
+        topic: &str,
+        encoding: &str,
+        schema: Option<(&str, &str, &[u8])>,
+        sink: &mut dyn Sink,
+        loss: &mut Loss,
+    ) -> Self {
+        let ros = |encoding| {
+            let (kind, _, text) = schema?;
+            Message::new(kind, std::str::from_utf8(text).ok()?, encoding).map(Decoder::Ros)
+        };
+        let of = schema.map_or("", |(_, encoding, _)| encoding);
+        let decoder = match (encoding, of) {
+            ("cdr", "ros2msg") => ros(Encoding::Cdr),
+            ("ros1", "ros1msg") => ros(Encoding::Ros1),
+            ("json", _) => Some(Decoder::Json),
+            _ => None,
+        };
+        let decoder = decoder.unwrap_or_else(|| {
+            loss.notes.push(format!(
+                "{topic}: messages of {encoding:?} with a definition of {of:?} are counted only"
+            ));
+            Decoder::Unknown
+        });
+        let mut layout = Layout {
+            name: topic.to_owned(),
+            ..Layout::default()
+        };
+        if let Decoder::Ros(message) = &decoder {
+            layout.fields = message.names().to_vec();
+            layout.texts = message.texts().to_vec();
+        }
+        let place = |name: &str| layout.fields.iter().position(|field| field == name);
+        let nanoseconds = place("header.stamp.nanosec").or_else(|| place("header.stamp.nsec"));
+        let stamp = place("header.stamp.sec").zip(nanoseconds);
+        let wanted = sink.topic(id, &layout);
+        Self {
+            id,
+            layout,
+            wanted,
+            decoder,
+            stamp,
+            all: Vec::new(),
+            values: Vec::new(),
+        }
+    }
+
+    /// Decodes a message as far as it is wanted, and hands it over. `zero_ns` is the log's zero
+    /// on the recorder's clock.
+    pub(super) fn message(
+        &mut self,
+        recorded_ns: u64,
+        zero_ns: u64,
+        bytes: &[u8],
+        sink: &mut dyn Sink,
+        loss: &mut Loss,
+    ) {
+        if self.wanted == Wanted::Nothing {
+            return;
+        }
+        let since = |ns: u64| ns.wrapping_sub(zero_ns).cast_signed();
+        let mut stamp_ns = since(recorded_ns);
+        let whole = match &self.decoder {
+            Decoder::Unknown => Some(()),
+            // Nobody wants its values or its stamp.
+            Decoder::Ros(_) if self.wanted == Wanted::Stamps && self.stamp.is_none() => Some(()),
+            Decoder::Ros(message) => message.decode(bytes, &mut self.all),
+            Decoder::Json => self.json(bytes, sink),
+        };
+        if whole.is_none() {
+            loss.undecodable += 1;
+            return;
+        }
+        if let Some((seconds, nanoseconds)) = self.stamp {
+            let own_ns = self.all[seconds] as u64 * 1_000_000_000 + self.all[nanoseconds] as u64;
+            if since(own_ns).saturating_sub(stamp_ns).saturating_abs() < PLAUSIBLE_NS {
+                stamp_ns = since(own_ns);
+            }
+        }
+        self.values.clear();
+        if let Wanted::Fields(fields) = &self.wanted {
+            let all = &self.all;
+            let values = fields
+                .iter()
+                .map(|&field| all.get(field).copied().unwrap_or(f64::NAN));
+            self.values.extend(values);
+        }
+        sink.message(self.id, Some(stamp_ns), &self.values);
+    }
+
+    /// The numbers of a JSON object; fields that are new are announced.
+    fn json(&mut self, bytes: &[u8], sink: &mut dyn Sink) -> Option<()> {
+        let object: Value = serde_json::from_slice(bytes).ok()?;
+        self.all.clear();
+        self.all.resize(self.layout.fields.len(), f64::NAN);
+        let before = self.layout.fields.len();
+        let texts = self.layout.texts.len();
+        let (layout, all) = (&mut self.layout, &mut self.all);
+        let mut next = 0;
+        flatten(&object, String::new(), &mut |name, value| match value {
+            Some(value) => {
+                // Messages of one kind have their fields in one order.
+                let known = match layout.fields.get(next) {
+                    Some(field) if *field == name => Some(next),
+                    _ => layout.fields.iter().position(|field| *field == name),
+                };
+                match known {
+                    Some(place) => {
+                        next = place + 1;
+                        all[place] = value;
+                    }
+                    None if layout.fields.len() < MOST_FIELDS => {
+                        layout.fields.push(name);
+                        all.push(value);
+                    }
+                    None => {}
+                }
+            }
+            None if layout.texts.len() < MOST_FIELDS && !layout.texts.contains(&name) => {
+                layout.texts.push(name);
+            }
+            None => {}
+        });
+        if layout.fields.len() > before || layout.texts.len() > texts {
+            self.wanted = sink.topic(self.id, &self.layout);
+        }
+        object.is_object().then_some(())
+    }
+}
+
+/// Tells every number below, and of every text that there is one.
+fn flatten(value: &Value, name: String, tell: &mut dyn FnMut(String, Option<f64>)) {
+    match value {
+        Value::Null => {}
+        Value::Bool(yes) => tell(name, Some(f64::from(u8::from(*yes)))),
+        Value::Number(number) => tell(name, number.as_f64()),
+        Value::String(_) => tell(name, None),
+        Value::Array(elements) => {
+            for (k, element) in elements.iter().take(LONGEST_ARRAY).enumerate() {
+                flatten(element, format!("{name}[{k}]"), tell);
+            }
+        }
+        Value::Object(fields) => {
+            for (field, value) in fields {
+                let inner = if name.is_empty() {
+                    field.clone()
+                } else {
+                    format!("{name}.{field}")
+                };
+                flatten(value, inner, tell);
+            }
+        }
+    }
+}
+
+/// Compressed bytes, unpacked; `None` where they are damaged or more than `most`.
+pub(super) fn unpack(bytes: &[u8], compression: &str, most: usize) -> Option<Vec<u8>> {
+    let (whole, unpacked) = unpack_prefix(bytes, compression, most);
+    whole.then_some(unpacked)
+}
+
+/// As far as they are whole, and whether they are.
+pub(super) fn unpack_prefix(bytes: &[u8], compression: &str, most: usize) -> (bool, Vec<u8>) {
+    use std::io::Read;
+    let mut unpacked = Vec::new();
+    let mut read = |input: &mut dyn Read| {
+        let limit = most as u64 + 1;
+        let read = input.take(limit).read_to_end(&mut unpacked);
+        read.is_ok_and(|read| read <= most)
+    };
+    let whole = match compression {
+        "" | "none" => read(&mut { bytes }),
+        "lz4" => read(&mut lz4_flex::frame::FrameDecoder::new(bytes)),
+        "bz2" => read(&mut bzip2::read::BzDecoder::new(bytes)),
+        "zstd" => zstd::stream::read::Decoder::new(bytes).is_ok_and(|mut input| read(&mut input)),
+        _ => false,
+    };
+    (whole, unpacked)
+}

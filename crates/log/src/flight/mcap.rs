@@ -1,0 +1,230 @@
+//! Reads MCAP: recordings of ROS 1, ROS 2 and of anything in JSON.
+//!
+//! A file is records of a type, a length and so many bytes; most lie in chunks, compressed or
+//! not. A damaged chunk is left out and told; a file that breaks off is used up to there.
+
+use super::LogFormat;
+use super::channel::{Channel, unpack, unpack_prefix};
+use super::cursor::Cursor;
+use super::sink::{Loss, ReadError, Sink};
+use super::stream::Stream;
+use std::collections::HashMap;
+use std::io::Read;
+
+/// How a file starts and ends.
+pub(super) const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+/// Longest record that is read, and longest chunk when it is unpacked.
+const LONGEST: usize = 64 << 20;
+/// Most channels and definitions of one log.
+const MOST_CHANNELS: usize = 4096;
+/// Most bytes of definitions that are kept.
+const MOST_SCHEMA_BYTES: usize = 32 << 20;
+
+const SCHEMA: u8 = 3;
+const CHANNEL: u8 = 4;
+const MESSAGE: u8 = 5;
+const CHUNK: u8 = 6;
+const DATA_END: u8 = 0x0f;
+/// Opcodes that are known: what else there is makes a record suspect.
+const KNOWN: std::ops::RangeInclusive<u8> = 1..=0x0f;
+
+struct Schema {
+    name: String,
+    encoding: String,
+    text: Vec<u8>,
+}
+
+struct Mcap<'s> {
+    sink: &'s mut dyn Sink,
+    schemas: HashMap<u16, Schema>,
+    schema_bytes: usize,
+    channels: HashMap<u16, Channel>,
+    topics: usize,
+    zero_ns: Option<u64>,
+    loss: Loss,
+}
+
+/// Reads a whole log.
+pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
+    let mut stream = Stream::new(input);
+    if stream.peek(MAGIC.len())? != Some(&MAGIC[..]) {
+        return Err(ReadError::broken(
+            LogFormat::Mcap,
+            "without its first bytes",
+        ));
+    }
+    stream.advance(MAGIC.len());
+    let mut reader = Mcap {
+        sink,
+        schemas: HashMap::new(),
+        schema_bytes: 0,
+        channels: HashMap::new(),
+        topics: 0,
+        zero_ns: None,
+        loss: Loss::default(),
+    };
+    reader.run(&mut stream)?;
+    Ok(reader.loss)
+}
+
+impl Mcap<'_> {
+    fn run<R: Read>(&mut self, stream: &mut Stream<R>) -> Result<(), ReadError> {
+        loop {
+            let Some(head) = stream.peek(9)? else {
+                return self.broken_off(stream);
+            };
+            let opcode = head[0];
+            let length = Cursor::new(&head[1..]).u64().unwrap_or(u64::MAX);
+            // What follows are tables of what was read.
+            if opcode == DATA_END {
+                return Ok(());
+            }
+            if !KNOWN.contains(&opcode) && opcode < 0x80 {
+                self.loss.corrupt += 1;
+                let left = stream.skip(u64::MAX)?;
+                self.loss.skipped_bytes += left;
+                let text = "a record of no known type ends what can be read".to_owned();
+                self.loss.notes.push(text);
+                return Ok(());
+            }
+            if length > LONGEST as u64 {
+                let there = stream.skip(length.saturating_add(9))?;
+                if there < length.saturating_add(9) {
+                    self.loss.truncated = true;
+                } else if opcode <= CHUNK {
+                    self.loss.corrupt += 1;
+                }
+                self.loss.skipped_bytes += there;
+                continue;
+            }
+            let length = 9 + length as usize;
+            let Some(record) = stream.peek(length)? else {
+                return self.broken_off(stream);
+            };
+            if self.record(opcode, &record[9..], true).is_none() {
+                self.loss.corrupt += 1;
+                self.loss.skipped_bytes += length as u64;
+            }
+            stream.advance(length);
+        }
+    }
+
+    /// Uses what there is of a chunk that is cut.
+    fn broken_off<R: Read>(&mut self, stream: &mut Stream<R>) -> Result<(), ReadError> {
+        self.loss.truncated = true;
+        let left = stream.window();
+        self.loss.skipped_bytes += left.len() as u64;
+        if left.len() > 9 && left[0] == CHUNK {
+            let mut cursor = Cursor::new(&left[9..]);
+            if let Some((_, compression)) = chunk_head(&mut cursor) {
+                let (_, unpacked) = unpack_prefix(cursor.rest(), compression, LONGEST);
+                self.records(&unpacked);
+            }
+        }
+        Ok(())
+    }
+
+    /// The records of a chunk; `None` where they are not whole.
+    fn records(&mut self, bytes: &[u8]) -> Option<()> {
+        let mut cursor = Cursor::new(bytes);
+        while !cursor.rest().is_empty() {
+            let [opcode] = cursor.array()?;
+            let length = usize::try_from(cursor.u64()?).ok()?;
+            let body = cursor.take(length)?;
+            self.record(opcode, body, false)?;
+        }
+        Some(())
+    }
+
+    /// `None` for a record that is damaged.
+    fn record(&mut self, opcode: u8, body: &[u8], outside: bool) -> Option<()> {
+        let mut cursor = Cursor::new(body);
+        match opcode {
+            SCHEMA => {
+                let id = u16::from_le_bytes(cursor.array()?);
+                let (name, encoding) = (text(&mut cursor)?, text(&mut cursor)?);
+                let definition = cursor.sized()?;
+                self.schema_bytes += definition.len();
+                if self.schema_bytes > MOST_SCHEMA_BYTES {
+                    return None;
+                }
+                let schema = Schema {
+                    name: name.to_owned(),
+                    encoding: encoding.to_owned(),
+                    text: definition.to_vec(),
+                };
+                self.schemas.insert(id, schema);
+            }
+            CHANNEL => {
+                let id = u16::from_le_bytes(cursor.array()?);
+                let schema = u16::from_le_bytes(cursor.array()?);
+                let (topic, encoding) = (text(&mut cursor)?, text(&mut cursor)?);
+                // Chunks tell the channels that they use again.
+                if !self.channels.contains_key(&id) && self.topics < MOST_CHANNELS {
+                    let schema = self.schemas.get(&schema);
+                    let schema =
+                        schema.map(|s| (s.name.as_str(), s.encoding.as_str(), s.text.as_slice()));
+                    let channel = Channel::new(
+                        self.topics,
+                        topic,
+                        encoding,
+                        schema,
+                        self.sink,
+                        &mut self.loss,
+                    );
+                    self.channels.insert(id, channel);
+                    self.topics += 1;
+                }
+            }
+            MESSAGE => {
+                let id = u16::from_le_bytes(cursor.array()?);
+                cursor.u32()?;
+                let recorded_ns = cursor.u64()?;
+                cursor.u64()?;
+                let zero_ns = *self.zero_ns.get_or_insert(recorded_ns);
+                let Some(channel) = self.channels.get_mut(&id) else {
+                    // What tells of the channel is lost, or there are too many.
+                    self.loss.undecodable += 1;
+                    return Some(());
+                };
+                channel.message(
+                    recorded_ns,
+                    zero_ns,
+                    cursor.rest(),
+                    self.sink,
+                    &mut self.loss,
+                );
+            }
+            CHUNK if outside => {
+                let (checksum, compression) = chunk_head(&mut cursor)?;
+                let unpacked;
+                let records = match compression {
+                    "" => cursor.rest(),
+                    compression => {
+                        unpacked = unpack(cursor.rest(), compression, LONGEST)?;
+                        &unpacked
+                    }
+                };
+                if checksum != 0 && crc32fast::hash(records) != checksum {
+                    return None;
+                }
+                self.records(records)?;
+            }
+            _ => {}
+        }
+        Some(())
+    }
+}
+
+/// Checksum and compression; what is left are the records.
+fn chunk_head<'a>(cursor: &mut Cursor<'a>) -> Option<(u32, &'a str)> {
+    cursor.take(24)?;
+    let checksum = cursor.u32()?;
+    let compression = text(cursor)?;
+    cursor.u64()?;
+    Some((checksum, compression))
+}
+
+fn text<'a>(cursor: &mut Cursor<'a>) -> Option<&'a str> {
+    std::str::from_utf8(cursor.sized()?).ok()
+}

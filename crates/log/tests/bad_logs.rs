@@ -1,0 +1,260 @@
+//! Logs that are cut, damaged, empty, or that lie about their sizes.
+
+mod common;
+
+use common::{dataflash, fixture, good_ulog};
+use proptest::prelude::*;
+use touchdown_log::{
+    ErrorKind, Findings, Log, LogError, Map, Survey, UlogWriter, read_parquet, read_trial,
+};
+
+fn every_format() -> [(&'static str, Vec<u8>); 6] {
+    [
+        ("ulog", good_ulog()),
+        ("dataflash", dataflash()),
+        ("zstd.mcap", fixture("ros2.mcap")),
+        ("lz4.mcap", fixture("json.mcap")),
+        ("plain.bag", fixture("plain.bag")),
+        ("bz2.bag", fixture("bz2.bag")),
+    ]
+}
+
+/// All that can be done with bytes; whatever they are, it ends, and without a panic.
+fn survey(name: &str, bytes: Vec<u8>) -> Result<(Survey, Findings), LogError> {
+    let Some(log) = Log::from_bytes(name, bytes) else {
+        return Err(LogError::Empty {
+            path: name.to_owned(),
+        });
+    };
+    let found = log.survey();
+    if let Ok((survey, findings)) = &found {
+        let (outline, again) = log.outline().unwrap();
+        // Only who looks at values finds messages that cannot be decoded.
+        assert!(outline.messages() >= survey.messages());
+        assert!(findings.is_lossy() || !again.is_lossy());
+        let map = Map::parse("suggested.toml", &survey.suggested_map())
+            .expect("a suggested map is a map");
+        if let Ok((trial, _)) = log.trial(Some(&map)) {
+            assert!(trial.len() <= survey.messages());
+        }
+        let _ = log.trial(None);
+    }
+    found
+}
+
+#[test]
+fn prop_a_cut_file_gives_its_prefix_and_says_so() {
+    for (name, bytes) in every_format() {
+        let (whole, findings) = survey(name, bytes.clone()).unwrap();
+        assert!(!findings.is_lossy(), "{name}: {findings:?}");
+        // The data end before the index does.
+        let mut before = 0;
+        let mut lossy = 0;
+        for cut in (0..bytes.len()).step_by(bytes.len() / 97) {
+            match survey(name, bytes[..cut].to_vec()) {
+                Ok((part, findings)) => {
+                    assert!(part.messages() >= before && part.messages() <= whole.messages());
+                    assert!(findings.corrupt_rows == 0, "{name} at {cut}: {findings:?}");
+                    before = part.messages();
+                    lossy += usize::from(findings.is_lossy());
+                    // The same numbers as far as they go.
+                    for topic in part.topics.iter().filter(|topic| topic.messages > 0) {
+                        let same = whole.topic(&topic.key).unwrap();
+                        assert_eq!(topic.first_s, same.first_s, "{name} {}", topic.key);
+                    }
+                }
+                Err(error) => {
+                    assert_eq!(error.kind(), ErrorKind::Unreadable, "{error}");
+                    assert_eq!(before, 0, "{name} at {cut}: {error}");
+                }
+            }
+        }
+        assert!(before > whole.messages() / 2, "{name}: {before}");
+        // Hardly any cut falls between two records; of a chunk of one block all is lost or nothing.
+        let fewest = if name == "bz2.bag" { 1 } else { 20 };
+        assert!(lossy > fewest, "{name}: {lossy}");
+    }
+}
+
+#[test]
+fn analytic_a_cut_inside_of_the_last_message_costs_that_message() {
+    let bytes = good_ulog();
+    let (part, findings) = survey("cut", bytes[..bytes.len() - 3].to_vec()).unwrap();
+    assert_eq!(part.messages(), 139, "of 140");
+    assert!(findings.truncated && findings.is_lossy());
+    let bytes = dataflash();
+    let (part, findings) = survey("cut", bytes[..bytes.len() - 3].to_vec()).unwrap();
+    // The last is the 60th of the accelerometer, of instance 1.
+    assert_eq!(part.topic("IMU#1").unwrap().messages, 29);
+    assert_eq!(part.topic("IMU").unwrap().messages, 30);
+    assert_eq!(
+        part.topic("IMU#1").unwrap().field("AccZ").unwrap().max,
+        Some(f64::from(-10.81_f32))
+    );
+    assert!(findings.truncated);
+}
+
+#[test]
+fn analytic_reading_goes_on_after_damage() {
+    let bytes = good_ulog();
+    // A length and a type in the middle.
+    let place = bytes.len() / 2;
+    let at = (place..)
+        .find(|&i| bytes[i + 2] == b'D' && bytes[i + 1] == 0)
+        .unwrap();
+    let mut damaged = bytes.clone();
+    damaged[at..at + 3].fill(0xee);
+    let (part, findings) = survey("damaged", damaged).unwrap();
+    assert_eq!(part.messages(), 139);
+    assert_eq!((findings.corrupt_rows, findings.truncated), (1, false));
+    assert!(
+        findings.loss().unwrap().contains("1 corrupt"),
+        "{findings:?}"
+    );
+    // Bytes in between, as after a write that failed.
+    let noise: Vec<u8> = (0..5000_u32).map(|i| ((i * i) >> 3) as u8).collect();
+    let mut longer = bytes[..at].to_vec();
+    longer.extend(&noise);
+    longer.extend(&bytes[at..]);
+    let (part, findings) = survey("longer", longer).unwrap();
+    assert_eq!((part.messages(), findings.corrupt_rows), (140, 1));
+
+    let bytes = dataflash();
+    let mut longer = bytes[..bytes.len() - 24].to_vec();
+    longer.extend([0x5a; 500]);
+    longer.extend(&bytes[bytes.len() - 24..]);
+    let (part, findings) = survey("longer", longer).unwrap();
+    assert_eq!(part.topic("IMU#1").unwrap().messages, 30);
+    assert_eq!(findings.corrupt_rows, 1);
+    // Zeros at the end are room that was not used.
+    let mut roomy = bytes;
+    roomy.extend([0; 4096]);
+    assert!(!survey("roomy", roomy).unwrap().1.is_lossy());
+}
+
+#[test]
+fn analytic_a_chunk_whose_checksum_is_wrong_is_left_out() {
+    let bytes = fixture("json.mcap");
+    let (whole, _) = survey("whole", bytes.clone()).unwrap();
+    let mut left_out = 0;
+    // The first chunk tells the channels; without it nothing is left.
+    for at in (2000..bytes.len() / 2).step_by(61) {
+        let mut bytes = bytes.clone();
+        bytes[at] ^= 0x10;
+        let (part, findings) = survey("flipped", bytes).unwrap();
+        if findings.is_lossy() {
+            assert!(part.messages() < whole.messages(), "{at}");
+            left_out += 1;
+        } else {
+            // A place between the chunks.
+            assert_eq!(part.topics, whole.topics, "{at}");
+        }
+    }
+    assert!(left_out > 50, "{left_out}");
+}
+
+#[test]
+fn prop_sizes_of_gigabytes_are_not_believed() {
+    let (mut mcap, mut bag) = (fixture("ros2.mcap"), fixture("plain.bag"));
+    // The length of the first record behind the header's, and that of the first head.
+    mcap[9..17].copy_from_slice(&(1_u64 << 40).to_le_bytes());
+    assert!(survey("huge.mcap", mcap).is_err());
+    bag[13..17].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert!(survey("huge.bag", bag).is_err());
+    let mut log = UlogWriter::new(Vec::new(), 0).unwrap();
+    assert!(log.format("a", "float[70000] x").is_err());
+    log.format("a", "b[60000] x").unwrap();
+    log.format("b", "a[60000] y").unwrap();
+    assert!(log.topic("a", 0).is_err());
+}
+
+#[test]
+fn prop_empty_files_and_logs_without_a_message() {
+    for (name, bytes) in every_format() {
+        let error = survey(name, bytes[..20.min(bytes.len())].to_vec()).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Unreadable, "{name}: {error}");
+    }
+    let log = UlogWriter::new(Vec::new(), 0).unwrap().finish().unwrap();
+    let error = survey("never.ulg", log).unwrap_err();
+    assert!(
+        error.to_string().contains("a PX4 ULog without a message"),
+        "{error}"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.ulg");
+    std::fs::write(&path, "").unwrap();
+    assert!(matches!(
+        read_trial(&path, None),
+        Err(LogError::Empty { .. })
+    ));
+    // A table by the name of a log is a table.
+    std::fs::write(&path, "time_s,x\n0,1\n1,2\n").unwrap();
+    assert_eq!(read_trial(&path, None).unwrap().0.len(), 2);
+}
+
+#[test]
+fn analytic_data_that_were_appended_after_a_crash() {
+    // The mark of appended data and where they start: behind half of a message.
+    let bytes = good_ulog();
+    let mut log = bytes[..bytes.len() - 5].to_vec();
+    let offset = log.len() as u64;
+    log[16 + 3 + 8] = 1;
+    log[16 + 3 + 16..16 + 3 + 24].copy_from_slice(&offset.to_le_bytes());
+    let text = b"5\x00\x00\x00\x00\x00\x00\x00\x00crash";
+    log.extend([text.len() as u8, 0, b'L']);
+    log.extend(text);
+    let (survey, findings) = survey("appended", log.clone()).unwrap();
+    assert_eq!(survey.messages(), 139);
+    assert!(
+        !findings.truncated && findings.corrupt_rows == 0,
+        "{findings:?}"
+    );
+    // A mark that is not known.
+    log[16 + 3 + 8] = 2;
+    let error = Log::from_bytes("unknown", log)
+        .unwrap()
+        .survey()
+        .unwrap_err();
+    assert!(error.to_string().contains("not known"), "{error}");
+}
+
+#[test]
+fn prop_parquet_files_that_are_cut_or_damaged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.parquet");
+    let bytes = fixture("table.parquet");
+    std::fs::write(&path, &bytes[..bytes.len() - 9]).unwrap();
+    let error = read_parquet(&path, None).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Unreadable, "{error}");
+    assert!(error.to_string().contains("log.parquet"), "{error}");
+    let mut damaged = bytes.clone();
+    // Well inside of the first row group.
+    damaged[200..260].fill(0xff);
+    std::fs::write(&path, &damaged).unwrap();
+    let (table, findings) = read_parquet(&path, None).unwrap();
+    assert_eq!(
+        (table.len(), findings.rows_read, findings.corrupt_rows),
+        (700, 1000, 300)
+    );
+    assert!(findings.is_lossy());
+    assert_eq!(table.row_numbers()[0], 300);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(150))]
+
+    #[test]
+    fn prop_flipped_bits_never_panic(
+        which in 0_usize..6,
+        flips in prop::collection::vec((0.0..1.0_f64, 0_u8..8), 1..20),
+    ) {
+        let (name, mut bytes) = every_format()[which].clone();
+        for (place, bit) in flips {
+            let at = (place * bytes.len() as f64) as usize;
+            bytes[at] ^= 1 << bit;
+        }
+        if let Err(error) = survey(name, bytes) {
+            prop_assert_eq!(error.kind(), ErrorKind::Unreadable);
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Logs whose time jumps, whose values are no numbers, and maps that do not fit.
+
+mod common;
+
+use common::{good_ulog, ulog};
+use touchdown_log::{ErrorKind, Log, Map};
+
+#[test]
+fn analytic_time_that_jumps() {
+    // Forward by two hours in the middle: a gap that is told, no row lost.
+    let jumps = |i: u64| 1_000_000 + 4000 * i + if i >= 50 { 7_200_000_000 } else { 0 };
+    let log = Log::from_bytes("forward", ulog(jumps, |_| 1.0)).unwrap();
+    let (_, findings) = log.survey().unwrap();
+    assert!(
+        findings
+            .warnings
+            .iter()
+            .any(|w| w.contains("time jumps 1 times") || w.contains("time jumps 3 times")),
+        "{findings:?}"
+    );
+    let (trial, findings) = log.trial(None).unwrap();
+    assert_eq!((trial.len(), findings.rows_dropped()), (100, 0));
+    // Back by two hours: time goes on.
+    let back = |i: u64| 8_000_000_000 + 4000 * i - if i >= 50 { 7_200_000_000 } else { 0 };
+    let log = Log::from_bytes("back", ulog(back, |_| 1.0)).unwrap();
+    let (trial, findings) = log.trial(None).unwrap();
+    assert_eq!((trial.len(), findings.rows_dropped()), (100, 0));
+    assert!((trial.duration_s() - 0.396).abs() < 1e-9);
+    assert!(
+        findings.warnings.iter().any(|w| w.contains("set back")),
+        "{findings:?}"
+    );
+    // One stray stamp costs its own row.
+    let stray = |i: u64| {
+        if i == 30 {
+            9_000_000_000
+        } else {
+            1_000_000 + 4000 * i
+        }
+    };
+    let (trial, findings) = Log::from_bytes("stray", ulog(stray, |_| 1.0))
+        .unwrap()
+        .trial(None)
+        .unwrap();
+    assert_eq!((trial.len(), findings.rows_dropped()), (99, 1));
+}
+
+#[test]
+fn analytic_heights_that_are_no_numbers_are_gaps() {
+    let height = |i: u64| {
+        if i.is_multiple_of(10) {
+            f64::NAN
+        } else {
+            f64::INFINITY
+        }
+    };
+    let log = Log::from_bytes("nan", ulog(|i| 1_000_000 + 4000 * i, height)).unwrap();
+    let (trial, findings) = log.trial(None).unwrap();
+    assert!(trial.channel("height_m").is_none());
+    assert!(
+        findings
+            .warnings
+            .iter()
+            .any(|w| w == "height_m: left out, for it has no value")
+    );
+    assert!(trial.channel("throttle").is_none(), "it never flew");
+    let (survey, _) = log.survey().unwrap();
+    let field = survey
+        .topic("vehicle_local_position")
+        .unwrap()
+        .field("dist_bottom")
+        .unwrap();
+    assert_eq!((field.count, field.min), (0, None));
+    assert_eq!(survey.topic("never").unwrap().messages, 0);
+}
+
+#[test]
+fn prop_names_that_are_not_there_are_told_with_a_near_one() {
+    let log = Log::from_bytes("flight.ulg", good_ulog()).unwrap();
+    let trial = |text: &str| {
+        log.trial(Some(&Map::parse("m.toml", text).unwrap()))
+            .unwrap_err()
+            .to_string()
+    };
+    let head = "schema = 1\nclock = 'sensor_combined'\n[channels]\ntime_s = 'time_s'\n";
+    let error = trial(&format!("{head}x = 'vehicle_local_position.vs'\n"));
+    assert!(
+        error.contains("m.toml, line 5, channels.x")
+            && error.contains("did you mean \"vehicle_local_position.vz\""),
+        "{error}"
+    );
+    let error = trial(&format!("{head}x = 'vehicle_local_positions.vz'\n"));
+    assert!(
+        error.contains("did you mean \"vehicle_local_position\"")
+            || error.contains("\"vehicle_local_position\""),
+        "{error}"
+    );
+    let error = trial(&format!("{head}x = 'param.THR_MDL_FAK'\n"));
+    assert!(
+        error.contains("did you mean \"param.THR_MDL_FAC\""),
+        "{error}"
+    );
+    let error = trial(&head.replace("sensor_combined", "sensor_combine"));
+    assert!(
+        error.contains("line 2, clock") && error.contains("did you mean \"sensor_combined\""),
+        "{error}"
+    );
+    for bad in [
+        "schema = 1\noptional = ['y']\n[channels]\ntime_s = 'time_s'\n",
+        "schema = 1\nclock = []\n[channels]\ntime_s = 'time_s'\n",
+        "schema = 1\n[channels]\ntime_s = ['time_s', 2]\n",
+        "schema = 1\n[channels]\ntime_s = 'time_s'\n[topics.a]\njoin = 'cubic'\n",
+        "schema = 1\n[channels]\ntime_s = 'time_s'\n[topics.a]\nlimit_s = -1.0\n",
+        "schema = 1\n[channels]\ntime_s = 'time_s'\n[topics.a]\nlimits_s = 1.0\n",
+    ] {
+        let error = Map::parse("m.toml", bad).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::BadInput, "{bad}");
+        assert!(error.to_string().contains("m.toml, line"), "{error}");
+    }
+}
