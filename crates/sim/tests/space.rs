@@ -96,9 +96,9 @@ fn prop_every_controller_and_descent_flies() {
             scenario.control.reference = reference;
             scenario.timeout_s = 40.0;
             for landing in landings(&scenario, 2) {
-                // Without a model it may float on its cushion, but comes to no harm.
+                // All of them can, of twelve of each as well; how softly is another matter.
                 assert!(
-                    !landing.outcome.crashed(),
+                    landing.outcome.landed(),
                     "{controller:?} {reference:?} {landing:?}"
                 );
             }

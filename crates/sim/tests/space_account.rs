@@ -1,7 +1,7 @@
 //! What is said of landings that take more than one attempt.
 
 use touchdown_sim::space::{
-    FaultGust, NanBurst, Since, SpaceLander, SpaceOutcome, SpaceScenario, Struck, land,
+    CrashCause, FaultGust, NanBurst, Since, SpaceLander, SpaceOutcome, SpaceScenario, Struck, land,
 };
 
 #[test]
@@ -117,5 +117,29 @@ fn prop_all_sensors_can_be_struck() {
             let all = believed.chain(&row.throttle).all(|x| x.is_finite());
             assert!(all, "{sensor:?}: {row:?}");
         }
+    }
+}
+
+#[test]
+fn prop_what_comes_down_beside_the_deck_has_not_touched_it() {
+    // Blown off the deck in the descent and pressed down there.
+    let mut scenario = SpaceScenario::default();
+    scenario.plant.plate_side_m = 0.6;
+    scenario.faults.gust = Some(FaultGust {
+        velocity_mps: [14.0, 0.0, -12.0],
+        from_s: 0.3,
+        rise_s: 0.2,
+        hold_s: 2.0,
+    });
+    let lander = SpaceLander::new(&scenario).unwrap();
+    for trial in 0..3 {
+        let landing = lander.land(trial, 1, false).unwrap();
+        let cause = CrashCause::Missed;
+        assert_eq!(
+            landing.outcome,
+            SpaceOutcome::Crashed { cause },
+            "{landing:?}"
+        );
+        assert_eq!((landing.touch, landing.impact), (None, None));
     }
 }

@@ -84,3 +84,29 @@ fn prop_a_measured_series_begins_anywhere_or_at_its_start() {
     // The trace's first row is at the start of the trial.
     assert_eq!(start(&without, 0)[0], series.deck().at(0.0).origin_m);
 }
+
+#[test]
+fn regress_landings_on_more_sines_than_a_controller_knows() {
+    // 0.14 m of heave, of six frequencies up to 0.6 Hz: by the spline.
+    let deck = tones(6);
+    let RigidMotion::Sines { tones } = &deck else {
+        panic!("sines");
+    };
+    let smaller = tones.iter().map(|tone| Tone {
+        amplitude: 0.14 / 6.0,
+        ..*tone
+    });
+    let scenario = SpaceScenario {
+        deck: RigidMotion::Sines {
+            tones: smaller.collect(),
+        },
+        ..SpaceScenario::default()
+    };
+    let lander = SpaceLander::new(&scenario).unwrap();
+    for trial in 0..5 {
+        let landing = lander.land(trial, 1, false).unwrap();
+        assert!(landing.outcome.landed(), "{landing:?}");
+        // Of 40: at most 0.28 m/s.
+        assert!(landing.touch.unwrap().v_l_mps < 0.4, "{landing:?}");
+    }
+}

@@ -60,8 +60,8 @@ impl SpaceOutcome {
     }
 }
 
-/// The first touch of the last descent, by the true state: when a foot feels the
-/// deck, or the reference point comes down to the landed height.
+/// The first touch after the start of the last descent, by the true state: when a foot
+/// feels the deck, or the reference point comes down to the landed height over it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Touch {
     /// Time since the start of the trial, s.
