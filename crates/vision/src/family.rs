@@ -4,8 +4,8 @@
 //! cells of data, white for one and black for zero, read row by row from the
 //! top left with the code word's highest bit first (Olson 2011; Wang & Olson
 //! 2016). Around it there has to be a white margin of at least a cell. The
-//! detector knows all  codes of the family; [`cells`] knows those that are
-//! of use for nested pads, to draw them.
+//! detector knows all 587 codes of the family; [`cells`] knows those that are of
+//! use for nested pads, to draw them.
 
 /// Number of ids of the family.
 pub const IDS: u32 = 587;

@@ -11,8 +11,6 @@ pub struct ContactLog {
     pub first_touch_s: Option<f64>,
     /// Times all feet have left the deck again after a touch.
     pub bounces: u32,
-    /// Highest clearance of the lowest foot after the first touch, m.
-    pub bounce_height_m: f64,
     /// Way that feet have slid, the greatest of the four, m.
     pub slide_m: f64,
     /// Greatest normal force on a foot, N.
@@ -48,7 +46,6 @@ impl ContactLog {
         self.bounces += u32::from(self.feet_down > 0 && down == 0);
         self.feet_down = down;
         let deepest = feet.iter().map(|f| f.depth_m).fold(f64::MIN, f64::max);
-        self.bounce_height_m = self.bounce_height_m.max(-deepest);
         self.greatest_tilt_rad = self.greatest_tilt_rad.max(tilt_rad);
         for i in 0..4 {
             self.greatest_normal_n = self.greatest_normal_n.max(feet[i].force_n[2]);

@@ -55,8 +55,8 @@ pub struct Tone {
 pub struct SeaSettings {
     /// Spectrum of the waves.
     pub spectrum: WaveSpectrum,
-    /// Direction in which the waves travel, from the bow's, rad: 0 they come
-    /// from astern, π from ahead.
+    /// Direction in which the waves travel, from the bow's, to port, rad: 0 they come
+    /// from astern, π/2 from starboard, π from ahead.
     pub heading_rad: f64,
     /// The ship.
     pub ship: ShipSettings,
@@ -65,7 +65,7 @@ pub struct SeaSettings {
 }
 
 impl Default for SeaSettings {
-    /// The default waves on the default ship's bow, from 30 degrees to port of ahead.
+    /// The default waves on the default ship's bow, from 30 degrees to starboard of ahead.
     fn default() -> Self {
         Self {
             spectrum: WaveSpectrum::default(),

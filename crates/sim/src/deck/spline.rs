@@ -1,20 +1,22 @@
 //! Piecewise quintic motions: fast to evaluate, two derivatives continuous.
 
+use std::sync::Arc;
+
 use super::rigid::DeckCoordinates;
 use crate::number::Number;
 
 /// Quintic Hermite interpolation between knots that carry value, rate and
 /// acceleration. A cubic spline is the case in which the accelerations are
 /// piecewise linear. Before the first and after the last knot the motion is
-/// held, at rest.
+/// held, at rest. Clones share the knots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionSpline {
-    times_s: Vec<f64>,
+    times_s: Arc<[f64]>,
     /// Intervals per second, to guess the interval of a time.
     per_s: f64,
     /// For each interval, coordinate by coordinate, the polynomial in the time
     /// since its first knot, lowest order first.
-    pieces: Vec<[[f64; 5]; 6]>,
+    pieces: Arc<[[[f64; 5]; 6]]>,
 }
 
 impl MotionSpline {
@@ -23,7 +25,7 @@ impl MotionSpline {
         let pieces = times_s.windows(2).zip(knots.windows(2));
         let span = times_s[times_s.len() - 1] - times_s[0];
         Self {
-            times_s: times_s.to_vec(),
+            times_s: times_s.into(),
             per_s: (times_s.len() - 1) as f64 / span,
             pieces: pieces
                 .map(|(t, k)| piece(t[1] - t[0], &k[0], &k[1]))

@@ -120,12 +120,6 @@ impl Spectrum {
         Ok(spectrum)
     }
 
-    /// Frequency of the peak ω_p, rad/s.
-    #[must_use]
-    pub fn peak_angular_frequency(&self) -> f64 {
-        self.peak
-    }
-
     /// γ^exp(…), by which JONSWAP exceeds S_PM before normalising.
     fn enhancement(&self, u: f64) -> f64 {
         let width = if u <= 1.0 { 0.07 } else { 0.09 };
