@@ -216,7 +216,7 @@ fn keys(panel: &Panel, places: &[Place], several: bool) -> Markup {
     };
     let heading = panel.title.as_ref().or(several.then_some(&panel.y_label));
     html! {
-        @if named().next().is_some() || panel.title.is_some() {
+        @if named().next().is_some() {
             div.group {
                 @if let Some(heading) = heading { span.heading { (heading) } }
                 @for (index, (series, place)) in named() {

@@ -49,7 +49,7 @@ pub(crate) struct LegendEntry {
     pub(crate) row: usize,
 }
 
-/// Decides all places. Without `headings`, title and legends are left to the surrounding page.
+/// Decides all places. Without `headings`, the figure's title and legends are left to the surrounding page.
 pub(crate) fn layout(figure: &Figure, headings: bool) -> Layout {
     // The room of a legend depends on the width of the numbers beside the panels, they on the height of the panels,
     // and that on the rows of the legend: the second time, the width is known.
@@ -194,7 +194,8 @@ fn y_label(label: &str, height: f32) -> Vec<String> {
 /// Entries of the legend and the number of rows with the panel's title.
 fn legend(panel: &Panel, room: f32, headings: bool) -> (Vec<LegendEntry>, usize) {
     if !headings {
-        return (Vec::new(), 0);
+        // The page has the legends; panels keep their own titles.
+        return (Vec::new(), usize::from(panel.title.is_some()));
     }
     let mut entries = Vec::new();
     let title = panel.title.as_ref().map_or(0.0, |t| {

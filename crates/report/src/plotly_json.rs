@@ -156,7 +156,25 @@ impl Figure {
                 );
             }
         }
+        all.insert("annotations".to_owned(), self.panel_titles(layout));
         Value::Object(all)
+    }
+
+    /// The panels' titles, above them.
+    fn panel_titles(&self, layout: &Layout) -> Value {
+        let (first, last) = (&layout.panels[0].plot, layout.panels.len() - 1);
+        let span = layout.panels[last].plot.bottom - first.top;
+        let panels = self.panels.iter().zip(&layout.panels);
+        let titles = panels.filter_map(|(panel, place)| {
+            let title = panel.title.as_ref()?;
+            Some(json!({
+                "text": format!("<b>{}</b>", text(title)), "showarrow": false,
+                "xref": "paper", "x": 0, "xanchor": "left",
+                "yref": "paper", "y": 1.0 - (place.plot.top - first.top) / span, "yanchor": "bottom",
+                "font": { "size": 13 },
+            }))
+        });
+        titles.collect()
     }
 
     /// One box with the values of all curves makes sense where all run over one ordered abscissa.

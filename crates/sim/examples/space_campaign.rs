@@ -1,9 +1,10 @@
 //! Landings in six degrees of freedom by the hundred, on all cores:
 //!
 //! ```text
-//! cargo run --release -p touchdown-sim --example space_campaign -- PRESET [TRIALS [SEED]] [KEY=VALUE]...
+//! cargo run --release -p touchdown-sim --example space_campaign -- CASE [TRIALS [SEED]] [KEY=VALUE]...
 //! ```
 //!
+<<<<<<< HEAD
 //! Presets: `still`, `paper`, `strong`, `heave`, `sea`, `tag_lost`, `range_missing`, `late`, `late_unknown`,
 //! `rotor`,
 //! `gust`, `nan`. Keys are those of the scenario, dotted (`control.planner=false`); values are TOML.
@@ -91,6 +92,13 @@ fn preset(name: &str) -> Option<SpaceScenario> {
     }
     Some(scenario)
 }
+=======
+//! Cases are those of [`Case`] by name. Keys are those of the scenario, dotted (`control.planner=false`); values are TOML.
+#![allow(clippy::print_stdout)]
+
+use rayon::prelude::*;
+use touchdown_sim::space::{Case, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario};
+>>>>>>> 0015feb (touchdown reproduce: landings at sea in six degrees of freedom, the same that campaign flies; cases by name have one home; titles of panels stand above them in the report; text in tables wraps before they scroll)
 
 /// Sets a dotted key.
 fn set(table: &mut toml::Table, key: &str, value: &str) -> Result<(), Box<dyn std::error::Error>> {
@@ -160,9 +168,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let name = words.first().map_or("paper", String::as_str);
     let number = |k: usize, or: u64| words.get(k).map_or(Ok(or), |word| word.parse::<u64>());
     let (trials, seed) = (number(1, 100)?, number(2, 1)?);
+<<<<<<< HEAD
     let scenario = preset(name).ok_or_else(|| format!("no preset `{name}`"))?;
     let mut table = toml::Table::try_from(&scenario)?;
     let (mut series, mut height_m) = (None, 0.5);
+=======
+    let case = Case::named(name).ok_or_else(|| format!("no case `{name}`"))?;
+    let mut table = toml::Table::try_from(case.scenario())?;
+>>>>>>> 0015feb (touchdown reproduce: landings at sea in six degrees of freedom, the same that campaign flies; cases by name have one home; titles of panels stand above them in the report; text in tables wraps before they scroll)
     for setting in &settings {
         match setting.split_once('=').unwrap_or((setting, "")) {
             ("series", file) => series = Some(file),

@@ -6,7 +6,7 @@
 //! | [`predict`] | free-run prediction from a card |
 //! | [`pilot`] | cards to controllers, by the methods' names |
 //! | [`campaign`] | many landings of one controller |
-//! | [`experiments`] | the paper's four experiments |
+//! | [`experiments`] | the paper's four experiments, and landings at sea |
 //! | [`results`] | what `reproduce` writes as `results.json` |
 //! | [`settings`], [`scenario`] | settings of whole runs, and scenario files |
 //! | [`pages`] | reports: figures and HTML |

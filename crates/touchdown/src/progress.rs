@@ -6,6 +6,8 @@ pub trait Progress: Sync {
     fn stage(&self, name: &str, steps: u64);
     /// One step of the stage is done.
     fn step(&self);
+    /// Something is done for good, such as a file that is written: for logs, where no bar is drawn.
+    fn done(&self, _what: &str) {}
 }
 
 /// Tells nobody.

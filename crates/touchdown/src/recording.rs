@@ -4,7 +4,7 @@
 //! | --- | --- | --- |
 //! | `/tf` | `foxglove.FrameTransform` | `world` to `deck`, `world` to `vehicle` |
 //! | `/vehicle/pose`, `/deck/pose` | `foxglove.PoseInFrame` | the true poses |
-//! | `/deck` | `touchdown.Deck` | motion of the deck, true and estimated |
+//! | `/deck` | `touchdown.Deck` | motion of the deck, true, estimated and forecast 1 s ahead |
 //! | `/vehicle` | `touchdown.Vehicle` | motion of the vehicle, in world axes and relative to the deck |
 //! | `/forces` | `touchdown.Forces` | rotors, ground effect, feet, thrust asked for, wind |
 //! | `/estimate` | `touchdown.Estimate` | what the landing computer believes |
@@ -47,6 +47,8 @@ const TOPICS: [(&str, &str, Message); 9] = [
             "estimated_heave_mps": r.estimated_deck_mps,
             "estimated_heave_sd_mps": r.estimated_deck_sd_mps,
             "estimated_heave_mps2": r.estimated_deck_mps2,
+            "forecast_heave_mps": r.forecast_deck_mps,
+            "forecast_heave_sd_mps": r.forecast_deck_sd_mps,
         })
     }),
     ("/vehicle", "touchdown.Vehicle", |r| {

@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use touchdown_sim::rig_sets::VALIDATION_KINDS;
+use touchdown_sim::space::Case;
 
 use crate::campaign::LandingFigures;
 use crate::error::Result;
 use crate::experiments::landing::MethodLandings;
+use crate::experiments::sea::SeaExperiment;
 use crate::experiments::{Run, thrust};
 use crate::identify::Made;
 use crate::identify::front::Front;
@@ -18,6 +20,7 @@ use crate::identify::settings::GroundEffectForm;
 use crate::pilot::Method;
 use crate::score::Errors;
 use crate::settings::{C_DECK_PER_S, C_GROUND_PER_S, ReproduceSettings, to_toml};
+use crate::sweep::Figures;
 
 /// Version of the shape.
 pub const SCHEMA: u32 = 1;
@@ -69,8 +72,8 @@ pub struct Results {
     pub ground_landing: BTreeMap<&'static str, LandingFigures>,
     /// IV-D.
     pub deck_landing: DeckResults,
-    /// Landings at sea with six degrees of freedom: not run by this version.
-    pub sea: Option<()>,
+    /// Landings at sea, in six degrees of freedom.
+    pub sea: SeaResults,
     /// The paper's own figures.
     pub published: Published,
     /// What was calibrated to the paper.
@@ -120,6 +123,37 @@ pub struct DeckResults {
     pub with_acceleration: BTreeMap<&'static str, LandingFigures>,
     /// Without.
     pub without_acceleration: BTreeMap<&'static str, LandingFigures>,
+}
+
+/// Landings at sea, in six degrees of freedom.
+#[derive(Clone, Debug, Serialize)]
+pub struct SeaResults {
+    /// `deck -> how it is flown -> figures`.
+    pub decks: BTreeMap<&'static str, BTreeMap<&'static str, Figures>>,
+    /// `fault -> figures`, above the paper's deck, as `planned`.
+    pub faults: BTreeMap<&'static str, Figures>,
+    /// SHA-256 of the measured motion of the deck `sea`; null where its waves are drawn from a spectrum.
+    pub series_sha256: Option<String>,
+}
+
+impl SeaResults {
+    fn of(sea: &SeaExperiment) -> Self {
+        let (mut decks, mut faults) = (BTreeMap::<_, BTreeMap<_, _>>::new(), BTreeMap::new());
+        for l in &sea.landings {
+            let figures = l.figures.clone();
+            if Case::FAULTS.contains(&l.case) {
+                faults.insert(l.case.name(), figures);
+            } else {
+                let deck = decks.entry(l.case.name()).or_default();
+                deck.insert(l.how.name(), figures);
+            }
+        }
+        Self {
+            decks,
+            faults,
+            series_sha256: sea.series.as_deref().map(crate::identify::sha256),
+        }
+    }
 }
 
 /// Published figures of one method; null where none was published.
@@ -182,12 +216,14 @@ impl Published {
     }
 }
 
-/// SHA-256 of settings as TOML text, in hexadecimal.
+/// SHA-256 of settings as TOML text, in hexadecimal; where a file lies makes no difference to it.
 ///
 /// # Errors
 /// Settings that TOML cannot hold.
 pub fn settings_sha256(settings: &ReproduceSettings) -> Result<String> {
-    Ok(crate::identify::sha256(to_toml(settings)?.as_bytes()))
+    Ok(crate::identify::sha256(
+        to_toml(&settings.with_files_here())?.as_bytes(),
+    ))
 }
 
 impl Results {
@@ -249,7 +285,7 @@ impl Results {
                 with_acceleration: figures(&landing.with_acceleration),
                 without_acceleration: figures(&landing.without_acceleration),
             },
-            sea: None,
+            sea: SeaResults::of(&run.sea),
             published: Published::figures(),
             calibrated: calibrated(&run.settings),
             reconstructed: reconstructed(),

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use touchdown_flight::ground_effect::GroundEffectModel;
+use touchdown_model::Card;
 use touchdown_sim::plant::Plant;
 use touchdown_sim::rig::{RigSettings, RigTrial};
 use touchdown_sim::rig_sets::{self, Extent};
@@ -11,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::pilot::Method;
 use crate::settings::{ControlSettings, LandSettings, check_seed};
 use touchdown_sim::scenario::LandingScenario;
+use touchdown_sim::space::FlightModels;
 
 /// A standard set of rig trials.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
@@ -195,6 +198,47 @@ impl CardPaths {
             dynamic: join(self.dynamic),
         }
     }
+}
+
+impl CardPaths {
+    /// Puts the models of the cards that are given in place of others.
+    ///
+    /// # Errors
+    /// Cards that cannot be read or flown.
+    pub fn put_into(&self, models: &mut FlightModels) -> Result<()> {
+        let read = |path: &Option<PathBuf>| path.as_deref().map(Card::read).transpose();
+        put_into(
+            read(&self.thrust)?.as_ref(),
+            read(&self.empirical)?.as_ref(),
+            read(&self.dynamic)?.as_ref(),
+            models,
+        )
+    }
+}
+
+/// Puts the models of cards in place of others.
+pub(crate) fn put_into(
+    thrust: Option<&Card>,
+    empirical: Option<&Card>,
+    dynamic: Option<&Card>,
+    models: &mut FlightModels,
+) -> Result<()> {
+    if let Some(card) = thrust {
+        models.thrust = card.thrust_model()?;
+    }
+    if let Some(card) = dynamic {
+        models.dynamic = card.ground_effect()?;
+    }
+    if let Some(card) = empirical {
+        let GroundEffectModel::Empirical(law) = card.ground_effect()?.model else {
+            return Err(Error::Arguments(format!(
+                "`empirical` needs a card of form `empirical` (eq. 2); card `{}` is of form {:?}",
+                card.name, card.form
+            )));
+        };
+        models.mu = law.mu;
+    }
+    Ok(())
 }
 
 impl Default for LandScenario {

@@ -1,5 +1,7 @@
 //! Settings of whole runs, as they stand in TOML files.
 
+pub mod sea;
+
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
@@ -11,6 +13,7 @@ use touchdown_sim::scenario::LandingScenario;
 
 use crate::error::{Error, Result};
 use crate::identify::IdentificationSettings;
+use crate::sweep::SERIES;
 
 /// Rate of the descent at which the reference itself reaches 0.1 m at the published 5.1 s on the ground (1/s): calibrated.
 pub const C_GROUND_PER_S: f64 = 0.7073;
@@ -35,6 +38,8 @@ pub struct ReproduceSettings {
     pub ground_landing: LandSettings,
     /// Landing on the oscillating deck.
     pub deck_landing: LandSettings,
+    /// Landing at sea, in six degrees of freedom.
+    pub sea: sea::SeaSettings,
 }
 
 impl Default for ReproduceSettings {
@@ -47,6 +52,7 @@ impl Default for ReproduceSettings {
             identification: IdentificationSettings::default(),
             ground_landing: LandSettings::ground(),
             deck_landing: LandSettings::deck(),
+            sea: sea::SeaSettings::default(),
         }
     }
 }
@@ -145,6 +151,16 @@ impl ReproduceSettings {
         }
     }
 
+    /// The same with the files that they name under the names that they have in a run's folder.
+    #[must_use]
+    pub fn with_files_here(&self) -> Self {
+        let mut here = self.clone();
+        if let Some(series) = &mut here.sea.series {
+            series.file = SERIES.into();
+        }
+        here
+    }
+
     /// Checks all settings; `file` names them in errors.
     ///
     /// # Errors
@@ -173,7 +189,7 @@ impl ReproduceSettings {
                 .validate()
                 .map_err(|e| bad(&format!("{key}.scenario"), e.to_string()))?;
         }
-        Ok(())
+        crate::experiments::sea::cells(self, None, file).map(drop)
     }
 }
 

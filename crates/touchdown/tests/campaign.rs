@@ -3,6 +3,7 @@
 mod common;
 
 use std::collections::BTreeMap;
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
@@ -28,9 +29,16 @@ fn sweep(folder: &Path, text: &str) -> PathBuf {
 }
 
 fn touchdown(args: &[&str], sweep: &Path, out: &Path) -> std::process::Command {
+    let mut command = campaign(args, sweep, out);
+    command.arg("--quiet");
+    command
+}
+
+/// As [`touchdown`], but telling its progress.
+fn campaign(args: &[&str], sweep: &Path, out: &Path) -> std::process::Command {
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_touchdown"));
     command
-        .args(["--quiet", "campaign"])
+        .arg("campaign")
         .arg(sweep)
         .arg("--out")
         .arg(out)
@@ -195,7 +203,10 @@ fn prop_a_killed_campaign_is_completed_to_the_same_bytes() {
     let trials = ["--trials", "24"];
     let [whole, killed] = ["whole", "killed"].map(|name| folder.path().join(name));
     flies(&trials, &sweep, &whole);
-    let mut child = touchdown(&trials, &sweep, &killed).spawn().unwrap();
+    let mut child = campaign(&trials, &sweep, &killed)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
     let blocks = || {
         let landings = std::fs::read_dir(killed.join("landings"));
         let name = |entry: std::io::Result<std::fs::DirEntry>| {
@@ -208,9 +219,12 @@ fn prop_a_killed_campaign_is_completed_to_the_same_bytes() {
                 .count()
         })
     };
-    while blocks() < 3 && child.try_wait().unwrap().is_none() {
-        std::thread::sleep(std::time::Duration::from_millis(2));
-    }
+    // Without a terminal, every block that is written is told in a line.
+    let told = BufReader::new(child.stderr.take().unwrap()).lines();
+    let third = told
+        .map(Result::unwrap)
+        .find(|line| line.starts_with("3 of 24 blocks"));
+    assert!(third.is_some(), "no line about the third block");
     child.kill().unwrap();
     assert!(!child.wait().unwrap().success(), "killed");
     assert!((3..24).contains(&blocks()), "{} of 24 blocks", blocks());

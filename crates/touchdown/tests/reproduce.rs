@@ -93,7 +93,23 @@ fn shape(results: &Value) {
     assert!(
         feedback["t_l_s"].is_null() && feedback["v_l_mps"].is_null() && feedback["s_l_m"].is_null()
     );
-    assert!(results["sea"].is_null());
+    for deck in ["paper", "strong", "heave", "sea"] {
+        for how in ["planned", "straight_down", "published"] {
+            at_sea(&results["sea"]["decks"][deck][how], 3);
+        }
+    }
+    for fault in [
+        "tag_lost",
+        "range_missing",
+        "late",
+        "late_unknown",
+        "rotor",
+        "gust",
+        "nan",
+    ] {
+        at_sea(&results["sea"]["faults"][fault], 2);
+    }
+    assert!(results["sea"]["series_sha256"].is_null());
     assert_eq!(
         results["published"]["deck_landing"]["dynamic"]["t_l_s"],
         5.38
@@ -169,6 +185,25 @@ fn landing(figures: &Value) {
     }
 }
 
+/// Figures of landings in six degrees of freedom.
+fn at_sea(figures: &Value, trials: u64) {
+    let count = |key: &str| figures[key]["count"].as_u64().unwrap();
+    assert_eq!(figures["trials"], trials, "{figures}");
+    assert!(
+        count("landed_at_first") <= count("landed") && count("landed") + count("crashed") <= trials
+    );
+    for key in ["t_l_s", "v_l_mps", "s_l_m", "lateral_m"] {
+        // Over those that landed; null, never zero, where none did.
+        assert_eq!(figures[key]["count"], count("landed"), "{key}");
+        assert_eq!(
+            figures[key]["mean"].is_null(),
+            count("landed") == 0,
+            "{key}"
+        );
+    }
+    assert!(figures["waited_s"]["mean"].is_f64());
+}
+
 fn files(out: &Path) {
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let report = read("report.html");
@@ -179,6 +214,9 @@ fn files(out: &Path) {
         "front-moving-data",
         "front-thrust",
         "half the 95 % interval",
+        "What the planner gains over going straight down",
+        "Faults above the paper",
+        "sea-track",
     ] {
         assert!(report.contains(needed), "the report lacks: {needed}");
     }
@@ -228,6 +266,8 @@ fn files(out: &Path) {
     );
     // Header, and 3 + 5 + 5 methods of 3 trials.
     assert_eq!(read("landings.csv").lines().count(), 1 + 13 * 3);
+    // Header, four decks flown in three ways and seven faults.
+    assert_eq!(read("sea.csv").lines().count(), 1 + 4 * 3 * 3 + 7 * 2);
     let leftovers = walk(out).into_iter().filter(|p| {
         p.file_name()
             .is_some_and(|n| n.to_string_lossy().starts_with('.'))
@@ -267,6 +307,16 @@ fn prop_bad_input_is_one_error_and_nothing_written() {
         (
             "[identification.thrust]\nlibrary = [\"1\", \"x +\"]\n",
             "x +",
+            2,
+        ),
+        (
+            "[sea.scenario.body]\ninertia_kg_m2 = [0.01, -0.02, 0.03]\n",
+            "-0.02",
+            2,
+        ),
+        (
+            "[sea.wave.spectrum]\npeak_period_s = 0.0\n",
+            "peak_period_s",
             2,
         ),
         ("this is not TOML\n", "line 1", 2),

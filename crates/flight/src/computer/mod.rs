@@ -230,6 +230,16 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         positive("computer.planner_period_s", self.planner_period_s)
     }
 
+    /// The deck's heave `horizon_s` from now, as far as it is known.
+    #[must_use]
+    pub fn forecast(
+        &self,
+        state: &ComputerState<R, G::State>,
+        horizon_s: R,
+    ) -> DeckMotionPrediction<R> {
+        self.deck.predict(&state.deck, horizon_s)
+    }
+
     /// The state at the start, in the air with rotors at rest at `throttle`.
     #[must_use]
     pub fn initial(&self, throttle: R) -> ComputerState<R, G::State> {

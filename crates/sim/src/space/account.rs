@@ -152,6 +152,10 @@ impl Flight<'_> {
         let (relative_m, relative_mps) = self.relative();
         let feet = self.vehicle.feet(&self.state, &self.pose);
         let estimate = &output.estimate;
+        let forecast = self
+            .lander
+            .computer
+            .forecast(&self.brain, TraceRow::FORECAST_S);
         TraceRow {
             time_s: step as f64 * STEP_S,
             position_m: self.state.position_m,
@@ -179,6 +183,8 @@ impl Flight<'_> {
             estimated_deck_mps: output.deck.velocity_mps,
             estimated_deck_sd_mps: output.deck.velocity_sd_mps,
             estimated_deck_mps2: output.deck.acceleration_mps2,
+            forecast_deck_mps: forecast.velocity_mps,
+            forecast_deck_sd_mps: forecast.velocity_sd_mps,
             counted_ground_effect_n: output
                 .command
                 .map_or(0.0, |command| command.ground_effect_n),

@@ -16,6 +16,7 @@
 //! | module | what it holds |
 //! | --- | --- |
 //! | `sensors`, `tags`, `faults`, `crew`, `scenario`, `fits` | settings, and whether they fit each other |
+//! | `case` | scenarios by name |
 //! | `sensing`, `sight`, `clock` | readings: when they are taken and arrive, how wrong they are |
 //! | `landing`, `flight`, `track` | a landing, its steps, its deck |
 //! | `drawn` | in what trials differ |
@@ -24,6 +25,7 @@
 
 mod account;
 mod batch;
+mod case;
 mod clock;
 mod crew;
 mod drawn;
@@ -40,6 +42,7 @@ mod tags;
 mod track;
 
 pub use batch::Batch;
+pub use case::Case;
 pub use crew::{ControlSettings, Controller, DescentShape, FlightModels};
 pub use faults::{FaultGust, FaultSettings, NanBurst, Since, Span, Struck, WeakRotor};
 pub use landing::{SpaceLander, land};

@@ -195,6 +195,10 @@ pub struct TraceRow {
     pub estimated_deck_sd_mps: f64,
     /// Estimated heave acceleration of the deck, m/s².
     pub estimated_deck_mps2: f64,
+    /// Heave velocity of the deck that is expected [`TraceRow::FORECAST_S`] later, m/s.
+    pub forecast_deck_mps: f64,
+    /// Its standard deviation, m/s.
+    pub forecast_deck_sd_mps: f64,
     /// Ground effect that the law counts on, N.
     pub counted_ground_effect_n: f64,
     /// Force that the observer sees, N.
@@ -207,4 +211,9 @@ pub struct TraceRow {
     pub phase: Phase,
     /// Why.
     pub reason: Option<Reason>,
+}
+
+impl TraceRow {
+    /// How far ahead the recorded forecast of the deck looks, s.
+    pub const FORECAST_S: f64 = 1.0;
 }

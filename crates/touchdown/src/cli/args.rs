@@ -40,7 +40,7 @@ Exit status: 0 done; 1 failed; 2 bad arguments, maps, settings or cards; 3 done,
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Redo the paper end to end on the virtual rig and vehicle, ours beside published
+    /// Redo the paper end to end on the virtual rig and vehicle, ours beside published, and land at sea
     Reproduce(ReproduceArgs),
     /// Run the virtual force rig and write its trials
     Rig(RigArgs),
@@ -66,7 +66,7 @@ pub(crate) struct ReproduceArgs {
     /// Seed of all random numbers [default: 1]
     #[arg(long)]
     pub(crate) seed: Option<u64>,
-    /// Landings of every method in every experiment [default: 40; with --quick 8]
+    /// Landings of every method in every experiment, of every fault at sea half as many [default: 40; with --quick 8]
     #[arg(long)]
     pub(crate) trials: Option<usize>,
     /// A fast look: fewer rig trials and landings

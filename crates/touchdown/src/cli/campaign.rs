@@ -162,15 +162,15 @@ fn table(results: &CampaignResults) -> String {
         lines.push(format!(
             "{:<width$}  {:>7} {:>7} {:>7} {:>7}  {:>13}  {:>15} {:>6}  {:>11} {:>6}",
             p.of.label(),
-            p.trials,
-            count(p.landed),
-            count(p.landed_at_first),
-            count(p.crashed),
-            spread(&p.t_l_s, 2),
-            spread(&p.v_l_mps, 3),
-            one(p.v_l_mps.p99),
-            one(p.lateral_m.mean),
-            one(p.lateral_m.p95),
+            p.figures.trials,
+            count(p.figures.landed),
+            count(p.figures.landed_at_first),
+            count(p.figures.crashed),
+            spread(&p.figures.t_l_s, 2),
+            spread(&p.figures.v_l_mps, 3),
+            one(p.figures.v_l_mps.p99),
+            one(p.figures.lateral_m.mean),
+            one(p.figures.lateral_m.p95),
         ));
     }
     lines.join("\n")

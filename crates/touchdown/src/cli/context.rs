@@ -1,6 +1,6 @@
 //! What all commands share: where text, progress and JSON go.
 
-use std::io::Write as _;
+use std::io::{IsTerminal as _, Write as _};
 use std::sync::Mutex;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -12,6 +12,8 @@ use touchdown::{Error, Result};
 pub(crate) struct Context {
     json: bool,
     bar: ProgressBar,
+    /// Whether to tell in lines what a bar would show.
+    lines: bool,
     /// What standard output refused to take, if it did.
     refused: Mutex<Option<std::io::Error>>,
 }
@@ -32,6 +34,7 @@ impl Context {
         Self {
             json,
             bar,
+            lines: !quiet && !std::io::stderr().is_terminal(),
             refused: Mutex::new(None),
         }
     }
@@ -110,5 +113,11 @@ impl Progress for Context {
 
     fn step(&self) {
         self.bar.inc(1);
+    }
+
+    fn done(&self, what: &str) {
+        if self.lines {
+            let _ = writeln!(anstream::stderr(), "{what}");
+        }
     }
 }

@@ -7,6 +7,7 @@ use touchdown::experiments::{self, Run};
 use touchdown::progress::Progress as _;
 use touchdown::results::Results;
 use touchdown::settings::{self, ReproduceSettings};
+use touchdown::sweep::{Row, SERIES};
 use touchdown::{Result, pages};
 use touchdown_model::{Card, published};
 use touchdown_trial::Trial;
@@ -35,10 +36,11 @@ pub(crate) fn run(context: &Context, args: &ReproduceArgs) -> Result<Done> {
 
 fn load(args: &ReproduceArgs) -> Result<ReproduceSettings> {
     let (mut settings, file) = match &args.settings {
-        Some(path) => (
-            settings::read::<ReproduceSettings>(path)?,
-            path.display().to_string(),
-        ),
+        Some(path) => {
+            let mut settings = settings::read::<ReproduceSettings>(path)?;
+            settings.sea = settings.sea.from(path.parent().unwrap_or(Path::new(".")));
+            (settings, path.display().to_string())
+        }
         None => (ReproduceSettings::default(), "arguments".to_string()),
     };
     if args.quick {
@@ -96,8 +98,12 @@ fn write(context: &Context, run: &Run, results: &Results, out: &Path) -> Result<
     }
     output::write(
         &out.join("settings.toml"),
-        settings::to_toml(&run.settings)?.as_bytes(),
+        settings::to_toml(&run.settings.with_files_here())?.as_bytes(),
     )?;
+    if let Some(series) = &run.sea.series {
+        output::write(&out.join(SERIES), series)?;
+    }
+    output::write(&out.join("sea.csv"), at_sea(run).as_bytes())?;
     output::write(&out.join("landings.csv"), landings(run).as_bytes())?;
     context.step();
     pages::reproduce(run, results, out)?;
@@ -164,6 +170,19 @@ fn landings(run: &Run) -> String {
     out
 }
 
+/// Every landing at sea in a row.
+fn at_sea(run: &Run) -> String {
+    let mut out = format!("case,how,trial,{}\n", Row::header().join(","));
+    for l in &run.sea.landings {
+        for row in &l.rows {
+            let (case, how) = (l.case.name(), l.how.name());
+            let cells = row.cells().join(",");
+            out.push_str(&format!("{case},{how},{},{cells}\n", row.landing));
+        }
+    }
+    out
+}
+
 /// The main figures in a few lines.
 fn summary(results: &Results) -> String {
     let mut out = String::new();
@@ -211,6 +230,21 @@ fn summary(results: &Results) -> String {
                 mean(f.s_l_m)
             ));
         }
+    }
+    line("at sea, in six degrees of freedom, as planned".into());
+    let decks = results.sea.decks.iter();
+    let planned = decks.filter_map(|(deck, ways)| Some((deck, ways.get("planned")?)));
+    for (case, f) in planned.chain(&results.sea.faults) {
+        let count = |of: Option<touchdown::statistics::Share>| of.map_or(0, |s| s.count);
+        line(format!(
+            "  {case:<13} landed {:>3} of {:<3}  crashed {:<3} T_L {} s   V_L {} m/s   lateral {} m",
+            count(f.landed),
+            f.trials,
+            count(f.crashed),
+            number(f.t_l_s.mean),
+            number(f.v_l_mps.mean),
+            number(f.lateral_m.mean)
+        ));
     }
     out.pop();
     out

@@ -1,7 +1,8 @@
-//! The paper's four experiments, on the virtual rig and vehicle.
+//! The paper's four experiments on the virtual rig and vehicle, and landings at sea.
 
 pub mod ground_effect;
 pub mod landing;
+pub mod sea;
 pub mod thrust;
 
 use rayon::prelude::*;
@@ -17,7 +18,7 @@ use crate::pilot::Cards;
 use crate::progress::Progress;
 use crate::settings::ReproduceSettings;
 
-/// All four experiments of one run.
+/// All experiments of one run.
 #[derive(Clone, Debug)]
 pub struct Run {
     /// The settings.
@@ -30,6 +31,8 @@ pub struct Run {
     pub cards: Cards,
     /// IV-C and IV-D.
     pub landing: landing::LandingExperiments,
+    /// At sea, in six degrees of freedom.
+    pub sea: sea::SeaExperiment,
 }
 
 /// Runs everything: a pure function of the settings, with any number of threads.
@@ -54,12 +57,14 @@ pub fn run(settings: &ReproduceSettings, progress: &dyn Progress) -> Result<Run>
         dynamic: Some(flown(GroundEffectForm::Lag)?),
     };
     let landing = landing::run(settings, &cards, progress)?;
+    let sea = sea::run(settings, &cards, progress)?;
     Ok(Run {
         settings: settings.clone(),
         thrust,
         ground_effect,
         cards,
         landing,
+        sea,
     })
 }
 

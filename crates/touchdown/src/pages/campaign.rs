@@ -95,6 +95,7 @@ fn outcomes(results: &CampaignResults) -> Table {
         .text_column("Descents broken off");
     for p in &results.points {
         let aborts: Vec<String> = p
+            .figures
             .aborts
             .iter()
             .map(|(reason, count)| format!("{reason} {count}"))
@@ -102,11 +103,11 @@ fn outcomes(results: &CampaignResults) -> Table {
         table = table.row([
             Cell::text(p.of.label()),
             Cell::text(p.of.controller.clone()),
-            Cell::text(p.trials.to_string()),
-            share(p.landed),
-            share(p.landed_at_first),
-            share(p.crashed),
-            mean(&p.waited_s, 1),
+            Cell::text(p.figures.trials.to_string()),
+            share(p.figures.landed),
+            share(p.figures.landed_at_first),
+            share(p.figures.crashed),
+            mean(&p.figures.waited_s, 1),
             if aborts.is_empty() {
                 Cell::missing()
             } else {
@@ -137,12 +138,12 @@ fn quantities(results: &CampaignResults) -> Table {
         .number_column("99 %", "")
         .number_column("Worst", "");
     let picks: [(&str, Pick, usize); 6] = [
-        ("T_L (s)", |p| &p.t_l_s, 2),
-        ("V_L (m/s)", |p| &p.v_l_mps, 3),
-        ("S_L (m)", |p| &p.s_l_m, 3),
-        ("lateral (m)", |p| &p.lateral_m, 3),
-        ("impact speed (m/s)", |p| &p.impact_mps, 3),
-        ("tilt (rad)", |p| &p.tilt_rad, 3),
+        ("T_L (s)", |p| &p.figures.t_l_s, 2),
+        ("V_L (m/s)", |p| &p.figures.v_l_mps, 3),
+        ("S_L (m)", |p| &p.figures.s_l_m, 3),
+        ("lateral (m)", |p| &p.figures.lateral_m, 3),
+        ("impact speed (m/s)", |p| &p.figures.impact_mps, 3),
+        ("tilt (rad)", |p| &p.figures.tilt_rad, 3),
     ];
     for p in &results.points {
         for (i, (name, pick, decimals)) in picks.into_iter().enumerate() {

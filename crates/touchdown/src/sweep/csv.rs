@@ -44,7 +44,7 @@ fn cells(point: &PointFigures) -> Result<Vec<(String, String)>> {
     if !point.of.settings.contains_key("control.controller") {
         cells.push(("control.controller".into(), point.of.controller.clone()));
     }
-    cells.push(("trials".into(), point.trials.to_string()));
+    cells.push(("trials".into(), point.figures.trials.to_string()));
     let object =
         serde_json::to_value(point).map_err(|e| Error::Arguments(format!("the summary: {e}")))?;
     for share in ["landed", "landed_at_first", "crashed"] {
@@ -56,7 +56,7 @@ fn cells(point: &PointFigures) -> Result<Vec<(String, String)>> {
     }
     cells.push((
         "crashed_without_abort".into(),
-        point.crashed_without_abort.to_string(),
+        point.figures.crashed_without_abort.to_string(),
     ));
     for name in [
         "t_l_s",

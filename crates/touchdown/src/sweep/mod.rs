@@ -26,10 +26,10 @@ mod store;
 mod summary;
 
 pub use draw::Distribution;
-pub use points::Sweep;
+pub use points::{SERIES, Sweep};
 pub use row::Row;
 pub(crate) use row::{number, text};
-pub use run::{Shard, fly, replay};
+pub use run::{Shard, fly, replay, rows};
 pub use settings::{SeriesSettings, SweepSettings};
 pub use store::{Store, merge};
-pub use summary::{CampaignResults, PointFigures, PointOf, Spread, Worst, summarise};
+pub use summary::{CampaignResults, Figures, PointFigures, PointOf, Spread, Worst, summarise};

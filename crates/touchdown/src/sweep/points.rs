@@ -6,21 +6,18 @@ use std::path::Path;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use toml::{Table, Value};
-use touchdown_flight::ground_effect::GroundEffectModel;
-use touchdown_model::Card;
 use touchdown_sim::deck::rigid::{RigidDeck, RigidMotion};
 use touchdown_sim::deck::series::MotionSeries;
-use touchdown_sim::space::{FlightModels, SpaceLander, SpaceScenario};
+use touchdown_sim::space::{SpaceLander, SpaceScenario};
 
 use super::draw::Distribution;
 use super::keys::{distributions, lists, set};
 use super::settings::SweepSettings;
 use crate::error::{Error, Result};
-use crate::scenario::CardPaths;
 use crate::settings::{check_seed, read, to_toml};
 
-/// Name of a measured motion in a campaign's folder.
-pub(super) const SERIES: &str = "series.csv";
+/// Name of a measured motion in the folder of a campaign or run.
+pub const SERIES: &str = "series.csv";
 /// The most points of a grid.
 const POINTS: u64 = 100_000;
 /// The most landings of a campaign.
@@ -48,11 +45,18 @@ impl Sweep {
     /// Files that cannot be read; keys and values that make no sense at any point of the grid or for any draw, with
     /// file, key, expected and found.
     pub fn read(path: &Path, trials: Option<u64>, seed: Option<u64>) -> Result<Self> {
-        let folder = path.parent().unwrap_or(Path::new("."));
         let mut settings = read::<SweepSettings>(path)?;
         settings.trials = trials.unwrap_or(settings.trials);
         settings.seed = seed.unwrap_or(settings.seed);
-        let file = path.display().to_string();
+        let folder = path.parent().unwrap_or(Path::new("."));
+        Self::new(settings, folder, path.display().to_string())
+    }
+
+    /// Checks settings; files that they name are looked for in `folder`, and `file` names them in errors.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn new(mut settings: SweepSettings, folder: &Path, file: String) -> Result<Self> {
         let bad = |key: &str, message: &str| Error::Settings {
             file: file.clone(),
             message: format!("key `{key}`: {message}"),
@@ -67,7 +71,7 @@ impl Sweep {
             }
         }
         let cards = std::mem::take(&mut settings.cards).from(folder);
-        models(&cards, &mut settings.scenario.models)?;
+        cards.put_into(&mut settings.scenario.models)?;
         let mut grid = Vec::new();
         lists("", &settings.grid, &mut grid)
             .map_err(|(key, message)| bad(&format!("grid.{key}"), &message))?;
@@ -197,6 +201,12 @@ impl Sweep {
     #[must_use]
     pub fn sha256(&self) -> &str {
         &self.sha256
+    }
+
+    /// The measured motion of the deck, as its file has it.
+    #[must_use]
+    pub fn measured(&self) -> Option<&[u8]> {
+        self.series.as_deref()
     }
 
     /// The swept keys with their values.
@@ -350,26 +360,4 @@ impl Sweep {
             .collect();
         self.bad("scenario", &format!("with {}: {message}", at.join(", ")))
     }
-}
-
-/// Models from cards, where they are given.
-fn models(cards: &CardPaths, models: &mut FlightModels) -> Result<()> {
-    if let Some(path) = &cards.thrust {
-        models.thrust = Card::read(path)?.thrust_model()?;
-    }
-    if let Some(path) = &cards.dynamic {
-        models.dynamic = Card::read(path)?.ground_effect()?;
-    }
-    if let Some(path) = &cards.empirical {
-        let card = Card::read(path)?;
-        let GroundEffectModel::Empirical(law) = card.ground_effect()?.model else {
-            return Err(Error::Arguments(format!(
-                "{}: `empirical` needs a card of form `empirical` (eq. 2), found {:?}",
-                path.display(),
-                card.form
-            )));
-        };
-        models.mu = law.mu;
-    }
-    Ok(())
 }

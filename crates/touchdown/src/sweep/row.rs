@@ -132,6 +132,28 @@ impl Row {
         self.outcome == "crashed" || self.outcome == "tipped_over"
     }
 
+    /// The columns of [`Self::cells`].
+    #[must_use]
+    pub fn header() -> Vec<&'static str> {
+        let texts = ["outcome", "why", "abort_reasons"];
+        texts.into_iter().chain(COUNTS).chain(NUMBERS).collect()
+    }
+
+    /// The row as cells of a table; an absent value is empty.
+    #[must_use]
+    pub fn cells(&self) -> Vec<String> {
+        let text = |of: &Option<String>| of.clone().unwrap_or_default();
+        let texts = [
+            self.outcome.clone(),
+            text(&self.why),
+            text(&self.abort_reasons),
+        ];
+        let counts = self.counts.iter().map(u64::to_string);
+        let number = |n: &Option<f64>| n.map_or_else(String::new, |n| n.to_string());
+        let numbers = self.numbers.iter().map(number);
+        texts.into_iter().chain(counts).chain(numbers).collect()
+    }
+
     /// A number by its name in the table.
     #[must_use]
     pub fn number(&self, name: &str) -> Option<f64> {

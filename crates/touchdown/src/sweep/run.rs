@@ -1,5 +1,6 @@
 //! Flying what is missing of a campaign.
 
+use std::ops::Range;
 use std::str::FromStr;
 
 use rayon::prelude::*;
@@ -66,25 +67,42 @@ pub fn fly(sweep: &Sweep, store: &Store, shard: Shard, progress: &dyn Progress) 
         .map(|r| r.end - r.start)
         .sum();
     progress.stage("landings", landings);
-    for &block in &missing {
-        let rows = sweep
-            .range(block)
-            .collect::<Vec<u64>>()
-            .into_par_iter()
-            .with_max_len(1)
-            .map(|landing| {
-                let flown = sweep.lander(landing)?.land(
-                    landing % sweep.trials(),
-                    sweep.settings().seed,
-                    false,
-                )?;
-                progress.step();
-                Ok(Row::of(landing, &flown))
-            })
-            .collect::<Result<Vec<Row>>>()?;
+    let percent = |blocks: usize| 100 * blocks / sweep.blocks() as usize;
+    for (flown, &block) in missing.iter().enumerate() {
+        let rows = rows(sweep, sweep.range(block), progress)?;
         store.write(sweep, block, &rows)?;
+        let there = present.len() + flown;
+        // A line for every hundredth at most, however many blocks.
+        if percent(there + 1) > percent(there) {
+            progress.done(&format!(
+                "{} of {} blocks written",
+                there + 1,
+                sweep.blocks()
+            ));
+        }
     }
     Ok((present.len() + missing.len()) as u64)
+}
+
+/// Flies landings, by their places in the campaign, on all cores.
+///
+/// # Errors
+/// None that [`Sweep::new`] has not found.
+pub fn rows(sweep: &Sweep, landings: Range<u64>, progress: &dyn Progress) -> Result<Vec<Row>> {
+    landings
+        .collect::<Vec<u64>>()
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|landing| {
+            let flown = sweep.lander(landing)?.land(
+                landing % sweep.trials(),
+                sweep.settings().seed,
+                false,
+            )?;
+            progress.step();
+            Ok(Row::of(landing, &flown))
+        })
+        .collect()
 }
 
 /// Flies landings once more, by their places in the campaign, for their time series.

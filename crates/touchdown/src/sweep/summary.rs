@@ -90,6 +90,14 @@ pub struct PointFigures {
     /// Which point.
     #[serde(flatten)]
     pub of: PointOf,
+    /// Its landings.
+    #[serde(flatten)]
+    pub figures: Figures,
+}
+
+/// Figures of landings.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Figures {
     /// Landings.
     pub trials: u64,
     /// Landed, in whichever descent.
@@ -172,7 +180,12 @@ pub fn summarise(sweep: &Sweep, rows: &[Row]) -> Result<CampaignResults> {
     let points = rows
         .chunks(trials)
         .enumerate()
-        .map(|(point, rows)| Ok(figures(point_of(sweep, point as u64)?, rows)))
+        .map(|(point, rows)| {
+            Ok(PointFigures {
+                of: point_of(sweep, point as u64)?,
+                figures: Figures::of(rows),
+            })
+        })
         .collect::<Result<Vec<_>>>()?;
     let worst = worst(rows).into_iter().map(|row| {
         Ok(Worst {
@@ -225,49 +238,53 @@ fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
     })
 }
 
-fn figures(of: PointOf, rows: &[Row]) -> PointFigures {
-    let all = rows.len() as u64;
-    let count = |which: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| which(row)).count() as u64;
-    let share = |which: &dyn Fn(&Row) -> bool| Share::of(count(which), all);
-    let over = |name: &str, which: &dyn Fn(&Row) -> bool| {
-        Spread::of(
-            rows.iter()
-                .filter(|row| which(row))
-                .filter_map(|row| row.number(name))
-                .collect(),
-        )
-    };
-    let landed = |name: &str| over(name, &Row::landed);
-    let every = |name: &str| over(name, &|_| true);
-    let mut outcomes = BTreeMap::new();
-    let mut aborts = BTreeMap::new();
-    for row in rows {
-        *outcomes.entry(row.outcome.clone()).or_insert(0) += 1;
-        for reason in row
-            .abort_reasons
-            .iter()
-            .flat_map(|reasons| reasons.split(' '))
-        {
-            *aborts.entry(reason.to_string()).or_insert(0) += 1;
+impl Figures {
+    /// The figures of `rows`.
+    #[must_use]
+    pub fn of(rows: &[Row]) -> Self {
+        let all = rows.len() as u64;
+        let count =
+            |which: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| which(row)).count() as u64;
+        let share = |which: &dyn Fn(&Row) -> bool| Share::of(count(which), all);
+        let over = |name: &str, which: &dyn Fn(&Row) -> bool| {
+            Spread::of(
+                rows.iter()
+                    .filter(|row| which(row))
+                    .filter_map(|row| row.number(name))
+                    .collect(),
+            )
+        };
+        let landed = |name: &str| over(name, &Row::landed);
+        let every = |name: &str| over(name, &|_| true);
+        let mut outcomes = BTreeMap::new();
+        let mut aborts = BTreeMap::new();
+        for row in rows {
+            *outcomes.entry(row.outcome.clone()).or_insert(0) += 1;
+            for reason in row
+                .abort_reasons
+                .iter()
+                .flat_map(|reasons| reasons.split(' '))
+            {
+                *aborts.entry(reason.to_string()).or_insert(0) += 1;
+            }
         }
-    }
-    PointFigures {
-        of,
-        trials: all,
-        landed: share(&Row::landed),
-        landed_at_first: share(&Row::landed_at_first),
-        crashed: share(&Row::crashed),
-        crashed_without_abort: count(&|row| row.crashed() && row.abort_reasons.is_none()),
-        outcomes,
-        aborts,
-        t_l_s: landed("t_l_s"),
-        waited_s: every("waited_s"),
-        v_l_mps: landed("v_l_mps"),
-        s_l_m: landed("s_l_m"),
-        lateral_m: landed("lateral_m"),
-        lateral_mps: landed("lateral_mps"),
-        impact_mps: every("v_l_mps"),
-        tilt_rad: every("tilt_rad"),
+        Self {
+            trials: all,
+            landed: share(&Row::landed),
+            landed_at_first: share(&Row::landed_at_first),
+            crashed: share(&Row::crashed),
+            crashed_without_abort: count(&|row| row.crashed() && row.abort_reasons.is_none()),
+            outcomes,
+            aborts,
+            t_l_s: landed("t_l_s"),
+            waited_s: every("waited_s"),
+            v_l_mps: landed("v_l_mps"),
+            s_l_m: landed("s_l_m"),
+            lateral_m: landed("lateral_m"),
+            lateral_mps: landed("lateral_mps"),
+            impact_mps: every("v_l_mps"),
+            tilt_rad: every("tilt_rad"),
+        }
     }
 }
 
@@ -314,13 +331,7 @@ mod tests {
             row(2, "crashed", 0.2, None),
             row(3, "timed_out", 0.0, None),
         ];
-        let of = PointOf {
-            point: 0,
-            settings: BTreeMap::new(),
-            controller: "dynamic".into(),
-            label: "dynamic".into(),
-        };
-        let figures = figures(of, &rows);
+        let figures = Figures::of(&rows);
         assert_eq!(figures.landed.unwrap().count, 2);
         assert_eq!(figures.landed_at_first.unwrap().count, 1);
         assert_eq!(figures.crashed.unwrap().count, 1);

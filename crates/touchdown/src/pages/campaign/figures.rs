@@ -104,7 +104,10 @@ pub(super) fn success_map(sweep: &Sweep, results: &CampaignResults) -> Option<Fi
             String::new()
         };
         let cell = cells.entry((panel, places[a], places[b])).or_default();
-        *cell = (cell.0 + p.landed.map_or(0, |s| s.count), cell.1 + p.trials);
+        *cell = (
+            cell.0 + p.figures.landed.map_or(0, |s| s.count),
+            cell.1 + p.figures.trials,
+        );
     }
     let [across, up] = [a, b].map(|k| &sweep.grid()[k]);
     let names: Vec<String> = across

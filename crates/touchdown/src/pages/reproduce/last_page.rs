@@ -17,7 +17,7 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
     let mut files: Vec<String> = [
         "`results.json`: all figures of this report, for programs",
         "`settings.toml`: the settings below, for `--settings`",
-        "`landings.csv`: every landing in a row",
+        "`landings.csv`: every landing of the paper's experiments in a row; `sea.csv`: every landing at sea",
         "`cards/*.toml`: the model cards, for `touchdown validate`, `touchdown land` and flight",
         "`trials/*/*.csv`: the rig's trials, for `touchdown identify`",
         "`report.html`: this report",
@@ -28,6 +28,6 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
     files.extend(names.map(|name| format!("`figures/{name}.svg` and `.png`")));
     page.report.list(files);
     page.report.subsection("Settings");
-    page.report.code(to_toml(&run.settings)?);
+    page.report.code(to_toml(&run.settings.with_files_here())?);
     Ok(())
 }

@@ -9,6 +9,7 @@ mod ground_landing;
 mod identifiability;
 mod last_page;
 mod printed;
+mod sea;
 mod sparsity;
 mod thrust;
 mod verdict;
@@ -27,7 +28,7 @@ use crate::results::Results;
 pub fn reproduce(run: &Run, results: &Results, out: &Path) -> Result<()> {
     let mut page = Page::new("Landing with an identified ground effect", out);
     page.report
-        .subtitle("The paper's four experiments on a virtual rig and a virtual vehicle")
+        .subtitle("The paper's four experiments on a virtual rig and a virtual vehicle, and landings at sea")
         .fact("Version", results.version)
         .fact("Seed", results.seed.to_string())
         .fact("Landings of each method", results.trials.to_string());
@@ -39,6 +40,7 @@ pub fn reproduce(run: &Run, results: &Results, out: &Path) -> Result<()> {
     ground_effect::write(&mut page, run, results)?;
     ground_landing::write(&mut page, run, results)?;
     deck::write(&mut page, run, results)?;
+    sea::write(&mut page, run)?;
     last_page::write(&mut page, run, results)?;
     page.finish()
 }
