@@ -275,7 +275,14 @@ fn prop_bad_sweeps_are_one_error_and_nothing_written() {
              channels = [{{ axis = \"heave\", column = \"z\", factor = 1.0 }}]\nlongest_step_s = 2.0\n"
         )
     };
+    // Millimetres, said to be metres.
+    std::fs::write(
+        folder.path().join("unit.csv"),
+        "t,z\n0,0\n1,100\n2,-200\n3,100\n4,0\n",
+    )
+    .unwrap();
     let (gap, absent) = (series("gap.csv"), series("absent.csv"));
+    let unit = series("unit.csv");
     let cases: &[(&str, i32, &[&str])] = &[
         ("colour = 1\n", 2, &["sweep.toml", "colour", "line 1"]),
         ("trials = 0\n", 2, &["sweep.toml", "trials", "found 0"]),
@@ -360,7 +367,23 @@ fn prop_bad_sweeps_are_one_error_and_nothing_written() {
             1,
             &["no-such-card.toml"],
         ),
+        (
+            "[scenario.body]\ninertia_kg_m2 = [0.01, -0.02, 0.03]\n",
+            2,
+            &["sweep.toml", "inertia_kg_m2", "-0.02"],
+        ),
+        (
+            "[scenario]\ncontrol_period_s = 0.0\n",
+            2,
+            &["sweep.toml", "control_period_s", "found 0"],
+        ),
+        (
+            "[scenario]\nstart_m = [0.0, 0.0, -0.2]\n",
+            2,
+            &["sweep.toml", "start_m", "landed_height_m", "-0.2"],
+        ),
         (&gap, 2, &["gap.csv", "row 4", "28"]),
+        (&unit, 2, &["unit.csv", "heave", "100", "15"]),
         (&absent, 1, &["absent.csv"]),
     ];
     for (text, status, named) in cases {
