@@ -6,12 +6,14 @@
 //! unevenly, with noise. No detector is part of this crate.
 //!
 //! [`fast`] does without images: it gives the pose that would be found, with the
-//! errors that a detector was seen to make on rendered images ([`errors`]).
+//! errors that a detector was seen to make on rendered images ([`errors`]); an [`eye`] has a
+//! detector, and looks at the images.
 //!
 //! Camera axes are x to the right of the image, y down, z ahead. Pixel (i, j)
 //! covers the square from (i, j) to (i + 1, j + 1), so pixel centres are at +½.
 
 pub mod errors;
+pub mod eye;
 pub mod fast;
 mod normal;
 pub mod print;

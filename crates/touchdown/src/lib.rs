@@ -12,6 +12,7 @@
 //! | [`pages`] | reports: figures and HTML |
 //! | [`sweep`] | campaigns: landings in space over grids and draws of any setting |
 //! | [`recording`] | landings as MCAP files |
+//! | [`eye`] | rendered images and the detector in them, for landings |
 //! | [`files`] | files, written whole or not at all |
 //! | [`score`], [`statistics`] | errors, and figures over trials |
 
@@ -19,6 +20,7 @@ pub mod campaign;
 pub mod defaults;
 pub mod error;
 pub mod experiments;
+pub mod eye;
 pub mod files;
 pub mod identify;
 pub mod pages;

@@ -104,6 +104,7 @@ impl<'a> Flight<'a> {
         let sensing = Sensing::new(
             &scenario.sensors,
             &lander.camera,
+            lander.eye()?,
             scenario.control_period_s,
             &state,
             gravity,

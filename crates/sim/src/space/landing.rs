@@ -4,10 +4,12 @@ use super::flight::Flight;
 use super::outcome::{SpaceLanding, SpaceOutcome};
 use super::scenario::SpaceScenario;
 use super::sensing::steps;
+use super::sensors::CameraMode;
 use super::track::Track;
 use touchdown_flight::computer::Computer;
 
 use crate::STEP_S;
+use crate::camera::eye::{Eye, Eyes};
 use crate::camera::fast::FastCamera;
 use crate::cascade::Cascade;
 use crate::deck::rigid::{RigidDeck, RigidMotion};
@@ -24,6 +26,8 @@ pub struct SpaceLander {
     pub(super) vehicle: RigidVehicle,
     pub(super) cascade: Cascade,
     pub(super) camera: FastCamera,
+    /// Look at rendered images.
+    pub(super) eyes: Option<Eyes>,
     pub(super) half_side_m: Option<f64>,
     /// The sea's spectrum.
     spectrum: Option<Spectrum>,
@@ -58,7 +62,7 @@ impl SpaceLander {
         let camera = scenario
             .sensors
             .tag
-            .fast(half_side_m.map(|half| 2.0 * half))
+            .fast(half_side_m.map(|half| 2.0 * half), scenario.sensors.camera)
             .map_err(|error| error.in_section("sensors.tag"))?;
         let computer = scenario.control.computer(
             &scenario.models,
@@ -74,6 +78,7 @@ impl SpaceLander {
             vehicle,
             cascade,
             camera,
+            eyes: None,
             half_side_m,
             spectrum: match &scenario.deck {
                 RigidMotion::Sea(sea) => Some(sea.spectrum(scenario.plant.gravity_mps2)?),
@@ -101,6 +106,33 @@ impl SpaceLander {
         }
         self.deck = Some(deck);
         Ok(self)
+    }
+
+    /// The same landings with these eyes behind the camera, where the scenario asks for rendered images.
+    ///
+    /// # Errors
+    /// Settings of the camera or the tags that they cannot work with.
+    pub fn with_eyes(mut self, eyes: Eyes) -> Result<Self, SimError> {
+        self.eyes = Some(eyes);
+        self.eye().map(drop)?;
+        Ok(self)
+    }
+
+    /// The eye of a landing; none in the fast mode.
+    pub(super) fn eye(&self) -> Result<Option<Box<dyn Eye>>, SimError> {
+        let sensors = &self.scenario.sensors;
+        match (sensors.camera, &self.eyes) {
+            (CameraMode::Fast, _) => Ok(None),
+            (CameraMode::Rendered, Some(eyes)) => eyes
+                .open(&sensors.tag, self.half_side_m.map(|half| 2.0 * half))
+                .map(Some)
+                .map_err(|error| error.in_section("sensors.tag")),
+            (CameraMode::Rendered, None) => Err(SimError::Setting {
+                key: "sensors.camera".to_owned(),
+                expected: "`fast`, for there is no detector here".to_owned(),
+                found: "rendered".to_owned(),
+            }),
+        }
     }
 
     /// The scenario.
@@ -157,7 +189,7 @@ impl SpaceLander {
     /// deck.
     ///
     /// # Errors
-    /// None that [`Self::new`] has not found.
+    /// None that [`Self::new`] has not found, but for rendered images without eyes.
     pub fn land(&self, trial: u64, seed: u64, record: bool) -> Result<SpaceLanding, SimError> {
         let mut flight = Flight::new(self, trial, seed, record)?;
         let last = steps(self.scenario.timeout_s) as u64;

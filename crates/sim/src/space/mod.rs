@@ -10,7 +10,8 @@
 //! The computer is the one that flies ([`touchdown_flight::computer`]); it knows of the
 //! world what the sensors say, the vehicle's mass, mounting places and nominal
 //! delays, and models that were identified before. The camera is the fast one, whose
-//! errors were fitted to the detector ([`crate::camera::fast`]). Outcome, touchdown and crash
+//! errors were fitted to the detector ([`crate::camera::fast`]), or an eye with a detector
+//! looks at rendered images ([`crate::camera::eye`]). Outcome, touchdown and crash
 //! are judged by the true state in the deck's frame.
 //!
 //! | module | what it holds |
@@ -51,6 +52,7 @@ pub use outcome::{
 };
 pub use scenario::{CrashSettings, SpaceScenario};
 pub use sensors::{
-    BarometerSettings, GnssSettings, ImuSettings, RangeSettings, Schedule, SensorSettings,
+    BarometerSettings, CameraMode, GnssSettings, ImuSettings, RangeSettings, Schedule,
+    SensorSettings,
 };
 pub use tags::TagSettings;

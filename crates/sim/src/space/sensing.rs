@@ -15,6 +15,7 @@ use super::clock::{Clock, Wander};
 use super::faults::{FaultSettings, Struck};
 use super::sensors::SensorSettings;
 use crate::STEP_S;
+use crate::camera::eye::Eye;
 use crate::camera::fast::FastCamera;
 use crate::deck::rigid::DeckPose;
 use crate::noise::{Purpose, Stream};
@@ -59,7 +60,6 @@ struct Pending {
 }
 
 /// The sensors of one landing.
-#[derive(Clone, Debug)]
 pub(super) struct Sensing {
     pub(super) settings: SensorSettings,
     control_steps: usize,
@@ -76,6 +76,8 @@ pub(super) struct Sensing {
     range: Clock,
     pub(super) tag: Clock,
     pub(super) camera: FastCamera,
+    /// Looks at rendered images in its place.
+    pub(super) eye: Option<Box<dyn Eye>>,
     gnss: Clock,
     gnss_wander: [Wander; 3],
     barometer: Clock,
@@ -87,6 +89,7 @@ impl Sensing {
     pub(super) fn new(
         settings: &SensorSettings,
         camera: &FastCamera,
+        eye: Option<Box<dyn Eye>>,
         control_period_s: f64,
         start: &RigidState,
         gravity_mps2: f64,
@@ -130,6 +133,7 @@ impl Sensing {
             range: Clock::new(settings.range.schedule, stream(Purpose::Range)),
             tag: Clock::new(settings.tag.schedule, stream(Purpose::Camera)),
             camera: camera.clone(),
+            eye,
             gnss,
             gnss_wander,
             barometer: Clock::new(settings.barometer.schedule, stream(Purpose::Barometer)),

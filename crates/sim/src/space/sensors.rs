@@ -173,10 +173,23 @@ impl Default for BarometerSettings {
     }
 }
 
+/// How tags are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CameraMode {
+    /// Without images, with the errors that a detector makes.
+    #[default]
+    Fast,
+    /// By a detector in rendered images; needs [`crate::camera::eye::Eyes`].
+    Rendered,
+}
+
 /// All sensors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorSettings {
+    /// How tags are found.
+    pub camera: CameraMode,
     /// Inertial unit.
     pub imu: ImuSettings,
     /// Range finder.
@@ -197,6 +210,7 @@ impl Default for SensorSettings {
     /// All of them.
     fn default() -> Self {
         Self {
+            camera: CameraMode::default(),
             imu: ImuSettings::default(),
             range: RangeSettings::default(),
             tag: TagSettings::default(),

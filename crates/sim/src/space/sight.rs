@@ -6,6 +6,8 @@ use touchdown_flight::estimate::relative::TagReading;
 use super::sensing::{Sensing, Truth, vector};
 use crate::camera::CameraSettings;
 use crate::camera::view::View;
+use crate::deck::rigid::DeckPose;
+use crate::rigid::RigidState;
 use crate::vector::{add, along, cross, dot, normalised, product, scale, sub, to_world};
 
 impl Sensing {
@@ -46,7 +48,12 @@ impl Sensing {
         let (view, covariance) = if of.errors {
             let half_s = 0.5 * of.camera.exposure_s;
             let [open, shut] = [-half_s, half_s].map(|t| view_at(&of.camera, truth, t));
-            let look = self.camera.look(&open, &shut, &mut self.tag.stream);
+            let up = self.up(truth);
+            let stream = &mut self.tag.stream;
+            let look = match &mut self.eye {
+                Some(eye) => eye.look(&open, &shut, up, stream),
+                None => self.camera.look(&open, &shut, stream),
+            };
             // A view that is no pose shows nothing.
             let fix = look.ok().flatten()?;
             (fix.view, fix.covariance)
@@ -66,6 +73,16 @@ impl Sensing {
         };
         // Rows of the rotation are the camera's axes in the deck's.
         Some((tag, vector(view.rotation.map(|row| row[2]))))
+    }
+
+    /// Up in camera axes, by the attitude that the vehicle believes.
+    fn up(&self, truth: &Truth<'_>) -> [f64; 3] {
+        let believed = RigidState {
+            attitude: self.believed(truth.state.attitude),
+            ..RigidState::default()
+        };
+        let level = View::of(&self.settings.tag.camera, &believed, &DeckPose::default());
+        level.rotation.map(|row| row[2])
     }
 }
 

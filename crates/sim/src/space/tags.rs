@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::sensors::Schedule;
+use super::sensors::{CameraMode, Schedule};
 use crate::camera::CameraSettings;
 use crate::camera::errors::ErrorModel;
 use crate::camera::fast::{FastCamera, LocationSettings};
@@ -13,7 +13,7 @@ use crate::error::SimError;
 /// The camera and its detector in the fast mode of [`crate::camera::fast`]: the
 /// deck's pose with the errors that a detector was seen to make on rendered images.
 /// Those were rendered with the default blur, light and noise (`lens_sd_px`,
-/// `white_level`, `gradient`, `noise_sd`); others are refused.
+/// `white_level`, `gradient`, `noise_sd`); others are refused, but where images are rendered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TagSettings {
@@ -83,8 +83,14 @@ impl TagSettings {
 
     /// The camera without images over a square deck of the side `side_m`, or over one
     /// without an edge.
-    pub(super) fn fast(&self, side_m: Option<f64>) -> Result<FastCamera, SimError> {
-        self.check_image().map_err(|e| e.in_section("camera"))?;
+    pub(super) fn fast(
+        &self,
+        side_m: Option<f64>,
+        mode: CameraMode,
+    ) -> Result<FastCamera, SimError> {
+        if mode == CameraMode::Fast {
+            self.check_image().map_err(|e| e.in_section("camera"))?;
+        }
         // The largest comes first; its white margin is a cell wide.
         let painted_m = self.sizes_m[0] * (1.0 + 2.0 / CELLS as f64);
         let side_m = side_m.unwrap_or(painted_m);

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use touchdown::identify::settings::{GroundEffectForm, ThrustForm};
-use touchdown::pilot::Method;
 use touchdown::sweep::Shard;
+use touchdown_sim::space::Controller;
 
 /// From a thrust log to a soft touchdown on a moving deck.
 ///
@@ -34,6 +35,7 @@ Examples:
   touchdown identify thrust rig/thrust_training/*.csv --out thrust.toml
   touchdown identify ground-effect rig/ground_effect_rich/*.csv --thrust thrust.toml --out models
   touchdown land examples/scenarios/deck.toml --out landings
+  touchdown land --space --mcap landings/mcap --out landings
   touchdown settings campaign > sweep.toml; touchdown campaign sweep.toml --out campaign
 
 Exit status: 0 done; 1 failed; 2 bad arguments, maps, settings or cards; 3 done, but input was lost.";
@@ -50,7 +52,7 @@ pub(crate) enum Command {
     Identify(IdentifyArgs),
     /// Run models freely over logs that they have not seen, and judge them
     Validate(ValidateArgs),
-    /// Land the simulated vehicle many times
+    /// Land the simulated vehicle many times: vertically, or with --space in six degrees of freedom
     Land(LandArgs),
     /// Land in six degrees of freedom over grids and draws of any setting
     Campaign(CampaignArgs),
@@ -188,19 +190,28 @@ pub(crate) struct ValidateArgs {
 }
 
 #[derive(Args, Debug)]
+#[command(after_help = LAND)]
 pub(crate) struct LandArgs {
     /// Scenario; without it, the landing on the oscillating deck (see `touchdown settings land`)
+    ///
+    /// With --space it is a sweep, as of `touchdown campaign`; `touchdown settings campaign` prints one with every key.
     pub(crate) scenario: Option<PathBuf>,
-    /// Methods; repeatable [default: all five]
-    #[arg(long = "controller", value_name = "NAME")]
-    pub(crate) controllers: Vec<Method>,
+    /// The whole vehicle in six degrees of freedom, with all its sensors
+    #[arg(long)]
+    pub(crate) space: bool,
+    /// Folder for every landing as an MCAP file (Foxglove, PlotJuggler)
+    #[arg(long, value_name = "DIR", requires = "space")]
+    pub(crate) mcap: Option<PathBuf>,
+    /// Controllers; repeatable [default: all five; with --space the scenario's, `dynamic+observer` without one]
+    #[arg(long = "controller", value_name = "NAME", value_parser = controllers())]
+    pub(crate) controllers: Vec<String>,
     /// Landings of every method [default: 40]
     #[arg(long)]
     pub(crate) trials: Option<usize>,
     /// Seed of all random numbers [default: 1]
     #[arg(long)]
     pub(crate) seed: Option<u64>,
-    /// Thrust card; without one, a model is identified on the virtual rig first
+    /// Thrust card; without one, a model is identified on the virtual rig first (with --space: the built-in one)
     #[arg(long)]
     pub(crate) thrust: Option<PathBuf>,
     /// Ground-effect card for `dynamic`; without one, a model is identified on the virtual rig first
@@ -271,6 +282,18 @@ pub(crate) enum CampaignCommand {
         mcap: PathBuf,
     },
 }
+
+/// Names of controllers; the last two fly in six degrees of freedom only.
+fn controllers() -> PossibleValuesParser {
+    PossibleValuesParser::new(Controller::ALL.map(Controller::name))
+}
+
+const LAND: &str = "\
+Examples:
+  touchdown land --controller dynamic --out landings             on the paper's deck, vertically
+  touchdown land --space --trials 20 --out landings              the same deck, the whole vehicle
+  touchdown land --space --controller observer --mcap mcap --out landings
+  touchdown land --space scenario.toml --out landings            for example with sensors.camera = \"rendered\"";
 
 const CAMPAIGN: &str = "\
 Landings are written as they come, in blocks of one Parquet file each (`landings/block-000000.parquet`); a kill loses

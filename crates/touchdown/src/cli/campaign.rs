@@ -122,15 +122,20 @@ fn replay(context: &Context, sweep: &Sweep, landings: &[u64], mcap: &Path) -> Re
 fn records(landings: &[u64], traces: &[SpaceTrace], folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for (landing, trace) in landings.iter().zip(traces) {
-        let path = folder.join(format!("landing-{landing:06}.mcap"));
-        write(&path, &touchdown::recording::mcap(trace)?)?;
-        files.push(path);
+        files.push(record(*landing, trace, folder)?);
     }
     Ok(files)
 }
 
+/// Writes the record of a landing as an MCAP file.
+pub(crate) fn record(landing: u64, trace: &SpaceTrace, folder: &Path) -> Result<PathBuf> {
+    let path = folder.join(format!("landing-{landing:06}.mcap"));
+    write(&path, &touchdown::recording::mcap(trace)?)?;
+    Ok(path)
+}
+
 /// The summary for people, a line for every point.
-fn table(results: &CampaignResults) -> String {
+pub(crate) fn table(results: &CampaignResults) -> String {
     let width = results
         .points
         .iter()

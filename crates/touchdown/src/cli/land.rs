@@ -1,5 +1,7 @@
 //! `touchdown land`.
 
+mod space;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -11,7 +13,7 @@ use touchdown::pilot::{Cards, Method, autopilot};
 use touchdown::progress::Progress as _;
 use touchdown::scenario::{CardPaths, LandScenario};
 use touchdown::settings;
-use touchdown::{Result, pages};
+use touchdown::{Error, Result, pages};
 use touchdown_model::Card;
 use touchdown_sim::rig::RigSettings;
 
@@ -31,6 +33,9 @@ struct LandResults<'a> {
 }
 
 pub(crate) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
+    if args.space {
+        return space::run(context, args);
+    }
     let scenario = load(args)?;
     let cards = cards(context, &scenario)?;
     let land = scenario.land();
@@ -113,7 +118,11 @@ fn load(args: &LandArgs) -> Result<LandScenario> {
         None => (LandScenario::default(), "arguments".to_string()),
     };
     if !args.controllers.is_empty() {
-        scenario.controllers.clone_from(&args.controllers);
+        scenario.controllers = args
+            .controllers
+            .iter()
+            .map(|name| method(name))
+            .collect::<Result<_>>()?;
     }
     if let Some(trials) = args.trials {
         scenario.trials = trials;
@@ -140,6 +149,16 @@ fn load(args: &LandArgs) -> Result<LandScenario> {
     }
     scenario.check(&file)?;
     Ok(scenario)
+}
+
+fn method(name: &str) -> Result<Method> {
+    let found = Method::ALL.into_iter().find(|m| m.name() == name);
+    found.ok_or_else(|| {
+        let names = Method::ALL.map(Method::name).join(", ");
+        Error::Arguments(format!(
+            "--controller: `{name}` flies in six degrees of freedom only (--space); expected some of {names}"
+        ))
+    })
 }
 
 /// Reads the cards that are given; identifies those that are not and that a method needs.

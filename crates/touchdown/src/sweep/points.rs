@@ -325,7 +325,9 @@ impl Sweep {
         let mut values = swept;
         values.extend(self.random.iter().map(|(key, _)| key.as_str()).zip(&draws));
         let scenario = self.made(table, &values)?;
-        let lander = SpaceLander::new(&scenario).map_err(|e| self.at(&values, &e))?;
+        let lander = SpaceLander::new(&scenario)
+            .and_then(|lander| lander.with_eyes(crate::eye::eyes()))
+            .map_err(|e| self.at(&values, &e))?;
         match &self.deck {
             Some(deck) => lander
                 .with_deck(deck.clone())

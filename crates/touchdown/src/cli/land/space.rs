@@ -1,0 +1,137 @@
+//! `touchdown land --space`: a campaign that is small enough to be flown at one go.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+use touchdown::settings;
+use touchdown::sweep::{self, Row, SERIES, Sweep, SweepSettings, summarise};
+use touchdown::{Error, Result, pages};
+use touchdown_sim::space::Case;
+
+use super::super::Done;
+use super::super::args::LandArgs;
+use super::super::campaign::{record, table};
+use super::super::context::Context;
+use super::super::output;
+use touchdown::progress::Progress as _;
+
+/// The key of controllers.
+const CONTROLLER: &str = "control.controller";
+
+pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
+    let sweep = load(args)?;
+    output::results_folder(&args.out)?;
+    context.stage("landings", sweep.landings());
+    let rows = sweep::rows(&sweep, 0..sweep.landings(), context)?;
+    let results = summarise(&sweep, &rows)?;
+    output::write(
+        &args.out.join("sweep.toml"),
+        settings::to_toml(sweep.settings())?.as_bytes(),
+    )?;
+    if let Some(series) = sweep.measured() {
+        output::write(&args.out.join(SERIES), series)?;
+    }
+    output::write(
+        &args.out.join("landings.csv"),
+        landings(&sweep, &rows).as_bytes(),
+    )?;
+    if let Some(folder) = &args.mcap {
+        context.stage("MCAP files", sweep.landings());
+        (0..sweep.landings())
+            .into_par_iter()
+            .try_for_each(|landing| -> Result<()> {
+                for trace in sweep::replay(&sweep, &[landing])? {
+                    record(landing, &trace, folder)?;
+                }
+                context.step();
+                Ok(())
+            })?;
+    }
+    let worst: Vec<u64> = results.worst.iter().map(|worst| worst.landing).collect();
+    let worst = sweep::replay(&sweep, &worst)?;
+    pages::campaign(&sweep, &rows, &results, &worst, &args.out)?;
+    output::write(
+        &args.out.join("results.json"),
+        output::json(&results)?.as_bytes(),
+    )?;
+    context.finish();
+    context.say(&table(&results));
+    context.say(&format!(
+        "report: {}",
+        args.out.join("report.html").display()
+    ));
+    context.object(&results)?;
+    Ok(Done::Whole)
+}
+
+fn load(args: &LandArgs) -> Result<Sweep> {
+    let (mut settings, folder, file) = match &args.scenario {
+        Some(path) => (
+            settings::read::<SweepSettings>(path)?,
+            path.parent().unwrap_or(Path::new(".")),
+            path.display().to_string(),
+        ),
+        None => {
+            let settings = SweepSettings {
+                trials: 40,
+                scenario: Case::Paper.scenario(),
+                ..SweepSettings::default()
+            };
+            (settings, Path::new("."), "arguments".to_string())
+        }
+    };
+    settings.seed = args.seed.unwrap_or(settings.seed);
+    if let Some(trials) = args.trials {
+        settings.trials = trials as u64;
+    }
+    let cards = &mut settings.cards;
+    for (path, given) in [
+        (&mut cards.thrust, &args.thrust),
+        (&mut cards.empirical, &args.empirical),
+        (&mut cards.dynamic, &args.dynamic),
+    ] {
+        if let Some(given) = given {
+            // Paths of a scenario are relative to it, those of arguments are not.
+            let absolute = std::path::absolute(given).map_err(|e| Error::file(given, e))?;
+            *path = Some(absolute);
+        }
+    }
+    if args.no_acceleration {
+        settings.scenario.control.deck_acceleration = false;
+    }
+    if !args.controllers.is_empty() {
+        settings
+            .grid
+            .insert(CONTROLLER.to_string(), args.controllers.clone().into());
+    }
+    Sweep::new(settings, folder, file)
+}
+
+/// Every landing in a row, after the swept settings.
+fn landings(sweep: &Sweep, rows: &[Row]) -> String {
+    let keys = sweep.grid().iter().map(|(key, _)| key.as_str());
+    let header: Vec<&str> = keys.chain(["trial"]).chain(Row::header()).collect();
+    let mut out = header.join(",");
+    out.push('\n');
+    for row in rows {
+        let values = sweep.values(row.landing / sweep.trials());
+        let mut cells: Vec<String> = values.iter().map(|(_, value)| shown(value)).collect();
+        cells.push((row.landing % sweep.trials()).to_string());
+        cells.extend(row.cells());
+        out.push_str(&cells.join(","));
+        out.push('\n');
+    }
+    out
+}
+
+/// A setting in a cell.
+fn shown(value: &toml::Value) -> String {
+    let text = value
+        .as_str()
+        .map_or_else(|| value.to_string(), str::to_owned);
+    if text.contains([',', '"', '\n']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text
+    }
+}

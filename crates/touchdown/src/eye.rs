@@ -1,0 +1,141 @@
+//! The eye of the landing computer: rendered images, the detector that flies, and the pose of the deck from them.
+
+use touchdown_sim::SimError;
+use touchdown_sim::camera::eye::{Eye, Eyes};
+use touchdown_sim::camera::fast::CameraFix;
+use touchdown_sim::camera::print::{DeckPrint, PrintedTag};
+use touchdown_sim::camera::render::Renderer;
+use touchdown_sim::camera::view::View;
+use touchdown_sim::noise::Stream;
+use touchdown_sim::space::TagSettings;
+use touchdown_vision::camera::CameraSettings;
+use touchdown_vision::detect::DetectorSettings;
+use touchdown_vision::locate::LocatorSettings;
+use touchdown_vision::pad::{Pad, PadTag};
+use touchdown_vision::{Detector, GrayImage, Hints, Locator, VisionError, family};
+
+/// Renders what the camera sees, and finds the deck in it.
+struct Seeing {
+    renderer: Renderer,
+    detector: Detector,
+    locator: Locator,
+    camera: touchdown_sim::camera::CameraSettings,
+}
+
+/// Eyes with the detector of `touchdown-vision` behind them.
+#[must_use]
+pub fn eyes() -> Eyes {
+    Eyes::new(|settings, side_m| Ok(Box::new(Seeing::new(settings, side_m)?)))
+}
+
+/// An error of detection, as one of the simulation's settings.
+fn unfit(error: VisionError) -> SimError {
+    match error {
+        VisionError::Setting {
+            key,
+            expected,
+            found,
+        } => SimError::Setting {
+            key,
+            expected,
+            found,
+        },
+        other => SimError::Setting {
+            key: "camera".to_owned(),
+            expected: "images in which tags can be looked for".to_owned(),
+            found: other.to_string(),
+        },
+    }
+}
+
+impl Seeing {
+    fn new(settings: &TagSettings, side_m: Option<f64>) -> Result<Self, SimError> {
+        let bad = |expected: String, found: String| SimError::Setting {
+            key: "sizes_m".to_owned(),
+            expected,
+            found,
+        };
+        // The ids of the standard pad, whose prints hold one another.
+        let ids: Vec<u32> = Pad::default().tags.iter().map(|tag| tag.id).collect();
+        if settings.sizes_m.len() > ids.len() {
+            return Err(bad(
+                format!("at most {} tags in rendered images", ids.len()),
+                settings.sizes_m.len().to_string(),
+            ));
+        }
+        let tag = |(&id, &size_m): (&u32, &f64)| PadTag {
+            id,
+            size_m,
+            centre_m: [0.0; 2],
+            yaw_rad: 0.0,
+        };
+        let pad = Pad {
+            tags: ids.iter().zip(&settings.sizes_m).map(tag).collect(),
+        };
+        let printed = pad.tags.iter().map(|tag| {
+            let cells = family::cells(tag.id);
+            Ok(PrintedTag {
+                cells: cells
+                    .ok_or_else(|| bad("a tag that can be drawn".into(), tag.id.to_string()))?,
+                size_m: tag.size_m,
+                centre_m: tag.centre_m,
+                yaw_rad: tag.yaw_rad,
+            })
+        });
+        let mut print = DeckPrint::new(printed.collect::<Result<_, SimError>>()?);
+        if let Some(side_m) = side_m {
+            print.side_m = side_m;
+        }
+        let camera = &settings.camera;
+        let intrinsics = CameraSettings {
+            width_px: camera.width_px,
+            height_px: camera.height_px,
+            focal_px: camera.focal_px,
+            principal_px: camera.principal_px,
+        };
+        let of = &settings.location;
+        let location = LocatorSettings {
+            fine_sd_px: of.fine_sd_px,
+            coarse_sd_px: of.coarse_sd_px,
+            fine_cell_px: of.fine_cell_px,
+            motion_free_px: of.motion_free_px,
+            motion_gain: of.motion_gain,
+            border_px: of.border_px,
+            gate_px: of.gate_px,
+        };
+        Ok(Self {
+            renderer: Renderer::new(camera, &print)?,
+            detector: Detector::new(&DetectorSettings::default()).map_err(unfit)?,
+            locator: Locator::new(&intrinsics, &pad, &location).map_err(unfit)?,
+            camera: *camera,
+        })
+    }
+}
+
+impl Eye for Seeing {
+    fn look(
+        &mut self,
+        open: &View,
+        shut: &View,
+        up: [f64; 3],
+        stream: &mut Stream,
+    ) -> Result<Option<CameraFix>, SimError> {
+        let (width, height) = (self.camera.width_px, self.camera.height_px);
+        let pixels = self.renderer.expose(open, shut, stream)?;
+        let image = GrayImage::new(pixels, width, height, width).map_err(unfit)?;
+        let tags = self.detector.detect(&image).map_err(unfit)?;
+        let hints = Hints {
+            up: Some(up),
+            motion_px: open.motion_px(shut, &self.camera),
+        };
+        let fix = self.locator.locate(&tags, &hints);
+        Ok(fix.map(|fix| CameraFix {
+            view: View {
+                rotation: fix.rotation,
+                translation_m: fix.translation_m,
+            },
+            covariance: fix.covariance,
+            tags: fix.tags,
+        }))
+    }
+}

@@ -1,0 +1,139 @@
+//! `touchdown land --space`: the whole vehicle, its records, and a detector that looks at rendered images.
+
+mod common;
+
+use std::path::Path;
+
+use serde_json::Value;
+use touchdown::settings::parse;
+use touchdown::sweep::{Sweep, replay, rows};
+
+/// Starts low over a deck at rest, to be short.
+const SHORT: &str = "trials = 1\n[scenario]\nstart_m = [0.0, 0.0, 0.5]\ncontrol.watch_s = 1.0\n";
+
+fn results(out: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn prop_landings_in_space_are_those_of_the_campaign_that_is_written_beside_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("s.toml"), SHORT).unwrap();
+    let [file, out, mcap] = [at("s.toml"), at("out"), at("mcap")];
+    let output = common::run([
+        "land".as_ref(),
+        "--space".as_ref(),
+        "--json".as_ref(),
+        file.as_os_str(),
+        "--trials".as_ref(),
+        "2".as_ref(),
+        "--controller".as_ref(),
+        "observer".as_ref(),
+        "--controller".as_ref(),
+        "dynamic+observer".as_ref(),
+        "--mcap".as_ref(),
+        mcap.as_os_str(),
+        "--out".as_ref(),
+        out.as_os_str(),
+    ]);
+    assert!(output.status.success(), "{}", common::text(&output.stderr));
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(printed, results(&out), "what is printed is what is written");
+    let points = printed["points"].as_array().unwrap();
+    let flown: Vec<&Value> = points.iter().map(|p| &p["controller"]).collect();
+    assert_eq!(flown, ["observer", "dynamic+observer"]);
+    assert!(
+        points.iter().all(|p| p["landed"]["count"] == 2),
+        "{points:?}"
+    );
+    let table = std::fs::read_to_string(out.join("landings.csv")).unwrap();
+    assert_eq!(table.lines().count(), 1 + 4);
+    assert!(table.starts_with("control.controller,trial,outcome,"));
+    assert!(out.join("report.html").exists());
+    for landing in 0..4 {
+        let bytes = std::fs::read(mcap.join(format!("landing-{landing:06}.mcap"))).unwrap();
+        let messages = mcap::MessageStream::new(&bytes).unwrap();
+        // Poses, deck, forces, estimate and phase a hundred times a second, for some seconds.
+        assert!(messages.map(Result::unwrap).count() > 9 * 200);
+    }
+    let again = at("again");
+    let sweep = out.join("sweep.toml");
+    let output = common::run([
+        "campaign".as_ref(),
+        sweep.as_os_str(),
+        "--out".as_ref(),
+        again.as_os_str(),
+    ]);
+    assert!(output.status.success());
+    assert_eq!(results(&again)["points"], printed["points"]);
+}
+
+#[test]
+fn prop_what_flies_in_space_only_is_refused_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let fails = |more: &[&str]| {
+        let args = ["land", "--out"].map(std::ffi::OsStr::new);
+        let more = more.iter().map(std::ffi::OsStr::new);
+        common::fails(2, args.into_iter().chain([out.as_os_str()]).chain(more))
+    };
+    let said = fails(&["--controller", "observer"]);
+    assert!(
+        said.contains("observer") && said.contains("--space"),
+        "{said}"
+    );
+    let output = common::run([
+        "land".as_ref(),
+        "--mcap".as_ref(),
+        out.as_os_str(),
+        "--out".as_ref(),
+        out.as_os_str(),
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(common::text(&output.stderr).contains("--space"));
+    assert!(!out.exists());
+}
+
+fn sweep(more: &str) -> Result<Sweep, String> {
+    let text = format!("{SHORT}{more}");
+    let settings = parse(&text, "s.toml").map_err(|e| e.to_string())?;
+    Sweep::new(settings, Path::new(""), "s.toml".into()).map_err(|e| e.to_string())
+}
+
+#[test]
+fn prop_a_detector_that_looks_at_rendered_images_lands_the_vehicle() {
+    let rendered = "[scenario.sensors]\ncamera = \"rendered\"\n";
+    let seen = sweep(rendered).unwrap();
+    let row = rows(&seen, 0..1, &touchdown::progress::Silent)
+        .unwrap()
+        .remove(0);
+    assert!(row.landed_at_first(), "{row:?}");
+    // The deck is found to millimetres from half a metre: four times what the error model allows for.
+    assert!(row.number("lateral_m").unwrap() < 0.05, "{row:?}");
+    // Other errors than those that the model draws, of the same landing.
+    let fast = replay(&sweep("").unwrap(), &[0]).unwrap().remove(0);
+    let images = replay(&seen, &[0]).unwrap().remove(0);
+    let at = |trace: &touchdown_sim::space::SpaceTrace| trace.rows[150].estimated_m;
+    let (a, b) = (at(&fast), at(&images));
+    assert_ne!(a, b);
+    let apart = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+    // Both are right to centimetres in the same air.
+    assert!(apart < 0.05, "{a:?} {b:?}");
+}
+
+#[test]
+fn prop_images_that_cannot_be_looked_at_name_their_key() {
+    let said = sweep(
+        "[scenario.sensors]\ncamera = \"rendered\"\n[scenario.sensors.tag]\nsizes_m = [0.4, 0.08, 0.016, 0.003]\n",
+    )
+    .unwrap_err();
+    for needed in ["s.toml", "sensors.tag.sizes_m", "4"] {
+        assert!(said.contains(needed), "{said}");
+    }
+    let said = sweep("[scenario.sensors]\ncamera = \"painted\"\n").unwrap_err();
+    assert!(
+        said.contains("painted") && said.contains("rendered"),
+        "{said}"
+    );
+}
