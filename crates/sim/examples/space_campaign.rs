@@ -4,101 +4,17 @@
 //! cargo run --release -p touchdown-sim --example space_campaign -- CASE [TRIALS [SEED]] [KEY=VALUE]...
 //! ```
 //!
-<<<<<<< HEAD
-//! Presets: `still`, `paper`, `strong`, `heave`, `sea`, `tag_lost`, `range_missing`, `late`, `late_unknown`,
-//! `rotor`,
-//! `gust`, `nan`. Keys are those of the scenario, dotted (`control.planner=false`); values are TOML.
+//! Cases are those of [`Case`] by name. Keys are those of the scenario, dotted (`control.planner=false`); values are TOML.
 //!
-//! `series=FILE` lands on a measured heave in place of the preset's deck: a table with the columns
+//! `series=FILE` lands on a measured heave in place of the case's deck: a table with the columns
 //! `hour`, `min`, `sec`, `msec` and `z(m)`, as wave buoys give it, scaled to the significant height
 //! `height=METRES` (0.5 without).
 #![allow(clippy::print_stdout)]
 
 use rayon::prelude::*;
-use touchdown_sim::deck::rigid::{Axis, RigidDeck, RigidMotion, SeaSettings, Tone};
+use touchdown_sim::deck::rigid::{Axis, RigidDeck};
 use touchdown_sim::deck::series::{Channel, Column, MotionSeries, SeriesFormat};
-use touchdown_sim::space::{
-    FaultGust, NanBurst, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario, Span, Struck,
-    WeakRotor,
-};
-
-fn tone(axis: Axis, amplitude: f64, frequency_hz: f64, phase_rad: f64) -> Tone {
-    Tone {
-        axis,
-        amplitude,
-        frequency_hz,
-        phase_rad,
-    }
-}
-
-fn preset(name: &str) -> Option<SpaceScenario> {
-    let heave = |amplitude: f64, hertz: f64| vec![tone(Axis::Heave, amplitude, hertz, 0.0)];
-    let sines = |tones: Vec<Tone>| SpaceScenario {
-        deck: RigidMotion::Sines { tones },
-        ..SpaceScenario::default()
-    };
-    let mut scenario = match name {
-        "still" => SpaceScenario::default(),
-        "heave" => {
-            let mut tones = heave(0.3, 0.2);
-            tones.push(tone(Axis::Roll, 0.0524, 0.2, 1.0));
-            sines(tones)
-        }
-        "sea" => SpaceScenario {
-            deck: RigidMotion::Sea(SeaSettings::default()),
-            ..SpaceScenario::default()
-        },
-        _ => sines(heave(0.05, 0.5)),
-    };
-    let faults = &mut scenario.faults;
-    match name {
-        "still" | "paper" | "heave" | "sea" => {}
-        "strong" => scenario.ground_effect_strength = 1.6,
-        "tag_lost" => {
-            faults.tag_lost = vec![Span {
-                from_s: 0.5,
-                to_s: 1.5,
-            }];
-        }
-        "range_missing" => faults.range_missing_share = 0.1,
-        "late" => faults.extra_latency_s = 0.1,
-        "late_unknown" => {
-            faults.extra_latency_s = 0.1;
-            faults.extra_latency_known = false;
-        }
-        "rotor" => {
-            faults.rotor = Some(WeakRotor {
-                rotor: 0,
-                share: 0.8,
-                from_s: 0.5,
-            });
-        }
-        "gust" => {
-            faults.gust = Some(FaultGust {
-                velocity_mps: [8.0, 0.0, 0.0],
-                from_s: 0.3,
-                rise_s: 0.5,
-                hold_s: 1.0,
-            });
-        }
-        "nan" => {
-            faults.nan = vec![NanBurst {
-                sensor: Struck::All,
-                from_s: 0.5,
-                to_s: 0.7,
-            }];
-        }
-        _ => return None,
-    }
-    Some(scenario)
-}
-=======
-//! Cases are those of [`Case`] by name. Keys are those of the scenario, dotted (`control.planner=false`); values are TOML.
-#![allow(clippy::print_stdout)]
-
-use rayon::prelude::*;
 use touchdown_sim::space::{Case, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario};
->>>>>>> 0015feb (touchdown reproduce: landings at sea in six degrees of freedom, the same that campaign flies; cases by name have one home; titles of panels stand above them in the report; text in tables wraps before they scroll)
 
 /// Sets a dotted key.
 fn set(table: &mut toml::Table, key: &str, value: &str) -> Result<(), Box<dyn std::error::Error>> {
@@ -168,14 +84,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let name = words.first().map_or("paper", String::as_str);
     let number = |k: usize, or: u64| words.get(k).map_or(Ok(or), |word| word.parse::<u64>());
     let (trials, seed) = (number(1, 100)?, number(2, 1)?);
-<<<<<<< HEAD
-    let scenario = preset(name).ok_or_else(|| format!("no preset `{name}`"))?;
-    let mut table = toml::Table::try_from(&scenario)?;
-    let (mut series, mut height_m) = (None, 0.5);
-=======
     let case = Case::named(name).ok_or_else(|| format!("no case `{name}`"))?;
     let mut table = toml::Table::try_from(case.scenario())?;
->>>>>>> 0015feb (touchdown reproduce: landings at sea in six degrees of freedom, the same that campaign flies; cases by name have one home; titles of panels stand above them in the report; text in tables wraps before they scroll)
+    let (mut series, mut height_m) = (None, 0.5);
     for setting in &settings {
         match setting.split_once('=').unwrap_or((setting, "")) {
             ("series", file) => series = Some(file),
