@@ -101,16 +101,16 @@ impl<'a> Flight<'a> {
                 .map_or([0.0; 4], RotorTurbulence::values_n),
         };
         let gravity = scenario.plant.gravity_mps2;
-        let sensing = Sensing::new(
+        let mut sensing = Sensing::new(
             &scenario.sensors,
             &lander.camera,
-            lander.eye()?,
             scenario.control_period_s,
             &state,
             gravity,
             seed,
             trial,
         );
+        sensing.eye = lander.eye()?;
         let hover_n: f64 = 0.25 * state.rotors.root_thrust.iter().map(|x| x * x).sum::<f64>();
         Ok(Self {
             lander,

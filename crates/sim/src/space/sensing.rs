@@ -89,7 +89,6 @@ impl Sensing {
     pub(super) fn new(
         settings: &SensorSettings,
         camera: &FastCamera,
-        eye: Option<Box<dyn Eye>>,
         control_period_s: f64,
         start: &RigidState,
         gravity_mps2: f64,
@@ -133,7 +132,7 @@ impl Sensing {
             range: Clock::new(settings.range.schedule, stream(Purpose::Range)),
             tag: Clock::new(settings.tag.schedule, stream(Purpose::Camera)),
             camera: camera.clone(),
-            eye,
+            eye: None,
             gnss,
             gnss_wander,
             barometer: Clock::new(settings.barometer.schedule, stream(Purpose::Barometer)),
