@@ -36,21 +36,7 @@ impl Overview<'_> {
             .fact("Version", env!("CARGO_PKG_VERSION"))
             .fact("Fits", self.rows.len().to_string());
         report.section("Summary");
-        let mut table = Table::new("All fits.");
-        for (i, name) in self.header.iter().enumerate() {
-            let words = self
-                .rows
-                .iter()
-                .any(|r| r[i].parse::<f64>().is_err() && !r[i].is_empty());
-            table = if words || i == 0 {
-                table.text_column(name)
-            } else {
-                table.number_column(name, "")
-            };
-        }
-        for row in self.rows {
-            table = table.row(row.iter().map(Cell::text));
-        }
+        let table = all_fits(self.header, self.rows);
         report.table(table)?;
         Ok(report)
     }
@@ -61,6 +47,48 @@ impl Overview<'_> {
             .paragraph("The settings stand in `inputs/settings.toml` beside this report.")
             .code(self.command);
     }
+}
+
+/// More columns than this do not fit beside each other on a page.
+const COLUMNS: usize = 8;
+
+/// The summary: a row for each fit, or a column where few fits have many figures.
+fn all_fits(header: &[String], rows: &[Vec<String>]) -> Table {
+    let mut table = Table::new("All fits.");
+    // What tells the fits apart stands above them.
+    let apart = (0..header.len()).find(|&k| {
+        let mut values: Vec<&String> = rows.iter().map(|row| &row[k]).collect();
+        values.sort();
+        values.dedup();
+        values.len() == rows.len()
+    });
+    if let Some(names) = apart.filter(|_| header.len() > COLUMNS && rows.len() < COLUMNS) {
+        table = table.text_column(&header[names]);
+        for row in rows {
+            table = table.text_column(&row[names]);
+        }
+        for (k, name) in header.iter().enumerate() {
+            if k != names && rows.iter().any(|row| !row[k].is_empty()) {
+                let cells = rows.iter().map(|row| Cell::text(&row[k]));
+                table = table.row([Cell::text(name)].into_iter().chain(cells));
+            }
+        }
+        return table;
+    }
+    for (i, name) in header.iter().enumerate() {
+        let words = rows
+            .iter()
+            .any(|r| r[i].parse::<f64>().is_err() && !r[i].is_empty());
+        table = if words || i == 0 {
+            table.text_column(name)
+        } else {
+            table.number_column(name, "")
+        };
+    }
+    for row in rows {
+        table = table.row(row.iter().map(Cell::text));
+    }
+    table
 }
 
 /// Coefficients with their standard errors and intervals, the front, method and warnings of one card.
@@ -158,4 +186,29 @@ pub fn write<'a>(
         .try_for_each(|figure| figure.write(&place).map(|_| ()))?;
     report.write(folder.join("report.html"))?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_few_fits_with_many_figures_stand_side_by_side() {
+        let header: Vec<String> = (0..12).map(|k| format!("c{k}")).collect();
+        let row = |form: &str| {
+            let mut row = vec![String::new(); 12];
+            row[0] = "all".into();
+            row[1] = form.into();
+            row[5] = "3".into();
+            row
+        };
+        let rows = [row("lag"), row("ratio")];
+        let table = all_fits(&header, &rows);
+        // What tells the fits apart heads the columns; what none of them has is left out.
+        let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(names, ["c1", "lag", "ratio"]);
+        assert_eq!(table.rows.len(), 2);
+        let wide = all_fits(&header[..3], &[row("lag")[..3].to_vec()]);
+        assert_eq!((wide.columns.len(), wide.rows.len()), (3, 1));
+    }
 }
