@@ -1,0 +1,171 @@
+//! Sweeps that make no sense: one error with file, key and value, and nothing written.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+fn sweep(folder: &Path, text: &str) -> PathBuf {
+    let path = folder.join("sweep.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn prop_bad_sweeps_are_one_error_and_nothing_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    std::fs::write(
+        folder.path().join("gap.csv"),
+        "t,z\n0,0\n1,0.1\n2,0.2\n30,0.1\n31,0\n",
+    )
+    .unwrap();
+    let series = |file: &str| {
+        format!(
+            "[series]\nfile = \"{file}\"\n[series.format]\ntime = [{{ column = \"t\", factor = 1.0 }}]\n\
+             channels = [{{ axis = \"heave\", column = \"z\", factor = 1.0 }}]\nlongest_step_s = 2.0\n"
+        )
+    };
+    // Millimetres, said to be metres.
+    std::fs::write(
+        folder.path().join("unit.csv"),
+        "t,z\n0,0\n1,100\n2,-200\n3,100\n4,0\n",
+    )
+    .unwrap();
+    let (gap, absent) = (series("gap.csv"), series("absent.csv"));
+    let unit = series("unit.csv");
+    let cases: &[(&str, i32, &[&str])] = &[
+        ("colour = 1\n", 2, &["sweep.toml", "colour", "line 1"]),
+        ("trials = 0\n", 2, &["sweep.toml", "trials", "found 0"]),
+        ("block = 0\n", 2, &["sweep.toml", "block", "found 0"]),
+        (
+            "[grid]\n\"wind.colour\" = [1]\n",
+            2,
+            &["sweep.toml", "wind.colour", "unknown field"],
+        ),
+        (
+            "[grid]\n\"timeout_s\" = [10.0, \"long\"]\n",
+            2,
+            &["sweep.toml", "timeout_s", "long", "f64"],
+        ),
+        (
+            "[grid]\n\"timeout_s\" = [10.0, -1.0]\n",
+            2,
+            &["sweep.toml", "timeout_s", "-1"],
+        ),
+        (
+            "[grid]\n\"control.controller\" = [\"magic\"]\n",
+            2,
+            &["control.controller", "magic", "dynamic+observer"],
+        ),
+        (
+            "[grid]\n\"timeout_s\" = []\n",
+            2,
+            &["grid.timeout_s", "empty"],
+        ),
+        (
+            "[grid]\n\"timeout_s\" = 3.0\n",
+            2,
+            &["grid.timeout_s", "list", "found 3.0"],
+        ),
+        (
+            "[grid]\n\"timeout_s\" = [20.0, 20.0]\n",
+            2,
+            &["grid.timeout_s", "stands twice"],
+        ),
+        (
+            "[grid]\n\"start_m.7\" = [0.0]\n",
+            2,
+            &["start_m.7", "below 3"],
+        ),
+        (
+            "[grid]\n\"wind\" = [{}]\n\"wind.steady_mps\" = [[0.0, 0.0, 0.0]]\n",
+            2,
+            &["wind.steady_mps", "swept twice"],
+        ),
+        (
+            "[random]\n\"timeout_s\" = { kind = \"uniform\", min = 9.0, max = 2.0 }\n",
+            2,
+            &["random.timeout_s", "9", "2"],
+        ),
+        (
+            "[random]\n\"timeout_s\" = { kind = \"gauss\" }\n",
+            2,
+            &["random.timeout_s", "gauss", "normal"],
+        ),
+        (
+            "[random]\n\"timeout_s\" = 4.0\n",
+            2,
+            &["random.timeout_s", "distribution"],
+        ),
+        (
+            "[random]\n\"plant.mass_kg\" = { kind = \"choice\", of = [1.3, -2.0] }\n",
+            2,
+            &["plant.mass_kg", "-2"],
+        ),
+        (
+            "[scenario.plant]\nmass_kg = -1.0\n",
+            2,
+            &["sweep.toml", "mass_kg", "-1"],
+        ),
+        (
+            "[scenario.deck]\nkind = \"sea\"\n[scenario.deck.spectrum]\nshape = \"jonswap\"\nsignificant_height_m = 0.5\n",
+            2,
+            &["sweep.toml", "peak_period_s"],
+        ),
+        (
+            "[cards]\nthrust = \"no-such-card.toml\"\n",
+            1,
+            &["no-such-card.toml"],
+        ),
+        (
+            "[scenario.body]\ninertia_kg_m2 = [0.01, -0.02, 0.03]\n",
+            2,
+            &["sweep.toml", "inertia_kg_m2", "-0.02"],
+        ),
+        (
+            "[scenario]\ncontrol_period_s = 0.0\n",
+            2,
+            &["sweep.toml", "control_period_s", "found 0"],
+        ),
+        (
+            "[scenario]\nstart_m = [0.0, 0.0, -0.2]\n",
+            2,
+            &["sweep.toml", "start_m", "landed_height_m", "-0.2"],
+        ),
+        (&gap, 2, &["gap.csv", "row 4", "28"]),
+        (&unit, 2, &["unit.csv", "heave", "100", "15"]),
+        (&absent, 1, &["absent.csv"]),
+    ];
+    for (text, status, named) in cases {
+        let sweep = sweep(folder.path(), text);
+        let said = common::fails(
+            *status,
+            [
+                "campaign".as_ref(),
+                sweep.as_os_str(),
+                "--out".as_ref(),
+                out.as_os_str(),
+            ],
+        );
+        for name in *named {
+            assert!(said.contains(name), "{text}: `{name}` is not in: {said}");
+        }
+        assert!(!out.exists(), "{text}");
+    }
+    let sweep = sweep(folder.path(), "trials = 1\n");
+    for shard in ["5/4", "0/2", "x"] {
+        let said = common::fails(
+            2,
+            [
+                "campaign".as_ref(),
+                sweep.as_os_str(),
+                "--shard".as_ref(),
+                shard.as_ref(),
+            ],
+        );
+        assert!(
+            said.contains("I from 1 to N") && said.contains(shard),
+            "{said}"
+        );
+    }
+}
