@@ -87,8 +87,8 @@ fn percent(share: Option<Share>) -> Cell {
         Cell::text(format!(
             "{} ({} to {})",
             s.count,
-            show(100.0 * s.ci95[0], 0),
-            show(100.0 * s.ci95[1], 0)
+            (100.0 * s.ci95[0]).round(),
+            (100.0 * s.ci95[1]).round()
         ))
     })
 }
@@ -129,7 +129,7 @@ fn outcomes(sea: &SeaExperiment) -> Table {
             percent(f.landed),
             percent(f.landed_at_first),
             percent(f.crashed),
-            mean(&f.waited_s, 1),
+            mean(&f.waited_s, 2),
             mean(&f.t_l_s, 2),
             half(&f.t_l_s, 2),
         ]);
