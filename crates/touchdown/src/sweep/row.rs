@@ -20,7 +20,7 @@ use super::points::Sweep;
 use crate::error::{Error, Result};
 
 /// Names of [`Row::numbers`].
-pub(super) const NUMBERS: [&str; 12] = [
+pub(super) const NUMBERS: [&str; 14] = [
     "t_l_s",
     "v_l_mps",
     "s_l_m",
@@ -33,6 +33,8 @@ pub(super) const NUMBERS: [&str; 12] = [
     "slide_m",
     "greatest_foot_n",
     "end_s",
+    "impact_mps",
+    "impact_tilt_rad",
 ];
 /// Names of [`Row::counts`].
 const COUNTS: [&str; 4] = ["descents", "aborts", "bounces", "steps"];
@@ -53,8 +55,9 @@ pub struct Row {
     /// Descents, aborts, bounces, steps of the integration.
     pub counts: [u64; 4],
     /// T_L, V_L, S_L, tilt, lateral distance and speed and the time of the last descent's touch; time before the
-    /// descent, waiting time, way that feet slid, greatest force on a foot, time of the end.
-    pub numbers: [Option<f64>; 12],
+    /// descent, waiting time, way that feet slid, greatest force on a foot, time of the end; greatest speed towards the
+    /// deck and greatest tilt of all touches, those of descents that were broken off too.
+    pub numbers: [Option<f64>; 14],
 }
 
 /// A unit variant's name in results.
@@ -98,6 +101,8 @@ impl Row {
             Some(flown.slide_m),
             Some(flown.greatest_foot_n),
             Some(flown.end_s),
+            flown.impact.map(|impact| impact.speed_mps),
+            flown.impact.map(|impact| impact.tilt_rad),
         ];
         Self {
             landing,

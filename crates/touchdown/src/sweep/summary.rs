@@ -116,7 +116,7 @@ pub struct Figures {
     pub t_l_s: Spread,
     /// Time spent waiting for a window, over all, s.
     pub waited_s: Spread,
-    /// V_L: speed towards the deck at the touch, over those that landed, m/s.
+    /// V_L: speed along the deck's normal at the touch, over those that landed, m/s.
     pub v_l_mps: Spread,
     /// S_L = ∫|v| dt, over those that landed, m.
     pub s_l_m: Spread,
@@ -124,9 +124,10 @@ pub struct Figures {
     pub lateral_m: Spread,
     /// Speed along the deck at the touch, over those that landed, m/s.
     pub lateral_mps: Spread,
-    /// Speed towards the deck of every touch, that of crashes too, m/s.
+    /// Greatest speed towards the deck of all of a trial's touches, over all trials that touched it: crashes and
+    /// descents that were broken off too, m/s.
     pub impact_mps: Spread,
-    /// Tilt from the deck's normal of every touch, that of crashes too, rad.
+    /// Greatest tilt from the deck's normal with a foot on the deck, over the same, rad.
     pub tilt_rad: Spread,
 }
 
@@ -282,8 +283,8 @@ impl Figures {
             s_l_m: landed("s_l_m"),
             lateral_m: landed("lateral_m"),
             lateral_mps: landed("lateral_mps"),
-            impact_mps: every("v_l_mps"),
-            tilt_rad: every("tilt_rad"),
+            impact_mps: every("impact_mps"),
+            tilt_rad: every("impact_tilt_rad"),
         }
     }
 }
@@ -311,8 +312,10 @@ mod tests {
     use super::*;
 
     fn row(landing: u64, outcome: &str, speed: f64, aborts: Option<&str>) -> Row {
-        let mut numbers = [None; 12];
+        let mut numbers = [None; 14];
         numbers[1] = Some(speed);
+        // The hardest of its touches, twice as hard as the last.
+        numbers[12] = Some(2.0 * speed);
         Row {
             landing,
             outcome: outcome.into(),
@@ -337,9 +340,12 @@ mod tests {
         assert_eq!(figures.crashed.unwrap().count, 1);
         assert_eq!(figures.crashed_without_abort, 1);
         assert_eq!(figures.aborts["tag_lost"], 1);
-        // Of what landed, 0.1 and 0.3; of every touch, the crash's too.
+        // Of what landed, 0.1 and 0.3; of every touch, the crash's and those before the last too.
         assert_eq!((figures.v_l_mps.count, figures.v_l_mps.max), (2, Some(0.3)));
-        assert_eq!(figures.impact_mps.count, 4);
+        assert_eq!(
+            (figures.impact_mps.count, figures.impact_mps.max),
+            (4, Some(0.6))
+        );
         let order: Vec<u64> = worst(&rows).iter().map(|row| row.landing).collect();
         assert_eq!(order, [2, 3, 1, 0]);
     }
