@@ -1,5 +1,6 @@
 //! A campaign's folder: the sweep, and a file for each block of landings.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use touchdown_log::TEMPORARY_PREFIX;
@@ -19,6 +20,8 @@ const LANDINGS: &str = "landings";
 #[derive(Debug)]
 pub struct Store {
     out: PathBuf,
+    /// While it is held, no other run takes half-written files for left ones.
+    _in_use: Option<File>,
 }
 
 impl Store {
@@ -27,12 +30,10 @@ impl Store {
     /// # Errors
     /// A folder with landings of other settings, or with any where `resume` was not asked for.
     pub fn open(out: &Path, sweep: &Sweep, resume: bool) -> Result<Self> {
-        let store = Self {
-            out: out.to_owned(),
-        };
+        let store = Self::of(out);
         let at = out.join(SWEEP);
         if at.exists() {
-            let there = Sweep::read(&at, None, None)?;
+            let there = Sweep::load(&at, None, None)?;
             if there.sha256() != sweep.sha256() {
                 return Err(Error::Arguments(format!(
                     "{}: holds a campaign of other settings (SHA-256 {}, these are {}); choose another folder",
@@ -48,16 +49,37 @@ impl Store {
                 out.display()
             )));
         }
-        folder(&out.join(LANDINGS))?;
-        store.sweep_up()?;
+        let landings = out.join(LANDINGS);
+        folder(&landings)?;
+        // Where folders cannot be locked, nothing is taken away: what a killed run left is
+        // in nobody's way.
+        let lock = File::open(&landings).ok();
+        if let Some(lock) = &lock {
+            if lock.try_lock().is_ok() {
+                store.sweep_up()?;
+                let _ = lock.unlock();
+            }
+            // One of several runs, if there are any.
+            let _ = lock.lock_shared();
+        }
         if let Some(series) = &sweep.series {
             write(&out.join(SERIES), series)?;
         }
         write(&at, to_toml(sweep.settings())?.as_bytes())?;
-        Ok(store)
+        Ok(Self {
+            _in_use: lock,
+            ..store
+        })
     }
 
-    /// Takes away what a killed run left half-written.
+    fn of(out: &Path) -> Self {
+        Self {
+            out: out.to_owned(),
+            _in_use: None,
+        }
+    }
+
+    /// Takes away what a killed run left half-written; other runs may be in the middle of it.
     fn sweep_up(&self) -> Result<()> {
         for folder in [self.out.clone(), self.out.join(LANDINGS)] {
             for entry in std::fs::read_dir(&folder).map_err(|e| Error::file(&folder, e))? {
@@ -147,12 +169,13 @@ impl Store {
 /// Puts the shards of a campaign together in the folder `out`, and gives the sweep.
 ///
 /// # Errors
-/// Folders of different campaigns; blocks that are missing, or there twice; an `out` that holds landings.
+/// Folders of different campaigns; blocks that are missing, broken, or there twice; an `out` that holds other landings.
+/// Nothing is written then. A merge that was killed is completed by the next one.
 pub fn merge(shards: &[PathBuf], out: &Path) -> Result<(Sweep, Store)> {
     let mut first: Option<(Sweep, &PathBuf)> = None;
     let mut places: Vec<Option<&PathBuf>> = Vec::new();
     for shard in shards {
-        let sweep = Sweep::read(&shard.join(SWEEP), None, None)?;
+        let sweep = Sweep::load(&shard.join(SWEEP), None, None)?;
         let (of, at) = first.get_or_insert_with(|| (sweep.clone(), shard));
         if of.sha256() != sweep.sha256() {
             return Err(Error::Arguments(format!(
@@ -164,7 +187,7 @@ pub fn merge(shards: &[PathBuf], out: &Path) -> Result<(Sweep, Store)> {
             )));
         }
         places.resize(of.blocks() as usize, None);
-        let store = Store { out: shard.clone() };
+        let store = Store::of(shard);
         for block in store.present()? {
             let Some(place) = places.get_mut(block as usize) else {
                 return Err(Error::data(
@@ -201,16 +224,57 @@ pub fn merge(shards: &[PathBuf], out: &Path) -> Result<(Sweep, Store)> {
             if holes.len() > 10 { ", …" } else { "" }
         )));
     }
-    let store = Store::open(out, &sweep, false)?;
-    for (block, shard) in places.iter().enumerate() {
-        let Some(shard) = shard else { continue };
-        let from = Store {
-            out: (*shard).clone(),
-        };
-        from.read(&sweep, block as u64)?;
-        let path = from.path(block as u64);
-        let bytes = std::fs::read(&path).map_err(|e| Error::file(&path, e))?;
-        write(&store.path(block as u64), &bytes)?;
+    let there = Store::of(out);
+    let present = there.present()?;
+    let mut blocks = Vec::with_capacity(places.len());
+    for (block, shard) in (0_u64..).zip(places.into_iter().flatten()) {
+        let from = Store::of(shard);
+        from.read(&sweep, block)?;
+        let path = from.path(block);
+        if present.binary_search(&block).is_ok() && bytes(&there.path(block))? != bytes(&path)? {
+            return Err(Error::Arguments(format!(
+                "{}: holds another block {block} than {}; choose another folder",
+                out.display(),
+                shard.display()
+            )));
+        }
+        blocks.push(path);
+    }
+    let store = Store::open(out, &sweep, true)?;
+    for (block, path) in (0_u64..).zip(&blocks) {
+        if present.binary_search(&block).is_err() {
+            write(&store.path(block), &bytes(path)?)?;
+        }
     }
     Ok((sweep, store))
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).map_err(|e| Error::file(path, e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_only_the_last_run_in_a_folder_takes_left_files_away() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("sweep.toml");
+        std::fs::write(&file, "trials = 1\n").unwrap();
+        let sweep = Sweep::read(&file, None, None).unwrap();
+        let out = folder.path().join("out");
+        let one = Store::open(&out, &sweep, false).unwrap();
+        // As the one is in the middle of a write.
+        let writing = out.join(LANDINGS).join(format!("{TEMPORARY_PREFIX}x"));
+        std::fs::write(&writing, "PAR1").unwrap();
+        let two = Store::open(&out, &sweep, true).unwrap();
+        assert!(writing.exists());
+        drop(one);
+        let three = Store::open(&out, &sweep, true).unwrap();
+        assert!(writing.exists());
+        drop((two, three));
+        Store::open(&out, &sweep, true).unwrap();
+        assert!(!writing.exists());
+    }
 }
