@@ -50,6 +50,12 @@ pub(crate) fn run(context: &Context, args: &CampaignArgs) -> Result<Done> {
     let there = sweep::fly(&sweep, &store, shard, context)?;
     if there < sweep.blocks() {
         context.finish();
+        if args.mcap.is_some() {
+            context.warn(
+                "--mcap: no records are written, for which landings are the worst is known when all are flown; \
+                 `touchdown campaign merge --mcap` writes them",
+            );
+        }
         context.say(&format!(
             "shard {shard}: {there} of {} blocks of landings are in {}; `touchdown campaign merge` puts shards together",
             sweep.blocks(),

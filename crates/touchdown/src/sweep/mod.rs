@@ -15,6 +15,7 @@
 //! | `run` | flying what is missing |
 //! | `summary`, `csv` | figures of every point |
 
+mod check;
 mod csv;
 mod draw;
 mod keys;

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use toml::{Table, Value};
 use touchdown_sim::deck::rigid::{RigidDeck, RigidMotion};
@@ -23,6 +23,9 @@ const POINTS: u64 = 100_000;
 /// The most landings of a campaign.
 const LANDINGS: u64 = 100_000_000;
 
+/// A point and its lander.
+type OfPoint = (u64, Arc<SpaceLander>);
+
 /// A sweep that has been checked.
 #[derive(Clone, Debug)]
 pub struct Sweep {
@@ -30,12 +33,14 @@ pub struct Sweep {
     pub(super) settings: SweepSettings,
     base: Table,
     grid: Vec<(String, Vec<Value>)>,
-    random: Vec<(String, Distribution)>,
+    pub(super) random: Vec<(String, Distribution)>,
     deck: Option<RigidDeck>,
     /// The measured motion, as its file has it.
     pub(super) series: Option<Vec<u8>>,
     file: String,
     sha256: String,
+    /// The lander of the point that was flown last, where all of its trials share it.
+    last: Arc<Mutex<Option<OfPoint>>>,
 }
 
 impl Sweep {
@@ -45,18 +50,32 @@ impl Sweep {
     /// Files that cannot be read; keys and values that make no sense at any point of the grid or for any draw, with
     /// file, key, expected and found.
     pub fn read(path: &Path, trials: Option<u64>, seed: Option<u64>) -> Result<Self> {
+        let sweep = Self::load(path, trials, seed)?;
+        sweep.check()?;
+        Ok(sweep)
+    }
+
+    /// As [`Self::read`], without building what is going to be flown: for sweeps that are checked, or compared with one
+    /// that is.
+    pub(super) fn load(path: &Path, trials: Option<u64>, seed: Option<u64>) -> Result<Self> {
         let mut settings = read::<SweepSettings>(path)?;
         settings.trials = trials.unwrap_or(settings.trials);
         settings.seed = seed.unwrap_or(settings.seed);
         let folder = path.parent().unwrap_or(Path::new("."));
-        Self::new(settings, folder, path.display().to_string())
+        Self::unchecked(settings, folder, path.display().to_string())
     }
 
     /// Checks settings; files that they name are looked for in `folder`, and `file` names them in errors.
     ///
     /// # Errors
     /// As [`Self::read`].
-    pub fn new(mut settings: SweepSettings, folder: &Path, file: String) -> Result<Self> {
+    pub fn new(settings: SweepSettings, folder: &Path, file: String) -> Result<Self> {
+        let sweep = Self::unchecked(settings, folder, file)?;
+        sweep.check()?;
+        Ok(sweep)
+    }
+
+    fn unchecked(mut settings: SweepSettings, folder: &Path, file: String) -> Result<Self> {
         let bad = |key: &str, message: &str| Error::Settings {
             file: file.clone(),
             message: format!("key `{key}`: {message}"),
@@ -162,7 +181,7 @@ impl Sweep {
             .iter()
             .map(|byte| format!("{byte:02x}"))
             .collect();
-        let sweep = Self {
+        Ok(Self {
             settings,
             base,
             grid,
@@ -171,24 +190,8 @@ impl Sweep {
             series,
             file,
             sha256,
-        };
-        sweep.check()?;
-        Ok(sweep)
-    }
-
-    /// Builds every lander that is going to be flown.
-    fn check(&self) -> Result<()> {
-        SpaceLander::new(&self.settings.scenario).map_err(|e| self.bad("scenario", &e))?;
-        // Without draws, all trials of a point are of one scenario.
-        let trials = if self.random.is_empty() {
-            1
-        } else {
-            self.trials()
-        };
-        let failed = (0..self.points() * trials)
-            .into_par_iter()
-            .find_map_first(|k| self.lander_of(k / trials, k % trials).err());
-        failed.map_or(Ok(()), Err)
+            last: Arc::default(),
+        })
     }
 
     /// The settings, complete: cards as models, keys dotted.
@@ -295,12 +298,25 @@ impl Sweep {
         self.random.iter().map(draw).collect()
     }
 
-    /// The lander of a landing, by its place in the campaign.
+    /// The lander of a landing, by its place in the campaign; without draws, that of all trials of its point.
     ///
     /// # Errors
-    /// None that [`Self::read`] has not found.
-    pub fn lander(&self, landing: u64) -> Result<SpaceLander> {
-        self.lander_of(landing / self.trials(), landing % self.trials())
+    /// Drawn values that make no sense, of trials that [`Self::read`] did not look at: in large campaigns, those whose
+    /// draws are no extremes.
+    pub fn lander(&self, landing: u64) -> Result<Arc<SpaceLander>> {
+        let (point, trial) = (landing / self.trials(), landing % self.trials());
+        if !self.random.is_empty() {
+            return self.built(point, trial).map(Arc::new);
+        }
+        let last = || self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((of, lander)) = &*last()
+            && *of == point
+        {
+            return Ok(lander.clone());
+        }
+        let lander = Arc::new(self.built(point, trial)?);
+        *last() = Some((point, lander.clone()));
+        Ok(lander)
     }
 
     /// The scenario of a point, without draws.
@@ -312,7 +328,7 @@ impl Sweep {
         self.made(table, &self.values(point))
     }
 
-    fn lander_of(&self, point: u64, trial: u64) -> Result<SpaceLander> {
+    pub(super) fn built(&self, point: u64, trial: u64) -> Result<SpaceLander> {
         let mut table = self.base.clone();
         let swept = self.values(point);
         for (key, value) in &swept {
@@ -347,7 +363,7 @@ impl Sweep {
         set(table, key, value).map_err(|e| self.bad(&format!("{section}.\"{key}\""), &e))
     }
 
-    fn bad(&self, key: &str, message: &dyn std::fmt::Display) -> Error {
+    pub(super) fn bad(&self, key: &str, message: &dyn std::fmt::Display) -> Error {
         Error::Settings {
             file: self.file.clone(),
             message: format!("key `{key}`: {message}"),
