@@ -62,6 +62,11 @@ impl<R: Real> Vector<R> {
     /// Length, without overflow of its square.
     #[must_use]
     pub fn norm(self) -> R {
+        let square = self.dot(self);
+        // Squares that are far from both ends of the range, also of f32.
+        if square > r(1e-24) && square < r(1e30) {
+            return square.sqrt();
+        }
         let largest = self.x.abs().max(self.y.abs()).max(self.z.abs());
         if largest > R::ZERO && largest.is_finite() {
             let v = Self::new(self.x / largest, self.y / largest, self.z / largest);
@@ -251,11 +256,17 @@ impl<R: Real> Attitude<R> {
         }
         let heading = Self::from_yaw(yaw_rad);
         let seen = heading.unrotate(direction.direction()?);
-        let pitch = seen.x.atan2(seen.z);
-        let roll = (-seen.y).atan2((seen.x * seen.x + seen.z * seen.z).sqrt());
-        let along_x = Vector::new(R::ONE, R::ZERO, R::ZERO);
-        let along_y = Vector::new(R::ZERO, R::ONE, R::ZERO);
-        Some(heading * Self::about(along_y, pitch) * Self::about(along_x, roll))
+        let level = (seen.x * seen.x + seen.z * seen.z).sqrt();
+        let (pitch, roll) = (
+            half_turn(seen.x, seen.z, level),
+            half_turn(-seen.y, level, R::ONE),
+        );
+        let ((sp, cp), (sr, cr)) = (pitch, roll);
+        let tilt = Self {
+            w: cp * cr,
+            v: Vector::new(cp * sr, sp * cr, -(sp * sr)),
+        };
+        Some(heading * tilt)
     }
 
     /// World components of a vector in body axes.
@@ -348,6 +359,19 @@ impl<R: Real> Attitude<R> {
             w: w * scale,
             v: v * scale,
         }
+    }
+}
+
+/// Sine and cosine of half the angle whose sine is `a/h` and whose cosine is `c/h`, both times
+/// the same positive number; h is √(a² + c²).
+fn half_turn<R: Real>(a: R, c: R, h: R) -> (R, R) {
+    if c >= R::ZERO {
+        // No difference that cancels; no angle where h is 0.
+        (a, if h > R::ZERO { h + c } else { R::ONE })
+    } else if a < R::ZERO {
+        (c - h, -a)
+    } else {
+        (h - c, a)
     }
 }
 

@@ -21,7 +21,7 @@
 
 use crate::check;
 use crate::error::SimError;
-use crate::number::{Number, angles};
+use crate::number::{Number, angles, inverses};
 use crate::plant::{PlantSettings, Surface};
 
 /// Least height of the rotor plane in the laws, m.
@@ -238,8 +238,23 @@ impl WakeLag {
     #[inline(always)]
     #[must_use]
     pub fn lift_ratio<N: Number>(inflow: [N; 2]) -> N {
-        let q = (inflow[0] + inflow[1]).least(inflow[0].like(TOTAL_LIMIT));
-        q / q.taken_from(1.0)
+        let [ratio] = Self::lift_ratios(&[inflow[0]], inflow[1]);
+        ratio
+    }
+
+    /// [`Self::lift_ratio`] of several rotors.
+    #[inline(always)]
+    pub(crate) fn lift_ratios<N: Number, const K: usize>(inflow: &[N; K], fountain: N) -> [N; K] {
+        let (mut q, mut rest) = (*inflow, *inflow);
+        for i in 0..K {
+            q[i] = (inflow[i] + fountain).least(fountain.like(TOTAL_LIMIT));
+            rest[i] = q[i].taken_from(1.0);
+        }
+        let inverse = inverses(rest);
+        for i in 0..K {
+            q[i] = q[i] * inverse[i];
+        }
+        q
     }
 }
 

@@ -79,7 +79,19 @@ impl Motor {
     #[inline(always)]
     #[must_use]
     pub fn derivative_at_load<N: Number>(&self, x: N, s: N, load: N) -> N {
-        (s * (load * self.k).taken_from(1.0) - x * self.b - x * self.c * x) * self.inverse_inertia
+        self.derivative_under(x, self.drive(s, load))
+    }
+
+    /// The drive `s (1 - k load)` of one motor of several on the same battery.
+    #[inline(always)]
+    pub(crate) fn drive<N: Number>(&self, s: N, load: N) -> N {
+        s * (load * self.k).taken_from(1.0)
+    }
+
+    /// dx/dt under a drive.
+    #[inline(always)]
+    pub(crate) fn derivative_under<N: Number>(&self, x: N, drive: N) -> N {
+        (drive - x * self.b - x * self.c * x) * self.inverse_inertia
     }
 
     /// The drive `s (1 - k load) = b x + c x²` that holds x at rest.

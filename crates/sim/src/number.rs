@@ -217,6 +217,24 @@ pub(crate) fn angles<N: Number, const K: usize>(re: [N; K], im: [N; K]) -> [N; K
     angle
 }
 
+/// `1/d` of several numbers whose product is not 0: one division, the rest are products.
+#[inline(always)]
+#[must_use]
+pub(crate) fn inverses<N: Number, const K: usize>(d: [N; K]) -> [N; K] {
+    let mut before = d;
+    for i in 1..K {
+        before[i] = before[i - 1] * d[i];
+    }
+    let mut rest = d[0].like(1.0) / before[K - 1];
+    let mut inverse = d;
+    for i in (1..K).rev() {
+        inverse[i] = rest * before[i - 1];
+        rest = rest * d[i];
+    }
+    inverse[0] = rest;
+    inverse
+}
+
 /// tan 22.5°.
 const TAN_PI_8: f64 = std::f64::consts::SQRT_2 - 1.0;
 
@@ -282,6 +300,16 @@ mod tests {
         // 0 divided by 0 is no angle here: callers have a length.
         assert_eq!(angle(1.0, 0.0), 0.0);
         assert_eq!(angle(0.0, 2.0), std::f64::consts::FRAC_PI_2);
+    }
+
+    #[test]
+    fn analytic_inverses() {
+        let d = [0.4, 7.0, 1e-3, -25.0];
+        for (inverse, d) in inverses(d).into_iter().zip(d) {
+            // Five products and a division round by 1.1e-16 each.
+            assert!((inverse * d - 1.0).abs() < 7e-16, "{d}");
+        }
+        assert_eq!(inverses([8.0]), [0.125]);
     }
 
     #[test]

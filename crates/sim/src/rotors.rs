@@ -211,15 +211,15 @@ impl Rotors {
                 for i in 0..4 {
                     speeds[i] = speeds[i].most(zero.like(LEAST_ROOT));
                 }
-                let sums = law.image_sums(&at, &speeds);
+                let rotors = law.rotors_at(scale, &at, &speeds);
                 for i in 0..4 {
-                    let plate = self.plant.deck.finite_plate(at[i][2]);
-                    target.inflow[i] = WakeLag::rotor_target_over(scale, plate, sums[i]) * share[i];
-                    held.rotor_pace[i] = law.rotor_pace(at[i][2]);
+                    target.inflow[i] = rotors.target[i] * share[i];
                 }
+                held.rotor_pace = rotors.pace;
                 let mean_share = (share[0] + share[1] + share[2] + share[3]) * 0.25;
-                target.fountain = law.fountain_target_at(scale, mean_height_m) * mean_share;
-                held.fountain_pace = law.fountain_pace(mean_height_m);
+                let (fountain, pace) = law.fountain_at(scale, mean_height_m);
+                target.fountain = fountain * mean_share;
+                held.fountain_pace = pace;
             }
             Law::Exponential(law) if self.plant.present => {
                 for i in 0..4 {
@@ -254,38 +254,44 @@ impl Rotors {
             fountain_pace,
             air_mps: [0.0; 4],
         };
-        self.rate(state, &held, throttle)
+        self.rate(state, &held, &self.drive(throttle))
     }
 
-    /// Rate of the motors.
+    /// What throttles, held to [0, 1], drive the motors with.
     #[inline(always)]
-    pub(crate) fn spin_up<N: Number>(&self, root_thrust: &[N; 4], throttle: &[N; 4]) -> [N; 4] {
+    pub(crate) fn drive<N: Number>(&self, throttle: &[N; 4]) -> [N; 4] {
         let (zero, one) = (throttle[0].like(0.0), throttle[0].like(1.0));
         let mut s = *throttle;
         for i in 0..4 {
             s[i] = s[i].within(zero, one);
         }
         let load = (s[0] + s[1] + s[2] + s[3]) * 0.25;
+        for i in 0..4 {
+            s[i] = self.plant.motor.drive(s[i], load);
+        }
+        s
+    }
+
+    /// Rate of the motors.
+    #[inline(always)]
+    pub(crate) fn spin_up<N: Number>(&self, root_thrust: &[N; 4], drive: &[N; 4]) -> [N; 4] {
         let mut rate = *root_thrust;
         for i in 0..4 {
-            rate[i] = self
-                .plant
-                .motor
-                .derivative_at_load(root_thrust[i], s[i], load);
+            rate[i] = self.plant.motor.derivative_under(root_thrust[i], drive[i]);
         }
         rate
     }
 
-    /// Rate of the state.
+    /// Rate of the state under what drives the motors.
     #[inline(always)]
     pub(crate) fn rate<N: Number>(
         &self,
         state: &RotorsState<N>,
         held: &Held<N>,
-        throttle: &[N; 4],
+        drive: &[N; 4],
     ) -> RotorsState<N> {
         let mut rate = RotorsState {
-            root_thrust: self.spin_up(&state.root_thrust, throttle),
+            root_thrust: self.spin_up(&state.root_thrust, drive),
             ..*state
         };
         let target = &held.target;
@@ -324,12 +330,12 @@ impl Rotors {
             free_air_n: state.root_thrust,
             ground_effect_n: state.root_thrust,
         };
+        let ratios = match &self.plant.law {
+            Law::WakeLag(_) => WakeLag::lift_ratios(&state.inflow, state.fountain),
+            Law::Exponential(_) => state.inflow,
+        };
         for i in 0..4 {
-            let x = state.root_thrust[i];
-            let ratio = match &self.plant.law {
-                Law::WakeLag(_) => WakeLag::lift_ratio([state.inflow[i], state.fountain]),
-                Law::Exponential(_) => state.inflow[i],
-            };
+            let (x, ratio) = (state.root_thrust[i], ratios[i]);
             let air_mps = climb_mps[i] - held.air_mps[i];
             forces.free_air_n[i] = x * x * 0.25;
             forces.ground_effect_n[i] = rotor_force(x, ratio, self.plant.damping_per_root, air_mps);

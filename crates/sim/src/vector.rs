@@ -47,6 +47,14 @@ pub(crate) fn to_world<N: Number>(axes: &Axes<N>, v: Vector<N>) -> Vector<N> {
     ]
 }
 
+/// `up` ± `x` ± `y` at the four corners of a square in the order of the rotors: front left, rear
+/// left, rear right, front right.
+#[inline(always)]
+pub(crate) fn corners<N: Number>(x: N, y: N, up: N) -> [N; 4] {
+    let (sum, difference) = (x + y, x - y);
+    [up + sum, up - difference, up - sum, up + difference]
+}
+
 /// Components along `axes` of a world vector.
 #[inline(always)]
 pub(crate) fn along<N: Number>(axes: &Axes<N>, v: Vector<N>) -> Vector<N> {

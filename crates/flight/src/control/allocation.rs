@@ -29,14 +29,21 @@ pub(crate) fn allocate<R: Real>(
     yaw_rad: R,
 ) -> Option<Allocated<R>> {
     let up_n = vertical_n.max(r::<R>(VERTICAL_SHARE_MIN) * weight_n);
-    let by_tilt = up_n * tilt_limit_rad.sin() / tilt_limit_rad.cos();
+    let wanted_n = horizontal_n.horizontal();
+    let norm_n = wanted_n.norm();
     let by_thrust = (greatest_n * greatest_n - up_n * up_n).max(R::ZERO).sqrt();
-    let given = horizontal_n.horizontal().limited(by_tilt.min(by_thrust));
+    // tan α is at least α: most of the time no tangent is needed.
+    let given = if norm_n <= (up_n * tilt_limit_rad).min(by_thrust) {
+        wanted_n
+    } else {
+        let by_tilt = up_n * tilt_limit_rad.sin() / tilt_limit_rad.cos();
+        wanted_n.limited(by_tilt.min(by_thrust))
+    };
     let direction = given + Vector::UP * up_n;
     let attitude = Attitude::from_thrust_direction(direction, yaw_rad)?;
     Some(Allocated {
         attitude,
-        limited: given != horizontal_n.horizontal(),
+        limited: given != wanted_n,
     })
 }
 

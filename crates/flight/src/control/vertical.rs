@@ -162,7 +162,8 @@ impl<R: Real, G: GroundEffect<R>> Channel<'_, R, G> {
         let tilted_n = vertical_n / (R::ONE + counted.ratio) * (R::ONE / cosine - R::ONE);
         let asked = (level_n + tilted_n).finite_or(sent.thrust_n);
         let thrust_n = self.limits.thrust(asked);
-        let throttle = self.limits.throttle(self.thrust.throttle_for(thrust_n));
+        let needed = self.thrust.throttle_near(thrust_n, sent.throttle);
+        let throttle = self.limits.throttle(needed);
         // At the end of the throttle the rotors may not give what is asked for.
         let saturation = if asked > thrust_n || throttle >= self.limits.throttle_max {
             Saturation::High

@@ -333,14 +333,20 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
     fn ground(&self, motion: &Motion<R>) -> GroundEffectInput<R> {
         let normal = motion.deck_normal;
         let height_m = motion.position_m.dot(normal);
+        let level = GroundEffectInput {
+            height_m,
+            ..ground_input(&motion.vertical())
+        };
+        if !self.ground_effect.sees_rotors() {
+            return level;
+        }
         let up = motion.attitude.up();
         GroundEffectInput {
-            height_m,
             tilt_rad: up.cross(normal).norm().atan2(up.dot(normal)),
             rotor_heights_m: self
                 .rotors_m
                 .map(|hubs| hubs.map(|hub| height_m + motion.attitude.rotate(hub).dot(normal))),
-            ..ground_input(&motion.vertical())
+            ..level
         }
     }
 }

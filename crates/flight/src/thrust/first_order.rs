@@ -37,7 +37,7 @@ impl<R: Real> FirstOrder<R> {
         self.c0 * s + self.c1
     }
 
-    pub(super) fn throttle_for(&self, x: R) -> R {
-        first_rise([self.c1 - x, self.c0, R::ZERO, R::ZERO])
+    pub(super) fn throttle_for(&self, x: R, near: R) -> R {
+        first_rise([self.c1 - x, self.c0, R::ZERO, R::ZERO], near)
     }
 }

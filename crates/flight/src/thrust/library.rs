@@ -145,7 +145,7 @@ impl<R: Real> Library<R> {
         low
     }
 
-    pub(super) fn throttle_for(&self, x: R) -> R {
-        first_rise(self.cubic(x))
+    pub(super) fn throttle_for(&self, x: R, near: R) -> R {
+        first_rise(self.cubic(x), near)
     }
 }

@@ -111,11 +111,16 @@ impl<R: Real> ThrustModel<R> {
     /// no throttle gives so much, the one that gives most. A thrust below zero
     /// or not a number counts as zero.
     pub fn throttle_for(&self, thrust_n: R) -> R {
+        self.throttle_near(thrust_n, r(0.5))
+    }
+
+    /// [`Self::throttle_for`], found the sooner the nearer it is to `near`.
+    pub(crate) fn throttle_near(&self, thrust_n: R, near: R) -> R {
         let x = limit(thrust_n.max(R::ZERO).sqrt());
         match self {
-            Self::FirstOrder(model) => model.throttle_for(x),
-            Self::Library(model) => model.throttle_for(x),
-            Self::Static(model) => model.throttle_for(x),
+            Self::FirstOrder(model) => model.throttle_for(x, near),
+            Self::Library(model) => model.throttle_for(x, near),
+            Self::Static(model) => model.throttle_for(x, near),
         }
     }
 }

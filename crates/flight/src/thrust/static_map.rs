@@ -37,8 +37,8 @@ impl<R: Real> StaticThrust<R> {
         a0 + s * (a1 + s * (a2 + s * a3))
     }
 
-    pub(super) fn throttle_for(&self, x: R) -> R {
+    pub(super) fn throttle_for(&self, x: R, near: R) -> R {
         let [a0, a1, a2, a3] = self.coefficients;
-        first_rise([a0 - x, a1, a2, a3])
+        first_rise([a0 - x, a1, a2, a3], near)
     }
 }
