@@ -28,7 +28,7 @@ use crate::error::SimError;
 use crate::ground::Deck;
 use crate::number::Number;
 use crate::plant::PlantSettings;
-use crate::vector::{Axes, add, along, cross, dot, sub, to_world};
+use crate::vector::{Axes, add, along, corners, cross, dot, sub, to_world};
 
 pub use log::ContactLog;
 
@@ -162,6 +162,17 @@ pub(crate) struct Body<'a, N = f64> {
     pub(crate) rates: [N; 3],
 }
 
+/// A body in the deck's axes: place and velocity of its reference point relative to the
+/// deck's material there, turning relative to the deck, its axes, and the feet from the
+/// reference point.
+struct Stance<N> {
+    centre_m: [N; 3],
+    velocity_mps: [N; 3],
+    turning: [N; 3],
+    axes: Axes<N>,
+    arms_m: [[N; 3]; 4],
+}
+
 /// Legs with coefficients that do not change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Legs {
@@ -218,32 +229,46 @@ impl Legs {
         low & !passed & above.like(0.0).below(present)
     }
 
+    /// A body in the deck's axes.
+    #[inline(always)]
+    fn stance<N: Number>(&self, body: &Body<'_, N>, deck: &DeckPose<N>) -> Stance<N> {
+        let from_centre = sub(body.position_m, deck.origin_m);
+        let axes = [
+            along(&deck.axes, body.axes[0]),
+            along(&deck.axes, body.axes[1]),
+            along(&deck.axes, body.axes[2]),
+        ];
+        let velocity = sub(body.velocity_mps, deck.point_velocity(from_centre));
+        let turning = sub(
+            to_world(&axes, body.rates),
+            along(&deck.axes, deck.angular_velocity),
+        );
+        let [a, _, h] = self.feet_m[0];
+        let mut arms_m = [axes[0]; 4];
+        for k in 0..3 {
+            let at = corners(axes[0][k] * a, axes[1][k] * a, axes[2][k] * h);
+            for i in 0..4 {
+                arms_m[i][k] = at[i];
+            }
+        }
+        Stance {
+            centre_m: along(&deck.axes, from_centre),
+            velocity_mps: along(&deck.axes, velocity),
+            turning,
+            axes,
+            arms_m,
+        }
+    }
+
     /// Force on a foot, in the deck's axes, and how it stands.
     #[inline(always)]
-    fn foot<N: Number>(
-        &self,
-        foot_m: [f64; 3],
-        body: &Body<'_, N>,
-        deck: &DeckPose<N>,
-        sticks: N::Truth,
-        stuck_m: [N; 2],
-    ) -> (FootAt<N>, [N; 3]) {
+    fn foot<N: Number>(&self, i: usize, stance: &Stance<N>, contact: &Foothold<N>) -> FootAt<N> {
+        let (sticks, stuck_m) = (contact.sticks[i], contact.stuck_m[i]);
         let zero = stuck_m[0].like(0.0);
-        let own_m = [
-            zero.like(foot_m[0]),
-            zero.like(foot_m[1]),
-            zero.like(foot_m[2]),
-        ];
-        let arm_m = to_world(body.axes, own_m);
-        let from_centre = sub(add(body.position_m, arm_m), deck.origin_m);
-        let [x, y, z] = along(&deck.axes, from_centre);
+        let arm_m = stance.arms_m[i];
+        let [x, y, z] = add(stance.centre_m, arm_m);
         let depth_m = -z;
-        let spun = to_world(body.axes, cross(body.rates, own_m));
-        let velocity = sub(
-            add(body.velocity_mps, spun),
-            deck.point_velocity(from_centre),
-        );
-        let [vx, vy, vn] = along(&deck.axes, velocity);
+        let [vx, vy, vn] = add(stance.velocity_mps, cross(stance.turning, arm_m));
         let s = &self.settings;
         let normal = depth_m * s.stiffness_n_per_m - vn * s.damping_ns_per_m;
         let half = zero.like(self.half_side_m.unwrap_or(f64::INFINITY));
@@ -262,13 +287,12 @@ impl Legs {
         let slides = limit.below(force) & on;
         let share = N::choose(slides, limit / force, zero.like(1.0));
         let share = N::choose(on, share, zero);
-        let foot = FootAt {
+        FootAt {
             depth_m,
             place_m: [x, y],
             force_n: [share * fx, share * fy, normal],
             slides,
-        };
-        (foot, arm_m)
+        }
     }
 
     /// Force on the body in world axes and torque in body axes.
@@ -280,15 +304,14 @@ impl Legs {
         contact: &Foothold<N>,
     ) -> ([N; 3], [N; 3]) {
         let zero = body.rates[0].like(0.0);
+        let stance = self.stance(body, deck);
         let (mut force, mut torque) = ([zero; 3], [zero; 3]);
         for i in 0..4 {
-            let (sticks, stuck_m) = (contact.sticks[i], contact.stuck_m[i]);
-            let (foot, arm_m) = self.foot(self.feet_m[i], body, deck, sticks, stuck_m);
-            let push = to_world(&deck.axes, foot.force_n);
+            let push = self.foot(i, &stance, contact).force_n;
             force = add(force, push);
-            torque = add(torque, along(body.axes, cross(arm_m, push)));
+            torque = add(torque, cross(stance.arms_m[i], push));
         }
-        (force, torque)
+        (to_world(&deck.axes, force), along(&stance.axes, torque))
     }
 
     /// The four feet as they stand.
@@ -299,12 +322,12 @@ impl Legs {
         deck: &DeckPose<N>,
         contact: &Foothold<N>,
     ) -> [FootAt<N>; 4] {
-        let (on, at) = (contact.sticks, contact.stuck_m);
+        let stance = self.stance(body, deck);
         [
-            self.foot(self.feet_m[0], body, deck, on[0], at[0]).0,
-            self.foot(self.feet_m[1], body, deck, on[1], at[1]).0,
-            self.foot(self.feet_m[2], body, deck, on[2], at[2]).0,
-            self.foot(self.feet_m[3], body, deck, on[3], at[3]).0,
+            self.foot(0, &stance, contact),
+            self.foot(1, &stance, contact),
+            self.foot(2, &stance, contact),
+            self.foot(3, &stance, contact),
         ]
     }
 

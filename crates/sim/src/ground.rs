@@ -19,9 +19,11 @@
 //!
 //! Heights here are those of the rotor plane and are held at 0.05 m or more.
 
+mod places;
+
 use crate::check;
 use crate::error::SimError;
-use crate::number::{Number, angles, inverses};
+use crate::number::{Number, angles};
 use crate::plant::{PlantSettings, Surface};
 
 /// Least height of the rotor plane in the laws, m.
@@ -100,31 +102,6 @@ impl WakeLag {
         0.25 * self.radius_m * self.radius_m * sum
     }
 
-    /// [`Self::image_sum`] of all four rotors at any places in the deck's axes
-    /// (forward, port, height of the rotor): a tilted vehicle.
-    #[inline(always)]
-    #[must_use]
-    pub fn image_sums<N: Number>(&self, places_m: &[[N; 3]; 4], speeds: &[N; 4]) -> [N; 4] {
-        let mut sums = *speeds;
-        for i in 0..4 {
-            let [xi, yi, zi] = places_m[i];
-            // h/(s² + h²)^1.5 of the rotor's own image, s = 0 and h = 2 z.
-            sums[i] = speeds[i] / (zi * zi * 4.0);
-            for j in 0..i {
-                let [xj, yj, zj] = places_m[j];
-                let (dx, dy) = (xi - xj, yi - yj);
-                let kernel = image_kernel(dx * dx + dy * dy, zi + zj);
-                sums[i] = sums[i] + kernel * speeds[j];
-                sums[j] = sums[j] + kernel * speeds[i];
-            }
-        }
-        let quarter = 0.25 * self.radius_m * self.radius_m;
-        for i in 0..4 {
-            sums[i] = sums[i] * quarter / speeds[i];
-        }
-        sums
-    }
-
     /// γ: what the targets are multiplied by.
     #[must_use]
     pub fn scale(&self) -> f64 {
@@ -141,13 +118,7 @@ impl WakeLag {
     #[inline]
     #[must_use]
     pub fn rotor_target(&self, height_m: f64, image_sum: f64) -> f64 {
-        Self::rotor_target_over(self.scale, self.deck.finite_plate(height_m), image_sum)
-    }
-
-    /// [`Self::rotor_target`] with γ and E known.
-    #[inline(always)]
-    pub(crate) fn rotor_target_over<N: Number>(scale: N, finite_plate: N, image_sum: N) -> N {
-        scale * finite_plate * image_sum.least(scale.like(IMAGE_LIMIT))
+        self.scale * self.deck.finite_plate(height_m) * image_sum.min(IMAGE_LIMIT)
     }
 
     /// Share of the fountain, q_ftn, before plate and scale.
@@ -164,13 +135,7 @@ impl WakeLag {
     #[inline]
     #[must_use]
     pub fn fountain_target(&self, mean_height_m: f64) -> f64 {
-        self.fountain_target_at(self.scale, mean_height_m)
-    }
-
-    /// [`Self::fountain_target`] with γ given.
-    #[inline(always)]
-    pub(crate) fn fountain_target_at<N: Number>(&self, scale: N, mean_height_m: N) -> N {
-        scale * self.deck.finite_plate(mean_height_m) * self.fountain_share(mean_height_m)
+        self.scale * self.deck.finite_plate(mean_height_m) * self.fountain_share(mean_height_m)
     }
 
     /// Targets (rotor, fountain) of a level vehicle over the deck's centre.
@@ -240,21 +205,6 @@ impl WakeLag {
     pub fn lift_ratio<N: Number>(inflow: [N; 2]) -> N {
         let [ratio] = Self::lift_ratios(&[inflow[0]], inflow[1]);
         ratio
-    }
-
-    /// [`Self::lift_ratio`] of several rotors.
-    #[inline(always)]
-    pub(crate) fn lift_ratios<N: Number, const K: usize>(inflow: &[N; K], fountain: N) -> [N; K] {
-        let (mut q, mut rest) = (*inflow, *inflow);
-        for i in 0..K {
-            q[i] = (inflow[i] + fountain).least(fountain.like(TOTAL_LIMIT));
-            rest[i] = q[i].taken_from(1.0);
-        }
-        let inverse = inverses(rest);
-        for i in 0..K {
-            q[i] = q[i] * inverse[i];
-        }
-        q
     }
 }
 

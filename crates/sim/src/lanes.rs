@@ -10,10 +10,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use pulp::Simd;
 use pulp::bytemuck::{cast_slice, cast_slice_mut, pod_read_unaligned};
 
-use crate::number::Number;
-
-/// Lanes of the widest vectors.
-const MOST: usize = 8;
+use crate::number::{MOST_LANES, Number};
 
 /// As many numbers as a vector of `S` holds.
 #[derive(Clone, Copy, Debug)]
@@ -192,6 +189,12 @@ impl<S: Simd> Number for Lanes<S> {
     }
 
     #[inline(always)]
+    fn of_lanes(mut self, values: &[f64; MOST_LANES]) -> Self {
+        self.of = pod_read_unaligned(cast_slice(&values[..S::F64_LANES]));
+        self
+    }
+
+    #[inline(always)]
     fn with(mut self, lane: usize, value: f64) -> Self {
         self.slice_mut()[lane] = value;
         self
@@ -220,7 +223,7 @@ impl<S: Simd> Number for Lanes<S> {
     #[inline(always)]
     fn gather<const K: usize>(self, rows: &[[f64; K]]) -> [Self; K] {
         let last = rows.len() - 1;
-        let mut turned = [[0.0; MOST]; K];
+        let mut turned = [[0.0; MOST_LANES]; K];
         for (lane, &value) in self.slice().iter().enumerate() {
             let row = &rows[(value as usize).min(last)];
             for k in 0..K {

@@ -7,6 +7,9 @@
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+/// Numbers side by side in the widest vectors.
+pub const MOST_LANES: usize = 8;
+
 /// A number, or several that are treated alike.
 pub trait Number:
     Copy
@@ -52,6 +55,10 @@ pub trait Number:
 
     /// One of the numbers.
     fn get(self, lane: usize) -> f64;
+
+    /// The first of the values, as many as there are numbers in `self`.
+    #[must_use]
+    fn of_lanes(self, values: &[f64; MOST_LANES]) -> Self;
 
     /// With one of the numbers replaced.
     #[must_use]
@@ -136,6 +143,11 @@ impl Number for f64 {
     #[inline(always)]
     fn get(self, _: usize) -> f64 {
         self
+    }
+
+    #[inline(always)]
+    fn of_lanes(self, values: &[f64; MOST_LANES]) -> Self {
+        values[0]
     }
 
     #[inline(always)]

@@ -217,7 +217,8 @@ impl RigidVehicle {
         });
         let contact = standing.as_ref().map(|standing| (standing, deck));
         let input = disturbance.input(&[0.0; 4]);
-        let (_, acting) = self.rate(&kind, &moving, &input, &around, contact);
+        let drive = self.rotors.drive(&input.throttle);
+        let (_, acting) = self.rate(&kind, &moving, &input, &drive, &around, contact);
         Loads::of(acting, around.rotors.target)
     }
 

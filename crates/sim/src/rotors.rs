@@ -21,17 +21,18 @@
 //!
 //! [`Deck::edge_share`]: crate::ground::Deck::edge_share
 
+mod turbulence;
+
 use crate::error::SimError;
 use crate::ground::{LEAST_ROTOR_HEIGHT_M, WakeLag, rotor_force};
 use crate::height_table::HeightTable;
-use crate::noise::Stream;
 use crate::number::Number;
 use crate::plant::{Law, Plant, PlantSettings};
 
+pub use turbulence::{RotorTurbulence, TURBULENCE_CORRELATION};
+
 /// Least √(4 T_i) in ratios of induced speeds, √N.
 const LEAST_ROOT: f64 = 0.1;
-/// Correlation of the turbulent forces on two rotors (an assumption).
-pub const TURBULENCE_CORRELATION: f64 = 0.5;
 
 /// State of four rotors and the air around them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -361,56 +362,5 @@ impl Rotors {
             sd_n[i] = self.plant.turbulence_at(root_thrust[i], inflow) * share;
         }
         sd_n
-    }
-}
-
-/// Turbulent forces on four rotors: the process of [`Turbulence`] for each,
-/// driven by noise that is partly common.
-///
-/// [`Turbulence`]: crate::noise::Turbulence
-#[derive(Clone, Debug)]
-pub struct RotorTurbulence {
-    stream: Stream,
-    decay: f64,
-    gain: f64,
-    values_n: [f64; 4],
-}
-
-impl RotorTurbulence {
-    /// Stationary processes of the correlation time τ, stepped by `step_s`.
-    #[must_use]
-    pub fn new(mut stream: Stream, correlation_s: f64, step_s: f64, sd_n: [f64; 4]) -> Self {
-        let noise = Self::noise(&mut stream);
-        let decay = (-step_s / correlation_s).exp();
-        Self {
-            stream,
-            decay,
-            gain: (1.0 - decay * decay).sqrt(),
-            values_n: std::array::from_fn(|i| sd_n[i] * noise[i]),
-        }
-    }
-
-    /// Four normal numbers, correlated.
-    #[inline]
-    fn noise(stream: &mut Stream) -> [f64; 4] {
-        let common = TURBULENCE_CORRELATION.sqrt() * stream.normal();
-        let own = (1.0 - TURBULENCE_CORRELATION).sqrt();
-        std::array::from_fn(|_| common + own * stream.normal())
-    }
-
-    /// The forces now, N.
-    #[must_use]
-    pub fn values_n(&self) -> [f64; 4] {
-        self.values_n
-    }
-
-    /// One step at the standard deviations `sd_n`; returns the new forces, N.
-    #[inline]
-    pub fn step(&mut self, sd_n: [f64; 4]) -> [f64; 4] {
-        let noise = Self::noise(&mut self.stream);
-        for i in 0..4 {
-            self.values_n[i] = self.decay * self.values_n[i] + self.gain * sd_n[i] * noise[i];
-        }
-        self.values_n
     }
 }

@@ -78,6 +78,25 @@ impl<N: Number> Moving<N> {
         }
     }
 
+    /// `self + rate · time_s`.
+    #[inline(always)]
+    pub(crate) fn after(&self, rate: &Self, time_s: f64) -> Self {
+        let mut next = *self;
+        for i in 0..4 {
+            let (rotors, by) = (&mut next.rotors, &rate.rotors);
+            rotors.root_thrust[i] = rotors.root_thrust[i] + by.root_thrust[i] * time_s;
+            rotors.inflow[i] = rotors.inflow[i] + by.inflow[i] * time_s;
+            next.attitude[i] = next.attitude[i] + rate.attitude[i] * time_s;
+        }
+        next.rotors.fountain = next.rotors.fountain + rate.rotors.fountain * time_s;
+        for k in 0..3 {
+            next.position_m[k] = next.position_m[k] + rate.position_m[k] * time_s;
+            next.velocity_mps[k] = next.velocity_mps[k] + rate.velocity_mps[k] * time_s;
+            next.rates[k] = next.rates[k] + rate.rates[k] * time_s;
+        }
+        next
+    }
+
     #[inline(always)]
     pub(crate) fn body<'a>(&self, axes: &'a Axes<N>) -> Body<'a, N> {
         Body {

@@ -1,9 +1,12 @@
 //! The step of all lanes.
 
+mod judge;
+
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::lane::{Looked, ask_for, pose_of, state_of};
+use super::air::{Air, BLOCK_STEPS};
+use super::lane::{Seen, ask_for};
 use super::seat::Seat;
 use super::{Batch, KNOT_STEPS};
 use crate::STEP_S;
@@ -12,16 +15,14 @@ use crate::contact::{Foothold, Legs};
 use crate::deck::rigid::{DeckCoordinates, DeckPose};
 use crate::deck::spline::on_piece;
 use crate::error::SimError;
-use crate::number::{Number, angle};
+use crate::number::{MOST_LANES, Number};
 use crate::rigid::{Disturbance, Input, Kind, Moving, RigidState, SIZE, Standing};
-use crate::space::outcome::{CrashCause, SpaceLanding, SpaceOutcome};
+use crate::space::outcome::SpaceLanding;
 use crate::space::sensing::steps;
-use crate::vector::{along, axes_of, dot, sub};
+use crate::vector::axes_of;
 
 /// Time for which half the lanes wait for the others, in steps.
 const WAIT_STEPS: u64 = 400;
-/// Height above the landed height below which a vehicle is judged at every step, m.
-const NEAR_M: f64 = 0.02;
 
 /// Landings in the lanes of a number.
 pub(super) struct Engine<'a, N: Number> {
@@ -41,8 +42,11 @@ pub(super) struct Engine<'a, N: Number> {
     acceleration_mps2: [N; 3],
     piece: [[N; 5]; 6],
     pose: DeckPose<N>,
+    air: Air,
     /// Velocity along the deck's normal relative to it, m/s.
     sinking_mps: N,
+    /// Way along the deck's normal up to the first touch, m.
+    path_m: N,
     wanted: Wanted<N>,
     coming: VecDeque<(u64, Wanted<N>)>,
     memory: Memory<N>,
@@ -93,7 +97,9 @@ impl<'a, N: Number> Engine<'a, N> {
             acceleration_mps2: [zero; 3],
             piece: [[zero; 5]; 6],
             pose: still.pose(),
+            air: Air::new(batch),
             sinking_mps: zero,
+            path_m: zero,
             wanted: Wanted {
                 thrust_n: zero,
                 attitude: [one, zero, zero, zero],
@@ -124,6 +130,9 @@ impl<'a, N: Number> Engine<'a, N> {
                     break;
                 }
                 self.knot();
+            }
+            if within % BLOCK_STEPS == 0 {
+                self.air.draw(&mut self.seats);
             }
             if self.step.is_multiple_of(control_steps) {
                 let wanted = self.ask();
@@ -192,6 +201,7 @@ impl<'a, N: Number> Engine<'a, N> {
             self.fresh = self.fresh.with(lane, 1.0);
             self.stopped = self.stopped.with(lane, 0.0);
             self.sinking_mps = self.sinking_mps.with(lane, 0.0);
+            self.path_m = self.path_m.with(lane, 0.0);
             self.seats[lane] = Some(seat);
         }
         Ok(())
@@ -225,14 +235,25 @@ impl<'a, N: Number> Engine<'a, N> {
             .coming
             .back()
             .map_or(self.wanted, |(_, wanted)| *wanted);
+        let seen = Seen::of_all(&self.state, &self.pose, self.acceleration_mps2);
+        let (mut thrust_n, mut attitude) = ([0.0; MOST_LANES], [[0.0; MOST_LANES]; 4]);
         for lane in 0..N::COUNT {
-            let (state, pose) = (state_of(&self.state, lane), pose_of(&self.pose, lane));
-            let acceleration = self.acceleration_mps2.map(|a| a.get(lane));
+            thrust_n[lane] = wanted.thrust_n.get(lane);
+            for k in 0..4 {
+                attitude[k][lane] = wanted.attitude[k].get(lane);
+            }
             let Some(seat) = self.seats[lane].as_mut().filter(|seat| !seat.is_stopped()) else {
                 continue;
             };
-            let setpoint = self.batch.command(seat, &state, &pose, acceleration);
-            ask_for(&mut wanted, lane, &setpoint);
+            let asked = self.batch.command(seat, &seen.of(lane));
+            thrust_n[lane] = asked.thrust_n;
+            for k in 0..4 {
+                attitude[k][lane] = asked.attitude[k];
+            }
+        }
+        wanted.thrust_n = wanted.thrust_n.of_lanes(&thrust_n);
+        for k in 0..4 {
+            wanted.attitude[k] = wanted.attitude[k].of_lanes(&attitude[k]);
         }
         wanted
     }
@@ -274,107 +295,9 @@ impl<'a, N: Number> Engine<'a, N> {
         self.step += 1;
 
         let roots = &self.state.rotors.root_thrust;
-        let sd_n = vehicle.rotors().turbulence_sd_n(roots, &held.target);
-        for lane in 0..N::COUNT {
-            let Some(seat) = &mut self.seats[lane] else {
-                continue;
-            };
-            if let Some(turbulence) = &mut seat.turbulence {
-                let values_n = turbulence.step(sd_n.map(|sd| sd.get(lane)));
-                for i in 0..4 {
-                    let value = &mut self.input.turbulence_n[i];
-                    *value = value.with(lane, values_n[i]);
-                }
-            }
-            if seat.wind.changes() {
-                seat.wind.step();
-                let wind_mps = seat.wind.velocity_mps();
-                for k in 0..3 {
-                    let value = &mut self.input.wind_mps[k];
-                    *value = value.with(lane, wind_mps[k]);
-                }
-            }
-        }
+        let sd_n = || vehicle.rotors().turbulence_sd_n(roots, &held.target);
+        self.air.act(within, &mut self.input, sd_n);
         self.judge();
-    }
-
-    /// Judges all by the truth.
-    #[inline(always)]
-    fn judge(&mut self) {
-        let scenario = &self.batch.lander.scenario;
-        let arm = sub(self.state.position_m, self.pose.origin_m);
-        let velocity = sub(self.state.velocity_mps, self.pose.point_velocity(arm));
-        let height_m = dot(self.pose.axes[2], arm);
-        let before_mps = self.sinking_mps;
-        self.sinking_mps = dot(self.pose.axes[2], velocity);
-        let path = (before_mps.abs() + self.sinking_mps.abs()) * (0.5 * STEP_S);
-        let low_m = scenario.landed_height_m + NEAR_M;
-        let zero = height_m.like(0.0);
-        let looks = height_m.below(zero.like(low_m)) | zero.below(self.watched);
-        let looked = N::any(looks).then(|| self.look(velocity));
-        let looks = N::choose(looks, zero.like(1.0), zero);
-        let seldom = self.step.is_multiple_of(KNOT_STEPS);
-        for lane in 0..N::COUNT {
-            let Some(seat) = &mut self.seats[lane] else {
-                continue;
-            };
-            if !seat.is_stopped() {
-                seat.path_m += path.get(lane);
-            }
-            let judged = looked
-                .as_ref()
-                .filter(|_| looks.get(lane) > 0.0)
-                .map(|looked| looked.of(lane, before_mps));
-            let mut outcome = None;
-            if judged.is_some() || seldom {
-                outcome = seat.judge(self.batch, self.step, judged.as_ref());
-                if seat.is_stopped() {
-                    self.stopped = self.stopped.with(lane, 1.0);
-                    self.watched = self.watched.with(lane, 1.0);
-                }
-            }
-            if seldom {
-                let state = state_of(&self.state, lane);
-                let far = sub(state.position_m, scenario.start_m);
-                let most = scenario.crash.lost_m;
-                if !state.is_finite() || dot(far, far) > most * most {
-                    let cause = CrashCause::Lost;
-                    outcome = Some(SpaceOutcome::Crashed { cause });
-                }
-            }
-            if let Some(outcome) = outcome
-                && let Some(seat) = self.seats[lane].take()
-            {
-                self.landed.push(seat.landing(self.step, outcome));
-                self.stopped = self.stopped.with(lane, 1.0);
-                self.watched = self.watched.with(lane, 0.0);
-                self.left = self.step;
-            }
-        }
-    }
-
-    /// How all stand to their decks, `velocity` being relative to the deck.
-    #[inline(always)]
-    fn look(&self, velocity: [N; 3]) -> Looked<N> {
-        let axes = axes_of(self.state.attitude);
-        let up = dot(axes[2], self.pose.axes[2]);
-        let up = up.within(up.like(-1.0), up.like(1.0));
-        let arm = sub(self.state.position_m, self.pose.origin_m);
-        let feet = self
-            .legs
-            .feet_at(&self.state.body(&axes), &self.pose, &self.foothold);
-        let (zero, one) = (up.like(0.0), up.like(1.0));
-        let mut slides = [zero; 4];
-        for i in 0..4 {
-            slides[i] = N::choose(feet[i].slides, one, zero);
-        }
-        Looked {
-            place_m: along(&self.pose.axes, arm),
-            velocity_mps: along(&self.pose.axes, velocity),
-            tilt_rad: angle(up, (up * up).taken_from(1.0).sqrt()),
-            feet,
-            slides,
-        }
     }
 
     fn put(&mut self, lane: usize, state: &RigidState) {

@@ -6,6 +6,49 @@ use crate::contact::{Foot, FootAt};
 use crate::deck::rigid::DeckPose;
 use crate::number::Number;
 use crate::rigid::{Moving, RigidState};
+use crate::vector::sub;
+
+/// What a pilot sees: the truth, in world axes; place and velocity of the vehicle relative to
+/// the deck's centre, and what the deck does.
+pub(super) struct Seen<N> {
+    pub(super) place_m: [N; 3],
+    pub(super) relative_mps: [N; 3],
+    pub(super) velocity_mps: [N; 3],
+    pub(super) acceleration_mps2: [N; 3],
+    pub(super) attitude: [N; 4],
+    pub(super) normal: [N; 3],
+    pub(super) deck_mps2: [N; 3],
+}
+
+impl<N: Number> Seen<N> {
+    #[inline(always)]
+    pub(super) fn of_all(state: &Moving<N>, deck: &DeckPose<N>, acceleration_mps2: [N; 3]) -> Self {
+        Self {
+            place_m: sub(state.position_m, deck.origin_m),
+            relative_mps: sub(state.velocity_mps, deck.velocity_mps),
+            velocity_mps: state.velocity_mps,
+            acceleration_mps2,
+            attitude: state.attitude,
+            normal: deck.axes[2],
+            deck_mps2: deck.acceleration_mps2,
+        }
+    }
+
+    /// What the pilot of a lane sees.
+    pub(super) fn of(&self, lane: usize) -> Seen<f64> {
+        let of = |[x, y, z]: [N; 3]| [x.get(lane), y.get(lane), z.get(lane)];
+        let [w, x, y, z] = self.attitude;
+        Seen {
+            place_m: of(self.place_m),
+            relative_mps: of(self.relative_mps),
+            velocity_mps: of(self.velocity_mps),
+            acceleration_mps2: of(self.acceleration_mps2),
+            attitude: [w.get(lane), x.get(lane), y.get(lane), z.get(lane)],
+            normal: of(self.normal),
+            deck_mps2: of(self.deck_mps2),
+        }
+    }
+}
 
 /// How the lanes stand to their decks.
 pub(super) struct Looked<N: Number> {
@@ -59,16 +102,4 @@ pub(super) fn state_of<N: Number>(state: &Moving<N>, lane: usize) -> RigidState 
         &state.to_array().map(|value| value.get(lane)),
     ));
     one
-}
-
-pub(super) fn pose_of<N: Number>(pose: &DeckPose<N>, lane: usize) -> DeckPose {
-    let of = |v: [N; 3]| v.map(|value| value.get(lane));
-    DeckPose {
-        origin_m: of(pose.origin_m),
-        velocity_mps: of(pose.velocity_mps),
-        acceleration_mps2: of(pose.acceleration_mps2),
-        axes: pose.axes.map(of),
-        angular_velocity: of(pose.angular_velocity),
-        angular_acceleration: of(pose.angular_acceleration),
-    }
 }

@@ -19,6 +19,7 @@
 //! 2e-8 at 0.5 Hz and 1e-6 at 1 Hz. Within a step is held what
 //! [`RigidVehicle::step`](crate::rigid::RigidVehicle::step) holds.
 
+mod air;
 mod crew;
 mod engine;
 mod lane;

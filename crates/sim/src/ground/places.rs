@@ -1,0 +1,133 @@
+//! The law for four rotors at once, with few divisions.
+
+use super::{IMAGE_LIMIT, LEAST_ROTOR_HEIGHT_M, Surface, TOTAL_LIMIT, WakeLag};
+use crate::number::{Number, inverses};
+
+/// What the four rotors' own inflow goes to, before the share of the plate that each sees,
+/// and its pace.
+pub(crate) struct RotorsAt<N> {
+    pub(crate) target: [N; 4],
+    pub(crate) pace: [N; 4],
+}
+
+impl WakeLag {
+    /// Sum over all images j of q_ij for each rotor, the share of its induced speed that the
+    /// images take away, at any places in the deck's axes (forward, port, height of the
+    /// rotor): a tilted vehicle. `speeds` are the induced speeds in any common unit (for example
+    /// √T_i).
+    #[inline(always)]
+    #[must_use]
+    pub fn image_sums<N: Number>(&self, places_m: &[[N; 3]; 4], speeds: &[N; 4]) -> [N; 4] {
+        let mut sums = Self::neighbours(places_m, speeds);
+        for i in 0..4 {
+            let z = places_m[i][2];
+            let [own, part] = inverses([z * z * 4.0, speeds[i]]);
+            sums[i] = (own + sums[i] * part) * (0.25 * self.radius_m * self.radius_m);
+        }
+        sums
+    }
+
+    /// `Σ h_ij/(s_ij² + h_ij²)^1.5 v_j` over the images of the other rotors.
+    #[inline(always)]
+    fn neighbours<N: Number>(places_m: &[[N; 3]; 4], speeds: &[N; 4]) -> [N; 4] {
+        let zero = speeds[0].like(0.0);
+        let (mut height, mut cube) = ([[zero; 4]; 4], [[zero; 4]; 4]);
+        for i in 0..4 {
+            for j in 0..i {
+                let ([xi, yi, zi], [xj, yj, zj]) = (places_m[i], places_m[j]);
+                let (dx, dy, h) = (xi - xj, yi - yj, zi + zj);
+                let r2 = dx * dx + dy * dy + h * h;
+                (height[i][j], cube[i][j]) = (h, r2 * r2.sqrt());
+            }
+        }
+        let [a, b, c] = inverses([cube[1][0], cube[2][0], cube[3][0]]);
+        let [d, e, f] = inverses([cube[2][1], cube[3][1], cube[3][2]]);
+        let mut sums = [zero; 4];
+        for (i, j, inverse) in [
+            (1, 0, a),
+            (2, 0, b),
+            (3, 0, c),
+            (2, 1, d),
+            (3, 1, e),
+            (3, 2, f),
+        ] {
+            let kernel = height[i][j] * inverse;
+            sums[i] = sums[i] + kernel * speeds[j];
+            sums[j] = sums[j] + kernel * speeds[i];
+        }
+        sums
+    }
+
+    /// `(a² + z²)^1.5` of a plate, from which E(z) follows; 1 for other surfaces.
+    #[inline(always)]
+    fn plate_cube<N: Number>(&self, z: N) -> N {
+        match self.deck.surface {
+            Surface::Plate => {
+                let r2 = z * z + self.deck.radius_m * self.deck.radius_m;
+                r2 * r2.sqrt()
+            }
+            Surface::Ground | Surface::Absent => z.like(1.0),
+        }
+    }
+
+    /// E(z) with the inverse of [`Self::plate_cube`].
+    #[inline(always)]
+    fn plate<N: Number>(&self, z: N, inverse_cube: N) -> N {
+        match self.deck.surface {
+            Surface::Plate => (z * z * z * inverse_cube).taken_from(1.0),
+            Surface::Ground => z.like(1.0),
+            Surface::Absent => z.like(0.0),
+        }
+    }
+
+    /// The four rotors at places whose heights are at least [`LEAST_ROTOR_HEIGHT_M`].
+    #[inline(always)]
+    pub(crate) fn rotors_at<N: Number>(
+        &self,
+        scale: N,
+        places_m: &[[N; 3]; 4],
+        speeds: &[N; 4],
+    ) -> RotorsAt<N> {
+        let mut target = Self::neighbours(places_m, speeds);
+        let mut pace = target;
+        let quarter = 0.25 * self.radius_m * self.radius_m;
+        for i in 0..4 {
+            let z = places_m[i][2];
+            let cube = self.plate_cube(z);
+            let [own, part, cube, lag] = inverses([z * z * 4.0, speeds[i], cube, z + 0.2]);
+            let sum = (own + target[i] * part) * quarter;
+            target[i] = scale * self.plate(z, cube) * sum.least(z.like(IMAGE_LIMIT));
+            pace[i] = lag * (0.4 / (self.rotor_lag_s * self.hover_root));
+        }
+        RotorsAt { target, pace }
+    }
+
+    /// What the fountain goes to at the mean height of the rotors, before the share of the plate
+    /// that they see, and its pace.
+    #[inline(always)]
+    pub(crate) fn fountain_at<N: Number>(&self, scale: N, mean_height_m: N) -> (N, N) {
+        let z = mean_height_m.most(mean_height_m.like(LEAST_ROTOR_HEIGHT_M));
+        let r2 = z * z * 4.0 + self.diagonal2_m2;
+        let [cube, far, lag] = inverses([self.plate_cube(z), r2 * r2.sqrt(), z + 0.6]);
+        let gain = 2.0 * self.radius_m * self.radius_m * self.fountain_gain;
+        (
+            scale * self.plate(z, cube) * (z * gain * far),
+            lag * (0.8 / (self.fountain_lag_s * self.hover_root)),
+        )
+    }
+
+    /// [`Self::lift_ratio`] of several rotors over one fountain.
+    #[inline(always)]
+    pub(crate) fn lift_ratios<N: Number, const K: usize>(inflow: &[N; K], fountain: N) -> [N; K] {
+        let (mut q, mut rest) = (*inflow, *inflow);
+        for i in 0..K {
+            q[i] = (inflow[i] + fountain).least(fountain.like(TOTAL_LIMIT));
+            rest[i] = q[i].taken_from(1.0);
+        }
+        let inverse = inverses(rest);
+        for i in 0..K {
+            q[i] = q[i] * inverse[i];
+        }
+        q
+    }
+}
