@@ -115,7 +115,8 @@ pub(crate) enum Identify {
     /// Throttle to thrust
     ///
     /// Needs the channels `time_s`, `thrust_n` and `throttle` (or `throttle_1`, `throttle_2`, ...); uses
-    /// `rotor_rpm` and `battery_v` where they are.
+    /// `rotor_rpm` and `battery_v` where they are. Logs of flights may have `specific_force_mps2` in place of `thrust_n`,
+    /// with the vehicle's mass in --map or --settings.
     Thrust {
         #[command(flatten)]
         common: IdentifyCommon,
@@ -133,12 +134,16 @@ pub(crate) enum Identify {
     ///
     /// Needs the channels `time_s`, `throttle`, `thrust_n` and `height_m`; uses `deck_velocity_mps` and
     /// `vehicle_velocity_mps` where they are. The logs are fitted together.
+    ///
+    /// Logs of flights have `specific_force_mps2` in place of `thrust_n` (the accelerometer along the rotor axis, 9.81 in
+    /// hover); they need no thrust card, but `rotor_radius_m` in the table [flight] of --settings. `battery_v` and
+    /// `tilt_rad` are used where they are. What such logs do not carry is refused, with what to record.
     GroundEffect {
         #[command(flatten)]
         common: IdentifyCommon,
-        /// Card of the thrust model that gives the free-air thrust
+        /// Card of the thrust model that gives the free-air thrust; not for logs of flights
         #[arg(long)]
-        thrust: PathBuf,
+        thrust: Option<PathBuf>,
         /// Forms; repeatable [default: all five; into a single file `lag`]
         #[arg(long)]
         form: Vec<GroundEffectForm>,
@@ -165,6 +170,8 @@ pub(crate) struct IdentifyCommon {
     ///   [shooting]       window_s, stride_s, every, noise_n, max_iterations
     ///   [thrust]         form, degree, battery, settle_s, min_thrust_n, library, refine, max_lag_s, dead_time
     ///   [ground_effect]  rotor_radius_m, lengths_m, library, lag_bounds_s, ratio_limits, velocity_input
+    ///   [flight]         mass_kg, rotor_radius_m, gravity_mps2, idle_throttle, reference_radii, height_bias_radii,
+    ///                    least_rate_hz, resamples, seed (logs of flights, without a force sensor)
     #[arg(long, verbatim_doc_comment)]
     pub(crate) settings: Option<PathBuf>,
     /// A file MODEL.toml: one card from all logs together. A folder: a card for each log (or form), a summary table

@@ -1,5 +1,6 @@
 //! `touchdown identify`.
 
+mod flight;
 pub(super) mod ground;
 pub(super) mod load;
 pub(super) mod show;
@@ -42,7 +43,7 @@ pub(crate) fn run(context: &Context, args: &IdentifyArgs) -> Result<Done> {
         } => {
             let settings = read_settings(common)?;
             settings.check(&settings_name(common))?;
-            ground::run(context, common, thrust, form, &settings)
+            ground::run(context, common, thrust.as_deref(), form, &settings)
         }
     }
 }

@@ -6,6 +6,8 @@ mod solver;
 use serde::{Deserialize, Serialize};
 use sindy::shooting::Shooting;
 
+use super::flight::FlightSettings;
+
 pub use solver::{
     ChoiceSettings, CriterionName, PublishedSettings, SolverName, Sr3Settings, WeakSettings,
 };
@@ -30,6 +32,8 @@ pub struct IdentificationSettings {
     pub thrust: ThrustSettings,
     /// Ground-effect models.
     pub ground_effect: GroundEffectSettings,
+    /// Flights: what is known of the vehicle, and how its logs are read.
+    pub flight: FlightSettings,
 }
 
 /// Savitzky–Golay filter.

@@ -1,5 +1,6 @@
 //! The report of `touchdown identify`.
 
+mod flight;
 mod ground;
 mod thrust;
 
@@ -12,6 +13,7 @@ use super::page::show;
 use crate::error::{Error, Result};
 use crate::identify::Made;
 
+pub use flight::{figures as flight_figures, report as flight_report};
 pub use ground::{figures as ground_figures, report as ground_report};
 pub use thrust::{ThrustFit, figures as thrust_figures, report as thrust_report};
 

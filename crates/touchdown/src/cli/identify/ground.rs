@@ -18,7 +18,7 @@ use touchdown_trial::Trial;
 
 use super::load::{self, Log, word};
 use super::show::{Failed, Fitted, Outcome, Summary};
-use super::{Command, Target, done, origin, write_tables};
+use super::{Command, Target, done, flight, origin, write_tables};
 use crate::cli::Done;
 use crate::cli::args::IdentifyCommon;
 use crate::cli::context::Context;
@@ -48,15 +48,26 @@ struct Results<'a> {
 pub(super) fn run(
     context: &Context,
     common: &IdentifyCommon,
-    thrust: &Path,
+    thrust: Option<&Path>,
     forms: &[GroundEffectForm],
     settings: &IdentificationSettings,
 ) -> Result<Done> {
     let target = Target::of(common.out.as_deref())?;
     let asked = !forms.is_empty();
+    let map = load::map(common.map.as_deref())?;
+    let Some(thrust) = thrust else {
+        let logs = load::all_logs(context, &common.logs, map.as_ref())?;
+        if logs.iter().all(flight::is_flight) {
+            return flight::run(context, common, forms, settings, map.as_ref(), &logs);
+        }
+        return Err(Error::Arguments(
+            "expected --thrust CARD (logs with the channel `thrust_n`), or the channel `specific_force_mps2` in every log \
+             (flights); found neither"
+                .to_string(),
+        ));
+    };
     let forms = chosen(forms, &target)?;
     let thrust_card = thrust_card(thrust)?;
-    let map = load::map(common.map.as_deref())?;
     let logs = load::all_logs(context, &common.logs, map.as_ref())?;
     let (trials, gaps) = prepare(&logs, &thrust_card)?;
     let before = examine_trials(&trials, settings)?;

@@ -12,7 +12,7 @@ use touchdown_trial::Trial;
 
 use super::load::{self, Log};
 use super::show::{Failed, Fitted, Outcome, Summary};
-use super::{Command, Target, done, origin, write_tables};
+use super::{Command, Target, done, flight, origin, write_tables};
 use crate::cli::Done;
 use crate::cli::args::IdentifyCommon;
 use crate::cli::context::Context;
@@ -73,7 +73,10 @@ impl Job<'_> {
 
     /// One card from all logs.
     fn together(&self, card: &Path) -> Result<Done> {
-        let logs = load::all_logs(self.context, &self.common.logs, self.map)?;
+        let logs = load::all_logs(self.context, &self.common.logs, self.map)?
+            .into_iter()
+            .map(|log| flight::thrust_of_flight(log, self.settings, self.map))
+            .collect::<Result<Vec<Log>>>()?;
         self.context.stage("fitting", 1);
         let trials: Vec<Trial> = logs.iter().map(|l| l.trial.clone()).collect();
         let made = self.fit(&trials, &self.common.logs, &card.display().to_string())?;
@@ -111,7 +114,7 @@ impl Job<'_> {
             .into_par_iter()
             .zip(&names)
             .map(|(log, name)| {
-                let log = log?;
+                let log = flight::thrust_of_flight(log?, self.settings, self.map)?;
                 let one = std::slice::from_ref(&log.trial);
                 let made = self.fit(
                     one,

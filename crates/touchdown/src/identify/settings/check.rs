@@ -79,6 +79,10 @@ impl IdentificationSettings {
                 message: format!("key `weak`: {e}"),
             });
         }
+        if let Some((key, expected, found)) = self.flight.fault() {
+            return bad(key, expected, found);
+        }
+        crate::settings::check_seed_of("flight.seed", self.flight.seed, file)?;
         let t = &self.thrust;
         if !(1..=6).contains(&t.degree) {
             return bad("thrust.degree", "1 to 6", t.degree.to_string());

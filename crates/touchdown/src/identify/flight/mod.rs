@@ -1,0 +1,38 @@
+//! Thrust and ground effect from ordinary flight logs, without a force sensor.
+//!
+//! ```text
+//! trial ──Flight──> one clock ──Phases──> runs in flight ──cut──> pieces ──fit, choose, spread──> model, intervals, refusals
+//! ```
+//!
+//! The specific force of the accelerometer is thrust over mass. Throttle predicts it through the motors' lag, a scale and
+//! an error of height of each run, and the drift of thrust after the motors start; what is left near the ground is the
+//! ground effect. Nothing needs the mass: all is relative to hover out of ground effect.
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`phases`], [`pieces`] | motors on and off, contact, impacts; what is left of a log to fit, and what was left out and why |
+//! | [`model`], [`fit`], [`colour`] | the model of a flight, its least squares, and disturbances that last |
+//! | [`choose`], [`spread`] | models judged on flights left out; intervals from flights drawn anew |
+//! | [`ground`], [`numbers`], [`result`] | all of it: the ground effect, and what the logs do not carry |
+
+mod card;
+pub mod choose;
+pub mod colour;
+pub mod fit;
+pub mod ground;
+pub mod model;
+mod normal;
+pub mod numbers;
+pub mod phases;
+pub mod pieces;
+mod record;
+pub mod result;
+mod settings;
+mod shape;
+pub mod spread;
+mod thrust;
+
+pub use ground::{GroundEffect, Refused, ground_effect};
+pub use record::Flight;
+pub use settings::FlightSettings;
+pub use thrust::with_thrust;

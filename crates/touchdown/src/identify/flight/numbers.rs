@@ -1,0 +1,108 @@
+//! The numbers of a ground effect, with their intervals.
+
+use serde::Serialize;
+
+use super::ground::GroundEffect;
+use super::model::Values;
+use super::spread::Sure;
+
+/// Standard error of every curve beside that of the drawing, as a share: on simulated vehicles with a motor and air that
+/// the model only approximates, curves are off by one to three per cent however many flights there are.
+const CURVE_ERROR: f64 = 0.02;
+/// The same of the wake's lag: pilots answer turbulence, and what is left of that in the fit goes into the lag.
+const LAG_ERROR: f64 = 0.1;
+
+/// A number of the model, with its unit.
+#[derive(Clone, Debug, Serialize)]
+pub struct Number {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// Value and interval.
+    #[serde(flatten)]
+    pub sure: Sure,
+}
+
+impl GroundEffect {
+    /// Ratio of thrust to that out of ground effect, minus one, at rest at a height (m).
+    #[must_use]
+    pub fn ratio(&self, height_m: f64) -> Option<Sure> {
+        let z = height_m / self.rotor_radius_m;
+        self.of_curve(|v| v.at_rest(z))
+    }
+
+    /// Mean lift over the heights `near` relative to that over `far` (m), as a share of thrust.
+    #[must_use]
+    pub fn extra_lift(&self, near: [f64; 2], far: [f64; 2]) -> Option<Sure> {
+        const POINTS: usize = 20;
+        let r = self.rotor_radius_m;
+        self.of_curve(|v| {
+            let mean = |[a, b]: [f64; 2]| -> f64 {
+                let at = |k: usize| a + (b - a) * (k as f64 + 0.5) / POINTS as f64;
+                (0..POINTS).map(|k| v.at_rest(at(k) / r)).sum::<f64>() / POINTS as f64
+            };
+            mean(near) - mean(far)
+        })
+    }
+
+    /// Decay of the curve between half a rotor radius and three, as that of an exponential (1/m).
+    #[must_use]
+    pub fn decay_per_m(&self) -> Option<Sure> {
+        let [a, b] = [0.5, 3.0];
+        self.of_curve(|v| (v.at_rest(a) / v.at_rest(b)).ln() / ((b - a) * self.rotor_radius_m))
+    }
+
+    /// A property of the curve, with what models of this kind miss.
+    pub(super) fn of_curve(&self, f: impl Fn(&Values) -> f64) -> Option<Sure> {
+        let sure = self.spread.sure(&self.fit, |_, v| f(v))?;
+        Some(self.spread.widened(sure, CURVE_ERROR))
+    }
+
+    /// The wake's lag (s), where it was resolved.
+    #[must_use]
+    pub fn lag_s(&self) -> Option<Sure> {
+        let sure = self.spread.number(&self.fit, "tau")?;
+        Some(self.spread.widened(sure, LAG_ERROR))
+    }
+
+    /// All numbers of the model with their intervals; heights in metres.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<Number> {
+        let r = self.rotor_radius_m;
+        let shared = self.fit.shape.parameters().into_iter().filter_map(|p| {
+            let sure = match p.name {
+                "tau" => self.lag_s()?,
+                "amplitude" | "length" | "mu" | "rotor_offset" | "h1" | "h2" | "h3" => {
+                    let drawn = self.spread.number(&self.fit, p.name)?;
+                    self.spread.widened(drawn, CURVE_ERROR)
+                }
+                name => self.spread.number(&self.fit, name)?,
+            };
+            let (unit, by) = if p.unit == "R" {
+                ("m", r)
+            } else {
+                (p.unit, 1.0)
+            };
+            let name = match p.name {
+                "tau" => "lag",
+                name => name,
+            };
+            Some(Number {
+                name: name.to_string(),
+                unit: unit.to_string(),
+                sure: Sure {
+                    value: sure.value * by,
+                    std_error: sure.std_error * by,
+                    ci95: sure.ci95.map(|v| v * by),
+                },
+            })
+        });
+        let decay = self.decay_per_m().map(|sure| Number {
+            name: "decay".into(),
+            unit: "1/m".into(),
+            sure,
+        });
+        shared.chain(decay).collect()
+    }
+}

@@ -1,0 +1,281 @@
+//! Motors on and off, feet on the ground, impacts, and what was flown in between.
+
+use serde::Serialize;
+
+use super::{Flight, FlightSettings};
+use crate::identify::thrust::plateau::median;
+
+/// The motors run for at least this long (s); shorter is a twitch.
+const SHORTEST_RUN_S: f64 = 0.3;
+/// Pause of the throttle that does not end a run (s).
+const LONGEST_PAUSE_S: f64 = 0.1;
+/// From the start of the motors to the first row that counts (s): they spin up.
+const SPIN_UP_S: f64 = 0.3;
+/// From the start of a record in flight to the first row that counts (s): the rotors' state is not known before.
+const SETTLE_S: f64 = 0.4;
+/// Rows this close to an impact are left out (s).
+const AROUND_IMPACT_S: f64 = 0.15;
+/// A change of the specific force by so much between rows that are 0.02 s apart is an impact (gravities).
+const IMPACT: f64 = 1.5;
+/// Height above where the feet stood from which the vehicle flies: the greater of both.
+const CLEAR_M: f64 = 0.005;
+const CLEAR_RADII: f64 = 0.2;
+/// Lean of the rotor axis beyond which heights mean little (rad).
+const STEEPEST_RAD: f64 = 0.35;
+/// Length of the stand before a take-off that its height is taken from (s).
+const STAND_S: f64 = 0.5;
+/// A force well below this share of gravity with running motors is a drop (gravities).
+const DROP: f64 = 0.3;
+
+/// What a row of a log is.
+#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// Motors off.
+    Off,
+    /// Motors on, feet on the ground or motors spinning up.
+    Contact,
+    /// An impact, a drop, or a leap in the data.
+    Impact,
+    /// Leaning too far.
+    Tilted,
+    /// In flight.
+    Airborne,
+}
+
+/// One run of the motors.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Run {
+    /// Motors on (s); absent where the log begins with running motors.
+    pub on_s: Option<f64>,
+    /// Motors off (s); absent where the log ends before.
+    pub off_s: Option<f64>,
+    /// Rows, from the first with running motors to the last.
+    pub rows: [usize; 2],
+    /// Height where the feet stood before (m), where that was seen.
+    pub stood_m: Option<f64>,
+    /// How far the height wandered while the vehicle stood before this run, over the whole stand (m).
+    pub drift_m: f64,
+}
+
+/// A log taken apart.
+#[derive(Clone, Debug)]
+pub struct Phases {
+    /// Every row.
+    pub rows: Vec<Phase>,
+    /// Runs of the motors, in order.
+    pub runs: Vec<Run>,
+}
+
+impl Phases {
+    /// Takes a log apart.
+    #[must_use]
+    pub fn of(flight: &Flight, settings: &FlightSettings) -> Self {
+        let n = flight.time_s.len();
+        let mut rows = vec![Phase::Off; n];
+        let runs = runs(flight, settings);
+        for run in &runs {
+            mark(flight, settings, run, &mut rows);
+        }
+        Self { rows, runs }
+    }
+
+    /// Rows in flight.
+    #[must_use]
+    pub fn airborne(&self) -> usize {
+        self.rows.iter().filter(|p| **p == Phase::Airborne).count()
+    }
+}
+
+fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<Run> {
+    let (time, throttle) = (&flight.time_s, &flight.throttle);
+    let running = |i: usize| throttle[i] > settings.idle_throttle;
+    let mut spans: Vec<[usize; 2]> = Vec::new();
+    for i in (0..time.len()).filter(|&i| running(i)) {
+        match spans.last_mut() {
+            Some([_, end]) if *end + 1 == i || time[i] - time[*end] <= LONGEST_PAUSE_S => *end = i,
+            _ => spans.push([i, i]),
+        }
+    }
+    spans.retain(|[a, b]| time[*b] - time[*a] >= SHORTEST_RUN_S);
+    let mut before = 0;
+    spans
+        .iter()
+        .map(|&[a, b]| {
+            let stand = before..a;
+            before = b + 1;
+            let (stood_m, drift_m) = stood(flight, stand);
+            Run {
+                on_s: (a > 0).then(|| time[a]),
+                off_s: (b + 1 < time.len()).then(|| time[b + 1]),
+                rows: [a, b],
+                stood_m,
+                drift_m,
+            }
+        })
+        .collect()
+}
+
+/// Height at the end of a stand, and how far it went over all of it but the landing's first second.
+fn stood(flight: &Flight, rows: std::ops::Range<usize>) -> (Option<f64>, f64) {
+    let (time, height) = (&flight.time_s, &flight.height_m);
+    if height.is_empty() || rows.is_empty() {
+        return (None, 0.0);
+    }
+    let (first, last) = (time[rows.start], time[rows.end - 1]);
+    let late = rows
+        .clone()
+        .filter(|&i| time[i] >= last - STAND_S)
+        .map(|i| height[i]);
+    let landing_s = if rows.start > 0 { 1.0 } else { 0.0 };
+    let settled = rows
+        .filter(|&i| time[i] >= first + landing_s)
+        .map(|i| height[i]);
+    let range = crate::identify::making::range(settled).unwrap_or([0.0, 0.0]);
+    (median(late), range[1] - range[0])
+}
+
+fn mark(flight: &Flight, settings: &FlightSettings, run: &Run, rows: &mut [Phase]) {
+    let time = &flight.time_s;
+    let [a, b] = run.rows;
+    let clear_m = settings
+        .rotor_radius_m
+        .map_or(CLEAR_M, |r| CLEAR_M.max(CLEAR_RADII * r));
+    let on_ground = |i: usize| match run.stood_m {
+        Some(stood) => {
+            let h = flight.height_m[i];
+            !(h > stood + clear_m)
+        }
+        None => false,
+    };
+    // Off the ground for good: the last row at or below the clearance in the climb, that is, before it was first
+    // three clearances up.
+    let up = (a..=b).find(|&i| {
+        run.stood_m
+            .is_some_and(|s| flight.height_m[i] > s + 3.0 * clear_m)
+    });
+    let lifted = match up {
+        Some(up) => (a..up).rev().find(|&i| on_ground(i)).map_or(a, |i| i + 1),
+        None if run.stood_m.is_some() => b + 1,
+        None => a,
+    };
+    let from_s = time[a]
+        + if run.on_s.is_some() {
+            SPIN_UP_S
+        } else {
+            SETTLE_S
+        };
+    for i in a..=b {
+        rows[i] = if i < lifted || time[i] < from_s || on_ground(i) {
+            Phase::Contact
+        } else if flight
+            .tilt_rad
+            .get(i)
+            .is_some_and(|t| t.abs() > STEEPEST_RAD)
+        {
+            Phase::Tilted
+        } else {
+            Phase::Airborne
+        };
+    }
+    let Some(force) = Some(&flight.force).filter(|f| !f.is_empty()) else {
+        return;
+    };
+    let mut j = a;
+    let hits: Vec<f64> = (a..=b)
+        .filter(|&i| {
+            while time[i] - time[j] > 0.02 {
+                j += 1;
+            }
+            (j..i).any(|k| (force[i] - force[k]).abs() > IMPACT) || force[i] < DROP
+        })
+        .filter(|&i| i >= lifted)
+        .map(|i| time[i])
+        .collect();
+    let mut next = 0;
+    for i in a..=b {
+        while next < hits.len() && hits[next] < time[i] - AROUND_IMPACT_S {
+            next += 1;
+        }
+        let near = hits
+            .get(next)
+            .is_some_and(|t| (t - time[i]).abs() <= AROUND_IMPACT_S);
+        if near && rows[i] == Phase::Airborne {
+            rows[i] = Phase::Impact;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stands 1 s, motors on, rises from 2 s, hovers, touches down at 8 s with a blow, motors off at 8.5 s.
+    fn flight() -> Flight {
+        let time_s: Vec<f64> = (0..1000).map(|i| 0.01 * f64::from(i)).collect();
+        let height = |t: f64| 0.5 * ((t - 2.0).clamp(0.0, 1.0) - (t - 7.0).clamp(0.0, 1.0));
+        Flight {
+            name: "made".into(),
+            throttle: time_s
+                .iter()
+                .map(|t| if (1.0..8.5).contains(t) { 0.5 } else { 0.0 })
+                .collect(),
+            force: time_s
+                .iter()
+                .map(|t| if (8.0..8.02).contains(t) { 5.0 } else { 1.0 })
+                .collect(),
+            height_m: time_s.iter().map(|t| 0.03 + height(*t)).collect(),
+            climb_mps: Vec::new(),
+            battery_v: Vec::new(),
+            tilt_rad: Vec::new(),
+            throttle_period_s: 0.01,
+            time_s,
+        }
+    }
+
+    #[test]
+    fn analytic_stand_climb_hover_and_blow() {
+        let settings = FlightSettings {
+            rotor_radius_m: Some(0.05),
+            ..FlightSettings::default()
+        };
+        let found = Phases::of(&flight(), &settings);
+        let [run] = &found.runs[..] else {
+            panic!("{:?}", found.runs)
+        };
+        assert!(
+            (run.on_s.unwrap() - 1.0).abs() < 0.011 && (run.off_s.unwrap() - 8.5).abs() < 0.011
+        );
+        assert!((run.stood_m.unwrap() - 0.03).abs() < 1e-12 && run.drift_m < 1e-12);
+        let at = |t: f64| found.rows[(t * 100.0).round() as usize];
+        assert_eq!(at(0.5), Phase::Off);
+        assert_eq!(at(1.5), Phase::Contact);
+        // 1 cm clear is 0.02 s into the climb at 0.5 m/s.
+        assert_eq!(at(2.01), Phase::Contact);
+        assert_eq!(at(2.04), Phase::Airborne);
+        assert_eq!(at(5.0), Phase::Airborne);
+        assert_eq!(at(7.9), Phase::Impact, "0.15 s around the blow");
+        assert_eq!(at(8.3), Phase::Contact);
+        assert_eq!(at(9.0), Phase::Off);
+    }
+
+    #[test]
+    fn analytic_a_record_that_begins_in_flight_has_no_stand() {
+        let mut flight = flight();
+        flight.throttle.fill(0.5);
+        let found = Phases::of(&flight, &FlightSettings::default());
+        assert_eq!(found.runs[0].on_s, None);
+        assert_eq!(found.runs[0].stood_m, None);
+        assert_eq!(found.rows[100], Phase::Airborne);
+    }
+
+    #[test]
+    fn analytic_a_vehicle_that_never_flew_has_no_row_in_flight() {
+        let mut flight = flight();
+        flight.height_m.fill(0.03);
+        let settings = FlightSettings::default();
+        assert_eq!(Phases::of(&flight, &settings).airborne(), 0);
+        flight.throttle.fill(0.0);
+        assert!(Phases::of(&flight, &settings).runs.is_empty());
+    }
+}

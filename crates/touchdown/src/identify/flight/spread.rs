@@ -1,0 +1,231 @@
+//! How sure the numbers are: whole flights drawn anew.
+
+use nalgebra::{DMatrix, DVector};
+use rand_distr::{Distribution as _, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF as _, StudentsT};
+
+use super::fit::Fit;
+use super::model::{Piece, Values};
+
+/// Fewest flights (or runs) that are drawn anew.
+const FEWEST: usize = 3;
+
+/// A value with its uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Sure {
+    /// The value.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// 95 % interval.
+    pub ci95: [f64; 2],
+}
+
+impl Sure {
+    /// Whether the interval lies on one side of zero.
+    #[must_use]
+    pub fn differs_from_zero(&self) -> bool {
+        self.ci95[0] > 0.0 || self.ci95[1] < 0.0
+    }
+}
+
+/// What the uncertainty rests on.
+#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Blocks {
+    /// Whole flights.
+    Flights,
+    /// Runs of the motors, of fewer than three flights.
+    Runs,
+    /// Correlated residuals of fewer than three runs.
+    Residuals,
+}
+
+impl Blocks {
+    /// In a word.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Flights => "flights",
+            Self::Runs => "runs of the motors",
+            Self::Residuals => "runs, by the correlation of residuals",
+        }
+    }
+}
+
+/// Draws of all shared numbers.
+#[derive(Clone, Debug)]
+pub struct Spread {
+    /// What was drawn.
+    pub blocks: Blocks,
+    /// How many there are of them.
+    pub count: usize,
+    draws: Vec<Vec<f64>>,
+    widen: f64,
+    student: f64,
+}
+
+impl Spread {
+    /// Draws `resamples` sets of flights with replacement. Each is solved by one Gauss–Newton step from the fit, in which
+    /// the scales and height errors of the runs follow.
+    #[must_use]
+    pub fn of(fit: &Fit, pieces: &[Piece], resamples: usize, seed: u64) -> Self {
+        let flights = distinct(pieces.iter().map(|p| p.flight));
+        let (blocks, of_piece): (Blocks, Vec<usize>) = if flights.len() >= FEWEST {
+            let place = |p: &Piece| flights.iter().position(|f| *f == p.flight).unwrap_or(0);
+            (Blocks::Flights, pieces.iter().map(place).collect())
+        } else if pieces.len() >= FEWEST {
+            (Blocks::Runs, (0..pieces.len()).collect())
+        } else {
+            return Self::of_residuals(fit, pieces, resamples, seed);
+        };
+        let count = of_piece.iter().max().map_or(0, |m| m + 1);
+        let n = fit.theta.len();
+        let mut matrices = vec![DMatrix::zeros(n, n); count];
+        let mut vectors = vec![DVector::zeros(n); count];
+        for (reduced, &block) in fit.reduced.iter().zip(&of_piece) {
+            matrices[block] += &reduced.matrix;
+            vectors[block] += &reduced.vector;
+        }
+        let (prior, pull) = prior(fit);
+        let mut random = Pcg64::seed_from_u64(seed);
+        let draws = (0..resamples)
+            .filter_map(|_| {
+                let (mut matrix, mut vector) = (prior.clone(), pull.clone());
+                for _ in 0..count {
+                    let block = below(&mut random, count);
+                    matrix += &matrices[block];
+                    vector += &vectors[block];
+                }
+                Some(moved(fit, &matrix.cholesky()?.solve(&vector)))
+            })
+            .collect();
+        let k = count as f64;
+        Self {
+            blocks,
+            count,
+            draws,
+            widen: (k / (k - 1.0)).sqrt(),
+            student: StudentsT::new(0.0, 1.0, k - 1.0).map_or(f64::NAN, |t| t.inverse_cdf(0.975)),
+        }
+    }
+
+    /// Too few runs to draw from: normal errors, with the correlation of neighbouring residuals.
+    fn of_residuals(fit: &Fit, pieces: &[Piece], resamples: usize, seed: u64) -> Self {
+        let n = fit.theta.len();
+        let (prior, _) = prior(fit);
+        let total = fit.reduced.iter().fold(prior, |sum, r| sum + &r.matrix);
+        let inflation = correlation_inflation(fit, pieces).sqrt();
+        let mut random = Pcg64::seed_from_u64(seed);
+        let root = total
+            .try_inverse()
+            .and_then(nalgebra::Matrix::cholesky)
+            .map(|c| c.l());
+        let draws = (0..resamples)
+            .filter_map(|_| {
+                let white = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
+                Some(moved(fit, &(root.as_ref()? * white * inflation)))
+            })
+            .collect();
+        Self {
+            blocks: Blocks::Residuals,
+            count: pieces.len(),
+            draws,
+            widen: 1.0,
+            student: 1.96,
+        }
+    }
+
+    /// A function of the shared numbers with its uncertainty; `None` where a draw gives no number.
+    #[must_use]
+    pub fn sure(&self, fit: &Fit, f: impl Fn(&[f64], &Values) -> f64) -> Option<Sure> {
+        let value = f(&fit.theta, &fit.values());
+        let all: Vec<f64> = self
+            .draws
+            .iter()
+            .map(|t| f(t, &Values::of(&fit.shape, t)))
+            .collect();
+        let n = all.len() as f64;
+        let mean = all.iter().sum::<f64>() / n;
+        let sd = (all.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+        let std_error = sd * self.widen;
+        let half = self.student * std_error;
+        (value.is_finite() && half.is_finite()).then_some(Sure {
+            value,
+            std_error,
+            ci95: [value - half, value + half],
+        })
+    }
+
+    /// A value with a share of it added to its standard error: what a model of this kind misses whatever is drawn anew.
+    #[must_use]
+    pub fn widened(&self, sure: Sure, share: f64) -> Sure {
+        let std_error = sure.std_error.hypot(share * sure.value);
+        let half = self.student * std_error;
+        Sure {
+            std_error,
+            ci95: [sure.value - half, sure.value + half],
+            ..sure
+        }
+    }
+
+    /// A number by name with its uncertainty.
+    #[must_use]
+    pub fn number(&self, fit: &Fit, name: &str) -> Option<Sure> {
+        let index = fit.index(name)?;
+        self.sure(fit, |theta, _| theta[index])
+    }
+}
+
+fn distinct(values: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut all: Vec<usize> = values.collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// Matrix and gradient of what is known beforehand.
+pub(super) fn prior(fit: &Fit) -> (DMatrix<f64>, DVector<f64>) {
+    let matrix = fit.prior();
+    let parameters = fit.shape.parameters();
+    let away = DVector::from_fn(fit.theta.len(), |i, _| parameters[i].start - fit.theta[i]);
+    let vector = &matrix * away;
+    (matrix, vector)
+}
+
+/// The numbers after a step, within their bounds.
+pub(super) fn moved(fit: &Fit, step: &DVector<f64>) -> Vec<f64> {
+    let parameters = fit.shape.parameters();
+    (0..fit.theta.len())
+        .map(|i| (fit.theta[i] + step[i]).clamp(parameters[i].min, parameters[i].max))
+        .collect()
+}
+
+/// How much less correlated residuals say than as many independent ones: `1 + 2 Σ ρ_k`, summed up to the first
+/// correlation that is not positive.
+fn correlation_inflation(fit: &Fit, pieces: &[Piece]) -> f64 {
+    let residuals = fit.residuals(pieces);
+    let product = |lag: usize| -> f64 {
+        residuals
+            .iter()
+            .map(|r| {
+                r.iter()
+                    .zip(r.iter().skip(lag))
+                    .map(|(a, b)| a * b)
+                    .sum::<f64>()
+            })
+            .sum()
+    };
+    let power = product(0);
+    let positive = (1..500)
+        .map(|k| product(k) / power)
+        .take_while(|r| *r > 0.0);
+    1.0 + 2.0 * positive.sum::<f64>()
+}
+
+fn below(random: &mut Pcg64, n: usize) -> usize {
+    (random.next_u64() % n as u64) as usize
+}
