@@ -257,4 +257,16 @@ proptest! {
             prop_assert_eq!(error.kind(), ErrorKind::Unreadable);
         }
     }
+
+    #[test]
+    fn prop_any_bytes_after_the_start_of_a_log_never_panic(
+        which in 0_usize..4,
+        bytes in prop::collection::vec(any::<u8>(), 0..600),
+    ) {
+        let start = [0, 1, 2, 4].map(|format| every_format()[format].1[..16].to_vec());
+        let log = [start[which].as_slice(), bytes.as_slice()].concat();
+        if let Err(error) = survey("bytes", log) {
+            prop_assert_eq!(error.kind(), ErrorKind::Unreadable);
+        }
+    }
 }

@@ -1,0 +1,9 @@
+//! A bag of ROS 1 of any bytes is a survey and a trial, or an error.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let start = *b"#ROSBAG V2.0\n";
+    touchdown_log_fuzz::any_log(&[&start, bytes].concat());
+});

@@ -1,0 +1,9 @@
+//! A DataFlash log of ArduPilot of any bytes is a survey and a trial, or an error.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let start = [0xa3, 0x95, 128];
+    touchdown_log_fuzz::any_log(&[&start, bytes].concat());
+});

@@ -1,0 +1,25 @@
+//! What every fuzz target of a reader of logs does.
+
+use touchdown_log::{Log, Map};
+
+/// Reads bytes that start like a log, in every way that there is.
+pub fn any_log(bytes: &[u8]) {
+    let log = Log::from_bytes("fuzz", bytes.to_vec()).expect("the start of a log");
+    let Ok((survey, findings)) = log.survey() else {
+        return;
+    };
+    assert_eq!(findings.rows_read, survey.messages());
+    let text = survey.suggested_map();
+    let suggested = Map::parse("suggested.toml", &text).expect("a suggested map is a map");
+    for map in [
+        Some(suggested),
+        Map::built_in_named("px4"),
+        Map::built_in_named("ardupilot"),
+        None,
+    ] {
+        if let Ok((trial, _)) = log.trial(map.as_ref()) {
+            // One row for a message of the clock at most; no map resamples.
+            assert!(trial.len() <= survey.messages() && !trial.is_empty());
+        }
+    }
+}
