@@ -131,7 +131,7 @@ impl<'a, N: Number> Engine<'a, N> {
                 }
                 self.knot();
             }
-            if within % BLOCK_STEPS == 0 {
+            if within.is_multiple_of(BLOCK_STEPS) {
                 self.air.draw(&mut self.seats);
             }
             if self.step.is_multiple_of(control_steps) {
