@@ -81,4 +81,38 @@ mod tests {
         same::<LandScenario>(super::LAND);
         same::<IdentificationSettings>(super::IDENTIFY);
     }
+
+    /// The tables of `[scenario]` that stand in the sweep as comments, each on its own.
+    fn variants() -> Vec<String> {
+        let lines = super::CAMPAIGN.lines().filter_map(|l| l.strip_prefix("# "));
+        let mut out: Vec<String> = Vec::new();
+        for line in lines {
+            if line.starts_with("[scenario.") {
+                // A second table of the same motion belongs to it.
+                match out.last_mut() {
+                    Some(last) if line.starts_with("[scenario.deck.") => last.push_str(line),
+                    _ => out.push(line.to_string()),
+                }
+            } else if let Some(last) = out.last_mut().filter(|_| !line.starts_with('#')) {
+                last.push('\n');
+                last.push_str(line);
+            }
+            if let Some(last) = out.last_mut() {
+                last.push('\n');
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn prop_variants_in_the_comments_of_a_sweep_can_be_flown() {
+        let variants = variants();
+        assert_eq!(variants.len(), 6, "{variants:#?}");
+        for text in variants {
+            let settings = crate::settings::parse(&format!("trials = 1\n{text}"), "variant.toml")
+                .unwrap_or_else(|e| panic!("{text}\n{e}"));
+            crate::sweep::Sweep::new(settings, std::path::Path::new("."), "variant.toml".into())
+                .unwrap_or_else(|e| panic!("{text}\n{e}"));
+        }
+    }
 }

@@ -18,6 +18,9 @@ use crate::noise::{Purpose, Stream};
 use crate::number::{Number, sin_cos};
 use crate::vector::{add, cross, scale};
 
+/// The greatest amplitude of a roll or pitch, rad (45 degrees).
+const STEEPEST_RAD: f64 = std::f64::consts::FRAC_PI_4;
+
 /// One coordinate of the deck's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -40,7 +43,7 @@ pub enum Axis {
 pub struct Tone {
     /// Which coordinate.
     pub axis: Axis,
-    /// Amplitude A, m or rad.
+    /// Amplitude A, m or rad (roll and pitch: at most π/4).
     pub amplitude: f64,
     /// Frequency f, Hz.
     pub frequency_hz: f64,
@@ -287,6 +290,14 @@ impl RigidMotion {
 impl Tone {
     fn harmonic(&self) -> Result<Harmonic, SimError> {
         check::not_negative("tones.amplitude", self.amplitude)?;
+        if matches!(self.axis, Axis::Roll | Axis::Pitch) {
+            check::that(
+                self.amplitude <= STEEPEST_RAD,
+                "tones.amplitude",
+                &format!("at most {STEEPEST_RAD} rad of roll or pitch (angles are in rad)"),
+                self.amplitude,
+            )?;
+        }
         check::positive("tones.frequency_hz", self.frequency_hz)?;
         check::finite("tones.phase_rad", self.phase_rad)?;
         let (sin, cos) = self.phase_rad.sin_cos();

@@ -43,7 +43,8 @@ pub enum WaveSpectrum {
         significant_height_m: f64,
         /// Period of the spectrum's peak T_p, s.
         peak_period_s: f64,
-        /// Peakedness γ in [1, 7]; 3.3 is the mean of the experiment.
+        /// Peakedness γ in [1, 7]; 3.3, the mean of the experiment, where it is not given.
+        #[serde(default = "mean_peakedness")]
         peakedness: f64,
     },
 }
@@ -54,9 +55,14 @@ impl Default for WaveSpectrum {
         Self::Jonswap {
             significant_height_m: 0.5,
             peak_period_s: 5.0,
-            peakedness: 3.3,
+            peakedness: mean_peakedness(),
         }
     }
+}
+
+/// The mean of the JONSWAP experiment.
+fn mean_peakedness() -> f64 {
+    3.3
 }
 
 /// One wave: elevation `a cos(ω t - k·x + φ)`.

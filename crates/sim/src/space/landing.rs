@@ -49,9 +49,9 @@ impl SpaceLander {
     /// # Errors
     /// Names the first bad key, what is expected and what was found.
     pub fn new(scenario: &SpaceScenario) -> Result<Self, SimError> {
-        scenario.check()?;
         let vehicle = RigidVehicle::new(&scenario.plant, &scenario.body)?
             .with_legs(&scenario.legs, &scenario.plant)?;
+        scenario.check()?;
         let cascade = Cascade::new(&scenario.cascade, &vehicle)
             .map_err(|error| error.in_section("cascade"))?;
         scenario

@@ -201,7 +201,8 @@ pub(crate) struct ValidateArgs {
 pub(crate) struct LandArgs {
     /// Scenario; without it, the landing on the oscillating deck (see `touchdown settings land`)
     ///
-    /// With --space it is a sweep, as of `touchdown campaign`; `touchdown settings campaign` prints one with every key.
+    /// With --space it is a sweep, as of `touchdown campaign`; `touchdown settings campaign` prints one with every key. A sweep
+    /// without `[scenario.deck]` has a deck that lies still; without any sweep it is the paper's.
     pub(crate) scenario: Option<PathBuf>,
     /// The whole vehicle in six degrees of freedom, with all its sensors
     #[arg(long)]
@@ -300,7 +301,7 @@ Examples:
   touchdown land --controller dynamic --out landings             on the paper's deck, vertically
   touchdown land --space --trials 20 --out landings              the same deck, the whole vehicle
   touchdown land --space --controller observer --mcap mcap --out landings
-  touchdown land --space scenario.toml --out landings            for example with sensors.camera = \"rendered\"";
+  touchdown land --space scenario.toml --out landings            for example with camera = \"rendered\" under [scenario.sensors]";
 
 const CAMPAIGN: &str = "\
 Landings are written as they come, in blocks of one Parquet file each (`landings/block-000000.parquet`); a kill loses

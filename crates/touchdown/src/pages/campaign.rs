@@ -92,7 +92,7 @@ fn outcomes(results: &CampaignResults) -> Table {
         .number_column("First", "%")
         .number_column("Crashed", "%")
         .number_column("Waiting", "s")
-        .text_column("Descents broken off");
+        .text_column("Aborts");
     for p in &results.points {
         let aborts: Vec<String> = p
             .figures

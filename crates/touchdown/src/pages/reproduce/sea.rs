@@ -241,7 +241,7 @@ fn faults(sea: &SeaExperiment) -> Table {
         .number_column("Unwarned", "")
         .number_column("V_L 99 %", "m/s")
         .number_column("Lateral 95 %", "m")
-        .text_column("Descents broken off");
+        .text_column("Aborts");
     for l in &sea.landings {
         if !Case::FAULTS.contains(&l.case) {
             continue;
@@ -269,7 +269,7 @@ fn faults(sea: &SeaExperiment) -> Table {
         ]);
     }
     table.note(
-        "Faults begin with the first descent or shortly after it. Unwarned: crashed without a descent broken off before. Those that \
+        "Faults begin with the first descent or shortly after it. Aborts: descents broken off and hovers climbed away from. Unwarned: crashed without an abort before. Those that \
          neither landed nor crashed gave up and hold, or still wait at the end of their time: how often is in `results.json`.",
     )
 }
@@ -344,7 +344,7 @@ fn claims(sea: &SeaExperiment) -> Vec<String> {
     let unwarned: u64 = faults.map(|l| l.figures.crashed_without_abort).sum();
     claim(
         Some(unwarned == 0),
-        format!("no fault ends in a crash without a descent broken off before ({unwarned} do)."),
+        format!("no fault ends in a crash without an abort before ({unwarned} do)."),
     );
     out
 }
