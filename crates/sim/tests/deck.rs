@@ -312,7 +312,7 @@ fn prop_bad_series_name_key_row_and_value() {
 
 #[test]
 fn prop_motions_survive_text_and_bad_ones_are_named() {
-    for motion in [RigidMotion::Still, sines(), sea()] {
+    for motion in [RigidMotion::Still {}, sines(), sea()] {
         let text = toml::to_string(&motion).expect("settings are text");
         assert_eq!(
             toml::from_str::<RigidMotion>(&text).expect("read back"),

@@ -71,7 +71,7 @@ fn prop_a_measured_series_begins_anywhere_or_at_its_start() {
     )
     .unwrap();
     let series = MotionSeries::read_csv(format!("t,z\n{rows}").as_bytes(), &format).unwrap();
-    let mut scenario = short(RigidMotion::Still);
+    let mut scenario = short(RigidMotion::Still {});
     let lander = |scenario: &SpaceScenario| {
         let lander = SpaceLander::new(scenario).unwrap();
         lander.with_deck(series.deck()).unwrap()

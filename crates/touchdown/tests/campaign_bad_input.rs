@@ -52,6 +52,27 @@ fn prop_bad_sweeps_are_one_error_and_nothing_written() {
             2,
             &["sweep.toml", "timeout_s", "-1"],
         ),
+        // A deck that lies still has no waves.
+        (
+            "[grid]\n\"deck.spectrum.significant_height_m\" = [0.3, 2.0]\n",
+            2,
+            &["sweep.toml", "unknown field", "spectrum"],
+        ),
+        (
+            "[scenario.plant]\nmass_kg = nan\n",
+            2,
+            &["sweep.toml", "plant.mass_kg", "NaN"],
+        ),
+        (
+            "[scenario.deck]\nkind = \"sines\"\ntones = [{ axis = \"roll\", amplitude = 3.0, frequency_hz = 0.2 }]\n",
+            2,
+            &["sweep.toml", "tones.amplitude", "found 3"],
+        ),
+        (
+            "[scenario]\nstart_m = [200.0, 0.0, 1.0]\n",
+            2,
+            &["sweep.toml", "start_m", "found 200"],
+        ),
         (
             "[grid]\n\"control.controller\" = [\"magic\"]\n",
             2,

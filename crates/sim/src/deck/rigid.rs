@@ -80,12 +80,11 @@ impl Default for SeaSettings {
 }
 
 /// How a deck moves about its mean place.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum RigidMotion {
-    /// It does not: ground.
-    #[default]
-    Still,
+    /// It does not: ground. (With braces, for then keys that it does not have are refused.)
+    Still {},
     /// Sums of sines.
     Sines {
         /// The sines.
@@ -103,6 +102,12 @@ pub enum RigidMotion {
     },
     /// A ship in an irregular sea; waves are drawn from the seed.
     Sea(SeaSettings),
+}
+
+impl Default for RigidMotion {
+    fn default() -> Self {
+        Self::Still {}
+    }
 }
 
 impl SeaSettings {
@@ -134,7 +139,7 @@ impl SeaSettings {
 impl From<DeckMotion> for RigidMotion {
     fn from(motion: DeckMotion) -> Self {
         match motion {
-            DeckMotion::Still => Self::Still,
+            DeckMotion::Still => Self::Still {},
             DeckMotion::Sine {
                 amplitude_m,
                 frequency_hz,
@@ -253,7 +258,7 @@ impl RigidMotion {
     /// Names the first bad key, what is expected and the offending number.
     pub fn build(&self, gravity_mps2: f64, seed: u64, index: u64) -> Result<RigidDeck, SimError> {
         match self {
-            Self::Still => Ok(RigidDeck::Still),
+            Self::Still {} => Ok(RigidDeck::Still),
             Self::Sines { tones } => {
                 let harmonics = tones.iter().map(Tone::harmonic);
                 Ok(RigidDeck::Harmonics(harmonics.collect::<Result<_, _>>()?))

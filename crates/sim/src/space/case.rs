@@ -98,7 +98,7 @@ impl Case {
             phase_rad,
         };
         let deck = match self {
-            Self::Still => RigidMotion::Still,
+            Self::Still => RigidMotion::Still {},
             Self::Heave => RigidMotion::Sines {
                 tones: vec![
                     tone(Axis::Heave, 0.3, 0.2, 0.0),

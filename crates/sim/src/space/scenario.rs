@@ -111,7 +111,7 @@ impl Default for SpaceScenario {
             body: BodySettings::default(),
             legs: LegSettings::default(),
             cascade: CascadeSettings::default(),
-            deck: RigidMotion::Still,
+            deck: RigidMotion::Still {},
             wind: WindSettings::default(),
             sensors: SensorSettings::default(),
             faults: FaultSettings::default(),

@@ -116,7 +116,7 @@ impl SeaSettings {
                 if case == Case::Sea {
                     series.clone_from(&self.series);
                     scenario.deck = match series {
-                        Some(_) => RigidMotion::Still,
+                        Some(_) => RigidMotion::Still {},
                         None => RigidMotion::Sea(self.wave),
                     };
                 }

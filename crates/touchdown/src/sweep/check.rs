@@ -71,7 +71,7 @@ mod tests {
     fn prop_a_large_sweep_is_refused_for_its_extreme_draws() {
         let of = |sd: f64| {
             read(&format!(
-                "trials = 50_000\n[random]\n\"plant.mass_kg\" = {{ kind = \"normal\", mean = 1.4, sd = {sd} }}\n"
+                "trials = 50_000\n[random]\n\"plant.mass_kg\" = {{ kind = \"normal\", mean = 1.4, sd = {sd}, max = 2.0 }}\n"
             ))
         };
         // Of 50 000, the least is some four standard deviations below the mean.

@@ -319,7 +319,13 @@ pub(super) fn decode(
     landings: std::ops::Range<u64>,
 ) -> Result<Vec<Row>> {
     let at = path.display().to_string();
-    let broken = |e: ParquetError| Error::data(&at, "a block of landings (Parquet)", e.to_string());
+    let broken = |e: ParquetError| {
+        Error::data(
+            &at,
+            "a block of landings (Parquet; without the file, --resume flies them anew)",
+            e.to_string(),
+        )
+    };
     let file = std::fs::File::open(path).map_err(|e| Error::file(path, e))?;
     let reader = SerializedFileReader::new(file).map_err(broken)?;
     let metadata = reader.metadata().file_metadata();

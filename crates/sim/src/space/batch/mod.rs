@@ -68,7 +68,7 @@ impl Batch {
         check::that(
             matches!(
                 scenario.deck,
-                RigidMotion::Still | RigidMotion::Sines { .. } | RigidMotion::Sea(_)
+                RigidMotion::Still {} | RigidMotion::Sines { .. } | RigidMotion::Sea(_)
             ),
             "deck.kind",
             "`still`, `sines` or `sea`, which have splines",
