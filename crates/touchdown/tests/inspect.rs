@@ -4,6 +4,8 @@ mod common;
 
 use std::path::Path;
 
+use touchdown_log::UlogWriter;
+
 use common::{data, fails, json, map, number, rotor_row, run, text, write_log};
 
 fn arguments(paths: &[&Path]) -> Vec<std::ffi::OsString> {
@@ -159,4 +161,96 @@ fn prop_what_is_lost_or_cannot_be_read_is_told() {
             &path("empty.csv").join("out"),
         ]),
     );
+}
+
+/// A flight of 4 s as PX4 logs it: accelerometer at 250 Hz, motors at 100 Hz, and a stretch of
+/// 0.5 s without motors.
+fn px4_log() -> Vec<u8> {
+    let mut log = UlogWriter::new(Vec::new(), 5_000_000).unwrap();
+    log.parameter("THR_MDL_FAC", 0.5).unwrap();
+    for (name, fields) in [
+        (
+            "sensor_combined",
+            "float[3] gyro_rad;float[3] accelerometer_m_s2",
+        ),
+        ("actuator_motors", "float[12] control"),
+        ("vehicle_attitude", "float[4] q"),
+    ] {
+        log.format(name, fields).unwrap();
+    }
+    let imu = log.topic("sensor_combined", 0).unwrap();
+    let motors = log.topic("actuator_motors", 0).unwrap();
+    let attitude = log.topic("vehicle_attitude", 0).unwrap();
+    for i in 0..1000_u64 {
+        let stamp = 5_000_000 + 4000 * i;
+        log.message(imu, stamp, &[0.0, 0.0, 0.0, 0.0, 0.0, -9.75])
+            .unwrap();
+        if i % 5 == 0 && !(500..625).contains(&i) {
+            let mut control = [f64::NAN; 12];
+            control[..4].fill(0.375);
+            log.message(motors, stamp, &control).unwrap();
+        }
+        if i % 5 == 0 {
+            log.message(attitude, stamp, &[1.0, 0.0, 0.0, 0.0]).unwrap();
+        }
+    }
+    log.finish().unwrap()
+}
+
+#[test]
+fn analytic_a_px4_log_whatever_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    // Told by its content.
+    let log = folder.path().join("flight.csv");
+    std::fs::write(&log, px4_log()).unwrap();
+    let found = json(0, arguments(&[&log]));
+    let one = &found["logs"][0];
+    assert_eq!(one["format"], "ulog");
+    assert_eq!(one["recommended_map"], "px4");
+    assert_eq!(one["parameters"]["THR_MDL_FAC"], 0.5);
+    let topics = one["topics"].as_array().unwrap();
+    let topic = |key: &str| topics.iter().find(|t| t["key"] == key).unwrap();
+    assert_eq!(topic("sensor_combined")["messages"], 1000);
+    assert!((number(&topic("sensor_combined")["rate_hz"]) - 250.0).abs() < 1e-6);
+    assert_eq!(topic("actuator_motors")["gaps"], 1);
+    assert!((number(&topic("actuator_motors")["longest_step_s"]) - 0.52).abs() < 1e-9);
+    let channels = one["channels"]["columns"].as_array().unwrap();
+    let channel = |name: &str| channels.iter().find(|c| c["name"] == name).unwrap();
+    // c = f s² + (1 - f) s with c = 0.375 and f = 0.5 gives s = 0.5, from floats of 24 bits.
+    assert!((number(&channel("throttle")["median"]) - 0.5).abs() < 1e-7);
+    // The last command holds for ten steps of 0.02 s, at 0.48 to 2.18 s and from 2.5 s.
+    assert_eq!(channel("throttle")["gaps"], (625 - 546));
+    assert_eq!(number(&channel("specific_force_mps2")["max"]), 9.75);
+    assert_eq!(number(&channel("tilt_rad")["max"]), 0.0);
+    let warnings = one["findings"]["warnings"].to_string();
+    assert!(warnings.contains("height_m: left out"), "{warnings}");
+
+    // The built-in map by name, the report, and a log that is cut.
+    let out = folder.path().join("out");
+    let args = arguments(&[
+        &log,
+        Path::new("--map"),
+        Path::new("px4"),
+        Path::new("--out"),
+        &out,
+    ]);
+    let output = run(&args);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let shown = text(&output.stdout);
+    assert!(
+        shown.contains("PX4 ULog, 3 topics, 1375 messages"),
+        "{shown}"
+    );
+    assert!(shown.contains("gyro_rad[] accelerometer_m_s2[]"), "{shown}");
+    assert!(
+        std::fs::read_to_string(out.join("report.html"))
+            .unwrap()
+            .contains("Topics.")
+    );
+    let whole = px4_log();
+    std::fs::write(&log, &whole[..whole.len() - 7]).unwrap();
+    let cut = json(3, arguments(&[&log]));
+    assert_eq!(cut["logs"][0]["findings"]["truncated"], true);
+    std::fs::write(&log, &whole[..12]).unwrap();
+    assert!(fails(1, arguments(&[&log])).contains("PX4 ULog that ends in its header"));
 }

@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   touchdown reproduce                                    the paper end to end; writes out/reproduce/report.html
-  touchdown inspect LOG.csv                              what is in a log, and a map to start from
+  touchdown inspect LOG                                  what is in a log, and a map to start from
   touchdown identify thrust LOG.csv --map MAP.toml --out thrust.toml
   touchdown validate thrust.toml OTHER.csv --map MAP.toml
   touchdown rig --out rig
@@ -93,10 +93,10 @@ pub(crate) struct RigArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct InspectArgs {
-    /// Logs (CSV)
+    /// Logs, told by their content: CSV, Parquet, PX4 ULog, ArduPilot DataFlash, MCAP, ROS 1 bag
     #[arg(required = true)]
     pub(crate) logs: Vec<PathBuf>,
-    /// Map the columns first, and show the channels
+    /// Map the columns first, and show the channels: a file, or a built-in map (px4, ardupilot)
     #[arg(long)]
     pub(crate) map: Option<PathBuf>,
     /// Folder for plots of every channel and a report

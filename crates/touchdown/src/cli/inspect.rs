@@ -1,5 +1,7 @@
 //! `touchdown inspect`.
 
+mod topics;
+
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -7,7 +9,7 @@ use serde::Serialize;
 use touchdown::pages;
 use touchdown::progress::Progress as _;
 use touchdown::{Error, Result};
-use touchdown_log::{Findings, Inspection, Map, Table};
+use touchdown_log::{Findings, Inspection, Log, Map, Survey, Table};
 use touchdown_trial::Trial;
 
 use super::Done;
@@ -19,22 +21,46 @@ use super::output;
 /// What one log holds.
 struct Seen {
     path: PathBuf,
-    table: Table,
-    columns: Inspection,
+    content: Content,
     mapped: Option<(Trial, Inspection)>,
     findings: Findings,
+}
+
+/// What the file holds.
+enum Content {
+    Table {
+        table: Table,
+        columns: Box<Inspection>,
+    },
+    Topics(Survey),
 }
 
 /// What is printed of a log.
 #[derive(Serialize)]
 struct Told<'a> {
     log: String,
-    /// Columns as they are in the file.
+    /// What is in the file.
     #[serde(flatten)]
-    columns: &'a Inspection,
+    content: ToldContent<'a>,
     /// Channels as the map makes them, or the columns where they are channels already; null where neither is.
     channels: Option<&'a Inspection>,
     findings: &'a Findings,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum ToldContent<'a> {
+    /// Columns as they are in the file.
+    Table(&'a Inspection),
+    /// Topics as they are in the file.
+    Topics {
+        #[serde(flatten)]
+        survey: &'a Survey,
+        /// The built-in map that fits; null where none does.
+        recommended_map: Option<&'static str>,
+        /// The text of a map to start from.
+        suggested_map: String,
+    },
 }
 
 /// A log that cannot be read.
@@ -89,7 +115,14 @@ pub(crate) fn run(context: &Context, args: &InspectArgs) -> Result<Done> {
         .map(|(path, seen)| match seen {
             Ok(seen) => Outcome::Told(Box::new(Told {
                 log: path.display().to_string(),
-                columns: &seen.columns,
+                content: match &seen.content {
+                    Content::Table { columns, .. } => ToldContent::Table(columns),
+                    Content::Topics(survey) => ToldContent::Topics {
+                        survey,
+                        recommended_map: survey.recommended_map(),
+                        suggested_map: topics::map_text(survey),
+                    },
+                },
                 channels: seen.mapped.as_ref().map(|(_, i)| i),
                 findings: &seen.findings,
             })),
@@ -125,7 +158,10 @@ pub(crate) fn run(context: &Context, args: &InspectArgs) -> Result<Done> {
 }
 
 fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
-    let (table, mut findings) = touchdown_log::read_csv(path)?;
+    if let Some(log) = Log::open(path)? {
+        return look_at_topics(path, &log, map);
+    }
+    let (table, mut findings) = touchdown_log::read_table(path)?;
     let mut columns = touchdown_log::inspect(&table, None);
     let applied = match map {
         Some(map) => Some(touchdown_log::apply(&table, map)?),
@@ -146,15 +182,47 @@ fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
     });
     Ok(Seen {
         path: path.to_owned(),
-        table,
-        columns,
+        content: Content::Table {
+            table,
+            columns: Box::new(columns),
+        },
+        mapped,
+        findings,
+    })
+}
+
+fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<Seen> {
+    let (survey, mut findings) = log.survey()?;
+    let mut mapped = None;
+    if map.is_some() || survey.recommended_map().is_some() {
+        match log.trial(map) {
+            Ok((trial, applied)) => {
+                // Both passes tell what was lost.
+                let mut told = std::mem::replace(&mut findings, applied).warnings;
+                told.retain(|warning| !findings.warnings.contains(warning));
+                findings.warnings.splice(0..0, told);
+                let channels = touchdown_log::inspect_trial(&trial);
+                mapped = Some((trial, channels));
+            }
+            Err(error) if map.is_some() => return Err(error.into()),
+            Err(error) => findings
+                .warnings
+                .push(format!("not usable as it is: {error}")),
+        }
+    }
+    Ok(Seen {
+        path: path.to_owned(),
+        content: Content::Topics(survey),
         mapped,
         findings,
     })
 }
 
 fn warnings(seen: &Seen) -> Vec<String> {
-    let mut all = seen.columns.warnings.clone();
+    let mut all = match &seen.content {
+        Content::Table { columns, .. } => columns.warnings.clone(),
+        Content::Topics(_) => Vec::new(),
+    };
     if let Some((_, channels)) = &seen.mapped {
         all.extend(channels.warnings.iter().cloned());
     }
@@ -163,25 +231,55 @@ fn warnings(seen: &Seen) -> Vec<String> {
     all
 }
 
-/// A log as text: rows and time base, then a table of its columns, channels or a map to start from.
+/// A log as text: how much it is, then its topics or columns, its channels, or a map to start
+/// from.
 fn text(seen: &Seen) -> String {
-    let mut out = format!("{}: {} rows", seen.path.display(), seen.table.len());
-    let (title, shown) = match &seen.mapped {
-        Some((_, channels)) => ("channels", channels),
-        None => ("columns", &seen.columns),
+    let path = seen.path.display();
+    let mut out = match &seen.content {
+        Content::Table { table, columns } => {
+            format!("{path}: {} rows{}", table.len(), time(columns))
+        }
+        Content::Topics(survey) => format!("{path}: {}", topics::about(survey)),
     };
-    out.push_str(&time(&seen.columns));
-    if seen.mapped.is_some() {
-        out.push_str(&format!("\n{} rows in use{}", shown.rows, time(shown)));
+    if let Content::Topics(survey) = &seen.content {
+        let (header, rows) = topics::table(survey);
+        out.push_str(&format!("\n{}\n", show::text_table(&header, &rows)));
     }
-    let (header, rows) = columns_table(title, shown);
-    out.push('\n');
-    out.push_str(&show::text_table(&header, &rows));
-    if let (Some(map), None) = (&seen.columns.suggested_map, &seen.mapped) {
+    if let Some((_, channels)) = &seen.mapped {
+        out.push_str(&format!(
+            "\n{} rows in use{}",
+            channels.rows,
+            time(channels)
+        ));
+    }
+    if let Some((title, shown)) = shown(seen) {
+        let (header, rows) = columns_table(title, shown);
+        out.push('\n');
+        out.push_str(&show::text_table(&header, &rows));
+    }
+    if let Some(map) = suggested_map(seen) {
         out.push_str(&format!("\n\nA map to start from:\n{map}"));
     }
     out.push('\n');
     out
+}
+
+/// The channels, or else the columns of a table.
+fn shown(seen: &Seen) -> Option<(&'static str, &Inspection)> {
+    match (&seen.mapped, &seen.content) {
+        (Some((_, channels)), _) => Some(("channels", channels)),
+        (None, Content::Table { columns, .. }) => Some(("columns", columns.as_ref())),
+        (None, Content::Topics(_)) => None,
+    }
+}
+
+/// A map to start from, where none was used.
+fn suggested_map(seen: &Seen) -> Option<String> {
+    match (&seen.mapped, &seen.content) {
+        (Some(_), _) => None,
+        (None, Content::Table { columns, .. }) => columns.suggested_map.clone(),
+        (None, Content::Topics(survey)) => Some(topics::map_text(survey)),
+    }
 }
 
 fn time(inspection: &Inspection) -> String {
@@ -255,25 +353,28 @@ fn write(
     let mut sections = Vec::new();
     for (index, (name, seen)) in names.iter().zip(seen).enumerate() {
         let Ok(seen) = seen else { continue };
-        let (title, shown) = match &seen.mapped {
-            Some((_, channels)) => ("channel", channels),
-            None => ("column", &seen.columns),
+        let (header, rows) = match shown(seen) {
+            Some((title, shown)) => columns_table(title.trim_end_matches('s'), shown),
+            None => Default::default(),
         };
-        let (header, rows) = columns_table(title, shown);
-        let figures = match &seen.mapped {
-            Some((trial, _)) => pages::inspect::of_trial(index, name, trial),
-            None => pages::inspect::of_table(index, name, &seen.table, seen.columns.time.as_ref()),
+        let figures = match (&seen.mapped, &seen.content) {
+            (Some((trial, _)), _) => pages::inspect::of_trial(index, name, trial),
+            (None, Content::Table { table, columns }) => {
+                pages::inspect::of_table(index, name, table, columns.time.as_ref())
+            }
+            (None, Content::Topics(_)) => Vec::new(),
         };
         sections.push(pages::inspect::Section {
             title: seen.path.display().to_string(),
             about: text(seen).lines().next().unwrap_or_default().to_string(),
+            topics: match &seen.content {
+                Content::Table { .. } => None,
+                Content::Topics(survey) => Some(topics::table(survey)),
+            },
             header,
             rows,
             warnings: warnings(seen),
-            suggested_map: match seen.mapped {
-                Some(_) => None,
-                None => seen.columns.suggested_map.clone(),
-            },
+            suggested_map: suggested_map(seen),
             figures,
         });
         context.step();

@@ -17,7 +17,9 @@ pub struct Section {
     pub title: String,
     /// Rows and time base in a line.
     pub about: String,
-    /// Head of the table of columns.
+    /// Head and rows of the table of topics, for a log that has some.
+    pub topics: Option<(Vec<String>, Vec<Vec<String>>)>,
+    /// Head of the table of columns; empty where there is none.
     pub header: Vec<String>,
     /// A row a column.
     pub rows: Vec<Vec<String>>,
@@ -111,6 +113,27 @@ fn figures<'a>(
         .collect()
 }
 
+/// A table whose columns in `numbers` hold numbers.
+fn table(
+    title: &str,
+    header: &[String],
+    rows: &[Vec<String>],
+    numbers: std::ops::Range<usize>,
+) -> touchdown_report::Table {
+    let mut table = touchdown_report::Table::new(title);
+    for (i, name) in header.iter().enumerate() {
+        table = if numbers.contains(&i) {
+            table.number_column(name, "")
+        } else {
+            table.text_column(name)
+        };
+    }
+    for row in rows {
+        table = table.row(row.iter().map(Cell::text));
+    }
+    table
+}
+
 /// The report.
 ///
 /// # Errors
@@ -123,18 +146,12 @@ pub fn report(command: &str, sections: &[Section]) -> Result<Report> {
         .fact("Logs", sections.len().to_string());
     for section in sections {
         report.section(&section.title).paragraph(&section.about);
-        let mut table = touchdown_report::Table::new("Columns.");
-        for (i, name) in section.header.iter().enumerate() {
-            table = if (2..8).contains(&i) {
-                table.number_column(name, "")
-            } else {
-                table.text_column(name)
-            };
+        if let Some((header, rows)) = &section.topics {
+            report.table(table("Topics.", header, rows, 1..7))?;
         }
-        for row in &section.rows {
-            table = table.row(row.iter().map(Cell::text));
+        if !section.header.is_empty() {
+            report.table(table("Columns.", &section.header, &section.rows, 2..8))?;
         }
-        report.table(table)?;
         for warning in &section.warnings {
             report.callout(Callout::Warning, warning);
         }

@@ -39,15 +39,28 @@ impl Log {
     }
 }
 
-/// Reads a map, if there is one.
+/// Reads a map, if there is one: a file, or the name of a built-in map.
 pub(crate) fn map(path: Option<&Path>) -> Result<Option<Map>> {
-    Ok(path.map(Map::load).transpose()?)
+    let built_in = built_in(path).and_then(Map::built_in_named);
+    match (built_in, path) {
+        (Some(map), _) => Ok(Some(map)),
+        (None, path) => Ok(path.map(Map::load).transpose()?),
+    }
+}
+
+/// The name of a built-in map, unless there is a file of that name.
+fn built_in(path: Option<&Path>) -> Option<&str> {
+    let name = path.filter(|path| !path.exists())?.to_str()?;
+    Map::built_in_text(name).map(|_| name)
 }
 
 /// A map as an input of a card.
 pub(crate) fn map_input(path: Option<&Path>) -> Result<Option<Input>> {
     let Some(path) = path else { return Ok(None) };
-    let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
+    let bytes = match built_in(Some(path)).and_then(Map::built_in_text) {
+        Some(text) => text.as_bytes().to_vec(),
+        None => std::fs::read(path).map_err(|e| Error::file(path, e))?,
+    };
     Ok(Some(Input {
         name: file_name(path),
         sha256: touchdown::identify::sha256(&bytes),
