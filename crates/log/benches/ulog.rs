@@ -1,7 +1,7 @@
 //! A ULog of 13 MB to a trial, beside the crate `px4-ulog` reading the same file.
 //!
-//! Times are those on the processor, the least of some runs, so that other work on the machine
-//! counts for little: `cargo bench -p touchdown-log`.
+//! Times are those on the processor, so that other work on the machine counts for little:
+//! `cargo bench -p touchdown-log`.
 #![allow(clippy::print_stdout)]
 
 use px4_ulog::full_parser;
@@ -11,7 +11,7 @@ use px4_ulog::stream_parser::file_reader::{
 use std::path::Path;
 use touchdown_log::{Log, UlogWriter, read_trial};
 
-const RUNS: usize = 15;
+const RUNS: usize = 40;
 /// Messages of the accelerometer; the rest follows.
 const SAMPLES: u64 = 72_000;
 
@@ -103,14 +103,12 @@ fn now_ms(start: std::time::Instant) -> f64 {
     ns.map_or_else(|| start.elapsed().as_secs_f64() * 1e3, |ns| ns * 1e-6)
 }
 
-fn least_ms(mut run: impl FnMut()) -> f64 {
+/// The mean of some runs, for the system tells times in ticks of some ms.
+fn mean_ms(mut run: impl FnMut()) -> f64 {
     let start = std::time::Instant::now();
-    let once = |_| {
-        let before = now_ms(start);
-        run();
-        now_ms(start) - before
-    };
-    (0..RUNS).map(once).fold(f64::INFINITY, f64::min)
+    let before = now_ms(start);
+    (0..RUNS).for_each(|_| run());
+    (now_ms(start) - before) / RUNS as f64
 }
 
 fn main() {
@@ -122,9 +120,9 @@ fn main() {
         "{:.1} MB",
         std::fs::metadata(&path).unwrap().len() as f64 / 1e6
     );
-    let full = least_ms(|| drop(full_parser::read_file(&text).unwrap()));
+    let full = mean_ms(|| drop(full_parser::read_file(&text).unwrap()));
     let mut messages = 0;
-    let passing = least_ms(|| {
+    let passing = mean_ms(|| {
         messages = 0;
         let mut count = |message: &Message<'_>| {
             messages += usize::from(matches!(message, Message::Data(_)));
@@ -133,11 +131,11 @@ fn main() {
         read_file_with_simple_callback(&text, &mut count).unwrap();
     });
     let mut rows = 0;
-    let trial = least_ms(|| rows = read_trial(&path, None).unwrap().0.len());
+    let trial = mean_ms(|| rows = read_trial(&path, None).unwrap().0.len());
     let log = Log::open(&path).unwrap().unwrap();
-    let survey = least_ms(|| drop(log.survey().unwrap()));
-    let outline = least_ms(|| drop(log.outline().unwrap()));
-    let hash = least_ms(|| drop(log.sha256().unwrap()));
+    let survey = mean_ms(|| drop(log.survey().unwrap()));
+    let outline = mean_ms(|| drop(log.outline().unwrap()));
+    let hash = mean_ms(|| drop(log.sha256().unwrap()));
     println!("px4-ulog, all columns     {full:8.1} ms");
     println!("px4-ulog, messages only   {passing:8.1} ms, {messages} messages");
     println!("trial of seven channels   {trial:8.1} ms, {rows} rows");

@@ -110,36 +110,37 @@ pub(crate) fn apply_resolved(table: &Table, map: &Map) -> Result<(Trial, Finding
 
 /// All channels in the map's order, then the row filter if there is one.
 fn evaluate(table: &Table, map: &Map) -> Result<Vec<(String, Vec<f64>)>, LogError> {
-    let mut defined: Vec<(String, Vec<f64>)> = Vec::new();
+    // Definitions are put in where they are used; what is used twice is evaluated once.
+    let mut defined: Vec<(&str, Expr)> = Vec::new();
+    let expand = |expr: &Expr, defined: &[(&str, Expr)]| {
+        let used = expr.variables();
+        let used = defined.iter().filter(|(name, _)| used.contains(name));
+        used.fold(expr.clone(), |expr, (name, by)| expr.substitute(name, by))
+    };
     for rule in &map.defines {
-        let values = evaluate_rules(table, map, &[rule], &defined)?;
-        defined.extend(values);
+        let expr = expand(&rule.expr, &defined);
+        defined.push((&rule.channel, expr));
     }
-    let rules: Vec<&Rule> = map.channels.iter().chain(&map.keep).collect();
-    evaluate_rules(table, map, &rules, &defined)
-}
-
-fn evaluate_rules(
-    table: &Table,
-    map: &Map,
-    rules: &[&Rule],
-    defined: &[(String, Vec<f64>)],
-) -> Result<Vec<(String, Vec<f64>)>, LogError> {
+    let rules = map.channels.iter().chain(&map.keep);
+    let rules: Vec<Rule> = rules
+        .map(|rule| Rule {
+            expr: expand(&rule.expr, &defined),
+            ..rule.clone()
+        })
+        .collect();
     let row: Vec<f64> = table.row_numbers.iter().map(|&row| row as f64).collect();
     let mass = vec![map.mass_kg().unwrap_or(f64::NAN); table.len()];
     // There is always one input, so that a constant expression knows its number of rows.
     let mut inputs: Vec<(&str, &[f64])> = vec![(ROW, input(table, ROW).unwrap_or(&row))];
-    for rule in rules {
+    for rule in &rules {
         for name in rule.expr.variables() {
             if inputs.iter().any(|(known, _)| *known == name) {
                 continue;
             }
-            let definition = defined.iter().find(|(known, _)| known == name);
-            let values = match (definition, input(table, name)) {
-                (Some((_, values)), _) => values.as_slice(),
-                (None, Some(values)) => values,
-                (None, None) if name == MASS && map.mass_kg().is_some() => &mass,
-                (None, None) => return Err(no_input(table, rule, name)),
+            let values = match input(table, name) {
+                Some(values) => values,
+                None if name == MASS && map.mass_kg().is_some() => &mass,
+                None => return Err(no_input(table, rule, name)),
             };
             inputs.push((name, values));
         }

@@ -74,11 +74,17 @@ fn unwrap(time_s: &mut [f64]) -> usize {
 }
 
 /// Median of the steps forward.
-pub(super) fn median_step(time_s: &[f64]) -> Option<f64> {
+fn median_step(time_s: &[f64]) -> Option<f64> {
     let steps = time_s.windows(2).map(|pair| pair[1] - pair[0]);
     let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
     let middle = steps.len() / 2;
     (!steps.is_empty()).then(|| *steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// Over how long values are joined without a word in the map, in s.
+pub(super) fn usual_limit_s(time_s: &[f64]) -> f64 {
+    let step_s = median_step(time_s).unwrap_or(0.0);
+    (JOINED_STEPS * step_s).max(SHORTEST_LIMIT_S)
 }
 
 /// The values of a column at the times of a clock; NaN where none is near enough.
@@ -87,15 +93,14 @@ pub(super) fn join(
     values: &[f64],
     clock_s: &[f64],
     how: Join,
-    limit_s: Option<f64>,
+    limit_s: f64,
 ) -> Vec<f64> {
-    let limit_s = limit_s.unwrap_or_else(|| {
-        let step_s = median_step(time_s).unwrap_or(0.0);
-        (JOINED_STEPS * step_s).max(SHORTEST_LIMIT_S)
-    });
     let known: Vec<usize> = (0..values.len())
         .filter(|&i| values[i].is_finite())
         .collect();
+    if known.is_empty() {
+        return vec![f64::NAN; clock_s.len()];
+    }
     let mut next = 0; // the first known value after t
     let mut latest_s = f64::NEG_INFINITY;
     clock_s
@@ -133,16 +138,17 @@ mod tests {
         let clock_s = [-1.0, 0.0, 0.5, 1.0, 1.5, 2.5, 30.0, 31.0];
         let text = |v: Vec<f64>| format!("{v:?}");
         assert_eq!(
-            text(join(&time_s, &values, &clock_s, Join::Linear, Some(5.0))),
+            text(join(&time_s, &values, &clock_s, Join::Linear, 5.0)),
             "[NaN, 0.0, 5.0, 10.0, NaN, NaN, 40.0, NaN]"
         );
         assert_eq!(
-            text(join(&time_s, &values, &clock_s, Join::Hold, Some(1.0))),
+            text(join(&time_s, &values, &clock_s, Join::Hold, 1.0)),
             "[NaN, 0.0, 0.0, 10.0, 10.0, NaN, 40.0, 40.0]"
         );
         // Ten median steps of 1 s.
-        assert_eq!(join(&time_s, &values, &[11.0], Join::Hold, None), [10.0]);
-        assert!(join(&[], &[], &[1.0], Join::Linear, None)[0].is_nan());
+        assert_eq!(usual_limit_s(&time_s), 10.0);
+        assert_eq!(join(&time_s, &values, &[11.0], Join::Hold, 10.0), [10.0]);
+        assert!(join(&[], &[], &[1.0], Join::Linear, 1.0)[0].is_nan());
     }
 
     #[test]

@@ -69,7 +69,7 @@ impl LogFormat {
     }
 }
 
-/// A log with topics, opened: its format is known, nothing else is read.
+/// A log with topics, opened.
 #[derive(Debug, Clone)]
 pub struct Log {
     path: String,
@@ -113,7 +113,7 @@ impl Log {
         })
     }
 
-    /// The format.
+    /// Its format.
     #[must_use]
     pub fn format(&self) -> LogFormat {
         self.format
@@ -185,12 +185,15 @@ impl Log {
         let loss = self.read(&mut extractor)?;
         let mut series = extractor.finish();
         findings = self.findings(&loss).then(findings);
-        let mut clock_s = Vec::new();
+        let (mut clock_s, mut joins) = (Vec::new(), BTreeMap::new());
         for (key, series) in &mut series {
             let offset_s = map.offset_s(key);
             series.time_s.iter_mut().for_each(|t| *t += offset_s);
             let repairs = join::repair(series, *key == clock);
             warn(&mut findings, key, series, repairs);
+            let (how, limit) = map.join(key);
+            let usual = || join::usual_limit_s(&series.time_s);
+            joins.insert(key.clone(), (how, limit.unwrap_or_else(usual)));
             if *key == clock {
                 clock_s.clone_from(&series.time_s);
             }
@@ -210,7 +213,7 @@ impl Log {
             let values = if topic == clock {
                 values.clone()
             } else {
-                let (how, limit_s) = map.join(&topic);
+                let (how, limit_s) = joins[&topic];
                 join::join(&source.time_s, values, &clock_s, how, limit_s)
             };
             table.columns.push(number_column(name, values));

@@ -59,7 +59,7 @@ impl Log {
         let mut findings = read.then(applied);
         notes.extend(resolved.warnings());
         let empty = |values: &[f64]| values.iter().all(|value| value.is_nan());
-        let (trial, empty) = without(&trial, |name, values| {
+        let (trial, empty) = without(trial, |name, values| {
             map.optional.iter().any(|known| known == name) && empty(values)
         })
         .map_err(|source| LogError::Trial {
@@ -78,9 +78,12 @@ impl Log {
 
 /// The trial without some channels, and their names.
 fn without(
-    trial: &Trial,
+    trial: Trial,
     drop: impl Fn(&str, &[f64]) -> bool,
 ) -> Result<(Trial, Vec<String>), TrialError> {
+    if !trial.channels().any(|(name, values)| drop(name, values)) {
+        return Ok((trial, Vec::new()));
+    }
     let mut dropped = Vec::new();
     let mut left = Trial::new(trial.name(), trial.time_s().to_vec())?;
     for (name, values) in trial.channels() {
