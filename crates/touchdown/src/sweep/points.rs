@@ -138,7 +138,7 @@ impl Sweep {
         let mut series = None;
         let mut deck = None;
         if let Some(given) = &mut settings.series {
-            if settings.scenario.deck != RigidMotion::Still {}
+            if settings.scenario.deck != RigidMotion::default()
                 || keys.iter().any(|k| *k == "deck" || k.starts_with("deck."))
             {
                 return Err(bad(
