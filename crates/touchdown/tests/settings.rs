@@ -1,12 +1,17 @@
 //! Every key of the settings of identification does what it says: it is refused where it is unknown, and it changes
 //! the fit where it is known.
 
+#[path = "common/flights.rs"]
+mod flights;
+
 use std::collections::BTreeMap;
 
+use touchdown::identify::flight::{Flight, ground_effect as from_flights};
 use touchdown::identify::ground_effect::{self, GroundTrial, levels};
 use touchdown::identify::settings::GroundEffectForm;
 use touchdown::identify::{IdentificationSettings, Made, Origin, thrust};
 use touchdown::settings::parse;
+use touchdown_sim::plant::GroundLaw;
 use touchdown_sim::rig::{self, RigSettings, RigTrial};
 use touchdown_sim::rig_sets::{self, Extent};
 use touchdown_trial::Trial;
@@ -45,6 +50,7 @@ struct Data {
     staircase: Trial,
     thrust: Vec<Trial>,
     ground: Vec<GroundTrial>,
+    flights: Vec<Trial>,
 }
 
 impl Data {
@@ -65,10 +71,14 @@ impl Data {
             .iter()
             .map(|t| ground_effect::prepare(t, &card).unwrap())
             .collect();
+        let plant = flights::vehicle(1.4, 0.12, GroundLaw::Exponential, 0.15);
         Self {
             staircase: staircase(),
             thrust,
             ground,
+            flights: (0..3)
+                .map(|seed| flights::fly(&plant, seed, 50.0, 50.0))
+                .collect(),
         }
     }
 
@@ -87,6 +97,20 @@ impl Data {
         };
         let one = std::slice::from_ref(&self.staircase);
         match area {
+            "flight" => {
+                let flown: touchdown::Result<Vec<Flight>> = self
+                    .flights
+                    .iter()
+                    .map(|trial| Flight::of(trial, &settings.flight))
+                    .collect();
+                let found = flown.and_then(|flown| {
+                    let found = from_flights(&flown, &settings.flight)?;
+                    let thrust = found.thrust_card(&settings, &origin);
+                    let terms = thrust.map(|made| made.card.terms);
+                    Ok(format!("{:?} {terms:?}", found.result(&flown)))
+                });
+                format!("{found:?}")
+            }
             "steps" => shown(thrust::fit(one, &settings, &origin).unwrap()),
             "eq7" => shown(thrust::first_order(&self.thrust, &settings, &origin).unwrap()),
             "eq8" => shown(thrust::library(&self.thrust, &settings, &origin).unwrap()),
@@ -170,7 +194,29 @@ const CASES: &[(&str, &str, &str, &str)] = &[
     ("ground_effect.lag_bounds_s", "[0.6, 3.0]", "lag", ""),
     ("ground_effect.ratio_limits", "[-0.2, 0.5]", "lag", ""),
     ("ground_effect.velocity_input", "\"deck\"", "lag", ""),
+    ("flight.mass_kg", "1.5", "flight", FLIGHT),
+    (
+        "flight.rotor_radius_m",
+        "0.12",
+        "flight",
+        "[flight]\nresamples = 100\n",
+    ),
+    ("flight.gravity_mps2", "9.7", "flight", FLIGHT),
+    ("flight.idle_throttle", "0.3", "flight", FLIGHT),
+    ("flight.reference_radii", "2.5", "flight", FLIGHT),
+    ("flight.height_bias_radii", "0.5", "flight", FLIGHT),
+    ("flight.least_rate_hz", "100.0", "flight", FLIGHT),
+    (
+        "flight.resamples",
+        "120",
+        "flight",
+        "[flight]\nrotor_radius_m = 0.12\n",
+    ),
+    ("flight.seed", "5", "flight", FLIGHT),
 ];
+
+/// A vehicle whose intervals are drawn quickly.
+const FLIGHT: &str = "[flight]\nrotor_radius_m = 0.12\nresamples = 100\n";
 
 fn keys(table: &toml::Table, above: &str, out: &mut Vec<String>) {
     for (key, value) in table {
@@ -248,6 +294,7 @@ fn prop_unknown_keys_are_refused_by_name_in_every_section() {
         "shooting",
         "thrust",
         "ground_effect",
+        "flight",
     ] {
         let text = format!("[{section}]\ncolour = 3\n");
         let error = parse::<IdentificationSettings>(&text, "s.toml")
@@ -272,6 +319,7 @@ fn prop_values_out_of_range_are_refused_by_key() {
         ("[published]\nnu = 0.0\n", "published.nu"),
         ("[published]\nthreshold = -0.1\n", "published.threshold"),
         ("[weak]\npower = 1\n", "weak"),
+        ("[flight]\nresamples = 20\n", "flight.resamples"),
         ("[weak]\nspacing = 9.0\n", "spacing"),
         ("[weak]\nhalf_width_s = -1.0\n", "half_width"),
     ] {
