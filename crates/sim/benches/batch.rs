@@ -6,47 +6,30 @@
 //! and the median of several runs are printed.
 #![allow(clippy::print_stdout)]
 
+mod common;
+
 use std::time::Instant;
 
-use touchdown_sim::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
-use touchdown_sim::space::{Batch, SpaceScenario};
+use common::processor_s;
+use touchdown_sim::space::{Batch, Case, SpaceScenario};
 use touchdown_sim::wind::{DrydenSettings, WindSettings};
 
 const LANDINGS: u64 = 192;
 const RUNS: usize = 9;
 
-/// Time of this thread on the processor, s; the clock's where the system does not tell.
-fn processor_s(start: Instant) -> f64 {
-    std::fs::read_to_string("/proc/thread-self/schedstat")
-        .ok()
-        .and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok())
-        .map_or_else(|| start.elapsed().as_secs_f64(), |ns| 1e-9 * ns)
-}
-
 fn main() {
-    let tone = Tone {
-        axis: Axis::Heave,
-        amplitude: 0.05,
-        frequency_hz: 0.5,
-        phase_rad: 0.0,
-    };
+    let turbulent = Case::Paper.scenario();
     let waves = SpaceScenario {
-        deck: RigidMotion::Sines { tones: vec![tone] },
         turbulence: false,
-        ..SpaceScenario::default()
-    };
-    let turbulent = SpaceScenario {
-        turbulence: true,
-        ..waves.clone()
+        ..turbulent.clone()
     };
     let sea = SpaceScenario {
-        deck: RigidMotion::Sea(SeaSettings::default()),
         wind: WindSettings {
             steady_mps: [1.0, 0.0, 0.0],
             dryden: DrydenSettings::low_altitude(6.0, 3.0).ok(),
             gust: None,
         },
-        ..turbulent.clone()
+        ..Case::Sea.scenario()
     };
     println!(
         "million steps per second of processor time, best (median): one at a time, by the lane"

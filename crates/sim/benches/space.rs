@@ -5,34 +5,18 @@
 //! and the median of several runs are printed.
 #![allow(clippy::print_stdout)]
 
+mod common;
+
 use std::time::Instant;
 
-use touchdown_sim::deck::rigid::{Axis, RigidMotion, Tone};
-use touchdown_sim::space::{SpaceLander, SpaceScenario};
+use common::processor_s;
+use touchdown_sim::space::{Case, SpaceLander};
 
 const LANDINGS: u64 = 12;
 const RUNS: usize = 9;
 
-/// Time of this thread on the processor, s; the clock's where the system does not tell.
-fn processor_s(start: Instant) -> f64 {
-    std::fs::read_to_string("/proc/thread-self/schedstat")
-        .ok()
-        .and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok())
-        .map_or_else(|| start.elapsed().as_secs_f64(), |ns| 1e-9 * ns)
-}
-
 fn main() {
-    let tone = Tone {
-        axis: Axis::Heave,
-        amplitude: 0.05,
-        frequency_hz: 0.5,
-        phase_rad: 0.0,
-    };
-    let scenario = SpaceScenario {
-        deck: RigidMotion::Sines { tones: vec![tone] },
-        ..SpaceScenario::default()
-    };
-    let lander = SpaceLander::new(&scenario).expect("a valid scenario");
+    let lander = SpaceLander::new(&Case::Paper.scenario()).expect("a valid scenario");
     let start = Instant::now();
     let mut speeds: Vec<f64> = (0..RUNS)
         .map(|_| {

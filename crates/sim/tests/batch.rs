@@ -1,18 +1,17 @@
 //! Landings by the lane.
 
-use touchdown_sim::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
-use touchdown_sim::space::{Batch, SpaceScenario};
+use touchdown_sim::deck::rigid::RigidMotion;
+use touchdown_sim::space::{Batch, Case, SpaceScenario};
 use touchdown_sim::wind::{DrydenSettings, WindSettings};
 
 fn sea() -> SpaceScenario {
     SpaceScenario {
-        deck: RigidMotion::Sea(SeaSettings::default()),
         wind: WindSettings {
             steady_mps: [1.0, 0.5, 0.0],
             dryden: DrydenSettings::low_altitude(6.0, 3.0).ok(),
             gust: None,
         },
-        ..SpaceScenario::default()
+        ..Case::Sea.scenario()
     }
 }
 
@@ -39,17 +38,7 @@ fn prop_a_lane_is_a_landing_alone_however_trials_are_divided() {
 
 #[test]
 fn prop_it_lands_softly_on_the_papers_deck() {
-    let tone = Tone {
-        axis: Axis::Heave,
-        amplitude: 0.05,
-        frequency_hz: 0.5,
-        phase_rad: 0.0,
-    };
-    let scenario = SpaceScenario {
-        deck: RigidMotion::Sines { tones: vec![tone] },
-        ..SpaceScenario::default()
-    };
-    let batch = Batch::new(&scenario).expect("a valid scenario");
+    let batch = Batch::new(&Case::Paper.scenario()).expect("a valid scenario");
     for landing in batch.land(0..24, 1).expect("a checked scenario") {
         assert!(landing.outcome.landed(), "{landing:?}");
         let touch = landing.touch.expect("it touched");

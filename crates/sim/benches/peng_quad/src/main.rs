@@ -5,22 +5,17 @@
 #[allow(dead_code, missing_docs)]
 mod peng;
 
+#[path = "../../common/mod.rs"]
+mod common;
+
 use std::hint::black_box;
 use std::time::Instant;
 
+use common::processor_s;
 use nalgebra::Vector3;
-use touchdown_sim::deck::rigid::{Axis, RigidMotion, Tone};
-use touchdown_sim::space::{Batch, SpaceLander, SpaceScenario};
+use touchdown_sim::space::{Batch, Case, SpaceLander, SpaceScenario};
 
 const RUNS: usize = 9;
-
-/// Time of this thread on the processor, s; the clock's where the system does not tell.
-fn processor_s(start: Instant) -> f64 {
-    std::fs::read_to_string("/proc/thread-self/schedstat")
-        .ok()
-        .and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok())
-        .map_or_else(|| start.elapsed().as_secs_f64(), |ns| 1e-9 * ns)
-}
 
 /// Descents of 10 s: PID of place at 100 Hz, PID of attitude at every step.
 fn peng(descents: u32) -> u64 {
@@ -57,16 +52,7 @@ fn peng(descents: u32) -> u64 {
 }
 
 fn main() {
-    let tone = Tone {
-        axis: Axis::Heave,
-        amplitude: 0.05,
-        frequency_hz: 0.5,
-        phase_rad: 0.0,
-    };
-    let turbulent = SpaceScenario {
-        deck: RigidMotion::Sines { tones: vec![tone] },
-        ..SpaceScenario::default()
-    };
+    let turbulent = Case::Paper.scenario();
     let scenario = SpaceScenario {
         turbulence: false,
         ..turbulent.clone()
