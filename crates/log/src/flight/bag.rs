@@ -34,13 +34,7 @@ struct Bag<'s> {
 /// Reads a whole log.
 pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
     let mut stream = Stream::new(input);
-    if stream.peek(MAGIC.len())? != Some(&MAGIC[..]) {
-        return Err(ReadError::broken(
-            LogFormat::Rosbag,
-            "without its first bytes",
-        ));
-    }
-    stream.advance(MAGIC.len());
+    stream.begin(&MAGIC, LogFormat::Rosbag)?;
     let mut bag = Bag {
         sink,
         channels: HashMap::new(),

@@ -47,13 +47,7 @@ struct Mcap<'s> {
 /// Reads a whole log.
 pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
     let mut stream = Stream::new(input);
-    if stream.peek(MAGIC.len())? != Some(&MAGIC[..]) {
-        return Err(ReadError::broken(
-            LogFormat::Mcap,
-            "without its first bytes",
-        ));
-    }
-    stream.advance(MAGIC.len());
+    stream.begin(&MAGIC, LogFormat::Mcap)?;
     let mut reader = Mcap {
         sink,
         schemas: HashMap::new(),

@@ -1,5 +1,7 @@
 //! Bytes of a file in order, through a window that holds what is looked at.
 
+use super::LogFormat;
+use super::sink::ReadError;
 use std::io::{self, Read};
 
 /// Bytes that are read at once.
@@ -25,6 +27,15 @@ impl<R: Read> Stream<R> {
             position: 0,
             ended: false,
         }
+    }
+
+    /// Goes past the bytes that a file of this format starts with.
+    pub(super) fn begin(&mut self, magic: &[u8], format: LogFormat) -> Result<(), ReadError> {
+        if self.peek(magic.len())? != Some(magic) {
+            return Err(ReadError::broken(format, "without its first bytes"));
+        }
+        self.advance(magic.len());
+        Ok(())
     }
 
     /// Offset in the file of the window's first byte.
