@@ -65,6 +65,19 @@ impl Page {
     }
 }
 
+/// The values in order, and the share of them below each in %: a curve of steps from its first value, with nothing below.
+pub(super) fn shares_below(values: impl Iterator<Item = f64>) -> (Vec<f64>, Vec<f64>) {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let count = values.len() as f64;
+    if let Some(&first) = values.first() {
+        values.insert(0, first);
+    }
+    let shares = (0..values.len()).map(|k| 100.0 * k as f64 / count);
+    let shares = shares.collect();
+    (values, shares)
+}
+
 /// A number as it stands in text.
 pub(super) fn show(value: f64, decimals: usize) -> String {
     Cell::number(value, decimals).shown().to_string()

@@ -6,6 +6,7 @@ use touchdown_report::{Color, Figure, Panel, Series};
 use touchdown_sim::space::{SpaceTrace, TraceRow};
 
 use super::ended;
+use crate::pages::page::shares_below;
 use crate::sweep::{CampaignResults, Row, Sweep, Worst, number, text};
 
 /// More curves than this in one panel are pooled by controller.
@@ -54,19 +55,11 @@ pub(super) fn distributions(sweep: &Sweep, rows: &[Row], results: &CampaignResul
     {
         let mut panel = Panel::new(label, "Share (%)").y_range(0.0, 100.0);
         for (i, (group, rows)) in groups.iter().enumerate() {
-            let mut values: Vec<f64> = rows
+            let values = rows
                 .iter()
                 .filter(|r| r.landed())
-                .filter_map(|r| r.number(name))
-                .collect();
-            values.sort_by(f64::total_cmp);
-            let count = values.len() as f64;
-            // The curve begins at its first value, with nothing below.
-            values.extend_from_within(..values.len().min(1));
-            values.sort_by(f64::total_cmp);
-            let shares: Vec<f64> = (0..values.len())
-                .map(|k| 100.0 * k as f64 / count)
-                .collect();
+                .filter_map(|r| r.number(name));
+            let (values, shares) = shares_below(values);
             let legend = if row == 0 { group.as_str() } else { "" };
             panel = panel.series(Series::steps(legend, &values, &shares).color(Color::Cycle(i)));
         }

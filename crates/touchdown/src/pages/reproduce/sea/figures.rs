@@ -5,6 +5,7 @@ use touchdown_sim::space::{Case, SpaceTrace, TraceRow};
 
 use super::words;
 use crate::experiments::sea::SeaExperiment;
+use crate::pages::page::shares_below;
 use crate::settings::sea::How;
 use crate::statistics::Share;
 use crate::sweep::Figures;
@@ -82,15 +83,7 @@ pub(super) fn impact(sea: &SeaExperiment) -> Figure {
         for how in How::ALL {
             let Some(l) = sea.of(deck, how) else { continue };
             let landed = l.rows.iter().filter(|r| r.landed());
-            let mut values: Vec<f64> = landed.filter_map(|r| r.number("v_l_mps")).collect();
-            values.sort_by(f64::total_cmp);
-            let count = values.len() as f64;
-            // The curve begins at its first value, with nothing below.
-            values.extend_from_within(..values.len().min(1));
-            values.sort_by(f64::total_cmp);
-            let shares: Vec<f64> = (0..values.len())
-                .map(|k| 100.0 * k as f64 / count)
-                .collect();
+            let (values, shares) = shares_below(landed.filter_map(|r| r.number("v_l_mps")));
             let name = if row == 0 {
                 words(how.name())
             } else {
