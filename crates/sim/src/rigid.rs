@@ -25,7 +25,7 @@ use crate::contact::{ContactLog, ContactState, Foot, LegSettings, Legs};
 use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
 use crate::plant::PlantSettings;
-use crate::rotors::{RotorPlace, Rotors, RotorsTarget};
+use crate::rotors::{RotorPlace, Rotors, RotorsTarget, Shares};
 use crate::vector::{add, along, cross, dot, sub, to_world};
 
 pub(crate) use kernel::{Acting, Input, Kind, Standing};
@@ -61,11 +61,12 @@ pub struct Loads {
 
 impl Disturbance {
     #[inline]
-    fn input(&self, throttle: &[f64; 4]) -> Input<f64> {
+    fn input(&self, throttle: &[f64; 4], shares: Shares) -> Input<f64> {
         Input {
             throttle: *throttle,
             wind_mps: self.wind_mps,
             turbulence_n: self.turbulence_n,
+            shares,
         }
     }
 }
@@ -210,13 +211,14 @@ impl RigidVehicle {
     pub fn loads(&self, state: &RigidState, deck: &DeckPose, disturbance: &Disturbance) -> Loads {
         let (kind, moving) = (self.kind(), state.moving());
         let (roots, place) = (&state.rotors.root_thrust, state.position_m);
-        let around = self.around(&kind, roots, place, &state.axes(), deck);
+        let hubs_m = self.hubs_over(place, &state.axes(), deck);
+        let input = disturbance.input(&[0.0; 4], self.rotors.shares(&hubs_m));
+        let around = self.around(&kind, roots, &hubs_m, &input.shares, deck);
         let standing = self.legs_near(state, deck).map(|legs| Standing {
             legs,
             foothold: state.contact.foothold(),
         });
         let contact = standing.as_ref().map(|standing| (standing, deck));
-        let input = disturbance.input(&[0.0; 4]);
         let drive = self.rotors.drive(&input.throttle);
         let (_, acting) = self.rate(&kind, &moving, &input, &drive, &around, contact);
         Loads::of(acting, around.rotors.target)
@@ -287,7 +289,8 @@ impl RigidVehicle {
             foothold: state.contact.foothold(),
         });
         let (kind, mut moving) = (self.kind(), state.moving());
-        let (input, contact) = (disturbance.input(throttle), standing.as_mut());
+        let shares = self.shares_ahead(&moving, 0.5 * dt, &deck[1]);
+        let (input, contact) = (disturbance.input(throttle, shares), standing.as_mut());
         let (acting, held) = self.advance(&kind, &mut moving, deck, &input, contact, dt);
         state.take(&moving);
         if let Some(standing) = &standing {

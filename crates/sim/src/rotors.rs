@@ -69,6 +69,15 @@ pub struct RotorsTarget<N = f64> {
     pub mean_height_m: N,
 }
 
+/// What rotors have of the plate by where they are over it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shares<N = f64> {
+    /// ρ_i.
+    pub(crate) plate: [N; 4],
+    /// P(z_i) ρ_i.
+    pub(crate) upwash: [N; 4],
+}
+
 /// What the deck does to the rotors: where the inflow goes, how fast, and how the
 /// air below moves. Held over a step of the integration.
 #[derive(Clone, Copy, Debug)]
@@ -141,12 +150,12 @@ impl Rotors {
     #[must_use]
     pub fn edge_shares(&self, places_m: &[[f64; 3]; 4]) -> [f64; 4] {
         let at = places_m.map(|[x, y, z]| [x, y, z.max(LEAST_ROTOR_HEIGHT_M)]);
-        self.shares(&at, at.map(|[_, _, z]| self.table.at(z).inverse_angle))
+        self.plate(&at, at.map(|[_, _, z]| self.table.at(z).inverse_angle))
     }
 
     /// ρ where 1/S0 is known.
     #[inline(always)]
-    fn shares<N: Number>(&self, places_m: &[[N; 3]; 4], inverse_angle: [N; 4]) -> [N; 4] {
+    fn plate<N: Number>(&self, places_m: &[[N; 3]; 4], inverse_angle: [N; 4]) -> [N; 4] {
         let mut shares = inverse_angle;
         if self.plant.deck.half_side_m().is_some() {
             let angles = self.plant.deck.solid_angles(places_m);
@@ -159,17 +168,35 @@ impl Rotors {
         shares
     }
 
+    /// What rotors at `places_m` in the deck's axes have of the plate.
+    #[inline(always)]
+    pub(crate) fn shares<N: Number>(&self, places_m: &[[N; 3]; 4]) -> Shares<N> {
+        let zero = places_m[0][0].like(0.0);
+        let (mut at, mut upwash, mut inverse_angle) = (*places_m, [zero; 4], [zero; 4]);
+        for i in 0..4 {
+            at[i][2] = at[i][2].most(zero.like(LEAST_ROTOR_HEIGHT_M));
+            let of = self.table.at(at[i][2]);
+            (upwash[i], inverse_angle[i]) = (of.upwash, of.inverse_angle);
+        }
+        let plate = self.plate(&at, inverse_angle);
+        for i in 0..4 {
+            upwash[i] = upwash[i] * plate[i];
+        }
+        Shares { plate, upwash }
+    }
+
     /// Inflow at rest at the places of the rotors.
     #[must_use]
     pub fn target(&self, root_thrust: &[f64; 4], places: &[RotorPlace; 4]) -> RotorsTarget {
         let deck_mps = places.map(|rotor| rotor.deck_mps);
         let places_m = places.map(|rotor| rotor.place_m);
-        self.held(self.ground_effect_scale(), root_thrust, &places_m, deck_mps)
+        let (scale, shares) = (self.ground_effect_scale(), self.shares(&places_m));
+        self.held(scale, root_thrust, &places_m, deck_mps, &shares)
             .target
     }
 
-    /// What the deck does to rotors at `places_m` in its axes, with the strength
-    /// `scale` of the ground effect and speeds `deck_mps` of the points below.
+    /// What the deck does to rotors at `places_m` in its axes that have `shares` of the plate,
+    /// with the strength `scale` of the ground effect and speeds `deck_mps` of the points below.
     #[inline(always)]
     pub(crate) fn held<N: Number>(
         &self,
@@ -177,16 +204,17 @@ impl Rotors {
         root_thrust: &[N; 4],
         places_m: &[[N; 3]; 4],
         deck_mps: [N; 4],
+        shares: &Shares<N>,
     ) -> Held<N> {
         let zero = scale.like(0.0);
         let least_m = scale.like(LEAST_ROTOR_HEIGHT_M);
         let mut at = *places_m;
-        let mut share = [zero; 4];
+        let share = &shares.plate;
         let mut held = Held {
             target: RotorsTarget {
                 inflow: [zero; 4],
                 fountain: zero,
-                upwash: [zero; 4],
+                upwash: shares.upwash,
                 mean_height_m: zero,
             },
             rotor_pace: [zero; 4],
@@ -196,12 +224,6 @@ impl Rotors {
         let target = &mut held.target;
         for i in 0..4 {
             at[i][2] = at[i][2].most(least_m);
-            let of = self.table.at(at[i][2]);
-            (target.upwash[i], share[i]) = (of.upwash, of.inverse_angle);
-        }
-        let share = self.shares(&at, share);
-        for i in 0..4 {
-            target.upwash[i] = target.upwash[i] * share[i];
             held.air_mps[i] = target.upwash[i] * deck_mps[i];
         }
         let mean_height_m = (at[0][2] + at[1][2] + at[2][2] + at[3][2]) * 0.25;

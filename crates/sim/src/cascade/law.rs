@@ -227,16 +227,16 @@ impl Cascade {
         } else {
             zero
         };
-        let (mut thrusts_n, mut share) = (tilt, one);
+        // The rotor with the least room to one side bounds them all.
+        let (mut thrusts_n, mut room) = (tilt, zero.like(f64::INFINITY));
         for i in 0..4 {
             thrusts_n[i] = base + scale * tilt[i];
-            let step = yaw * SPIN[i];
             let up = greatest - thrusts_n[i];
-            let room = N::choose(zero.below(step), up, thrusts_n[i] - least);
-            let size = step.abs();
-            let fits = share.least(room.most(zero) / size);
-            share = N::choose(room.below(size), fits, share);
+            let rises = zero.below(yaw * SPIN[i]);
+            room = room.least(N::choose(rises, up, thrusts_n[i] - least));
         }
+        let size = yaw.abs();
+        let share = N::choose(room.below(size), room.most(zero) / size, one);
         for i in 0..4 {
             let thrust_n = thrusts_n[i] + share * (yaw * SPIN[i]);
             thrusts_n[i] = thrust_n.within(least, greatest);

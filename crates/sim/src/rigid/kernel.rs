@@ -5,7 +5,7 @@ use super::{RigidVehicle, SPIN};
 use crate::contact::{Body, Foothold, Legs};
 use crate::deck::rigid::DeckPose;
 use crate::number::Number;
-use crate::rotors::Held;
+use crate::rotors::{Held, Shares};
 use crate::vector::{Axes, add, along, axes_of, cross, dot, normalised, scale, sub, to_world};
 use crate::vector::{corners, product, turned};
 
@@ -25,6 +25,8 @@ pub(crate) struct Input<N> {
     pub(crate) throttle: [N; 4],
     pub(crate) wind_mps: [N; 3],
     pub(crate) turbulence_n: [N; 4],
+    /// See [`RigidVehicle::shares_ahead`].
+    pub(crate) shares: Shares<N>,
 }
 
 /// What is held over a step: the rotors' surroundings and the deck's normal.
@@ -50,26 +52,19 @@ pub(crate) struct Acting<N> {
 }
 
 impl RigidVehicle {
-    /// The surroundings of a vehicle at a place.
+    /// The hubs of a vehicle, in the deck's axes.
     #[inline(always)]
-    pub(super) fn around<N: Number>(
+    pub(super) fn hubs_over<N: Number>(
         &self,
-        kind: &Kind<N>,
-        root_thrust: &[N; 4],
         position_m: [N; 3],
         axes: &Axes<N>,
         deck: &DeckPose<N>,
-    ) -> Around<N> {
-        // Everything in the deck's axes; its rotation enters the speed of the point below.
+    ) -> [[N; 3]; 4] {
         let centre = along(&deck.axes, sub(position_m, deck.origin_m));
         let x = along(&deck.axes, axes[0]);
         let y = along(&deck.axes, axes[1]);
         let z = along(&deck.axes, axes[2]);
-        let heave = dot(deck.axes[2], deck.velocity_mps);
-        let roll = dot(deck.axes[0], deck.angular_velocity);
-        let pitch = dot(deck.axes[1], deck.angular_velocity);
         let mut places_m = [centre; 4];
-        let mut deck_mps = [heave; 4];
         let [a, _, h] = self.hubs_m[0];
         for k in 0..3 {
             let at = corners(x[k] * a, y[k] * a, centre[k] + z[k] * h);
@@ -77,12 +72,60 @@ impl RigidVehicle {
                 places_m[i][k] = at[i];
             }
         }
+        places_m
+    }
+
+    /// The hubs where velocities lead them to in `time_s`, in the axes of the deck then.
+    #[inline(always)]
+    fn hubs_ahead<N: Number>(
+        &self,
+        state: &Moving<N>,
+        time_s: f64,
+        deck: &DeckPose<N>,
+    ) -> [[N; 3]; 4] {
+        let attitude = normalised(turned(state.attitude, state.rates, 0.5 * time_s));
+        let mut position_m = state.position_m;
+        for k in 0..3 {
+            position_m[k] = position_m[k] + state.velocity_mps[k] * time_s;
+        }
+        self.hubs_over(position_m, &axes_of(attitude), deck)
+    }
+
+    /// What the rotors have of the plate where velocities lead them to in `time_s`; `deck` is the
+    /// deck then.
+    #[inline(always)]
+    pub(crate) fn shares_ahead<N: Number>(
+        &self,
+        state: &Moving<N>,
+        time_s: f64,
+        deck: &DeckPose<N>,
+    ) -> Shares<N> {
+        self.rotors.shares(&self.hubs_ahead(state, time_s, deck))
+    }
+
+    /// The surroundings of rotors whose hubs are at places in the deck's axes.
+    #[inline(always)]
+    pub(super) fn around<N: Number>(
+        &self,
+        kind: &Kind<N>,
+        root_thrust: &[N; 4],
+        hubs_m: &[[N; 3]; 4],
+        shares: &Shares<N>,
+        deck: &DeckPose<N>,
+    ) -> Around<N> {
+        // In the deck's axes; its rotation enters the speed of the point below.
+        let heave = dot(deck.axes[2], deck.velocity_mps);
+        let roll = dot(deck.axes[0], deck.angular_velocity);
+        let pitch = dot(deck.axes[1], deck.angular_velocity);
+        let mut deck_mps = [heave; 4];
         for i in 0..4 {
-            deck_mps[i] = heave + roll * places_m[i][1] - pitch * places_m[i][0];
+            deck_mps[i] = heave + roll * hubs_m[i][1] - pitch * hubs_m[i][0];
         }
         let scale = kind.ground_effect_scale;
         Around {
-            rotors: self.rotors.held(scale, root_thrust, &places_m, deck_mps),
+            rotors: self
+                .rotors
+                .held(scale, root_thrust, hubs_m, deck_mps, shares),
             normal: deck.axes[2],
         }
     }
@@ -177,17 +220,13 @@ impl RigidVehicle {
     ) -> (Acting<N>, Held<N>) {
         let drive = self.rotors.drive(&input.throttle);
         let around = {
-            let attitude = normalised(turned(state.attitude, state.rates, 0.25 * dt));
-            let mut position_m = state.position_m;
-            for k in 0..3 {
-                position_m[k] = position_m[k] + state.velocity_mps[k] * (0.5 * dt);
-            }
             let mut roots = state.rotors.root_thrust;
             let spin_up = self.rotors.spin_up(&roots, &drive);
             for i in 0..4 {
                 roots[i] = roots[i] + spin_up[i] * (0.5 * dt);
             }
-            self.around(kind, &roots, position_m, &axes_of(attitude), &deck[1])
+            let hubs_m = self.hubs_ahead(state, 0.5 * dt, &deck[1]);
+            self.around(kind, &roots, &hubs_m, &input.shares, &deck[1])
         };
         let start = *state;
         let (mut here, mut sum) = (start, start);
@@ -212,7 +251,9 @@ impl RigidVehicle {
                 (dt / 6.0, 0.0),
             ][stage];
             sum = sum.after(&rate, weight);
-            here = start.after(&rate, ahead);
+            if stage < 3 {
+                here = start.after(&rate, ahead);
+            }
         }
         *state = sum;
         state.attitude = normalised(state.attitude);
@@ -228,166 +269,4 @@ impl RigidVehicle {
 }
 
 #[cfg(test)]
-mod tests {
-    use pulp::{Arch, Simd, WithSimd};
-
-    use super::*;
-    use crate::STEP_S;
-    use crate::body::BodySettings;
-    use crate::contact::{ContactState, LegSettings};
-    use crate::deck::rigid::{Axis, RigidDeck, RigidMotion, Tone};
-    use crate::lanes::Lanes;
-    use crate::number::MOST_LANES;
-    use crate::plant::PlantSettings;
-    use crate::rigid::{Disturbance, RigidState};
-
-    const STEPS: u32 = 600;
-
-    /// Commands made by hand: each lane its own, down onto the deck and then off.
-    fn commands(lane: usize, step: u32, hover: f64) -> ([f64; 4], Disturbance) {
-        let (t, kind) = (f64::from(step) * STEP_S, lane as f64);
-        let sink = hover - 0.02 - 0.004 * kind;
-        let roll = 0.004 * (9.0 * t + kind).sin();
-        // Nobody holds the attitude: down before it tumbles.
-        let throttle = if t < 0.1 { sink } else { 0.0 };
-        let disturbance = Disturbance {
-            wind_mps: [0.3 * kind, -0.2, 0.1 * (3.0 * t).sin()],
-            turbulence_n: [0.05 * (20.0 * t).sin(), 0.0, 0.02 * kind, 0.01],
-        };
-        let [a, b] = [throttle + roll, throttle - roll];
-        ([a, a, b, b], disturbance)
-    }
-
-    struct Fly<'a> {
-        vehicle: &'a RigidVehicle,
-        deck: &'a RigidDeck,
-        start: RigidState,
-        hover: f64,
-    }
-
-    impl Fly<'_> {
-        fn kind(lane: usize) -> [f64; 4] {
-            [0.01 * lane as f64, 0.0, -0.01, 0.02]
-        }
-
-        fn alone(&self, lane: usize) -> RigidState {
-            let vehicle = self
-                .vehicle
-                .clone()
-                .with_thrust_scale_error(Self::kind(lane));
-            let mut state = self.start;
-            for step in 0..STEPS {
-                let (throttle, disturbance) = commands(lane, step, self.hover);
-                let t = f64::from(step) * STEP_S;
-                let deck = [t, t + 0.5 * STEP_S, t + STEP_S].map(|t| self.deck.at(t));
-                vehicle.step(&mut state, &deck, &throttle, &disturbance, STEP_S);
-            }
-            state
-        }
-    }
-
-    fn wide<N: Number>(like: N, of: impl Fn(usize) -> f64) -> N {
-        let mut row = [0.0; MOST_LANES];
-        for (lane, value) in row.iter_mut().enumerate() {
-            *value = of(lane);
-        }
-        like.of_lanes(&row)
-    }
-
-    impl WithSimd for Fly<'_> {
-        type Output = Vec<RigidState>;
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-            let zero = Lanes::splat(simd, 0.0);
-            let legs = self.vehicle.legs.as_ref().expect("it has legs");
-            let mut kind = Kind {
-                thrust_scale_error: [zero; 4],
-                ground_effect_scale: zero.like(self.vehicle.rotors.ground_effect_scale()),
-            };
-            for i in 0..4 {
-                kind.thrust_scale_error[i] = wide(zero, |lane| Self::kind(lane)[i]);
-            }
-            let start = self.start.moving().to_array();
-            let mut state = Moving::from_array(&start.map(|value| zero.like(value)));
-            let mut foothold = Foothold {
-                sticks: [zero.below(zero); 4],
-                stuck_m: [[zero; 2]; 4],
-            };
-            for step in 0..STEPS {
-                let of = |lane| commands(lane, step, self.hover);
-                let input = Input {
-                    throttle: [0, 1, 2, 3].map(|i| wide(zero, |lane| of(lane).0[i])),
-                    wind_mps: [0, 1, 2].map(|k| wide(zero, |lane| of(lane).1.wind_mps[k])),
-                    turbulence_n: [0, 1, 2, 3]
-                        .map(|i| wide(zero, |lane| of(lane).1.turbulence_n[i])),
-                };
-                let t = f64::from(step) * STEP_S;
-                let deck = [t, t + 0.5 * STEP_S, t + STEP_S].map(|t| {
-                    let pose = self.deck.at(t);
-                    let of = |v: [f64; 3]| v.map(|value| zero.like(value));
-                    DeckPose {
-                        origin_m: of(pose.origin_m),
-                        velocity_mps: of(pose.velocity_mps),
-                        acceleration_mps2: of(pose.acceleration_mps2),
-                        axes: pose.axes.map(of),
-                        angular_velocity: of(pose.angular_velocity),
-                        angular_acceleration: of(pose.angular_acceleration),
-                    }
-                });
-                // With legs at all steps: far from the deck they change nothing.
-                let mut standing = Standing { legs, foothold };
-                let contact = Some(&mut standing);
-                self.vehicle
-                    .advance(&kind, &mut state, &deck, &input, contact, STEP_S);
-                foothold = standing.foothold;
-            }
-            let ones = zero.like(1.0);
-            let sticks = foothold
-                .sticks
-                .map(|truth| Lanes::choose(truth, ones, zero));
-            let at = |lane: usize| {
-                let mut one = RigidState::default();
-                let values = state.to_array().map(|value| value.get(lane));
-                one.take(&Moving::from_array(&values));
-                one.contact = ContactState::of(&Foothold {
-                    sticks: sticks.map(|value| value.get(lane) > 0.0),
-                    stuck_m: foothold.stuck_m.map(|place| place.map(|m| m.get(lane))),
-                });
-                one
-            };
-            (0..Lanes::<S>::COUNT).map(at).collect()
-        }
-    }
-
-    #[test]
-    fn prop_a_lane_is_a_vehicle_stepped_alone() {
-        let tone = |axis, amplitude, frequency_hz| Tone {
-            axis,
-            amplitude,
-            frequency_hz,
-            phase_rad: 0.3,
-        };
-        let tones = vec![tone(Axis::Heave, 0.05, 0.5), tone(Axis::Roll, 0.05, 0.3)];
-        let deck = RigidMotion::Sines { tones }.build(9.81, 0, 0);
-        let deck = deck.expect("valid waves");
-        let plant = PlantSettings::default();
-        let vehicle = RigidVehicle::new(&plant, &BodySettings::default())
-            .and_then(|vehicle| vehicle.with_legs(&LegSettings::default(), &plant))
-            .expect("valid settings");
-        let (start, hover) = vehicle.balanced(0.12, &deck.at(0.0));
-        let fly = Fly {
-            vehicle: &vehicle,
-            deck: &deck,
-            start,
-            hover,
-        };
-        let alone: Vec<RigidState> = (0..MOST_LANES).map(|lane| fly.alone(lane)).collect();
-        let stands = |state: &&RigidState| state.contact.stuck_m.iter().flatten().count() >= 3;
-        assert!(alone.iter().filter(stands).count() >= 2, "{alone:?}");
-        // Bit for bit: the same operations in the same order, none contracted.
-        for (lane, state) in Arch::new().dispatch(fly).into_iter().enumerate() {
-            assert_eq!(state, alone[lane], "lane {lane}");
-        }
-    }
-}
+mod tests;

@@ -1,6 +1,8 @@
 //! The step of all lanes.
 
 mod judge;
+#[cfg(test)]
+mod tests;
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -17,8 +19,8 @@ use crate::deck::spline::on_piece;
 use crate::error::SimError;
 use crate::number::{MOST_LANES, Number};
 use crate::rigid::{Disturbance, Input, Kind, Moving, RigidState, SIZE, Standing};
+use crate::rotors::Shares;
 use crate::space::outcome::SpaceLanding;
-use crate::space::sensing::steps;
 use crate::vector::axes_of;
 
 /// Time for which half the lanes wait for the others, in steps.
@@ -93,6 +95,10 @@ impl<'a, N: Number> Engine<'a, N> {
                 throttle: [zero; 4],
                 wind_mps: [zero; 3],
                 turbulence_n: [zero; 4],
+                shares: Shares {
+                    plate: [one; 4],
+                    upwash: [zero; 4],
+                },
             },
             acceleration_mps2: [zero; 3],
             piece: [[zero; 5]; 6],
@@ -117,43 +123,46 @@ impl<'a, N: Number> Engine<'a, N> {
     /// Flies all trials.
     #[inline(always)]
     pub(super) fn run(mut self) -> Result<Vec<SpaceLanding>, SimError> {
-        let scenario = &self.batch.lander.scenario;
-        let cascade = &self.batch.lander.cascade;
-        let control_steps = steps(scenario.control_period_s) as u64;
-        let cascade_steps = steps(cascade.period_s()) as u64;
-        let delay = steps(scenario.command_delay_s) as u64;
-        loop {
-            let within = self.step % KNOT_STEPS;
-            if within == 0 {
-                self.seat()?;
-                if self.seats.iter().all(Option::is_none) {
-                    break;
-                }
-                self.knot();
-            }
-            if within.is_multiple_of(BLOCK_STEPS) {
-                self.air.draw(&mut self.seats);
-            }
-            if self.step.is_multiple_of(control_steps) {
-                let wanted = self.ask();
-                self.coming.push_back((self.step + delay, wanted));
-            }
-            while let Some((_, wanted)) = self.coming.front().filter(|(at, _)| *at <= self.step) {
-                self.wanted = *wanted;
-                self.coming.pop_front();
-            }
-            if self.step.is_multiple_of(cascade_steps) {
-                let zero = self.fresh.like(0.0);
-                let first = zero.below(self.fresh);
-                let (q, rates) = (self.state.attitude, self.state.rates);
-                let given = cascade.control(&mut self.memory, first, q, rates, &self.wanted);
-                self.throttle = given.throttle;
-                self.fresh = zero;
-            }
-            self.fly(within);
-        }
+        while self.advance()? {}
         self.landed.sort_by_key(|landing| landing.trial_index);
         Ok(self.landed)
+    }
+
+    /// A step of all; false when none is left.
+    #[inline(always)]
+    fn advance(&mut self) -> Result<bool, SimError> {
+        let batch = self.batch;
+        let within = self.step % KNOT_STEPS;
+        if within == 0 {
+            self.seat()?;
+            if self.seats.iter().all(Option::is_none) {
+                return Ok(false);
+            }
+            self.knot();
+        }
+        if within.is_multiple_of(BLOCK_STEPS) {
+            self.air.draw(&mut self.seats);
+        }
+        if self.step.is_multiple_of(batch.steps.control) {
+            let wanted = self.ask(within);
+            let at = self.step + batch.steps.command_delay;
+            self.coming.push_back((at, wanted));
+        }
+        while let Some((_, wanted)) = self.coming.front().filter(|(at, _)| *at <= self.step) {
+            self.wanted = *wanted;
+            self.coming.pop_front();
+        }
+        if self.step.is_multiple_of(batch.steps.cascade) {
+            let zero = self.fresh.like(0.0);
+            let first = zero.below(self.fresh);
+            let (q, rates) = (self.state.attitude, self.state.rates);
+            let cascade = &batch.lander.cascade;
+            let given = cascade.control(&mut self.memory, first, q, rates, &self.wanted);
+            self.throttle = given.throttle;
+            self.fresh = zero;
+        }
+        self.fly(within);
+        Ok(true)
     }
 
     /// Trials take the empty seats.
@@ -230,12 +239,13 @@ impl<'a, N: Number> Engine<'a, N> {
     }
 
     /// What the pilots ask for now.
-    fn ask(&mut self) -> Wanted<N> {
+    fn ask(&mut self, within: u64) -> Wanted<N> {
         let mut wanted = self
             .coming
             .back()
             .map_or(self.wanted, |(_, wanted)| *wanted);
-        let seen = Seen::of_all(&self.state, &self.pose, self.acceleration_mps2);
+        let deck = on_piece(&self.piece, within as f64 * STEP_S).pose();
+        let seen = Seen::of_all(&self.state, &deck, self.acceleration_mps2);
         let (mut thrust_n, mut attitude) = ([0.0; MOST_LANES], [[0.0; MOST_LANES]; 4]);
         for lane in 0..N::COUNT {
             thrust_n[lane] = wanted.thrust_n.get(lane);
@@ -264,6 +274,12 @@ impl<'a, N: Number> Engine<'a, N> {
         let vehicle = &self.batch.lander.vehicle;
         let zero = self.stopped.like(0.0);
         let t = within as f64 * STEP_S;
+        let held_steps = self.batch.steps.held;
+        if within.is_multiple_of(held_steps) {
+            let middle_s = 0.5 * STEP_S * held_steps as f64;
+            let pose = on_piece(&self.piece, t + middle_s).pose();
+            self.input.shares = vehicle.shares_ahead(&self.state, middle_s, &pose);
+        }
         let poses = [
             self.pose,
             on_piece(&self.piece, t + 0.5 * STEP_S).pose(),
@@ -291,13 +307,18 @@ impl<'a, N: Number> Engine<'a, N> {
             self.foothold = standing.foothold;
         }
         self.acceleration_mps2 = acting.acceleration_mps2;
-        self.pose = poses[2];
+        let none = [zero; 3];
+        self.pose = DeckPose {
+            acceleration_mps2: none,
+            angular_acceleration: none,
+            ..poses[2]
+        };
         self.step += 1;
 
         let roots = &self.state.rotors.root_thrust;
         let sd_n = || vehicle.rotors().turbulence_sd_n(roots, &held.target);
         self.air.act(within, &mut self.input, sd_n);
-        self.judge();
+        self.judge(near);
     }
 
     fn put(&mut self, lane: usize, state: &RigidState) {

@@ -16,7 +16,6 @@ use crate::rigid::{Disturbance, RigidState, RigidVehicle};
 use crate::rotors::RotorTurbulence;
 use crate::space::drawn::Drawn;
 use crate::space::outcome::{CrashCause, Impact, SpaceLanding, SpaceOutcome, Touch};
-use crate::space::sensing::steps;
 use crate::wind::Wind;
 
 /// State of the pilot that is simulated.
@@ -148,7 +147,6 @@ impl Seat {
         step: u64,
         standing: Option<&Standing>,
     ) -> Option<SpaceOutcome> {
-        let scenario = &batch.lander.scenario;
         let since = step - self.start;
         if let Some(standing) = standing
             && let Some(outcome) = self.near(batch, since, standing)
@@ -156,7 +154,7 @@ impl Seat {
             return Some(outcome);
         }
         if let Some(stopped) = self.stopped
-            && since - stopped >= steps(scenario.watch_s) as u64
+            && since - stopped >= batch.steps.watch
         {
             return Some(if self.log.feet_down >= 3 {
                 SpaceOutcome::Landed { attempts: 1 }
@@ -166,7 +164,7 @@ impl Seat {
                 }
             });
         }
-        (since >= steps(scenario.timeout_s) as u64).then_some(SpaceOutcome::TimedOut)
+        (since >= batch.steps.timeout).then_some(SpaceOutcome::TimedOut)
     }
 
     fn near(&mut self, batch: &Batch, since: u64, now: &Standing) -> Option<SpaceOutcome> {

@@ -8,13 +8,11 @@ use crate::number::{Number, angle};
 use crate::space::outcome::{CrashCause, SpaceOutcome};
 use crate::vector::{along, axes_of, dot, sub};
 
-/// Height above the landed height below which a vehicle is judged at every step, m.
-const NEAR_M: f64 = 0.02;
-
 impl<N: Number> Engine<'_, N> {
-    /// Judges all by the truth.
+    /// Judges all by the truth: at every step those whose feet may have touched in it, that
+    /// are low or that are watched, the others at knots.
     #[inline(always)]
-    pub(super) fn judge(&mut self) {
+    pub(super) fn judge(&mut self, near: N::Truth) {
         let scenario = &self.batch.lander.scenario;
         let arm = sub(self.state.position_m, self.pose.origin_m);
         let velocity = sub(self.state.velocity_mps, self.pose.point_velocity(arm));
@@ -22,11 +20,11 @@ impl<N: Number> Engine<'_, N> {
         let before_mps = self.sinking_mps;
         self.sinking_mps = dot(self.pose.axes[2], velocity);
         let path_m = (before_mps.abs() + self.sinking_mps.abs()) * (0.5 * STEP_S);
-        let low_m = scenario.landed_height_m + NEAR_M;
         let zero = height_m.like(0.0);
         let flies = N::choose(zero.below(self.stopped), zero, path_m);
         self.path_m = self.path_m + flies;
-        let looks = height_m.below(zero.like(low_m)) | zero.below(self.watched);
+        let above = zero.like(scenario.landed_height_m).below(height_m);
+        let looks = near | !above | zero.below(self.watched);
         let looked = N::any(looks).then(|| self.look(velocity));
         let looks = N::choose(looks, zero.like(1.0), zero);
         let seldom = self.step.is_multiple_of(KNOT_STEPS);
@@ -37,13 +35,13 @@ impl<N: Number> Engine<'_, N> {
             let Some(seat) = &mut self.seats[lane] else {
                 continue;
             };
-            seat.path_m = self.path_m.get(lane);
             let judged = looked
                 .as_ref()
                 .filter(|_| looks.get(lane) > 0.0)
                 .map(|looked| looked.of(lane, before_mps));
             let mut outcome = None;
             if judged.is_some() || seldom {
+                seat.path_m = self.path_m.get(lane);
                 outcome = seat.judge(self.batch, self.step, judged.as_ref());
                 if seat.is_stopped() {
                     self.stopped = self.stopped.with(lane, 1.0);
