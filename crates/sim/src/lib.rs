@@ -46,23 +46,25 @@
 //!
 //! # Speed
 //!
-//! Million steps of 1 ms per second of processor time, one core of an AMD EPYC (Zen 5); the
-//! vehicle alone and the cold start while others were busy on it, the rest not:
+//! Million steps of 1 ms per second of processor time, one core of an AMD EPYC (Zen 5), best of
+//! several runs; the vehicle alone, landings with ideal sensors and the cold start while others
+//! were busy on it, the rest not:
 //!
 //! | what | steps | command |
 //! | --- | --- | --- |
 //! | the vehicle alone | 3.4 | `cargo bench -p touchdown-sim --bench rigid` |
 //! | whole landings: sensors, estimators, planner, turbulence | 1.08 | `… --bench space` |
-//! | landings with ideal sensors, one at a time | 1.9 | `… --bench batch` |
-//! | the same by the lane ([`space::Batch`]) | 6.8 | `… --bench batch` |
-//! | the same with turbulence | 6.3 | `… --bench batch` |
-//! | the same in a sea of 100 waves, with turbulence and gusts | 4.3 | `… --bench batch` |
+//! | landings with ideal sensors, one at a time | 2.3 | `… --bench batch` |
+//! | the same by the lane ([`space::Batch`]) | 8.2 (median 8.0) | `… --bench batch` |
+//! | the same with turbulence | 7.4 | `… --bench batch` |
+//! | the same in a sea of 100 waves, with turbulence and gusts | 4.8 | `… --bench batch` |
 //!
 //! `crates/sim/benches/peng_quad/run.sh` prints them beside the published `peng_quad` 0.5.6 (f32,
-//! neither motors nor ground effect): 5.0 for it and, in the same run, 6.8 by the lane,
-//! 1.9 one at a time and 1.05 for whole landings. `crates/sim/benches/campaign.sh` prints cold
+//! neither motors nor ground effect): 5.0 for it and, in the same run, 8.1 by the lane,
+//! 2.2 one at a time and 1.05 for whole landings. `crates/sim/benches/campaign.sh` prints cold
 //! start (34 ms to the end of the first landing, 10 ms of processor time, 4.7 MB) and a
-//! campaign of 10 000 landings (53 s on two cores). What is held within a step, and what that costs: [`rigid::RigidVehicle::step`].
+//! campaign of 10 000 landings (53 s on two cores). What is held within a step, and what that
+//! costs: [`rigid::RigidVehicle::step`]; over ten steps by the lane: [`space::Batch`].
 //!
 //! A trial of the rig, with what the load cell says beside the truth:
 //!

@@ -59,9 +59,9 @@ fn prop_shares_held_move_no_landing() {
             values
         };
         let [place_m, velocity_mps, t_l_s, v_l_mps] = [0, 1, 2, 3].map(sorted);
-        // 7e-6 m and 3e-5 m/s are usual: twice that.
-        assert!(place_m[20] < 1.4e-5, "{name}: {place_m:?}");
-        assert!(velocity_mps[20] < 6e-5, "{name}: {velocity_mps:?}");
+        // 7e-6 m and 3e-5 m/s are usual; the start of a block instead of its middle costs more.
+        assert!(place_m[20] < 9e-6, "{name}: {place_m:?}");
+        assert!(velocity_mps[20] < 4e-5, "{name}: {velocity_mps:?}");
         // Now and then the pilot passes the height at which its estimates stand still a control
         // period, 10 ms, earlier or later: below that everything may be off by what it then does
         // otherwise in that period, at up to 0.05 m/s 0.5 mm, at up to 0.1 m/s² 1 mm/s.
