@@ -237,7 +237,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state: &ComputerState<R, G::State>,
         horizon_s: R,
     ) -> DeckMotionPrediction<R> {
-        self.deck.predict(&state.deck, horizon_s)
+        self.deck_ahead(state, horizon_s)
     }
 
     /// The state at the start, in the air with rotors at rest at `throttle`.

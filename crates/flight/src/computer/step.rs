@@ -163,7 +163,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     }
 
     /// The deck some time from now.
-    fn deck_ahead(
+    pub(super) fn deck_ahead(
         &self,
         state: &ComputerState<R, G::State>,
         ahead_s: R,

@@ -108,6 +108,8 @@ fn analytic_late_readings_show_the_deck_when_they_were_taken() {
     for i in 0..3000 {
         let truth = world.deck()[1];
         let output = world.step(&computer, &mut state);
+        // What is forecast for now is what is said of now.
+        assert_eq!(computer.forecast(&state, 0.0), output.deck, "{i}");
         if i > 1500 {
             error2 += (output.deck.velocity_mps - truth).powi(2);
             truth2 += truth * truth;
