@@ -161,15 +161,16 @@ impl<R: Real> Lander<R> {
         match state.phase {
             _ if seen.request == Request::Disarm => because(Disarmed, Reason::Operator),
 
+            // A hover that sinks is not left alone with it, whatever else is wanted.
+            Approach | Hold | Wait if past.sinks => because(GoAround, Reason::ClosingSpeed),
+            Hold | Wait if now.at_commit_height => because(GoAround, Reason::Height),
+
             Approach if past.stop => because(Hold, Reason::Operator),
             Approach if now.battery_low => because(GivenUp, Reason::BatteryLow),
             Approach if past.late => because(GivenUp, now.unready.unwrap_or(Reason::Late)),
-            Approach if past.sinks => because(GoAround, Reason::ClosingSpeed),
             Approach if now.stale.is_none() && now.at_hold_height && now.over_pad => (Hold, None),
 
             Hold | Wait if past.stop => because(Hold, Reason::Operator),
-            Hold | Wait if past.sinks => because(GoAround, Reason::ClosingSpeed),
-            Hold | Wait if now.at_commit_height => because(GoAround, Reason::Height),
 
             Hold if now.battery_low => because(GivenUp, Reason::BatteryLow),
             Hold if past.late => because(GivenUp, now.unready.unwrap_or(Reason::Late)),

@@ -20,13 +20,13 @@
 //! | from | when | to |
 //! | --- | --- | --- |
 //! | any | operator disarms | `Disarmed` |
-//! | `Approach` | operator aborts | `Hold` |
 //! | `Approach` | sinking | `GoAround` |
+//! | `Approach` | operator aborts | `Hold` |
 //! | `Approach` | battery low | `GivenUp` |
 //! | `Approach` | patience over | `GivenUp` |
 //! | `Approach` | everything fresh, at the hold height and over the pad | `Hold` |
-//! | `Hold` | operator aborts | `Hold`, patience anew |
 //! | `Hold`, `Wait` | sinking, at the commit height or below | `GoAround` |
+//! | `Hold` | operator aborts | `Hold`, patience anew |
 //! | `Hold` | battery low | `GivenUp` |
 //! | `Hold` | patience over | `GivenUp` |
 //! | `Hold` | ready for `settle_s` | `Wait` |

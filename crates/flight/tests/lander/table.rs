@@ -153,6 +153,53 @@ fn analytic_a_hover_that_sinks_climbs_away_and_that_is_not_counted() {
 }
 
 #[test]
+fn analytic_a_hover_that_sinks_climbs_away_whatever_else_is_wanted() {
+    let sinking = |s: &mut LanderInput<f64>| {
+        s.lateral_error_m = 0.5;
+        s.relative_velocity_mps = -1.2;
+    };
+    // The battery is low as the sinking begins to count (0.15 s, counted from 0).
+    let mut flight = Flight::new();
+    for _ in 0..15 {
+        assert_eq!(flight.step(sinking).phase, Phase::Approach);
+    }
+    let low = |s: &mut LanderInput<f64>| s.battery_share = 0.15;
+    let out = flight.step(|s| {
+        sinking(s);
+        low(s);
+    });
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GoAround, Some(Reason::ClosingSpeed))
+    );
+    // Then it is given up, up there.
+    let (out, _) = leave(&mut flight, Phase::GoAround, low);
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GivenUp, Some(Reason::BatteryLow))
+    );
+    // The operator holds it back from landing all the time.
+    for phase in [Phase::Approach, Phase::Hold, Phase::Wait] {
+        let mut flight = match phase {
+            Phase::Approach => Flight::new(),
+            _ => reach(phase),
+        };
+        let stop = |s: &mut LanderInput<f64>| s.request = Request::Abort;
+        assert_eq!(flight.step(stop).phase, Phase::Hold);
+        let (out, _) = leave(&mut flight, Phase::Hold, |s| {
+            sinking(s);
+            stop(s);
+        });
+        assert_eq!(
+            (out.phase, out.reason),
+            (Phase::GoAround, Some(Reason::ClosingSpeed))
+        );
+        let (out, _) = leave(&mut flight, Phase::GoAround, stop);
+        assert_eq!(out.phase, Phase::Hold);
+    }
+}
+
+#[test]
 fn analytic_a_hover_that_swings_is_not_ready() {
     let swings: [fn(&mut LanderInput<f64>); 4] = [
         |s| s.relative_velocity_mps = 0.26,
