@@ -21,6 +21,17 @@ fn swing(amplitude_m: f64, t: f64) -> (f64, f64, f64) {
 
 /// Lets it swing for a time, readings later than they say; gives the delay found.
 fn found<R: Real>(amplitude_m: f64, late_s: f64, drift_mps2: f64, seconds: usize) -> f64 {
+    found_of_age::<R>(0.04, amplitude_m, late_s, drift_mps2, seconds)
+}
+
+/// As [`found`], of readings that are said to be `age_s` old.
+fn found_of_age<R: Real>(
+    age_s: f64,
+    amplitude_m: f64,
+    late_s: f64,
+    drift_mps2: f64,
+    seconds: usize,
+) -> f64 {
     let n = R::from_f64;
     let filter = RelativeFilter::<R>::default();
     let estimator = LatencyEstimator::<R>::default();
@@ -39,9 +50,9 @@ fn found<R: Real>(amplitude_m: f64, late_s: f64, drift_mps2: f64, seconds: usize
             attitude: attitude(tilt),
         };
         filter.step(&mut relative, &imu, &[], n(DT));
-        // Every third step a view that is said to be 40 ms old.
+        // A view every third step.
         let seen = (step % 3 == 0).then(|| {
-            let (place, _, tilt) = swing(amplitude_m, t - 0.04 - late_s);
+            let (place, _, tilt) = swing(amplitude_m, t - age_s - late_s);
             let body = attitude(tilt).unrotate(Vector::new(n(-place), R::ZERO, n(-0.8)));
             let camera = filter.tag.attitude.unrotate(body);
             let wrong = Vector::new(
@@ -52,7 +63,7 @@ fn found<R: Real>(amplitude_m: f64, late_s: f64, drift_mps2: f64, seconds: usize
             Reading::Tag(TagReading {
                 position_m: camera + wrong,
                 covariance_m2: [[R::ZERO; 3]; 3],
-                age_s: n(0.04),
+                age_s: n(age_s),
             })
         });
         estimator.step(&mut state, &filter, &relative, seen.as_slice(), n(DT));
@@ -75,6 +86,18 @@ fn analytic_a_swing_tells_the_delay() {
     }
     // Beyond what is looked for it is as much as that.
     assert_eq!(found::<f64>(0.03, 0.2, 0.0, 10), 0.16);
+}
+
+#[test]
+fn analytic_of_old_readings_the_delays_that_are_remembered_are_told_apart() {
+    // Stamped 0.14 s old and every 30 ms: 0.14 s more is the most within 0.31 s.
+    for late_s in [0.0, 0.03, 0.06, 0.1] {
+        // As above.
+        let error = found_of_age::<f64>(0.14, 0.03, late_s, 0.0, 10) - late_s;
+        assert!(error.abs() < 2e-3, "{late_s} {error}");
+    }
+    let error = found_of_age::<f64>(0.14, 0.03, 0.2, 0.0, 10) - 0.14;
+    assert!(error.abs() < 1e-12, "{error}");
 }
 
 #[test]

@@ -27,6 +27,12 @@
 //! Reckoned from the inertial unit, whose own age is taken to be known. What else comes
 //! by the same way (a companion computer, a bus) comes as late; what does not, is not seen.
 //! Delays below zero are none.
+//!
+//! **Reach.** The [`RelativeState`] remembers N - 1 steps (0.31 s at 100 Hz). Delays for
+//! which a reading and the one before it are older than that are left out of the
+//! comparison: where readings are stamped 0.14 s old and come every 30 ms, the greatest one
+//! that is found is 0.14 s. One that was believed beyond them stays until one within
+//! them, not the greatest, is the best.
 
 use crate::error::{SettingsError, positive, within};
 use crate::estimate::relative::{Reading, RelativeFilter, RelativeState, TagReading};
@@ -39,6 +45,9 @@ const DELAYS: usize = 9;
 
 /// Observers forget their start within this many of their memories.
 const SETTLED: f64 = 5.0;
+
+/// Observers whose errors are of the same time are compared: to this share of the count.
+const COMMON: f64 = 0.9;
 
 /// Estimator of an unknown delay; see the [module](self).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,18 +72,18 @@ struct Believer<R> {
     place: Vector<R>,
     velocity: Vector<R>,
     bias: Vector<R>,
+    /// Time since it began; none before the first reading.
+    followed_s: Option<R>,
     /// Sum of squared errors, fading, m².
     squares: R,
+    /// Number of them, fading alike.
+    counted: R,
 }
 
 /// State of a [`LatencyEstimator`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatencyState<R> {
     believers: [Believer<R>; DELAYS],
-    /// Time since all of them began; none before the first reading.
-    followed_s: Option<R>,
-    /// Readings whose errors count, fading.
-    counted: R,
     delay_s: R,
 }
 
@@ -121,8 +130,6 @@ impl<R: Real> LatencyEstimator<R> {
     pub fn initial(&self) -> LatencyState<R> {
         LatencyState {
             believers: [Believer::default(); DELAYS],
-            followed_s: None,
-            counted: R::ZERO,
             delay_s: R::ZERO,
         }
     }
@@ -159,81 +166,97 @@ impl<R: Real> LatencyEstimator<R> {
         relative: &RelativeState<R, N, M>,
         tag: &TagReading<R>,
     ) {
-        let seen = |k: usize| {
+        // Readings come at the same times for all.
+        let first = &state.believers[0];
+        let step_s = first.age_s - tag.age_s;
+        if first.followed_s.is_some() && step_s <= R::ZERO {
+            return;
+        }
+        let gone = R::ONE - (-(step_s / self.memory_s)).exp();
+        // A gap as long as the memory leaves nothing to go on from.
+        let gap = step_s >= self.memory_s;
+        let mut errors = [R::ZERO; DELAYS];
+        for (k, believer) in state.believers.iter_mut().enumerate() {
             let age_s = tag.age_s + self.delay(k);
             let attitude = filter.attitude_at(relative, age_s);
             let arm = filter.tag.position_m + filter.tag.attitude.rotate(tag.position_m);
-            (age_s, -attitude.rotate(arm))
-        };
-        // Readings come at the same times for all.
-        let step_s = state.believers[0].age_s - tag.age_s;
-        if state.followed_s.is_some() && step_s <= R::ZERO {
-            return;
-        }
-        let mut next = state.believers;
-        let (mut errors, mut all) = ([R::ZERO; DELAYS], state.followed_s.is_some());
-        let gone = R::ONE - (-(step_s / self.memory_s)).exp();
-        // A gap as long as the memory leaves nothing to go on from.
-        all &= step_s < self.memory_s;
-        for (k, believer) in next.iter_mut().enumerate() {
-            let (age_s, place) = seen(k);
-            match filter.moved(relative, believer.age_s, age_s) {
-                Some(moved) if all => {
-                    errors[k] = believer.follow(place, moved, step_s, gone);
+            let place = -attitude.rotate(arm);
+            let moved = filter.moved(relative, believer.age_s, age_s);
+            let mut next = Believer {
+                age_s,
+                followed_s: believer.followed_s.map(|so_far| so_far + step_s),
+                ..*believer
+            };
+            *believer = match moved.filter(|_| !gap && next.followed_s.is_some()) {
+                Some(moved) => {
+                    errors[k] = next.follow(place, moved, step_s, gone);
+                    next
                 }
-                _ => all = false,
+                None => believer.begun(place, age_s),
+            };
+            if !believer.is_finite() {
+                *believer = believer.begun(place, age_s);
             }
-            believer.age_s = age_s;
         }
-        if !(all && next.iter().all(Believer::is_finite)) {
-            for (k, believer) in state.believers.iter_mut().enumerate() {
-                let (age_s, place) = seen(k);
-                *believer = Believer {
-                    age_s,
-                    place,
-                    squares: believer.squares,
-                    ..Believer::default()
-                };
-            }
-            state.followed_s = Some(R::ZERO);
-            return;
-        }
-        state.believers = next;
-        let followed_s = state.followed_s.unwrap_or_default() + step_s;
-        state.followed_s = Some(followed_s);
-        if followed_s >= self.memory_s * r(SETTLED) {
+        // Where less is remembered than will be, the others begin later than the first by
+        // their delays, and the time to a reading.
+        let wait_s = self.greatest_s + step_s;
+        if self.is_settled(&state.believers[0], wait_s) {
             let kept = (-(step_s / self.evidence_s)).exp();
-            state.counted = kept * state.counted + R::ONE;
-            for (believer, error) in state.believers.iter_mut().zip(errors) {
-                believer.squares = kept * believer.squares + error;
+            for (k, error) in errors.into_iter().enumerate() {
+                let settled = self.is_settled(&state.believers[k], R::ZERO);
+                state.believers[k].count(error, settled, kept);
             }
             self.conclude(state, filter.tag.noise_sd_m);
         }
     }
 
+    /// The start was forgotten `since_s` ago.
+    fn is_settled(&self, believer: &Believer<R>, since_s: R) -> bool {
+        let least_s = self.memory_s * r(SETTLED) + since_s;
+        believer.followed_s.is_some_and(|so_far| so_far >= least_s)
+    }
+
     fn conclude(&self, state: &mut LatencyState<R>, noise_sd_m: R) {
-        let squares = state.believers.map(|believer| believer.squares);
+        let counted = state.believers[0].counted;
+        let compared = state
+            .believers
+            .iter()
+            .take_while(|one| self.is_settled(one, R::ZERO) && one.counted >= counted * r(COMMON))
+            .count();
+        // A parabola takes three.
+        if compared < 3 {
+            return;
+        }
+        let last = compared - 1;
+        let mut squares = [R::ZERO; DELAYS];
+        for (mean, one) in squares.iter_mut().zip(&state.believers[..compared]) {
+            *mean = one.squares / one.counted;
+        }
         let mut best = 0;
-        for k in 1..DELAYS {
+        for k in 1..compared {
             if squares[k] < squares[best] {
                 best = k;
             }
         }
+        let believed = state.delay_s / self.delay(1);
+        if best == last && believed > r(last as f64) {
+            return;
+        }
         // The least one is never in the middle at an end; it may lie beyond.
-        let middle = best.clamp(1, DELAYS - 2);
+        let middle = best.clamp(1, last - 1);
         let (before, after) = (squares[middle - 1], squares[middle + 1]);
         let bend = before + after - squares[middle] - squares[middle];
         let offset = (r::<R>(0.5) * (before - after) / bend).finite_or(R::ZERO);
-        let place = (r::<R>(middle as f64) + offset).clamp(R::ZERO, r((DELAYS - 1) as f64));
+        let place = (r::<R>(middle as f64) + offset).clamp(R::ZERO, r(last as f64));
         // What is left over is at least the detector's own noise.
-        let floor = state.counted * (noise_sd_m * noise_sd_m + noise_sd_m * noise_sd_m);
-        let unit = squares[best].max(floor) / state.counted;
+        let floor = noise_sd_m * noise_sd_m + noise_sd_m * noise_sd_m;
+        let unit = squares[best].max(floor) / counted;
         let evidence = |squares_m2: R| (squares_m2 - squares[best]) / unit;
-        let believed = state.delay_s / self.delay(1);
-        let lower = (0..DELAYS - 1)
+        let lower = (0..last)
             .rfind(|&k| r::<R>(k as f64) <= believed)
             .unwrap_or(0);
-        let share = believed - r(lower as f64);
+        let share = (believed - r(lower as f64)).min(R::ONE);
         let there = squares[lower] + share * (squares[lower + 1] - squares[lower]);
         if evidence(squares[0]).max(evidence(there)) > self.least_evidence {
             state.delay_s = place * self.delay(1);
@@ -242,6 +265,28 @@ impl<R: Real> LatencyEstimator<R> {
 }
 
 impl<R: Real> Believer<R> {
+    /// Anew from a place seen; errors that count stay.
+    fn begun(&self, place: Vector<R>, age_s: R) -> Self {
+        Self {
+            age_s,
+            place,
+            followed_s: Some(R::ZERO),
+            squares: self.squares,
+            counted: self.counted,
+            ..Self::default()
+        }
+    }
+
+    /// One reading later, of which `kept` of what was counted is left.
+    fn count(&mut self, error: R, counts: bool, kept: R) {
+        self.squares *= kept;
+        self.counted *= kept;
+        if counts {
+            self.squares += error;
+            self.counted += R::ONE;
+        }
+    }
+
     /// Goes on to where the vehicle has moved to within `step_s`, by which `gone` of the
     /// memory fades, and compares that with the place seen; gives the squared error.
     fn follow(
