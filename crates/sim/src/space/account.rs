@@ -104,10 +104,9 @@ impl Flight<'_> {
                 crashed(CrashCause::StoppedInAir)
             };
         }
-        if let Some(gave_up) = self.gave_up
+        if let Some((gave_up, reason)) = self.gave_up
             && step - gave_up >= steps(GIVEN_UP_S) as u64
         {
-            let reason = self.landing.aborts.last().and_then(|abort| abort.reason);
             return Some(SpaceOutcome::GivenUp { reason });
         }
         None
@@ -137,7 +136,7 @@ impl Flight<'_> {
                 _ => {}
             }
             // Whoever takes the landing up again has not given it up.
-            self.gave_up = (phase == Phase::GivenUp).then_some(step);
+            self.gave_up = (phase == Phase::GivenUp).then_some((step, output.lander.reason));
             self.phase = phase;
         }
         if self.landing.trace.is_some() {

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use touchdown_flight::computer::{ComputerState, Sensed};
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
-use touchdown_flight::lander::{Phase, Request};
+use touchdown_flight::lander::{Phase, Reason, Request};
 
 use super::drawn::Drawn;
 use super::faults::{Since, Struck};
@@ -67,7 +67,8 @@ pub(super) struct Flight<'a> {
     pub(super) weakened: bool,
     pub(super) phase: Phase,
     pub(super) stopped: Option<u64>,
-    pub(super) gave_up: Option<u64>,
+    /// When the landing was given up, and why.
+    pub(super) gave_up: Option<(u64, Option<Reason>)>,
     pub(super) landing: SpaceLanding,
 }
 

@@ -90,7 +90,7 @@ pub struct Impact {
     pub tilt_rad: f64,
 }
 
-/// A descent that was not flown to its end.
+/// A descent that was not flown to its end, or a hover that sank: the vehicle climbed away.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Abort {
     /// Time since the start of the trial, s.
@@ -116,7 +116,7 @@ pub struct SpaceLanding {
     pub waited_s: f64,
     /// Descents begun.
     pub descents: u32,
-    /// Descents broken off.
+    /// Descents broken off, and hovers that sank and were climbed away from.
     pub aborts: Vec<Abort>,
     /// Times that all feet left the deck again.
     pub bounces: u32,
