@@ -1,6 +1,6 @@
 //! Landings by the lane.
 
-use touchdown_sim::deck::rigid::RigidMotion;
+use touchdown_sim::deck::rigid::{Axis, RigidMotion, Tone};
 use touchdown_sim::space::{Batch, Case, SpaceScenario};
 use touchdown_sim::wind::{DrydenSettings, WindSettings};
 
@@ -63,7 +63,33 @@ fn prop_what_has_no_lanes_is_named() {
         },
         ..SpaceScenario::default()
     };
-    assert!(of(&triangle).contains("deck.kind"), "{}", of(&triangle));
+    let said = of(&triangle);
+    assert!(said.contains("deck.kind") && said.contains("found triangle"));
+    // (ω 0.1 s)⁶/46 080 at 8 Hz.
+    let tone = |frequency_hz| SpaceScenario {
+        deck: RigidMotion::Sines {
+            tones: vec![Tone {
+                axis: Axis::Heave,
+                amplitude: 0.01,
+                frequency_hz,
+                phase_rad: 0.0,
+            }],
+        },
+        ..SpaceScenario::default()
+    };
+    let said = of(&tone(8.0));
+    assert!(
+        said.contains("`deck`") && said.contains("found 0.350"),
+        "{said}"
+    );
+    assert!(Batch::new(&tone(2.0)).is_ok());
+    // What is not flown is not passed over.
+    for case in Case::FAULTS {
+        let scenario = case.scenario();
+        let said = of(&scenario);
+        assert!(said.contains("`faults."), "{said}");
+        assert!(!said.contains("NaN"), "{said}");
+    }
     let odd = SpaceScenario {
         control_period_s: 0.03,
         ..SpaceScenario::default()

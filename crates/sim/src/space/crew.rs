@@ -369,11 +369,15 @@ impl ControlSettings {
             tilt_memory_s: 10.0,
             planner_period_s: 0.1,
         };
-        computer.validate().map_err(|error| SimError::Setting {
-            key: "control".to_owned(),
-            expected: "settings that the landing computer can fly".to_owned(),
-            found: error.to_string(),
-        })?;
+        computer
+            .validate()
+            .map_err(|error| cannot_be_flown(&error))?;
         Ok(computer)
     }
+}
+
+/// Settings that the flight side refuses.
+pub(super) fn cannot_be_flown(error: &touchdown_flight::SettingsError) -> SimError {
+    let expected = "settings that the landing computer can fly";
+    crate::check::fail("control", expected, error)
 }

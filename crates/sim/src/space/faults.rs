@@ -165,6 +165,23 @@ impl FaultSettings {
         Ok(())
     }
 
+    /// The first fault that is set, and to what.
+    pub(super) fn first(&self) -> Option<(&'static str, String)> {
+        let spans = |count: usize| (count > 0).then(|| format!("{count} in a list"));
+        let share = |of: f64| (of != 0.0).then(|| of.to_string());
+        let gust = self.gust.map(|gust| format!("{:?} m/s", gust.velocity_mps));
+        [
+            ("tag_lost", spans(self.tag_lost.len())),
+            ("range_missing_share", share(self.range_missing_share)),
+            ("extra_latency_s", share(self.extra_latency_s)),
+            ("rotor", self.rotor.map(|rotor| rotor.share.to_string())),
+            ("gust", gust),
+            ("nan", spans(self.nan.len())),
+        ]
+        .into_iter()
+        .find_map(|(key, found)| Some((key, found?)))
+    }
+
     pub(super) fn tag_is_lost(&self, since_s: f64) -> bool {
         let within = |span: &Span| since_s >= span.from_s && since_s < span.to_s;
         self.tag_lost.iter().any(within)

@@ -16,7 +16,10 @@
 //! divided among calls ([`Batch::land`], [`Batch::land_one`]).
 //!
 //! Decks are splines with knots every 0.1 s: `(ω 0.1 s)⁶/46 080` of the amplitude off,
-//! 2e-8 at 0.5 Hz and 1e-6 at 1 Hz. Within a step is held what
+//! 2e-8 at 0.5 Hz and 1e-6 at 1 Hz. Where that is more than 1e-4 of all waves of a
+//! coordinate together (a tone above 2 Hz), the deck is refused.
+//!
+//! Within a step is held what
 //! [`RigidVehicle::step`](crate::rigid::RigidVehicle::step) holds, and over ten steps what
 //! only depends on where a rotor is over the plate, as it is in their middle at the place
 //! that velocities lead to: its share ρ of the plate and the upwash P ρ. Against shares of every
@@ -40,9 +43,11 @@ use touchdown_flight::guidance::Guidance;
 use touchdown_flight::pilot::Pilot;
 use touchdown_flight::reference::{Reference, Terminal};
 
+use super::crew::cannot_be_flown;
 use super::landing::SpaceLander;
 use super::outcome::SpaceLanding;
 use super::sensing::steps;
+use crate::STEP_S;
 use crate::check;
 use crate::contact::Legs;
 use crate::deck::rigid::{RigidDeck, RigidMotion};
@@ -56,6 +61,9 @@ const KNOT_STEPS: u64 = 100;
 
 /// Steps over which the rotors' shares of the plate are held; divides [`KNOT_STEPS`].
 const HELD_STEPS: u64 = 10;
+
+/// How far the spline of a deck may be off, as a share of its waves' amplitudes.
+const MOST_OFF: f64 = 1e-4;
 
 /// A scenario whose trials are flown by the lane.
 #[derive(Clone, Debug)]
@@ -84,18 +92,20 @@ impl Batch {
     /// Takes a scenario: its vehicle, deck, wind, turbulence, spread and pilot.
     ///
     /// # Errors
-    /// Those of [`SpaceLander::new`]; faults, decks that are neither still nor waves, and
-    /// periods of the control that do not divide 0.1 s are named.
+    /// Those of [`SpaceLander::new`]; faults, decks that are neither still nor waves or too
+    /// fast for their splines, and periods of the control that do not divide 0.1 s are named.
     pub fn new(scenario: &super::SpaceScenario) -> Result<Self, SimError> {
         let lander = SpaceLander::new(scenario)?;
+        if matches!(scenario.deck, RigidMotion::Triangle { .. }) {
+            let expected = "`still`, `sines` or `sea`, which have splines";
+            return Err(check::fail("deck.kind", expected, &"triangle"));
+        }
+        let off = spline_off(&lander.deck_of(0, 0, 0.0)?.0);
         check::that(
-            matches!(
-                scenario.deck,
-                RigidMotion::Still {} | RigidMotion::Sines { .. } | RigidMotion::Sea(_)
-            ),
-            "deck.kind",
-            "`still`, `sines` or `sea`, which have splines",
-            f64::NAN,
+            off <= MOST_OFF,
+            "deck",
+            "waves of which knots every 0.1 s miss at most 1e-4 (a tone of up to 2 Hz)",
+            off,
         )?;
         for (key, period_s) in [
             ("control_period_s", scenario.control_period_s),
@@ -108,15 +118,15 @@ impl Batch {
                 period_s,
             )?;
         }
-        let faults = &scenario.faults;
-        check::that(
-            faults.rotor.is_none() && faults.gust.is_none(),
-            "faults",
-            "no weak rotor and no gust",
-            f64::NAN,
-        )?;
+        if let Some((fault, found)) = scenario.faults.first() {
+            let key = format!("faults.{fault}");
+            let expected = "none: sensors are ideal, and all lanes have the same air";
+            return Err(check::fail(&key, expected, &found));
+        }
+        // The truth has no age.
         let mut pilot = lander.computer.pilot;
-        pilot.delays.sensing_s = 0.0;
+        (pilot.delays.sensing_s, pilot.delays.attitude_s) = (0.0, 0.0);
+        pilot.validate().map_err(|error| cannot_be_flown(&error))?;
         let reference = match &lander.computer.descent {
             Descent::Straight(reference) => *reference,
             Descent::Planned(planner) => Reference::Terminal(Terminal {
@@ -168,6 +178,24 @@ impl Batch {
     fn deck(&self, trial: u64, seed: u64, phase: f64) -> Result<(RigidDeck, f64), SimError> {
         self.lander.deck_of(trial, seed, phase)
     }
+}
+
+/// How far a deck's spline is off at most, as a share of the waves' amplitudes.
+fn spline_off(deck: &RigidDeck) -> f64 {
+    let RigidDeck::Harmonics(harmonics) = deck else {
+        return 0.0;
+    };
+    let knot_s = KNOT_STEPS as f64 * STEP_S;
+    let of_axis = |axis: usize| {
+        let (mut all, mut off) = (0.0, 0.0);
+        for wave in harmonics {
+            let amplitude = wave.cosine[axis].hypot(wave.sine[axis]);
+            all += amplitude;
+            off += amplitude * (wave.angular_frequency * knot_s).powi(6) / 46_080.0;
+        }
+        if all > 0.0 { off / all } else { 0.0 }
+    };
+    (0..5).map(of_axis).fold(0.0, f64::max)
 }
 
 /// What is dispatched to the processor's vectors.
