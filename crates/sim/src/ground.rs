@@ -147,37 +147,6 @@ impl WakeLag {
         [self.rotor_target(z, images), self.fountain_target(z)]
     }
 
-    /// Rates of the two lags; `root_thrust` is √T on the scale of the whole
-    /// vehicle (for one rotor √(4 T_i)).
-    #[inline]
-    #[must_use]
-    pub fn derivative(
-        &self,
-        inflow: [f64; 2],
-        target: [f64; 2],
-        rotor_height_m: f64,
-        root_thrust: f64,
-    ) -> [f64; 2] {
-        [
-            self.rotor_rate(inflow[0], target[0], rotor_height_m, root_thrust),
-            self.fountain_rate(inflow[1], target[1], rotor_height_m, root_thrust),
-        ]
-    }
-
-    /// `q1' = (q1* - q1)/t1` of one rotor, by its own height and thrust.
-    #[inline]
-    #[must_use]
-    pub fn rotor_rate(&self, q1: f64, target: f64, rotor_height_m: f64, root_thrust: f64) -> f64 {
-        Self::lag_rate(q1, target, self.rotor_pace(rotor_height_m), root_thrust)
-    }
-
-    /// `q2' = (q2* - q2)/t2` of the fountain, by the mean height and the whole thrust.
-    #[inline]
-    #[must_use]
-    pub fn fountain_rate(&self, q2: f64, target: f64, mean_height_m: f64, root_thrust: f64) -> f64 {
-        Self::lag_rate(q2, target, self.fountain_pace(mean_height_m), root_thrust)
-    }
-
     /// 1/t1 at a height for √T = 1.
     #[inline(always)]
     pub(crate) fn rotor_pace<N: Number>(&self, rotor_height_m: N) -> N {

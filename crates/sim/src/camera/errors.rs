@@ -16,6 +16,8 @@
 //! [`ErrorModel::fitted`] was measured on rendered images; the head of its file
 //! says how.
 
+use std::sync::LazyLock;
+
 use crate::error::SimError;
 
 /// Modes with a table of their own.
@@ -59,12 +61,14 @@ pub struct ErrorModel {
 }
 
 impl ErrorModel {
-    /// The model that comes with this crate.
+    /// The model that comes with this crate; its file is read once.
     ///
     /// # Errors
     /// None but those of [`Self::from_csv`], which its file does not have.
     pub fn fitted() -> Result<Self, SimError> {
-        Self::from_csv(FITTED)
+        static MODEL: LazyLock<Result<ErrorModel, SimError>> =
+            LazyLock::new(|| ErrorModel::from_csv(FITTED));
+        MODEL.clone()
     }
 
     /// Reads tables: a header, then a row for every node, first of tags by
