@@ -97,10 +97,19 @@ impl Distribution {
                     min.unwrap_or(f64::NEG_INFINITY),
                     max.unwrap_or(f64::INFINITY),
                 );
-                let value = Normal::new(*mean, *sd).map_or(*mean, |normal| {
-                    let (from, to) = (normal.cdf(low), normal.cdf(high));
-                    normal.inverse_cdf(from + share * (to - from))
-                });
+                let cut = |low: f64, high: f64| {
+                    Normal::new(*mean, *sd).map_or(*mean, |normal| {
+                        let (from, to) = (normal.cdf(low), normal.cdf(high));
+                        normal.inverse_cdf(from + share * (to - from))
+                    })
+                };
+                // Doubles near 0 tell a tail's values apart, those near 1 do not: of what
+                // lies above the mean the mirror image is drawn.
+                let value = if low > *mean {
+                    2.0 * mean - cut(2.0 * mean - high, 2.0 * mean - low)
+                } else {
+                    cut(low, high)
+                };
                 value.clamp(low, high).into()
             }
             Self::Choice { of } => {
@@ -182,6 +191,28 @@ mod tests {
             max: Some(0.6),
         };
         assert!(values(&cut, 200).iter().all(|v| (0.5..=0.6).contains(v)));
+        // As far out as can be: exponential there, with a mean of sd/8 beyond the limit and
+        // a median of ln 2 of that, less a few hundredths by the curvature.
+        for side in [1.0, -1.0] {
+            let limit = Some(side * 8.0);
+            let tail = Distribution::Normal {
+                mean: 0.0,
+                sd: 1.0,
+                min: limit.filter(|_| side > 0.0),
+                max: limit.filter(|_| side < 0.0),
+            };
+            tail.check().unwrap();
+            let mut beyond: Vec<f64> = values(&tail, 1000).iter().map(|v| side * v - 8.0).collect();
+            beyond.sort_by(f64::total_cmp);
+            assert!(beyond[0] >= 0.0 && beyond[999].is_finite(), "{side}");
+            // Standard error of the median: 1/(2 f √n) = 0.004.
+            assert!(
+                (beyond[500] - 0.0855).abs() < 0.012,
+                "{side} {}",
+                beyond[500]
+            );
+            assert!(beyond.windows(2).all(|pair| pair[0] < pair[1]), "{side}");
+        }
         let choice = Distribution::Choice {
             of: vec![1.0.into(), 2.0.into(), 3.0.into()],
         };

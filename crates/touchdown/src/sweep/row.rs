@@ -50,7 +50,7 @@ pub struct Row {
     pub outcome: String,
     /// Cause of a crash, or why it was given up.
     pub why: Option<String>,
-    /// Why descents were broken off, in their order, joined by ` `.
+    /// Why descents were broken off, or hovers that sank climbed away from, in their order, joined by ` `.
     pub abort_reasons: Option<String>,
     /// Descents, aborts, bounces, steps of the integration.
     pub counts: [u64; 4],

@@ -87,7 +87,7 @@ pub fn fly(sweep: &Sweep, store: &Store, shard: Shard, progress: &dyn Progress) 
 /// Flies landings, by their places in the campaign, on all cores.
 ///
 /// # Errors
-/// None that [`Sweep::new`] has not found.
+/// Those of [`Sweep::lander`]: in large campaigns, not all drawn values have been looked at.
 pub fn rows(sweep: &Sweep, landings: Range<u64>, progress: &dyn Progress) -> Result<Vec<Row>> {
     landings
         .collect::<Vec<u64>>()

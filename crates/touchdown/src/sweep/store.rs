@@ -62,10 +62,13 @@ impl Store {
             // One of several runs, if there are any.
             let _ = lock.lock_shared();
         }
-        if let Some(series) = &sweep.series {
-            write(&out.join(SERIES), series)?;
+        // What is there says the same already, perhaps in its author's words.
+        if !at.exists() {
+            if let Some(series) = &sweep.series {
+                write(&out.join(SERIES), series)?;
+            }
+            write(&at, to_toml(sweep.settings())?.as_bytes())?;
         }
-        write(&at, to_toml(sweep.settings())?.as_bytes())?;
         Ok(Self {
             _in_use: lock,
             ..store
@@ -256,6 +259,22 @@ fn bytes(path: &Path) -> Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn prop_a_sweep_in_its_own_folder_stays_as_its_author_wrote_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(SWEEP);
+        let words = "# Mine.\ntrials = 1\n";
+        std::fs::write(&file, words).unwrap();
+        let sweep = Sweep::read(&file, None, None).unwrap();
+        Store::open(folder.path(), &sweep, false).unwrap();
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), words);
+        // In another one it is written out.
+        let out = folder.path().join("out");
+        Store::open(&out, &sweep, false).unwrap();
+        let there = Sweep::load(&out.join(SWEEP), None, None).unwrap();
+        assert_eq!(there.sha256(), sweep.sha256());
+    }
 
     #[test]
     fn prop_only_the_last_run_in_a_folder_takes_left_files_away() {

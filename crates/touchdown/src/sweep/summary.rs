@@ -110,7 +110,7 @@ pub struct Figures {
     pub crashed_without_abort: u64,
     /// Counts of outcomes.
     pub outcomes: BTreeMap<String, u64>,
-    /// Counts of the reasons why descents were broken off.
+    /// Counts of the reasons why descents were broken off, or hovers climbed away from.
     pub aborts: BTreeMap<String, u64>,
     /// T_L: time from the start of the last descent to touch, over those that landed, s.
     pub t_l_s: Spread,
