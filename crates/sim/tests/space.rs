@@ -260,6 +260,30 @@ fn prop_scenarios_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn prop_no_satellites_are_needed_to_land() {
+    // Where it is relative to the deck, range, tag and inertial unit tell.
+    for mut scenario in [SpaceScenario::default(), heaving(0.3, 0.2)] {
+        scenario.sensors.with_gnss = false;
+        for landing in landings(&scenario, 8) {
+            assert_eq!(landing.outcome, SpaceOutcome::Landed { attempts: 1 });
+            let touch = landing.touch.unwrap();
+            // As with them: the planner's sink rate is 0.03 m/s, the deck's up to 0.38.
+            assert!(touch.v_l_mps < 0.2 && touch.lateral_m < 0.1, "{touch:?}");
+        }
+    }
+    // Away from the deck and back, the tag being lost for a second.
+    let mut scenario = heaving(0.05, 0.5);
+    scenario.sensors.with_gnss = false;
+    scenario.faults.tag_lost = vec![Span {
+        from_s: 0.5,
+        to_s: 1.5,
+    }];
+    for landing in landings(&scenario, 8) {
+        assert_eq!(landing.outcome, SpaceOutcome::Landed { attempts: 2 });
+    }
+}
+
+#[test]
 fn prop_a_scenario_survives_its_file() {
     let scenario = heaving(0.3, 0.2);
     let text = toml::to_string(&scenario).unwrap();

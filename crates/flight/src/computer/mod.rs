@@ -27,17 +27,22 @@
 //!   and not less than the estimated one of now. It is infinite before the deck was seen.
 //! * **Position and velocity** are predicted by `lead_s` (the age of the IMU) to now;
 //!   the deck's acceleration to when the rotors will act ([`Guidance::acting_s`]).
-//! * **An estimate is known** once its standard deviations are below `known_sd_m` and
-//!   `known_sd_mps`. Until then the vehicle hovers level at the thrust of its weight
+//! * **An estimate is known** once the standard deviations of place and velocity relative
+//!   to the deck are below `known_sd_m` and `known_sd_mps`. Until then the vehicle hovers
+//!   level at the thrust of its weight
 //!   (once it has been in control, only while its own velocity is not known either),
 //!   and the state machine is told that the estimator has diverged, as it is when
 //!   readings and expectations part. Models of rotors and ground effect go on meanwhile.
 //!   An estimator that stays apart from its readings for `restart_s` begins anew; if it
 //!   knew the vehicle's own velocity, with that, to half of `known_sd_mps`, so that a
 //!   go-around goes on climbing. If that does not bring them together, all is forgotten.
+//!   Without satellites the vehicle's own horizontal velocity gets less and less certain;
+//!   it takes none to land. Beyond `known_sd_mps` the deck counts as at rest horizontally:
+//!   a climb away from it goes up from where it is.
 //! * **Observer and adaptation** stand still below `contact_height_m`: the legs'
 //!   force is no lift.
 
+mod known;
 mod sightings;
 mod step;
 

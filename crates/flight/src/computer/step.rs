@@ -3,7 +3,7 @@
 use super::sightings::Sightings;
 use super::{Computer, ComputerOutput, ComputerState, Descent, Sensed};
 use crate::estimate::deck::{DeckEstimatorState, DeckMotionPrediction};
-use crate::estimate::relative::{DeckPrior, Health, RangeReading, Reading, RelativeEstimate};
+use crate::estimate::relative::{DeckPrior, RangeReading, Reading, RelativeEstimate};
 use crate::ground_effect::GroundEffect;
 use crate::guidance::Order;
 use crate::kernel::{lag_step, usable_dt};
@@ -35,7 +35,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let health = self.relative.health(&state.relative);
         let known = self.is_known(&estimate);
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
-        let motion = Motion::from_estimate(&estimate, attitude, state.normal);
+        let motion = self.motion(&estimate, attitude, state.normal);
 
         let deck = self.deck_ahead(state, R::ZERO);
         let (plan, reference) = self.plan(state, &motion, dt);
@@ -266,12 +266,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         mistimed
     }
 
-    /// The vehicle's own velocity is known.
-    fn moves_known(&self, estimate: &RelativeEstimate<R>) -> bool {
-        let sd = estimate.velocity_sd_mps.to_array();
-        sd.iter().all(|&sd| sd <= self.known_sd_mps)
-    }
-
     /// What the relative estimator is to expect of a deck whose harmonics are known.
     fn band(&self, deck: &DeckEstimatorState<R>) -> Option<DeckPrior<R>> {
         let harmonics = || (0..deck.count()).filter_map(|k| deck.harmonic(k));
@@ -300,13 +294,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             ..self.relative.deck
         };
         prior.validate().is_ok().then_some(prior)
-    }
-
-    fn is_known(&self, estimate: &RelativeEstimate<R>) -> bool {
-        let below = |sd: Vector<R>, most: R| sd.to_array().iter().all(|&sd| sd <= most);
-        below(estimate.position_sd_m, self.known_sd_m)
-            && self.moves_known(estimate)
-            && below(estimate.relative_velocity_sd_mps, self.known_sd_mps)
     }
 
     /// The fastest the deck is expected to move: all harmonics at once, or before any is
@@ -372,36 +359,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 let plan = verdict.plan();
                 (plan, plan.map(|plan| Reference::Terminal(plan.reference)))
             }
-        }
-    }
-
-    /// An estimator that stays apart from its readings begins anew.
-    fn begin_anew(
-        &self,
-        state: &mut ComputerState<R, G::State>,
-        health: &Health<R>,
-        phase: Phase,
-        dt: R,
-    ) {
-        state.apart_s = if health.diverged {
-            state.apart_s + dt
-        } else {
-            R::ZERO
-        };
-        // On the deck nothing is gained by it.
-        let landed = matches!(phase, Phase::Touchdown | Phase::Disarmed);
-        if state.apart_s >= self.restart_s && !landed {
-            let estimate = self.relative.ahead(&state.relative, R::ZERO);
-            state.carried_over = !state.carried_over && self.moves_known(&estimate);
-            if state.carried_over {
-                let sd_mps = r::<R>(0.5) * self.known_sd_mps;
-                self.relative.restart_moving(&mut state.relative, sd_mps);
-            } else {
-                self.relative.restart(&mut state.relative);
-            }
-            state.deck = self.deck.initial();
-            state.sightings = Sightings::default();
-            state.apart_s = R::ZERO;
         }
     }
 }
