@@ -17,6 +17,7 @@
 //! | [`score`], [`statistics`] | errors, and figures over trials |
 
 pub mod campaign;
+pub mod csv;
 pub mod defaults;
 pub mod error;
 pub mod experiments;

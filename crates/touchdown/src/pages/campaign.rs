@@ -9,7 +9,7 @@ use touchdown_sim::space::SpaceTrace;
 
 use figures::{distributions, success_map, time_series};
 
-use super::page::{Page, show};
+use super::page::{Page, half_interval, show, spread};
 use crate::error::Result;
 use crate::settings::to_toml;
 use crate::statistics::Share;
@@ -107,7 +107,7 @@ fn outcomes(results: &CampaignResults) -> Table {
             share(p.figures.landed),
             share(p.figures.landed_at_first),
             share(p.figures.crashed),
-            mean(&p.figures.waited_s, 1),
+            spread(p.figures.waited_s.summary(), 1),
             if aborts.is_empty() {
                 Cell::missing()
             } else {
@@ -116,12 +116,6 @@ fn outcomes(results: &CampaignResults) -> Table {
         ]);
     }
     table.note("In brackets: 95 % interval of the share (Wilson). Waiting: mean ± standard deviation over all landings.")
-}
-
-fn mean(of: &Spread, decimals: usize) -> Cell {
-    of.mean.map_or_else(Cell::missing, |mean| {
-        Cell::plus_minus(mean, of.sd.unwrap_or(f64::NAN), decimals)
-    })
 }
 
 type Pick = fn(&PointFigures) -> &Spread;
@@ -151,15 +145,12 @@ fn quantities(results: &CampaignResults) -> Table {
             let one = |value: Option<f64>| {
                 value.map_or_else(Cell::missing, |v| Cell::number(v, decimals))
             };
-            let half = of.ci95.map_or_else(Cell::missing, |[low, high]| {
-                Cell::text(format!("±\u{a0}{}", show(0.5 * (high - low), decimals)))
-            });
             table = table.row([
                 Cell::text(if i == 0 { p.of.label() } else { String::new() }),
                 Cell::text(name),
                 Cell::text(of.count.to_string()),
-                mean(of, decimals),
-                half,
+                spread(of.summary(), decimals),
+                half_interval(of.summary(), decimals),
                 one(of.p50),
                 one(of.p95),
                 one(of.p99),

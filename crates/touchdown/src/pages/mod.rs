@@ -8,6 +8,7 @@ pub mod land;
 mod landings;
 mod page;
 pub mod reproduce;
+mod track;
 pub mod validate;
 
 pub use campaign::campaign;

@@ -1,9 +1,8 @@
 //! Figures of every point as a table.
 
-use std::fmt::Write as _;
-
 use super::row::text;
 use super::summary::{CampaignResults, PointFigures};
+use crate::csv::line;
 use crate::error::{Error, Result};
 
 impl CampaignResults {
@@ -22,18 +21,6 @@ impl CampaignResults {
         }
         Ok(out)
     }
-}
-
-fn line<'a>(out: &mut String, cells: impl Iterator<Item = &'a str>) {
-    for (i, cell) in cells.enumerate() {
-        let comma = if i == 0 { "" } else { "," };
-        let _ = if cell.contains([',', '"', '\n']) {
-            write!(out, "{comma}\"{}\"", cell.replace('"', "\"\""))
-        } else {
-            write!(out, "{comma}{cell}")
-        };
-    }
-    out.push('\n');
 }
 
 fn cells(point: &PointFigures) -> Result<Vec<(String, String)>> {
@@ -82,16 +69,4 @@ fn cells(point: &PointFigures) -> Result<Vec<(String, String)>> {
         }
     }
     Ok(cells)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn prop_cells_with_commas_are_quoted() {
-        let mut out = String::new();
-        line(&mut out, ["a", "b, \"c\""].into_iter());
-        assert_eq!(out, "a,\"b, \"\"c\"\"\"\n");
-    }
 }

@@ -28,8 +28,8 @@ mod summary;
 
 pub use draw::Distribution;
 pub use points::{SERIES, Sweep};
-pub use row::Row;
-pub(crate) use row::{number, text};
+pub(crate) use row::number;
+pub use row::{Row, text};
 pub use run::{Shard, fly, replay, rows};
 pub use settings::{SeriesSettings, SweepSettings};
 pub use store::{Store, merge};

@@ -192,7 +192,8 @@ pub(crate) fn number(value: &Value) -> Option<f64> {
 }
 
 /// A setting's value in tables: text without quotes, everything else as in TOML.
-pub(crate) fn text(value: &Value) -> String {
+#[must_use]
+pub fn text(value: &Value) -> String {
     value
         .as_str()
         .map_or_else(|| value.to_string(), str::to_owned)

@@ -36,6 +36,13 @@ pub struct Spread {
 }
 
 impl Spread {
+    /// Mean, standard deviation and interval; none without landings.
+    #[must_use]
+    pub fn summary(&self) -> Option<Summary> {
+        let (sd, ci95) = (self.sd, self.ci95);
+        self.mean.map(|mean| Summary { mean, sd, ci95 })
+    }
+
     fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let summary = Summary::of(&values);

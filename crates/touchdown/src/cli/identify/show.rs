@@ -311,18 +311,9 @@ pub(crate) fn text_table(header: &[String], rows: &[Vec<String>]) -> String {
 
 /// Rows as CSV.
 pub(crate) fn csv(header: &[String], rows: &[Vec<String>]) -> String {
-    let cell = |text: &String| {
-        if text.contains([',', '"', '\n', '\r']) {
-            format!("\"{}\"", text.replace('"', "\"\""))
-        } else {
-            text.clone()
-        }
-    };
     let mut out = String::new();
     for row in std::iter::once(header).chain(rows.iter().map(Vec::as_slice)) {
-        let cells: Vec<String> = row.iter().map(cell).collect();
-        out.push_str(&cells.join(","));
-        out.push('\n');
+        touchdown::csv::line(&mut out, row);
     }
     out
 }

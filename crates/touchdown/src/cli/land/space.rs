@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
+use touchdown::csv::line;
 use touchdown::settings;
 use touchdown::sweep::{self, Row, SERIES, Sweep, SweepSettings, summarise};
 use touchdown::{Error, Result, pages};
@@ -110,28 +111,14 @@ fn load(args: &LandArgs) -> Result<Sweep> {
 /// Every landing in a row, after the swept settings.
 fn landings(sweep: &Sweep, rows: &[Row]) -> String {
     let keys = sweep.grid().iter().map(|(key, _)| key.as_str());
-    let header: Vec<&str> = keys.chain(["trial"]).chain(Row::header()).collect();
-    let mut out = header.join(",");
-    out.push('\n');
+    let mut out = String::new();
+    line(&mut out, keys.chain(["trial"]).chain(Row::header()));
     for row in rows {
         let values = sweep.values(row.landing / sweep.trials());
-        let mut cells: Vec<String> = values.iter().map(|(_, value)| shown(value)).collect();
+        let mut cells: Vec<String> = values.iter().map(|(_, value)| sweep::text(value)).collect();
         cells.push((row.landing % sweep.trials()).to_string());
         cells.extend(row.cells());
-        out.push_str(&cells.join(","));
-        out.push('\n');
+        line(&mut out, cells);
     }
     out
-}
-
-/// A setting in a cell.
-fn shown(value: &toml::Value) -> String {
-    let text = value
-        .as_str()
-        .map_or_else(|| value.to_string(), str::to_owned);
-    if text.contains([',', '"', '\n']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text
-    }
 }

@@ -7,6 +7,7 @@ use touchdown_sim::space::{SpaceTrace, TraceRow};
 
 use super::ended;
 use crate::pages::page::shares_below;
+use crate::pages::track::{estimated, estimated_deck_mps};
 use crate::sweep::{CampaignResults, Row, Sweep, Worst, number, text};
 
 /// More curves than this in one panel are pooled by controller.
@@ -187,24 +188,18 @@ pub(super) fn time_series(rank: usize, worst: &Worst, trace: &SpaceTrace) -> Fig
     let line = |name: &str, values: &[f64], color: usize| {
         Series::line(name, &time, values).color(Color::Cycle(color))
     };
-    // Without an estimate there is nothing to show.
-    let estimated = |value: &dyn Fn(&TraceRow) -> f64| {
-        of(&|r| {
-            if r.estimated_m == [0.0; 3] {
-                f64::NAN
-            } else {
-                value(r)
-            }
-        })
-    };
     let wanted = |k: usize| of(&|r| r.target.map_or(f64::NAN, |t| t[k]));
     let height = Panel::new("Time (s)", "Height z (m)")
         .series(line("true", &of(&|r| r.relative_m[2]), 0))
-        .series(line("estimated", &estimated(&|r| r.estimated_m[2]), 1))
+        .series(line(
+            "estimated",
+            &of(&|r| estimated(r, r.estimated_m[2])),
+            1,
+        ))
         .series(Series::dashed("flown to", &time, &wanted(0)).color(Color::BLACK));
     let velocity = Panel::new("Time (s)", "v along the normal (m/s)")
         .series(line("", &of(&|r| r.relative_mps[2]), 0))
-        .series(line("", &estimated(&|r| r.estimated_mps[2]), 1))
+        .series(line("", &of(&|r| estimated(r, r.estimated_mps[2])), 1))
         .series(Series::dashed("", &time, &wanted(1)).color(Color::BLACK));
     let lateral = Panel::new("Time (s)", "Forward, port (m)")
         .series(line("forward", &of(&|r| r.relative_m[0]), 2))
@@ -213,7 +208,7 @@ pub(super) fn time_series(rank: usize, worst: &Worst, trace: &SpaceTrace) -> Fig
         .series(line("true heave velocity", &of(&|r| r.deck_mps[2]), 4))
         .series(line(
             "estimated heave velocity",
-            &of(&|r| r.estimated_deck_mps),
+            &of(&estimated_deck_mps),
             5,
         ));
     let force = Panel::new("Time (s)", "Force (N)")

@@ -5,14 +5,14 @@ mod figures;
 use touchdown_report::{Cell, Table};
 use touchdown_sim::space::Case;
 
-use super::super::page::{Page, show};
+use super::super::page::{Page, half_interval, show, spread};
 use super::verdict::{Ratio, ratio_text};
 use crate::error::Result;
 use crate::experiments::Run;
 use crate::experiments::sea::{SeaExperiment, SeaLandings};
 use crate::settings::sea::How;
 use crate::statistics::{Share, Summary};
-use crate::sweep::{Figures, Spread};
+use crate::sweep::Figures;
 
 pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
     let sea = &run.sea;
@@ -93,18 +93,6 @@ fn percent(share: Option<Share>) -> Cell {
     })
 }
 
-fn mean(of: &Spread, decimals: usize) -> Cell {
-    of.mean.map_or_else(Cell::missing, |mean| {
-        Cell::plus_minus(mean, of.sd.unwrap_or(f64::NAN), decimals)
-    })
-}
-
-fn half(of: &Spread, decimals: usize) -> Cell {
-    of.ci95.map_or_else(Cell::missing, |[low, high]| {
-        Cell::text(format!("±\u{a0}{}", show(0.5 * (high - low), decimals)))
-    })
-}
-
 fn degrees(value: Option<f64>) -> Cell {
     Cell::maybe(value.map(f64::to_degrees), 1)
 }
@@ -129,9 +117,9 @@ fn outcomes(sea: &SeaExperiment) -> Table {
             percent(f.landed),
             percent(f.landed_at_first),
             percent(f.crashed),
-            mean(&f.waited_s, 2),
-            mean(&f.t_l_s, 2),
-            half(&f.t_l_s, 2),
+            spread(f.waited_s.summary(), 2),
+            spread(f.t_l_s.summary(), 2),
+            half_interval(f.t_l_s.summary(), 2),
         ]);
     }
     table.note(
@@ -156,10 +144,10 @@ fn touches(sea: &SeaExperiment) -> Table {
         table = table.row([
             case(l),
             Cell::text(words(l.how.name())),
-            mean(&f.v_l_mps, 3),
-            half(&f.v_l_mps, 3),
+            spread(f.v_l_mps.summary(), 3),
+            half_interval(f.v_l_mps.summary(), 3),
             Cell::maybe(f.v_l_mps.p99, 3),
-            mean(&f.s_l_m, 3),
+            spread(f.s_l_m.summary(), 3),
             Cell::maybe(f.lateral_m.p95, 3),
             degrees(f.tilt_rad.p95),
         ]);
@@ -170,17 +158,9 @@ fn touches(sea: &SeaExperiment) -> Table {
     )
 }
 
-fn summary(of: &Spread) -> Option<Summary> {
-    Some(Summary {
-        mean: of.mean?,
-        sd: of.sd,
-        ci95: of.ci95,
-    })
-}
-
 /// V_L of one way relative to another.
 fn softer(sea: &SeaExperiment, case: Case, how: How, than: How) -> Option<Ratio> {
-    let of = |how| summary(&sea.of(case, how)?.figures.v_l_mps);
+    let of = |how| sea.of(case, how)?.figures.v_l_mps.summary();
     Ratio::of(of(how), of(than))
 }
 

@@ -6,6 +6,7 @@ use touchdown_sim::space::{Case, SpaceTrace, TraceRow};
 use super::words;
 use crate::experiments::sea::SeaExperiment;
 use crate::pages::page::shares_below;
+use crate::pages::track::{estimated, estimated_deck_mps};
 use crate::settings::sea::How;
 use crate::statistics::Share;
 use crate::sweep::Figures;
@@ -104,9 +105,6 @@ pub(super) fn track(trace: &SpaceTrace) -> Figure {
     let line = |name: &str, values: &[f64], color: usize| {
         Series::line(name, &time, values).color(Color::Cycle(color))
     };
-    // Nothing is shown of an estimate that has not begun.
-    let begun = |sd: f64, value: f64| if sd < 0.3 { value } else { f64::NAN };
-    let nonzero = |value: f64| if value == 0.0 { f64::NAN } else { value };
     let altitude = Panel::new("Time (s)", "Altitude (m)")
         .series(line("vehicle", &of(&|r| r.position_m[2]), 0))
         .series(line("deck", &of(&|r| r.deck_m[2]), 5));
@@ -114,7 +112,7 @@ pub(super) fn track(trace: &SpaceTrace) -> Figure {
         .series(line("true", &of(&|r| r.relative_m[2]), 0))
         .series(line(
             "estimated",
-            &of(&|r| begun(r.estimated_sd_m[2], r.estimated_m[2])),
+            &of(&|r| estimated(r, r.estimated_m[2])),
             1,
         ))
         .series(
@@ -152,11 +150,7 @@ pub(super) fn track(trace: &SpaceTrace) -> Figure {
             .color(Color::Cycle(3)),
         )
         .series(line("true heave", &of(&|r| r.deck_mps[2]), 5))
-        .series(line(
-            "estimated heave",
-            &of(&|r| nonzero(r.estimated_deck_mps)),
-            1,
-        ))
+        .series(line("estimated heave", &of(&estimated_deck_mps), 1))
         .series(
             Series::dashed("forecast 1 s before", &ahead[..shown], &middle[..shown])
                 .color(Color::Cycle(3)),
