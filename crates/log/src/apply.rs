@@ -1,7 +1,7 @@
 use crate::clean::running_median;
 use crate::map::{Rule, Window};
-use crate::stamps::increasing;
-use crate::suggest::nearest;
+use crate::rows::{Rows, TableRows};
+use crate::stamps::{increasing, is_increasing};
 use crate::{Findings, LogError, Map, Table};
 use sindy_expr::{Expr, Program, Scratch};
 use std::path::Path;
@@ -11,6 +11,8 @@ use touchdown_trial::{Provenance, Source, TIME_CHANNEL, Trial, TrialError};
 const LONG_STEP_S: f64 = 10.0;
 /// Throttles may leave `[0, 1]` by rounding.
 const THROTTLE_SLACK: f64 = 1e-9;
+/// Rows that are evaluated at once.
+const BLOCK: usize = 4096;
 /// The name under which expressions know the row's number.
 const ROW: &str = "row";
 /// The name under which expressions know the vehicle's mass.
@@ -26,9 +28,10 @@ const MASS: &str = "mass_kg";
 /// [`LogError::UnknownColumn`] or [`LogError::TextColumn`] for what an expression names;
 /// [`LogError::NoUsableRows`] where no row is left; [`LogError::Trial`].
 pub fn apply(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
-    let known = |name: &str| is_known(map, name) || input(table, name).is_some();
+    let mut rows = TableRows(table);
+    let known = |name: &str| is_known(map, name) || rows.place(name).is_some();
     let resolved = map.resolve(&known, &|_| None);
-    let (trial, mut findings) = apply_resolved(table, &resolved.map)?;
+    let (trial, mut findings) = apply_resolved(&mut rows, &resolved.map)?;
     findings.warnings.extend(resolved.warnings());
     Ok((trial, findings))
 }
@@ -39,12 +42,15 @@ pub(crate) fn is_known(map: &Map, name: &str) -> bool {
 }
 
 /// As [`apply`] for a map without alternatives.
-pub(crate) fn apply_resolved(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
+pub(crate) fn apply_resolved(
+    source: &mut dyn Rows,
+    map: &Map,
+) -> Result<(Trial, Findings), LogError> {
     let mut findings = Findings {
-        rows_read: table.len(),
+        rows_read: source.len(),
         ..Findings::default()
     };
-    let mut columns = evaluate(table, map)?;
+    let mut columns = evaluate(source, map)?;
     for (name, values) in &mut columns {
         let infinite = values.iter_mut().filter(|value| value.is_infinite());
         let count = infinite.map(|value| *value = f64::NAN).count();
@@ -55,43 +61,55 @@ pub(crate) fn apply_resolved(table: &Table, map: &Map) -> Result<(Trial, Finding
                 .push(format!("{name}: {count} infinite values became gaps"));
         }
     }
-    let mut rows: Vec<usize> = (0..table.len()).collect();
-    if map.keep.is_some()
-        && let Some((_, keep)) = columns.pop()
-    {
-        rows.retain(|&row| keep[row] != 0.0 && !keep[row].is_nan());
-        findings.rows_filtered = table.len() - rows.len();
-    }
+    let keep = map.keep.as_ref().and_then(|_| columns.pop());
     let time = columns.iter().position(|(name, _)| name == TIME_CHANNEL);
     let time_s = time.map(|at| columns.remove(at).1).unwrap_or_default();
-    let kept = increasing(&time_s, &rows);
-    findings.absent_stamps = kept.absent;
-    findings.duplicate_stamps = kept.duplicate;
-    findings.backward_stamps = kept.backward;
+    // The rows to take, unless it is all of them.
+    let taken = if keep.is_none() && is_increasing(&time_s) {
+        None
+    } else {
+        let mut rows: Vec<usize> = (0..source.len()).collect();
+        if let Some((_, keep)) = keep {
+            rows.retain(|&row| keep[row] != 0.0 && !keep[row].is_nan());
+            findings.rows_filtered = source.len() - rows.len();
+        }
+        let kept = increasing(&time_s, &rows);
+        findings.absent_stamps = kept.absent;
+        findings.duplicate_stamps = kept.duplicate;
+        findings.backward_stamps = kept.backward;
+        Some(kept.rows)
+    };
     warn_of_stamps(&mut findings);
 
+    let path = source.path();
     let of_trial = |source| LogError::Trial {
-        path: table.path.clone(),
+        path: path.to_owned(),
         source,
     };
-    let take = |values: &[f64]| kept.rows.iter().map(|&row| values[row]).collect::<Vec<_>>();
-    let mut trial = Trial::new(stem(&table.path), take(&time_s)).map_err(of_trial)?;
+    let take = |values: Vec<f64>| match &taken {
+        None => values,
+        Some(rows) => rows.iter().map(|&row| values[row]).collect(),
+    };
+    let mut trial = Trial::new(stem(path), take(time_s)).map_err(of_trial)?;
     for (name, values) in columns {
-        let mut values = take(&values);
+        let mut values = take(values);
         if let Some((_, samples)) = map.medians.iter().find(|(known, _)| *known == name) {
             running_median(&mut values, *samples);
         }
         trial.insert(name, values).map_err(of_trial)?;
     }
-    let parts = windows(&trial, map, &table.path, &mut findings).map_err(of_trial)?;
-    findings.rows_used = parts.iter().map(Trial::len).sum();
+    let parts = windows(&trial, map, path, &mut findings).map_err(of_trial)?;
+    findings.rows_used = match &parts {
+        None => trial.len(),
+        Some(parts) => parts.iter().map(Trial::len).sum(),
+    };
     findings.rows_outside_windows = trial.len() - findings.rows_used;
     if findings.rows_used == 0 {
         return Err(LogError::NoUsableRows {
-            path: table.path.clone(),
+            path: path.to_owned(),
             reason: format!(
                 "of {} rows {} were filtered out, {} have bad stamps, {} lie outside of the windows",
-                table.len(),
+                source.len(),
                 findings.rows_filtered,
                 findings.rows_dropped(),
                 findings.rows_outside_windows
@@ -100,16 +118,23 @@ pub(crate) fn apply_resolved(table: &Table, map: &Map) -> Result<(Trial, Finding
     }
     warn_of_values(&trial, &mut findings);
     let mut provenance = Provenance::new(Source::File {
-        path: table.path.clone(),
-        sha256: table.sha256.clone(),
+        path: path.to_owned(),
+        sha256: source.sha256().to_owned(),
     });
     provenance.notes = notes(map, &findings);
-    let trial = resample_and_join(&trial, parts, map).map_err(of_trial)?;
+    let trial = resample_and_join(trial, parts, map).map_err(of_trial)?;
     Ok((trial.with_provenance(provenance), findings))
 }
 
+/// What an expression is given.
+enum Input {
+    Row,
+    Mass,
+    Column(usize),
+}
+
 /// All channels in the map's order, then the row filter if there is one.
-fn evaluate(table: &Table, map: &Map) -> Result<Vec<(String, Vec<f64>)>, LogError> {
+fn evaluate(source: &mut dyn Rows, map: &Map) -> Result<Vec<(String, Vec<f64>)>, LogError> {
     // Definitions are put in where they are used; what is used twice is evaluated once.
     let mut defined: Vec<(&str, Expr)> = Vec::new();
     let expand = |expr: &Expr, defined: &[(&str, Expr)]| {
@@ -128,78 +153,67 @@ fn evaluate(table: &Table, map: &Map) -> Result<Vec<(String, Vec<f64>)>, LogErro
             ..rule.clone()
         })
         .collect();
-    let row: Vec<f64> = table.row_numbers.iter().map(|&row| row as f64).collect();
-    let mass = vec![map.mass_kg().unwrap_or(f64::NAN); table.len()];
     // There is always one input, so that a constant expression knows its number of rows.
-    let mut inputs: Vec<(&str, &[f64])> = vec![(ROW, input(table, ROW).unwrap_or(&row))];
+    let row = source.place(ROW).map_or(Input::Row, Input::Column);
+    let mut inputs: Vec<(&str, Input)> = vec![(ROW, row)];
     for rule in &rules {
         for name in rule.expr.variables() {
             if inputs.iter().any(|(known, _)| *known == name) {
                 continue;
             }
-            let values = match input(table, name) {
-                Some(values) => values,
-                None if name == MASS && map.mass_kg().is_some() => &mass,
-                None => return Err(no_input(table, rule, name)),
+            let input = match source.place(name) {
+                Some(place) => Input::Column(place),
+                None if name == MASS && map.mass_kg().is_some() => Input::Mass,
+                None => return Err(source.lacks(rule, name)),
             };
-            inputs.push((name, values));
+            inputs.push((name, input));
         }
     }
     let expressions: Vec<Expr> = rules.iter().map(|rule| rule.expr.clone()).collect();
-    let (names, values): (Vec<&str>, Vec<&[f64]>) = inputs.into_iter().unzip();
-    let mut output = vec![0.0; table.len() * rules.len()];
-    match Program::compile(&expressions, &names) {
-        Ok(program) => program.eval_block(&values, &mut output, &mut Scratch::new()),
-        Err(error) => {
-            return Err(LogError::MapValue {
-                at: Box::new(rules[0].place.clone()),
-                expected: "expressions over the table's columns".to_owned(),
-                found: error.to_string(),
-            });
+    let names: Vec<&str> = inputs.iter().map(|(name, _)| *name).collect();
+    let program = Program::compile(&expressions, &names).map_err(|error| LogError::MapValue {
+        at: Box::new(rules[0].place.clone()),
+        expected: "expressions over the table's columns".to_owned(),
+        found: error.to_string(),
+    })?;
+    let rows = source.len();
+    let mut columns: Vec<(String, Vec<f64>)> = rules
+        .iter()
+        .map(|rule| (rule.channel.clone(), Vec::with_capacity(rows)))
+        .collect();
+    let mut blocks = vec![vec![0.0; BLOCK.min(rows)]; inputs.len()];
+    let mut output = vec![0.0; BLOCK.min(rows) * columns.len()];
+    let mut scratch = Scratch::new();
+    for first in (0..rows).step_by(BLOCK) {
+        let length = BLOCK.min(rows - first);
+        for ((_, input), block) in inputs.iter().zip(&mut blocks) {
+            let block = &mut block[..length];
+            match *input {
+                Input::Row => (first..)
+                    .zip(block)
+                    .for_each(|(row, value)| *value = source.row_number(row) as f64),
+                Input::Mass => block.fill(map.mass_kg().unwrap_or(f64::NAN)),
+                Input::Column(place) => source.fill(place, first, block),
+            }
+        }
+        let given: Vec<&[f64]> = blocks.iter().map(|block| &block[..length]).collect();
+        let output = &mut output[..length * columns.len()];
+        program.eval_block(&given, output, &mut scratch);
+        for ((_, column), values) in columns.iter_mut().zip(output.chunks_exact(length)) {
+            column.extend_from_slice(values);
         }
     }
-    Ok(rules
-        .iter()
-        .zip(output.chunks_exact(table.len().max(1)))
-        .map(|(rule, values)| (rule.channel.clone(), values.to_vec()))
-        .collect())
+    Ok(columns)
 }
 
-fn input<'a>(table: &'a Table, name: &str) -> Option<&'a [f64]> {
-    let column = table.column(name).filter(|column| !column.is_text())?;
-    Some(&column.values)
-}
-
-fn no_input(table: &Table, rule: &Rule, name: &str) -> LogError {
-    let at = Box::new(rule.place.clone());
-    let (found, file) = (name.to_owned(), table.path.clone());
-    match table.column(name).map(|column| &column.kind) {
-        Some(crate::ColumnKind::Text { example }) => LogError::TextColumn {
-            at,
-            table: file,
-            found,
-            example: example.clone(),
-        },
-        _ => LogError::UnknownColumn {
-            at,
-            table: file,
-            nearest: nearest(
-                name,
-                table.columns.iter().map(|column| column.name.as_str()),
-            ),
-            found,
-            available: table.column_names(),
-        },
-    }
-}
-
-/// The parts of the trial that lie in the map's windows, in order of time, not overlapping.
+/// The parts of the trial that lie in the map's windows, in order of time, not overlapping; `None`
+/// where the trial is used whole.
 fn windows(
     trial: &Trial,
     map: &Map,
     path: &str,
     findings: &mut Findings,
-) -> Result<Vec<Trial>, TrialError> {
+) -> Result<Option<Vec<Trial>>, TrialError> {
     let holds = |window: &&Window| window.file.as_ref().is_none_or(|file| path.ends_with(file));
     let mut holding: Vec<&Window> = map.windows.iter().filter(holds).collect();
     if holding.is_empty() {
@@ -208,7 +222,7 @@ fn windows(
                 .warnings
                 .push("no window of the map names this file; it is used whole".to_owned());
         }
-        return Ok(vec![trial.clone()]);
+        return Ok(None);
     }
     holding.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     let mut joined: Vec<(f64, f64)> = Vec::new();
@@ -228,20 +242,26 @@ fn windows(
         }
         parts.push(part);
     }
-    Ok(parts)
+    Ok(Some(parts))
 }
 
-fn resample_and_join(whole: &Trial, parts: Vec<Trial>, map: &Map) -> Result<Trial, TrialError> {
-    let parts = parts
-        .into_iter()
-        .map(|part| match map.resample {
-            None => Ok(part),
-            Some(resample) => match resample.max_gap_s {
-                None => part.resample_linear(resample.period_s),
-                Some(gap_s) => part.resample_linear_within(resample.period_s, gap_s),
-            },
-        })
-        .collect::<Result<Vec<Trial>, _>>()?;
+fn resample_and_join(
+    whole: Trial,
+    parts: Option<Vec<Trial>>,
+    map: &Map,
+) -> Result<Trial, TrialError> {
+    let resample = |part: &Trial| match map.resample {
+        None => Ok(part.clone()),
+        Some(resample) => match resample.max_gap_s {
+            None => part.resample_linear(resample.period_s),
+            Some(gap_s) => part.resample_linear_within(resample.period_s, gap_s),
+        },
+    };
+    let parts = match parts {
+        None if map.resample.is_none() => return Ok(whole),
+        None => vec![resample(&whole)?],
+        Some(parts) => parts.iter().map(resample).collect::<Result<_, _>>()?,
+    };
     let time_s = parts.iter().flat_map(|part| part.time_s().iter().copied());
     let mut trial = Trial::new(whole.name(), time_s.collect())?;
     for (name, _) in whole.channels() {

@@ -55,6 +55,7 @@ mod layout;
 #[cfg_attr(not(feature = "flight-logs"), allow(dead_code))]
 mod map;
 mod read;
+mod rows;
 mod stamps;
 mod suggest;
 mod table;

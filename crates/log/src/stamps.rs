@@ -9,6 +9,13 @@ pub(crate) struct Kept {
     pub(crate) backward: usize,
 }
 
+/// Whether every stamp is one and comes after the one before it.
+pub(crate) fn is_increasing(time_s: &[f64]) -> bool {
+    let ends = [time_s.first(), time_s.last()];
+    time_s.windows(2).all(|pair| pair[0] < pair[1])
+        && ends.into_iter().flatten().all(|t| t.is_finite())
+}
+
 /// Keeps rows (of `rows`, in order) with strictly increasing stamps.
 ///
 /// A row whose stamp is not after the latest kept one is dropped. Where one stray late stamp would

@@ -60,7 +60,14 @@ fn prop_a_cut_file_gives_its_prefix_and_says_so() {
                     // The same numbers as far as they go.
                     for topic in part.topics.iter().filter(|topic| topic.messages > 0) {
                         let same = whole.topic(&topic.key).unwrap();
-                        assert_eq!(topic.first_s, same.first_s, "{name} {}", topic.key);
+                        // Where an autopilot's own clock lies shows in the least delay of all
+                        // messages that are there; in the file these are of 0 to 3 ms.
+                        let own = topic.kind.as_ref().is_some_and(|k| k.starts_with("px4"));
+                        let slack_s = if own { 0.003 } else { 0.0 };
+                        let [first_s, whole_s] =
+                            [topic, same].map(|t| t.first_s.unwrap_or(f64::MIN));
+                        let off_s = first_s - whole_s;
+                        assert!((0.0..=slack_s).contains(&off_s), "{name} {}", topic.key);
                     }
                 }
                 Err(error) => {

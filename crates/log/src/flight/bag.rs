@@ -5,6 +5,7 @@
 
 use super::LogFormat;
 use super::channel::{Channel, unpack, unpack_prefix};
+use super::clocks::Clocks;
 use super::cursor::Cursor;
 use super::sink::{Loss, ReadError, Sink};
 use super::stream::Stream;
@@ -27,7 +28,7 @@ struct Bag<'s> {
     /// By the connection's number; several may be of one topic.
     channels: HashMap<u32, Channel>,
     topics: usize,
-    zero_ns: Option<u64>,
+    clocks: Clocks,
     loss: Loss,
 }
 
@@ -39,10 +40,11 @@ pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadEr
         sink,
         channels: HashMap::new(),
         topics: 0,
-        zero_ns: None,
+        clocks: Clocks::default(),
         loss: Loss::default(),
     };
     bag.run(&mut stream)?;
+    bag.clocks.finish(bag.sink, &mut bag.loss);
     Ok(bag.loss)
 }
 
@@ -164,16 +166,22 @@ impl Bag<'_> {
                 }
             }
             MESSAGE => {
+                let mut time = Cursor::new(field(head, "time")?);
+                let seconds = u64::from(time.u32()?);
+                let recorded_ns = seconds * 1_000_000_000 + u64::from(time.u32()?);
+                self.clocks.recorded(recorded_ns);
                 let Some(channel) = self.channels.get_mut(&number(head, "conn")?) else {
                     // What tells of the connection is lost, or there are too many.
                     self.loss.undecodable += 1;
                     return Some(());
                 };
-                let mut time = Cursor::new(field(head, "time")?);
-                let seconds = u64::from(time.u32()?);
-                let recorded_ns = seconds * 1_000_000_000 + u64::from(time.u32()?);
-                let zero_ns = *self.zero_ns.get_or_insert(recorded_ns);
-                channel.message(recorded_ns, zero_ns, data, self.sink, &mut self.loss);
+                channel.message(
+                    recorded_ns,
+                    &mut self.clocks,
+                    data,
+                    self.sink,
+                    &mut self.loss,
+                );
             }
             CHUNK if outside => match text(head, "compression")? {
                 "none" => self.records(data)?,

@@ -1,6 +1,7 @@
 //! Channels of recordings: messages of one type on one topic, decoded by what the file says of
 //! them.
 
+use super::clocks::Clocks;
 use super::ros::{Encoding, Message};
 use super::sink::{Layout, Loss, Sink, Wanted};
 use serde_json::Value;
@@ -9,8 +10,8 @@ use serde_json::Value;
 const MOST_FIELDS: usize = 1024;
 /// Longest array of JSON whose elements are told.
 const LONGEST_ARRAY: usize = 64;
-/// Stamps in a message's header that lie within this of the recorder's are used, in ns.
-const PLAUSIBLE_NS: i64 = 10_000_000_000;
+/// Messages of these types begin with a stamp of the autopilot's own clock, in µs.
+const OWN_CLOCK: &str = "px4_msgs/";
 
 enum Decoder {
     Ros(Message),
@@ -19,14 +20,42 @@ enum Decoder {
     Unknown,
 }
 
+/// How a message says its own time.
+#[derive(Clone, Copy, PartialEq)]
+enum Stamp {
+    None,
+    /// Places of seconds and nanoseconds in its header.
+    Header(usize, usize),
+    /// Place of the autopilot's time.
+    Own(usize),
+}
+
+impl Stamp {
+    fn of(layout: &Layout) -> Self {
+        let place = |name: &str| layout.fields.iter().position(|field| field == name);
+        let own = place("timestamp").filter(|_| layout.kind.starts_with(OWN_CLOCK));
+        let parts = [
+            ("header.stamp.sec", "header.stamp.nanosec"),
+            ("header.stamp.sec", "header.stamp.nsec"),
+            ("timestamp.sec", "timestamp.nsec"),
+        ];
+        let mut parts = parts.iter();
+        let header = parts.find_map(|(sec, nsec)| place(sec).zip(place(nsec)));
+        match (own, header) {
+            (Some(own), _) => Self::Own(own),
+            (None, Some((sec, nsec))) => Self::Header(sec, nsec),
+            (None, None) => Self::None,
+        }
+    }
+}
+
 /// A topic of a recording.
 pub(super) struct Channel {
     id: usize,
     layout: Layout,
     wanted: Wanted,
     decoder: Decoder,
-    /// Places of seconds and nanoseconds of the message's own stamp.
-    stamp: Option<(usize, usize)>,
+    stamp: Stamp,
     all: Vec<f64>,
     values: Vec<f64>,
 }
@@ -61,15 +90,14 @@ impl Channel {
         });
         let mut layout = Layout {
             name: topic.to_owned(),
+            kind: short_kind(schema.map_or("", |(kind, ..)| kind)),
             ..Layout::default()
         };
         if let Decoder::Ros(message) = &decoder {
             layout.fields = message.names().to_vec();
             layout.texts = message.texts().to_vec();
         }
-        let place = |name: &str| layout.fields.iter().position(|field| field == name);
-        let nanoseconds = place("header.stamp.nanosec").or_else(|| place("header.stamp.nsec"));
-        let stamp = place("header.stamp.sec").zip(nanoseconds);
+        let stamp = Stamp::of(&layout);
         let wanted = sink.topic(id, &layout);
         Self {
             id,
@@ -82,12 +110,11 @@ impl Channel {
         }
     }
 
-    /// Decodes a message as far as it is wanted, and hands it over. `zero_ns` is the log's zero
-    /// on the recorder's clock.
+    /// Decodes a message as far as it is wanted, and hands it over.
     pub(super) fn message(
         &mut self,
         recorded_ns: u64,
-        zero_ns: u64,
+        clocks: &mut Clocks,
         bytes: &[u8],
         sink: &mut dyn Sink,
         loss: &mut Loss,
@@ -95,12 +122,12 @@ impl Channel {
         if self.wanted == Wanted::Nothing {
             return;
         }
-        let since = |ns: u64| ns.wrapping_sub(zero_ns).cast_signed();
-        let mut stamp_ns = since(recorded_ns);
         let whole = match &self.decoder {
             Decoder::Unknown => Some(()),
             // Nobody wants its values or its stamp.
-            Decoder::Ros(_) if self.wanted == Wanted::Stamps && self.stamp.is_none() => Some(()),
+            Decoder::Ros(_) if self.wanted == Wanted::Stamps && self.stamp == Stamp::None => {
+                Some(())
+            }
             Decoder::Ros(message) => message.decode(bytes, &mut self.all),
             Decoder::Json => self.json(bytes, sink),
         };
@@ -108,12 +135,18 @@ impl Channel {
             loss.undecodable += 1;
             return;
         }
-        if let Some((seconds, nanoseconds)) = self.stamp {
-            let own_ns = self.all[seconds] as u64 * 1_000_000_000 + self.all[nanoseconds] as u64;
-            if since(own_ns).saturating_sub(stamp_ns).saturating_abs() < PLAUSIBLE_NS {
-                stamp_ns = since(own_ns);
+        let stamp_ns = match self.stamp {
+            Stamp::Header(seconds, nanoseconds) if self.all[seconds].is_finite() => {
+                let seconds_ns = (self.all[seconds] as u64).saturating_mul(1_000_000_000);
+                let own_ns = seconds_ns.saturating_add(self.all[nanoseconds] as u64);
+                clocks.header(recorded_ns, own_ns)
             }
-        }
+            Stamp::Own(place) => {
+                let own_ns = (self.all[place] as u64).saturating_mul(1000);
+                clocks.own(self.id, recorded_ns, own_ns)
+            }
+            _ => clocks.recorded(recorded_ns),
+        };
         self.values.clear();
         if let Wanted::Fields(fields) = &self.wanted {
             let all = &self.all;
@@ -160,9 +193,15 @@ impl Channel {
         });
         if layout.fields.len() > before || layout.texts.len() > texts {
             self.wanted = sink.topic(self.id, &self.layout);
+            self.stamp = Stamp::of(&self.layout);
         }
         object.is_object().then_some(())
     }
+}
+
+/// The name of a type as ROS 1 has it: `sensor_msgs/Imu` for `sensor_msgs/msg/Imu`.
+pub(super) fn short_kind(kind: &str) -> String {
+    kind.replacen("/msg/", "/", 1)
 }
 
 /// Tells every number below, and of every text that there is one.

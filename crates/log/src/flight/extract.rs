@@ -1,79 +1,186 @@
-//! The columns of a log that a map names: a second pass.
+//! The columns that maps name, gathered in the same pass that tells what topics there are.
 
+use super::log::is_alike;
 use super::sink::{Layout, Sink, Wanted};
-use super::survey::key;
-use std::collections::{BTreeMap, HashMap};
+use super::survey::{Surveyor, key};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Values in as little memory as keeps them exactly.
+#[derive(Debug, Clone)]
+pub(super) enum Values {
+    /// All are numbers of single precision, as most of what sensors say.
+    Narrow(Vec<f32>),
+    Wide(Vec<f64>),
+}
+
+impl Default for Values {
+    fn default() -> Self {
+        Self::Narrow(Vec::new())
+    }
+}
+
+impl Values {
+    #[inline]
+    pub(super) fn push(&mut self, value: f64) {
+        match self {
+            Self::Narrow(values) => {
+                let narrow = value as f32;
+                if f64::from(narrow) == value || value.is_nan() {
+                    values.push(narrow);
+                } else {
+                    let mut wide: Vec<f64> = Vec::with_capacity(values.capacity());
+                    wide.extend(values.iter().map(|&value| f64::from(value)));
+                    wide.push(value);
+                    *self = Self::Wide(wide);
+                }
+            }
+            Self::Wide(values) => values.push(value),
+        }
+    }
+
+    /// Gaps up to this length.
+    fn pad(&mut self, length: usize) {
+        match self {
+            Self::Narrow(values) => values.resize(length, f32::NAN),
+            Self::Wide(values) => values.resize(length, f64::NAN),
+        }
+    }
+
+    #[inline]
+    pub(super) fn get(&self, row: usize) -> f64 {
+        match self {
+            Self::Narrow(values) => values[row].into(),
+            Self::Wide(values) => values[row],
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Narrow(values) => values.len(),
+            Self::Wide(values) => values.len(),
+        }
+    }
+
+    /// The values of these rows.
+    pub(super) fn pick(&self, rows: &[usize]) -> Self {
+        match self {
+            Self::Narrow(values) => Self::Narrow(rows.iter().map(|&row| values[row]).collect()),
+            Self::Wide(values) => Self::Wide(rows.iter().map(|&row| values[row]).collect()),
+        }
+    }
+}
 
 /// Messages of one topic: stamps and the columns wanted, in the order of the file.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Series {
     pub(super) time_s: Vec<f64>,
-    pub(super) columns: Vec<Vec<f64>>,
+    pub(super) fields: Vec<String>,
+    pub(super) columns: Vec<Values>,
     /// Messages without a stamp, which are left out.
     pub(super) absent: usize,
 }
 
-/// Collects columns.
+/// Collects the columns that any of the names may mean, and tells the topics beside.
 pub(super) struct Extractor<'a> {
-    /// Fields by the topic's key.
-    wanted: &'a BTreeMap<String, Vec<String>>,
-    series: BTreeMap<String, Series>,
-    by_id: HashMap<usize, Plan>,
+    surveyor: Surveyor,
+    /// Names such as `topic.field`, at every dot.
+    fields: BTreeSet<(&'a str, &'a str)>,
+    /// Topics whose stamps are wanted in any case.
+    clocks: BTreeSet<&'a str>,
+    keys: Vec<String>,
+    series: Vec<Series>,
+    /// By the reader's number.
+    plans: Vec<Option<Plan>>,
 }
 
 struct Plan {
-    key: String,
+    series: usize,
     /// For each value handed over, its column.
     columns: Vec<usize>,
 }
 
 impl<'a> Extractor<'a> {
-    pub(super) fn new(wanted: &'a BTreeMap<String, Vec<String>>) -> Self {
-        let series = wanted.iter().map(|(key, fields)| {
-            let columns = vec![Vec::new(); fields.len()];
-            (
-                key.clone(),
-                Series {
-                    columns,
-                    ..Series::default()
-                },
-            )
-        });
+    pub(super) fn new(
+        names: impl Iterator<Item = &'a str>,
+        clocks: impl Iterator<Item = &'a str>,
+    ) -> Self {
+        let split = |name: &'a str| {
+            let dots = name.match_indices('.');
+            dots.map(move |(dot, _)| (&name[..dot], &name[dot + 1..]))
+        };
         Self {
-            wanted,
-            series: series.collect(),
-            by_id: HashMap::new(),
+            surveyor: Surveyor::new(false),
+            fields: names.flat_map(split).collect(),
+            clocks: clocks.collect(),
+            keys: Vec::new(),
+            series: Vec::new(),
+            plans: Vec::new(),
         }
     }
 
-    pub(super) fn finish(self) -> BTreeMap<String, Series> {
-        self.series
+    /// The topics, and the columns by the topic's key.
+    pub(super) fn finish(self) -> (Surveyor, BTreeMap<String, Series>) {
+        (
+            self.surveyor,
+            self.keys.into_iter().zip(self.series).collect(),
+        )
     }
 }
 
 impl Sink for Extractor<'_> {
     fn topic(&mut self, id: usize, layout: &Layout) -> Wanted {
+        let seen = self.surveyor.topic(id, layout);
         let key = key(&layout.name, layout.instance);
-        let Some(wanted) = self.wanted.get(&key) else {
-            return Wanted::Nothing;
+        let mut named: BTreeSet<&str> = BTreeSet::new();
+        let (mut last, mut alike) = ("", false);
+        for &(topic, field) in &self.fields {
+            if topic != last {
+                (last, alike) = (topic, is_alike(&key, &layout.kind, topic));
+            }
+            if alike {
+                named.insert(field);
+            }
+        }
+        self.plans
+            .resize_with(self.plans.len().max(id + 1), || None);
+        self.plans[id] = None;
+        let fields = layout.fields.iter().enumerate();
+        let fields: Vec<(usize, &String)> = fields
+            .filter(|(_, field)| named.contains(field.as_str()))
+            .collect();
+        let is_clock = |clock: &&str| is_alike(&key, &layout.kind, clock);
+        if fields.is_empty() && !self.clocks.iter().any(is_clock) {
+            return seen;
+        }
+        let place = self.keys.iter().position(|known| *known == key);
+        let series = place.unwrap_or_else(|| {
+            self.keys.push(key);
+            self.series.push(Series::default());
+            self.keys.len() - 1
+        });
+        let known = &mut self.series[series];
+        let column = |name: &String| {
+            let place = known.fields.iter().position(|field| field == name);
+            place.unwrap_or_else(|| {
+                let mut before = Values::default();
+                before.pad(known.time_s.len());
+                known.fields.push(name.clone());
+                known.columns.push(before);
+                known.fields.len() - 1
+            })
         };
-        let place = |name: &String| layout.fields.iter().position(|field| field == name);
-        let (fields, columns) = wanted
-            .iter()
-            .enumerate()
-            .filter_map(|(column, name)| Some((place(name)?, column)))
-            .unzip();
-        self.by_id.insert(id, Plan { key, columns });
-        Wanted::Fields(fields)
+        let (wanted, names): (Vec<usize>, Vec<&String>) = fields.into_iter().unzip();
+        let columns = names.into_iter().map(column).collect();
+        self.plans[id] = Some(Plan { series, columns });
+        Wanted::Fields(wanted)
     }
 
     fn message(&mut self, id: usize, stamp_ns: Option<i64>, values: &[f64]) {
-        let Some(plan) = self.by_id.get(&id) else {
+        self.surveyor.message(id, stamp_ns, &[]);
+        let Some(Some(plan)) = self.plans.get(id) else {
             return;
         };
-        let Some(series) = self.series.get_mut(&plan.key) else {
-            return;
-        };
+        let series = &mut self.series[plan.series];
         let Some(stamp_ns) = stamp_ns else {
             series.absent += 1;
             return;
@@ -85,10 +192,40 @@ impl Sink for Extractor<'_> {
         // Fields that this message lacks are gaps.
         if values.len() < series.columns.len() {
             for column in &mut series.columns {
-                column.resize(series.time_s.len(), f64::NAN);
+                column.pad(series.time_s.len());
             }
         }
     }
 
-    fn parameter(&mut self, _: &str, _: f64) {}
+    fn shift(&mut self, id: usize, by_ns: i64) {
+        self.surveyor.shift(id, by_ns);
+        if let Some(Some(plan)) = self.plans.get(id) {
+            let time_s = &mut self.series[plan.series].time_s;
+            time_s.iter_mut().for_each(|t| *t += by_ns as f64 * 1e-9);
+        }
+    }
+
+    fn parameter(&mut self, name: &str, value: f64) {
+        self.surveyor.parameter(name, value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_values_stay_exact() {
+        let mut values = Values::default();
+        for value in [1.5, f64::NAN, -0.0, f64::INFINITY] {
+            values.push(value);
+        }
+        assert!(matches!(values, Values::Narrow(_)));
+        values.push(0.1);
+        values.pad(6);
+        assert!(matches!(values, Values::Wide(_)));
+        let all: Vec<f64> = (0..values.len()).map(|row| values.get(row)).collect();
+        assert_eq!(format!("{all:?}"), "[1.5, NaN, -0.0, inf, 0.1, NaN]");
+        assert_eq!(values.pick(&[4, 0]).get(1), 1.5);
+    }
 }

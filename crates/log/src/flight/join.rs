@@ -1,8 +1,8 @@
 //! Brings the columns of a topic to the stamps of another.
 
-use super::extract::Series;
+use super::extract::{Series, Values};
 use crate::map::Join;
-use crate::stamps::increasing;
+use crate::stamps::{increasing, is_increasing};
 
 /// Values are joined over so many median steps of their topic, unless the map says otherwise.
 const JOINED_STEPS: f64 = 10.0;
@@ -24,18 +24,15 @@ pub(super) struct Repairs {
 /// The clock's own rows are only unwrapped: whoever makes the trial drops and counts them.
 pub(super) fn repair(series: &mut Series, is_clock: bool) -> Repairs {
     let resets = unwrap(&mut series.time_s);
-    if is_clock {
+    if is_clock || is_increasing(&series.time_s) {
         return Repairs { resets, dropped: 0 };
     }
     let all: Vec<usize> = (0..series.time_s.len()).collect();
     let kept = increasing(&series.time_s, &all).rows;
     let dropped = all.len() - kept.len();
-    if dropped > 0 {
-        let pick = |values: &[f64]| kept.iter().map(|&row| values[row]).collect::<Vec<_>>();
-        series.time_s = pick(&series.time_s);
-        for column in &mut series.columns {
-            *column = pick(column);
-        }
+    series.time_s = kept.iter().map(|&row| series.time_s[row]).collect();
+    for column in &mut series.columns {
+        *column = column.pick(&kept);
     }
     Repairs { resets, dropped }
 }
@@ -87,68 +84,131 @@ pub(super) fn usual_limit_s(time_s: &[f64]) -> f64 {
     (JOINED_STEPS * step_s).max(SHORTEST_LIMIT_S)
 }
 
-/// The values of a column at the times of a clock; NaN where none is near enough.
-pub(super) fn join(
-    time_s: &[f64],
-    values: &[f64],
-    clock_s: &[f64],
+/// Between which stamps of a topic the stamps of a clock lie, block by block.
+#[derive(Debug)]
+pub(super) struct Stamps {
+    time_s: Vec<f64>,
     how: Join,
     limit_s: f64,
-) -> Vec<f64> {
-    let known: Vec<usize> = (0..values.len())
-        .filter(|&i| values[i].is_finite())
-        .collect();
-    if known.is_empty() {
-        return vec![f64::NAN; clock_s.len()];
+    /// The first stamp after the clock's latest.
+    next: usize,
+    latest_s: f64,
+    /// For each stamp of the block the value before it, and the part of the way to the one after;
+    /// `usize::MAX` where none is near enough.
+    places: Vec<(usize, f64)>,
+    /// Which block that is.
+    block: Option<usize>,
+}
+
+impl Stamps {
+    pub(super) fn new(time_s: Vec<f64>, how: Join, limit_s: f64) -> Self {
+        Self {
+            time_s,
+            how,
+            limit_s,
+            next: 0,
+            latest_s: f64::NEG_INFINITY,
+            places: Vec::new(),
+            block: None,
+        }
     }
-    let mut next = 0; // the first known value after t
-    let mut latest_s = f64::NEG_INFINITY;
-    clock_s
-        .iter()
-        .map(|&t| {
-            if t < latest_s {
-                next = known.partition_point(|&i| time_s[i] <= t);
+
+    /// Goes on to a block of the clock, that with this number.
+    pub(super) fn locate(&mut self, block: usize, clock_s: &[f64]) {
+        if self.block == Some(block) {
+            return;
+        }
+        self.block = Some(block);
+        self.places.clear();
+        let time_s = &self.time_s;
+        for &t in clock_s {
+            if t < self.latest_s {
+                self.next = time_s.partition_point(|&stamp| stamp <= t);
             }
-            latest_s = t;
-            while next < known.len() && time_s[known[next]] <= t {
-                next += 1;
+            self.latest_s = t;
+            while self.next < time_s.len() && time_s[self.next] <= t {
+                self.next += 1;
             }
-            let before = next.checked_sub(1).map(|at| known[at]);
-            let after = known.get(next).copied();
-            match (how, before, after) {
-                (_, Some(i), _) if time_s[i] == t => values[i],
-                (Join::Hold, Some(i), _) if t - time_s[i] <= limit_s => values[i],
-                (Join::Linear, Some(i), Some(j)) if time_s[j] - time_s[i] <= limit_s => {
-                    let part = (t - time_s[i]) / (time_s[j] - time_s[i]);
-                    values[i] + part * (values[j] - values[i])
+            let place = match self.next.checked_sub(1) {
+                Some(i) if time_s[i] == t => (i, 0.0),
+                Some(i) if self.how == Join::Hold && t - time_s[i] <= self.limit_s => (i, 0.0),
+                Some(i) if self.how == Join::Linear && self.next < time_s.len() => {
+                    let step_s = time_s[self.next] - time_s[i];
+                    if step_s <= self.limit_s {
+                        (i, (t - time_s[i]) / step_s)
+                    } else {
+                        (usize::MAX, 0.0)
+                    }
                 }
-                _ => f64::NAN,
-            }
-        })
-        .collect()
+                _ => (usize::MAX, 0.0),
+            };
+            self.places.push(place);
+        }
+    }
+
+    /// The values of a column, finite all of them, at the block's stamps; NaN where none is near
+    /// enough.
+    pub(super) fn join(&self, values: &Values, into: &mut [f64]) {
+        match values {
+            Values::Narrow(values) => self.join_by(|i| values[i].into(), into),
+            Values::Wide(values) => self.join_by(|i| values[i], into),
+        }
+    }
+
+    fn join_by(&self, value: impl Fn(usize) -> f64, into: &mut [f64]) {
+        for (&(i, part), into) in self.places.iter().zip(into) {
+            *into = match i {
+                usize::MAX => f64::NAN,
+                i if part == 0.0 => value(i),
+                i => {
+                    let before = value(i);
+                    before + part * (value(i + 1) - before)
+                }
+            };
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn joined(known: &[(f64, f64)], clock_s: &[f64], how: Join, limit_s: f64) -> String {
+        let mut values = Values::default();
+        known.iter().for_each(|&(_, value)| values.push(value));
+        let time_s = known.iter().map(|&(t, _)| t).collect();
+        let mut stamps = Stamps::new(time_s, how, limit_s);
+        let mut all = Vec::new();
+        // In blocks of three.
+        for (block, clock_s) in clock_s.chunks(3).enumerate() {
+            let mut into = vec![0.0; clock_s.len()];
+            stamps.locate(block, clock_s);
+            stamps.join(&values, &mut into);
+            all.extend(into);
+        }
+        format!("{all:?}")
+    }
+
     #[test]
     fn analytic_hold_and_linear() {
-        let (time_s, values) = ([0.0, 1.0, 2.0, 30.0], [0.0, 10.0, f64::NAN, 40.0]);
+        let known = [(0.0, 0.0), (1.0, 10.0), (30.0, 40.0)];
         let clock_s = [-1.0, 0.0, 0.5, 1.0, 1.5, 2.5, 30.0, 31.0];
-        let text = |v: Vec<f64>| format!("{v:?}");
         assert_eq!(
-            text(join(&time_s, &values, &clock_s, Join::Linear, 5.0)),
+            joined(&known, &clock_s, Join::Linear, 5.0),
             "[NaN, 0.0, 5.0, 10.0, NaN, NaN, 40.0, NaN]"
         );
         assert_eq!(
-            text(join(&time_s, &values, &clock_s, Join::Hold, 1.0)),
+            joined(&known, &clock_s, Join::Hold, 1.0),
             "[NaN, 0.0, 0.0, 10.0, 10.0, NaN, 40.0, 40.0]"
         );
+        // A clock that goes back.
+        assert_eq!(
+            joined(&known, &[11.0, 0.5, 1.5, 0.75], Join::Hold, 10.0),
+            "[10.0, 0.0, 10.0, 0.0]"
+        );
+        assert_eq!(joined(&[], &[1.0], Join::Linear, 1.0), "[NaN]");
         // Ten median steps of 1 s.
-        assert_eq!(usual_limit_s(&time_s), 10.0);
-        assert_eq!(join(&time_s, &values, &[11.0], Join::Hold, 10.0), [10.0]);
-        assert!(join(&[], &[], &[1.0], Join::Linear, 1.0)[0].is_nan());
+        assert_eq!(usual_limit_s(&[0.0, 1.0, 2.0, 30.0]), 10.0);
     }
 
     #[test]
@@ -157,8 +217,8 @@ mod tests {
             time_s: (0..20)
                 .map(|i| 0.1 * f64::from(i % 10) + 7200.0 * f64::from(i32::from(i < 10)))
                 .collect(),
-            columns: vec![(0..20).map(f64::from).collect()],
-            absent: 0,
+            columns: vec![Values::Wide((0..20).map(f64::from).collect())],
+            ..Series::default()
         };
         assert_eq!(
             repair(&mut series, false),
@@ -179,6 +239,6 @@ mod tests {
             }
         );
         assert_eq!(series.columns[0].len(), 19);
-        assert_eq!(series.columns[0][4], 5.0);
+        assert_eq!(series.columns[0].get(4), 5.0);
     }
 }

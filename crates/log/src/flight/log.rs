@@ -1,17 +1,15 @@
+use super::channel::short_kind;
 use super::extract::{Extractor, Series};
-use super::join;
+use super::hashing::{Hashing, sha256_of};
 use super::sink::{Loss, ReadError, Sink};
 use super::survey::{Survey, Surveyor};
 use super::{bag, dataflash, mcap, ulog};
-use crate::suggest::nearest;
-use crate::{Column, ColumnKind, Findings, LogError, Map, Table};
+use crate::{Findings, LogError};
 use serde::Serialize;
-use sha2::{Digest, Sha256};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
-use touchdown_trial::TIME_CHANNEL;
 
 /// Bytes at the start of a file by which its format is told.
 const LOOK: usize = 64;
@@ -75,6 +73,15 @@ pub struct Log {
     path: String,
     format: LogFormat,
     input: Input,
+}
+
+/// What one pass gave.
+pub(super) struct Gathered {
+    pub(super) survey: Survey,
+    /// By the topic's key.
+    pub(super) series: BTreeMap<String, Series>,
+    pub(super) findings: Findings,
+    pub(super) sha256: String,
 }
 
 #[derive(Debug, Clone)]
@@ -143,8 +150,30 @@ impl Log {
 
     fn look(&self, deep: bool) -> Result<(Survey, Findings), LogError> {
         let mut surveyor = Surveyor::new(deep);
-        let loss = self.read(&mut surveyor)?;
-        let mut findings = self.findings(&loss);
+        let (loss, _) = self.read(&mut surveyor, false)?;
+        self.surveyed(surveyor, &loss)
+    }
+
+    /// The topics and the columns that any of the names may mean, in one pass.
+    pub(super) fn gather<'a>(
+        &self,
+        names: impl Iterator<Item = &'a str>,
+        clocks: impl Iterator<Item = &'a str>,
+    ) -> Result<Gathered, LogError> {
+        let mut extractor = Extractor::new(names, clocks);
+        let (loss, sha256) = self.read(&mut extractor, true)?;
+        let (surveyor, series) = extractor.finish();
+        let (survey, findings) = self.surveyed(surveyor, &loss)?;
+        Ok(Gathered {
+            survey,
+            series,
+            findings,
+            sha256,
+        })
+    }
+
+    fn surveyed(&self, surveyor: Surveyor, loss: &Loss) -> Result<(Survey, Findings), LogError> {
+        let mut findings = self.findings(loss);
         findings.warnings.extend(surveyor.warnings());
         let survey = surveyor.finish(&self.path, self.format, self.format.zero().to_owned());
         findings.rows_read = survey.messages();
@@ -156,76 +185,6 @@ impl Log {
             });
         }
         Ok((survey, findings))
-    }
-
-    /// The columns that a map names, brought to the stamps of its clock: one row for each message
-    /// of that topic, `time_s` beside.
-    ///
-    /// # Errors
-    /// [`LogError::UnknownColumn`] where there is no such topic or field, [`LogError::MapValue`]
-    /// for a clock that is none, and those of [`survey`](Self::survey).
-    pub fn table(&self, map: &Map, survey: &Survey) -> Result<(Table, Findings), LogError> {
-        let mut wanted: BTreeMap<String, Vec<String>> = BTreeMap::new();
-        let mut columns: Vec<(String, String, String)> = Vec::new();
-        for name in map.inputs() {
-            let Some((topic, field)) = survey.resolve(name) else {
-                continue;
-            };
-            columns.push((name.to_owned(), topic.clone(), field.clone()));
-            let fields = wanted.entry(topic).or_default();
-            if !fields.contains(&field) {
-                fields.push(field);
-            }
-        }
-        let mut findings = Findings::default();
-        let clock = clock(map, survey, wanted.keys(), &mut findings)?;
-        wanted.entry(clock.clone()).or_default();
-
-        let mut extractor = Extractor::new(&wanted);
-        let loss = self.read(&mut extractor)?;
-        let mut series = extractor.finish();
-        findings = self.findings(&loss).then(findings);
-        let (mut clock_s, mut joins) = (Vec::new(), BTreeMap::new());
-        for (key, series) in &mut series {
-            let offset_s = map.offset_s(key);
-            series.time_s.iter_mut().for_each(|t| *t += offset_s);
-            let repairs = join::repair(series, *key == clock);
-            warn(&mut findings, key, series, repairs);
-            let (how, limit) = map.join(key);
-            let usual = || join::usual_limit_s(&series.time_s);
-            joins.insert(key.clone(), (how, limit.unwrap_or_else(usual)));
-            if *key == clock {
-                clock_s.clone_from(&series.time_s);
-            }
-        }
-        let mut table = Table {
-            path: self.path.clone(),
-            sha256: self.sha256()?,
-            row_numbers: (0..clock_s.len()).collect(),
-            columns: Vec::new(),
-        };
-        for (name, topic, field) in columns {
-            let Some(source) = series.get(&topic) else {
-                continue;
-            };
-            let place = wanted[&topic].iter().position(|known| *known == field);
-            let values = &source.columns[place.unwrap_or(0)];
-            let values = if topic == clock {
-                values.clone()
-            } else {
-                let (how, limit_s) = joins[&topic];
-                join::join(&source.time_s, values, &clock_s, how, limit_s)
-            };
-            table.columns.push(number_column(name, values));
-        }
-        if table.column(TIME_CHANNEL).is_none() {
-            table
-                .columns
-                .push(number_column(TIME_CHANNEL.to_owned(), clock_s));
-        }
-        findings.rows_read = table.len();
-        findings.rows_used = table.len();
-        Ok((table, findings))
     }
 
     fn findings(&self, loss: &Loss) -> Findings {
@@ -254,11 +213,12 @@ impl Log {
         findings
     }
 
-    fn read(&self, sink: &mut dyn Sink) -> Result<Loss, LogError> {
+    /// Reads all of it, and tells its SHA-256 if that is wanted.
+    fn read(&self, sink: &mut dyn Sink, hashed: bool) -> Result<(Loss, String), LogError> {
         let read = match &self.input {
-            Input::Bytes(bytes) => self.dispatch(bytes.as_slice(), sink),
+            Input::Bytes(bytes) => self.dispatch(bytes.as_slice(), sink, hashed),
             Input::File(file) => match File::open(file) {
-                Ok(file) => self.dispatch(file, sink),
+                Ok(file) => self.dispatch(file, sink, hashed),
                 Err(error) => Err(ReadError::Io(error)),
             },
         };
@@ -271,13 +231,20 @@ impl Log {
         })
     }
 
-    fn dispatch(&self, input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
-        match self.format {
-            LogFormat::Ulog => ulog::read(input, sink),
-            LogFormat::DataFlash => dataflash::read(input, sink),
-            LogFormat::Mcap => mcap::read(input, sink),
-            LogFormat::Rosbag => bag::read(input, sink),
-        }
+    fn dispatch(
+        &self,
+        input: impl Read,
+        sink: &mut dyn Sink,
+        hashed: bool,
+    ) -> Result<(Loss, String), ReadError> {
+        let mut input = Hashing::new(input, hashed);
+        let loss = match self.format {
+            LogFormat::Ulog => ulog::read(&mut input, sink),
+            LogFormat::DataFlash => dataflash::read(&mut input, sink),
+            LogFormat::Mcap => mcap::read(&mut input, sink),
+            LogFormat::Rosbag => bag::read(&mut input, sink),
+        };
+        Ok((loss?, input.finish()?))
     }
 
     /// SHA-256 of the file's bytes in lower-case hexadecimal.
@@ -286,8 +253,8 @@ impl Log {
     /// [`LogError::Read`].
     pub fn sha256(&self) -> Result<String, LogError> {
         let digest = match &self.input {
-            Input::Bytes(bytes) => hex_digest(bytes.as_slice()),
-            Input::File(file) => File::open(file).and_then(hex_digest),
+            Input::Bytes(bytes) => sha256_of(bytes.as_slice()),
+            Input::File(file) => File::open(file).and_then(sha256_of),
         };
         digest.map_err(|source| LogError::Read {
             path: self.path.clone(),
@@ -296,92 +263,18 @@ impl Log {
     }
 }
 
-/// SHA-256 of all that can be read.
-pub(super) fn hex_digest(mut input: impl Read) -> io::Result<String> {
-    let mut hash = Sha256::new();
-    let mut block = vec![0; 1 << 18];
-    loop {
-        match input.read(&mut block) {
-            Ok(0) => break,
-            Ok(read) => hash.update(&block[..read]),
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
-}
-
-pub(super) fn number_column(name: String, values: Vec<f64>) -> Column {
-    let kind = ColumnKind::Number;
-    Column { name, kind, values }
-}
-
-/// The topic whose stamps are the rows: the first that the map names and the log has; without
-/// one in the map, that with most messages among the topics in use.
-fn clock<'a>(
-    map: &Map,
-    survey: &Survey,
-    used: impl Iterator<Item = &'a String>,
-    findings: &mut Findings,
-) -> Result<String, LogError> {
-    let Some((place, clocks)) = map.clocks() else {
-        let used: BTreeSet<&String> = used.collect();
-        let most = survey
-            .topics
-            .iter()
-            .filter(|topic| used.is_empty() || used.contains(&topic.key))
-            .max_by_key(|topic| topic.messages);
-        let key = most.map(|topic| topic.key.clone()).unwrap_or_default();
-        let text = format!("the map names no clock; the rows are the messages of {key}");
-        findings.warnings.push(text);
-        return Ok(key);
-    };
-    let found = clocks.iter().find_map(|name| survey.topic_like(name));
-    found.map(|topic| topic.key.clone()).ok_or_else(|| {
-        let keys: Vec<&str> = survey.topics.iter().map(|t| t.key.as_str()).collect();
-        let near = clocks
-            .first()
-            .and_then(|name| nearest(name, keys.iter().copied()));
-        LogError::MapValue {
-            at: Box::new(place.clone()),
-            expected: match near {
-                Some(near) => format!("a topic of {} (did you mean {near:?}?)", survey.path),
-                None => format!("a topic of {}, one of {}", survey.path, keys.join(", ")),
-            },
-            found: clocks.join(", "),
-        }
-    })
-}
-
-fn warn(findings: &mut Findings, key: &str, series: &Series, repairs: join::Repairs) {
-    for (count, what) in [
-        (series.absent, "messages without a stamp were left out"),
-        (repairs.dropped, "messages out of order were left out"),
-        (
-            repairs.resets,
-            "times the clock was set back; time goes on there",
-        ),
-    ] {
-        if count > 0 {
-            findings.warnings.push(format!("{key}: {count} {what}"));
-        }
-    }
-}
-
 impl Survey {
-    /// The topic of this key, or the only one whose name ends so after a `/`, as in
-    /// `/fmu/out/vehicle_attitude`; with or without a version such as `_v1`.
+    /// The topic of this key; or the only one whose name ends so after a `/`, as in
+    /// `/fmu/out/vehicle_attitude`, with or without a version such as `_v1`; or the only one with
+    /// messages of this type, such as `sensor_msgs/Imu`.
     pub(super) fn topic_like(&self, key: &str) -> Option<&super::survey::Topic> {
-        self.topic(key).or_else(|| {
-            let mut alike = self.topics.iter().filter(|topic| {
-                let last = topic.key.rsplit('/').next().unwrap_or_default();
-                let bare = last.rsplit_once("_v").filter(|(_, version)| {
-                    !version.is_empty() && version.bytes().all(|b| b.is_ascii_digit())
-                });
-                last == key || bare.is_some_and(|(bare, _)| bare == key)
-            });
+        let only = |alike: &dyn Fn(&super::survey::Topic) -> bool| {
+            let mut alike = self.topics.iter().filter(|topic| alike(topic));
             alike.next().filter(|_| alike.next().is_none())
-        })
+        };
+        self.topic(key)
+            .or_else(|| only(&|topic| is_named(&topic.key, key)))
+            .or_else(|| only(&|topic| topic.messages > 0 && is_kind(topic.kind.as_deref(), key)))
     }
 
     /// The topic and the field that a name such as `vehicle_attitude.q[0]` means.
@@ -397,4 +290,23 @@ impl Survey {
     pub(crate) fn parameter(&self, name: &str) -> Option<f64> {
         self.parameters.get(name.strip_prefix("param.")?).copied()
     }
+}
+
+/// Whether a map may mean the topic of this key and type by a name.
+pub(super) fn is_alike(key: &str, kind: &str, name: &str) -> bool {
+    is_named(key, name) || is_kind(Some(kind), name)
+}
+
+fn is_named(key: &str, name: &str) -> bool {
+    let last = key.rsplit('/').next().unwrap_or_default();
+    let bare = last
+        .rsplit_once("_v")
+        .filter(|(_, version)| !version.is_empty() && version.bytes().all(|b| b.is_ascii_digit()));
+    let ends = key.strip_suffix(name);
+    ends.is_some_and(|before| before.is_empty() || before.ends_with('/'))
+        || bare.is_some_and(|(bare, _)| bare == name)
+}
+
+fn is_kind(kind: Option<&str>, name: &str) -> bool {
+    kind.is_some_and(|kind| !kind.is_empty() && kind == short_kind(name))
 }

@@ -5,6 +5,7 @@
 
 use super::LogFormat;
 use super::channel::{Channel, unpack, unpack_prefix};
+use super::clocks::Clocks;
 use super::cursor::Cursor;
 use super::sink::{Loss, ReadError, Sink};
 use super::stream::Stream;
@@ -40,7 +41,7 @@ struct Mcap<'s> {
     schema_bytes: usize,
     channels: HashMap<u16, Channel>,
     topics: usize,
-    zero_ns: Option<u64>,
+    clocks: Clocks,
     loss: Loss,
 }
 
@@ -54,10 +55,11 @@ pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadEr
         schema_bytes: 0,
         channels: HashMap::new(),
         topics: 0,
-        zero_ns: None,
+        clocks: Clocks::default(),
         loss: Loss::default(),
     };
     reader.run(&mut stream)?;
+    reader.clocks.finish(reader.sink, &mut reader.loss);
     Ok(reader.loss)
 }
 
@@ -175,7 +177,7 @@ impl Mcap<'_> {
                 cursor.u32()?;
                 let recorded_ns = cursor.u64()?;
                 cursor.u64()?;
-                let zero_ns = *self.zero_ns.get_or_insert(recorded_ns);
+                self.clocks.recorded(recorded_ns);
                 let Some(channel) = self.channels.get_mut(&id) else {
                     // What tells of the channel is lost, or there are too many.
                     self.loss.undecodable += 1;
@@ -183,7 +185,7 @@ impl Mcap<'_> {
                 };
                 channel.message(
                     recorded_ns,
-                    zero_ns,
+                    &mut self.clocks,
                     cursor.rest(),
                     self.sink,
                     &mut self.loss,

@@ -8,10 +8,13 @@
 mod bag;
 mod built_in;
 mod channel;
+mod clocks;
 mod cursor;
 mod dataflash;
 mod extract;
+mod hashing;
 mod join;
+mod joined;
 mod log;
 mod mcap;
 mod parquet;

@@ -1,6 +1,6 @@
 //! Reads Parquet files into tables, row group by row group, only the columns that are asked for.
 
-use super::log::{hex_digest, number_column};
+use super::hashing::sha256_of;
 use crate::{Column, ColumnKind, Findings, LogError, Table};
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
@@ -64,7 +64,7 @@ pub fn read_parquet(
         found: format!("a Parquet file that cannot be read: {error}"),
     };
     let file = File::open(path).map_err(of_read)?;
-    let sha256 = hex_digest(&file).map_err(of_read)?;
+    let sha256 = sha256_of(&file).map_err(of_read)?;
     let reader = SerializedFileReader::new(file).map_err(|e| broken(&e))?;
     let schema = reader.metadata().file_metadata().schema_descr();
     let mut findings = Findings::default();
@@ -194,7 +194,7 @@ impl Building {
     fn finish(self) -> Column {
         let name = self.column.path().string();
         let kind = match self.meaning {
-            Meaning::Number | Meaning::Unsigned => return number_column(name, self.values),
+            Meaning::Number | Meaning::Unsigned => ColumnKind::Number,
             Meaning::Stamp(_) => ColumnKind::Stamp,
             Meaning::Text => ColumnKind::Text {
                 example: self.example.unwrap_or_default(),

@@ -6,6 +6,8 @@ use super::LogFormat;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Layout {
     pub(crate) name: String,
+    /// The type of its messages, such as `sensor_msgs/Imu`; empty where the format knows none.
+    pub(crate) kind: String,
     /// Counts the sources of one kind.
     pub(crate) instance: u32,
     /// Names of the fields that hold numbers.
@@ -32,6 +34,8 @@ pub(crate) trait Sink {
     fn topic(&mut self, id: usize, layout: &Layout) -> Wanted;
     /// A message with its stamp in ns since the log's own zero, and the values wanted.
     fn message(&mut self, id: usize, stamp_ns: Option<i64>, values: &[f64]);
+    /// The stamps of all messages of the topic so far are to be moved by this.
+    fn shift(&mut self, id: usize, by_ns: i64);
     /// A parameter of the vehicle.
     fn parameter(&mut self, name: &str, value: f64);
 }

@@ -15,6 +15,8 @@ pub struct Topic {
     pub instance: u32,
     /// How expressions in a map name it: the name, with `#` and the instance if that is not 0.
     pub key: String,
+    /// The type of its messages, such as `sensor_msgs/Imu`, where the format tells it.
+    pub kind: Option<String>,
     /// How many there are.
     pub messages: usize,
     /// Stamp of the first, in s from the log's zero.
@@ -198,6 +200,7 @@ impl Surveyor {
             let finite = |value: f64| value.is_finite().then_some(value);
             topics.push(Topic {
                 key: key(&seen.layout.name, seen.layout.instance),
+                kind: Some(seen.layout.kind).filter(|kind| !kind.is_empty()),
                 name: seen.layout.name,
                 instance: seen.layout.instance,
                 messages: seen.messages,
@@ -301,6 +304,16 @@ impl Sink for Surveyor {
                 running.min = running.min.min(value);
                 running.max = running.max.max(value);
             }
+        }
+    }
+
+    fn shift(&mut self, id: usize, by_ns: i64) {
+        let seen = &mut self.topics[self.places[id]];
+        for stamp in [&mut seen.first_ns, &mut seen.last_ns]
+            .into_iter()
+            .flatten()
+        {
+            *stamp = stamp.saturating_add(by_ns);
         }
     }
 

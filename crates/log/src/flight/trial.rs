@@ -1,30 +1,47 @@
 //! From a log to a trial.
 
-use super::log::Log;
+use super::joined::Joined;
+use super::log::{Gathered, Log};
 use super::survey::Survey;
 use crate::apply::{apply_resolved, is_known};
 use crate::map::{Map, Rule};
 use crate::suggest::nearest;
 use crate::{Findings, LogError};
+use std::collections::{BTreeMap, BTreeSet};
 use touchdown_trial::{TIME_CHANNEL, Trial, TrialError};
 
 /// Names that an error lists at most.
 const LISTED: usize = 40;
 
 impl Log {
-    /// Makes the trial of the log, by the map or by the built-in one that fits.
+    /// Makes the trial of the log, by the map or by the built-in one that fits: one row for each
+    /// message of the map's clock.
+    ///
+    /// Only the columns that the map names are held in memory, and the trial.
     ///
     /// # Errors
-    /// [`LogError::NeedsMap`] where there is neither, and those of [`survey`](Self::survey),
-    /// [`table`](Self::table) and [`apply`](crate::apply).
+    /// [`LogError::NeedsMap`] where there is no map, [`LogError::UnknownColumn`] where there is no
+    /// such topic or field, [`LogError::MapValue`] for a clock that is none, and those of
+    /// [`survey`](Self::survey) and [`apply`](crate::apply).
     pub fn trial(&self, map: Option<&Map>) -> Result<(Trial, Findings), LogError> {
-        let (survey, _) = self.outline()?;
+        let built_in = match map {
+            Some(_) => Vec::new(),
+            None => Map::built_in_for(self.format()),
+        };
+        let maps = || map.into_iter().chain(&built_in);
+        let names: BTreeSet<&str> = maps().flat_map(Map::names).collect();
+        let clocks = maps().filter_map(|map| map.clocks());
+        let mut gathered = self.gather(
+            names.into_iter(),
+            clocks.flat_map(|(_, clocks)| clocks.iter().map(String::as_str)),
+        )?;
         let mut notes = Vec::new();
-        let built_in;
         let map = match map {
             Some(map) => map,
             None => {
-                let Some(found) = Map::built_in(&survey) else {
+                let name = gathered.survey.recommended_map();
+                let fits = |map: &&Map| name.is_some_and(|name| map.is_built_in(name));
+                let Some(found) = built_in.iter().find(fits) else {
                     let (survey, _) = self.survey()?;
                     let topics = survey.topics.iter().map(|topic| topic.key.clone());
                     return Err(LogError::NeedsMap {
@@ -33,15 +50,15 @@ impl Log {
                         suggested: survey.suggested_map(),
                     });
                 };
-                built_in = found;
-                notes.push(format!("mapped by {}", built_in.path()));
-                &built_in
+                notes.push(format!("mapped by {}", found.path()));
+                found
             }
         };
-        let known = |name: &str| {
+        let known = |survey: &Survey, name: &str| {
             is_known(map, name) || name == TIME_CHANNEL || survey.resolve(name).is_some()
         };
-        let resolved = map.resolve(&known, &|name| survey.parameter(name));
+        let survey = &gathered.survey;
+        let resolved = map.resolve(&|name| known(survey, name), &|name| survey.parameter(name));
         let rules = resolved.map.defines.iter().chain(&resolved.map.channels);
         for rule in rules.chain(&resolved.map.keep) {
             let own = |name: &str| resolved.map.defines.iter().any(|rule| rule.channel == name);
@@ -49,14 +66,29 @@ impl Log {
                 .expr
                 .variables()
                 .into_iter()
-                .find(|n| !known(n) && !own(n))
+                .find(|name| !known(survey, name) && !own(name))
             {
-                return Err(no_field(&survey, rule, name));
+                return Err(no_field(survey, rule, name));
             }
         }
-        let (table, read) = self.table(&resolved.map, &survey)?;
-        let (trial, applied) = apply_resolved(&table, &resolved.map)?;
-        let mut findings = read.then(applied);
+        let mut told = Findings::default();
+        let clock = clock(&resolved.map, survey, &mut told)?;
+        if !gathered.series.contains_key(&clock) {
+            // A map of stamps only, which names no clock.
+            gathered = self.gather(std::iter::empty(), std::iter::once(clock.as_str()))?;
+        }
+        let Gathered {
+            survey,
+            series,
+            findings,
+            sha256,
+        } = gathered;
+        let mut findings = findings.then(told);
+        let file = (self.path(), sha256.as_str());
+        let mut rows = Joined::new(file, &survey, &resolved.map, &clock, series, &mut findings);
+        let (trial, applied) = apply_resolved(&mut rows, &resolved.map)?;
+        drop(rows);
+        let mut findings = findings.then(applied);
         notes.extend(resolved.warnings());
         let empty = |values: &[f64]| values.iter().all(|value| value.is_nan());
         let (trial, empty) = without(trial, |name, values| {
@@ -96,8 +128,42 @@ fn without(
     Ok((left.with_provenance(trial.provenance().clone()), dropped))
 }
 
+/// The topic whose stamps are the rows: the first that the map names and the log has; without
+/// one in the map, that with most messages among the topics in use.
+fn clock(map: &Map, survey: &Survey, findings: &mut Findings) -> Result<String, LogError> {
+    let Some((place, clocks)) = map.clocks() else {
+        let names = map.inputs().into_iter();
+        let used: BTreeMap<String, String> =
+            names.filter_map(|name| survey.resolve(name)).collect();
+        let most = survey
+            .topics
+            .iter()
+            .filter(|topic| used.is_empty() || used.contains_key(&topic.key))
+            .max_by_key(|topic| topic.messages);
+        let key = most.map(|topic| topic.key.clone()).unwrap_or_default();
+        let text = format!("the map names no clock; the rows are the messages of {key}");
+        findings.warnings.push(text);
+        return Ok(key);
+    };
+    let found = clocks.iter().find_map(|name| survey.topic_like(name));
+    found.map(|topic| topic.key.clone()).ok_or_else(|| {
+        let keys: Vec<&str> = survey.topics.iter().map(|t| t.key.as_str()).collect();
+        let near = clocks
+            .first()
+            .and_then(|name| nearest(name, keys.iter().copied()));
+        LogError::MapValue {
+            at: Box::new(place.clone()),
+            expected: match near {
+                Some(near) => format!("a topic of {} (did you mean {near:?}?)", survey.path),
+                None => format!("a topic of {}, one of {}", survey.path, keys.join(", ")),
+            },
+            found: clocks.join(", "),
+        }
+    })
+}
+
 /// There is no such topic, or no such field in it, or no such parameter.
-fn no_field(survey: &Survey, rule: &Rule, name: &str) -> LogError {
+pub(super) fn no_field(survey: &Survey, rule: &Rule, name: &str) -> LogError {
     let topic = name.match_indices('.').rev();
     let mut topics = topic.filter_map(|(dot, _)| survey.topic_like(&name[..dot]));
     let available: Vec<String> = if name.starts_with("param.") {

@@ -107,18 +107,14 @@ impl Map {
             .map(|(place, names)| (place, names.as_slice()))
     }
 
-    /// How the values of a topic are brought to the clock, and over how long at most.
+    /// How the values of a topic are brought to the clock, over how long at most, and what is added
+    /// to its stamps; `is` tells whether a name is the topic's.
     #[cfg(feature = "flight-logs")]
-    pub(crate) fn join(&self, topic: &str) -> (Join, Option<f64>) {
-        let found = self.topics.iter().find(|known| known.name == topic);
-        found.map_or((Join::Linear, None), |topic| (topic.join, topic.limit_s))
-    }
-
-    /// What is added to the stamps of a topic.
-    #[cfg(feature = "flight-logs")]
-    pub(crate) fn offset_s(&self, topic: &str) -> f64 {
-        let found = self.topics.iter().find(|known| known.name == topic);
-        found.map_or(0.0, |topic| topic.offset_s)
+    pub(crate) fn join(&self, is: &dyn Fn(&str) -> bool) -> (Join, Option<f64>, f64) {
+        let found = self.topics.iter().find(|known| is(&known.name));
+        found.map_or((Join::Linear, None, 0.0), |topic| {
+            (topic.join, topic.limit_s, topic.offset_s)
+        })
     }
 }
 

@@ -96,7 +96,7 @@ pub(crate) struct InspectArgs {
     /// Logs, told by their content: CSV, Parquet, PX4 ULog, ArduPilot DataFlash, MCAP, ROS 1 bag
     #[arg(required = true)]
     pub(crate) logs: Vec<PathBuf>,
-    /// Map the columns first, and show the channels: a file, or a built-in map (px4, ardupilot)
+    /// Map the columns first, and show the channels: a file, or a built-in map (px4, ardupilot, ros)
     #[arg(long)]
     pub(crate) map: Option<PathBuf>,
     /// Folder for plots of every channel and a report

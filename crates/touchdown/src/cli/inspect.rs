@@ -194,6 +194,9 @@ fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
 fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<Seen> {
     let (survey, mut findings) = log.survey()?;
     let mut mapped = None;
+    if map.is_none() {
+        findings.warnings.extend(survey.lacks());
+    }
     if map.is_some() || survey.recommended_map().is_some() {
         match log.trial(map) {
             Ok((trial, applied)) => {

@@ -164,6 +164,7 @@ impl DataFlash<'_> {
             None if self.topics < MOST_TOPICS => {
                 let layout = Layout {
                     name: format.name.clone(),
+                    kind: String::new(),
                     instance,
                     fields: format.names.clone(),
                     texts: format.texts.clone(),

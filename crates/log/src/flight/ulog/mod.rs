@@ -248,6 +248,7 @@ impl Ulog<'_> {
         };
         let layout = Layout {
             name,
+            kind: String::new(),
             instance: body[0].into(),
             fields: places.names.clone(),
             texts: Vec::new(),

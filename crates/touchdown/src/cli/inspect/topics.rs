@@ -99,6 +99,7 @@ mod tests {
             name: "esc".to_owned(),
             instance: 0,
             key: "esc".to_owned(),
+            kind: None,
             messages: 0,
             first_s: None,
             last_s: None,

@@ -1,0 +1,135 @@
+//! The clocks of a recording: the recorder's, those in messages' headers, and an autopilot's own.
+
+use super::sink::{Loss, Sink};
+
+/// Stamps in a message's header that lie within this of the recorder's are used, in ns; and an
+/// autopilot's clock that is farther off than it was has been set anew.
+const PLAUSIBLE_NS: i64 = 10_000_000_000;
+
+/// Stamps of messages in ns since the first message that was recorded.
+#[derive(Debug, Default)]
+pub(super) struct Clocks {
+    zero_ns: Option<u64>,
+    own: Option<Own>,
+    /// Topics that are stamped by the autopilot's clock.
+    owned: Vec<usize>,
+}
+
+/// What the recorder's clock shows beyond the autopilot's, in ns: as it was at the first message,
+/// and the least there was.
+#[derive(Debug, Clone, Copy)]
+struct Own {
+    beyond_ns: i64,
+    first_ns: i64,
+    least_ns: i64,
+}
+
+impl Clocks {
+    /// By the recorder's clock.
+    pub(super) fn recorded(&mut self, recorded_ns: u64) -> i64 {
+        let zero_ns = *self.zero_ns.get_or_insert(recorded_ns);
+        recorded_ns.wrapping_sub(zero_ns).cast_signed()
+    }
+
+    /// By the stamp in a header, which counts from where the recorder's does, or else by the
+    /// recorder's.
+    pub(super) fn header(&mut self, recorded_ns: u64, header_ns: u64) -> i64 {
+        let recorded = self.recorded(recorded_ns);
+        let header = self.recorded(header_ns);
+        if header.saturating_sub(recorded).saturating_abs() < PLAUSIBLE_NS {
+            header
+        } else {
+            recorded
+        }
+    }
+
+    /// By the clock of an autopilot, which counts from its own start: the message that came with
+    /// the least delay tells where that lies.
+    pub(super) fn own(&mut self, id: usize, recorded_ns: u64, own_ns: u64) -> i64 {
+        let recorded = self.recorded(recorded_ns);
+        let Ok(own_ns) = i64::try_from(own_ns) else {
+            return recorded;
+        };
+        if own_ns == 0 {
+            return recorded;
+        }
+        let beyond_ns = recorded.saturating_sub(own_ns);
+        let own = self.own.get_or_insert(Own {
+            beyond_ns,
+            first_ns: beyond_ns,
+            least_ns: beyond_ns,
+        });
+        if beyond_ns.saturating_sub(own.beyond_ns).saturating_abs() > PLAUSIBLE_NS {
+            own.beyond_ns = beyond_ns;
+        } else if own.beyond_ns == own.first_ns {
+            own.least_ns = own.least_ns.min(beyond_ns);
+        }
+        if !self.owned.contains(&id) {
+            self.owned.push(id);
+        }
+        own_ns.saturating_add(own.beyond_ns)
+    }
+
+    /// Moves what is stamped by the autopilot's clock to where the least delay says.
+    pub(super) fn finish(&self, sink: &mut dyn Sink, loss: &mut Loss) {
+        let Some(own) = self.own else { return };
+        let by_ns = own.least_ns.saturating_sub(own.first_ns);
+        for &id in &self.owned {
+            sink.shift(id, by_ns);
+        }
+        loss.notes.push(format!(
+            "{} topics are stamped by the autopilot's own clock; it was brought to the recorder's by the message with the least delay",
+            self.owned.len()
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::sink::{Layout, Wanted};
+
+    struct Shifts(Vec<(usize, i64)>);
+
+    impl Sink for Shifts {
+        fn topic(&mut self, _: usize, _: &Layout) -> Wanted {
+            Wanted::Stamps
+        }
+        fn message(&mut self, _: usize, _: Option<i64>, _: &[f64]) {}
+        fn shift(&mut self, id: usize, by_ns: i64) {
+            self.0.push((id, by_ns));
+        }
+        fn parameter(&mut self, _: &str, _: f64) {}
+    }
+
+    #[test]
+    fn analytic_the_least_delay_tells_where_a_clock_lies() {
+        let mut clocks = Clocks::default();
+        let epoch = 1_700_000_000_000_000_000;
+        assert_eq!(clocks.recorded(epoch), 0);
+        // Sampled at 5.00 s, 5.01 s, 5.02 s of the autopilot; 30 ms, 2 ms and 9 ms late.
+        let stamps: Vec<i64> = [(30, 0), (12, 10), (29, 20)]
+            .map(|(at, since)| {
+                clocks.own(7, epoch + at * 1_000_000, 5_000_000_000 + since * 1_000_000)
+            })
+            .into();
+        assert_eq!(stamps, [30_000_000, 40_000_000, 50_000_000]);
+        let (mut shifts, mut loss) = (Shifts(Vec::new()), Loss::default());
+        clocks.finish(&mut shifts, &mut loss);
+        assert_eq!(shifts.0, [(7, -28_000_000)]);
+        // Started anew: the clock begins again, time does not.
+        assert_eq!(
+            clocks.own(7, epoch + 60_000_000_000, 1_000_000),
+            60_000_000_000
+        );
+        assert_eq!(
+            clocks.own(7, epoch + 60_010_000_000, 11_000_000),
+            60_010_000_000
+        );
+        // No stamp, and one out of this world.
+        assert_eq!(clocks.own(7, epoch + 1000, 0), 1000);
+        assert_eq!(clocks.own(7, epoch + 1000, u64::MAX), 1000);
+        assert_eq!(clocks.header(epoch + 1000, epoch + 900), 900);
+        assert_eq!(clocks.header(epoch + 1000, 900), 1000);
+    }
+}
