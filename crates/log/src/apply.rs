@@ -31,7 +31,7 @@ pub fn apply(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
     let mut rows = TableRows(table);
     let known = |name: &str| is_known(map, name) || rows.place(name).is_some();
     let resolved = map.resolve(&known, &|_| None);
-    let (trial, mut findings) = apply_resolved(&mut rows, &resolved.map)?;
+    let (trial, mut findings) = apply_resolved(&mut rows, &resolved.map, &[])?;
     findings.warnings.extend(resolved.warnings());
     Ok((trial, findings))
 }
@@ -41,10 +41,12 @@ pub(crate) fn is_known(map: &Map, name: &str) -> bool {
     name == ROW || (name == MASS && map.mass_kg().is_some())
 }
 
-/// As [`apply`] for a map without alternatives.
+/// As [`apply`] for a map without alternatives. Of the channels `not_empty` those without a value
+/// are left out.
 pub(crate) fn apply_resolved(
     source: &mut dyn Rows,
     map: &Map,
+    not_empty: &[String],
 ) -> Result<(Trial, Findings), LogError> {
     let mut findings = Findings {
         rows_read: source.len(),
@@ -93,6 +95,11 @@ pub(crate) fn apply_resolved(
     let mut trial = Trial::new(stem(path), take(time_s)).map_err(of_trial)?;
     for (name, values) in columns {
         let mut values = take(values);
+        if not_empty.contains(&name) && values.iter().all(|value| value.is_nan()) {
+            let text = format!("{name}: left out, for it has no value");
+            findings.warnings.push(text);
+            continue;
+        }
         if let Some((_, samples)) = map.medians.iter().find(|(known, _)| *known == name) {
             running_median(&mut values, *samples);
         }

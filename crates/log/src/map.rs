@@ -64,8 +64,9 @@ use touchdown_trial::TIME_CHANNEL;
 ///
 /// [topics."battery_status"]        # optional, for each topic
 /// join = "hold"                    # the latest value; "linear" is what happens without a word
+/// valid = 'battery_status.connected != 0'   # messages count where it is not 0 (nor NaN)
 /// offset_s = -0.02                 # added to its stamps
-/// limit_s = 2.0                    # farther apart is a gap; ten median steps without a word
+/// limit_s = 2.0                    # farther apart is a gap; ten median steps or 0.05 s without a word
 /// ```
 ///
 /// The expressions know the columns by name, `row` (the row's number in the file from 0) and,
@@ -104,6 +105,8 @@ pub(crate) struct Rule {
 pub(crate) struct Topic {
     pub(crate) name: String,
     pub(crate) join: Join,
+    /// Which messages count: the first expression whose names are all there decides.
+    pub(crate) valid: Vec<Rule>,
     pub(crate) offset_s: f64,
     pub(crate) limit_s: Option<f64>,
 }

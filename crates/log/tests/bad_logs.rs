@@ -118,6 +118,19 @@ fn analytic_reading_goes_on_after_damage() {
         findings.loss().unwrap().contains("1 corrupt"),
         "{findings:?}"
     );
+    // A definition turned by one bit into a mark that says how to read: that is for the start only.
+    let mut marked = bytes.clone();
+    let text = b"never:uint64_t timestamp;float x;";
+    let head = bytes.windows(text.len()).position(|w| w == text).unwrap() - 3;
+    marked[head + 2] ^= b'F' ^ b'B';
+    let (part, findings) = survey("marked", marked).unwrap();
+    assert_eq!(part.messages(), 140);
+    assert!(findings.is_lossy());
+    // A topic without a usable format costs no other.
+    let mut unknown = bytes.clone();
+    unknown[head + 3] = b'N';
+    let (part, findings) = survey("unknown", unknown).unwrap();
+    assert_eq!((part.messages(), findings.corrupt_rows), (140, 1));
     // Bytes in between, as after a write that failed.
     let noise: Vec<u8> = (0..5000_u32).map(|i| ((i * i) >> 3) as u8).collect();
     let mut longer = bytes[..at].to_vec();
@@ -184,7 +197,9 @@ fn prop_empty_files_and_logs_without_a_message() {
     let log = UlogWriter::new(Vec::new(), 0).unwrap().finish().unwrap();
     let error = survey("never.ulg", log).unwrap_err();
     assert!(
-        error.to_string().contains("a PX4 ULog without a message"),
+        error
+            .to_string()
+            .contains("a PX4 ULog without a whole message"),
         "{error}"
     );
     let folder = tempfile::tempdir().unwrap();

@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{good_ulog, ulog};
-use touchdown_log::{ErrorKind, Log, Map};
+use common::{dataflash, format, good_ulog, ulog};
+use touchdown_log::{ErrorKind, Log, Map, UlogWriter};
 
 #[test]
 fn analytic_time_that_jumps() {
@@ -116,5 +116,92 @@ fn prop_names_that_are_not_there_are_told_with_a_near_one() {
         let error = Map::parse("m.toml", bad).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::BadInput, "{bad}");
         assert!(error.to_string().contains("m.toml, line"), "{error}");
+    }
+}
+
+#[test]
+fn analytic_rotor_speeds_of_older_firmware() {
+    // One topic a motor; their speeds are hundredths.
+    let mut bytes = dataflash();
+    for motor in 1..=4_u8 {
+        let kind = 140 + motor;
+        let name = ["ESC1", "ESC2", "ESC3", "ESC4"][usize::from(motor) - 1];
+        bytes.extend(format(kind, 15, name, "Qe", "TimeUS,RPM"));
+        for i in 0..16_u64 {
+            bytes.extend([0xa3, 0x95, kind]);
+            bytes.extend((10_000_000 + 10_000 * i).to_le_bytes());
+            bytes.extend((100_000 * i32::from(motor)).to_le_bytes());
+        }
+    }
+    let log = Log::from_bytes("old.bin", bytes).unwrap();
+    let (trial, _) = log.trial(None).unwrap();
+    let rpm = trial.require("rotor_rpm").unwrap();
+    assert!(rpm.iter().all(|rpm| *rpm == 2500.0), "{rpm:?}");
+}
+
+/// PX4 at 100 Hz for 4 s: a range finder that drops out, motors that stop at 2 s.
+fn dropouts() -> Log {
+    let mut log = UlogWriter::new(Vec::new(), 1_000_000).unwrap();
+    for (name, fields) in [
+        ("sensor_combined", "float[3] accelerometer_m_s2"),
+        ("vehicle_attitude", "float[4] q"),
+        ("actuator_motors", "float[12] control"),
+        (
+            "distance_sensor",
+            "float min_distance;float max_distance;float current_distance;int8_t signal_quality;uint8_t orientation",
+        ),
+    ] {
+        log.format(name, fields).unwrap();
+    }
+    let names = [
+        "sensor_combined",
+        "vehicle_attitude",
+        "actuator_motors",
+        "distance_sensor",
+    ];
+    let [imu, attitude, motors, range] = names.map(|name| log.topic(name, 0).unwrap());
+    for i in 0..400_u64 {
+        let stamp = 1_000_000 + 10_000 * i;
+        log.message(imu, stamp, &[0.0, 0.0, -9.81]).unwrap();
+        log.message(attitude, stamp, &[1.0, 0.0, 0.0, 0.0]).unwrap();
+        if i % 10 == 0 {
+            let mut controls = [f64::NAN; 12];
+            if i < 200 {
+                controls[..4].fill(0.5);
+            }
+            log.message(motors, stamp, &controls).unwrap();
+            // Every fourth reading is none, and says so.
+            let reading = if i % 40 == 0 {
+                [0.0, 0.0]
+            } else {
+                [1.0, 100.0]
+            };
+            let [distance, quality] = reading;
+            log.message(range, stamp, &[0.1, 8.0, distance, quality, 25.0])
+                .unwrap();
+        }
+    }
+    Log::from_bytes("dropouts.ulg", log.finish().unwrap()).unwrap()
+}
+
+#[test]
+fn analytic_no_height_is_made_of_a_reading_that_is_none() {
+    let (trial, _) = dropouts().trial(None).unwrap();
+    let heights = trial.require("height_m").unwrap();
+    let known: Vec<f64> = heights.iter().copied().filter(|h| h.is_finite()).collect();
+    // All but the first reading and what follows the last.
+    assert!(
+        known.len() > 370 && known.iter().all(|h| *h == 1.0),
+        "{known:?}"
+    );
+}
+
+#[test]
+fn analytic_motors_that_stop_are_not_held() {
+    let (trial, _) = dropouts().trial(None).unwrap();
+    let throttle = trial.require("throttle").unwrap();
+    for (t, throttle) in trial.time_s().iter().zip(throttle) {
+        assert_eq!(*throttle == 0.5, *t < 2.0, "{t} s: {throttle}");
+        assert_eq!(throttle.is_nan(), *t >= 2.0, "{t} s: {throttle}");
     }
 }

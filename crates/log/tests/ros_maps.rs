@@ -270,3 +270,44 @@ fn analytic_px4_in_ros_2_by_its_own_clock() {
         .unwrap();
     assert!(late.require("throttle").unwrap().iter().all(|v| v.is_nan()));
 }
+
+/// A landing as `touchdown land` records it: JSON, times from the start, motors that are off at first.
+#[test]
+fn analytic_a_landing_in_json() {
+    let mut file = Mcap::new();
+    let imu = file.json("/imu", "sensor_msgs/msg/Imu");
+    let motors = file.json("/motors", "touchdown.Motors");
+    let range = file.json("/range", "sensor_msgs/msg/Range");
+    for k in 0..250_u64 {
+        let at = STEP_NS * k;
+        let header = format!(r#""header":{{"stamp":{{"sec":0,"nanosec":{at}}},"frame_id":"v"}}"#);
+        let up = r#""orientation":{"x":0.0,"y":0.0,"z":0.0,"w":1.0},"linear_acceleration":{"x":0.0,"y":0.0,"z":9.8}"#;
+        // Recorded 1 ms late.
+        file.message(imu, at + 1_000_000, format!("{{{header},{up}}}").as_bytes());
+        let throttle = if k < 50 {
+            "null,\"1\":null,\"2\":null,\"3\":null"
+        } else {
+            "0.5,\"1\":0.5,\"2\":0.6,\"3\":0.4"
+        };
+        let text = format!("{{{header},\"throttle\":{{\"0\":{throttle}}}}}");
+        file.message(motors, at + 1_000_000, text.as_bytes());
+        if k % 5 == 0 {
+            let text = format!(r#"{{{header},"min_range":0.05,"max_range":8.0,"range":1.5}}"#);
+            file.message(range, at + 1_000_000, text.as_bytes());
+        }
+    }
+    let log = Log::from_bytes("landing.mcap", file.finish()).unwrap();
+    let (survey, _) = log.survey().unwrap();
+    assert_eq!(
+        (survey.recommended_map(), survey.lacks()),
+        (Some("ros"), Vec::new())
+    );
+    // By its header, before what the recorder first saw.
+    assert!((survey.topic("/imu").unwrap().first_s.unwrap() + 0.001).abs() < 1e-12);
+    let (trial, _) = log.trial(None).unwrap();
+    let throttle = trial.require("throttle").unwrap();
+    assert!(throttle[..50].iter().all(|v| v.is_nan()));
+    assert!(throttle[50..].iter().all(|v| (v - 0.5).abs() < 1e-12));
+    assert_eq!(middle(&trial, "height_m"), 1.5);
+    assert_eq!(middle(&trial, "specific_force_mps2"), 9.8);
+}

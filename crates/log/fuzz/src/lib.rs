@@ -9,12 +9,14 @@ pub fn any_log(bytes: &[u8]) {
         return;
     };
     assert_eq!(findings.rows_read, survey.messages());
+    let _ = survey.lacks();
     let text = survey.suggested_map();
     let suggested = Map::parse("suggested.toml", &text).expect("a suggested map is a map");
     for map in [
         Some(suggested),
         Map::built_in_named("px4"),
         Map::built_in_named("ardupilot"),
+        Map::built_in_named("ros"),
         None,
     ] {
         if let Ok((trial, _)) = log.trial(map.as_ref()) {

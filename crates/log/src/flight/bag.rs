@@ -4,7 +4,7 @@
 //! not. The index is not needed, so a bag that was not closed is read like any other.
 
 use super::LogFormat;
-use super::channel::{Channel, unpack, unpack_prefix};
+use super::channel::{Channel, MOST_FIELDS_IN_ALL, unpack, unpack_prefix};
 use super::clocks::Clocks;
 use super::cursor::Cursor;
 use super::sink::{Loss, ReadError, Sink};
@@ -28,6 +28,7 @@ struct Bag<'s> {
     /// By the connection's number; several may be of one topic.
     channels: HashMap<u32, Channel>,
     topics: usize,
+    fields_left: usize,
     clocks: Clocks,
     loss: Loss,
 }
@@ -40,6 +41,7 @@ pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadEr
         sink,
         channels: HashMap::new(),
         topics: 0,
+        fields_left: MOST_FIELDS_IN_ALL,
         clocks: Clocks::default(),
         loss: Loss::default(),
     };
@@ -144,7 +146,10 @@ impl Bag<'_> {
         while !cursor.rest().is_empty() {
             let head = cursor.sized()?;
             let data = cursor.sized()?;
-            self.record(head, data, false)?;
+            if self.record(head, data, false).is_none() {
+                self.loss.corrupt += 1;
+                self.loss.skipped_bytes += data.len() as u64;
+            }
         }
         Some(())
     }
@@ -160,7 +165,9 @@ impl Bag<'_> {
                 if !self.channels.contains_key(&number) && self.topics < MOST_CONNECTIONS {
                     let schema = Some((kind, "ros1msg", definition));
                     let loss = &mut self.loss;
-                    let channel = Channel::new(self.topics, topic, "ros1", schema, self.sink, loss);
+                    let left = &mut self.fields_left;
+                    let channel =
+                        Channel::new(self.topics, topic, "ros1", schema, self.sink, loss, left);
                     self.channels.insert(number, channel);
                     self.topics += 1;
                 }

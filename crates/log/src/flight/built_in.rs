@@ -127,6 +127,15 @@ impl Survey {
         }
     }
 
+    /// How many rows the map makes of the log at most: the messages of its clock.
+    #[must_use]
+    pub fn rows_by(&self, map: &Map) -> usize {
+        let clocks = map.clocks().map_or(&[][..], |(_, clocks)| clocks);
+        let clock = clocks.iter().find_map(|name| self.topic_like(name));
+        let most = || self.topics.iter().map(|topic| topic.messages).max();
+        clock.map_or_else(|| most().unwrap_or(0), |topic| topic.messages)
+    }
+
     /// What the log lacks for thrust and ground effect to be found from it by a built-in map, one
     /// sentence each.
     #[must_use]

@@ -6,6 +6,8 @@ use super::ros::{Encoding, Message};
 use super::sink::{Layout, Loss, Sink, Wanted};
 use serde_json::Value;
 
+/// Most fields of the topics of ROS of one log.
+pub(super) const MOST_FIELDS_IN_ALL: usize = 1 << 18;
 /// Most fields of one topic.
 const MOST_FIELDS: usize = 1024;
 /// Longest array of JSON whose elements are told.
@@ -70,10 +72,13 @@ impl Channel {
         schema: Option<(&str, &str, &[u8])>,
         sink: &mut dyn Sink,
         loss: &mut Loss,
+        fields_left: &mut usize,
     ) -> Self {
-        let ros = |encoding| {
+        let mut ros = |encoding| {
             let (kind, _, text) = schema?;
-            Message::new(kind, std::str::from_utf8(text).ok()?, encoding).map(Decoder::Ros)
+            let message = Message::new(kind, std::str::from_utf8(text).ok()?, encoding)?;
+            *fields_left = fields_left.checked_sub(message.names().len())?;
+            Some(Decoder::Ros(message))
         };
         let of = schema.map_or("", |(_, encoding, _)| encoding);
         let decoder = match (encoding, of) {
@@ -83,7 +88,7 @@ impl Channel {
             _ => None,
         };
         let decoder = decoder.unwrap_or_else(|| {
-            loss.notes.push(format!(
+            loss.note(format!(
                 "{topic}: messages of {encoding:?} with a definition of {of:?} are counted only"
             ));
             Decoder::Unknown

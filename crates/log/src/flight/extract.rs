@@ -3,6 +3,8 @@
 use super::log::is_alike;
 use super::sink::{Layout, Sink, Wanted};
 use super::survey::{Surveyor, key};
+use crate::map::Rule;
+use sindy_expr::{Program, Scratch};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Values in as little memory as keeps them exactly.
@@ -54,6 +56,14 @@ impl Values {
         }
     }
 
+    /// Whether there is no gap, and nothing infinite.
+    pub(super) fn is_finite(&self) -> bool {
+        match self {
+            Self::Narrow(values) => values.iter().all(|value| value.is_finite()),
+            Self::Wide(values) => values.iter().all(|value| value.is_finite()),
+        }
+    }
+
     pub(super) fn len(&self) -> usize {
         match self {
             Self::Narrow(values) => values.len(),
@@ -78,6 +88,50 @@ pub(super) struct Series {
     pub(super) columns: Vec<Values>,
     /// Messages without a stamp, which are left out.
     pub(super) absent: usize,
+}
+
+impl Series {
+    /// Leaves out the messages in which the first of the rules is 0 or NaN whose names are all
+    /// fields of the topic; `field` tells the field that a name means.
+    pub(super) fn keep(&mut self, rules: &[Rule], field: &dyn Fn(&str) -> Option<String>) {
+        let place = |name: &str| {
+            let field = field(name)?;
+            self.fields.iter().position(|known| *known == field)
+        };
+        let usable = rules.iter().find_map(|rule| {
+            let names = rule.expr.variables();
+            let places: Option<Vec<usize>> = names.iter().map(|name| place(name)).collect();
+            let names: Vec<&str> = names.into_iter().collect();
+            let program = Program::compile(std::slice::from_ref(&rule.expr), &names).ok()?;
+            Some((program, places?))
+        });
+        let Some((program, places)) = usable else {
+            return;
+        };
+        let (mut input, mut scratch) = (vec![0.0; places.len()], Scratch::new());
+        let mut kept = Vec::with_capacity(self.time_s.len());
+        for row in 0..self.time_s.len() {
+            for (value, &place) in input.iter_mut().zip(&places) {
+                *value = self.columns[place].get(row);
+            }
+            let mut valid = [0.0];
+            program.eval_row(&input, &mut valid, &mut scratch);
+            if valid[0] != 0.0 && !valid[0].is_nan() {
+                kept.push(row);
+            }
+        }
+        if kept.len() < self.time_s.len() {
+            self.pick(&kept);
+        }
+    }
+
+    /// Leaves out all other messages.
+    pub(super) fn pick(&mut self, rows: &[usize]) {
+        self.time_s = rows.iter().map(|&row| self.time_s[row]).collect();
+        for column in &mut self.columns {
+            *column = column.pick(rows);
+        }
+    }
 }
 
 /// Collects the columns that any of the names may mean, and tells the topics beside.

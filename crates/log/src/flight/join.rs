@@ -3,6 +3,7 @@
 use super::extract::{Series, Values};
 use crate::map::Join;
 use crate::stamps::{increasing, is_increasing};
+use std::rc::Rc;
 
 /// Values are joined over so many median steps of their topic, unless the map says otherwise.
 const JOINED_STEPS: f64 = 10.0;
@@ -30,10 +31,7 @@ pub(super) fn repair(series: &mut Series, is_clock: bool) -> Repairs {
     let all: Vec<usize> = (0..series.time_s.len()).collect();
     let kept = increasing(&series.time_s, &all).rows;
     let dropped = all.len() - kept.len();
-    series.time_s = kept.iter().map(|&row| series.time_s[row]).collect();
-    for column in &mut series.columns {
-        *column = column.pick(&kept);
-    }
+    series.pick(&kept);
     Repairs { resets, dropped }
 }
 
@@ -87,7 +85,7 @@ pub(super) fn usual_limit_s(time_s: &[f64]) -> f64 {
 /// Between which stamps of a topic the stamps of a clock lie, block by block.
 #[derive(Debug)]
 pub(super) struct Stamps {
-    time_s: Vec<f64>,
+    time_s: Rc<Vec<f64>>,
     how: Join,
     limit_s: f64,
     /// The first stamp after the clock's latest.
@@ -101,7 +99,7 @@ pub(super) struct Stamps {
 }
 
 impl Stamps {
-    pub(super) fn new(time_s: Vec<f64>, how: Join, limit_s: f64) -> Self {
+    pub(super) fn new(time_s: Rc<Vec<f64>>, how: Join, limit_s: f64) -> Self {
         Self {
             time_s,
             how,
@@ -177,7 +175,7 @@ mod tests {
         let mut values = Values::default();
         known.iter().for_each(|&(_, value)| values.push(value));
         let time_s = known.iter().map(|&(t, _)| t).collect();
-        let mut stamps = Stamps::new(time_s, how, limit_s);
+        let mut stamps = Stamps::new(Rc::new(time_s), how, limit_s);
         let mut all = Vec::new();
         // In blocks of three.
         for (block, clock_s) in clock_s.chunks(3).enumerate() {

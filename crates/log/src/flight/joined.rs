@@ -8,6 +8,7 @@ use crate::map::{Join, Map, Rule};
 use crate::rows::Rows;
 use crate::{Findings, LogError};
 use std::collections::BTreeMap;
+use std::rc::Rc;
 use touchdown_trial::TIME_CHANNEL;
 
 /// One row for each message of a clock.
@@ -15,7 +16,7 @@ pub(super) struct Joined<'a> {
     path: &'a str,
     sha256: &'a str,
     survey: &'a Survey,
-    clock_s: Vec<f64>,
+    clock_s: Rc<Vec<f64>>,
     sources: Vec<Source>,
     stamps: Vec<Stamps>,
     /// Names and their sources.
@@ -43,7 +44,7 @@ impl<'a> Joined<'a> {
             path: file.0,
             sha256: file.1,
             survey,
-            clock_s: Vec::new(),
+            clock_s: Rc::default(),
             sources: Vec::new(),
             stamps: Vec::new(),
             names: Vec::new(),
@@ -66,13 +67,24 @@ impl<'a> Joined<'a> {
                     .topic_like(name)
                     .is_some_and(|topic| topic.key == key)
             };
-            let (how, limit_s, offset_s) = map.join(&is);
+            let said = map.topic(&is);
+            let offset_s = said.map_or(0.0, |topic| topic.offset_s);
             if offset_s != 0.0 {
                 series.time_s.iter_mut().for_each(|t| *t += offset_s);
             }
             let repairs = join::repair(&mut series, is_clock);
             warn(findings, &key, &series, repairs);
+            let limit_s = said.and_then(|topic| topic.limit_s);
             let limit_s = limit_s.unwrap_or_else(|| join::usual_limit_s(&series.time_s));
+            let field = |name: &str| {
+                let (topic, field) = survey.resolve(name)?;
+                (topic == key).then_some(field)
+            };
+            let valid = said.map_or(&[][..], |topic| &topic.valid);
+            if !is_clock {
+                series.keep(valid, &field);
+            }
+            let how = said.map_or(Join::Linear, |topic| topic.join);
             joined.add((how, limit_s), is_clock, series, names);
         }
         joined
@@ -85,6 +97,7 @@ impl<'a> Joined<'a> {
         series: Series,
         mut names: Vec<(String, String)>,
     ) {
+        let time_s = Rc::new(series.time_s);
         let mut whole = None;
         for (field, values) in series.fields.into_iter().zip(series.columns) {
             let place = self.sources.len();
@@ -103,26 +116,26 @@ impl<'a> Joined<'a> {
                 self.sources.push(Source { values, stamps });
                 continue;
             }
-            // Gaps are joined across like the time between messages.
-            let rows = 0..values.len();
-            let known: Vec<usize> = rows.filter(|&row| values.get(row).is_finite()).collect();
-            let (values, stamps) = if known.len() == values.len() {
+            // Gaps are joined across like the time between messages; a command that ends is held.
+            let (values, stamps) = if how == Join::Hold || values.is_finite() {
                 let stamps = *whole.get_or_insert_with(|| {
-                    let time_s = series.time_s.clone();
+                    let time_s = Rc::clone(&time_s);
                     self.stamps.push(Stamps::new(time_s, how, limit_s));
                     self.stamps.len() - 1
                 });
                 (values, stamps)
             } else {
-                let time_s = known.iter().map(|&row| series.time_s[row]).collect();
-                self.stamps.push(Stamps::new(time_s, how, limit_s));
+                let rows = 0..values.len();
+                let known: Vec<usize> = rows.filter(|&row| values.get(row).is_finite()).collect();
+                let time_s = known.iter().map(|&row| time_s[row]).collect();
+                self.stamps.push(Stamps::new(Rc::new(time_s), how, limit_s));
                 (values.pick(&known), self.stamps.len() - 1)
             };
             let stamps = Some(stamps);
             self.sources.push(Source { values, stamps });
         }
         if is_clock {
-            self.clock_s = series.time_s;
+            self.clock_s = time_s;
         }
     }
 }

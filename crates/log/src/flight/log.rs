@@ -179,10 +179,12 @@ impl Log {
         findings.rows_read = survey.messages();
         findings.rows_used = findings.rows_read;
         if findings.rows_read == 0 {
-            return Err(LogError::NoUsableRows {
-                path: self.path.clone(),
-                reason: format!("a {} without a message", self.format.name()),
-            });
+            let mut reason = format!("a {} without a whole message", self.format.name());
+            for warning in &findings.warnings {
+                reason.push_str(&format!("; {warning}"));
+            }
+            let path = self.path.clone();
+            return Err(LogError::NoUsableRows { path, reason });
         }
         Ok((survey, findings))
     }
@@ -272,9 +274,13 @@ impl Survey {
             let mut alike = self.topics.iter().filter(|topic| alike(topic));
             alike.next().filter(|_| alike.next().is_none())
         };
+        let of_kind = || {
+            let kind = short_kind(key);
+            only(&|topic| topic.messages > 0 && topic.kind.as_ref() == Some(&kind))
+        };
         self.topic(key)
             .or_else(|| only(&|topic| is_named(&topic.key, key)))
-            .or_else(|| only(&|topic| topic.messages > 0 && is_kind(topic.kind.as_deref(), key)))
+            .or_else(of_kind)
     }
 
     /// The topic and the field that a name such as `vehicle_attitude.q[0]` means.
@@ -294,7 +300,7 @@ impl Survey {
 
 /// Whether a map may mean the topic of this key and type by a name.
 pub(super) fn is_alike(key: &str, kind: &str, name: &str) -> bool {
-    is_named(key, name) || is_kind(Some(kind), name)
+    is_named(key, name) || !kind.is_empty() && kind == short_kind(name)
 }
 
 fn is_named(key: &str, name: &str) -> bool {
@@ -305,8 +311,4 @@ fn is_named(key: &str, name: &str) -> bool {
     let ends = key.strip_suffix(name);
     ends.is_some_and(|before| before.is_empty() || before.ends_with('/'))
         || bare.is_some_and(|(bare, _)| bare == name)
-}
-
-fn is_kind(kind: Option<&str>, name: &str) -> bool {
-    kind.is_some_and(|kind| !kind.is_empty() && kind == short_kind(name))
 }

@@ -4,7 +4,7 @@
 //! not. A damaged chunk is left out and told; a file that breaks off is used up to there.
 
 use super::LogFormat;
-use super::channel::{Channel, unpack, unpack_prefix};
+use super::channel::{Channel, MOST_FIELDS_IN_ALL, unpack, unpack_prefix};
 use super::clocks::Clocks;
 use super::cursor::Cursor;
 use super::sink::{Loss, ReadError, Sink};
@@ -41,6 +41,7 @@ struct Mcap<'s> {
     schema_bytes: usize,
     channels: HashMap<u16, Channel>,
     topics: usize,
+    fields_left: usize,
     clocks: Clocks,
     loss: Loss,
 }
@@ -55,6 +56,7 @@ pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadEr
         schema_bytes: 0,
         channels: HashMap::new(),
         topics: 0,
+        fields_left: MOST_FIELDS_IN_ALL,
         clocks: Clocks::default(),
         loss: Loss::default(),
     };
@@ -127,7 +129,10 @@ impl Mcap<'_> {
             let [opcode] = cursor.array()?;
             let length = usize::try_from(cursor.u64()?).ok()?;
             let body = cursor.take(length)?;
-            self.record(opcode, body, false)?;
+            if self.record(opcode, body, false).is_none() {
+                self.loss.corrupt += 1;
+                self.loss.skipped_bytes += body.len() as u64;
+            }
         }
         Some(())
     }
@@ -138,6 +143,10 @@ impl Mcap<'_> {
         match opcode {
             SCHEMA => {
                 let id = u16::from_le_bytes(cursor.array()?);
+                // Chunks tell the definitions that they use again.
+                if self.schemas.contains_key(&id) {
+                    return Some(());
+                }
                 let (name, encoding) = (text(&mut cursor)?, text(&mut cursor)?);
                 let definition = cursor.sized()?;
                 self.schema_bytes += definition.len();
@@ -167,6 +176,7 @@ impl Mcap<'_> {
                         schema,
                         self.sink,
                         &mut self.loss,
+                        &mut self.fields_left,
                     );
                     self.channels.insert(id, channel);
                     self.topics += 1;

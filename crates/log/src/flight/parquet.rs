@@ -15,6 +15,9 @@ use std::path::Path;
 pub(crate) const MAGIC: [u8; 4] = *b"PAR1";
 /// Values that are decoded at once.
 const BLOCK: usize = 8192;
+/// Most rows for each byte of a file, and rows of any file beside.
+const ROWS_A_BYTE: u64 = 64;
+const ROWS_ANYWAY: u64 = 1 << 20;
 /// Longest example of a text cell that is kept, in characters.
 const EXAMPLE_CHARS: usize = 40;
 
@@ -65,6 +68,7 @@ pub fn read_parquet(
     };
     let file = File::open(path).map_err(of_read)?;
     let sha256 = sha256_of(&file).map_err(of_read)?;
+    let most_rows = file.metadata().map_err(of_read)?.len() * ROWS_A_BYTE + ROWS_ANYWAY;
     let reader = SerializedFileReader::new(file).map_err(|e| broken(&e))?;
     let schema = reader.metadata().file_metadata().schema_descr();
     let mut findings = Findings::default();
@@ -92,8 +96,14 @@ pub fn read_parquet(
         let rows = usize::try_from(rows).unwrap_or(0);
         let first = findings.rows_read;
         findings.rows_read = findings.rows_read.saturating_add(rows);
-        let read = reader
-            .get_row_group(group)
+        // A number of rows that nothing bears out must not take memory.
+        let told = if (row_numbers.len() as u64).saturating_add(rows as u64) > most_rows {
+            let text = "there are not that many in a file of its size".to_owned();
+            Err(ParquetError::General(text))
+        } else {
+            reader.get_row_group(group)
+        };
+        let read = told
             .and_then(|group| read_group(group.as_ref(), &mut columns, row_numbers.len(), rows));
         match read {
             Ok(()) => row_numbers.extend(first..first + rows),

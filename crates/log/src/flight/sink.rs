@@ -55,6 +55,20 @@ pub(crate) struct Loss {
     pub(crate) notes: Vec<String>,
 }
 
+/// Most sentences that are kept.
+const MOST_NOTES: usize = 32;
+
+impl Loss {
+    /// Keeps a sentence, as long as there are not too many.
+    pub(crate) fn note(&mut self, text: String) {
+        match self.notes.len() {
+            ..MOST_NOTES => self.notes.push(text),
+            MOST_NOTES => self.notes.push("and more of this kind".to_owned()),
+            _ => {}
+        }
+    }
+}
+
 /// Why a reader gives up.
 #[derive(Debug)]
 pub(crate) enum ReadError {

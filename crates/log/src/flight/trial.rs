@@ -8,8 +8,10 @@ use crate::map::{Map, Rule};
 use crate::suggest::nearest;
 use crate::{Findings, LogError};
 use std::collections::{BTreeMap, BTreeSet};
-use touchdown_trial::{TIME_CHANNEL, Trial, TrialError};
+use touchdown_trial::{TIME_CHANNEL, Trial};
 
+/// Memory of a trial above which it is told, in bytes.
+const LARGE: usize = 100_000_000;
 /// Names that an error lists at most.
 const LISTED: usize = 40;
 
@@ -86,46 +88,22 @@ impl Log {
         let mut findings = findings.then(told);
         let file = (self.path(), sha256.as_str());
         let mut rows = Joined::new(file, &survey, &resolved.map, &clock, series, &mut findings);
-        let (trial, applied) = apply_resolved(&mut rows, &resolved.map)?;
+        let (trial, applied) = apply_resolved(&mut rows, &resolved.map, &map.optional)?;
         drop(rows);
         let mut findings = findings.then(applied);
         notes.extend(resolved.warnings());
-        let empty = |values: &[f64]| values.iter().all(|value| value.is_nan());
-        let (trial, empty) = without(trial, |name, values| {
-            map.optional.iter().any(|known| known == name) && empty(values)
-        })
-        .map_err(|source| LogError::Trial {
-            path: self.path().to_owned(),
-            source,
-        })?;
-        notes.extend(
-            empty
-                .iter()
-                .map(|name| format!("{name}: left out, for it has no value")),
-        );
+        let bytes = size_of::<f64>() * trial.len() * (1 + trial.channels().len());
+        if bytes > LARGE {
+            notes.push(format!(
+                "{} rows of {} channels take {} MB of memory, however small the rest of the log",
+                trial.len(),
+                trial.channels().len(),
+                bytes / 1_000_000
+            ));
+        }
         findings.warnings.splice(0..0, notes);
         Ok((trial, findings))
     }
-}
-
-/// The trial without some channels, and their names.
-fn without(
-    trial: Trial,
-    drop: impl Fn(&str, &[f64]) -> bool,
-) -> Result<(Trial, Vec<String>), TrialError> {
-    if !trial.channels().any(|(name, values)| drop(name, values)) {
-        return Ok((trial, Vec::new()));
-    }
-    let mut dropped = Vec::new();
-    let mut left = Trial::new(trial.name(), trial.time_s().to_vec())?;
-    for (name, values) in trial.channels() {
-        if drop(name, values) {
-            dropped.push(name.to_owned());
-        } else {
-            left.insert(name, values.to_vec())?;
-        }
-    }
-    Ok((left.with_provenance(trial.provenance().clone()), dropped))
 }
 
 /// The topic whose stamps are the rows: the first that the map names and the log has; without

@@ -1,7 +1,5 @@
 //! Which of a map's expressions can be taken.
 
-#[cfg(feature = "flight-logs")]
-use super::Join;
 use super::{Map, Rule};
 #[cfg(feature = "flight-logs")]
 use crate::Place;
@@ -86,7 +84,9 @@ impl Map {
     /// The names that its expressions use, those of definitions left out.
     #[cfg(feature = "flight-logs")]
     pub(crate) fn inputs(&self) -> BTreeSet<&str> {
+        let valid = self.topics.iter().flat_map(|topic| &topic.valid);
         let rules = self.defines.iter().chain(&self.channels).chain(&self.keep);
+        let rules = rules.chain(valid);
         let names: BTreeSet<&str> = rules.flat_map(|rule| rule.expr.variables()).collect();
         let own = |name: &&str| !self.defines.iter().any(|rule| rule.channel == **name);
         names.into_iter().filter(own).collect()
@@ -95,7 +95,9 @@ impl Map {
     /// The names that any of its expressions uses, taken or not.
     #[cfg(feature = "flight-logs")]
     pub(crate) fn names(&self) -> BTreeSet<&str> {
+        let valid = self.topics.iter().flat_map(|topic| &topic.valid);
         let rules = self.defines.iter().chain(&self.channels).chain(&self.keep);
+        let rules = rules.chain(valid);
         rules.flat_map(|rule| rule.expr.variables()).collect()
     }
 
@@ -107,14 +109,10 @@ impl Map {
             .map(|(place, names)| (place, names.as_slice()))
     }
 
-    /// How the values of a topic are brought to the clock, over how long at most, and what is added
-    /// to its stamps; `is` tells whether a name is the topic's.
+    /// What is said of a topic; `is` tells whether a name is the topic's.
     #[cfg(feature = "flight-logs")]
-    pub(crate) fn join(&self, is: &dyn Fn(&str) -> bool) -> (Join, Option<f64>, f64) {
-        let found = self.topics.iter().find(|known| is(&known.name));
-        found.map_or((Join::Linear, None, 0.0), |topic| {
-            (topic.join, topic.limit_s, topic.offset_s)
-        })
+    pub(crate) fn topic(&self, is: &dyn Fn(&str) -> bool) -> Option<&super::Topic> {
+        self.topics.iter().find(|known| is(&known.name))
     }
 }
 

@@ -72,6 +72,7 @@ struct RawVehicle {
 #[serde(deny_unknown_fields)]
 struct RawTopic {
     join: Option<Spanned<String>>,
+    valid: Option<Spanned<OneOrMore>>,
     offset_s: Option<Spanned<f64>>,
     limit_s: Option<Spanned<f64>>,
 }
@@ -220,9 +221,17 @@ impl Source<'_> {
             )?;
         }
         let limit_s = topic.limit_s.as_ref();
+        let valid = topic.valid.as_ref().map(|texts| {
+            let at = texts.span().start;
+            let rules = texts.get_ref().0.iter();
+            rules
+                .map(|text| self.rule("", &key("valid"), at, text))
+                .collect::<Result<Vec<Rule>, LogError>>()
+        });
         Ok(Topic {
             name: name.to_owned(),
             join,
+            valid: valid.transpose()?.unwrap_or_default(),
             offset_s: topic.offset_s.as_ref().map_or(0.0, |s| *s.get_ref()),
             limit_s: limit_s
                 .map(|s| self.positive(s, &key("limit_s")))

@@ -32,26 +32,35 @@ impl Mcap {
 
     /// A topic of messages of this type, and its definition.
     pub(crate) fn topic(&mut self, topic: &str, kind: &str, definition: &str) -> u16 {
+        self.channel(topic, kind, ["ros2msg", definition, "cdr"])
+    }
+
+    /// A topic of JSON of this type.
+    pub(crate) fn json(&mut self, topic: &str, kind: &str) -> u16 {
+        self.channel(topic, kind, ["jsonschema", "{}", "json"])
+    }
+
+    fn channel(&mut self, topic: &str, kind: &str, [schemas, of, encoding]: [&str; 3]) -> u16 {
         self.channels += 1;
         let mut schema = self.channels.to_le_bytes().to_vec();
         text(&mut schema, kind);
-        text(&mut schema, "ros2msg");
-        text(&mut schema, definition);
+        text(&mut schema, schemas);
+        text(&mut schema, of);
         self.record(3, &schema);
         let mut channel = [self.channels.to_le_bytes(); 2].concat();
         text(&mut channel, topic);
-        text(&mut channel, "cdr");
+        text(&mut channel, encoding);
         channel.extend([0; 4]);
         self.record(4, &channel);
         self.channels
     }
 
-    pub(crate) fn message(&mut self, channel: u16, recorded_ns: u64, data: &Cdr) {
+    pub(crate) fn message(&mut self, channel: u16, recorded_ns: u64, data: &[u8]) {
         let mut body = channel.to_le_bytes().to_vec();
         body.extend([0; 4]);
         body.extend(recorded_ns.to_le_bytes());
         body.extend(recorded_ns.to_le_bytes());
-        body.extend(&data.0);
+        body.extend(data);
         self.record(5, &body);
     }
 
@@ -65,6 +74,14 @@ impl Mcap {
 
 /// A message in little-endian CDR.
 pub(crate) struct Cdr(Vec<u8>);
+
+impl std::ops::Deref for Cdr {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.0
+    }
+}
 
 impl Cdr {
     pub(crate) fn new() -> Self {

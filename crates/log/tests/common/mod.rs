@@ -43,22 +43,27 @@ pub(crate) fn good_ulog() -> Vec<u8> {
     ulog(|i| 1_000_000 + 4000 * i, |_| 1.0)
 }
 
+/// A record of ArduPilot that defines a format.
+pub(crate) fn format(kind: u8, length: u8, name: &str, letters: &str, labels: &str) -> Vec<u8> {
+    let mut body = [0; 86];
+    body[..2].copy_from_slice(&[kind, length]);
+    body[2..2 + name.len()].copy_from_slice(name.as_bytes());
+    body[6..6 + letters.len()].copy_from_slice(letters.as_bytes());
+    body[22..22 + labels.len()].copy_from_slice(labels.as_bytes());
+    [&[0xa3, 0x95, 128][..], &body].concat()
+}
+
 /// Records of ArduPilot: their formats, then 60 of an accelerometer and 30 of motors.
 pub(crate) fn dataflash() -> Vec<u8> {
     let mut bytes = Vec::new();
-    let mut format = |kind: u8, length: u8, name: &str, letters: &str, labels: &str| {
-        let mut body = [0; 86];
-        body[..2].copy_from_slice(&[kind, length]);
-        body[2..2 + name.len()].copy_from_slice(name.as_bytes());
-        body[6..6 + letters.len()].copy_from_slice(letters.as_bytes());
-        body[22..22 + labels.len()].copy_from_slice(labels.as_bytes());
-        bytes.extend([0xa3, 0x95, 128]);
-        bytes.extend(body);
-    };
-    format(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
-    format(130, 44, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds");
-    format(129, 24, "IMU", "QBfff", "TimeUS,I,AccX,AccY,AccZ");
-    format(131, 19, "RCOU", "QHHHH", "TimeUS,C1,C2,C3,C4");
+    for (kind, length, name, letters, labels) in [
+        (128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns"),
+        (130, 44, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds"),
+        (129, 24, "IMU", "QBfff", "TimeUS,I,AccX,AccY,AccZ"),
+        (131, 19, "RCOU", "QHHHH", "TimeUS,C1,C2,C3,C4"),
+    ] {
+        bytes.extend(format(kind, length, name, letters, labels));
+    }
     // The second field of IMU numbers the instance.
     let mut units = [0; 41];
     units[8] = 129;

@@ -18,6 +18,9 @@ use super::context::Context;
 use super::identify::{load, show};
 use super::output;
 
+/// Memory above which channels are made only if they are asked for, in bytes.
+const LARGE: usize = 64_000_000;
+
 /// What one log holds.
 struct Seen {
     path: PathBuf,
@@ -197,7 +200,14 @@ fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<Seen> {
     if map.is_none() {
         findings.warnings.extend(survey.lacks());
     }
-    if map.is_some() || survey.recommended_map().is_some() {
+    let built_in = Map::built_in(&survey);
+    let large = built_in
+        .as_ref()
+        .filter(|_| map.is_none())
+        .and_then(|map| too_large(&survey, map));
+    if let Some(text) = large {
+        findings.warnings.push(text);
+    } else if map.is_some() || built_in.is_some() {
         match log.trial(map) {
             Ok((trial, applied)) => {
                 // Both passes tell what was lost.
@@ -218,6 +228,19 @@ fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<Seen> {
         content: Content::Topics(survey),
         mapped,
         findings,
+    })
+}
+
+/// Why the channels of a log are not made only to be shown.
+fn too_large(survey: &Survey, map: &Map) -> Option<String> {
+    let (rows, channels) = (survey.rows_by(map), map.channels().count());
+    let bytes = size_of::<f64>() * rows * channels;
+    (bytes > LARGE).then(|| {
+        format!(
+            "{rows} rows of up to {channels} channels may take {} MB of memory: channels are shown with --map {} only",
+            bytes / 1_000_000,
+            survey.recommended_map().unwrap_or_default()
+        )
     })
 }
 

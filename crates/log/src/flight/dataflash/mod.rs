@@ -210,7 +210,7 @@ impl DataFlash<'_> {
             return;
         };
         let value = format.names.iter().position(|name| name == "Value");
-        let at = 8 * usize::from(format.stamp.is_some());
+        let at = format.stamp.map_or(0, |(scalar, ..)| scalar.size());
         if let (Some(value), Some(name)) = (value, body.get(at..at + 16)) {
             let (kind, at) = format.places[value];
             self.sink.parameter(&text(name), kind.read(body, at));
@@ -219,7 +219,10 @@ impl DataFlash<'_> {
 
     /// `FMTU`: the unit `#` marks the field that numbers the instance.
     fn units(&mut self, body: &[u8]) {
-        let (Some(&of), Some(units)) = (body.get(8), body.get(9..25)) else {
+        let own = self.formats.iter().flatten().find(|f| f.name == "FMTU");
+        let stamp = own.and_then(|format| format.stamp);
+        let at = stamp.map_or(0, |(scalar, ..)| scalar.size());
+        let (Some(&of), Some(units)) = (body.get(at), body.get(at + 1..at + 17)) else {
             return;
         };
         let Some(format) = self.formats[usize::from(of)].as_mut() else {

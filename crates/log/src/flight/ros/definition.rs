@@ -4,6 +4,8 @@
 use super::super::sink::Scalar;
 use std::collections::HashMap;
 
+/// No message is longer, in bytes.
+const LONGEST: usize = 64 << 20;
 /// Deepest nesting of messages in messages.
 const DEEPEST: usize = 16;
 /// Most numbers that are told of one message.
@@ -35,6 +37,22 @@ pub(super) enum Kind {
         /// Elements that are told.
         told: usize,
     },
+}
+
+impl Node {
+    /// Fewest bytes that it can have.
+    fn least(&self) -> usize {
+        match &self.kind {
+            Kind::Scalar(scalar) => scalar.size(),
+            Kind::Text => 4,
+            Kind::Message(nodes) => nodes
+                .iter()
+                .fold(0, |sum: usize, node| sum.saturating_add(node.least())),
+            Kind::Array {
+                element, length, ..
+            } => length.map_or(4, |length| length.saturating_mul(element.least())),
+        }
+    }
 }
 
 /// A definition, ready to decode by.
@@ -235,6 +253,12 @@ impl Builder<'_, '_> {
         if matches!(field.array, Array::One) {
             return Some(element);
         }
+        // Elements without a byte would cost time and no message; nor is there one so long.
+        let least = element.least();
+        let fits = |length: usize| length.saturating_mul(least) <= LONGEST;
+        if least == 0 || matches!(field.array, Array::Fixed(length) if !fits(length)) {
+            return None;
+        }
         let told = told(field.array, is_message);
         let length = match field.array {
             Array::Fixed(length) => Some(length),
@@ -347,6 +371,11 @@ float32 z
         assert!(parse("a/A", "float32[x] b", false).is_none());
         let wide = "B[8] b\n===\nMSG: a/B\nC[8] c\n===\nMSG: a/C\nfloat32[65] x\nfloat32[65] y";
         assert!(parse("a/A", wide, false).is_none());
+        // Arrays of nothing would take time without end.
+        let nothing = "B[18446744073709551615] b\n===\nMSG: a/B\n";
+        assert!(parse("a/A", nothing, true).is_none());
+        assert!(parse("a/A", "B[] b\n===\nMSG: a/B\nuint8[0] x", false).is_none());
+        assert!(parse("a/A", "float64[9000000] b", false).is_none());
         assert!(parse("a/A", "", true).unwrap().names.is_empty());
     }
 }

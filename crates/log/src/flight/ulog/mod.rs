@@ -21,6 +21,8 @@ const SYNC: [u8; 8] = [0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
 const HEADER: usize = 16;
 /// Messages in a row that have to be whole for reading to go on after damage.
 const WHOLE_IN_A_ROW: usize = 3;
+/// Most fields of all topics of one log.
+const MOST_FIELDS: usize = 1 << 18;
 /// Most topics of one log.
 const MOST_TOPICS: usize = 4096;
 /// Longest message with its head.
@@ -37,6 +39,9 @@ pub(super) struct Ulog<'s> {
     formats: Formats,
     subscriptions: Vec<Option<Subscription>>,
     topics: usize,
+    fields: usize,
+    /// Messages of any type.
+    taken: usize,
     start_us: u64,
     /// Offsets at which data were appended, the next one last.
     appended: Vec<u64>,
@@ -71,6 +76,8 @@ pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadEr
         formats: Formats::default(),
         subscriptions: Vec::new(),
         topics: 0,
+        fields: 0,
+        taken: 0,
         start_us,
         appended: Vec::new(),
         values: Vec::new(),
@@ -184,7 +191,8 @@ impl Ulog<'_> {
             b'F' | b'A' => {
                 body.len() > 3 && body[3..].iter().take(64).all(|b| (b' '..=b'~').contains(b))
             }
-            b'B' => body.len() >= 40,
+            // What says how the rest is to be read comes before all of it.
+            b'B' => body.len() >= 40 && self.taken == 0,
             b'P' | b'Q' => body.len() > 6,
             b'L' | b'C' => body.len() >= 9,
             b'I' | b'M' => body.len() >= 2,
@@ -193,12 +201,13 @@ impl Ulog<'_> {
     }
 
     fn take(&mut self, kind: u8, body: &[u8]) -> Result<(), ReadError> {
+        self.taken += 1;
         match kind {
             b'D' => self.data(body),
             b'F' => {
                 if let Err(what) = self.formats.define(body) {
                     self.loss.corrupt += 1;
-                    self.loss.notes.push(format!("{what} was passed over"));
+                    self.loss.note(format!("{what} was passed over"));
                 }
             }
             b'A' => self.subscribe(body),
@@ -235,17 +244,24 @@ impl Ulog<'_> {
     fn subscribe(&mut self, body: &[u8]) {
         let number = usize::from(u16::from_le_bytes([body[1], body[2]]));
         let name = String::from_utf8_lossy(&body[3..]).into_owned();
-        let places = self
-            .formats
-            .flatten(&name)
-            .filter(|_| self.topics < MOST_TOPICS);
+        let places = self.formats.flatten(&name).filter(|places| {
+            let fields = self.fields + places.names.len();
+            self.topics < MOST_TOPICS && fields <= MOST_FIELDS
+        });
         let Some(places) = places else {
             self.loss.corrupt += 1;
-            self.loss.notes.push(format!(
+            self.loss.note(format!(
                 "topic {name:?} has no usable format and was left out"
             ));
+            // Its messages are no damage, whatever their length.
+            let places = Places {
+                longest: usize::MAX,
+                ..Places::default()
+            };
+            self.subscribed(number, places, Wanted::Nothing);
             return;
         };
+        self.fields += places.names.len();
         let layout = Layout {
             name,
             kind: String::new(),
@@ -254,12 +270,16 @@ impl Ulog<'_> {
             texts: Vec::new(),
         };
         let wanted = self.sink.topic(self.topics, &layout);
+        self.subscribed(number, places, wanted);
+        self.topics += 1;
+    }
+
+    fn subscribed(&mut self, number: usize, places: Places, wanted: Wanted) {
         if self.subscriptions.len() <= number {
             self.subscriptions.resize_with(number + 1, || None);
         }
         let id = self.topics;
         self.subscriptions[number] = Some(Subscription { id, places, wanted });
-        self.topics += 1;
     }
 
     #[inline]
