@@ -123,10 +123,11 @@ impl Format {
                     format.stamp.get_or_insert((scalar, at, 1000));
                 }
                 // Older firmware: `TimeMS` of a receiver is that of its week, and `T` the vehicle's.
-                ("T", Kind::Number(scalar)) if format.name.starts_with("GPS") => {
-                    if format.stamp.is_some_and(|(.., to_ns)| to_ns == 1_000_000) {
-                        format.stamp = Some((scalar, at, 1_000_000));
-                    }
+                ("T", Kind::Number(scalar))
+                    if format.name.starts_with("GPS")
+                        && format.stamp.is_some_and(|(.., to_ns)| to_ns == 1_000_000) =>
+                {
+                    format.stamp = Some((scalar, at, 1_000_000));
                 }
                 ("TimeMS", Kind::Number(scalar)) => {
                     format.stamp.get_or_insert((scalar, at, 1_000_000));
