@@ -115,8 +115,9 @@ pub(crate) enum Identify {
     /// Throttle to thrust
     ///
     /// Needs the channels `time_s`, `thrust_n` and `throttle` (or `throttle_1`, `throttle_2`, ...); uses
-    /// `rotor_rpm` and `battery_v` where they are. Logs of flights may have `specific_force_mps2` in place of `thrust_n`,
-    /// with the vehicle's mass in --map or --settings.
+    /// `rotor_rpm` and `battery_v` where they are. Logs of flights may have `specific_force_mps2` (or quick poses) in place
+    /// of `thrust_n`, with the vehicle's mass in --map or --settings: they give the thrust by throttle with the lag and dead
+    /// time of the motors, or say why not.
     Thrust {
         #[command(flatten)]
         common: IdentifyCommon,
@@ -135,13 +136,18 @@ pub(crate) enum Identify {
     /// Needs the channels `time_s`, `throttle`, `thrust_n` and `height_m`; uses `deck_velocity_mps` and
     /// `vehicle_velocity_mps` where they are. The logs are fitted together.
     ///
-    /// Logs of flights have `specific_force_mps2` in place of `thrust_n` (the accelerometer along the rotor axis, 9.81 in
-    /// hover); they need no thrust card, but `rotor_radius_m` in the table [flight] of --settings. `battery_v` and
-    /// `tilt_rad` are used where they are. What such logs do not carry is refused, with what to record.
+    /// Logs of flights have no `thrust_n`. They need no thrust card, but `rotor_radius_m` in the table [flight] of
+    /// --settings, `height_m` with hover both below two rotor radii and above four without landing in between, and
+    /// `throttle` or `rotor_rpm`. With `specific_force_mps2` (the accelerometer along the rotor axis, 9.81 in hover) they
+    /// give curve, lags and effect of climb; poses at 40 Hz or more give the curve; slower ones, the ratio of thrusts at
+    /// each hover at rest, by `rotor_rpm`, by --thrust CARD, or roughly by throttle. What the logs do not carry is refused,
+    /// with what to record.
+    #[command(after_help = FLIGHTS)]
     GroundEffect {
         #[command(flatten)]
         common: IdentifyCommon,
-        /// Card of the thrust model that gives the free-air thrust; not for logs of flights
+        /// Card of the thrust model that gives the free-air thrust; for logs of flights only where they have neither
+        /// accelerometer nor rotor speed
         #[arg(long)]
         thrust: Option<PathBuf>,
         /// Forms; repeatable [default: all five; into a single file `lag`]
@@ -150,12 +156,19 @@ pub(crate) enum Identify {
     },
 }
 
+const FLIGHTS: &str = "\
+Flights, with `[flight] mass_kg = 1.4` and `rotor_radius_m = 0.12` in vehicle.toml:
+  PX4             touchdown identify ground-effect *.ulg --settings vehicle.toml --out vehicle
+  ArduPilot       touchdown identify ground-effect *.BIN --settings vehicle.toml --out vehicle
+  motion capture  touchdown identify ground-effect *.csv --map mocap.toml --settings vehicle.toml --out vehicle";
+
 #[derive(Args, Debug)]
 pub(crate) struct IdentifyCommon {
-    /// Logs (CSV)
+    /// Logs: CSV, Parquet, PX4 ULog, ArduPilot DataFlash, MCAP, ROS 1 bag
     #[arg(required = true)]
     pub(crate) logs: Vec<PathBuf>,
-    /// Map from the logs' columns to channels; not needed where the columns are channels already
+    /// Map from the logs' columns to channels: a file, or a built-in map (px4, ardupilot); not needed where the columns are
+    /// channels already, nor for logs of PX4 and ArduPilot
     #[arg(long)]
     pub(crate) map: Option<PathBuf>,
     /// Settings that override the defaults (`touchdown settings identify` prints them all, with comments)

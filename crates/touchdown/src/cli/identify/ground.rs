@@ -55,20 +55,27 @@ pub(super) fn run(
     let target = Target::of(common.out.as_deref())?;
     let asked = !forms.is_empty();
     let map = load::map(common.map.as_deref())?;
+    let logs = load::all_logs(context, &common.logs, map.as_ref())?;
+    if logs.iter().all(flight::is_flight) {
+        return flight::run(
+            context,
+            common,
+            thrust,
+            forms,
+            settings,
+            map.as_ref(),
+            &logs,
+        );
+    }
     let Some(thrust) = thrust else {
-        let logs = load::all_logs(context, &common.logs, map.as_ref())?;
-        if logs.iter().all(flight::is_flight) {
-            return flight::run(context, common, forms, settings, map.as_ref(), &logs);
-        }
         return Err(Error::Arguments(
-            "expected --thrust CARD (logs with the channel `thrust_n`), or the channel `specific_force_mps2` in every log \
-             (flights); found neither"
+            "expected --thrust CARD, for there are logs with the channel `thrust_n`: the thrust out of ground effect is taken \
+             off; found none (logs of flights have no such channel, and need no card)"
                 .to_string(),
         ));
     };
     let forms = chosen(forms, &target)?;
     let thrust_card = thrust_card(thrust)?;
-    let logs = load::all_logs(context, &common.logs, map.as_ref())?;
     let (trials, gaps) = prepare(&logs, &thrust_card)?;
     let before = examine_trials(&trials, settings)?;
 

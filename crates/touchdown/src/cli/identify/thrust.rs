@@ -45,9 +45,13 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn fit(&self, trials: &[Trial], logs: &[PathBuf], card: &str) -> Result<Made> {
+    /// One card; `flights` says that no thrust was measured in them.
+    fn fit(&self, trials: &[Trial], logs: &[PathBuf], card: &str, flights: bool) -> Result<Made> {
         let mut origin = origin(trials, self.map, self.common, self.settings)?;
         origin.provenance.command = Some(self.command().text(logs, card));
+        if flights && self.settings.thrust.form.is_none() {
+            return flight::thrust(trials, self.settings, &origin);
+        }
         thrust::fit(trials, self.settings, &origin)
     }
 
@@ -73,13 +77,20 @@ impl Job<'_> {
 
     /// One card from all logs.
     fn together(&self, card: &Path) -> Result<Done> {
-        let logs = load::all_logs(self.context, &self.common.logs, self.map)?
+        let logs = load::all_logs(self.context, &self.common.logs, self.map)?;
+        let flights = logs.iter().all(flight::is_flight);
+        let logs = logs
             .into_iter()
             .map(|log| flight::thrust_of_flight(log, self.settings, self.map))
             .collect::<Result<Vec<Log>>>()?;
         self.context.stage("fitting", 1);
         let trials: Vec<Trial> = logs.iter().map(|l| l.trial.clone()).collect();
-        let made = self.fit(&trials, &self.common.logs, &card.display().to_string())?;
+        let made = self.fit(
+            &trials,
+            &self.common.logs,
+            &card.display().to_string(),
+            flights,
+        )?;
         made.card.write(card)?;
         let label = match &logs[..] {
             [one] => one.path.display().to_string(),
@@ -114,12 +125,15 @@ impl Job<'_> {
             .into_par_iter()
             .zip(&names)
             .map(|(log, name)| {
-                let log = flight::thrust_of_flight(log?, self.settings, self.map)?;
+                let log = log?;
+                let of_flight = flight::is_flight(&log);
+                let log = flight::thrust_of_flight(log, self.settings, self.map)?;
                 let one = std::slice::from_ref(&log.trial);
                 let made = self.fit(
                     one,
                     std::slice::from_ref(&log.path),
                     &format!("{name}.toml"),
+                    of_flight,
                 );
                 self.context.step();
                 let mut made = made?;

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use touchdown_model::card::{Form, Kind, Outside, VelocityInput};
 use touchdown_model::flight::psi_definitions;
 
-use super::GroundEffect;
+use super::ground::{Basis, GroundEffect};
 use super::model::{Curve, LENGTHS};
 use super::spread::Sure;
 use crate::identify::making::{Estimate, Made, Origin, method, score, term};
@@ -113,8 +113,18 @@ impl GroundEffect {
                 r.what, r.found, r.record
             )
         }));
-        card.description =
-            "Identified from flights, relative to flight out of ground effect.".into();
+        card.description = match self.basis {
+            Basis::Accelerometer => {
+                "Identified from flights, relative to flight out of ground effect."
+            }
+            Basis::Poses => {
+                "Identified from poses of flights, without accelerometer, relative to flight out of ground effect."
+            }
+            Basis::Hovers { .. } => {
+                "Identified from hovers at rest, relative to hover out of ground effect."
+            }
+        }
+        .into();
         card.provenance.method = method(&[
             (
                 "fit",
@@ -129,13 +139,20 @@ impl GroundEffect {
                 "curve",
                 format!("{}, chosen by flights left out", shape.curve.name()),
             ),
+            ("basis", self.basis.name().to_string()),
+            ("delay", self.delay_text()),
             (
                 "intervals",
                 format!(
-                    "from {} {}, drawn {} times, one Gauss-Newton step each; Student's t",
+                    "from {} {}, drawn {} times, {}; Student's t",
                     self.spread.count,
                     self.spread.blocks.name(),
-                    settings.flight.resamples
+                    self.spread.drawn(),
+                    if self.hovers.is_empty() {
+                        "one Gauss-Newton step each"
+                    } else {
+                        "each fitted anew"
+                    }
                 ),
             ),
         ]);
@@ -152,6 +169,19 @@ impl GroundEffect {
             front: None,
             warnings,
         }
+    }
+
+    /// The delay from throttle to acceleration in words.
+    fn delay_text(&self) -> String {
+        self.delay_s().map_or_else(
+            || "not identified".to_string(),
+            |d| {
+                format!(
+                    "{:.3} s from throttle to acceleration (dead time and lag of the motors), 95 % interval {:.3} to {:.3} s",
+                    d.value, d.ci95[0], d.ci95[1]
+                )
+            },
+        )
     }
 
     /// Errors of the specific force in N where the mass is known, else in m/s².
@@ -240,17 +270,32 @@ impl GroundEffect {
     /// needs.
     #[must_use]
     pub fn thrust_card(&self, settings: &IdentificationSettings, origin: &Origin) -> Option<Made> {
+        if self.basis != Basis::Accelerometer {
+            return None;
+        }
+        self.fit.index("T_m")?;
+        self.thrust_of(settings, origin)
+    }
+
+    /// The same; without a lag of the motors, the static law alone. `None` without mass or accelerometer.
+    #[must_use]
+    pub fn thrust_of(&self, settings: &IdentificationSettings, origin: &Origin) -> Option<Made> {
         let mut origin = origin.clone();
         let mass_kg = settings.flight.mass_kg.or(origin.vehicle.mass_kg)?;
         origin.vehicle.mass_kg = Some(mass_kg);
         origin.vehicle.rotor_radius_m = Some(self.rotor_radius_m);
-        let t_m = self.spread.number(&self.fit, "T_m")?;
+        if matches!(self.basis, Basis::Hovers { .. }) {
+            return None;
+        }
+        let measured = self.basis == Basis::Accelerometer;
+        let sure_lag = |name| self.spread.number(&self.fit, name).filter(|_| measured);
+        let t_m = sure_lag("T_m");
         let s0 = self.hover_throttle;
         let weight = mass_kg * settings.flight.gravity_mps2;
         let n = self.fit.locals.len() as f64;
         let scale = self.fit.locals.iter().map(|l| l.scale).sum::<f64>() / n;
         let root = (weight * scale).sqrt();
-        let curved = self.fit.shape.curvature;
+        let curved = self.fit.shape.curvature || t_m.is_none();
         let elasticity = self.fit.index("elasticity")?;
         let at = |theta: &[f64]| -> [f64; 3] {
             let half = 0.5 * theta[elasticity];
@@ -262,7 +307,9 @@ impl GroundEffect {
             ]
         };
         let sure = |k: usize| self.spread.sure(&self.fit, |theta, _| at(theta)[k]);
-        let (form, equation) = if curved {
+        let (form, equation) = if t_m.is_none() {
+            (Form::StaticSqrt, "sqrt(T) = a0 + a1 s + a2 s^2")
+        } else if curved {
             (
                 Form::StaticSqrt,
                 "T_m x' = a0 + a1 s + a2 s^2 - x, x = sqrt(T)",
@@ -275,6 +322,7 @@ impl GroundEffect {
             for (k, (expression, unit)) in [("1", "√N"), ("s", "√N"), ("s^2", "√N")]
                 .into_iter()
                 .enumerate()
+                .filter(|(k, _)| *k < 2 || self.fit.shape.curvature)
             {
                 card.terms.push(sure_term("x", expression, sure(k)?, unit));
             }
@@ -282,8 +330,10 @@ impl GroundEffect {
             card.terms.push(sure_term("c0", "1", sure(1)?, "√N"));
             card.terms.push(sure_term("c1", "1", sure(0)?, "√N"));
         }
-        card.terms.push(sure_term("T_m", "1", t_m, "s"));
-        if let Some(dead) = self.spread.number(&self.fit, "dead_time") {
+        if let Some(t_m) = t_m {
+            card.terms.push(sure_term("T_m", "1", t_m, "s"));
+        }
+        if let Some(dead) = sure_lag("dead_time") {
             card.terms.push(sure_term("dead_time", "1", dead, "s"));
         }
         let used = self
@@ -301,10 +351,27 @@ impl GroundEffect {
             .iter()
             .map(|l| (l.scale - scale).powi(2))
             .sum::<f64>();
-        let warnings = vec![format!(
-            "thrust at one throttle differs from run to run by {:.1} % (standard deviation)",
-            100.0 * (spread_of_scale / (n - 1.0).max(1.0)).sqrt() / scale
-        )];
+        let mut warnings = Vec::new();
+        if self.fit.locals.len() > 1 {
+            warnings.push(format!(
+                "thrust at one throttle differs from run to run by {:.1} % (standard deviation)",
+                100.0 * (spread_of_scale / (n - 1.0).max(1.0)).sqrt() / scale
+            ));
+        }
+        if let Some(battery) = self.fit.value("battery") {
+            warnings.push(format!(
+                "thrust changes by {:.1} % per volt of the battery; the card is for the mean voltage of the flights",
+                100.0 * battery
+            ));
+        }
+        card.provenance.method = method(&[
+            (
+                "fit",
+                "least squares of specific force, flights, scale of each run of the motors free"
+                    .to_string(),
+            ),
+            ("delay", self.delay_text()),
+        ]);
         card.warnings.clone_from(&warnings);
         let (errors, unit) = self.errors(settings, &card.vehicle);
         card.scores
@@ -314,7 +381,7 @@ impl GroundEffect {
             rmse: errors.rmse,
             rmse_unit: unit,
             rows_used: self.fit.rows,
-            lag_s: Some(t_m.value),
+            lag_s: t_m.map(|t| t.value),
             front: None,
             warnings,
         })

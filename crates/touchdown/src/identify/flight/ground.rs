@@ -1,25 +1,27 @@
 //! Ground effect from flights: what the logs carry, with intervals; what they do not carry is refused.
 
 use serde::Serialize;
+use touchdown_model::Card;
 
 use super::choose::{Candidate, Choice};
 use super::fit::Fit;
+use super::hover::{self, Hover, Law};
 use super::model::{Curve, Piece, Shape};
 use super::phases::Phases;
 use super::pieces::{LeftOut, cut};
+use super::resolve::{climb_near_ground, of_poses, resolve_lag};
 use super::spread::Spread;
-use super::{Flight, FlightSettings};
+use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
 
 /// A curve needs heights below so many rotor radii.
 const NEAR_RADII: f64 = 2.0;
 /// Least time near the ground (s): a few take-offs.
 const LEAST_NEAR_S: f64 = 0.5;
+/// Heights near the ground must differ by so many rotor radii.
+const LEAST_SPREAD_RADII: f64 = 0.5;
 /// Least time out of ground effect (s).
 const LEAST_FAR_S: f64 = 1.0;
-/// A lag whose standard error is greater than this share of it is not resolved.
-const RESOLVED: f64 = 0.4;
-
 /// What the logs do not carry.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Refused {
@@ -31,9 +33,44 @@ pub struct Refused {
     pub record: String,
 }
 
+/// What a ground effect was identified from.
+#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Basis {
+    /// The accelerometer's specific force.
+    Accelerometer,
+    /// Specific force from derivatives of climb rate or height.
+    Poses,
+    /// Hovers at rest.
+    Hovers {
+        /// What the thrust out of ground effect is taken from.
+        law: Law,
+        /// Whether thrust may drift with time, for no voltage is known.
+        drift_of_time: bool,
+    },
+}
+
+impl Basis {
+    /// In words.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Accelerometer => "specific force of the accelerometer",
+            Self::Poses => "specific force from poses",
+            Self::Hovers { law, .. } => match law {
+                Law::RotorSpeed => "hovers at rest, thrust by rotor speed",
+                Law::Card => "hovers at rest, thrust by the card",
+                Law::Throttle => "hovers at rest, thrust by a power of throttle",
+            },
+        }
+    }
+}
+
 /// The ground effect of one vehicle, from its flights.
 #[derive(Clone, Debug)]
 pub struct GroundEffect {
+    /// What it is from.
+    pub basis: Basis,
     /// Rotor radius R (m).
     pub rotor_radius_m: f64,
     /// Flights, taken apart.
@@ -54,13 +91,29 @@ pub struct GroundEffect {
     pub refused: Vec<Refused>,
     /// Least and greatest height of the rows that count (m).
     pub heights_m: [f64; 2],
+    /// The hovers that it is from, if it is from hovers.
+    pub hovers: Vec<Hover>,
 }
 
-/// Identifies the ground effect from flights with specific force and height.
+/// Identifies the ground effect from flights with height: by the accelerometer where all have one; else by acceleration
+/// from their poses, or by hovers at rest.
 ///
 /// # Errors
 /// Logs that carry no ground effect: the message says why, and what to record.
 pub fn ground_effect(flights: &[Flight], settings: &FlightSettings) -> Result<GroundEffect> {
+    ground_effect_with(flights, settings, None)
+}
+
+/// As [`ground_effect`], with a card that gives thrust by throttle out of ground effect. Hovers need it where rotor speeds
+/// were not logged, nothing else does.
+///
+/// # Errors
+/// As there.
+pub fn ground_effect_with(
+    flights: &[Flight],
+    settings: &FlightSettings,
+    card: Option<&Card>,
+) -> Result<GroundEffect> {
     let Some(rotor_radius_m) = settings.rotor_radius_m else {
         return Err(Error::Arguments(
             "the ground effect goes with the rotor radius: expected `rotor_radius_m` in the table [flight] of --settings, \
@@ -68,19 +121,47 @@ pub fn ground_effect(flights: &[Flight], settings: &FlightSettings) -> Result<Gr
                 .to_string(),
         ));
     };
-    for flight in flights {
-        if flight.height_m.is_empty() {
-            let found = "no height";
-            return Err(Error::data(&flight.name, "values of `height_m`", found));
-        }
-        if flight.force.is_empty() {
-            return Err(Error::data(
-                &flight.name,
-                "values of `specific_force_mps2`",
-                "none",
-            ));
-        }
+    if let Some(flight) = flights.iter().find(|f| f.height_m.is_empty()) {
+        return Err(Error::data(
+            &flight.name,
+            "values of `height_m`: record a range finder, motion capture or another height above the ground",
+            "no height",
+        ));
     }
+    let all = |from: ForceFrom| flights.iter().all(|f| f.force_from == from);
+    if all(ForceFrom::Accelerometer) {
+        return from_force(flights, settings, rotor_radius_m, Basis::Accelerometer);
+    }
+    if flights
+        .iter()
+        .any(|f| f.force_from == ForceFrom::Accelerometer)
+    {
+        return Err(Error::data(
+            label(flights),
+            "values of `specific_force_mps2` in all logs or in none",
+            "some with and some without: identify them apart",
+        ));
+    }
+    let by_hovers = || hover::ground_effect(flights, settings, rotor_radius_m, card);
+    if !all(ForceFrom::Poses) {
+        return by_hovers();
+    }
+    let by_poses = || from_force(flights, settings, rotor_radius_m, Basis::Poses);
+    // Where thrust by rotor speed or throttle is known, hovers need nothing else.
+    if card.is_some() || flights.iter().all(|f| !f.rotor_rpm.is_empty()) {
+        by_hovers().or_else(|_| by_poses())
+    } else {
+        by_poses().or_else(|e| by_hovers().map_err(|_| e))
+    }
+}
+
+/// From specific force.
+fn from_force(
+    flights: &[Flight],
+    settings: &FlightSettings,
+    rotor_radius_m: f64,
+    basis: Basis,
+) -> Result<GroundEffect> {
     let phases: Vec<Phases> = flights.iter().map(|f| Phases::of(f, settings)).collect();
     let cut = cut(flights, &phases, settings);
     let name = label(flights);
@@ -121,7 +202,10 @@ pub fn ground_effect(flights: &[Flight], settings: &FlightSettings) -> Result<Gr
     }
     let shape = with(&choice, |s| s.curvature = true);
     choice.offer("second term of throttle", shape, false);
-    if fast_enough {
+    if basis == Basis::Poses {
+        choice.curves();
+        refused.push(of_poses("lags of motors and wake"));
+    } else if fast_enough {
         let before = choice.best.clone();
         let shape = with(&choice, |s| s.wake_lag = true);
         choice.offer("wake lag", shape, true);
@@ -136,7 +220,11 @@ pub fn ground_effect(flights: &[Flight], settings: &FlightSettings) -> Result<Gr
             record: format!("throttle at {} Hz or more", settings.least_rate_hz),
         });
     }
-    climb_near_ground(&mut choice, settings, &mut refused);
+    if basis == Basis::Poses {
+        refused.push(of_poses("effect of climb and sink on the ground effect"));
+    } else {
+        climb_near_ground(&mut choice, settings, &mut refused);
+    }
     let fit = choice.best;
     if !fit.converged || fit.theta.iter().any(|v| !v.is_finite()) {
         return Err(Error::data(
@@ -148,6 +236,8 @@ pub fn ground_effect(flights: &[Flight], settings: &FlightSettings) -> Result<Gr
     let tried = choice.tried;
     let spread = Spread::of(&fit, &cut.pieces, settings.resamples, settings.seed);
     Ok(GroundEffect {
+        basis,
+        hovers: Vec::new(),
         rotor_radius_m,
         phases,
         hover_throttle: cut.hover_throttle,
@@ -170,17 +260,30 @@ fn check_heights(
     settings: &FlightSettings,
 ) -> Result<[f64; 2]> {
     let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-    let (mut near_s, mut far_s) = (0.0, 0.0);
+    let mut near_range = range;
+    let (mut near_s, mut far_s, mut whole_s) = (0.0, 0.0_f64, 0.0);
     for piece in pieces {
         let step_s = flights[piece.flight].step_s();
+        let (mut near, mut far) = (0.0, 0.0);
+        let mut of_run = [f64::INFINITY, f64::NEG_INFINITY];
         for z in piece.rows.iter().map(|&i| piece.height[i]) {
             range = [range[0].min(z), range[1].max(z)];
-            near_s += if z < NEAR_RADII { step_s } else { 0.0 };
-            far_s += if z > settings.reference_radii {
+            if z < NEAR_RADII {
+                near += step_s;
+                of_run = [of_run[0].min(z), of_run[1].max(z)];
+            }
+            far += if z > settings.reference_radii {
                 step_s
             } else {
                 0.0
             };
+        }
+        near_s += near;
+        far_s += far;
+        // Every run has a scale of its own: only a run that has both tells them apart.
+        if far >= LEAST_FAR_S {
+            whole_s += near;
+            near_range = [near_range[0].min(of_run[0]), near_range[1].max(of_run[1])];
         }
     }
     let m = |radii: f64| radii * rotor_radius_m;
@@ -208,102 +311,37 @@ fn check_heights(
             format!("{far_s:.1} s; heights {lo:.3} to {hi:.3} m"),
         ));
     }
+    if whole_s < LEAST_NEAR_S {
+        return Err(Error::data(
+            name,
+            format!(
+                "flights both below {:.3} m and above {:.3} m for {LEAST_NEAR_S} s and {LEAST_FAR_S} s without landing in between: thrust \
+                 differs from run to run of the motors, and near and far of different runs do not compare",
+                m(NEAR_RADII),
+                m(settings.reference_radii)
+            ),
+            format!(
+                "{near_s:.1} s near and {far_s:.1} s far, of which {whole_s:.1} s near in runs that have both"
+            ),
+        ));
+    }
+    let [near_lo, near_hi] = near_range.map(m);
+    if near_hi - near_lo < m(LEAST_SPREAD_RADII) {
+        return Err(Error::data(
+            name,
+            format!(
+                "heights below {:.3} m (two rotor radii) that differ by {:.3} m or more: record hover at 0.5, 1 and 2 rotor radii, \
+                 or slow landings",
+                m(NEAR_RADII),
+                m(LEAST_SPREAD_RADII)
+            ),
+            format!("{near_lo:.3} to {near_hi:.3} m"),
+        ));
+    }
     Ok([lo, hi])
 }
 
-/// Keeps the wake's lag only where flights left out want it and its interval is narrow enough.
-fn resolve_lag(
-    choice: &mut Choice<'_>,
-    before: &Fit,
-    settings: &FlightSettings,
-    refused: &mut Vec<Refused>,
-) {
-    let record = "quick climbs and descents below two rotor radii, back and forth within a second, in several flights";
-    if !choice.best.shape.wake_lag {
-        refused.push(Refused {
-            what: "lag of the wake".into(),
-            found: "flights left out are predicted no better with it".into(),
-            record: record.into(),
-        });
-        return;
-    }
-    let tau = choice.sure("tau", settings);
-    if let Some(tau) = tau
-        && tau.ci95[0] > 0.0
-        && tau.std_error < RESOLVED * tau.value
-    {
-        return;
-    }
-    refused.push(Refused {
-        what: "lag of the wake".into(),
-        found: tau.map_or_else(
-            || "no interval".to_string(),
-            |t| {
-                format!(
-                    "{:.3} s, 95 % interval {:.3} to {:.3} s",
-                    t.value, t.ci95[0], t.ci95[1]
-                )
-            },
-        ),
-        record: record.into(),
-    });
-    let shape = Shape {
-        wake_lag: false,
-        ..choice.best.shape
-    };
-    choice.replace("without the wake's lag", shape, before);
-}
-
-/// Keeps a climb damping that differs near the ground only where flights left out want it and it is not zero.
-fn climb_near_ground(
-    choice: &mut Choice<'_>,
-    settings: &FlightSettings,
-    refused: &mut Vec<Refused>,
-) {
-    let mut refuse = |found: String, record: &str| {
-        refused.push(Refused {
-            what: "effect of climb and sink on the ground effect".into(),
-            found,
-            record: record.into(),
-        });
-    };
-    if !choice.best.shape.damping {
-        return refuse(
-            "no climb rate".into(),
-            "height or climb rate at 20 Hz or more",
-        );
-    }
-    let record =
-        "climbs and descents through the same heights below two rotor radii at 0.1 to 0.5 m/s";
-    let lag = choice.sure("tau", settings);
-    let before = choice.best.clone();
-    let shape = Shape {
-        near_damping: true,
-        ..before.shape
-    };
-    if !choice.offer("damping near the ground", shape, true) {
-        return refuse(
-            "flights left out are predicted no better with it".into(),
-            record,
-        );
-    }
-    let near = choice.sure("near_damping", settings);
-    // A lag shows as an effect of climb, and the other way round: what moves the lag is not told apart from it.
-    let moves_lag = lag
-        .zip(choice.best.value("tau"))
-        .is_some_and(|(before, after)| (after - before.value).abs() > before.std_error);
-    if moves_lag || near.is_none_or(|n| !n.differs_from_zero()) {
-        choice.replace("without damping near the ground", before.shape, &before);
-        let why = if moves_lag {
-            "it cannot be told from the wake's lag"
-        } else {
-            "its interval holds zero"
-        };
-        refuse(why.into(), record);
-    }
-}
-
-fn label(flights: &[Flight]) -> String {
+pub(super) fn label(flights: &[Flight]) -> String {
     match flights {
         [one] => one.name.clone(),
         many => format!("{} flights together", many.len()),

@@ -13,6 +13,7 @@
 //! | [`phases`], [`pieces`] | motors on and off, contact, impacts; what is left of a log to fit, and what was left out and why |
 //! | [`model`], [`fit`], [`colour`] | the model of a flight, its least squares, and disturbances that last |
 //! | [`choose`], [`spread`] | models judged on flights left out; intervals from flights drawn anew |
+//! | [`hover`] | logs without specific force: hovers at rest, and the thrust that each takes |
 //! | [`ground`], [`numbers`], [`result`] | all of it: the ground effect, and what the logs do not carry |
 
 mod card;
@@ -20,19 +21,24 @@ pub mod choose;
 pub mod colour;
 pub mod fit;
 pub mod ground;
+pub mod hover;
 pub mod model;
 mod normal;
 pub mod numbers;
 pub mod phases;
 pub mod pieces;
+pub mod profile;
 mod record;
+mod resolve;
+mod rest;
 pub mod result;
 mod settings;
 mod shape;
+mod smooth;
 pub mod spread;
 mod thrust;
 
-pub use ground::{GroundEffect, Refused, ground_effect};
-pub use record::Flight;
+pub use ground::{Basis, GroundEffect, Refused, ground_effect, ground_effect_with};
+pub use record::{Flight, ForceFrom};
 pub use settings::FlightSettings;
-pub use thrust::with_thrust;
+pub use thrust::{thrust_alone, with_thrust};

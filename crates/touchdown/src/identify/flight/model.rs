@@ -290,6 +290,7 @@ mod tests {
             for bits in 0..128u8 {
                 let on = |k: u8| bits >> k & 1 == 1;
                 let shape = Shape {
+                    exponent: [1.5, 1.0],
                     motor_lag: on(0),
                     curvature: on(1),
                     settling: on(2),

@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::ground::GroundEffect;
+use super::ground::{Basis, GroundEffect};
+use super::hover::{DRIFT_S, Law};
 use super::model::Values;
 use super::spread::Sure;
 
@@ -66,43 +67,77 @@ impl GroundEffect {
         Some(self.spread.widened(sure, LAG_ERROR))
     }
 
+    /// The delay from throttle to acceleration: dead time and lag of the motors together (s), where lags were identified.
+    #[must_use]
+    pub fn delay_s(&self) -> Option<Sure> {
+        if self.basis != Basis::Accelerometer {
+            return None;
+        }
+        let (lag, dead) = (self.fit.index("T_m")?, self.fit.index("dead_time")?);
+        self.spread
+            .sure(&self.fit, |theta, _| theta[lag] + theta[dead])
+    }
+
     /// All numbers of the model with their intervals; heights in metres.
     #[must_use]
     pub fn numbers(&self) -> Vec<Number> {
         let r = self.rotor_radius_m;
-        let shared = self.fit.shape.parameters().into_iter().filter_map(|p| {
-            let sure = match p.name {
-                "tau" => self.lag_s()?,
-                "amplitude" | "length" | "mu" | "rotor_offset" | "h1" | "h2" | "h3" => {
-                    let drawn = self.spread.number(&self.fit, p.name)?;
-                    self.spread.widened(drawn, CURVE_ERROR)
-                }
-                name => self.spread.number(&self.fit, name)?,
-            };
-            let (unit, by) = if p.unit == "R" {
-                ("m", r)
-            } else {
-                (p.unit, 1.0)
-            };
-            let name = match p.name {
-                "tau" => "lag",
-                name => name,
-            };
-            Some(Number {
-                name: name.to_string(),
-                unit: unit.to_string(),
-                sure: Sure {
-                    value: sure.value * by,
-                    std_error: sure.std_error * by,
-                    ci95: sure.ci95.map(|v| v * by),
-                },
-            })
-        });
+        let shown = |name: &str| match self.basis {
+            Basis::Accelerometer => true,
+            // The smoothing goes into what the motors' lag would be.
+            Basis::Poses => !matches!(name, "T_m" | "dead_time"),
+            Basis::Hovers { law, .. } => name != "elasticity" || law == Law::Throttle,
+        };
+        let drifts = matches!(
+            self.basis,
+            Basis::Hovers {
+                drift_of_time: true,
+                ..
+            }
+        );
+        let parameters = self.fit.shape.parameters();
+        let shared = parameters
+            .into_iter()
+            .filter(|p| shown(p.name))
+            .filter_map(|p| {
+                let sure = match p.name {
+                    "tau" => self.lag_s()?,
+                    "amplitude" | "length" | "mu" | "rotor_offset" | "h1" | "h2" | "h3" => {
+                        let drawn = self.spread.number(&self.fit, p.name)?;
+                        self.spread.widened(drawn, CURVE_ERROR)
+                    }
+                    name => self.spread.number(&self.fit, name)?,
+                };
+                let (unit, by) = match (p.unit, p.name) {
+                    ("R", _) => ("m", r),
+                    (_, "battery") if drifts => ("1/s", 1.0 / DRIFT_S),
+                    (unit, _) => (unit, 1.0),
+                };
+                let name = match p.name {
+                    "tau" => "lag",
+                    "battery" if drifts => "drift",
+                    name => name,
+                };
+                Some(Number {
+                    name: name.to_string(),
+                    unit: unit.to_string(),
+                    sure: Sure {
+                        value: sure.value * by,
+                        std_error: sure.std_error * by,
+                        ci95: sure.ci95.map(|v| v * by),
+                    },
+                })
+            });
         let decay = self.decay_per_m().map(|sure| Number {
             name: "decay".into(),
             unit: "1/m".into(),
             sure,
         });
-        shared.chain(decay).collect()
+        let delay = self.delay_s().map(|sure| Number {
+            name: "delay".into(),
+            unit: "s".into(),
+            sure,
+        });
+        shared.chain(delay).chain(decay).collect()
     }
 }

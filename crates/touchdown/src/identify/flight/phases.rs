@@ -2,13 +2,16 @@
 
 use serde::Serialize;
 
-use super::{Flight, FlightSettings};
+use super::record::HALF_WINDOW_S;
+use super::{Flight, FlightSettings, ForceFrom};
 use crate::identify::thrust::plateau::median;
 
 /// The motors run for at least this long (s); shorter is a twitch.
 const SHORTEST_RUN_S: f64 = 0.3;
 /// Pause of the throttle that does not end a run (s).
 const LONGEST_PAUSE_S: f64 = 0.1;
+/// Hole in the stamps over which nothing is known to go on (s).
+const LONGEST_HOLE_S: f64 = 0.5;
 /// From the start of the motors to the first row that counts (s): they spin up.
 const SPIN_UP_S: f64 = 0.3;
 /// From the start of a record in flight to the first row that counts (s): the rotors' state is not known before.
@@ -17,11 +20,21 @@ const SETTLE_S: f64 = 0.4;
 const AROUND_IMPACT_S: f64 = 0.15;
 /// A change of the specific force by so much between rows that are 0.02 s apart is an impact (gravities).
 const IMPACT: f64 = 1.5;
+/// A change many times as great as the usual one from row to row is an impact too, and nothing below that is.
+const VIBRATIONS: f64 = 10.0;
+/// Throttle below this share of that of flight, with a force within this of gravity (gravities) for so long (s): the ground
+/// carries the vehicle.
+const IDLING: f64 = 0.5;
+const CARRIED: f64 = 0.05;
+const IDLING_S: f64 = 0.3;
 /// Height above where the feet stood from which the vehicle flies: the greater of both.
 const CLEAR_M: f64 = 0.005;
 const CLEAR_RADII: f64 = 0.2;
 /// Lean of the rotor axis beyond which heights mean little (rad).
 const STEEPEST_RAD: f64 = 0.35;
+/// Share of the throttle of flight from which a vehicle has taken off, and below which it has landed, where no height tells.
+const LIFTING: f64 = 0.95;
+const SINKING: f64 = 0.7;
 /// Length of the stand before a take-off that its height is taken from (s).
 const STAND_S: f64 = 0.5;
 /// A force well below this share of gravity with running motors is a drop (gravities).
@@ -54,7 +67,8 @@ pub struct Run {
     pub rows: [usize; 2],
     /// Height where the feet stood before (m), where that was seen.
     pub stood_m: Option<f64>,
-    /// How far the height wandered while the vehicle stood before this run, over the whole stand (m).
+    /// How far the height wandered while the vehicle stood before this run, over the whole stand, or from the first stand of
+    /// the log to this one (m).
     pub drift_m: f64,
 }
 
@@ -93,27 +107,46 @@ fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<Run> {
     let mut spans: Vec<[usize; 2]> = Vec::new();
     for i in (0..time.len()).filter(|&i| running(i)) {
         match spans.last_mut() {
-            Some([_, end]) if *end + 1 == i || time[i] - time[*end] <= LONGEST_PAUSE_S => *end = i,
+            Some([_, end])
+                if time[i] - time[*end] <= LONGEST_PAUSE_S
+                    || *end + 1 == i && time[i] - time[*end] <= LONGEST_HOLE_S =>
+            {
+                *end = i;
+            }
             _ => spans.push([i, i]),
         }
     }
     spans.retain(|[a, b]| time[*b] - time[*a] >= SHORTEST_RUN_S);
     let mut before = 0;
-    spans
+    let mut out: Vec<Run> = spans
         .iter()
         .map(|&[a, b]| {
-            let stand = before..a;
+            // Where the throttle is not known, neither is a stand.
+            let known = |i: &usize| throttle[*i].is_finite();
+            let seen = (before..a).rev().take_while(known).count();
+            let stand = a - seen..a;
             before = b + 1;
             let (stood_m, drift_m) = stood(flight, stand);
             Run {
-                on_s: (a > 0).then(|| time[a]),
-                off_s: (b + 1 < time.len()).then(|| time[b + 1]),
+                // Across a hole nobody knows.
+                on_s: (seen > 0 && time[a] - time[a - 1] <= LONGEST_HOLE_S).then(|| time[a]),
+                off_s: (throttle.get(b + 1).is_some_and(|s| s.is_finite())
+                    && time[b + 1] - time[b] <= LONGEST_HOLE_S)
+                    .then(|| time[b + 1]),
                 rows: [a, b],
                 stood_m,
                 drift_m,
             }
         })
-        .collect()
+        .collect();
+    // The ground does not move: where it is found elsewhere than at first, the height has drifted.
+    let first = out.iter().find_map(|run| run.stood_m);
+    for run in &mut out {
+        if let (Some(first), Some(stood)) = (first, run.stood_m) {
+            run.drift_m = run.drift_m.max((stood - first).abs());
+        }
+    }
+    out
 }
 
 /// Height at the end of a stand, and how far it went over all of it but the landing's first second.
@@ -157,8 +190,19 @@ fn mark(flight: &Flight, settings: &FlightSettings, run: &Run, rows: &mut [Phase
     let lifted = match up {
         Some(up) => (a..up).rev().find(|&i| on_ground(i)).map_or(a, |i| i + 1),
         None if run.stood_m.is_some() => b + 1,
-        None => a,
+        None => a + before_lift(flight, run),
     };
+    let landed = match run.stood_m {
+        Some(_) => b,
+        None => b - after_landing(flight, run),
+    };
+    // What is smoothed knows of the contact for half a window after.
+    let smoothed_s = if flight.force_from == ForceFrom::Poses {
+        HALF_WINDOW_S
+    } else {
+        0.0
+    };
+    let lifted_s = time[lifted.min(b)];
     let from_s = time[a]
         + if run.on_s.is_some() {
             SPIN_UP_S
@@ -166,7 +210,8 @@ fn mark(flight: &Flight, settings: &FlightSettings, run: &Run, rows: &mut [Phase
             SETTLE_S
         };
     for i in a..=b {
-        rows[i] = if i < lifted || time[i] < from_s || on_ground(i) {
+        let close = time[i] - lifted_s < smoothed_s && run.on_s.is_some();
+        rows[i] = if i < lifted || i > landed || close || time[i] < from_s || on_ground(i) {
             Phase::Contact
         } else if flight
             .tilt_rad
@@ -178,16 +223,24 @@ fn mark(flight: &Flight, settings: &FlightSettings, run: &Run, rows: &mut [Phase
             Phase::Airborne
         };
     }
+    for i in idling(flight, run) {
+        rows[i] = Phase::Contact;
+    }
     let Some(force) = Some(&flight.force).filter(|f| !f.is_empty()) else {
         return;
     };
+    // Vibration is no impact.
+    let usual = median((a + 1..=b).map(|i| (force[i] - force[i - 1]).abs())).unwrap_or(0.0);
+    let impact = IMPACT.max(VIBRATIONS * usual);
     let mut j = a;
     let hits: Vec<f64> = (a..=b)
         .filter(|&i| {
             while time[i] - time[j] > 0.02 {
                 j += 1;
             }
-            (j..i).any(|k| (force[i] - force[k]).abs() > IMPACT) || force[i] < DROP
+            // Slow logs are compared row by row.
+            let from = j.min(i.max(a + 1) - 1);
+            (from..i).any(|k| (force[i] - force[k]).abs() > impact) || force[i] < DROP
         })
         .filter(|&i| i >= lifted)
         .map(|i| time[i])
@@ -204,6 +257,64 @@ fn mark(flight: &Flight, settings: &FlightSettings, run: &Run, rows: &mut [Phase
             rows[i] = Phase::Impact;
         }
     }
+}
+
+/// Throttle of flight in a run without a known stand: the median of what is more than half of the greatest.
+fn flying(flight: &Flight, [a, b]: [usize; 2]) -> f64 {
+    let throttle = &flight.throttle[a..=b];
+    let most = throttle.iter().copied().fold(0.0, f64::max);
+    median(throttle.iter().copied().filter(|s| *s > 0.5 * most)).unwrap_or(most)
+}
+
+/// Rows with motors that turn too slowly to fly, while nothing falls.
+fn idling(flight: &Flight, run: &Run) -> Vec<usize> {
+    let [a, b] = run.rows;
+    let slow = IDLING * flying(flight, run.rows);
+    let carried = |i: usize| {
+        flight.throttle[i] < slow
+            && flight
+                .force
+                .get(i)
+                .is_none_or(|f| !((f - 1.0).abs() > CARRIED))
+    };
+    let mut out = Vec::new();
+    let mut i = a;
+    while i <= b {
+        let from = i;
+        while i <= b && carried(i) {
+            i += 1;
+        }
+        if i > from && flight.time_s[i - 1] - flight.time_s[from] >= IDLING_S {
+            out.extend(from..i);
+        }
+        i += 1;
+    }
+    out
+}
+
+/// Rows from the start of the motors to the lift-off, where no height tells: up to the first throttle of flight.
+fn before_lift(flight: &Flight, run: &Run) -> usize {
+    if run.on_s.is_none() {
+        return 0;
+    }
+    let [a, b] = run.rows;
+    let enough = LIFTING * flying(flight, run.rows);
+    (a..=b)
+        .position(|i| flight.throttle[i] >= enough)
+        .unwrap_or(0)
+}
+
+/// Rows from the last throttle of flight to the stop of the motors, where no height tells.
+fn after_landing(flight: &Flight, run: &Run) -> usize {
+    if run.off_s.is_none() {
+        return 0;
+    }
+    let [a, b] = run.rows;
+    let enough = SINKING * flying(flight, run.rows);
+    (a..=b)
+        .rev()
+        .position(|i| flight.throttle[i] >= enough)
+        .unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -225,11 +336,9 @@ mod tests {
                 .map(|t| if (8.0..8.02).contains(t) { 5.0 } else { 1.0 })
                 .collect(),
             height_m: time_s.iter().map(|t| 0.03 + height(*t)).collect(),
-            climb_mps: Vec::new(),
-            battery_v: Vec::new(),
-            tilt_rad: Vec::new(),
             throttle_period_s: 0.01,
             time_s,
+            ..Flight::default()
         }
     }
 

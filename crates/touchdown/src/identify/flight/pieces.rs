@@ -8,7 +8,7 @@ use super::{Flight, FlightSettings};
 use crate::identify::thrust::plateau::median;
 
 /// Fewest rows in flight of a run that is used.
-const FEWEST_ROWS: usize = 50;
+pub(super) const FEWEST_ROWS: usize = 50;
 /// Drift of the height on the ground before a take-off beyond which it says nothing of heights near the ground (in R).
 const MOST_DRIFT: f64 = 1.0;
 /// Climb rate up to which a vehicle hovers (m/s).
@@ -82,6 +82,11 @@ pub fn cut(flights: &[Flight], phases: &[Phases], settings: &FlightSettings) -> 
         out.left_out.extend(left_out(flight, phases));
         for (number, run) in phases.runs.iter().enumerate() {
             let [a, b] = run.rows;
+            let command = if flight.command.is_empty() {
+                &flight.throttle
+            } else {
+                &flight.command
+            };
             // Heights that wandered on the ground are wrong by an unknown length in flight too.
             let drifted = settings.rotor_radius_m.is_some() && run.drift_m > MOST_DRIFT * unit_m;
             let least_m = if drifted {
@@ -135,7 +140,7 @@ pub fn cut(flights: &[Flight], phases: &[Phases], settings: &FlightSettings) -> 
                 flight: index,
                 run: number,
                 time_s: flight.time_s[from..=b].to_vec(),
-                throttle: held(part(&flight.throttle, hover_throttle, 0.0)),
+                throttle: held(part(command, hover_throttle, 0.0)),
                 height: part(&flight.height_m, unit_m, 0.0),
                 climb_mps: part(&flight.climb_mps, 1.0, 0.0),
                 battery_v: part(&flight.battery_v, 1.0, volts),
@@ -169,7 +174,7 @@ fn held(mut values: Vec<f64>) -> Vec<f64> {
 }
 
 /// Stretches that are not flight, with why.
-fn left_out(flight: &Flight, phases: &Phases) -> Vec<LeftOut> {
+pub(super) fn left_out(flight: &Flight, phases: &Phases) -> Vec<LeftOut> {
     let mut out = Vec::new();
     let mut i = 0;
     for run in phases.rows.chunk_by(|a, b| a == b) {

@@ -1,23 +1,37 @@
 //! One log of a flight, with its channels on one clock.
 
-use nalgebra::{Matrix3, Vector3};
+use serde::Serialize;
 use touchdown_trial::Trial;
 
 use super::FlightSettings;
+use super::smooth::{bump, filled, local_parabola, without_spikes};
 use crate::error::{Error, Result};
 use crate::identify::thrust::{plateau::median, throttle};
 
-/// Longest hole in a channel that is filled from its neighbours (s).
-const LONGEST_HOLE_S: f64 = 0.5;
 /// Finest step that is kept; faster logs are averaged (s). Motors and wakes take several such steps.
 const FINEST_STEP_S: f64 = 0.008;
 /// Half of the window that climb rates are smoothed over (s).
-const HALF_WINDOW_S: f64 = 0.1;
+pub(super) const HALF_WINDOW_S: f64 = 0.1;
+/// Noise of an acceleration from poses beyond which it is none (gravities).
+const NOISIEST: f64 = 0.1;
 /// What the specific force of a vehicle in flight is around, in gravities.
 const IN_FLIGHT: [f64; 2] = [0.7, 1.4];
 
+/// What a specific force is from.
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ForceFrom {
+    /// There is none.
+    #[default]
+    Nothing,
+    /// The accelerometer.
+    Accelerometer,
+    /// Derivatives of climb rate or height.
+    Poses,
+}
+
 /// A log of a flight.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Flight {
     /// Its name.
     pub name: String,
@@ -25,8 +39,14 @@ pub struct Flight {
     pub time_s: Vec<f64>,
     /// Mean throttle of the motors, in [0, 1].
     pub throttle: Vec<f64>,
-    /// Specific force along the rotor axis in gravities: 1 in hover. Empty where it was not measured.
+    /// The throttle as it acts on `force`: smoothed alike, where that is from poses. Empty where it is the throttle.
+    pub command: Vec<f64>,
+    /// Speed of the rotors (1/min); empty where it was not measured.
+    pub rotor_rpm: Vec<f64>,
+    /// Specific force along the rotor axis in gravities: 1 in hover. Empty where there is none.
     pub force: Vec<f64>,
+    /// What it is from.
+    pub force_from: ForceFrom,
     /// Height as logged (m); empty where it was not measured, NaN in long holes.
     pub height_m: Vec<f64>,
     /// Climb rate (m/s), measured or from the height; empty where neither was.
@@ -37,16 +57,19 @@ pub struct Flight {
     pub tilt_rad: Vec<f64>,
     /// Median time between two values of the throttle while the motors run (s).
     pub throttle_period_s: f64,
+    /// What was done to the log that its reader should know.
+    pub notes: Vec<String>,
 }
 
 impl Flight {
-    /// Takes the channels of a trial: `throttle` (or `throttle_1` …), and what there is of `specific_force_mps2`,
-    /// `height_m`, `vehicle_velocity_mps`, `battery_v` and `tilt_rad`.
+    /// Takes the channels of a trial: `throttle` (or `throttle_1` …; or `rotor_rpm`), and what there is of
+    /// `specific_force_mps2`, `height_m`, `vehicle_velocity_mps`, `battery_v` and `tilt_rad`. Without specific force, it
+    /// is derived from climb rate or height where they are quick and clean enough.
     ///
     /// # Errors
-    /// A trial without throttle, or whose specific force is not one.
+    /// A trial without throttle and rotor speed, or whose specific force is not one.
     pub fn of(trial: &Trial, settings: &FlightSettings) -> Result<Self> {
-        let throttle = throttle(trial)?;
+        let (throttle, rotor_rpm) = effort(trial)?;
         let running = |i: &usize| throttle[*i] > settings.idle_throttle;
         let rows: Vec<usize> = (0..trial.len())
             .filter(|&i| throttle[i].is_finite())
@@ -78,33 +101,108 @@ impl Flight {
                 Vec::new()
             }
         };
-        let height_m = linear("height_m");
-        let mut climb_mps = linear("vehicle_velocity_mps");
-        // Noise of a regressor would pull its coefficient to zero, and with it what goes along with it.
-        if !climb_mps.is_empty() {
-            climb_mps = local_parabola(time, &climb_mps, 0);
-        } else if !height_m.is_empty() {
-            climb_mps = local_parabola(time, &height_m, 1);
+        let mut notes = Vec::new();
+        let mut height_m = trial
+            .channel("height_m")
+            .map_or_else(Vec::new, <[f64]>::to_vec);
+        let spikes = without_spikes(time, &mut height_m);
+        if spikes > 0 {
+            notes.push(format!(
+                "{spikes} heights leap away and back faster than anything flies: spikes of the sensor, left out"
+            ));
         }
+        if !height_m.iter().any(|z| z.is_finite()) {
+            height_m.clear();
+        }
+        let height_m = filled(time, &height_m, false);
+        let velocity = linear("vehicle_velocity_mps");
+        let clock_s = step(time);
+        // Slow clocks need a longer window for a slope.
+        let half_s = HALF_WINDOW_S.max(2.1 * clock_s);
+        // Noise of a regressor would pull its coefficient to zero, and with it what goes along with it.
+        let climb_mps = if !velocity.is_empty() {
+            local_parabola(time, &velocity, half_s, 0)
+        } else if !height_m.is_empty() {
+            local_parabola(time, &height_m, half_s, 1)
+        } else {
+            Vec::new()
+        };
         let gravity = settings.gravity_mps2;
         // The force is measured where it stands: what is between is not made up.
         let force: Vec<f64> = trial
             .channel("specific_force_mps2")
             .map(|c| c.iter().map(|f| f / gravity).collect())
             .unwrap_or_default();
-        let whole = Self {
+        let known = force.iter().any(|f| f.is_finite());
+        let mut whole = Self {
             name: trial.name().to_string(),
             time_s: time.to_vec(),
             throttle: filled(time, &throttle, true),
-            force,
+            command: Vec::new(),
+            rotor_rpm,
+            force: if known { force } else { Vec::new() },
+            force_from: if known {
+                ForceFrom::Accelerometer
+            } else {
+                ForceFrom::Nothing
+            },
             height_m,
             climb_mps,
-            battery_v: linear("battery_v"),
+            battery_v: trial.channel("battery_v").map_or_else(Vec::new, held),
             tilt_rad: linear("tilt_rad"),
             throttle_period_s,
+            notes,
         };
-        whole.check_force(settings)?;
+        if known {
+            whole.check_force(settings)?;
+        } else if clock_s.max(throttle_period_s) * settings.least_rate_hz <= 1.0 {
+            whole.derive_force(&velocity, gravity);
+        }
         Ok(whole.thinned())
+    }
+
+    /// Specific force from the climb rate or, without it, from the height, with the throttle smoothed alike. Where the
+    /// noise is too strong there is none.
+    fn derive_force(&mut self, velocity: &[f64], gravity: f64) {
+        let (source, derivative) = if velocity.is_empty() {
+            (&self.height_m[..], 2)
+        } else {
+            (velocity, 1)
+        };
+        if source.is_empty() {
+            return;
+        }
+        let time = &self.time_s;
+        let rise = local_parabola(time, source, HALF_WINDOW_S, derivative);
+        // White noise of a signal shows in its third differences, 20-fold in variance.
+        let rough = median(
+            source
+                .windows(4)
+                .map(|w| (w[3] - 3.0 * (w[2] - w[1]) - w[0]).abs()),
+        );
+        let sd = rough.unwrap_or(f64::INFINITY) * 1.4826 / 20.0_f64.sqrt();
+        // That of a parabola's slope and curvature over n evenly spaced values.
+        let n = 2.0 * HALF_WINDOW_S / self.step_s() + 1.0;
+        let noise = match derivative {
+            1 => sd * (3.0 / n).sqrt() / HALF_WINDOW_S,
+            _ => sd * (180.0 / (4.0 * n)).sqrt() / (HALF_WINDOW_S * HALF_WINDOW_S),
+        } / gravity;
+        if !(noise <= NOISIEST) {
+            self.notes.push(format!(
+                "no acceleration from poses: their noise would be {noise:.2} g in it, above {NOISIEST} g"
+            ));
+            return;
+        }
+        self.force = rise
+            .iter()
+            .enumerate()
+            .map(|(i, a)| {
+                let lean = self.tilt_rad.get(i).map_or(1.0, |t| t.cos().max(0.5));
+                (1.0 + a / gravity) / lean
+            })
+            .collect();
+        self.command = bump(time, &self.throttle, HALF_WINDOW_S, derivative as i32);
+        self.force_from = ForceFrom::Poses;
     }
 
     /// A specific force is about one gravity over a flight; anything else is another quantity or another unit.
@@ -154,13 +252,14 @@ impl Flight {
         Self {
             time_s: mean(&self.time_s),
             throttle: mean(&self.throttle),
+            command: mean(&self.command),
+            rotor_rpm: mean(&self.rotor_rpm),
             force: mean(&self.force),
             height_m: mean(&self.height_m),
             climb_mps: mean(&self.climb_mps),
             battery_v: mean(&self.battery_v),
             tilt_rad: mean(&self.tilt_rad),
-            name: self.name,
-            throttle_period_s: self.throttle_period_s,
+            ..self
         }
     }
 
@@ -171,61 +270,46 @@ impl Flight {
     }
 }
 
-/// Holes up to [`LONGEST_HOLE_S`] filled: held at the value before, or on a line between neighbours.
-fn filled(time: &[f64], values: &[f64], hold: bool) -> Vec<f64> {
-    let mut out = values.to_vec();
-    let mut last: Option<usize> = None;
-    for i in 0..values.len() {
-        if !values[i].is_finite() {
-            continue;
+/// Throttle and rotor speed; without throttle, the rotor speed over its greatest value in its place.
+pub(super) fn effort(trial: &Trial) -> Result<(Vec<f64>, Vec<f64>)> {
+    let known = |c: &[f64]| c.iter().any(|v| v.is_finite());
+    let rpm = trial
+        .channel("rotor_rpm")
+        .filter(|c| known(c))
+        .map_or_else(Vec::new, |c| filled(trial.time_s(), c, false));
+    match throttle(trial) {
+        Ok(throttle) if known(&throttle) || rpm.is_empty() => Ok((throttle, rpm)),
+        Err(_) if rpm.is_empty() => Err(Error::data(
+            trial.name(),
+            "what the motors do, as `throttle` (0 to 1) or `rotor_rpm`: record motor commands or rotor speeds with the poses",
+            format!("channels {}", names(trial)),
+        )),
+        _ => {
+            let most = rpm.iter().copied().fold(0.0, f64::max);
+            Ok((rpm.iter().map(|r| r / most).collect(), rpm))
         }
-        if let Some(k) = last.filter(|&k| k + 1 < i && time[i] - time[k] <= LONGEST_HOLE_S) {
-            for j in k + 1..i {
-                let share = if hold {
-                    0.0
-                } else {
-                    (time[j] - time[k]) / (time[i] - time[k])
-                };
-                out[j] = values[k] + share * (values[i] - values[k]);
-            }
-        }
-        last = Some(i);
     }
-    out
 }
 
-/// Value (0) or slope (1) of the parabola through the values within [`HALF_WINDOW_S`], by least squares.
-fn local_parabola(time: &[f64], values: &[f64], derivative: usize) -> Vec<f64> {
-    let (mut a, mut b) = (0, 0);
-    (0..time.len())
-        .map(|i| {
-            while time[i] - time[a] > HALF_WINDOW_S {
-                a += 1;
-            }
-            while b + 1 < time.len() && time[b + 1] - time[i] <= HALF_WINDOW_S {
-                b += 1;
-            }
-            let (mut gram, mut right) = (Matrix3::zeros(), Vector3::zeros());
-            for k in (a..=b).filter(|&k| values[k].is_finite()) {
-                let t = (time[k] - time[i]) / HALF_WINDOW_S;
-                let powers = Vector3::new(1.0, t, t * t);
-                gram += powers * powers.transpose();
-                right += values[k] * powers;
-            }
-            // Fewer than three values have no parabola, and where there is none there is none around it.
-            match gram.try_inverse() {
-                Some(inverse) if values[i].is_finite() => {
-                    let fitted = inverse * right;
-                    if derivative == 0 {
-                        fitted.x
-                    } else {
-                        fitted.y / HALF_WINDOW_S
-                    }
-                }
-                _ => f64::NAN,
-            }
-        })
-        .collect()
+/// Gaps of a slow quantity held at the value before, those at the start at the first one; empty where there is none.
+fn held(values: &[f64]) -> Vec<f64> {
+    let Some(mut last) = values.iter().copied().find(|v| v.is_finite()) else {
+        return Vec::new();
+    };
+    let hold = |v: &f64| {
+        if v.is_finite() {
+            last = *v;
+        }
+        last
+    };
+    values.iter().map(hold).collect()
+}
+
+fn names(trial: &Trial) -> String {
+    let all: Vec<&str> = std::iter::once("time_s")
+        .chain(trial.channels().map(|(name, _)| name))
+        .collect();
+    all.join(", ")
 }
 
 #[cfg(test)]
@@ -268,29 +352,5 @@ mod tests {
             error.contains("specific_force_mps2") && error.contains("1.000"),
             "{error}"
         );
-    }
-
-    #[test]
-    fn analytic_a_parabola_is_smoothed_to_itself() {
-        let time: Vec<f64> = (0..100).map(|i| 0.01 * f64::from(i)).collect();
-        let course: Vec<f64> = time.iter().map(|t| 1.0 + 2.0 * t - 3.0 * t * t).collect();
-        let (value, slope) = (
-            local_parabola(&time, &course, 0),
-            local_parabola(&time, &course, 1),
-        );
-        for i in 0..100 {
-            // Normal equations of three well-scaled columns lose a few digits.
-            assert!((value[i] - course[i]).abs() < 1e-9);
-            assert!((slope[i] - (2.0 - 6.0 * time[i])).abs() < 1e-7);
-        }
-    }
-
-    #[test]
-    fn analytic_short_holes_are_filled_and_long_ones_are_not() {
-        let time = [0.0, 0.1, 0.2, 0.3, 1.0, 2.0];
-        let values = [1.0, f64::NAN, f64::NAN, 4.0, f64::NAN, 5.0];
-        assert_eq!(filled(&time, &values, true)[..4], [1.0, 1.0, 1.0, 4.0]);
-        let line = filled(&time, &values, false);
-        assert!((line[1] - 2.0).abs() < 1e-12 && line[4].is_nan());
     }
 }

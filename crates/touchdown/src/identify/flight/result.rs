@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use super::Flight;
 use super::choose::Candidate;
-use super::ground::{GroundEffect, Refused};
+use super::ground::{Basis, GroundEffect, Refused};
+use super::hover::Hover;
 use super::numbers::Number;
 use super::phases::Run;
 use super::pieces::LeftOut;
@@ -42,6 +43,8 @@ pub struct RunResult {
 /// All that flights said.
 #[derive(Clone, Debug, Serialize)]
 pub struct FlightResult {
+    /// What it was identified from.
+    pub basis: Basis,
     /// Law of the static curve.
     pub curve: &'static str,
     /// Throttle in hover.
@@ -56,6 +59,8 @@ pub struct FlightResult {
     pub blocks: usize,
     /// Runs of the motors.
     pub runs: Vec<RunResult>,
+    /// Hovers at rest, if it was identified from them.
+    pub hovers: Vec<Hover>,
     /// Models that were tried.
     pub tried: Vec<Candidate>,
     /// What was not identified, why, and what to record.
@@ -97,6 +102,8 @@ impl GroundEffect {
             }
         }
         FlightResult {
+            basis: self.basis,
+            hovers: self.hovers.clone(),
             curve: self.fit.shape.curve.name(),
             hover_throttle: self.hover_throttle,
             numbers: self.numbers(),

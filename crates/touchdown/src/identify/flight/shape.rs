@@ -32,6 +32,8 @@ impl Curve {
 /// What a model has beside the scales of the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Shape {
+    /// What is known beforehand of the elasticity dlnT/dlns: its value and standard deviation.
+    pub exponent: [f64; 2],
     /// Motor lag and dead time.
     pub motor_lag: bool,
     /// A second term of throttle.
@@ -89,6 +91,7 @@ impl Shape {
     #[must_use]
     pub fn plain(curve: Curve, damping: bool, motor_lag: bool) -> Self {
         Self {
+            exponent: [1.5, 1.0],
             motor_lag,
             curvature: false,
             settling: false,
@@ -103,7 +106,8 @@ impl Shape {
     /// The numbers to fit, in the order of their values.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
-        let mut out = vec![p("elasticity", "1", 1.5, [0.2, 4.0], 1.0)];
+        let [start, sd] = self.exponent;
+        let mut out = vec![p("elasticity", "1", start, [0.2, 4.0], sd)];
         if self.motor_lag {
             out.push(p("T_m", "s", 0.06, [0.002, 1.0], 0.1));
             out.push(p("dead_time", "s", 0.01, [0.0, 0.2], 0.05));

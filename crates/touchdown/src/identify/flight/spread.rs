@@ -42,6 +42,8 @@ pub enum Blocks {
     Runs,
     /// Correlated residuals of fewer than three runs.
     Residuals,
+    /// Single hovers, of fewer than three flights.
+    Hovers,
 }
 
 impl Blocks {
@@ -52,6 +54,7 @@ impl Blocks {
             Self::Flights => "flights",
             Self::Runs => "runs of the motors",
             Self::Residuals => "runs, by the correlation of residuals",
+            Self::Hovers => "hovers",
         }
     }
 }
@@ -111,6 +114,23 @@ impl Spread {
             widen: (k / (k - 1.0)).sqrt(),
             student: StudentsT::new(0.0, 1.0, k - 1.0).map_or(f64::NAN, |t| t.inverse_cdf(0.975)),
         }
+    }
+
+    /// From draws that were made elsewhere, of `count` blocks.
+    pub(super) fn from_draws(blocks: Blocks, count: usize, draws: Vec<Vec<f64>>) -> Self {
+        let k = count as f64;
+        Self {
+            blocks,
+            count,
+            draws,
+            widen: (k / (k - 1.0)).sqrt(),
+            student: StudentsT::new(0.0, 1.0, k - 1.0).map_or(f64::NAN, |t| t.inverse_cdf(0.975)),
+        }
+    }
+
+    /// How many draws there are.
+    pub(super) fn drawn(&self) -> usize {
+        self.draws.len()
     }
 
     /// Too few runs to draw from: normal errors, with the correlation of neighbouring residuals.

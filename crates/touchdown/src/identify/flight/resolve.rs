@@ -1,0 +1,111 @@
+//! What of lags and climb the logs carry, and what is refused.
+
+use super::FlightSettings;
+use super::choose::Choice;
+use super::fit::Fit;
+use super::ground::Refused;
+use super::model::Shape;
+
+/// A lag whose standard error is greater than this share of it is not resolved.
+const RESOLVED: f64 = 0.4;
+
+/// What an acceleration that is smoothed over a fifth of a second does not show.
+pub(super) fn of_poses(what: &str) -> Refused {
+    Refused {
+        what: what.into(),
+        found: "specific force from poses, smoothed over 0.2 s".into(),
+        record: "the accelerometer (`specific_force_mps2`) at 100 Hz or more".into(),
+    }
+}
+
+/// Keeps the wake's lag only where flights left out want it and its interval is narrow enough.
+pub(super) fn resolve_lag(
+    choice: &mut Choice<'_>,
+    before: &Fit,
+    settings: &FlightSettings,
+    refused: &mut Vec<Refused>,
+) {
+    let record = "quick climbs and descents below two rotor radii, back and forth within a second, in several flights";
+    if !choice.best.shape.wake_lag {
+        refused.push(Refused {
+            what: "lag of the wake".into(),
+            found: "flights left out are predicted no better with it".into(),
+            record: record.into(),
+        });
+        return;
+    }
+    let tau = choice.sure("tau", settings);
+    if let Some(tau) = tau
+        && tau.ci95[0] > 0.0
+        && tau.std_error < RESOLVED * tau.value
+    {
+        return;
+    }
+    refused.push(Refused {
+        what: "lag of the wake".into(),
+        found: tau.map_or_else(
+            || "no interval".to_string(),
+            |t| {
+                format!(
+                    "{:.3} s, 95 % interval {:.3} to {:.3} s",
+                    t.value, t.ci95[0], t.ci95[1]
+                )
+            },
+        ),
+        record: record.into(),
+    });
+    let shape = Shape {
+        wake_lag: false,
+        ..choice.best.shape
+    };
+    choice.replace("without the wake's lag", shape, before);
+}
+
+/// Keeps a climb damping that differs near the ground only where flights left out want it and it is not zero.
+pub(super) fn climb_near_ground(
+    choice: &mut Choice<'_>,
+    settings: &FlightSettings,
+    refused: &mut Vec<Refused>,
+) {
+    let mut refuse = |found: String, record: &str| {
+        refused.push(Refused {
+            what: "effect of climb and sink on the ground effect".into(),
+            found,
+            record: record.into(),
+        });
+    };
+    if !choice.best.shape.damping {
+        return refuse(
+            "no climb rate".into(),
+            "height or climb rate at 20 Hz or more",
+        );
+    }
+    let record =
+        "climbs and descents through the same heights below two rotor radii at 0.1 to 0.5 m/s";
+    let lag = choice.sure("tau", settings);
+    let before = choice.best.clone();
+    let shape = Shape {
+        near_damping: true,
+        ..before.shape
+    };
+    if !choice.offer("damping near the ground", shape, true) {
+        return refuse(
+            "flights left out are predicted no better with it".into(),
+            record,
+        );
+    }
+    let near = choice.sure("near_damping", settings);
+    // A lag shows as an effect of climb, and the other way round: what moves the lag is not told apart from it.
+    let moves_lag = lag
+        .zip(choice.best.value("tau"))
+        .is_some_and(|(before, after)| (after - before.value).abs() > before.std_error);
+    if moves_lag || near.is_none_or(|n| !n.differs_from_zero()) {
+        choice.replace("without damping near the ground", before.shape, &before);
+        let why = if moves_lag {
+            "it cannot be told from the wake's lag"
+        } else {
+            "its interval holds zero"
+        };
+        refuse(why.into(), record);
+    }
+}
