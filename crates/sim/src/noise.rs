@@ -32,6 +32,8 @@ pub enum Purpose {
     Barometer,
     /// Errors of attitude and rates.
     Attitude,
+    /// What is logged beside what the landing computer hears.
+    Log,
 }
 
 /// Finaliser of SplitMix64 (Steele, Lea & Flood 2014): mixes all bits.

@@ -11,7 +11,7 @@
 //! | [`settings`], [`scenario`] | settings of whole runs, and scenario files |
 //! | [`pages`] | reports: figures and HTML |
 //! | [`sweep`] | campaigns: landings in space over grids and draws of any setting |
-//! | [`recording`] | landings as MCAP files |
+//! | [`recording`] | landings as MCAP and ULog files |
 //! | [`eye`] | rendered images and the detector in them, for landings |
 //! | [`files`] | files, written whole or not at all |
 //! | [`score`], [`statistics`] | errors, and figures over trials |

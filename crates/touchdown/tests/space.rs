@@ -5,8 +5,10 @@ mod common;
 use std::path::Path;
 
 use serde_json::Value;
+use touchdown::recording;
 use touchdown::settings::parse;
 use touchdown::sweep::{Sweep, replay, rows};
+use touchdown_log::Log;
 
 /// Starts low over a deck at rest, to be short.
 const SHORT: &str = "trials = 1\n[scenario]\nstart_m = [0.0, 0.0, 0.5]\ncontrol.watch_s = 1.0\n";
@@ -20,7 +22,7 @@ fn prop_landings_in_space_are_those_of_the_campaign_that_is_written_beside_them(
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     std::fs::write(at("s.toml"), SHORT).unwrap();
-    let [file, out, mcap] = [at("s.toml"), at("out"), at("mcap")];
+    let [file, out, mcap, ulog] = [at("s.toml"), at("out"), at("mcap"), at("ulog")];
     let output = common::run([
         "land".as_ref(),
         "--space".as_ref(),
@@ -34,6 +36,8 @@ fn prop_landings_in_space_are_those_of_the_campaign_that_is_written_beside_them(
         "dynamic+observer".as_ref(),
         "--mcap".as_ref(),
         mcap.as_os_str(),
+        "--ulog".as_ref(),
+        ulog.as_os_str(),
         "--out".as_ref(),
         out.as_os_str(),
     ]);
@@ -56,6 +60,9 @@ fn prop_landings_in_space_are_those_of_the_campaign_that_is_written_beside_them(
         let messages = mcap::MessageStream::new(&bytes).unwrap();
         // Poses, deck, forces, estimate and phase a hundred times a second, for some seconds.
         assert!(messages.map(Result::unwrap).count() > 9 * 200);
+        let path = ulog.join(format!("landing-{landing:06}.ulg"));
+        let log = Log::open(path).unwrap().expect("a log");
+        assert_eq!(log.survey().unwrap().0.recommended_map(), Some("px4"));
     }
     let again = at("again");
     let sweep = out.join("sweep.toml");
@@ -67,6 +74,52 @@ fn prop_landings_in_space_are_those_of_the_campaign_that_is_written_beside_them(
     ]);
     assert!(output.status.success());
     assert_eq!(results(&again)["points"], printed["points"]);
+}
+
+#[test]
+fn prop_a_recorded_landing_is_what_the_sensors_said() {
+    let trace = replay(&sweep("").unwrap(), &[0]).unwrap().remove(0);
+    let (imu, ranges) = (&trace.log.imu, &trace.log.ranges);
+    let span_s = trace.rows.last().unwrap().time_s;
+    // 250 and 50 Hz, but for a reading at either end.
+    assert!((imu.len() as f64 - 250.0 * span_s).abs() < 3.0);
+    assert!((ranges.len() as f64 - 50.0 * span_s).abs() < 3.0);
+
+    // As PX4's: the built-in map has it back.
+    let log = Log::from_bytes("landing.ulg", recording::ulog(&trace).unwrap()).expect("a log");
+    let (trial, findings) = log.trial(None).unwrap();
+    assert!(!findings.is_lossy(), "{findings:?}");
+    let channel = |name: &str| trial.channel(name).expect("a channel");
+    assert_eq!(trial.len(), imu.len());
+    let rows = imu.iter().enumerate();
+    for (k, row) in rows {
+        // Single precision: half of 6e-8 of 10 to 20.
+        assert!((channel("specific_force_mps2")[k] - row.specific_force_mps2[2]).abs() < 2e-6);
+        assert!((channel("battery_v")[k] - row.battery_v).abs() < 0.5);
+        match row.throttle {
+            Some(s) => assert!((channel("throttle")[k] - s.iter().sum::<f64>() / 4.0).abs() < 1e-7),
+            None => assert!(channel("throttle")[k].is_nan(), "motors are off"),
+        }
+    }
+    let stopped = imu.iter().filter(|row| row.throttle.is_none()).count();
+    assert!(stopped > 200, "{stopped}");
+
+    // As messages of ROS: the reader has their values.
+    let bytes = recording::mcap(&trace).unwrap();
+    let log = Log::from_bytes("landing.mcap", bytes).expect("a log");
+    let (survey, _) = log.survey().unwrap();
+    let seen = |topic: &str, field: &str| {
+        let topic = survey.topics.iter().find(|t| t.name == topic).unwrap();
+        let field = topic.field(field).unwrap();
+        (topic.messages, field.min.unwrap(), field.max.unwrap())
+    };
+    let least = |of: &dyn Fn(usize) -> f64, n: usize| (0..n).map(of).fold(f64::INFINITY, f64::min);
+    let (count, min, _) = seen("/imu", "linear_acceleration.z");
+    assert_eq!(count as usize, imu.len());
+    assert_eq!(min, least(&|k| imu[k].specific_force_mps2[2], imu.len()));
+    let (count, min, _) = seen("/range", "range");
+    assert_eq!(count as usize, ranges.len());
+    assert_eq!(min, least(&|k| ranges[k].distance_m, ranges.len()));
 }
 
 #[test]

@@ -174,6 +174,7 @@ impl Flight<'_> {
             throttle: self.throttle,
             estimated_m: estimate.position_m.to_array(),
             estimated_mps: estimate.relative_velocity_mps().to_array(),
+            estimated_velocity_mps: estimate.velocity_mps.to_array(),
             estimated_sd_m: estimate.position_sd_m.to_array(),
             target: output
                 .target

@@ -9,6 +9,7 @@ use touchdown_flight::lander::{Phase, Reason, Request};
 use super::drawn::Drawn;
 use super::faults::{Since, Struck};
 use super::landing::SpaceLander;
+use super::logged::FlightLog;
 use super::outcome::{SpaceLanding, SpaceOutcome, SpaceTrace, Touch};
 use super::sensing::{Sensing, Truth, nan_if, steps};
 use super::track::Track;
@@ -69,6 +70,8 @@ pub(super) struct Flight<'a> {
     pub(super) stopped: Option<u64>,
     /// When the landing was given up, and why.
     pub(super) gave_up: Option<(u64, Option<Reason>)>,
+    /// Noise of what is logged.
+    pub(super) log_noise: Stream,
     pub(super) landing: SpaceLanding,
 }
 
@@ -112,6 +115,7 @@ impl<'a> Flight<'a> {
             trial,
         );
         sensing.eye = lander.eye()?;
+        sensing.keeps_ranges = record;
         let hover_n: f64 = 0.25 * state.rotors.root_thrust.iter().map(|x| x * x).sum::<f64>();
         Ok(Self {
             lander,
@@ -142,6 +146,7 @@ impl<'a> Flight<'a> {
             phase: Phase::Approach,
             stopped: None,
             gave_up: None,
+            log_noise: Stream::new(seed, trial, Purpose::Log),
             landing: SpaceLanding {
                 trial_index: trial,
                 outcome: SpaceOutcome::TimedOut,
@@ -157,7 +162,13 @@ impl<'a> Flight<'a> {
                 estimated_latency_s: 0.0,
                 end_s: 0.0,
                 steps: 0,
-                trace: record.then(SpaceTrace::default),
+                trace: record.then(|| SpaceTrace {
+                    rows: Vec::new(),
+                    log: FlightLog {
+                        range_finder: scenario.sensors.range,
+                        ..FlightLog::default()
+                    },
+                }),
             },
         })
     }
@@ -212,6 +223,7 @@ impl<'a> Flight<'a> {
             self.sent.pop_front();
         }
         self.drive(step);
+        self.log_sample(step);
         self.strike(step);
         self.fly(step)
     }

@@ -22,6 +22,7 @@
 //! | `landing`, `flight`, `track` | a landing, its steps, its deck |
 //! | `drawn` | in what trials differ |
 //! | `outcome`, `account` | what is said of it |
+//! | `logged` | what an autopilot would log of it |
 //! | `batch` | many landings side by side, with ideal sensors |
 
 mod account;
@@ -34,6 +35,7 @@ mod faults;
 mod fits;
 mod flight;
 mod landing;
+mod logged;
 mod outcome;
 mod scenario;
 mod sensing;
@@ -47,6 +49,7 @@ pub use case::Case;
 pub use crew::{ControlSettings, Controller, DescentShape, FlightModels};
 pub use faults::{FaultGust, FaultSettings, NanBurst, Since, Span, Struck, WeakRotor};
 pub use landing::{SpaceLander, land};
+pub use logged::{FlightLog, ImuRow, RangeRow};
 pub use outcome::{
     Abort, CrashCause, Impact, SpaceLanding, SpaceOutcome, SpaceTrace, Touch, TraceRow,
 };

@@ -3,6 +3,8 @@
 use serde::Serialize;
 use touchdown_flight::lander::{Phase, Reason};
 
+use super::logged::FlightLog;
+
 /// Why a landing is a crash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -142,6 +144,8 @@ pub struct SpaceLanding {
 pub struct SpaceTrace {
     /// The rows.
     pub rows: Vec<TraceRow>,
+    /// What an autopilot would have logged.
+    pub log: FlightLog,
 }
 
 /// What was true, believed and asked for at one step of the landing computer.
@@ -183,6 +187,8 @@ pub struct TraceRow {
     pub estimated_m: [f64; 3],
     /// Estimated velocity relative to the deck, m/s.
     pub estimated_mps: [f64; 3],
+    /// Estimated velocity of the vehicle, world axes, m/s.
+    pub estimated_velocity_mps: [f64; 3],
     /// Standard deviation of the estimated place, m.
     pub estimated_sd_m: [f64; 3],
     /// Height that is flown to, and its velocity relative to the deck, m and m/s.

@@ -13,6 +13,7 @@ use touchdown_flight::{Attitude, Vector};
 
 use super::clock::{Clock, Wander};
 use super::faults::{FaultSettings, Struck};
+use super::logged::RangeRow;
 use super::sensors::SensorSettings;
 use crate::STEP_S;
 use crate::camera::eye::Eye;
@@ -74,6 +75,9 @@ pub(super) struct Sensing {
     turn: [f64; 3],
     turn_bias: [f64; 3],
     range: Clock,
+    /// Whether readings of the range finder are kept for a log, and those since it was last taken.
+    pub(super) keeps_ranges: bool,
+    pub(super) taken: Vec<RangeRow>,
     pub(super) tag: Clock,
     pub(super) camera: FastCamera,
     /// Looks at rendered images in its place.
@@ -130,6 +134,8 @@ impl Sensing {
             turn: turn_bias,
             turn_bias,
             range: Clock::new(settings.range.schedule, stream(Purpose::Range)),
+            keeps_ranges: false,
+            taken: Vec::new(),
             tag: Clock::new(settings.tag.schedule, stream(Purpose::Camera)),
             camera: camera.clone(),
             eye: None,
@@ -165,6 +171,9 @@ impl Sensing {
             if let (Some(distance_m), false) = (distance, lost || missing) {
                 let distance_m = nan_if(faults.is_nan(Struck::Range, truth.since_s), distance_m);
                 let reading = RangeReading::level(distance_m, 0.0);
+                if self.keeps_ranges {
+                    self.taken.push(RangeRow { time_s, distance_m });
+                }
                 self.send(
                     time_s,
                     delay_s,
@@ -303,6 +312,17 @@ impl Sensing {
                 Attitude::from_quaternion(measured).unwrap_or_default()
             },
         }
+    }
+
+    /// Mean specific force over the last steps, at most a control period, without its noise.
+    pub(super) fn felt_over(&self, count: usize) -> [f64; 3] {
+        let n = self.felt.len();
+        let count = count.min(self.control_steps);
+        let mut sum = [0.0; 3];
+        for back in 1..=count {
+            sum = add(sum, self.felt[(self.felt_next + n - back) % n].0);
+        }
+        add(scale(sum, 1.0 / count as f64), self.imu_bias_mps2)
     }
 
     /// The attitude as the vehicle believes it to be.

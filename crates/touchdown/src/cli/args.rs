@@ -223,6 +223,9 @@ pub(crate) struct LandArgs {
     /// Folder for every landing as an MCAP file (Foxglove, PlotJuggler)
     #[arg(long, value_name = "DIR", requires = "space")]
     pub(crate) mcap: Option<PathBuf>,
+    /// Folder for every landing as a ULog, as PX4 would have logged it; `touchdown identify` takes them with --map px4
+    #[arg(long, value_name = "DIR", requires = "space")]
+    pub(crate) ulog: Option<PathBuf>,
     /// Controllers; repeatable [default: all five; with --space the scenario's, `dynamic+observer` without one]
     #[arg(long = "controller", value_name = "NAME", value_parser = controllers())]
     pub(crate) controllers: Vec<String>,

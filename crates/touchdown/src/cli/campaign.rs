@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use touchdown::files::write;
 use touchdown::sweep::{self, CampaignResults, Row, Shard, Spread, Store, Sweep, summarise};
-use touchdown::{Error, Result, pages};
+use touchdown::{Error, Result, pages, recording};
 use touchdown_sim::space::SpaceTrace;
 
 use super::Done;
@@ -128,15 +128,31 @@ fn replay(context: &Context, sweep: &Sweep, landings: &[u64], mcap: &Path) -> Re
 fn records(landings: &[u64], traces: &[SpaceTrace], folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for (landing, trace) in landings.iter().zip(traces) {
-        files.push(record(*landing, trace, folder)?);
+        files.push(record(*landing, trace, folder, Recording::Mcap)?);
     }
     Ok(files)
 }
 
-/// Writes the record of a landing as an MCAP file.
-pub(crate) fn record(landing: u64, trace: &SpaceTrace, folder: &Path) -> Result<PathBuf> {
-    let path = folder.join(format!("landing-{landing:06}.mcap"));
-    write(&path, &touchdown::recording::mcap(trace)?)?;
+/// Kinds of files that landings are recorded in.
+#[derive(Clone, Copy)]
+pub(crate) enum Recording {
+    Mcap,
+    Ulog,
+}
+
+/// Writes the record of a landing.
+pub(crate) fn record(
+    landing: u64,
+    trace: &SpaceTrace,
+    folder: &Path,
+    kind: Recording,
+) -> Result<PathBuf> {
+    let (extension, bytes) = match kind {
+        Recording::Mcap => ("mcap", recording::mcap(trace)?),
+        Recording::Ulog => ("ulg", recording::ulog(trace)?),
+    };
+    let path = folder.join(format!("landing-{landing:06}.{extension}"));
+    write(&path, &bytes)?;
     Ok(path)
 }
 

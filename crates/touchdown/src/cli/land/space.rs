@@ -11,7 +11,7 @@ use touchdown_sim::space::Case;
 
 use super::super::Done;
 use super::super::args::LandArgs;
-use super::super::campaign::{record, table};
+use super::super::campaign::{Recording, record, table};
 use super::super::context::Context;
 use super::super::output;
 use touchdown::progress::Progress as _;
@@ -36,13 +36,19 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
         &args.out.join("landings.csv"),
         landings(&sweep, &rows).as_bytes(),
     )?;
-    if let Some(folder) = &args.mcap {
-        context.stage("MCAP files", sweep.landings());
+    let folders: Vec<_> = [(&args.mcap, Recording::Mcap), (&args.ulog, Recording::Ulog)]
+        .into_iter()
+        .filter_map(|(folder, kind)| Some((folder.as_ref()?, kind)))
+        .collect();
+    if !folders.is_empty() {
+        context.stage("records", sweep.landings());
         (0..sweep.landings())
             .into_par_iter()
             .try_for_each(|landing| -> Result<()> {
                 for trace in sweep::replay(&sweep, &[landing])? {
-                    record(landing, &trace, folder)?;
+                    for (folder, kind) in &folders {
+                        record(landing, &trace, folder, *kind)?;
+                    }
                 }
                 context.step();
                 Ok(())

@@ -9,6 +9,11 @@
 //! | `/forces` | `touchdown.Forces` | rotors, ground effect, feet, thrust asked for, wind |
 //! | `/estimate` | `touchdown.Estimate` | what the landing computer believes |
 //! | `/phase` | `touchdown.Phase` | where the landing is, and why |
+//! | `/imu` | `sensor_msgs/msg/Imu` | the inertial unit, 250 Hz; axes forward, port, up |
+//! | `/motors` | `touchdown.Motors` | throttles of the motors, 250 Hz; none while they are off |
+//! | `/range` | `sensor_msgs/msg/Range` | the range finder, when a reading was taken |
+//! | `/battery` | `sensor_msgs/msg/BatteryState` | the battery's voltage |
+//! | `/odometry` | `nav_msgs/msg/Odometry` | the vehicle as it believes to move, world axes, z up |
 //!
 //! Messages are JSON with JSON schemas; times count from the start of the trial.
 
@@ -18,14 +23,14 @@ use std::io::Cursor;
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
 use serde_json::{Value, json};
-use touchdown_sim::space::{SpaceTrace, TraceRow};
+use touchdown_sim::space::{ImuRow, SpaceTrace, TraceRow};
 
 use crate::error::{Error, Result};
 
 type Message = fn(&TraceRow) -> Value;
 
 /// Topic, schema, message.
-const TOPICS: [(&str, &str, Message); 9] = [
+const TOPICS: [(&str, &str, Message); 10] = [
     ("/tf", "foxglove.FrameTransform", |r| {
         transform(r, "deck", r.deck_m, level(r.deck_normal))
     }),
@@ -88,16 +93,54 @@ const TOPICS: [(&str, &str, Message); 9] = [
         "touchdown.Phase",
         |r| json!({ "timestamp": stamp(r), "phase": r.phase, "reason": r.reason }),
     ),
+    ("/odometry", "nav_msgs/msg/Odometry", |r| {
+        json!({
+            "header": header(r.time_s, "deck"),
+            "child_frame_id": "world",
+            "pose": { "pose": { "position": xyz(r.estimated_m), "orientation": wxyz(r.attitude) } },
+            "twist": { "twist": { "linear": xyz(r.estimated_velocity_mps), "angular": xyz(r.rates) } },
+        })
+    }),
 ];
 
-fn nanoseconds(row: &TraceRow) -> u64 {
+/// What the sensors said, at the rate of the inertial unit.
+const SENSED: [(&str, &str, fn(&ImuRow) -> Value); 3] = [
+    ("/imu", "sensor_msgs/msg/Imu", |r| {
+        json!({
+            "header": header(r.time_s, "vehicle"),
+            "orientation": wxyz(r.attitude),
+            "angular_velocity": xyz(r.rates),
+            "linear_acceleration": xyz(r.specific_force_mps2),
+        })
+    }),
+    ("/motors", "touchdown.Motors", |r| {
+        let throttle = r.throttle.map_or([f64::NAN; 4], |throttle| throttle);
+        json!({ "header": header(r.time_s, "vehicle"), "throttle": quad(throttle) })
+    }),
+    (
+        "/battery",
+        "sensor_msgs/msg/BatteryState",
+        |r| json!({ "header": header(r.time_s, "vehicle"), "voltage": r.battery_v }),
+    ),
+];
+
+fn nanoseconds(time_s: f64) -> u64 {
     // Steps are whole milliseconds.
-    (row.time_s * 1e3).round() as u64 * 1_000_000
+    (time_s * 1e3).round() as u64 * 1_000_000
 }
 
 fn stamp(row: &TraceRow) -> Value {
-    let ns = nanoseconds(row);
+    let ns = nanoseconds(row.time_s);
     json!({ "sec": ns / 1_000_000_000, "nsec": ns % 1_000_000_000 })
+}
+
+/// The header of messages of ROS 2.
+fn header(time_s: f64, frame: &str) -> Value {
+    let ns = nanoseconds(time_s);
+    json!({
+        "stamp": { "sec": ns / 1_000_000_000, "nanosec": ns % 1_000_000_000 },
+        "frame_id": frame,
+    })
 }
 
 fn xyz([x, y, z]: [f64; 3]) -> Value {
@@ -168,27 +211,66 @@ fn written(trace: &SpaceTrace) -> std::result::Result<Vec<u8>, McapError> {
         .compression(None)
         .library(concat!("touchdown ", env!("CARGO_PKG_VERSION")));
     let mut writer: Writer<_> = options.create(Cursor::new(&mut bytes))?;
-    let mut channels = Vec::new();
-    for (topic, name, message) in TOPICS {
-        let Some(row) = trace.rows.first() else { break };
-        let mut schema = schema(&message(row));
-        if name == "touchdown.Phase" {
+    // Messages by their time; those of one time stand as the topics do.
+    let mut messages: Vec<(u64, usize, Value)> = Vec::new();
+    let mut channels: Vec<(&str, &str)> = Vec::new();
+    let mut add = |topic, schema, of: &mut dyn Iterator<Item = (f64, Value)>| {
+        let channel = channels.len();
+        channels.push((topic, schema));
+        messages.extend(of.map(|(time_s, value)| (nanoseconds(time_s), channel, value)));
+    };
+    for (topic, schema, message) in TOPICS {
+        let of = trace.rows.iter().map(|row| (row.time_s, message(row)));
+        add(topic, schema, &mut { of });
+    }
+    for (topic, schema, message) in SENSED {
+        let of = trace.log.imu.iter().map(|row| (row.time_s, message(row)));
+        add(topic, schema, &mut { of });
+    }
+    let finder = &trace.log.range_finder;
+    let of = trace.log.ranges.iter().map(|row| {
+        let value = json!({
+            "header": header(row.time_s, "range_finder"),
+            "radiation_type": 1,
+            "field_of_view": 0.0,
+            "min_range": finder.least_m,
+            "max_range": finder.greatest_m,
+            "range": row.distance_m,
+        });
+        (row.time_s, value)
+    });
+    add("/range", "sensor_msgs/msg/Range", &mut { of });
+    messages.sort_by_key(|(ns, channel, _)| (*ns, *channel));
+
+    let mut ids = Vec::new();
+    for (channel, (topic, name)) in channels.iter().enumerate() {
+        let Some((.., first)) = messages.iter().find(|(_, of, _)| of == &channel) else {
+            ids.push(None);
+            continue;
+        };
+        let mut schema = schema(first);
+        if *name == "touchdown.Phase" {
             schema["properties"]["reason"] = json!({ "type": "string" });
         }
         let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
-        channels.push(writer.add_channel(schema, topic, "json", &BTreeMap::new())?);
+        ids.push(Some(writer.add_channel(
+            schema,
+            topic,
+            "json",
+            &BTreeMap::new(),
+        )?));
     }
-    for (sequence, row) in trace.rows.iter().enumerate() {
-        let ns = nanoseconds(row);
-        for ((.., message), &channel_id) in TOPICS.iter().zip(&channels) {
-            let header = MessageHeader {
-                channel_id,
-                sequence: sequence as u32,
-                log_time: ns,
-                publish_time: ns,
-            };
-            writer.write_to_known_channel(&header, message(row).to_string().as_bytes())?;
-        }
+    for (sequence, (ns, channel, message)) in messages.iter().enumerate() {
+        let Some(channel_id) = ids[*channel] else {
+            continue;
+        };
+        let header = MessageHeader {
+            channel_id,
+            sequence: sequence as u32,
+            log_time: *ns,
+            publish_time: *ns,
+        };
+        writer.write_to_known_channel(&header, message.to_string().as_bytes())?;
     }
     writer.finish()?;
     drop(writer);
