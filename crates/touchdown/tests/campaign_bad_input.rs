@@ -123,6 +123,12 @@ fn prop_bad_sweeps_are_one_error_and_nothing_written() {
             2,
             &["plant.mass_kg", "-2"],
         ),
+        // No trial may happen to draw it: what is said to be possible has to be.
+        (
+            "trials = 1\n[random]\n\"plant.mass_kg\" = { kind = \"uniform\", min = -0.001, max = 2.0 }\n",
+            2,
+            &["plant.mass_kg", "-0.001"],
+        ),
         (
             "[scenario.plant]\nmass_kg = -1.0\n",
             2,
@@ -172,6 +178,21 @@ fn prop_bad_sweeps_are_one_error_and_nothing_written() {
             assert!(said.contains(name), "{text}: `{name}` is not in: {said}");
         }
         assert!(!out.exists(), "{text}");
+    }
+    // A folder for records that is none is found before anything is flown for it.
+    let good = sweep(folder.path(), "trials = 1\n");
+    let (flown, taken) = (folder.path().join("flown"), folder.path().join("gap.csv"));
+    for command in [vec!["campaign"], vec!["land", "--space"]] {
+        let mut words: Vec<&std::ffi::OsStr> = command.iter().map(AsRef::as_ref).collect();
+        words.extend([good.as_os_str(), "--mcap".as_ref(), taken.as_os_str()]);
+        words.extend(["--out".as_ref(), flown.as_os_str()]);
+        let said = common::fails(2, words);
+        assert!(
+            said.contains("gap.csv") && said.contains("expected a folder"),
+            "{said}"
+        );
+        assert!(!flown.join("landings.csv").exists());
+        assert!(!flown.join("landings/block-000000.parquet").exists());
     }
     let sweep = sweep(folder.path(), "trials = 1\n");
     for shard in ["5/4", "0/2", "x"] {

@@ -28,6 +28,7 @@ struct Part<'a> {
 pub(crate) fn run(context: &Context, args: &CampaignArgs) -> Result<Done> {
     match &args.command {
         Some(CampaignCommand::Merge { folders, out, mcap }) => {
+            mcap.as_deref().map_or(Ok(()), output::folder)?;
             let (sweep, store) = sweep::merge(folders, out)?;
             return report(context, &sweep, &store, out, mcap.as_deref());
         }
@@ -47,6 +48,10 @@ pub(crate) fn run(context: &Context, args: &CampaignArgs) -> Result<Done> {
     let store = Store::open(&args.out, &sweep, args.resume)?;
     output::results_folder(&args.out)?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
+    // Before the landings are flown that it is for; a shard writes no records.
+    if let (None, Some(folder)) = (args.shard, &args.mcap) {
+        output::folder(folder)?;
+    }
     let there = sweep::fly(&sweep, &store, shard, context)?;
     if there < sweep.blocks() {
         context.finish();
@@ -112,6 +117,7 @@ struct Replayed {
 }
 
 fn replay(context: &Context, sweep: &Sweep, landings: &[u64], mcap: &Path) -> Result<Done> {
+    output::folder(mcap)?;
     let files = records(landings, &sweep::replay(sweep, landings)?, mcap)?;
     for file in &files {
         context.say(&file.display().to_string());

@@ -14,7 +14,8 @@ const DRAWN: u64 = 100_000;
 
 impl Sweep {
     /// Builds landers of every point: that of its trials where nothing is drawn; else of the trials with the least and
-    /// the greatest draws, and of as many others as are built in a few seconds.
+    /// the greatest draws, and of as many others as are built in a few seconds; and those of the ends of all that is
+    /// drawn.
     pub(super) fn check(&self) -> Result<()> {
         SpaceLander::new(&self.settings.scenario).map_err(|e| self.bad("scenario", &e))?;
         let trials = self.telling();
@@ -22,7 +23,22 @@ impl Sweep {
         let failed = (0..self.points() * count)
             .into_par_iter()
             .find_map_first(|k| self.built(k / count, trials[(k % count) as usize]).err());
-        failed.map_or(Ok(()), Err)
+        failed.map_or(Ok(()), Err)?;
+        self.check_ends()
+    }
+
+    /// Builds landers with the ends of every distribution, the others as trial 0 draws them,
+    /// at the first point.
+    fn check_ends(&self) -> Result<()> {
+        let draws = self.draws(0);
+        for (k, (_, of)) in self.random.iter().enumerate() {
+            for end in of.ends() {
+                let mut with_it = draws.clone();
+                with_it[k] = end;
+                self.built_with(0, &with_it)?;
+            }
+        }
+        Ok(())
     }
 
     /// The trials whose landers tell of those of the others.

@@ -84,6 +84,18 @@ impl Distribution {
         }
     }
 
+    /// Values at the ends of what can be drawn, and all of a choice. The limits of a normal
+    /// distribution are no such: they may lie where nothing is ever drawn.
+    pub(super) fn ends(&self) -> Vec<toml::Value> {
+        match self {
+            Self::Uniform { min, max } | Self::LogUniform { min, max } => {
+                vec![(*min).into(), (*max).into()]
+            }
+            Self::Normal { .. } => Vec::new(),
+            Self::Choice { of } => of.clone(),
+        }
+    }
+
     /// The value of a trial: a function of seed, trial and key alone, so that a further key changes no other.
     pub(super) fn draw(&self, seed: u64, trial: u64, key: &str) -> toml::Value {
         let share = uniform(seed, trial, key);

@@ -329,17 +329,21 @@ impl Sweep {
     }
 
     pub(super) fn built(&self, point: u64, trial: u64) -> Result<SpaceLander> {
+        self.built_with(point, &self.draws(trial))
+    }
+
+    /// The lander of a point with these values in place of draws.
+    pub(super) fn built_with(&self, point: u64, draws: &[Value]) -> Result<SpaceLander> {
         let mut table = self.base.clone();
         let swept = self.values(point);
         for (key, value) in &swept {
             self.set(&mut table, "grid", key, value)?;
         }
-        let draws = self.draws(trial);
-        for ((key, _), value) in self.random.iter().zip(&draws) {
+        for ((key, _), value) in self.random.iter().zip(draws) {
             self.set(&mut table, "random", key, value)?;
         }
         let mut values = swept;
-        values.extend(self.random.iter().map(|(key, _)| key.as_str()).zip(&draws));
+        values.extend(self.random.iter().map(|(key, _)| key.as_str()).zip(draws));
         let scenario = self.made(table, &values)?;
         let lander = SpaceLander::new(&scenario)
             .and_then(|lander| lander.with_eyes(crate::eye::eyes()))

@@ -22,6 +22,8 @@ const CONTROLLER: &str = "control.controller";
 pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     let sweep = load(args)?;
     output::results_folder(&args.out)?;
+    // Before the landings are flown that it is for.
+    args.mcap.as_deref().map_or(Ok(()), output::folder)?;
     context.stage("landings", sweep.landings());
     let rows = sweep::rows(&sweep, 0..sweep.landings(), context)?;
     let results = summarise(&sweep, &rows)?;
