@@ -1,7 +1,7 @@
 //! Landings by the lane.
 
 use touchdown_sim::deck::rigid::{Axis, RigidMotion, Tone};
-use touchdown_sim::space::{Batch, Case, SpaceScenario};
+use touchdown_sim::space::{Batch, Case, CrashCause, SpaceOutcome, SpaceScenario};
 use touchdown_sim::wind::{DrydenSettings, WindSettings};
 
 fn sea() -> SpaceScenario {
@@ -46,6 +46,26 @@ fn prop_it_lands_softly_on_the_papers_deck() {
         // speed stays within a few times that.
         assert!(touch.v_l_mps < 0.15, "{touch:?}");
         assert!(touch.lateral_m < 0.1, "{touch:?}");
+    }
+}
+
+#[test]
+fn prop_what_comes_down_beside_the_deck_has_not_touched_it() {
+    // Blown off a small deck, and down.
+    let mut scenario = SpaceScenario {
+        wind: WindSettings {
+            steady_mps: [14.0, 0.0, -12.0],
+            dryden: None,
+            gust: None,
+        },
+        ..SpaceScenario::default()
+    };
+    scenario.plant.plate_side_m = 0.6;
+    let batch = Batch::new(&scenario).expect("a valid scenario");
+    for landing in batch.land(0..4, 1).expect("a checked scenario") {
+        let cause = CrashCause::Missed;
+        assert_eq!(landing.outcome, SpaceOutcome::Crashed { cause });
+        assert_eq!((landing.touch, landing.impact), (None, None));
     }
 }
 

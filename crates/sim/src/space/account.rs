@@ -38,9 +38,7 @@ impl Flight<'_> {
             return crashed(CrashCause::Lost);
         }
         let down = self.log.feet_down > 0;
-        let beside = |l: f64| place[0].abs() > l || place[1].abs() > l;
-        let over = !self.lander.half_side_m.is_some_and(beside);
-        let near = down || (over && place[2] <= scenario.landed_height_m);
+        let near = down || self.lander.has_come_down(place);
         let tilt_rad = if near {
             tilt_from(self.state.attitude, &self.pose)
         } else {

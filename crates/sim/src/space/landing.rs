@@ -141,6 +141,13 @@ impl SpaceLander {
         &self.scenario
     }
 
+    /// The reference point, at a place relative to the deck along its axes, has come down
+    /// to the landed height over it; beside it there is nothing to come down on.
+    pub(super) fn has_come_down(&self, [x, y, z]: [f64; 3]) -> bool {
+        let beside = |l: f64| x.abs() > l || y.abs() > l;
+        z <= self.scenario.landed_height_m && !self.half_side_m.is_some_and(beside)
+    }
+
     /// The deck of a trial from its start on.
     pub(super) fn track(&self, trial: u64, seed: u64, phase: f64) -> Result<Track, SimError> {
         let (deck, shift_s) = self.deck_of(trial, seed, phase)?;

@@ -176,7 +176,7 @@ impl Seat {
         let legs = &scenario.legs;
         self.log.add(time_s, &now.feet, tilt_rad, legs);
         let down = self.log.feet_down > 0;
-        if self.touch.is_none() && (down || now.place_m[2] <= scenario.landed_height_m) {
+        if self.touch.is_none() && (down || batch.lander.has_come_down(now.place_m)) {
             let [x, y, _] = now.place_m;
             let [u, v, _] = now.velocity_mps;
             self.touch = Some(Touch {
