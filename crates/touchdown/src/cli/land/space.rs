@@ -22,8 +22,14 @@ const CONTROLLER: &str = "control.controller";
 pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     let sweep = load(args)?;
     output::results_folder(&args.out)?;
-    // Before the landings are flown that it is for.
-    args.mcap.as_deref().map_or(Ok(()), output::folder)?;
+    let folders: Vec<_> = [(&args.mcap, Recording::Mcap), (&args.ulog, Recording::Ulog)]
+        .into_iter()
+        .filter_map(|(folder, kind)| Some((folder.as_deref()?, kind)))
+        .collect();
+    // Before the landings are flown that they are for.
+    folders
+        .iter()
+        .try_for_each(|(folder, _)| output::folder(folder))?;
     context.stage("landings", sweep.landings());
     let rows = sweep::rows(&sweep, 0..sweep.landings(), context)?;
     let results = summarise(&sweep, &rows)?;
@@ -38,10 +44,6 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
         &args.out.join("landings.csv"),
         landings(&sweep, &rows).as_bytes(),
     )?;
-    let folders: Vec<_> = [(&args.mcap, Recording::Mcap), (&args.ulog, Recording::Ulog)]
-        .into_iter()
-        .filter_map(|(folder, kind)| Some((folder.as_ref()?, kind)))
-        .collect();
     if !folders.is_empty() {
         context.stage("records", sweep.landings());
         (0..sweep.landings())
