@@ -115,10 +115,10 @@ fn prop_a_recorded_landing_is_what_the_sensors_said() {
     };
     let least = |of: &dyn Fn(usize) -> f64, n: usize| (0..n).map(of).fold(f64::INFINITY, f64::min);
     let (count, min, _) = seen("/imu", "linear_acceleration.z");
-    assert_eq!(count as usize, imu.len());
+    assert_eq!(count, imu.len());
     assert_eq!(min, least(&|k| imu[k].specific_force_mps2[2], imu.len()));
     let (count, min, _) = seen("/range", "range");
-    assert_eq!(count as usize, ranges.len());
+    assert_eq!(count, ranges.len());
     assert_eq!(min, least(&|k| ranges[k].distance_m, ranges.len()));
 }
 

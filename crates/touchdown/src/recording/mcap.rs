@@ -27,10 +27,10 @@ use touchdown_sim::space::{ImuRow, SpaceTrace, TraceRow};
 
 use crate::error::{Error, Result};
 
-type Message = fn(&TraceRow) -> Value;
+type Message<Row> = fn(&Row) -> Value;
 
 /// Topic, schema, message.
-const TOPICS: [(&str, &str, Message); 10] = [
+const TOPICS: [(&str, &str, Message<TraceRow>); 10] = [
     ("/tf", "foxglove.FrameTransform", |r| {
         transform(r, "deck", r.deck_m, level(r.deck_normal))
     }),
@@ -104,7 +104,7 @@ const TOPICS: [(&str, &str, Message); 10] = [
 ];
 
 /// What the sensors said, at the rate of the inertial unit.
-const SENSED: [(&str, &str, fn(&ImuRow) -> Value); 3] = [
+const SENSED: [(&str, &str, Message<ImuRow>); 3] = [
     ("/imu", "sensor_msgs/msg/Imu", |r| {
         json!({
             "header": header(r.time_s, "vehicle"),
@@ -114,7 +114,7 @@ const SENSED: [(&str, &str, fn(&ImuRow) -> Value); 3] = [
         })
     }),
     ("/motors", "touchdown.Motors", |r| {
-        let throttle = r.throttle.map_or([f64::NAN; 4], |throttle| throttle);
+        let throttle = r.throttle.unwrap_or([f64::NAN; 4]);
         json!({ "header": header(r.time_s, "vehicle"), "throttle": quad(throttle) })
     }),
     (
