@@ -102,7 +102,8 @@ fn prop_a_recorded_landing_is_what_the_sensors_said() {
         }
     }
     let stopped = imu.iter().filter(|row| row.throttle.is_none()).count();
-    assert!(stopped > 200, "{stopped}");
+    // Watched for half a second more.
+    assert!(stopped > 100, "{stopped}");
 
     // As messages of ROS: the reader has their values.
     let bytes = recording::mcap(&trace).unwrap();
