@@ -225,7 +225,7 @@ fn analytic_poses_of_a_simulated_vehicle_stand_for_its_accelerometer() {
     let trials: Vec<Trial> = (0..6)
         .map(|k| {
             without(
-                &flights::fly(&plant, k, 250.0, 250.0),
+                &flights::fly(&plant, k, 250.0, 250.0).trial,
                 &["specific_force_mps2"],
             )
         })

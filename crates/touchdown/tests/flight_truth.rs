@@ -4,6 +4,7 @@ mod common;
 #[path = "common/flights.rs"]
 mod flights;
 
+use flights::Flown;
 use touchdown::identify::flight::{Flight, FlightSettings, GroundEffect, ground_effect};
 use touchdown::identify::{IdentificationSettings, Origin};
 use touchdown_sim::plant::{GroundLaw, PlantSettings};
@@ -11,22 +12,34 @@ use touchdown_sim::plant::{GroundLaw, PlantSettings};
 /// Heights at which the curve is judged, in rotor radii.
 const HEIGHTS: [f64; 7] = [0.3, 0.5, 0.8, 1.2, 1.8, 2.4, 3.0];
 
-fn identify(plant: &PlantSettings, throttle_hz: f64) -> GroundEffect {
-    let settings = FlightSettings {
+fn settings(plant: &PlantSettings) -> FlightSettings {
+    FlightSettings {
         rotor_radius_m: Some(plant.rotor_radius_m),
         ..FlightSettings::default()
-    };
-    let flights: Vec<Flight> = (0..10)
-        .map(|k| Flight::of(&flights::fly(plant, k, 250.0, throttle_hz), &settings).unwrap())
+    }
+}
+
+fn identify(plant: &PlantSettings, flown: &[Flown]) -> GroundEffect {
+    let settings = settings(plant);
+    let flights: Vec<Flight> = flown
+        .iter()
+        .map(|f| Flight::of(&f.trial, &settings).unwrap())
         .collect();
     ground_effect(&flights, &settings).unwrap()
 }
 
+fn fly(plant: &PlantSettings, throttle_hz: f64) -> Vec<Flown> {
+    (0..10)
+        .map(|k| flights::fly(plant, k, 250.0, throttle_hz))
+        .collect()
+}
+
 /// Ten flights at 250 Hz, sensor noise and turbulence on: curve within 10 %, lag within 20 %, nine of ten intervals hold
 /// the truth.
-fn judge(mass_kg: f64, rotor_radius_m: f64, lag_s: f64) {
-    let plant = flights::vehicle(mass_kg, rotor_radius_m, GroundLaw::Exponential, lag_s);
-    let found = identify(&plant, 250.0);
+fn judge(mass_kg: f64, rotor_radius_m: f64, law: GroundLaw, lag_s: f64) {
+    let plant = flights::vehicle(mass_kg, rotor_radius_m, law, lag_s);
+    let flown = fly(&plant, 250.0);
+    let found = identify(&plant, &flown);
     let mut held = 0;
     for radii in HEIGHTS {
         let height_m = radii * rotor_radius_m;
@@ -40,19 +53,22 @@ fn judge(mass_kg: f64, rotor_radius_m: f64, lag_s: f64) {
         );
         held += usize::from((ratio.ci95[0]..=ratio.ci95[1]).contains(&truth));
     }
+    let truth = flights::true_lag_s(&plant, &flown);
     let lag = found
         .lag_s()
         .unwrap_or_else(|| panic!("no lag: {:?}", found.refused));
     assert!(
-        (lag.value / lag_s - 1.0).abs() < 0.20,
-        "{lag:?}, truth {lag_s}"
+        (lag.value / truth - 1.0).abs() < 0.20,
+        "{lag:?}, truth {truth}"
     );
-    held += usize::from((lag.ci95[0]..=lag.ci95[1]).contains(&lag_s));
-    // Eight intervals of which neighbours go together: all but one.
-    assert!(
-        held >= HEIGHTS.len(),
-        "{held} of 8 intervals hold the truth"
-    );
+    held += usize::from((lag.ci95[0]..=lag.ci95[1]).contains(&truth));
+    // Eight intervals of which neighbours go together: all but one. The laws of the model do not hold the paces of a
+    // fountain exactly, and its intervals fall short of 95 %: at least more than half of them.
+    let least = match law {
+        GroundLaw::Exponential => HEIGHTS.len(),
+        GroundLaw::WakeLag => HEIGHTS.len() / 2 + 1,
+    };
+    assert!(held >= least, "{held} of 8 intervals hold the truth");
     // An effect of climb near the ground, which this vehicle does not have, is not found.
     assert!(
         found.refused.iter().any(|r| r.what.contains("climb")),
@@ -63,23 +79,33 @@ fn judge(mass_kg: f64, rotor_radius_m: f64, lag_s: f64) {
 
 #[test]
 fn analytic_vehicle_of_30_grams() {
-    judge(0.03, 0.023, 0.08);
+    judge(0.03, 0.023, GroundLaw::Exponential, 0.08);
 }
 
 #[test]
 fn analytic_vehicle_of_1_4_kg() {
-    judge(1.4, 0.12, 0.15);
+    judge(1.4, 0.12, GroundLaw::Exponential, 0.15);
 }
 
 #[test]
 fn analytic_vehicle_of_4_kg() {
-    judge(4.0, 0.19, 0.2);
+    judge(4.0, 0.19, GroundLaw::Exponential, 0.2);
+}
+
+#[test]
+fn analytic_vehicle_of_1_4_kg_above_its_fountain() {
+    judge(1.4, 0.12, GroundLaw::WakeLag, 0.15);
+}
+
+#[test]
+fn analytic_vehicle_of_4_kg_above_its_fountain() {
+    judge(4.0, 0.19, GroundLaw::WakeLag, 0.15);
 }
 
 #[test]
 fn prop_a_throttle_logged_at_10_hz_gives_no_lag() {
     let plant = flights::vehicle(1.4, 0.12, GroundLaw::Exponential, 0.15);
-    let found = identify(&plant, 10.0);
+    let found = identify(&plant, &fly(&plant, 10.0));
     assert!(found.lag_s().is_none());
     let refused = found
         .refused
@@ -104,7 +130,7 @@ fn prop_a_throttle_logged_at_10_hz_gives_no_lag() {
 #[test]
 fn prop_the_cards_of_a_simulated_vehicle_land_it() {
     let plant = flights::vehicle(1.37, 0.12, GroundLaw::WakeLag, 0.15);
-    let found = identify(&plant, 250.0);
+    let found = identify(&plant, &fly(&plant, 250.0));
     let mut settings = IdentificationSettings::default();
     settings.flight.mass_kg = Some(plant.mass_kg);
     let folder = tempfile::tempdir().unwrap();

@@ -77,7 +77,7 @@ impl Data {
             thrust,
             ground,
             flights: (0..3)
-                .map(|seed| flights::fly(&plant, seed, 50.0, 50.0))
+                .map(|seed| flights::fly(&plant, seed, 50.0, 50.0).trial)
                 .collect(),
         }
     }

@@ -41,6 +41,9 @@ pub fn vehicle(mass_kg: f64, rotor_radius_m: f64, law: GroundLaw, lag_s: f64) ->
             decay_per_m: 0.6 / rotor_radius_m,
             lag_s,
         },
+        // Air takes time with the root of length.
+        rotor_lag_s: standard.rotor_lag_s * size.sqrt(),
+        fountain_lag_s: standard.fountain_lag_s * size.sqrt(),
         ..standard
     }
 }
@@ -51,8 +54,53 @@ pub fn true_ratio(settings: &PlantSettings, height_m: f64) -> f64 {
     plant.lift_ratio(plant.target(height_m))
 }
 
+/// What a flight was, and what was logged of it.
+pub struct Flown {
+    /// The log.
+    pub trial: Trial,
+    /// True height (m) and true ratio of thrusts minus one, every [`STEP_S`].
+    pub truth: Vec<[f64; 2]>,
+}
+
+/// The single lag that tells best, by least squares, how the ratio of a plant follows its value at rest along the
+/// flights (s): exact where the plant has one lag, and the best that one number can say where it has several.
+pub fn true_lag_s(settings: &PlantSettings, flown: &[Flown]) -> f64 {
+    let plant = Plant::new(settings).expect("valid settings");
+    let at_rest: Vec<Vec<f64>> = flown
+        .iter()
+        .map(|f| {
+            let of = |[z, _]: &[f64; 2]| plant.lift_ratio(plant.target(*z));
+            f.truth.iter().map(of).collect()
+        })
+        .collect();
+    let missed = |lag_s: f64| -> f64 {
+        let keep = (-STEP_S / lag_s).exp();
+        let of_one = |(f, rest): (&Flown, &Vec<f64>)| -> f64 {
+            let mut g = rest[0];
+            let each = f.truth.iter().zip(rest).map(|([_, ratio], h)| {
+                let error = ratio - g;
+                g = h + (g - h) * keep;
+                error * error
+            });
+            each.sum()
+        };
+        flown.iter().zip(&at_rest).map(of_one).sum()
+    };
+    // Golden section in the logarithm; the sum of squares has one least value.
+    let (mut lo, mut hi) = (0.005_f64.ln(), 2.0_f64.ln());
+    while hi - lo > 1e-3 {
+        let (a, b) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));
+        if missed(a.exp()) < missed(b.exp()) {
+            hi = b;
+        } else {
+            lo = a;
+        }
+    }
+    (0.5 * (lo + hi)).exp()
+}
+
 /// One flight: hover well above, down in steps, bobbing near the ground, up again; sensor noise on.
-pub fn fly(settings: &PlantSettings, seed: u64, rate_hz: f64, throttle_hz: f64) -> Trial {
+pub fn fly(settings: &PlantSettings, seed: u64, rate_hz: f64, throttle_hz: f64) -> Flown {
     let mut random = Pcg64::seed_from_u64(seed);
     let uniform = |r: &mut Pcg64, lo: f64, hi: f64| {
         lo + (hi - lo) * (r.next_u64() >> 11) as f64 / (1u64 << 53) as f64
@@ -115,6 +163,7 @@ pub fn fly(settings: &PlantSettings, seed: u64, rate_hz: f64, throttle_hz: f64) 
     let keep = (-STEP_S / settings.turbulence_correlation_s).exp();
     let (mut integral, mut command) = (0.0, hover);
     let (mut rows, mut written) = (0u64, 0u64);
+    let mut truth = Vec::new();
     let mut log: [Vec<f64>; 5] = std::array::from_fn(|_| Vec::new());
     let mut held = hover;
     let steps = (end_s / STEP_S) as u64;
@@ -122,6 +171,7 @@ pub fn fly(settings: &PlantSettings, seed: u64, rate_hz: f64, throttle_hz: f64) 
     let slope = hover / (1.3 * settings.gravity_mps2);
     for step in 0..steps {
         let t = step as f64 * STEP_S;
+        truth.push([state.height_m, craft.plant().lift_ratio(state.plant.inflow)]);
         if step % 4 == 0 {
             let error = wanted(t) - state.height_m;
             let speed = (wanted(t + 0.02) - wanted(t - 0.02)) / 0.04 - state.velocity_mps;
@@ -159,12 +209,13 @@ pub fn fly(settings: &PlantSettings, seed: u64, rate_hz: f64, throttle_hz: f64) 
     let late = (LATENCY_S * rate_hz).round() as usize;
     let n = time.len() - late;
     let cut = |c: Vec<f64>| c[..n].to_vec();
-    Trial::new(format!("flight-{seed}"), time[late..].to_vec())
+    let trial = Trial::new(format!("flight-{seed}"), time[late..].to_vec())
         .and_then(|t| t.with_channel("throttle", throttle[late..].to_vec()))
         .and_then(|t| t.with_channel("specific_force_mps2", cut(force)))
         .and_then(|t| t.with_channel("height_m", cut(height)))
         .and_then(|t| t.with_channel("vehicle_velocity_mps", cut(climb)))
-        .expect("columns of one length")
+        .expect("columns of one length");
+    Flown { trial, truth }
 }
 
 fn normal(random: &mut Pcg64) -> f64 {

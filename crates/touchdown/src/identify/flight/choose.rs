@@ -4,12 +4,15 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::FlightSettings;
-use super::fit::{Fit, fit, settle};
+use super::fit::{Fit, Squares, fit, settle};
+use super::lag::lag;
 use super::model::{Curve, Piece, Shape};
 use super::spread::{Spread, Sure, moved, prior};
 
 /// Errors beyond so many standard deviations of the plain model's count as that.
 const CLIP: f64 = 4.0;
+/// Twice the logarithm of a ratio of likelihoods that is very strong evidence (Kass & Raftery, "Bayes Factors", 1995).
+const VERY_STRONG: f64 = 10.0;
 
 /// Error of one candidate on flights that it has not seen.
 #[derive(Clone, Debug, Serialize)]
@@ -26,24 +29,26 @@ pub struct Candidate {
     pub chosen: bool,
 }
 
-/// Squares on flights left out: flight by flight, `[all rows, rows in ground effect]`, as sums and counts.
+/// Squares on flights left out: flight by flight, `[all rows, rows in ground effect]`.
 struct Unseen {
-    sums: Vec<[f64; 2]>,
-    rows: Vec<[f64; 2]>,
+    of: Vec<[Squares; 2]>,
 }
 
 impl Unseen {
     fn rmse(&self, of: usize) -> f64 {
-        let sum: f64 = self.sums.iter().map(|s| s[of]).sum();
-        let rows: f64 = self.rows.iter().map(|s| s[of]).sum();
+        let sum: f64 = self.of.iter().map(|s| s[of].plain).sum();
+        let rows: f64 = self.of.iter().map(|s| s[of].rows).sum();
         (sum / rows).sqrt()
     }
 
-    /// Mean and standard error, over flights, of how much greater our squares are than those of `other`.
+    /// Mean and standard error, over flights, of how much greater our squares of prediction are than those of `other`.
     fn excess(&self, other: &Self, of: usize) -> (f64, f64) {
-        let each: Vec<f64> = (0..self.sums.len())
-            .filter(|&f| self.rows[f][of] > 0.0)
-            .map(|f| self.sums[f][of] - other.sums[f][of])
+        let each: Vec<f64> = self
+            .of
+            .iter()
+            .zip(&other.of)
+            .filter(|(s, _)| s[of].rows > 0.0)
+            .map(|(s, o)| s[of].white - o[of].white)
             .collect();
         let n = each.len() as f64;
         let mean = each.iter().sum::<f64>() / n;
@@ -64,8 +69,7 @@ fn unseen(fit: &Fit, pieces: &[Piece], near: f64, clip: f64) -> Unseen {
         .iter()
         .fold(prior, |sum: DMatrix<f64>, r| sum + &r.matrix);
     let mut out = Unseen {
-        sums: vec![[0.0; 2]; many],
-        rows: vec![[0.0; 2]; many],
+        of: vec![[Squares::default(); 2]; many],
     };
     for out_of in 0..many {
         let mut matrix = total.clone();
@@ -83,11 +87,12 @@ fn unseen(fit: &Fit, pieces: &[Piece], near: f64, clip: f64) -> Unseen {
             let piece = &pieces[i];
             let from = fit.locals[i];
             let is_near = |k: usize| piece.height.get(k).is_some_and(|z| *z < near);
-            let (local, sum, rows) = settle(piece, fit, &theta, from, clip, &|_| true);
-            let (_, sum_near, rows_near) = settle(piece, fit, &theta, local, clip, &is_near);
-            for (k, (s, r)) in [(sum, rows), (sum_near, rows_near)].into_iter().enumerate() {
-                out.sums[out_of][k] += s;
-                out.rows[out_of][k] += r;
+            let (local, all) = settle(piece, fit, &theta, from, clip, &|_| true);
+            let (_, near) = settle(piece, fit, &theta, local, clip, &is_near);
+            for (sum, more) in out.of[out_of].iter_mut().zip([all, near]) {
+                sum.plain += more.plain;
+                sum.white += more.white;
+                sum.rows += more.rows;
             }
         }
     }
@@ -154,15 +159,55 @@ impl<'a> Choice<'a> {
         take
     }
 
-    /// Takes the curve that predicts flights left out best in ground effect; the exponential, which is where we
-    /// start, unless another one is better by more than one standard error of the difference.
+    /// Takes the curve that predicts flights left out best in ground effect, if that is better than the exponential, which
+    /// is where we start, by more than one standard error and with very strong evidence. An exponential dies away and all
+    /// others go with 1/z², which moves what flight out of ground effect is: a choice by chance would cost more than the
+    /// curve near the ground gains.
     pub(super) fn curves(&mut self) {
-        for curve in [Curve::Rational, Curve::Empirical] {
-            let shape = Shape {
-                curve,
-                ..self.best.shape
+        let of_curve = |curve, fountain_lag| Shape {
+            curve,
+            fountain_lag,
+            ..self.best.shape
+        };
+        let mut shapes = vec![
+            of_curve(Curve::Empirical, false),
+            of_curve(Curve::Rational, false),
+            of_curve(Curve::Images, false),
+        ];
+        if self.best.shape.wake_lag {
+            shapes.push(of_curve(Curve::Images, true));
+        }
+        let rivals: Vec<(Fit, Unseen)> = shapes
+            .into_iter()
+            .map(|shape| {
+                let rival = fit(self.pieces, shape, Some(&self.best));
+                let of_rival = unseen(&rival, self.pieces, self.near, self.clip);
+                (rival, of_rival)
+            })
+            .collect();
+        for (rival, of_rival) in &rivals {
+            let name = match rival.shape.fountain_lag {
+                true => "images and a lag of the fountain",
+                false => rival.shape.curve.name(),
             };
-            self.offer(curve.name(), shape, true);
+            let candidate = self.candidate(name, rival.shape, of_rival, false);
+            self.tried.push(candidate);
+        }
+        let of = |u: &Unseen| self.unseen.excess(u, 1).0;
+        let best = rivals
+            .into_iter()
+            .filter(|(rival, _)| rival.converged)
+            .max_by(|a, b| of(&a.1).total_cmp(&of(&b.1)));
+        let Some((rival, of_rival)) = best else {
+            return;
+        };
+        let (gain, error) = self.unseen.excess(&of_rival, 1);
+        let evidence = gain * self.unseen.of.len() as f64 / self.best.sigma.powi(2);
+        if gain > error && evidence > VERY_STRONG {
+            for c in &mut self.tried {
+                c.chosen = c.shape == rival.shape;
+            }
+            (self.best, self.unseen) = (rival, of_rival);
         }
     }
 
@@ -187,5 +232,11 @@ impl<'a> Choice<'a> {
     pub(super) fn sure(&self, name: &str, settings: &FlightSettings) -> Option<Sure> {
         Spread::of(&self.best, self.pieces, settings.resamples, settings.seed)
             .number(&self.best, name)
+    }
+
+    /// The lag of the model so far.
+    pub(super) fn lag(&self, settings: &FlightSettings) -> Option<Sure> {
+        let spread = Spread::of(&self.best, self.pieces, settings.resamples, settings.seed);
+        lag(&self.best, self.pieces, &spread)
     }
 }

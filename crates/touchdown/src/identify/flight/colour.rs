@@ -10,10 +10,19 @@
 //!
 //! L. Ljung, "System Identification: Theory for the User" (1999), chapter 13 on data from closed loops.
 
+use rayon::prelude::*;
+
 use super::model::Piece;
 
 /// Correlations are looked at up to this lag (s).
 const LONGEST_S: f64 = 0.6;
+/// Shortest correlation time (s).
+const SHORTEST_S: f64 = 0.01;
+/// Least variance of the disturbance over that of the white noise.
+const LEAST_RATIO: f64 = 1e-4;
+/// Steps of the search in the logarithms of time and ratios.
+const FIRST_STEP: f64 = 0.3;
+const LAST_STEP: f64 = 0.01;
 /// A disturbance with less than this share of the residual's power is left in the noise.
 const LEAST_SHARE: f64 = 0.01;
 /// Fewest rows from which the disturbance at some heights is taken.
@@ -100,7 +109,79 @@ impl Colour {
             }
             height(&mean(&[p]), time_s).0.max(0.0) / white
         });
-        Some(Self { time_s, ratio })
+        Some(Self { time_s, ratio }.likeliest(pieces, residuals))
+    }
+
+    /// The disturbance under which the residuals are likeliest, from this one on: a fit in its innovations and this go
+    /// down the same likelihood in turn.
+    fn likeliest(self, pieces: &[Piece], residuals: &[Vec<f64>]) -> Self {
+        let mut best = self;
+        let mut cost = best.cost(pieces, residuals);
+        let mut step = FIRST_STEP;
+        while step > LAST_STEP {
+            let before = cost;
+            for k in 0..=best.ratio.len() {
+                for by in [step.exp(), (-step).exp()] {
+                    let mut tried = best;
+                    match k {
+                        0 => tried.time_s = (tried.time_s * by).clamp(SHORTEST_S, LONGEST_S),
+                        _ => tried.ratio[k - 1] = (tried.ratio[k - 1] * by).max(LEAST_RATIO),
+                    }
+                    let of_tried = tried.cost(pieces, residuals);
+                    if of_tried < cost {
+                        (best, cost) = (tried, of_tried);
+                        break;
+                    }
+                }
+            }
+            if before - cost < 0.1 {
+                step *= 0.5;
+            }
+        }
+        best
+    }
+
+    /// `-2 ln L` of residuals, less what does not depend on the disturbance; the white noise at its likeliest power.
+    fn cost(&self, pieces: &[Piece], residuals: &[Vec<f64>]) -> f64 {
+        let (sum, logs, rows) = pieces
+            .par_iter()
+            .zip(residuals)
+            .map(|(piece, residual)| {
+                let mut state = 0.0;
+                let (mut sum, mut logs) = (0.0, 0.0);
+                let keep = self.keep(piece);
+                for (value, step) in residual.iter().zip(self.steps(piece)) {
+                    let new = step.innovation(&mut state, *value, keep);
+                    sum += (step.scale * new).powi(2);
+                    logs -= 2.0 * step.scale.ln();
+                }
+                (sum, logs, residual.len() as f64)
+            })
+            .reduce(|| (0.0, 0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2));
+        rows * (sum / rows).ln() + logs
+    }
+
+    fn keep(&self, piece: &Piece) -> f64 {
+        (-piece.step_s() / self.time_s).exp()
+    }
+
+    /// Gain and scale of each row: variance of the disturbance before a sample, relative to the white noise.
+    fn steps<'a>(&'a self, piece: &'a Piece) -> impl Iterator<Item = Step> + 'a {
+        let keep = self.keep(piece);
+        let mut before = 0.0;
+        let mut last = usize::MAX;
+        piece.rows.iter().map(move |&row| {
+            let ratio = self.ratio[band(piece.height.get(row).copied())];
+            let fresh = last == usize::MAX || last + 1 != row;
+            last = row;
+            if fresh {
+                before = ratio;
+            }
+            let gain = before / (1.0 + before);
+            let scale = (1.0 + before).sqrt().recip();
+            before = keep * keep * before / (1.0 + before) + ratio * (1.0 - keep * keep);
+            Step { fresh, gain, scale }
+        })
     }
 
     /// Filters columns of one run in place; their rows are those of the piece that count.
@@ -109,37 +190,33 @@ impl Colour {
         piece: &Piece,
         columns: impl IntoIterator<Item = &'a mut Vec<f64>>,
     ) {
-        let keep = (-piece.step_s() / self.time_s).exp();
-        // Gain and scale of each row: variance of the disturbance before a sample, relative to the white noise.
-        let mut before = 0.0;
-        let mut last = usize::MAX;
-        let steps: Vec<(bool, f64, f64)> = piece
-            .rows
-            .iter()
-            .map(|&row| {
-                let ratio = self.ratio[band(piece.height.get(row).copied())];
-                let fresh = last == usize::MAX || last + 1 != row;
-                last = row;
-                if fresh {
-                    before = ratio;
-                }
-                let gain = before / (1.0 + before);
-                let scale = (1.0 + before).sqrt().recip();
-                before = keep * keep * before / (1.0 + before) + ratio * (1.0 - keep * keep);
-                (fresh, gain, scale)
-            })
-            .collect();
+        let keep = self.keep(piece);
+        let steps: Vec<Step> = self.steps(piece).collect();
         for column in columns {
             let mut state = 0.0;
-            for (value, (fresh, gain, scale)) in column.iter_mut().zip(&steps) {
-                if *fresh {
-                    state = 0.0;
-                }
-                let new = *value - state;
-                state = keep * (state + gain * new);
-                *value = scale * new;
+            for (value, step) in column.iter_mut().zip(&steps) {
+                *value = step.scale * step.innovation(&mut state, *value, keep);
             }
         }
+    }
+}
+
+/// One step of the filter.
+struct Step {
+    fresh: bool,
+    gain: f64,
+    scale: f64,
+}
+
+impl Step {
+    /// What is new in a value; the state is the disturbance to come.
+    fn innovation(&self, state: &mut f64, value: f64, keep: f64) -> f64 {
+        if self.fresh {
+            *state = 0.0;
+        }
+        let new = value - *state;
+        *state = keep * (*state + self.gain * new);
+        new
     }
 }
 

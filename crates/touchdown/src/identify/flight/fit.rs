@@ -226,8 +226,16 @@ pub fn fit(pieces: &[Piece], shape: Shape, from: Option<&Fit>) -> Fit {
     }
 }
 
-/// Scale and height error of one run for given shared numbers, and its weighted squares `(sum, rows)` over the rows
-/// that `counts`, each error at most `clip`.
+/// Squares of one run's errors: as they are, and as errors of prediction one step ahead.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Squares {
+    pub(super) plain: f64,
+    pub(super) white: f64,
+    pub(super) rows: f64,
+}
+
+/// Scale and height error of one run for given shared numbers, and its squares over the rows that `counts`, each error
+/// at most `clip`.
 pub(super) fn settle(
     piece: &Piece,
     fit: &Fit,
@@ -235,7 +243,7 @@ pub(super) fn settle(
     from: Local,
     clip: f64,
     counts: &dyn Fn(usize) -> bool,
-) -> (Local, f64, f64) {
+) -> (Local, Squares) {
     let values = Values::of(&fit.shape, theta);
     let mut local = from;
     let sure = piece.bias_sd.powi(-2);
@@ -261,14 +269,29 @@ pub(super) fn settle(
         local.bias += d.y.clamp(-BIAS_MOST, BIAS_MOST);
     }
     let run = piece.simulate(&values, local.bias);
-    let (mut sum, mut rows) = (0.0, 0.0);
-    for (y, &i) in run.iter().zip(&piece.rows).filter(|(_, i)| counts(**i)) {
-        let r = piece.force[i] - local.scale * y;
-        // A single wild row does not decide.
-        sum += r.powi(2).min(clip * clip);
-        rows += 1.0;
+    let plain: Vec<f64> = run
+        .iter()
+        .zip(&piece.rows)
+        .map(|(y, &i)| piece.force[i] - local.scale * y)
+        .collect();
+    let mut white = plain.clone();
+    if let Some(colour) = fit.colour {
+        colour.filter(piece, [&mut white]);
     }
-    (local, sum, rows)
+    let mut out = Squares::default();
+    // A single wild row does not decide.
+    let square = |r: f64| r.powi(2).min(clip * clip);
+    for ((plain, white), _) in plain
+        .iter()
+        .zip(&white)
+        .zip(&piece.rows)
+        .filter(|(_, i)| counts(**i))
+    {
+        out.plain += square(*plain);
+        out.white += square(*white);
+        out.rows += 1.0;
+    }
+    (local, out)
 }
 
 /// What stays the same during a fit.

@@ -6,11 +6,12 @@ use touchdown_model::Card;
 use super::choose::{Candidate, Choice};
 use super::fit::Fit;
 use super::hover::{self, Hover, Law};
+use super::lag::lag;
 use super::model::{Curve, Piece, Shape};
 use super::phases::Phases;
 use super::pieces::{LeftOut, cut};
 use super::resolve::{climb_near_ground, of_poses, resolve_lag};
-use super::spread::Spread;
+use super::spread::{Spread, Sure};
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
 
@@ -83,6 +84,8 @@ pub struct GroundEffect {
     pub fit: Fit,
     /// Its uncertainty.
     pub spread: Spread,
+    /// The wake's lag (s), where it was resolved.
+    pub(super) lag: Option<Sure>,
     /// All models that were tried.
     pub tried: Vec<Candidate>,
     /// Rows that were not used.
@@ -209,6 +212,7 @@ fn from_force(
         let before = choice.best.clone();
         let shape = with(&choice, |s| s.wake_lag = true);
         choice.offer("wake lag", shape, true);
+        choice.colour();
         choice.curves();
         choice.colour();
         resolve_lag(&mut choice, &before, settings, &mut refused);
@@ -239,6 +243,7 @@ fn from_force(
         basis,
         hovers: Vec::new(),
         rotor_radius_m,
+        lag: lag(&fit, &cut.pieces, &spread),
         phases,
         hover_throttle: cut.hover_throttle,
         left_out: cut.left_out,

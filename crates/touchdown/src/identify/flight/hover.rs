@@ -159,6 +159,7 @@ pub fn ground_effect(
             drift_of_time: !has_volts,
         },
         rotor_radius_m,
+        lag: None,
         left_out: outside(flights, &phases, &hovers_of),
         phases,
         pieces,

@@ -11,7 +11,7 @@
 //! | module | what it is |
 //! | --- | --- |
 //! | [`phases`], [`pieces`] | motors on and off, contact, impacts; what is left of a log to fit, and what was left out and why |
-//! | [`model`], [`fit`], [`colour`] | the model of a flight, its least squares, and disturbances that last |
+//! | [`model`], [`curve`], [`fit`], [`colour`] | the model of a flight, the laws of its ground effect, its least squares, and disturbances that last |
 //! | [`choose`], [`spread`] | models judged on flights left out; intervals from flights drawn anew |
 //! | [`hover`] | logs without specific force: hovers at rest, and the thrust that each takes |
 //! | [`ground`], [`numbers`], [`result`] | all of it: the ground effect, and what the logs do not carry |
@@ -19,10 +19,13 @@
 mod card;
 pub mod choose;
 pub mod colour;
+pub mod curve;
 pub mod fit;
 pub mod ground;
 pub mod hover;
+mod lag;
 pub mod model;
+mod motion;
 mod normal;
 pub mod numbers;
 pub mod phases;

@@ -3,23 +3,19 @@
 //! ```text
 //! T_m x' = 1 + e/2 (s(t - d)/s0 - 1) + c (s(t - d)/s0 - 1)² - x          motors; e the elasticity dlnT/dlns at s0
 //! F = k (1 + q e^(-(t - t_on)/t_q)) (1 + u (V - V0)) x² (1 + G - κ(z) v)  specific force in gravities
-//! τ G' = h(z + b) - G                                                    or G = h(z + b)
+//! τ G' = h(z + b) - G                                                    or G = h(z + b); images: two lags of q, G of q
 //! ```
 //!
 //! Thrust scale `k` and height error `b` belong to one run of the motors, all else to the vehicle.
 
-pub use super::shape::{Curve, Parameter, Shape};
+pub use super::curve::{Curve, LENGTHS};
+pub use super::shape::{Parameter, Shape};
 
+use super::curve::{MOST, psi};
 use crate::identify::thrust::plateau::median;
 
 /// Least and greatest √T relative to hover that a command gives.
 const ROOT: [f64; 2] = [0.05, 2.5];
-/// Greatest q of eq. (2).
-const Q_MAX: f64 = 0.6;
-/// Least rotor height that eq. (2) is used at, in R.
-const LEAST_HEIGHT: f64 = 0.3;
-/// Lengths of the bounded rationals, in R.
-pub const LENGTHS: [f64; 3] = [0.6, 1.5, 3.5];
 
 /// Values by name, zero where the shape has no such number.
 #[derive(Clone, Copy, Debug)]
@@ -34,8 +30,10 @@ pub struct Values {
     damping: f64,
     near_damping: f64,
     curve: Curve,
-    of_curve: [f64; 3],
+    of_curve: [f64; MOST],
     tau_s: f64,
+    fountain_tau_s: f64,
+    paced: bool,
 }
 
 impl Values {
@@ -51,12 +49,9 @@ impl Values {
         let battery = take(shape.battery);
         let damping = take(shape.damping);
         let near_damping = take(shape.near_damping);
-        let many = match shape.curve {
-            Curve::Free => 0,
-            Curve::Exponential | Curve::Empirical => 2,
-            Curve::Rational => 3,
-        };
+        let many = shape.curve.many();
         let of_curve = std::array::from_fn(|i| take(i < many));
+        let tau_s = take(shape.wake_lag);
         Self {
             elasticity,
             t_m_s,
@@ -69,32 +64,35 @@ impl Values {
             near_damping,
             curve: shape.curve,
             of_curve,
-            tau_s: take(shape.wake_lag),
+            tau_s,
+            fountain_tau_s: take(shape.fountain_lag),
+            paced: shape.fountain_lag && shape.curve == Curve::Images,
         }
     }
 
     /// The ratio at rest `h`, at a height in R.
     #[must_use]
     pub fn at_rest(&self, height: f64) -> f64 {
-        let [a, b, c] = self.of_curve;
-        match self.curve {
-            Curve::Free => 0.0,
-            Curve::Exponential => a * (-height.max(0.0) / b).exp(),
-            Curve::Empirical => {
-                let rotor = (height + b).max(LEAST_HEIGHT);
-                let q = (a / (16.0 * rotor * rotor)).clamp(-Q_MAX, Q_MAX);
-                q / (1.0 - q)
-            }
-            Curve::Rational => (0..)
-                .zip([a, b, c])
-                .map(|(i, h)| h * self.psi(i, height))
-                .sum(),
-        }
+        self.curve.lift(self.parts(height))
     }
 
-    /// `ψ = 1/(1 + (z/l)²)` of a length, at a height in R.
-    fn psi(&self, of: usize, height: f64) -> f64 {
-        1.0 / (1.0 + (height / LENGTHS[of]).powi(2))
+    fn parts(&self, height: f64) -> [f64; 2] {
+        self.curve.parts(self.of_curve, height)
+    }
+
+    /// Lags of the two parts at a height in R and a √T relative to hover (s). With lags of their own they are the times
+    /// that the air takes at the speed of the rotors' wake, which goes with √T: down by ζ and out by R for images, out by c, up by ζ and back by c for the fountain; `tau` and `fountain_tau` are those at ζ = R and ζ = 0.
+    fn lags_s(&self, height: f64, root: f64) -> [f64; 2] {
+        if !self.paced {
+            return [self.tau_s; 2];
+        }
+        let [_, _, distance, offset] = self.of_curve;
+        let rotor = (height + offset).max(0.0);
+        let root = root.max(ROOT[0]);
+        [
+            self.tau_s * (rotor + 1.0) / (2.0 * root),
+            self.fountain_tau_s * (rotor + 2.0 * distance) / (2.0 * distance * root),
+        ]
     }
 }
 
@@ -149,20 +147,8 @@ impl Piece {
             at: 0,
         };
         let grounded = v.curve != Curve::Free && !self.height.is_empty();
-        let ratio = |i: usize| {
-            let z = self.height[i] + bias;
-            if z.is_finite() {
-                Some(v.at_rest(z))
-            } else {
-                None
-            }
-        };
         let mut x = level(self.throttle[0]);
-        let mut g = if grounded {
-            ratio(0).unwrap_or(0.0)
-        } else {
-            0.0
-        };
+        let mut wake = Wake::default();
         for i in 0..n {
             let dt = if i == 0 {
                 0.0
@@ -171,8 +157,8 @@ impl Piece {
             };
             let target = level(late.at(self.time_s[i] - v.dead_time_s));
             x = relax(x, target, dt, v.t_m_s);
-            if grounded && let Some(h) = ratio(i) {
-                g = relax(g, h, dt, v.tau_s);
+            if grounded {
+                wake.step(v, self.height[i] + bias, dt, x);
             }
             if next.peek() != Some(&i) {
                 continue;
@@ -189,16 +175,78 @@ impl Piece {
             }
             let mut damping = v.damping;
             if v.near_damping != 0.0 {
-                damping += v.near_damping * v.psi(2, self.height[i] + bias);
+                damping += v.near_damping * psi(2, self.height[i] + bias);
             }
             let climb = if damping == 0.0 {
                 0.0
             } else {
                 damping * self.climb_mps[i]
             };
-            out.push(drift * x * x * (1.0 + g - climb));
+            out.push(drift * x * x * (1.0 + v.curve.lift(wake.lagged) - climb));
         }
         out
+    }
+}
+
+/// The parts of a ground effect, lagged and at rest; rows without a height are passed over.
+#[derive(Clone, Copy, Debug, Default)]
+struct Wake {
+    lagged: [f64; 2],
+    at_rest: Option<[f64; 2]>,
+    since_s: f64,
+}
+
+impl Wake {
+    /// One row on, at a height in R and a √T relative to hover.
+    fn step(&mut self, v: &Values, height: f64, dt: f64, root: f64) {
+        self.since_s += dt;
+        if !height.is_finite() {
+            return;
+        }
+        let now = v.parts(height);
+        match self.at_rest {
+            None => self.lagged = now,
+            Some(before) => {
+                let lags_s = v.lags_s(height, root);
+                for (k, lag_s) in lags_s.into_iter().enumerate() {
+                    self.lagged[k] =
+                        follow(self.lagged[k], [before[k], now[k]], self.since_s, lag_s);
+                }
+            }
+        }
+        (self.at_rest, self.since_s) = (Some(now), 0.0);
+    }
+}
+
+/// A lag over one step along which the input goes on a line; without a lag, the input itself.
+pub(super) fn follow(state: f64, [from, to]: [f64; 2], dt: f64, lag_s: f64) -> f64 {
+    if lag_s > 0.0 && dt > 0.0 {
+        let behind = (to - from) / dt * lag_s;
+        to - behind + (state - from + behind) * (-dt / lag_s).exp()
+    } else {
+        to
+    }
+}
+
+impl Piece {
+    /// The ratio of thrusts minus one along the rows with a height, at the √T of hover: time since the row before,
+    /// the ratio at rest, the ratio.
+    #[must_use]
+    pub(super) fn wake(&self, values: &Values, bias: f64) -> Vec<[f64; 3]> {
+        let mut wake = Wake::default();
+        let mut last_s = None;
+        self.time_s
+            .iter()
+            .zip(&self.height)
+            .filter(|(_, z)| z.is_finite())
+            .map(|(&t, z)| {
+                let dt = t - last_s.unwrap_or(t);
+                last_s = Some(t);
+                wake.step(values, z + bias, dt, 1.0);
+                let lift = values.curve.lift(wake.lagged);
+                [dt, values.at_rest(z + bias), lift]
+            })
+            .collect()
     }
 }
 
@@ -286,8 +334,9 @@ mod tests {
             Curve::Exponential,
             Curve::Empirical,
             Curve::Rational,
+            Curve::Images,
         ] {
-            for bits in 0..128u8 {
+            for bits in 0..=255u8 {
                 let on = |k: u8| bits >> k & 1 == 1;
                 let shape = Shape {
                     exponent: [1.5, 1.0],
@@ -299,11 +348,18 @@ mod tests {
                     near_damping: on(6),
                     curve,
                     wake_lag: on(5),
+                    fountain_lag: on(7),
                 };
                 let theta: Vec<f64> = (1..=shape.parameters().len()).map(|i| i as f64).collect();
                 let read = Values::of(&shape, &theta);
                 let last = theta.len() as f64;
-                let of_last = if shape.wake_lag { read.tau_s } else { last };
+                let of_last = if shape.fountain_lag {
+                    read.fountain_tau_s
+                } else if shape.wake_lag {
+                    read.tau_s
+                } else {
+                    last
+                };
                 assert_eq!(of_last, last);
             }
         }

@@ -7,12 +7,6 @@ use super::hover::{DRIFT_S, Law};
 use super::model::Values;
 use super::spread::Sure;
 
-/// Standard error of every curve beside that of the drawing, as a share: on simulated vehicles with a motor and air that
-/// the model only approximates, curves are off by one to three per cent however many flights there are.
-const CURVE_ERROR: f64 = 0.02;
-/// The same of the wake's lag: pilots answer turbulence, and what is left of that in the fit goes into the lag.
-const LAG_ERROR: f64 = 0.1;
-
 /// A number of the model, with its unit.
 #[derive(Clone, Debug, Serialize)]
 pub struct Number {
@@ -54,17 +48,15 @@ impl GroundEffect {
         self.of_curve(|v| (v.at_rest(a) / v.at_rest(b)).ln() / ((b - a) * self.rotor_radius_m))
     }
 
-    /// A property of the curve, with what models of this kind miss.
+    /// A property of the curve.
     pub(super) fn of_curve(&self, f: impl Fn(&Values) -> f64) -> Option<Sure> {
-        let sure = self.spread.sure(&self.fit, |_, v| f(v))?;
-        Some(self.spread.widened(sure, CURVE_ERROR))
+        self.spread.sure(&self.fit, |_, v| f(v))
     }
 
-    /// The wake's lag (s), where it was resolved.
+    /// The wake's lag (s), where it was resolved: of a wake with several, the single one that follows it best.
     #[must_use]
     pub fn lag_s(&self) -> Option<Sure> {
-        let sure = self.spread.number(&self.fit, "tau")?;
-        Some(self.spread.widened(sure, LAG_ERROR))
+        self.lag
     }
 
     /// The delay from throttle to acceleration: dead time and lag of the motors together (s), where lags were identified.
@@ -100,21 +92,16 @@ impl GroundEffect {
             .into_iter()
             .filter(|p| shown(p.name))
             .filter_map(|p| {
-                let sure = match p.name {
-                    "tau" => self.lag_s()?,
-                    "amplitude" | "length" | "mu" | "rotor_offset" | "h1" | "h2" | "h3" => {
-                        let drawn = self.spread.number(&self.fit, p.name)?;
-                        self.spread.widened(drawn, CURVE_ERROR)
-                    }
-                    name => self.spread.number(&self.fit, name)?,
-                };
+                let sure = self.spread.number(&self.fit, p.name)?;
                 let (unit, by) = match (p.unit, p.name) {
                     ("R", _) => ("m", r),
                     (_, "battery") if drifts => ("1/s", 1.0 / DRIFT_S),
                     (unit, _) => (unit, 1.0),
                 };
                 let name = match p.name {
+                    "tau" if self.fit.shape.fountain_lag => "image_lag",
                     "tau" => "lag",
+                    "fountain_tau" => "fountain_lag",
                     "battery" if drifts => "drift",
                     name => name,
                 };
@@ -133,11 +120,17 @@ impl GroundEffect {
             unit: "1/m".into(),
             sure,
         });
+        let lag = self.lag.filter(|_| self.fit.shape.fountain_lag);
+        let lag = lag.map(|sure| Number {
+            name: "lag".into(),
+            unit: "s".into(),
+            sure,
+        });
         let delay = self.delay_s().map(|sure| Number {
             name: "delay".into(),
             unit: "s".into(),
             sure,
         });
-        shared.chain(delay).chain(decay).collect()
+        shared.chain(lag).chain(delay).chain(decay).collect()
     }
 }

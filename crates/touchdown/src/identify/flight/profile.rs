@@ -81,8 +81,8 @@ impl GroundEffect {
             let (sum, rows) = self.pieces.iter().zip(&fit.locals).fold(
                 (0.0, 0.0),
                 |(sum, rows), (piece, local)| {
-                    let (_, s, r) = settle(piece, fit, &theta, *local, CLIP * fit.sigma, &|_| true);
-                    (sum + s, rows + r)
+                    let (_, of) = settle(piece, fit, &theta, *local, CLIP * fit.sigma, &|_| true);
+                    (sum + of.plain, rows + of.rows)
                 },
             );
             out.lag_s.push(lag);

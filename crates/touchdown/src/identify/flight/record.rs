@@ -3,8 +3,8 @@
 use serde::Serialize;
 use touchdown_trial::Trial;
 
-use super::FlightSettings;
 use super::smooth::{bump, filled, local_parabola, without_spikes};
+use super::{FlightSettings, motion};
 use crate::error::{Error, Result};
 use crate::identify::thrust::{plateau::median, throttle};
 
@@ -117,16 +117,6 @@ impl Flight {
         let height_m = filled(time, &height_m, false);
         let velocity = linear("vehicle_velocity_mps");
         let clock_s = step(time);
-        // Slow clocks need a longer window for a slope.
-        let half_s = HALF_WINDOW_S.max(2.1 * clock_s);
-        // Noise of a regressor would pull its coefficient to zero, and with it what goes along with it.
-        let climb_mps = if !velocity.is_empty() {
-            local_parabola(time, &velocity, half_s, 0)
-        } else if !height_m.is_empty() {
-            local_parabola(time, &height_m, half_s, 1)
-        } else {
-            Vec::new()
-        };
         let gravity = settings.gravity_mps2;
         // The force is measured where it stands: what is between is not made up.
         let force: Vec<f64> = trial
@@ -134,6 +124,18 @@ impl Flight {
             .map(|c| c.iter().map(|f| f / gravity).collect())
             .unwrap_or_default();
         let known = force.iter().any(|f| f.is_finite());
+        // Slow clocks need a longer window for a slope.
+        let half_s = HALF_WINDOW_S.max(2.1 * clock_s);
+        let climb_mps = if known && !(velocity.is_empty() && height_m.is_empty()) {
+            let up: Vec<f64> = force.iter().map(|f| (f - 1.0) * gravity).collect();
+            motion::climb(time, [&height_m, &velocity], &up)
+        } else if !velocity.is_empty() {
+            local_parabola(time, &velocity, half_s, 0)
+        } else if !height_m.is_empty() {
+            local_parabola(time, &height_m, half_s, 1)
+        } else {
+            Vec::new()
+        };
         let mut whole = Self {
             name: trial.name().to_string(),
             time_s: time.to_vec(),

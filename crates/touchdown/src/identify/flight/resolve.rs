@@ -34,7 +34,7 @@ pub(super) fn resolve_lag(
         });
         return;
     }
-    let tau = choice.sure("tau", settings);
+    let tau = choice.lag(settings);
     if let Some(tau) = tau
         && tau.ci95[0] > 0.0
         && tau.std_error < RESOLVED * tau.value
@@ -56,6 +56,7 @@ pub(super) fn resolve_lag(
     });
     let shape = Shape {
         wake_lag: false,
+        fountain_lag: false,
         ..choice.best.shape
     };
     choice.replace("without the wake's lag", shape, before);
@@ -82,7 +83,7 @@ pub(super) fn climb_near_ground(
     }
     let record =
         "climbs and descents through the same heights below two rotor radii at 0.1 to 0.5 m/s";
-    let lag = choice.sure("tau", settings);
+    let lag = choice.lag(settings);
     let before = choice.best.clone();
     let shape = Shape {
         near_damping: true,
@@ -97,8 +98,8 @@ pub(super) fn climb_near_ground(
     let near = choice.sure("near_damping", settings);
     // A lag shows as an effect of climb, and the other way round: what moves the lag is not told apart from it.
     let moves_lag = lag
-        .zip(choice.best.value("tau"))
-        .is_some_and(|(before, after)| (after - before.value).abs() > before.std_error);
+        .zip(choice.lag(settings))
+        .is_some_and(|(before, after)| (after.value - before.value).abs() > before.std_error);
     if moves_lag || near.is_none_or(|n| !n.differs_from_zero()) {
         choice.replace("without damping near the ground", before.shape, &before);
         let why = if moves_lag {

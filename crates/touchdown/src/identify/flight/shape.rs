@@ -2,32 +2,7 @@
 
 use serde::Serialize;
 
-/// The law of the static curve.
-#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Curve {
-    /// None: thrust alone.
-    Free,
-    /// `A e^(-z/L)`.
-    Exponential,
-    /// Eq. (2): `q/(1 - q)`, `q = μ (R/(4 (z + h_r)))²`.
-    Empirical,
-    /// `h1 ψ1 + h2 ψ2 + h3 ψ3`, `ψ_i = 1/(1 + (z/l_i)²)`.
-    Rational,
-}
-
-impl Curve {
-    /// The name in results.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Free => "free_air",
-            Self::Exponential => "exponential",
-            Self::Empirical => "empirical",
-            Self::Rational => "rational",
-        }
-    }
-}
+use super::curve::Curve;
 
 /// What a model has beside the scales of the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -50,6 +25,8 @@ pub struct Shape {
     pub curve: Curve,
     /// Whether the ground effect lags.
     pub wake_lag: bool,
+    /// Whether the fountain of [`Curve::Images`] has a lag of its own, and both go with the height.
+    pub fountain_lag: bool,
 }
 
 /// A number that is fitted.
@@ -100,6 +77,7 @@ impl Shape {
             near_damping: false,
             curve,
             wake_lag: false,
+            fountain_lag: false,
         }
     }
 
@@ -143,9 +121,19 @@ impl Shape {
                 out.push(p("h2", "1", 0.05, [-1.0, 1.0], 0.15));
                 out.push(p("h3", "1", 0.03, [-1.0, 1.0], 0.15));
             }
+            // Neighbours 2.2 to 3.5 R apart, rotors in the plane of which the height is measured or up to R above it.
+            Curve::Images => {
+                out.push(p("images", "1", 1.0, [-5.0, 10.0], 1.0));
+                out.push(p("fountain", "1", 0.3, [-3.0, 5.0], 0.5));
+                out.push(p("fountain_distance", "R", 1.9, [0.8, 5.0], 0.4));
+                out.push(p("rotor_offset", "R", 0.5, [0.0, 4.0], 0.5));
+            }
         }
         if self.wake_lag {
             out.push(p("tau", "s", 0.1, [0.005, 2.0], 0.5));
+        }
+        if self.fountain_lag {
+            out.push(p("fountain_tau", "s", 0.2, [0.005, 2.0], 0.5));
         }
         out
     }

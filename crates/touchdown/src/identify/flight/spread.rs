@@ -67,6 +67,8 @@ pub struct Spread {
     /// How many there are of them.
     pub count: usize,
     draws: Vec<Vec<f64>>,
+    /// The numbers of the same model fitted as if no disturbance outlasted a row.
+    white: Option<Vec<f64>>,
     widen: f64,
     student: f64,
 }
@@ -111,6 +113,7 @@ impl Spread {
             blocks,
             count,
             draws,
+            white: white(fit, pieces),
             widen: (k / (k - 1.0)).sqrt(),
             student: StudentsT::new(0.0, 1.0, k - 1.0).map_or(f64::NAN, |t| t.inverse_cdf(0.975)),
         }
@@ -123,6 +126,7 @@ impl Spread {
             blocks,
             count,
             draws,
+            white: None,
             widen: (k / (k - 1.0)).sqrt(),
             student: StudentsT::new(0.0, 1.0, k - 1.0).map_or(f64::NAN, |t| t.inverse_cdf(0.975)),
         }
@@ -154,12 +158,18 @@ impl Spread {
             blocks: Blocks::Residuals,
             count: pieces.len(),
             draws,
+            white: white(fit, pieces),
             widen: 1.0,
             student: 1.96,
         }
     }
 
     /// A function of the shared numbers with its uncertainty; `None` where a draw gives no number.
+    ///
+    /// Flights drawn anew do not show a bias that all of them have. Where a pilot answers disturbances, least squares are
+    /// off by one, and the filter of [`super::colour`] takes it away, as far as its model of the disturbance holds. What is
+    /// left is taken to be anything up to what it took away, Δ: a rectangular distribution of standard deviation Δ/√3
+    /// (JCGM 100:2008, 4.3.7), beside that of the drawing.
     #[must_use]
     pub fn sure(&self, fit: &Fit, f: impl Fn(&[f64], &Values) -> f64) -> Option<Sure> {
         let value = f(&fit.theta, &fit.values());
@@ -171,7 +181,11 @@ impl Spread {
         let n = all.len() as f64;
         let mean = all.iter().sum::<f64>() / n;
         let sd = (all.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-        let std_error = sd * self.widen;
+        let moved = self
+            .white
+            .as_ref()
+            .map_or(0.0, |t| f(t, &Values::of(&fit.shape, t)) - value);
+        let std_error = (sd * self.widen).hypot(moved / 3.0_f64.sqrt());
         let half = self.student * std_error;
         (value.is_finite() && half.is_finite()).then_some(Sure {
             value,
@@ -180,16 +194,32 @@ impl Spread {
         })
     }
 
-    /// A value with a share of it added to its standard error: what a model of this kind misses whatever is drawn anew.
-    #[must_use]
-    pub fn widened(&self, sure: Sure, share: f64) -> Sure {
-        let std_error = sure.std_error.hypot(share * sure.value);
-        let half = self.student * std_error;
-        Sure {
-            std_error,
-            ci95: [sure.value - half, sure.value + half],
-            ..sure
-        }
+    /// A smooth function of the shared numbers that takes long to compute, by its slopes (the delta method).
+    pub(super) fn smooth(&self, fit: &Fit, f: impl Fn(&[f64]) -> f64) -> Option<Sure> {
+        let value = f(&fit.theta);
+        let n = self.draws.len() as f64;
+        let slopes: Vec<f64> = (0..fit.theta.len())
+            .map(|k| {
+                let mean = self.draws.iter().map(|t| t[k]).sum::<f64>() / n;
+                let square: f64 = self.draws.iter().map(|t| (t[k] - mean).powi(2)).sum();
+                // Half a standard deviation to either side.
+                let step = 0.5 * (square / n).sqrt();
+                if step == 0.0 {
+                    return 0.0;
+                }
+                let at = |by: f64| {
+                    let mut there = fit.theta.clone();
+                    there[k] += by;
+                    f(&there)
+                };
+                (at(step) - at(-step)) / (2.0 * step)
+            })
+            .collect();
+        let moved = |theta: &[f64]| -> f64 {
+            let each = theta.iter().zip(&fit.theta).zip(&slopes);
+            each.map(|((t, from), slope)| slope * (t - from)).sum()
+        };
+        self.sure(fit, |theta, _| value + moved(theta))
     }
 
     /// A number by name with its uncertainty.
@@ -198,6 +228,16 @@ impl Spread {
         let index = fit.index(name)?;
         self.sure(fit, |theta, _| theta[index])
     }
+}
+
+fn white(fit: &Fit, pieces: &[Piece]) -> Option<Vec<f64>> {
+    fit.colour?;
+    let blind = Fit {
+        colour: None,
+        ..fit.clone()
+    };
+    let refit = super::fit::fit(pieces, fit.shape, Some(&blind));
+    refit.converged.then_some(refit.theta)
 }
 
 fn distinct(values: impl Iterator<Item = usize>) -> Vec<usize> {

@@ -1,0 +1,69 @@
+//! The lag of a wake as one number.
+//!
+//! Images and fountain settle at paces of their own, faster near the ground. One number for all of it is the single lag
+//! `τ G' = h(z) - G` that follows the model's ratio G best, by least squares, along the flown heights. Where the model has
+//! one lag it is that.
+
+use rayon::prelude::*;
+
+use super::fit::{Fit, Local};
+use super::model::{Piece, Values};
+use super::spread::{Spread, Sure};
+
+/// Lags that are looked for (s).
+const BOUNDS_S: [f64; 2] = [0.002, 3.0];
+/// Share of a lag that the search stops at.
+const CLOSE: f64 = 1e-4;
+
+/// The lag of a fit (s) with its uncertainty; `None` where the model has none.
+pub(super) fn lag(fit: &Fit, pieces: &[Piece], spread: &Spread) -> Option<Sure> {
+    if fit.shape.fountain_lag {
+        let of = |theta: &[f64]| equivalent_s(&Values::of(&fit.shape, theta), pieces, &fit.locals);
+        spread.smooth(fit, of)
+    } else {
+        spread.number(fit, "tau")
+    }
+}
+
+/// The single lag closest to the wake of these values along the runs (s).
+fn equivalent_s(values: &Values, pieces: &[Piece], locals: &[Local]) -> f64 {
+    let courses: Vec<Vec<[f64; 3]>> = pieces
+        .par_iter()
+        .zip(locals)
+        .map(|(piece, local)| piece.wake(values, local.bias))
+        .collect();
+    let missed = |lag_s: f64| -> f64 {
+        courses
+            .par_iter()
+            .map(|course| {
+                let Some([_, first, _]) = course.first() else {
+                    return 0.0;
+                };
+                let (mut g, mut before) = (*first, *first);
+                let each = course.iter().map(|&[dt, h, ratio]| {
+                    g = super::model::follow(g, [before, h], dt, lag_s);
+                    before = h;
+                    (g - ratio).powi(2)
+                });
+                each.sum::<f64>()
+            })
+            .sum()
+    };
+    // Golden section in the logarithm.
+    let [mut lo, mut hi] = BOUNDS_S.map(f64::ln);
+    let inner = 0.5 * (3.0 - 5.0_f64.sqrt());
+    let mut at = [lo + inner * (hi - lo), hi - inner * (hi - lo)];
+    let mut of = at.map(|l| missed(l.exp()));
+    while hi - lo > CLOSE {
+        if of[0] < of[1] {
+            (hi, at[1], of[1]) = (at[1], at[0], of[0]);
+            at[0] = lo + inner * (hi - lo);
+            of[0] = missed(at[0].exp());
+        } else {
+            (lo, at[0], of[0]) = (at[0], at[1], of[1]);
+            at[1] = hi - inner * (hi - lo);
+            of[1] = missed(at[1].exp());
+        }
+    }
+    (0.5 * (lo + hi)).exp()
+}
