@@ -10,16 +10,12 @@ fn analytic_time_that_jumps() {
     // Forward by two hours in the middle: a gap that is told, no row lost.
     let jumps = |i: u64| 1_000_000 + 4000 * i + if i >= 50 { 7_200_000_000 } else { 0 };
     let log = Log::from_bytes("forward", ulog(jumps, |_| 1.0)).unwrap();
+    let jump = "time jumps once by more than a minute, by up to 7200 s";
     let (_, findings) = log.survey().unwrap();
-    assert!(
-        findings
-            .warnings
-            .iter()
-            .any(|w| w.contains("time jumps 1 times") || w.contains("time jumps 3 times")),
-        "{findings:?}"
-    );
+    assert!(findings.warnings.iter().any(|w| w == jump), "{findings:?}");
     let (trial, findings) = log.trial(None).unwrap();
     assert_eq!((trial.len(), findings.rows_dropped()), (100, 0));
+    assert!(findings.warnings.iter().any(|w| w == jump), "{findings:?}");
     // Back by two hours: time goes on.
     let back = |i: u64| 8_000_000_000 + 4000 * i - if i >= 50 { 7_200_000_000 } else { 0 };
     let log = Log::from_bytes("back", ulog(back, |_| 1.0)).unwrap();
@@ -91,8 +87,7 @@ fn prop_names_that_are_not_there_are_told_with_a_near_one() {
     );
     let error = trial(&format!("{head}x = 'vehicle_local_positions.vz'\n"));
     assert!(
-        error.contains("did you mean \"vehicle_local_position\"")
-            || error.contains("\"vehicle_local_position\""),
+        error.contains("did you mean \"vehicle_local_position\""),
         "{error}"
     );
     let error = trial(&format!("{head}x = 'param.THR_MDL_FAK'\n"));
@@ -137,6 +132,60 @@ fn analytic_rotor_speeds_of_older_firmware() {
     let (trial, _) = log.trial(None).unwrap();
     let rpm = trial.require("rotor_rpm").unwrap();
     assert!(rpm.iter().all(|rpm| *rpm == 2500.0), "{rpm:?}");
+}
+
+#[test]
+fn analytic_records_of_firmware_that_stamps_in_ms() {
+    let parameters = |letters: &str, labels: &str, before: &[u8], after: &[u8]| {
+        let mut bytes = dataflash();
+        let length = 3 + before.len() + 16 + 4 + after.len();
+        bytes.extend(format(140, length as u8, "PARM", letters, labels));
+        bytes.extend([0xa3, 0x95, 140]);
+        bytes.extend(before);
+        bytes.extend(b"MOT_THST_EXPO\0\0\0");
+        bytes.extend(0.25_f32.to_le_bytes());
+        bytes.extend(after);
+        let (survey, _) = Log::from_bytes("old.bin", bytes).unwrap().survey().unwrap();
+        survey.parameters.get("MOT_THST_EXPO").copied()
+    };
+    let stamp = 5000_u32.to_le_bytes();
+    for (letters, labels, before, after) in [
+        ("Nf", "Name,Value", &[][..], &[][..]),
+        ("INf", "TimeMS,Name,Value", &stamp, &[]),
+        ("NfI", "Name,Value,TimeMS", &[], &stamp),
+        ("QNff", "TimeUS,Name,Value,Default", &[0; 8], &stamp),
+    ] {
+        let found = parameters(letters, labels, before, after);
+        assert_eq!(found, Some(0.25), "{labels}");
+    }
+}
+
+#[test]
+fn prop_a_type_of_field_that_is_not_known_costs_no_other_topic() {
+    // Eight bytes of a kind to come, between records of others.
+    let mut bytes = dataflash();
+    let good = Log::from_bytes("good.bin", bytes.clone()).unwrap();
+    let (good, _) = good.survey().unwrap();
+    bytes.extend(format(140, 3 + 8 + 2 + 8, "NEW", "QHx", "TimeUS,A,B"));
+    let rows = dataflash().split_off(bytes.len() - 89 - 60 * 24 - 30 * 19);
+    for i in 0..3_u16 {
+        bytes.extend([0xa3, 0x95, 140]);
+        bytes.extend((11_000_000 + u64::from(i)).to_le_bytes());
+        bytes.extend(i.to_le_bytes());
+        bytes.extend([0xa3; 8]);
+    }
+    bytes.extend(rows);
+    let (survey, findings) = Log::from_bytes("new.bin", bytes).unwrap().survey().unwrap();
+    assert!(!findings.is_lossy(), "{findings:?}");
+    let new = survey.topic("NEW").unwrap();
+    assert_eq!((new.messages, new.fields.len()), (3, 2));
+    assert_eq!(new.field("A").unwrap().sum, 3.0);
+    for topic in ["IMU", "IMU#1", "RCOU"] {
+        let twice = 2 * good.topic(topic).unwrap().messages;
+        assert_eq!(survey.topic(topic).unwrap().messages, twice, "{topic}");
+    }
+    let note = "NEW: fields from number 3 on are left out, for the type 'x' is not known";
+    assert!(findings.warnings.iter().any(|w| w == note), "{findings:?}");
 }
 
 /// PX4 at 100 Hz for 4 s: a range finder that drops out, motors that stop at 2 s.

@@ -74,9 +74,7 @@ impl Clocks {
     pub(super) fn finish(&self, sink: &mut dyn Sink, loss: &mut Loss) {
         let Some(own) = self.own else { return };
         let by_ns = own.least_ns.saturating_sub(own.first_ns);
-        for &id in &self.owned {
-            sink.shift(id, by_ns);
-        }
+        sink.shift(&self.owned, by_ns);
         loss.notes.push(format!(
             "{} topics are stamped by the autopilot's own clock; it was brought to the recorder's by the message with the least delay",
             self.owned.len()
@@ -96,8 +94,8 @@ mod tests {
             Wanted::Stamps
         }
         fn message(&mut self, _: usize, _: Option<i64>, _: &[f64]) {}
-        fn shift(&mut self, id: usize, by_ns: i64) {
-            self.0.push((id, by_ns));
+        fn shift(&mut self, ids: &[usize], by_ns: i64) {
+            self.0.extend(ids.iter().map(|&id| (id, by_ns)));
         }
         fn parameter(&mut self, _: &str, _: f64) {}
     }

@@ -1,6 +1,7 @@
 //! The columns that maps name, gathered in the same pass that tells what topics there are.
 
 use super::log::is_alike;
+use super::resets::RESET_S;
 use super::sink::{Layout, Sink, Wanted};
 use super::survey::{Surveyor, key};
 use crate::map::Rule;
@@ -88,7 +89,13 @@ pub(super) struct Series {
     pub(super) columns: Vec<Values>,
     /// Messages without a stamp, which are left out.
     pub(super) absent: usize,
+    /// How many messages there were each time when the stamps of any topic went far back; the
+    /// same times for all topics.
+    pub(super) breaks: Vec<usize>,
 }
+
+/// Most times that stamps may go far back and all topics are looked at.
+const MOST_BREAKS: usize = 256;
 
 impl Series {
     /// Leaves out the messages in which the first of the rules is 0 or NaN whose names are all
@@ -208,8 +215,12 @@ impl Sink for Extractor<'_> {
         }
         let place = self.keys.iter().position(|known| *known == key);
         let series = place.unwrap_or_else(|| {
+            let breaks = vec![0; self.series.first().map_or(0, |other| other.breaks.len())];
             self.keys.push(key);
-            self.series.push(Series::default());
+            self.series.push(Series {
+                breaks,
+                ..Series::default()
+            });
             self.keys.len() - 1
         });
         let known = &mut self.series[series];
@@ -234,12 +245,20 @@ impl Sink for Extractor<'_> {
         let Some(Some(plan)) = self.plans.get(id) else {
             return;
         };
-        let series = &mut self.series[plan.series];
         let Some(stamp_ns) = stamp_ns else {
-            series.absent += 1;
+            self.series[plan.series].absent += 1;
             return;
         };
-        series.time_s.push(stamp_ns as f64 * 1e-9);
+        let stamp_s = stamp_ns as f64 * 1e-9;
+        let latest = self.series[plan.series].time_s.last();
+        if latest.is_some_and(|&latest_s| stamp_s < latest_s - RESET_S) {
+            let all = self.series.iter_mut();
+            for any in all.filter(|any| any.breaks.len() < MOST_BREAKS) {
+                any.breaks.push(any.time_s.len());
+            }
+        }
+        let series = &mut self.series[plan.series];
+        series.time_s.push(stamp_s);
         for (&column, &value) in plan.columns.iter().zip(values) {
             series.columns[column].push(value);
         }
@@ -251,10 +270,13 @@ impl Sink for Extractor<'_> {
         }
     }
 
-    fn shift(&mut self, id: usize, by_ns: i64) {
-        self.surveyor.shift(id, by_ns);
-        if let Some(Some(plan)) = self.plans.get(id) {
-            let time_s = &mut self.series[plan.series].time_s;
+    fn shift(&mut self, ids: &[usize], by_ns: i64) {
+        self.surveyor.shift(ids, by_ns);
+        let plans = ids.iter().filter_map(|&id| self.plans.get(id)?.as_ref());
+        // Several may be of one topic.
+        let series: BTreeSet<usize> = plans.map(|plan| plan.series).collect();
+        for place in series {
+            let time_s = &mut self.series[place].time_s;
             time_s.iter_mut().for_each(|t| *t += by_ns as f64 * 1e-9);
         }
     }

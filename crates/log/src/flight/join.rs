@@ -1,6 +1,7 @@
 //! Brings the columns of a topic to the stamps of another.
 
 use super::extract::{Series, Values};
+use super::resets::{median_step, unwrap};
 use crate::map::Join;
 use crate::stamps::{increasing, is_increasing};
 use std::rc::Rc;
@@ -9,10 +10,6 @@ use std::rc::Rc;
 const JOINED_STEPS: f64 = 10.0;
 /// No limit is shorter than this, in s.
 const SHORTEST_LIMIT_S: f64 = 0.05;
-/// Steps back of more than this, in s, that last are a clock set anew.
-const RESET_S: f64 = 10.0;
-/// Messages in a row that have to go on from a step back.
-const LASTING: usize = 5;
 
 /// What was put right in the stamps of a topic.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -33,47 +30,6 @@ pub(super) fn repair(series: &mut Series, is_clock: bool) -> Repairs {
     let dropped = all.len() - kept.len();
     series.pick(&kept);
     Repairs { resets, dropped }
-}
-
-/// Where a clock steps back for good, all that follows is shifted so that one median step lies
-/// between.
-fn unwrap(time_s: &mut [f64]) -> usize {
-    let goes_back = |pair: &[f64]| pair[1] < pair[0] - RESET_S;
-    if !time_s.windows(2).any(goes_back) {
-        return 0;
-    }
-    let step_s = median_step(time_s).unwrap_or(0.0);
-    let mut resets = 0;
-    let mut shift_s = 0.0;
-    let mut latest_s = f64::NEG_INFINITY;
-    for row in 0..time_s.len() {
-        let shifted_s = time_s[row] + shift_s;
-        let after = &time_s[row..time_s.len().min(row + LASTING)];
-        let lasts = after.len() == LASTING
-            && after
-                .windows(2)
-                .all(|p| p[1] >= p[0] && p[1] - p[0] < RESET_S);
-        if shifted_s < latest_s - RESET_S && lasts {
-            resets += 1;
-            shift_s += latest_s + step_s - shifted_s;
-        }
-        time_s[row] += shift_s;
-        // A single stray stamp far ahead is no time to go on from.
-        let stray = row + 1 < time_s.len() && time_s[row + 1] + shift_s < time_s[row] - RESET_S;
-        let lasting_stray = stray && time_s[row] - latest_s > RESET_S;
-        if !lasting_stray {
-            latest_s = latest_s.max(time_s[row]);
-        }
-    }
-    resets
-}
-
-/// Median of the steps forward.
-fn median_step(time_s: &[f64]) -> Option<f64> {
-    let steps = time_s.windows(2).map(|pair| pair[1] - pair[0]);
-    let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
-    let middle = steps.len() / 2;
-    (!steps.is_empty()).then(|| *steps.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// Over how long values are joined without a word in the map, in s.

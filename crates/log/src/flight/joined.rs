@@ -2,6 +2,7 @@
 
 use super::extract::{Series, Values};
 use super::join::{self, Stamps};
+use super::resets;
 use super::survey::Survey;
 use super::trial::no_field;
 use crate::map::{Join, Map, Rule};
@@ -59,6 +60,12 @@ impl<'a> Joined<'a> {
         }
         // What no expression takes is let go of before anything is made of the rest.
         series.retain(|key, _| wanted.contains_key(key));
+        let resets = resets::align(&mut series, clock);
+        if resets > 0 {
+            findings.warnings.push(format!(
+                "{clock}: {resets} times the clock was set back; time goes on there, by one shift for all topics"
+            ));
+        }
         for (key, names) in wanted {
             let mut series = series.remove(&key).unwrap_or_default();
             let is_clock = key == clock;

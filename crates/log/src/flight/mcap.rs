@@ -149,10 +149,11 @@ impl Mcap<'_> {
                 }
                 let (name, encoding) = (text(&mut cursor)?, text(&mut cursor)?);
                 let definition = cursor.sized()?;
-                self.schema_bytes += definition.len();
-                if self.schema_bytes > MOST_SCHEMA_BYTES {
+                let bytes = self.schema_bytes + definition.len();
+                if bytes > MOST_SCHEMA_BYTES {
                     return None;
                 }
+                self.schema_bytes = bytes;
                 let schema = Schema {
                     name: name.to_owned(),
                     encoding: encoding.to_owned(),
@@ -233,4 +234,73 @@ fn chunk_head<'a>(cursor: &mut Cursor<'a>) -> Option<(u32, &'a str)> {
 
 fn text<'a>(cursor: &mut Cursor<'a>) -> Option<&'a str> {
     std::str::from_utf8(cursor.sized()?).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::survey::Surveyor;
+
+    fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
+        let length = (body.len() as u64).to_le_bytes();
+        [&[opcode], &length[..], body].concat()
+    }
+
+    fn texts(texts: &[&[u8]]) -> Vec<u8> {
+        let sized = |text: &&[u8]| [&(text.len() as u32).to_le_bytes()[..], text].concat();
+        texts.iter().flat_map(sized).collect()
+    }
+
+    fn schema(definition: &[u8]) -> Vec<u8> {
+        let body = texts(&[b"Any", b"jsonschema", definition]);
+        record(SCHEMA, &[&[1, 0][..], &body].concat())
+    }
+
+    fn channel(topic: &str) -> Vec<u8> {
+        let body = texts(&[topic.as_bytes(), b"json"]);
+        record(CHANNEL, &[&[1, 0, 1, 0][..], &body, &[0; 4]].concat())
+    }
+
+    fn message(recorded_ns: u64, json: &[u8]) -> Vec<u8> {
+        let stamps = [recorded_ns.to_le_bytes(); 2].concat();
+        record(MESSAGE, &[&[1, 0, 0, 0, 0, 0][..], &stamps, json].concat())
+    }
+
+    fn chunk(records: &[Vec<u8>]) -> Vec<u8> {
+        let head = [&[0; 28][..], &texts(&[b""]), &[0; 8]].concat();
+        record(CHUNK, &[head, records.concat()].concat())
+    }
+
+    fn read_all(records: &[Vec<u8>]) -> (usize, Loss) {
+        let mut surveyor = Surveyor::new(true);
+        let end = record(DATA_END, &[0; 4]);
+        let file = [MAGIC.to_vec(), records.concat(), end].concat();
+        let loss = read(file.as_slice(), &mut surveyor).unwrap();
+        let survey = surveyor.finish("log", LogFormat::Mcap, String::new());
+        (survey.messages(), loss)
+    }
+
+    #[test]
+    fn prop_definitions_that_chunks_tell_again_count_once() {
+        let definition = vec![b' '; 1 << 20];
+        let chunks: Vec<Vec<u8>> = (0..40)
+            .map(|i| chunk(&[schema(&definition), channel("a"), message(i, b"{}")]))
+            .collect();
+        assert!(chunks.len() << 20 > MOST_SCHEMA_BYTES);
+        assert_eq!(read_all(&chunks), (40, Loss::default()));
+    }
+
+    #[test]
+    fn prop_a_bad_record_costs_no_other_of_its_chunk() {
+        let bad = record(SCHEMA, &[7]);
+        let one = chunk(&[
+            schema(b""),
+            channel("a"),
+            message(0, b"{}"),
+            bad,
+            message(1, b"{}"),
+        ]);
+        let (messages, loss) = read_all(&[one]);
+        assert_eq!((messages, loss.corrupt, loss.skipped_bytes), (2, 1, 1));
+    }
 }

@@ -18,6 +18,7 @@ mod joined;
 mod log;
 mod mcap;
 mod parquet;
+mod resets;
 mod ros;
 mod sink;
 mod steps;

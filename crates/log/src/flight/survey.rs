@@ -4,7 +4,7 @@ use super::LogFormat;
 use super::sink::{Layout, Sink, Wanted};
 use super::steps::Steps;
 use serde::Serialize;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Messages of a topic.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -113,6 +113,15 @@ struct Seen {
     fields: Vec<Running>,
 }
 
+/// What a topic of a reader is here, where several may be of one name.
+#[derive(Clone, Default)]
+struct Source {
+    /// Place in `topics`.
+    topic: usize,
+    /// For each of its fields that in the topic; `None` where they are the topic's first.
+    fields: Option<Vec<usize>>,
+}
+
 /// Sums of one field, in the order of the file.
 #[derive(Clone, Copy)]
 struct Running {
@@ -129,6 +138,46 @@ const NOTHING: Running = Running {
     max: f64::NEG_INFINITY,
 };
 
+impl Running {
+    #[inline]
+    fn push(&mut self, value: f64) {
+        if value.is_finite() {
+            self.count += 1;
+            self.sum += value;
+            self.min = self.min.min(value);
+            self.max = self.max.max(value);
+        }
+    }
+}
+
+/// Most names of the fields of one topic that several sources tell of.
+const MOST_NAMES: usize = 1 << 16;
+
+/// Adds the names that are new, and tells the place of each, or `usize::MAX` where there are too
+/// many; `None` where they are the first ones.
+fn unite(known: &mut Vec<String>, names: &[String]) -> Option<Vec<usize>> {
+    if names.starts_with(known) {
+        known.extend_from_slice(&names[known.len()..]);
+    }
+    if known.starts_with(names) {
+        return None;
+    }
+    let mut places: HashMap<String, usize> = HashMap::new();
+    for (place, name) in known.iter().enumerate() {
+        places.entry(name.clone()).or_insert(place);
+    }
+    let place = |name: &String| {
+        *places.entry(name.clone()).or_insert_with(|| {
+            if known.len() >= MOST_NAMES {
+                return usize::MAX;
+            }
+            known.push(name.clone());
+            known.len() - 1
+        })
+    };
+    Some(names.iter().map(place).collect())
+}
+
 /// Most parameters that are kept.
 const MOST_PARAMETERS: usize = 20_000;
 
@@ -137,8 +186,8 @@ pub(super) struct Surveyor {
     /// Whether values are looked at, or only names and numbers of messages.
     deep: bool,
     topics: Vec<Seen>,
-    /// Place in `topics` by the reader's number.
-    places: Vec<usize>,
+    /// By the reader's number.
+    sources: Vec<Source>,
     known: HashMap<(String, u32), usize>,
     parameters: BTreeMap<String, f64>,
     changed: BTreeMap<String, f64>,
@@ -155,7 +204,7 @@ impl Surveyor {
         Self {
             deep,
             topics: Vec::new(),
-            places: Vec::new(),
+            sources: Vec::new(),
             known: HashMap::new(),
             parameters: BTreeMap::new(),
             changed: BTreeMap::new(),
@@ -169,10 +218,13 @@ impl Surveyor {
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.jumps > 0 {
+            let times = match self.jumps {
+                1 => "once".to_owned(),
+                jumps => format!("{jumps} times"),
+            };
+            let longest_s = self.longest_jump_ns as f64 * 1e-9;
             warnings.push(format!(
-                "time jumps {} times by more than a minute, by up to {:.0} s",
-                self.jumps,
-                self.longest_jump_ns as f64 * 1e-9
+                "time jumps {times} by more than a minute, by up to {longest_s:.0} s"
             ));
         }
         if !self.changed.is_empty() {
@@ -258,15 +310,16 @@ impl Sink for Surveyor {
             });
             self.topics.len() - 1
         });
-        self.places.resize(self.places.len().max(id + 1), 0);
-        self.places[id] = place;
+        let known = self.sources.len().max(id + 1);
+        self.sources.resize(known, Source::default());
         let seen = &mut self.topics[place];
-        // A topic that is announced again, with other fields, counts by the latest.
-        seen.layout.texts.clone_from(&layout.texts);
-        if seen.layout.fields != layout.fields {
-            seen.layout.fields.clone_from(&layout.fields);
-            seen.fields.resize(layout.fields.len(), NOTHING);
-        }
+        unite(&mut seen.layout.texts, &layout.texts);
+        let fields = unite(&mut seen.layout.fields, &layout.fields);
+        seen.fields.resize(seen.layout.fields.len(), NOTHING);
+        self.sources[id] = Source {
+            topic: place,
+            fields,
+        };
         if self.deep {
             Wanted::Fields((0..layout.fields.len()).collect())
         } else {
@@ -275,7 +328,8 @@ impl Sink for Surveyor {
     }
 
     fn message(&mut self, id: usize, stamp_ns: Option<i64>, values: &[f64]) {
-        let seen = &mut self.topics[self.places[id]];
+        let source = &self.sources[id];
+        let seen = &mut self.topics[source.topic];
         seen.messages += 1;
         match stamp_ns {
             None => seen.absent += 1,
@@ -284,36 +338,40 @@ impl Sink for Surveyor {
                 seen.last_ns = Some(stamp);
                 if let Some(steps) = &mut seen.steps {
                     steps.push(stamp);
-                    let jump = stamp
-                        .saturating_sub(self.latest_ns.unwrap_or(stamp))
-                        .saturating_abs();
-                    if jump > JUMP_NS && seen.messages > 1 {
+                }
+                let latest = self.latest_ns.unwrap_or(stamp);
+                let jump = stamp.saturating_sub(latest).saturating_abs();
+                if jump <= JUMP_NS || seen.messages > 1 {
+                    self.latest_ns = Some(stamp);
+                    if jump > JUMP_NS {
                         self.jumps += 1;
                         self.longest_jump_ns = self.longest_jump_ns.max(jump);
-                    }
-                    if jump <= JUMP_NS || seen.messages > 1 {
-                        self.latest_ns = Some(stamp);
                     }
                 }
             }
         }
-        for (running, &value) in seen.fields.iter_mut().zip(values) {
-            if value.is_finite() {
-                running.count += 1;
-                running.sum += value;
-                running.min = running.min.min(value);
-                running.max = running.max.max(value);
+        match &source.fields {
+            None => {
+                let fields = seen.fields.iter_mut().zip(values);
+                fields.for_each(|(running, &value)| running.push(value));
+            }
+            Some(places) => {
+                for (&place, &value) in places.iter().zip(values) {
+                    if let Some(running) = seen.fields.get_mut(place) {
+                        running.push(value);
+                    }
+                }
             }
         }
     }
 
-    fn shift(&mut self, id: usize, by_ns: i64) {
-        let seen = &mut self.topics[self.places[id]];
-        for stamp in [&mut seen.first_ns, &mut seen.last_ns]
-            .into_iter()
-            .flatten()
-        {
-            *stamp = stamp.saturating_add(by_ns);
+    fn shift(&mut self, ids: &[usize], by_ns: i64) {
+        let topics: BTreeSet<usize> = ids.iter().map(|&id| self.sources[id].topic).collect();
+        for place in topics {
+            let seen = &mut self.topics[place];
+            for stamp in [&mut seen.first_ns, &mut seen.last_ns] {
+                *stamp = stamp.map(|stamp| stamp.saturating_add(by_ns));
+            }
         }
     }
 
@@ -328,5 +386,33 @@ impl Sink for Surveyor {
             }
             None => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_sources_of_one_topic_count_by_the_names_of_their_fields() {
+        let layout = |fields: &[&str]| Layout {
+            name: "a".to_owned(),
+            fields: fields.iter().map(|&field| field.to_owned()).collect(),
+            ..Layout::default()
+        };
+        let mut surveyor = Surveyor::new(true);
+        surveyor.topic(0, &layout(&["x", "y"]));
+        surveyor.message(0, Some(0), &[1.0, 10.0]);
+        // Another says nothing at first, and then the same in another order, and more.
+        surveyor.topic(1, &layout(&[]));
+        surveyor.message(1, Some(1), &[]);
+        surveyor.topic(1, &layout(&["y", "z", "x"]));
+        surveyor.message(1, Some(2), &[20.0, 300.0, 2.0]);
+        surveyor.message(0, Some(3), &[4.0, 40.0]);
+        let survey = surveyor.finish("log", LogFormat::Mcap, String::new());
+        let fields = survey.topics[0].fields.iter();
+        let sums: Vec<_> = fields.map(|f| (f.name.as_str(), f.count, f.sum)).collect();
+        assert_eq!(sums, [("x", 3, 7.0), ("y", 3, 70.0), ("z", 1, 300.0)]);
+        assert_eq!(survey.messages(), 4);
     }
 }

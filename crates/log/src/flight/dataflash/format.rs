@@ -87,15 +87,18 @@ pub(super) struct Format {
     pub(super) texts: Vec<String>,
     /// Where the stamp is, and ns to its unit.
     pub(super) stamp: Option<(Scalar, usize, i64)>,
-    /// Where each field is, also those of text.
-    pub(super) offsets: Vec<usize>,
+    /// Name, kind and place of each field, also those of text.
+    pub(super) fields: Vec<(String, Kind, usize)>,
+    /// The letter that no kind of field has; where this and later fields are cannot be told.
+    pub(super) unknown: Option<char>,
     /// Where the number of the instance is.
     pub(super) instance: Option<usize>,
     pub(super) topics: Vec<(u32, usize, Wanted)>,
 }
 
 impl Format {
-    /// Of the bytes after a head; `None` for a format that cannot be.
+    /// Of the bytes after a head; `None` for a format that cannot be. The length of the records
+    /// is told beside the letters of their fields, so letters that are not known do no more harm.
     pub(super) fn parse(body: &[u8]) -> Option<(u8, Self)> {
         let (kind, length) = (*body.first()?, usize::from(*body.get(1)?));
         let (name, letters) = (text(body.get(2..6)?), text(body.get(6..22)?));
@@ -108,16 +111,20 @@ impl Format {
             places: Vec::new(),
             texts: Vec::new(),
             stamp: None,
-            offsets: Vec::new(),
+            fields: Vec::new(),
+            unknown: None,
             instance: None,
             topics: Vec::new(),
         };
         let mut at = 0;
         for (index, letter) in letters.bytes().enumerate() {
-            let field = Kind::of(letter)?;
-            format.offsets.push(at);
+            let Some(field) = Kind::of(letter) else {
+                format.unknown = Some(letter.into());
+                break;
+            };
             let label = labels.next().filter(|label| !label.is_empty());
             let label = label.map_or_else(|| format!("field_{index}"), str::to_owned);
+            format.fields.push((label.clone(), field, at));
             match (label.as_str(), field) {
                 ("TimeUS", Kind::Number(scalar)) => {
                     format.stamp.get_or_insert((scalar, at, 1000));
@@ -150,7 +157,25 @@ impl Format {
             at += field.size();
         }
         let named = !format.name.is_empty();
-        (named && format.length == at + 3).then_some((kind, format))
+        let fits = match format.unknown {
+            Some(_) => format.length > at + 3,
+            None => format.length == at + 3,
+        };
+        (named && fits).then_some((kind, format))
+    }
+
+    /// Kind and place of a field.
+    pub(super) fn field(&self, name: &str) -> Option<(Kind, usize)> {
+        let mut fields = self.fields.iter();
+        fields.find_map(|&(ref known, kind, at)| (known == name).then_some((kind, at)))
+    }
+
+    /// The bytes of a field of text.
+    pub(super) fn bytes<'a>(&self, name: &str, body: &'a [u8]) -> Option<&'a [u8]> {
+        match self.field(name)? {
+            (Kind::Text(size), at) => body.get(at..at + size),
+            _ => None,
+        }
     }
 }
 
@@ -193,7 +218,13 @@ mod tests {
         assert!(Format::parse(&body).is_none(), "shorter than its head");
         body[1] = 14;
         assert!(Format::parse(&body).is_none());
-        body[6] = b'?';
-        assert!(Format::parse(&body).is_none());
+        // A letter that is not known costs its field and those behind.
+        body[7] = b'?';
+        let (_, format) = Format::parse(&body).unwrap();
+        assert_eq!((format.length, format.unknown), (14, Some('?')));
+        assert_eq!(format.names, ["TimeUS"]);
+        assert_eq!(format.stamp, Some((Scalar::U64, 0, 1000)));
+        body[1] = 3 + 8;
+        assert!(Format::parse(&body).is_none(), "no room for the field");
     }
 }

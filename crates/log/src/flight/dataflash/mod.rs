@@ -187,8 +187,9 @@ impl DataFlash<'_> {
         }
         self.sink.message(*id, stamp_ns, &self.values);
         match format.name.as_str() {
-            "PARM" => self.parameter(body),
-            "FMTU" => self.units(body),
+            "PARM" => self.parameter(kind, body),
+            // One without what it should tell changes nothing.
+            "FMTU" => drop(self.units(kind, body)),
             _ => {}
         }
     }
@@ -200,36 +201,39 @@ impl DataFlash<'_> {
             (&old.name, &old.names, old.length) == (&format.name, &format.names, format.length)
         };
         if !known.as_ref().is_some_and(same) {
+            if let Some(letter) = format.unknown {
+                self.loss.note(format!(
+                    "{}: fields from number {} on are left out, for the type {letter:?} is not known",
+                    format.name,
+                    format.fields.len() + 1
+                ));
+            }
             *known = Some(format);
         }
     }
 
     /// `PARM`: name and value. The last fields may be more.
-    fn parameter(&mut self, body: &[u8]) {
-        let Some(format) = self.formats.iter().flatten().find(|f| f.name == "PARM") else {
+    fn parameter(&mut self, kind: u8, body: &[u8]) {
+        let Some(format) = &self.formats[usize::from(kind)] else {
             return;
         };
-        let value = format.names.iter().position(|name| name == "Value");
-        let at = format.stamp.map_or(0, |(scalar, ..)| scalar.size());
-        if let (Some(value), Some(name)) = (value, body.get(at..at + 16)) {
-            let (kind, at) = format.places[value];
-            self.sink.parameter(&text(name), kind.read(body, at));
+        let value = format.field("Value").map(|(kind, at)| kind.read(body, at));
+        if let (Some(name), Some(value)) = (format.bytes("Name", body), value) {
+            self.sink.parameter(&text(name), value);
         }
     }
 
     /// `FMTU`: the unit `#` marks the field that numbers the instance.
-    fn units(&mut self, body: &[u8]) {
-        let own = self.formats.iter().flatten().find(|f| f.name == "FMTU");
-        let stamp = own.and_then(|format| format.stamp);
-        let at = stamp.map_or(0, |(scalar, ..)| scalar.size());
-        let (Some(&of), Some(units)) = (body.get(at), body.get(at + 1..at + 17)) else {
-            return;
-        };
-        let Some(format) = self.formats[usize::from(of)].as_mut() else {
-            return;
-        };
+    fn units(&mut self, kind: u8, body: &[u8]) -> Option<()> {
+        let own = self.formats[usize::from(kind)].as_ref()?;
+        let (_, at) = own.field("FmtType")?;
+        let (of, units) = (*body.get(at)?, own.bytes("UnitIds", body)?);
+        let format = self.formats[usize::from(of)].as_mut()?;
         let field = units.iter().position(|&unit| unit == b'#');
-        let at = field.and_then(|field| format.offsets.get(field));
-        format.instance = at.copied().filter(|&at| at < format.length - 3);
+        let field = field.and_then(|field| format.fields.get(field));
+        format.instance = field
+            .map(|&(.., at)| at)
+            .filter(|&at| at < format.length - 3);
+        Some(())
     }
 }

@@ -8,9 +8,15 @@ const DEEPEST: usize = 16;
 /// Most fields and nested messages of one topic; a message has at most 65 535 bytes.
 const MOST_FIELDS: usize = 1 << 16;
 
+/// Most bytes of formats of one log.
+const MOST_BYTES: usize = 2 << 20;
+
 /// Formats by name, as they are written.
 #[derive(Debug, Default)]
-pub(super) struct Formats(HashMap<String, Vec<Field>>);
+pub(super) struct Formats {
+    known: HashMap<String, Vec<Field>>,
+    bytes: usize,
+}
 
 #[derive(Debug)]
 struct Field {
@@ -43,7 +49,12 @@ impl Formats {
         let fields = fields.split(';').filter(|field| !field.is_empty());
         let fields: Option<Vec<Field>> = fields.map(parse_field).collect();
         let fields = fields.ok_or("a format whose fields cannot be read")?;
-        self.0.insert(name.to_owned(), fields);
+        let bytes = self.bytes + text.len();
+        if bytes > MOST_BYTES {
+            return Err("a format beyond the many that there are");
+        }
+        self.bytes = bytes;
+        self.known.insert(name.to_owned(), fields);
         Ok(())
     }
 
@@ -51,7 +62,7 @@ impl Formats {
     pub(super) fn flatten(&self, name: &str) -> Option<Places> {
         let mut places = Places::default();
         let mut left = MOST_FIELDS;
-        let fields = self.0.get(name)?;
+        let fields = self.known.get(name)?;
         for (index, field) in fields.iter().enumerate() {
             let last = index + 1 == fields.len();
             if last && field.name.starts_with("_padding") {
@@ -94,7 +105,7 @@ impl Formats {
             }
             let depth = depth.checked_sub(1)?;
             let prefix = format!("{name}.");
-            for inner in self.0.get(&field.kind)? {
+            for inner in self.known.get(&field.kind)? {
                 self.push(places, &prefix, inner, depth, left)?;
             }
         }
@@ -173,6 +184,19 @@ mod tests {
         assert_eq!(offsets, [0, 8, 16, 20, 28, 32]);
         assert_eq!((places.shortest, places.longest), (33, 36));
         assert_eq!(places.stamp, Some(0));
+    }
+
+    #[test]
+    fn prop_formats_without_end_are_refused() {
+        let mut formats = Formats::default();
+        let rest = "int8_t x;".repeat(7000);
+        let kept = (0..300)
+            .take_while(|i| formats.define(format!("f{i}:{rest}").as_bytes()).is_ok())
+            .count();
+        // So many of 63 kB are 2 MiB.
+        assert_eq!(kept, 33);
+        // What was told before is known still.
+        assert!(formats.flatten("f0").is_some());
     }
 
     #[test]
