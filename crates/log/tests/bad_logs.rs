@@ -262,6 +262,44 @@ fn prop_parquet_files_that_are_cut_or_damaged() {
     assert_eq!(table.row_numbers()[0], 300);
 }
 
+#[test]
+fn prop_rows_that_a_parquet_file_only_claims() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.parquet");
+    // A whole number of 64 bits in the table of contents: 300 rows, and as many as can be claimed.
+    let told = [0x16, 0xd8, 0x04];
+    let claims = [&[0x16][..], &[0xfe; 9], &[0x01]].concat();
+    let bytes = fixture("table.parquet");
+    let end = bytes.len() - 8;
+    let length = u32::from_le_bytes(bytes[end..end + 4].try_into().unwrap()) as usize;
+    let (data, contents) = bytes[..end].split_at(end - length);
+    let places: Vec<usize> = (0..length - 3)
+        .filter(|&at| contents[at..].starts_with(&told))
+        .collect();
+    // Three are those of row groups, others are of their columns.
+    let each = places.chunks(1).chain([places.as_slice()]);
+    let mut lost = 0;
+    for forged in each {
+        let (mut new, mut from) = (data.to_vec(), 0);
+        for &at in forged {
+            new.extend(&contents[from..at]);
+            new.extend(&claims);
+            from = at + told.len();
+        }
+        new.extend(&contents[from..]);
+        let length = (new.len() - data.len()) as u32;
+        new.extend(length.to_le_bytes());
+        new.extend(b"PAR1");
+        std::fs::write(&path, &new).unwrap();
+        let (table, findings) = read_parquet(&path, None).unwrap();
+        assert!([1000, 700, 100].contains(&table.len()), "{findings:?}");
+        assert_eq!(table.len() < 1000, findings.is_lossy(), "{findings:?}");
+        lost += usize::from(findings.is_lossy());
+    }
+    // By each of the row groups, and by all of them.
+    assert_eq!(lost, 4, "{places:?}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(150))]
 

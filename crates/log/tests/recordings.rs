@@ -1,5 +1,9 @@
 //! Recordings and Parquet files that the usual tools wrote (`tests/reference/fixtures.py`).
 
+#[path = "common/mcap.rs"]
+#[allow(dead_code)]
+mod mcap;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use touchdown_log::{Log, LogFormat, Map, Survey, read_table, read_trial};
@@ -158,4 +162,25 @@ fn xval_a_parquet_file() {
     let (trial, findings) = read_trial(fixture("table.parquet"), Some(&map)).unwrap();
     assert_eq!(trial.channel("x").unwrap()[199], 398.0);
     assert!(findings.text_columns.is_empty(), "nothing else is read");
+}
+
+#[test]
+fn analytic_stamps_in_json_and_stamps_out_of_this_world() {
+    let span = |seconds: [&str; 2]| {
+        let mut file = mcap::Mcap::new();
+        let channel = file.json("/a", "Any");
+        for (recorded_s, sec) in [1_700_000_005, 1_700_000_006].into_iter().zip(seconds) {
+            let text =
+                format!(r#"{{"header":{{"stamp":{{"sec":{sec},"nanosec":900000000}}}},"x":1}}"#);
+            file.message(channel, recorded_s * 1_000_000_000, text.as_bytes());
+        }
+        let log = Log::from_bytes("log.mcap", file.finish()).unwrap();
+        let (survey, _) = log.survey().unwrap();
+        [survey.topics[0].first_s, survey.topics[0].last_s].map(Option::unwrap)
+    };
+    // 0.1 s before they were recorded.
+    assert_eq!(span(["1700000004", "1700000005"]), [-0.1, 0.9]);
+    for bad in ["1e300", "-1e300", "18446744073709551615", "1e10", "\"4\""] {
+        assert_eq!(span([bad, bad]), [0.0, 1.0], "{bad}");
+    }
 }

@@ -12,6 +12,7 @@ mod clocks;
 mod cursor;
 mod dataflash;
 mod extract;
+mod fields;
 mod hashing;
 mod join;
 mod joined;

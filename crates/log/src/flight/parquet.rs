@@ -92,24 +92,26 @@ pub fn read_parquet(
     }
     let mut row_numbers: Vec<usize> = Vec::new();
     for group in 0..reader.num_row_groups() {
-        let rows = reader.metadata().row_group(group).num_rows();
-        let rows = usize::try_from(rows).unwrap_or(0);
+        let told = reader.metadata().row_group(group).num_rows();
+        let rows = usize::try_from(told).unwrap_or(0);
+        // A number of rows that nothing bears out must not take memory, and does not count.
+        let is_borne_out = (row_numbers.len() as u64).saturating_add(rows as u64) <= most_rows;
+        let rows = if is_borne_out { rows } else { 0 };
         let first = findings.rows_read;
         findings.rows_read = findings.rows_read.saturating_add(rows);
-        // A number of rows that nothing bears out must not take memory.
-        let told = if (row_numbers.len() as u64).saturating_add(rows as u64) > most_rows {
+        let opened = if is_borne_out {
+            reader.get_row_group(group)
+        } else {
             let text = "there are not that many in a file of its size".to_owned();
             Err(ParquetError::General(text))
-        } else {
-            reader.get_row_group(group)
         };
-        let read = told
+        let read = opened
             .and_then(|group| read_group(group.as_ref(), &mut columns, row_numbers.len(), rows));
         match read {
             Ok(()) => row_numbers.extend(first..first + rows),
             Err(error) => {
                 findings.corrupt_rows = findings.corrupt_rows.saturating_add(rows.max(1));
-                let text = format!("row group {group} of {rows} rows is damaged: {error}");
+                let text = format!("row group {group} of {told} rows is damaged: {error}");
                 findings.warnings.push(text);
                 for column in &mut columns {
                     column.values.truncate(row_numbers.len());

@@ -1,6 +1,7 @@
 //! What a log holds: a first pass over all of it.
 
 use super::LogFormat;
+use super::fields::{NOTHING, Running, unite};
 use super::sink::{Layout, Sink, Wanted};
 use super::steps::Steps;
 use serde::Serialize;
@@ -120,62 +121,6 @@ struct Source {
     topic: usize,
     /// For each of its fields that in the topic; `None` where they are the topic's first.
     fields: Option<Vec<usize>>,
-}
-
-/// Sums of one field, in the order of the file.
-#[derive(Clone, Copy)]
-struct Running {
-    count: usize,
-    sum: f64,
-    min: f64,
-    max: f64,
-}
-
-const NOTHING: Running = Running {
-    count: 0,
-    sum: 0.0,
-    min: f64::INFINITY,
-    max: f64::NEG_INFINITY,
-};
-
-impl Running {
-    #[inline]
-    fn push(&mut self, value: f64) {
-        if value.is_finite() {
-            self.count += 1;
-            self.sum += value;
-            self.min = self.min.min(value);
-            self.max = self.max.max(value);
-        }
-    }
-}
-
-/// Most names of the fields of one topic that several sources tell of.
-const MOST_NAMES: usize = 1 << 16;
-
-/// Adds the names that are new, and tells the place of each, or `usize::MAX` where there are too
-/// many; `None` where they are the first ones.
-fn unite(known: &mut Vec<String>, names: &[String]) -> Option<Vec<usize>> {
-    if names.starts_with(known) {
-        known.extend_from_slice(&names[known.len()..]);
-    }
-    if known.starts_with(names) {
-        return None;
-    }
-    let mut places: HashMap<String, usize> = HashMap::new();
-    for (place, name) in known.iter().enumerate() {
-        places.entry(name.clone()).or_insert(place);
-    }
-    let place = |name: &String| {
-        *places.entry(name.clone()).or_insert_with(|| {
-            if known.len() >= MOST_NAMES {
-                return usize::MAX;
-            }
-            known.push(name.clone());
-            known.len() - 1
-        })
-    };
-    Some(names.iter().map(place).collect())
 }
 
 /// Most parameters that are kept.
