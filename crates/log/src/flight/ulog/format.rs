@@ -58,10 +58,11 @@ impl Formats {
         Ok(())
     }
 
-    /// The places of all numbers of a message; `None` for unknown, circular or oversize formats.
-    pub(super) fn flatten(&self, name: &str) -> Option<Places> {
+    /// The places of all numbers of a message; `None` for unknown, circular or oversize formats,
+    /// and for those of more fields than this.
+    pub(super) fn flatten(&self, name: &str, most: usize) -> Option<Places> {
         let mut places = Places::default();
-        let mut left = MOST_FIELDS;
+        let mut left = most.min(MOST_FIELDS);
         let fields = self.known.get(name)?;
         for (index, field) in fields.iter().enumerate() {
             let last = index + 1 == fields.len();
@@ -167,7 +168,7 @@ mod tests {
             "esc:uint64_t timestamp;int16_t rpm;uint8_t[2] _padding0;",
             "all:uint64_t timestamp;esc[2] esc;bool ok;uint8_t[3] _padding0;",
         ]);
-        let places = formats.flatten("all").unwrap();
+        let places = formats.flatten("all", MOST_FIELDS).unwrap();
         assert_eq!(
             places.names,
             [
@@ -196,17 +197,27 @@ mod tests {
         // So many of 63 kB are 2 MiB.
         assert_eq!(kept, 33);
         // What was told before is known still.
-        assert!(formats.flatten("f0").is_some());
+        assert!(formats.flatten("f0", MOST_FIELDS).is_some());
     }
 
     #[test]
     fn prop_circular_and_oversize_formats_are_refused() {
         let circular = formats(&["a:b[2] x;", "b:a y;"]);
-        assert!(circular.flatten("a").is_none());
+        assert!(circular.flatten("a", MOST_FIELDS).is_none());
         let empty = formats(&["a:b[60000] x;", "b:c[60000] x;", "c:d[60000] x;", "d:"]);
-        assert!(empty.flatten("a").is_none());
-        assert!(formats(&["a:uint64_t[9000] x;"]).flatten("a").is_none());
-        assert!(formats(&["a:unknown x;"]).flatten("a").is_none());
+        assert!(empty.flatten("a", MOST_FIELDS).is_none());
+        assert!(
+            formats(&["a:uint64_t[9000] x;"])
+                .flatten("a", MOST_FIELDS)
+                .is_none()
+        );
+        assert!(
+            formats(&["a:unknown x;"])
+                .flatten("a", MOST_FIELDS)
+                .is_none()
+        );
+        let three = formats(&["a:int8_t[3] x;"]);
+        assert!(three.flatten("a", 3).is_some() && three.flatten("a", 2).is_none());
         for text in [
             "a",
             ":int8_t x;",

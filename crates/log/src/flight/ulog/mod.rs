@@ -39,6 +39,8 @@ pub(super) struct Ulog<'s> {
     formats: Formats,
     subscriptions: Vec<Option<Subscription>>,
     topics: usize,
+    /// Topics that were left out, each of which may have taken time to look at.
+    refused: usize,
     fields: usize,
     /// Messages of any type.
     taken: usize,
@@ -76,6 +78,7 @@ pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadEr
         formats: Formats::default(),
         subscriptions: Vec::new(),
         topics: 0,
+        refused: 0,
         fields: 0,
         taken: 0,
         start_us,
@@ -244,11 +247,12 @@ impl Ulog<'_> {
     fn subscribe(&mut self, body: &[u8]) {
         let number = usize::from(u16::from_le_bytes([body[1], body[2]]));
         let name = String::from_utf8_lossy(&body[3..]).into_owned();
-        let places = self.formats.flatten(&name).filter(|places| {
-            let fields = self.fields + places.names.len();
-            self.topics < MOST_TOPICS && fields <= MOST_FIELDS
-        });
-        let Some(places) = places else {
+        let left = match (self.topics, self.refused) {
+            (..MOST_TOPICS, ..MOST_TOPICS) => MOST_FIELDS - self.fields,
+            _ => 0,
+        };
+        let Some(places) = self.formats.flatten(&name, left) else {
+            self.refused += 1;
             self.loss.corrupt += 1;
             self.loss.note(format!(
                 "topic {name:?} has no usable format and was left out"

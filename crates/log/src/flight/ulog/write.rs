@@ -104,7 +104,7 @@ impl<W: Write> UlogWriter<W> {
     /// # Errors
     /// [`io::ErrorKind::InvalidInput`] without a usable format.
     pub fn topic(&mut self, name: &str, instance: u8) -> io::Result<UlogTopic> {
-        let places = self.formats.flatten(name);
+        let places = self.formats.flatten(name, usize::MAX);
         let places =
             places.ok_or_else(|| invalid(format!("topic {name:?} has no usable format")))?;
         let number = u16::try_from(self.topics.len())
