@@ -206,8 +206,9 @@ impl Sink for Extractor<'_> {
             .resize_with(self.plans.len().max(id + 1), || None);
         self.plans[id] = None;
         let fields = layout.fields.iter().enumerate();
+        // Of fields of one name the first counts.
         let fields: Vec<(usize, &String)> = fields
-            .filter(|(_, field)| named.contains(field.as_str()))
+            .filter(|(_, field)| named.remove(field.as_str()))
             .collect();
         let is_clock = |clock: &&str| is_alike(&key, &layout.kind, clock);
         if fields.is_empty() && !self.clocks.iter().any(is_clock) {
@@ -303,5 +304,35 @@ mod tests {
         let all: Vec<f64> = (0..values.len()).map(|row| values.get(row)).collect();
         assert_eq!(format!("{all:?}"), "[1.5, NaN, -0.0, inf, 0.1, NaN]");
         assert_eq!(values.pick(&[4, 0]).get(1), 1.5);
+    }
+
+    #[test]
+    fn regress_fields_of_one_name_and_sources_of_one_topic() {
+        let layout = |fields: &[&str]| Layout {
+            name: "t".to_owned(),
+            fields: fields.iter().map(|&field| field.to_owned()).collect(),
+            ..Layout::default()
+        };
+        let names = ["t.a", "t.b", "t.c"];
+        let mut extractor = Extractor::new(names.into_iter(), std::iter::empty());
+        let wanted = extractor.topic(0, &layout(&["c", "b", "a"]));
+        assert_eq!(wanted, Wanted::Fields(vec![0, 1, 2]));
+        extractor.message(0, Some(0), &[3.0, 2.0, 1.0]);
+        // As many values as there are columns, if one counted twice.
+        let wanted = extractor.topic(1, &layout(&["a", "a", "b"]));
+        assert_eq!(wanted, Wanted::Fields(vec![0, 2]));
+        extractor.message(1, Some(1_000_000_000), &[1.0, 2.0]);
+        let (_, series) = extractor.finish();
+        let series = &series["t"];
+        let columns: Vec<Vec<f64>> = series
+            .columns
+            .iter()
+            .map(|values| (0..values.len()).map(|row| values.get(row)).collect())
+            .collect();
+        assert_eq!(series.fields, ["c", "b", "a"]);
+        assert_eq!(
+            format!("{columns:?}"),
+            "[[3.0, NaN], [2.0, 2.0], [1.0, 1.0]]"
+        );
     }
 }
