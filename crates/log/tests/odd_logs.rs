@@ -42,6 +42,53 @@ fn analytic_time_that_jumps() {
 }
 
 #[test]
+fn analytic_topics_stay_together_where_a_clock_is_set_back() {
+    let mut log = UlogWriter::new(Vec::new(), 1_000_000).unwrap();
+    let [acceleration, height] = [
+        "float[3] accelerometer_m_s2",
+        "float dist_bottom;float vz;bool dist_bottom_valid",
+    ];
+    log.format("sensor_combined", acceleration).unwrap();
+    log.format("vehicle_local_position", height).unwrap();
+    log.format("vehicle_attitude", "float[4] q").unwrap();
+    let imu = log.topic("sensor_combined", 0).unwrap();
+    let attitude = log.topic("vehicle_attitude", 0).unwrap();
+    let position = log.topic("vehicle_local_position", 0).unwrap();
+    // 100 Hz for 8 s; heights every 0.2 s, climbing by 0.1 m/s. At 4 s the clock goes back by two
+    // hours, and heights come at another phase from there on.
+    for i in 0..800_u64 {
+        let is_before = i < 400;
+        let stamp = 8_000_000_000 + 10_000 * i - if is_before { 0 } else { 7_200_000_000 };
+        log.message(imu, stamp, &[0.0, 0.0, -9.81]).unwrap();
+        log.message(attitude, stamp, &[1.0, 0.0, 0.0, 0.0]).unwrap();
+        if i % 20 == if is_before { 13 } else { 2 } {
+            let height = 1.0 + 0.001 * i as f64;
+            log.message(position, stamp, &[height, -0.1, 1.0]).unwrap();
+        }
+    }
+    let log = Log::from_bytes("back.ulg", log.finish().unwrap()).unwrap();
+    let (trial, findings) = log.trial(None).unwrap();
+    assert_eq!((trial.len(), findings.rows_dropped()), (800, 0));
+    let from_s = trial.time_s()[0];
+    let heights = trial.require("height_m").unwrap();
+    let known = trial
+        .time_s()
+        .iter()
+        .zip(heights)
+        .filter(|(_, h)| h.is_finite());
+    let mut count = 0;
+    for (t, height) in known {
+        // Rounding of single precision.
+        let off = height - 1.0 - 0.1 * (t - from_s);
+        assert!(off.abs() < 1e-6, "{t} s: {height} m");
+        count += 1;
+    }
+    assert!(count > 750, "{count}");
+    let told = findings.warnings.iter().filter(|w| w.contains("set back"));
+    assert_eq!(told.count(), 1, "{findings:?}");
+}
+
+#[test]
 fn analytic_heights_that_are_no_numbers_are_gaps() {
     let height = |i: u64| {
         if i.is_multiple_of(10) {

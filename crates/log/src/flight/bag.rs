@@ -199,3 +199,48 @@ impl Bag<'_> {
         Some(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::survey::Surveyor;
+
+    fn sized(parts: &[&[u8]]) -> Vec<u8> {
+        let bytes = parts.concat();
+        [&(bytes.len() as u32).to_le_bytes()[..], &bytes].concat()
+    }
+
+    fn record(op: u8, fields: &[Vec<u8>], data: &[u8]) -> Vec<u8> {
+        let head = [sized(&[b"op=", &[op]]), fields.concat()].concat();
+        [sized(&[&head]), sized(&[data])].concat()
+    }
+
+    fn message(second: u8) -> Vec<u8> {
+        let fields = [
+            sized(&[b"conn=", &[0; 4]]),
+            sized(&[b"time=", &[second, 0, 0, 0, 0, 0, 0, 0]]),
+        ];
+        record(MESSAGE, &fields, &[second])
+    }
+
+    #[test]
+    fn prop_a_bad_record_costs_no_other_of_its_chunk() {
+        let definition = [
+            sized(&[b"type=a/B"]),
+            sized(&[b"message_definition=uint8 x"]),
+        ];
+        let fields = [sized(&[b"conn=", &[0; 4]]), sized(&[b"topic=/a"])];
+        let connection = record(CONNECTION, &fields, &definition.concat());
+        // A message that does not say when it was.
+        let bad = record(MESSAGE, &fields[..1], &[9]);
+        let records = [connection, message(1), bad, message(2)].concat();
+        let chunk = record(CHUNK, &[sized(&[b"compression=none"])], &records);
+        let file = [&MAGIC[..], &chunk].concat();
+        let mut surveyor = Surveyor::new(true);
+        let loss = read(file.as_slice(), &mut surveyor).unwrap();
+        let survey = surveyor.finish("log", LogFormat::Rosbag, String::new());
+        assert_eq!((loss.corrupt, loss.skipped_bytes), (1, 1));
+        let topic = &survey.topics[0];
+        assert_eq!((topic.messages, topic.fields[0].sum), (2, 3.0));
+    }
+}
