@@ -17,7 +17,9 @@
 //! * Lags: the rotor's own images settle fast, the fountain slowly; both with
 //!   the height and with the induced speed (√T).
 //!
-//! Heights here are those of the rotor plane and are held at 0.05 m or more.
+//! Heights here are those of the rotor plane and are held at 0.05 m or more. Lengths in the lags, that
+//! least height and the least √T of the lags are those of rotors of 0.12 m under a vehicle of 1.37 kg; those of other
+//! vehicles are in proportion, the least ones never larger.
 
 mod places;
 
@@ -26,8 +28,16 @@ use crate::error::SimError;
 use crate::number::{Number, angles};
 use crate::plant::{PlantSettings, Surface};
 
+/// Rotor radius that the lengths below belong to, m.
+const STANDARD_RADIUS_M: f64 = 0.12;
 /// Least height of the rotor plane in the laws, m.
-pub const LEAST_ROTOR_HEIGHT_M: f64 = 0.05;
+const LEAST_ROTOR_HEIGHT_M: f64 = 0.05;
+/// Lengths l, L of the lags `τ (z + l)/L`: of the rotor's own images, of the fountain, m.
+const ROTOR_LAG_M: [f64; 2] = [0.2, 0.4];
+const FOUNTAIN_LAG_M: [f64; 2] = [0.6, 0.8];
+/// Least √T in the lags, √N; at most this share of that in hover.
+const LEAST_LAG_ROOT: f64 = 1.0;
+const LEAST_LAG_SHARE: f64 = 0.2728;
 /// Greatest share of the image sources.
 const IMAGE_LIMIT: f64 = 0.5;
 /// Greatest share of image sources and fountain together.
@@ -43,9 +53,10 @@ pub struct WakeLag {
     diagonal2_m2: f64,
     fountain_gain: f64,
     scale: f64,
-    rotor_lag_s: f64,
-    fountain_lag_s: f64,
-    hover_root: f64,
+    /// Of the lags: l of both, 1/τ of both in units of L/√W, least √T.
+    lag_m: [f64; 2],
+    lag_pace: [f64; 2],
+    least_root: f64,
     deck: Deck,
 }
 
@@ -69,6 +80,13 @@ impl WakeLag {
         check::positive("fountain_lag_s", settings.fountain_lag_s)?;
         let half = 0.5 * settings.rotor_spacing_m;
         let places = [[half, half], [-half, half], [-half, -half], [half, -half]];
+        let size = settings.rotor_radius_m / STANDARD_RADIUS_M;
+        let hover_root = settings.weight_n().sqrt();
+        let [(rotor_m, rotor_pace), (fountain_m, fountain_pace)] = [
+            (ROTOR_LAG_M, settings.rotor_lag_s),
+            (FOUNTAIN_LAG_M, settings.fountain_lag_s),
+        ]
+        .map(|([l, long], lag_s)| (l * size, long * size / (lag_s * hover_root)));
         let distance2 = |i: usize, j: usize| {
             let (dx, dy): (f64, f64) = (places[i][0] - places[j][0], places[i][1] - places[j][1]);
             dx * dx + dy * dy
@@ -79,9 +97,9 @@ impl WakeLag {
             diagonal2_m2: distance2(0, 2),
             fountain_gain: settings.fountain_gain,
             scale: settings.ground_effect_scale,
-            rotor_lag_s: settings.rotor_lag_s,
-            fountain_lag_s: settings.fountain_lag_s,
-            hover_root: settings.weight_n().sqrt(),
+            lag_m: [rotor_m, fountain_m],
+            lag_pace: [rotor_pace, fountain_pace],
+            least_root: LEAST_LAG_ROOT.min(LEAST_LAG_SHARE * hover_root),
             deck: Deck::new(settings)?,
         })
     }
@@ -142,7 +160,7 @@ impl WakeLag {
     #[inline]
     #[must_use]
     pub fn level_target(&self, rotor_height_m: f64) -> [f64; 2] {
-        let z = rotor_height_m.max(LEAST_ROTOR_HEIGHT_M);
+        let z = rotor_height_m.max(self.deck.least_m);
         let images = self.image_sum(0, &[z; 4], &[1.0; 4]);
         [self.rotor_target(z, images), self.fountain_target(z)]
     }
@@ -150,21 +168,21 @@ impl WakeLag {
     /// 1/t1 at a height for √T = 1.
     #[inline(always)]
     pub(crate) fn rotor_pace<N: Number>(&self, rotor_height_m: N) -> N {
-        let z = rotor_height_m.most(rotor_height_m.like(LEAST_ROTOR_HEIGHT_M));
-        z.like(0.4 / (self.rotor_lag_s * self.hover_root)) / (z + 0.2)
+        let z = rotor_height_m.most(rotor_height_m.like(self.deck.least_m));
+        z.like(self.lag_pace[0]) / (z + self.lag_m[0])
     }
 
     /// 1/t2 at a height for √T = 1.
     #[inline(always)]
     pub(crate) fn fountain_pace<N: Number>(&self, mean_height_m: N) -> N {
-        let z = mean_height_m.most(mean_height_m.like(LEAST_ROTOR_HEIGHT_M));
-        z.like(0.8 / (self.fountain_lag_s * self.hover_root)) / (z + 0.6)
+        let z = mean_height_m.most(mean_height_m.like(self.deck.least_m));
+        z.like(self.lag_pace[1]) / (z + self.lag_m[1])
     }
 
     /// Rate of a lag at the pace of [`Self::rotor_pace`] or [`Self::fountain_pace`].
     #[inline(always)]
-    pub(crate) fn lag_rate<N: Number>(q: N, target: N, pace: N, root_thrust: N) -> N {
-        (target - q) * (root_thrust.most(q.like(1.0)) * pace)
+    pub(crate) fn lag_rate<N: Number>(&self, q: N, target: N, pace: N, root_thrust: N) -> N {
+        (target - q) * (root_thrust.most(q.like(self.least_root)) * pace)
     }
 
     /// G - 1, where `G = 1/(1 - min(q1 + q2, 0.6))` is thrust in ground effect
@@ -207,6 +225,7 @@ pub struct Deck {
     surface: Surface,
     radius_m: f64,
     half_side_m: f64,
+    least_m: f64,
 }
 
 impl Deck {
@@ -220,7 +239,15 @@ impl Deck {
             surface: settings.surface,
             radius_m: settings.plate_side_m / std::f64::consts::PI.sqrt(),
             half_side_m: 0.5 * settings.plate_side_m,
+            least_m: LEAST_ROTOR_HEIGHT_M * (settings.rotor_radius_m / STANDARD_RADIUS_M).min(1.0),
         })
+    }
+
+    /// Least height of the rotor plane in the laws, m.
+    #[inline(always)]
+    #[must_use]
+    pub fn least_rotor_height_m(&self) -> f64 {
+        self.least_m
     }
 
     /// E(z): 1 above unbounded ground, 0 where there is no surface.
@@ -245,7 +272,7 @@ impl Deck {
     pub fn upwash(&self, rotor_height_m: f64) -> f64 {
         match self.surface {
             Surface::Plate => {
-                let k = rotor_height_m.max(LEAST_ROTOR_HEIGHT_M) / self.radius_m;
+                let k = rotor_height_m.max(self.least_m) / self.radius_m;
                 std::f64::consts::FRAC_2_PI * ((1.0 / k).atan() - k / (1.0 + k * k))
             }
             Surface::Ground => 1.0,
@@ -311,6 +338,41 @@ impl Deck {
                 self.solid_angle(place_m) / self.solid_angle(centred)
             }
             Surface::Ground | Surface::Absent => 1.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_laws_scale_with_the_rotor() {
+        let standard = PlantSettings {
+            surface: Surface::Ground,
+            ..PlantSettings::default()
+        };
+        let law = WakeLag::new(&standard).expect("defaults are valid");
+        for size in [0.19, 0.5, 0.9] {
+            let small = WakeLag::new(&PlantSettings {
+                rotor_radius_m: size * standard.rotor_radius_m,
+                rotor_spacing_m: size * standard.rotor_spacing_m,
+                ..standard
+            })
+            .expect("valid settings");
+            // Below the least height as well.
+            for radii in [0.2, 0.4, 0.5, 1.0, 3.0, 9.0] {
+                let z = radii * standard.rotor_radius_m;
+                let of = |law: &WakeLag, z: f64| {
+                    let [images, fountain] = law.level_target(z);
+                    let paces = [law.rotor_pace(z), law.fountain_pace(z)];
+                    [images, fountain, paces[0], paces[1]]
+                };
+                for (a, b) in of(&law, z).into_iter().zip(of(&small, size * z)) {
+                    // A dozen roundings of 1.1e-16.
+                    assert!((a / b - 1.0).abs() < 2e-15, "{size}, {radii} R: {a} {b}");
+                }
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::ground::{Deck, LEAST_ROTOR_HEIGHT_M};
+use crate::ground::Deck;
 use crate::number::Number;
 
 /// Spacing of the table, m.
@@ -37,7 +37,7 @@ impl HeightTable {
         let exact = |z: f64| Self::exact(&deck, offset_m, z);
         let knots: Vec<_> = (0..=INTERVALS)
             .map(|i| {
-                let z = LEAST_ROTOR_HEIGHT_M + SPACING_M * i as f64;
+                let z = deck.least_rotor_height_m() + SPACING_M * i as f64;
                 // Slopes of order four over 1 mm, scaled to the spacing. P is held below the least
                 // height: the first knot looks upwards.
                 let h = 1e-3;
@@ -82,10 +82,10 @@ impl HeightTable {
         [deck.upwash(z), 1.0 / angle]
     }
 
-    /// Both at the height z, at least [`LEAST_ROTOR_HEIGHT_M`].
+    /// Both at the height z, at least the least of the laws.
     #[inline(always)]
     pub(crate) fn at<N: Number>(&self, z: N) -> AtHeight<N> {
-        let place = (z - LEAST_ROTOR_HEIGHT_M) * (1.0 / SPACING_M);
+        let place = (z - self.deck.least_rotor_height_m()) * (1.0 / SPACING_M);
         if N::any(place.like(INTERVALS as f64).below(place)) {
             return self.at_any(z);
         }
@@ -102,7 +102,7 @@ impl HeightTable {
     /// [`Self::at`] where a height may be beyond the table.
     #[cold]
     fn at_any<N: Number>(&self, z: N) -> AtHeight<N> {
-        let greatest = LEAST_ROTOR_HEIGHT_M + SPACING_M * INTERVALS as f64;
+        let greatest = self.deck.least_rotor_height_m() + SPACING_M * INTERVALS as f64;
         let [upwash, inverse_angle] = z.look_up(|z| {
             if z < greatest {
                 let of = self.at(z);

@@ -202,9 +202,9 @@ impl Plant {
         PlantState {
             root_thrust: self.motor.derivative(x, throttle.clamp(0.0, 1.0)),
             inflow: match &self.law {
-                Law::WakeLag(_) => [
-                    WakeLag::lag_rate(q1, to1, pace1, x),
-                    WakeLag::lag_rate(q2, to2, pace2, x),
+                Law::WakeLag(law) => [
+                    law.lag_rate(q1, to1, pace1, x),
+                    law.lag_rate(q2, to2, pace2, x),
                 ],
                 Law::Exponential(law) => [law.derivative(q1, to1), 0.0],
             },

@@ -24,7 +24,7 @@
 mod turbulence;
 
 use crate::error::SimError;
-use crate::ground::{LEAST_ROTOR_HEIGHT_M, WakeLag, rotor_force};
+use crate::ground::{WakeLag, rotor_force};
 use crate::height_table::HeightTable;
 use crate::number::Number;
 use crate::plant::{Law, Plant, PlantSettings};
@@ -149,7 +149,8 @@ impl Rotors {
     /// ρ of each rotor at its place in the deck's axes.
     #[must_use]
     pub fn edge_shares(&self, places_m: &[[f64; 3]; 4]) -> [f64; 4] {
-        let at = places_m.map(|[x, y, z]| [x, y, z.max(LEAST_ROTOR_HEIGHT_M)]);
+        let least_m = self.plant.deck.least_rotor_height_m();
+        let at = places_m.map(|[x, y, z]| [x, y, z.max(least_m)]);
         self.plate(&at, at.map(|[_, _, z]| self.table.at(z).inverse_angle))
     }
 
@@ -174,7 +175,7 @@ impl Rotors {
         let zero = places_m[0][0].like(0.0);
         let (mut at, mut upwash, mut inverse_angle) = (*places_m, [zero; 4], [zero; 4]);
         for i in 0..4 {
-            at[i][2] = at[i][2].most(zero.like(LEAST_ROTOR_HEIGHT_M));
+            at[i][2] = at[i][2].most(zero.like(self.plant.deck.least_rotor_height_m()));
             let of = self.table.at(at[i][2]);
             (upwash[i], inverse_angle[i]) = (of.upwash, of.inverse_angle);
         }
@@ -207,7 +208,7 @@ impl Rotors {
         shares: &Shares<N>,
     ) -> Held<N> {
         let zero = scale.like(0.0);
-        let least_m = scale.like(LEAST_ROTOR_HEIGHT_M);
+        let least_m = scale.like(self.plant.deck.least_rotor_height_m());
         let mut at = *places_m;
         let share = &shares.plate;
         let mut held = Held {
@@ -319,16 +320,16 @@ impl Rotors {
         };
         let target = &held.target;
         match &self.plant.law {
-            Law::WakeLag(_) => {
+            Law::WakeLag(law) => {
                 let mut square = state.fountain.like(0.0);
                 for i in 0..4 {
                     let (q, x) = (state.inflow[i], state.root_thrust[i]);
                     square = square + x * x * 0.25;
                     let pace = held.rotor_pace[i];
-                    rate.inflow[i] = WakeLag::lag_rate(q, target.inflow[i], pace, x);
+                    rate.inflow[i] = law.lag_rate(q, target.inflow[i], pace, x);
                 }
                 let (q, to) = (state.fountain, target.fountain);
-                rate.fountain = WakeLag::lag_rate(q, to, held.fountain_pace, square.sqrt());
+                rate.fountain = law.lag_rate(q, to, held.fountain_pace, square.sqrt());
             }
             Law::Exponential(law) => {
                 for i in 0..4 {

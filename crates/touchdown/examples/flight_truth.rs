@@ -6,8 +6,7 @@
 //!
 //! Each set is ten new flights of one vehicle (seeds `1000 set + 0..10`) with sensor noise and turbulence, at 250 Hz.
 //! The curve is judged at twelve heights from 0.3 to 3 rotor radii against the settled ratio of the plant; the lag
-//! against the single lag that fits the plant's ratio best along the flights. The wake law holds rotors at 5 cm above
-//! the surface or more: at 0.03 kg its curve is flat below 1.8 rotor radii, with a bend that no law of the static curve has.
+//! against the single lag that fits the plant's ratio best along the flights.
 
 #![allow(clippy::print_stdout, reason = "a program whose output is its table")]
 

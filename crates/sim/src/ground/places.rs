@@ -1,6 +1,6 @@
 //! The law for four rotors at once, with few divisions.
 
-use super::{IMAGE_LIMIT, LEAST_ROTOR_HEIGHT_M, Surface, TOTAL_LIMIT, WakeLag};
+use super::{IMAGE_LIMIT, Surface, TOTAL_LIMIT, WakeLag};
 use crate::number::{Number, inverses};
 
 /// What the four rotors' own inflow goes to, before the share of the plate that each sees,
@@ -80,7 +80,7 @@ impl WakeLag {
         }
     }
 
-    /// The four rotors at places whose heights are at least [`LEAST_ROTOR_HEIGHT_M`].
+    /// The four rotors at places whose heights are at least the least of the laws.
     #[inline(always)]
     pub(crate) fn rotors_at<N: Number>(
         &self,
@@ -94,10 +94,11 @@ impl WakeLag {
         for i in 0..4 {
             let z = places_m[i][2];
             let cube = self.plate_cube(z);
-            let [own, part, cube, lag] = inverses([z * z * 4.0, speeds[i], cube, z + 0.2]);
+            let [own, part, cube, lag] =
+                inverses([z * z * 4.0, speeds[i], cube, z + self.lag_m[0]]);
             let sum = (own + target[i] * part) * quarter;
             target[i] = scale * self.plate(z, cube) * sum.least(z.like(IMAGE_LIMIT));
-            pace[i] = lag * (0.4 / (self.rotor_lag_s * self.hover_root));
+            pace[i] = lag * self.lag_pace[0];
         }
         RotorsAt { target, pace }
     }
@@ -106,13 +107,13 @@ impl WakeLag {
     /// that they see, and its pace.
     #[inline(always)]
     pub(crate) fn fountain_at<N: Number>(&self, scale: N, mean_height_m: N) -> (N, N) {
-        let z = mean_height_m.most(mean_height_m.like(LEAST_ROTOR_HEIGHT_M));
+        let z = mean_height_m.most(mean_height_m.like(self.deck.least_m));
         let r2 = z * z * 4.0 + self.diagonal2_m2;
-        let [cube, far, lag] = inverses([self.plate_cube(z), r2 * r2.sqrt(), z + 0.6]);
+        let [cube, far, lag] = inverses([self.plate_cube(z), r2 * r2.sqrt(), z + self.lag_m[1]]);
         let gain = 2.0 * self.radius_m * self.radius_m * self.fountain_gain;
         (
             scale * self.plate(z, cube) * (z * gain * far),
-            lag * (0.8 / (self.fountain_lag_s * self.hover_root)),
+            lag * self.lag_pace[1],
         )
     }
 
