@@ -175,6 +175,28 @@ fn analytic_hovers_by_throttle_know_that_its_law_is_not_known() {
 }
 
 #[test]
+fn analytic_an_accelerometer_beside_a_slow_throttle_has_its_hovers_judged() {
+    let trials: Vec<Trial> = (0..4)
+        .map(|k| {
+            let mut trial = without(&staircase(k, 0.0, 10.0), &["throttle"]);
+            let force = vec![9.81; trial.len()];
+            trial.insert("specific_force_mps2", force).unwrap();
+            trial
+        })
+        .collect();
+    let found = identify(&trials);
+    let (held, worst) = judge(&found, truth);
+    // As by rotor speeds alone.
+    assert!(worst < 0.08 && held >= 5, "{held} of 6, {worst}");
+    let lag = &found.refused[0];
+    assert!(
+        lag.found.contains("throttle logged every 0.") && lag.record.contains("40 Hz"),
+        "{lag:?}"
+    );
+    assert!(found.lag_s().is_none());
+}
+
+#[test]
 fn analytic_one_log_of_hovers_has_intervals_too() {
     let found = identify(&[without(&staircase(0, 0.0, 25.0), &["throttle"])]);
     let (held, worst) = judge(&found, truth);

@@ -5,7 +5,7 @@ use touchdown_model::Card;
 
 use super::choose::{Candidate, Choice};
 use super::fit::Fit;
-use super::hover::{self, Hover, Law};
+use super::hover::{self, Hover, Law, Why};
 use super::lag::lag;
 use super::model::{Curve, Piece, Shape};
 use super::phases::Phases;
@@ -133,7 +133,18 @@ pub fn ground_effect_with(
     }
     let all = |from: ForceFrom| flights.iter().all(|f| f.force_from == from);
     if all(ForceFrom::Accelerometer) {
-        return from_force(flights, settings, rotor_radius_m, Basis::Accelerometer);
+        // A throttle that never changes has no period: motors off, which is told elsewhere.
+        let periods = flights.iter().map(|f| f.throttle_period_s);
+        let slowest = periods.filter(|p| p.is_finite()).fold(0.0, f64::max);
+        if slowest * settings.least_rate_hz <= 1.0 {
+            return from_force(flights, settings, rotor_radius_m, Basis::Accelerometer);
+        }
+        // Between its samples a slow throttle is not known: what moves then is no answer to what was logged.
+        let why = Why {
+            found: format!("throttle logged every {slowest:.3} s"),
+            record: format!("throttle at {} Hz or more", settings.least_rate_hz),
+        };
+        return hover::ground_effect(flights, settings, rotor_radius_m, card, &why);
     }
     if flights
         .iter()
@@ -145,7 +156,11 @@ pub fn ground_effect_with(
             "some with and some without: identify them apart",
         ));
     }
-    let by_hovers = || hover::ground_effect(flights, settings, rotor_radius_m, card);
+    let why = Why {
+        found: "no specific force".into(),
+        record: "the accelerometer, and the throttle at 100 Hz or more".into(),
+    };
+    let by_hovers = || hover::ground_effect(flights, settings, rotor_radius_m, card, &why);
     if !all(ForceFrom::Poses) {
         return by_hovers();
     }
@@ -178,16 +193,11 @@ fn from_force(
     }
     let heights_m = check_heights(&name, flights, &cut.pieces, rotor_radius_m, settings)?;
     let mut refused = Vec::new();
-    let slowest = flights
-        .iter()
-        .map(|f| f.throttle_period_s)
-        .fold(0.0, f64::max);
-    let fast_enough = slowest * settings.least_rate_hz <= 1.0;
     let has = |f: fn(&Piece) -> bool| cut.pieces.iter().any(f);
     let plain = Shape::plain(
         Curve::Exponential,
         cut.pieces.iter().all(|p| !p.climb_mps.is_empty()),
-        fast_enough,
+        true,
     );
     let mut choice = Choice::start(&cut.pieces, plain, settings.reference_radii);
     let with = |choice: &Choice<'_>, change: fn(&mut Shape)| {
@@ -208,7 +218,7 @@ fn from_force(
     if basis == Basis::Poses {
         choice.curves();
         refused.push(of_poses("lags of motors and wake"));
-    } else if fast_enough {
+    } else {
         let before = choice.best.clone();
         let shape = with(&choice, |s| s.wake_lag = true);
         choice.offer("wake lag", shape, true);
@@ -216,13 +226,6 @@ fn from_force(
         choice.curves();
         choice.colour();
         resolve_lag(&mut choice, &before, settings, &mut refused);
-    } else {
-        choice.curves();
-        refused.push(Refused {
-            what: "lags of motors and wake".into(),
-            found: format!("throttle logged every {slowest:.3} s"),
-            record: format!("throttle at {} Hz or more", settings.least_rate_hz),
-        });
     }
     if basis == Basis::Poses {
         refused.push(of_poses("effect of climb and sink on the ground effect"));

@@ -40,16 +40,25 @@ pub(super) const DRIFT_S: f64 = 1000.0;
 /// Draws for intervals at most: each is a fit.
 const MOST_DRAWS: usize = 400;
 
+/// Why hovers at rest are all that counts.
+pub(super) struct Why {
+    /// What was found.
+    pub(super) found: String,
+    /// What to record to have more.
+    pub(super) record: String,
+}
+
 /// Identifies the ground effect from hovers at rest. `card` gives the thrust out of ground effect; without it, rotor speed
 /// does, and without that throttle, by a power that is hardly known.
 ///
 /// # Errors
 /// Logs without hovers near the ground and out of its effect: the message says what was found, and what to record.
-pub fn ground_effect(
+pub(super) fn ground_effect(
     flights: &[Flight],
     settings: &FlightSettings,
     rotor_radius_m: f64,
     card: Option<&Card>,
+    why: &Why,
 ) -> Result<GroundEffect> {
     let phases: Vec<Phases> = flights.iter().map(|f| Phases::of(f, settings)).collect();
     let mut hovers_of = Vec::new();
@@ -68,7 +77,7 @@ pub fn ground_effect(
             "some with and some without: identify them apart",
         ));
     }
-    check(&name, &hovers_of, rotor_radius_m, settings)?;
+    check(&name, &hovers_of, rotor_radius_m, settings, why)?;
     let volts = median(hovers_of.iter().filter_map(|h| h.battery_v));
     let has_volts = hovers_of.iter().all(|h| h.battery_v.is_some());
     let far = |h: &&Hover| h.height_m > settings.reference_radii * rotor_radius_m;
@@ -167,7 +176,7 @@ pub fn ground_effect(
         fit: found,
         spread,
         tried,
-        refused: refused(law),
+        refused: refused(law, why),
         heights_m: range.unwrap_or([0.0, 0.0]),
         hovers: hovers_of,
     })
@@ -179,6 +188,7 @@ fn check(
     hovers: &[Hover],
     rotor_radius_m: f64,
     settings: &FlightSettings,
+    why: &Why,
 ) -> Result<()> {
     let m = |radii: f64| radii * rotor_radius_m;
     let reference_m = m(settings.reference_radii);
@@ -205,12 +215,13 @@ fn check(
         name,
         format!(
             "steady hovers of {SHORTEST_S} s or more (climb below {REST_MPS} m/s), without landing in between: at two heights or more \
-             below {:.3} m ({NEAR_RADII} rotor radii) and above {reference_m:.3} m ({} rotor radii); there is no specific force, so \
-             hovers are all there is: record some seconds of hover at 0.5, 1, 2 and {} rotor radii in one flight, or the \
-             accelerometer",
+             below {:.3} m ({NEAR_RADII} rotor radii) and above {reference_m:.3} m ({} rotor radii), for the log has {} and hovers are all \
+             that counts: record some seconds of hover at 0.5, 1, 2 and {} rotor radii in one flight, or {}",
             m(NEAR_RADII),
             settings.reference_radii,
-            settings.reference_radii + 2.0
+            why.found,
+            settings.reference_radii + 2.0,
+            why.record
         ),
         found,
     ))
@@ -285,18 +296,21 @@ fn below(random: &mut Pcg64, n: usize) -> usize {
 }
 
 /// What hovers say nothing of.
-fn refused(law: Law) -> Vec<Refused> {
-    let still = "hovers at rest only, without specific force";
+fn refused(law: Law, why: &Why) -> Vec<Refused> {
+    let still = format!("hovers at rest only, for the logs have {}", why.found);
     let mut out = vec![
         Refused {
             what: "lags of motors and wake".into(),
-            found: still.into(),
-            record: "the accelerometer and the throttle at 100 Hz or more".into(),
+            found: still.clone(),
+            record: why.record.clone(),
         },
         Refused {
             what: "effect of climb and sink on the ground effect".into(),
-            found: still.into(),
-            record: "the accelerometer, in climbs and descents below two rotor radii".into(),
+            found: still,
+            record: format!(
+                "{}, in climbs and descents below two rotor radii",
+                why.record
+            ),
         },
     ];
     if law == Law::Throttle {
