@@ -263,6 +263,18 @@ fn prop_parquet_files_that_are_cut_or_damaged() {
 }
 
 #[test]
+fn regress_a_list_without_end_in_a_page_of_a_parquet_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.parquet");
+    let mut bytes = fixture("table.parquet");
+    // The head of the first page: a field that is not known, 2³¹ − 1 numbers of 8 bytes.
+    bytes[4..11].copy_from_slice(&[0xf9, 0xf7, 0xff, 0xff, 0xff, 0xff, 0x07]);
+    std::fs::write(&path, &bytes).unwrap();
+    let (table, findings) = read_parquet(&path, None).unwrap();
+    assert_eq!((table.len(), findings.corrupt_rows), (700, 300));
+}
+
+#[test]
 fn prop_rows_that_a_parquet_file_only_claims() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.parquet");

@@ -6,6 +6,7 @@
 //! are then [`join`]ed to one clock.
 
 mod bag;
+mod bounded;
 mod built_in;
 mod channel;
 mod clocks;

@@ -1,12 +1,13 @@
 //! Reads Parquet files into tables, row group by row group, only the columns that are asked for.
 
+use super::bounded::Bounded;
 use super::hashing::sha256_of;
 use crate::{Column, ColumnKind, Findings, LogError, Table};
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
+use parquet::file::reader::{FileReader, Length, RowGroupReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescPtr;
 use std::fs::File;
 use std::path::Path;
@@ -68,7 +69,8 @@ pub fn read_parquet(
     };
     let file = File::open(path).map_err(of_read)?;
     let sha256 = sha256_of(&file).map_err(of_read)?;
-    let most_rows = file.metadata().map_err(of_read)?.len() * ROWS_A_BYTE + ROWS_ANYWAY;
+    let file = Bounded::new(file).map_err(of_read)?;
+    let most_rows = file.len() * ROWS_A_BYTE + ROWS_ANYWAY;
     let reader = SerializedFileReader::new(file).map_err(|e| broken(&e))?;
     let schema = reader.metadata().file_metadata().schema_descr();
     let mut findings = Findings::default();
