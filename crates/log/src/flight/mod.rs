@@ -19,6 +19,7 @@ mod join;
 mod joined;
 mod log;
 mod mcap;
+mod pages;
 mod parquet;
 mod resets;
 mod ros;

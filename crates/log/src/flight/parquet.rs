@@ -2,9 +2,10 @@
 
 use super::bounded::Bounded;
 use super::hashing::sha256_of;
+use super::pages::Pages;
 use crate::{Column, ColumnKind, Findings, LogError, Table};
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, Length, RowGroupReader, SerializedFileReader};
@@ -150,7 +151,8 @@ fn read_group(
     rows: usize,
 ) -> Result<(), ParquetError> {
     for column in columns {
-        let mut reader = group.get_column_reader(column.leaf)?;
+        let pages = Pages::new(group.get_column_page_reader(column.leaf)?);
+        let mut reader = get_column_reader(column.column.clone(), Box::new(pages));
         match column.meaning {
             Meaning::Text => {
                 column.example = match column.example.take() {
