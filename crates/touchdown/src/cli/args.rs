@@ -167,7 +167,7 @@ pub(crate) struct IdentifyCommon {
     /// Logs: CSV, Parquet, PX4 ULog, ArduPilot DataFlash, MCAP, ROS 1 bag
     #[arg(required = true)]
     pub(crate) logs: Vec<PathBuf>,
-    /// Map from the logs' columns to channels: a file, or a built-in map (px4, ardupilot); not needed where the columns are
+    /// Map from the logs' columns to channels: a file, or a built-in map (px4, ardupilot, ros); not needed where the columns are
     /// channels already, nor for logs of PX4 and ArduPilot
     #[arg(long)]
     pub(crate) map: Option<PathBuf>,

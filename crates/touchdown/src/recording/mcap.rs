@@ -13,7 +13,7 @@
 //! | `/motors` | `touchdown.Motors` | throttles of the motors, 250 Hz; none while they are off |
 //! | `/range` | `sensor_msgs/msg/Range` | the range finder, when a reading was taken |
 //! | `/battery` | `sensor_msgs/msg/BatteryState` | the battery's voltage |
-//! | `/odometry` | `nav_msgs/msg/Odometry` | the vehicle as it believes to move, world axes, z up |
+//! | `/local_position/velocity_local` | `geometry_msgs/msg/TwistStamped` | how the vehicle believes to move, world axes, z up |
 //!
 //! Messages are JSON with JSON schemas; times count from the start of the trial.
 
@@ -93,14 +93,16 @@ const TOPICS: [(&str, &str, Message<TraceRow>); 10] = [
         "touchdown.Phase",
         |r| json!({ "timestamp": stamp(r), "phase": r.phase, "reason": r.reason }),
     ),
-    ("/odometry", "nav_msgs/msg/Odometry", |r| {
-        json!({
-            "header": header(r.time_s, "deck"),
-            "child_frame_id": "world",
-            "pose": { "pose": { "position": xyz(r.estimated_m), "orientation": wxyz(r.attitude) } },
-            "twist": { "twist": { "linear": xyz(r.estimated_velocity_mps), "angular": xyz(r.rates) } },
-        })
-    }),
+    (
+        "/local_position/velocity_local",
+        "geometry_msgs/msg/TwistStamped",
+        |r| {
+            json!({
+                "header": header(r.time_s, "world"),
+                "twist": { "linear": xyz(r.estimated_velocity_mps), "angular": xyz(r.rates) },
+            })
+        },
+    ),
 ];
 
 /// What the sensors said, at the rate of the inertial unit.

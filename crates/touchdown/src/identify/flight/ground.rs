@@ -23,6 +23,8 @@ const LEAST_NEAR_S: f64 = 0.5;
 const LEAST_SPREAD_RADII: f64 = 0.5;
 /// Least time out of ground effect (s).
 const LEAST_FAR_S: f64 = 1.0;
+/// An interval of the extra lift narrower than this to either side is one that tells something.
+const NARROW: f64 = 0.05;
 /// What the logs do not carry.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Refused {
@@ -46,8 +48,6 @@ pub enum Basis {
     Hovers {
         /// What the thrust out of ground effect is taken from.
         law: Law,
-        /// Whether thrust may drift with time, for no voltage is known.
-        drift_of_time: bool,
     },
 }
 
@@ -58,7 +58,7 @@ impl Basis {
         match self {
             Self::Accelerometer => "specific force of the accelerometer",
             Self::Poses => "specific force from poses",
-            Self::Hovers { law, .. } => match law {
+            Self::Hovers { law } => match law {
                 Law::RotorSpeed => "hovers at rest, thrust by rotor speed",
                 Law::Card => "hovers at rest, thrust by the card",
                 Law::Throttle => "hovers at rest, thrust by a power of throttle",
@@ -86,6 +86,8 @@ pub struct GroundEffect {
     pub spread: Spread,
     /// The wake's lag (s), where it was resolved.
     pub(super) lag: Option<Sure>,
+    /// Whether thrust may drift with time, for no voltage is known.
+    pub drift_of_time: bool,
     /// All models that were tried.
     pub tried: Vec<Candidate>,
     /// Rows that were not used.
@@ -181,7 +183,7 @@ fn from_force(
     basis: Basis,
 ) -> Result<GroundEffect> {
     let phases: Vec<Phases> = flights.iter().map(|f| Phases::of(f, settings)).collect();
-    let cut = cut(flights, &phases, settings);
+    let mut cut = cut(flights, &phases, settings);
     let name = label(flights);
     if cut.pieces.is_empty() {
         let why: Vec<&str> = cut.left_out.iter().map(|l| l.why.as_str()).collect();
@@ -193,26 +195,24 @@ fn from_force(
     }
     let heights_m = check_heights(&name, flights, &cut.pieces, rotor_radius_m, settings)?;
     let mut refused = Vec::new();
-    let has = |f: fn(&Piece) -> bool| cut.pieces.iter().any(f);
     let plain = Shape::plain(
         Curve::Exponential,
         cut.pieces.iter().all(|p| !p.climb_mps.is_empty()),
         true,
     );
+    let drift_of_time = cut.drifts_with_time(flights);
     let mut choice = Choice::start(&cut.pieces, plain, settings.reference_radii);
     let with = |choice: &Choice<'_>, change: fn(&mut Shape)| {
         let mut shape = choice.best.shape;
         change(&mut shape);
         shape
     };
-    if has(|p| p.on_s.is_some()) {
+    if cut.pieces.iter().any(|p| p.on_s.is_some()) {
         let shape = with(&choice, |s| s.settling = true);
         choice.offer("settling after the start", shape, false);
     }
-    if cut.pieces.iter().all(|p| !p.battery_v.is_empty()) {
-        let shape = with(&choice, |s| s.battery = true);
-        choice.offer("battery voltage", shape, false);
-    }
+    let shape = with(&choice, |s| s.battery = true);
+    choice.offer(drift_name(drift_of_time), shape, false);
     let shape = with(&choice, |s| s.curvature = true);
     choice.offer("second term of throttle", shape, false);
     if basis == Basis::Poses {
@@ -242,8 +242,9 @@ fn from_force(
     }
     let tried = choice.tried;
     let spread = Spread::of(&fit, &cut.pieces, settings.resamples, settings.seed);
-    Ok(GroundEffect {
+    let found = GroundEffect {
         basis,
+        drift_of_time,
         hovers: Vec::new(),
         rotor_radius_m,
         lag: lag(&fit, &cut.pieces, &spread),
@@ -256,7 +257,42 @@ fn from_force(
         tried,
         refused,
         heights_m,
-    })
+    };
+    found.told(&name)?;
+    Ok(found)
+}
+
+impl GroundEffect {
+    /// A curve is one where its interval near the ground is narrower than itself, or narrow.
+    fn told(&self, name: &str) -> Result<()> {
+        let height_m = self.heights_m[0].max(0.5 * self.rotor_radius_m);
+        let Some(near) = self.ratio(height_m) else {
+            return Ok(());
+        };
+        let half = 0.5 * (near.ci95[1] - near.ci95[0]);
+        if half <= near.value.abs().max(NARROW) {
+            return Ok(());
+        }
+        let [lo, hi] = near.ci95.map(|v| 100.0 * v);
+        Err(Error::data(
+            name,
+            "flights that tell a ground effect from none: record hovers and slow passes at 0.5, 1, 2 and 6 rotor radii in \
+             several flights",
+            format!(
+                "extra lift of {:.0} % at {height_m:.3} m, 95 % interval {lo:.0} to {hi:.0} %",
+                100.0 * near.value
+            ),
+        ))
+    }
+}
+
+/// What a drift of thrust goes with.
+pub(super) fn drift_name(of_time: bool) -> &'static str {
+    if of_time {
+        "drift with time"
+    } else {
+        "battery voltage"
+    }
 }
 
 /// Heights near the ground and out of its effect, both for long enough.

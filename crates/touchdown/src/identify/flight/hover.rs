@@ -17,7 +17,7 @@ use super::choose::Choice;
 use super::fit::{Fit, fit};
 pub use super::rest::{Hover, Law};
 
-use super::ground::{Basis, GroundEffect, Refused};
+use super::ground::{Basis, GroundEffect, Refused, drift_name};
 use super::model::{Curve, Piece, Shape};
 use super::phases::Phases;
 use super::pieces::{LeftOut, left_out};
@@ -36,7 +36,7 @@ const EXPONENT: [f64; 2] = [1.5, 0.3];
 /// Standard deviation of an exponent that is known.
 const KNOWN: f64 = 1e-3;
 /// Unit of time of a drift of thrust (s): by so much time it is weakly known beforehand.
-pub(super) const DRIFT_S: f64 = 1000.0;
+pub(super) const DRIFT_S: f64 = 300.0;
 /// Draws for intervals at most: each is a fit.
 const MOST_DRAWS: usize = 400;
 
@@ -127,16 +127,11 @@ pub(super) fn ground_effect(
     };
     plain.exponent = [exponent, KNOWN];
     let mut choice = Choice::start(&pieces, plain, settings.reference_radii);
-    let drift = if has_volts {
-        "battery voltage"
-    } else {
-        "drift with time"
-    };
     let shape = Shape {
         battery: true,
         ..plain
     };
-    choice.offer(drift, shape, false);
+    choice.offer(drift_name(!has_volts), shape, false);
     // Bounded rationals reach far beyond the heights of hovers: a tail there is the same as another scale.
     let shape = Shape {
         curve: Curve::Empirical,
@@ -163,10 +158,8 @@ pub(super) fn ground_effect(
     }
     let range = crate::identify::making::range(hovers_of.iter().map(|h| h.height_m));
     Ok(GroundEffect {
-        basis: Basis::Hovers {
-            law,
-            drift_of_time: !has_volts,
-        },
+        basis: Basis::Hovers { law },
+        drift_of_time: !has_volts,
         rotor_radius_m,
         lag: None,
         left_out: outside(flights, &phases, &hovers_of),

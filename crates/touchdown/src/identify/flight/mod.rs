@@ -10,7 +10,7 @@
 //!
 //! | module | what it is |
 //! | --- | --- |
-//! | [`phases`], [`pieces`] | motors on and off, contact, impacts; what is left of a log to fit, and what was left out and why |
+//! | [`phases`], `stand`, [`pieces`] | motors on and off, contact, impacts; what is left of a log to fit, and what was left out and why |
 //! | [`model`], [`curve`], [`fit`], [`colour`] | the model of a flight, the laws of its ground effect, its least squares, and disturbances that last |
 //! | [`choose`], [`spread`] | models judged on flights left out; intervals from flights drawn anew |
 //! | [`hover`] | logs without specific force: hovers at rest, and the thrust that each takes |
@@ -39,6 +39,7 @@ mod settings;
 mod shape;
 mod smooth;
 pub mod spread;
+mod stand;
 mod thrust;
 
 pub use ground::{Basis, GroundEffect, Refused, ground_effect, ground_effect_with};

@@ -78,15 +78,9 @@ impl GroundEffect {
             Basis::Accelerometer => true,
             // The smoothing goes into what the motors' lag would be.
             Basis::Poses => !matches!(name, "T_m" | "dead_time"),
-            Basis::Hovers { law, .. } => name != "elasticity" || law == Law::Throttle,
+            Basis::Hovers { law } => name != "elasticity" || law == Law::Throttle,
         };
-        let drifts = matches!(
-            self.basis,
-            Basis::Hovers {
-                drift_of_time: true,
-                ..
-            }
-        );
+        let drifts = self.drift_of_time;
         let parameters = self.fit.shape.parameters();
         let shared = parameters
             .into_iter()

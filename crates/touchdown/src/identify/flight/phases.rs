@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::record::HALF_WINDOW_S;
+use super::stand::{clear_m, stands_after, stood};
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::identify::thrust::plateau::median;
 
@@ -24,19 +25,14 @@ const IMPACT: f64 = 1.5;
 const VIBRATIONS: f64 = 10.0;
 /// Throttle below this share of that of flight, with a force within this of gravity (gravities) for so long (s): the ground
 /// carries the vehicle.
-const IDLING: f64 = 0.5;
+pub(super) const IDLING: f64 = 0.5;
 const CARRIED: f64 = 0.05;
 const IDLING_S: f64 = 0.3;
-/// Height above where the feet stood from which the vehicle flies: the greater of both.
-const CLEAR_M: f64 = 0.005;
-const CLEAR_RADII: f64 = 0.2;
 /// Lean of the rotor axis beyond which heights mean little (rad).
 const STEEPEST_RAD: f64 = 0.35;
 /// Share of the throttle of flight from which a vehicle has taken off, and below which it has landed, where no height tells.
 const LIFTING: f64 = 0.95;
 const SINKING: f64 = 0.7;
-/// Length of the stand before a take-off that its height is taken from (s).
-const STAND_S: f64 = 0.5;
 /// A force well below this share of gravity with running motors is a drop (gravities).
 const DROP: f64 = 0.3;
 
@@ -65,7 +61,7 @@ pub struct Run {
     pub off_s: Option<f64>,
     /// Rows, from the first with running motors to the last.
     pub rows: [usize; 2],
-    /// Height where the feet stood before (m), where that was seen.
+    /// Height where the feet stood before (m), or else where they stand after; where that was seen.
     pub stood_m: Option<f64>,
     /// How far the height wandered while the vehicle stood before this run, over the whole stand, or from the first stand of
     /// the log to this one (m).
@@ -117,16 +113,24 @@ fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<Run> {
         }
     }
     spans.retain(|[a, b]| time[*b] - time[*a] >= SHORTEST_RUN_S);
+    let ends: Vec<usize> = spans
+        .iter()
+        .skip(1)
+        .map(|[a, _]| *a)
+        .chain([time.len()])
+        .collect();
     let mut before = 0;
     let mut out: Vec<Run> = spans
         .iter()
-        .map(|&[a, b]| {
+        .zip(&ends)
+        .map(|(&[a, b], &end)| {
             // Where the throttle is not known, neither is a stand.
             let known = |i: &usize| throttle[*i].is_finite();
             let seen = (before..a).rev().take_while(known).count();
             let stand = a - seen..a;
             before = b + 1;
             let (stood_m, drift_m) = stood(flight, stand);
+            let stood_m = stood_m.or_else(|| stands_after(flight, [a, b], end, settings));
             Run {
                 // Across a hole nobody knows.
                 on_s: (seen > 0 && time[a] - time[a - 1] <= LONGEST_HOLE_S).then(|| time[a]),
@@ -149,31 +153,10 @@ fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<Run> {
     out
 }
 
-/// Height at the end of a stand, and how far it went over all of it but the landing's first second.
-fn stood(flight: &Flight, rows: std::ops::Range<usize>) -> (Option<f64>, f64) {
-    let (time, height) = (&flight.time_s, &flight.height_m);
-    if height.is_empty() || rows.is_empty() {
-        return (None, 0.0);
-    }
-    let (first, last) = (time[rows.start], time[rows.end - 1]);
-    let late = rows
-        .clone()
-        .filter(|&i| time[i] >= last - STAND_S)
-        .map(|i| height[i]);
-    let landing_s = if rows.start > 0 { 1.0 } else { 0.0 };
-    let settled = rows
-        .filter(|&i| time[i] >= first + landing_s)
-        .map(|i| height[i]);
-    let range = crate::identify::making::range(settled).unwrap_or([0.0, 0.0]);
-    (median(late), range[1] - range[0])
-}
-
 fn mark(flight: &Flight, settings: &FlightSettings, run: &Run, rows: &mut [Phase]) {
     let time = &flight.time_s;
     let [a, b] = run.rows;
-    let clear_m = settings
-        .rotor_radius_m
-        .map_or(CLEAR_M, |r| CLEAR_M.max(CLEAR_RADII * r));
+    let clear_m = clear_m(settings);
     let on_ground = |i: usize| match run.stood_m {
         Some(stood) => {
             let h = flight.height_m[i];
@@ -260,7 +243,7 @@ fn mark(flight: &Flight, settings: &FlightSettings, run: &Run, rows: &mut [Phase
 }
 
 /// Throttle of flight in a run without a known stand: the median of what is more than half of the greatest.
-fn flying(flight: &Flight, [a, b]: [usize; 2]) -> f64 {
+pub(super) fn flying(flight: &Flight, [a, b]: [usize; 2]) -> f64 {
     let throttle = &flight.throttle[a..=b];
     let most = throttle.iter().copied().fold(0.0, f64::max);
     median(throttle.iter().copied().filter(|s| *s > 0.5 * most)).unwrap_or(most)
@@ -376,6 +359,35 @@ mod tests {
         assert_eq!(found.runs[0].on_s, None);
         assert_eq!(found.runs[0].stood_m, None);
         assert_eq!(found.rows[100], Phase::Airborne);
+    }
+
+    #[test]
+    fn analytic_a_landing_whose_stand_comes_after_it() {
+        // From 4 s on: in flight, the feet down at 8 s, motors as in flight until 8.5 s.
+        let of = |c: &[f64]| c[400..].to_vec();
+        let whole = flight();
+        let landing = Flight {
+            time_s: of(&whole.time_s),
+            throttle: of(&whole.throttle),
+            force: of(&whole.force),
+            height_m: of(&whole.height_m),
+            ..whole
+        };
+        let settings = FlightSettings::default();
+        let phases = Phases::of(&landing, &settings);
+        let stood = phases.runs[0].stood_m.expect("stands after");
+        assert!((stood - 0.03).abs() < 1e-12, "{stood}");
+        let last = phases.rows.iter().rposition(|p| *p == Phase::Airborne);
+        let last_s = landing.time_s[last.expect("in flight")];
+        // Clear of the ground by 5 mm at 0.5 m/s, and 0.15 s around the blow.
+        assert!((7.8..8.0).contains(&last_s), "{last_s}");
+        // Motors that stop in the air leave no stand: what falls goes on falling.
+        let mut falling = landing.clone();
+        for i in 250..600 {
+            falling.throttle[i] = 0.0;
+            falling.height_m[i] = 0.5 - 0.3 * f64::from(i as u32 - 250) * 0.01;
+        }
+        assert_eq!(Phases::of(&falling, &settings).runs[0].stood_m, None);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::hover::DRIFT_S;
 use super::model::Piece;
 use super::phases::{Phase, Phases};
 use super::{Flight, FlightSettings};
@@ -38,6 +39,22 @@ pub struct Pieces {
     pub hover_throttle: f64,
     /// What was left out.
     pub left_out: Vec<LeftOut>,
+}
+
+impl Pieces {
+    /// Puts time where voltages are where not all runs have one, for batteries empty whether that is logged or not; says
+    /// whether it did.
+    pub(super) fn drifts_with_time(&mut self, flights: &[Flight]) -> bool {
+        if self.pieces.iter().all(|p| !p.battery_v.is_empty()) {
+            return false;
+        }
+        for piece in &mut self.pieces {
+            let start_s = flights[piece.flight].time_s[0];
+            let time = piece.time_s.iter();
+            piece.battery_v = time.map(|t| (t - start_s) / DRIFT_S).collect();
+        }
+        true
+    }
 }
 
 /// Cuts flights into runs. Heights are in rotor radii where that is known, else in metres.

@@ -12,6 +12,8 @@ use crate::identify::thrust::{plateau::median, throttle};
 const FINEST_STEP_S: f64 = 0.008;
 /// Half of the window that climb rates are smoothed over (s).
 pub(super) const HALF_WINDOW_S: f64 = 0.1;
+/// A throttle above this is in other units than those from 0 to 1.
+const MOST_THROTTLE: f64 = 1.5;
 /// Noise of an acceleration from poses beyond which it is none (gravities).
 const NOISIEST: f64 = 0.1;
 /// What the specific force of a vehicle in flight is around, in gravities.
@@ -79,6 +81,14 @@ impl Flight {
                 trial.name(),
                 "at least 20 rows with a throttle",
                 rows.len().to_string(),
+            ));
+        }
+        let most = rows.iter().map(|&i| throttle[i]).fold(0.0, f64::max);
+        if most > MOST_THROTTLE {
+            return Err(Error::data(
+                trial.name(),
+                "a throttle from 0 to 1",
+                format!("values up to {most}: divide them in the map"),
             ));
         }
         let time = trial.time_s();

@@ -4,7 +4,7 @@ use touchdown_trial::Trial;
 
 use super::choose::Choice;
 use super::fit::Fit;
-use super::ground::{Basis, GroundEffect, Refused, label};
+use super::ground::{Basis, GroundEffect, Refused, drift_name, label};
 use super::model::{Curve, Piece, Shape};
 use super::phases::{Phase, Phases};
 use super::pieces::cut;
@@ -133,6 +133,7 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
     let fast_enough = slowest * settings.least_rate_hz <= 1.0;
     let climb = cut.pieces.iter().all(|p| !p.climb_mps.is_empty());
     let mut refused = Vec::new();
+    let drift_of_time = cut.drifts_with_time(flights);
     let mut choice = Choice::start(
         &cut.pieces,
         Shape::plain(Curve::Free, climb, fast_enough),
@@ -145,13 +146,11 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
         };
         choice.offer("settling after the start", shape, false);
     }
-    if cut.pieces.iter().all(|p| !p.battery_v.is_empty()) {
-        let shape = Shape {
-            battery: true,
-            ..choice.best.shape
-        };
-        choice.offer("battery voltage", shape, false);
-    }
+    let shape = Shape {
+        battery: true,
+        ..choice.best.shape
+    };
+    choice.offer(drift_name(drift_of_time), shape, false);
     let shape = Shape {
         curvature: true,
         ..choice.best.shape
@@ -189,6 +188,7 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
         } else {
             Basis::Accelerometer
         },
+        drift_of_time,
         rotor_radius_m: settings.rotor_radius_m.unwrap_or(f64::NAN),
         lag: None,
         phases,
