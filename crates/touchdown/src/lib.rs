@@ -14,6 +14,7 @@
 //! | [`recording`] | landings as MCAP and ULog files |
 //! | [`eye`] | rendered images and the detector in them, for landings |
 //! | [`files`] | files, written whole or not at all |
+//! | [`vehicle`] | the vehicle of model cards as the simulated one |
 //! | [`score`], [`statistics`] | errors, and figures over trials |
 
 pub mod campaign;
@@ -35,5 +36,6 @@ pub mod score;
 pub mod settings;
 pub mod statistics;
 pub mod sweep;
+pub mod vehicle;
 
 pub use error::{Error, Result};

@@ -125,9 +125,9 @@ fn prop_a_throttle_logged_at_10_hz_gives_no_lag() {
     }
 }
 
-#[test]
-fn prop_the_cards_of_a_simulated_vehicle_land_it() {
-    let plant = flights::vehicle(1.37, 0.12, GroundLaw::WakeLag, 0.15);
+/// Cards from flights of a simulated vehicle go straight into `land`, which flies that vehicle.
+fn land_with_its_cards(mass_kg: f64, rotor_radius_m: f64, law: GroundLaw, lag_s: f64) {
+    let plant = flights::vehicle(mass_kg, rotor_radius_m, law, lag_s);
     let found = identify(&plant, &fly(&plant, 250.0));
     let mut settings = IdentificationSettings::default();
     settings.flight.mass_kg = Some(plant.mass_kg);
@@ -156,4 +156,25 @@ fn prop_the_cards_of_a_simulated_vehicle_land_it() {
             .chain(["--dynamic", &ground, "--out", &out]),
     );
     assert_eq!(found["landing"]["dynamic"]["landed"], 4, "{found}");
+    let scenario: toml::Table =
+        toml::from_str(&std::fs::read_to_string(folder.path().join("out/scenario.toml")).unwrap())
+            .unwrap();
+    let flown = &scenario["scenario"]["plant"];
+    assert_eq!(flown["mass_kg"].as_float(), Some(mass_kg));
+    assert_eq!(flown["rotor_radius_m"].as_float(), Some(rotor_radius_m));
+}
+
+#[test]
+fn prop_the_cards_of_a_simulated_vehicle_land_it() {
+    land_with_its_cards(1.37, 0.12, GroundLaw::WakeLag, 0.15);
+}
+
+#[test]
+fn prop_the_cards_of_30_grams_land_30_grams() {
+    land_with_its_cards(0.03, 0.023, GroundLaw::Exponential, 0.08);
+}
+
+#[test]
+fn prop_the_cards_of_4_kg_land_4_kg() {
+    land_with_its_cards(4.0, 0.19, GroundLaw::WakeLag, 0.15);
 }

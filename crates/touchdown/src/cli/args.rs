@@ -236,9 +236,13 @@ pub(crate) struct LandArgs {
     #[arg(long)]
     pub(crate) seed: Option<u64>,
     /// Thrust card; without one, a model is identified on the virtual rig first (with --space: the built-in one)
+    ///
+    /// A thrust and a ground-effect card with their vehicle's mass and rotor radius fly that vehicle, unless the scenario has
+    /// one of its own: the default one in proportion, with the motors of the thrust card. Not with --space, where the
+    /// scenario's vehicle is flown, and a card of another one is warned of.
     #[arg(long)]
     pub(crate) thrust: Option<PathBuf>,
-    /// Ground-effect card for `dynamic`; without one, a model is identified on the virtual rig first
+    /// Ground-effect card for `dynamic`; without one, a model is identified on the virtual rig first; vehicle as for --thrust
     #[arg(long)]
     pub(crate) dynamic: Option<PathBuf>,
     /// Card of eq. (2) for `empirical`; without one, mu is identified on the virtual rig first

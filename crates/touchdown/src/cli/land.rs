@@ -3,7 +3,7 @@
 mod space;
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use touchdown::campaign::{self, LandingFigures};
@@ -13,8 +13,10 @@ use touchdown::pilot::{Cards, Method, autopilot};
 use touchdown::progress::Progress as _;
 use touchdown::scenario::{CardPaths, LandScenario};
 use touchdown::settings;
+use touchdown::vehicle::{self, Followed};
 use touchdown::{Error, Result, pages};
 use touchdown_model::Card;
+use touchdown_sim::plant::PlantSettings;
 use touchdown_sim::rig::RigSettings;
 
 use super::Done;
@@ -36,8 +38,22 @@ pub(crate) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     if args.space {
         return space::run(context, args);
     }
-    let scenario = load(args)?;
-    let cards = cards(context, &scenario)?;
+    let mut scenario = load(args)?;
+    let given = Given::read(&scenario.cards)?;
+    let followed = vehicle::follow(&scenario, given.thrust.as_ref(), given.dynamic.as_ref())?;
+    let mut notes = Vec::new();
+    if let Some(followed) = &followed {
+        scenario = followed.scenario.clone();
+        scenario.check("the vehicle of the cards")?;
+        context.say(&followed.text);
+        notes.push(followed.text.clone());
+    }
+    let all = [&given.thrust, &given.empirical, &given.dynamic].map(Option::as_ref);
+    for mismatch in vehicle::mismatches(&all, &scenario.scenario.plant) {
+        context.warn(&mismatch);
+        notes.push(mismatch);
+    }
+    let cards = cards(context, &scenario, given, followed.as_ref())?;
     let land = scenario.land();
     // Every controller is built before the first landing, so that a bad card costs no time.
     let pilots = scenario
@@ -80,7 +96,7 @@ pub(crate) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
         &args.out.join("scenario.toml"),
         settings::to_toml(&scenario)?.as_bytes(),
     )?;
-    pages::land(&methods, &scenario, &args.out)?;
+    pages::land(&methods, &scenario, &notes, &args.out)?;
     let results = LandResults {
         schema: 1,
         version: env!("CARGO_PKG_VERSION"),
@@ -161,21 +177,43 @@ fn method(name: &str) -> Result<Method> {
     })
 }
 
-/// Reads the cards that are given; identifies those that are not and that a method needs.
-fn cards(context: &Context, scenario: &LandScenario) -> Result<Cards> {
-    let read = |path: &Option<std::path::PathBuf>| path.as_deref().map(Card::read).transpose();
-    let (thrust, empirical, dynamic) = (
-        read(&scenario.cards.thrust)?,
-        read(&scenario.cards.empirical)?,
-        read(&scenario.cards.dynamic)?,
-    );
+/// The cards that are given.
+struct Given {
+    thrust: Option<Card>,
+    empirical: Option<Card>,
+    dynamic: Option<Card>,
+}
+
+impl Given {
+    fn read(paths: &CardPaths) -> Result<Self> {
+        let read = |path: &Option<PathBuf>| path.as_deref().map(Card::read).transpose();
+        Ok(Self {
+            thrust: read(&paths.thrust)?,
+            empirical: read(&paths.empirical)?,
+            dynamic: read(&paths.dynamic)?,
+        })
+    }
+}
+
+/// The cards that are given; identifies those that are not and that a method needs. For the vehicle of the cards that is
+/// eq. (2) of the default vehicle in proportion.
+fn cards(
+    context: &Context,
+    scenario: &LandScenario,
+    given: Given,
+    followed: Option<&Followed>,
+) -> Result<Cards> {
     let flies = |m: Method| scenario.controllers.contains(&m);
-    let missing = thrust.is_none()
-        || empirical.is_none() && flies(Method::Empirical)
-        || dynamic.is_none() && flies(Method::Dynamic);
+    let missing = given.thrust.is_none()
+        || given.empirical.is_none() && flies(Method::Empirical)
+        || given.dynamic.is_none() && flies(Method::Dynamic);
     let own = if missing {
+        let plant = match followed {
+            Some(_) => PlantSettings::default(),
+            None => scenario.scenario.plant,
+        };
         let rig = RigSettings {
-            plant: scenario.scenario.plant,
+            plant,
             ..RigSettings::default()
         };
         Some(identify_cards(&rig, scenario.seed, context)?)
@@ -183,12 +221,24 @@ fn cards(context: &Context, scenario: &LandScenario) -> Result<Cards> {
         None
     };
     let of_rig = |pick: fn(&Cards) -> Option<Card>| own.as_ref().and_then(pick);
+    let empirical = || {
+        let card = of_rig(|c| c.empirical.clone())?;
+        Some(match followed {
+            Some(followed) => vehicle::empirical(card, followed),
+            None => card,
+        })
+    };
+    let dynamic = || match followed {
+        Some(_) => None,
+        None => of_rig(|c| c.dynamic.clone()),
+    };
     Ok(Cards {
-        thrust: thrust
+        empirical: given.empirical.or_else(empirical),
+        dynamic: given.dynamic.or_else(dynamic),
+        thrust: given
+            .thrust
             .or_else(|| of_rig(|c| Some(c.thrust.clone())))
-            .ok_or_else(|| touchdown::Error::Arguments("no thrust card".into()))?,
-        empirical: empirical.or_else(|| of_rig(|c| c.empirical.clone())),
-        dynamic: dynamic.or_else(|| of_rig(|c| c.dynamic.clone())),
+            .ok_or_else(|| Error::Arguments("no thrust card".into()))?,
     })
 }
 

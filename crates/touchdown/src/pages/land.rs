@@ -11,11 +11,17 @@ use crate::experiments::landing::MethodLandings;
 use crate::scenario::LandScenario;
 use crate::settings::to_toml;
 
-/// Writes `figures/*.svg`, `figures/*.png` and `report.html` of the landings of `methods` into the folder `out`.
+/// Writes `figures/*.svg`, `figures/*.png` and `report.html` of the landings of `methods` into the folder `out`;
+/// `notes` stand before the landings.
 ///
 /// # Errors
 /// Files that cannot be written, or figures that cannot be drawn.
-pub fn land(methods: &[MethodLandings], scenario: &LandScenario, out: &Path) -> Result<()> {
+pub fn land(
+    methods: &[MethodLandings],
+    scenario: &LandScenario,
+    notes: &[String],
+    out: &Path,
+) -> Result<()> {
     let land = scenario.land();
     let mut page = Page::new("Landings", out);
     page.report
@@ -27,6 +33,9 @@ pub fn land(methods: &[MethodLandings], scenario: &LandScenario, out: &Path) -> 
         .fact("Landings of each method", scenario.trials.to_string());
     page.report.section("Landings");
     page.text(landings::SYMBOLS);
+    for note in notes {
+        page.report.callout(Callout::Warning, note.clone());
+    }
     page.text(format!(
         "Start at {} m, landed at {} m, timeout {} s. The deck's acceleration is {}.",
         show(land.scenario.start_height_m, 2),
@@ -137,7 +146,8 @@ mod tests {
 
     fn written(methods: &[MethodLandings]) -> (String, Vec<String>) {
         let folder = tempfile::tempdir().unwrap();
-        land(methods, &LandScenario::default(), folder.path()).unwrap();
+        let notes = ["another vehicle".to_string()];
+        land(methods, &LandScenario::default(), &notes, folder.path()).unwrap();
         let html = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
         let mut files: Vec<String> = std::fs::read_dir(folder.path().join("figures"))
             .unwrap()
@@ -154,6 +164,7 @@ mod tests {
             method(Method::Feedback, 1, 9.0),
         ]);
         assert!(html.contains("landed in 1 of 4 trials"));
+        assert!(html.contains("another vehicle"));
         assert_eq!(files.len(), 6);
         assert!(files.contains(&"distribution.svg".to_string()));
         // The mean of 5.0, 5.1, 5.2 and 5.3 s, to the two decimals that are shown.

@@ -6,7 +6,9 @@ use rayon::prelude::*;
 use touchdown::csv::line;
 use touchdown::settings;
 use touchdown::sweep::{self, Row, SERIES, Sweep, SweepSettings, summarise};
+use touchdown::vehicle::mismatches;
 use touchdown::{Error, Result, pages};
+use touchdown_model::Card;
 use touchdown_sim::space::Case;
 
 use super::super::Done;
@@ -21,6 +23,12 @@ const CONTROLLER: &str = "control.controller";
 
 pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     let sweep = load(args)?;
+    for path in [&args.thrust, &args.empirical, &args.dynamic] {
+        let card = path.as_deref().map(Card::read).transpose()?;
+        for mismatch in mismatches(&[card.as_ref()], &sweep.settings().scenario.plant) {
+            context.warn(&mismatch);
+        }
+    }
     output::results_folder(&args.out)?;
     let folders: Vec<_> = [(&args.mcap, Recording::Mcap), (&args.ulog, Recording::Ulog)]
         .into_iter()
