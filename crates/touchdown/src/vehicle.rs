@@ -231,7 +231,8 @@ fn control(
         own.limits.thrust_max_n = full_n;
     }
     if given.imbc_poles_per_s == default.imbc_poles_per_s {
-        own.imbc_poles_per_s = given.imbc_poles_per_s.map(|p| p * rate);
+        // No quicker than the default ones: delays do not shrink with the vehicle, and this law does not bear them.
+        own.imbc_poles_per_s = given.imbc_poles_per_s.map(|p| p * rate.min(1.0));
     }
     follows(&mut own.ssc_rho_n, default.ssc_rho_n, |v| v * weight);
     follows(&mut own.ssc_phi_mps, default.ssc_phi_mps, |v| v / rate);
