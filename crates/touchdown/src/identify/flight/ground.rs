@@ -100,8 +100,8 @@ pub struct GroundEffect {
     pub hovers: Vec<Hover>,
 }
 
-/// Identifies the ground effect from flights with height: by the accelerometer where all have one; else by acceleration
-/// from their poses, or by hovers at rest.
+/// Identifies the ground effect from flights with height: by the accelerometer where all have one and the throttle is
+/// quick enough; else by acceleration from their poses, or by hovers at rest.
 ///
 /// # Errors
 /// Logs that carry no ground effect: the message says why, and what to record.
@@ -109,8 +109,8 @@ pub fn ground_effect(flights: &[Flight], settings: &FlightSettings) -> Result<Gr
     ground_effect_with(flights, settings, None)
 }
 
-/// As [`ground_effect`], with a card that gives thrust by throttle out of ground effect. Hovers need it where rotor speeds
-/// were not logged, nothing else does.
+/// As [`ground_effect`], with a card that gives thrust by throttle out of ground effect: hovers without rotor speeds know it
+/// otherwise only roughly, and nothing else asks for it.
 ///
 /// # Errors
 /// As there.
@@ -135,9 +135,7 @@ pub fn ground_effect_with(
     }
     let all = |from: ForceFrom| flights.iter().all(|f| f.force_from == from);
     if all(ForceFrom::Accelerometer) {
-        // A throttle that never changes has no period: motors off, which is told elsewhere.
-        let periods = flights.iter().map(|f| f.throttle_period_s);
-        let slowest = periods.filter(|p| p.is_finite()).fold(0.0, f64::max);
+        let slowest = slowest_throttle_s(flights);
         if slowest * settings.least_rate_hz <= 1.0 {
             return from_force(flights, settings, rotor_radius_m, Basis::Accelerometer);
         }
@@ -284,6 +282,12 @@ impl GroundEffect {
             ),
         ))
     }
+}
+
+/// The longest period of a throttle. One that never changes has none: motors off, which is told elsewhere.
+pub(super) fn slowest_throttle_s(flights: &[Flight]) -> f64 {
+    let periods = flights.iter().map(|f| f.throttle_period_s);
+    periods.filter(|p| p.is_finite()).fold(0.0, f64::max)
 }
 
 /// What a drift of thrust goes with.

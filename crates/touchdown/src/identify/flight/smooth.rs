@@ -40,6 +40,23 @@ pub(super) fn filled(time: &[f64], values: &[f64], hold: bool) -> Vec<f64> {
     out
 }
 
+/// Every index, with those of the times within `half_s` of its own.
+fn windows(
+    time: &[f64],
+    half_s: f64,
+) -> impl Iterator<Item = (usize, std::ops::RangeInclusive<usize>)> + '_ {
+    let (mut a, mut b) = (0, 0);
+    (0..time.len()).map(move |i| {
+        while time[i] - time[a] > half_s {
+            a += 1;
+        }
+        while b + 1 < time.len() && time[b + 1] - time[i] <= half_s {
+            b += 1;
+        }
+        (i, a..=b)
+    })
+}
+
 /// Value (0), slope (1) or curvature (2) of the parabola through the values within `half_s`, by least squares.
 pub(super) fn local_parabola(
     time: &[f64],
@@ -47,17 +64,10 @@ pub(super) fn local_parabola(
     half_s: f64,
     derivative: usize,
 ) -> Vec<f64> {
-    let (mut a, mut b) = (0, 0);
-    (0..time.len())
-        .map(|i| {
-            while time[i] - time[a] > half_s {
-                a += 1;
-            }
-            while b + 1 < time.len() && time[b + 1] - time[i] <= half_s {
-                b += 1;
-            }
+    windows(time, half_s)
+        .map(|(i, around)| {
             let (mut gram, mut right) = (Matrix3::zeros(), Vector3::zeros());
-            for k in (a..=b).filter(|&k| values[k].is_finite()) {
+            for k in around.filter(|&k| values[k].is_finite()) {
                 let t = (time[k] - time[i]) / half_s;
                 let powers = Vector3::new(1.0, t, t * t);
                 gram += powers * powers.transpose();
@@ -82,17 +92,10 @@ pub(super) fn local_parabola(
 /// Mean with the weights `(1 - (t/half)²)^power`: what the slope (`power` 1) or the curvature (2) of a local parabola is
 /// of the signal's true first or second derivative.
 pub(super) fn bump(time: &[f64], values: &[f64], half_s: f64, power: i32) -> Vec<f64> {
-    let (mut a, mut b) = (0, 0);
-    (0..time.len())
-        .map(|i| {
-            while time[i] - time[a] > half_s {
-                a += 1;
-            }
-            while b + 1 < time.len() && time[b + 1] - time[i] <= half_s {
-                b += 1;
-            }
+    windows(time, half_s)
+        .map(|(i, around)| {
             let (sum, weight) =
-                (a..=b)
+                around
                     .filter(|&k| values[k].is_finite())
                     .fold((0.0, 0.0), |(sum, weight), k| {
                         let t = (time[k] - time[i]) / half_s;

@@ -4,7 +4,7 @@ use touchdown_trial::Trial;
 
 use super::choose::Choice;
 use super::fit::Fit;
-use super::ground::{Basis, GroundEffect, Refused, drift_name, label};
+use super::ground::{Basis, GroundEffect, Refused, drift_name, label, slowest_throttle_s};
 use super::model::{Curve, Piece, Shape};
 use super::phases::{Phase, Phases};
 use super::pieces::cut;
@@ -126,10 +126,7 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
         return Err(no_flight(&name, &flights[0], &phases[0], None));
     }
     let poses = flights.iter().any(|f| f.force_from == ForceFrom::Poses);
-    let slowest = flights
-        .iter()
-        .map(|f| f.throttle_period_s)
-        .fold(0.0, f64::max);
+    let slowest = slowest_throttle_s(flights);
     let fast_enough = slowest * settings.least_rate_hz <= 1.0;
     let climb = cut.pieces.iter().all(|p| !p.climb_mps.is_empty());
     let mut refused = Vec::new();
