@@ -388,6 +388,13 @@ mod tests {
             falling.height_m[i] = 0.5 - 0.3 * f64::from(i as u32 - 250) * 0.01;
         }
         assert_eq!(Phases::of(&falling, &settings).runs[0].stood_m, None);
+        // A throttle that gets lost in a hover tells of no stand either.
+        let mut lost = landing.clone();
+        for i in 100..600 {
+            lost.throttle[i] = f64::NAN;
+            lost.height_m[i] = lost.height_m[100];
+        }
+        assert_eq!(Phases::of(&lost, &settings).runs[0].stood_m, None);
     }
 
     #[test]

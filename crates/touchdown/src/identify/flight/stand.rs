@@ -57,8 +57,10 @@ pub(super) fn stands_after(
             .then(|| median(known()))
             .flatten()
     };
+    // A throttle that is not known any more tells of motors that stopped only where they were about to.
+    let stops = idles > 0 || flight.throttle.get(b + 1).is_some_and(|s| s.is_finite());
     // Not the first moments, in which the legs take up the landing.
-    let from = (b + 1..end).find(|&i| time[i] - time[b] > 0.5 * STANDS_S);
+    let from = (b + 1..end).find(|&i| stops && time[i] - time[b] > 0.5 * STANDS_S);
     let stopped = from.and_then(|from| {
         let to = (from..end).find(|&i| time[i] - time[from] > 2.0 * STAND_S);
         still(from..to.unwrap_or(end))
