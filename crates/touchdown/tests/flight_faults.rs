@@ -177,6 +177,67 @@ fn prop_faults_that_leave_no_number() {
 }
 
 #[test]
+fn regress_thrust_that_falls_with_time_without_a_voltage() {
+    let Some(trials) = crazypad() else { return };
+    let falling = |rate: f64| {
+        identify(&changed(&trials, same, |name, _, t, v| match name {
+            "battery_v" => f64::NAN,
+            "specific_force_mps2" => v * (1.0 - rate * t),
+            _ => v,
+        }))
+    };
+    let (still, falls) = (falling(0.0), falling(0.002));
+    assert!(still.drift_of_time && falls.drift_of_time);
+    // Twenty seconds at 0.2 % a second are half of the extra lift of 7 %; the drift takes it up.
+    let apart = extra(&falls) - extra(&still);
+    assert!(apart.abs() < 0.01, "{apart}");
+    let numbers = falls.numbers();
+    let drift = numbers.iter().find(|n| n.name == "drift").expect("a drift");
+    assert!((-0.003..-0.001).contains(&drift.sure.value), "{drift:?}");
+}
+
+#[test]
+fn prop_a_curve_that_is_wider_than_itself_is_refused() {
+    let Some(trials) = crazypad() else { return };
+    // A disturbance of three tenths of gravity, another in every flight.
+    let mut gusty = Vec::new();
+    for (k, trial) in trials.iter().enumerate() {
+        let phase = 1.9 * k as f64;
+        gusty.extend(changed(
+            std::slice::from_ref(trial),
+            same,
+            |name, _, t, v| match name {
+                "specific_force_mps2" => v + 3.0 * (1.7 * t + phase).sin(),
+                _ => v,
+            },
+        ));
+    }
+    let text = refuse(&gusty);
+    assert!(
+        text.contains("extra lift of") && text.contains("95 % interval"),
+        "{text}"
+    );
+}
+
+#[test]
+fn prop_a_throttle_in_percent_is_refused() {
+    let Some(trials) = crazypad() else { return };
+    let percent = changed(&trials[..1], same, |name, _, _, v| {
+        if name.starts_with("throttle") {
+            100.0 * v
+        } else {
+            v
+        }
+    });
+    let error = Flight::of(&percent[0], &settings()).unwrap_err();
+    let text = error.to_string();
+    assert!(
+        text.contains("throttle from 0 to 1") && text.contains("map"),
+        "{text}"
+    );
+}
+
+#[test]
 fn prop_a_log_that_begins_with_motors_idling_on_the_floor_is_not_flight_there() {
     let Some(trials) = crazypad() else { return };
     // Logged from arming on: two seconds of idling before the take-off at 2.95 s, and nothing before.
