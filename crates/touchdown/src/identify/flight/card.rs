@@ -5,6 +5,7 @@ use touchdown_model::card::{Form, Kind, Outside, VelocityInput};
 use touchdown_model::flight::psi_definitions;
 
 use super::ground::{Basis, GroundEffect};
+use super::hover::DRIFT_S;
 use super::model::{Curve, LENGTHS};
 use super::spread::Sure;
 use crate::identify::making::{Estimate, Made, Origin, method, score, term};
@@ -283,7 +284,9 @@ impl GroundEffect {
         let mut origin = origin.clone();
         let mass_kg = settings.flight.mass_kg.or(origin.vehicle.mass_kg)?;
         origin.vehicle.mass_kg = Some(mass_kg);
-        origin.vehicle.rotor_radius_m = Some(self.rotor_radius_m);
+        if self.rotor_radius_m.is_finite() {
+            origin.vehicle.rotor_radius_m = Some(self.rotor_radius_m);
+        }
         if matches!(self.basis, Basis::Hovers { .. }) {
             return None;
         }
@@ -359,10 +362,17 @@ impl GroundEffect {
             ));
         }
         if let Some(battery) = self.fit.value("battery") {
-            warnings.push(format!(
-                "thrust changes by {:.1} % per volt of the battery; the card is for the mean voltage of the flights",
-                100.0 * battery
-            ));
+            warnings.push(if self.drift_of_time {
+                format!(
+                    "thrust changes by {:.1} % in {DRIFT_S} s; the card is for the start of the logs",
+                    100.0 * battery
+                )
+            } else {
+                format!(
+                    "thrust changes by {:.1} % per volt of the battery; the card is for the mean voltage of the flights",
+                    100.0 * battery
+                )
+            });
         }
         card.provenance.method = method(&[
             (
