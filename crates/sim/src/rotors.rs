@@ -146,14 +146,6 @@ impl Rotors {
         self
     }
 
-    /// ρ of each rotor at its place in the deck's axes.
-    #[must_use]
-    pub fn edge_shares(&self, places_m: &[[f64; 3]; 4]) -> [f64; 4] {
-        let least_m = self.plant.deck.least_rotor_height_m();
-        let at = places_m.map(|[x, y, z]| [x, y, z.max(least_m)]);
-        self.plate(&at, at.map(|[_, _, z]| self.table.at(z).inverse_angle))
-    }
-
     /// ρ where 1/S0 is known.
     #[inline(always)]
     fn plate<N: Number>(&self, places_m: &[[N; 3]; 4], inverse_angle: [N; 4]) -> [N; 4] {
