@@ -35,7 +35,7 @@ const LEAST_ROTOR_HEIGHT_M: f64 = 0.05;
 /// Lengths l, L of the lags `τ (z + l)/L`: of the rotor's own images, of the fountain, m.
 const ROTOR_LAG_M: [f64; 2] = [0.2, 0.4];
 const FOUNTAIN_LAG_M: [f64; 2] = [0.6, 0.8];
-/// Least √T in the lags, √N; at most this share of that in hover.
+/// Least √T in the lags, √N; at most this share of that in hover, which is 1 for a vehicle of 1.37 kg.
 const LEAST_LAG_ROOT: f64 = 1.0;
 const LEAST_LAG_SHARE: f64 = 0.2728;
 /// Greatest share of the image sources.

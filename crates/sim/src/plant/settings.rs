@@ -55,9 +55,9 @@ pub struct PlantSettings {
     pub ground_effect_scale: f64,
     /// Gain of the fountain K_b.
     pub fountain_gain: f64,
-    /// Time constant of a rotor's own inflow at hover and z_r = 0.2 m, s.
+    /// Time constant of a rotor's own inflow at hover and z_r = 5/3 R (0.2 m for R = 0.12 m), s.
     pub rotor_lag_s: f64,
-    /// Time constant of the fountain at hover and z_r = 0.2 m, s.
+    /// Time constant of the fountain at hover and z_r = 5/3 R (0.2 m for R = 0.12 m), s.
     pub fountain_lag_s: f64,
     /// Climb damping at hover k_v, N s/m.
     pub climb_damping_ns_per_m: f64,

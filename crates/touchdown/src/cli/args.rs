@@ -223,7 +223,7 @@ pub(crate) struct LandArgs {
     /// Folder for every landing as an MCAP file (Foxglove, PlotJuggler)
     #[arg(long, value_name = "DIR", requires = "space")]
     pub(crate) mcap: Option<PathBuf>,
-    /// Folder for every landing as a ULog, as PX4 would have logged it; `touchdown identify` takes them with --map px4
+    /// Folder for every landing as a ULog, as PX4 would have logged it; `touchdown identify` takes them as any flight's
     #[arg(long, value_name = "DIR", requires = "space")]
     pub(crate) ulog: Option<PathBuf>,
     /// Controllers; repeatable [default: all five; with --space the scenario's, `dynamic+observer` without one]

@@ -10,7 +10,7 @@
 //! | `/estimate` | `touchdown.Estimate` | what the landing computer believes |
 //! | `/phase` | `touchdown.Phase` | where the landing is, and why |
 //! | `/imu` | `sensor_msgs/msg/Imu` | the inertial unit, 250 Hz; axes forward, port, up |
-//! | `/motors` | `touchdown.Motors` | throttles of the motors, 250 Hz; none while they are off |
+//! | `/motors` | `touchdown.Motors` | throttles of the motors, 250 Hz; null while they are off |
 //! | `/range` | `sensor_msgs/msg/Range` | the range finder, when a reading was taken |
 //! | `/battery` | `sensor_msgs/msg/BatteryState` | the battery's voltage |
 //! | `/local_position/velocity_local` | `geometry_msgs/msg/TwistStamped` | how the vehicle believes to move, world axes, z up |
@@ -201,7 +201,7 @@ fn schema(of: &Value) -> Value {
 /// The bytes of an MCAP file with a landing's record.
 ///
 /// # Errors
-/// A record without rows.
+/// None that a landing's trace gives reason for.
 pub fn mcap(trace: &SpaceTrace) -> Result<Vec<u8>> {
     written(trace)
         .map_err(|e| Error::Arguments(format!("the landing cannot be written as MCAP: {e}")))
