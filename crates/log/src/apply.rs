@@ -41,7 +41,7 @@ pub(crate) fn is_known(map: &Map, name: &str) -> bool {
     name == ROW || (name == MASS && map.mass_kg().is_some())
 }
 
-/// As [`apply`] for a map without alternatives. Of the channels `not_empty` those without a value
+/// As [`apply`] for a map without alternatives and definitions. Of the channels `not_empty` those without a value
 /// are left out.
 pub(crate) fn apply_resolved(
     source: &mut dyn Rows,
@@ -142,24 +142,7 @@ enum Input {
 
 /// All channels in the map's order, then the row filter if there is one.
 fn evaluate(source: &mut dyn Rows, map: &Map) -> Result<Vec<(String, Vec<f64>)>, LogError> {
-    // Definitions are put in where they are used; what is used twice is evaluated once.
-    let mut defined: Vec<(&str, Expr)> = Vec::new();
-    let expand = |expr: &Expr, defined: &[(&str, Expr)]| {
-        let used = expr.variables();
-        let used = defined.iter().filter(|(name, _)| used.contains(name));
-        used.fold(expr.clone(), |expr, (name, by)| expr.substitute(name, by))
-    };
-    for rule in &map.defines {
-        let expr = expand(&rule.expr, &defined);
-        defined.push((&rule.channel, expr));
-    }
-    let rules = map.channels.iter().chain(&map.keep);
-    let rules: Vec<Rule> = rules
-        .map(|rule| Rule {
-            expr: expand(&rule.expr, &defined),
-            ..rule.clone()
-        })
-        .collect();
+    let rules: Vec<&Rule> = map.channels.iter().chain(&map.keep).collect();
     // There is always one input, so that a constant expression knows its number of rows.
     let row = source.place(ROW).map_or(Input::Row, Input::Column);
     let mut inputs: Vec<(&str, Input)> = vec![(ROW, row)];

@@ -1,5 +1,6 @@
 //! Maps: how the channels of a trial follow from the columns of a table or a log.
 
+mod define;
 mod resolve;
 mod source;
 
@@ -64,7 +65,8 @@ use touchdown_trial::TIME_CHANNEL;
 ///
 /// [topics."battery_status"]        # optional, for each topic
 /// join = "hold"                    # the latest value; "linear" is what happens without a word
-/// valid = 'battery_status.connected != 0'   # messages count where it is not 0 (nor NaN)
+/// valid = 'battery_status.connected != 0'   # messages count where it is not 0 (nor NaN);
+///                                  # over the topic's own fields, parameters and definitions
 /// offset_s = -0.02                 # added to its stamps
 /// limit_s = 2.0                    # farther apart is a gap; ten median steps or 0.05 s without a word
 /// ```
@@ -105,7 +107,7 @@ pub(crate) struct Rule {
 pub(crate) struct Topic {
     pub(crate) name: String,
     pub(crate) join: Join,
-    /// Which messages count: the first expression whose names are all there decides.
+    /// Which messages count: the first expression whose names are all fields of it decides.
     pub(crate) valid: Vec<Rule>,
     pub(crate) offset_s: f64,
     pub(crate) limit_s: Option<f64>,

@@ -48,6 +48,24 @@ fn analytic_expressions_make_channels_in_the_maps_order() {
 }
 
 #[test]
+fn regress_what_a_definition_names_is_not_taken_for_a_later_one() {
+    // The column rpm in `turns`, the definition rpm in the channels.
+    let (trial, _) = run("");
+    let columns = trial.require("rotor_rpm").unwrap().to_vec();
+    let (trial, _) = run("sum = 'turns + rpm'\n[define]\nturns = 'rpm'\nrpm = '1000'\n");
+    let sums: Vec<f64> = columns.iter().map(|rpm| rpm + 1000.0).collect();
+    assert_eq!(trial.require("sum").unwrap(), sums);
+    assert_eq!(trial.require("rotor_rpm").unwrap(), [1000.0; 5]);
+    // What a definition misses is not made up for by a later one.
+    let text = with_channels("sum = 'turns'\n[define]\nturns = 'rpms'\nrpms = '1000'\n");
+    let found = fault(&text);
+    assert!(
+        found.contains("channels.sum") && found.contains("no column \"rpms\""),
+        "{found}"
+    );
+}
+
+#[test]
 fn analytic_filter_and_median() {
     let (trial, findings) = run("[filter]\nkeep = 'rpm > 0'\n");
     assert_eq!(trial.time_s(), [0.0, 1.0, 3.0, 4.0]);

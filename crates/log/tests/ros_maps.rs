@@ -129,8 +129,8 @@ fn analytic_a_flight_of_ros_by_the_types_of_its_topics() {
         ("battery_v", 12.5),
     ] {
         let found = middle(&trial, channel);
-        // Rounding, and that of the arc cosine near 1.
-        assert!((found - value).abs() < 1e-9, "{channel}: {found}");
+        // Some roundings of numbers up to 12.5, and of an arc cosine far from 1.
+        assert!((found - value).abs() < 1e-12, "{channel}: {found}");
     }
 }
 

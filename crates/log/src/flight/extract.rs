@@ -99,21 +99,31 @@ const MOST_BREAKS: usize = 256;
 
 impl Series {
     /// Leaves out the messages in which the first of the rules is 0 or NaN whose names are all
-    /// fields of the topic; `field` tells the field that a name means.
-    pub(super) fn keep(&mut self, rules: &[Rule], field: &dyn Fn(&str) -> Option<String>) {
+    /// fields of the topic, and tells how many; `field` tells the field that a name means.
+    ///
+    /// # Errors
+    /// The first rule and the first name in it that is no field, where that holds for all rules.
+    pub(super) fn keep<'r>(
+        &mut self,
+        rules: &'r [Rule],
+        field: &dyn Fn(&str) -> Option<String>,
+    ) -> Result<usize, (&'r Rule, &'r str)> {
         let place = |name: &str| {
             let field = field(name)?;
             self.fields.iter().position(|known| *known == field)
         };
-        let usable = rules.iter().find_map(|rule| {
+        let lacks = |rule: &'r Rule| {
             let names = rule.expr.variables();
-            let places: Option<Vec<usize>> = names.iter().map(|name| place(name)).collect();
-            let names: Vec<&str> = names.into_iter().collect();
-            let program = Program::compile(std::slice::from_ref(&rule.expr), &names).ok()?;
-            Some((program, places?))
-        });
-        let Some((program, places)) = usable else {
-            return;
+            names.into_iter().find(|name| place(name).is_none())
+        };
+        let Some(rule) = rules.iter().find(|rule| lacks(rule).is_none()) else {
+            let fault = rules.first().and_then(|rule| Some((rule, lacks(rule)?)));
+            return fault.map_or(Ok(0), Err);
+        };
+        let names = rule.expr.variables();
+        let places: Vec<usize> = names.iter().filter_map(|name| place(name)).collect();
+        let Ok(program) = Program::compile(std::slice::from_ref(&rule.expr), &names) else {
+            return Ok(0);
         };
         let (mut input, mut scratch) = (vec![0.0; places.len()], Scratch::new());
         let mut kept = Vec::with_capacity(self.time_s.len());
@@ -127,9 +137,11 @@ impl Series {
                 kept.push(row);
             }
         }
-        if kept.len() < self.time_s.len() {
+        let left_out = self.time_s.len() - kept.len();
+        if left_out > 0 {
             self.pick(&kept);
         }
+        Ok(left_out)
     }
 
     /// Leaves out all other messages.

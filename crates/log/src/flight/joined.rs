@@ -7,6 +7,7 @@ use super::survey::Survey;
 use super::trial::no_field;
 use crate::map::{Join, Map, Rule};
 use crate::rows::Rows;
+use crate::suggest::nearest;
 use crate::{Findings, LogError};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -52,7 +53,7 @@ impl<'a> Joined<'a> {
         };
         let mut wanted: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
         wanted.entry(clock.to_owned()).or_default();
-        for name in map.inputs() {
+        for name in map.names() {
             if let Some((topic, field)) = survey.resolve(name) {
                 let names = wanted.entry(topic).or_default();
                 names.push((field, name.to_owned()));
@@ -88,8 +89,16 @@ impl<'a> Joined<'a> {
                 (topic == key).then_some(field)
             };
             let valid = said.map_or(&[][..], |topic| &topic.valid);
-            if !is_clock {
-                series.keep(valid, &field);
+            match series.keep(valid, &field) {
+                Ok(left_out) => {
+                    // Rows of the trial that go are told.
+                    if is_clock && left_out > 0 {
+                        findings.warnings.push(format!(
+                            "{key}: {left_out} messages that do not count by valid make no row"
+                        ));
+                    }
+                }
+                Err(fault) => findings.warnings.push(not_valid(survey, &key, fault)),
             }
             let how = said.map_or(Join::Linear, |topic| topic.join);
             joined.add((how, limit_s), is_clock, series, names);
@@ -196,6 +205,18 @@ impl Rows for Joined<'_> {
     fn lacks(&self, rule: &Rule, name: &str) -> LogError {
         no_field(self.survey, rule, name)
     }
+}
+
+/// A rule of the map cannot tell which messages of a topic count.
+fn not_valid(survey: &Survey, key: &str, (rule, name): (&Rule, &str)) -> String {
+    let fields = survey.topic(key).map_or(&[][..], |topic| &topic.fields);
+    let names: Vec<String> = fields.iter().map(|f| format!("{key}.{}", f.name)).collect();
+    let near = nearest(name, names.iter().map(String::as_str));
+    let near = near.map_or_else(String::new, |near| format!(" (did you mean {near:?}?)"));
+    format!(
+        "{}: {name:?} is neither a field of {key} nor a parameter{near}; all its messages count",
+        rule.place
+    )
 }
 
 fn warn(findings: &mut Findings, key: &str, series: &Series, repairs: join::Repairs) {

@@ -61,15 +61,9 @@ impl Log {
         };
         let survey = &gathered.survey;
         let resolved = map.resolve(&|name| known(survey, name), &|name| survey.parameter(name));
-        let rules = resolved.map.defines.iter().chain(&resolved.map.channels);
-        for rule in rules.chain(&resolved.map.keep) {
-            let own = |name: &str| resolved.map.defines.iter().any(|rule| rule.channel == name);
-            if let Some(name) = rule
-                .expr
-                .variables()
-                .into_iter()
-                .find(|name| !known(survey, name) && !own(name))
-            {
+        for rule in resolved.map.channels.iter().chain(&resolved.map.keep) {
+            let names = rule.expr.variables();
+            if let Some(name) = names.into_iter().find(|name| !known(survey, name)) {
                 return Err(no_field(survey, rule, name));
             }
         }
@@ -110,7 +104,7 @@ impl Log {
 /// one in the map, that with most messages among the topics in use.
 fn clock(map: &Map, survey: &Survey, findings: &mut Findings) -> Result<String, LogError> {
     let Some((place, clocks)) = map.clocks() else {
-        let names = map.inputs().into_iter();
+        let names = map.names().into_iter();
         let used: BTreeMap<String, String> =
             names.filter_map(|name| survey.resolve(name)).collect();
         let most = survey
