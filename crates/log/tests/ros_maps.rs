@@ -271,6 +271,53 @@ fn analytic_px4_in_ros_2_by_its_own_clock() {
     assert!(late.require("throttle").unwrap().iter().all(|v| v.is_nan()));
 }
 
+/// An autopilot that starts anew: the first message of either run is late, by 500 ms and by 30 ms,
+/// all others by 2 ms.
+#[test]
+fn regress_a_second_start_of_the_autopilot_is_brought_to_the_recorder_by_its_own_delays() {
+    let mut file = Mcap::new();
+    let combined = file.topic(
+        "/fmu/out/sensor_combined",
+        "px4_msgs/msg/SensorCombined",
+        "uint64 timestamp\nfloat32[3] accelerometer_m_s2\n",
+    );
+    let other = file.topic("/fmu/out/other", "px4_msgs/msg/Other", "uint64 timestamp\n");
+    for k in 0..200_u64 {
+        let (own_us, late_ns) = match k {
+            0 => (50_000_000, 500_000_000),
+            1..100 => (50_000_000 + 4000 * k, 2_000_000),
+            100 => (1_000_000, 30_000_000),
+            _ => (1_000_000 + 4000 * (k - 100), 2_000_000),
+        };
+        let at = EPOCH_NS + STEP_NS * k + late_ns;
+        let message = Cdr::new().u64(own_us).f32s(&[0.0, 0.0, -9.5]);
+        file.message(combined, at, &message);
+        // Falls silent with the restart.
+        if k < 50 {
+            file.message(other, at, &Cdr::new().u64(own_us));
+        }
+    }
+    let log = Log::from_bytes("restart.mcap", file.finish()).unwrap();
+    // Counted from the first record, 500 ms after its sample, less the least delay.
+    let sampled = |k: i32| 0.004 * f64::from(k) - 0.498;
+    let (survey, _) = log.survey().unwrap();
+    for (topic, last) in [("sensor_combined", 199), ("other", 49)] {
+        let topic = survey.topic(&format!("/fmu/out/{topic}")).unwrap();
+        let ends = [topic.first_s.unwrap(), topic.last_s.unwrap()];
+        for (found, k) in ends.into_iter().zip([0, last]) {
+            // Whole nanoseconds.
+            assert!((found - sampled(k)).abs() < 1e-9, "{}: {found}", topic.key);
+        }
+    }
+    let map = "schema = 1\nclock = 'sensor_combined'\n[channels]\ntime_s = 'time_s'\n";
+    let map = Map::parse("m.toml", map).unwrap();
+    let (trial, _) = log.trial(Some(&map)).unwrap();
+    assert_eq!(trial.len(), 200);
+    for (k, found) in (0..).zip(trial.time_s()) {
+        assert!((found - sampled(k)).abs() < 1e-9, "{k}: {found}");
+    }
+}
+
 /// A landing as `touchdown land` records it: JSON, times from the start, motors that are off at first.
 #[test]
 fn analytic_a_landing_in_json() {

@@ -148,7 +148,7 @@ impl Channel {
             }
             Stamp::Own(place) => {
                 let own_ns = (self.all[place] as u64).saturating_mul(1000);
-                clocks.own(self.id, recorded_ns, own_ns)
+                clocks.own(self.id, recorded_ns, own_ns, sink)
             }
             _ => clocks.recorded(recorded_ns),
         };

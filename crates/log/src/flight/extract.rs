@@ -92,6 +92,8 @@ pub(super) struct Series {
     /// How many messages there were each time when the stamps of any topic went far back; the
     /// same times for all topics.
     pub(super) breaks: Vec<usize>,
+    /// How many messages there were when the stamps were last moved.
+    pub(super) settled: usize,
 }
 
 /// Most times that stamps may go far back and all topics are looked at.
@@ -289,8 +291,10 @@ impl Sink for Extractor<'_> {
         // Several may be of one topic.
         let series: BTreeSet<usize> = plans.map(|plan| plan.series).collect();
         for place in series {
-            let time_s = &mut self.series[place].time_s;
+            let series = &mut self.series[place];
+            let time_s = &mut series.time_s[series.settled..];
             time_s.iter_mut().for_each(|t| *t += by_ns as f64 * 1e-9);
+            series.settled = series.time_s.len();
         }
     }
 

@@ -34,7 +34,8 @@ pub(crate) trait Sink {
     fn topic(&mut self, id: usize, layout: &Layout) -> Wanted;
     /// A message with its stamp in ns since the log's own zero, and the values wanted.
     fn message(&mut self, id: usize, stamp_ns: Option<i64>, values: &[f64]);
-    /// The stamps of all messages of these topics so far are to be moved by this.
+    /// The stamps of all messages of these topics since they were last moved are to be moved by
+    /// this.
     fn shift(&mut self, ids: &[usize], by_ns: i64);
     /// A parameter of the vehicle.
     fn parameter(&mut self, name: &str, value: f64);

@@ -108,6 +108,8 @@ struct Seen {
     layout: Layout,
     messages: usize,
     absent: usize,
+    /// How many messages had a stamp when the stamps were last moved.
+    settled: usize,
     first_ns: Option<i64>,
     last_ns: Option<i64>,
     steps: Option<Box<Steps>>,
@@ -248,6 +250,7 @@ impl Sink for Surveyor {
                 },
                 messages: 0,
                 absent: 0,
+                settled: 0,
                 first_ns: None,
                 last_ns: None,
                 steps: self.deep.then(Box::default),
@@ -314,9 +317,15 @@ impl Sink for Surveyor {
         let topics: BTreeSet<usize> = ids.iter().map(|&id| self.sources[id].topic).collect();
         for place in topics {
             let seen = &mut self.topics[place];
-            for stamp in [&mut seen.first_ns, &mut seen.last_ns] {
-                *stamp = stamp.map(|stamp| stamp.saturating_add(by_ns));
+            let stamped = seen.messages - seen.absent;
+            let moved = |stamp: i64| stamp.saturating_add(by_ns);
+            if seen.settled == 0 {
+                seen.first_ns = seen.first_ns.map(moved);
             }
+            if seen.settled < stamped {
+                seen.last_ns = seen.last_ns.map(moved);
+            }
+            seen.settled = stamped;
         }
     }
 
