@@ -1,5 +1,8 @@
 //! Which messages of a topic count, as maps say it by `valid`.
 
+mod common;
+
+use common::{dataflash, format};
 use touchdown_log::{Findings, Log, Map, UlogWriter};
 use touchdown_trial::Trial;
 
@@ -88,5 +91,62 @@ fn regress_names_that_valid_cannot_have_are_told() {
         assert_eq!(highest(&trial), 40.0, "{valid}");
         let told = format!("m.toml, line 10, topics.range.valid: {name}; all its messages count");
         assert_eq!(findings.warnings, [told], "{valid}");
+    }
+}
+
+/// A range finder of ArduPilot at 100 Hz, good (4) and beyond its range (3) by turns, in the records
+/// of three firmwares: beside status and orientation, with orientation only, with neither.
+#[test]
+fn regress_ardupilots_readings_are_joined_across_those_that_are_none() {
+    for (letters, labels, highest) in [
+        ("QCBB", "TimeUS,Dist,Stat,Orient", 2.0),
+        (
+            "QCBBCBB",
+            "TimeUS,Dist1,Stat1,Orient1,Dist2,Stat2,Orient2",
+            2.0,
+        ),
+        ("QCBCB", "TimeUS,Dist1,Orient1,Dist2,Orient2", 7.0),
+        ("QCC", "TimeUS,Dist1,Dist2", 7.0),
+    ] {
+        let (has_status, many) = (labels.contains("Stat"), labels.contains('2'));
+        let length = 3 + letters.bytes().fold(0, |sum, letter| match letter {
+            b'Q' => sum + 8,
+            b'C' => sum + 2,
+            _ => sum + 1,
+        });
+        let mut bytes = dataflash();
+        bytes.extend(format(140, length, "RFND", letters, labels));
+        bytes.extend(format(141, 15, "ATT", "Qcc", "TimeUS,Roll,Pitch"));
+        for i in 0..16_u64 {
+            let stamp = (10_000_000 + 10_000 * i).to_le_bytes();
+            bytes.extend([0xa3, 0x95, 141]);
+            bytes.extend(stamp);
+            bytes.extend([0; 4]);
+            bytes.extend([0xa3, 0x95, 140]);
+            bytes.extend(stamp);
+            let good = i % 2 == 0;
+            for _ in 0..=usize::from(many) {
+                bytes.extend(if good { 200_u16 } else { 700 }.to_le_bytes());
+                if has_status {
+                    bytes.push(if good { 4 } else { 3 });
+                }
+                if labels.contains("Orient") {
+                    bytes.push(25);
+                }
+            }
+        }
+        let log = Log::from_bytes("range.bin", bytes).unwrap();
+        let (trial, findings) = log.trial(None).unwrap();
+        let heights = trial.require("height_m").unwrap();
+        let known = heights.iter().filter(|height| height.is_finite());
+        let most = known.clone().copied().fold(0.0, f64::max);
+        // Levels of the records, which are whole centimetres.
+        assert!((most - highest).abs() < 1e-9, "{labels}: {most}");
+        // All of the accelerometer's 30 rows but what follows the last good reading at 0.14 s.
+        assert!(known.count() >= 28, "{labels}: {heights:?}");
+        assert!(
+            !findings.warnings.iter().any(|w| w.contains("neither")),
+            "{findings:?}"
+        );
     }
 }
