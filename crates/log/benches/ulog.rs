@@ -134,13 +134,9 @@ fn main() {
     let trial = mean_ms(|| rows = read_trial(&path, None).unwrap().0.len());
     let log = Log::open(&path).unwrap().unwrap();
     let survey = mean_ms(|| drop(log.survey().unwrap()));
-    let outline = mean_ms(|| drop(log.outline().unwrap()));
-    let hash = mean_ms(|| drop(log.sha256().unwrap()));
     println!("px4-ulog, all columns     {full:8.1} ms");
     println!("px4-ulog, messages only   {passing:8.1} ms, {messages} messages");
     println!("trial of seven channels   {trial:8.1} ms, {rows} rows");
-    println!("  names and counts        {outline:8.1} ms");
-    println!("  SHA-256                 {hash:8.1} ms");
     println!("survey of every value     {survey:8.1} ms");
     println!("trial / px4-ulog          {:8.2}", trial / full);
 }

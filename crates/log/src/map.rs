@@ -5,6 +5,7 @@ mod resolve;
 mod source;
 
 use crate::{Column, LogError, Place, Table, suggest};
+pub(crate) use resolve::Resolved;
 use sindy_expr::Expr;
 use source::Source;
 use std::path::Path;

@@ -3,128 +3,110 @@
 use super::LogFormat;
 use super::survey::{Survey, Topic};
 use crate::Map;
+use crate::map::Rule;
 use crate::suggest::basic_string;
+use std::sync::LazyLock;
+use touchdown_trial::TIME_CHANNEL;
 
-/// The file names that the maps go by, and their texts.
-const MAPS: [(&str, &str); 3] = [
-    ("px4.toml", include_str!("../../maps/px4.toml")),
-    ("ros.toml", include_str!("../../maps/ros.toml")),
-    ("ardupilot.toml", include_str!("../../maps/ardupilot.toml")),
+/// A map that comes with the crate.
+struct BuiltIn {
+    name: &'static str,
+    text: &'static str,
+    /// What logs may be read by it; of several the first that fits is taken.
+    formats: &'static [LogFormat],
+    /// The channel that it has to make, beside finding its clock, to fit.
+    needs: &'static str,
+}
+
+const RECORDINGS: [LogFormat; 2] = [LogFormat::Mcap, LogFormat::Rosbag];
+const BUILT_IN: [BuiltIn; 3] = [
+    BuiltIn {
+        name: "px4",
+        text: include_str!("../../maps/px4.toml"),
+        formats: &[LogFormat::Ulog, RECORDINGS[0], RECORDINGS[1]],
+        needs: "tilt_rad",
+    },
+    BuiltIn {
+        name: "ros",
+        text: include_str!("../../maps/ros.toml"),
+        formats: &RECORDINGS,
+        needs: TIME_CHANNEL,
+    },
+    BuiltIn {
+        name: "ardupilot",
+        text: include_str!("../../maps/ardupilot.toml"),
+        formats: &[LogFormat::DataFlash],
+        needs: "throttle",
+    },
 ];
+
+/// Those of [`BUILT_IN`] in their order.
+static MAPS: LazyLock<Vec<Map>> = LazyLock::new(|| {
+    let maps = BUILT_IN
+        .iter()
+        .map(|known| Map::parse(&format!("the built-in map {}", known.name), known.text));
+    maps.filter_map(Result::ok).collect()
+});
+
+/// What a trial is made from, and the channel that tells it.
+const WANTED: [(&str, &str); 4] = [
+    ("specific force", "specific_force_mps2"),
+    ("tilt", "tilt_rad"),
+    ("throttle", "throttle"),
+    ("height", "height_m"),
+];
+
+fn of_format(format: LogFormat) -> impl Iterator<Item = (&'static BuiltIn, &'static Map)> {
+    let all = BUILT_IN.iter().zip(MAPS.iter());
+    all.filter(move |(known, _)| known.formats.contains(&format))
+}
 
 impl Map {
     /// The built-in map that makes a trial of the log, if one does: that of PX4, of ArduPilot or of ROS.
     #[must_use]
-    pub fn built_in(survey: &Survey) -> Option<Self> {
-        survey.recommended_map().and_then(Self::built_in_named)
+    pub fn built_in(survey: &Survey) -> Option<&'static Self> {
+        Some(survey.fitting()?.1)
     }
 
     /// The built-in map of this name: `px4`, `ardupilot` or `ros`.
     #[must_use]
-    pub fn built_in_named(name: &str) -> Option<Self> {
-        let text = Self::built_in_text(name)?;
-        Self::parse(&built_in_path(name), text).ok()
+    pub fn built_in_named(name: &str) -> Option<&'static Self> {
+        let at = BUILT_IN.iter().position(|known| known.name == name)?;
+        MAPS.get(at)
     }
 
     /// Those that logs of this format may be made trials by.
-    pub(super) fn built_in_for(format: LogFormat) -> Vec<Self> {
-        let names: &[&str] = match format {
-            LogFormat::Ulog => &["px4"],
-            LogFormat::DataFlash => &["ardupilot"],
-            LogFormat::Mcap | LogFormat::Rosbag => &["px4", "ros"],
-        };
-        let maps = names.iter().copied();
-        maps.filter_map(Self::built_in_named).collect()
-    }
-
-    /// Whether it is the built-in map of this name.
-    pub(super) fn is_built_in(&self, name: &str) -> bool {
-        self.path() == built_in_path(name)
+    pub(super) fn built_in_for(format: LogFormat) -> impl Iterator<Item = &'static Self> {
+        of_format(format).map(|(_, map)| map)
     }
 
     /// The text of the built-in map of this name, to start an own one from.
     #[must_use]
     pub fn built_in_text(name: &str) -> Option<&'static str> {
-        let file = format!("{name}.toml");
-        MAPS.iter()
-            .find(|(known, _)| *known == file)
-            .map(|(_, text)| *text)
+        let mut all = BUILT_IN.iter();
+        all.find(|known| known.name == name).map(|known| known.text)
     }
 }
 
-/// What a trial is made from, and the topics that tell it, as in the map of PX4.
-const PX4: [(&str, &[&str]); 4] = [
-    (
-        "specific force",
-        &["sensor_combined", "vehicle_acceleration"],
-    ),
-    ("tilt", &["vehicle_attitude"]),
-    (
-        "throttle",
-        &[
-            "actuator_motors",
-            "vehicle_thrust_setpoint",
-            "actuator_controls_0",
-        ],
-    ),
-    ("height", &["distance_sensor", "vehicle_local_position"]),
-];
-/// As in the map of ArduPilot.
-const ARDUPILOT: [(&str, &[&str]); 4] = [
-    ("specific force", &["IMU"]),
-    ("tilt", &["ATT"]),
-    ("throttle", &["RCOU"]),
-    ("height", &["RFND", "CTUN"]),
-];
-/// Topics or types of ROS, as in its map.
-const ROS: [(&str, &[&str]); 3] = [
-    (
-        "specific force",
-        &["imu/data_raw", "imu/data", "sensor_msgs/Imu"],
-    ),
-    (
-        "height",
-        &[
-            "sensor_msgs/Range",
-            "local_position/pose",
-            "nav_msgs/Odometry",
-            "geometry_msgs/PoseStamped",
-            "geometry_msgs/PoseWithCovarianceStamped",
-            "geometry_msgs/TransformStamped",
-        ],
-    ),
-    (
-        "throttle",
-        &[
-            "touchdown.Motors",
-            "actuator_msgs/Actuators",
-            "mav_msgs/Actuators",
-            "setpoint_raw/target_attitude",
-            "std_msgs/Float64MultiArray",
-            "std_msgs/Float32MultiArray",
-        ],
-    ),
-];
-
-fn built_in_path(name: &str) -> String {
-    format!("the built-in map {name}")
-}
-
 impl Survey {
-    /// The name of the built-in map for the log: the one whose clock and motor commands it has.
+    /// The name of the built-in map for the log: the one whose clock it has and what else that
+    /// cannot do without, such as the attitude for PX4 and the motors for ArduPilot.
     #[must_use]
     pub fn recommended_map(&self) -> Option<&'static str> {
-        let has = |topics: &[&str]| topics.iter().any(|key| self.topic_like(key).is_some());
-        let px4 = has(PX4[0].1) && has(PX4[1].1);
-        match self.format {
-            LogFormat::Ulog => px4.then_some("px4"),
-            LogFormat::DataFlash => (has(&["IMU"]) && has(&["RCOU"])).then_some("ardupilot"),
-            LogFormat::Mcap | LogFormat::Rosbag if px4 => Some("px4"),
-            LogFormat::Mcap | LogFormat::Rosbag => {
-                let fits = ROS[..2].iter().any(|(_, names)| has(names));
-                fits.then_some("ros")
-            }
-        }
+        Some(self.fitting()?.0.name)
+    }
+
+    fn fitting(&self) -> Option<(&'static BuiltIn, &'static Map)> {
+        of_format(self.format).find(|(known, map)| {
+            let clocks = map.clocks().map_or(&[][..], |(_, clocks)| clocks);
+            let has_clock = clocks.iter().any(|name| self.topic_like(name).is_some());
+            has_clock && self.makes(map, known.needs)
+        })
+    }
+
+    fn makes(&self, map: &Map, channel: &str) -> bool {
+        let left_out = self.resolved(map).left_out;
+        !left_out.iter().any(|(name, _)| name == channel)
     }
 
     /// How many rows the map makes of the log at most: the messages of its clock.
@@ -136,36 +118,98 @@ impl Survey {
         clock.map_or_else(|| most().unwrap_or(0), |topic| topic.messages)
     }
 
-    /// What the log lacks for thrust and ground effect to be found from it by a built-in map, one
-    /// sentence each.
+    /// What the log lacks for thrust and ground effect to be found from it by the built-in map of
+    /// its kind, one sentence each.
     #[must_use]
     pub fn lacks(&self) -> Vec<String> {
-        let needs: &[(&str, &[&str])] = match self.format {
-            LogFormat::Ulog => &PX4,
-            LogFormat::DataFlash => &ARDUPILOT,
-            _ if self.recommended_map() == Some("px4") => &PX4,
-            _ => &ROS,
+        let Some(map) = Map::built_in(self).or_else(|| Map::built_in_for(self.format).last())
+        else {
+            return Vec::new();
         };
-        let without = |(what, names): &(&str, &[&str])| {
-            if names.iter().any(|name| self.topic_like(name).is_some()) {
-                return None;
-            }
-            let of_kind = |name: &&str| {
-                let alike =
-                    |topic: &&Topic| topic.messages > 0 && topic.kind.as_deref() == Some(name);
-                let topics = self.topics.iter().filter(alike);
-                topics.map(|topic| topic.key.as_str()).collect::<Vec<_>>()
+        let left_out = self.resolved(map).left_out;
+        let lacking = WANTED
+            .iter()
+            .filter(|(_, channel)| left_out.iter().any(|(name, _)| name == channel));
+        lacking
+            .map(|(what, channel)| format!("{what}: {}", self.cause(map, channel)))
+            .collect()
+    }
+
+    /// Why the map cannot make a channel.
+    fn cause(&self, map: &Map, channel: &str) -> String {
+        let missed = self.missed(map, &map.defines, &rules_of(&map.channels, channel));
+        let (topics, names): (Vec<&Missed>, Vec<&Missed>) =
+            missed.iter().partition(|missed| missed.is_topic);
+        let list = |missed: &[&Missed]| {
+            let names: Vec<&str> = missed.iter().map(|missed| missed.name.as_str()).collect();
+            names.join(", ")
+        };
+        let of_kind = |missed: &&Missed| {
+            let alike = |topic: &&Topic| {
+                topic.messages > 0 && topic.kind.as_deref() == Some(missed.name.as_str())
             };
-            let many = names.iter().map(of_kind).find(|topics| topics.len() > 1);
-            Some(match many {
-                Some(topics) => format!(
-                    "{what}: it is not known which of {} to take; a map has to say it",
-                    topics.join(", ")
-                ),
-                None => format!("{what}: there is no topic of {}", names.join(", ")),
-            })
+            let topics = self.topics.iter().filter(alike);
+            topics.map(|topic| topic.key.as_str()).collect::<Vec<_>>()
         };
-        needs.iter().filter_map(without).collect()
+        let many = topics.iter().map(of_kind).find(|topics| topics.len() > 1);
+        match many {
+            Some(many) => format!(
+                "it is not known which of {} to take; a map has to say it",
+                many.join(", ")
+            ),
+            None if topics.is_empty() => format!("there is no {}", list(&names)),
+            None if names.is_empty() => format!("there is no topic of {}", list(&topics)),
+            None => format!(
+                "there is no topic of {}, and no {}",
+                list(&topics),
+                list(&names)
+            ),
+        }
+    }
+
+    /// What the log lacks for any of the rules to be taken; nothing where one can. A rule that
+    /// misses all that another one misses, and more, does not count.
+    fn missed(&self, map: &Map, defines: &[Rule], rules: &[&Rule]) -> Vec<Missed> {
+        let each: Vec<Vec<Missed>> = rules
+            .iter()
+            .map(|rule| {
+                let names = rule.expr.variables().into_iter();
+                let mut missed = Vec::new();
+                for one in names.flat_map(|name| self.missed_by_name(map, defines, name)) {
+                    if !missed.contains(&one) {
+                        missed.push(one);
+                    }
+                }
+                missed
+            })
+            .collect();
+        let is_within = |a: &[Missed], b: &[Missed]| a.iter().all(|one| b.contains(one));
+        let least = each.iter().filter(|missed| {
+            let mut others = each.iter();
+            !others.any(|other| other.len() < missed.len() && is_within(other, missed))
+        });
+        let mut all = Vec::new();
+        for one in least.flatten() {
+            if !all.contains(one) {
+                all.push(one.clone());
+            }
+        }
+        all
+    }
+
+    fn missed_by_name(&self, map: &Map, defines: &[Rule], name: &str) -> Vec<Missed> {
+        if self.knows(map, name) || self.parameter(name).is_some() {
+            return Vec::new();
+        }
+        // Those above it only, so that this ends.
+        let first = defines.iter().position(|rule| rule.channel == name);
+        if let Some(first) = first {
+            return self.missed(map, &defines[..first], &rules_of(defines, name));
+        }
+        let topic = topic_of(map, name);
+        let is_topic = !name.starts_with("param.") && self.topic_like(topic).is_none();
+        let name = if is_topic { topic } else { name }.to_owned();
+        vec![Missed { name, is_topic }]
     }
 
     /// The text of a map to start from, with all fields as comments.
@@ -188,5 +232,48 @@ impl Survey {
             }
         }
         text
+    }
+}
+
+/// A topic that is not there, or a field of one that is, or a parameter.
+#[derive(Clone, PartialEq)]
+struct Missed {
+    name: String,
+    is_topic: bool,
+}
+
+fn rules_of<'a>(rules: &'a [Rule], name: &str) -> Vec<&'a Rule> {
+    rules.iter().filter(|rule| rule.channel == name).collect()
+}
+
+/// The topic in a name such as `sensor_msgs/Imu.orientation.x`: what the map says of topics tells
+/// where there are dots in theirs.
+fn topic_of<'a>(map: &Map, name: &'a str) -> &'a str {
+    let said = map.topics.iter().map(|topic| topic.name.as_str());
+    let within = |topic: &&str| {
+        let rest = name.strip_prefix(topic);
+        rest.is_some_and(|rest| rest.starts_with('.'))
+    };
+    let after = name.rfind('/').map_or(0, |slash| slash + 1);
+    let first = name[after..]
+        .find('.')
+        .map_or(name.len(), |dot| after + dot);
+    let length = said.filter(within).map(str::len).max().unwrap_or(first);
+    &name[..length]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_built_in_map_is_one() {
+        assert_eq!(MAPS.len(), BUILT_IN.len());
+        for (known, map) in BUILT_IN.iter().zip(MAPS.iter()) {
+            assert!(map.channels().any(|channel| channel == known.needs));
+            for (_, channel) in WANTED {
+                assert!(map.optional.iter().any(|optional| optional == channel));
+            }
+        }
     }
 }

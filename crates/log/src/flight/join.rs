@@ -100,8 +100,8 @@ impl Stamps {
         }
     }
 
-    /// The values of a column, finite all of them, at the block's stamps; NaN where none is near
-    /// enough.
+    /// The values of a column at the block's stamps, gaps as they are; NaN as well where none is
+    /// near enough.
     pub(super) fn join(&self, values: &Values, into: &mut [f64]) {
         match values {
             Values::Narrow(values) => self.join_by(|i| values[i].into(), into),

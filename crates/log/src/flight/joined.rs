@@ -82,11 +82,15 @@ impl<'a> Joined<'a> {
             }
             let repairs = join::repair(&mut series, is_clock);
             warn(findings, &key, &series, repairs);
-            let limit_s = said.and_then(|topic| topic.limit_s);
-            let limit_s = limit_s.unwrap_or_else(|| join::usual_limit_s(&series.time_s));
             let field = |name: &str| {
                 let (topic, field) = survey.resolve(name)?;
                 (topic == key).then_some(field)
+            };
+            // Of all messages, whether they count or not; the clock's own are not joined.
+            let limit_s = match said.and_then(|topic| topic.limit_s) {
+                Some(limit_s) => limit_s,
+                None if is_clock => 0.0,
+                None => join::usual_limit_s(&series.time_s),
             };
             let valid = said.map_or(&[][..], |topic| &topic.valid);
             match series.keep(valid, &field) {

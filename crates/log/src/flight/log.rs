@@ -1,6 +1,6 @@
 use super::channel::short_kind;
 use super::extract::{Extractor, Series};
-use super::hashing::{Hashing, sha256_of};
+use super::hashing::Hashing;
 use super::sink::{Loss, ReadError, Sink};
 use super::survey::{Survey, Surveyor};
 use super::{bag, dataflash, mcap, ulog};
@@ -137,19 +137,7 @@ impl Log {
     /// # Errors
     /// [`LogError::Read`] or [`LogError::NotALog`].
     pub fn survey(&self) -> Result<(Survey, Findings), LogError> {
-        self.look(true)
-    }
-
-    /// As [`survey`](Self::survey) without the values of fields, the rates and the gaps.
-    ///
-    /// # Errors
-    /// As [`survey`](Self::survey).
-    pub fn outline(&self) -> Result<(Survey, Findings), LogError> {
-        self.look(false)
-    }
-
-    fn look(&self, deep: bool) -> Result<(Survey, Findings), LogError> {
-        let mut surveyor = Surveyor::new(deep);
+        let mut surveyor = Surveyor::new(true);
         let (loss, _) = self.read(&mut surveyor, false)?;
         self.surveyed(surveyor, &loss)
     }
@@ -247,21 +235,6 @@ impl Log {
             LogFormat::Rosbag => bag::read(&mut input, sink),
         };
         Ok((loss?, input.finish()?))
-    }
-
-    /// SHA-256 of the file's bytes in lower-case hexadecimal.
-    ///
-    /// # Errors
-    /// [`LogError::Read`].
-    pub fn sha256(&self) -> Result<String, LogError> {
-        let digest = match &self.input {
-            Input::Bytes(bytes) => sha256_of(bytes.as_slice()),
-            Input::File(file) => File::open(file).and_then(sha256_of),
-        };
-        digest.map_err(|source| LogError::Read {
-            path: self.path.clone(),
-            source,
-        })
     }
 }
 

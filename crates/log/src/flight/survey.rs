@@ -1,4 +1,4 @@
-//! What a log holds: a first pass over all of it.
+//! What a log holds, counted in a pass over all of it.
 
 use super::LogFormat;
 use super::fields::{NOTHING, Running, unite};

@@ -4,7 +4,7 @@ use super::joined::Joined;
 use super::log::{Gathered, Log};
 use super::survey::Survey;
 use crate::apply::{apply_resolved, is_known};
-use crate::map::{Map, Rule};
+use crate::map::{Map, Resolved, Rule};
 use crate::suggest::nearest;
 use crate::{Findings, LogError};
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,13 +26,12 @@ impl Log {
     /// such topic or field, [`LogError::MapValue`] for a clock that is none, and those of
     /// [`survey`](Self::survey) and [`apply`](crate::apply).
     pub fn trial(&self, map: Option<&Map>) -> Result<(Trial, Findings), LogError> {
-        let built_in = match map {
-            Some(_) => Vec::new(),
-            None => Map::built_in_for(self.format()),
+        let maps: Vec<&Map> = match map {
+            Some(map) => vec![map],
+            None => Map::built_in_for(self.format()).collect(),
         };
-        let maps = || map.into_iter().chain(&built_in);
-        let names: BTreeSet<&str> = maps().flat_map(Map::names).collect();
-        let clocks = maps().filter_map(|map| map.clocks());
+        let names: BTreeSet<&str> = maps.iter().flat_map(|map| map.names()).collect();
+        let clocks = maps.iter().filter_map(|map| map.clocks());
         let mut gathered = self.gather(
             names.into_iter(),
             clocks.flat_map(|(_, clocks)| clocks.iter().map(String::as_str)),
@@ -41,9 +40,7 @@ impl Log {
         let map = match map {
             Some(map) => map,
             None => {
-                let name = gathered.survey.recommended_map();
-                let fits = |map: &&Map| name.is_some_and(|name| map.is_built_in(name));
-                let Some(found) = built_in.iter().find(fits) else {
+                let Some(found) = Map::built_in(&gathered.survey) else {
                     let (survey, _) = self.survey()?;
                     let topics = survey.topics.iter().map(|topic| topic.key.clone());
                     return Err(LogError::NeedsMap {
@@ -56,14 +53,11 @@ impl Log {
                 found
             }
         };
-        let known = |survey: &Survey, name: &str| {
-            is_known(map, name) || name == TIME_CHANNEL || survey.resolve(name).is_some()
-        };
         let survey = &gathered.survey;
-        let resolved = map.resolve(&|name| known(survey, name), &|name| survey.parameter(name));
+        let resolved = survey.resolved(map);
         for rule in resolved.map.channels.iter().chain(&resolved.map.keep) {
             let names = rule.expr.variables();
-            if let Some(name) = names.into_iter().find(|name| !known(survey, name)) {
+            if let Some(name) = names.into_iter().find(|name| !survey.knows(map, name)) {
                 return Err(no_field(survey, rule, name));
             }
         }
@@ -97,6 +91,18 @@ impl Log {
         }
         findings.warnings.splice(0..0, notes);
         Ok((trial, findings))
+    }
+}
+
+impl Survey {
+    /// Whether the map's expressions can have a value of this name.
+    pub(super) fn knows(&self, map: &Map, name: &str) -> bool {
+        is_known(map, name) || name == TIME_CHANNEL || self.resolve(name).is_some()
+    }
+
+    /// The map without what cannot be taken from the log.
+    pub(super) fn resolved(&self, map: &Map) -> Resolved {
+        map.resolve(&|name| self.knows(map, name), &|name| self.parameter(name))
     }
 }
 

@@ -202,12 +202,12 @@ fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<Seen> {
     }
     let built_in = Map::built_in(&survey);
     let large = built_in
-        .as_ref()
         .filter(|_| map.is_none())
         .and_then(|map| too_large(&survey, map));
     if let Some(text) = large {
         findings.warnings.push(text);
     } else if map.is_some() || built_in.is_some() {
+        // A pass of its own: only now is it known that the columns fit into memory.
         match log.trial(map) {
             Ok((trial, applied)) => {
                 // Both passes tell what was lost.

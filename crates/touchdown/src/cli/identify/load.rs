@@ -43,7 +43,7 @@ impl Log {
 pub(crate) fn map(path: Option<&Path>) -> Result<Option<Map>> {
     let built_in = built_in(path).and_then(Map::built_in_named);
     match (built_in, path) {
-        (Some(map), _) => Ok(Some(map)),
+        (Some(map), _) => Ok(Some(map.clone())),
         (None, path) => Ok(path.map(Map::load).transpose()?),
     }
 }
