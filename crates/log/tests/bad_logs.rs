@@ -165,6 +165,63 @@ fn analytic_a_chunk_whose_checksum_is_wrong_is_left_out() {
 }
 
 #[test]
+fn regress_what_a_damaged_chunk_takes_along_is_told() {
+    let bytes = fixture("ros2.mcap");
+    let (whole, _) = survey("whole", bytes.clone()).unwrap();
+    let mut told = 0;
+    for at in (0..bytes.len() / 2).step_by(97) {
+        let mut bytes = bytes.clone();
+        bytes[at] ^= 0x10;
+        // The first chunk tells the channels; without it nothing is left.
+        let Ok((part, findings)) = survey("flipped", bytes) else {
+            continue;
+        };
+        let is_of_chunk = |w: &&String| w.starts_with("a damaged chunk of ");
+        let Some(text) = findings.warnings.iter().find(is_of_chunk) else {
+            continue;
+        };
+        let missing = whole.messages() - part.messages();
+        assert!(
+            text.contains(&format!(
+                "bytes is left out, and with it {missing} messages of "
+            )),
+            "{missing}: {text}"
+        );
+        // Within the record, to the three digits that are told.
+        let numbers: Vec<f64> = text
+            .rsplit_once("messages of ")
+            .map(|(_, span)| {
+                span.split(' ')
+                    .filter_map(|word| word.parse().ok())
+                    .collect()
+            })
+            .unwrap();
+        let last_s = whole.duration_s + 0.5e-3 + 0.003;
+        assert!(
+            numbers.len() == 2 && numbers[0] < numbers[1] && numbers[1] <= last_s,
+            "{text}, {last_s}"
+        );
+        told += 1;
+    }
+    assert!(told > 10, "{told}");
+}
+
+#[test]
+fn regress_bytes_after_the_end_of_a_recording_are_told() {
+    let mut bytes = fixture("ros2.mcap");
+    let (whole, findings) = survey("whole", bytes.clone()).unwrap();
+    assert!(!findings.is_lossy());
+    bytes.extend([0x5a; 1234]);
+    let (same, findings) = survey("longer", bytes).unwrap();
+    assert_eq!(same.topics, whole.topics);
+    let told = "1234 bytes follow the end of the recording";
+    assert!(
+        findings.is_lossy() && findings.warnings.iter().any(|w| w == told),
+        "{findings:?}"
+    );
+}
+
+#[test]
 fn prop_sizes_of_gigabytes_are_not_believed() {
     let (mut mcap, mut bag) = (fixture("ros2.mcap"), fixture("plain.bag"));
     // The length of the first record behind the header's, and that of the first head.

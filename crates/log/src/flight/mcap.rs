@@ -7,6 +7,7 @@ use super::LogFormat;
 use super::channel::{Channel, MOST_FIELDS_IN_ALL, unpack, unpack_prefix};
 use super::clocks::Clocks;
 use super::cursor::Cursor;
+use super::lost::LostChunks;
 use super::sink::{Loss, ReadError, Sink};
 use super::stream::Stream;
 use std::collections::HashMap;
@@ -25,6 +26,8 @@ const SCHEMA: u8 = 3;
 const CHANNEL: u8 = 4;
 const MESSAGE: u8 = 5;
 const CHUNK: u8 = 6;
+const MESSAGE_INDEX: u8 = 7;
+const FOOTER: u8 = 2;
 const DATA_END: u8 = 0x0f;
 /// Opcodes that are known: what else there is makes a record suspect.
 const KNOWN: std::ops::RangeInclusive<u8> = 1..=0x0f;
@@ -44,6 +47,9 @@ struct Mcap<'s> {
     fields_left: usize,
     clocks: Clocks,
     loss: Loss,
+    /// Messages that were found, decodable or not.
+    messages: usize,
+    lost: LostChunks,
 }
 
 /// Reads a whole log.
@@ -59,8 +65,11 @@ pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadEr
         fields_left: MOST_FIELDS_IN_ALL,
         clocks: Clocks::default(),
         loss: Loss::default(),
+        messages: 0,
+        lost: LostChunks::default(),
     };
     reader.run(&mut stream)?;
+    reader.lost.tell(&mut reader.clocks, &mut reader.loss);
     reader.clocks.finish(reader.sink, &mut reader.loss);
     Ok(reader.loss)
 }
@@ -73,9 +82,8 @@ impl Mcap<'_> {
             };
             let opcode = head[0];
             let length = Cursor::new(&head[1..]).u64().unwrap_or(u64::MAX);
-            // What follows are tables of what was read.
             if opcode == DATA_END {
-                return Ok(());
+                return self.end(stream);
             }
             if !KNOWN.contains(&opcode) && opcode < 0x80 {
                 self.loss.corrupt += 1;
@@ -99,12 +107,47 @@ impl Mcap<'_> {
             let Some(record) = stream.peek(length)? else {
                 return self.broken_off(stream);
             };
-            if self.record(opcode, &record[9..], true).is_none() {
+            let body = &record[9..];
+            let before = self.messages;
+            if opcode != MESSAGE_INDEX {
+                self.lost.close();
+            }
+            if self.record(opcode, body, true).is_none() {
                 self.loss.corrupt += 1;
                 self.loss.skipped_bytes += length as u64;
+                if opcode == CHUNK {
+                    self.lost.push(length, body, self.messages - before);
+                }
             }
             stream.advance(length);
         }
+    }
+
+    /// Passes over the tables of what was read, and counts what follows the file's end.
+    fn end<R: Read>(&mut self, stream: &mut Stream<R>) -> Result<(), ReadError> {
+        loop {
+            let Some(head) = stream.peek(9)? else {
+                return Ok(());
+            };
+            let opcode = head[0];
+            let length = Cursor::new(&head[1..]).u64().unwrap_or(u64::MAX);
+            stream.skip(length.saturating_add(9))?;
+            if opcode == FOOTER {
+                break;
+            }
+        }
+        if stream.peek(MAGIC.len())? != Some(&MAGIC) {
+            return Ok(());
+        }
+        stream.advance(MAGIC.len());
+        let left = stream.skip(u64::MAX)?;
+        if left > 0 {
+            self.loss.corrupt += 1;
+            self.loss.skipped_bytes += left;
+            let text = format!("{left} bytes follow the end of the recording");
+            self.loss.notes.push(text);
+        }
+        Ok(())
     }
 
     /// Uses what there is of a chunk that is cut.
@@ -189,6 +232,7 @@ impl Mcap<'_> {
                 let recorded_ns = cursor.u64()?;
                 cursor.u64()?;
                 self.clocks.recorded(recorded_ns);
+                self.messages += 1;
                 let Some(channel) = self.channels.get_mut(&id) else {
                     // What tells of the channel is lost, or there are too many.
                     self.loss.undecodable += 1;
@@ -217,6 +261,7 @@ impl Mcap<'_> {
                 }
                 self.records(records)?;
             }
+            MESSAGE_INDEX => self.lost.index(&mut cursor),
             _ => {}
         }
         Some(())

@@ -18,6 +18,7 @@ mod hashing;
 mod join;
 mod joined;
 mod log;
+mod lost;
 mod mcap;
 mod pages;
 mod parquet;
