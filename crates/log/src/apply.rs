@@ -8,7 +8,7 @@ use std::path::Path;
 use touchdown_trial::{Provenance, Source, TIME_CHANNEL, Trial, TrialError};
 
 /// A median step above this, in s, is asked about: it may be in milliseconds.
-const LONG_STEP_S: f64 = 10.0;
+pub(crate) const LONG_STEP_S: f64 = 10.0;
 /// Throttles may leave `[0, 1]` by rounding.
 const THROTTLE_SLACK: f64 = 1e-9;
 /// Rows that are evaluated at once.

@@ -1,3 +1,5 @@
+use crate::apply::LONG_STEP_S;
+use crate::jumps::Jumps;
 use crate::stamps::increasing;
 use crate::{ColumnKind, Table, suggest};
 use serde::Serialize;
@@ -21,7 +23,8 @@ pub struct Inspection {
     pub columns: Vec<ColumnSummary>,
     /// What a person should know, one sentence each.
     pub warnings: Vec<String>,
-    /// The text of a map to start from, for a table without `time_s`.
+    /// The text of a map to start from, for a table without `time_s` or with a column that seems
+    /// to be a channel of another name.
     pub suggested_map: Option<String>,
 }
 
@@ -46,6 +49,16 @@ pub struct TimeBase {
     pub jitter_s: Option<f64>,
     /// Rows without a stamp, or with one out of order.
     pub bad_stamps: usize,
+}
+
+impl TimeBase {
+    /// The unit that the steps speak for, such as `ms`, and its seconds, where that is another one
+    /// than was taken: one that the column's name does not tell, or seconds that are far too long.
+    pub(crate) fn likely_unit(&self) -> Option<(&'static str, f64)> {
+        let step = self.period_s? / self.unit_s;
+        let is_likely = self.unit_stated && (self.unit_s != 1.0 || step <= LONG_STEP_S);
+        suggest::likely_unit(step).filter(|_| !is_likely)
+    }
 }
 
 /// What one column holds. Figures are absent where there is no value.
@@ -116,7 +129,18 @@ pub fn inspect(table: &Table, time_column: Option<&str>) -> Inspection {
         None => warnings.push("no time column was found".to_owned()),
         Some(base) => warn_of_time(base, &mut warnings),
     }
-    let columns = table
+    if let (Some(base), Some(stamps_s)) = (&time, &stamps_s) {
+        let mut jumps = Jumps::default();
+        let scale = base
+            .likely_unit()
+            .map_or(1.0, |(_, unit_s)| unit_s / base.unit_s);
+        for (row, stamp_s) in table.row_numbers.iter().zip(stamps_s) {
+            jumps.push(*row, stamp_s * scale);
+        }
+        let median_s = base.period_s.unwrap_or(0.0) * scale;
+        warnings.extend(jumps.told(&base.column, median_s));
+    }
+    let columns: Vec<ColumnSummary> = table
         .columns
         .iter()
         .map(|column| {
@@ -128,9 +152,7 @@ pub fn inspect(table: &Table, time_column: Option<&str>) -> Inspection {
             summary
         })
         .collect();
-    let ours = table
-        .column(TIME_CHANNEL)
-        .is_some_and(|column| !column.is_text());
+    let suggested_map = suggest::map_text(&columns, time.as_ref());
     Inspection {
         path: table.path.clone(),
         sha256: Some(table.sha256.clone()),
@@ -138,7 +160,7 @@ pub fn inspect(table: &Table, time_column: Option<&str>) -> Inspection {
         time,
         columns,
         warnings,
-        suggested_map: (!ours).then(|| suggest::map_text(table)),
+        suggested_map,
     }
 }
 
@@ -222,11 +244,18 @@ impl<'a> Clock<'a> {
 }
 
 fn warn_of_time(base: &TimeBase, warnings: &mut Vec<String>) {
-    if !base.unit_stated {
-        warnings.push(format!(
+    match base.likely_unit() {
+        Some((unit, unit_s)) => warnings.push(format!(
+            "{:?} has a median step of {}, as if it were in {unit}; rates take it as seconds. In a map: time_s = '{}'",
+            base.column,
+            base.period_s.unwrap_or_default() / base.unit_s,
+            suggest::scaled(&base.column, unit_s)
+        )),
+        None if !base.unit_stated => warnings.push(format!(
             "{:?} does not tell its unit; rates take it as seconds",
             base.column
-        ));
+        )),
+        None => {}
     }
     if base.bad_stamps > 0 {
         warnings.push(format!(

@@ -50,11 +50,13 @@ mod findings;
 #[cfg(feature = "flight-logs")]
 mod flight;
 mod inspect;
+mod jumps;
 mod layout;
 // What a map says of topics is for logs.
 #[cfg_attr(not(feature = "flight-logs"), allow(dead_code))]
 mod map;
 mod read;
+mod recognise;
 mod rows;
 mod stamps;
 mod suggest;

@@ -4,7 +4,8 @@ mod define;
 mod resolve;
 mod source;
 
-use crate::{Column, LogError, Place, Table, suggest};
+use crate::{Column, LogError, Place, Table, inspect};
+#[cfg(feature = "flight-logs")]
 pub(crate) use resolve::Resolved;
 use sindy_expr::Expr;
 use source::Source;
@@ -174,7 +175,7 @@ impl Map {
             return Err(LogError::NeedsMap {
                 path: table.path.clone(),
                 columns: table.column_names(),
-                suggested: suggest::map_text(table),
+                suggested: inspect(table, None).suggested_map.unwrap_or_default(),
             });
         }
         let place = Place {

@@ -1,6 +1,7 @@
 //! Guesses from column names, for messages and suggested maps only: nothing is read by them.
 
-use crate::{Column, ColumnKind, Table};
+use crate::recognise::{Guess, channels};
+use crate::{Column, ColumnKind, ColumnSummary, Table, TimeBase};
 use touchdown_trial::TIME_CHANNEL;
 
 /// The name most similar to `name`, if any is similar at all.
@@ -79,7 +80,7 @@ pub(crate) fn guess_time(table: &Table) -> Option<TimeGuess<'_>> {
 }
 
 /// `Thrust (gf)`, `weight[g]`, `t_s` and `TimeUS` as what and unit, in lower case; `µ` is `u`.
-fn base_and_unit(name: &str) -> (String, String) {
+pub(crate) fn base_and_unit(name: &str) -> (String, String) {
     let name = name
         .to_lowercase()
         .replace(['µ', 'μ'], "u")
@@ -101,113 +102,91 @@ fn base_and_unit(name: &str) -> (String, String) {
     }
 }
 
-/// Words in a column's name, its unit, the channel and the factor: `channel = factor * column`.
-const CHANNELS: [(&[&str], &str, &str, &str); 15] = [
-    (
-        &["thrust", "force", "weight"],
-        "gf",
-        "thrust_n",
-        "9.80665e-3 * ",
-    ),
-    (
-        &["thrust", "force", "weight"],
-        "g",
-        "thrust_n",
-        "9.80665e-3 * ",
-    ),
-    (
-        &["thrust", "force", "weight"],
-        "kgf",
-        "thrust_n",
-        "9.80665 * ",
-    ),
-    (&["thrust", "force"], "n", "thrust_n", ""),
-    (&["torque"], "nm", "torque_n_m", ""),
-    (&["volt", "bat"], "v", "battery_v", ""),
-    (&["volt", "bat"], "mv", "battery_v", "1e-3 * "),
-    (&["batt. volts"], "", "battery_v", ""),
-    (&["current"], "a", "current_a", ""),
-    (&["current"], "ma", "current_a", "1e-3 * "),
-    (&["amps"], "", "current_a", ""),
-    (&["speed"], "rpm", "rotor_rpm", ""),
-    (&["rpm"], "", "rotor_rpm", ""),
-    (&["height", "altitude"], "m", "height_m", ""),
-    (&["throttle"], "", "throttle", ""),
-];
+/// Steps of a column of unknown unit that are likely ones in ms, us and ns: from so many on.
+const LIKELY: [(f64, &str, f64); 3] = [(1.0, "ms", 1e-3), (400.0, "us", 1e-6), (4e5, "ns", 1e-9)];
 
-/// The text of a map to start from. Channels whose unit a column's name tells are filled in; all
-/// other columns stand below as comments.
-pub(crate) fn map_text(table: &Table) -> String {
+/// The unit that a median step of so many units speaks for, and its seconds, where seconds are
+/// not likely: rates lie between 2.5 Hz and 2.5 kHz then.
+pub(crate) fn likely_unit(step: f64) -> Option<(&'static str, f64)> {
+    let mut units = LIKELY.iter().rev();
+    let unit = units.find(|(from, ..)| step >= *from);
+    unit.map(|&(_, name, unit_s)| (name, unit_s))
+}
+
+/// An expression for a column times a factor.
+pub(crate) fn scaled(name: &str, factor: f64) -> String {
+    if factor == 1.0 {
+        quoted(name)
+    } else {
+        format!("{factor:e} * {}", quoted(name))
+    }
+}
+
+/// The text of a map to start from. Channels that names, units or sizes tell are filled in, those
+/// by size with a word to check it; all other columns stand below as comments. A table that has
+/// our own names already gets none, unless a column seems to be a channel of another name.
+pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Option<String> {
+    let guesses = channels(columns);
+    let is_named = |guess: &Guess| columns.iter().any(|column| column.name == guess.channel);
+    let numbers = |column: &&ColumnSummary| column.name == TIME_CHANNEL && column.text.is_none();
+    if columns.iter().any(|column| numbers(&column)) && guesses.iter().all(is_named) {
+        return None;
+    }
     let mut text = String::from("schema = 1\n\n[channels]\n");
-    let time = guess_time(table);
-    match &time {
-        Some(guess) => {
-            let quoted = quoted(&guess.column.name);
-            let scaled = if guess.scale_s == 1.0 {
-                quoted
-            } else {
-                format!("{:e} * {quoted}", guess.scale_s)
-            };
-            line(&mut text, TIME_CHANNEL, &scaled);
+    match time {
+        Some(base) => {
+            let likely = base.likely_unit();
+            let unit_s = likely.map_or(base.unit_s, |(_, unit_s)| unit_s);
+            let check = likely.map(|(unit, _)| format!("in {unit} by its steps"));
+            line(
+                &mut text,
+                TIME_CHANNEL,
+                &scaled(&base.column, unit_s),
+                check,
+            );
         }
         None => text.push_str(
             "time_s = 'row * 0.01'  # no column looks like the time: what is the period?\n",
         ),
     }
-    let mut made: Vec<&str> = Vec::new();
-    let mut rest = Vec::new();
-    for column in &table.columns {
-        if time
-            .as_ref()
-            .is_some_and(|guess| guess.column.name == column.name)
-        {
+    for guess in &guesses {
+        line(
+            &mut text,
+            guess.channel,
+            &guess.expression,
+            guess.check.clone(),
+        );
+    }
+    for (at, column) in columns.iter().enumerate() {
+        let is_time = time.is_some_and(|base| base.column == column.name);
+        if is_time || guesses.iter().any(|guess| guess.columns.contains(&at)) {
             continue;
         }
-        let filled = column.values.iter().any(|value| !value.is_nan());
-        match channel_of(&column.name) {
-            Some((channel, expression)) if filled && !made.contains(&channel) => {
-                made.push(channel);
-                line(&mut text, channel, &expression);
-            }
-            _ => rest.push(column),
-        }
-    }
-    for column in rest {
-        let what = match column.kind {
-            ColumnKind::Text { .. } => ", text",
-            _ if column.values.iter().all(|value| value.is_nan()) => ", empty",
+        let what = match (&column.text, column.count) {
+            (Some(_), _) => ", text",
+            (None, 0) => ", empty",
             _ => "",
         };
         let name = quoted(&column.name).replace(['\n', '\r'], " ");
         text.push_str(&format!("# {name}{what}\n"));
     }
-    text
-}
-
-fn channel_of(name: &str) -> Option<(&'static str, String)> {
-    let (base, unit) = base_and_unit(name);
-    if unit == "us" && (base.contains("esc") || base.contains("pwm")) {
-        return Some(("throttle", format!("({} - 1000) / 1000", quoted(name))));
-    }
-    CHANNELS
-        .iter()
-        .find(|(words, of, _, _)| unit == *of && words.iter().any(|word| base.contains(word)))
-        .map(|&(_, _, channel, factor)| (channel, format!("{factor}{}", quoted(name))))
+    Some(text)
 }
 
 /// A column's name as an expression writes it.
-fn quoted(name: &str) -> String {
+pub(crate) fn quoted(name: &str) -> String {
     format!("\"{}\"", name.replace('"', "\"\""))
 }
 
-fn line(text: &mut String, channel: &str, expression: &str) {
+fn line(text: &mut String, channel: &str, expression: &str, check: Option<String>) {
     // A TOML literal string, unless the name holds what one may not hold.
     let literal = if expression.chars().any(|c| c == '\'' || c.is_control()) {
         basic_string(expression)
     } else {
         format!("'{expression}'")
     };
-    text.push_str(&format!("{channel} = {literal}\n"));
+    let check = check.map_or_else(String::new, |check| format!("  # {check}"));
+    text.push_str(&format!("{channel} = {literal}{check}\n"));
 }
 
 pub(crate) fn basic_string(text: &str) -> String {

@@ -58,7 +58,9 @@ fn analytic_a_table_without_time() {
     assert_eq!(named.time.unwrap().period_s, Some(2.0));
     assert_eq!(
         named.warnings,
-        ["\"pwm\" does not tell its unit; rates take it as seconds"]
+        [
+            "\"pwm\" has a median step of 2, as if it were in ms; rates take it as seconds. In a map: time_s = '1e-3 * \"pwm\"'"
+        ]
     );
     assert_eq!(inspect(&table, Some("nothing")).warnings.len(), 2);
 }

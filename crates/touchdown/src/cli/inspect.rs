@@ -26,6 +26,8 @@ struct Seen {
     path: PathBuf,
     content: Content,
     mapped: Option<(Trial, Inspection)>,
+    /// Whether that is by a map of the user's.
+    by_map: bool,
     findings: Findings,
 }
 
@@ -190,6 +192,7 @@ fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
             columns: Box::new(columns),
         },
         mapped,
+        by_map: map.is_some(),
         findings,
     })
 }
@@ -227,6 +230,7 @@ fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<Seen> {
         path: path.to_owned(),
         content: Content::Topics(survey),
         mapped,
+        by_map: map.is_some(),
         findings,
     })
 }
@@ -302,8 +306,9 @@ fn shown(seen: &Seen) -> Option<(&'static str, &Inspection)> {
 /// A map to start from, where none was used.
 fn suggested_map(seen: &Seen) -> Option<String> {
     match (&seen.mapped, &seen.content) {
-        (Some(_), _) => None,
-        (None, Content::Table { columns, .. }) => columns.suggested_map.clone(),
+        _ if seen.by_map => None,
+        (_, Content::Table { columns, .. }) => columns.suggested_map.clone(),
+        (Some(_), Content::Topics(_)) => None,
         (None, Content::Topics(survey)) => Some(topics::map_text(survey)),
     }
 }

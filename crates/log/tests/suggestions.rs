@@ -1,0 +1,141 @@
+//! Maps that are suggested for tables of other names, and what is said of their time.
+
+use touchdown_log::{Inspection, Map, apply, inspect, parse_csv};
+use touchdown_trial::Trial;
+
+/// A table of 100 rows; the row's number makes the cells.
+fn table(header: &str, row: impl Fn(f64) -> String) -> (Inspection, Option<Trial>) {
+    let rows: String = (0..100).map(|i| row(f64::from(i)) + "\n").collect();
+    let (table, _) = parse_csv("t.csv", format!("{header}\n{rows}").as_bytes()).unwrap();
+    let seen = inspect(&table, None);
+    let trial = seen.suggested_map.as_ref().map(|text| {
+        let map = Map::parse("suggested.toml", text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+        apply(&table, &map).unwrap().0
+    });
+    (seen, trial)
+}
+
+fn has(trial: &Trial, channel: &str, value: f64) {
+    let found = trial.require(channel).unwrap()[50];
+    // A few roundings of numbers up to 13.
+    assert!((found - value).abs() < 1e-12, "{channel}: {found}");
+}
+
+#[test]
+fn analytic_columns_of_other_names_are_recognised() {
+    let (seen, trial) = table("t,m1,m2,m3,m4,acc_z_g,zrange,vbat,vz,x", |i| {
+        format!(
+            "{},0,65535,32767.5,32767.5,1.0,{},3900,-0.5,7",
+            0.01 * i,
+            20.0 * i
+        )
+    });
+    let (text, trial) = (seen.suggested_map.unwrap(), trial.unwrap());
+    has(&trial, "throttle", 0.5);
+    has(&trial, "specific_force_mps2", 9.80665);
+    has(&trial, "height_m", 1.0);
+    has(&trial, "battery_v", 3.9);
+    has(&trial, "vehicle_velocity_mps", -0.5);
+    for line in [
+        r#"throttle = '("m1" + "m2" + "m3" + "m4") / 262140'  # of 65535 by its size"#,
+        r#"specific_force_mps2 = '9.80665 * "acc_z_g"'"#,
+        r#"height_m = '1e-3 * "zrange"'  # in mm by its size"#,
+        r#"battery_v = '1e-3 * "vbat"'  # in mV by its size"#,
+        r#"vehicle_velocity_mps = '"vz"'  # in m/s by its size; up is positive"#,
+        r#"# "x""#,
+    ] {
+        assert!(text.lines().any(|found| found == line), "{line}\n{text}");
+    }
+}
+
+#[test]
+fn analytic_commands_and_axes_are_scaled_by_their_size() {
+    for (cell, throttle) in [("0.25", 0.25), ("25", 0.25), ("1250", 0.25), ("51", 0.51)] {
+        let (_, trial) = table("time (s),PWM,az,range_cm,battery", |i| {
+            format!("{i},{cell},-9.5,150,12.5")
+        });
+        let trial = trial.unwrap();
+        has(&trial, "throttle", throttle);
+        has(&trial, "specific_force_mps2", 9.5);
+        has(&trial, "height_m", 1.5);
+        has(&trial, "battery_v", 12.5);
+    }
+    // Nothing is made of what could be anything.
+    let (seen, _) = table("time (s),az,pwm,height", |i| {
+        format!("{i},300,-5,{}", 1e6 * i)
+    });
+    let text = seen.suggested_map.unwrap();
+    assert!(
+        !text.contains("specific_force") && !text.contains("throttle ="),
+        "{text}"
+    );
+    assert!(!text.contains("height_m"), "{text}");
+}
+
+#[test]
+fn analytic_a_table_with_our_time_gets_a_map_for_what_is_not_ours() {
+    let (seen, _) = table("time_s,throttle,height_m,note", |i| format!("{i},0.5,1,9"));
+    assert_eq!(seen.suggested_map, None);
+    let (seen, trial) = table("time_s,throttle,alt", |i| format!("{},0.5,1.25", 0.1 * i));
+    let trial = trial.unwrap();
+    has(&trial, "throttle", 0.5);
+    has(&trial, "height_m", 1.25);
+    assert!(
+        seen.suggested_map
+            .unwrap()
+            .contains("time_s = '\"time_s\"'\n")
+    );
+}
+
+#[test]
+fn analytic_a_time_in_another_unit_is_told_with_the_line_of_a_map() {
+    for (header, step, unit, line) in [
+        ("t,x", 4.0, "ms", r#"time_s = '1e-3 * "t"'"#),
+        (
+            "timestamp,x",
+            4000.0,
+            "us",
+            r#"time_s = '1e-6 * "timestamp"'"#,
+        ),
+        ("time_s,x", 20.0, "ms", r#"time_s = '1e-3 * "time_s"'"#),
+    ] {
+        let (seen, trial) = table(header, |i| format!("{},1", step * i));
+        let told = format!("median step of {step}, as if it were in {unit}");
+        let is_told = |w: &String| w.contains(&told) && w.ends_with(line);
+        assert!(seen.warnings.iter().any(is_told), "{:?}", seen.warnings);
+        if let Some(trial) = trial {
+            let expected = if unit == "ms" { 1e-3 } else { 1e-6 } * step;
+            assert!((trial.period_s().unwrap() - expected).abs() < 1e-12);
+        }
+    }
+    // What the name says is believed, and so are steps of less than a second.
+    for (header, step) in [("t_ms,x", 10.0), ("t,x", 0.5), ("time_s,x", 2.0)] {
+        let (seen, _) = table(header, |i| format!("{},1", step * i));
+        assert!(
+            !seen.warnings.iter().any(|w| w.contains("as if")),
+            "{:?}",
+            seen.warnings
+        );
+    }
+}
+
+#[test]
+fn analytic_jumps_of_time_are_told() {
+    let (seen, _) = table("t_s,x", |i| {
+        let hours = if i >= 60.0 { 3600.0 } else { 0.0 };
+        format!("{},1", 0.1 * i + hours)
+    });
+    assert_eq!(
+        seen.warnings,
+        [
+            "\"t_s\" jumps once by more than a minute: after row 59, 5.900 s from the start, by 3600 s"
+        ]
+    );
+    // In microseconds that nothing states: four seconds in all, and no jump.
+    let (seen, _) = table("t,x", |i| format!("{},1", 40_000.0 * i));
+    assert!(
+        !seen.warnings.iter().any(|w| w.contains("jumps")),
+        "{:?}",
+        seen.warnings
+    );
+}
