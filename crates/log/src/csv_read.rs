@@ -42,18 +42,20 @@ pub fn read_csv(path: impl AsRef<Path>) -> Result<(Table, Findings), LogError> {
 /// As [`read_csv`], but for [`LogError::Read`].
 pub fn parse_csv(path: &str, bytes: &[u8]) -> Result<(Table, Findings), LogError> {
     let layout = layout(path, bytes)?;
-    let mut rows = Rows::of(&layout);
-    for (row, line) in layout.rows.iter().enumerate() {
-        rows.push(row, *line, &layout);
-    }
-    rows.finish(path, hex_sha256(bytes), layout)
+    let mut reading = Reading::of(&layout);
+    let part = reading.part(&layout.rows, true);
+    let findings = reading.conclude(path)?;
+    let table = Table {
+        path: path.to_owned(),
+        sha256: hex(&Sha256::digest(bytes)),
+        row_numbers: part.row_numbers,
+        columns: part.columns,
+    };
+    Ok((table, findings))
 }
 
-fn hex_sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+pub(crate) fn hex(digest: &[u8]) -> String {
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A cell that is no plain number.
@@ -72,85 +74,76 @@ struct RawColumn {
     odd: Vec<(usize, Odd)>,
 }
 
-struct Rows {
+/// What a column is known to hold; of stamps also the first, in ns.
+#[derive(Clone, Copy, PartialEq)]
+enum Held {
+    Numbers,
+    Stamps(Option<i64>),
+    Texts,
+}
+
+/// A table that is read in one part or in several.
+pub(crate) struct Reading {
+    names: Vec<String>,
+    delimiter: u8,
+    held: Vec<Option<Held>>,
+    /// Rows so far, whole or not.
+    rows: usize,
+    comma_numbers: usize,
+    first_fault: Option<String>,
+    findings: Findings,
+}
+
+/// Rows of a table, and their numbers in the file.
+pub(crate) struct Part {
+    pub(crate) row_numbers: Vec<usize>,
+    pub(crate) columns: Vec<Column>,
+}
+
+/// The rows of a part on their way.
+struct Rows<'a> {
+    reading: &'a mut Reading,
     columns: Vec<RawColumn>,
     /// For each row taken its number in the file and its line.
     taken: Vec<(usize, usize)>,
     last_cell_empty: bool,
-    comma_numbers: usize,
-    first_fault: Option<String>,
     /// Whether the first row has two cells of text or more, and no number.
     first_is_text: bool,
-    findings: Findings,
 }
 
-impl Rows {
-    fn of(layout: &Layout<'_>) -> Self {
+impl Reading {
+    pub(crate) fn of(layout: &Layout<'_>) -> Self {
         Self {
-            columns: layout.names.iter().map(|_| RawColumn::default()).collect(),
-            taken: Vec::new(),
-            last_cell_empty: true,
+            names: layout.names.clone(),
+            delimiter: layout.delimiter,
+            held: vec![None; layout.names.len()],
+            rows: 0,
             comma_numbers: 0,
             first_fault: None,
-            first_is_text: false,
             findings: Findings {
-                rows_read: layout.rows.len(),
                 warnings: layout.warnings.clone(),
                 ..Findings::default()
             },
         }
     }
 
-    fn push(&mut self, row: usize, line: Line<'_>, layout: &Layout<'_>) {
-        let width = layout.names.len();
-        let is_last = row + 1 == layout.rows.len();
-        let mut cells = Vec::with_capacity(width);
-        let paired = split(line.bytes, layout.delimiter, &mut cells);
-        let found = cells.len();
-        if found == width + 1 && cells.last().is_some_and(|cell| cell.is_empty()) {
-            cells.pop();
+    /// Reads the next lines, without comments and blank ones; `ends` tells whether they are the
+    /// last. What a column holds is settled by the first part in which it holds anything.
+    pub(crate) fn part(&mut self, lines: &[Line<'_>], ends: bool) -> Part {
+        let first = self.rows;
+        self.rows += lines.len();
+        self.findings.rows_read += lines.len();
+        let mut rows = Rows {
+            columns: self.names.iter().map(|_| RawColumn::default()).collect(),
+            reading: self,
+            taken: Vec::new(),
+            last_cell_empty: true,
+            first_is_text: false,
+        };
+        for (at, line) in lines.iter().enumerate() {
+            rows.push(first + at, *line, ends && at + 1 == lines.len());
         }
-        if cells.len() + 1 == width && layout.names.last().is_some_and(String::is_empty) {
-            cells.push(Vec::new().into());
-        }
-        if cells.iter().all(|cell| cell.is_empty()) {
-            self.findings.empty_rows += 1;
-            return;
-        }
-        // A row can break off just after its last delimiter.
-        let last_empty = cells.last().is_some_and(|cell| cell.is_empty());
-        let cut_at_end = is_last && !line.ended && last_empty && !self.last_cell_empty;
-        if !paired || cells.len() != width || cut_at_end {
-            if is_last && (cut_at_end || !paired || cells.len() < width) {
-                self.findings.truncated = true;
-                self.findings.warnings.push(format!(
-                    "the last row (line {}) breaks off and was dropped",
-                    line.number
-                ));
-            } else if paired {
-                self.corrupt(
-                    line.number,
-                    &format!("expected {width} cells, found {found}"),
-                );
-            } else {
-                self.corrupt(line.number, "quotes do not pair up");
-            }
-            return;
-        }
-        self.last_cell_empty = last_empty;
-        let position = self.taken.len();
-        self.taken.push((row, line.number));
-        let mut texts = 0;
-        for (column, cell) in self.columns.iter_mut().zip(&cells) {
-            let kind = classify(cell, layout.delimiter != b',');
-            texts += usize::from(kind == Cell::Text);
-            self.comma_numbers += usize::from(matches!(kind, Cell::CommaNumber(_)));
-            column.push(position, kind, cell);
-        }
-        if row == 0 {
-            let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
-            self.first_is_text = texts == filled && texts > 1;
-        }
+        rows.finish(lines.last().filter(|_| ends))
     }
 
     fn corrupt(&mut self, line: usize, fault: &str) {
@@ -159,51 +152,22 @@ impl Rows {
             .get_or_insert_with(|| format!("line {line}: {fault}"));
     }
 
-    fn finish(
-        mut self,
-        path: &str,
-        sha256: String,
-        layout: Layout<'_>,
-    ) -> Result<(Table, Findings), LogError> {
-        let mut bad = vec![None; self.taken.len()];
-        let mut columns: Vec<Column> = std::mem::take(&mut self.columns)
-            .into_iter()
-            .zip(layout.names)
-            .map(|(raw, name)| raw.finish(name, &mut bad))
-            .collect();
-        // Only a delimiter at the line's end makes a column without a name, and it holds nothing.
-        columns.retain(|column| !column.name.is_empty() || column.has_content());
-        for (index, column) in columns.iter_mut().enumerate() {
-            if column.name.is_empty() {
-                column.name = format!("column_{}", index + 1);
-            }
-        }
-        let last = layout.rows.last();
-        for (position, fault) in bad.iter().enumerate() {
-            let Some(fault) = fault else { continue };
-            let line = self.taken[position].1;
-            if position == 0 && self.first_is_text {
-                self.findings.rows_read -= 1;
-                self.findings.warnings.push(format!(
-                    "line {line} holds no number and was taken for a row of units"
-                ));
-            } else if last.is_some_and(|last| last.number == line && !last.ended) {
-                self.findings.truncated = true;
-                self.findings.warnings.push(format!(
-                    "the last row (line {line}) breaks off and was dropped"
-                ));
-            } else {
-                self.corrupt(line, fault);
-            }
-        }
+    fn breaks_off(&mut self, line: usize) {
+        self.findings.truncated = true;
+        self.findings.warnings.push(format!(
+            "the last row (line {line}) breaks off and was dropped"
+        ));
+    }
+
+    /// What was counted in all parts.
+    pub(crate) fn conclude(mut self, path: &str) -> Result<Findings, LogError> {
         if let Some(fault) = &self.first_fault {
             self.findings.warnings.push(format!(
                 "{} of {} rows are corrupt and were dropped, the first in {fault}",
                 self.findings.corrupt_rows, self.findings.rows_read
             ));
         }
-        let kept: Vec<usize> = (0..bad.len()).filter(|&i| bad[i].is_none()).collect();
-        if kept.is_empty() {
+        if self.findings.rows_used == 0 {
             let reason = match (&self.first_fault, self.findings.rows_read) {
                 (_, 0) => "there is only a header".to_owned(),
                 (Some(fault), read) => format!("all {read} rows are corrupt, the first in {fault}"),
@@ -212,24 +176,106 @@ impl Rows {
             let path = path.to_owned();
             return Err(LogError::NoUsableRows { path, reason });
         }
-        for column in &mut columns {
-            column.values = kept.iter().map(|&i| column.values[i]).collect();
-            column.count(&mut self.findings);
-        }
         if self.comma_numbers > 0 {
             self.findings.warnings.push(format!(
                 "{} cells have a decimal comma and were read so",
                 self.comma_numbers
             ));
         }
-        self.findings.rows_used = kept.len();
-        let table = Table {
-            path: path.to_owned(),
-            sha256,
+        Ok(self.findings)
+    }
+}
+
+impl Rows<'_> {
+    fn push(&mut self, row: usize, line: Line<'_>, is_last: bool) {
+        let Reading {
+            names, delimiter, ..
+        } = &*self.reading;
+        let (width, delimiter) = (names.len(), *delimiter);
+        let mut cells = Vec::with_capacity(width);
+        let paired = split(line.bytes, delimiter, &mut cells);
+        let found = cells.len();
+        if found == width + 1 && cells.last().is_some_and(|cell| cell.is_empty()) {
+            cells.pop();
+        }
+        if cells.len() + 1 == width && names.last().is_some_and(String::is_empty) {
+            cells.push(Vec::new().into());
+        }
+        if cells.iter().all(|cell| cell.is_empty()) {
+            self.reading.findings.empty_rows += 1;
+            return;
+        }
+        // A row can break off just after its last delimiter.
+        let last_empty = cells.last().is_some_and(|cell| cell.is_empty());
+        let cut_at_end = is_last && !line.ended && last_empty && !self.last_cell_empty;
+        if !paired || cells.len() != width || cut_at_end {
+            if is_last && (cut_at_end || !paired || cells.len() < width) {
+                self.reading.breaks_off(line.number);
+            } else if paired {
+                let fault = format!("expected {width} cells, found {found}");
+                self.reading.corrupt(line.number, &fault);
+            } else {
+                self.reading.corrupt(line.number, "quotes do not pair up");
+            }
+            return;
+        }
+        self.last_cell_empty = last_empty;
+        let position = self.taken.len();
+        self.taken.push((row, line.number));
+        let mut texts = 0;
+        for (column, cell) in self.columns.iter_mut().zip(&cells) {
+            let kind = classify(cell, delimiter != b',');
+            texts += usize::from(kind == Cell::Text);
+            self.reading.comma_numbers += usize::from(matches!(kind, Cell::CommaNumber(_)));
+            column.push(position, kind, cell);
+        }
+        if row == 0 {
+            let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
+            self.first_is_text = texts == filled && texts > 1;
+        }
+    }
+
+    /// `last` is the file's last line.
+    fn finish(mut self, last: Option<&Line<'_>>) -> Part {
+        let mut bad = vec![None; self.taken.len()];
+        let raw = std::mem::take(&mut self.columns).into_iter();
+        let known = self.reading.names.iter().zip(&mut self.reading.held);
+        let mut columns: Vec<Column> = raw
+            .zip(known)
+            .map(|(raw, (name, held))| raw.finish(name.clone(), held, &mut bad))
+            .collect();
+        // Only a delimiter at the line's end makes a column without a name, and it holds nothing.
+        columns.retain(|column| !column.name.is_empty() || column.has_content());
+        for (index, column) in columns.iter_mut().enumerate() {
+            if column.name.is_empty() {
+                column.name = format!("column_{}", index + 1);
+            }
+        }
+        for (position, fault) in bad.iter().enumerate() {
+            let Some(fault) = fault else { continue };
+            let line = self.taken[position].1;
+            if position == 0 && self.first_is_text {
+                self.reading.findings.rows_read -= 1;
+                self.reading.findings.warnings.push(format!(
+                    "line {line} holds no number and was taken for a row of units"
+                ));
+            } else if last.is_some_and(|last| last.number == line && !last.ended) {
+                self.reading.breaks_off(line);
+            } else {
+                self.reading.corrupt(line, fault);
+            }
+        }
+        let kept: Vec<usize> = (0..bad.len()).filter(|&i| bad[i].is_none()).collect();
+        let findings = &mut self.reading.findings;
+        findings.rows_used += kept.len();
+        for column in &mut columns {
+            column.values = kept.iter().map(|&i| column.values[i]).collect();
+            column.count(findings);
+        }
+        Part {
             row_numbers: kept.iter().map(|&i| self.taken[i].0).collect(),
             columns,
-        };
-        Ok((table, self.findings))
+        }
     }
 }
 
@@ -257,48 +303,69 @@ impl RawColumn {
         self.values.push(value);
     }
 
-    /// Settles what the column holds; notes in `bad` what is wrong with rows that do not fit.
-    fn finish(mut self, name: String, bad: &mut [Option<String>]) -> Column {
+    /// Settles what the column holds, unless that is known; notes in `bad` what is wrong with rows
+    /// that do not fit.
+    fn finish(
+        mut self,
+        name: String,
+        held: &mut Option<Held>,
+        bad: &mut [Option<String>],
+    ) -> Column {
         let mut blame = |position: usize, found: &str| {
             bad[position]
                 .get_or_insert_with(|| format!("expected a number in {name:?}, found {found:?}"));
         };
         let most = self.numbers.max(self.stamps).max(self.texts);
-        let kind = if self.texts == most && most > 0 {
-            let example = self.odd.iter().find_map(|(_, odd)| match odd {
-                Odd::Text(text) => Some(text.clone()),
-                Odd::Stamp(_) => None,
-            });
-            self.values.fill(f64::NAN);
-            ColumnKind::Text {
-                example: example.unwrap_or_default(),
-            }
-        } else if self.stamps == most && most > 0 {
-            let mut origin = None;
-            for (position, value) in self.values.iter().enumerate() {
-                if !value.is_nan() {
-                    blame(position, &value.to_string());
-                }
-            }
-            for (position, odd) in &self.odd {
-                match odd {
-                    Odd::Stamp(stamp) => {
-                        let origin = *origin.get_or_insert(*stamp);
-                        self.values[*position] = (stamp - origin) as f64 / 1e9;
-                    }
-                    Odd::Text(text) => blame(*position, text),
-                }
-            }
-            ColumnKind::Stamp
+        let settled = held.unwrap_or(if self.texts == most {
+            Held::Texts
+        } else if self.stamps == most {
+            Held::Stamps(None)
         } else {
-            for (position, odd) in &self.odd {
-                match odd {
-                    Odd::Stamp(_) => blame(*position, "a date"),
-                    Odd::Text(text) => blame(*position, text),
+            Held::Numbers
+        });
+        let kind = match settled {
+            _ if most == 0 && held.is_none() => ColumnKind::Number,
+            Held::Texts => {
+                let example = self.odd.iter().find_map(|(_, odd)| match odd {
+                    Odd::Text(text) => Some(text.clone()),
+                    Odd::Stamp(_) => None,
+                });
+                self.values.fill(f64::NAN);
+                ColumnKind::Text {
+                    example: example.unwrap_or_default(),
                 }
             }
-            ColumnKind::Number
+            Held::Stamps(mut origin) => {
+                for (position, value) in self.values.iter().enumerate() {
+                    if !value.is_nan() {
+                        blame(position, &value.to_string());
+                    }
+                }
+                for (position, odd) in &self.odd {
+                    match odd {
+                        Odd::Stamp(stamp) => {
+                            let origin = *origin.get_or_insert(*stamp);
+                            self.values[*position] = (stamp - origin) as f64 / 1e9;
+                        }
+                        Odd::Text(text) => blame(*position, text),
+                    }
+                }
+                *held = Some(Held::Stamps(origin));
+                ColumnKind::Stamp
+            }
+            Held::Numbers => {
+                for (position, odd) in &self.odd {
+                    match odd {
+                        Odd::Stamp(_) => blame(*position, "a date"),
+                        Odd::Text(text) => blame(*position, text),
+                    }
+                }
+                ColumnKind::Number
+            }
         };
+        if most > 0 {
+            held.get_or_insert(settled);
+        }
         Column {
             name,
             kind,
@@ -314,12 +381,14 @@ impl Column {
 
     pub(crate) fn count(&self, findings: &mut Findings) {
         if self.is_text() {
-            findings.text_columns.push(self.name.clone());
+            if !findings.text_columns.contains(&self.name) {
+                findings.text_columns.push(self.name.clone());
+            }
             return;
         }
         let gaps = self.values.iter().filter(|value| value.is_nan()).count();
         if gaps > 0 {
-            findings.empty_cells.insert(self.name.clone(), gaps);
+            *findings.empty_cells.entry(self.name.clone()).or_default() += gaps;
         }
     }
 }

@@ -1,7 +1,6 @@
 use crate::apply::LONG_STEP_S;
-use crate::jumps::Jumps;
-use crate::stamps::increasing;
-use crate::{ColumnKind, Table, suggest};
+use crate::tally::{Tally, TimeColumn, View};
+use crate::{Column, Table, suggest};
 use serde::Serialize;
 use touchdown_trial::{Source, TIME_CHANNEL, Trial, unit_of};
 
@@ -28,7 +27,9 @@ pub struct Inspection {
     pub suggested_map: Option<String>,
 }
 
-/// The time base that rates refer to. Steps are those between rows with increasing stamps.
+/// The time base that rates refer to. Steps are those from a stamp to a later one in the next row
+/// that has one. Of more than 65,536 steps, median and percentile are those of as many, drawn
+/// evenly.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TimeBase {
     /// The column.
@@ -37,7 +38,7 @@ pub struct TimeBase {
     pub unit_s: f64,
     /// Whether the column's name tells its unit; if not, it was taken as seconds.
     pub unit_stated: bool,
-    /// From the first stamp to the last, in s.
+    /// From the lowest stamp to the highest, in s.
     pub duration_s: f64,
     /// Median step, in s; absent for fewer than two stamps.
     pub period_s: Option<f64>,
@@ -47,7 +48,7 @@ pub struct TimeBase {
     pub longest_step_s: Option<f64>,
     /// 95th percentile of the steps' distance from the median step, in s.
     pub jitter_s: Option<f64>,
-    /// Rows without a stamp, or with one out of order.
+    /// Rows without a stamp, or with one that is not after the one before.
     pub bad_stamps: usize,
 }
 
@@ -61,7 +62,8 @@ impl TimeBase {
     }
 }
 
-/// What one column holds. Figures are absent where there is no value.
+/// What one column holds. Figures are absent where there is no value. Of more than 65,536 values
+/// the medians are those of as many, drawn evenly; fewer where there are more than 64 columns.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ColumnSummary {
     /// The name.
@@ -90,156 +92,118 @@ pub struct ColumnSummary {
 /// name or its date-time stamps give away; it serves the rates only, and converts nothing.
 #[must_use]
 pub fn inspect(table: &Table, time_column: Option<&str>) -> Inspection {
-    let mut warnings = Vec::new();
-    let guess = match time_column {
-        None => suggest::guess_time(table).filter(|guess| {
-            let rows: Vec<usize> = (0..table.len()).collect();
-            let kept = increasing(&guess.column.values, &rows).rows.len();
-            kept as f64 >= (1.0 - TOLERATED_DISORDER) * table.len() as f64
-        }),
-        Some(name) => {
-            let column = table.column(name).filter(|column| !column.is_text());
-            if column.is_none() {
-                warnings.push(format!(
-                    "no column of numbers is called {name:?}; rates are unknown"
-                ));
-            }
-            column.map(|column| {
-                suggest::time_of(column).unwrap_or(suggest::TimeGuess {
-                    column,
-                    scale_s: 1.0,
-                    stated: false,
-                })
-            })
+    let mut looking = Looking::new(time_column);
+    looking.part(&table.columns, &table.row_numbers);
+    looking.finish(&table.path, Some(table.sha256.clone()))
+}
+
+/// A table that is looked at part by part.
+pub(crate) struct Looking<'a> {
+    time_column: Option<&'a str>,
+    tally: Option<Tally>,
+}
+
+impl<'a> Looking<'a> {
+    pub(crate) fn new(time_column: Option<&'a str>) -> Self {
+        Self {
+            time_column,
+            tally: None,
         }
-    };
-    let stamps_s: Option<Vec<f64>> = guess.as_ref().map(|guess| {
-        guess
-            .column
-            .values
-            .iter()
-            .map(|t| t * guess.scale_s)
-            .collect()
-    });
-    let clock = stamps_s.as_deref().map(Clock::of);
-    let time = guess
-        .zip(clock.as_ref())
-        .map(|(guess, clock)| clock.base(guess.column.name.clone(), guess.scale_s, guess.stated));
-    match &time {
-        None => warnings.push("no time column was found".to_owned()),
-        Some(base) => warn_of_time(base, &mut warnings),
     }
-    if let (Some(base), Some(stamps_s)) = (&time, &stamps_s) {
-        let mut jumps = Jumps::default();
-        let scale = base
-            .likely_unit()
-            .map_or(1.0, |(_, unit_s)| unit_s / base.unit_s);
-        for (row, stamp_s) in table.row_numbers.iter().zip(stamps_s) {
-            jumps.push(*row, stamp_s * scale);
+
+    /// The next rows. The first ones tell which column is the time.
+    pub(crate) fn part(&mut self, columns: &[Column], row_numbers: &[usize]) {
+        let tally = self.tally.get_or_insert_with(|| {
+            let time = match self.time_column {
+                None => columns.iter().find_map(suggest::time_of),
+                Some(name) => columns
+                    .iter()
+                    .find(|column| column.name == name && !column.is_text())
+                    .map(|column| {
+                        suggest::time_of(column).unwrap_or(TimeColumn {
+                            name: name.to_owned(),
+                            unit_s: 1.0,
+                            stated: false,
+                        })
+                    }),
+            };
+            Tally::new(time)
+        });
+        let views: Vec<View<'_>> = columns.iter().map(View::of).collect();
+        tally.part(&views, row_numbers);
+    }
+
+    pub(crate) fn finish(self, path: &str, sha256: Option<String>) -> Inspection {
+        let mut warnings = Vec::new();
+        let tally = self.tally.unwrap_or_else(|| Tally::new(None));
+        let found = tally.time().filter(|(base, _)| {
+            let most = TOLERATED_DISORDER * tally.rows as f64;
+            self.time_column.is_some() || base.bad_stamps as f64 <= most
+        });
+        if let (Some(name), None) = (self.time_column, &found) {
+            warnings.push(format!(
+                "no column of numbers is called {name:?}; rates are unknown"
+            ));
         }
-        let median_s = base.period_s.unwrap_or(0.0) * scale;
-        warnings.extend(jumps.told(&base.column, median_s));
-    }
-    let columns: Vec<ColumnSummary> = table
-        .columns
-        .iter()
-        .map(|column| {
-            let mut summary = summary(&column.name, &column.values, clock.as_ref());
-            if let ColumnKind::Text { example } = &column.kind {
-                summary.text = Some(example.clone());
-                summary.gaps = 0;
+        match &found {
+            None => warnings.push("no time column was found".to_owned()),
+            Some((base, jumps)) => {
+                warn_of_time(base, &mut warnings);
+                warnings.extend(jumps.clone());
             }
-            summary
-        })
-        .collect();
-    let suggested_map = suggest::map_text(&columns, time.as_ref());
-    Inspection {
-        path: table.path.clone(),
-        sha256: Some(table.sha256.clone()),
-        rows: table.len(),
-        time,
-        columns,
-        warnings,
-        suggested_map,
+        }
+        let time = found.map(|(base, _)| base);
+        let columns = tally.columns(time.is_some());
+        let suggested_map = suggest::map_text(&columns, time.as_ref());
+        Inspection {
+            path: path.to_owned(),
+            sha256,
+            rows: tally.rows,
+            time,
+            columns,
+            warnings,
+            suggested_map,
+        }
     }
 }
 
 /// Tells what a trial holds.
 #[must_use]
 pub fn inspect_trial(trial: &Trial) -> Inspection {
-    let clock = Clock::of(trial.time_s());
-    let time = clock.base(TIME_CHANNEL.to_owned(), 1.0, true);
+    let mut tally = Tally::new(Some(TimeColumn {
+        name: TIME_CHANNEL.to_owned(),
+        unit_s: 1.0,
+        stated: true,
+    }));
+    let channels = std::iter::once((TIME_CHANNEL, trial.time_s())).chain(trial.channels());
+    let views: Vec<View<'_>> = channels
+        .map(|(name, values)| View {
+            name,
+            values,
+            text: None,
+        })
+        .collect();
+    let rows: Vec<usize> = (0..trial.len()).collect();
+    tally.part(&views, &rows);
     let (path, sha256) = match &trial.provenance().source {
         Source::File { path, sha256 } => (path.clone(), Some(sha256.clone())),
         _ => (trial.name().to_owned(), None),
     };
-    let columns = std::iter::once((TIME_CHANNEL, trial.time_s()))
-        .chain(trial.channels())
-        .map(|(name, values)| {
-            let mut summary = summary(name, values, Some(&clock));
-            summary.unit = Some(unit_of(name).symbol().to_owned());
-            summary
-        })
-        .collect();
+    let mut columns = tally.columns(true);
+    for column in &mut columns {
+        column.unit = Some(unit_of(&column.name).symbol().to_owned());
+    }
     Inspection {
         path,
         sha256,
         rows: trial.len(),
-        time: (!trial.is_empty()).then_some(time),
+        time: tally
+            .time()
+            .filter(|_| !trial.is_empty())
+            .map(|(base, _)| base),
         columns,
         warnings: Vec::new(),
         suggested_map: None,
-    }
-}
-
-struct Clock<'a> {
-    time_s: &'a [f64],
-    /// Rows with increasing stamps.
-    rows: Vec<usize>,
-}
-
-impl<'a> Clock<'a> {
-    fn of(time_s: &'a [f64]) -> Self {
-        let all: Vec<usize> = (0..time_s.len()).collect();
-        let rows = increasing(time_s, &all).rows;
-        Self { time_s, rows }
-    }
-
-    /// Steps between the rows that `take` takes, in order of size.
-    fn steps(&self, take: impl Fn(usize) -> bool) -> Vec<f64> {
-        let rows: Vec<usize> = self.rows.iter().copied().filter(|&row| take(row)).collect();
-        let mut steps: Vec<f64> = rows
-            .windows(2)
-            .map(|pair| self.time_s[pair[1]] - self.time_s[pair[0]])
-            .collect();
-        steps.sort_by(f64::total_cmp);
-        steps
-    }
-
-    fn base(&self, column: String, unit_s: f64, unit_stated: bool) -> TimeBase {
-        let steps = self.steps(|_| true);
-        let period_s = median(&steps);
-        let mut apart: Vec<f64> = steps
-            .iter()
-            .map(|step| (step - period_s.unwrap_or_default()).abs())
-            .collect();
-        apart.sort_by(f64::total_cmp);
-        TimeBase {
-            column,
-            unit_s,
-            unit_stated,
-            duration_s: match (self.rows.first(), self.rows.last()) {
-                (Some(&first), Some(&last)) => self.time_s[last] - self.time_s[first],
-                _ => 0.0,
-            },
-            period_s,
-            shortest_step_s: steps.first().copied(),
-            longest_step_s: steps.last().copied(),
-            jitter_s: apart
-                .get((apart.len() * 95).div_ceil(100).saturating_sub(1))
-                .copied(),
-            bad_stamps: self.time_s.len() - self.rows.len(),
-        }
     }
 }
 
@@ -263,39 +227,4 @@ fn warn_of_time(base: &TimeBase, warnings: &mut Vec<String>) {
             base.bad_stamps, base.column
         ));
     }
-}
-
-fn summary(name: &str, values: &[f64], clock: Option<&Clock<'_>>) -> ColumnSummary {
-    let mut known: Vec<f64> = values
-        .iter()
-        .copied()
-        .filter(|value| !value.is_nan())
-        .collect();
-    known.sort_by(f64::total_cmp);
-    let finite = |value: f64| value.is_finite().then_some(value);
-    let step_s = clock.and_then(|clock| median(&clock.steps(|row| !values[row].is_nan())));
-    ColumnSummary {
-        name: name.to_owned(),
-        unit: None,
-        count: known.len(),
-        gaps: values.len() - known.len(),
-        min: known.first().copied().and_then(finite),
-        median: median(&known).and_then(finite),
-        max: known.last().copied().and_then(finite),
-        rate_hz: step_s.map(f64::recip).and_then(finite),
-        constant: known
-            .first()
-            .is_some_and(|first| known.last() == Some(first)),
-        text: None,
-    }
-}
-
-/// Of values in order.
-fn median(sorted: &[f64]) -> Option<f64> {
-    let upper = *sorted.get(sorted.len() / 2)?;
-    if sorted.len().is_multiple_of(2) {
-        let lower = sorted[sorted.len() / 2 - 1];
-        return Some(lower / 2.0 + upper / 2.0);
-    }
-    Some(upper)
 }

@@ -26,6 +26,8 @@ pub(crate) struct Layout<'a> {
     /// The rows, without comments and blank lines.
     pub(crate) rows: Vec<Line<'a>>,
     pub(crate) warnings: Vec<String>,
+    /// The number of the line after all of these.
+    pub(crate) next_number: usize,
 }
 
 pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogError> {
@@ -33,7 +35,7 @@ pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogE
         return Err(not_text(path, "UTF-16; save the table as UTF-8"));
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut lines = lines(bytes);
+    let (mut lines, next_number) = lines(bytes, 1);
     // A spreadsheet's way to tell the delimiter.
     let told = lines
         .first()
@@ -93,17 +95,26 @@ pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogE
         delimiter,
         rows: table,
         warnings,
+        next_number,
     })
 }
 
-fn not_text(path: &str, found: &'static str) -> LogError {
+pub(crate) fn not_text(path: &str, found: &'static str) -> LogError {
     let path = path.to_owned();
     LogError::NotText { path, found }
 }
 
-fn lines(bytes: &[u8]) -> Vec<Line<'_>> {
+/// The lines of a later part of a table, from this number on, without comments and blank ones; and
+/// the number of the line after them.
+pub(crate) fn rows(bytes: &[u8], number: usize) -> (Vec<Line<'_>>, usize) {
+    let (mut lines, next_number) = lines(bytes, number);
+    lines.retain(|line| !is_comment(line.bytes));
+    (lines, next_number)
+}
+
+fn lines(bytes: &[u8], mut number: usize) -> (Vec<Line<'_>>, usize) {
     let mut found = Vec::new();
-    let (mut start, mut number) = (0, 1);
+    let mut start = 0;
     while start < bytes.len() {
         let rest = &bytes[start..];
         let length = rest.iter().position(|&b| b == b'\n' || b == b'\r');
@@ -123,7 +134,7 @@ fn lines(bytes: &[u8]) -> Vec<Line<'_>> {
         start += line.len() + end;
         number += 1;
     }
-    found
+    (found, number)
 }
 
 fn told_delimiter(line: &[u8]) -> Option<u8> {

@@ -43,6 +43,7 @@
 mod apply;
 mod cell;
 mod clean;
+mod csv_parts;
 mod csv_read;
 mod csv_write;
 mod error;
@@ -58,12 +59,15 @@ mod map;
 mod read;
 mod recognise;
 mod rows;
+mod sample;
 mod stamps;
 mod suggest;
 mod table;
+mod tally;
 mod whole;
 
 pub use apply::apply;
+pub use csv_parts::inspect_csv;
 pub use csv_read::{parse_csv, read_csv};
 pub use csv_write::{to_csv, write_csv};
 pub use error::{ErrorKind, LogError, Place};

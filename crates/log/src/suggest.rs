@@ -1,7 +1,8 @@
 //! Guesses from column names, for messages and suggested maps only: nothing is read by them.
 
 use crate::recognise::{Guess, channels};
-use crate::{Column, ColumnKind, ColumnSummary, Table, TimeBase};
+use crate::tally::TimeColumn;
+use crate::{Column, ColumnKind, ColumnSummary, TimeBase};
 use touchdown_trial::TIME_CHANNEL;
 
 /// The name most similar to `name`, if any is similar at all.
@@ -41,20 +42,12 @@ fn edit_distance(a: &[char], b: &[char]) -> usize {
     row[b.len()]
 }
 
-/// A column that seems to be the time.
-pub(crate) struct TimeGuess<'a> {
-    pub(crate) column: &'a Column,
-    /// Seconds per unit of the column.
-    pub(crate) scale_s: f64,
-    /// Whether the name tells the unit.
-    pub(crate) stated: bool,
-}
-
-pub(crate) fn time_of(column: &Column) -> Option<TimeGuess<'_>> {
-    let guess = |scale_s, stated| {
-        Some(TimeGuess {
-            column,
-            scale_s,
+/// What its name or its stamps tell of a column that seems to be the time.
+pub(crate) fn time_of(column: &Column) -> Option<TimeColumn> {
+    let guess = |unit_s, stated| {
+        Some(TimeColumn {
+            name: column.name.clone(),
+            unit_s,
             stated,
         })
     };
@@ -73,10 +66,6 @@ pub(crate) fn time_of(column: &Column) -> Option<TimeGuess<'_>> {
         "" => guess(1.0, false),
         _ => None,
     }
-}
-
-pub(crate) fn guess_time(table: &Table) -> Option<TimeGuess<'_>> {
-    table.columns.iter().find_map(time_of)
 }
 
 /// `Thrust (gf)`, `weight[g]`, `t_s` and `TimeUS` as what and unit, in lower case; `µ` is `u`.
