@@ -14,15 +14,11 @@ const PART: usize = 4 << 20;
 /// Bytes of a line at most.
 const LONGEST: usize = 64 << 20;
 
-/// Tells what a text table holds, as [`inspect`](crate::inspect()) does of a table in memory, in
-/// memory that does not grow with the file.
-///
-/// What a column holds is settled by the first 4 MB of the file in which it holds anything.
+/// Tells what a text table holds, in memory that does not grow with the file.
 ///
 /// # Errors
 /// Those of [`read_csv`](crate::read_csv), and [`LogError::NotText`] for a line of more than 64 MB.
-pub fn inspect_csv(path: impl AsRef<Path>) -> Result<(Inspection, Findings), LogError> {
-    let path = path.as_ref();
+pub(crate) fn inspect_csv(path: &Path) -> Result<(Inspection, Findings), LogError> {
     let name = path.display().to_string();
     let file = File::open(path).map_err(|source| LogError::Read {
         path: name.clone(),

@@ -18,7 +18,8 @@
 //!   gaps, `Log::trial` makes a trial by a map, or by the built-in one of its autopilot. Tables may
 //!   be Parquet files as well.
 //! * [`read_trial`] does both steps, [`write_csv`] writes a trial so that it reads back bit for
-//!   bit, [`inspect`] tells what a table holds and suggests a map.
+//!   bit, [`inspect`] tells what a table holds and suggests a map, [`inspect_file`] does it in
+//!   memory that does not grow with the file.
 //!
 //! ```
 //! use touchdown_log::{Map, apply, parse_csv};
@@ -67,7 +68,6 @@ mod tally;
 mod whole;
 
 pub use apply::apply;
-pub use csv_parts::inspect_csv;
 pub use csv_read::{parse_csv, read_csv};
 pub use csv_write::{to_csv, write_csv};
 pub use error::{ErrorKind, LogError, Place};
@@ -76,6 +76,6 @@ pub use findings::Findings;
 pub use flight::{Field, Log, LogFormat, Survey, Topic, UlogTopic, UlogWriter, read_parquet};
 pub use inspect::{ColumnSummary, Inspection, TimeBase, inspect, inspect_trial};
 pub use map::Map;
-pub use read::{read_table, read_trial};
+pub use read::{inspect_file, read_table, read_trial};
 pub use table::{Column, ColumnKind, Table};
 pub use whole::{TEMPORARY_PREFIX, write_whole};

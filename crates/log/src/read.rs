@@ -1,7 +1,8 @@
 //! From a file to a trial in one step.
 
 use crate::apply::apply;
-use crate::{Findings, LogError, Map, Table, read_csv};
+use crate::csv_parts::inspect_csv;
+use crate::{Findings, Inspection, LogError, Map, Table, read_csv};
 use std::path::Path;
 use touchdown_trial::Trial;
 
@@ -53,6 +54,26 @@ pub fn read_table(path: impl AsRef<Path>) -> Result<(Table, Findings), LogError>
         return crate::read_parquet(path, None);
     }
     read_csv(path)
+}
+
+/// Tells what the table in a file holds, as [`inspect`](crate::inspect()) does of one in memory, in
+/// memory that does not grow with the file.
+///
+/// What a column of a text table holds is settled by the first 4 MB in which it holds anything.
+#[cfg_attr(
+    feature = "flight-logs",
+    doc = "",
+    doc = "Of a Parquet file one row group is held at a time."
+)]
+///
+/// # Errors
+/// Those of [`read_table`], and [`LogError::NotText`] for a line of more than 64 MB.
+pub fn inspect_file(path: impl AsRef<Path>) -> Result<(Inspection, Findings), LogError> {
+    #[cfg(feature = "flight-logs")]
+    if is_parquet(path.as_ref()) {
+        return crate::flight::inspect_parquet(path.as_ref());
+    }
+    inspect_csv(path.as_ref())
 }
 
 /// By its first bytes; what cannot be opened is for others to tell.

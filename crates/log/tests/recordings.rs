@@ -6,7 +6,7 @@ mod mcap;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use touchdown_log::{Log, LogFormat, Map, Survey, read_table, read_trial};
+use touchdown_log::{Log, LogFormat, Map, Survey, inspect, inspect_file, read_table, read_trial};
 
 fn fixture(file: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -162,6 +162,16 @@ fn xval_a_parquet_file() {
     let (trial, findings) = read_trial(fixture("table.parquet"), Some(&map)).unwrap();
     assert_eq!(trial.channel("x").unwrap()[199], 398.0);
     assert!(findings.text_columns.is_empty(), "nothing else is read");
+}
+
+#[test]
+fn prop_a_file_in_parts_is_told_as_its_table_is() {
+    // Row groups of 300 and 700 rows.
+    let path = fixture("table.parquet");
+    let (table, read) = read_table(&path).unwrap();
+    let (seen, findings) = inspect_file(&path).unwrap();
+    assert_eq!((seen.rows, findings), (1000, read));
+    assert_eq!(seen, inspect(&table, None));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod common;
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use touchdown_log::UlogWriter;
@@ -161,6 +162,39 @@ fn prop_what_is_lost_or_cannot_be_read_is_told() {
             &path("empty.csv").join("out"),
         ]),
     );
+}
+
+/// Rows of 70 MB in all, with a pause of an hour: what is more than 64 MB is counted part by part.
+#[test]
+fn analytic_a_large_table_is_told_without_channels() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("large.csv");
+    let rows = 2_000_000_u32;
+    let mut text = String::from("time_s,throttle,pad\n");
+    for i in 0..rows {
+        let pause = if i < rows / 2 { 0 } else { 3600 };
+        let (second, ms) = (1_000_000 + i / 1000 + pause, i % 1000);
+        writeln!(text, "{second}.{ms:03},0.5,{:020}", i % 11).unwrap();
+    }
+    assert!(text.len() > 70_000_000);
+    std::fs::write(&log, text).unwrap();
+    let found = json(0, arguments(&[&log]));
+    let one = &found["logs"][0];
+    assert_eq!(one["rows"], rows);
+    assert!(one["channels"].is_null() && one["suggested_map"].is_null());
+    let pad = &one["columns"][2];
+    assert_eq!((&pad["count"], &pad["max"]), (&rows.into(), &10.0.into()));
+    // Of the numbers 0 to 10 in turn.
+    assert_eq!(pad["median"], 5.0);
+    // Stamps of 1e6 s are told to 1e-10 s.
+    assert!((number(&one["time"]["period_s"]) - 1e-3).abs() < 1e-9);
+    let warnings = one["warnings"].to_string();
+    assert!(
+        warnings.contains("after row 999999, 999.999 s from the start, by 3600 s"),
+        "{warnings}"
+    );
+    let told = one["findings"]["warnings"].to_string();
+    assert!(told.contains("more than 64 MB"), "{told}");
 }
 
 /// A flight of 4 s as PX4 logs it: accelerometer at 250 Hz, motors at 100 Hz, and a stretch of

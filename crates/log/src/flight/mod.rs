@@ -31,6 +31,7 @@ mod survey;
 mod trial;
 mod ulog;
 
+pub(crate) use self::parquet::inspect_parquet;
 pub use self::parquet::read_parquet;
 pub use log::{Log, LogFormat};
 pub use survey::{Field, Survey, Topic};

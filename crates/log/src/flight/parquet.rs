@@ -3,7 +3,8 @@
 use super::bounded::Bounded;
 use super::hashing::sha256_of;
 use super::pages::Pages;
-use crate::{Column, ColumnKind, Findings, LogError, Table};
+use crate::inspect::Looking;
+use crate::{Column, ColumnKind, Findings, Inspection, LogError, Table};
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::DataType;
@@ -11,6 +12,7 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, Length, RowGroupReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescPtr;
 use std::fs::File;
+use std::ops::Range;
 use std::path::Path;
 
 /// How a file starts and ends.
@@ -59,6 +61,51 @@ pub fn read_parquet(
     wanted: Option<&dyn Fn(&str) -> bool>,
 ) -> Result<(Table, Findings), LogError> {
     let path = path.as_ref();
+    let (mut columns, mut row_numbers): (Vec<Column>, Vec<usize>) = Default::default();
+    let (sha256, findings) = each_group(path, wanted, &mut |group, rows| {
+        row_numbers.extend(rows);
+        if columns.is_empty() {
+            columns = group;
+            return;
+        }
+        for (column, more) in columns.iter_mut().zip(group) {
+            column.values.extend(more.values);
+            // The first text may come late.
+            column.kind = more.kind;
+        }
+    })?;
+    let table = Table {
+        path: path.display().to_string(),
+        sha256,
+        row_numbers,
+        columns,
+    };
+    Ok((table, findings))
+}
+
+/// Tells what a Parquet file holds, as [`inspect`](crate::inspect()) does of a table in memory, in
+/// the memory of one row group.
+///
+/// # Errors
+/// Those of [`read_parquet`].
+pub(crate) fn inspect_parquet(path: &Path) -> Result<(Inspection, Findings), LogError> {
+    let mut looking = Looking::new(None);
+    let (sha256, findings) = each_group(path, None, &mut |columns, rows| {
+        let row_numbers: Vec<usize> = rows.collect();
+        looking.part(&columns, &row_numbers);
+    })?;
+    Ok((
+        looking.finish(&path.display().to_string(), Some(sha256)),
+        findings,
+    ))
+}
+
+/// Hands over the row groups that are whole with their rows' numbers, and tells the file's SHA-256.
+fn each_group(
+    path: &Path,
+    wanted: Option<&dyn Fn(&str) -> bool>,
+    visit: &mut dyn FnMut(Vec<Column>, Range<usize>),
+) -> Result<(String, Findings), LogError> {
     let name = path.display().to_string();
     let of_read = |source| LogError::Read {
         path: name.clone(),
@@ -93,12 +140,11 @@ pub fn read_parquet(
             });
         }
     }
-    let mut row_numbers: Vec<usize> = Vec::new();
     for group in 0..reader.num_row_groups() {
         let told = reader.metadata().row_group(group).num_rows();
         let rows = usize::try_from(told).unwrap_or(0);
         // A number of rows that nothing bears out must not take memory, and does not count.
-        let is_borne_out = (row_numbers.len() as u64).saturating_add(rows as u64) <= most_rows;
+        let is_borne_out = (findings.rows_used as u64).saturating_add(rows as u64) <= most_rows;
         let rows = if is_borne_out { rows } else { 0 };
         let first = findings.rows_read;
         findings.rows_read = findings.rows_read.saturating_add(rows);
@@ -108,46 +154,38 @@ pub fn read_parquet(
             let text = "there are not that many in a file of its size".to_owned();
             Err(ParquetError::General(text))
         };
-        let read = opened
-            .and_then(|group| read_group(group.as_ref(), &mut columns, row_numbers.len(), rows));
+        let read = opened.and_then(|group| read_group(group.as_ref(), &mut columns, rows));
         match read {
-            Ok(()) => row_numbers.extend(first..first + rows),
+            Ok(()) => {
+                findings.rows_used += rows;
+                let group: Vec<Column> = columns.iter_mut().map(Building::take).collect();
+                for column in &group {
+                    column.count(&mut findings);
+                }
+                visit(group, first..first + rows);
+            }
             Err(error) => {
                 findings.corrupt_rows = findings.corrupt_rows.saturating_add(rows.max(1));
                 let text = format!("row group {group} of {told} rows is damaged: {error}");
                 findings.warnings.push(text);
-                for column in &mut columns {
-                    column.values.truncate(row_numbers.len());
-                }
+                columns.iter_mut().for_each(|column| column.values.clear());
             }
         }
     }
-    if row_numbers.is_empty() {
+    if findings.rows_used == 0 {
         let reason = match findings.corrupt_rows {
             0 => "the file has none".to_owned(),
             _ => findings.warnings.join("; "),
         };
         return Err(LogError::NoUsableRows { path: name, reason });
     }
-    findings.rows_used = row_numbers.len();
-    let columns: Vec<Column> = columns.into_iter().map(Building::finish).collect();
-    for column in &columns {
-        column.count(&mut findings);
-    }
-    let table = Table {
-        path: name,
-        sha256,
-        row_numbers,
-        columns,
-    };
-    Ok((table, findings))
+    Ok((sha256, findings))
 }
 
-/// Appends the rows of a group to every column.
+/// Reads the rows of a group into every column.
 fn read_group(
     group: &dyn RowGroupReader,
     columns: &mut [Building],
-    before: usize,
     rows: usize,
 ) -> Result<(), ParquetError> {
     for column in columns {
@@ -159,13 +197,13 @@ fn read_group(
                     Some(example) => Some(example),
                     None => first_text(&mut reader, &column.column)?,
                 };
-                column.values.resize(before + rows, f64::NAN);
+                column.values.resize(rows, f64::NAN);
             }
-            Meaning::Other => column.values.resize(before + rows, f64::NAN),
+            Meaning::Other => column.values.resize(rows, f64::NAN),
             _ => column.numbers(&mut reader)?,
         }
-        if column.values.len() != before + rows {
-            let found = column.values.len() - before;
+        if column.values.len() != rows {
+            let found = column.values.len();
             let text = format!("{} has {found} values", column.column.path().string());
             return Err(ParquetError::General(text));
         }
@@ -207,20 +245,23 @@ impl Building {
         }
     }
 
-    fn finish(self) -> Column {
-        let name = self.column.path().string();
+    /// The values that were read.
+    fn take(&mut self) -> Column {
         let kind = match self.meaning {
             Meaning::Number | Meaning::Unsigned => ColumnKind::Number,
             Meaning::Stamp(_) => ColumnKind::Stamp,
             Meaning::Text => ColumnKind::Text {
-                example: self.example.unwrap_or_default(),
+                example: self.example.clone().unwrap_or_default(),
             },
             Meaning::Other => ColumnKind::Text {
                 example: format!("{}", self.column.physical_type()),
             },
         };
-        let values = self.values;
-        Column { name, kind, values }
+        Column {
+            name: self.column.path().string(),
+            kind,
+            values: std::mem::take(&mut self.values),
+        }
     }
 }
 

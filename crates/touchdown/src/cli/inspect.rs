@@ -18,8 +18,9 @@ use super::context::Context;
 use super::identify::{load, show};
 use super::output;
 
-/// Memory above which channels are made only if they are asked for, in bytes.
-const LARGE: usize = 64_000_000;
+/// Memory above which channels are made only if they are asked for, in bytes; and the size of a
+/// table's file.
+const LARGE: u64 = 64_000_000;
 
 /// What one log holds.
 struct Seen {
@@ -34,7 +35,8 @@ struct Seen {
 /// What the file holds.
 enum Content {
     Table {
-        table: Table,
+        /// Where it is held in memory.
+        table: Option<Table>,
         columns: Box<Inspection>,
     },
     Topics(Survey),
@@ -166,6 +168,9 @@ fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
     if let Some(log) = Log::open(path)? {
         return look_at_topics(path, &log, map);
     }
+    if map.is_none() && std::fs::metadata(path).is_ok_and(|file| file.len() > LARGE) {
+        return look_at_large(path);
+    }
     let (table, mut findings) = touchdown_log::read_table(path)?;
     let mut columns = touchdown_log::inspect(&table, None);
     let applied = match map {
@@ -188,11 +193,30 @@ fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
     Ok(Seen {
         path: path.to_owned(),
         content: Content::Table {
-            table,
+            table: Some(table),
             columns: Box::new(columns),
         },
         mapped,
         by_map: map.is_some(),
+        findings,
+    })
+}
+
+/// What a table holds that is not held in memory as a whole.
+fn look_at_large(path: &Path) -> Result<Seen> {
+    let (columns, mut findings) = touchdown_log::inspect_file(path)?;
+    findings.warnings.push(format!(
+        "a table of more than {} MB: medians are of values drawn evenly, channels and plots are made with --map only",
+        LARGE / 1_000_000
+    ));
+    Ok(Seen {
+        path: path.to_owned(),
+        content: Content::Table {
+            table: None,
+            columns: Box::new(columns),
+        },
+        mapped: None,
+        by_map: false,
         findings,
     })
 }
@@ -238,7 +262,7 @@ fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<Seen> {
 /// Why the channels of a log are not made only to be shown.
 fn too_large(survey: &Survey, map: &Map) -> Option<String> {
     let (rows, channels) = (survey.rows_by(map), map.channels().count());
-    let bytes = size_of::<f64>() * rows * channels;
+    let bytes = (size_of::<f64>() * rows * channels) as u64;
     (bytes > LARGE).then(|| {
         format!(
             "{rows} rows of up to {channels} channels may take {} MB of memory: channels are shown with --map {} only",
@@ -266,8 +290,8 @@ fn warnings(seen: &Seen) -> Vec<String> {
 fn text(seen: &Seen) -> String {
     let path = seen.path.display();
     let mut out = match &seen.content {
-        Content::Table { table, columns } => {
-            format!("{path}: {} rows{}", table.len(), time(columns))
+        Content::Table { columns, .. } => {
+            format!("{path}: {} rows{}", columns.rows, time(columns))
         }
         Content::Topics(survey) => format!("{path}: {}", topics::about(survey)),
     };
@@ -390,10 +414,14 @@ fn write(
         };
         let figures = match (&seen.mapped, &seen.content) {
             (Some((trial, _)), _) => pages::inspect::of_trial(index, name, trial),
-            (None, Content::Table { table, columns }) => {
-                pages::inspect::of_table(index, name, table, columns.time.as_ref())
-            }
-            (None, Content::Topics(_)) => Vec::new(),
+            (
+                None,
+                Content::Table {
+                    table: Some(table),
+                    columns,
+                },
+            ) => pages::inspect::of_table(index, name, table, columns.time.as_ref()),
+            (None, _) => Vec::new(),
         };
         sections.push(pages::inspect::Section {
             title: seen.path.display().to_string(),
