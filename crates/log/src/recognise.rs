@@ -145,6 +145,8 @@ const UNITS: [(&str, &str, &str); 12] = [
     ("vehicle_velocity_mps", "cm/s", "0.01 * "),
     ("battery_v", "mv", "1e-3 * "),
 ];
+/// Words in the names of what looks down.
+const RANGES: [&str; 3] = ["range", "distance", "lidar"];
 /// Names of commands of motors: of all together, and of each with a number behind it.
 const MOTORS: [&str; 9] = [
     "throttle",
@@ -264,11 +266,14 @@ fn by_name(at: usize, column: &ColumnSummary) -> Option<Guess> {
 fn by_size(channel: &str, column: &ColumnSummary) -> Option<(&'static str, &'static str)> {
     let (min, median, max) = (column.min?, column.median?.abs(), column.max?);
     let largest = min.abs().max(max.abs());
+    let name = plain(&column.name);
+    let is_range = RANGES.iter().any(|word| name.contains(word));
     match channel {
         "specific_force_mps2" if (0.5..2.0).contains(&median) => Some(("9.80665 * ", "g")),
         "specific_force_mps2" if (4.0..20.0).contains(&median) => Some(("", "m/s²")),
         "height_m" if largest <= 100.0 => Some(("", "m")),
-        "height_m" if largest <= 10_000.0 => Some(("1e-3 * ", "mm")),
+        // What looks down reaches so far; an altitude above the sea is no height.
+        "height_m" if largest <= 10_000.0 && is_range => Some(("1e-3 * ", "mm")),
         "vehicle_velocity_mps" if largest <= 30.0 => Some(("", "m/s")),
         "battery_v" if (2.0..100.0).contains(&median) => Some(("", "V")),
         "battery_v" if (2000.0..100_000.0).contains(&median) => Some(("1e-3 * ", "mV")),
@@ -293,7 +298,7 @@ fn motors(at: usize, columns: &[ColumnSummary]) -> Option<Guess> {
         (0..columns.len())
             .filter(|&i| of_group(&columns[i]))
             .collect()
-    } else if MOTORS.contains(&name.as_str()) {
+    } else if MOTORS.contains(&name.as_str()) || name.contains("throttle") {
         vec![at]
     } else {
         return None;

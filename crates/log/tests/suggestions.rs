@@ -60,9 +60,9 @@ fn analytic_commands_and_axes_are_scaled_by_their_size() {
         has(&trial, "height_m", 1.5);
         has(&trial, "battery_v", 12.5);
     }
-    // Nothing is made of what could be anything.
-    let (seen, _) = table("time (s),az,pwm,height", |i| {
-        format!("{i},300,-5,{}", 1e6 * i)
+    // Nothing is made of what could be anything, nor of an altitude above the sea.
+    let (seen, _) = table("time (s),az,pwm,alt", |i| {
+        format!("{i},300,-5,{}", 480.0 + i)
     });
     let text = seen.suggested_map.unwrap();
     assert!(
