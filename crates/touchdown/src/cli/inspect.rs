@@ -1,5 +1,6 @@
 //! `touchdown inspect`.
 
+mod columns;
 mod topics;
 
 use std::path::{Path, PathBuf};
@@ -291,7 +292,7 @@ fn text(seen: &Seen) -> String {
     let path = seen.path.display();
     let mut out = match &seen.content {
         Content::Table { columns, .. } => {
-            format!("{path}: {} rows{}", columns.rows, time(columns))
+            format!("{path}: {} rows{}", columns.rows, columns::time(columns))
         }
         Content::Topics(survey) => format!("{path}: {}", topics::about(survey)),
     };
@@ -303,11 +304,11 @@ fn text(seen: &Seen) -> String {
         out.push_str(&format!(
             "\n{} rows in use{}",
             channels.rows,
-            time(channels)
+            columns::time(channels)
         ));
     }
     if let Some((title, shown)) = shown(seen) {
-        let (header, rows) = columns_table(title, shown);
+        let (header, rows) = columns::table(title, shown);
         out.push('\n');
         out.push_str(&show::text_table(&header, &rows));
     }
@@ -337,65 +338,6 @@ fn suggested_map(seen: &Seen) -> Option<String> {
     }
 }
 
-fn time(inspection: &Inspection) -> String {
-    let Some(t) = &inspection.time else {
-        return String::new();
-    };
-    let steps = match (t.period_s, t.shortest_step_s, t.longest_step_s) {
-        (Some(period), Some(shortest), Some(longest)) => format!(
-            ", median step {} s ({} to {} s)",
-            show::digits(period),
-            show::digits(shortest),
-            show::digits(longest)
-        ),
-        _ => String::new(),
-    };
-    format!(
-        "; time base {:?}, {} s{steps}",
-        t.column,
-        show::digits(t.duration_s)
-    )
-}
-
-fn columns_table(title: &str, inspection: &Inspection) -> (Vec<String>, Vec<Vec<String>>) {
-    let names = [
-        title, "unit", "values", "gaps", "rate Hz", "min", "median", "max", "note",
-    ];
-    let number = |v: Option<f64>| v.map_or_else(String::new, show::digits);
-    let rows = inspection.columns.iter().map(|c| {
-        let note = match (&c.text, c.constant, c.count) {
-            (Some(text), ..) => format!("text, such as {text:?}"),
-            (_, _, 0) => "empty".to_string(),
-            (_, true, _) => "constant".to_string(),
-            _ => String::new(),
-        };
-        vec![
-            c.name.clone(),
-            unit(c),
-            c.count.to_string(),
-            c.gaps.to_string(),
-            number(c.rate_hz),
-            number(c.min),
-            number(c.median),
-            number(c.max),
-            note,
-        ]
-    });
-    (names.map(String::from).into(), rows.collect())
-}
-
-/// The unit of a channel; of a foreign column only where its name is one of ours.
-fn unit(column: &touchdown_log::ColumnSummary) -> String {
-    match &column.unit {
-        Some(unit) => unit.clone(),
-        None if column.name == touchdown_trial::TIME_CHANNEL => "s".to_string(),
-        None => match touchdown_trial::unit_of(&column.name) {
-            touchdown_trial::Unit::Dimensionless => String::new(),
-            unit => unit.symbol().to_string(),
-        },
-    }
-}
-
 fn write(
     context: &Context,
     args: &InspectArgs,
@@ -409,7 +351,7 @@ fn write(
     for (index, (name, seen)) in names.iter().zip(seen).enumerate() {
         let Ok(seen) = seen else { continue };
         let (header, rows) = match shown(seen) {
-            Some((title, shown)) => columns_table(title.trim_end_matches('s'), shown),
+            Some((title, shown)) => columns::table(title.trim_end_matches('s'), shown),
             None => Default::default(),
         };
         let figures = match (&seen.mapped, &seen.content) {
