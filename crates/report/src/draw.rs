@@ -8,7 +8,7 @@ use crate::layout::{
 };
 use crate::raster;
 use crate::scale::Tick;
-use crate::series::{BAND_ALPHA, View, has_points, line, stroke};
+use crate::series::{BAND_ALPHA, LEAST_DOT, View, has_points, line, stroke};
 use crate::svg::{self, About};
 use crate::{Error, Result, files};
 use std::path::{Path, PathBuf};
@@ -172,7 +172,7 @@ fn swatch(canvas: &mut Canvas, series: &Series, rgb: [u8; 3], [x, y]: [f32; 2]) 
     if has_points(&series.kind) {
         canvas.dots(
             vec![[x + 0.5 * SWATCH, y]],
-            1.5 * width,
+            (1.5 * width).max(LEAST_DOT as f32),
             Ink::solid(rgb),
             everywhere,
         );

@@ -8,7 +8,7 @@ use crate::figure::{Kind, Panel};
 use crate::font;
 use crate::plotly_json::Place;
 use crate::report::{Block, Callout, Drawn, Report};
-use crate::series::{BAND_ALPHA, has_points};
+use crate::series::{BAND_ALPHA, LEAST_DOT, has_points};
 use crate::table::{Align, Table};
 
 const STYLE: &str = include_str!("page.css");
@@ -256,7 +256,7 @@ fn sample(panel: &Panel, index: usize) -> Markup {
             @if line {
                 path d="M0 5h26" fill="none" stroke=(color) stroke-width=(width) stroke-dasharray=(dash) {}
             }
-            @if has_points(&series.kind) { circle cx="13" cy="5" r=(1.5 * width) fill=(color) {} }
+            @if has_points(&series.kind) { circle cx="13" cy="5" r=((1.5 * width).max(LEAST_DOT)) fill=(color) {} }
         }
     }
 }

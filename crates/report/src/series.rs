@@ -7,6 +7,8 @@ use crate::figure::{Kind, Series};
 use crate::layout::PanelLayout;
 use crate::ranges::spacing;
 
+/// Radius of a dot in a legend at least (px): one of a pixel shows no colour.
+pub(crate) const LEAST_DOT: f64 = 3.0;
 /// Opacity of bands, so that curves and other bands show through.
 pub(crate) const BAND_ALPHA: f32 = 0.22;
 
