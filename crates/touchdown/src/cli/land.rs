@@ -41,17 +41,15 @@ pub(crate) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     let mut scenario = load(args)?;
     let given = Given::read(&scenario.cards)?;
     let followed = vehicle::follow(&scenario, given.thrust.as_ref(), given.dynamic.as_ref())?;
-    let mut notes = Vec::new();
     if let Some(followed) = &followed {
         scenario = followed.scenario.clone();
         scenario.check("the vehicle of the cards")?;
         context.say(&followed.text);
-        notes.push(followed.text.clone());
     }
     let all = [&given.thrust, &given.empirical, &given.dynamic].map(Option::as_ref);
-    for mismatch in vehicle::mismatches(&all, &scenario.scenario.plant) {
-        context.warn(&mismatch);
-        notes.push(mismatch);
+    let mismatches = vehicle::mismatches(&all, &scenario.scenario.plant);
+    for mismatch in &mismatches {
+        context.warn(mismatch);
     }
     let cards = cards(context, &scenario, given, followed.as_ref())?;
     let land = scenario.land();
@@ -96,7 +94,8 @@ pub(crate) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
         &args.out.join("scenario.toml"),
         settings::to_toml(&scenario)?.as_bytes(),
     )?;
-    pages::land(&methods, &scenario, &notes, &args.out)?;
+    let flown = followed.as_ref().map(|f| f.text.as_str());
+    pages::land(&methods, &scenario, flown, &mismatches, &args.out)?;
     let results = LandResults {
         schema: 1,
         version: env!("CARGO_PKG_VERSION"),

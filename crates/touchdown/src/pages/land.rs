@@ -12,14 +12,15 @@ use crate::scenario::LandScenario;
 use crate::settings::to_toml;
 
 /// Writes `figures/*.svg`, `figures/*.png` and `report.html` of the landings of `methods` into the folder `out`;
-/// `notes` stand before the landings.
+/// before the landings stand the vehicle that is flown, where it followed the cards, and `warnings`.
 ///
 /// # Errors
 /// Files that cannot be written, or figures that cannot be drawn.
 pub fn land(
     methods: &[MethodLandings],
     scenario: &LandScenario,
-    notes: &[String],
+    vehicle: Option<&str>,
+    warnings: &[String],
     out: &Path,
 ) -> Result<()> {
     let land = scenario.land();
@@ -33,8 +34,11 @@ pub fn land(
         .fact("Landings of each method", scenario.trials.to_string());
     page.report.section("Landings");
     page.text(landings::SYMBOLS);
-    for note in notes {
-        page.report.callout(Callout::Warning, note.clone());
+    if let Some(vehicle) = vehicle {
+        page.text(vehicle);
+    }
+    for warning in warnings {
+        page.report.callout(Callout::Warning, warning.clone());
     }
     page.text(format!(
         "Start at {} m, landed at {} m, timeout {} s. The deck's acceleration is {}.",
@@ -146,8 +150,16 @@ mod tests {
 
     fn written(methods: &[MethodLandings]) -> (String, Vec<String>) {
         let folder = tempfile::tempdir().unwrap();
-        let notes = ["another vehicle".to_string()];
-        land(methods, &LandScenario::default(), &notes, folder.path()).unwrap();
+        let warnings = ["another vehicle".to_string()];
+        let flown = Some("simulated vehicle: the cards'");
+        land(
+            methods,
+            &LandScenario::default(),
+            flown,
+            &warnings,
+            folder.path(),
+        )
+        .unwrap();
         let html = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
         let mut files: Vec<String> = std::fs::read_dir(folder.path().join("figures"))
             .unwrap()
@@ -164,6 +176,8 @@ mod tests {
             method(Method::Feedback, 1, 9.0),
         ]);
         assert!(html.contains("landed in 1 of 4 trials"));
+        // What is flown is no warning; that a card is of another vehicle is one.
+        assert!(html.contains("<p>simulated vehicle: the cards"), "{html}");
         assert!(html.contains("another vehicle"));
         assert_eq!(files.len(), 6);
         assert!(files.contains(&"distribution.svg".to_string()));
