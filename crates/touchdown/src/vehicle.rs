@@ -12,7 +12,7 @@ use touchdown_model::Card;
 use touchdown_sim::motor::Motor;
 use touchdown_sim::plant::{Plant, PlantSettings};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::pilot::Method;
 use crate::scenario::LandScenario;
 use crate::settings::ControlSettings;
@@ -269,6 +269,7 @@ fn strength(card: &Card, plant: &PlantSettings) -> Result<Option<f64>> {
         let lift = model.lift(&model.rest(&input), &input);
         lift.total_n(input.thrust_n) / input.thrust_n
     };
+    let wanted: Vec<f64> = heights.iter().map(|z| ratio(*z)).collect();
     let mut scale = 1.0;
     // The plant's ratio is not quite linear in its strength.
     for _ in 0..5 {
@@ -277,9 +278,9 @@ fn strength(card: &Card, plant: &PlantSettings) -> Result<Option<f64>> {
             ..*plant
         })?;
         let (mut both, mut square) = (0.0, 0.0);
-        for &z in &heights {
-            let simulated = own.lift_ratio(own.target(z));
-            both += ratio(z) * simulated;
+        for (z, wanted) in heights.iter().zip(&wanted) {
+            let simulated = own.lift_ratio(own.target(*z));
+            both += wanted * simulated;
             square += simulated * simulated;
         }
         if square <= 0.0 {
@@ -287,11 +288,5 @@ fn strength(card: &Card, plant: &PlantSettings) -> Result<Option<f64>> {
         }
         scale = (scale * both / square).clamp(STRENGTH[0], STRENGTH[1]);
     }
-    if scale.is_finite() {
-        return Ok(Some(scale));
-    }
-    Err(Error::Arguments(format!(
-        "card `{}`: its ratio of thrusts near the ground is not a number",
-        card.name
-    )))
+    Ok(Some(scale))
 }
