@@ -105,6 +105,44 @@ fn xval_ground_effect_of_five_flights() {
 }
 
 #[test]
+fn xval_what_is_told_of_every_run_of_five_flights() {
+    let Some((flights, settings)) = crazypad() else {
+        return;
+    };
+    let found = ground_effect(&flights, &settings).unwrap();
+    let result = found.result(&flights, &settings);
+    // Reference values: means of the command from 6 to 10 s. The steady seconds that are found are others, and the command of
+    // one hover wanders by 0.003.
+    let hover = [0.638, 0.633, 0.633, 0.623, 0.621];
+    for (first, expected) in result.runs.iter().step_by(2).zip(hover) {
+        let found = first.hover.expect("a hover");
+        assert!((found.throttle - expected).abs() < 0.004, "{first}");
+        assert!(found.from_s > 4.0 && found.to_s < 11.2, "{first}");
+        // Reference value: 7 ± 2 % in the mean of the flights; each alone is known to about 2 %.
+        let lift = first.extra_lift.expect("heights near and far");
+        assert!((0.03..=0.12).contains(&lift.share.value), "{first}");
+        assert!(lift.share.differs_from_zero(), "{first}");
+    }
+    let lift = result.extra_lift.expect("a curve");
+    let [lo, hi] = lift.share.ci95;
+    assert!(
+        (0.05..=0.09).contains(&lift.share.value) && lo > 0.03 && hi < 0.11,
+        "{lift}"
+    );
+    // Second flights, whose height wandered on the floor, say nothing near the ground, and most logs end in them.
+    let second = &result.runs[1];
+    assert!(
+        second.hover.is_some() && second.extra_lift.is_none(),
+        "{second}"
+    );
+    let text = second.to_string();
+    assert!(
+        text.contains("motors on 16.4") && text.contains("off 25.70 s or later"),
+        "{text}"
+    );
+}
+
+#[test]
 fn prop_a_log_without_heights_near_the_ground_gives_no_number() {
     let Some((mut flights, settings)) = crazypad() else {
         return;
@@ -161,6 +199,16 @@ fn prop_the_command_identifies_flights_and_writes_all_of_it() {
     );
     assert_eq!(found["flight"]["refused"].as_array().unwrap().len(), 2);
     assert_eq!(found["flight"]["runs"].as_array().unwrap().len(), 10);
+    let run = &found["flight"]["runs"][1];
+    assert!(run["off_s"].is_null() && number(&run["ran_until_s"]) > 25.6);
+    assert!(number(&found["flight"]["extra_lift"]["value"]) > 0.05);
+    // What is to be told of the thrust card is told with the other.
+    let warnings = found["warnings"].as_array().unwrap();
+    let of_thrust = |w: &&serde_json::Value| {
+        let text = w.as_str().unwrap();
+        text.starts_with("thrust card: thrust at one throttle differs")
+    };
+    assert_eq!(warnings.iter().filter(of_thrust).count(), 1, "{warnings:?}");
     assert_eq!(found["rmse"]["unit"], "N");
     for file in [
         "ground-effect.toml",
@@ -243,5 +291,30 @@ fn xval_motor_lag_of_a_gentle_flight_at_1_khz() {
     let args = ["identify", "thrust", "--map"].map(PathBuf::from);
     let found = json(0, args.iter().chain([&map, &log]));
     // Reference value 0.060 s, the lag of a parabola of the throttle by least squares on a grid.
+    assert!((number(&found["lag_s"]) - 0.060).abs() <= 0.010, "{found}");
+}
+
+#[test]
+fn xval_a_gentle_flight_by_its_specific_force_says_which_form_gives_the_lag() {
+    let Some(log) = data("flight-crazyflie-1khz-throttle/log15.csv") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("specific-force.toml");
+    let given = std::fs::read_to_string(map("flight-crazyflie-1khz-throttle.toml")).unwrap();
+    let force = "specific_force_mps2 = '9.80665 * acc_z_g'";
+    let changed = given.replace("thrust_n = 'mass_kg * 9.80665 * acc_z_g'", force);
+    assert!(changed.contains(force));
+    std::fs::write(&path, changed).unwrap();
+    let args = ["identify", "thrust", "--map"].map(PathBuf::from);
+    let all = || args.iter().chain([&path, &log]);
+    // Disturbances as slow as the throttle's changes: the lag's interval is wider than the lag.
+    let error = fails(1, all());
+    assert!(
+        error.contains("try --form lagged_motors") && error.contains("pulses"),
+        "{error}"
+    );
+    let form = ["--form", "lagged_motors"].map(PathBuf::from);
+    let found = json(0, all().chain(&form));
     assert!((number(&found["lag_s"]) - 0.060).abs() <= 0.010, "{found}");
 }

@@ -107,7 +107,10 @@ impl Data {
                     let found = from_flights(&flown, &settings.flight)?;
                     let thrust = found.thrust_card(&settings, &origin);
                     let terms = thrust.map(|made| made.card.terms);
-                    Ok(format!("{:?} {terms:?}", found.result(&flown)))
+                    Ok(format!(
+                        "{:?} {terms:?}",
+                        found.result(&flown, &settings.flight)
+                    ))
                 });
                 format!("{found:?}")
             }

@@ -2,6 +2,7 @@
 
 mod flight;
 mod ground;
+mod runs;
 mod thrust;
 
 use std::path::Path;

@@ -3,17 +3,15 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use serde::Serialize;
 use touchdown::identify::flight::hover::Law;
 use touchdown::identify::flight::result::FlightResult;
+use touchdown::identify::flight::runs::RunResult;
 use touchdown::identify::flight::{Basis, Flight, ground_effect_with, thrust_alone, with_thrust};
-use touchdown::identify::settings::GroundEffectForm;
 use touchdown::identify::{IdentificationSettings, Made, Origin};
 use touchdown::pages;
 use touchdown::progress::Progress as _;
 use touchdown::{Error, Result};
 use touchdown_log::Map;
-use touchdown_model::card::Input;
 use touchdown_trial::Trial;
 
 use super::load::{self, Log, word};
@@ -43,12 +41,12 @@ pub(super) fn thrust_of_flight(
     Ok(log)
 }
 
-/// The thrust card of flights that have thrust by [`thrust_of_flight`].
+/// The thrust card of flights that have thrust by [`thrust_of_flight`], and what they say beside it.
 pub(super) fn thrust(
     trials: &[Trial],
     settings: &IdentificationSettings,
     origin: &Origin,
-) -> Result<Made> {
+) -> Result<(Made, FlightResult)> {
     let flights: Vec<Flight> = trials
         .iter()
         .map(|trial| Flight::of(trial, &settings.flight))
@@ -57,31 +55,19 @@ pub(super) fn thrust(
     let mut made = found.thrust_of(settings, origin).ok_or_else(|| {
         Error::Arguments("thrust from flight needs the mass and the specific force".to_string())
     })?;
-    made.warnings.extend(found.refused.iter().map(|r| {
-        format!(
-            "{} not identified: {}; record {}",
-            r.what, r.found, r.record
-        )
-    }));
+    made.warnings
+        .extend(found.refused.iter().map(ToString::to_string));
     made.warnings
         .extend(flights.iter().flat_map(|f| f.notes.iter().cloned()));
     made.card.warnings.clone_from(&made.warnings);
-    Ok(made)
+    Ok((made, found.result(&flights, &settings.flight)))
 }
 
-/// The object that is printed, with what flights say.
-#[derive(Serialize)]
-struct Printed<'a> {
-    #[serde(flatten)]
-    fitted: &'a Outcome,
-    flight: &'a FlightResult,
-}
-
-/// Hovers that are printed at most.
+/// Hovers and runs that are printed at most.
 const SHOWN: usize = 12;
 
-/// The numbers of the model, a line each.
-fn numbers(result: &FlightResult) -> String {
+/// What flights say: the numbers of the model, its runs and hovers, a line each.
+pub(super) fn told(result: &FlightResult) -> String {
     let mut out = format!(
         "from {}: {} curve, intervals from {} {}\n",
         result.basis.name(),
@@ -99,43 +85,51 @@ fn numbers(result: &FlightResult) -> String {
             n.unit
         );
     }
-    for h in result.hovers.iter().take(SHOWN) {
-        let _ = writeln!(
-            out,
-            "  hover at {:.3} m: {:.4} of the thrust out of ground effect ({}, {:.1} to {:.1} s)",
+    if let Some(lift) = &result.extra_lift {
+        let _ = writeln!(out, "  {lift}");
+    }
+    out += &runs(&result.runs);
+    let lines = result.hovers.iter().map(|h| {
+        format!(
+            "hover at {:.3} m: {:.4} of the thrust out of ground effect ({}, {:.1} to {:.1} s)",
             h.height_m, h.ratio, h.log, h.from_s, h.to_s
-        );
-    }
-    if result.hovers.len() > SHOWN {
-        let more = result.hovers.len() - SHOWN;
-        let _ = writeln!(out, "  and {more} hovers more, in the report and in --json");
-    }
-    for r in &result.refused {
-        let _ = writeln!(
-            out,
-            "  not identified: {}: {}; record {}",
-            r.what, r.found, r.record
-        );
+        )
+    });
+    listed(&mut out, lines, "hovers");
+    let refused: Vec<&str> = result.refused.iter().map(|r| r.what.as_str()).collect();
+    if !refused.is_empty() {
+        let _ = writeln!(out, "  not identified: {}", refused.join("; "));
     }
     out
+}
+
+/// Every run of the motors, a line each.
+pub(super) fn runs(runs: &[RunResult]) -> String {
+    let mut out = String::new();
+    listed(&mut out, runs.iter().map(ToString::to_string), "runs");
+    out
+}
+
+/// The first lines, and how many more there are.
+fn listed(out: &mut String, lines: impl ExactSizeIterator<Item = String>, what: &str) {
+    let more = lines.len().saturating_sub(SHOWN);
+    for line in lines.take(SHOWN) {
+        let _ = writeln!(out, "  {line}");
+    }
+    if more > 0 {
+        let _ = writeln!(out, "  and {more} {what} more, in the report and in --json");
+    }
 }
 
 pub(super) fn run(
     context: &Context,
     common: &IdentifyCommon,
     thrust: Option<&Path>,
-    forms: &[GroundEffectForm],
     settings: &IdentificationSettings,
     map: Option<&Map>,
     logs: &[Log],
+    target: &Target,
 ) -> Result<Done> {
-    if let Some(form) = forms.first() {
-        return Err(Error::Arguments(format!(
-            "--form {}: the form follows from the data where logs are of flights (no channel `thrust_n`)",
-            form.name()
-        )));
-    }
-    let target = Target::of(common.out.as_deref())?;
     let mut settings = settings.clone();
     settings.flight.mass_kg = settings.flight.mass_kg.or(map.and_then(Map::mass_kg));
     context.stage("fitting", 1);
@@ -160,18 +154,14 @@ pub(super) fn run(
         .map_or_else(|| "CARD.toml".to_string(), |o| o.display().to_string());
     origin.provenance.command = Some(command.text(&common.logs, &out));
     if let Some(path) = thrust {
-        let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
-        origin.provenance.inputs.push(Input {
-            name: load::file_name(path),
-            sha256: touchdown::identify::sha256(&bytes),
-        });
+        origin.provenance.inputs.push(load::input(path)?);
     }
     let made = found.card(&settings, &origin);
     let of_thrust = found.thrust_card(&settings, &origin);
-    let result = found.result(&flights);
+    let result = found.result(&flights, &settings.flight);
     context.step();
 
-    let path = match &target {
+    let path = match target {
         Target::None => None,
         Target::File(card) => Some(card.clone()),
         Target::Folder(folder) => Some(folder.join("ground-effect.toml")),
@@ -186,32 +176,28 @@ pub(super) fn run(
         let why = "the card of --thrust was not used: the logs have the specific force, or one from poses";
         fitted.warnings.push(why.into());
     }
-    for (log, flight) in logs.iter().zip(&flights) {
-        let name = log.path.display();
-        fitted
+    let said = logs.iter().zip(&flights).flat_map(|(log, flight)| {
+        let notes = flight.notes.iter().map(|n| (log.path.clone(), n.clone()));
+        notes.chain(log.said()).collect::<Vec<_>>()
+    });
+    fitted.warnings.extend(load::once(said));
+    match &of_thrust {
+        Some(made) => fitted
             .warnings
-            .extend(flight.notes.iter().map(|w| format!("{name}: {w}")));
-        fitted
-            .warnings
-            .extend(log.warnings().iter().map(|w| format!("{name}: {w}")));
-    }
-    if of_thrust.is_none() {
-        fitted.warnings.push(
-            "no thrust card: it needs the mass ([flight] mass_kg), the accelerometer and the motors' lag (throttle logged fast \
-             enough)"
+            .extend(made.warnings.iter().map(|w| format!("thrust card: {w}"))),
+        None => fitted.warnings.push(
+            "no thrust card: it needs the mass ([flight] mass_kg), the accelerometer and the motors' lag (throttle logged \
+             fast enough)"
                 .into(),
-        );
+        ),
     }
     for warning in &fitted.warnings {
         context.warn(warning);
     }
+    fitted.flight = Some(Box::new(result.clone()));
     let outcome = Outcome::Fitted(fitted);
     let summary = Summary::of(std::slice::from_ref(&outcome));
-    let printed = Printed {
-        fitted: &outcome,
-        flight: &result,
-    };
-    match &target {
+    match target {
         Target::None => {}
         Target::File(card) => made.card.write(card)?,
         Target::Folder(folder) => {
@@ -234,11 +220,11 @@ pub(super) fn run(
                 }
             }
             pages::identify::write(folder, &figures, &report)?;
-            write_tables(folder, &printed, &summary, &settings)?;
+            write_tables(folder, &outcome, &summary, &settings)?;
         }
     }
     context.finish();
-    context.object(&printed)?;
-    context.say(&format!("{}{}", summary.text(), numbers(&result)));
+    context.object(&outcome)?;
+    context.say(&format!("{}\n{}", summary.text(), told(&result).trim_end()));
     Ok(done(logs.iter().any(|l| l.findings.is_lossy())))
 }

@@ -12,7 +12,6 @@ use touchdown::identify::{IdentificationSettings, Made, Origin};
 use touchdown::pages;
 use touchdown::progress::Progress as _;
 use touchdown::{Error, Result};
-use touchdown_model::card::Input;
 use touchdown_model::{Card, Kind};
 use touchdown_trial::Trial;
 
@@ -57,14 +56,20 @@ pub(super) fn run(
     let map = load::map(common.map.as_deref())?;
     let logs = load::all_logs(context, &common.logs, map.as_ref())?;
     if logs.iter().all(flight::is_flight) {
+        if let Some(form) = forms.first() {
+            return Err(Error::Arguments(format!(
+                "--form {}: the form follows from the data where logs are of flights (no channel `thrust_n`)",
+                form.name()
+            )));
+        }
         return flight::run(
             context,
             common,
             thrust,
-            forms,
             settings,
             map.as_ref(),
             &logs,
+            &target,
         );
     }
     let Some(thrust) = thrust else {
@@ -82,11 +87,7 @@ pub(super) fn run(
     let recorded: Vec<Trial> = logs.iter().map(|l| l.trial.clone()).collect();
     let mut origin = origin(&recorded, map.as_ref(), common, settings)?;
     origin.vehicle.rotor_radius_m = Some(settings.ground_effect.rotor_radius_m);
-    let bytes = std::fs::read(thrust).map_err(|e| Error::file(thrust, e))?;
-    origin.provenance.inputs.push(Input {
-        name: load::file_name(thrust),
-        sha256: touchdown::identify::sha256(&bytes),
-    });
+    origin.provenance.inputs.push(load::input(thrust)?);
     let card_path = |form: GroundEffectForm| -> Option<PathBuf> {
         match &target {
             Target::None => None,
@@ -119,10 +120,7 @@ pub(super) fn run(
     let (forms, fits, failed) = sort_out(&forms, fits, asked)?;
 
     let mut of_logs = gaps;
-    for log in &logs {
-        let name = log.path.display();
-        of_logs.extend(log.warnings().iter().map(|w| format!("{name}: {w}")));
-    }
+    of_logs.extend(load::once(logs.iter().flat_map(Log::said)));
     of_logs.extend(before.advice.iter().cloned());
     for warning in &of_logs {
         context.warn(warning);

@@ -37,6 +37,12 @@ impl Log {
         all.extend(self.findings.loss());
         all
     }
+
+    /// The same, each with the log's path.
+    pub(crate) fn said(&self) -> Vec<(PathBuf, String)> {
+        let warnings = self.warnings().into_iter();
+        warnings.map(|w| (self.path.clone(), w)).collect()
+    }
 }
 
 /// Reads a map, if there is one: a file, or the name of a built-in map.
@@ -57,14 +63,38 @@ fn built_in(path: Option<&Path>) -> Option<&str> {
 /// A map as an input of a card.
 pub(crate) fn map_input(path: Option<&Path>) -> Result<Option<Input>> {
     let Some(path) = path else { return Ok(None) };
-    let bytes = match built_in(Some(path)).and_then(Map::built_in_text) {
-        Some(text) => text.as_bytes().to_vec(),
-        None => std::fs::read(path).map_err(|e| Error::file(path, e))?,
-    };
-    Ok(Some(Input {
+    match built_in(Some(path)).and_then(Map::built_in_text) {
+        Some(text) => Ok(Some(Input {
+            name: file_name(path),
+            sha256: touchdown::identify::sha256(text.as_bytes()),
+        })),
+        None => input(path).map(Some),
+    }
+}
+
+/// A file as an input of a card.
+pub(crate) fn input(path: &Path) -> Result<Input> {
+    let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
+    Ok(Input {
         name: file_name(path),
         sha256: touchdown::identify::sha256(&bytes),
-    }))
+    })
+}
+
+/// Warnings of logs, each once: with its log, or with how many logs it is of.
+pub(crate) fn once(said: impl IntoIterator<Item = (PathBuf, String)>) -> Vec<String> {
+    let mut each: Vec<(String, Vec<PathBuf>)> = Vec::new();
+    for (path, text) in said {
+        match each.iter_mut().find(|(known, _)| *known == text) {
+            Some((_, logs)) => logs.push(path),
+            None => each.push((text, vec![path])),
+        }
+    }
+    let of = |(text, logs): (String, Vec<PathBuf>)| match &logs[..] {
+        [one] => format!("{}: {text}", one.display()),
+        many => format!("{text} ({} logs)", many.len()),
+    };
+    each.into_iter().map(of).collect()
 }
 
 /// Reads every log. One that cannot be read, or that holds no usable rows, is an error in its place; a map that
@@ -173,6 +203,13 @@ mod tests {
     fn analytic_names_are_unique() {
         let paths = ["a/x.csv", "b/x.csv", "X.csv", "y"].map(PathBuf::from);
         assert_eq!(names(&paths), ["x", "x-2", "X-3", "y"]);
+    }
+
+    #[test]
+    fn analytic_what_all_logs_say_is_said_once() {
+        let said = [("a", "tilt"), ("b", "tilt"), ("b", "spikes"), ("c", "tilt")];
+        let said = said.map(|(path, text)| (PathBuf::from(path), text.to_string()));
+        assert_eq!(once(said), ["tilt (3 logs)", "b: spikes"]);
     }
 
     #[test]

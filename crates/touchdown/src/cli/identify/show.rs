@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 use touchdown::Error;
 use touchdown::identify::Made;
+use touchdown::identify::flight::result::FlightResult;
 use touchdown::identify::front::Front;
 use touchdown_model::Card;
 
@@ -30,6 +31,9 @@ pub(crate) struct Fitted {
     pub(crate) rows_dropped: usize,
     /// The best subset of every size beside the fit's own terms; null for forms that choose none.
     pub(crate) front: Option<Box<Front>>,
+    /// What flights say beside the card; absent where thrust was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) flight: Option<Box<FlightResult>>,
     /// What a user should know.
     pub(crate) warnings: Vec<String>,
     /// Names of the coefficients in the card's order.
@@ -91,6 +95,7 @@ impl Fitted {
             rows_used: made.rows_used,
             rows_dropped: dropped,
             front: made.front.clone().map(Box::new),
+            flight: None,
             warnings: made.warnings.clone(),
         }
     }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use touchdown::identify::flight::result::FlightResult;
 use touchdown::identify::{IdentificationSettings, Made, thrust};
 use touchdown::pages;
 use touchdown::progress::Progress as _;
@@ -37,6 +38,9 @@ pub(super) fn run(
     }
 }
 
+/// A card, and what flights say beside it.
+type Fit = (Made, Option<Box<FlightResult>>);
+
 struct Job<'a> {
     context: &'a Context,
     common: &'a IdentifyCommon,
@@ -46,13 +50,14 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// One card; `flights` says that no thrust was measured in them.
-    fn fit(&self, trials: &[Trial], logs: &[PathBuf], card: &str, flights: bool) -> Result<Made> {
+    fn fit(&self, trials: &[Trial], logs: &[PathBuf], card: &str, flights: bool) -> Result<Fit> {
         let mut origin = origin(trials, self.map, self.common, self.settings)?;
         origin.provenance.command = Some(self.command().text(logs, card));
         if flights && self.settings.thrust.form.is_none() {
-            return flight::thrust(trials, self.settings, &origin);
+            let (made, flight) = flight::thrust(trials, self.settings, &origin)?;
+            return Ok((made, Some(Box::new(flight))));
         }
-        thrust::fit(trials, self.settings, &origin)
+        Ok((thrust::fit(trials, self.settings, &origin)?, None))
     }
 
     fn command(&self) -> Command<'_> {
@@ -85,7 +90,7 @@ impl Job<'_> {
             .collect::<Result<Vec<Log>>>()?;
         self.context.stage("fitting", 1);
         let trials: Vec<Trial> = logs.iter().map(|l| l.trial.clone()).collect();
-        let made = self.fit(
+        let (made, flight) = self.fit(
             &trials,
             &self.common.logs,
             &card.display().to_string(),
@@ -98,21 +103,37 @@ impl Job<'_> {
         };
         let dropped = logs.iter().map(|l| l.findings.rows_dropped()).sum();
         let mut fitted = Fitted::of(label, &made, Some(card), dropped);
-        for log in &logs {
-            let name = log.path.display();
-            let warnings = log.warnings();
-            fitted
-                .warnings
-                .extend(warnings.iter().map(|w| format!("{name}: {w}")));
-        }
+        fitted.flight = flight;
+        let said = logs.iter().flat_map(Log::said);
+        fitted.warnings.extend(load::once(said));
         for warning in &fitted.warnings {
             self.context.warn(warning);
         }
         self.context.finish();
         self.context.object(&fitted)?;
-        let summary = Summary::of(&[Outcome::Fitted(fitted)]);
-        self.context.say(&summary.text());
+        let outcomes = [Outcome::Fitted(fitted)];
+        self.say(&outcomes);
         Ok(done(logs.iter().any(|l| l.findings.is_lossy())))
+    }
+
+    /// The summary for people, with what flights say: all of it of one, the runs of the motors of several.
+    fn say(&self, outcomes: &[Outcome]) {
+        let mut text = Summary::of(outcomes).text();
+        for outcome in outcomes {
+            if let Outcome::Fitted(Fitted {
+                flight: Some(result),
+                ..
+            }) = outcome
+            {
+                text.push('\n');
+                text += match outcomes {
+                    [_] => flight::told(result),
+                    _ => flight::runs(&result.runs),
+                }
+                .trim_end();
+            }
+        }
+        self.context.say(&text);
     }
 
     /// A card for each log.
@@ -121,7 +142,7 @@ impl Job<'_> {
         let several = logs.len() > 1;
         let names = load::names(&self.common.logs);
         self.context.stage("fitting", logs.len() as u64);
-        let fits: Vec<Result<(Log, Made)>> = logs
+        let fits: Vec<Result<(Log, Fit)>> = logs
             .into_par_iter()
             .zip(&names)
             .map(|(log, name)| {
@@ -136,9 +157,9 @@ impl Job<'_> {
                     of_flight,
                 );
                 self.context.step();
-                let mut made = made?;
+                let (mut made, flight) = made?;
                 made.card.name.clone_from(name);
-                Ok((log, made))
+                Ok((log, (made, flight)))
             })
             .collect();
         if fits.iter().all(Result::is_err) {
@@ -148,26 +169,24 @@ impl Job<'_> {
         let mut loss = false;
         let mut outcomes = Vec::new();
         let mut pages_of = Vec::new();
+        let mut said = Vec::new();
         for ((fit, name), path) in fits.iter().zip(&names).zip(&self.common.logs) {
             let label = path.display().to_string();
             match fit {
-                Ok((log, made)) => {
+                Ok((log, (made, flight))) => {
                     loss |= log.findings.is_lossy();
                     let dropped = log.findings.rows_dropped();
                     let mut fitted = Fitted::of(label, made, card_of(name).as_deref(), dropped);
+                    fitted.flight.clone_from(flight);
                     fitted.warnings.extend(log.warnings());
-                    for warning in &fitted.warnings {
-                        self.context.warn(&if several {
-                            format!("{}: {warning}", path.display())
-                        } else {
-                            warning.clone()
-                        });
-                    }
+                    let warnings = fitted.warnings.iter().cloned();
+                    said.extend(warnings.map(|w| (path.clone(), w)));
                     outcomes.push(Outcome::Fitted(fitted));
                     pages_of.push(pages::identify::ThrustFit {
                         name,
                         trial: &log.trial,
                         made,
+                        flight: flight.as_deref(),
                     });
                 }
                 Err(error) => {
@@ -176,6 +195,14 @@ impl Job<'_> {
                     outcomes.push(Outcome::Failed(Failed::of(label, None, error)));
                 }
             }
+        }
+        let said = if several {
+            load::once(said)
+        } else {
+            said.into_iter().map(|(_, warning)| warning).collect()
+        };
+        for warning in &said {
+            self.context.warn(warning);
         }
         let summary = Summary::of(&outcomes);
         if let Some(folder) = folder {
@@ -202,13 +229,13 @@ impl Job<'_> {
             [one] => self.context.object(one)?,
             all => self.context.object(&all)?,
         }
-        self.context.say(&summary.text());
+        self.say(&outcomes);
         Ok(done(loss))
     }
 }
 
 /// Why nothing was fitted: the first log's error, and how many logs there are.
-fn first_error(fits: Vec<Result<(Log, Made)>>) -> Error {
+fn first_error(fits: Vec<Result<(Log, Fit)>>) -> Error {
     let count = fits.len();
     let first = fits.into_iter().find_map(Result::err);
     match first {

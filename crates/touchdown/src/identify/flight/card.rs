@@ -108,12 +108,7 @@ impl GroundEffect {
                 "the vehicle's climb stands for the deck's velocity, reversed: an approximation where the deck moves".into(),
             );
         }
-        warnings.extend(self.refused.iter().map(|r| {
-            format!(
-                "{} not identified: {}; record {}",
-                r.what, r.found, r.record
-            )
-        }));
+        warnings.extend(self.refused.iter().map(ToString::to_string));
         card.description = match self.basis {
             Basis::Accelerometer => {
                 "Identified from flights, relative to flight out of ground effect."

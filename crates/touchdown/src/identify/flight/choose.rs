@@ -1,5 +1,7 @@
 //! Which model: flights left out in turn decide.
 
+mod motors;
+
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 

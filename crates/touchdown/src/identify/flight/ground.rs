@@ -1,5 +1,7 @@
 //! Ground effect from flights: what the logs carry, with intervals; what they do not carry is refused.
 
+use std::fmt;
+
 use serde::Serialize;
 use touchdown_model::Card;
 
@@ -10,13 +12,14 @@ use super::lag::lag;
 use super::model::{Curve, Piece, Shape};
 use super::phases::Phases;
 use super::pieces::{LeftOut, cut};
+use super::record::forces_from;
 use super::resolve::{climb_near_ground, of_poses, resolve_lag};
 use super::spread::{Spread, Sure};
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
 
 /// A curve needs heights below so many rotor radii.
-const NEAR_RADII: f64 = 2.0;
+pub(super) const NEAR_RADII: f64 = 2.0;
 /// Least time near the ground (s): a few take-offs.
 const LEAST_NEAR_S: f64 = 0.5;
 /// Heights near the ground must differ by so many rotor radii.
@@ -25,6 +28,7 @@ const LEAST_SPREAD_RADII: f64 = 0.5;
 const LEAST_FAR_S: f64 = 1.0;
 /// An interval of the extra lift narrower than this to either side is one that tells something.
 const NARROW: f64 = 0.05;
+
 /// What the logs do not carry.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Refused {
@@ -34,6 +38,17 @@ pub struct Refused {
     pub found: String,
     /// What to record to cure that.
     pub record: String,
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            what,
+            found,
+            record,
+        } = self;
+        write!(f, "{what} not identified: {found}; record {record}")
+    }
 }
 
 /// What a ground effect was identified from.
@@ -133,8 +148,8 @@ pub fn ground_effect_with(
             "no height",
         ));
     }
-    let all = |from: ForceFrom| flights.iter().all(|f| f.force_from == from);
-    if all(ForceFrom::Accelerometer) {
+    let from = forces_from(flights)?;
+    if from == ForceFrom::Accelerometer {
         let slowest = slowest_throttle_s(flights);
         if slowest * settings.least_rate_hz <= 1.0 {
             return from_force(flights, settings, rotor_radius_m, Basis::Accelerometer);
@@ -146,22 +161,12 @@ pub fn ground_effect_with(
         };
         return hover::ground_effect(flights, settings, rotor_radius_m, card, &why);
     }
-    if flights
-        .iter()
-        .any(|f| f.force_from == ForceFrom::Accelerometer)
-    {
-        return Err(Error::data(
-            label(flights),
-            "values of `specific_force_mps2` in all logs or in none",
-            "some with and some without: identify them apart",
-        ));
-    }
     let why = Why {
         found: "no specific force".into(),
         record: "the accelerometer, and the throttle at 100 Hz or more".into(),
     };
     let by_hovers = || hover::ground_effect(flights, settings, rotor_radius_m, card, &why);
-    if !all(ForceFrom::Poses) {
+    if from != ForceFrom::Poses {
         return by_hovers();
     }
     let by_poses = || from_force(flights, settings, rotor_radius_m, Basis::Poses);
@@ -200,25 +205,16 @@ fn from_force(
     );
     let drift_of_time = cut.drifts_with_time(flights);
     let mut choice = Choice::start(&cut.pieces, plain, settings.reference_radii);
-    let with = |choice: &Choice<'_>, change: fn(&mut Shape)| {
-        let mut shape = choice.best.shape;
-        change(&mut shape);
-        shape
-    };
-    if cut.pieces.iter().any(|p| p.on_s.is_some()) {
-        let shape = with(&choice, |s| s.settling = true);
-        choice.offer("settling after the start", shape, false);
-    }
-    let shape = with(&choice, |s| s.battery = true);
-    choice.offer(drift_name(drift_of_time), shape, false);
-    let shape = with(&choice, |s| s.curvature = true);
-    choice.offer("second term of throttle", shape, false);
+    choice.offer_motors(drift_of_time);
     if basis == Basis::Poses {
         choice.curves();
         refused.push(of_poses("lags of motors and wake"));
     } else {
         let before = choice.best.clone();
-        let shape = with(&choice, |s| s.wake_lag = true);
+        let shape = Shape {
+            wake_lag: true,
+            ..choice.best.shape
+        };
         choice.offer("wake lag", shape, true);
         choice.colour();
         choice.curves();

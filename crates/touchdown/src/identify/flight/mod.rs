@@ -14,7 +14,7 @@
 //! | [`model`], [`curve`], [`fit`], [`colour`] | the model of a flight, the laws of its ground effect, its least squares, and disturbances that last |
 //! | [`choose`], [`spread`] | models judged on flights left out; intervals from flights drawn anew |
 //! | [`hover`] | logs without specific force: hovers at rest, and the thrust that each takes |
-//! | [`ground`], [`numbers`], [`result`] | all of it: the ground effect, and what the logs do not carry |
+//! | [`ground`], [`numbers`], [`runs`], [`result`] | all of it: the ground effect, each run of the motors, and what the logs do not carry |
 
 mod card;
 pub mod choose;
@@ -35,6 +35,8 @@ mod record;
 mod resolve;
 mod rest;
 pub mod result;
+mod run;
+pub mod runs;
 mod settings;
 mod shape;
 mod smooth;

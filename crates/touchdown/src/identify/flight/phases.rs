@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::record::HALF_WINDOW_S;
+pub use super::run::Run;
 use super::stand::{clear_m, stands_after, stood};
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::identify::thrust::plateau::median;
@@ -52,22 +53,6 @@ pub enum Phase {
     Airborne,
 }
 
-/// One run of the motors.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Run {
-    /// Motors on (s); absent where the log begins with running motors.
-    pub on_s: Option<f64>,
-    /// Motors off (s); absent where the log ends before.
-    pub off_s: Option<f64>,
-    /// Rows, from the first with running motors to the last.
-    pub rows: [usize; 2],
-    /// Height where the feet stood before (m), or else where they stand after; where that was seen.
-    pub stood_m: Option<f64>,
-    /// How far the height wandered while the vehicle stood before this run, over the whole stand, or from the first stand of
-    /// the log to this one (m).
-    pub drift_m: f64,
-}
-
 /// A log taken apart.
 #[derive(Clone, Debug)]
 pub struct Phases {
@@ -90,10 +75,10 @@ impl Phases {
         Self { rows, runs }
     }
 
-    /// Rows in flight.
+    /// Rows of a kind.
     #[must_use]
-    pub fn airborne(&self) -> usize {
-        self.rows.iter().filter(|p| **p == Phase::Airborne).count()
+    pub fn count(&self, phase: Phase) -> usize {
+        self.rows.iter().filter(|p| **p == phase).count()
     }
 }
 
@@ -137,6 +122,8 @@ fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<Run> {
                 off_s: (throttle.get(b + 1).is_some_and(|s| s.is_finite())
                     && time[b + 1] - time[b] <= LONGEST_HOLE_S)
                     .then(|| time[b + 1]),
+                ran_from_s: time[a],
+                ran_until_s: time[b],
                 rows: [a, b],
                 stood_m,
                 drift_m,
@@ -402,7 +389,7 @@ mod tests {
         let mut flight = flight();
         flight.height_m.fill(0.03);
         let settings = FlightSettings::default();
-        assert_eq!(Phases::of(&flight, &settings).airborne(), 0);
+        assert_eq!(Phases::of(&flight, &settings).count(Phase::Airborne), 0);
         flight.throttle.fill(0.0);
         assert!(Phases::of(&flight, &settings).runs.is_empty());
     }

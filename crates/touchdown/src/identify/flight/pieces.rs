@@ -15,7 +15,7 @@ const MOST_DRIFT: f64 = 1.0;
 /// Climb rate up to which a vehicle hovers (m/s).
 const HOVER_MPS: f64 = 0.15;
 /// A force this close to gravity is hover (gravities).
-const HOVER_FORCE: f64 = 0.1;
+pub(super) const HOVER_FORCE: f64 = 0.1;
 
 /// Rows that were not used.
 #[derive(Clone, Debug, PartialEq, Serialize)]

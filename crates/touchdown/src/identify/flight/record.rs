@@ -3,6 +3,7 @@
 use serde::Serialize;
 use touchdown_trial::Trial;
 
+use super::ground::label;
 use super::smooth::{bump, filled, local_parabola, without_spikes};
 use super::{FlightSettings, motion};
 use crate::error::{Error, Result};
@@ -30,6 +31,28 @@ pub enum ForceFrom {
     Accelerometer,
     /// Derivatives of climb rate or height.
     Poses,
+}
+
+/// What the specific forces of flights are from: the accelerometer, poses in all of them, or nothing.
+///
+/// # Errors
+/// Some flights with an accelerometer and some without.
+pub(super) fn forces_from(flights: &[Flight]) -> Result<ForceFrom> {
+    let all = |from: ForceFrom| flights.iter().all(|f| f.force_from == from);
+    let accelerometer = |f: &Flight| f.force_from == ForceFrom::Accelerometer;
+    if all(ForceFrom::Accelerometer) {
+        Ok(ForceFrom::Accelerometer)
+    } else if flights.iter().any(accelerometer) {
+        Err(Error::data(
+            label(flights),
+            "values of `specific_force_mps2` in all logs or in none",
+            "some with and some without: identify them apart",
+        ))
+    } else if all(ForceFrom::Poses) {
+        Ok(ForceFrom::Poses)
+    } else {
+        Ok(ForceFrom::Nothing)
+    }
 }
 
 /// A log of a flight.

@@ -14,7 +14,7 @@ pub(super) const REST_MPS: f64 = 0.1;
 pub(super) const SHORTEST_S: f64 = 0.8;
 const LONGEST_S: f64 = 3.0;
 /// Left out at both ends of a hover (s), less where it is short.
-const ENDS_S: f64 = 0.35;
+pub(super) const ENDS_S: f64 = 0.35;
 /// Heights of one hover: within this of the first ones' mean, the greater of both (m, R).
 const BAND_M: f64 = 0.01;
 const BAND_RADII: f64 = 0.2;

@@ -2,17 +2,18 @@
 
 use serde::Serialize;
 
-use super::Flight;
 use super::choose::Candidate;
 use super::ground::{Basis, GroundEffect, Refused};
 use super::hover::Hover;
+use super::model::Curve;
 use super::numbers::Number;
-use super::phases::Run;
 use super::pieces::LeftOut;
+use super::runs::{ExtraLift, RunResult};
 use super::spread::{Blocks, Sure};
+use super::{Flight, FlightSettings};
 
 /// Heights at which the curve is printed.
-const POINTS: usize = 25;
+const POINTS: usize = 49;
 
 /// The curve at one height.
 #[derive(Clone, Debug, Serialize)]
@@ -22,22 +23,6 @@ pub struct At {
     /// Thrust over that out of ground effect, minus one.
     #[serde(flatten)]
     pub ratio: Sure,
-}
-
-/// One run of the motors.
-#[derive(Clone, Debug, Serialize)]
-pub struct RunResult {
-    /// The log.
-    pub log: String,
-    /// Motors on and off, stand before.
-    #[serde(flatten)]
-    pub run: Run,
-    /// Rows that counted; none where the run was left out.
-    pub rows_used: usize,
-    /// Specific force at the throttle of hover, in gravities.
-    pub thrust_scale: Option<f64>,
-    /// Constant error of the height (m).
-    pub height_error_m: Option<f64>,
 }
 
 /// All that flights said.
@@ -57,6 +42,8 @@ pub struct FlightResult {
     pub intervals_from: Blocks,
     /// Count of those.
     pub blocks: usize,
+    /// Extra lift near the ground by the static curve; absent where none was identified.
+    pub extra_lift: Option<ExtraLift>,
     /// Runs of the motors.
     pub runs: Vec<RunResult>,
     /// Hovers at rest, if it was identified from them.
@@ -70,12 +57,16 @@ pub struct FlightResult {
 }
 
 impl GroundEffect {
-    /// All that is told; `flights` are those that it was identified from.
+    /// All that is told; `flights` and `settings` are those that it was identified from and by.
     #[must_use]
-    pub fn result(&self, flights: &[Flight]) -> FlightResult {
+    pub fn result(&self, flights: &[Flight], settings: &FlightSettings) -> FlightResult {
         let [lo, hi] = self.heights_m;
         let hi = hi.min(lo + 8.0 * self.rotor_radius_m);
-        let ratio = (0..POINTS)
+        let points = match self.fit.shape.curve {
+            Curve::Free => 0,
+            _ => POINTS,
+        };
+        let ratio = (0..points)
             .map(|k| lo + (hi - lo) * k as f64 / (POINTS - 1) as f64)
             .filter_map(|height_m| {
                 Some(At {
@@ -84,23 +75,6 @@ impl GroundEffect {
                 })
             })
             .collect();
-        let mut runs = Vec::new();
-        for (index, (flight, phases)) in flights.iter().zip(&self.phases).enumerate() {
-            for (number, run) in phases.runs.iter().enumerate() {
-                let place = self
-                    .pieces
-                    .iter()
-                    .position(|p| p.flight == index && p.run == number);
-                let local = place.map(|i| self.fit.locals[i]);
-                runs.push(RunResult {
-                    log: flight.name.clone(),
-                    run: run.clone(),
-                    rows_used: place.map_or(0, |i| self.pieces[i].rows.len()),
-                    thrust_scale: local.map(|l| l.scale),
-                    height_error_m: local.map(|l| l.bias * self.rotor_radius_m),
-                });
-            }
-        }
         FlightResult {
             basis: self.basis,
             hovers: self.hovers.clone(),
@@ -110,7 +84,8 @@ impl GroundEffect {
             ratio,
             intervals_from: self.spread.blocks,
             blocks: self.spread.count,
-            runs,
+            extra_lift: self.extra_lift_of_curve(settings),
+            runs: self.runs(flights, settings),
             tried: self.tried.clone(),
             refused: self.refused.clone(),
             left_out: self.left_out.clone(),

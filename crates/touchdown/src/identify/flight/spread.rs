@@ -266,7 +266,7 @@ pub(super) fn moved(fit: &Fit, step: &DVector<f64>) -> Vec<f64> {
 
 /// How much less correlated residuals say than as many independent ones: `1 + 2 Σ ρ_k`, summed up to the first
 /// correlation that is not positive.
-fn correlation_inflation(fit: &Fit, pieces: &[Piece]) -> f64 {
+pub(super) fn correlation_inflation(fit: &Fit, pieces: &[Piece]) -> f64 {
     let residuals = fit.residuals(pieces);
     let product = |lag: usize| -> f64 {
         residuals

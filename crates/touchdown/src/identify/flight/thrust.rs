@@ -4,10 +4,11 @@ use touchdown_trial::Trial;
 
 use super::choose::Choice;
 use super::fit::Fit;
-use super::ground::{Basis, GroundEffect, Refused, drift_name, label, slowest_throttle_s};
+use super::ground::{Basis, GroundEffect, Refused, label, slowest_throttle_s};
 use super::model::{Curve, Piece, Shape};
 use super::phases::{Phase, Phases};
 use super::pieces::cut;
+use super::record::forces_from;
 use super::spread::Spread;
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
@@ -105,8 +106,9 @@ const LEAST_EXPLAINED: f64 = 0.02;
 /// lag and dead time of the motors, battery, climb; with what the logs do not carry.
 ///
 /// # Errors
-/// Logs without flight, or in which thrust does not follow the throttle.
+/// Logs without flight, some with and some without accelerometer, or thrust that does not follow the throttle.
 pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<GroundEffect> {
+    let poses = forces_from(flights)? != ForceFrom::Accelerometer;
     let phases: Vec<Phases> = flights.iter().map(|f| Phases::of(f, settings)).collect();
     let mut cut = cut(flights, &phases, settings);
     let name = label(flights);
@@ -125,7 +127,6 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
     if cut.pieces.is_empty() {
         return Err(no_flight(&name, &flights[0], &phases[0], None));
     }
-    let poses = flights.iter().any(|f| f.force_from == ForceFrom::Poses);
     let slowest = slowest_throttle_s(flights);
     let fast_enough = slowest * settings.least_rate_hz <= 1.0;
     let climb = cut.pieces.iter().all(|p| !p.climb_mps.is_empty());
@@ -136,33 +137,11 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
         Shape::plain(Curve::Free, climb, fast_enough),
         settings.reference_radii,
     );
-    if cut.pieces.iter().any(|p| p.on_s.is_some()) {
-        let shape = Shape {
-            settling: true,
-            ..choice.best.shape
-        };
-        choice.offer("settling after the start", shape, false);
-    }
-    let shape = Shape {
-        battery: true,
-        ..choice.best.shape
-    };
-    choice.offer(drift_name(drift_of_time), shape, false);
-    let shape = Shape {
-        curvature: true,
-        ..choice.best.shape
-    };
-    let before = choice.best.clone();
-    if choice.offer("second term of throttle", shape, false) && !rises(&choice.best, &cut.pieces) {
-        choice.replace(
-            "without it: thrust would fall with throttle",
-            before.shape,
-            &before,
-        );
-    }
+    choice.offer_motors(drift_of_time);
     if fast_enough {
         choice.colour();
     }
+    let with_lag = choice.best.value("elasticity");
     lag(
         &mut choice,
         fast_enough.then_some(poses),
@@ -172,7 +151,14 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
     );
     let (fit, tried) = (choice.best, choice.tried);
     let spread = Spread::of(&fit, &cut.pieces, settings.resamples, settings.seed);
-    follows(&name, cut.hover_throttle, &fit, &cut.pieces, &spread)?;
+    follows(
+        &name,
+        cut.hover_throttle,
+        &fit,
+        &cut.pieces,
+        &spread,
+        with_lag,
+    )?;
     let heights = cut
         .pieces
         .iter()
@@ -266,28 +252,14 @@ fn lag(
     choice.replace("without the motors' lag", shape, &before);
 }
 
-/// Whether thrust rises with throttle over all throttles of the rows that count.
-fn rises(fit: &Fit, pieces: &[Piece]) -> bool {
-    let used = pieces
-        .iter()
-        .flat_map(|p| p.rows.iter().map(|&i| p.throttle[i]));
-    let Some(range) = crate::identify::making::range(used) else {
-        return true;
-    };
-    let (half, c) = (
-        0.5 * fit.value("elasticity").unwrap_or(0.0),
-        fit.value("curvature").unwrap_or(0.0),
-    );
-    range.iter().all(|s| half + 2.0 * c * (s - 1.0) > 0.0)
-}
-
-/// Thrust that does not follow the throttle is none.
+/// Thrust that does not follow the throttle is none; `with_lag` is the elasticity of the model before its lag was judged.
 fn follows(
     name: &str,
     hover_throttle: f64,
     fit: &Fit,
     pieces: &[Piece],
     spread: &Spread,
+    with_lag: Option<f64>,
 ) -> Result<()> {
     let fault = |found: String| {
         Err(Error::data(
@@ -312,9 +284,8 @@ fn follows(
     }
     let explained = 1.0 - left / all;
     let elasticity = spread.number(fit, "elasticity");
-    let at_edge = fit
-        .value("elasticity")
-        .is_some_and(|e| !(ROTORS[0]..=ROTORS[1]).contains(&e));
+    let of_rotors = |e: f64| (ROTORS[0]..=ROTORS[1]).contains(&e);
+    let at_edge = fit.value("elasticity").is_some_and(|e| !of_rotors(e));
     if at_edge || elasticity.is_none_or(|e| !(e.ci95[0] > 0.0)) || !(explained > LEAST_EXPLAINED) {
         let text = elasticity.map_or_else(String::new, |e| {
             format!(
@@ -322,8 +293,18 @@ fn follows(
                 e.value, e.ci95[0], e.ci95[1]
             )
         });
+        // A lag that disturbances hide took the elasticity with it: without them both are told, but nothing of how sure.
+        let advice = with_lag
+            .filter(|e| fit.index("T_m").is_none() && of_rotors(*e))
+            .map_or_else(String::new, |e| {
+                format!(
+                    "quick changes of the throttle too weak against the disturbances to resolve the motors' lag (record pulses of the \
+                     throttle, a second up and a second down; or try --form lagged_motors, which takes disturbances for noise: \
+                     with a lag dlnT/dlns would be {e:.2}); without one, "
+                )
+            });
         return fault(format!(
-            "throttle explains {:.1} % of the variance of the specific force{text} (rotors have 1 to 2): a throttle that hardly moves, vibration, quick flight or not a \
+            "{advice}throttle explains {:.1} % of the variance of the specific force{text} (rotors have 1 to 2): a throttle that hardly moves, vibration, quick flight or not a \
              multirotor; the throttle of hover is {hover_throttle:.3}",
             100.0 * explained.max(0.0)
         ));
@@ -336,10 +317,7 @@ fn no_flight(name: &str, flight: &Flight, phases: &Phases, above_m: Option<f64>)
     let far = above_m.map_or_else(String::new, |m| {
         format!(" above {m:.3} m (out of ground effect, by `rotor_radius_m`)")
     });
-    let share = |phase: Phase| {
-        let n = phases.rows.iter().filter(|p| **p == phase).count();
-        100.0 * n as f64 / phases.rows.len().max(1) as f64
-    };
+    let share = |phase| 100.0 * phases.count(phase) as f64 / phases.rows.len().max(1) as f64;
     let blind = flight.height_m.iter().filter(|z| !z.is_finite()).count();
     let mut found = format!(
         "none: motors off {:.0} % of the time, on the ground or spinning up {:.0} %, leaning or hit {:.0} %, in flight {:.0} %",

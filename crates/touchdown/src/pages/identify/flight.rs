@@ -2,7 +2,7 @@
 
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
-use super::{Overview, card_blocks, slug};
+use super::{Overview, card_blocks, runs, slug};
 use crate::error::Result;
 use crate::identify::Made;
 use crate::identify::flight::result::FlightResult;
@@ -11,6 +11,8 @@ use crate::pages::page::show;
 
 /// Logs drawn over time at most.
 const DRAWN: usize = 8;
+/// Flights that colours tell apart.
+const COLOURS: usize = 16;
 /// Heights drawn, in R.
 const HIGHEST: f64 = 8.0;
 
@@ -21,34 +23,35 @@ pub fn figures(flights: &[Flight], found: &GroundEffect, result: &FlightResult) 
     out.extend(over_lag(found));
     let residuals = found.fit.residuals(&found.pieces);
     for (index, flight) in flights.iter().enumerate().take(DRAWN) {
-        out.push(match found.basis {
-            Basis::Hovers { .. } => hovers_over_time(index, flight, found),
-            _ => over_time(index, flight, found, &residuals),
-        });
+        out.push(over_time(index, flight, found, &residuals));
     }
     out
 }
 
 fn over_height(flights: &[Flight], found: &GroundEffect, result: &FlightResult) -> Figure {
     let r = found.rotor_radius_m;
-    let values = found.fit.values();
-    let runs = found.fit.predict(&found.pieces);
+    let ratios = found.measured_ratios();
+    let told_apart = flights.len() <= COLOURS;
+    let each = if told_apart {
+        ", each flight in its colour,"
+    } else {
+        ""
+    };
     let mut panel = Panel::new("Height (m)", "Thrust over free air − 1");
     for (index, flight) in flights.iter().enumerate() {
-        let (mut x, mut y) = (Vec::new(), Vec::new());
-        let of_flight = found.pieces.iter().zip(&runs).zip(&found.fit.locals);
-        for ((piece, run), local) in of_flight.filter(|((p, _), _)| p.flight == index) {
-            for (&i, modelled) in piece.rows.iter().zip(run) {
-                let z = piece.height[i] + local.bias;
-                if z < HIGHEST {
-                    // The curve at rest, and what the whole model leaves of the measured force.
-                    x.push(z * r);
-                    y.push(values.at_rest(z) + piece.force[i] / modelled - 1.0);
-                }
-            }
-        }
-        let dots = Series::points(&flight.name, &x, &y)
-            .color(Color::Cycle(index))
+        let ours = found.pieces.iter().zip(&ratios);
+        let rows = ours.filter(|(p, _)| p.flight == index).flat_map(|(_, r)| r);
+        let (x, y): (Vec<f64>, Vec<f64>) = rows
+            .filter(|[z, _]| *z < HIGHEST)
+            .map(|[z, ratio]| (z * r, *ratio))
+            .unzip();
+        let (name, color) = match (told_apart, index) {
+            (true, _) => (flight.name.as_str(), index),
+            (false, 0) => ("measured", 0),
+            (false, _) => ("", 0),
+        };
+        let dots = Series::points(name, &x, &y)
+            .color(Color::Cycle(color))
             .width(if found.hovers.is_empty() { 0.8 } else { 4.0 });
         panel = panel.series(dots);
     }
@@ -64,13 +67,16 @@ fn over_height(flights: &[Flight], found: &GroundEffect, result: &FlightResult) 
             &of(|s| s.ci95[1]),
         ))
         .series(Series::line(result.curve, &x, &of(|s| s.value)).color(Color::BLACK));
-    let hovers = "Thrust over that out of ground effect, at each hover at rest, each flight in its colour, with the static curve and its \
-                  95 % interval. Drift and each run's own scale and height error are taken off.";
     let caption = if found.hovers.is_empty() {
-        "Specific force over what the model has of it out of ground effect, each flight in its colour, with the static \
-         curve and its 95 % interval. Motors, drift, climb and each run's own scale and height error are taken off."
+        format!(
+            "Specific force over what the model has of it out of ground effect{each} with the static curve and its 95 % interval. \
+             Motors, drift, climb and each run's own scale and height error are taken off."
+        )
     } else {
-        hovers
+        format!(
+            "Thrust over that out of ground effect at each hover at rest{each} with the static curve and its 95 % interval. Drift \
+             and each run's own scale and height error are taken off."
+        )
     };
     Figure::new("residual-over-height", "Ground effect over height")
         .caption(caption)
@@ -120,80 +126,106 @@ fn since(origin_s: f64, time_s: &[f64]) -> Vec<f64> {
     time_s.iter().map(|t| t - origin_s).collect()
 }
 
-/// A log over time with its hovers.
-fn hovers_over_time(index: usize, flight: &Flight, found: &GroundEffect) -> Figure {
-    let origin_s = origin_s(flight);
-    let t = &since(origin_s, &flight.time_s);
-    let mut throttle = Panel::new("Time (s)", "Throttle")
-        .series(Series::line("logged", t, &flight.throttle).color(Color::GREY));
-    let mut height = Panel::new("Time (s)", "Height (m)")
-        .series(Series::line("", t, &flight.height_m).color(Color::GREY));
-    let mut ratio = Panel::new("Time (s)", "Thrust over free air");
-    let mut name = "hovers used";
-    for h in found.hovers.iter().filter(|h| h.flight == index) {
-        let x = [h.from_s - origin_s, h.to_s - origin_s];
-        let bar = |name: &str, y: f64| {
-            Series::line(name, &x, &[y, y])
-                .color(Color::Cycle(index))
-                .width(3.0)
-        };
-        throttle = throttle.series(bar(name, h.throttle));
-        height = height.series(bar("", h.height_m));
-        ratio = ratio.series(bar("", h.ratio));
-        name = "";
-    }
-    Figure::new(
-        format!("flight-{:02}-{}", index + 1, slug(&flight.name)),
-        format!("{} over time", flight.name),
-    )
-    .caption("Throttle and height, with the hovers at rest that were used in colour; below, the ratio of thrusts at each.")
-    .share_x()
-    .panel(throttle)
-    .panel(height)
-    .panel(ratio.series(Series::horizontal("", 1.0)))
+/// Stretches of a log that were used, or a hover: stamps, throttle, height and what is drawn below.
+struct Used {
+    name: String,
+    color: Color,
+    time_s: Vec<f64>,
+    throttle: Vec<f64>,
+    height_m: Vec<f64>,
+    below: Vec<f64>,
 }
 
+/// The hovers of a log, with the ratio of thrusts.
+fn hovers(index: usize, found: &GroundEffect) -> Vec<Used> {
+    let ours = found.hovers.iter().filter(|h| h.flight == index);
+    ours.enumerate()
+        .map(|(k, h)| Used {
+            name: if k == 0 { "hovers used" } else { "" }.into(),
+            color: Color::Cycle(index),
+            time_s: vec![h.from_s, h.to_s],
+            throttle: vec![h.throttle; 2],
+            height_m: vec![h.height_m; 2],
+            below: vec![h.ratio; 2],
+        })
+        .collect()
+}
+
+/// The runs of a log, with the residual of the specific force.
+fn runs_used(index: usize, found: &GroundEffect, residuals: &[Vec<f64>]) -> Vec<Used> {
+    let all = found.pieces.iter().zip(residuals);
+    all.filter(|(piece, _)| piece.flight == index)
+        .map(|(piece, residual)| {
+            // Where rows are missing the line breaks.
+            let gaps = || vec![f64::NAN; piece.time_s.len()];
+            let mut used = Used {
+                name: format!("used, run {}", piece.run + 1),
+                color: Color::Cycle(piece.run),
+                time_s: piece.time_s.clone(),
+                throttle: gaps(),
+                height_m: gaps(),
+                below: gaps(),
+            };
+            for (&i, r) in piece.rows.iter().zip(residual) {
+                used.throttle[i] = piece.throttle[i] * found.hover_throttle;
+                used.height_m[i] = piece.height[i] * found.rotor_radius_m;
+                used.below[i] = *r;
+            }
+            used
+        })
+        .collect()
+}
+
+/// A log over time with what was used of it.
 fn over_time(
     index: usize,
     flight: &Flight,
     found: &GroundEffect,
     residuals: &[Vec<f64>],
 ) -> Figure {
+    let (used, label, middle, width, caption) = match found.basis {
+        Basis::Hovers { .. } => (
+            hovers(index, found),
+            "Thrust over free air",
+            1.0,
+            3.0,
+            "Throttle and height, with the hovers at rest that were used in colour; below, the ratio of thrusts at each.",
+        ),
+        Basis::Accelerometer | Basis::Poses => (
+            runs_used(index, found, residuals),
+            "Measured − model (g)",
+            0.0,
+            1.75,
+            "Throttle and height, with what was used in colour; below, what the model leaves of the specific force.",
+        ),
+    };
     let origin_s = origin_s(flight);
-    let t = &since(origin_s, &flight.time_s);
-    let mut throttle = Panel::new("Time (s)", "Throttle")
-        .series(Series::line("logged", t, &flight.throttle).color(Color::GREY));
-    let mut height = Panel::new("Time (s)", "Height (m)")
-        .series(Series::line("", t, &flight.height_m).color(Color::GREY));
-    let mut left = Panel::new("Time (s)", "Measured − model (g)");
-    for (piece, residual) in found
-        .pieces
-        .iter()
-        .zip(residuals)
-        .filter(|(p, _)| p.flight == index)
-    {
-        // Where rows are missing the line breaks.
-        let n = piece.time_s.len();
-        let mut used = [vec![f64::NAN; n], vec![f64::NAN; n], vec![f64::NAN; n]];
-        for (&i, r) in piece.rows.iter().zip(residual) {
-            used[0][i] = piece.throttle[i] * found.hover_throttle;
-            used[1][i] = piece.height[i] * found.rotor_radius_m;
-            used[2][i] = *r;
-        }
-        let name = format!("used, run {}", piece.run + 1);
+    let logged = |name: &str, y: &[f64]| {
+        Series::line(name, &since(origin_s, &flight.time_s), y).color(Color::GREY)
+    };
+    let mut throttle =
+        Panel::new("Time (s)", "Throttle").series(logged("logged", &flight.throttle));
+    let mut height = Panel::new("Time (s)", "Height (m)").series(logged("", &flight.height_m));
+    let mut below = Panel::new("Time (s)", label);
+    for part in used {
         let line = |name: &str, y: &[f64]| {
-            Series::line(name, &since(origin_s, &piece.time_s), y).color(Color::Cycle(index))
+            Series::line(name, &since(origin_s, &part.time_s), y)
+                .color(part.color)
+                .width(width)
         };
-        throttle = throttle.series(line(&name, &used[0]));
-        height = height.series(line("", &used[1]));
-        left = left.series(line("", &used[2]));
+        throttle = throttle.series(line(&part.name, &part.throttle));
+        height = height.series(line("", &part.height_m));
+        below = below.series(line("", &part.below));
     }
-    Figure::new(format!("flight-{:02}-{}", index + 1, slug(&flight.name)), format!("{} over time", flight.name))
-        .caption("Throttle and height, with what was used in colour; below, what the model leaves of the specific force.")
-        .share_x()
-        .panel(throttle)
-        .panel(height)
-        .panel(left.series(Series::horizontal("", 0.0)))
+    Figure::new(
+        format!("flight-{:02}-{}", index + 1, slug(&flight.name)),
+        format!("{} over time", flight.name),
+    )
+    .caption(caption)
+    .share_x()
+    .panel(throttle)
+    .panel(height)
+    .panel(below.series(Series::horizontal("", middle)))
 }
 
 /// The report.
@@ -240,10 +272,7 @@ pub fn report(
         report.paragraph("Nothing that was asked of the logs was refused.");
     }
     for r in &result.refused {
-        report.callout(
-            Callout::Warning,
-            format!("{}: {}. To record: {}.", r.what, r.found, r.record),
-        );
+        report.callout(Callout::Warning, format!("{r}."));
     }
     report.section("Models tried");
     let mut table = Table::new("Root mean square error of the specific force on flights left out.")
@@ -264,26 +293,17 @@ pub fn report(
          error of the difference between flights.",
     ))?;
     report.section("Flights");
-    let mut table = Table::new("Runs of the motors.")
-        .text_column("log")
-        .number_column("on", "s")
-        .number_column("off", "s")
-        .number_column("stood at", "m")
-        .number_column("rows used", "")
-        .number_column("thrust scale", "")
-        .number_column("height error", "m");
-    for r in &result.runs {
-        table = table.row([
-            Cell::text(&r.log),
-            Cell::maybe(r.run.on_s, 2),
-            Cell::maybe(r.run.off_s, 2),
-            Cell::maybe(r.run.stood_m, 3),
-            Cell::count(r.rows_used),
-            Cell::maybe(r.thrust_scale, 4),
-            Cell::maybe(r.height_error_m, 4),
-        ]);
+    if let Some(lift) = &result.extra_lift {
+        report.paragraph(format!("By the static curve: {lift}."));
     }
-    report.table(table)?;
+    report.table(runs::table(&result.runs))?;
+    let logs = result.runs.chunk_by(|a, b| a.log == b.log).count();
+    if logs > of_logs.len() {
+        report.paragraph(format!(
+            "The first {} of {logs} logs over time:",
+            of_logs.len()
+        ));
+    }
     for figure in of_logs {
         report.figure(figure)?;
     }

@@ -5,8 +5,9 @@ use touchdown_model::Form;
 use touchdown_report::{Callout, Color, Figure, Panel, Report, Series};
 use touchdown_trial::Trial;
 
-use super::{Overview, card_blocks, slug};
+use super::{Overview, card_blocks, runs, slug};
 use crate::error::Result;
+use crate::identify::flight::result::FlightResult;
 use crate::identify::thrust::{self, plateau::Plateau};
 use crate::identify::{IdentificationSettings, Made};
 use crate::progress::Progress;
@@ -23,6 +24,8 @@ pub struct ThrustFit<'a> {
     pub trial: &'a Trial,
     /// The fit.
     pub made: &'a Made,
+    /// What it says as a log of flights; absent where thrust was measured.
+    pub flight: Option<&'a FlightResult>,
 }
 
 /// Figures of every fit: thrust and residual over throttle; thrust and residual over time, where the log has a
@@ -220,6 +223,9 @@ pub fn report(
     for (fit, figures) in fits.iter().zip(figures) {
         report.section(fit.name);
         card_blocks(&mut report, fit.made)?;
+        if let Some(flight) = fit.flight {
+            report.table(runs::table(&flight.runs))?;
+        }
         for figure in figures {
             report.figure(figure)?;
         }

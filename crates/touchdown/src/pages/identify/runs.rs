@@ -1,0 +1,64 @@
+//! The table of the motors' runs.
+
+use touchdown_report::{Cell, Table};
+
+use crate::identify::flight::runs::RunResult;
+use crate::pages::page::show;
+
+/// A row for every run; columns that no run fills are left out.
+pub(super) fn table(runs: &[RunResult]) -> Table {
+    let lifts = runs.iter().any(|r| r.extra_lift.is_some());
+    let heights = runs.iter().any(|r| r.height_error_m.is_some());
+    let mut table = Table::new("Runs of the motors.")
+        .text_column("log")
+        .number_column("on", "s")
+        .number_column("off", "s")
+        .number_column("rows used", "")
+        .number_column("thrust scale", "")
+        .number_column("hover throttle", "")
+        .number_column("hovered", "s");
+    if heights {
+        table = table
+            .number_column("stood at", "m")
+            .number_column("height error", "m");
+    }
+    if lifts {
+        table = table
+            .number_column("extra lift", "%")
+            .number_column("95 % interval", "%");
+    }
+    for r in runs {
+        let (on, off) = r.run.span("");
+        let mut row = vec![
+            Cell::text(format!("{}, run {}", r.log, r.number)),
+            Cell::text(on),
+            Cell::text(off),
+            Cell::count(r.rows_used),
+            Cell::maybe(r.thrust_scale, 4),
+            Cell::maybe(r.hover.map(|h| h.throttle), 3),
+            Cell::maybe(r.hover.map(|h| h.hovered_s), 1),
+        ];
+        if heights {
+            row.push(Cell::maybe(r.run.stood_m, 3));
+            row.push(Cell::maybe(r.height_error_m, 4));
+        }
+        if lifts {
+            let percent = |v: f64| show(100.0 * v, 1);
+            let lift = r.extra_lift.map(|l| l.share);
+            row.push(Cell::maybe(lift.map(|l| 100.0 * l.value), 1));
+            row.push(lift.map_or_else(Cell::missing, |l| {
+                let [low, high] = l.ci95.map(percent);
+                Cell::text(format!("{low} … {high}"))
+            }));
+        }
+        table = table.row(row);
+    }
+    let mut note =
+        "Hover is steady, for a second or more, out of ground effect where heights are known."
+            .to_string();
+    if lifts {
+        note += " Extra lift is the mean at 1.25 to 2 rotor radii less that out of ground effect, as measured in the run, with motors, \
+                 drift and scale of the model; its interval is that of the run's own noise.";
+    }
+    table.note(note)
+}
