@@ -4,7 +4,7 @@ mod common;
 
 use std::path::PathBuf;
 
-use common::{data, fails, json, map, number};
+use common::{data, fails, json, map, number, run, text};
 use touchdown::identify::flight::phases::{Phase, Phases};
 use touchdown::identify::flight::{Flight, FlightSettings, GroundEffect, ground_effect};
 use touchdown_log::{Map, read_trial};
@@ -231,6 +231,28 @@ fn prop_the_command_identifies_flights_and_writes_all_of_it() {
     // Commands of hover are 0.62 to 0.64; the motors of the mean flight are between.
     assert!((0.61..=0.65).contains(&hover), "{hover}");
     card("ground-effect.toml").ground_effect().unwrap();
+}
+
+#[test]
+fn regress_what_flights_say_stands_in_lines_of_their_own() {
+    let Some(logs) = crazypad_logs() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let settings = folder.path().join("crazyflie.toml");
+    std::fs::write(&settings, "[flight]\nrotor_radius_m = 0.023\n").unwrap();
+    let mut args: Vec<PathBuf> = ["identify", "ground-effect"].map(PathBuf::from).into();
+    args.extend(logs);
+    args.extend(["--map".into(), map("flight-crazypad-motor.toml")]);
+    args.extend(["--settings".into(), settings]);
+    let out = text(&run(&args).stdout);
+    for begin in [
+        "from specific force",
+        "  extra lift ",
+        "  E9_log00_motor, run 1: motors on 2.9",
+        "  not identified: ",
+    ] {
+        let found = out.lines().filter(|line| line.starts_with(begin)).count();
+        assert_eq!(found, 1, "{begin}: {out}");
+    }
 }
 
 #[test]

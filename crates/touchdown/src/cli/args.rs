@@ -117,7 +117,8 @@ pub(crate) enum Identify {
     /// Needs the channels `time_s`, `thrust_n` and `throttle` (or `throttle_1`, `throttle_2`, ...); uses
     /// `rotor_rpm` and `battery_v` where they are. Logs of flights may have `specific_force_mps2` (or quick poses) in place
     /// of `thrust_n`, with the vehicle's mass in --map or --settings: they give the thrust by throttle with the lag and dead
-    /// time of the motors, or say why not.
+    /// time of the motors, or say why not; and of every run of the motors, when they went on and off and the throttle of its
+    /// steady hover.
     Thrust {
         #[command(flatten)]
         common: IdentifyCommon,
@@ -141,7 +142,7 @@ pub(crate) enum Identify {
     /// `throttle` or `rotor_rpm`. With `specific_force_mps2` (the accelerometer along the rotor axis, 9.81 in hover) they
     /// give curve, lags and effect of climb; poses at 40 Hz or more give the curve; slower ones, the ratio of thrusts at
     /// each hover at rest, by `rotor_rpm`, by --thrust CARD, or roughly by throttle. What the logs do not carry is refused,
-    /// with what to record.
+    /// with what to record. Every run of the motors is told with its hover and its extra lift near the ground.
     #[command(after_help = FLIGHTS)]
     GroundEffect {
         #[command(flatten)]

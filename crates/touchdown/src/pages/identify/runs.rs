@@ -19,8 +19,8 @@ pub(super) fn table(runs: &[RunResult]) -> Table {
         .number_column("hovered", "s");
     if heights {
         table = table
-            .number_column("stood at", "m")
-            .number_column("height error", "m");
+            .number_column("stood at", "mm")
+            .number_column("height error", "mm");
     }
     if lifts {
         table = table
@@ -39,8 +39,9 @@ pub(super) fn table(runs: &[RunResult]) -> Table {
             Cell::maybe(r.hover.map(|h| h.hovered_s), 1),
         ];
         if heights {
-            row.push(Cell::maybe(r.run.stood_m, 3));
-            row.push(Cell::maybe(r.height_error_m, 4));
+            for height_m in [r.run.stood_m, r.height_error_m] {
+                row.push(Cell::maybe(height_m.map(|m| 1e3 * m), 1));
+            }
         }
         if lifts {
             let percent = |v: f64| show(100.0 * v, 1);
