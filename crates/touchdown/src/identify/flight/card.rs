@@ -6,7 +6,7 @@ use touchdown_model::flight::psi_definitions;
 
 use super::ground::{Basis, GroundEffect};
 use super::hover::DRIFT_S;
-use super::model::{Curve, LENGTHS};
+use super::model::{Curve, LENGTHS, Shape};
 use super::spread::Sure;
 use crate::identify::making::{Estimate, Made, Origin, method, score, term};
 use crate::identify::settings::IdentificationSettings;
@@ -262,8 +262,7 @@ impl GroundEffect {
         }
     }
 
-    /// The thrust card: eq. (7), or a parabola for √T behind the same lag. `None` without mass or motor lag, which flight
-    /// needs.
+    /// The thrust card: a polynomial for √T behind a lag. `None` without mass or motor lag, which flight needs.
     #[must_use]
     pub fn thrust_card(&self, settings: &IdentificationSettings, origin: &Origin) -> Option<Made> {
         if self.basis != Basis::Accelerometer {
@@ -293,40 +292,42 @@ impl GroundEffect {
         let n = self.fit.locals.len() as f64;
         let scale = self.fit.locals.iter().map(|l| l.scale).sum::<f64>() / n;
         let root = (weight * scale).sqrt();
-        let curved = self.fit.shape.curvature || t_m.is_none();
         let elasticity = self.fit.index("elasticity")?;
-        let at = |theta: &[f64]| -> [f64; 3] {
-            let half = 0.5 * theta[elasticity];
-            let c = self.fit.index("curvature").map_or(0.0, |i| theta[i]);
+        // Of √T at rest at hover: Taylor's polynomial, of which the third order is the drag's.
+        let at = |theta: &[f64]| -> [f64; 4] {
+            let number = |name| self.fit.index(name).map_or(0.0, |i| theta[i]);
+            let drag = number("drag") / (1.0 + number("drag"));
+            let first = 0.5 * theta[elasticity];
+            let second = number("curvature") - drag * first * first;
+            let third = -2.0 * drag * first * second;
             [
-                root * (1.0 - half + c),
-                root * (half - 2.0 * c) / s0,
-                root * c / (s0 * s0),
+                root * (1.0 - first + second - third),
+                root * (first - 2.0 * second + 3.0 * third) / s0,
+                root * (second - 3.0 * third) / s0.powi(2),
+                root * third / s0.powi(3),
             ]
         };
         let sure = |k: usize| self.spread.sure(&self.fit, |theta, _| at(theta)[k]);
-        let (form, equation) = if t_m.is_none() {
-            (Form::StaticSqrt, "sqrt(T) = a0 + a1 s + a2 s^2")
-        } else if curved {
-            (
-                Form::StaticSqrt,
-                "T_m x' = a0 + a1 s + a2 s^2 - x, x = sqrt(T)",
-            )
-        } else {
-            (Form::FirstOrder, "x' = (c0 s + c1 - x)/T_m, x = sqrt(T)")
+        let orders = match self.fit.shape {
+            Shape { drag: true, .. } => 4,
+            Shape {
+                curvature: true, ..
+            } => 3,
+            _ => 2,
         };
+        let equation = match (t_m.is_some(), orders) {
+            (true, 4) => "T_m x' = a0 + a1 s + a2 s^2 + a3 s^3 - x, x = sqrt(T)",
+            (true, _) => "T_m x' = a0 + a1 s + a2 s^2 - x, x = sqrt(T)",
+            (false, _) => "sqrt(T) = a0 + a1 s + a2 s^2",
+        };
+        let form = Form::StaticSqrt;
         let mut card = origin.card("thrust-from-flight", Kind::Thrust, form, equation);
-        if curved {
-            for (k, (expression, unit)) in [("1", "√N"), ("s", "√N"), ("s^2", "√N")]
-                .into_iter()
-                .enumerate()
-                .filter(|(k, _)| *k < 2 || self.fit.shape.curvature)
-            {
-                card.terms.push(sure_term("x", expression, sure(k)?, unit));
-            }
-        } else {
-            card.terms.push(sure_term("c0", "1", sure(1)?, "√N"));
-            card.terms.push(sure_term("c1", "1", sure(0)?, "√N"));
+        for (k, expression) in ["1", "s", "s^2", "s^3"]
+            .into_iter()
+            .enumerate()
+            .take(orders)
+        {
+            card.terms.push(sure_term("x", expression, sure(k)?, "√N"));
         }
         if let Some(t_m) = t_m {
             card.terms.push(sure_term("T_m", "1", t_m, "s"));

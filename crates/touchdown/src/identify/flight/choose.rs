@@ -9,6 +9,7 @@ use super::FlightSettings;
 use super::fit::{Fit, Squares, fit, settle};
 use super::lag::lag;
 use super::model::{Curve, Piece, Shape};
+use super::normal::hold;
 use super::spread::{Spread, Sure, moved, prior};
 
 /// Errors beyond so many standard deviations of the plain model's count as that.
@@ -81,6 +82,7 @@ fn unseen(fit: &Fit, pieces: &[Piece], near: f64, clip: f64) -> Unseen {
             matrix -= &fit.reduced[i].matrix;
             vector -= &fit.reduced[i].vector;
         }
+        hold(&mut matrix, &mut vector, &fit.held);
         let Some(solved) = matrix.cholesky() else {
             continue;
         };
@@ -146,16 +148,42 @@ impl<'a> Choice<'a> {
     /// Takes a richer shape if flights left out are predicted better by more than one standard error of the difference.
     /// With fewer than two flights or runs nothing can be left out, and nothing is added.
     pub(super) fn offer(&mut self, name: &str, shape: Shape, near_only: bool) -> bool {
+        self.offer_for(name, shape, near_only, 0.0)
+    }
+
+    /// The same for an effect that others can stand for: only with very strong evidence.
+    pub(super) fn offer_sternly(&mut self, name: &str, shape: Shape, near_only: bool) -> bool {
+        self.offer_for(name, shape, near_only, VERY_STRONG)
+    }
+
+    fn offer_for(&mut self, name: &str, shape: Shape, near_only: bool, least: f64) -> bool {
         let richer = fit(self.pieces, shape, Some(&self.best));
         let of_richer = unseen(&richer, self.pieces, self.near, self.clip);
         let (gain, error) = self.unseen.excess(&of_richer, usize::from(near_only));
-        let take = richer.converged && gain > error;
+        let take = richer.converged && gain > error && self.evidence(gain) > least;
         let candidate = self.candidate(name, shape, &of_richer, take);
         if take {
             for c in &mut self.tried {
                 c.chosen = false;
             }
             (self.best, self.unseen) = (richer, of_richer);
+        }
+        self.tried.push(candidate);
+        take
+    }
+
+    /// Takes a poorer shape unless flights left out are predicted worse by more than one standard error of the difference.
+    pub(super) fn do_without(&mut self, name: &str, shape: Shape, near_only: bool) -> bool {
+        let poorer = fit(self.pieces, shape, Some(&self.best));
+        let of_poorer = unseen(&poorer, self.pieces, self.near, self.clip);
+        let (gain, error) = of_poorer.excess(&self.unseen, usize::from(near_only));
+        let take = poorer.converged && !(gain > error);
+        let candidate = self.candidate(name, shape, &of_poorer, take);
+        if take {
+            for c in &mut self.tried {
+                c.chosen = false;
+            }
+            (self.best, self.unseen) = (poorer, of_poorer);
         }
         self.tried.push(candidate);
         take
@@ -204,13 +232,17 @@ impl<'a> Choice<'a> {
             return;
         };
         let (gain, error) = self.unseen.excess(&of_rival, 1);
-        let evidence = gain * self.unseen.of.len() as f64 / self.best.sigma.powi(2);
-        if gain > error && evidence > VERY_STRONG {
+        if gain > error && self.evidence(gain) > VERY_STRONG {
             for c in &mut self.tried {
                 c.chosen = c.shape == rival.shape;
             }
             (self.best, self.unseen) = (rival, of_rival);
         }
+    }
+
+    /// Twice the logarithm of the ratio of likelihoods on flights left out, from the mean gain of squares in a flight.
+    fn evidence(&self, gain: f64) -> f64 {
+        gain * self.unseen.of.len() as f64 / self.best.sigma.powi(2)
     }
 
     /// Goes to another shape, whatever flights left out say.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::colour::Colour;
 use super::model::{Parameter, Piece, Shape, Values};
-use super::normal::{Assembled, Columns, HUBER, Reduced, normal_equations};
+use super::normal::{Assembled, Columns, HUBER, Reduced, hold, normal_equations};
 use crate::identify::thrust::plateau::median;
 
 /// Steps at most.
@@ -44,6 +44,8 @@ pub struct Fit {
     pub steps: usize,
     /// Whether the steps came to rest.
     pub converged: bool,
+    /// Numbers that rest at a bound.
+    pub(super) held: Vec<usize>,
     pub(super) reduced: Vec<Reduced>,
 }
 
@@ -149,11 +151,14 @@ pub fn fit(pieces: &[Piece], shape: Shape, from: Option<&Fit>) -> Fit {
     };
     let mut damping = 1e-4;
     let mut converged = false;
+    let mut held = Vec::new();
     let mut steps = 0;
     let mut now = system.assemble(&theta, &locals, sigma);
     while steps < MOST_STEPS && !converged {
         steps += 1;
-        let (gradient, hessian) = total(&now, &parameters, &theta);
+        let (mut gradient, mut hessian) = total(&now, &parameters, &theta);
+        held = at_bounds(&parameters, &theta, &gradient);
+        hold(&mut hessian, &mut gradient, &held);
         let mut damped = hessian.clone();
         for i in 0..theta.len() {
             damped[(i, i)] *= 1.0 + damping;
@@ -222,6 +227,7 @@ pub fn fit(pieces: &[Piece], shape: Shape, from: Option<&Fit>) -> Fit {
         rows: pieces.iter().map(|p| p.rows.len()).sum(),
         steps,
         converged,
+        held,
         reduced: now.into_iter().map(|a| a.reduced).collect(),
     }
 }
@@ -359,6 +365,15 @@ impl System<'_> {
         }
         out
     }
+}
+
+/// Numbers at a bound that the squares would have beyond it.
+fn at_bounds(parameters: &[Parameter], theta: &[f64], gradient: &DVector<f64>) -> Vec<usize> {
+    let pushed = |i: &usize| {
+        let (p, v, g) = (&parameters[*i], theta[*i], gradient[*i]);
+        (v <= p.min && g < 0.0) || (v >= p.max && g > 0.0)
+    };
+    (0..theta.len()).filter(pushed).collect()
 }
 
 /// Gradient and matrix of all runs and of what is known beforehand.

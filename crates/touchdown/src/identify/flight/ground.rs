@@ -13,7 +13,7 @@ use super::model::{Curve, Piece, Shape};
 use super::phases::Phases;
 use super::pieces::{LeftOut, cut};
 use super::record::forces_from;
-use super::resolve::{climb_near_ground, of_poses, resolve_lag};
+use super::resolve::{climb_near_ground, of_poses, resolve_lag, wants_lag};
 use super::spread::{Spread, Sure};
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
@@ -210,16 +210,21 @@ fn from_force(
         choice.curves();
         refused.push(of_poses("lags of motors and wake"));
     } else {
+        // A pilot who answers disturbances hides a lag from a model that does not know of them: so first with it, until the
+        // disturbance is known.
         let before = choice.best.clone();
         let shape = Shape {
             wake_lag: true,
-            ..choice.best.shape
+            ..before.shape
         };
-        choice.offer("wake lag", shape, true);
+        choice.replace("wake lag", shape, &before);
         choice.colour();
+        let lags = wants_lag(&mut choice, &mut refused);
         choice.curves();
         choice.colour();
-        resolve_lag(&mut choice, &before, settings, &mut refused);
+        if lags {
+            resolve_lag(&mut choice, settings, &mut refused);
+        }
     }
     if basis == Basis::Poses {
         refused.push(of_poses("effect of climb and sink on the ground effect"));

@@ -1,10 +1,14 @@
 //! The model of a flight: throttle to specific force, through motors, drift, climb and ground.
 //!
 //! ```text
-//! T_m x' = 1 + e/2 (s(t - d)/s0 - 1) + c (s(t - d)/s0 - 1)² - x          motors; e the elasticity dlnT/dlns at s0
-//! F = k (1 + q e^(-(t - t_on)/t_q)) (1 + u (V - V0)) x² (1 + G - κ(z) v)  specific force in gravities
-//! τ G' = h(z + b) - G                                                    or G = h(z + b); images: two lags of q, G of q
+//! (1 + ρ) T_m x' = u - (1 - ρ) x - ρ x²                                    motors; x is √T relative to hover
+//! u = 1 + (1 + ρ) (e/2 r + c r²), r = s(t - d)/s0 - 1                      their drive; e the elasticity dlnT/dlns at s0
+//! F = k (1 + q e^(-(t - t_on)/t_q)) (1 + u (V - V0)) (x² (1 + G) - x κ(z) v)  specific force in gravities
+//! τ G' = h(z + b) - G                                                     or G = h(z + b); images: two lags of q, G of q
 //! ```
+//!
+//! ρ is the share of the motors' load in hover that goes with the square of their speed, the drag of the rotors; the rest
+//! goes with the speed itself. Motors with drag are quicker at speed, and thrust rises less steeply with throttle there.
 //!
 //! Thrust scale `k` and height error `b` belong to one run of the motors, all else to the vehicle.
 
@@ -23,6 +27,7 @@ pub struct Values {
     elasticity: f64,
     t_m_s: f64,
     dead_time_s: f64,
+    drag: f64,
     curvature: f64,
     settling: f64,
     settling_s: f64,
@@ -44,6 +49,7 @@ impl Values {
         let mut take = |has: bool| if has { next.next().unwrap_or(0.0) } else { 0.0 };
         let elasticity = take(true);
         let (t_m_s, dead_time_s) = (take(shape.motor_lag), take(shape.motor_lag));
+        let drag = take(shape.drag);
         let curvature = take(shape.curvature);
         let (settling, settling_s) = (take(shape.settling), take(shape.settling));
         let battery = take(shape.battery);
@@ -56,6 +62,7 @@ impl Values {
             elasticity,
             t_m_s,
             dead_time_s,
+            drag,
             curvature,
             settling,
             settling_s,
@@ -68,6 +75,33 @@ impl Values {
             fountain_tau_s: take(shape.fountain_lag),
             paced: shape.fountain_lag && shape.curve == Curve::Images,
         }
+    }
+
+    /// √T relative to hover that a throttle relative to that of hover gives at rest.
+    #[must_use]
+    pub fn root(&self, throttle: f64) -> f64 {
+        let r = throttle - 1.0;
+        let drive = (1.0
+            + (1.0 + self.drag) * (0.5 * self.elasticity * r + self.curvature * r * r))
+            .max(0.0);
+        // The positive root of (1 - ρ) x + ρ x² = u, also for ρ = 0.
+        let linear = 1.0 - self.drag;
+        let root =
+            2.0 * drive / (linear + (linear * linear + 4.0 * self.drag * drive).sqrt()).max(1e-9);
+        root.clamp(ROOT[0], ROOT[1])
+    }
+
+    /// √T one step on, while what it would rest at goes on a line: exact where that stands still, of second order where not.
+    /// Without a lag, the end of the line itself.
+    fn motors(&self, root: f64, [from, to]: [f64; 2], dt: f64) -> f64 {
+        if !(self.t_m_s > 0.0) {
+            return to;
+        }
+        let target = 0.5 * (from + to);
+        // y = x - target: (1 + ρ) T_m y' = -(a + ρ y) y.
+        let (y, a) = (root - target, 1.0 - self.drag + 2.0 * self.drag * target);
+        let keep = (-a * dt / ((1.0 + self.drag) * self.t_m_s)).exp();
+        target + a * y * keep / (a + self.drag * y * (1.0 - keep))
     }
 
     /// The ratio at rest `h`, at a height in R.
@@ -135,10 +169,6 @@ impl Piece {
     pub fn simulate(&self, values: &Values, bias: f64) -> Vec<f64> {
         let v = values;
         let n = self.time_s.len();
-        let level = |s: f64| {
-            let d = s - 1.0;
-            (1.0 + 0.5 * v.elasticity * d + v.curvature * d * d).clamp(ROOT[0], ROOT[1])
-        };
         let mut out = Vec::with_capacity(self.rows.len());
         let mut next = self.rows.iter().copied().peekable();
         let mut late = Late {
@@ -147,7 +177,8 @@ impl Piece {
             at: 0,
         };
         let grounded = v.curve != Curve::Free && !self.height.is_empty();
-        let mut x = level(self.throttle[0]);
+        let mut x = v.root(self.throttle[0]);
+        let mut before = x;
         let mut wake = Wake::default();
         for i in 0..n {
             let dt = if i == 0 {
@@ -155,8 +186,9 @@ impl Piece {
             } else {
                 self.time_s[i] - self.time_s[i - 1]
             };
-            let target = level(late.at(self.time_s[i] - v.dead_time_s));
-            x = relax(x, target, dt, v.t_m_s);
+            let target = v.root(late.at(self.time_s[i] - v.dead_time_s));
+            x = v.motors(x, [before, target], dt);
+            before = target;
             if grounded {
                 wake.step(v, self.height[i] + bias, dt, x);
             }
@@ -182,7 +214,7 @@ impl Piece {
             } else {
                 damping * self.climb_mps[i]
             };
-            out.push(drift * x * x * (1.0 + v.curve.lift(wake.lagged) - climb));
+            out.push(drift * x * (x * (1.0 + v.curve.lift(wake.lagged)) - climb));
         }
         out
     }
@@ -250,15 +282,6 @@ impl Piece {
     }
 }
 
-/// A lag over one step at whose end the input is `target`; without a lag, the input itself.
-fn relax(state: f64, target: f64, dt: f64, lag_s: f64) -> f64 {
-    if lag_s > 0.0 {
-        target + (state - target) * (-dt / lag_s).exp()
-    } else {
-        target
-    }
-}
-
 /// A signal at earlier times, on lines between its samples; times must not fall.
 struct Late<'a> {
     time: &'a [f64],
@@ -316,6 +339,26 @@ mod tests {
     }
 
     #[test]
+    fn analytic_step_of_throttle_of_motors_with_drag() {
+        let shape = Shape {
+            drag: true,
+            ..Shape::plain(Curve::Free, false, true)
+        };
+        let run = step_piece().simulate(&Values::of(&shape, &[1.5, 0.1, 0.03, 0.6]), 0.0);
+        // Drive 1 + 1.6 × 0.75 × 0.2 = 1.24 = 0.4 x + 0.6 x² at rest; roots of opposite sign, (x - end)/(x - other) decays at
+        // the rate 0.6 (end - other)/(1.6 × 0.1 s).
+        let root = (0.16f64 + 4.0 * 0.6 * 1.24).sqrt();
+        let (end, other) = ((root - 0.4) / 1.2, (-root - 0.4) / 1.2);
+        let left = (1.0 - end) / (1.0 - other) * (-0.6 * (end - other) / 0.16 * 0.47).exp();
+        let x = (end - other * left) / (1.0 - left);
+        // As above.
+        assert!((run[100] - x * x).abs() < 3e-4, "{} {}", run[100], x * x);
+        // Elasticity 1.5 at hover: a hundredth of throttle less is 1.5 hundredths of thrust, to second order 1e-4.
+        let slow = Values::of(&shape, &[1.5, 0.1, 0.03, 0.6]).root(0.99);
+        assert!((slow * slow - 0.985).abs() < 1e-4);
+    }
+
+    #[test]
     fn analytic_drift_damping_and_curve_multiply() {
         let mut shape = Shape::plain(Curve::Exponential, true, false);
         shape.settling = true;
@@ -336,11 +379,12 @@ mod tests {
             Curve::Rational,
             Curve::Images,
         ] {
-            for bits in 0..=255u8 {
-                let on = |k: u8| bits >> k & 1 == 1;
+            for bits in 0..=511u16 {
+                let on = |k: u16| bits >> k & 1 == 1;
                 let shape = Shape {
                     exponent: [1.5, 1.0],
                     motor_lag: on(0),
+                    drag: on(8),
                     curvature: on(1),
                     settling: on(2),
                     battery: on(3),

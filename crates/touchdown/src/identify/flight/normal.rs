@@ -33,6 +33,16 @@ impl Assembled {
     }
 }
 
+/// Takes numbers that rest at a bound out of a system: their step is zero, and the others do not reckon with it.
+pub(super) fn hold(matrix: &mut DMatrix<f64>, vector: &mut DVector<f64>, held: &[usize]) {
+    for &i in held {
+        matrix.row_mut(i).fill(0.0);
+        matrix.column_mut(i).fill(0.0);
+        matrix[(i, i)] = 1.0;
+        vector[i] = 0.0;
+    }
+}
+
 /// One run's residual and its slopes by the shared numbers, the scale and the height error, row by row.
 pub(super) struct Columns {
     pub(super) residual: Vec<f64>,

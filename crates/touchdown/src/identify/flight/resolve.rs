@@ -2,7 +2,6 @@
 
 use super::FlightSettings;
 use super::choose::Choice;
-use super::fit::Fit;
 use super::ground::Refused;
 use super::model::Shape;
 
@@ -18,22 +17,43 @@ pub(super) fn of_poses(what: &str) -> Refused {
     }
 }
 
-/// Keeps the wake's lag only where flights left out want it and its interval is narrow enough.
+/// What to record for a lag.
+const QUICK: &str = "quick climbs and descents below two rotor radii, back and forth within a second, in several flights";
+
+fn of_lag(found: String) -> Refused {
+    Refused {
+        what: "lag of the wake".into(),
+        found,
+        record: QUICK.into(),
+    }
+}
+
+fn without_lag(shape: Shape) -> Shape {
+    Shape {
+        wake_lag: false,
+        fountain_lag: false,
+        ..shape
+    }
+}
+
+/// Keeps the wake's lag only where flights left out want it; says whether they do.
+pub(super) fn wants_lag(choice: &mut Choice<'_>, refused: &mut Vec<Refused>) -> bool {
+    let shape = without_lag(choice.best.shape);
+    let without = choice.do_without("without the wake's lag", shape, true);
+    if without {
+        refused.push(of_lag(
+            "flights left out are predicted no better with it".into(),
+        ));
+    }
+    !without
+}
+
+/// Keeps it only where its interval is narrow enough.
 pub(super) fn resolve_lag(
     choice: &mut Choice<'_>,
-    before: &Fit,
     settings: &FlightSettings,
     refused: &mut Vec<Refused>,
 ) {
-    let record = "quick climbs and descents below two rotor radii, back and forth within a second, in several flights";
-    if !choice.best.shape.wake_lag {
-        refused.push(Refused {
-            what: "lag of the wake".into(),
-            found: "flights left out are predicted no better with it".into(),
-            record: record.into(),
-        });
-        return;
-    }
     let tau = choice.lag(settings);
     if let Some(tau) = tau
         && tau.ci95[0] > 0.0
@@ -41,25 +61,17 @@ pub(super) fn resolve_lag(
     {
         return;
     }
-    refused.push(Refused {
-        what: "lag of the wake".into(),
-        found: tau.map_or_else(
-            || "no interval".to_string(),
-            |t| {
-                format!(
-                    "{:.3} s, 95 % interval {:.3} to {:.3} s",
-                    t.value, t.ci95[0], t.ci95[1]
-                )
-            },
-        ),
-        record: record.into(),
-    });
-    let shape = Shape {
-        wake_lag: false,
-        fountain_lag: false,
-        ..choice.best.shape
-    };
-    choice.replace("without the wake's lag", shape, before);
+    refused.push(of_lag(tau.map_or_else(
+        || "no interval".to_string(),
+        |t| {
+            format!(
+                "{:.3} s, 95 % interval {:.3} to {:.3} s",
+                t.value, t.ci95[0], t.ci95[1]
+            )
+        },
+    )));
+    let with = choice.best.clone();
+    choice.replace("without the wake's lag", without_lag(with.shape), &with);
 }
 
 /// Keeps a climb damping that differs near the ground only where flights left out want it and it is not zero.
@@ -89,7 +101,7 @@ pub(super) fn climb_near_ground(
         near_damping: true,
         ..before.shape
     };
-    if !choice.offer("damping near the ground", shape, true) {
+    if !choice.offer_sternly("damping near the ground", shape, true) {
         return refuse(
             "flights left out are predicted no better with it".into(),
             record,

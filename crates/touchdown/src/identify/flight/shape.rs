@@ -11,6 +11,8 @@ pub struct Shape {
     pub exponent: [f64; 2],
     /// Motor lag and dead time.
     pub motor_lag: bool,
+    /// Motors whose load goes partly with the square of their speed.
+    pub drag: bool,
     /// A second term of throttle.
     pub curvature: bool,
     /// Thrust settles after the motors start.
@@ -70,6 +72,7 @@ impl Shape {
         Self {
             exponent: [1.5, 1.0],
             motor_lag,
+            drag: false,
             curvature: false,
             settling: false,
             battery: false,
@@ -89,6 +92,9 @@ impl Shape {
         if self.motor_lag {
             out.push(p("T_m", "s", 0.06, [0.002, 1.0], 0.1));
             out.push(p("dead_time", "s", 0.01, [0.0, 0.2], 0.05));
+        }
+        if self.drag {
+            out.push(p("drag", "1", 0.5, [0.0, 1.0], 0.3));
         }
         if self.curvature {
             out.push(p("curvature", "1", 0.0, [-3.0, 3.0], 0.5));

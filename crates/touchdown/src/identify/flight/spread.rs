@@ -9,6 +9,7 @@ use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
 use super::fit::Fit;
 use super::model::{Piece, Values};
+use super::normal::hold;
 
 /// Fewest flights (or runs) that are drawn anew.
 const FEWEST: usize = 3;
@@ -105,6 +106,7 @@ impl Spread {
                     matrix += &matrices[block];
                     vector += &vectors[block];
                 }
+                hold(&mut matrix, &mut vector, &fit.held);
                 Some(moved(fit, &matrix.cholesky()?.solve(&vector)))
             })
             .collect();
@@ -141,7 +143,8 @@ impl Spread {
     fn of_residuals(fit: &Fit, pieces: &[Piece], resamples: usize, seed: u64) -> Self {
         let n = fit.theta.len();
         let (prior, _) = prior(fit);
-        let total = fit.reduced.iter().fold(prior, |sum, r| sum + &r.matrix);
+        let mut total = fit.reduced.iter().fold(prior, |sum, r| sum + &r.matrix);
+        hold(&mut total, &mut DVector::zeros(n), &fit.held);
         let inflation = correlation_inflation(fit, pieces).sqrt();
         let mut random = Pcg64::seed_from_u64(seed);
         let root = total
@@ -150,7 +153,10 @@ impl Spread {
             .map(|c| c.l());
         let draws = (0..resamples)
             .filter_map(|_| {
-                let white = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
+                let mut white = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
+                for &i in &fit.held {
+                    white[i] = 0.0;
+                }
                 Some(moved(fit, &(root.as_ref()? * white * inflation)))
             })
             .collect();

@@ -247,6 +247,7 @@ fn lag(
     let before = choice.best.clone();
     let shape = Shape {
         motor_lag: false,
+        drag: false,
         ..before.shape
     };
     choice.replace("without the motors' lag", shape, &before);
