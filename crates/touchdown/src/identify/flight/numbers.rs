@@ -70,7 +70,7 @@ impl GroundEffect {
             .sure(&self.fit, |theta, _| theta[lag] + theta[dead])
     }
 
-    /// All numbers of the model with their intervals; heights in metres.
+    /// All numbers of the model with their intervals, but those that rest at a bound; heights in metres.
     #[must_use]
     pub fn numbers(&self) -> Vec<Number> {
         let r = self.rotor_radius_m;
@@ -80,11 +80,17 @@ impl GroundEffect {
             Basis::Poses => !matches!(name, "T_m" | "dead_time"),
             Basis::Hovers { law } => name != "elasticity" || law == Law::Throttle,
         };
+        // At a bound there is no interval.
+        let held = |name: &str| {
+            self.fit
+                .index(name)
+                .is_some_and(|i| self.fit.held.contains(&i))
+        };
         let drifts = self.drift_of_time;
         let parameters = self.fit.shape.parameters();
         let shared = parameters
             .into_iter()
-            .filter(|p| shown(p.name))
+            .filter(|p| shown(p.name) && !held(p.name))
             .filter_map(|p| {
                 let sure = self.spread.number(&self.fit, p.name)?;
                 let (unit, by) = match (p.unit, p.name) {

@@ -72,7 +72,7 @@ impl Shape {
         Self {
             exponent: [1.5, 1.0],
             motor_lag,
-            drag: false,
+            drag: motor_lag,
             curvature: false,
             settling: false,
             battery: false,

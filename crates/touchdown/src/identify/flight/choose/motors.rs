@@ -7,8 +7,7 @@ use crate::identify::flight::model::{Piece, Shape};
 use crate::identify::making::range;
 
 impl Choice<'_> {
-    /// Offers the settling after the start, a drift, the second term of throttle and the drag of the rotors, one after the
-    /// other.
+    /// Offers the settling after the start, a drift and the second term of throttle, one after the other.
     pub(in crate::identify::flight) fn offer_motors(&mut self, drift_of_time: bool) {
         if self.pieces.iter().any(|p| p.on_s.is_some()) {
             let shape = Shape {
@@ -33,13 +32,6 @@ impl Choice<'_> {
                 before.shape,
                 &before,
             );
-        }
-        if self.best.shape.motor_lag {
-            let shape = Shape {
-                drag: true,
-                ..self.best.shape
-            };
-            self.offer("drag of the rotors", shape, false);
         }
     }
 }
