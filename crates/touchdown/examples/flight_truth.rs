@@ -1,10 +1,10 @@
 //! How close identification from flights comes to the truth, on simulated vehicles: curves, lags and their intervals.
 //!
 //! ```text
-//! cargo run --release --example flight_truth -- [sets] [first set] [law] [vehicle] [Hz]
+//! cargo run --release --example flight_truth -- [sets] [first set] [law] [vehicle] [Hz] [flights]
 //! ```
 //!
-//! Each set is ten new flights of one vehicle (seeds `1000 set + 0..10`) with sensor noise and turbulence, at 250 Hz.
+//! Each set is ten new flights (or as many as asked for) of one vehicle (seeds `1000 set + 0..10`) with sensor noise and turbulence, at 250 Hz.
 //! The curve is judged at twelve heights from 0.3 to 3 rotor radii against the settled ratio of the plant; the lag
 //! against the single lag that fits the plant's ratio best along the flights.
 
@@ -43,6 +43,7 @@ fn main() {
     let law = args.get(2).map_or("all", String::as_str);
     let vehicle = args.get(3).map_or("all", String::as_str);
     let rate_hz = number(4, 250.0);
+    let flights = number(5, 10.0) as u64;
     println!(
         "law          mass_kg set  curve      worst_%   at_R lag_s  true_s   lag_%  held  lag_interval_s"
     );
@@ -59,7 +60,8 @@ fn main() {
             let plant = flights::vehicle(mass_kg, radius_m, ground, lag_s);
             let mut tally = Tally::default();
             for set in first..first + sets {
-                judge(name, &plant, set, rate_hz, &mut tally);
+                let logs = fly(&plant, set, rate_hz, flights);
+                judge(name, &plant, set, &logs, &mut tally);
             }
             all.push((name, mass_kg, tally));
         }
@@ -84,15 +86,18 @@ fn main() {
     }
 }
 
-/// Ten new flights, and how far off what they give is.
-fn judge(law: &str, plant: &PlantSettings, set: u64, rate_hz: f64, tally: &mut Tally) {
+fn fly(plant: &PlantSettings, set: u64, rate_hz: f64, flights: u64) -> Vec<Flown> {
+    (0..flights)
+        .map(|k| flights::fly(plant, 1000 * set + k, 250.0, rate_hz))
+        .collect()
+}
+
+/// How far off what new flights give is.
+fn judge(law: &str, plant: &PlantSettings, set: u64, flown: &[Flown], tally: &mut Tally) {
     let settings = FlightSettings {
         rotor_radius_m: Some(plant.rotor_radius_m),
         ..FlightSettings::default()
     };
-    let flown: Vec<Flown> = (0..10)
-        .map(|k| flights::fly(plant, 1000 * set + k, 250.0, rate_hz))
-        .collect();
     let logs: Vec<Flight> = flown
         .iter()
         .map(|f| Flight::of(&f.trial, &settings).expect("a log of a flight"))
@@ -123,7 +128,7 @@ fn judge(law: &str, plant: &PlantSettings, set: u64, rate_hz: f64, tally: &mut T
     tally.worst.push(worst);
     tally.curve_held += held;
     tally.curve_asked += HEIGHTS.len();
-    let truth = flights::true_lag_s(plant, &flown);
+    let truth = flights::true_lag_s(plant, flown);
     let (mut lag_s, mut off, mut interval) = (f64::NAN, f64::NAN, [f64::NAN; 2]);
     if let Some(lag) = found.lag_s() {
         (lag_s, off, interval) = (lag.value, 100.0 * (lag.value / truth - 1.0), lag.ci95);
