@@ -80,7 +80,7 @@ pub(super) fn told(result: &FlightResult) -> String {
         let _ = writeln!(
             out,
             "  {:<14} {:>9.4} {:<4} 95 % interval {low:.4} to {high:.4}",
-            n.name.replace('_', " "),
+            n.words(),
             n.sure.value,
             n.unit
         );

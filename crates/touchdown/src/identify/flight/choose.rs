@@ -161,15 +161,7 @@ impl<'a> Choice<'a> {
         let of_richer = unseen(&richer, self.pieces, self.near, self.clip);
         let (gain, error) = self.unseen.excess(&of_richer, usize::from(near_only));
         let take = richer.converged && gain > error && self.evidence(gain) > least;
-        let candidate = self.candidate(name, shape, &of_richer, take);
-        if take {
-            for c in &mut self.tried {
-                c.chosen = false;
-            }
-            (self.best, self.unseen) = (richer, of_richer);
-        }
-        self.tried.push(candidate);
-        take
+        self.consider(name, richer, of_richer, take)
     }
 
     /// Takes a poorer shape unless flights left out are predicted worse by more than one standard error of the difference.
@@ -178,12 +170,17 @@ impl<'a> Choice<'a> {
         let of_poorer = unseen(&poorer, self.pieces, self.near, self.clip);
         let (gain, error) = of_poorer.excess(&self.unseen, usize::from(near_only));
         let take = poorer.converged && !(gain > error);
-        let candidate = self.candidate(name, shape, &of_poorer, take);
+        self.consider(name, poorer, of_poorer, take)
+    }
+
+    /// Notes what was tried, and goes on from it where it is taken.
+    fn consider(&mut self, name: &str, tried: Fit, unseen: Unseen, take: bool) -> bool {
+        let candidate = self.candidate(name, tried.shape, &unseen, take);
         if take {
             for c in &mut self.tried {
                 c.chosen = false;
             }
-            (self.best, self.unseen) = (poorer, of_poorer);
+            (self.best, self.unseen) = (tried, unseen);
         }
         self.tried.push(candidate);
         take

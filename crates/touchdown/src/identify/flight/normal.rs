@@ -111,3 +111,18 @@ pub(super) fn normal_equations(columns: &Columns, bias_sd: f64, bias: f64) -> As
         square,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_a_number_at_its_bound_does_not_move_the_others() {
+        let mut matrix = DMatrix::from_row_slice(2, 2, &[4.0, 3.0, 3.0, 9.0]);
+        let mut vector = DVector::from_row_slice(&[2.0, -5.0]);
+        hold(&mut matrix, &mut vector, &[1]);
+        let step = matrix.cholesky().unwrap().solve(&vector);
+        // Alone, the first goes by 2/4.
+        assert!((step[0] - 0.5).abs() < 1e-15 && step[1] == 0.0, "{step}");
+    }
+}

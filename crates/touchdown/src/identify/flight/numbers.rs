@@ -19,6 +19,17 @@ pub struct Number {
     pub sure: Sure,
 }
 
+impl Number {
+    /// Its name in words.
+    #[must_use]
+    pub fn words(&self) -> String {
+        match self.name.as_str() {
+            "T_m" => "motor lag T_m".to_string(),
+            name => name.replace('_', " "),
+        }
+    }
+}
+
 impl GroundEffect {
     /// Ratio of thrust to that out of ground effect, minus one, at rest at a height (m).
     #[must_use]

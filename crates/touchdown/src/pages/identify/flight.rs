@@ -255,7 +255,7 @@ pub fn report(
     for n in &result.numbers {
         let [low, high] = n.sure.ci95;
         table = table.row([
-            Cell::text(n.name.replace('_', " ")),
+            Cell::text(n.words()),
             Cell::number(n.sure.value, 4),
             Cell::number(n.sure.std_error, 4),
             Cell::text(format!("{} … {}", show(low, 4), show(high, 4))),

@@ -40,7 +40,8 @@ pub(super) fn table(runs: &[RunResult]) -> Table {
         ];
         if heights {
             for height_m in [r.run.stood_m, r.height_error_m] {
-                row.push(Cell::maybe(height_m.map(|m| 1e3 * m), 1));
+                // To a tenth of a millimetre: what is less is none.
+                row.push(Cell::maybe(height_m.map(|m| 0.1 * (1e4 * m).round()), 1));
             }
         }
         if lifts {
