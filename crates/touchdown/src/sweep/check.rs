@@ -115,6 +115,10 @@ mod tests {
         assert_eq!(lander(1).scenario().timeout_s, 20.0);
         assert_eq!(lander(2).scenario().timeout_s, 30.0);
         assert_eq!(lander(0).scenario().timeout_s, 20.0);
+        // Threads may fly two points in turns.
+        let first = lander(0);
+        assert_eq!(lander(3).scenario().timeout_s, 30.0);
+        assert!(Arc::ptr_eq(&lander(1), &first));
         let drawn = "trials = 2\n[random]\n\"timeout_s\" = { kind = \"uniform\", min = 20.0, max = 30.0 }\n";
         let sweep = read(drawn).unwrap();
         let timeout_s = |landing| sweep.lander(landing).unwrap().scenario().timeout_s;

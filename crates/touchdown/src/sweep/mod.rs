@@ -10,7 +10,7 @@
 //! | --- | --- |
 //! | `settings` | the sweep file |
 //! | `keys`, `draw` | dotted keys, distributions |
-//! | `points` | a checked sweep: points, draws, landers |
+//! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
 //! | `row`, `store` | landings as rows, blocks as files, merging |
 //! | `run` | flying what is missing |
 //! | `summary`, `csv` | figures of every point |
@@ -20,6 +20,7 @@ mod csv;
 mod draw;
 mod keys;
 mod points;
+mod recent;
 mod row;
 mod run;
 mod settings;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use sha2::{Digest as _, Sha256};
 use toml::{Table, Value};
@@ -12,6 +12,7 @@ use touchdown_sim::space::{SpaceLander, SpaceScenario};
 
 use super::draw::Distribution;
 use super::keys::{distributions, lists, set};
+use super::recent::Recent;
 use super::settings::SweepSettings;
 use crate::error::{Error, Result};
 use crate::settings::{check_seed, read, to_toml};
@@ -22,9 +23,6 @@ pub const SERIES: &str = "series.csv";
 const POINTS: u64 = 100_000;
 /// The most landings of a campaign.
 const LANDINGS: u64 = 100_000_000;
-
-/// A point and its lander.
-type OfPoint = (u64, Arc<SpaceLander>);
 
 /// A sweep that has been checked.
 #[derive(Clone, Debug)]
@@ -39,8 +37,8 @@ pub struct Sweep {
     pub(super) series: Option<Vec<u8>>,
     file: String,
     sha256: String,
-    /// The lander of the point that was flown last, where all of its trials share it.
-    last: Arc<Mutex<Option<OfPoint>>>,
+    /// The landers of points that were flown last, where all of their trials share them.
+    flown: Recent<SpaceLander>,
 }
 
 impl Sweep {
@@ -190,7 +188,7 @@ impl Sweep {
             series,
             file,
             sha256,
-            last: Arc::default(),
+            flown: Recent::default(),
         })
     }
 
@@ -308,15 +306,7 @@ impl Sweep {
         if !self.random.is_empty() {
             return self.built(point, trial).map(Arc::new);
         }
-        let last = || self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((of, lander)) = &*last()
-            && *of == point
-        {
-            return Ok(lander.clone());
-        }
-        let lander = Arc::new(self.built(point, trial)?);
-        *last() = Some((point, lander.clone()));
-        Ok(lander)
+        self.flown.shared(point, || self.built(point, trial))
     }
 
     /// The scenario of a point, without draws.
