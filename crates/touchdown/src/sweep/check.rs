@@ -32,10 +32,14 @@ impl Sweep {
     fn check_ends(&self) -> Result<()> {
         let draws = self.draws(0);
         for (k, (_, of)) in self.random.iter().enumerate() {
-            for end in of.ends() {
-                let mut with_it = draws.clone();
-                with_it[k] = end;
-                self.built_with(0, &with_it)?;
+            for [drawn, limit] in of.ends() {
+                let built = |value| {
+                    let mut with_it = draws.clone();
+                    with_it[k] = value;
+                    self.built_with(0, &with_it)
+                };
+                // The limit, as its author wrote it, says more than the number next to it.
+                built(drawn).map_err(|error| built(limit).err().unwrap_or(error))?;
             }
         }
         Ok(())
@@ -105,6 +109,20 @@ mod tests {
             .fold(f64::INFINITY, f64::min);
         assert_eq!(known, all);
         assert!(trials.len() <= 1_002, "{} landers", trials.len());
+    }
+
+    #[test]
+    fn prop_ends_that_are_never_drawn_are_not_refused() {
+        let of = |min: f64| {
+            read(&format!(
+                "trials = 2\n[random]\n\"plant.rotor_lag_s\" = {{ kind = \"uniform\", min = {min}, max = 0.1 }}\n"
+            ))
+        };
+        // A lag must be above 0, which draws from 0 on are.
+        of(0.0).unwrap();
+        // One of 1e12 draws is below 0, hardly one of these two.
+        let error = of(-1e-13).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains("plant.rotor_lag_s"), "{error}");
     }
 
     #[test]

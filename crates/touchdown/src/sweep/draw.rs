@@ -84,21 +84,26 @@ impl Distribution {
         }
     }
 
-    /// Values at the ends of what can be drawn, and all of a choice. The limits of a normal
-    /// distribution are no such: they may lie where nothing is ever drawn.
-    pub(super) fn ends(&self) -> Vec<toml::Value> {
+    /// The least and the greatest value that can be drawn, each with the limit next to it, and all of a choice, twice.
+    /// Those of a normal distribution are not among them: they lie where nothing is ever drawn.
+    pub(super) fn ends(&self) -> Vec<[toml::Value; 2]> {
         match self {
             Self::Uniform { min, max } | Self::LogUniform { min, max } => {
-                vec![(*min).into(), (*max).into()]
+                let [least, greatest] = SHARES.map(|share| self.at(share));
+                vec![[least, (*min).into()], [greatest, (*max).into()]]
             }
             Self::Normal { .. } => Vec::new(),
-            Self::Choice { of } => of.clone(),
+            Self::Choice { of } => of.iter().map(|v| [v.clone(), v.clone()]).collect(),
         }
     }
 
     /// The value of a trial: a function of seed, trial and key alone, so that a further key changes no other.
     pub(super) fn draw(&self, seed: u64, trial: u64, key: &str) -> toml::Value {
-        let share = uniform(seed, trial, key);
+        self.at(uniform(seed, trial, key))
+    }
+
+    /// The value below which a share of all draws lies.
+    fn at(&self, share: f64) -> toml::Value {
         match self {
             Self::Uniform { min, max } => (min + share * (max - min)).into(),
             Self::LogUniform { min, max } => {
@@ -132,6 +137,9 @@ impl Distribution {
     }
 }
 
+/// The least and the greatest number of [`uniform`].
+const SHARES: [f64; 2] = [0.5 * f64::EPSILON, 1.0 - 0.5 * f64::EPSILON];
+
 /// A number above 0 and below 1 from the SHA-256 of what it is for.
 fn uniform(seed: u64, trial: u64, key: &str) -> f64 {
     let mut hash = Sha256::new();
@@ -143,8 +151,13 @@ fn uniform(seed: u64, trial: u64, key: &str) -> f64 {
         .iter()
         .take(8)
         .fold(0_u64, |sum, byte| (sum << 8) | u64::from(*byte));
+    share_of(first)
+}
+
+/// The number of 64 random bits.
+fn share_of(bits: u64) -> f64 {
     // 52 bits and a half: never 0, never 1.
-    ((first >> 12) as f64 + 0.5) / 2.0_f64.powi(52)
+    ((bits >> 12) as f64 + 0.5) / 2.0_f64.powi(52)
 }
 
 #[cfg(test)]
@@ -233,6 +246,19 @@ mod tests {
         // Keys, seeds and trials draw apart.
         assert_ne!(uniform(1, 0, "a"), uniform(1, 0, "b"));
         assert_ne!(uniform(1, 0, "a"), uniform(2, 0, "a"));
+    }
+
+    #[test]
+    fn prop_ends_are_what_can_be_drawn() {
+        assert_eq!(SHARES, [share_of(0), share_of(u64::MAX)]);
+        let (min, max) = (0.0, 2.0);
+        let ends = Distribution::Uniform { min, max }.ends();
+        let drawn = SHARES.map(|share| 2.0 * share);
+        assert_eq!(
+            ends,
+            [[drawn[0], min], [drawn[1], max]].map(|end| end.map(Into::into))
+        );
+        assert_ne!(drawn, [min, max]);
     }
 
     #[test]
