@@ -1,8 +1,8 @@
-//! Four rotors over a tilted, finite deck: image sums, levelling torque, edge, turbulence.
+//! Four rotors over a tilted, finite deck: levelling torque, edge, turbulence.
 
 use touchdown_sim::body::BodySettings;
 use touchdown_sim::deck::rigid::DeckPose;
-use touchdown_sim::ground::{Deck, WakeLag};
+use touchdown_sim::ground::Deck;
 use touchdown_sim::noise::{Purpose, Stream};
 use touchdown_sim::plant::{Plant, PlantSettings};
 use touchdown_sim::rigid::{Disturbance, RigidVehicle};
@@ -31,20 +31,6 @@ fn torque_at_rest(vehicle: &RigidVehicle, place_m: [f64; 3], q: [f64; 4]) -> [f6
     (state.rotors.inflow, state.rotors.fountain) = (target.inflow, target.fountain);
     let loads = vehicle.loads(&state, &deck, &Disturbance::default());
     [0, 1].map(|k| loads.angular_acceleration[k] * vehicle.body().inertia_kg_m2[k])
-}
-
-#[test]
-fn analytic_image_sums_agree_when_level() {
-    let settings = PlantSettings::default();
-    let law = WakeLag::new(&settings).expect("valid settings");
-    let hubs = vehicle().rotors().hubs_m();
-    let speeds = [3.0, 3.5, 4.0, 3.2];
-    let places = hubs.map(|[x, y, _]| [x, y, 0.2]);
-    let sums = law.image_sums(&places, &speeds);
-    for i in 0..4 {
-        // Rounding only.
-        assert!((sums[i] - law.image_sum(i, &[0.2; 4], &speeds)).abs() < 1e-15);
-    }
 }
 
 #[test]

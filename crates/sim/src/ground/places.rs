@@ -11,22 +11,6 @@ pub(crate) struct RotorsAt<N> {
 }
 
 impl WakeLag {
-    /// Sum over all images j of q_ij for each rotor, the share of its induced speed that the
-    /// images take away, at any places in the deck's axes (forward, port, height of the
-    /// rotor): a tilted vehicle. `speeds` are the induced speeds in any common unit (for example
-    /// √T_i).
-    #[inline(always)]
-    #[must_use]
-    pub fn image_sums<N: Number>(&self, places_m: &[[N; 3]; 4], speeds: &[N; 4]) -> [N; 4] {
-        let mut sums = Self::neighbours(places_m, speeds);
-        for i in 0..4 {
-            let z = places_m[i][2];
-            let [own, part] = inverses([z * z * 4.0, speeds[i]]);
-            sums[i] = (own + sums[i] * part) * (0.25 * self.radius_m * self.radius_m);
-        }
-        sums
-    }
-
     /// `Σ h_ij/(s_ij² + h_ij²)^1.5 v_j` over the images of the other rotors.
     #[inline(always)]
     fn neighbours<N: Number>(places_m: &[[N; 3]; 4], speeds: &[N; 4]) -> [N; 4] {
@@ -130,5 +114,55 @@ impl WakeLag {
             q[i] = q[i] * inverse[i];
         }
         q
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::PlantSettings;
+
+    #[test]
+    fn analytic_four_rotors_at_once_are_the_law_of_one() {
+        for surface in [Surface::Plate, Surface::Ground, Surface::Absent] {
+            let settings = PlantSettings {
+                surface,
+                fountain_gain: 1.3,
+                ..PlantSettings::default()
+            };
+            let law = WakeLag::new(&settings).expect("valid settings");
+            let half = 0.5 * settings.rotor_spacing_m;
+            let corners = [[half, half], [-half, half], [-half, -half], [half, -half]];
+            let scale = 1.2;
+            let one = law.with_scale(scale);
+            // At first a rotor hardly turns at the least height: its images are beyond their limit.
+            for (heights_m, speeds) in [
+                ([0.05; 4], [0.3, 3.5, 4.0, 3.2]),
+                ([0.2; 4], [3.0, 3.5, 4.0, 3.2]),
+                ([0.12, 0.15, 0.18, 0.15], [3.0; 4]),
+                ([1.5; 4], [3.0, 3.5, 4.0, 3.2]),
+            ] {
+                let places = std::array::from_fn(|i| [corners[i][0], corners[i][1], heights_m[i]]);
+                let four = law.rotors_at(scale, &places, &speeds);
+                // Shares are at most 1.2; a dozen roundings of 1.1e-16 of 1, for E(z) is taken from it.
+                let near = |a: f64, b: f64| (a - b).abs() < 2e-15;
+                // Paces are some tens, with as many roundings.
+                let close = |a: f64, b: f64| (a / b - 1.0).abs() < 2e-15;
+                for i in 0..4 {
+                    let sum = law.image_sum(i, &heights_m, &speeds);
+                    let target = one.rotor_target(heights_m[i], sum);
+                    let found = four.target[i];
+                    assert!(near(found, target), "{surface:?} {i}: {found} {target}");
+                    assert!(close(four.pace[i], law.rotor_pace(heights_m[i])), "{i}");
+                }
+                // Below the least height as well.
+                for mean_m in [0.02, heights_m.iter().sum::<f64>() / 4.0] {
+                    let (target, pace) = law.fountain_at(scale, mean_m);
+                    let expected = one.fountain_target(mean_m.max(law.deck.least_m));
+                    assert!(near(target, expected), "{surface:?}: {target} {expected}");
+                    assert!(close(pace, law.fountain_pace(mean_m)), "{mean_m}");
+                }
+            }
+        }
     }
 }
