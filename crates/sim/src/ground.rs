@@ -375,4 +375,30 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn analytic_least_thrust_of_the_lags_scales_with_the_weight() {
+        let standard = PlantSettings::default();
+        // The rate of a lag towards 1 at the pace 1, without thrust.
+        let least = |mass_kg: f64| {
+            let settings = PlantSettings {
+                mass_kg,
+                ..standard
+            };
+            let law = WakeLag::new(&settings).expect("valid settings");
+            (law.lag_rate(0.0, 1.0, 1.0, 0.0), settings.weight_n().sqrt())
+        };
+        // The standard vehicle's is what it was before it had a share.
+        assert_eq!(least(1.37).0, 1.0);
+        let share = least(0.5 * 1.37).0 / least(0.5 * 1.37).1;
+        // Rounded up in its fourth digit, for the standard vehicle's is not to be less than 1.
+        assert!((share * least(1.37).1 - 1.0).abs() < 1e-4, "{share}");
+        for size in [0.02, 0.1, 0.5, 0.9] {
+            let (root, hover) = least(size * 1.37);
+            // Two roundings of 1.1e-16.
+            assert!((root / hover / share - 1.0).abs() < 1e-15, "{size}");
+        }
+        // Never larger.
+        assert_eq!(least(10.0 * 1.37).0, 1.0);
+    }
 }
