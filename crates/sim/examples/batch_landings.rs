@@ -5,23 +5,12 @@
 //! cargo run --release -p touchdown-sim --example batch_landings -- [TRIALS [SEED]]
 //! ```
 //!
-//! Prints for the paper's deck, a stronger heave and a sea how many of the landings succeed, and
+//! Prints for the paper's deck, a stronger heave with roll and a sea how many of the landings succeed, and
 //! mean and percentiles of their durations T_L and touchdown speeds V_L. What it prints is the
 //! same on every processor.
 #![allow(clippy::print_stdout)]
 
-use touchdown_sim::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
-use touchdown_sim::space::{Batch, SpaceLanding, SpaceScenario, Touch};
-
-fn heave(amplitude: f64, frequency_hz: f64) -> RigidMotion {
-    let tone = Tone {
-        axis: Axis::Heave,
-        amplitude,
-        frequency_hz,
-        phase_rad: 0.0,
-    };
-    RigidMotion::Sines { tones: vec![tone] }
-}
+use touchdown_sim::space::{Batch, Case, SpaceLanding, Touch};
 
 /// Mean, median, 99th percentile and the greatest.
 fn spread(landings: &[SpaceLanding], of: impl Fn(&Touch) -> f64) -> [f64; 4] {
@@ -39,19 +28,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let number = |k: usize, or: u64| words.get(k).map_or(Ok(or), |word| word.parse::<u64>());
     let (trials, seed) = (number(0, 2_000)?, number(1, 1)?);
     println!("{trials} landings each, seed {seed}: mean, 50 %, 99 %, greatest");
-    for (name, deck) in [
-        ("0.05 m at 0.5 Hz", heave(0.05, 0.5)),
-        ("0.3 m at 0.2 Hz", heave(0.3, 0.2)),
-        ("a sea", RigidMotion::Sea(SeaSettings::default())),
-    ] {
-        let batch = Batch::new(&SpaceScenario {
-            deck,
-            ..SpaceScenario::default()
-        })?;
+    for case in [Case::Paper, Case::Heave, Case::Sea] {
+        let batch = Batch::new(&case.scenario())?;
         let landings = batch.land(0..trials, seed)?;
         let landed = landings.iter().filter(|l| l.outcome.landed()).count();
         let steps: u64 = landings.iter().map(|landing| landing.steps).sum();
-        println!("{name}: {landed} landed, {steps} steps of 1 ms");
+        println!("{}: {landed} landed, {steps} steps of 1 ms", case.name());
         for (what, [mean, middle, high, greatest]) in [
             ("T_L s", spread(&landings, |touch| touch.t_l_s)),
             ("V_L m/s", spread(&landings, |touch| touch.v_l_mps)),
