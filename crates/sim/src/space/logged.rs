@@ -12,7 +12,7 @@ use super::sensors::RangeSettings;
 use crate::STEP_S;
 
 /// Steps between two samples.
-const LOG_STEPS: u64 = 4;
+pub(super) const LOG_STEPS: u64 = 4;
 /// Voltage of a full battery of four cells. Under load it sags as the motors' drive does.
 const FULL_V: f64 = 16.8;
 
@@ -72,7 +72,7 @@ impl Flight<'_> {
         let noise = imu.noise_density / (LOG_STEPS as f64 * STEP_S).sqrt();
         let stream = &mut self.log_noise;
         let load = 0.25 * self.throttle.iter().sum::<f64>();
-        let force = self.sensing.felt_over(LOG_STEPS as usize);
+        let force = self.sensing.logged_force_mps2();
         let attitude = self.sensing.believed(self.state.attitude);
         trace.log.imu.push(ImuRow {
             time_s: step as f64 * STEP_S,

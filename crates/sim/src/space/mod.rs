@@ -18,7 +18,7 @@
 //! | --- | --- |
 //! | `sensors`, `tags`, `faults`, `crew`, `scenario`, `fits` | settings, and whether they fit each other |
 //! | `case` | scenarios by name |
-//! | `sensing`, `sight`, `clock` | readings: when they are taken and arrive, how wrong they are |
+//! | `sensing`, `felt`, `sight`, `clock` | readings: when they are taken and arrive, how wrong they are |
 //! | `landing`, `flight`, `track` | a landing, its steps, its deck |
 //! | `drawn` | in what trials differ |
 //! | `outcome`, `account` | what is said of it |
@@ -32,6 +32,7 @@ mod clock;
 mod crew;
 mod drawn;
 mod faults;
+mod felt;
 mod fits;
 mod flight;
 mod landing;
