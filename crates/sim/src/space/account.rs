@@ -4,8 +4,9 @@ use touchdown_flight::computer::ComputerOutput;
 use touchdown_flight::lander::Phase;
 
 use super::flight::{Descending, Flight};
-use super::outcome::{Abort, CrashCause, Impact, SpaceOutcome, Touch, TraceRow};
+use super::outcome::{Abort, CrashCause, SpaceOutcome, TraceRow};
 use super::sensing::{steps, tilt_from};
+use super::touching::Standing;
 use crate::STEP_S;
 use crate::vector::{along, dot, sub};
 
@@ -30,77 +31,41 @@ impl Flight<'_> {
         before: ([f64; 3], [f64; 3]),
     ) -> Option<SpaceOutcome> {
         let scenario = &self.lander.scenario;
-        let crash = &scenario.crash;
-        let crashed = |cause| Some(SpaceOutcome::Crashed { cause });
-        let (place, velocity) = self.relative();
+        let most = scenario.crash.lost_m;
+        let (place_m, velocity_mps) = self.relative();
         let far = sub(self.state.position_m, scenario.start_m);
-        if !self.state.is_finite() || dot(far, far) > crash.lost_m * crash.lost_m {
-            return crashed(CrashCause::Lost);
+        if !self.state.is_finite() || dot(far, far) > most * most {
+            let cause = CrashCause::Lost;
+            return Some(SpaceOutcome::Crashed { cause });
         }
-        let down = self.log.feet_down > 0;
-        let near = down || self.lander.has_come_down(place);
-        let tilt_rad = if near {
-            tilt_from(self.state.attitude, &self.pose)
-        } else {
-            0.0
+        let near = self.touching.is_near(self.lander, place_m);
+        let now = Standing {
+            place_m,
+            velocity_mps,
+            before_mps: before.1[2],
+            tilt_rad: if near {
+                tilt_from(self.state.attitude, &self.pose)
+            } else {
+                0.0
+            },
         };
         if let Some(descending) = &mut self.descending
             && descending.touch.is_none()
         {
-            descending.path_m += 0.5 * STEP_S * (before.1[2].abs() + velocity[2].abs());
-            descending.touch = near.then(|| Touch {
-                time_s: step as f64 * STEP_S,
-                t_l_s: (step - descending.since) as f64 * STEP_S,
-                // Before the legs took up any of it.
-                v_l_mps: before.1[2].abs(),
-                s_l_m: descending.path_m,
-                tilt_rad,
-                lateral_m: place[0].hypot(place[1]),
-                lateral_mps: velocity[0].hypot(velocity[1]),
+            descending.path_m += 0.5 * STEP_S * (before.1[2].abs() + velocity_mps[2].abs());
+            descending.touch = near.then(|| {
+                let t_l_s = (step - descending.since) as f64 * STEP_S;
+                now.touch(step as f64 * STEP_S, t_l_s, descending.path_m)
             });
         }
-        if down {
-            // As fast as before the legs took up any of it.
-            let speed_mps = if self.was_down {
-                0.0
-            } else {
-                (-before.1[2]).max(0.0)
-            };
-            let so_far = self.landing.impact.unwrap_or(Impact {
-                speed_mps: 0.0,
-                tilt_rad: 0.0,
-            });
-            self.landing.impact = Some(Impact {
-                speed_mps: so_far.speed_mps.max(speed_mps),
-                tilt_rad: so_far.tilt_rad.max(tilt_rad),
-            });
-        }
-        self.was_down = down;
-        if down && -before.1[2] > crash.speed_mps {
-            return crashed(CrashCause::Speed);
-        }
-        if self.log.tipped_s.is_some() {
-            return Some(SpaceOutcome::TippedOver);
-        }
-        if down && tilt_rad > crash.tilt_rad {
-            return crashed(CrashCause::Tilt);
-        }
-        if self.log.fell_s.is_some() {
-            return crashed(CrashCause::FellOff);
-        }
-        if place[2] < scenario.landed_height_m - 0.15 {
-            return crashed(CrashCause::Missed);
+        let ended = self.touching.judge(scenario, &now);
+        if ended.is_some() {
+            return ended;
         }
         if let Some(stopped) = self.stopped
             && step - stopped >= steps(scenario.watch_s) as u64
         {
-            return if self.log.feet_down >= 3 {
-                Some(SpaceOutcome::Landed {
-                    attempts: self.landing.descents,
-                })
-            } else {
-                crashed(CrashCause::StoppedInAir)
-            };
+            return Some(self.touching.settled(self.landing.descents));
         }
         if let Some((gave_up, reason)) = self.gave_up
             && step - gave_up >= steps(GIVEN_UP_S) as u64

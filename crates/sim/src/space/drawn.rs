@@ -1,10 +1,14 @@
 //! In what trials of a scenario differ.
 
 use super::scenario::SpaceScenario;
+use crate::STEP_S;
+use crate::cascade::AttitudeSetpoint;
 use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
 use crate::noise::{Purpose, Stream};
-use crate::rigid::{RigidState, RigidVehicle};
+use crate::rigid::{Disturbance, RigidState, RigidVehicle};
+use crate::rotors::RotorTurbulence;
+use crate::wind::Wind;
 
 /// What is drawn for a trial.
 #[derive(Clone, Copy, Debug)]
@@ -57,5 +61,59 @@ impl Drawn {
         state.position_m[0] += x;
         state.position_m[1] += y;
         (state, throttle)
+    }
+}
+
+/// The setpoint of a hover in a state whose forces are in balance.
+pub(super) fn hover(state: &RigidState) -> AttitudeSetpoint {
+    AttitudeSetpoint {
+        thrust_n: 0.25 * state.rotors.root_thrust.iter().map(|x| x * x).sum::<f64>(),
+        attitude: state.attitude,
+        yaw_rate: 0.0,
+    }
+}
+
+/// The air of a trial at its start.
+pub(super) struct DrawnAir {
+    pub(super) wind: Wind,
+    /// Of the rotors, where the scenario has it.
+    pub(super) turbulence: Option<RotorTurbulence>,
+    /// What both do at the start.
+    pub(super) disturbance: Disturbance,
+}
+
+impl DrawnAir {
+    /// The air of a vehicle that starts in a state over the deck.
+    ///
+    /// # Errors
+    /// Settings of the wind that make no sense.
+    pub(super) fn new(
+        scenario: &SpaceScenario,
+        vehicle: &RigidVehicle,
+        state: &RigidState,
+        deck: &DeckPose,
+        trial: u64,
+        seed: u64,
+    ) -> Result<Self, SimError> {
+        let turbulence = scenario.turbulence.then(|| {
+            let stream = Stream::new(seed, trial, Purpose::Turbulence);
+            let still = vehicle.loads(state, deck, &Disturbance::default());
+            let roots = &state.rotors.root_thrust;
+            let sd_n = vehicle.rotors().turbulence_sd_n(roots, &still.target);
+            let correlation_s = scenario.plant.turbulence_correlation_s;
+            RotorTurbulence::new(stream, correlation_s, STEP_S, sd_n)
+        });
+        let wind = Wind::new(&scenario.wind, STEP_S, seed, trial)?;
+        let disturbance = Disturbance {
+            wind_mps: wind.velocity_mps(),
+            turbulence_n: turbulence
+                .as_ref()
+                .map_or([0.0; 4], RotorTurbulence::values_n),
+        };
+        Ok(Self {
+            wind,
+            turbulence,
+            disturbance,
+        })
     }
 }

@@ -6,16 +6,16 @@ use touchdown_flight::computer::{ComputerState, Sensed};
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_flight::lander::{Phase, Reason, Request};
 
-use super::drawn::Drawn;
+use super::drawn::{Drawn, DrawnAir, hover};
 use super::faults::{Since, Struck};
 use super::landing::SpaceLander;
 use super::logged::FlightLog;
 use super::outcome::{SpaceLanding, SpaceOutcome, SpaceTrace, Touch};
 use super::sensing::{Sensing, Truth, nan_if, steps};
+use super::touching::Touching;
 use super::track::Track;
 use crate::STEP_S;
 use crate::cascade::{AttitudeSetpoint, CascadeState};
-use crate::contact::ContactLog;
 use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
 use crate::noise::{Purpose, Stream};
@@ -60,9 +60,7 @@ pub(super) struct Flight<'a> {
     pub(super) setpoint: Option<AttitudeSetpoint>,
     pub(super) control: CascadeState,
     pub(super) throttle: [f64; 4],
-    pub(super) log: ContactLog,
-    /// Whether a foot was on the deck at the last step.
-    pub(super) was_down: bool,
+    pub(super) touching: Touching,
     pub(super) descending: Option<Descending>,
     pub(super) fault_start: Option<u64>,
     pub(super) weakened: bool,
@@ -88,22 +86,11 @@ impl<'a> Flight<'a> {
         let mut track = lander.track(trial, seed, drawn.phase)?;
         let pose = track.at(0.0)?;
         let (state, throttle) = drawn.start(scenario, &vehicle, &pose);
-        let turbulence = scenario.turbulence.then(|| {
-            let stream = Stream::new(seed, trial, Purpose::Turbulence);
-            let correlation_s = scenario.plant.turbulence_correlation_s;
-            let still = vehicle.loads(&state, &pose, &Disturbance::default());
-            let sd_n = vehicle
-                .rotors()
-                .turbulence_sd_n(&state.rotors.root_thrust, &still.target);
-            RotorTurbulence::new(stream, correlation_s, STEP_S, sd_n)
-        });
-        let wind = Wind::new(&scenario.wind, STEP_S, seed, trial)?;
-        let disturbance = Disturbance {
-            wind_mps: wind.velocity_mps(),
-            turbulence_n: turbulence
-                .as_ref()
-                .map_or([0.0; 4], RotorTurbulence::values_n),
-        };
+        let DrawnAir {
+            wind,
+            turbulence,
+            disturbance,
+        } = DrawnAir::new(scenario, &vehicle, &state, &pose, trial, seed)?;
         let gravity = scenario.plant.gravity_mps2;
         let mut sensing = Sensing::new(
             &scenario.sensors,
@@ -116,7 +103,6 @@ impl<'a> Flight<'a> {
         );
         sensing.eye = lander.eye()?;
         sensing.keeps_ranges = record;
-        let hover_n: f64 = 0.25 * state.rotors.root_thrust.iter().map(|x| x * x).sum::<f64>();
         Ok(Self {
             lander,
             loads: vehicle.loads(&state, &pose, &disturbance),
@@ -131,15 +117,10 @@ impl<'a> Flight<'a> {
             sensing,
             brain: lander.computer.initial(throttle),
             sent: VecDeque::with_capacity(8),
-            setpoint: Some(AttitudeSetpoint {
-                thrust_n: hover_n,
-                attitude: state.attitude,
-                yaw_rate: 0.0,
-            }),
+            setpoint: Some(hover(&state)),
             control: CascadeState::default(),
             throttle: [throttle; 4],
-            log: ContactLog::default(),
-            was_down: false,
+            touching: Touching::default(),
             descending: None,
             fault_start: (scenario.faults.since == Since::Start).then_some(0),
             weakened: false,
@@ -299,7 +280,8 @@ impl<'a> Flight<'a> {
             self.disturbance.wind_mps = add(self.disturbance.wind_mps, blow);
         }
         self.pose = poses[2];
-        vehicle.log_contact(&mut self.log, t + STEP_S, &self.state, &self.pose);
+        let log = &mut self.touching.log;
+        vehicle.log_contact(log, t + STEP_S, &self.state, &self.pose);
         self.landing.steps = step + 1;
         if self.phase == Phase::Wait {
             self.landing.waited_s += STEP_S;

@@ -213,9 +213,7 @@ impl SpaceLander {
         landing.before_descent_s = flight
             .descending
             .map(|descending| descending.since as f64 * STEP_S);
-        landing.bounces = flight.log.bounces;
-        landing.slide_m = flight.log.slide_m;
-        landing.greatest_foot_n = flight.log.greatest_normal_n;
+        flight.touching.enter(&mut landing);
         landing.end_s = landing.steps as f64 * STEP_S;
         Ok(landing)
     }

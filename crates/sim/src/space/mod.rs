@@ -21,7 +21,7 @@
 //! | `sensing`, `felt`, `sight`, `clock` | readings: when they are taken and arrive, how wrong they are |
 //! | `landing`, `flight`, `track` | a landing, its steps, its deck |
 //! | `drawn` | in what trials differ |
-//! | `outcome`, `account` | what is said of it |
+//! | `outcome`, `account`, `touching` | what is said of it |
 //! | `logged` | what an autopilot would log of it |
 //! | `batch` | many landings side by side, with ideal sensors |
 
@@ -43,6 +43,7 @@ mod sensing;
 mod sensors;
 mod sight;
 mod tags;
+mod touching;
 mod track;
 
 pub use batch::Batch;

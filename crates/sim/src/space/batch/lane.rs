@@ -1,11 +1,11 @@
 //! What is taken out of a lane, or put in.
 
-use super::seat::Standing as Judged;
 use crate::cascade::{AttitudeSetpoint, Wanted};
 use crate::contact::{Foot, FootAt};
 use crate::deck::rigid::DeckPose;
 use crate::number::Number;
 use crate::rigid::{Moving, RigidState};
+use crate::space::touching::Standing;
 use crate::vector::sub;
 
 /// What a pilot sees: the truth, in world axes; place and velocity of the vehicle relative to
@@ -61,8 +61,9 @@ pub(super) struct Looked<N: Number> {
 }
 
 impl<N: Number> Looked<N> {
+    /// How a lane stands, and its feet.
     #[inline(always)]
-    pub(super) fn of(&self, lane: usize, before_mps: N) -> Judged {
+    pub(super) fn of(&self, lane: usize, before_mps: N) -> (Standing, [Foot; 4]) {
         let ([a, b, c], [u, v, w]) = (&self.place_m, &self.velocity_mps);
         let mut feet = [Foot::default(); 4];
         for i in 0..4 {
@@ -78,13 +79,13 @@ impl<N: Number> Looked<N> {
                 slides: slides.get(lane) > 0.0,
             };
         }
-        Judged {
+        let standing = Standing {
             place_m: [a.get(lane), b.get(lane), c.get(lane)],
             velocity_mps: [u.get(lane), v.get(lane), w.get(lane)],
             before_mps: before_mps.get(lane),
             tilt_rad: self.tilt_rad.get(lane),
-            feet,
-        }
+        };
+        (standing, feet)
     }
 }
 

@@ -7,15 +7,15 @@ use touchdown_flight::pilot::PilotState;
 use super::{Batch, KNOT_STEPS};
 use crate::STEP_S;
 use crate::cascade::AttitudeSetpoint;
-use crate::contact::{ContactLog, Foot};
+use crate::contact::Foot;
 use crate::deck::rigid::{DeckCoordinates, RigidDeck};
 use crate::deck::spline::piece;
 use crate::error::SimError;
-use crate::noise::{Purpose, Stream};
 use crate::rigid::{Disturbance, RigidState, RigidVehicle};
 use crate::rotors::RotorTurbulence;
-use crate::space::drawn::Drawn;
-use crate::space::outcome::{CrashCause, Impact, SpaceLanding, SpaceOutcome, Touch};
+use crate::space::drawn::{Drawn, DrawnAir, hover};
+use crate::space::outcome::{SpaceLanding, SpaceOutcome, Touch};
+use crate::space::touching::{Standing, Touching};
 use crate::wind::Wind;
 
 /// State of the pilot that is simulated.
@@ -37,24 +37,10 @@ pub(super) struct Seat {
     pub(super) pilot: Option<PilotMemory>,
     pub(super) guidance: GuidanceState<f64>,
     throttle: f64,
-    log: ContactLog,
+    touching: Touching,
     touch: Option<Touch>,
-    was_down: bool,
-    impact: Option<Impact>,
     stopped: Option<u64>,
     pub(super) path_m: f64,
-}
-
-/// How a vehicle stands to the deck at a step.
-pub(super) struct Standing {
-    /// Place relative to the deck's centre, along its axes, m.
-    pub(super) place_m: [f64; 3],
-    /// Velocity relative to the deck after the step and before it, along its axes, m/s.
-    pub(super) velocity_mps: [f64; 3],
-    pub(super) before_mps: f64,
-    /// Tilt from the deck's normal, rad.
-    pub(super) tilt_rad: f64,
-    pub(super) feet: [Foot; 4],
 }
 
 impl Seat {
@@ -73,26 +59,12 @@ impl Seat {
         let knot = deck.coordinates(shift_s);
         let pose = knot.pose();
         let (state, throttle) = drawn.start(scenario, &vehicle, &pose);
-        let turbulence = scenario.turbulence.then(|| {
-            let stream = Stream::new(seed, trial, Purpose::Turbulence);
-            let still = vehicle.loads(&state, &pose, &Disturbance::default());
-            let roots = &state.rotors.root_thrust;
-            let sd_n = vehicle.rotors().turbulence_sd_n(roots, &still.target);
-            let correlation_s = scenario.plant.turbulence_correlation_s;
-            RotorTurbulence::new(stream, correlation_s, STEP_S, sd_n)
-        });
-        let wind = Wind::new(&scenario.wind, STEP_S, seed, trial)?;
-        let disturbance = Disturbance {
-            wind_mps: wind.velocity_mps(),
-            turbulence_n: turbulence
-                .as_ref()
-                .map_or([0.0; 4], RotorTurbulence::values_n),
-        };
-        let hover = AttitudeSetpoint {
-            thrust_n: 0.25 * state.rotors.root_thrust.iter().map(|x| x * x).sum::<f64>(),
-            attitude: state.attitude,
-            yaw_rate: 0.0,
-        };
+        let DrawnAir {
+            wind,
+            turbulence,
+            disturbance,
+        } = DrawnAir::new(scenario, &vehicle, &state, &pose, trial, seed)?;
+        let hover = hover(&state);
         let seat = Self {
             trial,
             start,
@@ -106,10 +78,8 @@ impl Seat {
             pilot: None,
             guidance: batch.guidance.initial(),
             throttle,
-            log: ContactLog::default(),
+            touching: Touching::default(),
             touch: None,
-            was_down: false,
-            impact: None,
             stopped: None,
             path_m: 0.0,
         };
@@ -145,7 +115,7 @@ impl Seat {
         &mut self,
         batch: &Batch,
         step: u64,
-        standing: Option<&Standing>,
+        standing: Option<&(Standing, [Foot; 4])>,
     ) -> Option<SpaceOutcome> {
         let since = step - self.start;
         if let Some(standing) = standing
@@ -156,75 +126,31 @@ impl Seat {
         if let Some(stopped) = self.stopped
             && since - stopped >= batch.steps.watch
         {
-            return Some(if self.log.feet_down >= 3 {
-                SpaceOutcome::Landed { attempts: 1 }
-            } else {
-                SpaceOutcome::Crashed {
-                    cause: CrashCause::StoppedInAir,
-                }
-            });
+            return Some(self.touching.settled(1));
         }
         (since >= batch.steps.timeout).then_some(SpaceOutcome::TimedOut)
     }
 
-    fn near(&mut self, batch: &Batch, since: u64, now: &Standing) -> Option<SpaceOutcome> {
-        let scenario = &batch.lander.scenario;
-        let crash = &scenario.crash;
-        let crashed = |cause| Some(SpaceOutcome::Crashed { cause });
+    fn near(
+        &mut self,
+        batch: &Batch,
+        since: u64,
+        (now, feet): &(Standing, [Foot; 4]),
+    ) -> Option<SpaceOutcome> {
+        let legs = &batch.lander.scenario.legs;
         let time_s = since as f64 * STEP_S;
-        let tilt_rad = now.tilt_rad;
-        let legs = &scenario.legs;
-        self.log.add(time_s, &now.feet, tilt_rad, legs);
-        let down = self.log.feet_down > 0;
-        if self.touch.is_none() && (down || batch.lander.has_come_down(now.place_m)) {
-            let [x, y, _] = now.place_m;
-            let [u, v, _] = now.velocity_mps;
-            self.touch = Some(Touch {
-                time_s,
-                t_l_s: time_s,
-                v_l_mps: now.before_mps.abs(),
-                s_l_m: self.path_m,
-                tilt_rad,
-                lateral_m: x.hypot(y),
-                lateral_mps: u.hypot(v),
-            });
+        self.touching.log.add(time_s, feet, now.tilt_rad, legs);
+        if self.touch.is_none() && self.touching.is_near(&batch.lander, now.place_m) {
+            self.touch = Some(now.touch(time_s, time_s, self.path_m));
             self.stopped = Some(since);
         }
-        if down {
-            // As fast as before the legs took up any of it.
-            let fresh = if self.was_down { 0.0 } else { 1.0 };
-            let so_far = self.impact.unwrap_or(Impact {
-                speed_mps: 0.0,
-                tilt_rad: 0.0,
-            });
-            self.impact = Some(Impact {
-                speed_mps: so_far.speed_mps.max(-fresh * now.before_mps),
-                tilt_rad: so_far.tilt_rad.max(tilt_rad),
-            });
-        }
-        self.was_down = down;
-        if down && -now.before_mps > crash.speed_mps {
-            return crashed(CrashCause::Speed);
-        }
-        if self.log.tipped_s.is_some() {
-            return Some(SpaceOutcome::TippedOver);
-        }
-        if down && tilt_rad > crash.tilt_rad {
-            return crashed(CrashCause::Tilt);
-        }
-        if self.log.fell_s.is_some() {
-            return crashed(CrashCause::FellOff);
-        }
-        if now.place_m[2] < scenario.landed_height_m - 0.15 {
-            return crashed(CrashCause::Missed);
-        }
-        None
+        self.touching.judge(&batch.lander.scenario, now)
     }
 
     /// The landing, at its end.
     pub(super) fn landing(self, step: u64, outcome: SpaceOutcome) -> SpaceLanding {
         let steps = step - self.start;
-        SpaceLanding {
+        let mut landing = SpaceLanding {
             trial_index: self.trial,
             outcome,
             touch: self.touch,
@@ -232,14 +158,16 @@ impl Seat {
             waited_s: 0.0,
             descents: 1,
             aborts: Vec::new(),
-            bounces: self.log.bounces,
-            slide_m: self.log.slide_m,
-            greatest_foot_n: self.log.greatest_normal_n,
-            impact: self.impact,
+            bounces: 0,
+            slide_m: 0.0,
+            greatest_foot_n: 0.0,
+            impact: None,
             estimated_latency_s: 0.0,
             end_s: steps as f64 * STEP_S,
             steps,
             trace: None,
-        }
+        };
+        self.touching.enter(&mut landing);
+        landing
     }
 }
