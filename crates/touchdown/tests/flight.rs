@@ -169,6 +169,22 @@ fn crazypad_logs() -> Option<Vec<PathBuf>> {
 }
 
 #[test]
+fn prop_a_log_given_twice_is_refused() {
+    let Some(logs) = crazypad_logs() else { return };
+    let mut args: Vec<PathBuf> = ["identify", "ground-effect"]
+        .iter()
+        .map(PathBuf::from)
+        .collect();
+    args.extend([logs[0].clone(), logs[1].clone(), logs[0].clone()]);
+    args.extend(["--map".into(), map("flight-crazypad-motor.toml")]);
+    let text = fails(2, &args);
+    assert!(
+        text.contains("different logs") && text.contains("E9_log00_motor.csv"),
+        "{text}"
+    );
+}
+
+#[test]
 fn prop_the_command_identifies_flights_and_writes_all_of_it() {
     let Some(logs) = crazypad_logs() else { return };
     let folder = tempfile::tempdir().unwrap();

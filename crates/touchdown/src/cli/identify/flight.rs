@@ -215,8 +215,18 @@ pub(super) fn run(
                 ("ground-effect.toml", Some(&made)),
                 ("thrust.toml", of_thrust.as_ref()),
             ] {
-                if let Some(made) = made {
-                    made.card.write(&folder.join(name))?;
+                let path = folder.join(name);
+                match made {
+                    Some(made) => made.card.write(&path)?,
+                    // A card of other flights beside this one would fly with it.
+                    None if path.exists() => {
+                        std::fs::remove_file(&path).map_err(|e| Error::file(&path, e))?;
+                        context.warn(&format!(
+                            "{} is gone: it was of an earlier run",
+                            path.display()
+                        ));
+                    }
+                    None => {}
                 }
             }
             pages::identify::write(folder, &figures, &report)?;

@@ -1,6 +1,6 @@
 //! Logs from the disk: read, mapped, counted.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -127,7 +127,23 @@ pub(crate) fn logs(
             log => out.push(log),
         }
     }
+    different(out.iter().flatten())?;
     Ok(out)
+}
+
+/// A log given twice would count as two.
+fn different<'a>(logs: impl Iterator<Item = &'a Log>) -> Result<()> {
+    let mut seen: BTreeMap<&str, &Path> = BTreeMap::new();
+    for log in logs {
+        if let Some(first) = seen.insert(log.sha256(), &log.path) {
+            return Err(Error::Arguments(format!(
+                "expected different logs, each of which counts as one; found {} and {} with the same content",
+                first.display(),
+                log.path.display()
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Reads every log; any that cannot be read is an error.

@@ -105,10 +105,19 @@ impl GroundEffect {
                 card.terms.push(sure_term("tau", "1", tau, "s"));
             }
             warnings.push(
-                "the vehicle's climb stands for the deck's velocity, reversed: an approximation where the deck moves".into(),
+                "k is the climb damping of the vehicle, the same at all heights; its climb stands for the deck's velocity, reversed: an \
+                 approximation where the deck moves"
+                    .into(),
             );
         }
         warnings.extend(self.refused.iter().map(ToString::to_string));
+        if self.basis == Basis::Poses {
+            warnings.push(
+                "intervals hold what differs from flight to flight; what the smoothing of poses and a pilot's answers to \
+                 disturbances move alike in all of them, some tenth of the curve, they do not"
+                    .into(),
+            );
+        }
         card.description = match self.basis {
             Basis::Accelerometer => {
                 "Identified from flights, relative to flight out of ground effect."

@@ -15,6 +15,7 @@ use super::pieces::{LeftOut, cut};
 use super::record::forces_from;
 use super::resolve::{climb_near_ground, of_poses, resolve_lag, wants_lag};
 use super::spread::{Spread, Sure};
+use super::thrust::follows;
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
 
@@ -26,8 +27,6 @@ const LEAST_NEAR_S: f64 = 0.5;
 const LEAST_SPREAD_RADII: f64 = 0.5;
 /// Least time out of ground effect (s).
 const LEAST_FAR_S: f64 = 1.0;
-/// An interval of the extra lift narrower than this to either side is one that tells something.
-const NARROW: f64 = 0.05;
 
 /// What the logs do not carry.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -241,6 +240,7 @@ fn from_force(
     }
     let tried = choice.tried;
     let spread = Spread::of(&fit, &cut.pieces, settings.resamples, settings.seed);
+    follows(&name, cut.hover_throttle, &fit, &cut.pieces, &spread, None)?;
     let found = GroundEffect {
         basis,
         drift_of_time,
@@ -257,21 +257,19 @@ fn from_force(
         refused,
         heights_m,
     };
-    found.told(&name)?;
+    found.told(&name, settings)?;
     Ok(found)
 }
 
 impl GroundEffect {
-    /// A curve is one where its interval near the ground is narrower than itself, or narrow.
-    fn told(&self, name: &str) -> Result<()> {
-        let height_m = self.heights_m[0].max(0.5 * self.rotor_radius_m);
-        let Some(near) = self.ratio(height_m) else {
+    /// A ground effect is one where thrust near the ground is greater than out of its effect beyond doubt.
+    pub(super) fn told(&self, name: &str, settings: &FlightSettings) -> Result<()> {
+        let lowest = (self.heights_m[0] / self.rotor_radius_m).max(0.5);
+        let height_m = lowest * self.rotor_radius_m;
+        let extra = self.of_curve(|v| v.at_rest(lowest) - v.at_rest(settings.reference_radii));
+        let Some(near) = extra.filter(|e| !(e.ci95[0] > 0.0)) else {
             return Ok(());
         };
-        let half = 0.5 * (near.ci95[1] - near.ci95[0]);
-        if half <= near.value.abs().max(NARROW) {
-            return Ok(());
-        }
         let [lo, hi] = near.ci95.map(|v| 100.0 * v);
         Err(Error::data(
             name,

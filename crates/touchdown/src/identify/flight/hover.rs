@@ -157,7 +157,7 @@ pub(super) fn ground_effect(
         hover.ratio = hover.load / model * (1.0 + values.at_rest(z));
     }
     let range = crate::identify::making::range(hovers_of.iter().map(|h| h.height_m));
-    Ok(GroundEffect {
+    let found = GroundEffect {
         basis: Basis::Hovers { law },
         drift_of_time: !has_volts,
         rotor_radius_m,
@@ -172,7 +172,9 @@ pub(super) fn ground_effect(
         refused: refused(law, why),
         heights_m: range.unwrap_or([0.0, 0.0]),
         hovers: hovers_of,
-    })
+    };
+    found.told(&name, settings)?;
+    Ok(found)
 }
 
 /// Hovers near the ground at two heights, and out of its effect, in one run.

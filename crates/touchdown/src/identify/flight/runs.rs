@@ -59,15 +59,21 @@ pub struct ExtraLift {
     pub share: Sure,
 }
 
+impl ExtraLift {
+    /// Without its interval.
+    fn words(&self) -> String {
+        let ([a, b], [c, d]) = (self.near_m, self.far_m);
+        format!(
+            "extra lift {:.1} % at {a:.3} to {b:.3} m over {c:.3} to {d:.3} m",
+            100.0 * self.share.value
+        )
+    }
+}
+
 impl fmt::Display for ExtraLift {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [lo, hi] = self.share.ci95.map(|v| 100.0 * v);
-        let ([a, b], [c, d]) = (self.near_m, self.far_m);
-        write!(
-            f,
-            "extra lift {:.1} % at {a:.3} to {b:.3} m over {c:.3} to {d:.3} m, 95 % interval {lo:.1} to {hi:.1} %",
-            100.0 * self.share.value
-        )
+        write!(f, "{}, 95 % interval {lo:.1} to {hi:.1} %", self.words())
     }
 }
 
@@ -85,7 +91,7 @@ pub struct RunResult {
     pub rows_used: usize,
     /// Specific force at the throttle of hover, in gravities.
     pub thrust_scale: Option<f64>,
-    /// Constant error of the height (m).
+    /// Constant error of the height, as logged less true (m), as far as the run differs from the others.
     pub height_error_m: Option<f64>,
     /// Hover out of ground effect, where there was some.
     pub hover: Option<SteadyHover>,
@@ -107,7 +113,8 @@ impl fmt::Display for RunResult {
             None => write!(f, "; no steady hover out of ground effect")?,
         }
         match &self.extra_lift {
-            Some(lift) => write!(f, "; {lift}"),
+            // How sure it is the flights together say.
+            Some(lift) => write!(f, "; {}", lift.words()),
             None => Ok(()),
         }
     }
@@ -163,7 +170,7 @@ impl GroundEffect {
                 let ours = |p: &Piece| p.flight == index && p.run == number;
                 let place = self.pieces.iter().position(ours);
                 let local = place.map(|i| self.fit.locals[i]);
-                let error_m = local.map(|l| l.bias * self.rotor_radius_m);
+                let error_m = local.map(|l| -l.bias * self.rotor_radius_m);
                 out.push(RunResult {
                     log: flight.name.clone(),
                     number: number + 1,

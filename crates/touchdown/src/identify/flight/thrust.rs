@@ -254,7 +254,7 @@ fn lag(
 }
 
 /// Thrust that does not follow the throttle is none; `with_lag` is the elasticity of the model before its lag was judged.
-fn follows(
+pub(super) fn follows(
     name: &str,
     hover_throttle: f64,
     fit: &Fit,
