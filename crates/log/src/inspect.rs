@@ -1,5 +1,6 @@
 use crate::apply::LONG_STEP_S;
 use crate::tally::{Tally, TimeColumn, View};
+use crate::time_column::{LikelyUnit, likely_unit, time_among, time_of};
 use crate::{Column, Table, suggest};
 use serde::Serialize;
 use touchdown_trial::{Source, TIME_CHANNEL, Trial, unit_of};
@@ -50,15 +51,21 @@ pub struct TimeBase {
     pub jitter_s: Option<f64>,
     /// Rows without a stamp, or with one that is not after the one before.
     pub bad_stamps: usize,
+    /// Largest stamp, in units of the column.
+    #[serde(skip)]
+    pub(crate) largest: f64,
+    /// What to say of a column that is the time by a guess.
+    #[serde(skip)]
+    pub(crate) guess: Option<&'static str>,
 }
 
 impl TimeBase {
-    /// The unit that the steps speak for, such as `ms`, and its seconds, where that is another one
-    /// than was taken: one that the column's name does not tell, or seconds that are far too long.
-    pub(crate) fn likely_unit(&self) -> Option<(&'static str, f64)> {
+    /// The unit that the stamps speak for, such as ms, where that is another one than was taken:
+    /// one that the column's name does not tell, or seconds that are far too long.
+    pub(crate) fn likely_unit(&self) -> Option<LikelyUnit> {
         let step = self.period_s? / self.unit_s;
         let is_likely = self.unit_stated && (self.unit_s != 1.0 || step <= LONG_STEP_S);
-        suggest::likely_unit(step).filter(|_| !is_likely)
+        likely_unit(step, self.largest).filter(|_| !is_likely)
     }
 }
 
@@ -89,7 +96,7 @@ pub struct ColumnSummary {
 }
 
 /// Tells what a table holds. The time base is `time_column`, or else the first column that its
-/// name or its date-time stamps give away; it serves the rates only, and converts nothing.
+/// name or its date-time stamps give away, or one that rises as time does; it serves the rates only, and converts nothing.
 #[must_use]
 pub fn inspect(table: &Table, time_column: Option<&str>) -> Inspection {
     let mut looking = Looking::new(time_column);
@@ -115,15 +122,16 @@ impl<'a> Looking<'a> {
     pub(crate) fn part(&mut self, columns: &[Column], row_numbers: &[usize]) {
         let tally = self.tally.get_or_insert_with(|| {
             let time = match self.time_column {
-                None => columns.iter().find_map(suggest::time_of),
+                None => time_among(columns, row_numbers),
                 Some(name) => columns
                     .iter()
                     .find(|column| column.name == name && !column.is_text())
                     .map(|column| {
-                        suggest::time_of(column).unwrap_or(TimeColumn {
+                        time_of(column).unwrap_or(TimeColumn {
                             name: name.to_owned(),
                             unit_s: 1.0,
                             stated: false,
+                            guess: None,
                         })
                     }),
             };
@@ -174,6 +182,7 @@ pub fn inspect_trial(trial: &Trial) -> Inspection {
         name: TIME_CHANNEL.to_owned(),
         unit_s: 1.0,
         stated: true,
+        guess: None,
     }));
     let channels = std::iter::once((TIME_CHANNEL, trial.time_s())).chain(trial.channels());
     let views: Vec<View<'_>> = channels
@@ -208,8 +217,13 @@ pub fn inspect_trial(trial: &Trial) -> Inspection {
 }
 
 fn warn_of_time(base: &TimeBase, warnings: &mut Vec<String>) {
+    if let Some(guess) = base.guess {
+        warnings.push(format!("{:?} is taken as the time: {guess}", base.column));
+    }
     match base.likely_unit() {
-        Some((unit, unit_s)) => warnings.push(format!(
+        Some(LikelyUnit {
+            name: unit, unit_s, ..
+        }) => warnings.push(format!(
             "{:?} has a median step of {}, as if it were in {unit}; rates take it as seconds. In a map: time_s = '{}'",
             base.column,
             base.period_s.unwrap_or_default() / base.unit_s,

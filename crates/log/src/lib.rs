@@ -65,6 +65,7 @@ mod stamps;
 mod suggest;
 mod table;
 mod tally;
+mod time_column;
 mod whole;
 
 pub use apply::apply;

@@ -1,8 +1,7 @@
 //! Guesses from column names, for messages and suggested maps only: nothing is read by them.
 
 use crate::recognise::{Guess, channels};
-use crate::tally::TimeColumn;
-use crate::{Column, ColumnKind, ColumnSummary, TimeBase};
+use crate::{ColumnSummary, TimeBase};
 use touchdown_trial::TIME_CHANNEL;
 
 /// The name most similar to `name`, if any is similar at all.
@@ -42,32 +41,6 @@ fn edit_distance(a: &[char], b: &[char]) -> usize {
     row[b.len()]
 }
 
-/// What its name or its stamps tell of a column that seems to be the time.
-pub(crate) fn time_of(column: &Column) -> Option<TimeColumn> {
-    let guess = |unit_s, stated| {
-        Some(TimeColumn {
-            name: column.name.clone(),
-            unit_s,
-            stated,
-        })
-    };
-    if column.kind == ColumnKind::Stamp {
-        return guess(1.0, true);
-    }
-    let (base, unit) = base_and_unit(&column.name);
-    if column.is_text() || !matches!(base.as_str(), "t" | "time" | "timestamp" | "elapsed time") {
-        return None;
-    }
-    match unit.as_str() {
-        "s" | "sec" => guess(1.0, true),
-        "ms" => guess(1e-3, true),
-        "us" => guess(1e-6, true),
-        "ns" => guess(1e-9, true),
-        "" => guess(1.0, false),
-        _ => None,
-    }
-}
-
 /// `Thrust (gf)`, `weight[g]`, `t_s` and `TimeUS` as what and unit, in lower case; `µ` is `u`.
 pub(crate) fn base_and_unit(name: &str) -> (String, String) {
     let name = name
@@ -91,17 +64,6 @@ pub(crate) fn base_and_unit(name: &str) -> (String, String) {
     }
 }
 
-/// Steps of a column of unknown unit that are likely ones in ms, us and ns: from so many on.
-const LIKELY: [(f64, &str, f64); 3] = [(1.0, "ms", 1e-3), (400.0, "us", 1e-6), (4e5, "ns", 1e-9)];
-
-/// The unit that a median step of so many units speaks for, and its seconds, where seconds are
-/// not likely: rates lie between 2.5 Hz and 2.5 kHz then.
-pub(crate) fn likely_unit(step: f64) -> Option<(&'static str, f64)> {
-    let mut units = LIKELY.iter().rev();
-    let unit = units.find(|(from, ..)| step >= *from);
-    unit.map(|&(_, name, unit_s)| (name, unit_s))
-}
-
 /// An expression for a column times a factor.
 pub(crate) fn scaled(name: &str, factor: f64) -> String {
     if factor == 1.0 {
@@ -112,7 +74,8 @@ pub(crate) fn scaled(name: &str, factor: f64) -> String {
 }
 
 /// The text of a map to start from. Channels that names, units or sizes tell are filled in, those
-/// by size with a word to check it; all other columns stand below as comments. A table that has
+/// by size with a word to check it; all other columns stand below as comments, and so does the time
+/// where no column is. A table that has
 /// our own names already gets none, unless a column seems to be a channel of another name.
 pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Option<String> {
     let guesses = channels(columns);
@@ -125,8 +88,16 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
     match time {
         Some(base) => {
             let likely = base.likely_unit();
-            let unit_s = likely.map_or(base.unit_s, |(_, unit_s)| unit_s);
-            let check = likely.map(|(unit, _)| format!("in {unit} by its steps"));
+            let unit_s = likely.map_or(base.unit_s, |likely| likely.unit_s);
+            let unit = likely.map(|likely| format!("in {} by its {}", likely.name, likely.by));
+            let check = match (base.guess, unit) {
+                (Some(guess), None) if !base.unit_stated => {
+                    Some(format!("{guess}; in s by its steps"))
+                }
+                (Some(guess), None) => Some(guess.to_owned()),
+                (Some(guess), Some(unit)) => Some(format!("{guess}; {unit}")),
+                (None, unit) => unit,
+            };
             line(
                 &mut text,
                 TIME_CHANNEL,
@@ -134,8 +105,9 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
                 check,
             );
         }
+        // A comment, so that the map is refused until someone has said it.
         None => text.push_str(
-            "time_s = 'row * 0.01'  # no column looks like the time: what is the period?\n",
+            "# time_s = 'row * 0.01'  # no column looks like the time: what is the period?\n",
         ),
     }
     for guess in &guesses {

@@ -38,6 +38,8 @@ pub(crate) struct TimeColumn {
     pub(crate) name: String,
     pub(crate) unit_s: f64,
     pub(crate) stated: bool,
+    /// What to say of it, if it is a guess.
+    pub(crate) guess: Option<&'static str>,
 }
 
 pub(crate) struct Tally {
@@ -180,10 +182,12 @@ impl Tally {
                 .get((apart.len() * 95).div_ceil(100).saturating_sub(1))
                 .copied(),
             bad_stamps: clock.bad,
+            largest: clock.ends_s.map_or(0.0, |(_, last)| last / time.unit_s),
+            guess: time.guess,
         };
         let scale = base
             .likely_unit()
-            .map_or(1.0, |(_, unit_s)| unit_s / base.unit_s);
+            .map_or(1.0, |likely| likely.unit_s / base.unit_s);
         let jumps = clock.jumps.iter().find(|(of, _)| *of == scale);
         let median_s = period_s.unwrap_or_default() * scale;
         let told = jumps.and_then(|(_, jumps)| jumps.told(&time.name, median_s));
