@@ -57,6 +57,7 @@ mod layout;
 // What a map says of topics is for logs.
 #[cfg_attr(not(feature = "flight-logs"), allow(dead_code))]
 mod map;
+mod motors;
 mod read;
 mod recognise;
 mod rows;

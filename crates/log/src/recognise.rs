@@ -1,6 +1,7 @@
 //! Which channels the columns of a table seem to be, by their names, units and sizes.
 
 use crate::ColumnSummary;
+use crate::motors::{motors, rotors};
 use crate::suggest::{base_and_unit, quoted};
 
 /// A channel that columns seem to tell.
@@ -83,6 +84,8 @@ const NAMES: [(&[&str], &str); 4] = [
             "linearaccelerationz",
             "imuaccz",
             "imuaz",
+            "imuup",
+            "stateestimateaz",
         ],
         "specific_force_mps2",
     ),
@@ -101,6 +104,10 @@ const NAMES: [(&[&str], &str); 4] = [
             "distance",
             "rangefinder",
             "lidar",
+            "sonar",
+            "tof",
+            "rangefloor",
+            "stateestimatez",
         ],
         "height_m",
     ),
@@ -126,6 +133,7 @@ const NAMES: [(&[&str], &str); 4] = [
             "batteryvoltage",
             "voltage",
             "pmvbat",
+            "pmvbatmv",
         ],
         "battery_v",
     ),
@@ -147,22 +155,9 @@ const UNITS: [(&str, &str, &str); 12] = [
 ];
 /// Words in the names of what looks down.
 const RANGES: [&str; 3] = ["range", "distance", "lidar"];
-/// Names of commands of motors: of all together, and of each with a number behind it.
-const MOTORS: [&str; 9] = [
-    "throttle",
-    "thr",
-    "pwm",
-    "motor",
-    "motors",
-    "esc",
-    "escsignal",
-    "motorpwm",
-    "duty",
-];
-const NUMBERED: [&str; 8] = [
-    "m", "motor", "pwm", "esc", "motorpwm", "motorm", "throttle", "output",
-];
-
+/// Names of what looks down as well, but often in cm, and no farther than this in m.
+const SHORT: [&str; 2] = ["sonar", "tof"];
+const SHORT_M: f64 = 10.0;
 /// The channels that columns of numbers seem to be, each once, in the order of the columns.
 pub(crate) fn channels(columns: &[ColumnSummary]) -> Vec<Guess> {
     let mut found: Vec<Guess> = Vec::new();
@@ -172,6 +167,7 @@ pub(crate) fn channels(columns: &[ColumnSummary]) -> Vec<Guess> {
             continue;
         }
         let guess = ours(at, column)
+            .or_else(|| rotors(at, columns))
             .or_else(|| by_word(at, column))
             .or_else(|| by_name(at, column))
             .or_else(|| motors(at, columns));
@@ -215,7 +211,7 @@ fn by_word(at: usize, column: &ColumnSummary) -> Option<Guess> {
 }
 
 /// Letters and digits.
-fn plain(name: &str) -> String {
+pub(crate) fn plain(name: &str) -> String {
     let letters = name.chars().filter(|c| c.is_alphanumeric());
     letters.flat_map(char::to_lowercase).collect()
 }
@@ -271,6 +267,7 @@ fn by_size(channel: &str, column: &ColumnSummary) -> Option<(&'static str, &'sta
     match channel {
         "specific_force_mps2" if (0.5..2.0).contains(&median) => Some(("9.80665 * ", "g")),
         "specific_force_mps2" if (4.0..20.0).contains(&median) => Some(("", "m/s²")),
+        "height_m" if SHORT.contains(&name.as_str()) => (largest <= SHORT_M).then_some(("", "m")),
         "height_m" if largest <= 100.0 => Some(("", "m")),
         // What looks down reaches so far; an altitude above the sea is no height.
         "height_m" if largest <= 10_000.0 && is_range => Some(("1e-3 * ", "mm")),
@@ -279,69 +276,4 @@ fn by_size(channel: &str, column: &ColumnSummary) -> Option<(&'static str, &'sta
         "battery_v" if (2000.0..100_000.0).contains(&median) => Some(("1e-3 * ", "mV")),
         _ => None,
     }
-}
-
-/// The mean of the commands of all motors, or the command of all.
-fn motors(at: usize, columns: &[ColumnSummary]) -> Option<Guess> {
-    let name = plain(&columns[at].name);
-    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
-    let group: Vec<usize> = if stem.len() < name.len() {
-        if !NUMBERED.contains(&stem) {
-            return None;
-        }
-        let of_group = |column: &ColumnSummary| {
-            let name = plain(&column.name);
-            let number = name.strip_prefix(stem);
-            let is_number = number.is_some_and(|n| n.parse::<u8>().is_ok());
-            is_number && column.text.is_none() && column.count > 0
-        };
-        (0..columns.len())
-            .filter(|&i| of_group(&columns[i]))
-            .collect()
-    } else if MOTORS.contains(&name.as_str()) || name.contains("throttle") {
-        vec![at]
-    } else {
-        return None;
-    };
-    let most = group
-        .iter()
-        .filter_map(|&i| columns[i].max)
-        .fold(f64::NAN, f64::max);
-    let least = group
-        .iter()
-        .filter_map(|&i| columns[i].min)
-        .fold(f64::NAN, f64::min);
-    let (low, range, what) = match most {
-        _ if least < 0.0 => return None,
-        ..=0.0 => return None,
-        ..=1.0 => (0.0, 1.0, "of 1"),
-        ..=100.0 => (0.0, 100.0, "of 100"),
-        ..=255.0 => (0.0, 255.0, "of 255"),
-        900.0..=2300.0 => (1000.0, 1000.0, "µs from 1000 to 2000"),
-        ..=1000.0 => (0.0, 1000.0, "of 1000"),
-        ..=65_535.0 => (0.0, 65_535.0, "of 65535"),
-        _ => return None,
-    };
-    let term = |&i: &usize| {
-        let quoted = quoted(&columns[i].name);
-        if low > 0.0 {
-            format!("max({quoted} - {low}, 0)")
-        } else {
-            quoted
-        }
-    };
-    let terms: Vec<String> = group.iter().map(term).collect();
-    let divisor = range * group.len() as f64;
-    let expression = match (&terms[..], divisor == 1.0) {
-        ([one], true) => one.clone(),
-        ([one], false) => format!("{one} / {divisor}"),
-        (all, _) => format!("({}) / {divisor}", all.join(" + ")),
-    };
-    let scale = (range != 1.0).then(|| format!("{what} by its size"));
-    Some(Guess {
-        channel: "throttle",
-        expression,
-        check: scale,
-        columns: group,
-    })
 }

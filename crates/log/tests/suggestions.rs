@@ -139,3 +139,78 @@ fn analytic_jumps_of_time_are_told() {
         seen.warnings
     );
 }
+
+#[test]
+fn regress_rotors_are_averaged_as_motors_are() {
+    for (header, mean) in [
+        (
+            "t,rpm1,rpm2,rpm3,rpm4",
+            r#"("rpm1" + "rpm2" + "rpm3" + "rpm4") / 4"#,
+        ),
+        (
+            "t,rpm[0],rpm[1],rpm[2],rpm[3]",
+            r#"("rpm[0]" + "rpm[1]" + "rpm[2]" + "rpm[3]") / 4"#,
+        ),
+        (
+            "t,esc1_rpm,esc2_rpm,esc3_rpm,esc4_rpm",
+            r#"("esc1_rpm" + "esc2_rpm" + "esc3_rpm" + "esc4_rpm") / 4"#,
+        ),
+    ] {
+        let (seen, trial) = table(header, |i| format!("{},1000,2000,3000,4000", 0.01 * i));
+        let text = seen.suggested_map.unwrap();
+        assert!(text.contains(&format!("rotor_rpm = '{mean}'\n")), "{text}");
+        has(&trial.unwrap(), "rotor_rpm", 2500.0);
+    }
+    // What never turns is no rotor, and what turns the other way does not cancel.
+    let (seen, trial) = table("t,rpm1,rpm2,rpm3", |i| format!("{},1000,-2000,0", 0.01 * i));
+    has(&trial.unwrap(), "rotor_rpm", 1500.0);
+    assert!(!seen.suggested_map.unwrap().contains("# "));
+}
+
+#[test]
+fn regress_names_of_vehicles_are_recognised_by_name_and_size() {
+    for (name, cell, channel, value) in [
+        ("motor_out", "0.25", "throttle", 0.25),
+        ("gas", "25", "throttle", 0.25),
+        ("cmd", "1250", "throttle", 0.25),
+        ("thrust_cmd", "0.25", "throttle", 0.25),
+        ("actuatorThrust", "32767.5", "throttle", 0.5),
+        ("actuators[0]", "0.25", "throttle", 0.25),
+        ("sonar", "1.5", "height_m", 1.5),
+        ("tof", "1.5", "height_m", 1.5),
+        ("tof_mm", "1500", "height_m", 1.5),
+        ("range_floor", "1500", "height_m", 1.5),
+        ("stateEstimate.z", "1.5", "height_m", 1.5),
+        ("imu_up", "1", "specific_force_mps2", 9.80665),
+        ("stateEstimate.az", "1", "specific_force_mps2", 9.80665),
+        ("accelz", "9.5", "specific_force_mps2", 9.5),
+        ("pm.vbatMV", "3900", "battery_v", 3.9),
+    ] {
+        let (_, trial) = table(&format!("t,{name}"), |i| format!("{},{cell}", 0.01 * i));
+        has(&trial.unwrap(), channel, value);
+    }
+    // A force, another command, centimetres or a time, surfaces, and accelerations without gravity.
+    for (name, cell) in [
+        ("thrust_cmd", "12.5"),
+        ("actuatorThrust", "5000"),
+        ("cmd", "0.5"),
+        ("sonar", "150"),
+        ("tof", "5800"),
+        ("actuators[0]", "-0.1"),
+        ("imu_up", "0.02"),
+        ("stateEstimate.az", "-0.001"),
+    ] {
+        let (seen, _) = table(&format!("t,{name}"), |i| format!("{},{cell}", 0.01 * i));
+        let text = seen.suggested_map.unwrap();
+        assert!(text.ends_with(&format!("# \"{name}\"\n")), "{text}");
+    }
+    // Six outputs, two of which lead nowhere.
+    let (_, trial) = table(
+        "t,output[0],output[1],output[2],output[3],output[4],output[5]",
+        |i| {
+            let v = if i == 50.0 { 0.5 } else { 1.0 };
+            format!("{},{v},{v},{v},{v},0,0", 0.01 * i)
+        },
+    );
+    has(&trial.unwrap(), "throttle", 0.5);
+}
