@@ -276,7 +276,7 @@ impl GroundEffect {
             "flights that tell a ground effect from none: record hovers and slow passes at 0.5, 1, 2 and 6 rotor radii in \
              several flights",
             format!(
-                "extra lift of {:.0} % at {height_m:.3} m, 95 % interval {lo:.0} to {hi:.0} %",
+                "extra lift of {:.1} % at {height_m:.3} m, 95 % interval {lo:.1} to {hi:.1} %",
                 100.0 * near.value
             ),
         ))
