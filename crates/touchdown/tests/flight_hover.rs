@@ -145,6 +145,22 @@ fn analytic_hovers_by_rotor_speed_three_times_a_second() {
 }
 
 #[test]
+fn prop_a_rotor_speed_is_not_told_as_a_throttle() {
+    let settings = settings();
+    let flights: Vec<Flight> = (0..4)
+        .map(|k| without(&staircase(k, 0.0, 25.0), &["throttle"]))
+        .map(|trial| Flight::of(&trial, &settings).unwrap())
+        .collect();
+    assert!(flights[0].notes.iter().any(|n| n.contains("no throttle")));
+    let found = ground_effect(&flights, &settings).unwrap();
+    let runs = found.result(&flights, &settings).runs;
+    let hover = runs[0].hover.expect("a hover out of ground effect");
+    assert_eq!(hover.throttle, None);
+    assert!(hover.to_string().contains("turns a minute"), "{hover}");
+    assert!(hover.rotor_rpm.is_some_and(|rpm| rpm > 1000.0), "{hover}");
+}
+
+#[test]
 fn analytic_hovers_by_throttle_know_that_its_law_is_not_known() {
     let trials: Vec<Trial> = (0..4)
         .map(|k| without(&staircase(k, 0.0, 25.0), &["rotor_rpm"]))

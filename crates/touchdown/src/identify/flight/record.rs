@@ -66,6 +66,8 @@ pub struct Flight {
     pub throttle: Vec<f64>,
     /// The throttle as it acts on `force`: smoothed alike, where that is from poses. Empty where it is the throttle.
     pub command: Vec<f64>,
+    /// Whether that is the speed of the rotors over its greatest value, for no throttle was logged.
+    pub throttle_is_speed: bool,
     /// Speed of the rotors (1/min); empty where it was not measured.
     pub rotor_rpm: Vec<f64>,
     /// Specific force along the rotor axis in gravities: 1 in hover. Empty where there is none.
@@ -94,7 +96,7 @@ impl Flight {
     /// # Errors
     /// A trial without throttle and rotor speed, or whose specific force is not one.
     pub fn of(trial: &Trial, settings: &FlightSettings) -> Result<Self> {
-        let (throttle, rotor_rpm) = effort(trial)?;
+        let (throttle, rotor_rpm, by_speed) = effort(trial)?;
         let running = |i: &usize| throttle[*i] > settings.idle_throttle;
         let rows: Vec<usize> = (0..trial.len())
             .filter(|&i| throttle[i].is_finite())
@@ -138,6 +140,12 @@ impl Flight {
         let mut height_m = trial
             .channel("height_m")
             .map_or_else(Vec::new, <[f64]>::to_vec);
+        if by_speed {
+            notes.push(
+                "no throttle: the speed of the rotors over its greatest value stands in its place"
+                    .to_string(),
+            );
+        }
         let spikes = without_spikes(time, &mut height_m);
         if spikes > 0 {
             notes.push(format!(
@@ -174,6 +182,7 @@ impl Flight {
             time_s: time.to_vec(),
             throttle: filled(time, &throttle, true),
             command: Vec::new(),
+            throttle_is_speed: by_speed,
             rotor_rpm,
             force: if known { force } else { Vec::new() },
             force_from: if known {
@@ -305,15 +314,15 @@ impl Flight {
     }
 }
 
-/// Throttle and rotor speed; without throttle, the rotor speed over its greatest value in its place.
-pub(super) fn effort(trial: &Trial) -> Result<(Vec<f64>, Vec<f64>)> {
+/// Throttle and rotor speed; without throttle, the rotor speed over its greatest value in its place, and that it is that.
+pub(super) fn effort(trial: &Trial) -> Result<(Vec<f64>, Vec<f64>, bool)> {
     let known = |c: &[f64]| c.iter().any(|v| v.is_finite());
     let rpm = trial
         .channel("rotor_rpm")
         .filter(|c| known(c))
         .map_or_else(Vec::new, |c| filled(trial.time_s(), c, false));
     match throttle(trial) {
-        Ok(throttle) if known(&throttle) || rpm.is_empty() => Ok((throttle, rpm)),
+        Ok(throttle) if known(&throttle) || rpm.is_empty() => Ok((throttle, rpm, false)),
         Err(_) if rpm.is_empty() => Err(Error::data(
             trial.name(),
             "what the motors do, as `throttle` (0 to 1) or `rotor_rpm`: record motor commands or rotor speeds with the poses",
@@ -321,7 +330,7 @@ pub(super) fn effort(trial: &Trial) -> Result<(Vec<f64>, Vec<f64>)> {
         )),
         _ => {
             let most = rpm.iter().copied().fold(0.0, f64::max);
-            Ok((rpm.iter().map(|r| r / most).collect(), rpm))
+            Ok((rpm.iter().map(|r| r / most).collect(), rpm, true))
         }
     }
 }

@@ -24,8 +24,10 @@ const NEAREST_RADII: f64 = 1.25;
 /// Hover out of ground effect in one run, in stretches of a second or more, less their ends.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct SteadyHover {
-    /// Mean throttle.
-    pub throttle: f64,
+    /// Mean throttle, where one was logged.
+    pub throttle: Option<f64>,
+    /// Mean speed of the rotors (1/min), where it was logged in place of a throttle.
+    pub rotor_rpm: Option<f64>,
     /// From (s).
     pub from_s: f64,
     /// To (s).
@@ -38,12 +40,12 @@ pub struct SteadyHover {
 
 impl fmt::Display for SteadyHover {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            throttle,
-            hovered_s,
-            ..
-        } = self;
-        write!(f, "hover at throttle {throttle:.3} ({hovered_s:.1} s)")
+        match (self.throttle, self.rotor_rpm) {
+            (Some(throttle), _) => write!(f, "hover at throttle {throttle:.3}")?,
+            (None, Some(rpm)) => write!(f, "hover at {rpm:.0} turns a minute")?,
+            (None, None) => write!(f, "hover")?,
+        }
+        write!(f, " ({:.1} s)", self.hovered_s)
     }
 }
 
@@ -278,10 +280,13 @@ fn steady_hover(
         })
         .collect();
     let count = used.len() as f64;
+    let by_speed = flight.throttle_is_speed;
+    let mean = |c: &[f64]| used.iter().map(|&i| c[i]).sum::<f64>() / count;
     Some(SteadyHover {
         from_s: time(*used.first()?),
         to_s: time(*used.last()?),
-        throttle: used.iter().map(|&i| flight.throttle[i]).sum::<f64>() / count,
+        throttle: (!by_speed).then(|| mean(&flight.throttle)),
+        rotor_rpm: by_speed.then(|| mean(&flight.rotor_rpm)),
         hovered_s: count * flight.step_s(),
         heights_m: range(used.iter().filter_map(|&i| flight.height_m.get(i).copied())),
     })

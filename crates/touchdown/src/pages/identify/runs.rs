@@ -14,9 +14,16 @@ pub(super) fn table(runs: &[RunResult]) -> Table {
         .number_column("on", "s")
         .number_column("off", "s")
         .number_column("rows used", "")
-        .number_column("thrust scale", "")
-        .number_column("hover throttle", "")
-        .number_column("hovered", "s");
+        .number_column("thrust scale", "");
+    let by_speed = runs
+        .iter()
+        .filter_map(|r| r.hover)
+        .any(|h| h.throttle.is_none());
+    table = match by_speed {
+        false => table.number_column("hover throttle", ""),
+        true => table.number_column("hover speed", "1/min"),
+    }
+    .number_column("hovered", "s");
     if heights {
         table = table
             .number_column("stood at", "mm")
@@ -35,7 +42,10 @@ pub(super) fn table(runs: &[RunResult]) -> Table {
             Cell::text(off),
             Cell::count(r.rows_used),
             Cell::maybe(r.thrust_scale, 4),
-            Cell::maybe(r.hover.map(|h| h.throttle), 3),
+            match by_speed {
+                false => Cell::maybe(r.hover.and_then(|h| h.throttle), 3),
+                true => Cell::maybe(r.hover.and_then(|h| h.rotor_rpm), 0),
+            },
             Cell::maybe(r.hover.map(|h| h.hovered_s), 1),
         ];
         if heights {
