@@ -1,10 +1,10 @@
 //! How close identification from flights comes to the truth, on simulated vehicles: curves, lags and their intervals.
 //!
 //! ```text
-//! cargo run --release --example flight_truth -- [sets] [first set] [law] [vehicle] [Hz] [flights]
+//! cargo run --release --example flight_truth -- [sets] [first set] [law] [vehicle] [Hz] [flights] [turbulence]
 //! ```
 //!
-//! Each set is ten new flights (or as many as asked for) of one vehicle (seeds `1000 set + 0..10`) with sensor noise and turbulence, at 250 Hz.
+//! Each set is ten new flights (or as many as asked for) of one vehicle (seeds `1000 set + 0..10`) with sensor noise and turbulence (a share of thrust, 0.01 unless told), at 250 Hz.
 //! The curve is judged at twelve heights from 0.3 to 3 rotor radii against the settled ratio of the plant; the lag
 //! against the single lag that fits the plant's ratio best along the flights.
 
@@ -57,7 +57,8 @@ fn main() {
             {
                 continue;
             }
-            let plant = flights::vehicle(mass_kg, radius_m, ground, lag_s);
+            let mut plant = flights::vehicle(mass_kg, radius_m, ground, lag_s);
+            plant.turbulence = number(6, plant.turbulence);
             let mut tally = Tally::default();
             for set in first..first + sets {
                 let logs = fly(&plant, set, rate_hz, flights);
