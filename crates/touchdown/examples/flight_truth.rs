@@ -4,7 +4,8 @@
 //! cargo run --release --example flight_truth -- [sets] [first set] [law] [vehicle] [Hz] [flights] [turbulence]
 //! ```
 //!
-//! Each set is ten new flights (or as many as asked for) of one vehicle (seeds `1000 set + 0..10`) with sensor noise and turbulence (a share of thrust, 0.01 unless told), at 250 Hz.
+//! Each set is ten new flights (or as many as asked for) of one vehicle (seeds `1000 set + 0..10`) with sensor noise and
+//! turbulence (a share of thrust, 0.01 unless told), at 250 Hz.
 //! The curve is judged at twelve heights from 0.3 to 3 rotor radii against the settled ratio of the plant; the lag
 //! against the single lag that fits the plant's ratio best along the flights.
 

@@ -3,7 +3,7 @@
 //! ```text
 //! (1 + ρ) T_m x' = u - (1 - ρ) x - ρ x²                                    motors; x is √T relative to hover
 //! u = 1 + (1 + ρ) (e/2 r + c r²), r = s(t - d)/s0 - 1                      their drive; e the elasticity dlnT/dlns at s0
-//! F = k (1 + q e^(-(t - t_on)/t_q)) (1 + u (V - V0)) (x² (1 + G) - x κ(z) v)  specific force in gravities
+//! F = k (1 + q e^(-(t - t_on)/t_q)) (1 + w (V - V0)) (x² (1 + G) - x κ(z) v)  specific force in gravities
 //! τ G' = h(z + b) - G                                                     or G = h(z + b); images: two lags of q, G of q
 //! ```
 //!
