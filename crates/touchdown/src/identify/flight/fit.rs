@@ -151,13 +151,12 @@ pub fn fit(pieces: &[Piece], shape: Shape, from: Option<&Fit>) -> Fit {
     };
     let mut damping = 1e-4;
     let mut converged = false;
-    let mut held = Vec::new();
     let mut steps = 0;
     let mut now = system.assemble(&theta, &locals, sigma);
     while steps < MOST_STEPS && !converged {
         steps += 1;
         let (mut gradient, mut hessian) = total(&now, &parameters, &theta);
-        held = at_bounds(&parameters, &theta, &gradient);
+        let held = at_bounds(&parameters, &theta, &gradient);
         hold(&mut hessian, &mut gradient, &held);
         let mut damped = hessian.clone();
         for i in 0..theta.len() {
@@ -218,6 +217,9 @@ pub fn fit(pieces: &[Piece], shape: Shape, from: Option<&Fit>) -> Fit {
             }
         }
     }
+    // Where the steps came to rest, which the last of them may have reached.
+    let (gradient, _) = total(&now, &parameters, &theta);
+    let held = at_bounds(&parameters, &theta, &gradient);
     Fit {
         shape,
         theta,

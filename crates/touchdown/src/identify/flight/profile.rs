@@ -56,8 +56,9 @@ impl GroundEffect {
         let parameters = fit.shape.parameters();
         let (matrix, _) = prior(fit);
         let matrix = fit.reduced.iter().fold(matrix, |sum, r| sum + &r.matrix);
-        // The other numbers follow the lag along the valley of the squares.
-        let others: Vec<usize> = (0..fit.theta.len()).filter(|i| *i != at).collect();
+        // The other numbers follow the lag along the valley of the squares, but those that rest at a bound.
+        let free = |i: &usize| *i != at && !fit.held.contains(i);
+        let others: Vec<usize> = (0..fit.theta.len()).filter(free).collect();
         let n = others.len();
         let inner = DMatrix::from_fn(n, n, |i, k| matrix[(others[i], others[k])]);
         let along = DVector::from_fn(n, |i, _| matrix[(others[i], at)]);
