@@ -345,7 +345,9 @@ impl RawColumn {
                     match odd {
                         Odd::Stamp(stamp) => {
                             let origin = *origin.get_or_insert(*stamp);
-                            self.values[*position] = (stamp - origin) as f64 / 1e9;
+                            // Centuries apart are more nanoseconds than an i64 holds.
+                            let since = i128::from(*stamp) - i128::from(origin);
+                            self.values[*position] = since as f64 / 1e9;
                         }
                         Odd::Text(text) => blame(*position, text),
                     }
@@ -384,6 +386,8 @@ impl Column {
             if !findings.text_columns.contains(&self.name) {
                 findings.text_columns.push(self.name.clone());
             }
+            // Empty as far as parts before told.
+            findings.empty_cells.remove(&self.name);
             return;
         }
         let gaps = self.values.iter().filter(|value| value.is_nan()).count();

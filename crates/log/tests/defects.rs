@@ -167,6 +167,16 @@ fn analytic_infinite_values_become_gaps() {
 }
 
 #[test]
+fn analytic_stamps_of_centuries_apart_are_their_seconds() {
+    let text = "schema = 1\n[channels]\ntime_s = '-t'\nx = 'x'\n";
+    let rows = b"t,x\n2200-01-01 00:00:00,1\n1700-01-01 00:00:00,2\n";
+    let (table, _) = parse_csv("t.csv", rows).unwrap();
+    let (trial, _) = apply(&table, &Map::parse("m.toml", text).unwrap()).unwrap();
+    // 500 years of the Gregorian calendar, 121 of them leap years: more nanoseconds than 63 bits count.
+    assert_eq!(trial.duration_s(), (500.0 * 365.0 + 121.0) * 86_400.0);
+}
+
+#[test]
 fn analytic_no_usable_rows_is_an_error() {
     let error = read(b"t,h\nnan,1\n,2\n").unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unreadable);
