@@ -101,7 +101,7 @@ pub(crate) fn motors(at: usize, columns: &[ColumnSummary]) -> Option<Guess> {
     let name = plain(&columns[at].name);
     let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let group: Vec<usize> = if stem.len() < name.len() {
-        if !NUMBERED.contains(&stem) {
+        if !NUMBERED.contains(&stem) || name[stem.len()..].parse::<u8>().is_err() {
             return None;
         }
         let of_group = |column: &ColumnSummary| {

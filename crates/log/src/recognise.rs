@@ -139,7 +139,7 @@ const NAMES: [(&[&str], &str); 4] = [
     ),
 ];
 /// Units that such names have, and their factors.
-const UNITS: [(&str, &str, &str); 12] = [
+const UNITS: [(&str, &str, &str); 11] = [
     ("specific_force_mps2", "m/s2", ""),
     ("specific_force_mps2", "m/s^2", ""),
     ("specific_force_mps2", "m/s²", ""),
@@ -151,7 +151,6 @@ const UNITS: [(&str, &str, &str); 12] = [
     ("vehicle_velocity_mps", "m/s", ""),
     ("vehicle_velocity_mps", "mps", ""),
     ("vehicle_velocity_mps", "cm/s", "0.01 * "),
-    ("battery_v", "mv", "1e-3 * "),
 ];
 /// Words in the names of what looks down.
 const RANGES: [&str; 3] = ["range", "distance", "lidar"];
@@ -164,6 +163,10 @@ pub(crate) fn channels(columns: &[ColumnSummary]) -> Vec<Guess> {
     for at in 0..columns.len() {
         let column = &columns[at];
         if column.text.is_some() || column.count == 0 {
+            continue;
+        }
+        // Of a group that is known already.
+        if found.iter().any(|guess| guess.columns.contains(&at)) {
             continue;
         }
         let guess = ours(at, column)

@@ -31,9 +31,8 @@ impl<R: Read> Hashing<R> {
                 }
             }
         }
-        let bytes = self.hash.map(Sha256::finalize);
-        let bytes = bytes.iter().flatten();
-        Ok(bytes.map(|byte| format!("{byte:02x}")).collect())
+        let digest = self.hash.map(Sha256::finalize);
+        Ok(digest.map_or_else(String::new, |digest| crate::csv_read::hex(&digest)))
     }
 }
 
