@@ -187,7 +187,7 @@ fn regress_what_a_damaged_chunk_takes_along_is_told() {
             )),
             "{missing}: {text}"
         );
-        // Within the record, to the three digits that are told.
+        // Within the record, which the recorder's own times outlast by up to 3 ms; to the three digits that are told.
         let numbers: Vec<f64> = text
             .rsplit_once("messages of ")
             .map(|(_, span)| {

@@ -103,8 +103,11 @@ fn analytic_a_time_in_another_unit_is_told_with_the_line_of_a_map() {
         let told = format!("median step of {step}, as if it were in {unit}");
         let is_told = |w: &String| w.contains(&told) && w.ends_with(line);
         assert!(seen.warnings.iter().any(is_told), "{:?}", seen.warnings);
+        // Without a map the columns are channels already.
+        assert_eq!(trial.is_none(), header.starts_with("time_s"), "{header}");
         if let Some(trial) = trial {
             let expected = if unit == "ms" { 1e-3 } else { 1e-6 } * step;
+            // Rounding of stamps of some seconds.
             assert!((trial.period_s().unwrap() - expected).abs() < 1e-12);
         }
     }
