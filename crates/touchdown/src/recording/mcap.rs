@@ -99,7 +99,7 @@ const TOPICS: [(&str, &str, Message<TraceRow>); 10] = [
         |r| {
             json!({
                 "header": header(r.time_s, "world"),
-                "twist": { "linear": xyz(r.estimated_velocity_mps), "angular": xyz(r.rates) },
+                "twist": { "linear": xyz(r.estimated_velocity_mps) },
             })
         },
     ),
@@ -201,7 +201,7 @@ fn schema(of: &Value) -> Value {
 /// The bytes of an MCAP file with a landing's record.
 ///
 /// # Errors
-/// None that a landing's trace gives reason for.
+/// What the writer of MCAP refuses; nothing of a landing's trace is.
 pub fn mcap(trace: &SpaceTrace) -> Result<Vec<u8>> {
     written(trace)
         .map_err(|e| Error::Arguments(format!("the landing cannot be written as MCAP: {e}")))
