@@ -107,7 +107,14 @@ pub fn follow(
         fit.throttles[1],
         strength.map_or_else(
             || "as the default one's".to_string(),
-            |s| format!("{s:.2} times the default one's, as the card's")
+            |s| {
+                let like = if STRENGTH.contains(&s) {
+                    "as near to the card's as is taken"
+                } else {
+                    "as the card's"
+                };
+                format!("{s:.2} times the default one's, {like}")
+            }
         ),
         land.start_height_m,
         land.landed_height_m,
