@@ -19,7 +19,7 @@
 //!   be Parquet files as well.
 //! * [`read_trial`] does both steps, [`write_csv`] writes a trial so that it reads back bit for
 //!   bit, [`inspect`] tells what a table holds and suggests a map, [`inspect_file`] does it in
-//!   memory that does not grow with the file.
+//!   memory that does not grow with the file (of Parquet, with its row groups).
 //!
 //! ```
 //! use touchdown_log::{Map, apply, parse_csv};

@@ -23,7 +23,8 @@ pub(crate) struct AtHeight<N> {
 }
 
 /// Cubic Hermite interpolation of the two over the height. They vary on the
-/// scale of the plate, so that the error at the spacing of 5 mm is below 1e-10.
+/// scale of the plate: at the spacing of 5 mm the error of P is below 1e-10 for
+/// one of 1.5 m side, and below 1e-7 for one of 0.3 m.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct HeightTable {
     deck: Deck,

@@ -50,7 +50,8 @@ struct Told<'a> {
     /// What is in the file.
     #[serde(flatten)]
     content: ToldContent<'a>,
-    /// Channels as the map makes them, or the columns where they are channels already; null where neither is.
+    /// Channels as the map makes them, or the columns where they are channels already; null where neither is, or
+    /// where the table is too large to be held.
     channels: Option<&'a Inspection>,
     findings: &'a Findings,
 }
