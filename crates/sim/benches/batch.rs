@@ -11,8 +11,8 @@ mod common;
 use std::time::Instant;
 
 use common::processor_s;
-use touchdown_sim::space::{Batch, Case, SpaceScenario};
-use touchdown_sim::wind::{DrydenSettings, WindSettings};
+use touchdown_sim::air::wind::{DrydenSettings, WindSettings};
+use touchdown_sim::landing::space::{Batch, Case, SpaceScenario};
 
 const LANDINGS: u64 = 192;
 const RUNS: usize = 9;

@@ -4,19 +4,19 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use touchdown_flight::types::Command;
 use touchdown_sim::STEP_S;
+use touchdown_sim::air::turbulence::RotorTurbulence;
+use touchdown_sim::air::wind::{DrydenSettings, Wind, WindSettings};
 use touchdown_sim::body::BodySettings;
+use touchdown_sim::body::plant::{Plant, PlantSettings};
+use touchdown_sim::body::rigid::{Disturbance, RigidVehicle};
+use touchdown_sim::body::vertical::VerticalVehicle;
 use touchdown_sim::deck::DeckPoint;
 use touchdown_sim::deck::rigid::{RigidMotion, SeaSettings};
-use touchdown_sim::landing::land;
-use touchdown_sim::noise::{Purpose, Stream};
-use touchdown_sim::plant::{Plant, PlantSettings};
+use touchdown_sim::landing::vertical::LandingScenario;
+use touchdown_sim::landing::vertical::land;
+use touchdown_sim::random::{Purpose, Stream};
+use touchdown_sim::rig::sets::{Extent, ground_effect_paper};
 use touchdown_sim::rig::{RigSettings, run};
-use touchdown_sim::rig_sets::{Extent, ground_effect_paper};
-use touchdown_sim::rigid::{Disturbance, RigidVehicle};
-use touchdown_sim::rotors::RotorTurbulence;
-use touchdown_sim::scenario::LandingScenario;
-use touchdown_sim::vehicle::VerticalVehicle;
-use touchdown_sim::wind::{DrydenSettings, Wind, WindSettings};
 
 fn main() {
     divan::main();

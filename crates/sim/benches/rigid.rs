@@ -10,15 +10,15 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use touchdown_sim::STEP_S;
+use touchdown_sim::air::turbulence::RotorTurbulence;
+use touchdown_sim::air::wind::{DrydenSettings, Wind, WindSettings};
 use touchdown_sim::body::BodySettings;
-use touchdown_sim::cascade::{AttitudeSetpoint, Cascade, CascadeSettings, CascadeState};
-use touchdown_sim::contact::{ContactLog, LegSettings};
+use touchdown_sim::body::cascade::{AttitudeSetpoint, Cascade, CascadeSettings, CascadeState};
+use touchdown_sim::body::contact::{ContactLog, LegSettings};
+use touchdown_sim::body::plant::PlantSettings;
+use touchdown_sim::body::rigid::{Disturbance, RigidVehicle};
 use touchdown_sim::deck::rigid::{DeckPose, RigidDeck, RigidMotion, SeaSettings};
-use touchdown_sim::noise::{Purpose, Stream};
-use touchdown_sim::plant::PlantSettings;
-use touchdown_sim::rigid::{Disturbance, RigidVehicle};
-use touchdown_sim::rotors::RotorTurbulence;
-use touchdown_sim::wind::{DrydenSettings, Wind, WindSettings};
+use touchdown_sim::random::{Purpose, Stream};
 
 /// A descent of 10 s.
 const STEPS: u32 = 10_000;

@@ -10,7 +10,7 @@ mod common;
 use std::time::Instant;
 
 use common::processor_s;
-use touchdown_sim::space::{Case, SpaceLander};
+use touchdown_sim::landing::space::{Case, SpaceLander};
 
 const LANDINGS: u64 = 12;
 const RUNS: usize = 9;

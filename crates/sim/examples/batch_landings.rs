@@ -10,7 +10,7 @@
 //! same on every processor.
 #![allow(clippy::print_stdout)]
 
-use touchdown_sim::space::{Batch, Case, SpaceLanding, Touch};
+use touchdown_sim::landing::space::{Batch, Case, SpaceLanding, Touch};
 
 /// Mean, median, 99th percentile and the greatest.
 fn spread(landings: &[SpaceLanding], of: impl Fn(&Touch) -> f64) -> [f64; 4] {

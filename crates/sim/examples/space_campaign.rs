@@ -14,7 +14,7 @@
 use rayon::prelude::*;
 use touchdown_sim::deck::rigid::{Axis, RigidDeck};
 use touchdown_sim::deck::series::{Channel, Column, MotionSeries, SeriesFormat};
-use touchdown_sim::space::{Case, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario};
+use touchdown_sim::landing::space::{Case, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario};
 
 /// Sets a dotted key.
 fn set(table: &mut toml::Table, key: &str, value: &str) -> Result<(), Box<dyn std::error::Error>> {

@@ -70,7 +70,7 @@
 //!
 //! ```
 //! use touchdown_sim::rig::{RigSettings, run};
-//! use touchdown_sim::rig_sets::{Extent, ground_effect_paper};
+//! use touchdown_sim::rig::sets::{Extent, ground_effect_paper};
 //!
 //! let settings = RigSettings::default();
 //! let trial = &ground_effect_paper(Extent::Quick)[0]; // constant throttle, plate up and down
@@ -86,8 +86,8 @@
 //!
 //! ```
 //! use touchdown_flight::types::Command;
-//! use touchdown_sim::landing::{Outcome, land};
-//! use touchdown_sim::scenario::LandingScenario;
+//! use touchdown_sim::landing::vertical::{Outcome, land};
+//! use touchdown_sim::landing::vertical::LandingScenario;
 //!
 //! let scenario = LandingScenario::default(); // from 0.8 m to a plate at rest
 //! let hover = scenario.nominal_start()?.throttle;
@@ -107,10 +107,10 @@
 //! ```
 //! use touchdown_sim::STEP_S;
 //! use touchdown_sim::body::BodySettings;
-//! use touchdown_sim::contact::{ContactLog, LegSettings};
+//! use touchdown_sim::body::contact::{ContactLog, LegSettings};
 //! use touchdown_sim::deck::rigid::{RigidMotion, SeaSettings};
-//! use touchdown_sim::plant::PlantSettings;
-//! use touchdown_sim::rigid::{Disturbance, RigidState, RigidVehicle};
+//! use touchdown_sim::body::plant::PlantSettings;
+//! use touchdown_sim::body::rigid::{Disturbance, RigidState, RigidVehicle};
 //!
 //! let plant = PlantSettings::default();
 //! let vehicle = RigidVehicle::new(&plant, &BodySettings::default())?
@@ -135,34 +135,16 @@
 //! # Ok::<(), touchdown_sim::SimError>(())
 //! ```
 
+pub mod air;
 pub mod body;
-pub mod camera;
-pub mod cascade;
 mod check;
-pub mod contact;
 pub mod deck;
 pub mod error;
-pub mod exponential;
-pub mod ground;
-mod height_table;
 pub mod landing;
-mod lanes;
-pub mod motor;
-pub mod noise;
 pub mod number;
-pub mod plant;
-pub mod profile;
+pub mod random;
 pub mod rig;
-pub mod rig_sets;
-pub mod rigid;
-mod rk4;
-pub mod rotors;
-pub mod scenario;
-pub mod sensor;
-pub mod space;
-mod vector;
-pub mod vehicle;
-pub mod wind;
+pub mod sensors;
 
 pub use error::SimError;
 

@@ -1,8 +1,8 @@
 //! Landings by the lane.
 
+use touchdown_sim::air::wind::{DrydenSettings, WindSettings};
 use touchdown_sim::deck::rigid::{Axis, RigidMotion, Tone};
-use touchdown_sim::space::{Batch, Case, CrashCause, SpaceOutcome, SpaceScenario};
-use touchdown_sim::wind::{DrydenSettings, WindSettings};
+use touchdown_sim::landing::space::{Batch, Case, CrashCause, SpaceOutcome, SpaceScenario};
 
 fn sea() -> SpaceScenario {
     SpaceScenario {

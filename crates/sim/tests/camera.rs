@@ -1,12 +1,12 @@
 //! The rendered image against projection and photometry in closed form.
 
-use touchdown_sim::camera::CameraSettings;
-use touchdown_sim::camera::print::{CELLS, DeckPrint, PrintedTag};
-use touchdown_sim::camera::render::Renderer;
-use touchdown_sim::camera::view::View;
+use touchdown_sim::body::rigid::RigidState;
 use touchdown_sim::deck::rigid::DeckPose;
-use touchdown_sim::noise::{Purpose, Stream};
-use touchdown_sim::rigid::RigidState;
+use touchdown_sim::random::{Purpose, Stream};
+use touchdown_sim::sensors::camera::CameraSettings;
+use touchdown_sim::sensors::camera::print::{CELLS, DeckPrint, PrintedTag};
+use touchdown_sim::sensors::camera::render::Renderer;
+use touchdown_sim::sensors::camera::view::View;
 
 fn view(camera: &CameraSettings, position_m: [f64; 3], attitude: [f64; 4]) -> View {
     let vehicle = RigidState {

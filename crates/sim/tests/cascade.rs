@@ -1,14 +1,15 @@
 //! Attitude and rate control: mixing, limits, responses, flight.
 
 use touchdown_sim::STEP_S;
+use touchdown_sim::air::turbulence::RotorTurbulence;
+use touchdown_sim::air::wind::{DrydenSettings, Wind, WindSettings};
 use touchdown_sim::body::BodySettings;
-use touchdown_sim::cascade::{AttitudeSetpoint, Cascade, CascadeSettings, CascadeState};
+use touchdown_sim::body::cascade::{AttitudeSetpoint, Cascade, CascadeSettings, CascadeState};
+use touchdown_sim::body::plant::{PlantSettings, Surface};
+use touchdown_sim::body::rigid::{Disturbance, RigidState, RigidVehicle};
+use touchdown_sim::body::rotors::{RotorPlace, RotorsState};
 use touchdown_sim::deck::rigid::{DeckPose, RigidMotion, SeaSettings};
-use touchdown_sim::noise::{Purpose, Stream};
-use touchdown_sim::plant::{PlantSettings, Surface};
-use touchdown_sim::rigid::{Disturbance, RigidState, RigidVehicle};
-use touchdown_sim::rotors::{RotorPlace, RotorTurbulence, RotorsState};
-use touchdown_sim::wind::{DrydenSettings, Wind, WindSettings};
+use touchdown_sim::random::{Purpose, Stream};
 
 const W: f64 = 1.37 * 9.81;
 

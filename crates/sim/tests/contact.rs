@@ -2,10 +2,10 @@
 
 use touchdown_sim::STEP_S;
 use touchdown_sim::body::BodySettings;
-use touchdown_sim::contact::{ContactLog, LegSettings};
+use touchdown_sim::body::contact::{ContactLog, LegSettings};
+use touchdown_sim::body::plant::PlantSettings;
+use touchdown_sim::body::rigid::{Disturbance, RigidState, RigidVehicle};
 use touchdown_sim::deck::rigid::{Axis, DeckPose, RigidDeck, RigidMotion, Tone};
-use touchdown_sim::plant::PlantSettings;
-use touchdown_sim::rigid::{Disturbance, RigidState, RigidVehicle};
 
 const M: f64 = 1.37;
 const G: f64 = 9.81;

@@ -1,13 +1,13 @@
 //! The fast camera against the geometry of a square seen at right angles.
 
-use touchdown_sim::camera::CameraSettings;
-use touchdown_sim::camera::errors::ErrorModel;
-use touchdown_sim::camera::fast::{CameraFix, FastCamera, LocationSettings};
-use touchdown_sim::camera::print::{CELLS, DeckPrint, PrintedTag};
-use touchdown_sim::camera::view::View;
+use touchdown_sim::body::rigid::RigidState;
 use touchdown_sim::deck::rigid::DeckPose;
-use touchdown_sim::noise::{Purpose, Stream};
-use touchdown_sim::rigid::RigidState;
+use touchdown_sim::random::{Purpose, Stream};
+use touchdown_sim::sensors::camera::CameraSettings;
+use touchdown_sim::sensors::camera::errors::ErrorModel;
+use touchdown_sim::sensors::camera::fast::{CameraFix, FastCamera, LocationSettings};
+use touchdown_sim::sensors::camera::print::{CELLS, DeckPrint, PrintedTag};
+use touchdown_sim::sensors::camera::view::View;
 
 /// A tag of 0.2 m; seen from 1 m its side is 80 px.
 const SIDE_PX: f64 = 80.0;

@@ -1,69 +1,78 @@
-//! The truth is never the model that is fitted to it.
+//! The truth is never the model that is fitted to it, and no part of it knows a part above it.
 
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 
-#[test]
-fn prop_no_module_uses_a_flight_model() {
-    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
+/// Parts of the crate, each with those above it behind it.
+const LAYERS: [&str; 9] = [
+    "error", "check", "number", "random", "deck", "air", "body", "sensors", "rig",
+];
+/// Parts that know the flight crate: readings that the landing computer takes, and whole landings.
+const FLYING: [&str; 2] = ["sensors", "landing"];
+
+/// Sources of a folder of the crate, or of all of it.
+fn sources(below: &str) -> Vec<(PathBuf, String)> {
+    let mut folders = vec![
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("src")
+            .join(below),
+    ];
     let mut sources = Vec::new();
     while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).expect("the crate's sources") {
+        for entry in fs::read_dir(folder).expect("the crate's sources") {
             let path = entry.expect("a readable entry").path();
             if path.is_dir() {
                 folders.push(path);
-            } else {
-                sources.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let text = fs::read_to_string(&path).expect("UTF-8 source");
+                sources.push((path, text));
             }
         }
     }
-    let mut importers = Vec::new();
-    for path in sources {
-        let text = std::fs::read_to_string(&path).expect("UTF-8 source");
-        // Examples in doc comments may show a pilot; code may not.
-        let uses = |line: &&str| {
-            line.contains("touchdown_flight::") && !line.trim_start().starts_with("//")
-        };
-        // Whole landings simulate the landing computer and the models it counts on.
-        if path.ancestors().any(|folder| folder.ends_with("src/space")) {
-            continue;
-        }
-        for line in text.lines().filter(uses) {
-            let name = path
-                .file_name()
-                .and_then(|n| n.to_str())
-                .unwrap_or_default();
-            importers.push((name.to_owned(), line.trim().to_owned()));
-        }
-    }
-    // The landing speaks to a pilot in the flight crate's words, and only that.
-    let expected = "use touchdown_flight::types::{Command, Measurement};";
-    assert_eq!(importers, [("landing.rs".to_owned(), expected.to_owned())]);
+    sources
+}
+
+/// Lines of code: neither comments nor the tests at a file's end.
+fn code(text: &str) -> impl Iterator<Item = &str> {
+    let lines = text.lines().map(str::trim_start);
+    lines
+        .take_while(|line| *line != "#[cfg(test)]")
+        .filter(|line| !line.starts_with("//"))
 }
 
 #[test]
-fn prop_the_plant_does_not_use_whole_landings() {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let files = std::fs::read_dir(&source).expect("the crate's sources");
-    let modules = [
-        "rigid.rs",
-        "rotors.rs",
-        "plant.rs",
-        "ground.rs",
-        "contact.rs",
-        "motor.rs",
-    ];
-    let mut seen = 0;
-    for entry in files {
-        let path = entry.expect("a readable entry").path();
-        let name = path
-            .file_name()
-            .and_then(|n| n.to_str())
-            .unwrap_or_default();
-        if modules.contains(&name) {
-            let text = std::fs::read_to_string(&path).expect("UTF-8 source");
-            assert!(!text.contains("crate::space"), "{name}");
-            seen += 1;
+fn prop_no_module_of_the_plant_uses_a_flight_model() {
+    for (path, text) in sources("") {
+        if path
+            .components()
+            .any(|part| FLYING.iter().any(|name| part.as_os_str() == *name))
+        {
+            continue;
+        }
+        let found = code(&text).find(|line| line.contains("touchdown_flight"));
+        assert_eq!(found, None, "{}", path.display());
+    }
+}
+
+#[test]
+fn prop_modules_use_only_those_below_them() {
+    let mut folders = 0;
+    for (i, layer) in LAYERS.iter().enumerate() {
+        if !Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("src")
+            .join(layer)
+            .is_dir()
+        {
+            continue;
+        }
+        folders += 1;
+        for (path, text) in sources(layer) {
+            for above in LAYERS[i + 1..].iter().chain(&["landing"]) {
+                let import = format!("crate::{above}::");
+                let found = code(&text).find(|line| line.contains(&import));
+                assert_eq!(found, None, "{}", path.display());
+            }
         }
     }
-    assert_eq!(seen, modules.len());
+    assert_eq!(folders, 6);
 }

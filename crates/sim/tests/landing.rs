@@ -1,10 +1,10 @@
 //! Landings: closed-loop reference runs, outcomes, settings, determinism.
 
 use touchdown_flight::types::{Command, Measurement};
+use touchdown_sim::body::plant::{Plant, PlantSettings, Surface};
 use touchdown_sim::deck::DeckMotion;
-use touchdown_sim::landing::{Landing, Outcome, land};
-use touchdown_sim::plant::{Plant, PlantSettings, Surface};
-use touchdown_sim::scenario::{LandingScenario, SpreadSettings};
+use touchdown_sim::landing::vertical::{Landing, Outcome, land};
+use touchdown_sim::landing::vertical::{LandingScenario, SpreadSettings};
 
 /// Feedforward of the test pilot.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! The plant against closed forms and reference values.
 
-use touchdown_sim::ground::{Deck, WakeLag, rotor_force};
-use touchdown_sim::plant::{Plant, PlantSettings, PlantState, Surface};
+use touchdown_sim::air::ground::{Deck, WakeLag, rotor_force};
+use touchdown_sim::body::plant::{Plant, PlantSettings, PlantState, Surface};
 
 fn plant() -> Plant {
     Plant::new(&PlantSettings::default()).expect("defaults are valid")

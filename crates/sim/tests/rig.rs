@@ -1,13 +1,13 @@
 //! The virtual force rig.
 
-use touchdown_sim::plant::{Plant, PlantSettings};
-use touchdown_sim::profile::Profile;
-use touchdown_sim::rig::{RigSettings, RigTrial, run};
-use touchdown_sim::rig_sets::{
+use touchdown_sim::body::plant::{Plant, PlantSettings};
+use touchdown_sim::rig::profile::Profile;
+use touchdown_sim::rig::sets::{
     Extent, VALIDATION_KINDS, VALIDATION_THRUSTS_N, ground_effect_moving,
     ground_effect_moving_validation, ground_effect_paper, ground_effect_rich,
     ground_effect_validation, thrust_training, thrust_validation,
 };
+use touchdown_sim::rig::{RigSettings, RigTrial, run};
 use touchdown_trial::Trial;
 
 fn still(throttle: f64, height_m: f64, duration_s: f64) -> RigTrial {

@@ -2,11 +2,11 @@
 
 use touchdown_sim::STEP_S;
 use touchdown_sim::body::BodySettings;
+use touchdown_sim::body::plant::{Plant, PlantSettings, Surface};
+use touchdown_sim::body::rigid::{Disturbance, RigidState, RigidVehicle};
+use touchdown_sim::body::vertical::VerticalVehicle;
 use touchdown_sim::deck::rigid::{Axis, DeckCoordinates, DeckPose, RigidDeck, RigidMotion, Tone};
 use touchdown_sim::deck::{DeckMotion, DeckPoint};
-use touchdown_sim::plant::{Plant, PlantSettings, Surface};
-use touchdown_sim::rigid::{Disturbance, RigidState, RigidVehicle};
-use touchdown_sim::vehicle::VerticalVehicle;
 
 fn vehicle_of(settings: &PlantSettings) -> RigidVehicle {
     RigidVehicle::new(settings, &BodySettings::default()).expect("valid settings")

@@ -1,12 +1,12 @@
 //! Four rotors over a tilted, finite deck: levelling torque, edge, turbulence.
 
+use touchdown_sim::air::ground::Deck;
+use touchdown_sim::air::turbulence::RotorTurbulence;
 use touchdown_sim::body::BodySettings;
+use touchdown_sim::body::plant::{Plant, PlantSettings};
+use touchdown_sim::body::rigid::{Disturbance, RigidVehicle};
 use touchdown_sim::deck::rigid::DeckPose;
-use touchdown_sim::ground::Deck;
-use touchdown_sim::noise::{Purpose, Stream};
-use touchdown_sim::plant::{Plant, PlantSettings};
-use touchdown_sim::rigid::{Disturbance, RigidVehicle};
-use touchdown_sim::rotors::RotorTurbulence;
+use touchdown_sim::random::{Purpose, Stream};
 
 fn vehicle() -> RigidVehicle {
     RigidVehicle::new(&PlantSettings::default(), &BodySettings::default()).expect("valid settings")

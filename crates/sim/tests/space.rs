@@ -1,7 +1,7 @@
 //! Whole landings: sensors, landing computer, vehicle, deck.
 
 use touchdown_sim::deck::rigid::{Axis, RigidMotion, Tone};
-use touchdown_sim::space::{
+use touchdown_sim::landing::space::{
     Controller, DescentShape, NanBurst, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario,
     Span, Struck, WeakRotor, land,
 };

@@ -1,7 +1,7 @@
 //! What is said of landings that take more than one attempt.
 
 use touchdown_flight::lander::Reason;
-use touchdown_sim::space::{
+use touchdown_sim::landing::space::{
     CrashCause, FaultGust, NanBurst, Since, SpaceLander, SpaceOutcome, SpaceScenario, Struck, land,
 };
 
@@ -22,7 +22,8 @@ fn prop_the_hardest_contact_is_told_though_its_descent_was_broken_off() {
         let landing = lander.land(trial, 1, true).unwrap();
         let rows = &landing.trace.as_ref().unwrap().rows;
         // By the record: the speed at which the deck was come upon.
-        let down = |row: &touchdown_sim::space::TraceRow| row.feet_n.iter().sum::<f64>() > 0.0;
+        let down =
+            |row: &touchdown_sim::landing::space::TraceRow| row.feet_n.iter().sum::<f64>() > 0.0;
         let touches = rows
             .windows(2)
             .filter(|pair| !down(&pair[0]) && down(&pair[1]));

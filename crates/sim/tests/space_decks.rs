@@ -2,7 +2,7 @@
 
 use touchdown_sim::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
 use touchdown_sim::deck::series::{MotionSeries, SeriesFormat};
-use touchdown_sim::space::{SpaceLander, SpaceScenario};
+use touchdown_sim::landing::space::{SpaceLander, SpaceScenario};
 
 /// A scenario that ends right after it has begun.
 fn short(deck: RigidMotion) -> SpaceScenario {

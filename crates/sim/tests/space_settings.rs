@@ -2,11 +2,11 @@
 
 use touchdown_sim::STEP_S;
 use touchdown_sim::body::BodySettings;
-use touchdown_sim::contact::LegSettings;
+use touchdown_sim::body::contact::LegSettings;
+use touchdown_sim::body::plant::{PlantSettings, Surface};
+use touchdown_sim::body::rigid::{Disturbance, RigidState, RigidVehicle};
 use touchdown_sim::deck::rigid::DeckPose;
-use touchdown_sim::plant::{PlantSettings, Surface};
-use touchdown_sim::rigid::{Disturbance, RigidState, RigidVehicle};
-use touchdown_sim::space::{SpaceLander, SpaceScenario, land};
+use touchdown_sim::landing::space::{SpaceLander, SpaceScenario, land};
 
 type Change = fn(&mut SpaceScenario);
 

@@ -1,6 +1,6 @@
 //! Wind: its spectra, its seed, its gust.
 
-use touchdown_sim::wind::{DrydenSettings, GustSettings, Wind, WindSettings};
+use touchdown_sim::air::wind::{DrydenSettings, GustSettings, Wind, WindSettings};
 
 const DRYDEN: DrydenSettings = DrydenSettings {
     intensity_mps: [1.0, 0.8, 0.5],

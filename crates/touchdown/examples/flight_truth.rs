@@ -16,7 +16,7 @@ mod flights;
 
 use flights::Flown;
 use touchdown::identify::flight::{Flight, FlightSettings, ground_effect};
-use touchdown_sim::plant::{GroundLaw, PlantSettings};
+use touchdown_sim::body::plant::{GroundLaw, PlantSettings};
 
 /// Heights at which curves are judged, in rotor radii.
 const HEIGHTS: [f64; 12] = [0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.25, 1.5, 1.8, 2.2, 2.6, 3.0];

@@ -4,8 +4,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 use touchdown_flight::autopilot::Autopilot;
 use touchdown_flight::types::Measurement;
-use touchdown_sim::landing::{Landing, Outcome, land};
-use touchdown_sim::scenario::LandingScenario;
+use touchdown_sim::landing::vertical::LandingScenario;
+use touchdown_sim::landing::vertical::{Landing, Outcome, land};
 
 use crate::error::Result;
 use crate::progress::Progress;

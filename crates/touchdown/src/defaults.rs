@@ -20,10 +20,10 @@ pub const CAMPAIGN: &str = include_str!("../settings/campaign.toml");
 pub fn campaign() -> crate::Result<String> {
     #[derive(serde::Serialize)]
     struct Defaults {
-        scenario: touchdown_sim::space::SpaceScenario,
+        scenario: touchdown_sim::landing::space::SpaceScenario,
     }
     let defaults = crate::settings::to_toml(&Defaults {
-        scenario: touchdown_sim::space::SpaceScenario::default(),
+        scenario: touchdown_sim::landing::space::SpaceScenario::default(),
     })?;
     let mut text =
         format!("{CAMPAIGN}\n# Every setting of a landing, with its default (SI units):\n");

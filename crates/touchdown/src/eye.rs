@@ -1,13 +1,13 @@
 //! The eye of the landing computer: rendered images, the detector that flies, and the pose of the deck from them.
 
 use touchdown_sim::SimError;
-use touchdown_sim::camera::eye::{Eye, Eyes};
-use touchdown_sim::camera::fast::CameraFix;
-use touchdown_sim::camera::print::{DeckPrint, PrintedTag};
-use touchdown_sim::camera::render::Renderer;
-use touchdown_sim::camera::view::View;
-use touchdown_sim::noise::Stream;
-use touchdown_sim::space::TagSettings;
+use touchdown_sim::random::Stream;
+use touchdown_sim::sensors::TagSettings;
+use touchdown_sim::sensors::camera::eye::{Eye, Eyes};
+use touchdown_sim::sensors::camera::fast::CameraFix;
+use touchdown_sim::sensors::camera::print::{DeckPrint, PrintedTag};
+use touchdown_sim::sensors::camera::render::Renderer;
+use touchdown_sim::sensors::camera::view::View;
 use touchdown_vision::camera::CameraSettings;
 use touchdown_vision::detect::DetectorSettings;
 use touchdown_vision::locate::LocatorSettings;
@@ -19,7 +19,7 @@ struct Seeing {
     renderer: Renderer,
     detector: Detector,
     locator: Locator,
-    camera: touchdown_sim::camera::CameraSettings,
+    camera: touchdown_sim::sensors::camera::CameraSettings,
 }
 
 /// Eyes with the detector of `touchdown-vision` behind them.

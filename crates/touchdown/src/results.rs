@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use touchdown_sim::rig_sets::VALIDATION_KINDS;
-use touchdown_sim::space::Case;
+use touchdown_sim::landing::space::Case;
+use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
 use crate::campaign::LandingFigures;
 use crate::error::Result;

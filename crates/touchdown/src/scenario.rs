@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use touchdown_flight::ground_effect::GroundEffectModel;
 use touchdown_model::Card;
-use touchdown_sim::plant::Plant;
+use touchdown_sim::body::plant::Plant;
+use touchdown_sim::rig::sets::{self, Extent};
 use touchdown_sim::rig::{RigSettings, RigTrial};
-use touchdown_sim::rig_sets::{self, Extent};
 
 use crate::error::{Error, Result};
 use crate::pilot::Method;
 use crate::settings::{ControlSettings, LandSettings, check_seed};
-use touchdown_sim::scenario::LandingScenario;
-use touchdown_sim::space::FlightModels;
+use touchdown_sim::landing::space::FlightModels;
+use touchdown_sim::landing::vertical::LandingScenario;
 
 /// A standard set of rig trials.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]

@@ -8,8 +8,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use touchdown_flight::control::{Gains, Imbc, Ssc};
 use touchdown_flight::types::Limits;
+use touchdown_sim::landing::vertical::LandingScenario;
 use touchdown_sim::rig::RigSettings;
-use touchdown_sim::scenario::LandingScenario;
 
 use crate::error::{Error, Result};
 use crate::identify::IdentificationSettings;

@@ -9,8 +9,8 @@ mod motor;
 
 use touchdown_flight::ground_effect::{GroundEffect as _, GroundEffectInput, GroundEffectModel};
 use touchdown_model::Card;
-use touchdown_sim::motor::Motor;
-use touchdown_sim::plant::{Plant, PlantSettings};
+use touchdown_sim::body::motor::Motor;
+use touchdown_sim::body::plant::{Plant, PlantSettings};
 
 use crate::error::Result;
 use crate::pilot::Method;

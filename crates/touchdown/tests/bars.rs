@@ -6,7 +6,7 @@ use touchdown::pilot::Method;
 use touchdown::progress::Silent;
 use touchdown::results::Results;
 use touchdown::settings::ReproduceSettings;
-use touchdown_sim::rig_sets::VALIDATION_KINDS;
+use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
 fn run(seed: u64) -> Run {
     let settings = ReproduceSettings {

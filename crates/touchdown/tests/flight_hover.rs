@@ -7,7 +7,7 @@ mod flights;
 use common::{fails, json, number};
 use touchdown::identify::flight::hover::Law;
 use touchdown::identify::flight::{Basis, Flight, FlightSettings, GroundEffect, ground_effect};
-use touchdown_sim::plant::GroundLaw;
+use touchdown_sim::body::plant::GroundLaw;
 use touchdown_trial::Trial;
 
 /// Rotor radius (m).

@@ -6,7 +6,7 @@ mod flights;
 
 use common::{json, number};
 use touchdown::identify::flight::{Flight, FlightSettings, ground_effect, thrust_alone};
-use touchdown_sim::plant::GroundLaw;
+use touchdown_sim::body::plant::GroundLaw;
 use touchdown_trial::Trial;
 
 /// Rotor radius (m) and mass (kg).

@@ -7,7 +7,7 @@ mod flights;
 use flights::Flown;
 use touchdown::identify::flight::{Flight, FlightSettings, GroundEffect, ground_effect};
 use touchdown::identify::{IdentificationSettings, Origin};
-use touchdown_sim::plant::{GroundLaw, PlantSettings};
+use touchdown_sim::body::plant::{GroundLaw, PlantSettings};
 
 /// Heights at which the curve is judged, in rotor radii.
 const HEIGHTS: [f64; 7] = [0.3, 0.5, 0.8, 1.2, 1.8, 2.4, 3.0];

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use common::json;
 use serde_json::Value;
 use touchdown::identify::{IdentificationSettings, Origin, thrust};
+use touchdown_sim::rig::sets::{self, Extent};
 use touchdown_sim::rig::{self, RigSettings, RigTrial};
-use touchdown_sim::rig_sets::{self, Extent};
 
 /// Records short trials as logs, and gives their paths.
 fn logs(folder: &std::path::Path, trials: Vec<RigTrial>) -> Vec<PathBuf> {

@@ -7,7 +7,7 @@ use touchdown::settings::ReproduceSettings;
 use touchdown::settings::sea::{How, SeaCell, SeaSettings};
 use touchdown::sweep;
 use touchdown_sim::deck::rigid::RigidMotion;
-use touchdown_sim::space::{Case, Controller, DescentShape, FlightModels};
+use touchdown_sim::landing::space::{Case, Controller, DescentShape, FlightModels};
 
 fn cells(text: &str, folder: &Path) -> Result<Vec<SeaCell>, String> {
     let settings: ReproduceSettings =

@@ -7,8 +7,8 @@ use touchdown::pilot::{Method, autopilot};
 use touchdown::progress::Silent;
 use touchdown::results::Results;
 use touchdown::settings::{LandSettings, ReproduceSettings};
-use touchdown_sim::plant::PlantSettings;
-use touchdown_sim::rig_sets::VALIDATION_KINDS;
+use touchdown_sim::body::plant::PlantSettings;
+use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
 #[test]
 fn prop_another_plant_is_identified_and_landed_on() {

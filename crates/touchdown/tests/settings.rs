@@ -11,9 +11,9 @@ use touchdown::identify::ground_effect::{self, GroundTrial, levels};
 use touchdown::identify::settings::GroundEffectForm;
 use touchdown::identify::{IdentificationSettings, Made, Origin, thrust};
 use touchdown::settings::parse;
-use touchdown_sim::plant::GroundLaw;
+use touchdown_sim::body::plant::GroundLaw;
+use touchdown_sim::rig::sets::{self, Extent};
 use touchdown_sim::rig::{self, RigSettings, RigTrial};
-use touchdown_sim::rig_sets::{self, Extent};
 use touchdown_trial::Trial;
 
 fn record(trials: Vec<RigTrial>, duration_s: f64) -> Vec<Trial> {

@@ -168,7 +168,7 @@ fn prop_a_detector_that_looks_at_rendered_images_lands_the_vehicle() {
     // Other errors than those that the model draws, of the same landing.
     let fast = replay(&sweep("").unwrap(), &[0]).unwrap().remove(0);
     let images = replay(&seen, &[0]).unwrap().remove(0);
-    let at = |trace: &touchdown_sim::space::SpaceTrace| trace.rows[150].estimated_m;
+    let at = |trace: &touchdown_sim::landing::space::SpaceTrace| trace.rows[150].estimated_m;
     let (a, b) = (at(&fast), at(&images));
     assert_ne!(a, b);
     let apart = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();

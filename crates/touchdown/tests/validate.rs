@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use common::{data, fails, json, map, number, rotor_row, run, text, write_log};
 use serde_json::Value;
-use touchdown_sim::plant::{Plant, PlantSettings};
+use touchdown_sim::body::plant::{Plant, PlantSettings};
+use touchdown_sim::rig::sets::{self, Extent};
 use touchdown_sim::rig::{self, RigSettings, RigTrial};
-use touchdown_sim::rig_sets::{self, Extent};
 
 const SEED: u64 = 7;
 

@@ -9,9 +9,9 @@
 mod common;
 
 use common::{Eye, noise, normal, print_of, up, view_from};
-use touchdown_sim::camera::CameraSettings;
-use touchdown_sim::camera::errors::ErrorModel;
-use touchdown_sim::camera::fast::{FastCamera, LocationSettings};
+use touchdown_sim::sensors::camera::CameraSettings;
+use touchdown_sim::sensors::camera::errors::ErrorModel;
+use touchdown_sim::sensors::camera::fast::{FastCamera, LocationSettings};
 use touchdown_vision::GrayImage;
 use touchdown_vision::detect::DetectorSettings;
 use touchdown_vision::pad::Pad;

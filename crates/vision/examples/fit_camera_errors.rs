@@ -13,11 +13,11 @@
 mod common;
 
 use common::{Eye, noise, print_of, vehicle};
-use touchdown_sim::camera::CameraSettings;
-use touchdown_sim::camera::errors::{MODES, Modes};
-use touchdown_sim::camera::view::View;
 use touchdown_sim::deck::rigid::DeckPose;
-use touchdown_sim::noise::Stream;
+use touchdown_sim::random::Stream;
+use touchdown_sim::sensors::camera::CameraSettings;
+use touchdown_sim::sensors::camera::errors::{MODES, Modes};
+use touchdown_sim::sensors::camera::view::View;
 use touchdown_vision::detect::DetectorSettings;
 use touchdown_vision::locate::LocatorSettings;
 use touchdown_vision::pad::Pad;

@@ -11,7 +11,7 @@ mod common;
 use std::time::Instant;
 
 use common::{Eye, errors, noise, view_from};
-use touchdown_sim::camera::CameraSettings;
+use touchdown_sim::sensors::camera::CameraSettings;
 use touchdown_vision::pad::Pad;
 
 fn main() {
@@ -114,7 +114,10 @@ fn moments(values: &[f64]) -> (f64, f64) {
 
 /// Squared error of the whole pose over its covariance: 6 on average when the
 /// covariance is right.
-fn consistency(fix: &touchdown_vision::Fix, view: &touchdown_sim::camera::view::View) -> f64 {
+fn consistency(
+    fix: &touchdown_vision::Fix,
+    view: &touchdown_sim::sensors::camera::view::View,
+) -> f64 {
     let (_, turned) = errors(fix, view);
     let mut error = nalgebra::Vector6::zeros();
     for k in 0..3 {

@@ -3,7 +3,7 @@
 mod common;
 
 use common::compare::{AGAIN, BANDS, NAMES, both};
-use touchdown_sim::camera::fast::LocationSettings;
+use touchdown_sim::sensors::camera::fast::LocationSettings;
 use touchdown_vision::locate::LocatorSettings;
 
 #[test]

@@ -3,9 +3,9 @@
 mod common;
 
 use common::{Eye, errors, intrinsics, noise, normal, print_of, up, vehicle, view_from};
-use touchdown_sim::camera::CameraSettings;
-use touchdown_sim::camera::view::View;
 use touchdown_sim::deck::rigid::{Axis, DeckPose, RigidMotion, Tone};
+use touchdown_sim::sensors::camera::CameraSettings;
+use touchdown_sim::sensors::camera::view::View;
 use touchdown_vision::detect::DetectorSettings;
 use touchdown_vision::family;
 use touchdown_vision::locate::LocatorSettings;

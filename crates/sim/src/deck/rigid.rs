@@ -14,9 +14,9 @@ use super::wave::{Spectrum, WaveSpectrum};
 use super::{DeckMotion, DeckPoint};
 use crate::check;
 use crate::error::SimError;
-use crate::noise::{Purpose, Stream};
+use crate::number::vector::{add, cross, scale};
 use crate::number::{Number, sin_cos};
-use crate::vector::{add, cross, scale};
+use crate::random::{Purpose, Stream};
 
 /// The greatest amplitude of a roll or pitch, rad (45 degrees).
 const STEEPEST_RAD: f64 = std::f64::consts::FRAC_PI_4;

@@ -261,7 +261,7 @@ impl MotionSeries {
     /// # Errors
     /// The series must be long enough.
     pub fn random_window(&self, duration_s: f64, seed: u64, index: u64) -> Result<Self, SimError> {
-        use crate::noise::{Purpose, Stream};
+        use crate::random::{Purpose, Stream};
         let share = Stream::new(seed, index, Purpose::Deck).uniform();
         self.window(share * (self.duration_s() - duration_s), duration_s)
     }

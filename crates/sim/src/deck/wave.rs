@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::check;
 use crate::error::SimError;
-use crate::noise::Stream;
+use crate::random::Stream;
 
 /// Highest frequency of the waves of a realisation, in peak frequencies. Above
 /// it lie 0.1 % of the energy of a Pierson–Moskowitz sea.
@@ -207,7 +207,7 @@ impl Spectrum {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::Purpose;
+    use crate::random::Purpose;
 
     const PM: WaveSpectrum = WaveSpectrum::PiersonMoskowitz {
         significant_height_m: 2.0,

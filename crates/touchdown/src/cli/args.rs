@@ -6,7 +6,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use touchdown::identify::settings::{GroundEffectForm, ThrustForm};
 use touchdown::sweep::Shard;
-use touchdown_sim::space::Controller;
+use touchdown_sim::landing::space::Controller;
 
 /// From a thrust log to a soft touchdown on a moving deck.
 ///

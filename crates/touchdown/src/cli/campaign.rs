@@ -6,7 +6,7 @@ use serde::Serialize;
 use touchdown::files::write;
 use touchdown::sweep::{self, CampaignResults, Row, Shard, Spread, Store, Sweep, summarise};
 use touchdown::{Error, Result, pages, recording};
-use touchdown_sim::space::SpaceTrace;
+use touchdown_sim::landing::space::SpaceTrace;
 
 use super::Done;
 use super::args::{CampaignArgs, CampaignCommand};

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 use touchdown_model::Card;
-use touchdown_sim::plant::Plant;
-use touchdown_sim::rig_sets::{self, VALIDATION_KINDS};
+use touchdown_sim::body::plant::Plant;
+use touchdown_sim::rig::sets::{self, VALIDATION_KINDS};
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};

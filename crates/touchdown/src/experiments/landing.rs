@@ -1,6 +1,6 @@
 //! IV-C and IV-D: landings on the ground and on the oscillating deck.
 
-use touchdown_sim::landing::Landing;
+use touchdown_sim::landing::vertical::Landing;
 
 use crate::campaign::{self, LandingFigures};
 use crate::error::Result;

@@ -7,8 +7,8 @@ pub mod thrust;
 
 use rayon::prelude::*;
 use touchdown_model::card::Vehicle;
+use touchdown_sim::rig::sets;
 use touchdown_sim::rig::{self, RigSettings, RigTrial};
-use touchdown_sim::rig_sets;
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};
@@ -169,8 +169,8 @@ fn record(
 }
 
 /// Fewer trials for a fast look.
-fn extent(settings: &ReproduceSettings) -> touchdown_sim::rig_sets::Extent {
-    use touchdown_sim::rig_sets::Extent;
+fn extent(settings: &ReproduceSettings) -> touchdown_sim::rig::sets::Extent {
+    use touchdown_sim::rig::sets::Extent;
     if settings.quick {
         Extent::Quick
     } else {

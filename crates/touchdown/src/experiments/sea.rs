@@ -3,7 +3,7 @@
 //! Landings are those of a campaign (`touchdown campaign`): every case is a sweep of one point.
 
 use rayon::prelude::*;
-use touchdown_sim::space::{Case, FlightModels, SpaceTrace};
+use touchdown_sim::landing::space::{Case, FlightModels, SpaceTrace};
 
 use crate::error::Result;
 use crate::pilot::Cards;

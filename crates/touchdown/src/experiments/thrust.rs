@@ -1,7 +1,7 @@
 //! IV-B.1: throttle to thrust, eq. (7) and eq. (8), with the plate at 0.75 m and without it.
 
 use touchdown_model::Card;
-use touchdown_sim::rig_sets;
+use touchdown_sim::rig::sets;
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};

@@ -5,7 +5,7 @@ mod figures;
 use std::path::Path;
 
 use touchdown_report::{Cell, Table};
-use touchdown_sim::space::SpaceTrace;
+use touchdown_sim::landing::space::SpaceTrace;
 
 use figures::{distributions, success_map, time_series};
 

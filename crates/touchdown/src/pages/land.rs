@@ -112,7 +112,7 @@ mod tests {
     use super::*;
     use crate::campaign::LandingFigures;
     use crate::pilot::Method;
-    use touchdown_sim::landing::{Landing, LandingTrace, Outcome};
+    use touchdown_sim::landing::vertical::{Landing, LandingTrace, Outcome};
 
     /// A method whose `landed` of four trials land at about `t_l_s`.
     fn method(method: Method, landed: u64, t_l_s: f64) -> MethodLandings {

@@ -2,7 +2,7 @@
 
 use touchdown_flight::reference::Exponential;
 use touchdown_report::{Cell, Color, Figure, Panel, Series, Table};
-use touchdown_sim::landing::Landing;
+use touchdown_sim::landing::vertical::Landing;
 
 use super::page::{PUBLISHED, half_interval, method_color, spread};
 use crate::campaign::LandingFigures;

@@ -1,6 +1,6 @@
 //! What of a landing's record can be drawn: what is not known is not a number, and left out.
 
-use touchdown_sim::space::TraceRow;
+use touchdown_sim::landing::space::TraceRow;
 
 /// Standard deviation of the estimated height from which there is an estimate, m.
 const KNOWN_M: f64 = 0.3;

@@ -23,7 +23,7 @@ use std::io::Cursor;
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
 use serde_json::{Value, json};
-use touchdown_sim::space::{ImuRow, SpaceTrace, TraceRow};
+use touchdown_sim::landing::space::{ImuRow, SpaceTrace, TraceRow};
 
 use crate::error::{Error, Result};
 

@@ -15,7 +15,7 @@
 use std::io;
 
 use touchdown_log::{UlogTopic, UlogWriter};
-use touchdown_sim::space::{ImuRow, RangeRow, SpaceTrace, TraceRow};
+use touchdown_sim::landing::space::{ImuRow, RangeRow, SpaceTrace, TraceRow};
 
 use crate::error::{Error, Result};
 

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
+use touchdown_sim::body::plant::PlantSettings;
 use touchdown_sim::deck::rigid::{RigidMotion, SeaSettings as Sea};
-use touchdown_sim::plant::PlantSettings;
-use touchdown_sim::space::{Case, Controller, DescentShape, FlightModels, SpaceScenario};
+use touchdown_sim::landing::space::{Case, Controller, DescentShape, FlightModels, SpaceScenario};
 
 use super::merge;
 use crate::error::{Error, Result};

@@ -1,7 +1,7 @@
 //! Whether all that a sweep is going to fly can be flown.
 
 use rayon::prelude::*;
-use touchdown_sim::space::SpaceLander;
+use touchdown_sim::landing::space::SpaceLander;
 
 use super::points::Sweep;
 use super::row::number;

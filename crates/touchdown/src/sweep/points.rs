@@ -8,7 +8,7 @@ use sha2::{Digest as _, Sha256};
 use toml::{Table, Value};
 use touchdown_sim::deck::rigid::{RigidDeck, RigidMotion};
 use touchdown_sim::deck::series::MotionSeries;
-use touchdown_sim::space::{SpaceLander, SpaceScenario};
+use touchdown_sim::landing::space::{SpaceLander, SpaceScenario};
 
 use super::draw::Distribution;
 use super::keys::{distributions, lists, set};

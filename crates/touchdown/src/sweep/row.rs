@@ -14,7 +14,7 @@ use parquet::record::Field;
 use parquet::schema::types::Type;
 use serde::Serialize;
 use toml::Value;
-use touchdown_sim::space::{SpaceLanding, SpaceOutcome};
+use touchdown_sim::landing::space::{SpaceLanding, SpaceOutcome};
 
 use super::points::Sweep;
 use crate::error::{Error, Result};

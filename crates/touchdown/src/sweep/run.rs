@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::str::FromStr;
 
 use rayon::prelude::*;
-use touchdown_sim::space::SpaceTrace;
+use touchdown_sim::landing::space::SpaceTrace;
 
 use super::points::Sweep;
 use super::row::Row;

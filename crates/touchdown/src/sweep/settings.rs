@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use touchdown_sim::deck::series::SeriesFormat;
-use touchdown_sim::space::SpaceScenario;
+use touchdown_sim::landing::space::SpaceScenario;
 
 use crate::scenario::CardPaths;
 

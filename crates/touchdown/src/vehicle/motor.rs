@@ -1,7 +1,7 @@
 //! The motor law of the plant that a thrust card tells.
 
 use touchdown_model::Card;
-use touchdown_sim::motor::{Motor, MotorSettings};
+use touchdown_sim::body::motor::{Motor, MotorSettings};
 
 use crate::error::{Error, Result};
 

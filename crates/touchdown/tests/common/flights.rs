@@ -4,12 +4,12 @@
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use touchdown_sim::air::exponential::ExponentialSettings;
+use touchdown_sim::body::motor::MotorSettings;
+use touchdown_sim::body::plant::{GroundLaw, Plant, PlantSettings, Surface};
+use touchdown_sim::body::vertical::VerticalVehicle;
 use touchdown_sim::deck::DeckPoint;
-use touchdown_sim::exponential::ExponentialSettings;
-use touchdown_sim::motor::MotorSettings;
-use touchdown_sim::plant::{GroundLaw, Plant, PlantSettings, Surface};
-use touchdown_sim::sensor::FlightSensorSettings;
-use touchdown_sim::vehicle::VerticalVehicle;
+use touchdown_sim::sensors::FlightSensorSettings;
 use touchdown_trial::Trial;
 
 /// Step of the simulation (s).

@@ -1,10 +1,10 @@
 //! The same frames, rendered and detected, and by the fast camera.
 
-use touchdown_sim::camera::CameraSettings;
-use touchdown_sim::camera::errors::ErrorModel;
-use touchdown_sim::camera::fast::{FastCamera, LocationSettings};
-use touchdown_sim::camera::view::View;
 use touchdown_sim::deck::rigid::DeckPose;
+use touchdown_sim::sensors::camera::CameraSettings;
+use touchdown_sim::sensors::camera::errors::ErrorModel;
+use touchdown_sim::sensors::camera::fast::{FastCamera, LocationSettings};
+use touchdown_sim::sensors::camera::view::View;
 use touchdown_vision::locate::Hints;
 use touchdown_vision::pad::Pad;
 

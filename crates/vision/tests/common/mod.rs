@@ -3,13 +3,13 @@
 
 pub(crate) mod compare;
 
-use touchdown_sim::camera::CameraSettings as RenderCamera;
-use touchdown_sim::camera::print::{DeckPrint, PrintedTag};
-use touchdown_sim::camera::render::Renderer;
-use touchdown_sim::camera::view::View;
+use touchdown_sim::body::rigid::RigidState;
 use touchdown_sim::deck::rigid::DeckPose;
-use touchdown_sim::noise::{Purpose, Stream};
-use touchdown_sim::rigid::RigidState;
+use touchdown_sim::random::{Purpose, Stream};
+use touchdown_sim::sensors::camera::CameraSettings as RenderCamera;
+use touchdown_sim::sensors::camera::print::{DeckPrint, PrintedTag};
+use touchdown_sim::sensors::camera::render::Renderer;
+use touchdown_sim::sensors::camera::view::View;
 use touchdown_vision::camera::CameraSettings;
 use touchdown_vision::detect::DetectorSettings;
 use touchdown_vision::family;

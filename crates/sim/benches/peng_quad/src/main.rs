@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use common::processor_s;
 use nalgebra::Vector3;
-use touchdown_sim::space::{Batch, Case, SpaceLander, SpaceScenario};
+use touchdown_sim::landing::space::{Batch, Case, SpaceLander, SpaceScenario};
 
 const RUNS: usize = 9;
 
@@ -59,7 +59,7 @@ fn main() {
     };
     let batch = Batch::new(&scenario).expect("a valid scenario");
     let lander = SpaceLander::new(&turbulent).expect("a valid scenario");
-    let steps = |landings: Vec<touchdown_sim::space::SpaceLanding>| -> u64 {
+    let steps = |landings: Vec<touchdown_sim::landing::space::SpaceLanding>| -> u64 {
         landings.iter().map(|landing| landing.steps).sum()
     };
     let peng = || peng(20);

@@ -16,7 +16,7 @@ use touchdown::settings;
 use touchdown::vehicle::{self, Followed};
 use touchdown::{Error, Result, pages};
 use touchdown_model::Card;
-use touchdown_sim::plant::PlantSettings;
+use touchdown_sim::body::plant::PlantSettings;
 use touchdown_sim::rig::RigSettings;
 
 use super::Done;

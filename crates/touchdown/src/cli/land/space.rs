@@ -9,7 +9,7 @@ use touchdown::sweep::{self, Row, SERIES, Sweep, SweepSettings, summarise};
 use touchdown::vehicle::mismatches;
 use touchdown::{Error, Result, pages};
 use touchdown_model::Card;
-use touchdown_sim::space::Case;
+use touchdown_sim::landing::space::Case;
 
 use super::super::Done;
 use super::super::args::LandArgs;

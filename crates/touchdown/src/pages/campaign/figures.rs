@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use touchdown_report::{Color, Figure, Panel, Series};
-use touchdown_sim::space::{SpaceTrace, TraceRow};
+use touchdown_sim::landing::space::{SpaceTrace, TraceRow};
 
 use super::ended;
 use crate::pages::page::shares_below;

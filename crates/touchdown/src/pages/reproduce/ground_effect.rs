@@ -1,7 +1,7 @@
 //! IV-B.2: the ground-effect models.
 
 use touchdown_report::{Cell, Table};
-use touchdown_sim::rig_sets::VALIDATION_KINDS;
+use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
 use super::super::page::{Page, errors, form_title, maybe, show};
 use super::coefficients::{self, Column};

@@ -2,7 +2,7 @@
 
 use touchdown_flight::reference::Exponential;
 use touchdown_model::Card;
-use touchdown_sim::plant::Plant;
+use touchdown_sim::body::plant::Plant;
 
 use super::super::page::show;
 use super::coefficients::{eq_11, eq_12};

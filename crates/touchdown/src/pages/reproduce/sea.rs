@@ -3,7 +3,7 @@
 mod figures;
 
 use touchdown_report::{Cell, Table};
-use touchdown_sim::space::Case;
+use touchdown_sim::landing::space::Case;
 
 use super::super::page::{Page, half_interval, show, spread};
 use super::verdict::{Ratio, ratio_text};

@@ -1,7 +1,7 @@
 //! Figures of the landings at sea.
 
 use touchdown_report::{Color, Figure, Panel, Series};
-use touchdown_sim::space::{Case, SpaceTrace, TraceRow};
+use touchdown_sim::landing::space::{Case, SpaceTrace, TraceRow};
 
 use super::words;
 use crate::experiments::sea::SeaExperiment;

@@ -1,0 +1,404 @@
+//! Ground effect of one rotor among four above a finite, moving deck.
+//!
+//! The law is written once, for one rotor. Every rotor and its image below the
+//! deck is a source (Cheeseman & Bennett 1955 for a rotor's own image;
+//! Sanchez-Cuevas, Heredia & Ollero 2017 for the images of its neighbours and
+//! the fountain between four rotors). A level vehicle over the centre of the
+//! deck is the case in which the four rotors are equal, [`WakeLag::level_target`].
+//!
+//! * Image sources, rotor i at height z_i, horizontal distance s_ij,
+//!   h_ij = z_i + z_j and induced speeds v_i:
+//!   `q_ij = (R²/4) h_ij / (s_ij² + h_ij²)^1.5 · v_j/v_i`.
+//! * Finite plate of equal area to a disc of radius a (solid-angle share):
+//!   `E = 1 - (1 + (a/z)²)^-1.5`.
+//! * Upwash of a disc that moves broadside, on its axis (exact potential flow):
+//!   `P = (2/π) (atan(a/z) - (z/a)/(1 + (z/a)²))`.
+//! * Fountain: `q_ftn = 2 R² K_b z / (b² + 4 z²)^1.5`.
+//! * Lags: the rotor's own images settle fast, the fountain slowly; both with
+//!   the height and with the induced speed (√T).
+//!
+//! Heights here are those of the rotor plane and are held at 0.05 m or more. Lengths in the lags, that
+//! least height and the least √T of the lags are those of rotors of 0.12 m under a vehicle of 1.37 kg; those of other
+//! vehicles are in proportion, the least ones never larger.
+
+mod places;
+
+use crate::body::plant::{PlantSettings, Surface};
+use crate::check;
+use crate::error::SimError;
+use crate::number::{Number, angles};
+
+/// Rotor radius that the lengths below belong to, m.
+const STANDARD_RADIUS_M: f64 = 0.12;
+/// Least height of the rotor plane in the laws, m.
+const LEAST_ROTOR_HEIGHT_M: f64 = 0.05;
+/// Lengths l, L of the lags `τ (z + l)/L`: of the rotor's own images, of the fountain, m.
+const ROTOR_LAG_M: [f64; 2] = [0.2, 0.4];
+const FOUNTAIN_LAG_M: [f64; 2] = [0.6, 0.8];
+/// Least √T in the lags, √N; at most this share of that in hover, which is 1 for a vehicle of 1.37 kg.
+const LEAST_LAG_ROOT: f64 = 1.0;
+const LEAST_LAG_SHARE: f64 = 0.2728;
+/// Greatest share of the image sources.
+const IMAGE_LIMIT: f64 = 0.5;
+/// Greatest share of image sources and fountain together.
+const TOTAL_LIMIT: f64 = 0.6;
+
+/// Ground effect with image sources, fountain, finite plate and two lags.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WakeLag {
+    radius_m: f64,
+    /// Squares of the horizontal distances between rotors i and j.
+    distance2_m2: [[f64; 4]; 4],
+    /// Square of the distance b of opposite rotor axes.
+    diagonal2_m2: f64,
+    fountain_gain: f64,
+    scale: f64,
+    /// Of the lags: l of both, 1/τ of both in units of L/√W, least √T.
+    lag_m: [f64; 2],
+    lag_pace: [f64; 2],
+    least_root: f64,
+    deck: Deck,
+}
+
+impl WakeLag {
+    /// Builds the law for a square of four rotors.
+    ///
+    /// # Errors
+    /// Lengths and lags must be positive, gain and scale not negative.
+    pub fn new(settings: &PlantSettings) -> Result<Self, SimError> {
+        check::positive("rotor_radius_m", settings.rotor_radius_m)?;
+        check::positive("rotor_spacing_m", settings.rotor_spacing_m)?;
+        check::that(
+            settings.rotor_spacing_m >= 2.0 * settings.rotor_radius_m,
+            "rotor_spacing_m",
+            "at least two rotor radii",
+            settings.rotor_spacing_m,
+        )?;
+        check::not_negative("fountain_gain", settings.fountain_gain)?;
+        check::not_negative("ground_effect_scale", settings.ground_effect_scale)?;
+        check::positive("rotor_lag_s", settings.rotor_lag_s)?;
+        check::positive("fountain_lag_s", settings.fountain_lag_s)?;
+        let half = 0.5 * settings.rotor_spacing_m;
+        let places = [[half, half], [-half, half], [-half, -half], [half, -half]];
+        let size = settings.rotor_radius_m / STANDARD_RADIUS_M;
+        let hover_root = settings.weight_n().sqrt();
+        let [(rotor_m, rotor_pace), (fountain_m, fountain_pace)] = [
+            (ROTOR_LAG_M, settings.rotor_lag_s),
+            (FOUNTAIN_LAG_M, settings.fountain_lag_s),
+        ]
+        .map(|([l, long], lag_s)| (l * size, long * size / (lag_s * hover_root)));
+        let distance2 = |i: usize, j: usize| {
+            let (dx, dy): (f64, f64) = (places[i][0] - places[j][0], places[i][1] - places[j][1]);
+            dx * dx + dy * dy
+        };
+        Ok(Self {
+            radius_m: settings.rotor_radius_m,
+            distance2_m2: std::array::from_fn(|i| std::array::from_fn(|j| distance2(i, j))),
+            diagonal2_m2: distance2(0, 2),
+            fountain_gain: settings.fountain_gain,
+            scale: settings.ground_effect_scale,
+            lag_m: [rotor_m, fountain_m],
+            lag_pace: [rotor_pace, fountain_pace],
+            least_root: LEAST_LAG_ROOT.min(LEAST_LAG_SHARE * hover_root),
+            deck: Deck::new(settings)?,
+        })
+    }
+
+    /// Sum over all images j of q_ij, the share of rotor i's induced speed that
+    /// the images take away, for a vehicle parallel to the deck. `heights_m` are
+    /// rotor-plane heights, `speeds` the induced speeds in any common unit (for
+    /// example √T_i).
+    #[inline]
+    #[must_use]
+    pub fn image_sum(&self, rotor: usize, heights_m: &[f64; 4], speeds: &[f64; 4]) -> f64 {
+        let mut sum = 0.0;
+        for other in 0..4 {
+            let h = heights_m[rotor] + heights_m[other];
+            let kernel = image_kernel(self.distance2_m2[rotor][other], h);
+            sum += kernel * (speeds[other] / speeds[rotor]);
+        }
+        0.25 * self.radius_m * self.radius_m * sum
+    }
+
+    /// γ: what the targets are multiplied by.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// The same law with another γ.
+    #[must_use]
+    pub(crate) fn with_scale(self, scale: f64) -> Self {
+        Self { scale, ..self }
+    }
+
+    /// Static target of a rotor's own inflow, `γ E(z_i) min(Σ q_ij, 0.5)`.
+    #[inline]
+    #[must_use]
+    pub fn rotor_target(&self, height_m: f64, image_sum: f64) -> f64 {
+        self.scale * self.deck.finite_plate(height_m) * image_sum.min(IMAGE_LIMIT)
+    }
+
+    /// Share of the fountain, q_ftn, before plate and scale.
+    #[inline(always)]
+    #[must_use]
+    pub fn fountain_share<N: Number>(&self, mean_height_m: N) -> N {
+        let r2 = mean_height_m * mean_height_m * 4.0 + self.diagonal2_m2;
+        let gain = 2.0 * self.radius_m * self.radius_m * self.fountain_gain;
+        mean_height_m * gain / (r2 * r2.sqrt())
+    }
+
+    /// Static target of the fountain, `γ E(z_c) q_ftn(z_c)`, the same for all
+    /// rotors; z_c is the mean of the four rotor heights.
+    #[inline]
+    #[must_use]
+    pub fn fountain_target(&self, mean_height_m: f64) -> f64 {
+        self.scale * self.deck.finite_plate(mean_height_m) * self.fountain_share(mean_height_m)
+    }
+
+    /// Targets (rotor, fountain) of a level vehicle over the deck's centre.
+    #[inline]
+    #[must_use]
+    pub fn level_target(&self, rotor_height_m: f64) -> [f64; 2] {
+        let z = rotor_height_m.max(self.deck.least_m);
+        let images = self.image_sum(0, &[z; 4], &[1.0; 4]);
+        [self.rotor_target(z, images), self.fountain_target(z)]
+    }
+
+    /// 1/t1 at a height for √T = 1.
+    #[inline(always)]
+    pub(crate) fn rotor_pace<N: Number>(&self, rotor_height_m: N) -> N {
+        let z = rotor_height_m.most(rotor_height_m.like(self.deck.least_m));
+        z.like(self.lag_pace[0]) / (z + self.lag_m[0])
+    }
+
+    /// 1/t2 at a height for √T = 1.
+    #[inline(always)]
+    pub(crate) fn fountain_pace<N: Number>(&self, mean_height_m: N) -> N {
+        let z = mean_height_m.most(mean_height_m.like(self.deck.least_m));
+        z.like(self.lag_pace[1]) / (z + self.lag_m[1])
+    }
+
+    /// Rate of a lag at the pace of [`Self::rotor_pace`] or [`Self::fountain_pace`].
+    #[inline(always)]
+    pub(crate) fn lag_rate<N: Number>(&self, q: N, target: N, pace: N, root_thrust: N) -> N {
+        (target - q) * (root_thrust.most(q.like(self.least_root)) * pace)
+    }
+
+    /// G - 1, where `G = 1/(1 - min(q1 + q2, 0.6))` is thrust in ground effect
+    /// over thrust in free air.
+    #[inline(always)]
+    #[must_use]
+    pub fn lift_ratio<N: Number>(inflow: [N; 2]) -> N {
+        let [ratio] = Self::lift_ratios(&[inflow[0]], inflow[1]);
+        ratio
+    }
+}
+
+/// `h/(s² + h²)^1.5`, the geometry of one image: `distance2_m2` is s².
+#[inline(always)]
+fn image_kernel<N: Number>(distance2_m2: N, h: N) -> N {
+    let r2 = distance2_m2 + h * h;
+    h / (r2 * r2.sqrt())
+}
+
+/// Force on one rotor beyond its free-air thrust T_i, N, for any lift ratio:
+/// `T_i (G_i - 1) - (k_v/4) (x_i/√W) (w_i - P u_i)`.
+///
+/// `root_thrust` is x_i = √(4 T_i), the rotor's share on the scale of the whole
+/// vehicle; `damping_per_root` is k_v/√W; `air_speed_mps` is the rotor's climb
+/// speed w_i less the upwash P u_i of the deck below it.
+#[inline(always)]
+#[must_use]
+pub fn rotor_force<N: Number>(
+    root_thrust: N,
+    lift_ratio: N,
+    damping_per_root: f64,
+    air_speed_mps: N,
+) -> N {
+    root_thrust * 0.25 * (root_thrust * lift_ratio - air_speed_mps * damping_per_root)
+}
+
+/// The surface below: how much of an unbounded plane it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deck {
+    surface: Surface,
+    radius_m: f64,
+    half_side_m: f64,
+    least_m: f64,
+}
+
+impl Deck {
+    /// The deck of the settings; a square plate counts as the disc of its area.
+    ///
+    /// # Errors
+    /// The plate's side must be positive.
+    pub fn new(settings: &PlantSettings) -> Result<Self, SimError> {
+        check::positive("plate_side_m", settings.plate_side_m)?;
+        Ok(Self {
+            surface: settings.surface,
+            radius_m: settings.plate_side_m / std::f64::consts::PI.sqrt(),
+            half_side_m: 0.5 * settings.plate_side_m,
+            least_m: LEAST_ROTOR_HEIGHT_M * (settings.rotor_radius_m / STANDARD_RADIUS_M).min(1.0),
+        })
+    }
+
+    /// Least height of the rotor plane in the laws, m.
+    #[inline(always)]
+    #[must_use]
+    pub fn least_rotor_height_m(&self) -> f64 {
+        self.least_m
+    }
+
+    /// E(z): 1 above unbounded ground, 0 where there is no surface.
+    #[inline(always)]
+    #[must_use]
+    pub fn finite_plate<N: Number>(&self, rotor_height_m: N) -> N {
+        let z = rotor_height_m;
+        match self.surface {
+            Surface::Plate => {
+                let k = z.like(self.radius_m) / z;
+                let s = k * k + 1.0;
+                (z.like(1.0) / (s * s.sqrt())).taken_from(1.0)
+            }
+            Surface::Ground => z.like(1.0),
+            Surface::Absent => z.like(0.0),
+        }
+    }
+
+    /// P(z): the share of the deck's velocity that the air at rotor height has.
+    #[inline]
+    #[must_use]
+    pub fn upwash(&self, rotor_height_m: f64) -> f64 {
+        match self.surface {
+            Surface::Plate => {
+                let k = rotor_height_m.max(self.least_m) / self.radius_m;
+                std::f64::consts::FRAC_2_PI * ((1.0 / k).atan() - k / (1.0 + k * k))
+            }
+            Surface::Ground => 1.0,
+            Surface::Absent => 0.0,
+        }
+    }
+
+    /// Half the side of a plate, m; none where the surface has no edge.
+    #[must_use]
+    pub fn half_side_m(&self) -> Option<f64> {
+        (self.surface == Surface::Plate).then_some(self.half_side_m)
+    }
+
+    /// Solid angle of the square plate of half side l seen from (x, y, z), z
+    /// above 0: the sum of `atan(XY/(z √(X² + Y² + z²)))` over X in {l - x, l + x}
+    /// and Y in {l - y, l + y}. The four angles are added as the argument of a
+    /// product of complex numbers.
+    #[inline(always)]
+    #[must_use]
+    pub fn solid_angle<N: Number>(&self, place_m: [N; 3]) -> N {
+        let [angle] = self.solid_angles(&[place_m]);
+        angle
+    }
+
+    /// [`Self::solid_angle`] of several places.
+    #[inline(always)]
+    #[must_use]
+    pub fn solid_angles<N: Number, const K: usize>(&self, places_m: &[[N; 3]; K]) -> [N; K] {
+        let l = self.half_side_m;
+        let (mut re, mut im) = (
+            places_m.map(|p| p[2].like(1.0)),
+            places_m.map(|p| p[2].like(0.0)),
+        );
+        for (a_sign, b_sign) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            for i in 0..K {
+                let [x, y, z] = places_m[i];
+                let (a, b) = (x * a_sign + l, y * b_sign + l);
+                let (c, d) = (z * (a * a + b * b + z * z).sqrt(), a * b);
+                (re[i], im[i]) = (re[i] * c - im[i] * d, re[i] * d + im[i] * c);
+            }
+        }
+        let mut angles = angles(re, im);
+        for i in 0..K {
+            let ([x, y, z], angle) = (places_m[i], angles[i]);
+            let (zero, side) = (z.like(0.0), z.like(l));
+            let beside = side.below(x.abs()) | side.below(y.abs());
+            // Beside the plate below π: rounding must not turn nothing into a full circle.
+            let raised = N::choose(angle.below(zero), angle + std::f64::consts::TAU, angle);
+            angles[i] = N::choose(beside, angle.most(zero), raised);
+        }
+        angles
+    }
+
+    /// ρ of a rotor at (x, y, z) in the deck's axes: the plate's solid angle
+    /// seen from there over that at `(offset, offset, z)`, the rotor's place when
+    /// the vehicle is centred. 1 at the centre, about a half over the edge.
+    #[inline]
+    #[must_use]
+    pub fn edge_share(&self, place_m: [f64; 3], offset_m: f64) -> f64 {
+        match self.surface {
+            Surface::Plate => {
+                let centred = [offset_m, offset_m, place_m[2]];
+                self.solid_angle(place_m) / self.solid_angle(centred)
+            }
+            Surface::Ground | Surface::Absent => 1.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_laws_scale_with_the_rotor() {
+        let standard = PlantSettings {
+            surface: Surface::Ground,
+            ..PlantSettings::default()
+        };
+        let law = WakeLag::new(&standard).expect("defaults are valid");
+        for size in [0.19, 0.5, 0.9] {
+            let small = WakeLag::new(&PlantSettings {
+                rotor_radius_m: size * standard.rotor_radius_m,
+                rotor_spacing_m: size * standard.rotor_spacing_m,
+                ..standard
+            })
+            .expect("valid settings");
+            // Below the least height as well.
+            for radii in [0.2, 0.4, 0.5, 1.0, 3.0, 9.0] {
+                let z = radii * standard.rotor_radius_m;
+                let of = |law: &WakeLag, z: f64| {
+                    let [images, fountain] = law.level_target(z);
+                    let paces = [law.rotor_pace(z), law.fountain_pace(z)];
+                    [images, fountain, paces[0], paces[1]]
+                };
+                for (a, b) in of(&law, z).into_iter().zip(of(&small, size * z)) {
+                    // A dozen roundings of 1.1e-16.
+                    assert!((a / b - 1.0).abs() < 2e-15, "{size}, {radii} R: {a} {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn analytic_least_thrust_of_the_lags_scales_with_the_weight() {
+        let standard = PlantSettings::default();
+        // The rate of a lag towards 1 at the pace 1, without thrust.
+        let least = |mass_kg: f64| {
+            let settings = PlantSettings {
+                mass_kg,
+                ..standard
+            };
+            let law = WakeLag::new(&settings).expect("valid settings");
+            (law.lag_rate(0.0, 1.0, 1.0, 0.0), settings.weight_n().sqrt())
+        };
+        // The standard vehicle's is what it was before it had a share.
+        assert_eq!(least(1.37).0, 1.0);
+        let share = least(0.5 * 1.37).0 / least(0.5 * 1.37).1;
+        // Rounded up in its fourth digit, for the standard vehicle's is not to be less than 1.
+        assert!((share * least(1.37).1 - 1.0).abs() < 1e-4, "{share}");
+        for size in [0.02, 0.1, 0.5, 0.9] {
+            let (root, hover) = least(size * 1.37);
+            // Two roundings of 1.1e-16.
+            assert!((root / hover / share - 1.0).abs() < 1e-15, "{size}");
+        }
+        // Never larger.
+        assert_eq!(least(10.0 * 1.37).0, 1.0);
+    }
+}

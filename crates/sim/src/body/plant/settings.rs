@@ -1,0 +1,121 @@
+//! Settings of the plant.
+
+use serde::{Deserialize, Serialize};
+
+use super::Plant;
+use crate::air::exponential::ExponentialSettings;
+use crate::body::motor::MotorSettings;
+use crate::error::SimError;
+
+/// Which ground effect the plant has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GroundLaw {
+    /// Image sources, fountain, finite plate and two lags.
+    #[default]
+    WakeLag,
+    /// An exponential in the height with one lag.
+    Exponential,
+}
+
+/// The surface below the vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Surface {
+    /// A finite square plate.
+    #[default]
+    Plate,
+    /// Unbounded ground: E = 1 and P = 1.
+    Ground,
+    /// Nothing: free air.
+    Absent,
+}
+
+/// All parameters of the plant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlantSettings {
+    /// Mass of the vehicle m, kg.
+    pub mass_kg: f64,
+    /// Gravity g, m/s².
+    pub gravity_mps2: f64,
+    /// Rotor radius R, m.
+    pub rotor_radius_m: f64,
+    /// Distance of neighbouring rotor axes d, m; opposite axes are √2 d apart.
+    pub rotor_spacing_m: f64,
+    /// Height of the rotor plane above the reference point h_r, m.
+    pub rotor_height_m: f64,
+    /// Side of the square plate, m.
+    pub plate_side_m: f64,
+    /// The surface below.
+    pub surface: Surface,
+    /// The law of the ground effect.
+    pub ground_law: GroundLaw,
+    /// Scale of the ground effect γ (0.42 fits published flight logs).
+    pub ground_effect_scale: f64,
+    /// Gain of the fountain K_b.
+    pub fountain_gain: f64,
+    /// Time constant of a rotor's own inflow at hover and z_r = 5/3 R (0.2 m for R = 0.12 m), s.
+    pub rotor_lag_s: f64,
+    /// Time constant of the fountain at hover and z_r = 5/3 R (0.2 m for R = 0.12 m), s.
+    pub fountain_lag_s: f64,
+    /// Climb damping at hover k_v, N s/m.
+    pub climb_damping_ns_per_m: f64,
+    /// Turbulence c_t in `sd = c_t x² (0.2 + (q1* + q2*)/0.15)`; 0 for none.
+    pub turbulence: f64,
+    /// Correlation time of the turbulence, s.
+    pub turbulence_correlation_s: f64,
+    /// The motors.
+    pub motor: MotorSettings,
+    /// The exponential law, used where `ground_law` says so.
+    pub exponential: ExponentialSettings,
+}
+
+impl Default for PlantSettings {
+    fn default() -> Self {
+        Self {
+            mass_kg: 1.37,
+            gravity_mps2: 9.81,
+            rotor_radius_m: 0.12,
+            rotor_spacing_m: 0.32,
+            rotor_height_m: 0.05,
+            plate_side_m: 1.5,
+            surface: Surface::Plate,
+            ground_law: GroundLaw::WakeLag,
+            ground_effect_scale: 1.0,
+            fountain_gain: 2.0,
+            rotor_lag_s: 0.05,
+            fountain_lag_s: 0.28,
+            climb_damping_ns_per_m: 0.79,
+            turbulence: 0.01,
+            turbulence_correlation_s: 0.15,
+            motor: MotorSettings::default(),
+            exponential: ExponentialSettings::default(),
+        }
+    }
+}
+
+impl PlantSettings {
+    /// The default values with the second plant's law.
+    #[must_use]
+    pub fn exponential() -> Self {
+        Self {
+            ground_law: GroundLaw::Exponential,
+            ..Self::default()
+        }
+    }
+
+    /// Weight W = m g, N.
+    #[must_use]
+    pub fn weight_n(&self) -> f64 {
+        self.mass_kg * self.gravity_mps2
+    }
+
+    /// Checks all settings.
+    ///
+    /// # Errors
+    /// Names the first bad key, what is expected and the offending number.
+    pub fn validate(&self) -> Result<(), SimError> {
+        Plant::new(self).map(|_| ())
+    }
+}

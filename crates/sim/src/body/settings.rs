@@ -1,0 +1,55 @@
+//! Settings of the body: inertia, torque of the rotors, drag.
+
+use serde::{Deserialize, Serialize};
+
+use crate::check;
+use crate::error::SimError;
+
+/// The body beyond what [`PlantSettings`](crate::body::plant::PlantSettings) says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BodySettings {
+    /// Moments of inertia about x, y, z, kg m².
+    pub inertia_kg_m2: [f64; 3],
+    /// Reaction torque of a rotor over its thrust κ, m.
+    pub torque_per_thrust_m: f64,
+    /// Drag in the rotors' plane, linear c_1, N s/m (blade flapping and induced drag).
+    pub drag_ns_per_m: f64,
+    /// Drag in the rotors' plane, quadratic c_2, N s²/m² (frame).
+    pub drag_ns2_per_m2: f64,
+}
+
+impl Default for BodySettings {
+    fn default() -> Self {
+        Self {
+            inertia_kg_m2: [0.0125, 0.0125, 0.022],
+            torque_per_thrust_m: 0.016,
+            drag_ns_per_m: 0.35,
+            drag_ns2_per_m2: 0.02,
+        }
+    }
+}
+
+impl BodySettings {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// Moments of inertia must be positive and each at most the sum of the
+    /// others; torque and drag must not be negative.
+    pub fn validate(&self) -> Result<(), SimError> {
+        let inertia = self.inertia_kg_m2;
+        let sum = inertia[0] + inertia[1] + inertia[2];
+        for moment in inertia {
+            check::positive("inertia_kg_m2", moment)?;
+            check::that(
+                2.0 * moment <= sum * (1.0 + 1e-12),
+                "inertia_kg_m2",
+                "at most the sum of the other two moments",
+                moment,
+            )?;
+        }
+        check::not_negative("torque_per_thrust_m", self.torque_per_thrust_m)?;
+        check::not_negative("drag_ns_per_m", self.drag_ns_per_m)?;
+        check::not_negative("drag_ns2_per_m2", self.drag_ns2_per_m2)
+    }
+}

@@ -1,0 +1,4 @@
+//! Landings: of the vertical vehicle, and in six degrees of freedom.
+
+pub mod space;
+pub mod vertical;

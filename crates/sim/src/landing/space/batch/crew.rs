@@ -1,0 +1,55 @@
+//! The pilot of one lane.
+
+use touchdown_flight::Attitude;
+use touchdown_flight::guidance::Order;
+use touchdown_flight::lander::Fly;
+use touchdown_flight::pilot::Motion;
+
+use super::Batch;
+use super::lane::Seen;
+use super::seat::Seat;
+use crate::number::vector::dot;
+use crate::sensors::readings::vector;
+
+/// Thrust and attitude that a pilot asks for.
+pub(super) struct Asked {
+    pub(super) thrust_n: f64,
+    pub(super) attitude: [f64; 4],
+}
+
+impl Batch {
+    /// One step of the pilot on the truth: what it asks for.
+    pub(super) fn command(&self, seat: &mut Seat, seen: &Seen<f64>) -> Asked {
+        let dt = self.lander.scenario.control_period_s;
+        let motion = Motion {
+            position_m: vector(seen.place_m),
+            relative_velocity_mps: vector(seen.relative_mps),
+            vehicle_velocity_mps: vector(seen.velocity_mps),
+            acceleration_mps2: vector(seen.acceleration_mps2),
+            attitude: Attitude::from_quaternion(seen.attitude).unwrap_or_default(),
+            deck_normal: vector(seen.normal),
+        };
+        let throttle = seat.throttle();
+        let memory = seat
+            .pilot
+            .get_or_insert_with(|| self.pilot.initial(&motion, throttle));
+        let deck_mps2 = vector(seen.deck_mps2);
+        let plan = self.reference.starting_at(motion.position_m.z);
+        let guidance = &mut seat.guidance;
+        let order = self
+            .guidance
+            .step(guidance, Fly::Descend, Some(&plan), &motion, deck_mps2, dt);
+        let command = match order {
+            Order::Track(mut target) => {
+                let height_m = dot(seen.normal, seen.place_m);
+                target.hold_estimates = height_m < self.lander.computer.contact_height_m;
+                self.pilot.step(memory, &motion, &target, dt)
+            }
+            Order::Idle { .. } | Order::Off => self.pilot.idle(memory, &motion, f64::INFINITY, dt),
+        };
+        Asked {
+            thrust_n: command.thrust_n,
+            attitude: command.attitude.to_quaternion(),
+        }
+    }
+}

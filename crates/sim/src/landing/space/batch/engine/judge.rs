@@ -1,0 +1,94 @@
+//! How landings end.
+
+use super::super::KNOT_STEPS;
+use super::super::lane::{Looked, state_of};
+use super::Engine;
+use crate::STEP_S;
+use crate::landing::space::outcome::{CrashCause, SpaceOutcome};
+use crate::number::vector::{along, axes_of, dot, sub};
+use crate::number::{Number, angle};
+
+impl<N: Number> Engine<'_, N> {
+    /// Judges all by the truth: at every step those whose feet may have touched in it, that
+    /// are low or that are watched, the others at knots.
+    #[inline(always)]
+    pub(super) fn judge(&mut self, near: N::Truth) {
+        let scenario = &self.batch.lander.scenario;
+        let arm = sub(self.state.position_m, self.pose.origin_m);
+        let velocity = sub(self.state.velocity_mps, self.pose.point_velocity(arm));
+        let height_m = dot(self.pose.axes[2], arm);
+        let before_mps = self.sinking_mps;
+        self.sinking_mps = dot(self.pose.axes[2], velocity);
+        let path_m = (before_mps.abs() + self.sinking_mps.abs()) * (0.5 * STEP_S);
+        let zero = height_m.like(0.0);
+        let flies = N::choose(zero.below(self.stopped), zero, path_m);
+        self.path_m = self.path_m + flies;
+        let above = zero.like(scenario.landed_height_m).below(height_m);
+        let looks = near | !above | zero.below(self.watched);
+        let looked = N::any(looks).then(|| self.look(velocity));
+        let looks = N::choose(looks, zero.like(1.0), zero);
+        let seldom = self.step.is_multiple_of(KNOT_STEPS);
+        if looked.is_none() && !seldom {
+            return;
+        }
+        for lane in 0..N::COUNT {
+            let Some(seat) = &mut self.seats[lane] else {
+                continue;
+            };
+            let judged = looked
+                .as_ref()
+                .filter(|_| looks.get(lane) > 0.0)
+                .map(|looked| looked.of(lane, before_mps));
+            let mut outcome = None;
+            if judged.is_some() || seldom {
+                seat.path_m = self.path_m.get(lane);
+                outcome = seat.judge(self.batch, self.step, judged.as_ref());
+                if seat.is_stopped() {
+                    self.stopped = self.stopped.with(lane, 1.0);
+                    self.watched = self.watched.with(lane, 1.0);
+                }
+            }
+            if seldom {
+                let state = state_of(&self.state, lane);
+                let far = sub(state.position_m, scenario.start_m);
+                let most = scenario.crash.lost_m;
+                if !state.is_finite() || dot(far, far) > most * most {
+                    let cause = CrashCause::Lost;
+                    outcome = Some(SpaceOutcome::Crashed { cause });
+                }
+            }
+            if let Some(outcome) = outcome
+                && let Some(seat) = self.seats[lane].take()
+            {
+                self.landed.push(seat.landing(self.step, outcome));
+                self.stopped = self.stopped.with(lane, 1.0);
+                self.watched = self.watched.with(lane, 0.0);
+                self.left = self.step;
+            }
+        }
+    }
+
+    /// How all stand to their decks, `velocity` being relative to the deck.
+    #[inline(always)]
+    fn look(&self, velocity: [N; 3]) -> Looked<N> {
+        let axes = axes_of(self.state.attitude);
+        let up = dot(axes[2], self.pose.axes[2]);
+        let up = up.within(up.like(-1.0), up.like(1.0));
+        let arm = sub(self.state.position_m, self.pose.origin_m);
+        let feet = self
+            .legs
+            .feet_at(&self.state.body(&axes), &self.pose, &self.foothold);
+        let (zero, one) = (up.like(0.0), up.like(1.0));
+        let mut slides = [zero; 4];
+        for i in 0..4 {
+            slides[i] = N::choose(feet[i].slides, one, zero);
+        }
+        Looked {
+            place_m: along(&self.pose.axes, arm),
+            velocity_mps: along(&self.pose.axes, velocity),
+            tilt_rad: angle(up, (up * up).taken_from(1.0).sqrt()),
+            feet,
+            slides,
+        }
+    }
+}

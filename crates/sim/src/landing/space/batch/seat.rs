@@ -1,0 +1,173 @@
+//! One landing in its lane: what is not computed side by side.
+
+use touchdown_flight::ground_effect::{GroundEffect, Guarded};
+use touchdown_flight::guidance::GuidanceState;
+use touchdown_flight::pilot::PilotState;
+
+use super::{Batch, KNOT_STEPS};
+use crate::STEP_S;
+use crate::air::turbulence::RotorTurbulence;
+use crate::air::wind::Wind;
+use crate::body::cascade::AttitudeSetpoint;
+use crate::body::contact::Foot;
+use crate::body::rigid::{Disturbance, RigidState, RigidVehicle};
+use crate::deck::rigid::{DeckCoordinates, RigidDeck};
+use crate::deck::spline::piece;
+use crate::error::SimError;
+use crate::landing::space::drawn::{Drawn, DrawnAir, hover};
+use crate::landing::space::outcome::{SpaceLanding, SpaceOutcome, Touch};
+use crate::landing::space::touching::{Standing, Touching};
+
+/// State of the pilot that is simulated.
+pub(super) type PilotMemory = PilotState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
+
+/// A landing in a lane.
+pub(super) struct Seat {
+    trial: u64,
+    /// Step of the engine at which it began.
+    start: u64,
+    pub(super) vehicle: RigidVehicle,
+    deck: RigidDeck,
+    shift_s: f64,
+    knots: u64,
+    knot: DeckCoordinates,
+    pub(super) wind: Wind,
+    pub(super) turbulence: Option<RotorTurbulence>,
+    /// None before its first step.
+    pub(super) pilot: Option<PilotMemory>,
+    pub(super) guidance: GuidanceState<f64>,
+    throttle: f64,
+    touching: Touching,
+    touch: Option<Touch>,
+    stopped: Option<u64>,
+    pub(super) path_m: f64,
+}
+
+impl Seat {
+    /// A trial that begins at a step of the engine: the seat, its state, and the setpoint
+    /// that it hovers at.
+    pub(super) fn new(
+        batch: &Batch,
+        trial: u64,
+        seed: u64,
+        start: u64,
+    ) -> Result<(Self, RigidState, AttitudeSetpoint, Disturbance), SimError> {
+        let scenario = &batch.lander.scenario;
+        let drawn = Drawn::new(scenario, trial, seed);
+        let vehicle = drawn.vehicle(&batch.lander.vehicle)?;
+        let (deck, shift_s) = batch.deck(trial, seed, drawn.phase)?;
+        let knot = deck.coordinates(shift_s);
+        let pose = knot.pose();
+        let (state, throttle) = drawn.start(scenario, &vehicle, &pose);
+        let DrawnAir {
+            wind,
+            turbulence,
+            disturbance,
+        } = DrawnAir::new(scenario, &vehicle, &state, &pose, trial, seed)?;
+        let hover = hover(&state);
+        let seat = Self {
+            trial,
+            start,
+            vehicle,
+            deck,
+            shift_s,
+            knots: 0,
+            knot,
+            wind,
+            turbulence,
+            pilot: None,
+            guidance: batch.guidance.initial(),
+            throttle,
+            touching: Touching::default(),
+            touch: None,
+            stopped: None,
+            path_m: 0.0,
+        };
+        Ok((seat, state, hover, disturbance))
+    }
+
+    /// The throttle of the hover at the start.
+    pub(super) fn throttle(&self) -> f64 {
+        self.throttle
+    }
+
+    /// The deck up to its next knot.
+    pub(super) fn next_piece(&mut self) -> [[f64; 5]; 6] {
+        let knot_s = KNOT_STEPS as f64 * STEP_S;
+        self.knots += 1;
+        let next = match &self.deck {
+            RigidDeck::Still => self.knot,
+            deck => deck.coordinates(self.shift_s + knot_s * self.knots as f64),
+        };
+        let piece = piece(knot_s, &self.knot, &next);
+        self.knot = next;
+        piece
+    }
+
+    /// Whether the rotors have been stopped.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.stopped.is_some()
+    }
+
+    /// Judges the state after a step of the engine; near the deck only `standing` is
+    /// needed.
+    pub(super) fn judge(
+        &mut self,
+        batch: &Batch,
+        step: u64,
+        standing: Option<&(Standing, [Foot; 4])>,
+    ) -> Option<SpaceOutcome> {
+        let since = step - self.start;
+        if let Some(standing) = standing
+            && let Some(outcome) = self.near(batch, since, standing)
+        {
+            return Some(outcome);
+        }
+        if let Some(stopped) = self.stopped
+            && since - stopped >= batch.steps.watch
+        {
+            return Some(self.touching.settled(1));
+        }
+        (since >= batch.steps.timeout).then_some(SpaceOutcome::TimedOut)
+    }
+
+    fn near(
+        &mut self,
+        batch: &Batch,
+        since: u64,
+        (now, feet): &(Standing, [Foot; 4]),
+    ) -> Option<SpaceOutcome> {
+        let legs = &batch.lander.scenario.legs;
+        let time_s = since as f64 * STEP_S;
+        self.touching.log.add(time_s, feet, now.tilt_rad, legs);
+        if self.touch.is_none() && self.touching.is_near(&batch.lander, now.place_m) {
+            self.touch = Some(now.touch(time_s, time_s, self.path_m));
+            self.stopped = Some(since);
+        }
+        self.touching.judge(&batch.lander.scenario, now)
+    }
+
+    /// The landing, at its end.
+    pub(super) fn landing(self, step: u64, outcome: SpaceOutcome) -> SpaceLanding {
+        let steps = step - self.start;
+        let mut landing = SpaceLanding {
+            trial_index: self.trial,
+            outcome,
+            touch: self.touch,
+            before_descent_s: Some(0.0),
+            waited_s: 0.0,
+            descents: 1,
+            aborts: Vec::new(),
+            bounces: 0,
+            slide_m: 0.0,
+            greatest_foot_n: 0.0,
+            impact: None,
+            estimated_latency_s: 0.0,
+            end_s: steps as f64 * STEP_S,
+            steps,
+            trace: None,
+        };
+        self.touching.enter(&mut landing);
+        landing
+    }
+}

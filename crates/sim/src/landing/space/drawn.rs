@@ -1,0 +1,119 @@
+//! In what trials of a scenario differ.
+
+use super::scenario::SpaceScenario;
+use crate::STEP_S;
+use crate::air::turbulence::RotorTurbulence;
+use crate::air::wind::Wind;
+use crate::body::cascade::AttitudeSetpoint;
+use crate::body::rigid::{Disturbance, RigidState, RigidVehicle};
+use crate::deck::rigid::DeckPose;
+use crate::error::SimError;
+use crate::random::{Purpose, Stream};
+
+/// What is drawn for a trial.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drawn {
+    /// By how much the rotors' thrust is off, as a share.
+    thrust_error: f64,
+    /// Strength of the ground effect.
+    ground_effect_scale: f64,
+    /// Where in the deck's motion the trial starts, in [0, 1).
+    pub(super) phase: f64,
+    /// Place relative to the deck's centre, m.
+    place_m: [f64; 3],
+}
+
+impl Drawn {
+    pub(super) fn new(scenario: &SpaceScenario, trial: u64, seed: u64) -> Self {
+        let mut spread = Stream::new(seed, trial, Purpose::Spread);
+        let (thrust, strength, phase) = (spread.normal(), spread.uniform(), spread.uniform());
+        let offset: [f64; 3] = std::array::from_fn(|_| spread.normal());
+        let of = &scenario.spread;
+        let (low, high) = (of.ground_effect_scale_min, of.ground_effect_scale_max);
+        let strength = scenario.ground_effect_strength * (low + (high - low) * strength);
+        let start = |k: usize| scenario.start_m[k] + scenario.start_sd_m[k] * offset[k];
+        Self {
+            thrust_error: of.thrust_scale_sd * thrust,
+            ground_effect_scale: scenario.plant.ground_effect_scale * strength,
+            phase,
+            place_m: std::array::from_fn(start),
+        }
+    }
+
+    /// The trial's vehicle.
+    pub(super) fn vehicle(&self, nominal: &RigidVehicle) -> Result<RigidVehicle, SimError> {
+        Ok(nominal
+            .clone()
+            .with_ground_effect_scale(self.ground_effect_scale)?
+            .with_thrust_scale_error([self.thrust_error; 4]))
+    }
+
+    /// In relative rest with the deck, and the throttle that holds it.
+    pub(super) fn start(
+        &self,
+        scenario: &SpaceScenario,
+        vehicle: &RigidVehicle,
+        deck: &DeckPose,
+    ) -> (RigidState, f64) {
+        let [x, y, z] = self.place_m;
+        let height_m = z.max(scenario.landed_height_m + 0.05);
+        let (mut state, throttle) = vehicle.balanced(height_m, deck);
+        state.position_m[0] += x;
+        state.position_m[1] += y;
+        (state, throttle)
+    }
+}
+
+/// The setpoint of a hover in a state whose forces are in balance.
+pub(super) fn hover(state: &RigidState) -> AttitudeSetpoint {
+    AttitudeSetpoint {
+        thrust_n: 0.25 * state.rotors.root_thrust.iter().map(|x| x * x).sum::<f64>(),
+        attitude: state.attitude,
+        yaw_rate: 0.0,
+    }
+}
+
+/// The air of a trial at its start.
+pub(super) struct DrawnAir {
+    pub(super) wind: Wind,
+    /// Of the rotors, where the scenario has it.
+    pub(super) turbulence: Option<RotorTurbulence>,
+    /// What both do at the start.
+    pub(super) disturbance: Disturbance,
+}
+
+impl DrawnAir {
+    /// The air of a vehicle that starts in a state over the deck.
+    ///
+    /// # Errors
+    /// Settings of the wind that make no sense.
+    pub(super) fn new(
+        scenario: &SpaceScenario,
+        vehicle: &RigidVehicle,
+        state: &RigidState,
+        deck: &DeckPose,
+        trial: u64,
+        seed: u64,
+    ) -> Result<Self, SimError> {
+        let turbulence = scenario.turbulence.then(|| {
+            let stream = Stream::new(seed, trial, Purpose::Turbulence);
+            let still = vehicle.loads(state, deck, &Disturbance::default());
+            let roots = &state.rotors.root_thrust;
+            let sd_n = vehicle.rotors().turbulence_sd_n(roots, &still.target);
+            let correlation_s = scenario.plant.turbulence_correlation_s;
+            RotorTurbulence::new(stream, correlation_s, STEP_S, sd_n)
+        });
+        let wind = Wind::new(&scenario.wind, STEP_S, seed, trial)?;
+        let disturbance = Disturbance {
+            wind_mps: wind.velocity_mps(),
+            turbulence_n: turbulence
+                .as_ref()
+                .map_or([0.0; 4], RotorTurbulence::values_n),
+        };
+        Ok(Self {
+            wind,
+            turbulence,
+            disturbance,
+        })
+    }
+}

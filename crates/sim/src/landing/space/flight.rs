@@ -1,0 +1,291 @@
+//! The world and the vehicle during a landing, step by step.
+
+use std::collections::VecDeque;
+
+use touchdown_flight::computer::{ComputerState, Sensed};
+use touchdown_flight::ground_effect::{GroundEffect, Guarded};
+use touchdown_flight::lander::{Phase, Reason, Request};
+
+use super::drawn::{Drawn, DrawnAir, hover};
+use super::faults::{Since, Struck};
+use super::landing::SpaceLander;
+use super::logged::FlightLog;
+use super::outcome::{SpaceLanding, SpaceOutcome, SpaceTrace, Touch};
+use super::touching::Touching;
+use super::track::Track;
+use crate::STEP_S;
+use crate::air::turbulence::RotorTurbulence;
+use crate::air::wind::{GustSettings, Wind};
+use crate::body::cascade::{AttitudeSetpoint, CascadeState};
+use crate::body::rigid::{Disturbance, Loads, RigidState, RigidVehicle};
+use crate::deck::rigid::DeckPose;
+use crate::error::SimError;
+use crate::number::vector::add;
+use crate::random::{Purpose, Stream};
+use crate::sensors::readings::{Sensing, Truth, nan_if, steps};
+
+/// State of the landing computer that is simulated.
+type Brain = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
+
+/// A command on its way to the attitude control.
+#[derive(Clone, Copy)]
+pub(super) struct Sent {
+    pub(super) arrives: u64,
+    pub(super) setpoint: Option<AttitudeSetpoint>,
+}
+
+/// What is true of a descent so far.
+#[derive(Clone, Copy)]
+pub(super) struct Descending {
+    pub(super) since: u64,
+    pub(super) path_m: f64,
+    pub(super) touch: Option<Touch>,
+}
+
+/// Everything that changes during a landing.
+pub(super) struct Flight<'a> {
+    pub(super) lander: &'a SpaceLander,
+    pub(super) vehicle: RigidVehicle,
+    pub(super) track: Track,
+    pub(super) state: RigidState,
+    pub(super) pose: DeckPose,
+    pub(super) loads: Loads,
+    pub(super) wind: Wind,
+    pub(super) gusting: bool,
+    pub(super) turbulence: Option<RotorTurbulence>,
+    pub(super) disturbance: Disturbance,
+    pub(super) sensing: Sensing,
+    pub(super) brain: Brain,
+    pub(super) sent: VecDeque<Sent>,
+    pub(super) setpoint: Option<AttitudeSetpoint>,
+    pub(super) control: CascadeState,
+    pub(super) throttle: [f64; 4],
+    pub(super) touching: Touching,
+    pub(super) descending: Option<Descending>,
+    pub(super) fault_start: Option<u64>,
+    pub(super) weakened: bool,
+    pub(super) phase: Phase,
+    pub(super) stopped: Option<u64>,
+    /// When the landing was given up, and why.
+    pub(super) gave_up: Option<(u64, Option<Reason>)>,
+    /// Noise of what is logged.
+    pub(super) log_noise: Stream,
+    pub(super) landing: SpaceLanding,
+}
+
+impl<'a> Flight<'a> {
+    pub(super) fn new(
+        lander: &'a SpaceLander,
+        trial: u64,
+        seed: u64,
+        record: bool,
+    ) -> Result<Self, SimError> {
+        let scenario = &lander.scenario;
+        let drawn = Drawn::new(scenario, trial, seed);
+        let vehicle = drawn.vehicle(&lander.vehicle)?;
+        let mut track = lander.track(trial, seed, drawn.phase)?;
+        let pose = track.at(0.0)?;
+        let (state, throttle) = drawn.start(scenario, &vehicle, &pose);
+        let DrawnAir {
+            wind,
+            turbulence,
+            disturbance,
+        } = DrawnAir::new(scenario, &vehicle, &state, &pose, trial, seed)?;
+        let gravity = scenario.plant.gravity_mps2;
+        let mut sensing = Sensing::new(
+            &scenario.sensors,
+            &lander.camera,
+            scenario.control_period_s,
+            &state,
+            gravity,
+            seed,
+            trial,
+        );
+        sensing.eye = lander.eye()?;
+        sensing.keeps_ranges = record;
+        Ok(Self {
+            lander,
+            loads: vehicle.loads(&state, &pose, &disturbance),
+            vehicle,
+            track,
+            state,
+            pose,
+            wind,
+            gusting: false,
+            turbulence,
+            disturbance,
+            sensing,
+            brain: lander.computer.initial(throttle),
+            sent: VecDeque::with_capacity(8),
+            setpoint: Some(hover(&state)),
+            control: CascadeState::default(),
+            throttle: [throttle; 4],
+            touching: Touching::default(),
+            descending: None,
+            fault_start: (scenario.faults.since == Since::Start).then_some(0),
+            weakened: false,
+            phase: Phase::Approach,
+            stopped: None,
+            gave_up: None,
+            log_noise: Stream::new(seed, trial, Purpose::Log),
+            landing: SpaceLanding {
+                trial_index: trial,
+                outcome: SpaceOutcome::TimedOut,
+                touch: None,
+                before_descent_s: None,
+                waited_s: 0.0,
+                descents: 0,
+                aborts: Vec::new(),
+                bounces: 0,
+                slide_m: 0.0,
+                greatest_foot_n: 0.0,
+                impact: None,
+                estimated_latency_s: 0.0,
+                end_s: 0.0,
+                steps: 0,
+                trace: record.then(|| SpaceTrace {
+                    rows: Vec::new(),
+                    log: FlightLog {
+                        range_finder: scenario.sensors.range,
+                        ..FlightLog::default()
+                    },
+                }),
+            },
+        })
+    }
+
+    /// Time on the faults' clock.
+    pub(super) fn since_s(&self, step: u64) -> f64 {
+        self.fault_start
+            .map_or(f64::NEG_INFINITY, |start| (step - start) as f64 * STEP_S)
+    }
+
+    /// From one step of the integration to the next; says if the trial is over.
+    pub(super) fn step(&mut self, step: u64) -> Result<Option<SpaceOutcome>, SimError> {
+        let scenario = &self.lander.scenario;
+        let truth = Truth {
+            step,
+            since_s: self.since_s(step),
+            state: &self.state,
+            deck: &self.pose,
+            acceleration_mps2: self.loads.acceleration_mps2,
+            half_side_m: self.lander.half_side_m,
+        };
+        let gravity = scenario.plant.gravity_mps2;
+        self.sensing.observe(&truth, gravity, &scenario.faults);
+        if step.is_multiple_of(steps(scenario.control_period_s) as u64) {
+            let heard = self.sensing.hear(&truth, &scenario.faults);
+            let now_s = step as f64 * STEP_S;
+            let sensed = Sensed {
+                imu: heard.imu,
+                readings: &heard.readings,
+                deck_normal: heard.normal,
+                battery_share: (scenario.battery_share - now_s / scenario.battery_s).max(0.0),
+                contact: None,
+                request: Request::None,
+            };
+            let period_s = scenario.control_period_s;
+            let output = self
+                .lander
+                .computer
+                .step(&mut self.brain, &sensed, period_s);
+            self.note(step, &output);
+            self.sent.push_back(Sent {
+                arrives: step + steps(scenario.command_delay_s) as u64,
+                setpoint: output.command.map(|command| AttitudeSetpoint {
+                    thrust_n: command.thrust_n,
+                    attitude: command.attitude.to_quaternion(),
+                    yaw_rate: 0.0,
+                }),
+            });
+        }
+        while let Some(sent) = self.sent.front().filter(|sent| sent.arrives <= step) {
+            self.setpoint = sent.setpoint;
+            self.sent.pop_front();
+        }
+        self.drive(step);
+        self.log_sample(step);
+        self.strike(step);
+        self.fly(step)
+    }
+
+    /// Attitude control.
+    fn drive(&mut self, step: u64) {
+        let cascade = &self.lander.cascade;
+        match &self.setpoint {
+            None => self.throttle = [0.0; 4],
+            Some(setpoint) if step.is_multiple_of(steps(cascade.period_s()) as u64) => {
+                let faults = &self.lander.scenario.faults;
+                let since_s = self.since_s(step);
+                let bad = |of| faults.is_nan(of, since_s);
+                let attitude = self.sensing.believed(self.state.attitude);
+                let attitude = attitude.map(|q| nan_if(bad(Struck::Attitude), q));
+                let rates = self.sensing.rates(self.state.rates);
+                let rates = rates.map(|rate| nan_if(bad(Struck::Gyro), rate));
+                let output = cascade.step(&mut self.control, attitude, rates, setpoint);
+                self.throttle = output.throttle;
+            }
+            Some(_) => {}
+        }
+    }
+
+    /// Faults of the vehicle and its air.
+    fn strike(&mut self, step: u64) {
+        let faults = &self.lander.scenario.faults;
+        let since_s = self.since_s(step);
+        if let Some(rotor) = faults
+            .rotor
+            .filter(|rotor| !self.weakened && since_s >= rotor.from_s)
+        {
+            self.weakened = true;
+            let mut error = self.vehicle.thrust_scale_error();
+            error[rotor.rotor.min(3)] = rotor.share * (1.0 + error[rotor.rotor.min(3)]) - 1.0;
+            self.vehicle = self.vehicle.clone().with_thrust_scale_error(error);
+        }
+        self.gusting = faults.gust.is_some() && since_s >= 0.0;
+    }
+
+    /// The vehicle's motion over a step, and what is to be said of it.
+    fn fly(&mut self, step: u64) -> Result<Option<SpaceOutcome>, SimError> {
+        let t = step as f64 * STEP_S;
+        let before = self.relative();
+        let poses = [
+            self.pose,
+            self.track.at(t + 0.5 * STEP_S)?,
+            self.track.at(t + STEP_S)?,
+        ];
+        let vehicle = &self.vehicle;
+        self.loads = vehicle.step(
+            &mut self.state,
+            &poses,
+            &self.throttle,
+            &self.disturbance,
+            STEP_S,
+        );
+        if let Some(turbulence) = &mut self.turbulence {
+            let roots = &self.state.rotors.root_thrust;
+            let sd_n = vehicle.rotors().turbulence_sd_n(roots, &self.loads.target);
+            self.disturbance.turbulence_n = turbulence.step(sd_n);
+        }
+        self.wind.step();
+        self.disturbance.wind_mps = self.wind.velocity_mps();
+        if let (true, Some(gust)) = (self.gusting, &self.lander.scenario.faults.gust) {
+            let gust = GustSettings {
+                velocity_mps: gust.velocity_mps,
+                start_s: gust.from_s,
+                rise_s: gust.rise_s,
+                hold_s: gust.hold_s,
+            };
+            let blow = gust.at(self.since_s(step));
+            self.disturbance.wind_mps = add(self.disturbance.wind_mps, blow);
+        }
+        self.pose = poses[2];
+        let log = &mut self.touching.log;
+        vehicle.log_contact(log, t + STEP_S, &self.state, &self.pose);
+        self.landing.steps = step + 1;
+        if self.phase == Phase::Wait {
+            self.landing.waited_s += STEP_S;
+        }
+        Ok(self.judge(step + 1, before))
+    }
+}

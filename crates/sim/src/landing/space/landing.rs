@@ -1,0 +1,220 @@
+//! A checked scenario, and its landings.
+
+use super::flight::Flight;
+use super::outcome::{SpaceLanding, SpaceOutcome};
+use super::scenario::SpaceScenario;
+use super::track::Track;
+use crate::sensors::CameraMode;
+use crate::sensors::readings::steps;
+use touchdown_flight::computer::Computer;
+
+use crate::STEP_S;
+use crate::air::ground::Deck;
+use crate::body::cascade::Cascade;
+use crate::body::rigid::RigidVehicle;
+use crate::deck::rigid::{RigidDeck, RigidMotion};
+use crate::deck::wave::Spectrum;
+use crate::error::SimError;
+use crate::sensors::camera::eye::{Eye, Eyes};
+use crate::sensors::camera::fast::FastCamera;
+
+/// A scenario that has been checked, ready to land.
+#[derive(Clone, Debug)]
+pub struct SpaceLander {
+    pub(super) scenario: SpaceScenario,
+    pub(super) computer: Computer<f64>,
+    pub(super) vehicle: RigidVehicle,
+    pub(super) cascade: Cascade,
+    pub(super) camera: FastCamera,
+    /// Look at rendered images.
+    pub(super) eyes: Option<Eyes>,
+    pub(super) half_side_m: Option<f64>,
+    /// The sea's spectrum.
+    spectrum: Option<Spectrum>,
+    /// A measured motion in place of the scenario's.
+    pub(super) deck: Option<RigidDeck>,
+}
+
+/// Flies one landing of a scenario: a pure function of scenario, seed and index.
+///
+/// # Errors
+/// Those of [`SpaceLander::new`].
+pub fn land(scenario: &SpaceScenario, trial: u64, seed: u64) -> Result<SpaceLanding, SimError> {
+    SpaceLander::new(scenario)?.land(trial, seed, false)
+}
+
+impl SpaceLander {
+    /// Checks a scenario.
+    ///
+    /// # Errors
+    /// Names the first bad key, what is expected and what was found.
+    pub fn new(scenario: &SpaceScenario) -> Result<Self, SimError> {
+        let vehicle = RigidVehicle::new(&scenario.plant, &scenario.body)?
+            .with_legs(&scenario.legs, &scenario.plant)?;
+        scenario.check()?;
+        let cascade = Cascade::new(&scenario.cascade, &vehicle)
+            .map_err(|error| error.in_section("cascade"))?;
+        scenario
+            .deck
+            .validate()
+            .map_err(|error| error.in_section("deck"))?;
+        let half_side_m = Deck::new(&scenario.plant)?.half_side_m();
+        let camera = scenario
+            .sensors
+            .tag
+            .fast(half_side_m.map(|half| 2.0 * half), scenario.sensors.camera)
+            .map_err(|error| error.in_section("sensors.tag"))?;
+        let computer = scenario.control.computer(
+            &scenario.models,
+            &scenario.plant,
+            &scenario.sensors,
+            scenario.control_period_s,
+            scenario.command_delay_s,
+            scenario.start_m[2],
+        )?;
+        Ok(Self {
+            scenario: scenario.clone(),
+            computer,
+            vehicle,
+            cascade,
+            camera,
+            eyes: None,
+            half_side_m,
+            spectrum: match &scenario.deck {
+                RigidMotion::Sea(sea) => Some(sea.spectrum(scenario.plant.gravity_mps2)?),
+                _ => None,
+            },
+            deck: None,
+        })
+    }
+
+    /// The same landings on a measured deck, at a random time of the series; without
+    /// a spread of the deck's phase, at its start.
+    ///
+    /// # Errors
+    /// The series must be longer than a landing may take.
+    pub fn with_deck(mut self, deck: RigidDeck) -> Result<Self, SimError> {
+        if let RigidDeck::Spline(spline) = &deck {
+            let (from_s, to_s) = spline.range_s();
+            let needed_s = self.scenario.timeout_s + 1.0;
+            crate::check::that(
+                to_s - from_s > needed_s,
+                "deck",
+                &format!("a series of more than {needed_s} s"),
+                to_s - from_s,
+            )?;
+        }
+        self.deck = Some(deck);
+        Ok(self)
+    }
+
+    /// The same landings with these eyes behind the camera, where the scenario asks for rendered images.
+    ///
+    /// # Errors
+    /// Settings of the camera or the tags that they cannot work with.
+    pub fn with_eyes(mut self, eyes: Eyes) -> Result<Self, SimError> {
+        self.eyes = Some(eyes);
+        self.eye().map(drop)?;
+        Ok(self)
+    }
+
+    /// The eye of a landing; none in the fast mode.
+    pub(super) fn eye(&self) -> Result<Option<Box<dyn Eye>>, SimError> {
+        let sensors = &self.scenario.sensors;
+        match (sensors.camera, &self.eyes) {
+            (CameraMode::Fast, _) => Ok(None),
+            (CameraMode::Rendered, Some(eyes)) => eyes
+                .open(&sensors.tag, self.half_side_m.map(|half| 2.0 * half))
+                .map(Some)
+                .map_err(|error| error.in_section("sensors.tag")),
+            (CameraMode::Rendered, None) => Err(SimError::Setting {
+                key: "sensors.camera".to_owned(),
+                expected: "`fast`, for there is no detector here".to_owned(),
+                found: "rendered".to_owned(),
+            }),
+        }
+    }
+
+    /// The scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &SpaceScenario {
+        &self.scenario
+    }
+
+    /// The reference point, at a place relative to the deck along its axes, has come down
+    /// to the landed height over it; beside it there is nothing to come down on.
+    pub(super) fn has_come_down(&self, [x, y, z]: [f64; 3]) -> bool {
+        let beside = |l: f64| x.abs() > l || y.abs() > l;
+        z <= self.scenario.landed_height_m && !self.half_side_m.is_some_and(beside)
+    }
+
+    /// The deck of a trial from its start on.
+    pub(super) fn track(&self, trial: u64, seed: u64, phase: f64) -> Result<Track, SimError> {
+        let (deck, shift_s) = self.deck_of(trial, seed, phase)?;
+        Ok(Track::new(deck, shift_s))
+    }
+
+    /// The deck of a trial and the time at which the trial starts in it.
+    pub(super) fn deck_of(
+        &self,
+        trial: u64,
+        seed: u64,
+        phase: f64,
+    ) -> Result<(RigidDeck, f64), SimError> {
+        let scenario = &self.scenario;
+        let gravity_mps2 = scenario.plant.gravity_mps2;
+        let deck = match (&self.deck, &scenario.deck, &self.spectrum) {
+            (Some(deck), _, _) => deck.clone(),
+            (None, RigidMotion::Sea(sea), Some(spectrum)) => {
+                sea.waves(spectrum, gravity_mps2, seed, trial)
+            }
+            (None, motion, _) => motion.build(gravity_mps2, seed, trial)?,
+        };
+        let drawn = self.deck.is_none() && matches!(scenario.deck, RigidMotion::Sea(_));
+        let phase = if scenario.spread.deck_phase {
+            phase
+        } else {
+            0.0
+        };
+        let shift_s = match &deck {
+            RigidDeck::Spline(spline) => {
+                let (from_s, to_s) = spline.range_s();
+                from_s + phase * (to_s - from_s - scenario.timeout_s - 1.0)
+            }
+            // Waves are drawn anew for every trial.
+            _ if drawn => 0.0,
+            // Far more than a period of anything.
+            _ => 1000.0 * phase,
+        };
+        Ok((deck, shift_s))
+    }
+
+    /// Flies one landing: a pure function of scenario, seed and index.
+    ///
+    /// The vehicle starts in relative rest with the deck, forces in balance. It has
+    /// landed when the computer has stopped the rotors and it then stands on the
+    /// deck.
+    ///
+    /// # Errors
+    /// None that [`Self::new`] has not found, but for rendered images without eyes.
+    pub fn land(&self, trial: u64, seed: u64, record: bool) -> Result<SpaceLanding, SimError> {
+        let mut flight = Flight::new(self, trial, seed, record)?;
+        let last = steps(self.scenario.timeout_s) as u64;
+        let mut outcome = None;
+        for step in 0..last {
+            outcome = flight.step(step)?;
+            if outcome.is_some() {
+                break;
+            }
+        }
+        let mut landing = flight.landing;
+        landing.outcome = outcome.unwrap_or(SpaceOutcome::TimedOut);
+        landing.touch = flight.descending.and_then(|descending| descending.touch);
+        landing.before_descent_s = flight
+            .descending
+            .map(|descending| descending.since as f64 * STEP_S);
+        flight.touching.enter(&mut landing);
+        landing.end_s = landing.steps as f64 * STEP_S;
+        Ok(landing)
+    }
+}

@@ -1,0 +1,90 @@
+//! What an autopilot would log of a landing: inertial unit, motors and battery at 250 Hz, and every
+//! reading of the range finder at the time that it was taken.
+//!
+//! The samples have noise of their own: recording changes nothing of a landing.
+
+use serde::Serialize;
+
+use super::faults::Struck;
+use super::flight::Flight;
+use crate::STEP_S;
+use crate::sensors::RangeSettings;
+use crate::sensors::readings::nan_if;
+
+/// Steps between two samples.
+pub(crate) const LOG_STEPS: u64 = 4;
+/// Voltage of a full battery of four cells. Under load it sags as the motors' drive does.
+const FULL_V: f64 = 16.8;
+
+/// A sample of the inertial unit, and what the motors do then.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ImuRow {
+    /// Time at the end of the sample, s.
+    pub time_s: f64,
+    /// Mean specific force over the sample, body axes (forward, port, up), m/s².
+    pub specific_force_mps2: [f64; 3],
+    /// Rates, body axes, rad/s.
+    pub rates: [f64; 3],
+    /// Attitude w, x, y, z.
+    pub attitude: [f64; 4],
+    /// Throttles; none with rotors off.
+    pub throttle: Option<[f64; 4]>,
+    /// Voltage of the battery, V.
+    pub battery_v: f64,
+}
+
+/// A reading of the range finder.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RangeRow {
+    /// When it was taken, s.
+    pub time_s: f64,
+    /// Distance along the beam, m.
+    pub distance_m: f64,
+}
+
+/// What was logged.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FlightLog {
+    /// Samples of the inertial unit.
+    pub imu: Vec<ImuRow>,
+    /// Readings of the range finder, in the order in which they were taken.
+    pub ranges: Vec<RangeRow>,
+    /// The range finder.
+    pub range_finder: RangeSettings,
+}
+
+impl Flight<'_> {
+    /// Logs what is due at a step, where there is a trace.
+    pub(super) fn log_sample(&mut self, step: u64) {
+        let Some(trace) = &mut self.landing.trace else {
+            return;
+        };
+        trace.log.ranges.append(&mut self.sensing.taken);
+        if !step.is_multiple_of(LOG_STEPS) {
+            return;
+        }
+        let scenario = &self.lander.scenario;
+        let since_s = self
+            .fault_start
+            .map_or(f64::NEG_INFINITY, |start| (step - start) as f64 * STEP_S);
+        let bad = |of| scenario.faults.is_nan(of, since_s);
+        let imu = &scenario.sensors.imu;
+        let noise = imu.noise_density / (LOG_STEPS as f64 * STEP_S).sqrt();
+        let stream = &mut self.log_noise;
+        let load = 0.25 * self.throttle.iter().sum::<f64>();
+        let force = self.sensing.logged_force_mps2();
+        let attitude = self.sensing.believed(self.state.attitude);
+        trace.log.imu.push(ImuRow {
+            time_s: step as f64 * STEP_S,
+            specific_force_mps2: force
+                .map(|f| nan_if(bad(Struck::Imu), f + noise * stream.normal())),
+            rates: self
+                .state
+                .rates
+                .map(|rate| nan_if(bad(Struck::Gyro), rate + imu.gyro_sd * stream.normal())),
+            attitude: attitude.map(|q| nan_if(bad(Struck::Attitude), q)),
+            throttle: self.setpoint.map(|_| self.throttle),
+            battery_v: FULL_V * (1.0 - scenario.plant.motor.sag * load),
+        });
+    }
+}

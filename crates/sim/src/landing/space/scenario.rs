@@ -1,0 +1,185 @@
+//! What a landing in space starts from.
+
+use serde::{Deserialize, Serialize};
+
+use super::crew::{ControlSettings, FlightModels};
+use super::faults::FaultSettings;
+use super::fits;
+use crate::STEP_S;
+use crate::air::wind::WindSettings;
+use crate::body::BodySettings;
+use crate::body::cascade::CascadeSettings;
+use crate::body::contact::LegSettings;
+use crate::body::plant::PlantSettings;
+use crate::check;
+use crate::deck::rigid::RigidMotion;
+use crate::error::SimError;
+use crate::landing::vertical::SpreadSettings;
+use crate::sensors::SensorSettings;
+
+/// When a touchdown is a crash.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CrashSettings {
+    /// Speed towards the deck at a touch, m/s.
+    pub speed_mps: f64,
+    /// Tilt from the deck's normal at a touch, rad.
+    pub tilt_rad: f64,
+    /// Distance from the start beyond which the vehicle is lost, m.
+    pub lost_m: f64,
+}
+
+impl Default for CrashSettings {
+    /// 0.6 m/s (a fall from 2 cm), 0.35 rad, 20 m.
+    fn default() -> Self {
+        Self {
+            speed_mps: 0.6,
+            tilt_rad: 0.35,
+            lost_m: 20.0,
+        }
+    }
+}
+
+/// A landing in six degrees of freedom.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SpaceScenario {
+    /// Place at the start relative to the deck's centre, world axes, m.
+    pub start_m: [f64; 3],
+    /// Its spread on each axis, standard deviation, m.
+    pub start_sd_m: [f64; 3],
+    /// Height along the deck's normal at which the vehicle has landed, m.
+    pub landed_height_m: f64,
+    /// A trial that has not ended by then is timed out, s.
+    pub timeout_s: f64,
+    /// Time that is watched after the rotors have stopped, s.
+    pub watch_s: f64,
+    /// Time between two steps of the landing computer, s; a multiple of 1 ms.
+    pub control_period_s: f64,
+    /// Time from a command to the attitude control, s.
+    pub command_delay_s: f64,
+    /// Energy in the battery at the start, share of 1.
+    pub battery_share: f64,
+    /// Time in which a full battery is used up, s.
+    pub battery_s: f64,
+    /// Whether the air is turbulent.
+    pub turbulence: bool,
+    /// Strength of the plant's ground effect over what its settings say.
+    pub ground_effect_strength: f64,
+    /// Vehicle, rotors and air.
+    pub plant: PlantSettings,
+    /// The body.
+    pub body: BodySettings,
+    /// The legs.
+    pub legs: LegSettings,
+    /// Attitude and rate control.
+    pub cascade: CascadeSettings,
+    /// Motion of the deck.
+    pub deck: RigidMotion,
+    /// Wind.
+    pub wind: WindSettings,
+    /// Sensors.
+    pub sensors: SensorSettings,
+    /// What goes wrong.
+    pub faults: FaultSettings,
+    /// The landing computer.
+    pub control: ControlSettings,
+    /// What it counts on.
+    pub models: FlightModels,
+    /// Differences between trials.
+    pub spread: SpreadSettings,
+    /// What is a crash.
+    pub crash: CrashSettings,
+}
+
+impl Default for SpaceScenario {
+    /// A still deck, from 0.8 m.
+    fn default() -> Self {
+        Self {
+            start_m: [0.0, 0.0, 0.8],
+            start_sd_m: [0.1, 0.1, 0.05],
+            landed_height_m: 0.1,
+            timeout_s: 80.0,
+            watch_s: 0.5,
+            control_period_s: 0.01,
+            command_delay_s: 0.01,
+            battery_share: 0.6,
+            battery_s: 900.0,
+            turbulence: true,
+            ground_effect_strength: 1.0,
+            plant: PlantSettings::default(),
+            body: BodySettings::default(),
+            legs: LegSettings::default(),
+            cascade: CascadeSettings::default(),
+            deck: RigidMotion::Still {},
+            wind: WindSettings::default(),
+            sensors: SensorSettings::default(),
+            faults: FaultSettings::default(),
+            control: ControlSettings::default(),
+            models: FlightModels::default(),
+            spread: SpreadSettings::default(),
+            crash: CrashSettings::default(),
+        }
+    }
+}
+
+impl SpaceScenario {
+    /// No noise, no spread: every trial the same but for the deck's waves.
+    #[must_use]
+    pub fn without_noise(mut self) -> Self {
+        self.turbulence = false;
+        self.spread = SpreadSettings::none();
+        self.start_sd_m = [0.0; 3];
+        self.sensors = self.sensors.perfect();
+        self
+    }
+
+    /// Checks what is not checked where it is built.
+    pub(super) fn check(&self) -> Result<(), SimError> {
+        for k in 0..3 {
+            check::finite("start_m", self.start_m[k])?;
+            check::not_negative("start_sd_m", self.start_sd_m[k])?;
+        }
+        check::not_negative("landed_height_m", self.landed_height_m)?;
+        check::that(
+            self.start_m[2].is_finite() && self.start_m[2] > self.landed_height_m,
+            "start_m",
+            "a height above `landed_height_m`",
+            self.start_m[2],
+        )?;
+        check::within("timeout_s", self.timeout_s, STEP_S, 3600.0)?;
+        check::within("watch_s", self.watch_s, 0.0, 60.0)?;
+        check::within("control_period_s", self.control_period_s, STEP_S, 0.1)?;
+        let steps = self.control_period_s / STEP_S;
+        check::that(
+            (steps - steps.round()).abs() < 1e-6,
+            "control_period_s",
+            "a multiple of 0.001 s",
+            self.control_period_s,
+        )?;
+        check::within("command_delay_s", self.command_delay_s, 0.0, 0.5)?;
+        check::within("battery_share", self.battery_share, 0.0, 1.0)?;
+        check::positive("battery_s", self.battery_s)?;
+        check::not_negative("ground_effect_strength", self.ground_effect_strength)?;
+        self.wind.validate().map_err(|e| e.in_section("wind"))?;
+        self.sensors
+            .validate()
+            .map_err(|e| e.in_section("sensors"))?;
+        self.faults.validate().map_err(|e| e.in_section("faults"))?;
+        self.spread.validate().map_err(|e| e.in_section("spread"))?;
+        check::positive("crash.speed_mps", self.crash.speed_mps)?;
+        check::within("crash.tilt_rad", self.crash.tilt_rad, 0.01, 3.2)?;
+        check::positive("crash.lost_m", self.crash.lost_m)?;
+        let aside = self.start_m[0].hypot(self.start_m[1]);
+        check::that(
+            aside < self.crash.lost_m,
+            "start_m",
+            &format!(
+                "a place less than `crash.lost_m` = {} m aside of the deck",
+                self.crash.lost_m
+            ),
+            aside,
+        )?;
+        fits::check(self)
+    }
+}

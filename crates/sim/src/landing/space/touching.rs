@@ -1,0 +1,191 @@
+//! Whether and how a vehicle comes down on its deck, by the truth: of landings alone and of those in lanes.
+
+use super::landing::SpaceLander;
+use super::outcome::{CrashCause, Impact, SpaceLanding, SpaceOutcome, Touch};
+use super::scenario::SpaceScenario;
+use crate::body::contact::ContactLog;
+
+/// How a vehicle stands to the deck after a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Standing {
+    /// Place relative to the deck's centre, along its axes, m.
+    pub(super) place_m: [f64; 3],
+    /// Velocity relative to the deck, along its axes, m/s; that along its normal also before the step.
+    pub(super) velocity_mps: [f64; 3],
+    pub(super) before_mps: f64,
+    /// Tilt from the deck's normal, rad; needed near the deck only.
+    pub(super) tilt_rad: f64,
+}
+
+/// What happened at the deck so far.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Touching {
+    pub(super) log: ContactLog,
+    /// Whether a foot was on the deck at the step before.
+    was_down: bool,
+    impact: Option<Impact>,
+}
+
+impl Touching {
+    /// Whether a foot is on the deck, or the vehicle has come down to where it counts as landed.
+    pub(super) fn is_near(&self, lander: &SpaceLander, place_m: [f64; 3]) -> bool {
+        self.log.feet_down > 0 || lander.has_come_down(place_m)
+    }
+
+    /// Judges a step, whose feet [`Self::log`] has taken in: whether the landing ends in it.
+    pub(super) fn judge(
+        &mut self,
+        scenario: &SpaceScenario,
+        now: &Standing,
+    ) -> Option<SpaceOutcome> {
+        let crash = &scenario.crash;
+        let crashed = |cause| Some(SpaceOutcome::Crashed { cause });
+        let down = self.log.feet_down > 0;
+        if down {
+            // As fast as before the legs took up any of it.
+            let speed_mps = if self.was_down {
+                0.0
+            } else {
+                (-now.before_mps).max(0.0)
+            };
+            let so_far = self.impact.unwrap_or(Impact {
+                speed_mps: 0.0,
+                tilt_rad: 0.0,
+            });
+            self.impact = Some(Impact {
+                speed_mps: so_far.speed_mps.max(speed_mps),
+                tilt_rad: so_far.tilt_rad.max(now.tilt_rad),
+            });
+        }
+        self.was_down = down;
+        if down && -now.before_mps > crash.speed_mps {
+            return crashed(CrashCause::Speed);
+        }
+        if self.log.tipped_s.is_some() {
+            return Some(SpaceOutcome::TippedOver);
+        }
+        if down && now.tilt_rad > crash.tilt_rad {
+            return crashed(CrashCause::Tilt);
+        }
+        if self.log.fell_s.is_some() {
+            return crashed(CrashCause::FellOff);
+        }
+        if now.place_m[2] < scenario.landed_height_m - 0.15 {
+            return crashed(CrashCause::Missed);
+        }
+        None
+    }
+
+    /// How a landing ended whose rotors have been stopped and that was then watched.
+    pub(super) fn settled(&self, attempts: u32) -> SpaceOutcome {
+        if self.log.feet_down >= 3 {
+            SpaceOutcome::Landed { attempts }
+        } else {
+            SpaceOutcome::Crashed {
+                cause: CrashCause::StoppedInAir,
+            }
+        }
+    }
+
+    /// Enters what happened into a landing.
+    pub(super) fn enter(&self, landing: &mut SpaceLanding) {
+        landing.bounces = self.log.bounces;
+        landing.slide_m = self.log.slide_m;
+        landing.greatest_foot_n = self.log.greatest_normal_n;
+        landing.impact = self.impact;
+    }
+}
+
+impl Standing {
+    /// A touch after a step that ends at `time_s`, `t_l_s` and a way of `path_m` after the descent began.
+    pub(super) fn touch(&self, time_s: f64, t_l_s: f64, path_m: f64) -> Touch {
+        let ([x, y, _], [u, v, _]) = (self.place_m, self.velocity_mps);
+        Touch {
+            time_s,
+            t_l_s,
+            // Before the legs took up any of it.
+            v_l_mps: self.before_mps.abs(),
+            s_l_m: path_m,
+            tilt_rad: self.tilt_rad,
+            lateral_m: x.hypot(y),
+            lateral_mps: u.hypot(v),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Standing at a speed towards the deck before the step, tilted.
+    fn standing(sinking_mps: f64, tilt_rad: f64) -> Standing {
+        Standing {
+            place_m: [0.3, -0.4, 0.2],
+            velocity_mps: [0.05, 0.12, -0.1],
+            before_mps: -sinking_mps,
+            tilt_rad,
+        }
+    }
+
+    /// What is said of steps, each with its feet on the deck, and of them all.
+    fn judged(steps: &[(u32, Standing)]) -> (Option<SpaceOutcome>, Option<Impact>) {
+        let scenario = SpaceScenario::default();
+        let mut touching = Touching::default();
+        let mut outcome = None;
+        for (feet, now) in steps {
+            touching.log.feet_down = *feet;
+            outcome = touching.judge(&scenario, now);
+        }
+        (outcome, touching.impact)
+    }
+
+    #[test]
+    fn prop_an_impact_is_the_hardest_step_in_which_a_first_foot_comes_down() {
+        let of = |speed_mps, tilt_rad| {
+            Some(Impact {
+                speed_mps,
+                tilt_rad,
+            })
+        };
+        let air = (0, standing(0.9, 0.3));
+        assert_eq!(judged(&[air]), (None, None));
+        // Neither the air counts, nor the speed of a further foot; tilt does.
+        let touch = (1, standing(0.2, 0.01));
+        let further = (3, standing(0.4, 0.05));
+        assert_eq!(judged(&[air, touch, further]), (None, of(0.2, 0.05)));
+        // A bounce is a contact of its own; what rises has no speed towards the deck.
+        let bounce = (1, standing(0.3, 0.02));
+        let all = [touch, further, air, bounce];
+        assert_eq!(judged(&all), (None, of(0.3, 0.05)));
+        assert_eq!(judged(&[(1, standing(-0.2, 0.0))]), (None, of(0.0, 0.0)));
+    }
+
+    #[test]
+    fn prop_crashes_need_a_foot_on_the_deck_but_where_there_is_none_to_come() {
+        let crash = SpaceScenario::default().crash;
+        let crashed = |cause| Some(SpaceOutcome::Crashed { cause });
+        let (fast, tilted) = (crash.speed_mps + 0.01, crash.tilt_rad + 0.01);
+        let said = |feet, now: Standing| judged(&[(feet, now)]).0;
+        assert_eq!(said(0, standing(fast, tilted)), None);
+        assert_eq!(said(1, standing(fast, tilted)), crashed(CrashCause::Speed));
+        assert_eq!(said(1, standing(0.0, tilted)), crashed(CrashCause::Tilt));
+        let mut below = standing(0.0, 0.0);
+        below.place_m[2] = SpaceScenario::default().landed_height_m - 0.16;
+        assert_eq!(said(0, below), crashed(CrashCause::Missed));
+        let mut touching = Touching::default();
+        touching.log.feet_down = 2;
+        assert_eq!(Some(touching.settled(2)), crashed(CrashCause::StoppedInAir));
+        touching.log.feet_down = 3;
+        assert_eq!(touching.settled(2), SpaceOutcome::Landed { attempts: 2 });
+    }
+
+    #[test]
+    fn analytic_a_touch_tells_the_standing() {
+        // Sides of 3 : 4 : 5 and 5 : 12 : 13, rounded once or twice.
+        let touch = standing(0.25, 0.03).touch(9.0, 2.0, 0.7);
+        assert!((touch.lateral_m - 0.5).abs() < 1e-15);
+        assert!((touch.lateral_mps - 0.13).abs() < 1e-15);
+        assert_eq!((touch.time_s, touch.t_l_s, touch.s_l_m), (9.0, 2.0, 0.7));
+        assert_eq!((touch.v_l_mps, touch.tilt_rad), (0.25, 0.03));
+    }
+}

@@ -1,0 +1,323 @@
+//! One landing: vehicle, air, deck, sensors and delays around a pilot.
+
+mod scenario;
+
+use serde::Serialize;
+use touchdown_flight::types::{Command, Measurement};
+
+use crate::STEP_S;
+use crate::air::turbulence::Turbulence;
+use crate::body::plant::{Plant, PlantSettings};
+use crate::body::vertical::{VerticalState, VerticalVehicle};
+use crate::deck::{DeckMotion, DeckPoint};
+use crate::error::SimError;
+use crate::random::{Purpose, Stream};
+use crate::sensors::FlightSensorSettings;
+
+pub use scenario::{LandingScenario, NominalStart, SpreadSettings};
+
+/// Time at the end over which a hover height is the mean, s.
+pub const HOVER_WINDOW_S: f64 = 5.0;
+
+/// How a trial ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The true height fell to the landed height.
+    Landed,
+    /// It had not by the timeout.
+    TimedOut,
+    /// The state stopped being finite or left the ceiling.
+    Diverged,
+}
+
+/// Result of one landing trial, by the true state.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Landing {
+    /// Index of the trial.
+    pub trial_index: u64,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// T_L: time of the first crossing of the landed height, s.
+    pub t_l_s: Option<f64>,
+    /// V_L: relative speed |v| there, m/s.
+    pub v_l_mps: Option<f64>,
+    /// S_L = ∫|v| dt to the end of the trial, m.
+    pub s_l_m: f64,
+    /// Height above the deck at the end, m.
+    pub final_height_m: f64,
+    /// Mean height over the last [`HOVER_WINDOW_S`] of a trial that timed out, m.
+    pub hover_height_m: Option<f64>,
+    /// The record, if asked for.
+    pub trace: Option<LandingTrace>,
+}
+
+/// Record of a landing at the pilot's ticks.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LandingTrace {
+    /// Time since the start, s.
+    pub time_s: Vec<f64>,
+    /// True height above the deck z, m.
+    pub height_m: Vec<f64>,
+    /// True relative velocity v, m/s.
+    pub relative_velocity_mps: Vec<f64>,
+    /// Height of the deck z_p, m.
+    pub deck_height_m: Vec<f64>,
+    /// Height of the vehicle z_q, m.
+    pub vehicle_height_m: Vec<f64>,
+    /// Throttle commanded.
+    pub throttle: Vec<f64>,
+    /// Thrust commanded, N.
+    pub commanded_thrust_n: Vec<f64>,
+    /// True force beyond free-air thrust (ground effect and climb damping,
+    /// without turbulence), N.
+    pub ground_effect_n: Vec<f64>,
+    /// The force that the pilot counted on, N.
+    pub ground_effect_estimate_n: Vec<f64>,
+}
+
+/// Everything true at one step.
+#[derive(Clone, Copy)]
+struct Snapshot {
+    state: VerticalState,
+    deck: DeckPoint,
+    turbulence_n: f64,
+}
+
+impl Snapshot {
+    fn height_m(&self) -> f64 {
+        self.state.height_m - self.deck.height_m
+    }
+
+    fn relative_velocity_mps(&self) -> f64 {
+        self.state.velocity_mps - self.deck.velocity_mps
+    }
+}
+
+/// The last snapshots, as many as the sensors are late.
+struct Delay {
+    ring: Vec<Snapshot>,
+    next: usize,
+}
+
+impl Delay {
+    fn new(steps: usize, first: Snapshot) -> Self {
+        Self {
+            ring: vec![first; steps + 1],
+            next: 0,
+        }
+    }
+
+    fn push(&mut self, snapshot: Snapshot) {
+        self.ring[self.next] = snapshot;
+        self.next = (self.next + 1) % self.ring.len();
+    }
+
+    fn oldest(&self) -> &Snapshot {
+        &self.ring[self.next]
+    }
+}
+
+/// One vehicle of the scenario's spread.
+struct Draw {
+    thrust_scale_error: f64,
+    ground_effect_scale: f64,
+    deck: DeckMotion,
+    acceleration_bias_mps2: f64,
+}
+
+impl Draw {
+    fn new(scenario: &LandingScenario, trial_index: u64, seed: u64) -> Self {
+        // All numbers are drawn always, so that one switch moves one of them.
+        let mut stream = Stream::new(seed, trial_index, Purpose::Spread);
+        let (thrust, scale, phase) = (stream.normal(), stream.uniform(), stream.uniform());
+        let bias = stream.normal();
+        let spread = &scenario.spread;
+        let (low, high) = (
+            spread.ground_effect_scale_min,
+            spread.ground_effect_scale_max,
+        );
+        Self {
+            thrust_scale_error: spread.thrust_scale_sd * thrust,
+            ground_effect_scale: low + (high - low) * scale,
+            deck: if spread.deck_phase {
+                scenario.deck.advanced(std::f64::consts::TAU * phase)
+            } else {
+                scenario.deck
+            },
+            acceleration_bias_mps2: if scenario.noise {
+                scenario.sensors.acceleration_bias_sd_mps2 * bias
+            } else {
+                0.0
+            },
+        }
+    }
+}
+
+fn sense(
+    vehicle: &VerticalVehicle,
+    sensors: &FlightSensorSettings,
+    bias_mps2: f64,
+    seen: &Snapshot,
+    stream: &mut Stream,
+) -> Measurement<f64> {
+    let acceleration = vehicle.acceleration_mps2(&seen.state, seen.deck, seen.turbulence_n);
+    Measurement {
+        height_m: seen.height_m() + sensors.height_sd_m * stream.normal(),
+        relative_velocity_mps: seen.relative_velocity_mps()
+            + sensors.relative_velocity_sd_mps * stream.normal(),
+        vehicle_velocity_mps: seen.state.velocity_mps
+            + sensors.vehicle_velocity_sd_mps * stream.normal(),
+        acceleration_mps2: acceleration
+            + bias_mps2
+            + sensors.acceleration_sd_mps2 * stream.normal(),
+    }
+}
+
+fn steps_of(time_s: f64) -> usize {
+    (time_s / STEP_S).round() as usize
+}
+
+/// Flies one landing.
+///
+/// The vehicle starts at the start height above the deck, in relative rest with
+/// it (v_q = v_p), thrust and ground effect in balance with its weight and the
+/// air at rest. The pilot is called once every control period, first at t = 0,
+/// with a measurement that is `sensors.latency_s` old; its throttle reaches the
+/// motors `command_delay_s` later. A throttle that is not finite leaves the last
+/// one in place. Landing is judged by the true state, interpolated inside a step.
+///
+/// The result is a pure function of the scenario, the seed and the index, given
+/// a pilot that is one.
+///
+/// # Errors
+/// Those of [`LandingScenario::validate`].
+pub fn land(
+    scenario: &LandingScenario,
+    trial_index: u64,
+    seed: u64,
+    pilot: &mut dyn FnMut(&Measurement<f64>) -> Command<f64>,
+    record: bool,
+) -> Result<Landing, SimError> {
+    scenario.validate()?;
+    let draw = Draw::new(scenario, trial_index, seed);
+    let plant = Plant::new(&PlantSettings {
+        ground_effect_scale: scenario.plant.ground_effect_scale * draw.ground_effect_scale,
+        ..scenario.plant
+    })?;
+    let vehicle = VerticalVehicle::new(plant, scenario.plant.mass_kg, draw.thrust_scale_error);
+    let sensors = if scenario.noise {
+        scenario.sensors
+    } else {
+        scenario.sensors.without_noise()
+    };
+    let mut sensor_stream = Stream::new(seed, trial_index, Purpose::Sensor);
+
+    let deck = draw.deck.at(0.0);
+    let (state, rest_throttle) = vehicle.balanced(scenario.start_height_m, deck);
+    let mut turbulence = scenario.noise.then(|| {
+        let stream = Stream::new(seed, trial_index, Purpose::Turbulence);
+        let sd_n = plant.turbulence_sd_n(&state.plant, scenario.start_height_m);
+        Turbulence::new(stream, plant.turbulence_correlation_s(), STEP_S, sd_n)
+    });
+    let mut now = Snapshot {
+        state,
+        deck,
+        turbulence_n: turbulence.as_ref().map_or(0.0, Turbulence::value_n),
+    };
+    let mut seen = Delay::new(steps_of(sensors.latency_s), now);
+    let control_steps = steps_of(scenario.control_period_s);
+    let delay_steps = steps_of(scenario.command_delay_s);
+    let steps = steps_of(scenario.timeout_s);
+    let hover_from = steps.saturating_sub(steps_of(HOVER_WINDOW_S));
+    let mut commands: Vec<f64> = Vec::with_capacity(steps / control_steps + 1);
+    let mut trace = record.then(LandingTrace::default);
+    let (mut path_m, mut hover_sum_m) = (0.0, 0.0);
+
+    let finish = |outcome, crossing: Option<(f64, f64)>, path_m, now: &Snapshot, hover, trace| {
+        Ok(Landing {
+            trial_index,
+            outcome,
+            t_l_s: crossing.map(|c| c.0),
+            v_l_mps: crossing.map(|c| c.1.abs()),
+            s_l_m: path_m,
+            final_height_m: now.height_m(),
+            hover_height_m: hover,
+            trace,
+        })
+    };
+
+    for step in 0..steps {
+        seen.push(now);
+        if step % control_steps == 0 {
+            let bias_mps2 = draw.acceleration_bias_mps2;
+            let old = seen.oldest();
+            let measurement = sense(&vehicle, &sensors, bias_mps2, old, &mut sensor_stream);
+            let command = pilot(&measurement);
+            let last = commands.last().copied().unwrap_or(rest_throttle);
+            commands.push(if command.throttle.is_finite() {
+                command.throttle.clamp(0.0, 1.0)
+            } else {
+                last
+            });
+            if let Some(trace) = &mut trace {
+                trace.push(step as f64 * STEP_S, &vehicle, &now, &command);
+            }
+        }
+        let throttle = match step.checked_sub(delay_steps) {
+            Some(sent) => commands[sent / control_steps],
+            None => rest_throttle,
+        };
+        let t = step as f64 * STEP_S;
+        let after = draw.deck.at((step + 1) as f64 * STEP_S);
+        let decks = [now.deck, draw.deck.at(t + 0.5 * STEP_S), after];
+        let mut next = now;
+        vehicle.step(&mut next.state, &decks, throttle, now.turbulence_n, STEP_S);
+        next.deck = after;
+        if let Some(turbulence) = &mut turbulence {
+            let sd_n = plant.turbulence_sd_n(&now.state.plant, now.height_m());
+            next.turbulence_n = turbulence.step(sd_n);
+        }
+
+        let (z0, z1) = (now.height_m(), next.height_m());
+        let (v0, v1) = (now.relative_velocity_mps(), next.relative_velocity_mps());
+        if !next.state.is_finite() || z1 > scenario.ceiling_m {
+            return finish(Outcome::Diverged, None, path_m, &next, None, trace);
+        }
+        if z1 <= scenario.landed_height_m {
+            let share = (z0 - scenario.landed_height_m) / (z0 - z1);
+            let v = v0 + share * (v1 - v0);
+            path_m += 0.5 * (v0.abs() + v.abs()) * share * STEP_S;
+            let crossing = Some((t + share * STEP_S, v));
+            return finish(Outcome::Landed, crossing, path_m, &next, None, trace);
+        }
+        path_m += 0.5 * (v0.abs() + v1.abs()) * STEP_S;
+        if step >= hover_from {
+            hover_sum_m += z1;
+        }
+        now = next;
+    }
+    let hover = Some(hover_sum_m / (steps - hover_from) as f64);
+    finish(Outcome::TimedOut, None, path_m, &now, hover, trace)
+}
+
+impl LandingTrace {
+    fn push(
+        &mut self,
+        time_s: f64,
+        vehicle: &VerticalVehicle,
+        now: &Snapshot,
+        command: &Command<f64>,
+    ) {
+        self.time_s.push(time_s);
+        self.height_m.push(now.height_m());
+        self.relative_velocity_mps.push(now.relative_velocity_mps());
+        self.deck_height_m.push(now.deck.height_m);
+        self.vehicle_height_m.push(now.state.height_m);
+        self.throttle.push(command.throttle);
+        self.commanded_thrust_n.push(command.thrust_n);
+        let force = vehicle.force(&now.state, now.deck);
+        self.ground_effect_n.push(force.ground_effect_n);
+        self.ground_effect_estimate_n.push(command.ground_effect_n);
+    }
+}
