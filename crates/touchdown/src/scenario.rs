@@ -62,20 +62,19 @@ impl RigSet {
     /// A plant that makes no sense.
     pub fn trials(self, settings: &RigSettings) -> Result<Vec<RigTrial>> {
         Ok(match self {
-            Self::ThrustTraining => rig_sets::thrust_training(false, Extent::Full),
-            Self::ThrustValidation => rig_sets::thrust_validation(false),
-            Self::ThrustTrainingWithPlate => rig_sets::thrust_training(true, Extent::Full),
-            Self::ThrustValidationWithPlate => rig_sets::thrust_validation(true),
-            Self::GroundEffectPaper => rig_sets::ground_effect_paper(Extent::Full),
-            Self::GroundEffectRich => rig_sets::ground_effect_rich(Extent::Full),
-            Self::GroundEffectMoving => rig_sets::ground_effect_moving(Extent::Full),
+            Self::ThrustTraining => sets::thrust_training(false, Extent::Full),
+            Self::ThrustValidation => sets::thrust_validation(false),
+            Self::ThrustTrainingWithPlate => sets::thrust_training(true, Extent::Full),
+            Self::ThrustValidationWithPlate => sets::thrust_validation(true),
+            Self::GroundEffectPaper => sets::ground_effect_paper(Extent::Full),
+            Self::GroundEffectRich => sets::ground_effect_rich(Extent::Full),
+            Self::GroundEffectMoving => sets::ground_effect_moving(Extent::Full),
             Self::GroundEffectMovingValidation => {
-                rig_sets::ground_effect_moving_validation(Extent::Full)
+                sets::ground_effect_moving_validation(Extent::Full)
             }
-            Self::GroundEffectValidation => rig_sets::ground_effect_validation(
-                Plant::new(&settings.plant)?.motor(),
-                Extent::Full,
-            ),
+            Self::GroundEffectValidation => {
+                sets::ground_effect_validation(Plant::new(&settings.plant)?.motor(), Extent::Full)
+            }
         })
     }
 }

@@ -28,7 +28,7 @@ fn logs(folder: &std::path::Path, trials: Vec<RigTrial>) -> Vec<PathBuf> {
 
 fn thrust_card(folder: &std::path::Path) -> PathBuf {
     let record = |t: RigTrial| rig::run(&RigSettings::default(), &t, 1).unwrap();
-    let trials: Vec<_> = rig_sets::thrust_training(false, Extent::Quick)
+    let trials: Vec<_> = sets::thrust_training(false, Extent::Quick)
         .into_iter()
         .map(record)
         .collect();
@@ -46,7 +46,7 @@ fn prop_ground_effect_reports_front_intervals_and_levels() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let thrust = thrust_card(folder.path());
-    let logs = logs(folder.path(), rig_sets::ground_effect_moving(Extent::Quick));
+    let logs = logs(folder.path(), sets::ground_effect_moving(Extent::Quick));
     assert!(logs.len() >= 5, "enough to hold one out");
     let mut args: Vec<OsString> = ["identify", "ground-effect"].map(OsString::from).into();
     args.extend(logs.iter().map(OsString::from));

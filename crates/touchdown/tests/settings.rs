@@ -55,7 +55,7 @@ struct Data {
 
 impl Data {
     fn new() -> Self {
-        let thrust = record(rig_sets::thrust_training(false, Extent::Quick), 12.0);
+        let thrust = record(sets::thrust_training(false, Extent::Quick), 12.0);
         let card = thrust::first_order(
             &thrust,
             &IdentificationSettings::default(),
@@ -63,7 +63,7 @@ impl Data {
         )
         .unwrap()
         .card;
-        let moving = rig_sets::ground_effect_rich(Extent::Quick);
+        let moving = sets::ground_effect_rich(Extent::Quick);
         let moving = moving
             .into_iter()
             .filter(|t| t.name.starts_with("multisine"));

@@ -44,16 +44,16 @@ fn logs(plant: PlantSettings, folder: &Path) -> Logs {
     };
     let motor = *Plant::new(&settings.plant).unwrap().motor();
     let quick = Extent::Quick;
-    let unseen = rig_sets::ground_effect_validation(&motor, quick);
+    let unseen = sets::ground_effect_validation(&motor, quick);
     let at_13_n: Vec<RigTrial> = unseen
         .into_iter()
         .filter(|t| t.name.ends_with("13N"))
         .collect();
     let record = |trials: &[RigTrial], name: &str| record(&settings, trials, &folder.join(name));
     Logs {
-        thrust: record(&rig_sets::thrust_training(false, quick), "thrust"),
-        thrust_unseen: record(&rig_sets::thrust_validation(false), "thrust-unseen"),
-        ground: record(&rig_sets::ground_effect_rich(quick), "ground"),
+        thrust: record(&sets::thrust_training(false, quick), "thrust"),
+        thrust_unseen: record(&sets::thrust_validation(false), "thrust-unseen"),
+        ground: record(&sets::ground_effect_rich(quick), "ground"),
         ground_unseen: record(&at_13_n, "ground-unseen"),
     }
 }

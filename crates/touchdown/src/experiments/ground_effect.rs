@@ -98,12 +98,12 @@ pub fn run(
     let extent = super::extent(settings);
     let motor = *Plant::new(&settings.rig.plant)?.motor();
     let training = [
-        ("paper_data", rig_sets::ground_effect_paper(extent)),
-        ("rich_data", rig_sets::ground_effect_rich(extent)),
+        ("paper_data", sets::ground_effect_paper(extent)),
+        ("rich_data", sets::ground_effect_rich(extent)),
     ];
-    let validation = rig_sets::ground_effect_validation(&motor, extent);
-    let moving = rig_sets::ground_effect_moving(extent);
-    let moving_unseen = rig_sets::ground_effect_moving_validation(extent);
+    let validation = sets::ground_effect_validation(&motor, extent);
+    let moving = sets::ground_effect_moving(extent);
+    let moving_unseen = sets::ground_effect_moving_validation(extent);
     // What the data carry, every form, and the levels.
     let models = GroundEffectForm::ALL.len() + 2;
     let steps = training

@@ -109,8 +109,8 @@ pub fn identify_cards(rig: &RigSettings, seed: u64, progress: &dyn Progress) -> 
     settings.check("settings")?;
     let origin = origin(&settings, None)?;
     let identification = &settings.identification;
-    let thrust_trials = rig_sets::thrust_training(false, extent(&settings));
-    let ground_trials = rig_sets::ground_effect_rich(extent(&settings));
+    let thrust_trials = sets::thrust_training(false, extent(&settings));
+    let ground_trials = sets::ground_effect_rich(extent(&settings));
     progress.stage(
         "identification",
         (thrust_trials.len() + ground_trials.len() + 3) as u64,

@@ -59,8 +59,8 @@ pub fn run(
     let sets = [true, false].map(|plate_present| {
         (
             plate_present,
-            rig_sets::thrust_training(plate_present, super::extent(settings)),
-            rig_sets::thrust_validation(plate_present),
+            sets::thrust_training(plate_present, super::extent(settings)),
+            sets::thrust_validation(plate_present),
         )
     });
     let steps = sets
