@@ -41,43 +41,27 @@
 //!
 //! [`Trial`]: touchdown_trial::Trial
 
-mod apply;
-mod cell;
-mod clean;
-mod csv_parts;
-mod csv_read;
-mod csv_write;
 mod error;
+mod files;
 mod findings;
-#[cfg(feature = "flight-logs")]
-mod flight;
-mod inspect;
-mod jumps;
-mod layout;
+mod hashing;
+mod inspection;
 // What a map says of topics is for logs.
 #[cfg_attr(not(feature = "flight-logs"), allow(dead_code))]
 mod map;
-mod motors;
 mod read;
-mod recognise;
-mod rows;
-mod sample;
-mod stamps;
-mod suggest;
-mod table;
-mod tally;
-mod time_column;
-mod whole;
-
-pub use apply::apply;
-pub use csv_read::{parse_csv, read_csv};
-pub use csv_write::{to_csv, write_csv};
-pub use error::{ErrorKind, LogError, Place};
-pub use findings::Findings;
+mod tables;
 #[cfg(feature = "flight-logs")]
-pub use flight::{Field, Log, LogFormat, Survey, Topic, UlogTopic, UlogWriter, read_parquet};
-pub use inspect::{ColumnSummary, Inspection, TimeBase, inspect, inspect_trial};
-pub use map::Map;
-pub use read::{inspect_file, read_table, read_trial};
-pub use table::{Column, ColumnKind, Table};
-pub use whole::{TEMPORARY_PREFIX, write_whole};
+mod topics;
+
+pub use error::{ErrorKind, LogError, Place};
+pub use files::{TEMPORARY_PREFIX, write_whole};
+pub use findings::Findings;
+pub use inspection::{ColumnSummary, Inspection, TimeBase, inspect, inspect_file, inspect_trial};
+pub use map::{Map, apply};
+pub use read::read_trial;
+#[cfg(feature = "parquet")]
+pub use tables::read_parquet;
+pub use tables::{Column, ColumnKind, Table, parse_csv, read_csv, read_table, to_csv, write_csv};
+#[cfg(feature = "flight-logs")]
+pub use topics::{Field, Log, LogFormat, Survey, Topic, UlogTopic, UlogWriter};

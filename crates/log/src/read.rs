@@ -1,8 +1,6 @@
 //! From a file to a trial in one step.
 
-use crate::apply::apply;
-use crate::csv_parts::inspect_csv;
-use crate::{Findings, Inspection, LogError, Map, Table, read_csv};
+use crate::{Findings, LogError, Map, apply, read_table};
 use std::path::Path;
 use touchdown_trial::Trial;
 
@@ -24,8 +22,8 @@ pub fn read_trial(
     if let Some(log) = crate::Log::open(path.as_ref())? {
         return log.trial(map);
     }
-    #[cfg(feature = "flight-logs")]
-    if let (Some(map), true) = (map, is_parquet(path.as_ref())) {
+    #[cfg(feature = "parquet")]
+    if let (Some(map), true) = (map, crate::tables::parquet::is_parquet(path.as_ref())) {
         let names = map.names();
         let (table, read) = crate::read_parquet(path, Some(&|name| names.contains(name)))?;
         let (trial, applied) = apply(&table, map)?;
@@ -37,50 +35,4 @@ pub fn read_trial(
         None => apply(&table, &Map::identity_for(&table)?)?,
     };
     Ok((trial, read.then(applied)))
-}
-
-/// Reads a table, whatever the name of its file ends with: text as [`read_csv`] does.
-#[cfg_attr(
-    feature = "flight-logs",
-    doc = "",
-    doc = "Or Parquet as [`read_parquet`](crate::read_parquet) does."
-)]
-///
-/// # Errors
-/// Those of [`read_csv`].
-pub fn read_table(path: impl AsRef<Path>) -> Result<(Table, Findings), LogError> {
-    #[cfg(feature = "flight-logs")]
-    if is_parquet(path.as_ref()) {
-        return crate::read_parquet(path, None);
-    }
-    read_csv(path)
-}
-
-/// Tells what the table in a file holds, as [`inspect`](crate::inspect()) does of one in memory, in
-/// memory that does not grow with the file.
-///
-/// What a column of a text table holds is settled by the first 4 MB in which it holds anything.
-#[cfg_attr(
-    feature = "flight-logs",
-    doc = "",
-    doc = "Of a Parquet file one row group is held at a time."
-)]
-///
-/// # Errors
-/// Those of [`read_table`], and [`LogError::NotText`] for a line of more than 64 MB.
-pub fn inspect_file(path: impl AsRef<Path>) -> Result<(Inspection, Findings), LogError> {
-    #[cfg(feature = "flight-logs")]
-    if is_parquet(path.as_ref()) {
-        return crate::flight::inspect_parquet(path.as_ref());
-    }
-    inspect_csv(path.as_ref())
-}
-
-/// By its first bytes; what cannot be opened is for others to tell.
-#[cfg(feature = "flight-logs")]
-fn is_parquet(path: &Path) -> bool {
-    use std::io::Read;
-    let mut start = [0; 4];
-    let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut start));
-    read.is_ok() && start == crate::flight::PARQUET
 }

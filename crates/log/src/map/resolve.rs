@@ -2,10 +2,8 @@
 
 use super::define::Definitions;
 use super::{Map, Rule};
-#[cfg(feature = "flight-logs")]
 use crate::Place;
 use sindy_expr::Expr;
-#[cfg(feature = "flight-logs")]
 use std::collections::BTreeSet;
 
 /// A map without alternatives and definitions: what is left is all to be evaluated, and names
@@ -94,7 +92,6 @@ impl Map {
     }
 
     /// The names that any of its expressions uses.
-    #[cfg(feature = "flight-logs")]
     pub(crate) fn names(&self) -> BTreeSet<&str> {
         let valid = self.topics.iter().flat_map(|topic| &topic.valid);
         let rules = self.defines.iter().chain(&self.channels).chain(&self.keep);
@@ -103,7 +100,6 @@ impl Map {
     }
 
     /// The topics that may be the clock, and where the map says so.
-    #[cfg(feature = "flight-logs")]
     pub(crate) fn clocks(&self) -> Option<(&Place, &[String])> {
         self.clocks
             .as_ref()
@@ -111,7 +107,6 @@ impl Map {
     }
 
     /// What is said of a topic; `is` tells whether a name is the topic's.
-    #[cfg(feature = "flight-logs")]
     pub(crate) fn topic(&self, is: &dyn Fn(&str) -> bool) -> Option<&super::Topic> {
         self.topics.iter().find(|known| is(&known.name))
     }

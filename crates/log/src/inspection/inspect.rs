@@ -1,0 +1,244 @@
+use super::suggest;
+use super::tally::{Tally, TimeColumn, View};
+use super::time_column::{LONG_STEP_S, LikelyUnit, likely_unit, time_among, time_of};
+use crate::{Column, Table};
+use serde::Serialize;
+use touchdown_trial::{Source, TIME_CHANNEL, Trial, unit_of};
+
+/// Part of the stamps that may be out of order in a column that is taken for the time.
+const TOLERATED_DISORDER: f64 = 0.5;
+
+/// What a table or a trial holds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Inspection {
+    /// The file, or the trial's name.
+    pub path: String,
+    /// SHA-256 of the file, where it is known.
+    pub sha256: Option<String>,
+    /// Number of rows.
+    pub rows: usize,
+    /// The time base, where one is known.
+    pub time: Option<TimeBase>,
+    /// Every column in order.
+    pub columns: Vec<ColumnSummary>,
+    /// What a person should know, one sentence each.
+    pub warnings: Vec<String>,
+    /// The text of a map to start from, for a table without `time_s` or with a column that seems
+    /// to be a channel of another name.
+    pub suggested_map: Option<String>,
+}
+
+/// The time base that rates refer to. Steps are those from a stamp to a later one in the next row
+/// that has one. Of more than 65,536 steps, median and percentile are those of as many, drawn
+/// evenly.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TimeBase {
+    /// The column.
+    pub column: String,
+    /// Seconds per unit of the column.
+    pub unit_s: f64,
+    /// Whether the column's name tells its unit; if not, it was taken as seconds.
+    pub unit_stated: bool,
+    /// From the lowest stamp to the highest, in s.
+    pub duration_s: f64,
+    /// Median step, in s; absent for fewer than two stamps.
+    pub period_s: Option<f64>,
+    /// Shortest step, in s.
+    pub shortest_step_s: Option<f64>,
+    /// Longest step, in s.
+    pub longest_step_s: Option<f64>,
+    /// 95th percentile of the steps' distance from the median step, in s.
+    pub jitter_s: Option<f64>,
+    /// Rows without a stamp, or with one that is not after the one before.
+    pub bad_stamps: usize,
+    /// Largest stamp, in units of the column.
+    #[serde(skip)]
+    pub(crate) largest: f64,
+    /// What to say of a column that is the time by a guess.
+    #[serde(skip)]
+    pub(crate) guess: Option<&'static str>,
+}
+
+impl TimeBase {
+    /// The unit that the stamps speak for, such as ms, where that is another one than was taken:
+    /// one that the column's name does not tell, or seconds that are far too long.
+    pub(crate) fn likely_unit(&self) -> Option<LikelyUnit> {
+        let step = self.period_s? / self.unit_s;
+        let is_likely = self.unit_stated && (self.unit_s != 1.0 || step <= LONG_STEP_S);
+        likely_unit(step, self.largest).filter(|_| !is_likely)
+    }
+}
+
+/// What one column holds. Figures are absent where there is no value. Of more than 65,536 values
+/// the medians are those of as many, drawn evenly; fewer where there are more than 64 columns.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ColumnSummary {
+    /// The name.
+    pub name: String,
+    /// The unit that the name tells, for a trial's channel.
+    pub unit: Option<String>,
+    /// Values that are no gaps.
+    pub count: usize,
+    /// Gaps.
+    pub gaps: usize,
+    /// Smallest value.
+    pub min: Option<f64>,
+    /// Median value.
+    pub median: Option<f64>,
+    /// Largest value.
+    pub max: Option<f64>,
+    /// Inverse of the median step between values, in Hz.
+    pub rate_hz: Option<f64>,
+    /// Whether there are values and all are equal.
+    pub constant: bool,
+    /// For a column of text, one of its cells.
+    pub text: Option<String>,
+}
+
+/// Tells what a table holds. The time base is `time_column`, or else the first column that its
+/// name or its date-time stamps give away, or one that rises as time does; it serves the rates only, and converts nothing.
+#[must_use]
+pub fn inspect(table: &Table, time_column: Option<&str>) -> Inspection {
+    let mut looking = Looking::new(time_column);
+    looking.part(&table.columns, &table.row_numbers);
+    looking.finish(&table.path, Some(table.sha256.clone()))
+}
+
+/// A table that is looked at part by part.
+pub(crate) struct Looking<'a> {
+    time_column: Option<&'a str>,
+    tally: Option<Tally>,
+}
+
+impl<'a> Looking<'a> {
+    pub(crate) fn new(time_column: Option<&'a str>) -> Self {
+        Self {
+            time_column,
+            tally: None,
+        }
+    }
+
+    /// The next rows. The first ones tell which column is the time.
+    pub(crate) fn part(&mut self, columns: &[Column], row_numbers: &[usize]) {
+        let tally = self.tally.get_or_insert_with(|| {
+            let time = match self.time_column {
+                None => time_among(columns, row_numbers),
+                Some(name) => columns
+                    .iter()
+                    .find(|column| column.name == name && !column.is_text())
+                    .map(|column| {
+                        time_of(column).unwrap_or(TimeColumn {
+                            name: name.to_owned(),
+                            unit_s: 1.0,
+                            stated: false,
+                            guess: None,
+                        })
+                    }),
+            };
+            Tally::new(time)
+        });
+        let views: Vec<View<'_>> = columns.iter().map(View::of).collect();
+        tally.part(&views, row_numbers);
+    }
+
+    pub(crate) fn finish(self, path: &str, sha256: Option<String>) -> Inspection {
+        let mut warnings = Vec::new();
+        let tally = self.tally.unwrap_or_else(|| Tally::new(None));
+        let found = tally.time().filter(|(base, _)| {
+            let most = TOLERATED_DISORDER * tally.rows as f64;
+            self.time_column.is_some() || base.bad_stamps as f64 <= most
+        });
+        if let (Some(name), None) = (self.time_column, &found) {
+            warnings.push(format!(
+                "no column of numbers is called {name:?}; rates are unknown"
+            ));
+        }
+        match &found {
+            None => warnings.push("no time column was found".to_owned()),
+            Some((base, jumps)) => {
+                warn_of_time(base, &mut warnings);
+                warnings.extend(jumps.clone());
+            }
+        }
+        let time = found.map(|(base, _)| base);
+        let columns = tally.columns(time.is_some());
+        let suggested_map = suggest::map_text(&columns, time.as_ref());
+        Inspection {
+            path: path.to_owned(),
+            sha256,
+            rows: tally.rows,
+            time,
+            columns,
+            warnings,
+            suggested_map,
+        }
+    }
+}
+
+/// Tells what a trial holds.
+#[must_use]
+pub fn inspect_trial(trial: &Trial) -> Inspection {
+    let mut tally = Tally::new(Some(TimeColumn {
+        name: TIME_CHANNEL.to_owned(),
+        unit_s: 1.0,
+        stated: true,
+        guess: None,
+    }));
+    let channels = std::iter::once((TIME_CHANNEL, trial.time_s())).chain(trial.channels());
+    let views: Vec<View<'_>> = channels
+        .map(|(name, values)| View {
+            name,
+            values,
+            text: None,
+        })
+        .collect();
+    let rows: Vec<usize> = (0..trial.len()).collect();
+    tally.part(&views, &rows);
+    let (path, sha256) = match &trial.provenance().source {
+        Source::File { path, sha256 } => (path.clone(), Some(sha256.clone())),
+        _ => (trial.name().to_owned(), None),
+    };
+    let mut columns = tally.columns(true);
+    for column in &mut columns {
+        column.unit = Some(unit_of(&column.name).symbol().to_owned());
+    }
+    Inspection {
+        path,
+        sha256,
+        rows: trial.len(),
+        time: tally
+            .time()
+            .filter(|_| !trial.is_empty())
+            .map(|(base, _)| base),
+        columns,
+        warnings: Vec::new(),
+        suggested_map: None,
+    }
+}
+
+fn warn_of_time(base: &TimeBase, warnings: &mut Vec<String>) {
+    if let Some(guess) = base.guess {
+        warnings.push(format!("{:?} is taken as the time: {guess}", base.column));
+    }
+    match base.likely_unit() {
+        Some(LikelyUnit {
+            name: unit, unit_s, ..
+        }) => warnings.push(format!(
+            "{:?} has a median step of {}, as if it were in {unit}; rates take it as seconds. In a map: time_s = '{}'",
+            base.column,
+            base.period_s.unwrap_or_default() / base.unit_s,
+            suggest::scaled(&base.column, unit_s)
+        )),
+        None if !base.unit_stated => warnings.push(format!(
+            "{:?} does not tell its unit; rates take it as seconds",
+            base.column
+        )),
+        None => {}
+    }
+    if base.bad_stamps > 0 {
+        warnings.push(format!(
+            "{} rows of {:?} have no stamp or one out of order",
+            base.bad_stamps, base.column
+        ));
+    }
+}

@@ -1,0 +1,165 @@
+//! Commands and speeds of motors, one for all or one of each.
+
+use super::recognise::{Guess, plain};
+use super::suggest::{base_and_unit, quoted};
+use crate::ColumnSummary;
+
+/// Names of commands of motors: of all together, and of each with a number behind it.
+const MOTORS: [&str; 14] = [
+    "throttle",
+    "thr",
+    "pwm",
+    "motor",
+    "motors",
+    "esc",
+    "escsignal",
+    "motorpwm",
+    "duty",
+    "motorout",
+    "gas",
+    "cmd",
+    "thrustcmd",
+    "actuatorthrust",
+];
+const NUMBERED: [&str; 11] = [
+    "m",
+    "motor",
+    "pwm",
+    "esc",
+    "motorpwm",
+    "motorm",
+    "throttle",
+    "output",
+    "motorout",
+    "actuator",
+    "actuators",
+];
+/// Those among them that may be forces.
+const FORCES: [&str; 2] = ["thrustcmd", "actuatorthrust"];
+/// Motors of most vehicles: of more outputs some may lead nowhere.
+const USUAL: usize = 4;
+
+/// Those of numbered outputs that lead to a motor: of many, some that stand still are not connected.
+fn connected(group: Vec<usize>, columns: &[ColumnSummary]) -> Vec<usize> {
+    let vary = group.iter().copied().filter(|&i| !columns[i].constant);
+    let vary: Vec<usize> = vary.collect();
+    if group.len() > USUAL && !vary.is_empty() {
+        vary
+    } else {
+        group
+    }
+}
+
+/// The mean speed of rotors whose columns differ by a number in their names, without those that
+/// never turn.
+pub(crate) fn rotors(at: usize, columns: &[ColumnSummary]) -> Option<Guess> {
+    let without_number = |name: &str| name.replace(|c: char| c.is_ascii_digit(), "");
+    let own = &columns[at].name;
+    let stem = without_number(own);
+    let (base, unit) = base_and_unit(&stem);
+    let is_speed = base.contains("rpm") && matches!(unit.as_str(), "" | "rpm")
+        || unit == "rpm"
+            && ["speed", "rotor", "motor", "esc"]
+                .iter()
+                .any(|word| base.contains(word));
+    if stem == *own || !is_speed {
+        return None;
+    }
+    let alike = |&i: &usize| {
+        let column = &columns[i];
+        without_number(&column.name) == stem && column.text.is_none() && column.count > 0
+    };
+    let all: Vec<usize> = (0..columns.len()).filter(alike).collect();
+    let turn = |&i: &usize| columns[i].max > Some(0.0) || columns[i].min < Some(0.0);
+    let turning: Vec<usize> = all.iter().copied().filter(turn).collect();
+    let group = if turning.is_empty() { &all } else { &turning };
+    // Speeds that tell the sense of turning would cancel.
+    let has_sense = group.iter().any(|&i| columns[i].min < Some(0.0));
+    let term = |&i: &usize| {
+        let quoted = quoted(&columns[i].name);
+        if has_sense {
+            format!("abs({quoted})")
+        } else {
+            quoted
+        }
+    };
+    let terms: Vec<String> = group.iter().map(term).collect();
+    let expression = match &terms[..] {
+        [one] => one.clone(),
+        many => format!("({}) / {}", many.join(" + "), many.len()),
+    };
+    Some(Guess {
+        channel: "rotor_rpm",
+        expression,
+        check: None,
+        columns: all,
+    })
+}
+
+/// The mean of the commands of all motors, or the command of all.
+pub(crate) fn motors(at: usize, columns: &[ColumnSummary]) -> Option<Guess> {
+    let name = plain(&columns[at].name);
+    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let group: Vec<usize> = if stem.len() < name.len() {
+        if !NUMBERED.contains(&stem) || name[stem.len()..].parse::<u8>().is_err() {
+            return None;
+        }
+        let of_group = |column: &ColumnSummary| {
+            let name = plain(&column.name);
+            let number = name.strip_prefix(stem);
+            let is_number = number.is_some_and(|n| n.parse::<u8>().is_ok());
+            is_number && column.text.is_none() && column.count > 0
+        };
+        let group = (0..columns.len()).filter(|&i| of_group(&columns[i]));
+        connected(group.collect(), columns)
+    } else if MOTORS.contains(&name.as_str()) || name.contains("throttle") {
+        vec![at]
+    } else {
+        return None;
+    };
+    let most = group
+        .iter()
+        .filter_map(|&i| columns[i].max)
+        .fold(f64::NAN, f64::max);
+    let least = group
+        .iter()
+        .filter_map(|&i| columns[i].min)
+        .fold(f64::NAN, f64::min);
+    let is_force = FORCES.contains(&name.as_str());
+    let (low, range, what) = match most {
+        _ if least < 0.0 => return None,
+        // What could as well be newtons or another command has to be of a size that leaves no doubt.
+        _ if is_force && most > 1.0 && most <= 20_000.0 => return None,
+        _ if name == "cmd" && (least < 800.0 || most > 2300.0) => return None,
+        ..=0.0 => return None,
+        ..=1.0 => (0.0, 1.0, "of 1"),
+        ..=100.0 => (0.0, 100.0, "of 100"),
+        ..=255.0 => (0.0, 255.0, "of 255"),
+        900.0..=2300.0 => (1000.0, 1000.0, "µs from 1000 to 2000"),
+        ..=1000.0 => (0.0, 1000.0, "of 1000"),
+        ..=65_535.0 => (0.0, 65_535.0, "of 65535"),
+        _ => return None,
+    };
+    let term = |&i: &usize| {
+        let quoted = quoted(&columns[i].name);
+        if low > 0.0 {
+            format!("max({quoted} - {low}, 0)")
+        } else {
+            quoted
+        }
+    };
+    let terms: Vec<String> = group.iter().map(term).collect();
+    let divisor = range * group.len() as f64;
+    let expression = match (&terms[..], divisor == 1.0) {
+        ([one], true) => one.clone(),
+        ([one], false) => format!("{one} / {divisor}"),
+        (all, _) => format!("({}) / {divisor}", all.join(" + ")),
+    };
+    let scale = (range != 1.0 || is_force).then(|| format!("{what} by its size"));
+    Some(Guess {
+        channel: "throttle",
+        expression,
+        check: scale,
+        columns: group,
+    })
+}

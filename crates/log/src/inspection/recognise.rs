@@ -1,0 +1,282 @@
+//! Which channels the columns of a table seem to be, by their names, units and sizes.
+
+use super::motors::{motors, rotors};
+use super::suggest::{base_and_unit, quoted};
+use crate::ColumnSummary;
+
+/// A channel that columns seem to tell.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Guess {
+    pub(crate) channel: &'static str,
+    pub(crate) expression: String,
+    /// What a person has to check, if it is more than a name and a unit.
+    pub(crate) check: Option<String>,
+    /// The columns, by their places.
+    pub(crate) columns: Vec<usize>,
+}
+
+/// Channels that go by these names already.
+const OURS: [&str; 8] = [
+    "throttle",
+    "thrust_n",
+    "specific_force_mps2",
+    "tilt_rad",
+    "height_m",
+    "vehicle_velocity_mps",
+    "battery_v",
+    "rotor_rpm",
+];
+
+/// Words in a column's name, its unit, the channel and the factor: `channel = factor * column`.
+const WORDS: [(&[&str], &str, &str, &str); 16] = [
+    (
+        &["thrust", "force", "weight"],
+        "gf",
+        "thrust_n",
+        "9.80665e-3 * ",
+    ),
+    (
+        &["thrust", "force", "weight"],
+        "g",
+        "thrust_n",
+        "9.80665e-3 * ",
+    ),
+    (
+        &["thrust", "force", "weight"],
+        "kgf",
+        "thrust_n",
+        "9.80665 * ",
+    ),
+    (&["thrust", "force"], "n", "thrust_n", ""),
+    (&["torque"], "nm", "torque_n_m", ""),
+    (&["volt", "bat"], "v", "battery_v", ""),
+    (&["volt", "bat"], "mv", "battery_v", "1e-3 * "),
+    (&["batt. volts"], "", "battery_v", ""),
+    (&["current"], "a", "current_a", ""),
+    (&["current"], "ma", "current_a", "1e-3 * "),
+    (&["amps"], "", "current_a", ""),
+    (&["speed", "rotor", "motor"], "rpm", "rotor_rpm", ""),
+    (&["rpm"], "", "rotor_rpm", ""),
+    (&["height", "altitude"], "m", "height_m", ""),
+    (
+        &["height", "altitude", "range"],
+        "cm",
+        "height_m",
+        "0.01 * ",
+    ),
+    (
+        &["height", "altitude", "range"],
+        "mm",
+        "height_m",
+        "1e-3 * ",
+    ),
+];
+
+/// Whole names, letters and digits of them only, and their channel.
+const NAMES: [(&[&str], &str); 4] = [
+    (
+        &[
+            "az",
+            "accz",
+            "accelz",
+            "accelerationz",
+            "accelerometerz",
+            "linearaccelerationz",
+            "imuaccz",
+            "imuaz",
+            "imuup",
+            "stateestimateaz",
+        ],
+        "specific_force_mps2",
+    ),
+    (
+        &[
+            "z",
+            "posz",
+            "positionz",
+            "height",
+            "altitude",
+            "alt",
+            "agl",
+            "range",
+            "zrange",
+            "rangez",
+            "distance",
+            "rangefinder",
+            "lidar",
+            "sonar",
+            "tof",
+            "rangefloor",
+            "stateestimatez",
+        ],
+        "height_m",
+    ),
+    (
+        &[
+            "vz",
+            "velz",
+            "velocityz",
+            "climb",
+            "climbrate",
+            "verticalspeed",
+            "verticalvelocity",
+        ],
+        "vehicle_velocity_mps",
+    ),
+    (
+        &[
+            "vbat",
+            "vbatt",
+            "battery",
+            "batt",
+            "bat",
+            "batteryvoltage",
+            "voltage",
+            "pmvbat",
+            "pmvbatmv",
+        ],
+        "battery_v",
+    ),
+];
+/// Units that such names have, and their factors.
+const UNITS: [(&str, &str, &str); 11] = [
+    ("specific_force_mps2", "m/s2", ""),
+    ("specific_force_mps2", "m/s^2", ""),
+    ("specific_force_mps2", "m/s²", ""),
+    ("specific_force_mps2", "mps2", ""),
+    ("specific_force_mps2", "g", "9.80665 * "),
+    ("height_m", "m", ""),
+    ("height_m", "cm", "0.01 * "),
+    ("height_m", "mm", "1e-3 * "),
+    ("vehicle_velocity_mps", "m/s", ""),
+    ("vehicle_velocity_mps", "mps", ""),
+    ("vehicle_velocity_mps", "cm/s", "0.01 * "),
+];
+/// Words in the names of what looks down.
+const RANGES: [&str; 3] = ["range", "distance", "lidar"];
+/// Names of what looks down as well, but often in cm, and no farther than this in m.
+const SHORT: [&str; 2] = ["sonar", "tof"];
+const SHORT_M: f64 = 10.0;
+/// The channels that columns of numbers seem to be, each once, in the order of the columns.
+pub(crate) fn channels(columns: &[ColumnSummary]) -> Vec<Guess> {
+    let mut found: Vec<Guess> = Vec::new();
+    for at in 0..columns.len() {
+        let column = &columns[at];
+        if column.text.is_some() || column.count == 0 {
+            continue;
+        }
+        // Of a group that is known already.
+        if found.iter().any(|guess| guess.columns.contains(&at)) {
+            continue;
+        }
+        let guess = ours(at, column)
+            .or_else(|| rotors(at, columns))
+            .or_else(|| by_word(at, column))
+            .or_else(|| by_name(at, column))
+            .or_else(|| motors(at, columns));
+        if let Some(guess) = guess
+            && !found.iter().any(|known| known.channel == guess.channel)
+        {
+            found.push(guess);
+        }
+    }
+    found
+}
+
+fn ours(at: usize, column: &ColumnSummary) -> Option<Guess> {
+    let channel = OURS.iter().find(|known| **known == column.name)?;
+    // A throttle of ours lies in [0, 1]; another one has to be scaled.
+    (*channel != "throttle" || column.max <= Some(1.0)).then(|| Guess {
+        channel,
+        expression: quoted(&column.name),
+        check: None,
+        columns: vec![at],
+    })
+}
+
+fn by_word(at: usize, column: &ColumnSummary) -> Option<Guess> {
+    let (base, unit) = base_and_unit(&column.name);
+    let quoted = quoted(&column.name);
+    let (channel, expression) = if unit == "us" && (base.contains("esc") || base.contains("pwm")) {
+        ("throttle", format!("({quoted} - 1000) / 1000"))
+    } else {
+        let alike =
+            |words: &[&str], of: &str| unit == of && words.iter().any(|word| base.contains(word));
+        let (.., channel, factor) = WORDS.iter().find(|(words, of, ..)| alike(words, of))?;
+        (*channel, format!("{factor}{quoted}"))
+    };
+    Some(Guess {
+        channel,
+        expression,
+        check: None,
+        columns: vec![at],
+    })
+}
+
+/// Letters and digits.
+pub(crate) fn plain(name: &str) -> String {
+    let letters = name.chars().filter(|c| c.is_alphanumeric());
+    letters.flat_map(char::to_lowercase).collect()
+}
+
+fn by_name(at: usize, column: &ColumnSummary) -> Option<Guess> {
+    let channel_of = |name: &str| {
+        let alike = NAMES.iter().find(|(names, _)| names.contains(&name));
+        alike.map(|&(_, channel)| channel)
+    };
+    let (base, unit) = base_and_unit(&column.name);
+    let factor_of = |channel: &str| {
+        let known = UNITS
+            .iter()
+            .find(|(of, known, _)| *of == channel && *known == unit);
+        known.map(|&(.., factor)| factor)
+    };
+    let stated = channel_of(&plain(&base)).and_then(|channel| Some((channel, factor_of(channel)?)));
+    let (channel, factor, check) = match stated {
+        Some((channel, factor)) => (channel, factor, None),
+        None => {
+            let channel = channel_of(&plain(&column.name))?;
+            let (factor, what) = by_size(channel, column)?;
+            (channel, factor, Some(format!("in {what} by its size")))
+        }
+    };
+    // Up is positive, gravity felt as well.
+    let is_down = match channel {
+        "specific_force_mps2" | "height_m" => column.median < Some(0.0),
+        _ => false,
+    };
+    let check = match (channel, check) {
+        (_, Some(check)) if is_down => Some(format!("{check}, and turned to be up by its sign")),
+        (_, None) if is_down => Some("turned to be up by its sign".to_owned()),
+        ("vehicle_velocity_mps", None) => Some("up is positive".to_owned()),
+        ("vehicle_velocity_mps", Some(check)) => Some(format!("{check}; up is positive")),
+        (_, check) => check,
+    };
+    let sign = if is_down { "-" } else { "" };
+    Some(Guess {
+        channel,
+        expression: format!("{sign}{factor}{}", quoted(&column.name)),
+        check,
+        columns: vec![at],
+    })
+}
+
+/// Factor and unit by which the values are likely ones.
+fn by_size(channel: &str, column: &ColumnSummary) -> Option<(&'static str, &'static str)> {
+    let (min, median, max) = (column.min?, column.median?.abs(), column.max?);
+    let largest = min.abs().max(max.abs());
+    let name = plain(&column.name);
+    let is_range = RANGES.iter().any(|word| name.contains(word));
+    match channel {
+        "specific_force_mps2" if (0.5..2.0).contains(&median) => Some(("9.80665 * ", "g")),
+        "specific_force_mps2" if (4.0..20.0).contains(&median) => Some(("", "m/s²")),
+        "height_m" if SHORT.contains(&name.as_str()) => (largest <= SHORT_M).then_some(("", "m")),
+        "height_m" if largest <= 100.0 => Some(("", "m")),
+        // What looks down reaches so far; an altitude above the sea is no height.
+        "height_m" if largest <= 10_000.0 && is_range => Some(("1e-3 * ", "mm")),
+        "vehicle_velocity_mps" if largest <= 30.0 => Some(("", "m/s")),
+        "battery_v" if (2.0..100.0).contains(&median) => Some(("", "V")),
+        "battery_v" if (2000.0..100_000.0).contains(&median) => Some(("1e-3 * ", "mV")),
+        _ => None,
+    }
+}

@@ -1,0 +1,164 @@
+//! Guesses from column names, for messages and suggested maps only: nothing is read by them.
+
+use super::recognise::{Guess, channels};
+use crate::{ColumnSummary, TimeBase};
+use touchdown_trial::TIME_CHANNEL;
+
+/// The name most similar to `name`, if any is similar at all.
+pub(crate) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+    let wanted: Vec<char> = name.to_lowercase().chars().collect();
+    if wanted.is_empty() || wanted.len() > 200 {
+        return None;
+    }
+    known
+        .map(|candidate| {
+            let letters: Vec<char> = candidate.to_lowercase().chars().take(400).collect();
+            // A name without its unit is as good as a small slip.
+            let distance = if wanted.len() >= 3 && letters.starts_with(&wanted) {
+                1
+            } else {
+                edit_distance(&wanted, &letters)
+            };
+            (distance, candidate)
+        })
+        .min_by_key(|&(distance, _)| distance)
+        .filter(|&(distance, _)| distance <= (wanted.len() / 3).max(1))
+        .map(|(_, candidate)| candidate.to_owned())
+}
+
+/// Levenshtein's distance, one row of the table at a time.
+fn edit_distance(a: &[char], b: &[char]) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.iter().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(row[j + 1] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// `Thrust (gf)`, `weight[g]`, `t_s` and `TimeUS` as what and unit, in lower case; `µ` is `u`.
+pub(crate) fn base_and_unit(name: &str) -> (String, String) {
+    let name = name
+        .to_lowercase()
+        .replace(['µ', 'μ'], "u")
+        .replace(['·', '⋅'], "");
+    for (open, close) in [('(', ')'), ('[', ']')] {
+        if let Some((base, unit)) = name.strip_suffix(close).and_then(|n| n.rsplit_once(open)) {
+            return (base.trim().to_owned(), unit.trim().to_owned());
+        }
+    }
+    match name.rsplit_once('_') {
+        Some((base, unit)) => (base.to_owned(), unit.to_owned()),
+        None => match name
+            .strip_prefix("time")
+            .filter(|unit| ["ms", "us", "ns"].contains(unit))
+        {
+            Some(unit) => ("time".to_owned(), unit.to_owned()),
+            None => (name, String::new()),
+        },
+    }
+}
+
+/// An expression for a column times a factor.
+pub(crate) fn scaled(name: &str, factor: f64) -> String {
+    if factor == 1.0 {
+        quoted(name)
+    } else {
+        format!("{factor:e} * {}", quoted(name))
+    }
+}
+
+/// The text of a map to start from. Channels that names, units or sizes tell are filled in, those
+/// by size with a word to check it; all other columns stand below as comments, and so does the time
+/// where no column is. A table that has
+/// our own names already gets none, unless a column seems to be a channel of another name.
+pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Option<String> {
+    let guesses = channels(columns);
+    let is_named = |guess: &Guess| columns.iter().any(|column| column.name == guess.channel);
+    let numbers = |column: &&ColumnSummary| column.name == TIME_CHANNEL && column.text.is_none();
+    if columns.iter().any(|column| numbers(&column)) && guesses.iter().all(is_named) {
+        return None;
+    }
+    let mut text = String::from("schema = 1\n\n[channels]\n");
+    match time {
+        Some(base) => {
+            let likely = base.likely_unit();
+            let unit_s = likely.map_or(base.unit_s, |likely| likely.unit_s);
+            let unit = likely.map(|likely| format!("in {} by its {}", likely.name, likely.by));
+            let check = match (base.guess, unit) {
+                (Some(guess), None) if !base.unit_stated => {
+                    Some(format!("{guess}; in s by its steps"))
+                }
+                (Some(guess), None) => Some(guess.to_owned()),
+                (Some(guess), Some(unit)) => Some(format!("{guess}; {unit}")),
+                (None, unit) => unit,
+            };
+            line(
+                &mut text,
+                TIME_CHANNEL,
+                &scaled(&base.column, unit_s),
+                check,
+            );
+        }
+        // A comment, so that the map is refused until someone has said it.
+        None => text.push_str(
+            "# time_s = 'row * 0.01'  # no column looks like the time: what is the period?\n",
+        ),
+    }
+    for guess in &guesses {
+        line(
+            &mut text,
+            guess.channel,
+            &guess.expression,
+            guess.check.clone(),
+        );
+    }
+    for (at, column) in columns.iter().enumerate() {
+        let is_time = time.is_some_and(|base| base.column == column.name);
+        if is_time || guesses.iter().any(|guess| guess.columns.contains(&at)) {
+            continue;
+        }
+        let what = match (&column.text, column.count) {
+            (Some(_), _) => ", text",
+            (None, 0) => ", empty",
+            _ => "",
+        };
+        let name = quoted(&column.name).replace(['\n', '\r'], " ");
+        text.push_str(&format!("# {name}{what}\n"));
+    }
+    Some(text)
+}
+
+/// A column's name as an expression writes it.
+pub(crate) fn quoted(name: &str) -> String {
+    format!("\"{}\"", name.replace('"', "\"\""))
+}
+
+fn line(text: &mut String, channel: &str, expression: &str, check: Option<String>) {
+    // A TOML literal string, unless the name holds what one may not hold.
+    let literal = if expression.chars().any(|c| c == '\'' || c.is_control()) {
+        basic_string(expression)
+    } else {
+        format!("'{expression}'")
+    };
+    let check = check.map_or_else(String::new, |check| format!("  # {check}"));
+    text.push_str(&format!("{channel} = {literal}{check}\n"));
+}
+
+pub(crate) fn basic_string(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c.is_control() => quoted.push_str(&format!("\\u{:04x}", u32::from(c))),
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}

@@ -1,0 +1,252 @@
+//! What columns hold, counted part by part in memory that does not grow with the rows.
+
+use super::jumps::Jumps;
+use super::sample::{Sample, median};
+use super::{ColumnSummary, TimeBase};
+use crate::{Column, ColumnKind};
+
+/// Most values that medians are taken of, over all columns: 32 MB of them, and as much of steps.
+const MOST_VALUES: usize = 1 << 22;
+/// And of one column.
+const MOST_OF_ONE: usize = 1 << 16;
+
+/// A column's next values.
+#[derive(Clone, Copy)]
+pub(crate) struct View<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) values: &'a [f64],
+    /// One of the cells of a column of text.
+    pub(crate) text: Option<&'a str>,
+}
+
+impl<'a> View<'a> {
+    pub(crate) fn of(column: &'a Column) -> Self {
+        Self {
+            name: &column.name,
+            values: &column.values,
+            text: match &column.kind {
+                ColumnKind::Text { example } => Some(example),
+                _ => None,
+            },
+        }
+    }
+}
+
+/// The column that is the time.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TimeColumn {
+    pub(crate) name: String,
+    pub(crate) unit_s: f64,
+    pub(crate) stated: bool,
+    /// What to say of it, if it is a guess.
+    pub(crate) guess: Option<&'static str>,
+}
+
+pub(crate) struct Tally {
+    pub(crate) rows: usize,
+    columns: Vec<Counted>,
+    time: Option<TimeColumn>,
+    clock: Option<Clock>,
+}
+
+/// One column so far.
+struct Counted {
+    name: String,
+    text: Option<String>,
+    count: usize,
+    gaps: usize,
+    ends: Option<(f64, f64)>,
+    values: Sample,
+    steps: Steps,
+}
+
+/// Steps between stamps that come after each other.
+struct Steps {
+    last_s: Option<f64>,
+    sample: Sample,
+    ends_s: Option<(f64, f64)>,
+}
+
+impl Steps {
+    /// Whether the stamp comes after the one before it.
+    fn push(&mut self, stamp_s: f64) -> bool {
+        let Some(last_s) = self.last_s.replace(stamp_s) else {
+            return true;
+        };
+        let step_s = stamp_s - last_s;
+        if step_s > 0.0 {
+            self.sample.push(step_s);
+            widen(&mut self.ends_s, step_s);
+        }
+        step_s > 0.0
+    }
+}
+
+/// The time base so far, and its jumps by the unit that was taken and by those that may be meant.
+struct Clock {
+    steps: Steps,
+    ends_s: Option<(f64, f64)>,
+    bad: usize,
+    jumps: Vec<(f64, Jumps)>,
+}
+
+fn widen(ends: &mut Option<(f64, f64)>, value: f64) {
+    let (least, most) = ends.get_or_insert((value, value));
+    (*least, *most) = (least.min(value), most.max(value));
+}
+
+impl Tally {
+    pub(crate) fn new(time: Option<TimeColumn>) -> Self {
+        Self {
+            rows: 0,
+            columns: Vec::new(),
+            time,
+            clock: None,
+        }
+    }
+
+    /// The next rows; `numbers` are theirs in the file.
+    pub(crate) fn part(&mut self, columns: &[View<'_>], numbers: &[usize]) {
+        let most = (MOST_VALUES / columns.len().max(1)).clamp(16, MOST_OF_ONE);
+        let steps = || Steps {
+            last_s: None,
+            sample: Sample::new(most),
+            ends_s: None,
+        };
+        let named = |time: &TimeColumn| {
+            let column = columns.iter().find(|column| column.name == time.name);
+            column.map(|column| (column.values, time.unit_s))
+        };
+        let stamps_s: Option<Vec<f64>> =
+            self.time.as_ref().and_then(named).map(|(values, unit_s)| {
+                let clock = self.clock.get_or_insert_with(|| Clock {
+                    steps: steps(),
+                    ends_s: None,
+                    bad: 0,
+                    jumps: [1.0, 1e-3, 1e-6, 1e-9]
+                        .map(|scale| (scale, Jumps::default()))
+                        .into(),
+                });
+                let stamps = values.iter().zip(numbers);
+                stamps
+                    .map(|(value, &row)| clock.push(row, value * unit_s))
+                    .collect()
+            });
+        for column in columns {
+            let known = self.columns.iter().position(|c| c.name == column.name);
+            let place = known.unwrap_or_else(|| {
+                self.columns.push(Counted {
+                    name: column.name.to_owned(),
+                    text: None,
+                    count: 0,
+                    gaps: self.rows,
+                    ends: None,
+                    values: Sample::new(most),
+                    steps: steps(),
+                });
+                self.columns.len() - 1
+            });
+            let counted = &mut self.columns[place];
+            if let Some(text) = column.text {
+                let there = counted.text.as_ref().is_some_and(|known| !known.is_empty());
+                if !there {
+                    counted.text = Some(text.to_owned());
+                }
+                counted.gaps = 0;
+                continue;
+            }
+            counted.push(column.values, stamps_s.as_deref());
+        }
+        self.rows += numbers.len();
+    }
+
+    /// The time base, if there is one; and what is to be said of its jumps.
+    pub(crate) fn time(&self) -> Option<(TimeBase, Option<String>)> {
+        let (time, clock) = (self.time.as_ref()?, self.clock.as_ref()?);
+        let sorted = clock.steps.sample.sorted();
+        let period_s = median(&sorted);
+        let mut apart: Vec<f64> = sorted
+            .iter()
+            .map(|step| (step - period_s.unwrap_or_default()).abs())
+            .collect();
+        apart.sort_by(f64::total_cmp);
+        let base = TimeBase {
+            column: time.name.clone(),
+            unit_s: time.unit_s,
+            unit_stated: time.stated,
+            duration_s: clock.ends_s.map_or(0.0, |(first, last)| last - first),
+            period_s,
+            shortest_step_s: clock.steps.ends_s.map(|(shortest, _)| shortest),
+            longest_step_s: clock.steps.ends_s.map(|(_, longest)| longest),
+            jitter_s: apart
+                .get((apart.len() * 95).div_ceil(100).saturating_sub(1))
+                .copied(),
+            bad_stamps: clock.bad,
+            largest: clock.ends_s.map_or(0.0, |(_, last)| last / time.unit_s),
+            guess: time.guess,
+        };
+        let scale = base
+            .likely_unit()
+            .map_or(1.0, |likely| likely.unit_s / base.unit_s);
+        let jumps = clock.jumps.iter().find(|(of, _)| *of == scale);
+        let median_s = period_s.unwrap_or_default() * scale;
+        let told = jumps.and_then(|(_, jumps)| jumps.told(&time.name, median_s));
+        Some((base, told))
+    }
+
+    /// Every column in order; rates are left out where the time is none.
+    pub(crate) fn columns(&self, has_time: bool) -> Vec<ColumnSummary> {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let summary = |counted: &Counted| ColumnSummary {
+            name: counted.name.clone(),
+            unit: None,
+            count: counted.count,
+            gaps: counted.gaps,
+            min: counted.ends.and_then(|(min, _)| finite(min)),
+            median: median(&counted.values.sorted()).and_then(finite),
+            max: counted.ends.and_then(|(_, max)| finite(max)),
+            rate_hz: median(&counted.steps.sample.sorted())
+                .filter(|_| has_time)
+                .map(f64::recip)
+                .and_then(finite),
+            constant: counted.ends.is_some_and(|(min, max)| min == max),
+            text: counted.text.clone(),
+        };
+        self.columns.iter().map(summary).collect()
+    }
+}
+
+impl Counted {
+    fn push(&mut self, values: &[f64], stamps_s: Option<&[f64]>) {
+        for (row, &value) in values.iter().enumerate() {
+            if value.is_nan() {
+                self.gaps += 1;
+                continue;
+            }
+            self.count += 1;
+            widen(&mut self.ends, value);
+            self.values.push(value);
+            if let Some(stamp_s) = stamps_s.map(|stamps_s| stamps_s[row])
+                && !stamp_s.is_nan()
+            {
+                self.steps.push(stamp_s);
+            }
+        }
+    }
+}
+
+impl Clock {
+    /// The stamp, or NaN where it is none.
+    fn push(&mut self, row: usize, stamp_s: f64) -> f64 {
+        if !stamp_s.is_finite() {
+            self.bad += 1;
+            return f64::NAN;
+        }
+        widen(&mut self.ends_s, stamp_s);
+        self.bad += usize::from(!self.steps.push(stamp_s));
+        for (scale, jumps) in &mut self.jumps {
+            jumps.push(row, stamp_s * *scale);
+        }
+        stamp_s
+    }
+}

@@ -1,0 +1,336 @@
+use super::median::running_median;
+use super::rows::{Rows, TableRows};
+use super::{Rule, Window};
+use crate::inspection::LONG_STEP_S;
+use crate::tables::stamps::{increasing, is_increasing};
+use crate::{Findings, LogError, Map, Table};
+use sindy_expr::{Expr, Program, Scratch};
+use std::path::Path;
+use touchdown_trial::{Provenance, Source, TIME_CHANNEL, Trial, TrialError};
+
+/// Throttles may leave `[0, 1]` by rounding.
+const THROTTLE_SLACK: f64 = 1e-9;
+/// Rows that are evaluated at once.
+const BLOCK: usize = 4096;
+/// The name under which expressions know the row's number.
+const ROW: &str = "row";
+/// The name under which expressions know the vehicle's mass.
+const MASS: &str = "mass_kg";
+
+/// Makes the trial that the map says, and counts what was left out on the way.
+///
+/// In this order: every expression is evaluated in every row; rows that the filter does not keep
+/// are left out; rows without a stamp or with a stamp out of order are dropped and counted; running
+/// medians; windows; resampling. The trial is named after the file.
+///
+/// # Errors
+/// [`LogError::UnknownColumn`] or [`LogError::TextColumn`] for what an expression names;
+/// [`LogError::NoUsableRows`] where no row is left; [`LogError::Trial`].
+pub fn apply(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
+    let mut rows = TableRows(table);
+    let known = |name: &str| is_known(map, name) || rows.place(name).is_some();
+    let resolved = map.resolve(&known, &|_| None);
+    let (trial, mut findings) = apply_resolved(&mut rows, &resolved.map, &[])?;
+    findings.warnings.extend(resolved.warnings());
+    Ok((trial, findings))
+}
+
+/// Whether expressions know the name whatever the table holds.
+pub(crate) fn is_known(map: &Map, name: &str) -> bool {
+    name == ROW || (name == MASS && map.mass_kg().is_some())
+}
+
+/// As [`apply`] for a map without alternatives and definitions. Of the channels `not_empty` those without a value
+/// are left out.
+pub(crate) fn apply_resolved(
+    source: &mut dyn Rows,
+    map: &Map,
+    not_empty: &[String],
+) -> Result<(Trial, Findings), LogError> {
+    let mut findings = Findings {
+        rows_read: source.len(),
+        ..Findings::default()
+    };
+    let mut columns = evaluate(source, map)?;
+    for (name, values) in &mut columns {
+        let infinite = values.iter_mut().filter(|value| value.is_infinite());
+        let count = infinite.map(|value| *value = f64::NAN).count();
+        findings.infinite_values += count;
+        if count > 0 && !name.is_empty() {
+            findings
+                .warnings
+                .push(format!("{name}: {count} infinite values became gaps"));
+        }
+    }
+    let keep = map.keep.as_ref().and_then(|_| columns.pop());
+    let time = columns.iter().position(|(name, _)| name == TIME_CHANNEL);
+    let time_s = time.map(|at| columns.remove(at).1).unwrap_or_default();
+    // The rows to take, unless it is all of them.
+    let taken = if keep.is_none() && is_increasing(&time_s) {
+        None
+    } else {
+        let mut rows: Vec<usize> = (0..source.len()).collect();
+        if let Some((_, keep)) = keep {
+            rows.retain(|&row| keep[row] != 0.0 && !keep[row].is_nan());
+            findings.rows_filtered = source.len() - rows.len();
+        }
+        let kept = increasing(&time_s, &rows);
+        findings.absent_stamps = kept.absent;
+        findings.duplicate_stamps = kept.duplicate;
+        findings.backward_stamps = kept.backward;
+        Some(kept.rows)
+    };
+    warn_of_stamps(&mut findings);
+
+    let path = source.path();
+    let of_trial = |source| LogError::Trial {
+        path: path.to_owned(),
+        source,
+    };
+    let take = |values: Vec<f64>| match &taken {
+        None => values,
+        Some(rows) => rows.iter().map(|&row| values[row]).collect(),
+    };
+    let mut trial = Trial::new(stem(path), take(time_s)).map_err(of_trial)?;
+    for (name, values) in columns {
+        let mut values = take(values);
+        if not_empty.contains(&name) && values.iter().all(|value| value.is_nan()) {
+            let text = format!("{name}: left out, for it has no value");
+            findings.warnings.push(text);
+            continue;
+        }
+        if let Some((_, samples)) = map.medians.iter().find(|(known, _)| *known == name) {
+            running_median(&mut values, *samples);
+        }
+        trial.insert(name, values).map_err(of_trial)?;
+    }
+    let parts = windows(&trial, map, path, &mut findings).map_err(of_trial)?;
+    findings.rows_used = match &parts {
+        None => trial.len(),
+        Some(parts) => parts.iter().map(Trial::len).sum(),
+    };
+    findings.rows_outside_windows = trial.len() - findings.rows_used;
+    if findings.rows_used == 0 {
+        return Err(LogError::NoUsableRows {
+            path: path.to_owned(),
+            reason: format!(
+                "of {} rows {} were filtered out, {} have bad stamps, {} lie outside of the windows",
+                source.len(),
+                findings.rows_filtered,
+                findings.rows_dropped(),
+                findings.rows_outside_windows
+            ),
+        });
+    }
+    warn_of_values(&trial, &mut findings);
+    let mut provenance = Provenance::new(Source::File {
+        path: path.to_owned(),
+        sha256: source.sha256().to_owned(),
+    });
+    provenance.notes = notes(map, &findings);
+    let trial = resample_and_join(trial, parts, map).map_err(of_trial)?;
+    Ok((trial.with_provenance(provenance), findings))
+}
+
+/// What an expression is given.
+enum Input {
+    Row,
+    Mass,
+    Column(usize),
+}
+
+/// All channels in the map's order, then the row filter if there is one.
+fn evaluate(source: &mut dyn Rows, map: &Map) -> Result<Vec<(String, Vec<f64>)>, LogError> {
+    let rules: Vec<&Rule> = map.channels.iter().chain(&map.keep).collect();
+    // There is always one input, so that a constant expression knows its number of rows.
+    let row = source.place(ROW).map_or(Input::Row, Input::Column);
+    let mut inputs: Vec<(&str, Input)> = vec![(ROW, row)];
+    for rule in &rules {
+        for name in rule.expr.variables() {
+            if inputs.iter().any(|(known, _)| *known == name) {
+                continue;
+            }
+            let input = match source.place(name) {
+                Some(place) => Input::Column(place),
+                None if name == MASS && map.mass_kg().is_some() => Input::Mass,
+                None => return Err(source.lacks(rule, name)),
+            };
+            inputs.push((name, input));
+        }
+    }
+    let expressions: Vec<Expr> = rules.iter().map(|rule| rule.expr.clone()).collect();
+    let names: Vec<&str> = inputs.iter().map(|(name, _)| *name).collect();
+    let program = Program::compile(&expressions, &names).map_err(|error| LogError::MapValue {
+        at: Box::new(rules[0].place.clone()),
+        expected: "expressions over the table's columns".to_owned(),
+        found: error.to_string(),
+    })?;
+    let rows = source.len();
+    let mut columns: Vec<(String, Vec<f64>)> = rules
+        .iter()
+        .map(|rule| (rule.channel.clone(), Vec::with_capacity(rows)))
+        .collect();
+    let mut blocks = vec![vec![0.0; BLOCK.min(rows)]; inputs.len()];
+    let mut output = vec![0.0; BLOCK.min(rows) * columns.len()];
+    let mut scratch = Scratch::new();
+    for first in (0..rows).step_by(BLOCK) {
+        let length = BLOCK.min(rows - first);
+        for ((_, input), block) in inputs.iter().zip(&mut blocks) {
+            let block = &mut block[..length];
+            match *input {
+                Input::Row => (first..)
+                    .zip(block)
+                    .for_each(|(row, value)| *value = source.row_number(row) as f64),
+                Input::Mass => block.fill(map.mass_kg().unwrap_or(f64::NAN)),
+                Input::Column(place) => source.fill(place, first, block),
+            }
+        }
+        let given: Vec<&[f64]> = blocks.iter().map(|block| &block[..length]).collect();
+        let output = &mut output[..length * columns.len()];
+        program.eval_block(&given, output, &mut scratch);
+        for ((_, column), values) in columns.iter_mut().zip(output.chunks_exact(length)) {
+            column.extend_from_slice(values);
+        }
+    }
+    Ok(columns)
+}
+
+/// The parts of the trial that lie in the map's windows, in order of time, not overlapping; `None`
+/// where the trial is used whole.
+fn windows(
+    trial: &Trial,
+    map: &Map,
+    path: &str,
+    findings: &mut Findings,
+) -> Result<Option<Vec<Trial>>, TrialError> {
+    let holds = |window: &&Window| window.file.as_ref().is_none_or(|file| path.ends_with(file));
+    let mut holding: Vec<&Window> = map.windows.iter().filter(holds).collect();
+    if holding.is_empty() {
+        if !map.windows.is_empty() {
+            findings
+                .warnings
+                .push("no window of the map names this file; it is used whole".to_owned());
+        }
+        return Ok(None);
+    }
+    holding.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    let mut joined: Vec<(f64, f64)> = Vec::new();
+    for window in holding {
+        match joined.last_mut() {
+            Some((_, end_s)) if window.from_s <= *end_s => *end_s = end_s.max(window.to_s),
+            _ => joined.push((window.from_s, window.to_s)),
+        }
+    }
+    let mut parts = Vec::new();
+    for (from_s, to_s) in joined {
+        let part = trial.window(from_s, to_s)?;
+        if part.is_empty() {
+            findings
+                .warnings
+                .push(format!("no rows in the window {from_s} s to {to_s} s"));
+        }
+        parts.push(part);
+    }
+    Ok(Some(parts))
+}
+
+fn resample_and_join(
+    whole: Trial,
+    parts: Option<Vec<Trial>>,
+    map: &Map,
+) -> Result<Trial, TrialError> {
+    let resample = |part: &Trial| match map.resample {
+        None => Ok(part.clone()),
+        Some(resample) => match resample.max_gap_s {
+            None => part.resample_linear(resample.period_s),
+            Some(gap_s) => part.resample_linear_within(resample.period_s, gap_s),
+        },
+    };
+    let parts = match parts {
+        None if map.resample.is_none() => return Ok(whole),
+        None => vec![resample(&whole)?],
+        Some(parts) => parts.iter().map(resample).collect::<Result<_, _>>()?,
+    };
+    let time_s = parts.iter().flat_map(|part| part.time_s().iter().copied());
+    let mut trial = Trial::new(whole.name(), time_s.collect())?;
+    for (name, _) in whole.channels() {
+        let values = parts
+            .iter()
+            .flat_map(|part| part.channel(name).unwrap_or_default());
+        trial.insert(name, values.copied().collect())?;
+    }
+    Ok(trial)
+}
+
+fn warn_of_stamps(findings: &mut Findings) {
+    for (count, what) in [
+        (findings.absent_stamps, "have no stamp"),
+        (findings.duplicate_stamps, "repeat a stamp"),
+        (findings.backward_stamps, "have a stamp out of order"),
+    ] {
+        if count > 0 {
+            findings.warnings.push(format!(
+                "{count} of {} rows {what} and were dropped",
+                findings.rows_read
+            ));
+        }
+    }
+}
+
+fn warn_of_values(trial: &Trial, findings: &mut Findings) {
+    if let Some(period_s) = trial.period_s().filter(|&period_s| period_s > LONG_STEP_S) {
+        findings.warnings.push(format!(
+            "time_s: the median step is {period_s} s; is it in milliseconds?"
+        ));
+    }
+    for (name, values) in trial.channels() {
+        if name != "throttle" && !name.starts_with("throttle_") {
+            continue;
+        }
+        let out = |v: &&f64| **v < -THROTTLE_SLACK || **v > 1.0 + THROTTLE_SLACK;
+        let count = values.iter().filter(out).count();
+        if count > 0 {
+            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            findings.warnings.push(format!(
+                "{name}: {count} values lie outside of 0 to 1 (from {low} to {high})"
+            ));
+        }
+    }
+}
+
+fn notes(map: &Map, findings: &Findings) -> Vec<String> {
+    let mut notes = Vec::new();
+    if !map.path.is_empty() {
+        notes.push(format!("mapped by {}", map.path));
+    }
+    if findings.rows_filtered > 0 {
+        notes.push(format!("{} rows filtered out", findings.rows_filtered));
+    }
+    if findings.rows_dropped() > 0 {
+        notes.push(format!(
+            "{} rows with bad stamps dropped",
+            findings.rows_dropped()
+        ));
+    }
+    for (channel, samples) in &map.medians {
+        notes.push(format!("{channel}: running median of {samples} samples"));
+    }
+    if findings.rows_outside_windows > 0 {
+        notes.push(format!(
+            "{} rows outside of the windows left out",
+            findings.rows_outside_windows
+        ));
+    }
+    if let Some(resample) = map.resample {
+        notes.push(format!("resampled linearly to {} s", resample.period_s));
+    }
+    notes
+}
+
+fn stem(path: &str) -> String {
+    Path::new(path).file_stem().map_or_else(
+        || path.to_owned(),
+        |stem| stem.to_string_lossy().into_owned(),
+    )
+}

@@ -1,0 +1,301 @@
+//! How a text table is laid out: lines, header, delimiter.
+
+use super::cell::{Cell, classify};
+use crate::LogError;
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
+
+/// Lines that take part in finding the delimiter.
+const SAMPLED_LINES: usize = 20;
+/// Delimiters in the order in which they win a draw.
+const DELIMITERS: [u8; 4] = [b',', b';', b'\t', b'|'];
+
+/// A line that is not blank.
+#[derive(Clone, Copy)]
+pub(crate) struct Line<'a> {
+    /// From 1.
+    pub(crate) number: usize,
+    pub(crate) bytes: &'a [u8],
+    /// Whether a line end follows it.
+    pub(crate) ended: bool,
+}
+
+pub(crate) struct Layout<'a> {
+    pub(crate) names: Vec<String>,
+    pub(crate) delimiter: u8,
+    /// The rows, without comments and blank lines.
+    pub(crate) rows: Vec<Line<'a>>,
+    pub(crate) warnings: Vec<String>,
+    /// The number of the line after all of these.
+    pub(crate) next_number: usize,
+}
+
+pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogError> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(not_text(path, "UTF-16; save the table as UTF-8"));
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let (mut lines, next_number) = lines(bytes, 1);
+    // A spreadsheet's way to tell the delimiter.
+    let told = lines
+        .first()
+        .and_then(|line| told_delimiter(line.bytes))
+        .inspect(|_| {
+            lines.remove(0);
+        });
+    let comments = lines
+        .iter()
+        .take_while(|line| is_comment(line.bytes))
+        .count();
+    let body = lines.split_off(comments);
+    if lines.is_empty() && body.is_empty() {
+        let path = path.to_owned();
+        return Err(LogError::Empty { path });
+    }
+    // Of comments that come first, the last one is the header if numbers follow it.
+    let first_is_header = lines.is_empty()
+        || body.first().is_some_and(|line| {
+            let delimiter = told.unwrap_or_else(|| sniff(&body));
+            !is_row_of_numbers(line.bytes, delimiter)
+        });
+    let mut table = body;
+    if !first_is_header && let Some(header) = lines.pop() {
+        table.insert(0, header);
+    }
+    let header = table.remove(0);
+    let header_bytes = header.bytes.trim_ascii_start();
+    let header_bytes = header_bytes.strip_prefix(b"#").unwrap_or(header_bytes);
+    if header_bytes
+        .iter()
+        .any(|b| b.is_ascii_control() && *b != b'\t')
+    {
+        return Err(not_text(path, "a binary file"));
+    }
+    let mut sample = vec![Line {
+        bytes: header_bytes,
+        ..header
+    }];
+    sample.extend(table.iter().take(SAMPLED_LINES));
+    let delimiter = told.unwrap_or_else(|| sniff(&sample));
+    if is_row_of_numbers(header_bytes, delimiter) {
+        return Err(LogError::NoHeader {
+            path: path.to_owned(),
+            line: header.number,
+            found: String::from_utf8_lossy(header_bytes)
+                .chars()
+                .take(120)
+                .collect(),
+        });
+    }
+    table.retain(|line| !is_comment(line.bytes));
+    let mut warnings = Vec::new();
+    let names = names(header_bytes, delimiter, &mut warnings);
+    Ok(Layout {
+        names,
+        delimiter,
+        rows: table,
+        warnings,
+        next_number,
+    })
+}
+
+pub(crate) fn not_text(path: &str, found: &'static str) -> LogError {
+    let path = path.to_owned();
+    LogError::NotText { path, found }
+}
+
+/// The lines of a later part of a table, from this number on, without comments and blank ones; and
+/// the number of the line after them.
+pub(crate) fn rows(bytes: &[u8], number: usize) -> (Vec<Line<'_>>, usize) {
+    let (mut lines, next_number) = lines(bytes, number);
+    lines.retain(|line| !is_comment(line.bytes));
+    (lines, next_number)
+}
+
+fn lines(bytes: &[u8], mut number: usize) -> (Vec<Line<'_>>, usize) {
+    let mut found = Vec::new();
+    let mut start = 0;
+    while start < bytes.len() {
+        let rest = &bytes[start..];
+        let length = rest.iter().position(|&b| b == b'\n' || b == b'\r');
+        let line = &rest[..length.unwrap_or(rest.len())];
+        if !line.trim_ascii().is_empty() {
+            found.push(Line {
+                number,
+                bytes: line,
+                ended: length.is_some(),
+            });
+        }
+        let end = if rest[line.len()..].starts_with(b"\r\n") {
+            2
+        } else {
+            1
+        };
+        start += line.len() + end;
+        number += 1;
+    }
+    (found, number)
+}
+
+fn told_delimiter(line: &[u8]) -> Option<u8> {
+    match line.strip_prefix(b"sep=")? {
+        &[delimiter] => Some(delimiter),
+        _ => None,
+    }
+}
+
+fn is_comment(line: &[u8]) -> bool {
+    line.trim_ascii_start().starts_with(b"#")
+}
+
+/// Whether every cell is a number, a stamp or a gap, and not all are gaps.
+fn is_row_of_numbers(line: &[u8], delimiter: u8) -> bool {
+    let mut cells = Vec::new();
+    split(line, delimiter, &mut cells);
+    let kinds: Vec<Cell> = cells
+        .iter()
+        .map(|cell| classify(cell, delimiter != b','))
+        .collect();
+    kinds.iter().all(|kind| *kind != Cell::Text) && kinds.iter().any(|kind| *kind != Cell::Gap)
+}
+
+/// The delimiter that cuts most lines into as many cells as the first, and into more than one;
+/// of equals the one that gives more cells.
+fn sniff(lines: &[Line<'_>]) -> u8 {
+    let Some((header, rows)) = lines.split_first() else {
+        return DELIMITERS[0];
+    };
+    let mut best = (0, 0, DELIMITERS[0]);
+    let mut cells = Vec::new();
+    for delimiter in DELIMITERS {
+        split(header.bytes, delimiter, &mut cells);
+        let width = cells.len();
+        if width < 2 {
+            continue;
+        }
+        let alike = rows
+            .iter()
+            .take(SAMPLED_LINES)
+            .filter(|row| {
+                split(row.bytes, delimiter, &mut cells);
+                cells.len() == width
+            })
+            .count();
+        if (alike + 1, width) > (best.0, best.1) {
+            best = (alike + 1, width, delimiter);
+        }
+    }
+    best.2
+}
+
+/// Cuts a line into cells without the spaces around them. `false` where quotes do not pair up.
+///
+/// A quoted cell ends with its line at the latest. So a stray quote in a corrupt section costs
+/// its own row, and not all that follows up to the next quote.
+pub(crate) fn split<'a>(line: &'a [u8], delimiter: u8, cells: &mut Vec<Cow<'a, [u8]>>) -> bool {
+    cells.clear();
+    if !line.contains(&b'"') {
+        cells.extend(
+            line.split(|&b| b == delimiter)
+                .map(|cell| Cow::Borrowed(cell.trim_ascii())),
+        );
+        return true;
+    }
+    let mut whole = true;
+    let mut rest = line;
+    loop {
+        let opening = rest
+            .iter()
+            .position(|&b| b == delimiter || !b.is_ascii_whitespace());
+        let quoted = opening.filter(|&at| rest[at] == b'"' && delimiter != b'"');
+        let end = if let Some(at) = quoted {
+            let (cell, closed, length) = unquote(&rest[at + 1..]);
+            whole &= closed;
+            cells.push(Cow::Owned(cell));
+            let after = &rest[at + 1 + length..];
+            let end = after.iter().position(|&b| b == delimiter);
+            whole &= after[..end.unwrap_or(after.len())].trim_ascii().is_empty();
+            end.map(|end| at + 1 + length + end)
+        } else {
+            let end = rest.iter().position(|&b| b == delimiter);
+            let cell = &rest[..end.unwrap_or(rest.len())];
+            cells.push(Cow::Borrowed(cell.trim_ascii()));
+            end
+        };
+        match end {
+            Some(end) => rest = &rest[end + 1..],
+            None => return whole,
+        }
+    }
+}
+
+/// The cell that starts after an opening quote, whether it is closed, and how far it reaches with
+/// its closing quote. A doubled quote stands for one.
+fn unquote(text: &[u8]) -> (Vec<u8>, bool, usize) {
+    let mut cell = Vec::new();
+    let mut at = 0;
+    while at < text.len() {
+        match (text[at], text.get(at + 1)) {
+            (b'"', Some(b'"')) => {
+                cell.push(b'"');
+                at += 2;
+            }
+            (b'"', _) => return (cell, true, at + 1),
+            (byte, _) => {
+                cell.push(byte);
+                at += 1;
+            }
+        }
+    }
+    (cell, false, text.len())
+}
+
+/// Column names, unique and not empty, but for an empty last one that a trailing delimiter makes.
+fn names(header: &[u8], delimiter: u8, warnings: &mut Vec<String>) -> Vec<String> {
+    let mut cells = Vec::new();
+    if !split(header, delimiter, &mut cells) {
+        warnings.push("quotes in the header do not pair up".to_owned());
+    }
+    let mut latin = false;
+    let mut names: Vec<String> = Vec::with_capacity(cells.len());
+    let mut taken = HashSet::new();
+    let mut repeats: HashMap<String, usize> = HashMap::new();
+    let last = cells.len() - 1;
+    for (index, cell) in cells.iter().enumerate() {
+        let text = std::str::from_utf8(cell).map_or_else(
+            |_| {
+                latin = true;
+                cell.iter().copied().map(char::from).collect()
+            },
+            str::to_owned,
+        );
+        let mut name = text.trim().to_owned();
+        if name.is_empty() && index < last {
+            name = format!("column_{}", index + 1);
+            warnings.push(format!(
+                "column {} has no name; it is called {name:?}",
+                index + 1
+            ));
+        }
+        if !taken.insert(name.clone()) {
+            let wanted = name;
+            let count = repeats.entry(wanted.clone()).or_insert(1);
+            name = loop {
+                *count += 1;
+                let candidate = format!("{wanted}#{count}");
+                if taken.insert(candidate.clone()) {
+                    break candidate;
+                }
+            };
+            warnings.push(format!(
+                "two columns are called {wanted:?}; column {} is called {name:?}",
+                index + 1
+            ));
+        }
+        names.push(name);
+    }
+    if latin {
+        warnings.push("the header is not UTF-8; it was read as Latin-1".to_owned());
+    }
+    names
+}

@@ -1,0 +1,12 @@
+//! Text tables: a header, then rows of cells.
+
+mod cell;
+mod layout;
+mod parts;
+mod read;
+mod write;
+
+pub(crate) use parts::each_part;
+pub(crate) use read::Part;
+pub use read::{parse_csv, read_csv};
+pub use write::{to_csv, write_csv};

@@ -1,0 +1,65 @@
+//! Text tables part by part, in memory that does not grow with the file.
+
+use super::layout::{layout, not_text, rows};
+use super::read::{Part, Reading};
+use crate::hashing::Hashing;
+use crate::{Findings, LogError};
+use std::io::{self, Read};
+
+/// Bytes of a line at most.
+const LONGEST: usize = 64 << 20;
+
+/// Hands over the rows of parts of so many bytes, and tells the SHA-256 of all.
+pub(crate) fn each_part(
+    path: &str,
+    input: impl Read,
+    part: usize,
+    visit: &mut dyn FnMut(Part),
+) -> Result<(String, Findings), LogError> {
+    let mut input = Hashing::new(input, true);
+    let of_read = |source: io::Error| LogError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let mut bytes: Vec<u8> = Vec::new();
+    let mut reading: Option<(Reading, usize)> = None;
+    loop {
+        let read = input.by_ref().take(part as u64).read_to_end(&mut bytes);
+        let read = read.map_err(of_read)?;
+        let ends = read < part;
+        // The last line waits for what follows it, for the file's last one may break off.
+        let inner = &bytes[..bytes.len().saturating_sub(1)];
+        let end = |byte: u8| inner.iter().rposition(|&b| b == byte);
+        let length = match end(b'\n').or_else(|| end(b'\r')) {
+            _ if ends => bytes.len(),
+            Some(end) => end + 1,
+            None if bytes.len() > LONGEST => {
+                return Err(not_text(path, "a line of more than 64 MB"));
+            }
+            None => continue,
+        };
+        let whole = &bytes[..length];
+        match &mut reading {
+            None => {
+                let layout = layout(path, whole)?;
+                let mut first = Reading::of(&layout);
+                visit(first.part(&layout.rows, ends));
+                reading = Some((first, layout.next_number));
+            }
+            Some((reading, number)) => {
+                let (lines, next_number) = rows(whole, *number);
+                *number = next_number;
+                visit(reading.part(&lines, ends));
+            }
+        }
+        bytes.drain(..length);
+        if ends {
+            break;
+        }
+    }
+    let findings = reading.map(|(reading, _)| reading.conclude(path));
+    Ok((
+        input.finish().map_err(of_read)?,
+        findings.transpose()?.unwrap_or_default(),
+    ))
+}

@@ -1,0 +1,395 @@
+use super::cell::{Cell, classify};
+use super::layout::{Layout, Line, layout, split};
+use crate::hashing::hex;
+use crate::{Column, ColumnKind, Findings, LogError, Table};
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+/// Longest example of a text cell that is kept, in characters.
+const EXAMPLE_CHARS: usize = 40;
+
+/// Reads a text table with a header, and counts what was found on the way.
+///
+/// Read without a word: a UTF-8 byte-order mark; line ends LF, CRLF, CR or mixed; a header that
+/// starts with `#` and other comment lines that do; spaces around names and cells; quoted cells;
+/// comma, semicolon, tab or `|` as delimiter; empty cells, `nan` and words such as `n/a` as gaps;
+/// `true` and `false` as 1 and 0; a delimiter at the end of every line.
+///
+/// Date-time stamps such as `2019-11-07 18:45:58:868` become seconds from the first one. A column
+/// with more text than numbers is kept as text, without values. Decimal commas are read where a
+/// comma does not separate cells, with a warning.
+///
+/// A row of units below the header is passed over with a warning.
+///
+/// A row with the wrong number of cells, or with text where the column holds numbers, is corrupt:
+/// it is dropped and counted. If it is the last one and breaks off, it is truncated. A row that
+/// breaks off inside its very last number cannot be told from a whole one.
+///
+/// # Errors
+/// [`LogError::Read`], [`LogError::Empty`], [`LogError::NotText`], [`LogError::NoHeader`] or
+/// [`LogError::NoUsableRows`].
+pub fn read_csv(path: impl AsRef<Path>) -> Result<(Table, Findings), LogError> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    match std::fs::read(path) {
+        Ok(bytes) => parse_csv(&name, &bytes),
+        Err(source) => Err(LogError::Read { path: name, source }),
+    }
+}
+
+/// As [`read_csv`] for bytes in memory; `path` names them in errors and in the table.
+///
+/// # Errors
+/// As [`read_csv`], but for [`LogError::Read`].
+pub fn parse_csv(path: &str, bytes: &[u8]) -> Result<(Table, Findings), LogError> {
+    let layout = layout(path, bytes)?;
+    let mut reading = Reading::of(&layout);
+    let part = reading.part(&layout.rows, true);
+    let findings = reading.conclude(path)?;
+    let table = Table {
+        path: path.to_owned(),
+        sha256: hex(&Sha256::digest(bytes)),
+        row_numbers: part.row_numbers,
+        columns: part.columns,
+    };
+    Ok((table, findings))
+}
+
+/// A cell that is no plain number.
+enum Odd {
+    Stamp(i64),
+    Text(String),
+}
+
+#[derive(Default)]
+struct RawColumn {
+    values: Vec<f64>,
+    numbers: usize,
+    stamps: usize,
+    texts: usize,
+    /// By position among the rows taken.
+    odd: Vec<(usize, Odd)>,
+}
+
+/// What a column is known to hold; of stamps also the first, in ns.
+#[derive(Clone, Copy, PartialEq)]
+enum Held {
+    Numbers,
+    Stamps(Option<i64>),
+    Texts,
+}
+
+/// A table that is read in one part or in several.
+pub(crate) struct Reading {
+    names: Vec<String>,
+    delimiter: u8,
+    held: Vec<Option<Held>>,
+    /// Rows so far, whole or not.
+    rows: usize,
+    comma_numbers: usize,
+    first_fault: Option<String>,
+    findings: Findings,
+}
+
+/// Rows of a table, and their numbers in the file.
+pub(crate) struct Part {
+    pub(crate) row_numbers: Vec<usize>,
+    pub(crate) columns: Vec<Column>,
+}
+
+/// The rows of a part on their way.
+struct Rows<'a> {
+    reading: &'a mut Reading,
+    columns: Vec<RawColumn>,
+    /// For each row taken its number in the file and its line.
+    taken: Vec<(usize, usize)>,
+    last_cell_empty: bool,
+    /// Whether the first row has two cells of text or more, and no number.
+    first_is_text: bool,
+}
+
+impl Reading {
+    pub(crate) fn of(layout: &Layout<'_>) -> Self {
+        Self {
+            names: layout.names.clone(),
+            delimiter: layout.delimiter,
+            held: vec![None; layout.names.len()],
+            rows: 0,
+            comma_numbers: 0,
+            first_fault: None,
+            findings: Findings {
+                warnings: layout.warnings.clone(),
+                ..Findings::default()
+            },
+        }
+    }
+
+    /// Reads the next lines, without comments and blank ones; `ends` tells whether they are the
+    /// last. What a column holds is settled by the first part in which it holds anything.
+    pub(crate) fn part(&mut self, lines: &[Line<'_>], ends: bool) -> Part {
+        let first = self.rows;
+        self.rows += lines.len();
+        self.findings.rows_read += lines.len();
+        let mut rows = Rows {
+            columns: self.names.iter().map(|_| RawColumn::default()).collect(),
+            reading: self,
+            taken: Vec::new(),
+            last_cell_empty: true,
+            first_is_text: false,
+        };
+        for (at, line) in lines.iter().enumerate() {
+            rows.push(first + at, *line, ends && at + 1 == lines.len());
+        }
+        rows.finish(lines.last().filter(|_| ends))
+    }
+
+    fn corrupt(&mut self, line: usize, fault: &str) {
+        self.findings.corrupt_rows += 1;
+        self.first_fault
+            .get_or_insert_with(|| format!("line {line}: {fault}"));
+    }
+
+    fn breaks_off(&mut self, line: usize) {
+        self.findings.truncated = true;
+        self.findings.warnings.push(format!(
+            "the last row (line {line}) breaks off and was dropped"
+        ));
+    }
+
+    /// What was counted in all parts.
+    pub(crate) fn conclude(mut self, path: &str) -> Result<Findings, LogError> {
+        if let Some(fault) = &self.first_fault {
+            self.findings.warnings.push(format!(
+                "{} of {} rows are corrupt and were dropped, the first in {fault}",
+                self.findings.corrupt_rows, self.findings.rows_read
+            ));
+        }
+        if self.findings.rows_used == 0 {
+            let reason = match (&self.first_fault, self.findings.rows_read) {
+                (_, 0) => "there is only a header".to_owned(),
+                (Some(fault), read) => format!("all {read} rows are corrupt, the first in {fault}"),
+                (None, read) => format!("{read} rows, all empty or broken off"),
+            };
+            let path = path.to_owned();
+            return Err(LogError::NoUsableRows { path, reason });
+        }
+        if self.comma_numbers > 0 {
+            self.findings.warnings.push(format!(
+                "{} cells have a decimal comma and were read so",
+                self.comma_numbers
+            ));
+        }
+        Ok(self.findings)
+    }
+}
+
+impl Rows<'_> {
+    fn push(&mut self, row: usize, line: Line<'_>, is_last: bool) {
+        let Reading {
+            names, delimiter, ..
+        } = &*self.reading;
+        let (width, delimiter) = (names.len(), *delimiter);
+        let mut cells = Vec::with_capacity(width);
+        let paired = split(line.bytes, delimiter, &mut cells);
+        let found = cells.len();
+        if found == width + 1 && cells.last().is_some_and(|cell| cell.is_empty()) {
+            cells.pop();
+        }
+        if cells.len() + 1 == width && names.last().is_some_and(String::is_empty) {
+            cells.push(Vec::new().into());
+        }
+        if cells.iter().all(|cell| cell.is_empty()) {
+            self.reading.findings.empty_rows += 1;
+            return;
+        }
+        // A row can break off just after its last delimiter.
+        let last_empty = cells.last().is_some_and(|cell| cell.is_empty());
+        let cut_at_end = is_last && !line.ended && last_empty && !self.last_cell_empty;
+        if !paired || cells.len() != width || cut_at_end {
+            if is_last && (cut_at_end || !paired || cells.len() < width) {
+                self.reading.breaks_off(line.number);
+            } else if paired {
+                let fault = format!("expected {width} cells, found {found}");
+                self.reading.corrupt(line.number, &fault);
+            } else {
+                self.reading.corrupt(line.number, "quotes do not pair up");
+            }
+            return;
+        }
+        self.last_cell_empty = last_empty;
+        let position = self.taken.len();
+        self.taken.push((row, line.number));
+        let mut texts = 0;
+        for (column, cell) in self.columns.iter_mut().zip(&cells) {
+            let kind = classify(cell, delimiter != b',');
+            texts += usize::from(kind == Cell::Text);
+            self.reading.comma_numbers += usize::from(matches!(kind, Cell::CommaNumber(_)));
+            column.push(position, kind, cell);
+        }
+        if row == 0 {
+            let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
+            self.first_is_text = texts == filled && texts > 1;
+        }
+    }
+
+    /// `last` is the file's last line.
+    fn finish(mut self, last: Option<&Line<'_>>) -> Part {
+        let mut bad = vec![None; self.taken.len()];
+        let raw = std::mem::take(&mut self.columns).into_iter();
+        let known = self.reading.names.iter().zip(&mut self.reading.held);
+        let mut columns: Vec<Column> = raw
+            .zip(known)
+            .map(|(raw, (name, held))| raw.finish(name.clone(), held, &mut bad))
+            .collect();
+        // Only a delimiter at the line's end makes a column without a name, and it holds nothing.
+        columns.retain(|column| !column.name.is_empty() || column.has_content());
+        for (index, column) in columns.iter_mut().enumerate() {
+            if column.name.is_empty() {
+                column.name = format!("column_{}", index + 1);
+            }
+        }
+        for (position, fault) in bad.iter().enumerate() {
+            let Some(fault) = fault else { continue };
+            let line = self.taken[position].1;
+            if position == 0 && self.first_is_text {
+                self.reading.findings.rows_read -= 1;
+                self.reading.findings.warnings.push(format!(
+                    "line {line} holds no number and was taken for a row of units"
+                ));
+            } else if last.is_some_and(|last| last.number == line && !last.ended) {
+                self.reading.breaks_off(line);
+            } else {
+                self.reading.corrupt(line, fault);
+            }
+        }
+        let kept: Vec<usize> = (0..bad.len()).filter(|&i| bad[i].is_none()).collect();
+        let findings = &mut self.reading.findings;
+        findings.rows_used += kept.len();
+        for column in &mut columns {
+            column.values = kept.iter().map(|&i| column.values[i]).collect();
+            column.count(findings);
+        }
+        Part {
+            row_numbers: kept.iter().map(|&i| self.taken[i].0).collect(),
+            columns,
+        }
+    }
+}
+
+impl RawColumn {
+    fn push(&mut self, position: usize, kind: Cell, cell: &[u8]) {
+        let value = match kind {
+            Cell::Gap => f64::NAN,
+            Cell::Number(value) | Cell::CommaNumber(value) => {
+                self.numbers += 1;
+                value
+            }
+            Cell::Stamp(nanoseconds) => {
+                self.stamps += 1;
+                self.odd.push((position, Odd::Stamp(nanoseconds)));
+                f64::NAN
+            }
+            Cell::Text => {
+                self.texts += 1;
+                let example = String::from_utf8_lossy(cell);
+                let example = example.chars().take(EXAMPLE_CHARS).collect();
+                self.odd.push((position, Odd::Text(example)));
+                f64::NAN
+            }
+        };
+        self.values.push(value);
+    }
+
+    /// Settles what the column holds, unless that is known; notes in `bad` what is wrong with rows
+    /// that do not fit.
+    fn finish(
+        mut self,
+        name: String,
+        held: &mut Option<Held>,
+        bad: &mut [Option<String>],
+    ) -> Column {
+        let mut blame = |position: usize, found: &str| {
+            bad[position]
+                .get_or_insert_with(|| format!("expected a number in {name:?}, found {found:?}"));
+        };
+        let most = self.numbers.max(self.stamps).max(self.texts);
+        let settled = held.unwrap_or(if self.texts == most {
+            Held::Texts
+        } else if self.stamps == most {
+            Held::Stamps(None)
+        } else {
+            Held::Numbers
+        });
+        let kind = match settled {
+            _ if most == 0 && held.is_none() => ColumnKind::Number,
+            Held::Texts => {
+                let example = self.odd.iter().find_map(|(_, odd)| match odd {
+                    Odd::Text(text) => Some(text.clone()),
+                    Odd::Stamp(_) => None,
+                });
+                self.values.fill(f64::NAN);
+                ColumnKind::Text {
+                    example: example.unwrap_or_default(),
+                }
+            }
+            Held::Stamps(mut origin) => {
+                for (position, value) in self.values.iter().enumerate() {
+                    if !value.is_nan() {
+                        blame(position, &value.to_string());
+                    }
+                }
+                for (position, odd) in &self.odd {
+                    match odd {
+                        Odd::Stamp(stamp) => {
+                            let origin = *origin.get_or_insert(*stamp);
+                            // Centuries apart are more nanoseconds than an i64 holds.
+                            let since = i128::from(*stamp) - i128::from(origin);
+                            self.values[*position] = since as f64 / 1e9;
+                        }
+                        Odd::Text(text) => blame(*position, text),
+                    }
+                }
+                *held = Some(Held::Stamps(origin));
+                ColumnKind::Stamp
+            }
+            Held::Numbers => {
+                for (position, odd) in &self.odd {
+                    match odd {
+                        Odd::Stamp(_) => blame(*position, "a date"),
+                        Odd::Text(text) => blame(*position, text),
+                    }
+                }
+                ColumnKind::Number
+            }
+        };
+        if most > 0 {
+            held.get_or_insert(settled);
+        }
+        Column {
+            name,
+            kind,
+            values: self.values,
+        }
+    }
+}
+
+impl Column {
+    fn has_content(&self) -> bool {
+        self.is_text() || self.values.iter().any(|value| !value.is_nan())
+    }
+
+    pub(crate) fn count(&self, findings: &mut Findings) {
+        if self.is_text() {
+            if !findings.text_columns.contains(&self.name) {
+                findings.text_columns.push(self.name.clone());
+            }
+            // Empty as far as parts before told.
+            findings.empty_cells.remove(&self.name);
+            return;
+        }
+        let gaps = self.values.iter().filter(|value| value.is_nan()).count();
+        if gaps > 0 {
+            *findings.empty_cells.entry(self.name.clone()).or_default() += gaps;
+        }
+    }
+}

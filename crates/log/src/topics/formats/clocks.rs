@@ -1,0 +1,158 @@
+//! The clocks of a recording: the recorder's, those in messages' headers, and an autopilot's own.
+
+use crate::topics::sink::{Loss, Sink};
+
+/// Stamps in a message's header that lie within this of the recorder's are used, in ns; and an
+/// autopilot's clock that is farther off than it was has been set anew.
+const PLAUSIBLE_NS: i64 = 10_000_000_000;
+
+/// Stamps of messages in ns since the first message that was recorded.
+#[derive(Debug, Default)]
+pub(super) struct Clocks {
+    zero_ns: Option<u64>,
+    own: Option<Own>,
+    /// Topics that are stamped by the autopilot's clock.
+    owned: Vec<usize>,
+    /// How often that was set anew.
+    restarts: usize,
+}
+
+/// What the recorder's clock shows beyond the autopilot's, in ns, since that was last set: as it
+/// was at the first message, and the least there was.
+#[derive(Debug, Clone, Copy)]
+struct Own {
+    first_ns: i64,
+    least_ns: i64,
+}
+
+impl Clocks {
+    /// By the recorder's clock.
+    pub(super) fn recorded(&mut self, recorded_ns: u64) -> i64 {
+        let zero_ns = *self.zero_ns.get_or_insert(recorded_ns);
+        recorded_ns.wrapping_sub(zero_ns).cast_signed()
+    }
+
+    /// By the stamp in a header, which counts from where the recorder's does, or else by the
+    /// recorder's.
+    pub(super) fn header(&mut self, recorded_ns: u64, header_ns: u64) -> i64 {
+        let recorded = self.recorded(recorded_ns);
+        let header = self.recorded(header_ns);
+        if header.saturating_sub(recorded).saturating_abs() < PLAUSIBLE_NS {
+            header
+        } else {
+            recorded
+        }
+    }
+
+    /// By the clock of an autopilot, which counts from its own start: the message that came with
+    /// the least delay tells where that lies. Where it has started anew, that is told of what came
+    /// before.
+    pub(super) fn own(
+        &mut self,
+        id: usize,
+        recorded_ns: u64,
+        own_ns: u64,
+        sink: &mut dyn Sink,
+    ) -> i64 {
+        let recorded = self.recorded(recorded_ns);
+        let Ok(own_ns) = i64::try_from(own_ns) else {
+            return recorded;
+        };
+        if own_ns == 0 {
+            return recorded;
+        }
+        let beyond_ns = recorded.saturating_sub(own_ns);
+        let is_anew =
+            |own: &Own| beyond_ns.saturating_sub(own.first_ns).saturating_abs() > PLAUSIBLE_NS;
+        if self.own.as_ref().is_some_and(is_anew) {
+            self.settle(sink);
+            self.own = None;
+            self.restarts += 1;
+        }
+        let own = self.own.get_or_insert(Own {
+            first_ns: beyond_ns,
+            least_ns: beyond_ns,
+        });
+        own.least_ns = own.least_ns.min(beyond_ns);
+        if !self.owned.contains(&id) {
+            self.owned.push(id);
+        }
+        own_ns.saturating_add(own.first_ns)
+    }
+
+    /// Moves what has been stamped by the autopilot's clock since that was last set to where the
+    /// least delay says.
+    fn settle(&self, sink: &mut dyn Sink) {
+        if let Some(own) = self.own {
+            sink.shift(&self.owned, own.least_ns.saturating_sub(own.first_ns));
+        }
+    }
+
+    /// Settles what is left, and tells of it.
+    pub(super) fn finish(&self, sink: &mut dyn Sink, loss: &mut Loss) {
+        if self.own.is_none() {
+            return;
+        }
+        self.settle(sink);
+        let anew = match self.restarts {
+            0 => String::new(),
+            1 => ", and anew after it started again".to_owned(),
+            restarts => format!(", and anew each of the {restarts} times it started again"),
+        };
+        loss.notes.push(format!(
+            "{} topics are stamped by the autopilot's own clock; it was brought to the recorder's by the message with the least delay{anew}",
+            self.owned.len()
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topics::sink::{Layout, Wanted};
+
+    struct Shifts(Vec<(usize, i64)>);
+
+    impl Sink for Shifts {
+        fn topic(&mut self, _: usize, _: &Layout) -> Wanted {
+            Wanted::Stamps
+        }
+        fn message(&mut self, _: usize, _: Option<i64>, _: &[f64]) {}
+        fn shift(&mut self, ids: &[usize], by_ns: i64) {
+            self.0.extend(ids.iter().map(|&id| (id, by_ns)));
+        }
+        fn parameter(&mut self, _: &str, _: f64) {}
+    }
+
+    #[test]
+    fn analytic_the_least_delay_tells_where_a_clock_lies() {
+        let mut clocks = Clocks::default();
+        let (mut shifts, mut loss) = (Shifts(Vec::new()), Loss::default());
+        let epoch = 1_700_000_000_000_000_000;
+        assert_eq!(clocks.recorded(epoch), 0);
+        // Sampled at 5.00 s, 5.01 s, 5.02 s of the autopilot; 30 ms, 2 ms and 9 ms late.
+        let stamps: Vec<i64> = [(30, 0), (12, 10), (29, 20)]
+            .map(|(at, since)| {
+                let own_ns = 5_000_000_000 + since * 1_000_000;
+                clocks.own(7, epoch + at * 1_000_000, own_ns, &mut shifts)
+            })
+            .into();
+        assert_eq!(stamps, [30_000_000, 40_000_000, 50_000_000]);
+        assert_eq!(shifts.0, []);
+        // Started anew: the clock begins again, time does not. The second comes 3 ms quicker.
+        let stamps: Vec<i64> = [(60_000, 1), (60_007, 11)]
+            .map(|(at, own)| clocks.own(7, epoch + at * 1_000_000, own * 1_000_000, &mut shifts))
+            .into();
+        assert_eq!(stamps, [60_000_000_000, 60_010_000_000]);
+        // By then what came before is settled, and in the end what came after.
+        assert_eq!(shifts.0, [(7, -28_000_000)]);
+        clocks.finish(&mut shifts, &mut loss);
+        assert_eq!(shifts.0, [(7, -28_000_000), (7, -3_000_000)]);
+        assert!(loss.notes[0].ends_with("least delay, and anew after it started again"));
+        // No stamp, and one out of this world.
+        assert_eq!(clocks.own(7, epoch + 1000, 0, &mut shifts), 1000);
+        assert_eq!(clocks.own(7, epoch + 1000, u64::MAX, &mut shifts), 1000);
+        assert_eq!(clocks.header(epoch + 1000, epoch + 900), 900);
+        assert_eq!(clocks.header(epoch + 1000, 900), 1000);
+    }
+}
