@@ -25,11 +25,10 @@ impl Figure {
     /// # Errors
     /// When the figure does not make sense (see [`Error`]); data that are not finite are gaps, not errors.
     pub fn svg(&self) -> Result<String> {
-        let canvas = self.canvas(true)?;
+        let canvas = self.canvas()?;
         Ok(svg::write(
             &canvas,
             &About {
-                prefix: "",
                 title: &self.title,
                 description: &self.caption,
             },
@@ -41,7 +40,7 @@ impl Figure {
     /// # Errors
     /// As [`Figure::svg`]; also when `scale` is out of range or the picture cannot be encoded.
     pub fn png(&self, scale: f32) -> Result<Vec<u8>> {
-        let canvas = self.canvas(true)?;
+        let canvas = self.canvas()?;
         if !(0.1..=8.0).contains(&scale) {
             return Err(self.setting("scale", "0.1 to 8", scale));
         }
@@ -65,21 +64,9 @@ impl Figure {
         Ok(paths)
     }
 
-    /// The picture as SVG for a page that shows title and legends itself.
-    pub(crate) fn inline_svg(&self, prefix: &str) -> Result<String> {
-        Ok(svg::write(
-            &self.canvas(false)?,
-            &About {
-                prefix,
-                title: &self.title,
-                description: "",
-            },
-        ))
-    }
-
-    fn canvas(&self, headings: bool) -> Result<Canvas> {
+    fn canvas(&self) -> Result<Canvas> {
         self.check()?;
-        let layout = layout(self, headings);
+        let layout = layout(self, true);
         let mut canvas = Canvas {
             width: self.width_px,
             height: layout.height,

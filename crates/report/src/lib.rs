@@ -34,6 +34,7 @@
 //! * **Same data, same bytes.** No clock, no randomness, no environment.
 
 mod canvas;
+mod chart;
 mod check;
 mod color;
 mod curve;
@@ -45,6 +46,7 @@ mod files;
 mod font;
 mod html;
 mod layout;
+mod pack;
 mod plotly_json;
 mod plotly_trace;
 mod ranges;
@@ -54,6 +56,7 @@ mod scale;
 mod series;
 mod svg;
 mod table;
+mod words;
 
 pub use color::Color;
 pub use decimate::MAX_DRAWN_POINTS;
@@ -61,6 +64,7 @@ pub use error::Error;
 pub use figure::{Figure, Kind, Panel, Series};
 pub use report::{Callout, Report};
 pub use table::{Align, Cell, Column, Table};
+pub use words::Term;
 
 /// What every fallible call of this crate returns.
 pub type Result<T> = std::result::Result<T, Error>;

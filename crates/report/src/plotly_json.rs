@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use crate::Result;
-use crate::figure::{Figure, Kind, Series};
+use crate::figure::{Figure, Kind, Panel, Series};
 use crate::layout::{Layout, layout};
 use crate::plotly_trace::{Rounding, Sheet, text};
 use crate::series::BAR_FILL;
@@ -19,6 +19,7 @@ pub(crate) enum Place {
 /// What plotly.js gets, and where to find each series of each panel in it.
 pub(crate) struct Described {
     pub(crate) value: Value,
+    pub(crate) height_px: u32,
     pub(crate) places: Vec<Vec<Place>>,
 }
 
@@ -41,7 +42,7 @@ impl Figure {
         for (index, panel) in self.panels.iter().enumerate() {
             let sheet = Sheet {
                 panel,
-                x: axis("x", if self.share_x { 0 } else { index }),
+                x: axis("x", self.x_of(index)),
                 y: axis("y", index),
             };
             let place = &layout.panels[index];
@@ -59,118 +60,102 @@ impl Figure {
             }
             places.push(of_panel);
         }
-        let layout = self.describe_layout(&layout, shapes);
         Ok(Described {
-            value: json!({ "data": traces, "layout": layout }),
+            value: json!({ "data": traces, "layout": self.describe_layout(&layout, shapes) }),
+            height_px: layout.height,
             places,
         })
     }
 
     fn describe_layout(&self, layout: &Layout, shapes: Vec<Value>) -> Value {
         let first = &layout.panels[0].plot;
-        let last = &layout.panels[layout.panels.len() - 1].plot;
-        let span = last.bottom - first.top;
-        let mut all = Map::new();
-        let margin = json!({
-            "l": first.left.round(), "r": layout_right(self, layout), "t": first.top.round(),
-            "b": (layout.height as f32 - last.bottom).round(), "pad": 0,
-        });
-        let font =
-            json!({ "family": "Inter, system-ui, sans-serif", "size": 12, "color": "#1f2328" });
+        let last = layout.panels.len() - 1;
+        let bottom = layout.height as f32 - layout.panels[last].plot.bottom;
         let hover = if self.shares_hover() {
             "x unified"
         } else {
             "closest"
         };
-        for (key, value) in [
-            ("height", json!(layout.height)),
-            ("margin", margin),
-            ("font", font),
-            ("paper_bgcolor", json!("#fff")),
-            ("plot_bgcolor", json!("#fff")),
-            ("hovermode", json!(hover)),
-            ("hoversubplots", json!("axis")),
-            ("dragmode", json!("zoom")),
-            ("barmode", json!("group")),
-            ("bargap", json!(1.0 - BAR_FILL)),
-            (
-                "legend",
-                json!({ "orientation": "h", "y": 1.02, "yanchor": "bottom" }),
-            ),
-            (
-                "modebar",
-                json!({ "bgcolor": "rgba(255,255,255,0.7)", "color": "#8a929c", "activecolor": "#1f2328" }),
-            ),
-            ("shapes", Value::Array(shapes)),
-        ] {
-            all.insert(key.to_owned(), value);
-        }
-        let count = self.panels.len();
-        for (index, (panel, place)) in self.panels.iter().zip(&layout.panels).enumerate() {
-            let top = 1.0 - (place.plot.top - first.top) / span;
-            let bottom = 1.0 - (place.plot.bottom - first.top) / span;
-            let mut y = axis_layout(&panel.y_label, panel.log_y, (place.y.low, place.y.high));
-            y.insert("domain".to_owned(), json!([bottom.max(0.0), top.min(1.0)]));
-            y.insert(
-                "anchor".to_owned(),
-                json!(axis("x", if self.share_x { 0 } else { index })),
-            );
-            y.insert("automargin".to_owned(), json!(true));
-            let mut x = axis_layout(&panel.x_label, panel.log_x, (place.x.low, place.x.high));
-            if panel.equal_aspect && !self.share_x && !panel.log_x && !panel.log_y {
-                y.insert("scaleanchor".to_owned(), json!(axis("x", index)));
-                x.insert("constrain".to_owned(), json!("domain"));
-            }
-            if !panel.categories.is_empty() {
-                let positions: Vec<usize> = (0..panel.categories.len()).collect();
-                x.insert("tickmode".to_owned(), json!("array"));
-                x.insert("tickvals".to_owned(), json!(positions));
-                x.insert(
-                    "ticktext".to_owned(),
-                    json!(panel.categories.iter().map(|c| text(c)).collect::<Vec<_>>()),
-                );
-                x.insert("showgrid".to_owned(), json!(false));
-            }
-            all.insert(axis("yaxis", index), Value::Object(y));
-            if !self.share_x || index + 1 == count {
-                x.insert("anchor".to_owned(), json!(axis("y", index)));
-                let spikes = [
-                    ("showspikes", json!(true)),
-                    ("spikemode", json!("across")),
-                    ("spikesnap", json!("cursor")),
-                ];
-                let style = [
-                    ("spikethickness", json!(1)),
-                    ("spikedash", json!("dot")),
-                    ("spikecolor", json!("#8a929c")),
-                ];
-                x.extend(
-                    spikes
-                        .into_iter()
-                        .chain(style)
-                        .map(|(key, value)| (key.to_owned(), value)),
-                );
-                all.insert(
-                    axis("xaxis", if self.share_x { 0 } else { index }),
-                    Value::Object(x),
-                );
+        let mut all = object(json!({
+            "height": layout.height,
+            "margin": {
+                "l": first.left.round(), "r": (self.width_px as f32 - first.right).round(),
+                "t": first.top.round(), "b": bottom.round(), "pad": 0,
+            },
+            "font": { "family": "Inter, system-ui, sans-serif", "size": 12, "color": "#1f2328" },
+            "paper_bgcolor": "#fff",
+            "plot_bgcolor": "#fff",
+            "hovermode": hover,
+            "hoversubplots": "axis",
+            "dragmode": "zoom",
+            "barmode": "group",
+            "bargap": 1.0 - BAR_FILL,
+            "modebar": { "bgcolor": "rgba(255,255,255,0.7)", "color": "#8a929c", "activecolor": "#1f2328" },
+            "shapes": shapes,
+            "annotations": self.panel_titles(layout),
+        }));
+        for index in 0..=last {
+            all.insert(axis("yaxis", index), self.describe_y(layout, index));
+            if !self.share_x || index == last {
+                let name = axis("xaxis", self.x_of(index));
+                all.insert(name, self.describe_x(layout, index));
             }
         }
-        all.insert("annotations".to_owned(), self.panel_titles(layout));
         Value::Object(all)
+    }
+
+    /// The number of the x axis of a panel.
+    fn x_of(&self, panel: usize) -> usize {
+        if self.share_x { 0 } else { panel }
+    }
+
+    /// Whether a unit is as long on x as on y.
+    fn has_equal_scale(&self, panel: &Panel) -> bool {
+        panel.equal_aspect && !self.share_x && !panel.log_x && !panel.log_y
+    }
+
+    fn describe_x(&self, layout: &Layout, index: usize) -> Value {
+        let (panel, place) = (&self.panels[index], &layout.panels[index]);
+        let mut x = axis_layout(&panel.x_label, panel.log_x, (place.x.low, place.x.high));
+        x.extend(object(json!({
+            "anchor": axis("y", index), "showspikes": true, "spikemode": "across", "spikesnap": "cursor",
+            "spikethickness": 1, "spikedash": "dot", "spikecolor": "#8a929c",
+        })));
+        if self.has_equal_scale(panel) {
+            x.insert("constrain".to_owned(), json!("domain"));
+        }
+        if !panel.categories.is_empty() {
+            let positions: Vec<usize> = (0..panel.categories.len()).collect();
+            let names: Vec<String> = panel.categories.iter().map(|c| text(c)).collect();
+            x.extend(object(json!({
+                "tickmode": "array", "tickvals": positions, "ticktext": names, "showgrid": false,
+            })));
+        }
+        Value::Object(x)
+    }
+
+    fn describe_y(&self, layout: &Layout, index: usize) -> Value {
+        let (panel, place) = (&self.panels[index], &layout.panels[index]);
+        let mut y = axis_layout(&panel.y_label, panel.log_y, (place.y.low, place.y.high));
+        let [bottom, top] = [place.plot.bottom, place.plot.top].map(|v| share_above(layout, v));
+        y.extend(object(json!({
+            "domain": [bottom.max(0.0), top.min(1.0)], "anchor": axis("x", self.x_of(index)), "automargin": true,
+        })));
+        if self.has_equal_scale(panel) {
+            y.insert("scaleanchor".to_owned(), json!(axis("x", index)));
+        }
+        Value::Object(y)
     }
 
     /// The panels' titles, above them.
     fn panel_titles(&self, layout: &Layout) -> Value {
-        let (first, last) = (&layout.panels[0].plot, layout.panels.len() - 1);
-        let span = layout.panels[last].plot.bottom - first.top;
         let panels = self.panels.iter().zip(&layout.panels);
         let titles = panels.filter_map(|(panel, place)| {
             let title = panel.title.as_ref()?;
             Some(json!({
                 "text": format!("<b>{}</b>", text(title)), "showarrow": false,
                 "xref": "paper", "x": 0, "xanchor": "left",
-                "yref": "paper", "y": 1.0 - (place.plot.top - first.top) / span, "yanchor": "bottom",
+                "yref": "paper", "y": share_above(layout, place.plot.top), "yanchor": "bottom",
                 "font": { "size": 13 },
             }))
         });
@@ -191,8 +176,10 @@ impl Figure {
     }
 }
 
-fn layout_right(figure: &Figure, layout: &Layout) -> f32 {
-    (figure.width_px as f32 - layout.panels[0].plot.right).round()
+/// Where a pixel row lies between the bottom (0) and the top (1) of all panels.
+fn share_above(layout: &Layout, y: f32) -> f32 {
+    let (top, last) = (layout.panels[0].plot.top, layout.panels.len() - 1);
+    1.0 - (y - top) / (layout.panels[last].plot.bottom - top)
 }
 
 /// plotly.js counts `x`, `x2`, `x3`, ….
@@ -210,7 +197,7 @@ fn axis_layout(label: &str, log: bool, (low, high): (f64, f64)) -> Map<String, V
     } else {
         json!([low, high])
     };
-    let value = json!({
+    object(json!({
         "title": { "text": text(label), "standoff": 10, "font": { "size": 13 } },
         "type": if log { "log" } else { "linear" },
         "range": range,
@@ -218,7 +205,10 @@ fn axis_layout(label: &str, log: bool, (low, high): (f64, f64)) -> Map<String, V
         "ticks": "", "tickfont": { "color": "#555b63" }, "exponentformat": "power", "hoverformat": ".5~g",
         // Fewer ticks on logarithmic axes: otherwise all of 2 to 9 are labelled.
         "nticks": if log { 6 } else { 0 },
-    });
+    }))
+}
+
+fn object(value: Value) -> Map<String, Value> {
     match value {
         Value::Object(map) => map,
         _ => Map::new(),

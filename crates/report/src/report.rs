@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use crate::chart::Chart;
 use crate::figure::Figure;
-use crate::plotly_json::Place;
 use crate::table::Table;
+use crate::words::Term;
 use crate::{Result, files, html};
 
 /// A report in the making. Every call adds a block below the last one.
@@ -13,19 +14,22 @@ use crate::{Result, files, html};
 ///
 /// | call | what it adds |
 /// | --- | --- |
+/// | [`verdict`](Self::verdict) | the result in a sentence or two, above all else |
 /// | [`section`](Self::section), [`subsection`](Self::subsection) | a heading, listed in the table of contents |
 /// | [`paragraph`](Self::paragraph), [`list`](Self::list), [`code`](Self::code), [`callout`](Self::callout) | text |
 /// | [`highlights`](Self::highlights) | a row of key numbers |
 /// | [`table`](Self::table) | a table, numbered `Table 1`, … |
 /// | [`figure`](Self::figure) | an interactive figure, numbered `Figure 1`, … |
+/// | [`folded`](Self::folded) | blocks behind a line that a click unfolds |
 ///
-/// The report is one HTML file without references to anything outside: figures can be zoomed and hovered offline,
-/// and stand as plain pictures on paper and where scripts are off.
+/// The report is one HTML file without references to anything outside. Its figures can be zoomed and hovered offline,
+/// and printed as they stand. [`glossary`](Self::glossary) gives the terms that the page explains at their first use.
 #[derive(Debug, Clone)]
 pub struct Report {
     pub(crate) title: String,
     pub(crate) subtitle: String,
     pub(crate) facts: Vec<(String, String)>,
+    pub(crate) terms: &'static [Term],
     pub(crate) blocks: Vec<Block>,
 }
 
@@ -53,17 +57,10 @@ pub(crate) enum Block {
     Callout(Callout, String),
     Highlights(Vec<[String; 3]>),
     Table(Table),
-    Figure(Box<Drawn>),
-}
-
-/// A figure as the page needs it.
-#[derive(Debug, Clone)]
-pub(crate) struct Drawn {
-    pub(crate) figure: Figure,
-    pub(crate) still: String,
-    pub(crate) live: String,
-    pub(crate) places: Vec<Vec<Place>>,
-    pub(crate) height_px: u64,
+    Figure(Box<Chart>),
+    Verdict(Callout, String),
+    FoldBegin(String),
+    FoldEnd,
 }
 
 impl Report {
@@ -73,6 +70,7 @@ impl Report {
             title: title.into(),
             subtitle: String::new(),
             facts: Vec::new(),
+            terms: &[],
             blocks: Vec::new(),
         }
     }
@@ -87,6 +85,31 @@ impl Report {
     pub fn fact(&mut self, name: impl Into<String>, value: impl Into<String>) -> &mut Self {
         self.facts.push((name.into(), value.into()));
         self
+    }
+
+    /// Sets the terms that the page explains where each first stands. Text inside folds explains none.
+    pub fn glossary(&mut self, terms: &'static [Term]) -> &mut Self {
+        self.terms = terms;
+        self
+    }
+
+    /// Adds the result in a sentence or two. It belongs above all other blocks.
+    pub fn verdict(&mut self, kind: Callout, text: impl Into<String>) -> &mut Self {
+        self.push(Block::Verdict(kind, text.into()))
+    }
+
+    /// Adds what `fill` adds, folded away behind the line `summary`.
+    ///
+    /// # Errors
+    /// Those of `fill`.
+    pub fn folded<E>(
+        &mut self,
+        summary: impl Into<String>,
+        fill: impl FnOnce(&mut Self) -> std::result::Result<(), E>,
+    ) -> std::result::Result<&mut Self, E> {
+        self.push(Block::FoldBegin(summary.into()));
+        fill(self)?;
+        Ok(self.push(Block::FoldEnd))
     }
 
     /// Begins a section.
@@ -143,22 +166,7 @@ impl Report {
     /// # Errors
     /// As [`Figure::svg`].
     pub fn figure(&mut self, figure: &Figure) -> Result<&mut Self> {
-        let number = self
-            .blocks
-            .iter()
-            .filter(|b| matches!(b, Block::Figure(_)))
-            .count()
-            + 1;
-        let described = figure.describe()?;
-        let drawn = Drawn {
-            still: figure.inline_svg(&format!("f{number}-"))?,
-            height_px: described.value["layout"]["height"].as_u64().unwrap_or(420),
-            live: described.value.to_string(),
-            places: described.places,
-            // Only names and styles are needed from here on: the data are in the pictures.
-            figure: without_data(figure),
-        };
-        Ok(self.push(Block::Figure(Box::new(drawn))))
+        Ok(self.push(Block::Figure(Box::new(Chart::of(figure)?))))
     }
 
     /// The whole page.
@@ -178,13 +186,4 @@ impl Report {
         self.blocks.push(block);
         self
     }
-}
-
-fn without_data(figure: &Figure) -> Figure {
-    let mut figure = figure.clone();
-    for series in figure.panels.iter_mut().flat_map(|panel| &mut panel.series) {
-        series.x = Vec::new();
-        series.y = Vec::new();
-    }
-    figure
 }

@@ -11,8 +11,6 @@ const GLYPH_EM: f32 = 1000.0;
 
 /// What an SVG says about itself.
 pub(crate) struct About<'a> {
-    /// Keeps ids apart where several SVGs stand in one document.
-    pub(crate) prefix: &'a str,
     pub(crate) title: &'a str,
     pub(crate) description: &'a str,
 }
@@ -21,7 +19,6 @@ pub(crate) struct About<'a> {
 pub(crate) fn write(canvas: &Canvas, about: &About<'_>) -> String {
     let mut svg = Svg {
         text: String::new(),
-        prefix: about.prefix,
         clips: Vec::new(),
     };
     let (w, h) = (canvas.width, canvas.height);
@@ -43,13 +40,12 @@ pub(crate) fn write(canvas: &Canvas, about: &About<'_>) -> String {
     svg.text
 }
 
-struct Svg<'a> {
+struct Svg {
     text: String,
-    prefix: &'a str,
     clips: Vec<Rect>,
 }
 
-impl Svg<'_> {
+impl Svg {
     fn push(&mut self, arguments: std::fmt::Arguments<'_>) {
         // Writing to a String cannot fail.
         let _ = self.text.write_fmt(arguments);
@@ -74,14 +70,13 @@ impl Svg<'_> {
                 Item::Shape { .. } | Item::Dots { .. } => {}
             }
         }
-        let prefix = self.prefix;
         self.text.push_str("<defs>");
         for glyph in glyphs {
             let outline = font::outline(glyph);
             if outline.is_empty() {
                 continue;
             }
-            self.push(format_args!("<path id=\"{prefix}{}\" d=\"", glyph.name()));
+            self.push(format_args!("<path id=\"{}\" d=\"", glyph.name()));
             self.outline(&outline, GLYPH_EM, 0);
             self.text.push_str("\"/>");
         }
@@ -89,7 +84,7 @@ impl Svg<'_> {
             let [x, y, w, h] =
                 [clip.left, clip.top, clip.width(), clip.height()].map(|v| Number(v, 2));
             self.push(format_args!(
-                "<clipPath id=\"{prefix}c{index}\"><rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\"/></clipPath>"
+                "<clipPath id=\"c{index}\"><rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\"/></clipPath>"
             ));
         }
         self.text.push_str("</defs>\n");
@@ -150,17 +145,13 @@ impl Svg<'_> {
                 ));
                 self.fill(Some(*ink));
                 self.text.push('>');
-                let prefix = self.prefix;
                 for (glyph, x) in line
                     .glyphs
                     .iter()
                     .filter(|(glyph, _)| !font::outline(*glyph).is_empty())
                 {
                     let x = Number(x * GLYPH_EM, 0);
-                    self.push(format_args!(
-                        "<use href=\"#{prefix}{}\" x=\"{x}\"/>",
-                        glyph.name()
-                    ));
+                    self.push(format_args!("<use href=\"#{}\" x=\"{x}\"/>", glyph.name()));
                 }
                 self.text.push_str("</g>\n");
             }
@@ -219,8 +210,7 @@ impl Svg<'_> {
 
     fn clip(&mut self, clip: Option<Rect>) {
         if let Some(index) = clip.and_then(|clip| self.clips.iter().position(|c| *c == clip)) {
-            let prefix = self.prefix;
-            self.push(format_args!(" clip-path=\"url(#{prefix}c{index})\""));
+            self.push(format_args!(" clip-path=\"url(#c{index})\""));
         }
     }
 }
