@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use sindy::model::{Past, Term, Time};
-use sindy::shift::{Delay, chain, past};
+use sindy::trajectory::shift::{Delay, chain, past};
 use sindy::{Model, Samples, SindyError};
 
 use crate::error::{Error, Result};

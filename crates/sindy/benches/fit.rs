@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use nalgebra::{DMatrix, DMatrixView, DVector};
 use rand::{RngExt, SeedableRng};
-use sindy::sr3::{Path, Scaling};
+use sindy::solve::sr3::{Path, Scaling};
 use sindy::{Gram, Library, Samples, Sr3};
 
 const ROWS: usize = 100_000;

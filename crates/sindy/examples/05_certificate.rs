@@ -7,8 +7,8 @@ mod figure;
 
 use std::error::Error;
 
-use sindy::exact::BestSubsets;
-use sindy::stepwise::Direction;
+use sindy::solve::exact::BestSubsets;
+use sindy::solve::stepwise::Direction;
 use sindy::{BestSubset, Criterion, Library, Samples, Stepwise, WeakForm, problems};
 use touchdown_report::{Color, Figure, Panel, Series};
 
@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut greedy = vec![(gram.yty / rows).sqrt()];
     for step in steps.iter().take(MOST) {
         support[step.term] = step.added;
-        let xi = sindy::regression::least_squares(&gram, &support);
+        let xi = sindy::statistics::regression::least_squares(&gram, &support);
         greedy.push((gram.residual_sum(&xi) / rows).sqrt());
     }
 

@@ -9,9 +9,9 @@ use std::error::Error;
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use sindy::exact::BestBy;
 use sindy::model::{Limits, Model, Term, Time};
-use sindy::shift::{Delay, chain, next, past};
+use sindy::solve::exact::BestBy;
+use sindy::trajectory::shift::{Delay, chain, next, past};
 use sindy::{BestSubset, Criterion, Gram, Library, Samples, Solver};
 use touchdown_report::{Color, Figure, Panel, Series};
 
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let library = Library::parse(&terms)?;
     let gram = Gram::total(&Gram::accumulate(&library, "T_next", &pairs.samples)?);
 
-    let all = sindy::regression::least_squares(&gram, &vec![true; terms.len()]);
+    let all = sindy::statistics::regression::least_squares(&gram, &vec![true; terms.len()]);
     let search = BestSubset::new();
     let fit = BestBy {
         search,

@@ -12,7 +12,7 @@ use std::error::Error;
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use sindy::sr3::Scaling;
+use sindy::solve::sr3::Scaling;
 use sindy::{Gram, OwnedBlock, SavitzkyGolay, SindyError, Solver, Stlsq, Stream, problems};
 use touchdown_report::{Color, Figure, Panel, Series};
 

@@ -8,9 +8,9 @@ mod figure;
 use std::error::Error;
 
 use sindy::derivative::{SavgolSearch, choose_savgol};
-use sindy::exact::BestBy;
-use sindy::gram::Accumulate;
 use sindy::model::{Inputs, Simulation, Time};
+use sindy::solve::exact::BestBy;
+use sindy::statistics::gram::Accumulate;
 use sindy::uncertainty::{Band, Bootstrap, models};
 use sindy::{BestSubset, Criterion, Samples, Solver, problems};
 use touchdown_report::{Color, Figure, Panel, Series};

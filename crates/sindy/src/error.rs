@@ -129,3 +129,16 @@ impl SindyError {
         }
     }
 }
+
+/// Refuses a setting outside its range.
+pub(crate) fn at_least_zero(key: &'static str, value: f64) -> Result<f64, SindyError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(SindyError::setting(
+            key,
+            "a finite number, at least 0",
+            value,
+        ))
+    }
+}

@@ -29,7 +29,7 @@ fn record(trials: Vec<RigTrial>, duration_s: f64) -> Vec<Trial> {
 fn staircase() -> Trial {
     let time_s: Vec<f64> = (0..1600).map(|i| 0.01 * f64::from(i)).collect();
     let throttle: Vec<f64> = (0..1600).map(|i| 0.2 + 0.08 * f64::from(i / 200)).collect();
-    let late = sindy::delay::first_order_lag(&time_s, &throttle, 0.1, 0.0);
+    let late = sindy::trajectory::delay::first_order_lag(&time_s, &throttle, 0.1, 0.0);
     let battery: Vec<f64> = time_s.iter().map(|t| 12.0 - 0.03 * t * t).collect();
     let thrust = late
         .iter()

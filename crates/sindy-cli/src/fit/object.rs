@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use sindy::Outcome;
-use sindy::dataset::DataReport;
+use sindy::data::dataset::DataReport;
 use sindy::identify::{Candidate, Choice, Equation, Identification};
 use sindy::model::Term;
 

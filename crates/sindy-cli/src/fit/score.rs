@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 use sindy::Model;
+use sindy::derivative::savgol::Smoothed;
 use sindy::derivative::{Differentiator, SavgolSearch, SmoothingSpline, choose_savgol};
 use sindy::model::{Interpolation, Simulation, Time};
-use sindy::savgol::Smoothed;
 
 use crate::error::{Error, Result};
 use crate::named::Named;

@@ -1,7 +1,7 @@
 //! What to run: from arguments or from measured trajectories.
 
 use sindy::Model;
-use sindy::derivative::{GapSettings, segments};
+use sindy::data::gaps::{GapSettings, segments};
 use sindy::model::{Inputs, Interpolation, Time};
 
 use crate::args::{Between, SimulateArgs};

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use sindy::choose::cross_validate_scaled;
 use sindy::derivative::{FiniteDifference, Rates};
 use sindy::model::{Inputs, Integrator, Model, RunOutcome, Simulation, Time};
-use sindy::sr3::Scaling;
+use sindy::solve::sr3::Scaling;
 use sindy::{Ensemble, Fit, Gram, Library, Samples, SavitzkyGolay, SindyError, Solver, Sr3, Stlsq};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;

@@ -16,9 +16,9 @@ use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
-use super::grid;
+use crate::data::grid;
+use crate::derivative::savgol::Smoothed;
 use crate::error::SindyError;
-use crate::savgol::Smoothed;
 
 /// Finite differences of a given order, checked when built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -19,9 +19,9 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::grid;
+use crate::data::grid;
+use crate::derivative::savgol::Smoothed;
 use crate::error::SindyError;
-use crate::savgol::Smoothed;
 
 /// Variance of the unknown start, in units of `σ²`: large against anything a filter then learns, small enough
 /// to lose no more than half of the digits.

@@ -15,7 +15,7 @@
 //!
 //! Cross-validation and likelihood suit the value; the slope wants somewhat more smoothing.
 //! [`choose_savgol`] weighs bias and noise of the slope itself and is the recommended choice on noisy
-//! uniform data. [`noise_level`] estimates `σ`; [`spikes`] finds single samples that are far off; [`segments`] splits a trajectory
+//! uniform data. [`noise_level`] estimates `σ`; [`spikes`] finds single samples that are far off; [`segments`](crate::data::gaps::segments) splits a trajectory
 //! at gaps.
 //! [`Rates`] differentiates samples block by block on their way to the statistics.
 //!
@@ -36,11 +36,10 @@
 
 mod choose;
 mod finite;
-mod gaps;
-pub(crate) mod grid;
 mod kalman;
 mod noise;
 mod rates;
+pub mod savgol;
 mod spectral;
 mod spikes;
 mod spline;
@@ -49,17 +48,16 @@ pub(crate) mod testing;
 
 pub use choose::{SavgolCandidate, SavgolChoice, SavgolReason, SavgolSearch, choose_savgol};
 pub use finite::FiniteDifference;
-pub(crate) use gaps::quantile;
-pub use gaps::{GapSettings, Segments, segments};
 pub use kalman::{KalmanFit, KalmanSmoother, Motion};
 pub use noise::{NoiseLevel, noise_level};
 pub use rates::Rates;
+pub use savgol::SavitzkyGolay;
 pub use spectral::{Cutoff, Ends, Spectral};
 pub use spikes::{Spike, spikes};
 pub use spline::{SmoothingSpline, SplineFit};
 
 use crate::error::SindyError;
-use crate::savgol::{SavitzkyGolay, Smoothed};
+use savgol::Smoothed;
 
 /// Any method of differentiation. Each is checked when it is built.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -19,7 +19,7 @@
 //! regression", Biometrika 73 (1986); P. Hall, J. W. Kay, D. M. Titterington, "Asymptotically optimal
 //! difference-based estimation of variance", Biometrika 77 (1990).
 
-use super::grid;
+use crate::data::grid;
 use crate::error::SindyError;
 
 /// The highest order of difference that is tried.

@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{FiniteDifference, grid};
+use super::FiniteDifference;
+use crate::data::grid;
+use crate::data::samples::{Block, BlockSource, Samples, position};
 use crate::error::SindyError;
-use crate::samples::{Block, BlockSource, Samples, position};
 
 /// Rows of a block: some segments for each of several threads, and few enough for a cache.
 const ROWS: usize = 16 * SEGMENT;
@@ -30,7 +31,7 @@ const SEGMENT: usize = 8192;
 /// let rates = Rates::uniform(&samples, &["x"], FiniteDifference::new(2)?, 0.01)?;
 /// let library = Library::parse(&["1", "x"])?;
 /// let gram = &Gram::accumulate(&library, "x_dot", &rates)?[0];
-/// let xi = sindy::regression::least_squares(gram, &[true; 2]);
+/// let xi = sindy::statistics::regression::least_squares(gram, &[true; 2]);
 /// assert!((xi[1] + 2.0).abs() < 1e-3); // dx/dt = -2 x
 /// # Ok::<(), sindy::SindyError>(())
 /// ```

@@ -17,9 +17,9 @@
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
 
-use super::grid;
+use crate::data::grid;
+use crate::derivative::savgol::Smoothed;
 use crate::error::SindyError;
-use crate::savgol::Smoothed;
 
 /// What lies beyond the ends of the record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

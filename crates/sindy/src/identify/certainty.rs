@@ -1,9 +1,9 @@
 //! How sure coefficients are: standard errors, their degrees of freedom, and what each term is worth.
 
-use crate::fit::Fit;
-use crate::gram::Gram;
-use crate::output_error::Found;
-use crate::regression::{ClusterErrors, pseudo_inverse, student_95};
+use crate::solve::fit::Fit;
+use crate::statistics::gram::Gram;
+use crate::statistics::regression::{ClusterErrors, pseudo_inverse, student_95};
+use crate::trajectory::output_error::Found;
 
 /// How sure one coefficient is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,7 +98,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
-    use crate::outcome::Outcome;
+    use crate::solve::outcome::Outcome;
     use crate::{Library, Samples};
 
     #[test]

@@ -1,13 +1,13 @@
 //! Rows of discrete time: each one period after the one before.
 
-use crate::dataset::{Dataset, FEWEST, Stretch};
+use crate::data::dataset::{Dataset, FEWEST, Stretch};
 use crate::error::SindyError;
-use crate::shift::{Cut, uneven};
+use crate::trajectory::shift::{Cut, uneven};
 
 /// The stretches cut where a row is not the next one, and a warning if there are such gaps.
 ///
 /// # Errors
-/// Steps that are neither one period nor a gap (as for [`next`](crate::shift::next)), or a trajectory all of whose steps
+/// Steps that are neither one period nor a gap (as for [`next`](crate::trajectory::shift::next)), or a trajectory all of whose steps
 /// are gaps: the first of them, with trajectory and row.
 pub(super) fn one_period<'a>(
     data: &Dataset,

@@ -1,7 +1,7 @@
 //! What inputs are between their samples, chosen from the samples.
 
 use super::Between;
-use crate::dataset::Stretch;
+use crate::data::dataset::Stretch;
 use crate::model::Interpolation;
 
 /// An input of which at least this share of the steps is none holds its values, if it jumps when it moves.

@@ -25,7 +25,7 @@
 //! 3. ranks these models by *free-run error*: short simulations from smoothed states against the measured
 //!    ones, the one yardstick that all of them share; where none can be run, the best subsets of one to four terms
 //!    are models too;
-//! 4. refines the best by [`output_error`](crate::output_error), which judges all candidate terms anew by the
+//! 4. refines the best by [`output_error`](crate::trajectory::output_error), which judges all candidate terms anew by the
 //!    trajectory itself, from several starts until two agree;
 //! 5. accepts that model if its trajectories follow the data to within the noise, tries shorter arcs if they
 //!    do not (the system is disturbed, or not in the library), and else keeps the best regression.
@@ -58,11 +58,11 @@ pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progre
 pub use settings::{Between, Method, Score, Settings, Smoothing};
 pub use stream::Columns;
 
-use crate::dataset::Dataset;
+use crate::data::dataset::Dataset;
 use crate::error::SindyError;
 use crate::library::Library;
 use crate::model::Time;
-use crate::output_error::System;
+use crate::trajectory::output_error::System;
 use run::Run;
 
 /// The automatic identification.

@@ -5,9 +5,9 @@ use super::regress::{FRONT_NODES, Statistics, best_subsets};
 use super::run::{CORRELATED, FOLLOWS, Followed, Ranked, Run};
 use super::{Candidate, Choice, Equation, FrontPoint, Identification, ratio};
 use crate::error::SindyError;
-use crate::gram::Gram;
 use crate::model::{Model, Term};
-use crate::outcome::Outcome;
+use crate::solve::outcome::Outcome;
+use crate::statistics::gram::Gram;
 
 impl Run<'_> {
     /// A model from the coefficients of all candidates and how sure they are.

@@ -1,6 +1,6 @@
 //! Gross errors in single samples of the states, before anything is fitted.
 
-use crate::dataset::Dataset;
+use crate::data::dataset::Dataset;
 use crate::derivative::spikes;
 use crate::error::SindyError;
 

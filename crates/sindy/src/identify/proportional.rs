@@ -3,7 +3,7 @@
 //! Under an input that only switches between -2 and 2, `u^2` is 4 throughout, and no data can tell `v u^2` from
 //! `v`: the fit would pick either. The earlier of two such terms stays, the later leaves the library.
 
-use crate::dataset::Stretch;
+use crate::data::dataset::Stretch;
 use crate::error::SindyError;
 use crate::library::Library;
 

@@ -5,17 +5,17 @@ use nalgebra::DVector;
 use super::prepare::{Slopes, WEIGHT, blocks, regression_samples, slope_name};
 use super::settings::{Score, Settings};
 use crate::choose::Grid;
-use crate::criteria::Criterion;
-use crate::dataset::{Dataset, Stretch};
+use crate::choose::select::{Rule, folded, select, sr3_points};
+use crate::data::dataset::{Dataset, Stretch};
+use crate::data::samples::Samples;
 use crate::error::SindyError;
-use crate::exact::{BestSubset, BestSubsets};
-use crate::fit::Fit;
-use crate::gram::{Accumulate, Gram};
 use crate::library::Library;
-use crate::output_error::irrelevant;
-use crate::samples::Samples;
-use crate::select::{Rule, folded, select, sr3_points};
-use crate::stepwise::{Direction, Stepwise};
+use crate::solve::exact::{BestSubset, BestSubsets};
+use crate::solve::fit::Fit;
+use crate::solve::stepwise::{Direction, Stepwise};
+use crate::statistics::criteria::Criterion;
+use crate::statistics::gram::{Accumulate, Gram};
+use crate::trajectory::output_error::irrelevant;
 use crate::weak::WeakForm;
 
 /// Terms above which best subsets are searched among those of a stepwise path only.

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::dataset::DataReport;
+use crate::data::dataset::DataReport;
 use crate::model::{Interpolation, Model};
-use crate::outcome::Outcome;
+use crate::solve::outcome::Outcome;
 
 /// What the automatic identification is doing.
 #[derive(Clone, Debug, PartialEq)]

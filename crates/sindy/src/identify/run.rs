@@ -4,13 +4,13 @@ use super::inputs;
 use super::prepare::{self, Noise, Slopes};
 use super::regress::{self, Regression, Statistics};
 use super::{Identification, Method, Progress, Settings, Smoothing, warnings};
-use crate::dataset::{Dataset, Stretch};
+use crate::data::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
-use crate::gram::Gram;
 use crate::library::Library;
 use crate::model::{Interpolation, Time};
-use crate::outcome::Outcome;
-use crate::output_error::{self, Found, Piece, Start, System, free_run};
+use crate::solve::outcome::Outcome;
+use crate::statistics::gram::Gram;
+use crate::trajectory::output_error::{self, Found, Piece, Start, System, free_run};
 
 /// A fit follows the data if it leaves no state more than this times its noise.
 pub(super) const FOLLOWS: f64 = 1.5;

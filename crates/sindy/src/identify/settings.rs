@@ -3,12 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use crate::choose::Grid;
-use crate::criteria::Criterion;
+use crate::derivative::savgol::SavitzkyGolay;
 use crate::derivative::{
     Differentiator, FiniteDifference, KalmanSmoother, Motion, SmoothingSpline,
 };
 use crate::error::SindyError;
-use crate::savgol::SavitzkyGolay;
+use crate::statistics::criteria::Criterion;
 
 /// How coefficients are determined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! Data whose numbers are too large or too small to be reckoned with.
 
-use crate::dataset::Dataset;
+use crate::data::dataset::Dataset;
 use crate::error::SindyError;
 
 /// Values above it have no finite square sums.

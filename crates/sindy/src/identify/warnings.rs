@@ -1,12 +1,12 @@
 //! What is said about the data.
 
 use super::regress::Statistics;
-use crate::dataset::DataReport;
+use crate::data::dataset::DataReport;
+use crate::data::samples::Samples;
 use crate::error::SindyError;
-use crate::gram::Gram;
-use crate::identifiability::examine;
 use crate::library::Library;
-use crate::samples::Samples;
+use crate::statistics::gram::Gram;
+use crate::uncertainty::identifiability::examine;
 
 /// A condition of the scaled library above which collinear terms are named.
 const CONDITION: f64 = 1e4;

@@ -2,9 +2,9 @@
 
 use super::tests::samples;
 use super::*;
-use crate::fit::Solver;
 use crate::model::{Inputs, Model, Simulation, Time};
-use crate::sr3::Scaling;
+use crate::solve::fit::Solver;
+use crate::solve::sr3::Scaling;
 use crate::{Gram, SavitzkyGolay, Stlsq, problems};
 
 #[test]

@@ -7,9 +7,9 @@ use super::snapshots::{Lift, Snapshots};
 use super::{
     Rank, Regression, check_inputs, check_period, check_row, continuous, eigenvalues, run,
 };
+use crate::data::samples::BlockSource;
 use crate::error::SindyError;
 use crate::model::Run;
-use crate::samples::BlockSource;
 
 /// Settings of DMDc, checked when built. With unscaled columns, as usual: bring states of very different
 /// units to one size before a rank below the full one.

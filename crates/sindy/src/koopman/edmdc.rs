@@ -8,10 +8,10 @@ use super::snapshots::{Lift, Snapshots};
 use super::{
     Rank, Regression, check_inputs, check_period, check_row, continuous, eigenvalues, run,
 };
+use crate::data::samples::BlockSource;
 use crate::error::SindyError;
 use crate::library::{Library, compile};
 use crate::model::Run;
-use crate::samples::BlockSource;
 
 /// Settings of EDMDc, checked when built.
 ///

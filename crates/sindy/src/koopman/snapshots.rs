@@ -5,9 +5,9 @@ use nalgebra::linalg::QR;
 use sindy_expr::{Expr, Scratch};
 
 use super::BLOW_UP;
+use crate::data::samples::{BlockSource, position};
 use crate::error::SindyError;
 use crate::library::compile;
-use crate::samples::{BlockSource, position};
 
 /// Rows that are evaluated, and pairs that are folded into the factor, at a time.
 const CHUNK: usize = 256;

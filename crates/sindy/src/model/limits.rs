@@ -1,8 +1,8 @@
 //! Where a run ends early, and what a run is.
 
 use super::Model;
+use crate::data::samples::position;
 use crate::error::SindyError;
-use crate::samples::position;
 
 /// The states in which a run goes on.
 ///

@@ -6,9 +6,9 @@ use std::ops::Range;
 use sindy_expr::{Expr, Program, Scratch};
 
 use super::{Model, Term, shape};
+use crate::data::samples::{Block, BlockSource, position};
 use crate::error::SindyError;
 use crate::library::compile;
-use crate::samples::{Block, BlockSource, position};
 
 /// Rows of the terms' values that are held at once: the values of 56 terms stay in a level-2 cache.
 const CHUNK: usize = 512;

@@ -4,10 +4,10 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use sindy_expr::Scratch;
 
-use crate::ensemble::quantile;
 use crate::error::SindyError;
 use crate::library::Library;
 use crate::model::{Model, Run, RunOutcome};
+use crate::uncertainty::ensemble::quantile;
 
 /// Pointwise bands: `lower[i][k]` is that of column i (a state) in row k, in its own unit.
 ///

@@ -1,6 +1,9 @@
+use super::ensemble::Ensembled;
 use super::*;
-use crate::model::{Inputs, Limits, Simulation};
-use crate::{Samples, Stlsq};
+use crate::model::{Inputs, Limits, Simulation, Term, Time};
+use crate::statistics::gram::Accumulate;
+use crate::{Gram, Library, Model, Samples, Solver, Stlsq};
+use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 
 /// `x_i = φ x_{i-1} + e_i`, with e uniform in ±1, after 200 steps to settle.
@@ -147,7 +150,7 @@ fn analytic_blocks_groups_and_limits_are_as_asked() {
     assert_eq!((groups[0].block_rows, groups[0].blocks), (50, 30));
     let parts = Gram::accumulate(&library, "y", &samples).unwrap();
     let xi = &groups[0].fit.coefficients;
-    let sandwich = crate::regression::cluster_errors(&parts, xi, &[true; 2]).unwrap();
+    let sandwich = crate::statistics::regression::cluster_errors(&parts, xi, &[true; 2]).unwrap();
     // 400 replicates give a standard error to 4 %, and 30 groups agree with their limit to some 10 %.
     assert!((groups[0].std_error[0] / sandwich[0] - 1.0).abs() < 0.25);
     // Shifts of whole groups are seen by groups, not by blocks of 20 rows.

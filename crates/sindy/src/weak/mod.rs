@@ -83,9 +83,9 @@ mod window;
 pub use system::WeakSystem;
 pub use width::choose_half_width;
 
+use crate::data::samples::Samples;
 use crate::error::SindyError;
 use crate::library::Library;
-use crate::samples::Samples;
 
 /// Settings of the weak form, checked when built.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,11 +7,11 @@ use super::WeakForm;
 use super::whiten::whiten;
 use super::width::{FEWEST, choose_half_width};
 use super::window::{REACH, Window, place};
-use crate::derivative::{GapSettings, Segments, segments};
+use crate::data::gaps::{GapSettings, Segments, segments};
+use crate::data::samples::{BlockSource, Samples};
 use crate::error::SindyError;
-use crate::gram::Gram;
 use crate::library::Library;
-use crate::samples::{BlockSource, Samples};
+use crate::statistics::gram::Gram;
 
 /// Rows in which the terms are evaluated at a time.
 const CHUNK: usize = 256;

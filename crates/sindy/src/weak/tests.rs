@@ -2,10 +2,10 @@ use super::window::{place, quadrature};
 use super::*;
 use crate::choose::{Grid, cross_validate};
 use crate::derivative::{Differentiator, SavgolSearch, choose_savgol};
-use crate::exact::BestSubset;
-use crate::gram::Gram;
 use crate::problems::{self, Problem, Record};
-use crate::regression::least_squares;
+use crate::solve::exact::BestSubset;
+use crate::statistics::gram::Gram;
+use crate::statistics::regression::least_squares;
 
 fn samples_of(problem: &Problem, records: &[Record]) -> Samples {
     let mut names = vec!["t"];

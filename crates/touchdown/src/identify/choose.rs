@@ -1,9 +1,9 @@
 //! One sparse fit from the statistics of trials, by the solver and the criterion that the settings ask for.
 
-use sindy::select::{
+use sindy::choose::select::{
     Family, Rule, Selection, best_subsets, deal, select, sr3_points, stlsq_thresholds,
 };
-use sindy::stepwise::Direction;
+use sindy::solve::stepwise::Direction;
 use sindy::{Fit, Gram, Outcome, SindyError, Solver as _, Stepwise};
 
 use crate::error::Result;

@@ -2,8 +2,8 @@
 //! and where the fit's own choice stands on it.
 
 use serde::Serialize;
-use sindy::exact::MAX_TERMS;
-use sindy::select::select;
+use sindy::choose::select::select;
+use sindy::solve::exact::MAX_TERMS;
 use sindy::{Gram, Library, Outcome};
 use touchdown_model::Card;
 
@@ -205,7 +205,7 @@ pub(super) fn with_terms<'a>(
 mod tests {
     use super::*;
     use sindy::Samples;
-    use sindy::regression::least_squares;
+    use sindy::statistics::regression::least_squares;
 
     /// Four trials of `y = 2 a - b + 0.02 c + noise`.
     fn grams() -> (Library, Vec<Gram>) {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use sindy::regression::Clusters;
+use sindy::statistics::regression::Clusters;
 use touchdown_model::card::{
     Card, Input, Provenance, SCHEMA, Score, Status, Term, Validity, Vehicle,
 };

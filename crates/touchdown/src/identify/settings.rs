@@ -4,7 +4,7 @@ mod check;
 mod solver;
 
 use serde::{Deserialize, Serialize};
-use sindy::shooting::Shooting;
+use sindy::trajectory::shooting::Shooting;
 
 use super::flight::FlightSettings;
 

@@ -3,7 +3,7 @@ use rand::{RngExt, SeedableRng};
 use super::*;
 use crate::identify::regress::of_slopes;
 use crate::library::Library;
-use crate::regression::least_squares;
+use crate::statistics::regression::least_squares;
 
 /// A data set of one state in runs of so many rows with so much uniform noise.
 fn runs(of: &[(usize, f64)]) -> Dataset {

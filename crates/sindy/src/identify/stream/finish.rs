@@ -3,7 +3,7 @@
 use super::Columns;
 use super::pass::{Kept, Pass};
 use super::sums::Sums;
-use crate::dataset::{Dataset, FEWEST};
+use crate::data::dataset::{Dataset, FEWEST};
 use crate::error::SindyError;
 use crate::identify::inputs;
 use crate::identify::prepare::noise;
@@ -12,7 +12,7 @@ use crate::identify::run::{RANKED, Ranked, Run};
 use crate::identify::{Identification, Progress, Settings, Smoothing, warnings};
 use crate::library::Library;
 use crate::model::{Interpolation, Time};
-use crate::output_error::{Piece, System, free_run};
+use crate::trajectory::output_error::{Piece, System, free_run};
 
 /// Free runs whose errors differ by less than this factor are alike.
 const ALIKE: f64 = 1.02;

@@ -10,7 +10,7 @@
 //!   errors of smoothing do not average out, and to enough rows each would be worth a term), and SR3 with λ and ν by cross-validation over
 //!   [`Settings::folds`] sets of clusters,
 //! - the choice among them by free run over the pieces, as in [`Identify::run`],
-//! - standard errors from the scatter between clusters ([`ClusterErrors`](crate::regression::ClusterErrors)),
+//! - standard errors from the scatter between clusters ([`ClusterErrors`](crate::statistics::regression::ClusterErrors)),
 //!   which respect correlation within a block (1024 rows or more).
 //!
 //! There is no output error: it would need the rows again. Where trajectories fit into memory, [`Identify::run`] is
@@ -48,9 +48,9 @@ mod window;
 #[cfg(doc)]
 use super::Settings;
 use super::{Identification, Identify, Method, Progress};
-use crate::dataset::Dataset;
+use crate::data::dataset::Dataset;
+use crate::data::samples::{BlockSource, position};
 use crate::error::SindyError;
-use crate::samples::{BlockSource, position};
 use pass::Pass;
 
 /// What the columns of a source are.

@@ -4,13 +4,13 @@ use super::Columns;
 use super::slopes::{Plan, alike, choose};
 use super::sums::{Kind, Shared, Sums, shared};
 use super::window::{Part, Window};
-use crate::dataset::{DataReport, FEWEST};
-use crate::derivative::grid::uniform_period;
+use crate::data::dataset::{DataReport, FEWEST};
+use crate::data::grid::uniform_period;
+use crate::derivative::savgol::Smoothed;
 use crate::error::SindyError;
 use crate::identify::Settings;
 use crate::library::Library;
-use crate::savgol::Smoothed;
-use crate::shift::{Cut, uneven};
+use crate::trajectory::shift::{Cut, uneven};
 
 /// Rows that decide how slopes are taken.
 const HEAD: usize = 50_000;

@@ -1,13 +1,13 @@
 //! How slopes are taken, decided by the first rows.
 
 use super::pass::WINDOW;
-use crate::derivative::grid::uniform_period;
+use crate::data::grid::uniform_period;
+use crate::derivative::savgol::{SavitzkyGolay, Smoothed};
 use crate::derivative::{
     Differentiator, FiniteDifference, SavgolSearch, SmoothingSpline, choose_savgol,
 };
 use crate::error::SindyError;
 use crate::identify::{Settings, Smoothing};
-use crate::savgol::{SavitzkyGolay, Smoothed};
 use crate::weak::choose_half_width;
 
 /// Rows below which a stretch says nothing about its smoothing.

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
+use crate::data::samples::Samples;
 use crate::error::SindyError;
-use crate::gram::{Accumulate, Gram};
 use crate::identify::prepare::{WEIGHT, slope_name};
 use crate::library::Library;
-use crate::samples::Samples;
+use crate::statistics::gram::{Accumulate, Gram};
 use crate::weak::WeakForm;
 
 /// The condition of the scaled library above which the triangular factor is accumulated as well.

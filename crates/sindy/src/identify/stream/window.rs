@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use crate::dataset::{BRIDGED, DataReport, FEWEST, bridge};
-use crate::derivative::{GapSettings, segments};
+use crate::data::dataset::{BRIDGED, DataReport, FEWEST, bridge};
+use crate::data::gaps::{GapSettings, segments};
 use crate::error::SindyError;
 
 /// Consecutive rows of a trajectory.

@@ -9,9 +9,9 @@ mod simulate;
 use proptest::prelude::*;
 
 use super::{Model, Term, Time};
+use crate::data::samples::Samples;
 use crate::error::SindyError;
 use crate::library::Library;
-use crate::samples::Samples;
 
 /// A continuous-time model from texts: for each state, terms and coefficients.
 fn model(states: &[&str], inputs: &[&str], equations: &[&[(&str, f64)]]) -> Model {

@@ -1,9 +1,9 @@
 //! Before the fit: what the data can carry, and what to record to cure what they cannot.
 
 use serde::Serialize;
-use sindy::delay::{apparent_delay, first_order_lag};
-use sindy::identifiability::{Identifiability, examine};
-use sindy::regression::least_squares;
+use sindy::statistics::regression::least_squares;
+use sindy::trajectory::delay::{apparent_delay, first_order_lag};
+use sindy::uncertainty::identifiability::{Identifiability, examine};
 use sindy::{Gram, Library, Samples};
 
 use super::GroundTrial;

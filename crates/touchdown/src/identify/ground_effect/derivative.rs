@@ -1,6 +1,6 @@
 //! Eq. (9): Savitzky–Golay derivative of the force, regressed on the library by SR3.
 
-use sindy::regression::{Clusters, cluster_errors};
+use sindy::statistics::regression::{Clusters, cluster_errors};
 use sindy::{Gram, Library, Samples, SavitzkyGolay};
 use touchdown_model::{Form, Kind};
 

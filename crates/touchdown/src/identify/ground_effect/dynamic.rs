@@ -1,8 +1,8 @@
 //! Forms with memory, refined by multiple shooting: the ratio form and the lag form.
 
 use sindy::SavitzkyGolay;
-use sindy::regression::Clusters;
-use sindy::shooting::{OdeModel, Parameter, Record, Refined};
+use sindy::statistics::regression::Clusters;
+use sindy::trajectory::shooting::{OdeModel, Parameter, Record, Refined};
 use touchdown_flight::ground_effect::Ratio;
 use touchdown_model::flight::psi_definitions;
 use touchdown_model::{Form, Kind};

@@ -9,7 +9,7 @@
 
 use rayon::prelude::*;
 use serde::Serialize;
-use sindy::sr3::Scaling;
+use sindy::solve::sr3::Scaling;
 use sindy::{Gram, Library, Sr3};
 
 use super::GroundTrial;

@@ -1,8 +1,8 @@
 //! Whether eq. (9) needs the two velocities apart: all terms against those of the relative velocity alone.
 
 use serde::Serialize;
+use sindy::choose::select::{Rule, select};
 use sindy::problems;
-use sindy::select::{Rule, select};
 use sindy::{BlockSource, Fit, Gram, Library, Outcome, Samples};
 
 use super::GroundTrial;

@@ -1,7 +1,7 @@
 //! Forms without memory: eq. (2) with fitted mu, and the static map `f = T h(z)`.
 
-use sindy::regression::{Clusters, cluster_errors, least_squares};
-use sindy::shooting::{OdeModel, Parameter, Record};
+use sindy::statistics::regression::{Clusters, cluster_errors, least_squares};
+use sindy::trajectory::shooting::{OdeModel, Parameter, Record};
 use sindy::{Gram, Library, Samples};
 use touchdown_model::flight::psi_definitions;
 use touchdown_model::{Form, Kind};

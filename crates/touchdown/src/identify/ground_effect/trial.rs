@@ -1,7 +1,7 @@
 //! A trial, prepared: the force extracted, the columns at hand.
 
 use sindy::SavitzkyGolay;
-use sindy::savgol::Smoothed;
+use sindy::derivative::savgol::Smoothed;
 use touchdown_model::card::{Card, Form};
 use touchdown_trial::Trial;
 

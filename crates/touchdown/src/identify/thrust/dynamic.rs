@@ -1,7 +1,7 @@
 //! Dynamic models in `x = √T`: eq. (7), one lag, and eq. (8), a sparse library.
 
-use sindy::regression::{Clusters, cluster_errors, least_squares};
-use sindy::shooting::{OdeModel, Parameter, Record, Refined, Shooting};
+use sindy::statistics::regression::{Clusters, cluster_errors, least_squares};
+use sindy::trajectory::shooting::{OdeModel, Parameter, Record, Refined, Shooting};
 use sindy::{Gram, Library, Samples, SavitzkyGolay};
 use touchdown_model::{Form, Kind};
 use touchdown_trial::Trial;

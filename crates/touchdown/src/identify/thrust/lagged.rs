@@ -1,8 +1,8 @@
 //! A first-order lag on every motor's own command, then a polynomial for each motor's thrust, summed:
 //! `T = Σ_i (c0 + c1 u_i + c2 u_i²)`, `u_i = lag(s_i; T_m)`.
 
-use sindy::delay::first_order_lag;
-use sindy::regression::{Clusters, cluster_errors, least_squares};
+use sindy::statistics::regression::{Clusters, cluster_errors, least_squares};
+use sindy::trajectory::delay::first_order_lag;
 use sindy::{Gram, Library, Samples};
 use touchdown_model::card::Card;
 use touchdown_model::{Form, Kind};

@@ -1,8 +1,8 @@
 //! Throttle to rotor speed: dead time, then a first-order lag towards the speed of the level,
 //! `τ n' = p(s(t - d)) - n`.
 
-use sindy::regression::Clusters;
-use sindy::shooting::{OdeModel, Parameter, Record, Shooting};
+use sindy::statistics::regression::Clusters;
+use sindy::trajectory::shooting::{OdeModel, Parameter, Record, Shooting};
 use touchdown_trial::Trial;
 
 use super::plateau::median;
@@ -168,7 +168,7 @@ fn find_steps(trial: &Trial) -> Result<Vec<Step>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sindy::delay::first_order_lag;
+    use sindy::trajectory::delay::first_order_lag;
 
     #[test]
     fn analytic_lag_and_dead_time_of_a_made_staircase() {

@@ -1,7 +1,7 @@
 //! Static maps: √T or T as a polynomial of throttle, with an optional battery term.
 
 use nalgebra::DVector;
-use sindy::regression::{Clusters, cluster_errors, least_squares};
+use sindy::statistics::regression::{Clusters, cluster_errors, least_squares};
 use sindy::{Gram, Library, Samples};
 use touchdown_model::{Form, Kind};
 use touchdown_trial::Trial;

@@ -1,0 +1,423 @@
+//! Data sets: trajectories of named states and inputs over time.
+//!
+//! A [`Dataset`] is what a whole identification starts from. It takes trajectories of unequal length and
+//! any increasing time, checks each when it is added, splits it where rows are missing (NaN) or time
+//! jumps, and keeps count of all that it sets aside ([`Dataset::report`]).
+//!
+//! ```
+//! use sindy::Dataset;
+//!
+//! let mut data = Dataset::new(&["x"], &["u"])?;
+//! let nan = f64::NAN;
+//! let time = (0..7).map(|i| 0.1 * f64::from(i)).collect();
+//! let x = vec![1.0, 1.1, 1.2, nan, 1.4, 1.5, 1.6];
+//! data.push("first", time, vec![x, vec![0.0; 7]], None)?;
+//! assert_eq!(data.stretches().len(), 2);
+//! assert_eq!(data.report().missing_rows, 1);
+//! # Ok::<(), sindy::SindyError>(())
+//! ```
+
+mod bridge;
+
+use std::ops::Range;
+
+use crate::data::gaps::{GapSettings, quantile, segments};
+use crate::data::grid::uniform_period;
+use crate::data::samples::Samples;
+use crate::error::SindyError;
+pub(crate) use bridge::{BRIDGED, bridge};
+
+/// One trajectory as it was given.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    /// What messages call it: a file, a flight.
+    pub name: String,
+    /// Times, increasing.
+    pub time: Vec<f64>,
+    /// States, then inputs: one column each.
+    pub columns: Vec<Vec<f64>>,
+    /// A weight for each row, where rows do not count alike.
+    pub weights: Option<Vec<f64>>,
+    /// The stretches without gaps.
+    ranges: Vec<Range<usize>>,
+}
+
+impl Trajectory {
+    /// The rows of each stretch without gaps.
+    pub(crate) fn ranges(&self) -> &[Range<usize>] {
+        &self.ranges
+    }
+}
+
+/// A stretch of a trajectory without gaps.
+#[derive(Clone, Debug)]
+pub struct Stretch<'a> {
+    /// Index of the trajectory.
+    pub trajectory: usize,
+    /// Times, increasing.
+    pub time: &'a [f64],
+    /// States, then inputs.
+    pub columns: Vec<&'a [f64]>,
+    /// A weight for each row, where rows do not count alike.
+    pub weights: Option<&'a [f64]>,
+}
+
+/// What a data set holds, and what was set aside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct DataReport {
+    /// Trajectories that were added.
+    pub trajectories: usize,
+    /// Their rows.
+    pub rows: usize,
+    /// Stretches without gaps.
+    pub stretches: usize,
+    /// Rows with a NaN, which split a trajectory.
+    pub missing_rows: usize,
+    /// Jumps of time, which split a trajectory.
+    pub holes: usize,
+    /// Rows in stretches of fewer than three rows, which are left out.
+    pub short_rows: usize,
+    /// The median step of time.
+    pub period: f64,
+    /// Whether every stretch has one and the same period (within the rounding of its times).
+    pub uniform: bool,
+}
+
+/// Trajectories of the same states and inputs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dataset {
+    states: Vec<String>,
+    inputs: Vec<String>,
+    trajectories: Vec<Trajectory>,
+    report: DataReport,
+}
+
+/// Rows below which a stretch says nothing about its slope, and is left out.
+pub(crate) const FEWEST: usize = 3;
+/// A weight is at most this: sums of more are not finite.
+const HEAVIEST: f64 = 1e150;
+
+/// Scales weights to a mean of one over those above 0.
+fn scale(weights: &mut [f64]) -> Result<(), SindyError> {
+    let counted = weights.iter().filter(|w| **w > 0.0).count();
+    if counted == 0 {
+        return Err(SindyError::setting("weights", "some above 0", "all 0"));
+    }
+    let mean = weights.iter().sum::<f64>() / counted as f64;
+    weights.iter_mut().for_each(|w| *w /= mean);
+    Ok(())
+}
+
+impl Dataset {
+    /// An empty data set of the given states and inputs.
+    ///
+    /// # Errors
+    /// No states, an empty name, or a name that stands twice.
+    pub fn new<S: AsRef<str>>(states: &[S], inputs: &[S]) -> Result<Self, SindyError> {
+        let own =
+            |names: &[S]| -> Vec<String> { names.iter().map(|n| n.as_ref().to_owned()).collect() };
+        let (states, inputs) = (own(states), own(inputs));
+        if states.is_empty() {
+            return Err(SindyError::setting("states", "at least one name", "none"));
+        }
+        let mut seen: Vec<&str> = Vec::new();
+        for name in states.iter().chain(&inputs) {
+            if name.is_empty() || seen.contains(&name.as_str()) {
+                return Err(SindyError::setting(
+                    "states, inputs",
+                    "names that are not empty and differ",
+                    format!("`{name}`"),
+                ));
+            }
+            seen.push(name);
+        }
+        Ok(Self {
+            states,
+            inputs,
+            trajectories: Vec::new(),
+            report: DataReport::default(),
+        })
+    }
+
+    /// Adds a trajectory: times, and one column for each state and then each input.
+    ///
+    /// Rows with a NaN split it, and so do steps of time above three times the 95th percentile of all steps
+    /// (three periods on uniform times); both are counted. Weights are relative: they are scaled to a mean of one
+    /// over the rows that have any. Up to three rows in succession without weight are bridged by a straight line
+    /// where slopes are needed; more count as missing.
+    ///
+    /// # Errors
+    /// A wrong number of columns, columns (or weights) of another length than the times, no rows, infinite
+    /// values, times that do not increase, weights that are negative or not finite. Nothing is added then.
+    pub fn push(
+        &mut self,
+        name: impl Into<String>,
+        time: Vec<f64>,
+        mut columns: Vec<Vec<f64>>,
+        mut weights: Option<Vec<f64>>,
+    ) -> Result<(), SindyError> {
+        let expected = self.states.len() + self.inputs.len();
+        if columns.len() != expected {
+            return Err(SindyError::Shape {
+                what: "columns (states, then inputs)",
+                expected,
+                found: columns.len(),
+            });
+        }
+        if time.is_empty() {
+            return Err(SindyError::TooShort {
+                needed: FEWEST,
+                found: 0,
+            });
+        }
+        for (name, column) in self.states.iter().chain(&self.inputs).zip(&columns) {
+            if let Some(index) = column.iter().position(|v| v.is_infinite()) {
+                let what = format!("column `{name}`");
+                return Err(SindyError::NotFinite { what, index });
+            }
+        }
+        if let Some(weights) = &weights {
+            if weights.len() != time.len() {
+                return Err(SindyError::Shape {
+                    what: "weights (one per row)",
+                    expected: time.len(),
+                    found: weights.len(),
+                });
+            }
+            if let Some(w) = weights.iter().find(|w| !(**w <= HEAVIEST && **w >= 0.0)) {
+                let expected = format!("0 to {HEAVIEST:e}");
+                return Err(SindyError::setting("weights", expected, w));
+            }
+        }
+        if let Some(weights) = &mut weights {
+            scale(weights)?;
+            bridge(&time, &mut columns[..self.states.len()], weights, BRIDGED);
+        }
+        let all: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let found = segments(&time, &all, GapSettings::usual(&time, FEWEST)?)?;
+        self.trajectories.push(Trajectory {
+            name: name.into(),
+            time,
+            columns,
+            weights,
+            ranges: found.ranges,
+        });
+        let report = &mut self.report;
+        report.trajectories += 1;
+        report.missing_rows += found.missing_rows;
+        report.holes += found.holes;
+        report.short_rows += found.short_rows;
+        report.rows += self.trajectories.last().map_or(0, |t| t.time.len());
+        Ok(())
+    }
+
+    /// The same with other values of states, each by trajectory, row and state, at rows that no longer have weight.
+    pub(crate) fn mended(&self, values: &[(usize, usize, usize, f64)]) -> Self {
+        let mut out = self.clone();
+        for &(trajectory, row, state, value) in values {
+            let t = &mut out.trajectories[trajectory];
+            t.columns[state][row] = value;
+            t.weights.get_or_insert_with(|| vec![1.0; t.time.len()])[row] = 0.0;
+        }
+        out
+    }
+
+    /// The states' names.
+    #[must_use]
+    pub fn states(&self) -> &[String] {
+        &self.states
+    }
+
+    /// The inputs' names.
+    #[must_use]
+    pub fn inputs(&self) -> &[String] {
+        &self.inputs
+    }
+
+    /// States, then inputs.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        self.states.iter().chain(&self.inputs).cloned().collect()
+    }
+
+    /// The trajectories as they were added.
+    #[must_use]
+    pub fn trajectories(&self) -> &[Trajectory] {
+        &self.trajectories
+    }
+
+    /// What there is, and what was set aside.
+    #[must_use]
+    pub fn report(&self) -> DataReport {
+        let mut report = self.report;
+        let mut steps = Vec::new();
+        let mut periods: Vec<Option<f64>> = Vec::new();
+        for stretch in self.stretches() {
+            steps.extend(stretch.time.windows(2).map(|w| w[1] - w[0]));
+            periods.push(uniform_period(stretch.time));
+        }
+        report.stretches = periods.len();
+        report.period = quantile(&mut steps, 0.5);
+        report.uniform = !periods.is_empty()
+            && periods
+                .iter()
+                .all(|p| p.is_some_and(|p| (p / report.period - 1.0).abs() < 1e-3));
+        report
+    }
+
+    /// All stretches without gaps, in the order of the trajectories and of time.
+    #[must_use]
+    pub fn stretches(&self) -> Vec<Stretch<'_>> {
+        let mut all = Vec::new();
+        for (index, t) in self.trajectories.iter().enumerate() {
+            for range in &t.ranges {
+                all.push(Stretch {
+                    trajectory: index,
+                    time: &t.time[range.clone()],
+                    columns: t.columns.iter().map(|c| &c[range.clone()]).collect(),
+                    weights: t.weights.as_ref().map(|w| &w[range.clone()]),
+                });
+            }
+        }
+        all
+    }
+
+    /// The rows as [`Samples`], one group for each trajectory, gaps as they are; the time column is
+    /// named [`Dataset::TIME`].
+    ///
+    /// # Errors
+    /// None for a data set that was built here.
+    pub fn samples(&self) -> Result<Samples, SindyError> {
+        let mut names = vec![Self::TIME];
+        names.extend(self.states.iter().chain(&self.inputs).map(String::as_str));
+        let mut samples = Samples::new(&names);
+        for t in &self.trajectories {
+            let mut columns = vec![t.time.clone()];
+            columns.extend(t.columns.iter().cloned());
+            samples.push_group(columns)?;
+        }
+        Ok(samples)
+    }
+
+    /// The name of the time column in [`Dataset::samples`]; no expression can contain it.
+    pub const TIME: &'static str = "(time)";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(n: usize) -> Vec<f64> {
+        (0..n).map(|i| 0.1 * i as f64).collect()
+    }
+
+    #[test]
+    fn prop_gaps_split_and_are_counted() {
+        let mut data = Dataset::new(&["x"], &["u"]).unwrap();
+        let mut x = ramp(20);
+        x[7] = f64::NAN;
+        let mut time = ramp(20);
+        time[15..].iter_mut().for_each(|t| *t += 5.0);
+        data.push("a", time, vec![x, vec![0.0; 20]], None).unwrap();
+        let lengths: Vec<usize> = data.stretches().iter().map(|s| s.time.len()).collect();
+        assert_eq!(lengths, [7, 7, 5]);
+        let report = data.report();
+        assert_eq!(
+            (
+                report.missing_rows,
+                report.holes,
+                report.rows,
+                report.stretches
+            ),
+            (1, 1, 20, 3)
+        );
+        assert!(report.uniform && (report.period - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn prop_bad_input_is_refused_and_nothing_added() {
+        assert!(Dataset::new::<&str>(&[], &[]).is_err());
+        assert!(Dataset::new(&["x"], &["x"]).is_err());
+        let mut data = Dataset::new(&["x"], &[]).unwrap();
+        type Case = (Vec<f64>, Vec<Vec<f64>>, Option<Vec<f64>>, &'static str);
+        let cases: Vec<Case> = vec![
+            (vec![], vec![vec![]], None, "too few"),
+            (ramp(3), vec![], None, "columns"),
+            (ramp(3), vec![ramp(2)], None, "expected 3, found 2"),
+            (
+                ramp(3),
+                vec![vec![0.0, f64::INFINITY, 0.0]],
+                None,
+                "column `x`",
+            ),
+            (vec![0.0, 0.2, 0.1], vec![ramp(3)], None, "time"),
+            (ramp(3), vec![ramp(3)], Some(vec![1.0]), "weights"),
+            (
+                ramp(3),
+                vec![ramp(3)],
+                Some(vec![1.0, -1.0, 1.0]),
+                "weights",
+            ),
+        ];
+        for (time, columns, weights, says) in cases {
+            let error = data
+                .push("a", time, columns, weights)
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains(says), "{error}");
+        }
+        assert_eq!(data.report().trajectories, 0);
+    }
+
+    #[test]
+    fn prop_rows_without_weight_are_bridged_or_missing() {
+        let mut x = ramp(60);
+        let mut weights = vec![4.0; 60];
+        x[10] = 1e6;
+        weights[10] = 0.0;
+        for k in 30..40 {
+            x[k] = -1e6;
+            weights[k] = 0.0;
+        }
+        let mut data = Dataset::new(&["x"], &[]).unwrap();
+        data.push("a", ramp(60), vec![x], Some(weights)).unwrap();
+        assert_eq!(
+            (data.stretches().len(), data.report().missing_rows),
+            (2, 10)
+        );
+        // A straight line is bridged exactly, up to rounding.
+        assert!((data.stretches()[0].columns[0][10] - 1.0).abs() < 1e-12);
+        assert_eq!(data.stretches()[0].weights.unwrap()[9], 1.0);
+        assert_eq!(data.stretches()[0].weights.unwrap()[10], 0.0);
+        let none = data.push("b", ramp(4), vec![ramp(4)], Some(vec![0.0; 4]));
+        assert!(none.unwrap_err().to_string().contains("weights"));
+    }
+
+    #[test]
+    fn prop_random_and_changing_rates_are_no_gaps() {
+        // Two rates in one record, and a stray row after a pause: only the pause is a gap.
+        let mut time = ramp(200);
+        time.extend((0..150).map(|i| 20.0 + 0.5 * f64::from(i)));
+        time.push(200.0);
+        let n = time.len();
+        let mut data = Dataset::new(&["x"], &[]).unwrap();
+        data.push("a", time, vec![ramp(n)], None).unwrap();
+        let report = data.report();
+        assert_eq!(
+            (report.stretches, report.holes, report.short_rows),
+            (1, 1, 1)
+        );
+    }
+
+    #[test]
+    fn prop_uneven_time_is_said() {
+        let mut data = Dataset::new(&["x"], &[]).unwrap();
+        let time: Vec<f64> = ramp(50)
+            .iter()
+            .map(|t| t + 0.02 * (9.0 * t).sin())
+            .collect();
+        data.push("a", time, vec![ramp(50)], None).unwrap();
+        assert!(!data.report().uniform);
+        assert_eq!(data.stretches().len(), 1);
+    }
+}

@@ -1,0 +1,408 @@
+//! From a data set to what identification works on: noise, smoothed states, slopes, pieces.
+
+use super::regress::{Regression, Statistics};
+use crate::data::dataset::{Dataset, Stretch};
+use crate::data::samples::Samples;
+use crate::derivative::savgol::{SavitzkyGolay, Smoothed};
+use crate::derivative::{
+    Differentiator, FiniteDifference, SavgolSearch, SmoothingSpline, choose_savgol, noise_level,
+};
+use crate::error::SindyError;
+use crate::model::Interpolation;
+use crate::trajectory::output_error::Piece;
+
+/// Rows below which a stretch is differenced, not smoothed.
+const SMOOTHED: usize = 25;
+/// Parts of a stretch that are looked at for motion, at most.
+const PARTS: usize = 32;
+/// Something moves where a state scatters by so many times its noise.
+const MOVES: f64 = 2.0;
+/// The least noise that is believed, as a share of a state's scatter.
+const FLOOR: f64 = 1e-6;
+
+/// What a model may leave of data without noise, as a share of a state's scatter.
+const TOLERATED: f64 = 5e-4;
+
+/// Noise and scatter of each state.
+#[derive(Clone, Debug)]
+pub(super) struct Noise {
+    /// Standard deviation of the noise; the floor where none is visible.
+    pub sigma: Vec<f64>,
+    /// The least that is believed.
+    pub floor: Vec<f64>,
+    /// What a model that follows the data may leave: the noise, or a small share of the scatter.
+    pub tolerated: Vec<f64>,
+}
+
+impl Noise {
+    /// Noise of a map, of which differences of samples say nothing: what a step of the best regression leaves.
+    pub(super) fn of_map(&mut self, statistics: &Statistics, regressions: &[Regression]) {
+        for (i, parts) in statistics.grams.iter().enumerate() {
+            let rows = parts.iter().map(|g| g.rows).sum::<usize>().max(1) as f64;
+            let left = regressions
+                .iter()
+                .map(|r| (r.fits[i].residual_sum / rows).sqrt());
+            self.sigma[i] = left.fold(f64::INFINITY, f64::min).max(self.floor[i]);
+            self.tolerated[i] = self.sigma[i];
+        }
+    }
+
+    /// Whether a state has noise that can be told from what a good model leaves of data without any.
+    pub(super) fn is_visible(&self) -> bool {
+        let least = self.tolerated.iter().zip(&self.floor);
+        let mut all = self.sigma.iter().zip(least);
+        all.any(|(sigma, (tolerated, floor))| sigma >= tolerated && sigma > floor)
+    }
+}
+
+/// States smoothed and their slopes, by stretch and state, and how that was done.
+pub(super) struct Slopes {
+    /// For tables.
+    pub name: String,
+    pub smoothed: Vec<Vec<Smoothed>>,
+    /// Rows at each end of a stretch whose slopes err more.
+    pub edge: usize,
+    /// Rows whose slopes are alike.
+    pub window: f64,
+}
+
+/// Scatter of each state over all stretches, and the noise on it.
+pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
+    let mut out = Noise {
+        sigma: Vec::new(),
+        floor: Vec::new(),
+        tolerated: Vec::new(),
+    };
+    for i in 0..states {
+        let all = || stretches.iter().flat_map(|s| s.columns[i].iter());
+        let n = all().count() as f64;
+        let mean = all().sum::<f64>() / n;
+        let scatter = (all().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
+        let scale = if scatter > 0.0 {
+            scatter
+        } else {
+            mean.abs().max(1.0)
+        };
+        let floor = FLOOR * scale;
+        // The median over stretches, each of which counts once, however long.
+        let mut levels: Vec<f64> = stretches
+            .iter()
+            .filter_map(|s| noise_level(s.time, s.columns[i]).ok())
+            .map(|l| l.sigma)
+            .collect();
+        levels.sort_by(f64::total_cmp);
+        let level = levels.get(levels.len() / 2).copied().unwrap_or(0.0);
+        out.floor.push(floor);
+        out.sigma.push(level.max(floor));
+        out.tolerated.push(level.max(TOLERATED * scale));
+    }
+    out
+}
+
+/// Each stretch from where something begins to move to where all comes to rest; `None` where that is nearly everything.
+///
+/// A record that rests for most of its length says of its resting part that the noise is all there is: a filter
+/// chosen for the whole of it flattens the little that moves.
+pub(super) fn moving<'a>(
+    stretches: &[Stretch<'a>],
+    states: usize,
+    noise: &Noise,
+) -> Option<Vec<Stretch<'a>>> {
+    let mut out = Vec::new();
+    let (mut rows, mut kept) = (0, 0);
+    for s in stretches {
+        let n = s.time.len();
+        let parts = (n / SMOOTHED).clamp(1, PARTS);
+        let edge = |k: usize| k * n / parts;
+        let moves: Vec<bool> = (0..parts)
+            .map(|k| {
+                (0..states)
+                    .any(|i| scatter(&s.columns[i][edge(k)..edge(k + 1)]) > MOVES * noise.sigma[i])
+            })
+            .collect();
+        rows += n;
+        // From the first part that moves to the last: a turning point is no rest.
+        let first = moves.iter().position(|m| *m);
+        if let (Some(first), Some(last)) = (first, moves.iter().rposition(|m| *m)) {
+            let range = edge(first)..edge(last + 1);
+            kept += range.len();
+            out.push(Stretch {
+                trajectory: s.trajectory,
+                time: &s.time[range.clone()],
+                columns: s.columns.iter().map(|c| &c[range.clone()]).collect(),
+                weights: s.weights.map(|w| &w[range.clone()]),
+            });
+        }
+    }
+    (kept > 0 && 2 * kept < rows).then_some(out)
+}
+
+fn scatter(x: &[f64]) -> f64 {
+    let n = x.len() as f64;
+    let mean = x.iter().sum::<f64>() / n;
+    (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+/// A filter for each state with a strength from the data; none where times are not uniform or all stretches
+/// are short. `wider` multiplies the window.
+pub(super) fn filters(
+    stretches: &[Stretch<'_>],
+    states: usize,
+    uniform: bool,
+    wider: f64,
+) -> Result<Option<Vec<SavitzkyGolay>>, SindyError> {
+    // Half of the rows lie in stretches at least so long: a few short ones do not narrow the window for all.
+    let mut lengths: Vec<usize> = stretches.iter().map(|s| s.time.len()).collect();
+    lengths.sort_unstable_by(|a, b| b.cmp(a));
+    let half = lengths.iter().sum::<usize>() / 2;
+    let mut rows = 0;
+    let usual = lengths.iter().find(|&&n| {
+        rows += n;
+        rows >= half
+    });
+    let enough = (usual.copied().unwrap_or(0) / 2).max(SMOOTHED);
+    let long: Vec<&Stretch<'_>> = stretches
+        .iter()
+        .filter(|s| s.time.len() >= enough)
+        .collect();
+    if !uniform || long.is_empty() {
+        return Ok(None);
+    }
+    let shortest = long.iter().map(|s| s.time.len()).min().unwrap_or(enough);
+    let most = (shortest - 1) / 2 * 2 - 1;
+    let mut filters = Vec::new();
+    for i in 0..states {
+        let series: Vec<(&[f64], &[f64])> = long.iter().map(|s| (s.time, s.columns[i])).collect();
+        let choice = choose_savgol(&series, &SavgolSearch::default())?;
+        let window = (choice.filter.window() as f64 * wider / 2.0) as usize * 2 + 1;
+        let degree = choice.filter.degree();
+        let least = least_window(degree);
+        filters.push(SavitzkyGolay::new(
+            window.clamp(least, most.max(least)),
+            degree,
+        )?);
+    }
+    Ok(Some(filters))
+}
+
+/// The least window of a degree that smooths at all.
+fn least_window(degree: usize) -> usize {
+    degree / 2 * 2 + 3
+}
+
+/// Slopes by the given filters, narrower where a stretch is too short for them; by a spline where there are none.
+pub(super) fn by(
+    filters: Option<&[SavitzkyGolay]>,
+    stretches: &[Stretch<'_>],
+    states: usize,
+) -> Result<Slopes, SindyError> {
+    let Some(filters) = filters else {
+        return with(stretches, states, SmoothingSpline::cross_validated().into());
+    };
+    let one = |f: &SavitzkyGolay, time: &[f64], column: &[f64]| {
+        let most = (time.len() - 1) / 2 * 2 - 1;
+        if most >= f.window() {
+            f.apply(time, column)
+        } else if most >= least_window(f.degree()) {
+            SavitzkyGolay::new(most, f.degree())?.apply(time, column)
+        } else {
+            FiniteDifference::new(2)?.apply(time, column)
+        }
+    };
+    let smoothed = stretches
+        .iter()
+        .map(|s| {
+            let columns = filters.iter().zip(&s.columns);
+            columns.map(|(f, c)| one(f, s.time, c)).collect()
+        })
+        .collect::<Result<_, SindyError>>()?;
+    let text: Vec<String> = filters
+        .iter()
+        .map(|f| format!("{}/{}", f.window(), f.degree()))
+        .collect();
+    let widest = filters.iter().map(SavitzkyGolay::window).max().unwrap_or(1);
+    Ok(Slopes {
+        name: format!("Savitzky–Golay, window/degree {}", text.join(", ")),
+        smoothed,
+        edge: widest / 2,
+        window: widest as f64,
+    })
+}
+
+/// Slopes by one given method; stretches too short for it are differenced.
+pub(super) fn with(
+    stretches: &[Stretch<'_>],
+    states: usize,
+    method: Differentiator,
+) -> Result<Slopes, SindyError> {
+    let (name, edge) = match method {
+        Differentiator::SavitzkyGolay(f) => (
+            format!(
+                "Savitzky–Golay, window {}, degree {}",
+                f.window(),
+                f.degree()
+            ),
+            f.window() / 2,
+        ),
+        Differentiator::FiniteDifference(f) => {
+            (format!("finite differences of order {}", f.order()), 0)
+        }
+        Differentiator::SmoothingSpline(_) => ("smoothing spline by cross-validation".into(), 5),
+        Differentiator::Kalman(_) => ("Kalman smoother by maximum likelihood".into(), 5),
+        Differentiator::Spectral(_) => ("spectral".into(), 5),
+    };
+    let smoothed = stretches
+        .iter()
+        .map(|s| {
+            (0..states)
+                .map(|i| match method.apply(s.time, s.columns[i]) {
+                    Err(SindyError::TooShort { .. }) => {
+                        FiniteDifference::new(2)?.apply(s.time, s.columns[i])
+                    }
+                    other => other,
+                })
+                .collect()
+        })
+        .collect::<Result<_, SindyError>>()?;
+    Ok(Slopes {
+        name,
+        smoothed,
+        edge,
+        window: (2 * edge + 1) as f64,
+    })
+}
+
+/// The raw states, unsmoothed: for discrete time.
+pub(super) fn raw(stretches: &[Stretch<'_>], states: usize) -> Slopes {
+    let smoothed = stretches
+        .iter()
+        .map(|s| {
+            (0..states)
+                .map(|i| {
+                    let x = s.columns[i];
+                    // "Slope": the next sample; the last row has none.
+                    let next = x[1..].iter().copied().chain([f64::NAN]).collect();
+                    Smoothed {
+                        value: x.to_vec(),
+                        derivative: next,
+                    }
+                })
+                .collect()
+        })
+        .collect();
+    Slopes {
+        name: "none (discrete time)".into(),
+        smoothed,
+        edge: 0,
+        window: 1.0,
+    }
+}
+
+/// The name of state `i`'s slope among the columns; no expression can contain it.
+pub(super) fn slope_name(i: usize) -> String {
+    format!("(slope {i})")
+}
+
+/// The name of the column of weights.
+pub(super) const WEIGHT: &str = "(weight)";
+
+/// Blocks of rows of each stretch: stretches are cut until there are `folds` of them.
+pub(super) fn blocks(
+    stretches: &[Stretch<'_>],
+    folds: usize,
+) -> Vec<(usize, std::ops::Range<usize>)> {
+    let rows: usize = stretches.iter().map(|s| s.time.len()).sum();
+    let most = if stretches.len() >= folds {
+        usize::MAX
+    } else {
+        rows.div_ceil(folds).max(20)
+    };
+    let mut out = Vec::new();
+    for (index, s) in stretches.iter().enumerate() {
+        let n = s.time.len();
+        let parts = n.div_ceil(most).max(1);
+        for k in 0..parts {
+            out.push((index, k * n / parts..(k + 1) * n / parts));
+        }
+    }
+    out
+}
+
+/// Samples for regression on slopes, one group for each block.
+pub(super) fn regression_samples(
+    data: &Dataset,
+    stretches: &[Stretch<'_>],
+    slopes: &Slopes,
+    blocks: &[(usize, std::ops::Range<usize>)],
+) -> Result<Samples, SindyError> {
+    let states = data.states().len();
+    let mut names = data.names();
+    names.extend((0..states).map(slope_name));
+    names.push(WEIGHT.into());
+    let mut samples = Samples::new(&names.iter().map(String::as_str).collect::<Vec<_>>());
+    for (index, range) in blocks {
+        let (s, smooth) = (&stretches[*index], &slopes.smoothed[*index]);
+        let n = s.time.len();
+        // Ends are left out where enough is left without them.
+        let edge = if n > 4 * slopes.edge { slopes.edge } else { 0 };
+        // In discrete time the last row has no successor.
+        let n = n - usize::from(smooth[0].derivative[n - 1].is_nan());
+        let rows = range.start.max(edge)..range.end.min(n - edge).max(range.start.max(edge));
+        let mut columns: Vec<Vec<f64>> = smooth
+            .iter()
+            .map(|c| c.value[rows.clone()].to_vec())
+            .collect();
+        columns.extend(s.columns[states..].iter().map(|c| c[rows.clone()].to_vec()));
+        columns.extend(smooth.iter().map(|c| c.derivative[rows.clone()].to_vec()));
+        columns.push(match s.weights {
+            Some(w) => w[rows.clone()].to_vec(),
+            None => vec![1.0; rows.len()],
+        });
+        samples.push_group(columns)?;
+    }
+    Ok(samples)
+}
+
+/// Pieces for the output error: all stretches, or evenly spread parts of them where there are more than
+/// `most` rows.
+pub(super) fn pieces<'a>(
+    stretches: &[Stretch<'a>],
+    states: usize,
+    slopes: &Slopes,
+    between: &[Interpolation],
+    most: usize,
+) -> Vec<Piece<'a>> {
+    let longest = most.min(2000);
+    let rows: usize = stretches.iter().map(|s| s.time.len()).sum();
+    let keep = (most as f64 / rows as f64).min(1.0);
+    let mut out = Vec::new();
+    // The first part is always taken.
+    let mut due = 1.0 - keep;
+    for (s, smooth) in stretches.iter().zip(&slopes.smoothed) {
+        let n = s.time.len();
+        let part = if keep < 1.0 { longest.min(n) } else { n };
+        for start in (0..n).step_by(part) {
+            let end = n.min(start + part);
+            due += keep;
+            if end - start < 3 || due < 1.0 - 1e-9 {
+                continue;
+            }
+            due -= 1.0;
+            out.push(Piece {
+                time: &s.time[start..end],
+                states: s.columns[..states].iter().map(|c| &c[start..end]).collect(),
+                inputs: s.columns[states..].iter().map(|c| &c[start..end]).collect(),
+                between: between.to_vec(),
+                weights: s.weights.map(|w| &w[start..end]),
+                smooth: smooth
+                    .iter()
+                    .map(|c| c.value[start..end].to_vec())
+                    .collect(),
+            });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests;

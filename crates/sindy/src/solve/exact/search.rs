@@ -1,0 +1,180 @@
+//! The depth-first search over nodes, and its books: the best of every size, and what was left open.
+
+use super::BestSubset;
+use super::node::Node;
+use crate::solve::outcome::Outcome;
+use crate::statistics::normal::Normal;
+
+/// How many nodes pass between two questions to the caller.
+const ASK: u64 = 1024;
+
+/// What the search found, in shares of `yᵀ y`.
+pub(super) struct Found {
+    /// By size: the smallest residual, and its subset.
+    pub(super) best: Vec<(f64, u128)>,
+    /// By size: the smallest bound of all parts of the tree that were left out.
+    pub(super) open: Vec<f64>,
+    pub(super) nodes: u64,
+    pub(super) stopped: Option<Outcome>,
+}
+
+struct Search<'a> {
+    found: Found,
+    terms: usize,
+    floor: f64,
+    keep: f64,
+    node_limit: u64,
+    keep_going: &'a mut dyn FnMut() -> bool,
+    /// One node for each depth.
+    levels: Vec<Node>,
+}
+
+/// `None` if the matrix is not positive definite.
+pub(super) fn run(
+    normal: &Normal,
+    settings: &BestSubset,
+    keep_going: &mut dyn FnMut() -> bool,
+) -> Option<Found> {
+    let m = normal.terms.len();
+    let max = settings.max_size.min(m);
+    let mut best = vec![(f64::INFINITY, 0); max + 1];
+    best[0] = (1.0, 0);
+    let mut search = Search {
+        found: Found {
+            best,
+            open: vec![f64::INFINITY; max + 1],
+            nodes: 0,
+            stopped: None,
+        },
+        terms: m,
+        floor: normal.floor,
+        keep: 1.0 - settings.tolerance,
+        node_limit: settings.node_limit,
+        keep_going,
+        levels: Vec::new(),
+    };
+    search.forward(normal);
+    if max == 0 {
+        return Some(search.found);
+    }
+    let factor = normal.g.clone().cholesky()?;
+    let l = factor.l_dirty();
+    let z = l.solve_lower_triangular(&normal.b)?.as_slice().to_vec();
+    search.levels.push(Node::root(m, |i, c| l[(i, c)], z));
+    search.offer(m, search.levels[0].residual, all(m));
+    search.visit(0);
+    Some(search.found)
+}
+
+fn all(m: usize) -> u128 {
+    if m >= 128 { u128::MAX } else { (1 << m) - 1 }
+}
+
+impl Search<'_> {
+    fn offer(&mut self, size: usize, residual: f64, mask: u128) {
+        if let Some(best) = self.found.best.get_mut(size)
+            && residual < best.0
+        {
+            *best = (residual, mask);
+        }
+    }
+
+    /// First candidates: forward selection.
+    fn forward(&mut self, normal: &Normal) {
+        let m = normal.terms.len();
+        let mut factor = crate::statistics::normal::Factor::new(m + 1);
+        let mut index: Vec<usize> = Vec::new();
+        let mut mask = 0;
+        for size in 1..self.found.best.len() {
+            let at = |j: usize, c: usize| normal.g[(j, index.get(c).copied().unwrap_or(j))];
+            let gains = (0..m).filter(|j| !index.contains(j)).filter_map(|j| {
+                let gain = factor.gain(|c| at(j, c), normal.b[j])?;
+                Some((gain, j))
+            });
+            let Some((_, j)) = gains.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+                return;
+            };
+            factor.push(|c| at(j, c), normal.b[j]);
+            index.push(j);
+            mask |= 1 << j;
+            self.offer(size, 1.0 - factor.explained(), mask);
+        }
+    }
+
+    /// Whether a part of the tree cannot better the best of this size.
+    fn ruled_out(&self, size: usize, bound: f64) -> bool {
+        bound >= self.found.best[size].0 * self.keep - self.floor
+    }
+
+    fn visit(&mut self, depth: usize) {
+        self.found.nodes += 1;
+        if self.found.nodes.is_multiple_of(ASK) && !(self.keep_going)() {
+            self.found.stopped = Some(Outcome::Stopped);
+        }
+        if self.found.nodes >= self.node_limit {
+            self.found.stopped.get_or_insert(Outcome::NodeLimit);
+        }
+        self.levels[depth].prepare();
+        if self.levels.len() == depth + 1 {
+            self.levels.push(Node::new(self.terms));
+        }
+        // Taken out, so that the books may be written while it is read.
+        let node = std::mem::take(&mut self.levels[depth]);
+        self.leading(&node);
+        let n = node.free.len();
+        // Small subtrees first: they improve the best ones before the large ones are looked at.
+        for i in (0..n.saturating_sub(1)).rev() {
+            self.child(depth, &node, i);
+        }
+        self.levels[depth] = node;
+    }
+
+    /// The fixed terms with the first of the free ones: all of their residuals are at hand.
+    fn leading(&mut self, node: &Node) {
+        let mut residual = node.residual;
+        let mut mask = node.free.iter().fold(node.fixed, |m, &j| m | 1 << j);
+        for i in (0..node.free.len()).rev() {
+            residual += node.z[i] * node.z[i];
+            mask &= !(1 << node.free[i]);
+            self.offer(node.k + i, residual, mask);
+        }
+    }
+
+    /// The subsets without free term `i`, with those before it, and with some of those after it.
+    fn child(&mut self, depth: usize, node: &Node, i: usize) {
+        let size = node.k + node.free.len();
+        let own = node.residual + node.cost[i];
+        let whole = node.free.iter().fold(node.fixed, |m, &j| m | 1 << j);
+        self.offer(size - 1, own, whole & !(1 << node.free[i]));
+        // Sizes below: at least one more goes, out of those after i, the cheapest of them at the end.
+        let mut sum = node.cost[i];
+        let mut open = false;
+        let smallest = node.k + i + 1;
+        for s in (smallest..size - 1).rev() {
+            sum += node.cost[s + 1 - node.k];
+            if s < self.found.best.len() && !self.ruled_out(s, bound(node, i, sum)) {
+                open = true;
+                break;
+            }
+        }
+        if open && self.found.stopped.is_none() {
+            let mut next = std::mem::take(&mut self.levels[depth + 1]);
+            next.child_of(node, i);
+            self.levels[depth + 1] = next;
+            self.visit(depth + 1);
+            return;
+        }
+        let mut sum = node.cost[i];
+        for s in (smallest..size - 1).rev() {
+            sum += node.cost[s + 1 - node.k];
+            if let Some(open) = self.found.open.get_mut(s) {
+                *open = open.min(bound(node, i, sum));
+            }
+        }
+    }
+}
+
+/// Lower bound of the residual after `i` and others after it are dropped, whose costs add up to `sum`.
+fn bound(node: &Node, i: usize, sum: f64) -> f64 {
+    node.residual + node.cost[i].max(sum / node.spread[i])
+}

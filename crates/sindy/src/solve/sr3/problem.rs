@@ -1,0 +1,126 @@
+//! What SR3 solves on given statistics, once for each support.
+
+use std::collections::HashMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Scaling;
+use crate::statistics::gram::Gram;
+use crate::statistics::normal::{Factor, solve_with_ridge};
+use crate::statistics::regression::least_squares;
+
+/// Statistics in one scaling, and what has been solved on them so far: a grid of λ and ν meets the same
+/// supports again and again.
+pub(crate) struct Problem<'g> {
+    pub(super) gram: &'g Gram,
+    /// In scaled coefficients ξ' = D ξ: G' = D⁻¹ G D⁻¹ / n, with the target's scale inside D.
+    pub(super) g: DMatrix<f64>,
+    pub(super) b: DVector<f64>,
+    pub(super) scale: DVector<f64>,
+    /// What sums over rows are multiplied by.
+    pub(super) weight: f64,
+    /// The triangular factor of terms and target in the same scaling, where the statistics have one.
+    root: Option<(DMatrix<f64>, DVector<f64>)>,
+    /// By the bits of ν and the support; all terms together do not depend on ν.
+    fixed_points: HashMap<(u64, Vec<bool>), DVector<f64>>,
+    refits: HashMap<Vec<bool>, DVector<f64>>,
+}
+
+impl<'g> Problem<'g> {
+    pub(crate) fn new(gram: &'g Gram, scaling: Scaling) -> Self {
+        let p = gram.xty.len();
+        let (scale, weight) = match scaling {
+            Scaling::None => (DVector::from_element(p, 1.0), 1.0),
+            Scaling::UnitRms => {
+                let target = gram.target_rms();
+                let rows = if gram.rows > 0 { gram.weight() } else { 1.0 };
+                (gram.column_rms() / target, 1.0 / (rows * target.powi(2)))
+            }
+        };
+        let root = gram.triangle.as_ref().map(|triangle| {
+            let r = triangle.matrix();
+            let column = |i, j| r[(i, j)] * weight.sqrt();
+            let theta = DMatrix::from_fn(p + 1, p, |i, j| column(i, j) / scale[j]);
+            (theta, DVector::from_fn(p + 1, |i, _| column(i, p)))
+        });
+        Self {
+            root,
+            g: DMatrix::from_fn(p, p, |i, j| {
+                gram.xtx[(i, j)] * weight / (scale[i] * scale[j])
+            }),
+            b: DVector::from_fn(p, |i, _| gram.xty[i] * weight / scale[i]),
+            gram,
+            scale,
+            weight,
+            fixed_points: HashMap::new(),
+            refits: HashMap::new(),
+        }
+    }
+
+    pub(super) fn fixed_point(&mut self, support: &[bool], nu: f64) -> DVector<f64> {
+        let whole = support.iter().all(|s| *s);
+        let key = (if whole { 0 } else { nu.to_bits() }, support.to_vec());
+        self.fixed_points
+            .entry(key)
+            .or_insert_with(|| match &self.root {
+                None => fixed_point(&self.g, &self.b, support, nu),
+                Some((theta, y)) => {
+                    solve_with_ridge(theta, y, |j| if support[j] { 0.0 } else { 1.0 / nu })
+                }
+            })
+            .clone()
+    }
+
+    /// Least squares on the support, in the units of the data.
+    pub(super) fn refit(&mut self, support: &[bool]) -> DVector<f64> {
+        self.refits
+            .entry(support.to_vec())
+            .or_insert_with(|| refit(self.gram, support))
+            .clone()
+    }
+}
+
+/// Least squares on the support by Cholesky's factor of the Gram matrix with a unit diagonal; where that is
+/// close to singular by its eigenvalues, and where there is a triangular factor by that.
+fn refit(gram: &Gram, support: &[bool]) -> DVector<f64> {
+    if gram.triangle.is_some() {
+        return least_squares(gram, support);
+    }
+    let index: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
+    let length: Vec<f64> = index.iter().map(|&j| gram.xtx[(j, j)].sqrt()).collect();
+    let mut factor = Factor::new(index.len());
+    for (a, &j) in index.iter().enumerate() {
+        let entry = |c: usize| gram.xtx[(j, index[c])] / (length[a] * length[c]);
+        if !factor.push(entry, gram.xty[j] / length[a]) {
+            return least_squares(gram, support);
+        }
+    }
+    let mut out = DVector::zeros(support.len());
+    for ((&j, length), xi) in index.iter().zip(&length).zip(factor.solve()) {
+        out[j] = xi / length;
+    }
+    out
+}
+
+/// The limit of the relaxation for a given support: `(G + P_N/ν) ξ = b`, where `P_N` picks the excluded
+/// terms.
+pub(super) fn fixed_point(
+    g: &DMatrix<f64>,
+    b: &DVector<f64>,
+    support: &[bool],
+    nu: f64,
+) -> DVector<f64> {
+    let mut a = g.clone();
+    for (j, keep) in support.iter().enumerate() {
+        if !keep {
+            a[(j, j)] += 1.0 / nu;
+        }
+    }
+    let mut factor = Factor::new(b.len());
+    for j in 0..b.len() {
+        if !factor.push(|c| a[(j, c)], b[j]) {
+            return crate::statistics::regression::pseudo_inverse(&a) * b;
+        }
+    }
+    DVector::from_vec(factor.solve())
+}

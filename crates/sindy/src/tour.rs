@@ -1,0 +1,23 @@
+#![doc = include_str!("../docs/tour.md")]
+//!
+//! [`identify`]: crate::identify
+//! [`Dataset`]: crate::Dataset
+//! [`Dataset::report`]: crate::Dataset::report
+//! [`Identify::per_equation`]: crate::Identify::per_equation
+//! [`derivative`]: crate::derivative
+//! [`choose::cross_validate`]: crate::choose::cross_validate
+//! [`criteria`]: crate::statistics::criteria
+//! [`stepwise`]: crate::solve::stepwise
+//! [`ensemble`]: crate::uncertainty::ensemble
+//! [`BestSubset`]: crate::BestSubset
+//! [`shift::chain`]: crate::trajectory::shift::chain
+//! [`Model`]: crate::Model
+//! [`identify::Settings::discrete`]: crate::identify::Settings::discrete
+//! [`Model::simulate_past`]: crate::Model::simulate_past
+//! [`Gram`]: crate::Gram
+//! [`Gram::merge`]: crate::Gram::merge
+//! [`Gram::downdate`]: crate::Gram::downdate
+//! [`tsqr`]: crate::statistics::tsqr
+//! [`model::Term`]: crate::model::Term
+//! [`Dmdc`]: crate::Dmdc
+//! [`Edmdc`]: crate::Edmdc

@@ -1,0 +1,395 @@
+//! The search: Gauss–Newton steps, each with a choice among all candidates.
+
+use nalgebra::DVector;
+
+use super::arcs::{Normal, linearise};
+use super::follow::{Cut, Follow};
+use super::record::Record;
+use super::select::Search;
+use super::system::System;
+use super::{Found, Piece, Settings, Start, Step};
+use crate::solve::outcome::Outcome;
+
+/// Steps of the integrator between samples, at most.
+const MOST_SUBSTEPS: usize = 32;
+/// Error of the integrator from one node to the next that is accepted, in units of the noise.
+const INTEGRATION: f64 = 0.003;
+/// Nodes of the first arcs, and how much longer the next are.
+const FIRST_ARC: usize = 4;
+/// Steps at one length of arcs, at most, but for the last.
+const PATIENCE: usize = 6;
+/// What a defect weighs against a residual when a step is judged.
+const DEFECT: f64 = 10.0;
+/// A step may raise the sum of squares by this factor: closing defects costs.
+const WORSE: f64 = 1.5;
+/// Steps shorter than this share of the whole are made whatever they do.
+const SHORTEST: f64 = 0.02;
+
+/// Where the search stands.
+struct State<'a> {
+    system: &'a System,
+    records: Vec<Record>,
+    xi: DVector<f64>,
+    sigma: Vec<f64>,
+    cut: Cut,
+}
+
+/// What a step came to.
+struct Taken {
+    search: Search,
+    /// Mean square of what is left, in units of the noise.
+    variance: f64,
+    /// The penalty of a term, in units of `variance`.
+    unit: f64,
+    arcs: usize,
+    values: usize,
+    /// Whether the support stayed, the largest change in standard errors, the share of the step that was made.
+    same: bool,
+    moved: f64,
+    part: f64,
+}
+
+/// Runs the search; `None` where no trajectory could be followed.
+pub fn search(
+    system: &System,
+    pieces: &[Piece<'_>],
+    start: &Start,
+    settings: &Settings,
+    progress: &mut dyn FnMut(Step<'_>),
+) -> Option<Found> {
+    let records: Vec<Record> = pieces.iter().map(Record::new).collect();
+    let nodes = records.iter().map(|r| r.rows.len()).max()?;
+    let nodes = nodes.min(settings.longest);
+    let allowed = start
+        .candidates
+        .clone()
+        .unwrap_or_else(|| vec![true; system.size()]);
+    let mut equations = vec![Vec::new(); system.n];
+    for (candidate, &(equation, _)) in system.candidates.iter().enumerate() {
+        if allowed[candidate] {
+            equations[equation].push(candidate);
+        }
+    }
+    let mut state = State {
+        system,
+        records,
+        xi: DVector::from_column_slice(&start.coefficients),
+        sigma: start.sigma.clone(),
+        cut: Cut {
+            growth: settings.growth,
+            longest: FIRST_ARC.min(nodes),
+            substeps: 1,
+        },
+    };
+    state.refine_steps();
+    let mut outcome = Outcome::IterationLimit;
+    let (mut iterations, mut at_length) = (0, 0);
+    let mut breaks = None;
+    let mut last = None;
+    while iterations < settings.iterations {
+        iterations += 1;
+        at_length += 1;
+        let normal = linearise(&state.follow(), &state.records, &mut breaks)?;
+        let taken = state.step(
+            &normal,
+            (&equations, &allowed),
+            settings,
+            at_length == 1,
+            start,
+        )?;
+        progress(Step {
+            step: iterations,
+            terms: state.xi.iter().filter(|c| **c != 0.0).count(),
+            sigma: &state.sigma,
+        });
+        let settled = taken.same && taken.moved < 0.1 && taken.part == 1.0;
+        let done = settled && taken.moved < 0.01;
+        last = Some(taken);
+        if state.cut.longest >= nodes {
+            if done && !state.refine_steps() {
+                outcome = Outcome::Converged;
+                break;
+            }
+        } else if settled || at_length >= PATIENCE {
+            state.refine_steps();
+            state.cut.longest = (state.cut.longest * 4).min(nodes);
+            at_length = 0;
+            breaks = None;
+        }
+    }
+    Some(state.report(&last?, &equations, (iterations, outcome)))
+}
+
+impl State<'_> {
+    fn follow(&self) -> Follow<'_> {
+        Follow {
+            system: self.system,
+            coefficients: self.xi.as_slice(),
+            sigma: &self.sigma,
+            cut: self.cut,
+        }
+    }
+
+    /// Halves the integrator's steps until its error is small beside the noise; whether there was need to.
+    fn refine_steps(&mut self) -> bool {
+        let before = self.cut.substeps;
+        while self.cut.substeps < MOST_SUBSTEPS
+            && self.follow().integration_error(&self.records) > INTEGRATION
+        {
+            self.cut.substeps *= 2;
+        }
+        self.cut.substeps > before
+    }
+
+    /// Chooses terms in the linearisation and goes there, as far as the trajectories follow.
+    fn step(
+        &mut self,
+        normal: &Normal,
+        (equations, allowed): (&[Vec<usize>], &[bool]),
+        settings: &Settings,
+        anew: bool,
+        start: &Start,
+    ) -> Option<Taken> {
+        let penalty = settings.penalty;
+        let (n, p) = (self.system.n, self.system.size());
+        let support: Vec<bool> = self.xi.iter().map(|c| *c != 0.0).collect();
+        let values = normal.rows * n;
+        let unit = (values as f64).ln() + 2.0 * (p as f64).ln();
+        let free = (normal.arcs() * n) as f64;
+        let mut search = Search::new(&normal.xtx, &normal.xty, normal.yty, &self.xi, allowed);
+        let mut variance = 0.0;
+        // The penalty and what is left depend on each other.
+        for _ in 0..4 {
+            let terms = search.support.iter().filter(|s| **s).count() as f64;
+            // Less than one only where the noise is at its floor, which is all that is believed.
+            variance = (search.residual() / (values as f64 - free - terms).max(1.0)).max(1.0);
+            search.descend(penalty * unit * variance);
+        }
+        if anew || search.support != support {
+            search.exact(equations, penalty * unit * variance, values);
+        }
+        for j in irrelevant(
+            &search.coefficients(),
+            &start.term_rms,
+            equations,
+            settings.relevance,
+        ) {
+            search.toggle(j);
+        }
+        let change = search.coefficients() - &self.xi;
+        let moved = (0..p)
+            .filter(|&j| search.support[j])
+            .map(|j| change[j].abs() / (search.variance(j) * variance).sqrt())
+            .fold(0.0, f64::max);
+        let part = self.move_by(normal, &change, values as f64)?;
+        if part == 1.0 {
+            // Exactly zero, not a rounding error of it, outside the support.
+            for (c, kept) in self.xi.iter_mut().zip(&search.support) {
+                *c = if *kept { *c } else { 0.0 };
+            }
+            let (misfit, _) = self.follow().judge(&self.records, normal.cuts())?;
+            for ((s, m), floor) in self.sigma.iter_mut().zip(&misfit).zip(&start.floor) {
+                *s = (m / normal.rows as f64).sqrt().max(*floor);
+            }
+        }
+        Some(Taken {
+            same: search.support == support,
+            search,
+            variance,
+            unit,
+            arcs: normal.arcs(),
+            values,
+            moved,
+            part,
+        })
+    }
+
+    /// Moves coefficients and nodes by the step, halved until the trajectories are not much worse; returns the
+    /// share that was made.
+    fn move_by(&mut self, normal: &Normal, change: &DVector<f64>, values: f64) -> Option<f64> {
+        let merit = |sigma: &[f64], misfit: &[f64], defects: f64| {
+            let sum: f64 = misfit.iter().zip(sigma).map(|(m, s)| m / s / s).sum();
+            sum + DEFECT * defects
+        };
+        let before = merit(&self.sigma, &normal.misfit, normal.defects);
+        let nodes: Vec<Vec<Vec<f64>>> = self.records.iter().map(|r| r.nodes.clone()).collect();
+        let xi = self.xi.clone();
+        let mut part = 1.0;
+        loop {
+            normal.move_nodes(&mut self.records, change, part);
+            self.xi = &xi + change * part;
+            let after = self.follow().judge(&self.records, normal.cuts());
+            let good = after
+                .as_ref()
+                .is_some_and(|(m, d)| merit(&self.sigma, m, *d) < WORSE * before.max(values));
+            if good || part < SHORTEST {
+                return after.map(|_| part);
+            }
+            for (record, nodes) in self.records.iter_mut().zip(&nodes) {
+                record.nodes.clone_from(nodes);
+            }
+            part *= 0.5;
+        }
+    }
+
+    fn report(
+        &self,
+        last: &Taken,
+        equations: &[Vec<usize>],
+        (iterations, outcome): (usize, Outcome),
+    ) -> Found {
+        let p = self.system.size();
+        let rows = last.values as f64 / self.system.n as f64;
+        let terms = self.xi.iter().filter(|c| **c != 0.0).count() as f64;
+        let starts = (last.arcs * self.system.n) as f64 * (last.values as f64).ln();
+        let noise: f64 = self.sigma.iter().map(|s| 2.0 * s.ln()).sum();
+        // A last step that was made in part leaves terms that it would have dropped: nothing is known of them.
+        let std_error = |j: usize| match (last.search.support[j], self.xi[j] != 0.0) {
+            (true, _) => (last.search.variance(j) * last.variance).sqrt(),
+            (false, true) => f64::INFINITY,
+            (false, false) => 0.0,
+        };
+        Found {
+            coefficients: self.xi.iter().copied().collect(),
+            std_errors: (0..p).map(std_error).collect(),
+            evidence: (0..p)
+                .map(|j| last.search.change(j) / last.variance - last.unit)
+                .collect(),
+            penalty: last.unit,
+            fronts: equations
+                .iter()
+                .map(|members| last.search.front(members, last.values))
+                .collect(),
+            correlation: correlation(&self.follow().residuals(&self.records)),
+            score: rows * noise + terms * last.unit + starts,
+            sigma: self.sigma.clone(),
+            arcs: last.arcs,
+            values: last.values,
+            iterations,
+            outcome,
+        }
+    }
+}
+
+/// Terms that contribute less than a share of their equation's largest.
+pub(crate) fn irrelevant(
+    coefficients: &DVector<f64>,
+    term_rms: &[f64],
+    equations: &[Vec<usize>],
+    share: f64,
+) -> Vec<usize> {
+    let part = |j: usize| (coefficients[j] * term_rms[j]).abs();
+    let mut out = Vec::new();
+    for members in equations {
+        let largest = members.iter().map(|&j| part(j)).fold(0.0, f64::max);
+        out.extend(
+            members
+                .iter()
+                .copied()
+                .filter(|&j| coefficients[j] != 0.0 && part(j) < share * largest),
+        );
+    }
+    out
+}
+
+/// `1 + 2 Σ_k ρ_k` up to the first autocorrelation that is within its scatter of zero.
+fn correlation(series: &[Vec<Vec<f64>>]) -> f64 {
+    let states = series.first().map_or(0, Vec::len);
+    let mut worst: f64 = 1.0;
+    for i in 0..states {
+        let product = |lag: usize| -> f64 {
+            series
+                .iter()
+                .map(|s| {
+                    s[i].iter()
+                        .zip(&s[i][lag.min(s[i].len())..])
+                        .map(|(a, b)| a * b)
+                        .sum::<f64>()
+                })
+                .sum()
+        };
+        let rows: usize = series.iter().map(|s| s[i].len()).sum();
+        let square = product(0);
+        let scatter = 2.0 / (rows as f64).sqrt();
+        let mut sum = 1.0;
+        for lag in 1..rows / 10 {
+            let rho = product(lag) / square;
+            if !(rho > scatter) {
+                break;
+            }
+            sum += 2.0 * rho;
+        }
+        worst = worst.max(sum);
+    }
+    worst
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    #[test]
+    fn analytic_correlation_of_an_autoregression() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
+        let mut series = |of: f64| -> Vec<f64> {
+            let mut x = 0.0;
+            let step = |_| {
+                x = of * x + rng.random_range(-1.0..1.0);
+                x
+            };
+            (0..20_000).map(step).collect()
+        };
+        let (white, half, most) = (series(0.0), series(0.5), series(0.8));
+        // 1 + 2 Σ φ^k = (1 + φ)/(1 - φ), up to where ρ is lost in its scatter of 0.014.
+        for (of, truth) in [(&white, 1.0), (&half, 3.0), (&most, 9.0)] {
+            let found = correlation(&[vec![of.clone()]]);
+            assert!((found / truth - 1.0).abs() < 0.12, "{truth}: {found}");
+        }
+        // The largest over states; several records are not joined.
+        let two = [vec![white.clone(), half.clone()], vec![half, white]];
+        let found = correlation(&two);
+        assert!((1.8..2.3).contains(&found), "{found}");
+        assert_eq!(correlation(&[]), 1.0);
+        let zigzag: Vec<f64> = (0..100).map(|i| f64::from(1 - 2 * (i % 2))).collect();
+        assert_eq!(correlation(&[vec![zigzag]]), 1.0);
+    }
+
+    #[test]
+    fn prop_steps_that_lead_astray_are_halved() {
+        let library = crate::Library::parse(&["x"]).unwrap();
+        let names = ["x".to_string()];
+        let time = crate::model::Time::Continuous;
+        let system = System::new(time, &names, &[], &[library]).unwrap();
+        let time: Vec<f64> = (0..200).map(|i| 0.02 * f64::from(i)).collect();
+        let x: Vec<f64> = time.iter().map(|t| (-t).exp()).collect();
+        let piece = Piece {
+            time: &time,
+            states: vec![&x],
+            inputs: vec![],
+            between: vec![],
+            weights: None,
+            smooth: vec![x.clone()],
+        };
+        // x' = -x is right; a step to x' = 29 x is not, however the starts are moved with it.
+        for (change, whole) in [(1e-4, true), (30.0, false)] {
+            let mut state = State {
+                system: &system,
+                records: vec![Record::new(&piece)],
+                xi: DVector::from_vec(vec![-1.0]),
+                sigma: vec![1e-3],
+                cut: Cut {
+                    growth: 1e3,
+                    longest: usize::MAX,
+                    substeps: 1,
+                },
+            };
+            let normal = linearise(&state.follow(), &state.records, &mut None).unwrap();
+            let step = DVector::from_vec(vec![change]);
+            let part = state.move_by(&normal, &step, 200.0).unwrap();
+            assert_eq!(part == 1.0, whole, "{change}: {part}");
+            assert_eq!(state.xi[0], -1.0 + change * part);
+        }
+    }
+}
