@@ -63,7 +63,11 @@ impl fmt::Display for SettingsError {
 
 impl core::error::Error for SettingsError {}
 
-pub(crate) fn finite<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
+/// Accepts a finite `value`.
+///
+/// # Errors
+/// Names `key` and the value.
+pub fn finite<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
     if value.is_finite() {
         Ok(())
     } else {
@@ -74,7 +78,11 @@ pub(crate) fn finite<R: Real>(key: &'static str, value: R) -> Result<(), Setting
     }
 }
 
-pub(crate) fn positive<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
+/// Accepts a finite `value` greater than 0.
+///
+/// # Errors
+/// Names `key` and the value.
+pub fn positive<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
     within(
         key,
         value,
@@ -83,11 +91,19 @@ pub(crate) fn positive<R: Real>(key: &'static str, value: R) -> Result<(), Setti
     )
 }
 
-pub(crate) fn not_negative<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
+/// Accepts a finite `value` not below 0.
+///
+/// # Errors
+/// Names `key` and the value.
+pub fn not_negative<R: Real>(key: &'static str, value: R) -> Result<(), SettingsError> {
     within(key, value, value >= R::ZERO, "a finite number not below 0")
 }
 
-pub(crate) fn within<R: Real>(
+/// Accepts a finite `value` that its caller has `accepted`.
+///
+/// # Errors
+/// Names `key`, the range that was `expected` and the value.
+pub fn within<R: Real>(
     key: &'static str,
     value: R,
     accepted: bool,
@@ -104,7 +120,11 @@ pub(crate) fn within<R: Real>(
     }
 }
 
-pub(crate) fn ordered<R: Real>(
+/// Accepts two finite values in rising order.
+///
+/// # Errors
+/// Names both keys and values.
+pub fn ordered<R: Real>(
     lower_key: &'static str,
     lower: R,
     upper_key: &'static str,

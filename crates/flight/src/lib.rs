@@ -1,6 +1,7 @@
-//! Thrust and ground-effect models, references, estimators, controllers and a
-//! landing computer for multirotors that land on ground or on decks that move: for a
-//! flight computer.
+//! Thrust and ground-effect models, references, control laws and a vertical controller
+//! for multirotors that land on ground or on decks that move: for a flight computer.
+//!
+//! The landing computer, which flies in space, is `touchdown-lander`.
 //!
 //! `no_std`, no allocation, no clock, no output. Everything is generic over
 //! `f32` and `f64` ([`Real`]). Models are immutable, `Copy` coefficients; states
@@ -15,21 +16,16 @@
 //! | [`thrust`] | throttle to free-air thrust, and back |
 //! | [`ground_effect`] | ground effect above a deck that may move |
 //! | [`mod@reference`] | descents |
-//! | [`deck`] | estimate of the deck's heave |
-//! | [`estimate`] | the vehicle relative to the deck; heave of unknown frequency |
-//! | [`control`] | control laws |
-//! | [`autopilot`] | all of these, vertically: measurement in, command out |
-//! | [`pilot`] | all of these in space: motion in, thrust and attitude out |
-//! | [`planner`] | when to descend onto a moving deck, and how |
-//! | [`lander`] | state machine of a landing, with aborts and go-arounds |
-//! | [`guidance`] | from what the state machine wants flown to the pilot's targets |
-//! | [`computer`] | all of these on board: readings in, commands out |
+//! | [`deck`] | estimate of the deck's heave, of known frequency |
+//! | [`control`] | vertical control laws |
+//! | [`vertical_controller`] | all of these: measurement in, command out |
 //! | [`touchdown`], [`metrics`] | touchdown and the figures of a landing |
 //! | [`space`] | vectors and attitudes in space |
+//! | [`kernel`] | lags, sums, delays, and the root of a cubic |
 //! | [`types`], [`error`], [`real`] | measurements and commands, refused settings, scalars |
 //!
 //! ```
-//! use touchdown_flight::autopilot::Autopilot;
+//! use touchdown_flight::vertical_controller::Autopilot;
 //! use touchdown_flight::control::{Composite, Law};
 //! use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Guarded, Validity};
 //! use touchdown_flight::reference::{Exponential, Reference};
@@ -69,25 +65,19 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-pub mod autopilot;
-pub mod computer;
 pub mod control;
 pub mod deck;
 pub mod error;
-pub mod estimate;
 pub mod ground_effect;
-pub mod guidance;
-mod kernel;
-pub mod lander;
+pub mod kernel;
 pub mod metrics;
-pub mod pilot;
-pub mod planner;
 pub mod real;
 pub mod reference;
 pub mod space;
 pub mod thrust;
 pub mod touchdown;
 pub mod types;
+pub mod vertical_controller;
 
 pub use error::SettingsError;
 pub use real::Real;

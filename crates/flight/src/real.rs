@@ -166,6 +166,6 @@ impl_real!(
 );
 
 /// Short for [`Real::from_f64`], for constants in kernels.
-pub(crate) fn r<R: Real>(value: f64) -> R {
+pub fn r<R: Real>(value: f64) -> R {
     R::from_f64(value)
 }

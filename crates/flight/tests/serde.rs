@@ -4,11 +4,11 @@
 mod common;
 
 use common::{autopilot, lag, map, ratio};
-use touchdown_flight::autopilot::Autopilot;
 use touchdown_flight::control::{Imbc, Law, Ssc};
 use touchdown_flight::deck::HarmonicFilter;
 use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Guarded, Polynomial};
 use touchdown_flight::thrust::{FirstOrder, StaticThrust, ThrustModel};
+use touchdown_flight::vertical_controller::Autopilot;
 
 #[test]
 fn prop_settings_round_trip() {

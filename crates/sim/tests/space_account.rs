@@ -1,6 +1,6 @@
 //! What is said of landings that take more than one attempt.
 
-use touchdown_flight::lander::Reason;
+use touchdown_lander::state_machine::Reason;
 use touchdown_sim::landing::space::{
     CrashCause, FaultGust, NanBurst, Since, SpaceLander, SpaceOutcome, SpaceScenario, Struck, land,
 };

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 use serde::Serialize;
-use touchdown_flight::autopilot::Autopilot;
 use touchdown_flight::types::Measurement;
+use touchdown_flight::vertical_controller::Autopilot;
 use touchdown_sim::landing::vertical::LandingScenario;
 use touchdown_sim::landing::vertical::{Landing, Outcome, land};
 

@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
-use touchdown_flight::autopilot::Autopilot;
 use touchdown_flight::control::{Composite, Imbc, Law, Ssc};
 use touchdown_flight::deck::HarmonicFilter;
 use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, Validity};
 use touchdown_flight::reference::{Exponential, Reference};
+use touchdown_flight::vertical_controller::Autopilot;
 use touchdown_model::{Card, Form};
 use touchdown_sim::deck::DeckMotion;
 

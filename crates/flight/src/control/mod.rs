@@ -1,6 +1,6 @@
-//! Control laws: vertical ones, the horizontal one, and what they count on.
+//! Vertical control laws, and the channel that carries them out.
 //!
-//! Every vertical law turns tracking errors into the free-air thrust that it asks for
+//! Every law turns tracking errors into the free-air thrust that it asks for
 //! ([`Demand`]), without limits; once the actuators' limits are known, the state
 //! is advanced with what was really sent. With reference z_r, `e = z - z_r`:
 //!
@@ -9,24 +9,17 @@
 //! a = z_p''^ + z_r'' - Γ (v - z_r')                  reference acceleration v_r'
 //! ```
 
-mod adaptation;
-pub(crate) mod allocation;
+pub mod channel;
 mod composite;
-pub(crate) mod horizontal;
 mod imbc;
 mod law;
-pub(crate) mod observer;
 mod ssc;
-pub(crate) mod vertical;
 
-pub use adaptation::{Adaptation, AdaptationState};
+pub use channel::VerticalState;
 pub use composite::{Composite, CompositeState, Gains};
-pub use horizontal::{Horizontal, HorizontalState};
 pub use imbc::{Imbc, ImbcState};
 pub use law::{Law, LawState};
-pub use observer::{Delays, Observer};
 pub use ssc::{Ssc, SscState};
-pub use vertical::VerticalState;
 
 use crate::real::Real;
 use crate::reference::ReferencePoint;

@@ -8,7 +8,7 @@ use crate::real::{Real, r};
 /// The stationary points cut [0, 1] into at most three monotone pieces; the
 /// first one that ends at or above zero is searched by Newton's method, kept
 /// inside its bracket by bisection, from `near` where that lies inside.
-pub(crate) fn first_rise<R: Real>([a, b, c, d]: [R; 4], near: R) -> R {
+pub fn first_rise<R: Real>([a, b, c, d]: [R; 4], near: R) -> R {
     let value = |s: R| a + s * (b + s * (c + s * d));
     let slope = |s: R| b + s * (r::<R>(2.0) * c + s * r::<R>(3.0) * d);
     let (first, second) = stationary(b, c, d);

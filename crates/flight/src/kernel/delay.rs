@@ -5,7 +5,7 @@ use crate::real::Real;
 /// Values at the last N steps. Reading further back than they reach gives the
 /// oldest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Delay<R, T, const N: usize> {
+pub struct Delay<R, T, const N: usize> {
     /// Values, and the time since the value before, s.
     ring: [(T, R); N],
     newest: usize,
@@ -13,7 +13,7 @@ pub(crate) struct Delay<R, T, const N: usize> {
 
 impl<R: Real, T: Copy, const N: usize> Delay<R, T, N> {
     /// `value` since ever.
-    pub(crate) fn new(value: T) -> Self {
+    pub fn new(value: T) -> Self {
         Self {
             ring: [(value, R::ZERO); N],
             newest: 0,
@@ -21,14 +21,14 @@ impl<R: Real, T: Copy, const N: usize> Delay<R, T, N> {
     }
 
     /// The value `dt` seconds after the last one.
-    pub(crate) fn push(&mut self, value: T, dt: R) {
+    pub fn push(&mut self, value: T, dt: R) {
         self.newest = (self.newest + 1) % N;
         self.ring[self.newest] = (value, dt);
     }
 
     /// The values before and after the time `delay_s` ago, and the share of the
     /// latter in the line between them.
-    pub(crate) fn around(&self, delay_s: R) -> (T, T, R) {
+    pub fn around(&self, delay_s: R) -> (T, T, R) {
         let mut left = delay_s;
         let mut at = self.newest;
         for _ in 1..N {

@@ -3,7 +3,7 @@
 use crate::real::Real;
 
 /// `dt` if it is finite and positive, otherwise zero.
-pub(crate) fn usable_dt<R: Real>(dt: R) -> R {
+pub fn usable_dt<R: Real>(dt: R) -> R {
     if dt.is_finite() && dt > R::ZERO {
         dt
     } else {
@@ -13,7 +13,7 @@ pub(crate) fn usable_dt<R: Real>(dt: R) -> R {
 
 /// `y' = a + b y` with constant a, b, over `dt`; holds `y` where the result is
 /// not finite.
-pub(crate) fn linear_step<R: Real>(y: R, a: R, b: R, dt: R) -> R {
+pub fn linear_step<R: Real>(y: R, a: R, b: R, dt: R) -> R {
     let bdt = b * dt;
     let scale = if bdt == R::ZERO {
         R::ONE
@@ -24,7 +24,7 @@ pub(crate) fn linear_step<R: Real>(y: R, a: R, b: R, dt: R) -> R {
 }
 
 /// The rest of `y' = a + b y` where it is stable (b < 0), otherwise zero.
-pub(crate) fn linear_rest<R: Real>(a: R, b: R) -> R {
+pub fn linear_rest<R: Real>(a: R, b: R) -> R {
     if b < R::ZERO {
         (-a / b).finite_or(R::ZERO)
     } else {
@@ -33,12 +33,12 @@ pub(crate) fn linear_rest<R: Real>(a: R, b: R) -> R {
 }
 
 /// The share of its way that `y' = (target - y) / tau` goes in `dt`.
-pub(crate) fn lag_share<R: Real>(tau: R, dt: R) -> R {
+pub fn lag_share<R: Real>(tau: R, dt: R) -> R {
     -(-dt / tau).exp_m1()
 }
 
 /// `y' = (target - y) / tau` over `dt`; holds `y` where the result is not finite.
-pub(crate) fn lag_step<R: Real>(y: R, target: R, tau: R, dt: R) -> R {
+pub fn lag_step<R: Real>(y: R, target: R, tau: R, dt: R) -> R {
     (y - (target - y) * (-dt / tau).exp_m1()).finite_or(y)
 }
 

@@ -5,7 +5,7 @@ mod delay;
 mod linear;
 mod sum;
 
-pub(crate) use cubic::first_rise;
-pub(crate) use delay::Delay;
-pub(crate) use linear::{lag_share, lag_step, linear_rest, linear_step, usable_dt};
-pub(crate) use sum::Sum;
+pub use cubic::first_rise;
+pub use delay::Delay;
+pub use linear::{lag_share, lag_step, linear_rest, linear_step, usable_dt};
+pub use sum::Sum;

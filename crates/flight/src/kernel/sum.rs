@@ -5,18 +5,19 @@ use crate::real::Real;
 /// Compensated (Kahan 1965) sum: its error does not grow with the number of
 /// terms, so that a clock of `f32` steps does not drift.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Sum<R> {
+pub struct Sum<R> {
     value: R,
     carry: R,
 }
 
 impl<R: Real> Sum<R> {
-    pub(crate) fn value(&self) -> R {
+    /// The sum so far.
+    pub fn value(&self) -> R {
         self.value
     }
 
     /// Adds `term` if the result is finite.
-    pub(crate) fn add(&mut self, term: R) {
+    pub fn add(&mut self, term: R) {
         let y = term - self.carry;
         let total = self.value + y;
         if total.is_finite() {

@@ -5,16 +5,13 @@
     reason = "each test file uses its own part"
 )]
 
-pub mod deck;
-pub mod noise;
-
-use touchdown_flight::autopilot::Autopilot;
 use touchdown_flight::control::{Composite, Law};
 use touchdown_flight::ground_effect::{
     GroundEffectModel, Guarded, Lag, Ratio, StaticMap, Validity,
 };
 use touchdown_flight::reference::{Exponential, Reference};
 use touchdown_flight::thrust::ThrustModel;
+use touchdown_flight::vertical_controller::Autopilot;
 use touchdown_flight::{Limits, Measurement, Real};
 
 pub const MASS_KG: f64 = 1.37;

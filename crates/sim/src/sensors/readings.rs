@@ -5,11 +5,11 @@
 //! numbers a sample whatever happens: a fault or a switch in one leaves the others
 //! as they are.
 
-use touchdown_flight::computer::NormalReading;
-use touchdown_flight::estimate::relative::{
+use touchdown_flight::{Attitude, Vector};
+use touchdown_lander::computer::NormalReading;
+use touchdown_lander::estimate::relative::{
     BarometerReading, GnssVelocity, ImuSample, RangeReading, Reading, TagReading,
 };
-use touchdown_flight::{Attitude, Vector};
 
 use super::clock::{Clock, Wander};
 use super::inertial::Felt;

@@ -1,7 +1,7 @@
 //! What range finder and camera see of the deck.
 
 use touchdown_flight::Vector;
-use touchdown_flight::estimate::relative::TagReading;
+use touchdown_lander::estimate::relative::TagReading;
 
 use super::readings::{Sensing, Truth, vector};
 use crate::body::rigid::RigidState;

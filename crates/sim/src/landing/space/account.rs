@@ -1,7 +1,7 @@
 //! What is said of a landing, by the true state.
 
-use touchdown_flight::computer::ComputerOutput;
-use touchdown_flight::lander::Phase;
+use touchdown_lander::computer::ComputerOutput;
+use touchdown_lander::state_machine::Phase;
 
 use super::flight::{Descending, Flight};
 use super::outcome::{Abort, CrashCause, SpaceOutcome, TraceRow};

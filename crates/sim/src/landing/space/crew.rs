@@ -1,23 +1,22 @@
 //! Controllers by name, as a landing computer of the flight crate.
 
 use serde::{Deserialize, Serialize};
-use touchdown_flight::computer::{Computer, Descent};
-use touchdown_flight::control::{
-    Adaptation, Composite, Delays, Gains, Horizontal, Imbc, Law, Observer, Ssc,
-};
-use touchdown_flight::estimate::deck::{DeckEstimator, Observed};
-use touchdown_flight::estimate::latency::LatencyEstimator;
-use touchdown_flight::estimate::relative::{DeckPrior, ImuModel, RelativeFilter, TagModel};
+use touchdown_flight::control::{Composite, Gains, Imbc, Law, Ssc};
 use touchdown_flight::ground_effect::{
     Empirical, GroundEffectModel, Guarded, Lag, StaticMap, Validity, VelocityInput,
 };
-use touchdown_flight::guidance::Guidance;
-use touchdown_flight::lander::Lander;
-use touchdown_flight::pilot::Pilot;
-use touchdown_flight::planner::{self, Planner};
 use touchdown_flight::reference::{Exponential, Reference, Terminal};
 use touchdown_flight::thrust::{Library, ThrustModel};
 use touchdown_flight::{Attitude, Limits};
+use touchdown_lander::computer::{Computer, Descent};
+use touchdown_lander::control::{Adaptation, Delays, Horizontal, Observer};
+use touchdown_lander::estimate::deck::{DeckEstimator, Observed};
+use touchdown_lander::estimate::latency::LatencyEstimator;
+use touchdown_lander::estimate::relative::{DeckPrior, ImuModel, RelativeFilter, TagModel};
+use touchdown_lander::guidance::Guidance;
+use touchdown_lander::planner::{self, Planner};
+use touchdown_lander::space_controller::Pilot;
+use touchdown_lander::state_machine::Lander;
 
 use crate::body::plant::PlantSettings;
 use crate::error::SimError;

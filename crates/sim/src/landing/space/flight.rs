@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
-use touchdown_flight::computer::{ComputerState, Sensed};
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
-use touchdown_flight::lander::{Phase, Reason, Request};
+use touchdown_lander::computer::{ComputerState, Sensed};
+use touchdown_lander::state_machine::{Phase, Reason, Request};
 
 use super::drawn::{Drawn, DrawnAir, hover};
 use super::faults::{Since, Struck};

@@ -6,7 +6,7 @@ use super::scenario::SpaceScenario;
 use super::track::Track;
 use crate::sensors::CameraMode;
 use crate::sensors::readings::steps;
-use touchdown_flight::computer::Computer;
+use touchdown_lander::computer::Computer;
 
 use crate::STEP_S;
 use crate::air::ground::Deck;

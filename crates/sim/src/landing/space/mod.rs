@@ -7,7 +7,7 @@
 //!                 └──────────────────────────────────────────────────────────────────────────────────┘
 //! ```
 //!
-//! The computer is the one that flies ([`touchdown_flight::computer`]); it knows of the
+//! The computer is the one that flies ([`touchdown_lander::computer`]); it knows of the
 //! world what the sensors say, the vehicle's mass, mounting places and nominal
 //! delays, and models that were identified before. The camera is the fast one, whose
 //! errors were fitted to the detector ([`crate::sensors::camera::fast`]), or an eye with a detector

@@ -1,7 +1,7 @@
 //! How a landing ended, and its figures.
 
 use serde::Serialize;
-use touchdown_flight::lander::{Phase, Reason};
+use touchdown_lander::state_machine::{Phase, Reason};
 
 use super::logged::FlightLog;
 

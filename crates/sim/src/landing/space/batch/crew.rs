@@ -1,9 +1,9 @@
 //! The pilot of one lane.
 
 use touchdown_flight::Attitude;
-use touchdown_flight::guidance::Order;
-use touchdown_flight::lander::Fly;
-use touchdown_flight::pilot::Motion;
+use touchdown_lander::guidance::Order;
+use touchdown_lander::space_controller::Motion;
+use touchdown_lander::state_machine::Fly;
 
 use super::Batch;
 use super::lane::Seen;

@@ -38,10 +38,10 @@ mod seat;
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
-use touchdown_flight::computer::Descent;
-use touchdown_flight::guidance::Guidance;
-use touchdown_flight::pilot::Pilot;
 use touchdown_flight::reference::{Reference, Terminal};
+use touchdown_lander::computer::Descent;
+use touchdown_lander::guidance::Guidance;
+use touchdown_lander::space_controller::Pilot;
 
 use super::crew::cannot_be_flown;
 use super::landing::SpaceLander;

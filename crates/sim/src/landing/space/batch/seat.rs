@@ -1,8 +1,8 @@
 //! One landing in its lane: what is not computed side by side.
 
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
-use touchdown_flight::guidance::GuidanceState;
-use touchdown_flight::pilot::PilotState;
+use touchdown_lander::guidance::GuidanceState;
+use touchdown_lander::space_controller::PilotState;
 
 use super::{Batch, KNOT_STEPS};
 use crate::STEP_S;

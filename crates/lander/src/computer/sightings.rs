@@ -1,0 +1,147 @@
+//! Heights of the deck that wait until they are evenly old.
+
+use crate::estimate::relative::DeckSighting;
+use touchdown_flight::real::{Real, r};
+
+/// Most sightings that wait: one a step, 0.64 s at 100 Hz.
+const MOST: usize = 64;
+
+/// A queue by age. What leaves it is of the age `delay_s + behind_s`; where sightings
+/// come later than that, it falls behind to where they are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sightings<R> {
+    waiting: [Option<DeckSighting<R>>; MOST],
+    /// How much older than asked for sightings leave, s.
+    behind_s: R,
+    /// How much older they have to.
+    wanted_s: R,
+}
+
+impl<R: Real> Default for Sightings<R> {
+    fn default() -> Self {
+        Self {
+            waiting: [None; MOST],
+            behind_s: R::ZERO,
+            wanted_s: R::ZERO,
+        }
+    }
+}
+
+impl<R: Real> Sightings<R> {
+    /// `dt` seconds later, with a new sighting, if there is one: the clearest
+    /// height of those that have reached the age `delay_s + behind_s` (to half a step),
+    /// and the time from what left before to it. While the queue falls behind that
+    /// stands still.
+    pub(super) fn step(
+        &mut self,
+        new: Option<DeckSighting<R>>,
+        delay_s: R,
+        dt: R,
+    ) -> (Option<R>, R) {
+        let half = r::<R>(0.5) * dt;
+        for waiting in self.waiting.iter_mut().flatten() {
+            waiting.age_s += dt;
+        }
+        if let Some(new) = new {
+            if new.age_s > delay_s + self.wanted_s + half {
+                self.wanted_s = new.age_s - delay_s;
+            }
+            if let Some(free) = self.waiting.iter_mut().find(|w| w.is_none()) {
+                *free = Some(new);
+            }
+        }
+        let stands_s = (self.wanted_s - self.behind_s).min(dt);
+        self.behind_s += stands_s;
+        let due = delay_s + self.behind_s - half;
+        let mut best: Option<DeckSighting<R>> = None;
+        for slot in &mut self.waiting {
+            if let Some(sighting) = slot.filter(|sighting| sighting.age_s >= due) {
+                *slot = None;
+                // One that is older than the queue yet waits for it to fall behind.
+                if sighting.age_s > due + dt {
+                    continue;
+                }
+                if best.is_none_or(|best| sighting.sd_m < best.sd_m) {
+                    best = Some(sighting);
+                }
+            }
+        }
+        (best.map(|sighting| sighting.displacement_m), dt - stands_s)
+    }
+
+    /// How much older than asked for sightings leave, s.
+    pub(super) fn behind_s(&self) -> R {
+        self.behind_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sighting(age_s: f64, displacement_m: f64, sd_m: f64) -> DeckSighting<f64> {
+        DeckSighting {
+            displacement_m,
+            sd_m,
+            age_s,
+        }
+    }
+
+    #[test]
+    fn analytic_sightings_come_out_evenly_old_and_the_clearest_first() {
+        let mut queue = Sightings::default();
+        let mut step = |new| {
+            let (height, elapsed_s) = queue.step(new, 0.05, 0.01);
+            assert!((elapsed_s - 0.01).abs() < 1e-12);
+            height
+        };
+        // Ages at each step of 10 ms; due at 50 ms.
+        assert_eq!(step(Some(sighting(0.02, 1.0, 0.005))), None);
+        assert_eq!(step(Some(sighting(0.03, 2.0, 0.002))), None);
+        assert_eq!(step(None), None);
+        // Both are 50 ms old: the clearer one.
+        assert_eq!(step(None), Some(2.0));
+        assert_eq!(step(None), None);
+        assert_eq!(queue.behind_s(), 0.0);
+    }
+
+    #[test]
+    fn analytic_where_sightings_come_later_the_queue_falls_behind_once() {
+        // The height is the time at which it was taken; from 0.5 s on 0.12 s late, once 0.14 s.
+        let mut queue = Sightings::default();
+        let (mut now, mut clock) = (0.0, -0.05);
+        for i in 0..200 {
+            now += 0.01;
+            let late = match i {
+                0..50 => 0.03,
+                100 => 0.14,
+                _ => 0.12,
+            };
+            let new = sighting(late, now - late, 0.002);
+            let (height, elapsed_s) = queue.step(Some(new), 0.05, 0.01);
+            clock += elapsed_s;
+            // What leaves is of the time that the clock tells, to half a step.
+            assert!((now - clock - 0.05 - queue.behind_s()).abs() < 1e-9);
+            if let Some(height) = height {
+                assert!((height - clock).abs() < 0.0051, "{i} {height} {clock}");
+            }
+        }
+        assert!((queue.behind_s() - 0.09).abs() < 1e-9);
+    }
+
+    #[test]
+    fn prop_no_more_than_fit_wait_and_all_leave() {
+        let mut queue = Sightings::default();
+        let mut out = 0;
+        for _ in 0..100 {
+            out += usize::from(
+                queue
+                    .step(Some(sighting(0.0, 0.0, 1.0)), 0.2, 0.01)
+                    .0
+                    .is_some(),
+            );
+        }
+        // All but those of the last 20 steps.
+        assert_eq!(out, 80);
+    }
+}

@@ -1,0 +1,372 @@
+//! A step of the landing computer.
+
+use super::sightings::Sightings;
+use super::{Computer, ComputerOutput, ComputerState, Descent, Sensed};
+use crate::estimate::deck::{DeckEstimatorState, DeckMotionPrediction};
+use crate::estimate::relative::{DeckPrior, RangeReading, Reading, RelativeEstimate};
+use crate::guidance::Order;
+use crate::planner::{DeckOutlook, Plan};
+use crate::space_controller::{Motion, PilotCommand, Target};
+use crate::state_machine::{Fly, LanderInput, Phase};
+use touchdown_flight::ground_effect::GroundEffect;
+use touchdown_flight::kernel::{lag_step, usable_dt};
+use touchdown_flight::real::{Real, r};
+use touchdown_flight::reference::Reference;
+use touchdown_flight::space::{Attitude, Vector};
+
+/// A change of the latency by which everything seen so far was seen at another time, s.
+const MISTIMED_S: f64 = 0.03;
+
+/// Time after it in which the vehicle's own motion is not yet known by the right times, s.
+const RETIMED_S: f64 = 1.0;
+
+impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
+    /// One control period of `dt` seconds: takes what has been sensed by its
+    /// beginning, gives what to do during it.
+    pub fn step(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        sensed: &Sensed<'_, R>,
+        dt: R,
+    ) -> ComputerOutput<R> {
+        let dt = usable_dt(dt);
+        let mistimed = self.estimate(state, sensed, dt);
+        let estimate = self.relative.ahead(&state.relative, self.lead_s);
+        let health = self.relative.health(&state.relative);
+        let known = self.is_known(&estimate);
+        let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
+        let motion = self.motion(&estimate, attitude, state.normal);
+
+        let deck = self.deck_ahead(state, R::ZERO);
+        let (plan, reference) = self.plan(state, &motion, dt);
+        let weight_n = self.pilot.mass_kg * self.pilot.gravity_mps2;
+        let command = state.command;
+        let seen = LanderInput {
+            tag_age_s: health.tag.age_s,
+            range_age_s: health.range.age_s,
+            imu_age_s: health.imu.age_s,
+            diverged: !known || health.diverged || mistimed,
+            height_m: motion.position_m.z,
+            relative_velocity_mps: motion.relative_velocity_mps.z,
+            lateral_error_m: motion.position_m.horizontal().norm(),
+            lateral_speed_mps: motion.relative_velocity_mps.horizontal().norm(),
+            tilt_rad: attitude.tilt_rad(),
+            saturated: command.saturated || command.limited,
+            deck_tilt_rad: state.tilt_rad,
+            deck_speed_mps: self.greatest_deck_speed(state, &deck, &estimate),
+            battery_share: sensed.battery_share,
+            thrust_share: command.thrust_n / weight_n,
+            load_factor: sensed.imu.specific_force_mps2.z / self.pilot.gravity_mps2,
+            contact: sensed.contact,
+            go: reference.is_some(),
+            request: sensed.request,
+        };
+        let before = state.lander.phase();
+        let lander = self.lander.step(&mut state.lander, &seen, dt);
+        state.hurry = lander.hurry;
+        let begins = lander.phase == Phase::Descend && before != Phase::Descend;
+        state.carried_over &= !known || health.diverged;
+        self.begin_anew(state, &health, lander.phase, dt);
+
+        // Once in control, velocities are enough: the state machine is told that the
+        // place is not known, and has the vehicle flown in the world's frame (in
+        // touchdown the thrust is held or taken back).
+        let moving = state.pilot.is_some() && self.moves_known(&estimate);
+        let (command, target) = if known || moving || lander.fly == Fly::Disarm {
+            self.act(state, lander.fly, reference.as_ref(), &motion, dt)
+        } else {
+            (Some(self.hover(state, &motion, dt)), None)
+        };
+        let disturbance_n = state
+            .pilot
+            .as_ref()
+            .map_or(Vector::ZERO, |pilot| pilot.disturbance_n);
+        state.command = command.unwrap_or_default();
+        ComputerOutput {
+            command,
+            lander,
+            estimate,
+            health,
+            deck,
+            plan: plan.filter(|_| begins),
+            latency_s: state.latency.delay_s(),
+            target,
+            disturbance_n,
+        }
+    }
+
+    /// Guidance and pilot.
+    fn act(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        fly: Fly<R>,
+        reference: Option<&Reference<R>>,
+        motion: &Motion<R>,
+        dt: R,
+    ) -> (Option<PilotCommand<R>>, Option<Target<R>>) {
+        let deck_mps2 = if self.deck_acceleration {
+            Vector::UP * self.deck_acceleration_ahead(state)
+        } else {
+            Vector::ZERO
+        };
+        let guidance = &mut state.guidance;
+        let order = self
+            .guidance
+            .step(guidance, fly, reference, motion, deck_mps2, dt);
+        let throttle = state.hover_throttle;
+        let pilot = state
+            .pilot
+            .get_or_insert_with(|| self.pilot.initial(motion, throttle));
+        match order {
+            Order::Track(mut target) => {
+                target.hold_estimates |= motion.position_m.z < self.contact_height_m;
+                let command = self.pilot.step(pilot, motion, &target, dt);
+                (Some(command), Some(target))
+            }
+            Order::Idle { rate_n_per_s } => {
+                (Some(self.pilot.idle(pilot, motion, rate_n_per_s, dt)), None)
+            }
+            Order::Off => {
+                state.pilot = None;
+                (None, None)
+            }
+        }
+    }
+
+    /// The deck's acceleration when the rotors will act; a deck that would be faster than any
+    /// that is landed on counts as that fast.
+    fn deck_acceleration_ahead(&self, state: &ComputerState<R, G::State>) -> R {
+        let ahead = self.deck_ahead(state, self.guidance.acting_s);
+        let fastest = harmonics_mps(&state.deck);
+        let slowed = (self.lander.deck_speed_mps / fastest).finite_or(R::ONE);
+        ahead.acceleration_mps2 * slowed.min(R::ONE)
+    }
+
+    /// Level, at the thrust of the weight.
+    fn hover(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        motion: &Motion<R>,
+        dt: R,
+    ) -> PilotCommand<R> {
+        let thrust_n = self.pilot.mass_kg * self.pilot.gravity_mps2;
+        let command = PilotCommand {
+            thrust_n,
+            throttle: self.pilot.thrust.throttle_for(thrust_n),
+            attitude: Attitude::from_yaw(motion.attitude.yaw_rad()),
+            ..PilotCommand::default()
+        };
+        if let Some(pilot) = &mut state.pilot {
+            self.pilot.follow(pilot, motion, &command, dt);
+        }
+        command
+    }
+
+    /// The deck some time from now.
+    pub(super) fn deck_ahead(
+        &self,
+        state: &ComputerState<R, G::State>,
+        ahead_s: R,
+    ) -> DeckMotionPrediction<R> {
+        let behind_s = state.sightings.behind_s();
+        self.deck.predict(&state.deck, ahead_s + behind_s)
+    }
+
+    /// The estimators, and the deck's normal; says if all readings so far were taken for
+    /// younger or older than they were.
+    fn estimate(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        sensed: &Sensed<'_, R>,
+        dt: R,
+    ) -> bool {
+        let late_s = state.latency.delay_s();
+        let normal = state.normal;
+        let readings = sensed
+            .readings
+            .iter()
+            .map(|reading| match reading.older_by(late_s) {
+                Reading::Range(range) => Reading::Range(RangeReading {
+                    deck_normal: normal,
+                    ..range
+                }),
+                other => other,
+            });
+        let mut relative = self.relative;
+        if let Some(band) = self.band(&state.deck) {
+            relative.deck = band;
+        }
+        relative.step_with(&mut state.relative, &sensed.imu, readings, dt);
+        let mistimed = self.listen_for_latency(state, sensed.readings, dt);
+        let sighting = self.relative.deck_sighting(&state.relative);
+        let (height, elapsed_s) = state.sightings.step(sighting, self.deck.delay_s, dt);
+        if elapsed_s > R::ZERO {
+            self.deck.step(&mut state.deck, height, elapsed_s);
+        }
+
+        state.normal_age_s += dt;
+        state.tilt_rad = lag_step(state.tilt_rad, R::ZERO, self.tilt_memory_s, dt);
+        if let Some(seen) = sensed.deck_normal {
+            let body = self.relative.tag.attitude.rotate(seen.normal);
+            let age_s = seen.age_s + late_s;
+            let attitude = self.relative.attitude_at(&state.relative, age_s);
+            if let Some(normal) = attitude.rotate(body).direction().filter(|n| n.z > R::ZERO) {
+                // After a gap one reading does not stand for all that were missed.
+                let elapsed_s = state.normal_age_s.min(self.normal_filter_s);
+                state.normal_age_s = R::ZERO;
+                let follow = |now, seen| lag_step(now, seen, self.normal_filter_s, elapsed_s);
+                let old = state.normal;
+                state.normal = Vector::new(
+                    follow(old.x, normal.x),
+                    follow(old.y, normal.y),
+                    follow(old.z, normal.z),
+                );
+                let tilt_rad = state.normal.horizontal().norm().atan2(state.normal.z);
+                state.tilt_rad = state.tilt_rad.max(tilt_rad);
+            }
+        }
+        mistimed
+    }
+
+    /// The latency, but while the legs may touch. Where it turns out to be another one, what
+    /// the deck did has been seen at wrong times, and is forgotten.
+    fn listen_for_latency(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        readings: &[Reading<R>],
+        dt: R,
+    ) -> bool {
+        let Some(latency) = &self.latency else {
+            return false;
+        };
+        if matches!(
+            state.lander.phase(),
+            Phase::Commit | Phase::Touchdown | Phase::Disarmed
+        ) {
+            return false;
+        }
+        let before_s = state.latency.delay_s();
+        latency.step(
+            &mut state.latency,
+            &self.relative,
+            &state.relative,
+            readings,
+            dt,
+        );
+        let mistimed = (state.latency.delay_s() - before_s).abs() > r(MISTIMED_S);
+        state.mistimed_s = if mistimed {
+            R::ZERO
+        } else {
+            state.mistimed_s + dt
+        };
+        if state.mistimed_s < r(RETIMED_S) {
+            state.deck = self.deck.initial();
+            state.sightings = Sightings::default();
+        }
+        mistimed
+    }
+
+    /// What the relative estimator is to expect of a deck whose harmonics are known.
+    fn band(&self, deck: &DeckEstimatorState<R>) -> Option<DeckPrior<R>> {
+        let harmonics = || (0..deck.count()).filter_map(|k| deck.harmonic(k));
+        let (mut power, mut sum, mut squares) = (R::ZERO, R::ZERO, R::ZERO);
+        for harmonic in harmonics() {
+            let w = harmonic.angular_frequency;
+            let speed = harmonic.amplitude_m * w;
+            let share = speed * speed;
+            let sd = harmonic.angular_frequency_sd;
+            power += share;
+            sum += share * w;
+            squares += share * (w * w + sd * sd);
+        }
+        let mean = sum / power;
+        let width = (squares / power - mean * mean).max(R::ZERO).sqrt() + deck.forgetting_per_s();
+        let prior = DeckPrior {
+            heave_velocity_sd_mps: (power * r(0.5)).sqrt().max(self.deck_known_mps),
+            heave_angular_frequency: mean,
+            heave_damping_ratio: (width / mean).clamp(
+                self.least_damping_ratio,
+                self.relative
+                    .deck
+                    .heave_damping_ratio
+                    .max(self.least_damping_ratio),
+            ),
+            ..self.relative.deck
+        };
+        prior.validate().is_ok().then_some(prior)
+    }
+
+    /// The fastest the deck is expected to move: all harmonics at once, or before any is
+    /// known two standard deviations; what is estimated now at least.
+    fn greatest_deck_speed(
+        &self,
+        state: &ComputerState<R, G::State>,
+        now: &DeckMotionPrediction<R>,
+        estimate: &RelativeEstimate<R>,
+    ) -> R {
+        let least = estimate.deck_velocity_mps.z.abs();
+        if state.deck.count() == 0 {
+            return least.max(r::<R>(2.0) * now.velocity_sd_mps);
+        }
+        let sum = harmonics_mps(&state.deck);
+        least.max(sum).max(now.velocity_mps.abs())
+    }
+
+    /// The descent to fly if one begins now.
+    fn plan(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        motion: &Motion<R>,
+        dt: R,
+    ) -> (Option<Plan<R>>, Option<Reference<R>>) {
+        let height_m = motion.position_m.z;
+        if state.deck.observed_s() < self.watch_s {
+            return (None, None);
+        }
+        match &self.descent {
+            Descent::Straight(reference) => {
+                let reference = reference.starting_at(height_m);
+                (None, reference.validate().is_ok().then_some(reference))
+            }
+            Descent::Planned(planner) => {
+                let phase = state.lander.phase();
+                if phase != Phase::Wait {
+                    // A hold between two waits is no new approach.
+                    if phase != Phase::Hold {
+                        state.planner = planner.initial();
+                    }
+                    state.since_plan_s = self.planner_period_s;
+                    return (None, None);
+                }
+                state.since_plan_s += dt;
+                if state.since_plan_s < self.planner_period_s {
+                    return (None, None);
+                }
+                let waited_s = state.since_plan_s;
+                state.since_plan_s = R::ZERO;
+                let (tilt_rad, behind_s) = (state.tilt_rad, state.sightings.behind_s());
+                let forecast = |ahead_s: R| {
+                    let heave = self.deck.predict(&state.deck, ahead_s + behind_s);
+                    DeckOutlook::from_heave(&heave, tilt_rad, R::ZERO)
+                };
+                let verdict = planner.step(
+                    &mut state.planner,
+                    height_m,
+                    state.hurry,
+                    &forecast,
+                    waited_s,
+                );
+                let plan = verdict.plan();
+                (plan, plan.map(|plan| Reference::Terminal(plan.reference)))
+            }
+        }
+    }
+}
+
+/// The speed of a deck whose harmonics all are at their fastest at once, m/s.
+fn harmonics_mps<R: Real>(deck: &DeckEstimatorState<R>) -> R {
+    let harmonics = (0..deck.count()).filter_map(|k| deck.harmonic(k));
+    harmonics.fold(R::ZERO, |sum, harmonic| {
+        sum + harmonic.amplitude_m * harmonic.angular_frequency
+    })
+}

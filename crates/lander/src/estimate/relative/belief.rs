@@ -1,0 +1,336 @@
+//! The distribution of the state and how time changes it.
+
+use super::RelativeFilter;
+use crate::estimate::gaussian::Gaussian;
+use touchdown_flight::real::{Real, r};
+use touchdown_flight::space::Vector;
+
+/// Vertical states: height h, velocity v_q, deck velocity v_p and acceleration
+/// a_p, accelerometer bias b, altitude z_q.
+pub(super) const H: usize = 0;
+pub(super) const VQ: usize = 1;
+pub(super) const VP: usize = 2;
+pub(super) const AP: usize = 3;
+pub(super) const B: usize = 4;
+pub(super) const ZQ: usize = 5;
+
+/// Horizontal states of an axis: relative position, velocity, deck velocity,
+/// accelerometer bias.
+pub(super) const P: usize = 0;
+pub(super) const VX: usize = 1;
+pub(super) const VD: usize = 2;
+pub(super) const BX: usize = 3;
+
+/// Vertical and two horizontal distributions, independent of each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Belief<R> {
+    pub(super) vertical: Gaussian<R, 6>,
+    pub(super) horizontal: [Gaussian<R, 4>; 2],
+    /// What the velocity adds up to, m: the altitude without the jumps that readings
+    /// make in it.
+    pub(super) climbed: R,
+}
+
+impl<R: Real> Belief<R> {
+    pub(super) fn initial(filter: &RelativeFilter<R>) -> Self {
+        let (deck, imu, initial) = (&filter.deck, &filter.imu, &filter.initial);
+        let heave_sd = deck.heave_velocity_sd_mps;
+        let levelling = filter.gravity_mps2 * imu.attitude_sd_rad;
+        let bias = imu.bias_sd_mps2;
+        let axis = Gaussian::from_sd([
+            initial.position_sd_m,
+            initial.velocity_sd_mps,
+            deck.horizontal_velocity_sd_mps,
+            (bias * bias + levelling * levelling).sqrt(),
+        ]);
+        Self {
+            vertical: Gaussian::from_sd([
+                initial.position_sd_m,
+                initial.velocity_sd_mps,
+                heave_sd,
+                heave_sd * deck.heave_angular_frequency,
+                bias,
+                filter.barometer.noise_sd_m,
+            ]),
+            horizontal: [axis; 2],
+            climbed: R::ZERO,
+        }
+    }
+
+    /// The vehicle's velocity is this, to a standard deviation on each axis, whatever
+    /// the rest is.
+    pub(super) fn know_velocity(&mut self, velocity: Vector<R>, sd: R) {
+        let [x, y] = &mut self.horizontal;
+        x.mean[VX] = velocity.x;
+        y.mean[VX] = velocity.y;
+        self.vertical.mean[VQ] = velocity.z;
+        for axis in [x, y] {
+            axis.covariance[VX] = [R::ZERO; 4];
+            axis.covariance[VX][VX] = sd * sd;
+            for other in [P, VD, BX] {
+                axis.covariance[other][VX] = R::ZERO;
+            }
+        }
+        let covariance = &mut self.vertical.covariance;
+        covariance[VQ] = [R::ZERO; 6];
+        for row in covariance.iter_mut() {
+            row[VQ] = R::ZERO;
+        }
+        covariance[VQ][VQ] = sd * sd;
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        self.climbed.is_finite()
+            && self.vertical.is_finite()
+            && self.horizontal.iter().all(Gaussian::is_finite)
+    }
+
+    /// Vehicle relative to the deck, m.
+    pub(super) fn position(&self) -> Vector<R> {
+        let [x, y] = &self.horizontal;
+        Vector::new(x.mean[P], y.mean[P], self.vertical.mean[H])
+    }
+
+    /// Velocity of the vehicle, m/s.
+    pub(super) fn velocity(&self) -> Vector<R> {
+        let [x, y] = &self.horizontal;
+        Vector::new(x.mean[VX], y.mean[VX], self.vertical.mean[VQ])
+    }
+
+    /// Velocity of the deck, m/s.
+    pub(super) fn deck_velocity(&self) -> Vector<R> {
+        let [x, y] = &self.horizontal;
+        Vector::new(x.mean[VD], y.mean[VD], self.vertical.mean[VP])
+    }
+
+    /// Biases of the acceleration, m/s².
+    pub(super) fn bias(&self) -> Vector<R> {
+        let [x, y] = &self.horizontal;
+        Vector::new(x.mean[BX], y.mean[BX], self.vertical.mean[B])
+    }
+
+    /// `t` seconds at a measured acceleration (world axes, gravity removed).
+    ///
+    /// The transition is exact. The deck's noise enters as over an integrator:
+    /// its part of the covariance is right to order ω t.
+    pub(super) fn propagate(&mut self, filter: &RelativeFilter<R>, acceleration: Vector<R>, t: R) {
+        if !(t > R::ZERO) {
+            return;
+        }
+        let (one, zero, half, third) = (R::ONE, R::ZERO, r::<R>(0.5), r::<R>(1.0 / 3.0));
+        let (t2, t3) = (t * t, t * t * t);
+        let deck = &filter.deck;
+        let w = deck.heave_angular_frequency;
+        // v_p'' + 2 σ v_p' + ω² v_p = 0, σ = ζ ω, ω_d² = ω² - σ².
+        let sigma = deck.heave_damping_ratio * w;
+        let wd = (w * w - sigma * sigma).max(R::ZERO).sqrt();
+        let sine = if (wd * t) * (wd * t) < R::EPSILON {
+            t
+        } else {
+            (wd * t).sin() / wd
+        };
+        let (e, cosine) = ((-(sigma * t)).exp(), (wd * t).cos());
+        let (vv, va) = (e * (cosine + sigma * sine), e * sine);
+        let aa = e * (cosine - sigma * sine);
+        let moved_a = (one - vv) / (w * w);
+        let moved_v = va + r::<R>(2.0) * sigma * moved_a;
+        let f = [
+            [one, t, -moved_v, -moved_a, -half * t2, zero],
+            [zero, one, zero, zero, -t, zero],
+            [zero, zero, vv, va, zero, zero],
+            [zero, zero, -(w * w) * va, aa, zero, zero],
+            [zero, zero, zero, zero, one, zero],
+            [zero, t, zero, zero, -half * t2, one],
+        ];
+        let qa = filter.imu.noise_density * filter.imu.noise_density;
+        let qb = filter.imu.bias_walk * filter.imu.bias_walk;
+        // Stationary: var v_p = q/(4 ζ ω³).
+        let sd = deck.heave_velocity_sd_mps;
+        let qd = r::<R>(4.0) * sigma * w * w * sd * sd;
+        let drift = filter.barometer.drift * filter.barometer.drift;
+        let mut q = [[zero; 6]; 6];
+        q[H][H] = qa * t3 * third + qd * t3 * t2 * r(0.05);
+        q[H][VQ] = qa * t2 * half;
+        q[H][VP] = -(qd * t2 * t2 * r(0.125));
+        q[H][AP] = -(qd * t3 * r(1.0 / 6.0));
+        q[H][ZQ] = qa * t3 * third;
+        q[VQ][VQ] = qa * t;
+        q[VQ][ZQ] = qa * t2 * half;
+        q[VP][VP] = qd * t3 * third;
+        q[VP][AP] = qd * t2 * half;
+        q[AP][AP] = qd * t;
+        q[B][B] = qb * t;
+        q[ZQ][ZQ] = qa * t3 * third + drift * t;
+        let (v, z) = (acceleration.z * t, acceleration.z * t2 * half);
+        let altitude = self.vertical.mean[ZQ];
+        self.vertical
+            .propagate(&f, &[z, v, zero, zero, zero, z], &q);
+        self.climbed += self.vertical.mean[ZQ] - altitude;
+
+        let f = [
+            [one, t, -t, -half * t2],
+            [zero, one, zero, -t],
+            [zero, zero, one, zero],
+            [zero, zero, zero, one],
+        ];
+        let qw = deck.horizontal_velocity_walk * deck.horizontal_velocity_walk;
+        let mut q = [[zero; 4]; 4];
+        q[P][P] = (qa + qw) * t3 * third;
+        q[P][VX] = qa * t2 * half;
+        q[P][VD] = -(qw * t2 * half);
+        q[VX][VX] = qa * t;
+        q[VD][VD] = qw * t;
+        q[BX][BX] = qb * t;
+        for (axis, a) in self
+            .horizontal
+            .iter_mut()
+            .zip([acceleration.x, acceleration.y])
+        {
+            axis.propagate(&f, &[a * t2 * half, a * t, zero, zero], &q);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::health::Fate;
+    use super::super::reading::{GnssVelocity, RangeReading, Reading, TagReading};
+    use super::*;
+    use touchdown_flight::space::Attitude;
+
+    /// Smallest pivot of Cholesky's factorisation, each relative to its variance.
+    fn least_pivot<const N: usize>(g: &Gaussian<f32, N>) -> f64 {
+        let mut a = g.covariance.map(|row| row.map(f64::from));
+        let mut least = f64::INFINITY;
+        for k in 0..N {
+            let variance = f64::from(g.covariance[k][k]);
+            if variance == 0.0 {
+                continue;
+            }
+            least = least.min(a[k][k] / variance);
+            for i in k + 1..N {
+                for j in k + 1..N {
+                    a[i][j] -= a[i][k] * a[k][j] / a[k][k];
+                }
+            }
+        }
+        least
+    }
+
+    #[test]
+    fn prop_covariance_stays_positive_in_single_precision() {
+        let filter = RelativeFilter::<f32>::default();
+        let mut belief = Belief::initial(&filter);
+        let level = Attitude::LEVEL;
+        let mut origin = None;
+        for step in 0_u16..20_000 {
+            belief.propagate(&filter, Vector::ZERO, 0.004);
+            let mut take = |reading: Reading<f32>| {
+                let (fate, _) = belief.correct(&filter, &reading, level, &mut origin);
+                assert!(matches!(fate, Fate::Used(_)), "{fate:?}");
+            };
+            take(Reading::Range(RangeReading::level(1.0, 0.0)));
+            if step.is_multiple_of(8) {
+                take(Reading::Tag(TagReading {
+                    position_m: Vector::UP,
+                    covariance_m2: [[0.0; 3]; 3],
+                    age_s: 0.0,
+                }));
+            }
+            if step.is_multiple_of(50) {
+                take(Reading::Gnss(GnssVelocity {
+                    velocity_mps: Vector::ZERO,
+                    age_s: 0.0,
+                }));
+            }
+            let least = [
+                least_pivot(&belief.vertical),
+                least_pivot(&belief.horizontal[0]),
+            ];
+            // Position of 10 m known to 2 mm in one reading: 4e-8 is left of the
+            // variance, of the order of the rounding; what is left is positive.
+            assert!(least[0] > 0.0 && least[1] > 0.0, "{step}: {least:?}");
+        }
+    }
+
+    #[test]
+    fn analytic_deck_prior_is_stationary() {
+        // Without readings the spread of the deck's velocity and acceleration stays.
+        let mut filter = RelativeFilter::<f64>::default();
+        filter.deck.heave_velocity_sd_mps = 0.2;
+        filter.deck.heave_angular_frequency = 3.0;
+        filter.deck.heave_damping_ratio = 1.0;
+        let mut belief = Belief::initial(&filter);
+        for _ in 0..5000 {
+            belief.propagate(&filter, Vector::ZERO, 1e-3);
+        }
+        // The noise is right to order ω t = 0.003, the variance to twice that.
+        let sd = [belief.vertical.sd(VP) / 0.2, belief.vertical.sd(AP) / 0.6];
+        assert!(sd.iter().all(|sd| (sd - 1.0).abs() < 6e-3), "{sd:?}");
+    }
+
+    #[test]
+    fn analytic_noise_of_two_steps_is_that_of_one() {
+        // Exact for integrators; a slow deck is one to order ω t = 1e-4.
+        let mut filter = RelativeFilter::<f64>::default();
+        filter.imu.bias_walk = 0.0;
+        filter.deck.heave_angular_frequency = 1e-3;
+        filter.deck.heave_velocity_sd_mps = 1e4;
+        filter.deck.horizontal_velocity_walk = 0.3;
+        let start = Belief {
+            vertical: Gaussian::from_sd([0.0; 6]),
+            horizontal: [Gaussian::from_sd([0.0; 4]); 2],
+            climbed: 0.0,
+        };
+        let (mut one, mut two) = (start, start);
+        one.propagate(&filter, Vector::ZERO, 0.1);
+        two.propagate(&filter, Vector::ZERO, 0.03);
+        two.propagate(&filter, Vector::ZERO, 0.07);
+        let compare = |a: f64, b: f64, variances: f64| {
+            assert!((a - b).abs() <= 1e-3 * variances.sqrt(), "{a} {b}");
+        };
+        let (a, b) = (&one.vertical.covariance, &two.vertical.covariance);
+        for i in 0..6 {
+            for j in 0..6 {
+                compare(a[i][j], b[i][j], a[i][i] * a[j][j]);
+            }
+        }
+        let (a, b) = (&one.horizontal[0].covariance, &two.horizontal[0].covariance);
+        for i in 0..4 {
+            for j in 0..4 {
+                compare(a[i][j], b[i][j], a[i][i] * a[j][j]);
+            }
+        }
+    }
+
+    #[test]
+    fn analytic_deck_transition_is_exact() {
+        // From (v, a) = (0.3, -0.5), ω = 3, over 0.7 s in one step: the closed form
+        // of the oscillator, damped critically and less, and its integral by
+        // Simpson's rule.
+        for damping in [1.0, 0.4, 0.01] {
+            let mut filter = RelativeFilter::<f64>::default();
+            filter.deck.heave_damping_ratio = damping;
+            let mut belief = Belief::initial(&filter);
+            belief.vertical.mean[VP] = 0.3;
+            belief.vertical.mean[AP] = -0.5;
+            belief.propagate(&filter, Vector::ZERO, 0.7);
+            let sigma = 3.0 * damping;
+            let wd = (9.0 - sigma * sigma).sqrt();
+            let v = |t: f64| {
+                let slope = -0.5 + sigma * 0.3;
+                let sine = if wd > 0.0 { (wd * t).sin() / wd } else { t };
+                (0.3 * (wd * t).cos() + slope * sine) * (-sigma * t).exp()
+            };
+            let n = 200;
+            let h = 0.7 / f64::from(n);
+            let mut integral = v(0.0) + v(0.7);
+            for k in 1..n {
+                integral += v(f64::from(k) * h) * if k % 2 == 1 { 4.0 } else { 2.0 };
+            }
+            // Rounding; Simpson's error (ω h)⁴/180 of 0.1.
+            assert!((belief.vertical.mean[VP] - v(0.7)).abs() < 1e-15);
+            assert!((belief.vertical.mean[H] + integral * h / 3.0).abs() < 1e-10);
+        }
+    }
+}

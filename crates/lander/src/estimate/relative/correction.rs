@@ -1,0 +1,195 @@
+//! How readings change the distribution of the state.
+
+use super::belief::{Belief, H, P, VQ, VX, ZQ};
+use super::health::Fate;
+use super::reading::{BarometerReading, GnssVelocity, RangeReading, Reading, TagReading};
+use super::{DeckSighting, RelativeFilter};
+use touchdown_flight::real::{Real, r};
+use touchdown_flight::space::{Attitude, Vector};
+
+impl<R: Real> Belief<R> {
+    /// Takes a reading of this time in. Gives what became of it, and the deck's
+    /// height as the reading shows it.
+    pub(super) fn correct(
+        &mut self,
+        filter: &RelativeFilter<R>,
+        reading: &Reading<R>,
+        attitude: Attitude<R>,
+        barometer_origin_m: &mut Option<R>,
+    ) -> (Fate<R>, Option<DeckSighting<R>>) {
+        match reading {
+            Reading::Range(range) => self.correct_range(filter, range, attitude),
+            Reading::Tag(tag) => self.correct_tag(filter, tag, attitude),
+            Reading::Gnss(gnss) => (self.correct_gnss(filter, gnss), None),
+            Reading::Barometer(barometer) => {
+                let fate = self.correct_barometer(filter, barometer, barometer_origin_m);
+                (fate, None)
+            }
+        }
+    }
+
+    /// The beam from s in the direction d meets the plane through the deck's
+    /// reference point: `n · (p + s) = ρ (-n · d)`.
+    fn correct_range(
+        &mut self,
+        filter: &RelativeFilter<R>,
+        reading: &RangeReading<R>,
+        attitude: Attitude<R>,
+    ) -> (Fate<R>, Option<DeckSighting<R>>) {
+        let model = &filter.range;
+        let distance = reading.distance_m;
+        let directions = (reading.deck_normal.direction(), model.direction.direction());
+        let (Some(n), Some(beam)) = directions else {
+            return (Fate::Unusable, None);
+        };
+        let cosine = -n.dot(attitude.rotate(beam));
+        let distance_fits = distance >= model.least_m && distance <= model.greatest_m;
+        let angle_fits = cosine >= model.greatest_angle_rad.cos() && n.z > r(0.5);
+        if !(distance_fits && angle_fits) {
+            return (Fate::Unusable, None);
+        }
+        let [x, y] = &self.horizontal;
+        let sideways = n.x * x.mean[P] + n.y * y.mean[P];
+        let value = distance * cosine - n.dot(attitude.rotate(model.position_m)) - sideways;
+        let square = |a: R| a * a;
+        let noise = square(model.noise_sd_m + model.noise_share * distance)
+            + square(model.quantum_m) * r(1.0 / 12.0);
+        let sine2 = (R::ONE - cosine * cosine).max(R::ZERO);
+        let rate = self.velocity().z - self.deck_velocity().z;
+        let variance = cosine * cosine * noise
+            + sine2 * square(distance * filter.imu.attitude_sd_rad)
+            + square(n.z * rate * model.jitter_s)
+            + square(n.x * x.sd(P))
+            + square(n.y * y.sd(P));
+        let mut h = [R::ZERO; 6];
+        h[H] = n.z;
+        let innovation = self.vertical.innovation(h, value, variance);
+        let sighting = DeckSighting {
+            displacement_m: self.climbed - value / n.z,
+            sd_m: variance.sqrt() / n.z,
+            age_s: reading.age_s,
+        };
+        let nis = innovation.nis();
+        if !within_gate(filter, nis) {
+            return (Fate::Rejected, None);
+        }
+        self.vertical.correct(&innovation);
+        (Fate::Used(nis), Some(sighting))
+    }
+
+    /// The reference point at c in camera axes: `p = -R (m + A c)`.
+    fn correct_tag(
+        &mut self,
+        filter: &RelativeFilter<R>,
+        reading: &TagReading<R>,
+        attitude: Attitude<R>,
+    ) -> (Fate<R>, Option<DeckSighting<R>>) {
+        let model = &filter.tag;
+        let camera = attitude * model.attitude;
+        let seen = attitude.rotate(model.position_m) + camera.rotate(reading.position_m);
+        let position = (-seen).to_array();
+        let speed = (self.velocity() - self.deck_velocity()).to_array();
+        let distance2 = seen.dot(seen);
+        let axes = [
+            Vector::new(R::ONE, R::ZERO, R::ZERO),
+            Vector::new(R::ZERO, R::ONE, R::ZERO),
+            Vector::UP,
+        ];
+        let mut variance = [R::ZERO; 3];
+        for k in 0..3 {
+            let along = camera.unrotate(axes[k]);
+            let own = reading
+                .covariance_m2
+                .map(|row| Vector::from_array(row).dot(along));
+            let own = Vector::from_array(own).dot(along);
+            if !(own >= R::ZERO) {
+                return (Fate::Unusable, None);
+            }
+            let square = |a: R| a * a;
+            let levelling = square(filter.imu.attitude_sd_rad);
+            variance[k] = own
+                + square(model.noise_sd_m)
+                + square(speed[k] * model.jitter_s)
+                + levelling * (distance2 - position[k] * position[k]).max(R::ZERO);
+        }
+        let [x, y] = &mut self.horizontal;
+        let mut h = [R::ZERO; 4];
+        h[P] = R::ONE;
+        let of_x = x.innovation(h, position[0], variance[0]);
+        let of_y = y.innovation(h, position[1], variance[1]);
+        let mut h = [R::ZERO; 6];
+        h[H] = R::ONE;
+        let of_z = self.vertical.innovation(h, position[2], variance[2]);
+        let nis = [of_x.nis(), of_y.nis(), of_z.nis()];
+        if !nis.iter().all(|&nis| within_gate(filter, nis)) {
+            return (Fate::Rejected, None);
+        }
+        let sighting = DeckSighting {
+            displacement_m: self.climbed - position[2],
+            sd_m: variance[2].sqrt(),
+            age_s: reading.age_s,
+        };
+        x.correct(&of_x);
+        y.correct(&of_y);
+        self.vertical.correct(&of_z);
+        (Fate::Used(mean(nis)), Some(sighting))
+    }
+
+    fn correct_gnss(&mut self, filter: &RelativeFilter<R>, reading: &GnssVelocity<R>) -> Fate<R> {
+        let model = &filter.gnss;
+        let horizontal = model.horizontal_sd_mps * model.horizontal_sd_mps;
+        let vertical = model.vertical_sd_mps * model.vertical_sd_mps;
+        let [x, y] = &mut self.horizontal;
+        let mut h = [R::ZERO; 4];
+        h[VX] = R::ONE;
+        let of_x = x.innovation(h, reading.velocity_mps.x, horizontal);
+        let of_y = y.innovation(h, reading.velocity_mps.y, horizontal);
+        let mut h = [R::ZERO; 6];
+        h[VQ] = R::ONE;
+        let of_z = self
+            .vertical
+            .innovation(h, reading.velocity_mps.z, vertical);
+        let nis = [of_x.nis(), of_y.nis(), of_z.nis()];
+        if !nis.iter().all(|&nis| within_gate(filter, nis)) {
+            return Fate::Rejected;
+        }
+        x.correct(&of_x);
+        y.correct(&of_y);
+        self.vertical.correct(&of_z);
+        Fate::Used(mean(nis))
+    }
+
+    fn correct_barometer(
+        &mut self,
+        filter: &RelativeFilter<R>,
+        reading: &BarometerReading<R>,
+        origin_m: &mut Option<R>,
+    ) -> Fate<R> {
+        let model = &filter.barometer;
+        let height = self.vertical.mean[H] - self.vertical.sd(H);
+        if !(height >= model.trusted_above_m) {
+            return Fate::Unusable;
+        }
+        let mut h = [R::ZERO; 6];
+        h[ZQ] = R::ONE;
+        let variance = model.noise_sd_m * model.noise_sd_m;
+        // The first reading that is trusted tells the level of the others.
+        let altitude = reading.altitude_m;
+        let value = altitude - *origin_m.get_or_insert(altitude - self.vertical.mean[ZQ]);
+        let innovation = self.vertical.innovation(h, value, variance);
+        let nis = innovation.nis();
+        if !within_gate(filter, nis) {
+            return Fate::Rejected;
+        }
+        self.vertical.correct(&innovation);
+        Fate::Used(nis)
+    }
+}
+
+fn within_gate<R: Real>(filter: &RelativeFilter<R>, nis: R) -> bool {
+    nis <= filter.gate.gate_sd * filter.gate.gate_sd
+}
+
+fn mean<R: Real>(nis: [R; 3]) -> R {
+    (nis[0] + nis[1] + nis[2]) * r(1.0 / 3.0)
+}

@@ -1,0 +1,411 @@
+//! The vehicle relative to the deck, for landing.
+//!
+//! ```text
+//! vertical      h' = v_q - v_p    v_q' = a - b    z_q' = v_q
+//!               v_p' = a_p        a_p' = -2 ζ ω a_p - ω² v_p + w    b' = w_b
+//! horizontal    p' = v - v_d      v' = a - b      v_d' = w_d        b' = w_b
+//! a = R f - g e_z
+//! ```
+//!
+//! h is the height above the deck's reference point, v_q and v_p the velocities
+//! of vehicle and deck, a the measured acceleration (specific force f in body
+//! axes turned by the attitude R), b its bias, z_q the altitude, p the horizontal
+//! place relative to the deck on each axis. Heave is expected as a process
+//! around ω in a band whose width ζ tells: [`DeckPrior`] (settings may be changed
+//! between steps, as when the period has been found; a known one halves the error
+//! of the relative velocity). The
+//! attitude is taken as given; its error enters as a horizontal bias and as an
+//! error of range and tag in proportion to the distance. Vertical and horizontal
+//! axes are filtered apart (their common errors, of the attitude, are counted in
+//! each). Biases are those of world axes: after a turn of heading the horizontal
+//! ones have to be learnt anew, within the drift that `bias_walk` allows.
+//!
+//! **Delays.** A reading corrects the state of the time at which it was taken: a
+//! ring of the last N states with their inputs, and of the M readings between
+//! them, is computed again from there. The result is that of readings that arrive
+//! at once, whatever their order, as long as they are not older than N - 1 steps
+//! (those are counted and left out): N - 1 steps must be longer than the age of the
+//! oldest reading, 0.31 s at 100 Hz and N = 32, 0.155 s at 200 Hz. M must not be less
+//! than the readings that are taken in that age; where more come, the memory of
+//! readings, and with it the greatest age, gets shorter. Readings may fall between two
+//! steps and may be newer than the last IMU sample (`imu.delay_s`): they wait. Those
+//! stamped later than the step's end by more than a step are refused. Attitude is
+//! interpolated to the reading's time. One state takes 90 numbers, a reading
+//! about 18: with N = 32, M = 64 and `f64` 32 kB, with `f32` half of it. Replaying a
+//! step costs what the step costs.
+//!
+//! **Trust.** A reading whose innovation lies outside the gate is left out. The
+//! running mean of the normalised innovation squared and the number of readings
+//! left out in a row tell whether filter and sensors have parted
+//! ([`Health::diverged`]); then [`RelativeFilter::restart`] begins anew. Readings
+//! that are not finite are counted and change nothing; while IMU samples are not,
+//! the last acceleration and attitude are held.
+//!
+//! What it cannot see: without GNSS velocity (and near the ground, where the
+//! barometer is left out) only the prior tells the vehicle's own velocity from
+//! that of the deck; their difference, by which one lands, is not affected. A
+//! rounding to whole centimetres is not white for a vehicle at rest above a deck
+//! at rest: the height then keeps an error of up to half a quantum.
+
+mod belief;
+mod checks;
+mod correction;
+mod health;
+mod history;
+mod reading;
+mod settings;
+
+use belief::{AP, Belief, H, P, VD, VP, VQ, VX, ZQ};
+use history::{Accounts, History, Node, Place, clearer};
+
+pub use health::{Health, SensorHealth};
+pub use reading::{
+    BarometerReading, GnssVelocity, ImuSample, RangeReading, Reading, Sensor, TagReading,
+};
+pub use settings::{
+    BarometerModel, DeckPrior, Gate, GnssModel, ImuModel, InitialSpread, RangeModel, TagModel,
+};
+
+use touchdown_flight::error::{SettingsError, positive};
+use touchdown_flight::kernel::usable_dt;
+use touchdown_flight::real::{Real, r};
+use touchdown_flight::space::{Attitude, Vector};
+
+/// Kalman filter of the vehicle relative to the deck; see the
+/// [module](self).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: Real + serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
+pub struct RelativeFilter<R> {
+    /// Acceleration of gravity, m/s².
+    pub gravity_mps2: R,
+    /// The inertial unit.
+    pub imu: ImuModel<R>,
+    /// The range finder.
+    pub range: RangeModel<R>,
+    /// The camera and the tag.
+    pub tag: TagModel<R>,
+    /// Satellite navigation.
+    pub gnss: GnssModel<R>,
+    /// The barometer.
+    pub barometer: BarometerModel<R>,
+    /// What is known of the deck beforehand.
+    pub deck: DeckPrior<R>,
+    /// Uncertainty before any reading.
+    pub initial: InitialSpread<R>,
+    /// Gates and the monitor of consistency.
+    pub gate: Gate<R>,
+}
+
+/// State of a [`RelativeFilter`] that remembers N - 1 steps and M readings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelativeState<R: Real, const N: usize = 32, const M: usize = 64> {
+    history: History<R, N, M>,
+    accounts: Accounts<R>,
+    sighting: Option<DeckSighting<R>>,
+}
+
+/// The deck's height as one reading showed it: what the vehicle had climbed, as its
+/// estimated velocity adds up, less the height that was measured. The error is a
+/// constant and one of velocity that wanders with the noise of the accelerometer;
+/// what is faster is the deck's heave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeckSighting<R> {
+    /// Height of the deck, m.
+    pub displacement_m: R,
+    /// Standard deviation of the reading, m.
+    pub sd_m: R,
+    /// Age of the reading, s.
+    pub age_s: R,
+}
+
+/// The estimate, with standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelativeEstimate<R> {
+    /// Vehicle relative to the deck's reference point; z is the height, m.
+    pub position_m: Vector<R>,
+    /// Velocity of the vehicle, m/s.
+    pub velocity_mps: Vector<R>,
+    /// Velocity of the deck, m/s.
+    pub deck_velocity_mps: Vector<R>,
+    /// Vertical acceleration of the deck, m/s².
+    pub deck_acceleration_mps2: R,
+    /// Acceleration of the vehicle, bias removed, m/s².
+    pub acceleration_mps2: Vector<R>,
+    /// Bias of the acceleration, world axes, m/s².
+    pub bias_mps2: Vector<R>,
+    /// Altitude above the start, m.
+    pub altitude_m: R,
+    /// Standard deviation of the position, m.
+    pub position_sd_m: Vector<R>,
+    /// Standard deviation of the velocity relative to the deck, m/s.
+    pub relative_velocity_sd_mps: Vector<R>,
+    /// Standard deviation of the vehicle's velocity, m/s.
+    pub velocity_sd_mps: Vector<R>,
+    /// Standard deviation of the deck's velocity, m/s.
+    pub deck_velocity_sd_mps: Vector<R>,
+    /// Standard deviation of the deck's vertical acceleration, m/s².
+    pub deck_acceleration_sd_mps2: R,
+}
+
+impl<R: Real> RelativeEstimate<R> {
+    /// Height above the deck's reference point, m.
+    #[must_use]
+    pub fn height_m(&self) -> R {
+        self.position_m.z
+    }
+
+    /// Velocity relative to the deck, m/s.
+    #[must_use]
+    pub fn relative_velocity_mps(&self) -> Vector<R> {
+        self.velocity_mps - self.deck_velocity_mps
+    }
+}
+
+impl<R: Real> Default for RelativeFilter<R> {
+    /// The defaults of the parts, g = 9.81 m/s².
+    fn default() -> Self {
+        Self {
+            gravity_mps2: r(9.81),
+            imu: ImuModel::default(),
+            range: RangeModel::default(),
+            tag: TagModel::default(),
+            gnss: GnssModel::default(),
+            barometer: BarometerModel::default(),
+            deck: DeckPrior::default(),
+            initial: InitialSpread::default(),
+            gate: Gate::default(),
+        }
+    }
+}
+
+impl<R: Real> RelativeFilter<R> {
+    /// Checks all settings.
+    ///
+    /// # Errors
+    /// Names the first setting that is not usable.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        positive("relative.gravity_mps2", self.gravity_mps2)?;
+        self.imu.validate()?;
+        self.range.validate()?;
+        self.tag.validate()?;
+        self.gnss.validate()?;
+        self.barometer.validate()?;
+        self.deck.validate()?;
+        self.initial.validate()?;
+        self.gate.validate()
+    }
+
+    /// The state before any reading, at rest and level.
+    #[must_use]
+    pub fn initial<const N: usize, const M: usize>(&self) -> RelativeState<R, N, M> {
+        RelativeState {
+            history: History::new(Node {
+                belief: Belief::initial(self),
+                acceleration_mps2: Vector::ZERO,
+                attitude: Attitude::LEVEL,
+                dt: R::ZERO,
+            }),
+            accounts: Accounts {
+                monitors: Default::default(),
+                barometer_origin_m: None,
+            },
+            sighting: None,
+        }
+    }
+
+    /// Begins anew with the spread of the start, after a divergence; sensors keep
+    /// their counts, the vehicle its attitude.
+    pub fn restart<const N: usize, const M: usize>(&self, state: &mut RelativeState<R, N, M>) {
+        self.restart_from(state, Belief::initial(self));
+    }
+
+    /// As [`Self::restart`], but with the vehicle's velocity as it was estimated, to
+    /// `velocity_sd_mps` on each axis: for a place that is lost rather than a motion.
+    pub fn restart_moving<const N: usize, const M: usize>(
+        &self,
+        state: &mut RelativeState<R, N, M>,
+        velocity_sd_mps: R,
+    ) {
+        let mut belief = Belief::initial(self);
+        let velocity_mps = state.history.newest().belief.velocity();
+        belief.know_velocity(velocity_mps, velocity_sd_mps);
+        self.restart_from(state, belief);
+    }
+
+    fn restart_from<const N: usize, const M: usize>(
+        &self,
+        state: &mut RelativeState<R, N, M>,
+        belief: Belief<R>,
+    ) {
+        state.history.restart(belief);
+        state.accounts.barometer_origin_m = None;
+        for monitor in state.accounts.monitors.each() {
+            monitor.forgive();
+        }
+    }
+
+    /// Propagates over `dt` seconds with an IMU sample and takes in the readings
+    /// that have arrived by their end. The estimate is that of the sample's time.
+    pub fn step<const N: usize, const M: usize>(
+        &self,
+        state: &mut RelativeState<R, N, M>,
+        imu: &ImuSample<R>,
+        readings: &[Reading<R>],
+        dt: R,
+    ) -> RelativeEstimate<R> {
+        self.step_with(state, imu, readings.iter().copied(), dt);
+        self.ahead(state, R::ZERO)
+    }
+
+    /// [`Self::step`] with readings from anywhere, without the estimate.
+    pub fn step_with<const N: usize, const M: usize>(
+        &self,
+        state: &mut RelativeState<R, N, M>,
+        imu: &ImuSample<R>,
+        readings: impl IntoIterator<Item = Reading<R>>,
+        dt: R,
+    ) {
+        let dt = usable_dt(dt);
+        let accounts = &mut state.accounts;
+        for monitor in accounts.monitors.each() {
+            monitor.grow(dt);
+        }
+        let (mut acceleration, mut attitude) = {
+            let last = state.history.newest();
+            (last.acceleration_mps2, last.attitude)
+        };
+        let sensed = imu.attitude.rotate(imu.specific_force_mps2);
+        if imu.is_finite() && sensed.is_finite() {
+            acceleration = sensed - Vector::UP * self.gravity_mps2;
+            attitude = imu.attitude;
+            let monitor = accounts.monitors.of(Sensor::Imu);
+            monitor.note(health::Fate::Used(R::ONE), self.imu.delay_s, &self.gate);
+        } else {
+            accounts.monitors.of(Sensor::Imu).not_finite();
+        }
+        state.history.push(acceleration, attitude, dt);
+        let mut sighting = None;
+        for reading in readings {
+            let monitor = accounts.monitors.of(reading.sensor());
+            if !reading.is_finite() {
+                monitor.not_finite();
+                continue;
+            }
+            if reading.age_s() < -dt {
+                monitor.unusable();
+                continue;
+            }
+            let back = reading.age_s() - self.imu.delay_s;
+            let mut place = state.history.insert(reading, back);
+            if matches!(place, Place::NoRoom) {
+                // Readings of this step fill the log: once they are in the states, the
+                // oldest can leave it.
+                sighting = clearer(sighting, state.history.replay(self, accounts));
+                place = state.history.insert(reading, back);
+            }
+            let monitor = accounts.monitors.of(reading.sensor());
+            match place {
+                Place::Logged => {}
+                Place::TooOld => monitor.too_old(),
+                Place::NoRoom => monitor.no_room(),
+            }
+        }
+        state.sighting = clearer(sighting, state.history.replay(self, accounts));
+    }
+
+    /// The estimate `lead_s` after the last IMU sample, its acceleration and
+    /// attitude held.
+    #[must_use]
+    pub fn ahead<const N: usize, const M: usize>(
+        &self,
+        state: &RelativeState<R, N, M>,
+        lead_s: R,
+    ) -> RelativeEstimate<R> {
+        let node = state.history.newest();
+        let mut belief = node.belief;
+        belief.propagate(self, node.acceleration_mps2, lead_s);
+        let (vertical, [x, y]) = (&belief.vertical, &belief.horizontal);
+        let bias_mps2 = belief.bias();
+        RelativeEstimate {
+            position_m: belief.position(),
+            velocity_mps: belief.velocity(),
+            deck_velocity_mps: belief.deck_velocity(),
+            deck_acceleration_mps2: vertical.mean[AP],
+            acceleration_mps2: node.acceleration_mps2 - bias_mps2,
+            bias_mps2,
+            altitude_m: vertical.mean[ZQ],
+            position_sd_m: Vector::new(x.sd(P), y.sd(P), vertical.sd(H)),
+            relative_velocity_sd_mps: Vector::new(
+                x.sd_of_difference(VX, VD),
+                y.sd_of_difference(VX, VD),
+                vertical.sd_of_difference(VQ, VP),
+            ),
+            velocity_sd_mps: Vector::new(x.sd(VX), y.sd(VX), vertical.sd(VQ)),
+            deck_velocity_sd_mps: Vector::new(x.sd(VD), y.sd(VD), vertical.sd(VP)),
+            deck_acceleration_sd_mps2: vertical.sd(AP),
+        }
+    }
+
+    /// The attitude of a reading of this age, from the IMU samples of its time; the
+    /// oldest that is remembered where it is older.
+    #[must_use]
+    pub fn attitude_at<const N: usize, const M: usize>(
+        &self,
+        state: &RelativeState<R, N, M>,
+        age_s: R,
+    ) -> Attitude<R> {
+        state.history.attitude(age_s - self.imu.delay_s)
+    }
+
+    /// What the measured acceleration (gravity removed, with its bias) adds to the
+    /// vehicle's velocity and place from `from_s` to `to_s` ago, m/s and m; none where
+    /// that is not remembered.
+    #[must_use]
+    pub fn moved<const N: usize, const M: usize>(
+        &self,
+        state: &RelativeState<R, N, M>,
+        from_s: R,
+        to_s: R,
+    ) -> Option<[Vector<R>; 2]> {
+        let delay_s = self.imu.delay_s;
+        state.history.moved(from_s - delay_s, to_s - delay_s)
+    }
+
+    /// The deck's height as the readings of the last step showed it (of several,
+    /// the clearest), for a deck estimator; none where no range or tag came.
+    #[must_use]
+    pub fn deck_sighting<const N: usize, const M: usize>(
+        &self,
+        state: &RelativeState<R, N, M>,
+    ) -> Option<DeckSighting<R>> {
+        state.sighting
+    }
+
+    /// How far the estimate can be trusted.
+    #[must_use]
+    pub fn health<const N: usize, const M: usize>(
+        &self,
+        state: &RelativeState<R, N, M>,
+    ) -> Health<R> {
+        let monitors = &state.accounts.monitors;
+        let parted = [&monitors.range, &monitors.tag, &monitors.gnss]
+            .iter()
+            .any(|monitor| monitor.parted(&self.gate));
+        Health {
+            imu: monitors.imu.health(self.imu.stale_s),
+            range: monitors.range.health(self.range.stale_s),
+            tag: monitors.tag.health(self.tag.stale_s),
+            gnss: monitors.gnss.health(self.gnss.stale_s),
+            barometer: monitors.barometer.health(self.barometer.stale_s),
+            diverged: parted,
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! What the filter is told of sensors and deck.
+
+use touchdown_flight::real::{Real, r};
+use touchdown_flight::space::{Attitude, Vector};
+
+/// The inertial unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct ImuModel<R> {
+    /// White noise of the specific force, m/s²/√Hz (a sample's standard
+    /// deviation times the root of the time between samples).
+    pub noise_density: R,
+    /// Bias, standard deviation at the start, m/s².
+    pub bias_sd_mps2: R,
+    /// Drift of the bias, m/s²/√s.
+    pub bias_walk: R,
+    /// Error of roll and pitch, standard deviation, rad. Times g it adds to the
+    /// horizontal biases, times the distance to the errors of range and tag.
+    pub attitude_sd_rad: R,
+    /// Age of a sample at the end of its step, s.
+    pub delay_s: R,
+    /// Age from which the last sample counts as stale, s.
+    pub stale_s: R,
+}
+
+/// The range finder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct RangeModel<R> {
+    /// Place in body axes, from the vehicle's reference point, m.
+    pub position_m: Vector<R>,
+    /// Direction of the beam in body axes.
+    pub direction: Vector<R>,
+    /// White noise, standard deviation, m.
+    pub noise_sd_m: R,
+    /// Further noise as a share of the distance.
+    pub noise_share: R,
+    /// Quantum of the readings, m; its rounding counts as noise of the variance
+    /// quantum²/12.
+    pub quantum_m: R,
+    /// Least distance that is believed, m.
+    pub least_m: R,
+    /// Greatest distance that is believed, m.
+    pub greatest_m: R,
+    /// Greatest angle between the beam and the deck's normal, rad.
+    pub greatest_angle_rad: R,
+    /// Jitter of the age, standard deviation, s.
+    pub jitter_s: R,
+    /// Age from which the last reading counts as stale, s.
+    pub stale_s: R,
+}
+
+/// The camera and what sees the tag.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: Real + serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
+pub struct TagModel<R> {
+    /// Place of the camera in body axes, from the reference point, m.
+    pub position_m: Vector<R>,
+    /// Turn from camera axes (x right, y down, z forward in the image's sense)
+    /// to body axes.
+    pub attitude: Attitude<R>,
+    /// Error beside the reading's own covariance, standard deviation on each
+    /// axis, m.
+    pub noise_sd_m: R,
+    /// Jitter of the age, standard deviation, s.
+    pub jitter_s: R,
+    /// Age from which the last reading counts as stale, s.
+    pub stale_s: R,
+}
+
+/// Velocity by satellite navigation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct GnssModel<R> {
+    /// Horizontal noise on each axis, standard deviation, m/s.
+    pub horizontal_sd_mps: R,
+    /// Vertical noise, standard deviation, m/s.
+    pub vertical_sd_mps: R,
+    /// Age from which the last reading counts as stale, s.
+    pub stale_s: R,
+}
+
+/// The barometer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct BarometerModel<R> {
+    /// Noise, standard deviation, m.
+    pub noise_sd_m: R,
+    /// Drift of the pressure's level, m/√s.
+    pub drift: R,
+    /// Height above the deck below which readings are left out: there the
+    /// rotors' own pressure falsifies them.
+    pub trusted_above_m: R,
+    /// Age from which the last reading counts as stale, s.
+    pub stale_s: R,
+}
+
+/// What is known of the deck beforehand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct DeckPrior<R> {
+    /// Heave velocity, standard deviation, m/s; 0 for a deck at rest.
+    pub heave_velocity_sd_mps: R,
+    /// Angular frequency around which heave is expected, rad/s.
+    pub heave_angular_frequency: R,
+    /// Width of the band around it: damping ratio ζ of the process, in (0, 1];
+    /// 1 for heave of which nothing is known, 0.1 for a swell of known period.
+    pub heave_damping_ratio: R,
+    /// Horizontal velocity at the start, standard deviation, m/s; 0 with no walk
+    /// for a deck that stays.
+    pub horizontal_velocity_sd_mps: R,
+    /// Change of the horizontal velocity, m/s/√s.
+    pub horizontal_velocity_walk: R,
+}
+
+/// Uncertainty before any reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct InitialSpread<R> {
+    /// Relative position on each axis, standard deviation, m.
+    pub position_sd_m: R,
+    /// Velocity of the vehicle on each axis, standard deviation, m/s.
+    pub velocity_sd_mps: R,
+}
+
+/// When a reading is left out and when the filter counts as diverged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Gate<R> {
+    /// A reading further than this many standard deviations from what is
+    /// expected is left out.
+    pub gate_sd: R,
+    /// Number of readings over which the consistency is averaged.
+    pub memory: R,
+    /// Mean normalised innovation squared (1 where the model holds) from which
+    /// the filter counts as diverged.
+    pub nis_limit: R,
+    /// Readings of one sensor left out in a row from which it does.
+    pub rejections: u32,
+}
+
+impl<R: Real> Default for ImuModel<R> {
+    /// 0.02 m/s²/√Hz, bias 0.05 m/s², walk 0.002, attitude 0.01 rad, no delay,
+    /// stale after 0.05 s.
+    fn default() -> Self {
+        Self {
+            noise_density: r(0.02),
+            bias_sd_mps2: r(0.05),
+            bias_walk: r(0.002),
+            attitude_sd_rad: r(0.01),
+            delay_s: R::ZERO,
+            stale_s: r(0.05),
+        }
+    }
+}
+
+impl<R: Real> Default for RangeModel<R> {
+    /// At the reference point, straight down; 5 mm, whole centimetres, 0.02 to
+    /// 12 m, up to 0.6 rad, jitter 1 ms, stale after 0.2 s.
+    fn default() -> Self {
+        Self {
+            position_m: Vector::ZERO,
+            direction: -Vector::UP,
+            noise_sd_m: r(0.005),
+            noise_share: R::ZERO,
+            quantum_m: r(0.01),
+            least_m: r(0.02),
+            greatest_m: r(12.0),
+            greatest_angle_rad: r(0.6),
+            jitter_s: r(0.001),
+            stale_s: r(0.2),
+        }
+    }
+}
+
+impl<R: Real> TagModel<R> {
+    /// A camera that looks straight down, the top of its image forward: camera
+    /// x, y, z are the body's -y, -x, -z.
+    #[must_use]
+    pub fn looking_down() -> Attitude<R> {
+        Attitude::from_quaternion([R::ZERO, R::ONE, -R::ONE, R::ZERO]).unwrap_or_default()
+    }
+}
+
+impl<R: Real> Default for TagModel<R> {
+    /// At the reference point, looking straight down; 2 mm beside the reading's
+    /// own covariance, jitter 2 ms, stale after 0.3 s.
+    fn default() -> Self {
+        Self {
+            position_m: Vector::ZERO,
+            attitude: Self::looking_down(),
+            noise_sd_m: r(0.002),
+            jitter_s: r(0.002),
+            stale_s: r(0.3),
+        }
+    }
+}
+
+impl<R: Real> Default for GnssModel<R> {
+    /// 0.1 m/s horizontally, 0.15 m/s vertically, stale after 1 s.
+    fn default() -> Self {
+        Self {
+            horizontal_sd_mps: r(0.1),
+            vertical_sd_mps: r(0.15),
+            stale_s: R::ONE,
+        }
+    }
+}
+
+impl<R: Real> Default for BarometerModel<R> {
+    /// 0.15 m, drift 0.02 m/√s, trusted above 3 m, stale after 1 s.
+    fn default() -> Self {
+        Self {
+            noise_sd_m: r(0.15),
+            drift: r(0.02),
+            trusted_above_m: r(3.0),
+            stale_s: R::ONE,
+        }
+    }
+}
+
+impl<R: Real> Default for DeckPrior<R> {
+    /// 0.2 m/s of heave around 3 rad/s, damping ratio 0.5; horizontally at rest.
+    fn default() -> Self {
+        Self {
+            heave_velocity_sd_mps: r(0.2),
+            heave_angular_frequency: r(3.0),
+            heave_damping_ratio: r(0.5),
+            horizontal_velocity_sd_mps: R::ZERO,
+            horizontal_velocity_walk: R::ZERO,
+        }
+    }
+}
+
+impl<R: Real> Default for InitialSpread<R> {
+    /// 10 m, 2 m/s.
+    fn default() -> Self {
+        Self {
+            position_sd_m: r(10.0),
+            velocity_sd_mps: r(2.0),
+        }
+    }
+}
+
+impl<R: Real> Default for Gate<R> {
+    /// Five standard deviations; mean over 20 readings above 5, or 10 left out
+    /// in a row.
+    fn default() -> Self {
+        Self {
+            gate_sd: r(5.0),
+            memory: r(20.0),
+            nis_limit: r(5.0),
+            rejections: 10,
+        }
+    }
+}

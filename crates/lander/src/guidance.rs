@@ -1,0 +1,262 @@
+//! From what a landing wants flown to what the pilot flies.
+//!
+//! | what to fly ([`Fly`]) | horizontally | vertically |
+//! | --- | --- | --- |
+//! | `Hover`, deck | over the pad | to the height at the climb rate, in the deck's frame |
+//! | `Hover`, world | stop where it is | stop where it is |
+//! | `Descend`, `Commit` | over the pad | the plan, from its start |
+//! | `ClimbAway` | stop where it is | up at the climb rate |
+//! | `Idle` | | thrust taken back at a rate |
+//! | `Rest` | | thrust as it is |
+//! | `Disarm` | | off |
+//!
+//! In the world's frame only velocities are used (IMU and GNSS): the place relative
+//! to the deck is not. The plan is followed with known delays made up for: place
+//! and velocity as they were when the measurement was taken, acceleration as it
+//! is to be when the rotors have taken up the command. After its end it goes on
+//! downward at its sink rate, so that a vehicle that floats is pressed down, until
+//! `press_m` below. The heading is that of the first step.
+
+use crate::space_controller::{Motion, Target};
+use crate::state_machine::{Fly, Frame};
+use touchdown_flight::error::{SettingsError, not_negative, positive};
+use touchdown_flight::kernel::{Sum, usable_dt};
+use touchdown_flight::real::{Real, r};
+use touchdown_flight::reference::{Reference, ReferencePoint};
+use touchdown_flight::space::Vector;
+
+/// Rates and delays of the guidance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Guidance<R> {
+    /// Vertical speed towards a hover and away from the deck, m/s.
+    pub climb_mps: R,
+    /// Acceleration with which that speed is taken up and given up, m/s².
+    pub climb_mps2: R,
+    /// Acceleration away from the deck when a landing is broken off, m/s².
+    pub away_mps2: R,
+    /// Rate at which the thrust is taken back on the deck, N/s.
+    pub idle_n_per_s: R,
+    /// How far below its end a plan presses on, m.
+    pub press_m: R,
+    /// Age of place and velocity when the pilot gets them, s.
+    pub sensing_s: R,
+    /// Time from a command to the rotors' force, s.
+    pub acting_s: R,
+}
+
+/// State of a [`Guidance`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GuidanceState<R> {
+    /// Height and vertical velocity of the reference now, while it hovers or climbs:
+    /// the velocity relative to the deck, or of the vehicle.
+    slew: Option<(Frame, R, R)>,
+    /// The plan that is flown, and for how long.
+    plan: Option<(Reference<R>, Sum<R>)>,
+    /// The heading that is kept, rad.
+    heading_rad: Option<R>,
+}
+
+/// What a guidance orders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order<R> {
+    /// Fly to a target ([`Pilot::step`](crate::space_controller::Pilot::step)).
+    Track(Target<R>),
+    /// Take the thrust back ([`Pilot::idle`](crate::space_controller::Pilot::idle)).
+    Idle {
+        /// Rate, N/s.
+        rate_n_per_s: R,
+    },
+    /// Rotors off.
+    Off,
+}
+
+impl<R: Real> Default for Guidance<R> {
+    /// 0.5 m/s, 1 m/s² (away from the deck 3 m/s²), 40 N/s, 0.15 m; 20 ms and 70 ms.
+    fn default() -> Self {
+        Self {
+            climb_mps: r(0.5),
+            climb_mps2: R::ONE,
+            away_mps2: r(3.0),
+            idle_n_per_s: r(40.0),
+            press_m: r(0.15),
+            sensing_s: r(0.02),
+            acting_s: r(0.07),
+        }
+    }
+}
+
+impl<R: Real> Guidance<R> {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// Rates must be positive, the rest not negative.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        positive("guidance.climb_mps", self.climb_mps)?;
+        positive("guidance.climb_mps2", self.climb_mps2)?;
+        positive("guidance.away_mps2", self.away_mps2)?;
+        positive("guidance.idle_n_per_s", self.idle_n_per_s)?;
+        not_negative("guidance.press_m", self.press_m)?;
+        not_negative("guidance.sensing_s", self.sensing_s)?;
+        not_negative("guidance.acting_s", self.acting_s)
+    }
+
+    /// The state before anything was flown.
+    #[must_use]
+    pub fn initial(&self) -> GuidanceState<R> {
+        GuidanceState::default()
+    }
+
+    /// What to do for the next `dt` seconds. `plan` is the descent to fly if one
+    /// begins now, such as the planner's; it is taken when a descent begins. A
+    /// descent that was never planned is a hover.
+    ///
+    /// `deck_acceleration_mps2` is predicted to when the thrust will act.
+    pub fn step(
+        &self,
+        state: &mut GuidanceState<R>,
+        fly: Fly<R>,
+        plan: Option<&Reference<R>>,
+        motion: &Motion<R>,
+        deck_acceleration_mps2: Vector<R>,
+        dt: R,
+    ) -> Order<R> {
+        let dt = usable_dt(dt);
+        let heading_rad = *state
+            .heading_rad
+            .get_or_insert_with(|| motion.attitude.yaw_rad().finite_or(R::ZERO));
+        let mut order = match fly {
+            Fly::Disarm => {
+                *state = self.initial();
+                Order::Off
+            }
+            Fly::Idle => Order::Idle {
+                rate_n_per_s: self.idle_n_per_s,
+            },
+            Fly::Rest => Order::Idle {
+                rate_n_per_s: R::ZERO,
+            },
+            Fly::Descend | Fly::Commit => {
+                if state.plan.is_none() {
+                    state.plan = plan.map(|plan| (*plan, Sum::default()));
+                }
+                let vertical = match &mut state.plan {
+                    Some((reference, clock)) => {
+                        let now = clock.value();
+                        clock.add(dt);
+                        self.on_the_plan(reference, now)
+                    }
+                    None => self.slew(state, Frame::Deck, motion, motion.position_m.z, dt),
+                };
+                Order::Track(self.over_the_pad(vertical, deck_acceleration_mps2))
+            }
+            Fly::Hover {
+                height_m,
+                frame: Frame::Deck,
+            } => {
+                state.plan = None;
+                let vertical = self.slew(state, Frame::Deck, motion, height_m, dt);
+                Order::Track(self.over_the_pad(vertical, deck_acceleration_mps2))
+            }
+            Fly::Hover {
+                frame: Frame::World,
+                ..
+            } => self.in_the_world(state, motion, [R::ZERO, self.climb_mps2], dt),
+            Fly::ClimbAway => {
+                self.in_the_world(state, motion, [self.climb_mps, self.away_mps2], dt)
+            }
+        };
+        if let Order::Track(target) = &mut order {
+            target.yaw_rad = heading_rad;
+        }
+        order
+    }
+
+    fn on_the_plan(&self, reference: &Reference<R>, time_s: R) -> ReferencePoint<R> {
+        let sensed = reference.at(time_s - self.sensing_s);
+        let lowest_m = reference.end_height_m() - self.press_m;
+        ReferencePoint {
+            height_m: sensed.height_m.max(lowest_m),
+            velocity_mps: sensed.velocity_mps,
+            acceleration_mps2: reference.at(time_s + self.acting_s).acceleration_mps2,
+        }
+    }
+
+    fn over_the_pad(
+        &self,
+        vertical: ReferencePoint<R>,
+        deck_acceleration_mps2: Vector<R>,
+    ) -> Target<R> {
+        Target {
+            vertical,
+            deck_acceleration_mps2,
+            ..Target::default()
+        }
+    }
+
+    /// A reference that moves to a height above the deck within the climb rate and
+    /// acceleration, from where the vehicle is.
+    fn slew(
+        &self,
+        state: &mut GuidanceState<R>,
+        frame: Frame,
+        motion: &Motion<R>,
+        height_m: R,
+        dt: R,
+    ) -> ReferencePoint<R> {
+        let (mut z, v) = match state.slew {
+            Some((of, z, v)) if of == frame => (z, v),
+            _ => (motion.position_m.z, motion.relative_velocity_mps.z),
+        };
+        let left_m = height_m - z;
+        // The speed from which the height is still reached: √(2 a s), and s per
+        // step in the end.
+        let speed = (r::<R>(2.0) * self.climb_mps2 * left_m.abs())
+            .sqrt()
+            .min(self.climb_mps)
+            .min(left_m.abs() / dt.max(R::EPSILON));
+        let wanted = if left_m < R::ZERO { -speed } else { speed };
+        let change = self.climb_mps2 * dt;
+        let velocity_mps = wanted.clamp(v - change, v + change).finite_or(R::ZERO);
+        z += velocity_mps * dt;
+        state.slew = Some((frame, z, velocity_mps));
+        ReferencePoint {
+            height_m: z,
+            velocity_mps,
+            acceleration_mps2: R::ZERO,
+        }
+    }
+
+    /// Stops horizontally, and moves vertically at a speed, taken up at a rate, whatever
+    /// the deck does.
+    fn in_the_world(
+        &self,
+        state: &mut GuidanceState<R>,
+        motion: &Motion<R>,
+        [climb_mps, most_mps2]: [R; 2],
+        dt: R,
+    ) -> Order<R> {
+        state.plan = None;
+        let v = match state.slew {
+            Some((Frame::World, _, v)) => v,
+            _ => motion.vehicle_velocity_mps.z,
+        };
+        let change = most_mps2 * dt;
+        let climb_mps = climb_mps.clamp(v - change, v + change).finite_or(R::ZERO);
+        let acceleration_mps2 = ((climb_mps - v) / dt).finite_or(R::ZERO);
+        state.slew = Some((Frame::World, R::ZERO, climb_mps));
+        // No error of place; an error of relative velocity that is the vehicle's own.
+        let deck_mps = motion.vehicle_velocity_mps - motion.relative_velocity_mps;
+        Order::Track(Target {
+            vertical: ReferencePoint {
+                height_m: motion.position_m.z,
+                velocity_mps: climb_mps - deck_mps.z,
+                acceleration_mps2,
+            },
+            position_m: motion.position_m,
+            velocity_mps: -deck_mps,
+            ..Target::default()
+        })
+    }
+}

@@ -1,0 +1,197 @@
+//! Limits of a planner.
+
+use touchdown_flight::error::{SettingsError, not_negative, ordered, positive, within};
+use touchdown_flight::real::{Real, r};
+
+/// What the deck may do at touchdown.
+///
+/// Predictions count with `confidence` standard deviations against them. Limits
+/// on velocity and acceleration together choose the phase of the motion: a
+/// crest is little velocity and negative acceleration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Quiescence<R> {
+    /// Greatest vertical speed of the deck, m/s.
+    pub speed_mps: R,
+    /// Least (most downward) acceleration of the deck, m/s².
+    pub acceleration_min_mps2: R,
+    /// Greatest acceleration of the deck, m/s².
+    pub acceleration_max_mps2: R,
+    /// Greatest tilt of the deck, rad.
+    pub tilt_rad: R,
+    /// Greatest speed of the vehicle relative to the deck, m/s.
+    pub relative_speed_mps: R,
+    /// How much of the deck's acceleration the vehicle fails to follow, as a time:
+    /// an acceleration a costs `response_s · a` of relative speed.
+    pub response_s: R,
+    /// Standard deviations that predictions count with.
+    pub confidence: R,
+    /// Time around the touchdown in which all this must hold, s.
+    pub dwell_s: R,
+}
+
+/// What a descent may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Descent<R> {
+    /// Height at touchdown, m.
+    pub end_height_m: R,
+    /// Least rate of descent at touchdown, m/s.
+    pub sink_rate_mps: R,
+    /// What it is raised by, per standard deviation of the deck's velocity: a
+    /// vehicle that sinks more slowly than it errs touches more than once.
+    pub sink_per_sd: R,
+    /// Greatest rate of descent at touchdown, m/s.
+    pub sink_rate_max_mps: R,
+    /// Least duration, s.
+    pub duration_min_s: R,
+    /// Greatest duration, s.
+    pub duration_max_s: R,
+    /// Greatest rate of descent, relative to the deck, m/s.
+    pub speed_mps: R,
+    /// Greatest acceleration, that of the deck on the way included, m/s².
+    pub acceleration_mps2: R,
+}
+
+/// Picks the moment to descend, and the descent; see the [module](super).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Planner<R> {
+    /// What the deck may do at touchdown.
+    pub quiescence: Quiescence<R>,
+    /// What a descent may be.
+    pub descent: Descent<R>,
+    /// How far predictions are looked at, s.
+    pub horizon_s: R,
+    /// Greatest time to wait for a window, s.
+    pub wait_s: R,
+    /// What a second of descent weighs against severity.
+    pub cost_per_s: R,
+}
+
+impl<R: Real> Default for Quiescence<R> {
+    /// Deck within 0.25 m/s, ±1.5 m/s² and 0.10 rad; 0.15 m/s relative, response
+    /// 0.05 s, one standard deviation, for 0.2 s.
+    fn default() -> Self {
+        Self {
+            speed_mps: r(0.25),
+            acceleration_min_mps2: r(-1.5),
+            acceleration_max_mps2: r(1.5),
+            tilt_rad: r(0.10),
+            relative_speed_mps: r(0.15),
+            response_s: r(0.05),
+            confidence: R::ONE,
+            dwell_s: r(0.2),
+        }
+    }
+}
+
+impl<R: Real> Default for Descent<R> {
+    /// To 0.1 m at 0.03 m/s (and 0.5 of the deck's uncertainty, up to 0.08 m/s)
+    /// within 2.2 to 3.5 s, 0.7 m/s and 2 m/s².
+    fn default() -> Self {
+        Self {
+            end_height_m: r(0.1),
+            sink_rate_mps: r(0.03),
+            sink_per_sd: r(0.5),
+            sink_rate_max_mps: r(0.08),
+            duration_min_s: r(2.2),
+            duration_max_s: r(3.5),
+            speed_mps: r(0.7),
+            acceleration_mps2: r(2.0),
+        }
+    }
+}
+
+impl<R: Real> Default for Planner<R> {
+    /// The defaults of the parts; horizon 10 s, wait 30 s, 0.1 per second.
+    fn default() -> Self {
+        Self {
+            quiescence: Quiescence::default(),
+            descent: Descent::default(),
+            horizon_s: r(10.0),
+            wait_s: r(30.0),
+            cost_per_s: r(0.1),
+        }
+    }
+}
+
+impl<R: Real> Quiescence<R> {
+    fn validate(&self) -> Result<(), SettingsError> {
+        positive("planner.quiescence.speed_mps", self.speed_mps)?;
+        ordered(
+            "planner.quiescence.acceleration_min_mps2",
+            self.acceleration_min_mps2,
+            "planner.quiescence.acceleration_max_mps2",
+            self.acceleration_max_mps2,
+        )?;
+        positive("planner.quiescence.tilt_rad", self.tilt_rad)?;
+        positive(
+            "planner.quiescence.relative_speed_mps",
+            self.relative_speed_mps,
+        )?;
+        not_negative("planner.quiescence.response_s", self.response_s)?;
+        not_negative("planner.quiescence.confidence", self.confidence)?;
+        not_negative("planner.quiescence.dwell_s", self.dwell_s)
+    }
+}
+
+impl<R: Real> Descent<R> {
+    fn validate(&self) -> Result<(), SettingsError> {
+        not_negative("planner.descent.end_height_m", self.end_height_m)?;
+        not_negative("planner.descent.sink_rate_mps", self.sink_rate_mps)?;
+        not_negative("planner.descent.sink_per_sd", self.sink_per_sd)?;
+        within(
+            "planner.descent.sink_rate_max_mps",
+            self.sink_rate_max_mps,
+            self.sink_rate_max_mps >= self.sink_rate_mps,
+            "not less than sink_rate_mps",
+        )?;
+        positive("planner.descent.duration_min_s", self.duration_min_s)?;
+        ordered(
+            "planner.descent.duration_min_s",
+            self.duration_min_s,
+            "planner.descent.duration_max_s",
+            self.duration_max_s,
+        )?;
+        positive("planner.descent.speed_mps", self.speed_mps)?;
+        positive("planner.descent.acceleration_mps2", self.acceleration_mps2)
+    }
+}
+
+impl<R: Real> Planner<R> {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// Limits must be positive and in their order, the horizon reach beyond the
+    /// longest descent and fine enough to resolve the durations, and the sink
+    /// rate at touchdown lie within the relative speed that is allowed.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        self.quiescence.validate()?;
+        self.descent.validate()?;
+        ordered(
+            "planner.descent.sink_rate_max_mps",
+            self.descent.sink_rate_max_mps,
+            "planner.quiescence.relative_speed_mps",
+            self.quiescence.relative_speed_mps,
+        )?;
+        ordered(
+            "planner.descent.duration_max_s",
+            self.descent.duration_max_s,
+            "planner.horizon_s",
+            self.horizon_s,
+        )?;
+        within(
+            "planner.horizon_s",
+            self.horizon_s,
+            self.horizon_s / r(super::STEPS as f64)
+                <= self.descent.duration_max_s - self.descent.duration_min_s,
+            "at most 128 times duration_max_s less duration_min_s",
+        )?;
+        not_negative("planner.wait_s", self.wait_s)?;
+        not_negative("planner.cost_per_s", self.cost_per_s)
+    }
+}

@@ -1,0 +1,350 @@
+//! The whole controller in space: place and motion relative to the deck in,
+//! thrust and attitude out.
+
+mod motion;
+
+pub use motion::{Motion, PilotCommand, Target};
+
+use crate::control::allocation::allocate;
+use crate::control::horizontal::Errors;
+use crate::control::observer::{Felt, Record};
+use crate::control::{Adaptation, AdaptationState, Delays, Horizontal, HorizontalState, Observer};
+use touchdown_flight::control::channel::{ChannelInput, VerticalChannel, ground_input};
+use touchdown_flight::control::{Law, Saturation, VerticalState};
+use touchdown_flight::error::{SettingsError, finite};
+use touchdown_flight::ground_effect::{GroundEffect, GroundEffectInput, Guarded, Lift};
+use touchdown_flight::kernel::usable_dt;
+use touchdown_flight::real::Real;
+use touchdown_flight::reference::ReferencePoint;
+use touchdown_flight::space::{Attitude, Vector};
+use touchdown_flight::thrust::ThrustModel;
+use touchdown_flight::types::Limits;
+
+/// A landing controller in three dimensions: the vector law
+/// `f_u = m v_r' - K_P s - K_I ∫ s dt - m g - f_a^`.
+///
+/// Vertically it is the [`Autopilot`](touchdown_flight::vertical_controller::Autopilot), by the same
+/// code; horizontally [`Horizontal`]. The vertical force comes first: thrust is
+/// raised by what the tilt costs (ground effect acts along the rotors' axis as
+/// thrust does), and the horizontal force gets what limits of tilt and thrust
+/// leave. The ground-effect model is given the height along the deck's normal,
+/// the angle to it, and the rotors' heights where their places are known.
+///
+/// | method | law | ground effect | observer |
+/// | --- | --- | --- | --- |
+/// | feedback, empirical, dynamic, imbc, ssc | as for the autopilot | as there | none |
+/// | observer | [`Law::Composite`] | none | given |
+/// | dynamic+observer | [`Law::Composite`] | any dynamic family | given |
+///
+/// An observer or an adaptation needs the IMU's acceleration; only
+/// [`Law::Composite`] makes use of their vertical part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize, G: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>, G: serde::Deserialize<'de>"
+    ))
+)]
+pub struct Pilot<R: Real, G = Guarded<R>> {
+    /// Mass of the vehicle, kg.
+    pub mass_kg: R,
+    /// Acceleration of gravity, m/s².
+    pub gravity_mps2: R,
+    /// The vertical law.
+    pub law: Law<R>,
+    /// The horizontal law.
+    pub horizontal: Horizontal<R>,
+    /// Throttle to thrust.
+    pub thrust: ThrustModel<R>,
+    /// The ground effect.
+    pub ground_effect: G,
+    /// Disturbance observer, where one is used.
+    pub observer: Option<Observer<R>>,
+    /// Adaptation of the ground effect's strength, where it is used.
+    pub adaptation: Option<Adaptation<R>>,
+    /// Delays that observer and adaptation reckon with.
+    pub delays: Delays<R>,
+    /// Hubs of the rotors from the reference point, body axes, m, where known.
+    pub rotors_m: Option<[Vector<R>; 4]>,
+    /// Limits of the actuators.
+    pub limits: Limits<R>,
+}
+
+/// State of a [`Pilot`] whose ground-effect model has state `S`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PilotState<R: Real, S> {
+    /// Vertical law, models and the last command.
+    pub vertical: VerticalState<R, S>,
+    /// Horizontal law.
+    pub horizontal: HorizontalState<R>,
+    /// Force that no model explains, world axes, N; zero without an observer.
+    pub disturbance_n: Vector<R>,
+    /// The adaptation, where there is one.
+    pub adaptation: Option<AdaptationState<R>>,
+    record: Record<R>,
+    /// The last motion and target, with every value finite.
+    motion: Motion<R>,
+    target: Target<R>,
+    /// The last attitude asked for.
+    attitude: Attitude<R>,
+}
+
+impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
+    /// Checks all settings.
+    ///
+    /// # Errors
+    /// Names the first setting that is not usable.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        self.channel().validate()?;
+        self.horizontal.validate()?;
+        if let Some(observer) = &self.observer {
+            observer.validate()?;
+        }
+        if let Some(adaptation) = &self.adaptation {
+            adaptation.validate()?;
+        }
+        self.delays.validate()?;
+        for hub in self.rotors_m.iter().flatten() {
+            for value in hub.to_array() {
+                finite("rotors_m", value)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn channel(&self) -> VerticalChannel<'_, R, G> {
+        VerticalChannel {
+            mass_kg: self.mass_kg,
+            gravity_mps2: self.gravity_mps2,
+            law: &self.law,
+            thrust: &self.thrust,
+            ground_effect: &self.ground_effect,
+            limits: &self.limits,
+        }
+    }
+
+    /// The state in a hover at `motion`: rotors and air at rest at `throttle`,
+    /// which is being sent. What is not finite counts as zero.
+    pub fn initial(&self, motion: &Motion<R>, throttle: R) -> PilotState<R, G::State> {
+        let motion = motion.or_previous(&Motion::default());
+        let ground = self.ground(&motion);
+        let channel = self.channel();
+        let vertical = channel.initial(&ground, throttle);
+        let thrust_n = vertical.thrust.thrust_n();
+        let full = GroundEffectInput {
+            thrust_n,
+            throttle: vertical.command.throttle,
+            ..ground
+        };
+        let lift = self.ground_effect.lift(&vertical.ground_effect, &full);
+        let target = Target {
+            vertical: ReferencePoint {
+                height_m: motion.position_m.z,
+                ..ReferencePoint::default()
+            },
+            yaw_rad: motion.attitude.yaw_rad(),
+            ..Target::default()
+        };
+        PilotState {
+            vertical,
+            horizontal: HorizontalState::default(),
+            disturbance_n: Vector::ZERO,
+            adaptation: self.adaptation.map(|adaptation| adaptation.initial()),
+            record: Record::new(thrust_n, lift, motion.attitude.up()),
+            motion,
+            target,
+            // Level: what is asked for is never more than the tilt limit, whatever is.
+            attitude: Attitude::from_yaw(target.yaw_rad),
+        }
+    }
+
+    /// One control period: takes the motion at its beginning, gives the command to
+    /// hold for its `dt` seconds.
+    ///
+    /// Values that are not finite are replaced by the last ones that were; the
+    /// command is always finite and within the limits.
+    pub fn step(
+        &self,
+        state: &mut PilotState<R, G::State>,
+        motion: &Motion<R>,
+        target: &Target<R>,
+        dt: R,
+    ) -> PilotCommand<R> {
+        let dt = usable_dt(dt);
+        let sensed = motion.acceleration_mps2.is_finite();
+        let motion = motion.or_previous(&state.motion);
+        let target = target.or_previous(&state.target);
+        (state.motion, state.target) = (motion, target);
+        let lift = self.listen(state, &motion, sensed && !target.hold_estimates, dt);
+
+        let up = motion.attitude.up();
+        let channel = self.channel();
+        let input = ChannelInput {
+            measurement: motion.vertical(),
+            reference: target.vertical,
+            deck_acceleration_mps2: target.deck_acceleration_mps2.z,
+            disturbance_n: state.disturbance_n.z,
+            cos_tilt: up.z,
+        };
+        let output = channel.command(&mut state.vertical, &input, lift, dt);
+
+        let errors = Errors {
+            position_m: motion.position_m - target.position_m,
+            velocity_mps: motion.relative_velocity_mps - target.velocity_mps,
+            forward_mps2: target.deck_acceleration_mps2
+                - state.disturbance_n * (R::ONE / self.mass_kg),
+        };
+        let asked = self.horizontal.demand(&state.horizontal, &errors);
+        let allocated = allocate(
+            asked.acceleration_mps2 * self.mass_kg,
+            output.vertical_n,
+            self.mass_kg * self.gravity_mps2,
+            self.limits.thrust_max_n + lift.total_n(self.limits.thrust_max_n),
+            self.horizontal.tilt_limit_rad,
+            target.yaw_rad,
+        );
+        if let Some(allocated) = allocated {
+            state.attitude = allocated.attitude;
+        }
+        let limited = asked.limited || allocated.is_none_or(|allocated| allocated.limited);
+        self.horizontal
+            .advance(&mut state.horizontal, &asked, limited, dt);
+        PilotCommand {
+            thrust_n: output.command.thrust_n,
+            throttle: output.command.throttle,
+            attitude: state.attitude,
+            ground_effect_n: output.command.ground_effect_n,
+            saturated: output.saturation == Saturation::High,
+            limited,
+        }
+    }
+
+    /// Takes the thrust back by `rate_n_per_s` over `dt` seconds, down to the
+    /// least, along the deck's normal: for a vehicle that stands on the deck.
+    /// Observer and adaptation stand still.
+    pub fn idle(
+        &self,
+        state: &mut PilotState<R, G::State>,
+        motion: &Motion<R>,
+        rate_n_per_s: R,
+        dt: R,
+    ) -> PilotCommand<R> {
+        let dt = usable_dt(dt);
+        let motion = motion.or_previous(&state.motion);
+        state.motion = motion;
+        let lift = self.listen(state, &motion, false, dt);
+        let last_n = state.vertical.command.thrust_n;
+        let thrust_n = self
+            .limits
+            .thrust((last_n - rate_n_per_s.abs() * dt).finite_or(last_n));
+        let command = &mut state.vertical.command;
+        command.thrust_n = thrust_n;
+        command.throttle = self.limits.throttle(self.thrust.throttle_for(thrust_n));
+        command.ground_effect_n = lift.total_n(thrust_n).finite_or(R::ZERO);
+        let yaw_rad = state.target.yaw_rad;
+        if let Some(attitude) = Attitude::from_thrust_direction(motion.deck_normal, yaw_rad) {
+            state.attitude = attitude;
+        }
+        PilotCommand {
+            thrust_n,
+            throttle: state.vertical.command.throttle,
+            attitude: state.attitude,
+            ground_effect_n: state.vertical.command.ground_effect_n,
+            saturated: false,
+            limited: false,
+        }
+    }
+
+    /// Keeps models and record up with a command that is not this pilot's, which is
+    /// being sent for the next `dt` seconds. Observer and adaptation stand still.
+    pub fn follow(
+        &self,
+        state: &mut PilotState<R, G::State>,
+        motion: &Motion<R>,
+        command: &PilotCommand<R>,
+        dt: R,
+    ) {
+        let motion = motion.or_previous(&state.motion);
+        state.motion = motion;
+        let lift = self.listen(state, &motion, false, usable_dt(dt));
+        let last = &mut state.vertical.command;
+        let thrust_n = command.thrust_n.finite_or(last.thrust_n);
+        last.thrust_n = self.limits.thrust(thrust_n);
+        last.throttle = self
+            .limits
+            .throttle(command.throttle.finite_or(last.throttle));
+        last.ground_effect_n = lift.total_n(thrust_n).finite_or(R::ZERO);
+        if command.attitude.is_finite() {
+            state.attitude = command.attitude;
+        }
+    }
+
+    /// Advances models, record, observer and adaptation; gives the lift to count
+    /// on.
+    fn listen(
+        &self,
+        state: &mut PilotState<R, G::State>,
+        motion: &Motion<R>,
+        learn: bool,
+        dt: R,
+    ) -> Lift<R> {
+        let ground = self.ground(motion);
+        let lift = self
+            .channel()
+            .advance_models(&mut state.vertical, &ground, dt);
+        let strength = match (&self.adaptation, &state.adaptation) {
+            (Some(adaptation), Some(adapted)) => adaptation.strength(adapted),
+            _ => R::ONE,
+        };
+        let thrust_n = state.vertical.thrust.thrust_n();
+        let up = motion.attitude.up();
+        state.record.push(thrust_n, lift, strength, up, dt);
+        if learn {
+            let felt = self.felt(state, motion);
+            if let Some(observer) = &self.observer {
+                observer.step(&mut state.disturbance_n, &felt, dt);
+            }
+            if let Some(adaptation) = &self.adaptation {
+                let adapted = state.adaptation.get_or_insert_with(|| adaptation.initial());
+                adaptation.step(adapted, &felt, dt);
+            }
+        }
+        Lift {
+            ratio: strength * lift.ratio,
+            force_n: strength * lift.force_n,
+        }
+    }
+
+    fn felt(&self, state: &PilotState<R, G::State>, motion: &Motion<R>) -> Felt<R> {
+        state.record.felt(
+            &self.delays,
+            motion.acceleration_mps2,
+            self.mass_kg,
+            self.gravity_mps2,
+        )
+    }
+
+    /// What the ground-effect model is told, but for thrust and throttle.
+    fn ground(&self, motion: &Motion<R>) -> GroundEffectInput<R> {
+        let normal = motion.deck_normal;
+        let height_m = motion.position_m.dot(normal);
+        let level = GroundEffectInput {
+            height_m,
+            ..ground_input(&motion.vertical())
+        };
+        if !self.ground_effect.sees_rotors() {
+            return level;
+        }
+        let up = motion.attitude.up();
+        GroundEffectInput {
+            tilt_rad: up.cross(normal).norm().atan2(up.dot(normal)),
+            rotor_heights_m: self
+                .rotors_m
+                .map(|hubs| hubs.map(|hub| height_m + motion.attitude.rotate(hub).dot(normal))),
+            ..level
+        }
+    }
+}

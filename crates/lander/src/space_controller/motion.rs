@@ -1,0 +1,138 @@
+//! What a pilot is told, and what it gives.
+
+use crate::estimate::relative::RelativeEstimate;
+use touchdown_flight::real::Real;
+use touchdown_flight::reference::ReferencePoint;
+use touchdown_flight::space::{Attitude, Vector};
+use touchdown_flight::types::Measurement;
+
+/// Place and motion of the vehicle. World axes; position and velocity relative to
+/// the deck's landing point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motion<R: Real> {
+    /// Position relative to the deck, m; z is the height.
+    pub position_m: Vector<R>,
+    /// Velocity relative to the deck, m/s.
+    pub relative_velocity_mps: Vector<R>,
+    /// Velocity of the vehicle, m/s.
+    pub vehicle_velocity_mps: Vector<R>,
+    /// Acceleration of the vehicle (gravity removed), m/s².
+    pub acceleration_mps2: Vector<R>,
+    /// Attitude of the vehicle.
+    pub attitude: Attitude<R>,
+    /// The deck's normal; zero where it is not known, which stands for level.
+    pub deck_normal: Vector<R>,
+}
+
+/// What to fly to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Target<R> {
+    /// Height above the deck, and its motion.
+    pub vertical: ReferencePoint<R>,
+    /// Horizontal place relative to the deck, m; z is not used.
+    pub position_m: Vector<R>,
+    /// Its velocity, m/s.
+    pub velocity_mps: Vector<R>,
+    /// Acceleration of the deck, predicted to when the thrust will act, m/s².
+    pub deck_acceleration_mps2: Vector<R>,
+    /// Heading, rad.
+    pub yaw_rad: R,
+    /// Observer and adaptation stand still: legs may be touching.
+    pub hold_estimates: bool,
+}
+
+/// What a [`Pilot`](super::Pilot) asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: Real + serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
+pub struct PilotCommand<R: Real> {
+    /// Collective free-air thrust along the rotors' axis, N.
+    pub thrust_n: R,
+    /// Throttle that gives it at rest.
+    pub throttle: R,
+    /// Attitude wanted.
+    pub attitude: Attitude<R>,
+    /// The ground-effect force now, as estimated and used by the law, N.
+    pub ground_effect_n: R,
+    /// More thrust is asked for than the rotors give.
+    pub saturated: bool,
+    /// Less horizontal force is given than asked for.
+    pub limited: bool,
+}
+
+impl<R: Real> Motion<R> {
+    /// The motion as estimated, with an attitude and the deck's normal.
+    #[must_use]
+    pub fn from_estimate(
+        estimate: &RelativeEstimate<R>,
+        attitude: Attitude<R>,
+        deck_normal: Vector<R>,
+    ) -> Self {
+        Self {
+            position_m: estimate.position_m,
+            relative_velocity_mps: estimate.relative_velocity_mps(),
+            vehicle_velocity_mps: estimate.velocity_mps,
+            acceleration_mps2: estimate.acceleration_mps2,
+            attitude,
+            deck_normal,
+        }
+    }
+
+    /// `self` with every vector that is not finite taken from `previous`.
+    pub(super) fn or_previous(&self, previous: &Self) -> Self {
+        let attitude = if self.attitude.is_finite() {
+            self.attitude
+        } else {
+            previous.attitude
+        };
+        Self {
+            position_m: self.position_m.finite_or(previous.position_m),
+            relative_velocity_mps: self
+                .relative_velocity_mps
+                .finite_or(previous.relative_velocity_mps),
+            vehicle_velocity_mps: self
+                .vehicle_velocity_mps
+                .finite_or(previous.vehicle_velocity_mps),
+            acceleration_mps2: self.acceleration_mps2.finite_or(previous.acceleration_mps2),
+            attitude,
+            deck_normal: self.deck_normal.direction().unwrap_or(Vector::UP),
+        }
+    }
+
+    pub(super) fn vertical(&self) -> Measurement<R> {
+        Measurement {
+            height_m: self.position_m.z,
+            relative_velocity_mps: self.relative_velocity_mps.z,
+            vehicle_velocity_mps: self.vehicle_velocity_mps.z,
+            acceleration_mps2: self.acceleration_mps2.z,
+        }
+    }
+}
+
+impl<R: Real> Target<R> {
+    /// `self` with every value that is not finite taken from `previous`.
+    pub(super) fn or_previous(&self, previous: &Self) -> Self {
+        let (new, old) = (&self.vertical, &previous.vertical);
+        let vertical = ReferencePoint {
+            height_m: new.height_m.finite_or(old.height_m),
+            velocity_mps: new.velocity_mps.finite_or(old.velocity_mps),
+            acceleration_mps2: new.acceleration_mps2.finite_or(old.acceleration_mps2),
+        };
+        Self {
+            vertical,
+            position_m: self.position_m.finite_or(previous.position_m),
+            velocity_mps: self.velocity_mps.finite_or(previous.velocity_mps),
+            deck_acceleration_mps2: self
+                .deck_acceleration_mps2
+                .finite_or(previous.deck_acceleration_mps2),
+            yaw_rad: self.yaw_rad.finite_or(previous.yaw_rad),
+            hold_estimates: self.hold_estimates,
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! What a step's input says, in the words of the table of transitions.
+
+use super::{Funnel, Lander, LanderInput, Reason};
+use touchdown_flight::real::Real;
+
+/// What can be said of an input alone, without memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Facts {
+    /// Why height and velocity above the deck are not known.
+    pub(super) blind: Option<Reason>,
+    /// `blind`, or the tag is lost.
+    pub(super) stale: Option<Reason>,
+    /// Why a descent may not begin.
+    pub(super) unready: Option<Reason>,
+    /// The first limit of the vehicle's motion that is exceeded.
+    pub(super) beyond: Option<Reason>,
+    /// Nearing the deck too fast, as far as that is known.
+    pub(super) sinking: bool,
+    /// The deck is not within its limits.
+    pub(super) rough_deck: bool,
+    pub(super) battery_low: bool,
+    pub(super) battery_critical: bool,
+    pub(super) at_hold_height: bool,
+    pub(super) over_pad: bool,
+    pub(super) at_commit_height: bool,
+    pub(super) above_commit_height: bool,
+    /// As high as the hover, or higher.
+    pub(super) up: bool,
+    pub(super) touching: bool,
+    pub(super) evidence: bool,
+    pub(super) unsupported: bool,
+}
+
+/// `value` lies in [0, limit]; NaN does not.
+fn up_to<R: Real>(value: R, limit: R) -> bool {
+    value >= R::ZERO && value <= limit
+}
+
+/// The first reason that is not excluded.
+fn first(reasons: &[(bool, Reason)]) -> Option<Reason> {
+    reasons
+        .iter()
+        .find_map(|&(bad, reason)| bad.then_some(reason))
+}
+
+impl<R: Real> LanderInput<R> {
+    /// The estimate of the vehicle's state is finite.
+    fn is_known(&self) -> bool {
+        let estimates = [
+            self.height_m,
+            self.relative_velocity_mps,
+            self.lateral_error_m,
+            self.lateral_speed_mps,
+            self.tilt_rad,
+        ];
+        estimates.iter().all(|value| value.is_finite())
+    }
+
+    /// Every number is finite.
+    fn is_finite(&self) -> bool {
+        let others = [
+            self.tag_age_s,
+            self.range_age_s,
+            self.imu_age_s,
+            self.deck_tilt_rad,
+            self.deck_speed_mps,
+            self.battery_share,
+            self.thrust_share,
+            self.load_factor,
+        ];
+        self.is_known() && others.iter().all(|value| value.is_finite())
+    }
+}
+
+impl<R: Real> Lander<R> {
+    // Conditions that let a landing go on are written so that NaN fails them.
+    pub(super) fn facts(&self, seen: &LanderInput<R>) -> Facts {
+        let blind = first(&[
+            (!seen.is_known(), Reason::NotFinite),
+            (seen.diverged, Reason::Diverged),
+            (!up_to(seen.imu_age_s, self.imu_age_s), Reason::ImuStale),
+            (
+                !up_to(seen.range_age_s, self.range_age_s),
+                Reason::RangeStale,
+            ),
+        ]);
+        let tag_lost = !up_to(seen.tag_age_s, self.tag_age_s);
+        let stale = blind.or(tag_lost.then_some(Reason::TagLost));
+
+        let height_m = seen.height_m;
+        let within = |value: R, funnel: Funnel<R>| value <= funnel.at(height_m);
+        let closing_mps = -seen.relative_velocity_mps;
+        let beyond = first(&[
+            (!up_to(seen.tilt_rad.abs(), self.tilt_rad), Reason::Tilt),
+            (
+                !within(seen.lateral_error_m.abs(), self.lateral_m),
+                Reason::LateralError,
+            ),
+            (!within(closing_mps, self.closing_mps), Reason::ClosingSpeed),
+        ]);
+        let rough_deck = !(seen.deck_tilt_rad.abs() <= self.deck_tilt_rad
+            && seen.deck_speed_mps.abs() <= self.deck_speed_mps);
+        let battery_critical = seen.battery_share <= self.battery_critical;
+        let battery_low = !battery_critical && !(seen.battery_share > self.battery_low);
+        let height_error_m = height_m - self.hold_height_m;
+        let at_hold_height = height_error_m.abs() <= self.hold_tolerance_m;
+        let over_pad = seen.lateral_error_m.abs() <= self.hold_lateral_m;
+        let steady = seen.relative_velocity_mps.abs() <= self.hold_speed_mps
+            && seen.lateral_speed_mps <= self.hold_speed_mps;
+        let unready = stale.or(beyond).or(first(&[
+            (!seen.is_finite(), Reason::NotFinite),
+            (!at_hold_height, Reason::Height),
+            (!over_pad, Reason::LateralError),
+            (!steady, Reason::Unsteady),
+            (seen.saturated, Reason::Saturated),
+            (rough_deck && !battery_critical, Reason::Deck),
+            (battery_low, Reason::BatteryLow),
+        ]));
+
+        let touching = blind.is_none()
+            && height_m <= self.touchdown_height_m
+            && seen.relative_velocity_mps.abs() <= self.touchdown_speed_mps
+            && seen.lateral_speed_mps.abs() <= self.touchdown_lateral_mps
+            && seen.contact != Some(false);
+        let idle = seen.thrust_share <= self.idle_thrust_share;
+        let carried = idle && seen.load_factor >= self.supported_load_factor;
+        Facts {
+            blind,
+            stale,
+            unready,
+            beyond,
+            sinking: closing_mps > self.closing_mps.at(height_m),
+            rough_deck,
+            battery_low,
+            battery_critical,
+            at_hold_height,
+            over_pad,
+            at_commit_height: height_m <= self.commit_height_m,
+            above_commit_height: height_m > self.commit_height_m + self.commit_margin_m,
+            up: stale.is_none() && height_error_m >= -self.hold_tolerance_m,
+            touching,
+            evidence: touching && (carried || seen.contact == Some(true)),
+            unsupported: idle
+                && seen.load_factor < self.supported_load_factor
+                && seen.contact != Some(true),
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! State and step of the state machine.
+
+use super::facts::Facts;
+use super::{Fly, Frame, Lander, LanderInput, LanderOutput, Phase, Reason, Request};
+use touchdown_flight::kernel::{Sum, usable_dt};
+use touchdown_flight::real::Real;
+
+/// For how long a condition has held without a break.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Held<R>(Option<R>);
+
+impl<R: Real> Held<R> {
+    /// The first step with the condition counts nothing; nor does a gap.
+    fn update(&mut self, holds: bool, dt: R, gap: bool) {
+        self.0 = match self.0 {
+            Some(so_far) if holds && !gap => Some(so_far + dt),
+            _ => holds.then_some(R::ZERO),
+        };
+    }
+
+    fn lasts(self, time_s: R) -> bool {
+        self.0.is_some_and(|so_far| so_far >= time_s)
+    }
+}
+
+/// State of a [`Lander`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LanderState<R> {
+    phase: Phase,
+    reason: Option<Reason>,
+    go_arounds: u8,
+    last_request: Request,
+    /// Time in this phase and those that share its limit.
+    clock: Sum<R>,
+    /// Time in Approach, Hold and Wait since the last descent.
+    waited: Sum<R>,
+    ready: Held<R>,
+    touching: Held<R>,
+    evidence: Held<R>,
+    apart: Held<R>,
+    unsupported: Held<R>,
+    beyond: Held<R>,
+    sinking: Held<R>,
+    saturated: Held<R>,
+}
+
+impl<R> LanderState<R> {
+    /// Where the landing is.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+}
+
+/// Phases that share a time limit.
+#[derive(PartialEq)]
+enum Stage {
+    Waiting,
+    Landing,
+    Climbing,
+    Ended,
+}
+
+impl Phase {
+    fn stage(self) -> Stage {
+        match self {
+            Self::Approach | Self::Hold | Self::Wait => Stage::Waiting,
+            Self::Descend | Self::Commit | Self::Touchdown => Stage::Landing,
+            Self::GoAround => Stage::Climbing,
+            Self::Disarmed | Self::GivenUp => Stage::Ended,
+        }
+    }
+}
+
+/// What of the past the table of transitions asks for.
+struct Past {
+    stop: bool,
+    restart: bool,
+    late: bool,
+    settled: bool,
+    contact: bool,
+    confirmed: bool,
+    apart: bool,
+    unsupported: bool,
+    astray: Option<Reason>,
+    sinks: bool,
+    too_many: bool,
+}
+
+impl<R: Real> Lander<R> {
+    /// The state at the start: on the approach.
+    #[must_use]
+    pub fn initial(&self) -> LanderState<R> {
+        LanderState::default()
+    }
+
+    /// One step, `dt` seconds after the one before. A `dt` that is not a
+    /// positive number counts as no time.
+    pub fn step(
+        &self,
+        state: &mut LanderState<R>,
+        seen: &LanderInput<R>,
+        dt: R,
+    ) -> LanderOutput<R> {
+        let facts = self.facts(seen);
+        let past = self.remember(state, seen, &facts, dt);
+        let (phase, reason) = self.transition(state, seen, &facts, &past);
+        self.enter(state, phase, reason, past.stop, past.restart);
+        let hover = |frame| Fly::Hover {
+            height_m: self.hold_height_m,
+            frame,
+        };
+        let fly = match phase {
+            Phase::Approach | Phase::Hold | Phase::Wait | Phase::GivenUp => {
+                hover(match facts.stale {
+                    None => Frame::Deck,
+                    Some(_) => Frame::World,
+                })
+            }
+            Phase::Descend => Fly::Descend,
+            Phase::Commit => Fly::Commit,
+            // Where the deck is not felt, the thrust is not taken back further, nor
+            // raised before it is a bounce.
+            Phase::Touchdown if facts.touching => Fly::Idle,
+            Phase::Touchdown => Fly::Rest,
+            Phase::GoAround => Fly::ClimbAway,
+            Phase::Disarmed => Fly::Disarm,
+        };
+        LanderOutput {
+            phase,
+            fly,
+            reason: state.reason,
+            go_arounds: state.go_arounds,
+            hurry: facts.battery_critical,
+        }
+    }
+
+    /// The table of transitions, row by row.
+    fn transition(
+        &self,
+        state: &LanderState<R>,
+        seen: &LanderInput<R>,
+        now: &Facts,
+        past: &Past,
+    ) -> (Phase, Option<Reason>) {
+        use Phase::{
+            Approach, Commit, Descend, Disarmed, GivenUp, GoAround, Hold, Touchdown, Wait,
+        };
+        let because = |phase: Phase, reason: Reason| (phase, Some(reason));
+        let late = past.late.then_some(Reason::Late);
+        let climbed = now.up || past.late;
+        let saturated = state.saturated.lasts(self.saturation_s);
+        let strayed = past
+            .astray
+            .or(saturated.then_some(Reason::Saturated))
+            .or(late);
+        let unfit = now
+            .rough_deck
+            .then_some(Reason::Deck)
+            .filter(|_| !now.battery_critical)
+            .or(now.battery_low.then_some(Reason::BatteryLow));
+        match state.phase {
+            _ if seen.request == Request::Disarm => because(Disarmed, Reason::Operator),
+
+            // A hover that sinks is not left alone with it, whatever else is wanted.
+            Approach | Hold | Wait if past.sinks => because(GoAround, Reason::ClosingSpeed),
+            Hold | Wait if now.at_commit_height => because(GoAround, Reason::Height),
+
+            Approach if past.stop => because(Hold, Reason::Operator),
+            Approach if now.battery_low => because(GivenUp, Reason::BatteryLow),
+            Approach if past.late => because(GivenUp, now.unready.unwrap_or(Reason::Late)),
+            Approach if now.stale.is_none() && now.at_hold_height && now.over_pad => (Hold, None),
+
+            Hold | Wait if past.stop => because(Hold, Reason::Operator),
+
+            Hold if now.battery_low => because(GivenUp, Reason::BatteryLow),
+            Hold if past.late => because(GivenUp, now.unready.unwrap_or(Reason::Late)),
+            Hold if past.settled => (Wait, None),
+
+            Wait if now.battery_low => because(GivenUp, Reason::BatteryLow),
+            Wait if let Some(reason) = now.unready => because(Hold, reason),
+            Wait if seen.go => (Descend, None),
+            Wait if past.late => because(GivenUp, Reason::Late),
+
+            Descend if past.stop => because(GoAround, Reason::Operator),
+            Descend if let Some(reason) = now.stale.or(strayed).or(unfit) => {
+                because(GoAround, reason)
+            }
+            Descend if now.at_commit_height => (Commit, None),
+
+            Commit if past.stop => because(GoAround, Reason::Operator),
+            Commit if let Some(reason) = now.blind => because(GoAround, reason),
+            Commit if past.contact => (Touchdown, None),
+            Commit if let Some(reason) = strayed => because(GoAround, reason),
+            Commit if let (true, Some(reason)) = (now.above_commit_height, now.stale) => {
+                because(GoAround, reason)
+            }
+            Commit if now.above_commit_height => (Descend, None),
+
+            Touchdown if past.stop => because(GoAround, Reason::Operator),
+            Touchdown if past.confirmed => (Disarmed, None),
+            Touchdown if past.unsupported => because(GoAround, Reason::NotSupported),
+            Touchdown if past.late => because(GoAround, Reason::Late),
+            Touchdown if let (true, Some(reason)) = (past.apart, now.blind) => {
+                because(GoAround, reason)
+            }
+            Touchdown if past.apart => because(Commit, Reason::Bounce),
+
+            GoAround if climbed && now.battery_critical && !past.stop => (Approach, state.reason),
+            GoAround if climbed && now.battery_low => because(GivenUp, Reason::BatteryLow),
+            GoAround if climbed && past.too_many => (GivenUp, state.reason),
+            GoAround if climbed && past.stop => because(Hold, Reason::Operator),
+            GoAround if climbed => (Approach, state.reason),
+
+            GivenUp if past.restart => (Approach, None),
+            GivenUp if now.battery_critical && now.stale.is_none() && !past.stop => {
+                (Approach, state.reason)
+            }
+
+            Disarmed if past.restart => (Approach, None),
+
+            stay => (stay, state.reason),
+        }
+    }
+
+    /// Advances the times that conditions have held.
+    fn remember(
+        &self,
+        state: &mut LanderState<R>,
+        seen: &LanderInput<R>,
+        now: &Facts,
+        dt: R,
+    ) -> Past {
+        let dt = usable_dt(dt);
+        let gap = dt > self.greatest_step_s;
+        state.clock.add(dt);
+        state.ready.update(now.unready.is_none(), dt, gap);
+        state.touching.update(now.touching, dt, gap);
+        state.evidence.update(now.evidence, dt, gap);
+        state.unsupported.update(now.unsupported, dt, gap);
+        state.apart.update(!now.touching, dt, false);
+        state.beyond.update(now.beyond.is_some(), dt, false);
+        state.sinking.update(now.sinking, dt, false);
+        state.saturated.update(seen.saturated, dt, false);
+        let late = match state.phase.stage() {
+            Stage::Waiting => {
+                state.waited.add(dt);
+                state.waited.value() > self.patience_s
+            }
+            Stage::Landing => state.clock.value() > self.landing_s,
+            Stage::Climbing => state.clock.value() > self.climb_s,
+            Stage::Ended => false,
+        };
+        let past = Past {
+            stop: seen.request == Request::Abort,
+            restart: seen.request == Request::Restart && state.last_request != Request::Restart,
+            late,
+            settled: state.ready.lasts(self.settle_s),
+            contact: state.touching.lasts(self.contact_s),
+            confirmed: state.evidence.lasts(self.confirm_s),
+            apart: state.apart.lasts(self.bounce_s),
+            unsupported: state.unsupported.lasts(self.fall_s),
+            astray: now.beyond.filter(|_| state.beyond.lasts(self.excess_s)),
+            sinks: state.sinking.lasts(self.excess_s),
+            too_many: state.go_arounds > self.go_arounds,
+        };
+        state.last_request = seen.request;
+        past
+    }
+
+    /// Takes over the new phase.
+    fn enter(
+        &self,
+        state: &mut LanderState<R>,
+        phase: Phase,
+        reason: Option<Reason>,
+        stop: bool,
+        restart: bool,
+    ) {
+        let ended = state.phase.stage() == Stage::Ended;
+        if phase == Phase::GoAround
+            && state.phase.stage() == Stage::Landing
+            && reason != Some(Reason::Operator)
+        {
+            state.go_arounds = state.go_arounds.saturating_add(1);
+        }
+        if restart && ended && phase == Phase::Approach {
+            state.go_arounds = 0;
+        }
+        // What the operator holds is not held against the landing.
+        let held = phase == Phase::Hold && stop;
+        if phase.stage() != state.phase.stage() || held {
+            state.clock = Sum::default();
+        }
+        if held || matches!(phase.stage(), Stage::Landing | Stage::Ended) {
+            state.waited = Sum::default();
+        }
+        state.phase = phase;
+        state.reason = reason;
+    }
+}

@@ -1,0 +1,251 @@
+//! Limits and times of the state machine.
+
+use touchdown_flight::error::{SettingsError, not_negative, ordered, positive, within};
+use touchdown_flight::real::{Real, r};
+
+/// A limit that opens with height, `at_deck + per_m · height`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Funnel<R> {
+    /// The limit at height zero.
+    pub at_deck: R,
+    /// How much it opens, per metre of height.
+    pub per_m: R,
+}
+
+impl<R: Real> Funnel<R> {
+    /// The limit at a height; below zero, that at zero.
+    #[must_use]
+    pub fn at(&self, height_m: R) -> R {
+        self.at_deck + self.per_m * height_m.max(R::ZERO)
+    }
+}
+
+/// The landing's state machine; see the [module](super) for what it does.
+///
+/// | setting | default | what it bounds |
+/// | --- | --- | --- |
+/// | `hold_height_m`, `hold_tolerance_m` | 0.8, 0.15 | height of the hover, and how exactly it is held before a descent |
+/// | `hold_lateral_m`, `hold_speed_mps` | 0.15, 0.25 | lateral error, speed relative to the deck at the start of a descent |
+/// | `commit_height_m`, `commit_margin_m` | 0.30, 0.10 | from where down a lost tag is coasted; how far above that the promise ends |
+/// | `touchdown_height_m` | 0.12 | greatest height in touchdown: that of contact, and the noise of the height |
+/// | `touchdown_speed_mps`, `touchdown_lateral_mps` | 0.12, 0.25 | greatest speeds relative to the deck in touchdown |
+/// | `idle_thrust_share`, `supported_load_factor` | 0.5, 0.7 | proof of being carried |
+/// | `tag_age_s`, `range_age_s`, `imu_age_s` | 0.3, 0.15, 0.05 | greatest ages |
+/// | `tilt_rad` | 0.35 | tilt of the vehicle |
+/// | `lateral_m`, `closing_mps` | 0.10 + 0.25 z, 0.35 + 1.0 z | lateral error, speed towards the deck |
+/// | `deck_tilt_rad`, `deck_speed_mps` | 0.14, 1.0 | the deck |
+/// | `battery_low`, `battery_critical` | 0.2, 0.08 | shares of energy |
+/// | `go_arounds` | 2 | aborted descents before giving up: one more gives up |
+/// | `settle_s` | 0.5 | being ready before waiting for the planner |
+/// | `contact_s`, `confirm_s` | 0.5, 0.5 | touching before thrust is taken back (the time in which the descent's last centimetres are flown, not dropped); evidence before disarming |
+/// | `bounce_s`, `fall_s` | 0.2, 0.05 | not touching, not supported |
+/// | `excess_s`, `saturation_s` | 0.15, 0.3 | beyond a limit |
+/// | `patience_s`, `landing_s`, `climb_s` | 120, 30, 5 | time limits of the phases |
+/// | `greatest_step_s` | 0.1 | a longer step is a gap |
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Lander<R> {
+    /// Height of the hover above the deck, m.
+    pub hold_height_m: R,
+    /// Greatest error of that height at the start of a descent, m.
+    pub hold_tolerance_m: R,
+    /// Greatest lateral error at the start of a descent, m.
+    pub hold_lateral_m: R,
+    /// Greatest speed relative to the deck at the start of a descent, m/s: a hover that
+    /// swings does not get better on the way down.
+    pub hold_speed_mps: R,
+    /// Height below which a lost tag is coasted, m.
+    pub commit_height_m: R,
+    /// How far above the commit height the vehicle is no longer committed, m.
+    pub commit_margin_m: R,
+    /// Greatest height in touchdown, m.
+    pub touchdown_height_m: R,
+    /// Greatest vertical speed relative to the deck in touchdown, m/s.
+    pub touchdown_speed_mps: R,
+    /// Greatest horizontal speed relative to the deck in touchdown, m/s.
+    pub touchdown_lateral_mps: R,
+    /// Greatest thrust in touchdown, share of the weight.
+    pub idle_thrust_share: R,
+    /// Least load factor of a vehicle that is carried.
+    pub supported_load_factor: R,
+    /// Greatest age of the tag, s.
+    pub tag_age_s: R,
+    /// Greatest age of the range, s.
+    pub range_age_s: R,
+    /// Greatest age of the IMU, s.
+    pub imu_age_s: R,
+    /// Greatest tilt of the vehicle, rad.
+    pub tilt_rad: R,
+    /// Greatest lateral error, m.
+    pub lateral_m: Funnel<R>,
+    /// Greatest speed towards the deck, m/s.
+    pub closing_mps: Funnel<R>,
+    /// Greatest tilt of the deck, rad.
+    pub deck_tilt_rad: R,
+    /// Greatest vertical speed of the deck, m/s.
+    pub deck_speed_mps: R,
+    /// Share of energy at and below which no landing is begun.
+    pub battery_low: R,
+    /// Share of energy at and below which landing comes first.
+    pub battery_critical: R,
+    /// Aborted descents after which the landing is tried again.
+    pub go_arounds: u8,
+    /// Time of being ready before the planner is waited for, s.
+    pub settle_s: R,
+    /// Time of touching before the thrust is taken back, s.
+    pub contact_s: R,
+    /// Time of evidence before the rotors stop, s.
+    pub confirm_s: R,
+    /// Time of not touching after which the touchdown was a bounce, s.
+    pub bounce_s: R,
+    /// Time of not being supported before climbing away, s.
+    pub fall_s: R,
+    /// Time beyond a limit before it counts, s.
+    pub excess_s: R,
+    /// Time of saturation before it counts, s.
+    pub saturation_s: R,
+    /// Greatest time in Approach, Hold and Wait, s.
+    pub patience_s: R,
+    /// Greatest time in Descend, Commit and Touchdown, s.
+    pub landing_s: R,
+    /// Greatest time in GoAround, s.
+    pub climb_s: R,
+    /// Longest step that is not a gap, s.
+    pub greatest_step_s: R,
+}
+
+impl<R: Real> Default for Lander<R> {
+    fn default() -> Self {
+        let funnel = |at_deck, per_m| Funnel {
+            at_deck: r(at_deck),
+            per_m: r(per_m),
+        };
+        Self {
+            hold_height_m: r(0.8),
+            hold_tolerance_m: r(0.15),
+            hold_lateral_m: r(0.15),
+            hold_speed_mps: r(0.25),
+            commit_height_m: r(0.30),
+            commit_margin_m: r(0.10),
+            touchdown_height_m: r(0.12),
+            touchdown_speed_mps: r(0.12),
+            touchdown_lateral_mps: r(0.25),
+            idle_thrust_share: r(0.5),
+            supported_load_factor: r(0.7),
+            tag_age_s: r(0.3),
+            range_age_s: r(0.15),
+            imu_age_s: r(0.05),
+            tilt_rad: r(0.35),
+            lateral_m: funnel(0.10, 0.25),
+            closing_mps: funnel(0.35, 1.0),
+            deck_tilt_rad: r(0.14),
+            deck_speed_mps: r(1.0),
+            battery_low: r(0.2),
+            battery_critical: r(0.08),
+            go_arounds: 2,
+            settle_s: r(0.5),
+            contact_s: r(0.5),
+            confirm_s: r(0.5),
+            bounce_s: r(0.2),
+            fall_s: r(0.05),
+            excess_s: r(0.15),
+            saturation_s: r(0.3),
+            patience_s: r(120.0),
+            landing_s: r(30.0),
+            climb_s: r(5.0),
+            greatest_step_s: r(0.1),
+        }
+    }
+}
+
+impl<R: Real> Lander<R> {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// Limits and times must be positive; touchdown, commit (with its margin) and
+    /// hold heights rise in this order; the idle thrust lies below the load factor
+    /// that proves support, and that below one; battery shares lie in [0, 1], the
+    /// critical one below the low one.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        for (key, value) in self.positive_settings() {
+            positive(key, value)?;
+        }
+        ordered(
+            "lander.touchdown_height_m",
+            self.touchdown_height_m,
+            "lander.commit_height_m",
+            self.commit_height_m,
+        )?;
+        ordered(
+            "lander.commit_height_m + commit_margin_m",
+            self.commit_height_m + self.commit_margin_m,
+            "lander.hold_height_m - hold_tolerance_m",
+            self.hold_height_m - self.hold_tolerance_m,
+        )?;
+        // Rotors at the idle share alone must not pass for support.
+        ordered(
+            "lander.idle_thrust_share",
+            self.idle_thrust_share,
+            "lander.supported_load_factor",
+            self.supported_load_factor,
+        )?;
+        within(
+            "lander.supported_load_factor",
+            self.supported_load_factor,
+            self.supported_load_factor < R::ONE,
+            "a load factor below 1",
+        )?;
+        not_negative("lander.lateral_m.per_m", self.lateral_m.per_m)?;
+        not_negative("lander.closing_mps.per_m", self.closing_mps.per_m)?;
+        not_negative("lander.battery_critical", self.battery_critical)?;
+        within(
+            "lander.battery_low",
+            self.battery_low,
+            self.battery_low <= R::ONE,
+            "a share not above 1",
+        )?;
+        ordered(
+            "lander.battery_critical",
+            self.battery_critical,
+            "lander.battery_low",
+            self.battery_low,
+        )
+    }
+
+    fn positive_settings(&self) -> [(&'static str, R); 29] {
+        [
+            ("lander.hold_height_m", self.hold_height_m),
+            ("lander.hold_tolerance_m", self.hold_tolerance_m),
+            ("lander.hold_lateral_m", self.hold_lateral_m),
+            ("lander.hold_speed_mps", self.hold_speed_mps),
+            ("lander.commit_height_m", self.commit_height_m),
+            ("lander.commit_margin_m", self.commit_margin_m),
+            ("lander.touchdown_height_m", self.touchdown_height_m),
+            ("lander.touchdown_speed_mps", self.touchdown_speed_mps),
+            ("lander.touchdown_lateral_mps", self.touchdown_lateral_mps),
+            ("lander.idle_thrust_share", self.idle_thrust_share),
+            ("lander.tag_age_s", self.tag_age_s),
+            ("lander.range_age_s", self.range_age_s),
+            ("lander.imu_age_s", self.imu_age_s),
+            ("lander.tilt_rad", self.tilt_rad),
+            ("lander.lateral_m.at_deck", self.lateral_m.at_deck),
+            ("lander.closing_mps.at_deck", self.closing_mps.at_deck),
+            ("lander.deck_tilt_rad", self.deck_tilt_rad),
+            ("lander.deck_speed_mps", self.deck_speed_mps),
+            ("lander.settle_s", self.settle_s),
+            ("lander.contact_s", self.contact_s),
+            ("lander.confirm_s", self.confirm_s),
+            ("lander.bounce_s", self.bounce_s),
+            ("lander.fall_s", self.fall_s),
+            ("lander.excess_s", self.excess_s),
+            ("lander.saturation_s", self.saturation_s),
+            ("lander.patience_s", self.patience_s),
+            ("lander.landing_s", self.landing_s),
+            ("lander.climb_s", self.climb_s),
+            ("lander.greatest_step_s", self.greatest_step_s),
+        ]
+    }
+}

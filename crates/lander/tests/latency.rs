@@ -1,0 +1,182 @@
+//! The estimator of a latency that readings do not tell.
+
+mod common;
+
+use common::noise::Noise;
+use touchdown_flight::{Attitude, Real, Vector};
+use touchdown_lander::estimate::latency::{LatencyEstimator, LatencyState};
+use touchdown_lander::estimate::relative::{ImuSample, Reading, RelativeFilter, TagReading};
+
+const DT: f64 = 0.01;
+const G: f64 = 9.81;
+
+/// A vehicle 0.8 m above the deck that swings along x: place, acceleration, attitude.
+fn swing(amplitude_m: f64, t: f64) -> (f64, f64, f64) {
+    let w = 5.0;
+    let place = amplitude_m * (w * t).sin();
+    let acceleration = -w * w * place;
+    // What leans the thrust accelerates it.
+    (place, acceleration, (acceleration / G).atan())
+}
+
+/// Lets it swing for a time, readings later than they say; gives the delay found.
+fn found<R: Real>(amplitude_m: f64, late_s: f64, drift_mps2: f64, seconds: usize) -> f64 {
+    found_of_age::<R>(0.04, amplitude_m, late_s, drift_mps2, seconds)
+}
+
+/// As [`found`], of readings that are said to be `age_s` old.
+fn found_of_age<R: Real>(
+    age_s: f64,
+    amplitude_m: f64,
+    late_s: f64,
+    drift_mps2: f64,
+    seconds: usize,
+) -> f64 {
+    let n = R::from_f64;
+    let filter = RelativeFilter::<R>::default();
+    let estimator = LatencyEstimator::<R>::default();
+    estimator.validate().unwrap();
+    let mut relative = filter.initial::<32, 32>();
+    let mut state: LatencyState<R> = estimator.initial();
+    let mut noise = Noise::new(3);
+    for step in 1..=100 * seconds {
+        let t = DT * step as f64;
+        let (_, acceleration, tilt) = swing(amplitude_m, t);
+        let attitude =
+            |tilt: f64| Attitude::from_rotation_vector(Vector::new(R::ZERO, n(tilt), R::ZERO));
+        let felt = Vector::new(n(acceleration + drift_mps2), R::ZERO, n(G));
+        let imu = ImuSample {
+            specific_force_mps2: attitude(tilt).unrotate(felt),
+            attitude: attitude(tilt),
+        };
+        filter.step(&mut relative, &imu, &[], n(DT));
+        // A view every third step.
+        let seen = (step % 3 == 0).then(|| {
+            let (place, _, tilt) = swing(amplitude_m, t - age_s - late_s);
+            let body = attitude(tilt).unrotate(Vector::new(n(-place), R::ZERO, n(-0.8)));
+            let camera = filter.tag.attitude.unrotate(body);
+            let wrong = Vector::new(
+                n(0.001 * noise.normal()),
+                n(0.001 * noise.normal()),
+                R::ZERO,
+            );
+            Reading::Tag(TagReading {
+                position_m: camera + wrong,
+                covariance_m2: [[R::ZERO; 3]; 3],
+                age_s: n(age_s),
+            })
+        });
+        estimator.step(&mut state, &filter, &relative, seen.as_slice(), n(DT));
+    }
+    state.delay_s().to_f64()
+}
+
+#[test]
+fn analytic_a_swing_tells_the_delay() {
+    for late_s in [0.0, 0.013, 0.05, 0.1, 0.15] {
+        // 1 mm of noise on 3 cm, 200 readings: 1 mm / (0.11 m/s √200) is less than a
+        // millisecond; the parabola through delays 20 ms apart is good to a tenth of that.
+        let error = found::<f64>(0.03, late_s, 0.0, 10) - late_s;
+        assert!(error.abs() < 2e-3, "{late_s} {error}");
+        let error = found::<f32>(0.03, late_s, 0.0, 10) - late_s;
+        assert!(error.abs() < 2e-3, "{late_s} {error}");
+        // A levelling error of 5 mrad is slower than the memory.
+        let error = found::<f64>(0.03, late_s, 0.05, 10) - late_s;
+        assert!(error.abs() < 3e-3, "{late_s} {error}");
+    }
+    // Beyond what is looked for it is as much as that.
+    assert_eq!(found::<f64>(0.03, 0.2, 0.0, 10), 0.16);
+}
+
+#[test]
+fn analytic_of_old_readings_the_delays_that_are_remembered_are_told_apart() {
+    // Stamped 0.14 s old and every 30 ms: 0.14 s more is the most within 0.31 s.
+    for late_s in [0.0, 0.03, 0.06, 0.1] {
+        // As above.
+        let error = found_of_age::<f64>(0.14, 0.03, late_s, 0.0, 10) - late_s;
+        assert!(error.abs() < 2e-3, "{late_s} {error}");
+    }
+    let error = found_of_age::<f64>(0.14, 0.03, 0.2, 0.0, 10) - 0.14;
+    assert!(error.abs() < 1e-12, "{error}");
+}
+
+#[test]
+fn prop_a_vehicle_at_rest_tells_nothing() {
+    for late_s in [0.0, 0.1] {
+        assert_eq!(found::<f64>(0.0, late_s, 0.02, 60), 0.0);
+    }
+    // Nor does a moment of swinging.
+    assert_eq!(found::<f64>(0.03, 0.1, 0.0, 1), 0.0);
+}
+
+#[test]
+fn prop_gaps_disorder_and_numbers_that_are_none_are_borne() {
+    let filter = RelativeFilter::<f64>::default();
+    let estimator = LatencyEstimator::<f64>::default();
+    let mut relative = filter.initial::<32, 32>();
+    let mut state = estimator.initial();
+    for step in 0..3000 {
+        let imu = ImuSample {
+            specific_force_mps2: Vector::UP * G,
+            attitude: Attitude::LEVEL,
+        };
+        filter.step(&mut relative, &imu, &[], DT);
+        if step == 1500 {
+            filter.restart(&mut relative);
+        }
+        let tag = |x: f64, age_s: f64| {
+            Reading::Tag(TagReading {
+                position_m: Vector::new(x, 0.0, 0.8),
+                covariance_m2: [[0.0; 3]; 3],
+                age_s,
+            })
+        };
+        let readings = match step % 97 {
+            0..40 => vec![tag(0.0, 0.04)],
+            40..50 => vec![tag(f64::NAN, 0.04), tag(0.0, f64::INFINITY)],
+            50..60 => vec![tag(0.0, 0.02), tag(0.0, 0.09), tag(0.0, 0.02)],
+            60..65 => vec![tag(0.0, 5.0)],
+            _ => vec![],
+        };
+        estimator.step(&mut state, &filter, &relative, &readings, DT);
+        assert_eq!(state.delay_s(), 0.0, "{step}");
+    }
+}
+
+#[test]
+fn prop_settings_that_cannot_be_are_refused_by_name() {
+    let good = LatencyEstimator::<f64>::default();
+    for (bad, words) in [
+        (
+            LatencyEstimator {
+                greatest_s: 0.3,
+                ..good
+            },
+            ["latency.greatest_s", "0.3"],
+        ),
+        (
+            LatencyEstimator {
+                memory_s: 0.0,
+                ..good
+            },
+            ["latency.memory_s", "0"],
+        ),
+        (
+            LatencyEstimator {
+                evidence_s: f64::NAN,
+                ..good
+            },
+            ["latency.evidence_s", "NaN"],
+        ),
+        (
+            LatencyEstimator {
+                least_evidence: -1.0,
+                ..good
+            },
+            ["latency.least_evidence", "-1"],
+        ),
+    ] {
+        let error = bad.validate().unwrap_err().to_string();
+        assert!(words.iter().all(|word| error.contains(word)), "{error}");
+    }
+}

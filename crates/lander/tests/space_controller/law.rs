@@ -1,0 +1,388 @@
+//! One step at a time.
+
+use proptest::prelude::*;
+use touchdown_flight::control::{Imbc, Law, Ssc};
+use touchdown_flight::deck::HarmonicFilter;
+use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Polynomial};
+use touchdown_flight::vertical_controller::Autopilot;
+use touchdown_flight::{Attitude, Measurement, Real, Vector};
+use touchdown_lander::control::{Adaptation, Observer};
+use touchdown_lander::space_controller::{Motion, Pilot, Target};
+
+use crate::common::flight::{WEIGHT_N, autopilot, lag, map, ratio};
+use crate::plant::{hover_throttle, pilot, rotors};
+
+fn models<R: Real>() -> [GroundEffectModel<R>; 5] {
+    [
+        GroundEffectModel::None,
+        lag(),
+        ratio(),
+        GroundEffectModel::Polynomial(Polynomial::published()),
+        GroundEffectModel::Empirical(Empirical {
+            mu: R::from_f64(1.9),
+            rotor_radius_m: R::from_f64(0.12),
+            rotor_offset_m: R::from_f64(0.05),
+        }),
+    ]
+}
+
+fn laws<R: Real>() -> [Law<R>; 3] {
+    [
+        autopilot(GroundEffectModel::None).law,
+        Law::Imbc(Imbc::new(R::from_f64(3.0))),
+        Law::Ssc(Ssc::default()),
+    ]
+}
+
+fn level<R: Real>(m: &Measurement<R>) -> Motion<R> {
+    let up = |value| Vector::new(R::ZERO, R::ZERO, value);
+    Motion {
+        position_m: up(m.height_m),
+        relative_velocity_mps: up(m.relative_velocity_mps),
+        vehicle_velocity_mps: up(m.vehicle_velocity_mps),
+        acceleration_mps2: up(m.acceleration_mps2),
+        attitude: Attitude::LEVEL,
+        deck_normal: Vector::UP,
+    }
+}
+
+fn same_as_the_autopilot<R: Real>() {
+    let n = R::from_f64;
+    for model in models() {
+        for law in laws() {
+            let filter = HarmonicFilter::new(n(3.0));
+            let vertical: Autopilot<R> = Autopilot {
+                law,
+                thrust: rotors(),
+                deck: Some(filter),
+                ..autopilot(model)
+            };
+            let space: Pilot<R> = Pilot {
+                law,
+                ..pilot(model)
+            };
+            let start = Measurement {
+                height_m: n(0.8),
+                ..Measurement::default()
+            };
+            let throttle = n(hover_throttle());
+            let mut one = vertical.initial(&start, throttle);
+            let mut three = space.initial(&level(&start), throttle);
+            let mut deck = filter.initial();
+            for i in 0..600_u16 {
+                let t = 0.01 * f64::from(i);
+                let m = Measurement {
+                    height_m: n(0.8 - 0.11 * t + 0.02 * (7.0 * t).sin()),
+                    relative_velocity_mps: n(-0.11 + 0.3 * (7.0 * t).cos()),
+                    vehicle_velocity_mps: n(0.2 * (3.0 * t).sin()),
+                    acceleration_mps2: n(0.6 * (3.0 * t).cos()),
+                };
+                let target = Target {
+                    vertical: vertical.reference.at(one.time_s()),
+                    deck_acceleration_mps2: Vector::new(
+                        R::ZERO,
+                        R::ZERO,
+                        filter
+                            .step(&mut deck, m.deck_velocity_mps(), n(0.01))
+                            .acceleration_mps2,
+                    ),
+                    ..Target::default()
+                };
+                let wanted = vertical.step(&mut one, &m, n(0.01));
+                let found = space.step(&mut three, &level(&m), &target, n(0.01));
+                // To the bit: one law, one code.
+                assert_eq!(wanted.thrust_n, found.thrust_n, "{i}");
+                assert_eq!(wanted.throttle, found.throttle, "{i}");
+                assert_eq!(wanted.ground_effect_n, found.ground_effect_n, "{i}");
+                assert_eq!(found.attitude, Attitude::LEVEL);
+            }
+        }
+    }
+}
+
+#[test]
+fn analytic_level_and_centred_it_is_the_autopilot() {
+    same_as_the_autopilot::<f64>();
+    same_as_the_autopilot::<f32>();
+}
+
+fn hovering(height_m: f64) -> Motion<f64> {
+    Motion {
+        deck_normal: Vector::UP,
+        position_m: Vector::new(0.0, 0.0, height_m),
+        ..Motion::default()
+    }
+}
+
+fn target(height_m: f64) -> Target<f64> {
+    let mut target = Target::default();
+    target.vertical.height_m = height_m;
+    target
+}
+
+#[test]
+fn analytic_tilt_is_made_up_for() {
+    // A family with a ratio, and one with a force.
+    for model in [
+        lag(),
+        GroundEffectModel::Polynomial(Polynomial::published()),
+    ] {
+        let pilot = pilot::<f64>(model);
+        for angle in [0.1, 0.3, 0.6] {
+            let mut motion = hovering(0.2);
+            // In rest at the target: weight is what is wanted upward.
+            let mut state = pilot.initial(&motion, hover_throttle());
+            let rotation = Vector::new(0.6 * angle, -0.8 * angle, 0.0);
+            motion.attitude = Attitude::from_rotation_vector(rotation);
+            let command = pilot.step(&mut state, &motion, &target(0.2), 0.01);
+            let lift = match model {
+                GroundEffectModel::Polynomial(_) => command.ground_effect_n,
+                _ => {
+                    let at = state.vertical.thrust.thrust_n();
+                    command.ground_effect_n / at * command.thrust_n
+                }
+            };
+            let upward = (command.thrust_n + lift) * angle.cos();
+            // Roundings of forces of ten newtons.
+            assert!((upward - WEIGHT_N).abs() < 1e-12, "{angle} {upward}");
+        }
+        // More than there is.
+        let mut motion = hovering(0.2);
+        let mut state = pilot.initial(&motion, hover_throttle());
+        motion.attitude = Attitude::from_rotation_vector(Vector::new(3.0, 0.0, 0.0));
+        let command = pilot.step(&mut state, &motion, &target(0.2), 0.01);
+        assert_eq!(command.thrust_n, 20.4);
+        assert!(command.saturated);
+    }
+    // Beyond 60 degrees no more is made up for than at 60: twice the weight.
+    let mut strong = pilot::<f64>(GroundEffectModel::None);
+    strong.limits.thrust_max_n = 100.0;
+    let mut motion = hovering(0.2);
+    let mut state = strong.initial(&motion, hover_throttle());
+    motion.attitude = Attitude::from_rotation_vector(Vector::new(0.0, 1.3, 0.0));
+    let command = strong.step(&mut state, &motion, &target(0.2), 0.01);
+    assert!((command.thrust_n - 2.0 * WEIGHT_N).abs() < 1e-12);
+}
+
+#[test]
+fn analytic_horizontal_law_and_attitude() {
+    let pilot = pilot::<f64>(GroundEffectModel::None);
+    let mut motion = hovering(0.5);
+    motion.position_m += Vector::new(0.1, -0.05, 0.0);
+    motion.relative_velocity_mps = Vector::new(0.02, 0.03, 0.0);
+    let mut state = pilot.initial(&motion, hover_throttle());
+    let goal = Target {
+        velocity_mps: Vector::new(0.05, 0.0, 0.0),
+        deck_acceleration_mps2: Vector::new(0.2, 0.1, 0.0),
+        yaw_rad: 0.7,
+        ..target(0.5)
+    };
+    let command = pilot.step(&mut state, &motion, &goal, 0.01);
+    let a = Vector::new(
+        0.2 - 3.2 * 0.1 - 3.2 * (0.02 - 0.05),
+        0.1 + 3.2 * 0.05 - 3.2 * 0.03,
+        9.81,
+    );
+    // m (a + g) points along the axis asked for; roundings of numbers below ten.
+    assert!(command.attitude.up().cross(a).norm() < 1e-13);
+    assert!((command.attitude.yaw_rad() - 0.7).abs() < 0.02);
+    assert!(!command.limited && !command.saturated);
+    // A step integrates s = (v - v_ref) + (k_p/k_d) e, times k_i dt.
+    let s = Vector::new(0.02 - 0.05 + 0.1, 0.03 - 0.05, 0.0);
+    let moved = state.horizontal.integral_mps2;
+    assert!((moved - s * (0.8 * 0.01)).norm() < 1e-16);
+
+    // Far away: towards the target at the tilt limit, and no integral.
+    motion.position_m = Vector::new(30.0, 40.0, 0.5);
+    motion.relative_velocity_mps = Vector::ZERO;
+    let mut state = pilot.initial(&motion, hover_throttle());
+    let command = pilot.step(&mut state, &motion, &target(0.5), 0.01);
+    let up = command.attitude.up();
+    // The speed limit 1 m/s times 3.2 1/s is above the 3 m/s² allowed.
+    assert!((command.attitude.tilt_rad() - (3.0_f64 / 9.81).atan()).abs() < 1e-13);
+    assert!(up.x < 0.0 && (up.y / up.x - 4.0 / 3.0).abs() < 1e-12);
+    assert!(command.limited);
+    assert_eq!(state.horizontal.integral_mps2, Vector::ZERO);
+}
+
+#[test]
+fn analytic_rotors_heights_over_a_tilted_deck() {
+    let mut pilot = pilot::<f64>(models()[4]);
+    pilot.rotors_m = Some([
+        Vector::new(0.16, 0.16, 0.05),
+        Vector::new(-0.16, 0.16, 0.05),
+        Vector::new(-0.16, -0.16, 0.05),
+        Vector::new(0.16, -0.16, 0.05),
+    ]);
+    let lift = |attitude: Attitude<f64>, normal: Vector<f64>, position_m: Vector<f64>| {
+        let motion = Motion {
+            attitude,
+            deck_normal: normal,
+            position_m,
+            ..Motion::default()
+        };
+        pilot.initial(&motion, hover_throttle()).vertical.command
+    };
+    let q = |z: f64| 1.9 * (0.12 / (4.0 * z)).powi(2);
+    let share = |q: f64| q / (1.0 - q);
+    let flat = lift(Attitude::LEVEL, Vector::UP, Vector::new(0.0, 0.0, 0.1));
+    // Level: all rotors at 0.15 m. Roundings.
+    assert!((flat.ground_effect_n / flat.thrust_n - share(q(0.15))).abs() < 1e-13);
+    // Rolled by 0.1: two rotors 0.16 sin(0.1) higher, two lower.
+    let rolled = Attitude::from_rotation_vector(Vector::new(0.1, 0.0, 0.0));
+    let tilted = lift(rolled, Vector::UP, Vector::new(0.0, 0.0, 0.1));
+    let (s, c) = 0.1_f64.sin_cos();
+    let z = 0.1 + 0.05 * c;
+    let mean = 0.5 * (q(z + 0.16 * s) + q(z - 0.16 * s));
+    assert!((tilted.ground_effect_n / tilted.thrust_n - share(mean)).abs() < 1e-13);
+    assert!(tilted.ground_effect_n > flat.ground_effect_n);
+    // Deck and vehicle turned together: as level.
+    let normal = rolled.up();
+    let both = lift(rolled, normal, normal * 0.1);
+    assert!((both.ground_effect_n - flat.ground_effect_n).abs() < 1e-13);
+}
+
+#[test]
+fn analytic_ground_effect_is_reckoned_along_the_decks_normal() {
+    let pilot = pilot::<f64>(lag());
+    let normal = Vector::new(0.3, 0.0, 1.0).direction().unwrap();
+    let motion = Motion {
+        position_m: Vector::new(0.2, 5.0, 0.15),
+        deck_normal: normal,
+        ..Motion::default()
+    };
+    let command = pilot.initial(&motion, hover_throttle()).vertical.command;
+    let height_m = (0.2 * 0.3 + 0.15) / 1.09_f64.sqrt();
+    let expected = map::<f64>().ratio(height_m) * command.thrust_n;
+    assert!((command.ground_effect_n - expected).abs() < 1e-13);
+}
+
+#[test]
+fn analytic_thrust_is_taken_back_along_the_deck() {
+    let pilot = pilot::<f64>(lag());
+    let normal = Vector::new(0.05, -0.02, 1.0);
+    let motion = Motion {
+        deck_normal: normal,
+        ..hovering(0.1)
+    };
+    let mut state = pilot.initial(&motion, hover_throttle());
+    let mut last = state.vertical.command.thrust_n;
+    for _ in 0..100 {
+        let command = pilot.idle(&mut state, &motion, 40.0, 0.01);
+        // 0.4 N a step, down to the least.
+        assert!((command.thrust_n - (last - 0.4).max(0.5)).abs() < 1e-13);
+        assert!(command.attitude.up().cross(normal).norm() < 1e-14);
+        last = command.thrust_n;
+    }
+    assert_eq!(last, 0.5);
+    assert_eq!(state.disturbance_n, Vector::ZERO);
+}
+
+#[test]
+fn analytic_settings_are_checked() {
+    let refused = |change: fn(&mut Pilot<f64>), key: &str| {
+        let mut bad = pilot(GroundEffectModel::None);
+        change(&mut bad);
+        let error = bad.validate().unwrap_err().to_string();
+        assert!(error.starts_with(key), "{error}");
+    };
+    refused(|p| p.mass_kg = -1.0, "mass_kg");
+    refused(|p| p.horizontal.tilt_limit_rad = 1.2, "horizontal.tilt");
+    refused(
+        |p| p.horizontal.integral_per_s2 = -1.0,
+        "horizontal.integral_per_s2",
+    );
+    refused(|p| p.delays.sensing_s = -0.01, "delays.sensing_s");
+    refused(
+        |p| {
+            p.observer = Some(Observer {
+                filter_s: 0.0,
+                ..Observer::default()
+            });
+        },
+        "observer.filter_s",
+    );
+    refused(
+        |p| {
+            p.adaptation = Some(Adaptation {
+                strength_min: 3.0,
+                ..Adaptation::default()
+            });
+        },
+        "adaptation.strength_min",
+    );
+    refused(
+        |p| p.rotors_m = Some([Vector::new(0.0, f64::NAN, 0.0); 4]),
+        "rotors_m",
+    );
+}
+
+proptest! {
+    #[test]
+    fn prop_commands_are_finite_and_within_limits(
+        values in proptest::collection::vec(proptest::num::f32::ANY, 26 * 12),
+        dts in proptest::collection::vec(proptest::num::f32::ANY, 12),
+        model in 0..5_usize,
+        law in 0..3_usize,
+        hold in any::<bool>(),
+    ) {
+        let pilot = Pilot::<f32> {
+            law: laws()[law],
+            observer: Some(Observer::default()),
+            adaptation: Some(Adaptation::default()),
+            ..pilot(models()[model])
+        };
+        let vector = |v: &[f32]| Vector::new(v[0], v[1], v[2]);
+        let motion = |v: &[f32]| Motion {
+            position_m: vector(v),
+            relative_velocity_mps: vector(&v[3..]),
+            vehicle_velocity_mps: vector(&v[6..]),
+            acceleration_mps2: vector(&v[9..]),
+            attitude: Attitude::from_quaternion([v[12], v[13], v[14], v[15]])
+                .unwrap_or_default(),
+            deck_normal: vector(&v[16..]),
+        };
+        let mut state = pilot.initial(&motion(&values), values[0]);
+        for (v, dt) in values.chunks(26).zip(&dts) {
+            let mut goal = Target {
+                position_m: vector(&v[17..]),
+                velocity_mps: vector(&v[18..]),
+                deck_acceleration_mps2: vector(&v[20..]),
+                yaw_rad: v[23],
+                hold_estimates: hold,
+                ..Target::default()
+            };
+            goal.vertical.height_m = v[24];
+            goal.vertical.acceleration_mps2 = v[25];
+            let command = pilot.step(&mut state, &motion(v), &goal, *dt);
+            prop_assert!((0.5..=20.4).contains(&command.thrust_n), "{command:?}");
+            prop_assert!((0.05..=1.0).contains(&command.throttle), "{command:?}");
+            prop_assert!(command.ground_effect_n.is_finite());
+            prop_assert!(command.attitude.is_finite());
+            // The tilt asked for stays within its limit; f32 roundings.
+            prop_assert!(command.attitude.tilt_rad() < 0.3001, "{command:?}");
+            prop_assert!(state.disturbance_n.norm() < 4.001);
+            prop_assert!(state.horizontal.integral_mps2.norm() < 0.5001);
+        }
+        // And after it, sensible samples for fifteen seconds: at the target, accelerated
+        // as the command would in free air.
+        let mut good = Motion {
+            position_m: Vector::new(0.0, 0.0, 0.4),
+            deck_normal: Vector::UP,
+            ..Motion::default()
+        };
+        let mut goal = Target::default();
+        goal.vertical.height_m = 0.4;
+        let mut command = pilot.step(&mut state, &good, &goal, 0.01);
+        for _ in 0..1500 {
+            let up = command.attitude.up();
+            good.acceleration_mps2 = up * (command.thrust_n / pilot.mass_kg) - Vector::UP * 9.81;
+            command = pilot.step(&mut state, &good, &goal, 0.01);
+        }
+        prop_assert!((0.5..=20.4).contains(&command.thrust_n), "{command:?}");
+        // Back at the target, no force to the side but what the integral (0.5 m/s² at
+        // most) has left to lose.
+        let side_n = (command.thrust_n + command.ground_effect_n) * command.attitude.tilt_rad().sin();
+        prop_assert!(side_n < 1.05 * 0.5 * pilot.mass_kg, "{side_n} {command:?}");
+    }
+}

@@ -1,0 +1,95 @@
+//! Rows of the table for a vehicle on the deck.
+
+use touchdown_lander::state_machine::{LanderInput, Phase, Reason, Request};
+
+use crate::table::{leave, reach};
+use crate::world::{DT, STANDING_M, World};
+
+#[test]
+fn analytic_what_ends_a_touchdown() {
+    // A bounce: off the deck for 0.2 s, then down once more.
+    let mut flight = reach(Phase::Touchdown);
+    let (out, after) = leave(&mut flight, Phase::Touchdown, |s| s.height_m = 0.2);
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::Commit, Some(Reason::Bounce))
+    );
+    assert!((after - 0.2 - DT).abs() < 1.5 * DT);
+    flight.until(|out| out.phase == Phase::Disarmed);
+
+    // A range finder stuck at 0.1 m in the air: the IMU feels the fall.
+    let mut flight = reach(Phase::Touchdown);
+    flight.world = World {
+        height_m: 3.0,
+        ..World::new()
+    };
+    let (out, _) = leave(&mut flight, Phase::Touchdown, |s| {
+        s.height_m = 0.1;
+        s.relative_velocity_mps = 0.0;
+    });
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GoAround, Some(Reason::NotSupported))
+    );
+    // Thrust falls by 3 /s: below a half after 0.17 s, felt for 0.05 s. Falling
+    // 0.1 s at a third of g costs a tenth of a metre, not two.
+    assert!(flight.world.height_m > 2.8, "{}", flight.world.height_m);
+
+    // Blind on the deck: no evidence, and no staying either.
+    let mut flight = reach(Phase::Touchdown);
+    let (out, _) = leave(&mut flight, Phase::Touchdown, |s| s.height_m = f64::NAN);
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GoAround, Some(Reason::NotFinite))
+    );
+    let mut flight = reach(Phase::Touchdown);
+    let (out, _) = leave(&mut flight, Phase::Touchdown, |s| {
+        s.request = Request::Abort;
+    });
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GoAround, Some(Reason::Operator))
+    );
+}
+
+#[test]
+fn analytic_what_is_no_touchdown() {
+    type Change = fn(&mut LanderInput<f64>);
+    // Sliding, sinking, or above the deck: low as it is, it is not taken for one.
+    let cases: [Change; 4] = [
+        |s| s.lateral_speed_mps = 0.26,
+        |s| s.relative_velocity_mps = -0.13,
+        |s| s.relative_velocity_mps = 0.13,
+        |s| s.height_m = 0.121,
+    ];
+    for change in cases {
+        let mut flight = reach(Phase::Commit);
+        let (out, _) = leave(&mut flight, Phase::Commit, change);
+        assert_eq!(out.phase, Phase::GoAround);
+        // And one that had begun ends as a bounce.
+        let mut flight = reach(Phase::Touchdown);
+        let (out, _) = leave(&mut flight, Phase::Touchdown, change);
+        assert_eq!(out.phase, Phase::Commit);
+    }
+}
+
+#[test]
+fn analytic_a_contact_switch_decides() {
+    // It says no: never a touchdown.
+    let mut flight = reach(Phase::Commit);
+    let (out, _) = leave(&mut flight, Phase::Commit, |s| s.contact = Some(false));
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GoAround, Some(Reason::Late))
+    );
+    // It says yes: the thrust need not be down for the evidence.
+    let mut flight = reach(Phase::Touchdown);
+    flight.world.height_m = STANDING_M;
+    flight.world.velocity_mps = 0.0;
+    let (out, after) = leave(&mut flight, Phase::Touchdown, |s| {
+        s.contact = Some(true);
+        s.thrust_share = 0.9;
+    });
+    assert_eq!(out.phase, Phase::Disarmed);
+    assert!((after - 0.5 - DT).abs() < 1.5 * DT, "{after}");
+}
