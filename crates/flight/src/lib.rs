@@ -25,14 +25,14 @@
 //! | [`types`], [`error`], [`real`] | measurements and commands, refused settings, scalars |
 //!
 //! ```
-//! use touchdown_flight::vertical_controller::Autopilot;
+//! use touchdown_flight::vertical_controller::VerticalController;
 //! use touchdown_flight::control::{Composite, Law};
 //! use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Guarded, Validity};
 //! use touchdown_flight::reference::{Exponential, Reference};
 //! use touchdown_flight::thrust::ThrustModel;
 //! use touchdown_flight::{Limits, Measurement};
 //!
-//! let autopilot = Autopilot::<f32> {
+//! let controller = VerticalController::<f32> {
 //!     mass_kg: 1.37,
 //!     gravity_mps2: 9.81,
 //!     law: Law::Composite(Composite::default()),
@@ -53,12 +53,12 @@
 //!     deck: None,
 //!     limits: Limits::default(),
 //! };
-//! autopilot.validate()?;
+//! controller.validate()?;
 //!
-//! let hover = autopilot.thrust.throttle_for(1.37 * 9.81);
+//! let hover = controller.thrust.throttle_for(1.37 * 9.81);
 //! let measurement = Measurement { height_m: 0.8, ..Measurement::default() };
-//! let mut state = autopilot.initial(&measurement, hover);
-//! let command = autopilot.step(&mut state, &measurement, 0.01);
+//! let mut state = controller.initial(&measurement, hover);
+//! let command = controller.step(&mut state, &measurement, 0.01);
 //! assert!((0.05..=1.0).contains(&command.throttle));
 //! # Ok::<(), touchdown_flight::SettingsError>(())
 //! ```

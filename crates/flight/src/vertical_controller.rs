@@ -35,7 +35,7 @@ use crate::types::{Command, Limits, Measurement};
         deserialize = "R: Real + serde::Deserialize<'de>, G: serde::Deserialize<'de>"
     ))
 )]
-pub struct Autopilot<R: Real, G = Guarded<R>> {
+pub struct VerticalController<R: Real, G = Guarded<R>> {
     /// Mass of the vehicle, kg.
     pub mass_kg: R,
     /// Acceleration of gravity, m/s².
@@ -54,9 +54,9 @@ pub struct Autopilot<R: Real, G = Guarded<R>> {
     pub limits: Limits<R>,
 }
 
-/// State of an [`Autopilot`] whose ground-effect model has state `S`.
+/// State of an [`VerticalController`] whose ground-effect model has state `S`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AutopilotState<R, S> {
+pub struct VerticalControllerState<R, S> {
     time: Sum<R>,
     /// Law, models and the last command.
     pub vertical: VerticalState<R, S>,
@@ -66,14 +66,14 @@ pub struct AutopilotState<R, S> {
     pub measurement: Measurement<R>,
 }
 
-impl<R: Real, S> AutopilotState<R, S> {
+impl<R: Real, S> VerticalControllerState<R, S> {
     /// Time since the start of the descent, s.
     pub fn time_s(&self) -> R {
         self.time.value()
     }
 }
 
-impl<R: Real, G: GroundEffect<R>> Autopilot<R, G> {
+impl<R: Real, G: GroundEffect<R>> VerticalController<R, G> {
     /// Checks all settings.
     ///
     /// # Errors
@@ -104,13 +104,13 @@ impl<R: Real, G: GroundEffect<R>> Autopilot<R, G> {
         &self,
         measurement: &Measurement<R>,
         throttle: R,
-    ) -> AutopilotState<R, G::State> {
+    ) -> VerticalControllerState<R, G::State> {
         let start = Measurement {
             height_m: self.reference.at(R::ZERO).height_m,
             ..Measurement::default()
         };
         let measurement = measurement.or_previous(&start);
-        AutopilotState {
+        VerticalControllerState {
             time: Sum::default(),
             vertical: self
                 .channel()
@@ -127,7 +127,7 @@ impl<R: Real, G: GroundEffect<R>> Autopilot<R, G> {
     /// command is always finite and within the limits.
     pub fn step(
         &self,
-        state: &mut AutopilotState<R, G::State>,
+        state: &mut VerticalControllerState<R, G::State>,
         measurement: &Measurement<R>,
         dt: R,
     ) -> Command<R> {
@@ -151,7 +151,7 @@ impl<R: Real, G: GroundEffect<R>> Autopilot<R, G> {
 
     fn deck_acceleration(
         &self,
-        state: &mut AutopilotState<R, G::State>,
+        state: &mut VerticalControllerState<R, G::State>,
         deck_velocity_mps: R,
         dt: R,
     ) -> R {

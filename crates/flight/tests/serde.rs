@@ -3,12 +3,12 @@
 
 mod common;
 
-use common::{autopilot, lag, map, ratio};
+use common::{lag, map, ratio, vertical_controller};
 use touchdown_flight::control::{Imbc, Law, Ssc};
 use touchdown_flight::deck::HarmonicFilter;
 use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Guarded, Polynomial};
 use touchdown_flight::thrust::{FirstOrder, StaticThrust, ThrustModel};
-use touchdown_flight::vertical_controller::Autopilot;
+use touchdown_flight::vertical_controller::VerticalController;
 
 #[test]
 fn prop_settings_round_trip() {
@@ -37,18 +37,18 @@ fn prop_settings_round_trip() {
         }),
     ];
     let laws = [
-        autopilot::<f64>(GroundEffectModel::None).law,
+        vertical_controller::<f64>(GroundEffectModel::None).law,
         Law::Imbc(Imbc::new(3.0)),
         Law::Ssc(Ssc::default()),
     ];
     for (i, model) in models.into_iter().enumerate() {
-        let mut pilot = autopilot::<f64>(model);
-        pilot.thrust = thrusts[i % 3];
-        pilot.law = laws[i % 3];
-        pilot.deck = (i % 2 == 0).then(|| HarmonicFilter::new(3.0));
-        let text = serde_json::to_string(&pilot).unwrap();
-        let back: Autopilot<f64> = serde_json::from_str(&text).unwrap();
-        assert_eq!(back, pilot);
+        let mut controller = vertical_controller::<f64>(model);
+        controller.thrust = thrusts[i % 3];
+        controller.law = laws[i % 3];
+        controller.deck = (i % 2 == 0).then(|| HarmonicFilter::new(3.0));
+        let text = serde_json::to_string(&controller).unwrap();
+        let back: VerticalController<f64> = serde_json::from_str(&text).unwrap();
+        assert_eq!(back, controller);
     }
 }
 

@@ -2,14 +2,14 @@
 
 mod common;
 
-use common::{GRAVITY, MASS_KG, WEIGHT_N, autopilot, convert, lag, map, ratio};
+use common::{GRAVITY, MASS_KG, WEIGHT_N, convert, lag, map, ratio, vertical_controller};
 use proptest::prelude::*;
 use touchdown_flight::control::{Imbc, Law, LawState, Ssc};
 use touchdown_flight::deck::HarmonicFilter;
 use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Polynomial};
 use touchdown_flight::metrics::{LandingFigures, LandingMetrics, LandingMetricsState};
 use touchdown_flight::thrust::{FirstOrder, ThrustModel, ThrustState};
-use touchdown_flight::vertical_controller::Autopilot;
+use touchdown_flight::vertical_controller::VerticalController;
 use touchdown_flight::{Command, Measurement, Real};
 
 /// A vehicle over a deck `0.05 sin(w t)`, lifted by
@@ -81,10 +81,13 @@ impl Vehicle {
 
 /// Lands, or gives up after 40 s: figures, final height, and the root mean square
 /// of the velocity error after the first two seconds.
-fn land<R: Real>(pilot: &Autopilot<R>, vehicle: &mut Vehicle) -> (LandingFigures<f64>, f64, f64) {
-    pilot.validate().unwrap();
-    let throttle = pilot.thrust.throttle_for(R::from_f64(WEIGHT_N));
-    let mut state = pilot.initial(&convert(&vehicle.measure()), throttle);
+fn land<R: Real>(
+    controller: &VerticalController<R>,
+    vehicle: &mut Vehicle,
+) -> (LandingFigures<f64>, f64, f64) {
+    controller.validate().unwrap();
+    let throttle = controller.thrust.throttle_for(R::from_f64(WEIGHT_N));
+    let mut state = controller.initial(&convert(&vehicle.measure()), throttle);
     let metrics = LandingMetrics::<f64>::default();
     let mut record = LandingMetricsState::default();
     let (mut squares, mut samples) = (0.0, 0.0);
@@ -99,12 +102,16 @@ fn land<R: Real>(pilot: &Autopilot<R>, vehicle: &mut Vehicle) -> (LandingFigures
         if figures.t_l_s.is_some() {
             break;
         }
-        let wanted = pilot.reference.at(state.time_s()).velocity_mps.to_f64();
+        let wanted = controller
+            .reference
+            .at(state.time_s())
+            .velocity_mps
+            .to_f64();
         if state.time_s().to_f64() > 2.0 {
             squares += (measured.relative_velocity_mps - wanted).powi(2);
             samples += 1.0;
         }
-        let command = pilot.step(&mut state, &convert(&measured), R::from_f64(0.01));
+        let command = controller.step(&mut state, &convert(&measured), R::from_f64(0.01));
         vehicle.fly(&Command {
             thrust_n: command.thrust_n.to_f64(),
             throttle: command.throttle.to_f64(),
@@ -127,7 +134,7 @@ fn hover_throttle() -> f64 {
 fn prop_order_of_the_methods() {
     let fly = |model| {
         let mut vehicle = Vehicle::new(0.0, 1.0, ThrustModel::published());
-        land(&autopilot::<f64>(model), &mut vehicle)
+        land(&vertical_controller::<f64>(model), &mut vehicle)
     };
     let (feedback, hover_m, _) = fly(GroundEffectModel::None);
     assert_eq!(feedback.t_l_s, None);
@@ -148,9 +155,9 @@ fn prop_order_of_the_methods() {
 #[test]
 fn prop_single_precision_lands_like_double() {
     for amplitude in [0.0, 0.05] {
-        let mut double = autopilot::<f64>(lag());
+        let mut double = vertical_controller::<f64>(lag());
         double.deck = Some(HarmonicFilter::new(W));
-        let mut single = autopilot::<f32>(lag());
+        let mut single = vertical_controller::<f32>(lag());
         single.deck = Some(HarmonicFilter::new(W as f32));
         let (a, _, _) = land(
             &double,
@@ -169,11 +176,11 @@ fn prop_single_precision_lands_like_double() {
 
 #[test]
 fn prop_every_law_lands_on_a_heaving_deck() {
-    let mut with_deck = autopilot::<f64>(lag());
+    let mut with_deck = vertical_controller::<f64>(lag());
     with_deck.deck = Some(HarmonicFilter::new(W));
-    let mut imbc = autopilot::<f64>(GroundEffectModel::None);
+    let mut imbc = vertical_controller::<f64>(GroundEffectModel::None);
     imbc.law = Law::Imbc(Imbc::new(W));
-    let mut ssc = autopilot::<f64>(GroundEffectModel::None);
+    let mut ssc = vertical_controller::<f64>(GroundEffectModel::None);
     ssc.law = Law::Ssc(Ssc::default());
     let mut errors = Vec::new();
     // Quick rotors: with a lag of 0.2 s (the published model) IMBC is not stable.
@@ -182,15 +189,15 @@ fn prop_every_law_lands_on_a_heaving_deck() {
         c1: 0.3,
         t_m_s: 0.06,
     });
-    for mut pilot in [autopilot(lag()), with_deck, imbc, ssc] {
-        pilot.thrust = rotors;
+    for mut controller in [vertical_controller(lag()), with_deck, imbc, ssc] {
+        controller.thrust = rotors;
         // A weak cushion, so that a law without feed-forward lands, too.
-        let (figures, _, error) = land(&pilot, &mut Vehicle::new(0.05, 0.4, rotors));
+        let (figures, _, error) = land(&controller, &mut Vehicle::new(0.05, 0.4, rotors));
         let (time, speed) = (figures.t_l_s.unwrap(), figures.v_l_mps.unwrap());
         // The reference passes 0.1 m at 5.10 s with 0.055 m/s; the deck moves with
         // up to 0.157 m/s, and the cushion is not the modelled one.
-        assert!((3.5..8.0).contains(&time), "{pilot:?}: {time}");
-        assert!(speed < 0.25, "{pilot:?}: {speed}");
+        assert!((3.5..8.0).contains(&time), "{controller:?}: {time}");
+        assert!(speed < 0.25, "{controller:?}: {speed}");
         errors.push(error);
     }
     // Feeding the deck's acceleration forward removes most of the error.
@@ -199,9 +206,9 @@ fn prop_every_law_lands_on_a_heaving_deck() {
 
 #[test]
 fn analytic_first_step_at_rest_holds_the_weight() {
-    let mut pilot = autopilot::<f64>(GroundEffectModel::None);
+    let mut controller = vertical_controller::<f64>(GroundEffectModel::None);
     // A reference that starts without acceleration.
-    pilot.reference =
+    controller.reference =
         touchdown_flight::reference::Reference::Terminal(touchdown_flight::reference::Terminal {
             start_height_m: 0.8,
             end_height_m: 0.1,
@@ -212,8 +219,8 @@ fn analytic_first_step_at_rest_holds_the_weight() {
         height_m: 0.8,
         ..Measurement::default()
     };
-    let mut state = pilot.initial(&measurement, hover_throttle());
-    let command = pilot.step(&mut state, &measurement, 0.01);
+    let mut state = controller.initial(&measurement, hover_throttle());
+    let command = controller.step(&mut state, &measurement, 0.01);
     // No error, no reference acceleration: the weight, and its throttle.
     assert!((command.thrust_n - WEIGHT_N).abs() < 1e-12);
     assert!((command.throttle - hover_throttle()).abs() < 1e-12);
@@ -229,9 +236,9 @@ fn prop_no_windup_while_saturated() {
         LawState::Composite(state) => state.integral_n,
         other => panic!("not the composite law: {other:?}"),
     };
-    let mut pilot = autopilot::<f64>(GroundEffectModel::None);
+    let mut controller = vertical_controller::<f64>(GroundEffectModel::None);
     // Rotors that give 14 N at most, less than the limit of the command.
-    pilot.thrust = ThrustModel::FirstOrder(FirstOrder {
+    controller.thrust = ThrustModel::FirstOrder(FirstOrder {
         c0: 14.0_f64.sqrt() - 0.3,
         c1: 0.3,
         t_m_s: 0.06,
@@ -241,9 +248,9 @@ fn prop_no_windup_while_saturated() {
         height_m: 0.2,
         ..Measurement::default()
     };
-    let mut state = pilot.initial(&low, 0.9);
+    let mut state = controller.initial(&low, 0.9);
     for _ in 0..50 {
-        assert_eq!(pilot.step(&mut state, &low, 0.01).throttle, 1.0);
+        assert_eq!(controller.step(&mut state, &low, 0.01).throttle, 1.0);
     }
     assert_eq!(integral(&state.vertical.law), 0.0);
     // Far above, and asking for less than the least.
@@ -252,7 +259,7 @@ fn prop_no_windup_while_saturated() {
         ..Measurement::default()
     };
     for _ in 0..50 {
-        assert_eq!(pilot.step(&mut state, &high, 0.01).thrust_n, 0.5);
+        assert_eq!(controller.step(&mut state, &high, 0.01).thrust_n, 0.5);
     }
     assert_eq!(integral(&state.vertical.law), 0.0);
     // Within the limits it integrates.
@@ -261,17 +268,17 @@ fn prop_no_windup_while_saturated() {
         ..Measurement::default()
     };
     for _ in 0..50 {
-        pilot.step(&mut state, &near, 0.01);
+        controller.step(&mut state, &near, 0.01);
     }
     assert!(integral(&state.vertical.law) > 0.0);
 }
 
 #[test]
 fn prop_nan_measurements_do_not_poison() {
-    let mut pilot = autopilot::<f64>(lag());
-    pilot.deck = Some(HarmonicFilter::new(W));
+    let mut controller = vertical_controller::<f64>(lag());
+    controller.deck = Some(HarmonicFilter::new(W));
     let mut vehicle = Vehicle::new(0.05, 1.0, ThrustModel::published());
-    let mut state = pilot.initial(
+    let mut state = controller.initial(
         &Measurement {
             height_m: f64::NAN,
             ..vehicle.measure()
@@ -289,7 +296,7 @@ fn prop_nan_measurements_do_not_poison() {
             };
         }
         let dt = if i % 100 == 50 { f64::NAN } else { 0.01 };
-        let command = pilot.step(&mut state, &measured, dt);
+        let command = controller.step(&mut state, &measured, dt);
         assert!(command.throttle >= 0.05 && command.throttle <= 1.0);
         vehicle.fly(&command);
     }
@@ -334,18 +341,18 @@ proptest! {
         law in 0..3_usize,
         model in 0..6_usize,
     ) {
-        let mut pilot = autopilot::<f32>(models()[model]);
-        pilot.law = laws()[law];
-        pilot.deck = Some(HarmonicFilter::new(3.0));
+        let mut controller = vertical_controller::<f32>(models()[model]);
+        controller.law = laws()[law];
+        controller.deck = Some(HarmonicFilter::new(3.0));
         let measurement = |v: &[f32]| Measurement {
             height_m: v[0],
             relative_velocity_mps: v[1],
             vehicle_velocity_mps: v[2],
             acceleration_mps2: v[3],
         };
-        let mut state = pilot.initial(&measurement(&values), throttle);
+        let mut state = controller.initial(&measurement(&values), throttle);
         for (v, dt) in values.chunks(4).zip(&dts) {
-            let command = pilot.step(&mut state, &measurement(v), *dt);
+            let command = controller.step(&mut state, &measurement(v), *dt);
             prop_assert!((0.5..=20.4).contains(&command.thrust_n), "{command:?}");
             prop_assert!((0.05..=1.0).contains(&command.throttle), "{command:?}");
             prop_assert!(command.ground_effect_n.is_finite(), "{command:?}");
@@ -353,7 +360,7 @@ proptest! {
         // And it comes back: sensible samples give sensible commands again.
         let good = Measurement { height_m: 0.3, ..Measurement::default() };
         for _ in 0..500 {
-            let command = pilot.step(&mut state, &good, 0.01);
+            let command = controller.step(&mut state, &good, 0.01);
             prop_assert!(command.throttle.is_finite() && command.thrust_n.is_finite());
         }
         prop_assert!(state.vertical.thrust.x.is_finite());

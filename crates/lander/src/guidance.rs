@@ -1,6 +1,6 @@
-//! From what a landing wants flown to what the pilot flies.
+//! From what a landing wants flown to what the controller flies.
 //!
-//! | what to fly ([`Fly`]) | horizontally | vertically |
+//! | manoeuvre ([`Maneuver`]) | horizontally | vertically |
 //! | --- | --- | --- |
 //! | `Hover`, deck | over the pad | to the height at the climb rate, in the deck's frame |
 //! | `Hover`, world | stop where it is | stop where it is |
@@ -18,7 +18,7 @@
 //! `press_m` below. The heading is that of the first step.
 
 use crate::space_controller::{Motion, Target};
-use crate::state_machine::{Fly, Frame};
+use crate::state_machine::{Frame, Maneuver};
 use touchdown_flight::error::{SettingsError, not_negative, positive};
 use touchdown_flight::kernel::{Sum, usable_dt};
 use touchdown_flight::real::{Real, r};
@@ -40,7 +40,7 @@ pub struct Guidance<R> {
     pub idle_n_per_s: R,
     /// How far below its end a plan presses on, m.
     pub press_m: R,
-    /// Age of place and velocity when the pilot gets them, s.
+    /// Age of place and velocity when the controller gets them, s.
     pub sensing_s: R,
     /// Time from a command to the rotors' force, s.
     pub acting_s: R,
@@ -60,10 +60,10 @@ pub struct GuidanceState<R> {
 
 /// What a guidance orders.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Order<R> {
-    /// Fly to a target ([`Pilot::step`](crate::space_controller::Pilot::step)).
+pub enum GuidanceCommand<R> {
+    /// Fly to a target ([`SpaceController::step`](crate::space_controller::SpaceController::step)).
     Track(Target<R>),
-    /// Take the thrust back ([`Pilot::idle`](crate::space_controller::Pilot::idle)).
+    /// Take the thrust back ([`SpaceController::idle`](crate::space_controller::SpaceController::idle)).
     Idle {
         /// Rate, N/s.
         rate_n_per_s: R,
@@ -116,28 +116,28 @@ impl<R: Real> Guidance<R> {
     pub fn step(
         &self,
         state: &mut GuidanceState<R>,
-        fly: Fly<R>,
+        maneuver: Maneuver<R>,
         plan: Option<&Reference<R>>,
         motion: &Motion<R>,
         deck_acceleration_mps2: Vector<R>,
         dt: R,
-    ) -> Order<R> {
+    ) -> GuidanceCommand<R> {
         let dt = usable_dt(dt);
         let heading_rad = *state
             .heading_rad
             .get_or_insert_with(|| motion.attitude.yaw_rad().finite_or(R::ZERO));
-        let mut order = match fly {
-            Fly::Disarm => {
+        let mut order = match maneuver {
+            Maneuver::Disarm => {
                 *state = self.initial();
-                Order::Off
+                GuidanceCommand::Off
             }
-            Fly::Idle => Order::Idle {
+            Maneuver::Idle => GuidanceCommand::Idle {
                 rate_n_per_s: self.idle_n_per_s,
             },
-            Fly::Rest => Order::Idle {
+            Maneuver::Rest => GuidanceCommand::Idle {
                 rate_n_per_s: R::ZERO,
             },
-            Fly::Descend | Fly::Commit => {
+            Maneuver::Descend | Maneuver::Commit => {
                 if state.plan.is_none() {
                     state.plan = plan.map(|plan| (*plan, Sum::default()));
                 }
@@ -149,25 +149,25 @@ impl<R: Real> Guidance<R> {
                     }
                     None => self.slew(state, Frame::Deck, motion, motion.position_m.z, dt),
                 };
-                Order::Track(self.over_the_pad(vertical, deck_acceleration_mps2))
+                GuidanceCommand::Track(self.over_the_pad(vertical, deck_acceleration_mps2))
             }
-            Fly::Hover {
+            Maneuver::Hover {
                 height_m,
                 frame: Frame::Deck,
             } => {
                 state.plan = None;
                 let vertical = self.slew(state, Frame::Deck, motion, height_m, dt);
-                Order::Track(self.over_the_pad(vertical, deck_acceleration_mps2))
+                GuidanceCommand::Track(self.over_the_pad(vertical, deck_acceleration_mps2))
             }
-            Fly::Hover {
+            Maneuver::Hover {
                 frame: Frame::World,
                 ..
             } => self.in_the_world(state, motion, [R::ZERO, self.climb_mps2], dt),
-            Fly::ClimbAway => {
+            Maneuver::ClimbAway => {
                 self.in_the_world(state, motion, [self.climb_mps, self.away_mps2], dt)
             }
         };
-        if let Order::Track(target) = &mut order {
+        if let GuidanceCommand::Track(target) = &mut order {
             target.yaw_rad = heading_rad;
         }
         order
@@ -236,7 +236,7 @@ impl<R: Real> Guidance<R> {
         motion: &Motion<R>,
         [climb_mps, most_mps2]: [R; 2],
         dt: R,
-    ) -> Order<R> {
+    ) -> GuidanceCommand<R> {
         state.plan = None;
         let v = match state.slew {
             Some((Frame::World, _, v)) => v,
@@ -248,7 +248,7 @@ impl<R: Real> Guidance<R> {
         state.slew = Some((Frame::World, R::ZERO, climb_mps));
         // No error of place; an error of relative velocity that is the vehicle's own.
         let deck_mps = motion.vehicle_velocity_mps - motion.relative_velocity_mps;
-        Order::Track(Target {
+        GuidanceCommand::Track(Target {
             vertical: ReferencePoint {
                 height_m: motion.position_m.z,
                 velocity_mps: climb_mps - deck_mps.z,

@@ -12,8 +12,8 @@ use touchdown_lander::estimate::relative::{
 };
 use touchdown_lander::guidance::Guidance;
 use touchdown_lander::planner::Planner;
-use touchdown_lander::space_controller::Pilot;
-use touchdown_lander::state_machine::{Lander, Phase, Request};
+use touchdown_lander::space_controller::SpaceController;
+use touchdown_lander::state_machine::{OperatorRequest, Phase, StateMachine};
 
 type State<R> = ComputerState<R, GuardedState<R, GroundEffectState<R>>>;
 
@@ -27,9 +27,9 @@ fn computer<R: Real>() -> Computer<R> {
             ..DeckEstimator::new(Observed::Displacement, n(0.005))
         },
         descent: Descent::Planned(Planner::default()),
-        lander: Lander::default(),
+        state_machine: StateMachine::default(),
         guidance: Guidance::default(),
-        pilot: Pilot {
+        controller: SpaceController {
             mass_kg: n(1.37),
             gravity_mps2: n(9.81),
             law: Law::Composite(Composite::default()),
@@ -90,7 +90,7 @@ fn sensed<'a, R: Real>(imu: ImuSample<R>, readings: &'a [Reading<R>]) -> Sensed<
         deck_normal: None,
         battery_share: R::from_f64(0.6),
         contact: None,
-        request: Request::None,
+        request: OperatorRequest::None,
     }
 }
 
@@ -116,7 +116,7 @@ fn hovers_then_descends<R: Real>() {
             assert!((estimate.height_m().to_f64() - 0.8).abs() < 2e-3);
             assert!(output.command.unwrap().attitude.tilt_rad().to_f64() < 1e-3);
         }
-        if output.lander.phase == Phase::Descend && descended_s.is_none() {
+        if output.state_machine.phase == Phase::Descend && descended_s.is_none() {
             descended_s = Some(0.01 * f64::from(i));
             assert!(output.plan.is_some());
         }
@@ -156,7 +156,7 @@ fn prop_readings_that_are_not_finite_never_begin_a_descent() {
         let output = computer.step(&mut state, &sensed, 0.01);
         let command = output.command.unwrap();
         assert!(command.thrust_n.is_finite() && command.attitude.is_finite());
-        let phase = output.lander.phase;
+        let phase = output.state_machine.phase;
         if phase == Phase::Descend && before != phase {
             begun += 1;
             let ages = [output.health.range.age_s, output.health.imu.age_s];

@@ -2,9 +2,9 @@
 
 use touchdown_flight::reference::{Reference, Terminal};
 use touchdown_flight::{Attitude, Real, Vector};
-use touchdown_lander::guidance::{Guidance, Order};
+use touchdown_lander::guidance::{Guidance, GuidanceCommand};
 use touchdown_lander::space_controller::{Motion, Target};
-use touchdown_lander::state_machine::{Fly, Frame};
+use touchdown_lander::state_machine::{Frame, Maneuver};
 
 fn motion<R: Real>(height_m: f64) -> Motion<R> {
     let vector = |x, y, z| Vector::new(R::from_f64(x), R::from_f64(y), R::from_f64(z));
@@ -18,14 +18,14 @@ fn motion<R: Real>(height_m: f64) -> Motion<R> {
     }
 }
 
-fn target<R: Real>(order: Order<R>) -> Target<R> {
+fn target<R: Real>(order: GuidanceCommand<R>) -> Target<R> {
     match order {
-        Order::Track(target) => target,
+        GuidanceCommand::Track(target) => target,
         other => panic!("no target: {other:?}"),
     }
 }
 
-const DECK: Fly<f64> = Fly::Hover {
+const DECK: Maneuver<f64> = Maneuver::Hover {
     height_m: 0.8,
     frame: Frame::Deck,
 };
@@ -80,7 +80,11 @@ fn analytic_the_plan_is_followed_with_its_delays_and_pressed_on() {
     for i in 0..1500 {
         // What the planner says later does not matter.
         let said = plan(2.5 + 0.01 * f64::from(i));
-        let fly = if i < 150 { Fly::Descend } else { Fly::Commit };
+        let fly = if i < 150 {
+            Maneuver::Descend
+        } else {
+            Maneuver::Commit
+        };
         let order = guidance.step(&mut state, fly, Some(&said), &motion(0.5), deck, 0.01);
         let to = target(order);
         let t = 0.01 * f64::from(i);
@@ -94,11 +98,18 @@ fn analytic_the_plan_is_followed_with_its_delays_and_pressed_on() {
     }
     // A new descent takes the new plan; without one it holds its height.
     guidance.step(&mut state, DECK, None, &motion(0.5), deck, 0.01);
-    let order = guidance.step(&mut state, Fly::Descend, None, &motion(0.5), deck, 0.01);
+    let order = guidance.step(
+        &mut state,
+        Maneuver::Descend,
+        None,
+        &motion(0.5),
+        deck,
+        0.01,
+    );
     assert!(target(order).vertical.velocity_mps.abs() < 0.2);
     let order = guidance.step(
         &mut state,
-        Fly::Descend,
+        Maneuver::Descend,
         Some(&plan(2.5)),
         &motion(0.5),
         deck,
@@ -110,12 +121,12 @@ fn analytic_the_plan_is_followed_with_its_delays_and_pressed_on() {
 #[test]
 fn analytic_in_the_world_only_velocities_count() {
     let guidance = Guidance::<f64>::default();
-    let world = Fly::Hover {
+    let world = Maneuver::Hover {
         height_m: 0.8,
         frame: Frame::World,
     };
     // Speeds, and how fast they are taken up.
-    for (fly, wanted, rate) in [(world, 0.0, 1.0), (Fly::ClimbAway, 0.5, 3.0)] {
+    for (fly, wanted, rate) in [(world, 0.0, 1.0), (Maneuver::ClimbAway, 0.5, 3.0)] {
         let mut state = guidance.initial();
         let mut climb = 0.2;
         for i in 0..200 {
@@ -125,7 +136,7 @@ fn analytic_in_the_world_only_velocities_count() {
             at.relative_velocity_mps.z -= f64::from(i % 5);
             let deck = Vector::new(9.0, 9.0, 9.0);
             let to = target(guidance.step(&mut state, fly, None, &at, deck, 0.01));
-            // What the pilot's law sees: no error of place ...
+            // What the controller's law sees: no error of place ...
             assert_eq!(to.position_m, at.position_m);
             assert_eq!(to.vertical.height_m, at.position_m.z);
             // ... and v - v_ref = v_q - climb, whatever the deck.
@@ -151,10 +162,10 @@ fn analytic_idle_and_off() {
     let guidance = Guidance::<f32>::default();
     let mut state = guidance.initial();
     let at = motion(0.1);
-    let order = guidance.step(&mut state, Fly::Idle, None, &at, Vector::ZERO, 0.01);
-    assert_eq!(order, Order::Idle { rate_n_per_s: 40.0 });
-    let order = guidance.step(&mut state, Fly::Disarm, None, &at, Vector::ZERO, 0.01);
-    assert_eq!(order, Order::Off);
+    let order = guidance.step(&mut state, Maneuver::Idle, None, &at, Vector::ZERO, 0.01);
+    assert_eq!(order, GuidanceCommand::Idle { rate_n_per_s: 40.0 });
+    let order = guidance.step(&mut state, Maneuver::Disarm, None, &at, Vector::ZERO, 0.01);
+    assert_eq!(order, GuidanceCommand::Off);
     let bad = Guidance::<f32> {
         climb_mps: f32::NAN,
         ..guidance

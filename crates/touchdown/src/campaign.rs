@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 use touchdown_flight::types::Measurement;
-use touchdown_flight::vertical_controller::Autopilot;
+use touchdown_flight::vertical_controller::VerticalController;
 use touchdown_sim::landing::vertical::LandingScenario;
 use touchdown_sim::landing::vertical::{Landing, Outcome, land};
 
@@ -62,7 +62,7 @@ impl LandingFigures {
 /// A scenario that makes no sense.
 pub fn run(
     scenario: &LandingScenario,
-    pilot: &Autopilot<f64>,
+    pilot: &VerticalController<f64>,
     trials: usize,
     seed: u64,
     traces: usize,

@@ -7,7 +7,7 @@ use touchdown_flight::control::{Composite, Imbc, Law, Ssc};
 use touchdown_flight::deck::HarmonicFilter;
 use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, Validity};
 use touchdown_flight::reference::{Exponential, Reference};
-use touchdown_flight::vertical_controller::Autopilot;
+use touchdown_flight::vertical_controller::VerticalController;
 use touchdown_model::{Card, Form};
 use touchdown_sim::deck::DeckMotion;
 
@@ -77,7 +77,7 @@ pub fn autopilot(
     cards: &Cards,
     settings: &LandSettings,
     acceleration: bool,
-) -> Result<Autopilot<f64>> {
+) -> Result<VerticalController<f64>> {
     let (scenario, control) = (&settings.scenario, &settings.control);
     let deck_frequency = scenario.deck.angular_frequency();
     let law = match method {
@@ -118,7 +118,7 @@ pub fn autopilot(
         }),
         _ => None,
     };
-    let pilot = Autopilot {
+    let pilot = VerticalController {
         mass_kg: scenario.plant.mass_kg,
         gravity_mps2: scenario.plant.gravity_mps2,
         law,

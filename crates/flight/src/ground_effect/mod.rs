@@ -134,7 +134,7 @@ pub trait GroundEffect<R: Real> {
     /// times `thrust_n`.
     fn limit(&self, _state: &mut Self::State, _thrust_n: R, _ratio_min: R, _ratio_max: R) {}
 
-    /// Whether the tilt or the rotors' heights make a difference: a pilot leaves them out
+    /// Whether the tilt or the rotors' heights make a difference: a controller leaves them out
     /// (0, none) for a model that says no.
     fn sees_rotors(&self) -> bool {
         true

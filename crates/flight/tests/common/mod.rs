@@ -11,7 +11,7 @@ use touchdown_flight::ground_effect::{
 };
 use touchdown_flight::reference::{Exponential, Reference};
 use touchdown_flight::thrust::ThrustModel;
-use touchdown_flight::vertical_controller::Autopilot;
+use touchdown_flight::vertical_controller::VerticalController;
 use touchdown_flight::{Limits, Measurement, Real};
 
 pub const MASS_KG: f64 = 1.37;
@@ -43,8 +43,8 @@ pub fn map<R: Real>() -> StaticMap<R> {
 }
 
 /// The published thrust model, the ground landing's descent, and a method.
-pub fn autopilot<R: Real>(ground_effect: GroundEffectModel<R>) -> Autopilot<R> {
-    Autopilot {
+pub fn vertical_controller<R: Real>(ground_effect: GroundEffectModel<R>) -> VerticalController<R> {
+    VerticalController {
         mass_kg: R::from_f64(MASS_KG),
         gravity_mps2: R::from_f64(GRAVITY),
         law: Law::Composite(Composite::default()),

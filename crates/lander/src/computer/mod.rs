@@ -3,7 +3,7 @@
 //! ```text
 //! IMU, range, tag, GNSS, barometer ─> relative estimator ─┬─> deck estimator ─> planner ─┐
 //!                                            │            │                              v
-//!                                            └── health ──┴──────────> state machine ─> guidance ─> pilot
+//!                                            └── health ──┴──────────> state machine ─> guidance ─> controller
 //! ```
 //!
 //! What is put together here, beyond the parts:
@@ -55,8 +55,8 @@ use crate::estimate::relative::{
 };
 use crate::guidance::{Guidance, GuidanceState};
 use crate::planner::{Plan, Planner, PlannerState};
-use crate::space_controller::{Pilot, PilotCommand, PilotState, Target};
-use crate::state_machine::{Lander, LanderOutput, LanderState, Phase, Request};
+use crate::space_controller::{SpaceCommand, SpaceController, SpaceControllerState, Target};
+use crate::state_machine::{MachineOutput, MachineState, OperatorRequest, Phase, StateMachine};
 use touchdown_flight::control::VerticalState;
 use touchdown_flight::error::{SettingsError, not_negative, positive};
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
@@ -97,11 +97,11 @@ pub struct Computer<R: Real, G = Guarded<R>> {
     /// How a descent is chosen.
     pub descent: Descent<R>,
     /// State machine.
-    pub lander: Lander<R>,
+    pub state_machine: StateMachine<R>,
     /// From what is to be flown to targets.
     pub guidance: Guidance<R>,
     /// The controller.
-    pub pilot: Pilot<R, G>,
+    pub controller: SpaceController<R, G>,
     /// Whether the deck's estimated acceleration is fed forward.
     pub deck_acceleration: bool,
     /// Age of the estimate that is made up for, s.
@@ -152,7 +152,7 @@ pub struct Sensed<'a, R: Real> {
     /// Contact switch in the legs, where there is one.
     pub contact: Option<bool>,
     /// What the operator wants.
-    pub request: Request,
+    pub request: OperatorRequest,
 }
 
 /// State of a [`Computer`].
@@ -166,9 +166,9 @@ pub struct ComputerState<R: Real, S> {
     sightings: Sightings<R>,
     planner: PlannerState<R>,
     since_plan_s: R,
-    lander: LanderState<R>,
+    state_machine: MachineState<R>,
     guidance: GuidanceState<R>,
-    pilot: Option<PilotState<R, S>>,
+    controller: Option<SpaceControllerState<R, S>>,
     hover_throttle: R,
     normal: Vector<R>,
     /// Time since the normal was seen, s.
@@ -178,16 +178,16 @@ pub struct ComputerState<R: Real, S> {
     /// The estimator began anew with the velocity it had, and is not known again yet.
     carried_over: bool,
     hurry: bool,
-    command: PilotCommand<R>,
+    command: SpaceCommand<R>,
 }
 
 /// What a step of a [`Computer`] gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComputerOutput<R: Real> {
     /// Thrust and attitude; none for rotors off.
-    pub command: Option<PilotCommand<R>>,
+    pub command: Option<SpaceCommand<R>>,
     /// The state machine.
-    pub lander: LanderOutput<R>,
+    pub state_machine: MachineOutput<R>,
     /// Place and motion now.
     pub estimate: RelativeEstimate<R>,
     /// How far it can be trusted.
@@ -198,7 +198,7 @@ pub struct ComputerOutput<R: Real> {
     pub plan: Option<Plan<R>>,
     /// How much later readings come than their ages say, s.
     pub latency_s: R,
-    /// Where the pilot is to fly; none where it is not flying to a target.
+    /// Where the controller is to fly; none where it is not flying to a target.
     pub target: Option<Target<R>>,
     /// Force that no model explains, N.
     pub disturbance_n: Vector<R>,
@@ -219,9 +219,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             Descent::Planned(planner) => planner.validate()?,
             Descent::Straight(reference) => reference.validate()?,
         }
-        self.lander.validate()?;
+        self.state_machine.validate()?;
         self.guidance.validate()?;
-        self.pilot.validate()?;
+        self.controller.validate()?;
         not_negative("computer.lead_s", self.lead_s)?;
         positive("computer.known_sd_m", self.known_sd_m)?;
         positive("computer.known_sd_mps", self.known_sd_mps)?;
@@ -256,9 +256,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             sightings: Sightings::default(),
             planner: PlannerState::default(),
             since_plan_s: self.planner_period_s,
-            lander: self.lander.initial(),
+            state_machine: self.state_machine.initial(),
             guidance: self.guidance.initial(),
-            pilot: None,
+            controller: None,
             hover_throttle: throttle,
             normal: Vector::UP,
             normal_age_s: R::ZERO,
@@ -266,9 +266,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             apart_s: R::ZERO,
             carried_over: false,
             hurry: false,
-            command: PilotCommand {
-                thrust_n: self.pilot.mass_kg * self.pilot.gravity_mps2,
-                ..PilotCommand::default()
+            command: SpaceCommand {
+                thrust_n: self.controller.mass_kg * self.controller.gravity_mps2,
+                ..SpaceCommand::default()
             },
         }
     }
@@ -277,11 +277,13 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 impl<R: Real, S> ComputerState<R, S> {
     /// Where the landing is.
     pub fn phase(&self) -> Phase {
-        self.lander.phase()
+        self.state_machine.phase()
     }
 
     /// State of the vertical channel, once there is one.
     pub fn vertical(&self) -> Option<&VerticalState<R, S>> {
-        self.pilot.as_ref().map(|pilot| &pilot.vertical)
+        self.controller
+            .as_ref()
+            .map(|controller| &controller.vertical)
     }
 }

@@ -4,10 +4,10 @@ use super::sightings::Sightings;
 use super::{Computer, ComputerOutput, ComputerState, Descent, Sensed};
 use crate::estimate::deck::{DeckEstimatorState, DeckMotionPrediction};
 use crate::estimate::relative::{DeckPrior, RangeReading, Reading, RelativeEstimate};
-use crate::guidance::Order;
+use crate::guidance::GuidanceCommand;
 use crate::planner::{DeckOutlook, Plan};
-use crate::space_controller::{Motion, PilotCommand, Target};
-use crate::state_machine::{Fly, LanderInput, Phase};
+use crate::space_controller::{Motion, SpaceCommand, Target};
+use crate::state_machine::{MachineInput, Maneuver, Phase};
 use touchdown_flight::ground_effect::GroundEffect;
 use touchdown_flight::kernel::{lag_step, usable_dt};
 use touchdown_flight::real::{Real, r};
@@ -39,9 +39,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 
         let deck = self.deck_ahead(state, R::ZERO);
         let (plan, reference) = self.plan(state, &motion, dt);
-        let weight_n = self.pilot.mass_kg * self.pilot.gravity_mps2;
+        let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
         let command = state.command;
-        let seen = LanderInput {
+        let seen = MachineInput {
             tag_age_s: health.tag.age_s,
             range_age_s: health.range.age_s,
             imu_age_s: health.imu.age_s,
@@ -56,35 +56,41 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             deck_speed_mps: self.greatest_deck_speed(state, &deck, &estimate),
             battery_share: sensed.battery_share,
             thrust_share: command.thrust_n / weight_n,
-            load_factor: sensed.imu.specific_force_mps2.z / self.pilot.gravity_mps2,
+            load_factor: sensed.imu.specific_force_mps2.z / self.controller.gravity_mps2,
             contact: sensed.contact,
             go: reference.is_some(),
             request: sensed.request,
         };
-        let before = state.lander.phase();
-        let lander = self.lander.step(&mut state.lander, &seen, dt);
-        state.hurry = lander.hurry;
-        let begins = lander.phase == Phase::Descend && before != Phase::Descend;
+        let before = state.state_machine.phase();
+        let state_machine = self.state_machine.step(&mut state.state_machine, &seen, dt);
+        state.hurry = state_machine.hurry;
+        let begins = state_machine.phase == Phase::Descend && before != Phase::Descend;
         state.carried_over &= !known || health.diverged;
-        self.begin_anew(state, &health, lander.phase, dt);
+        self.begin_anew(state, &health, state_machine.phase, dt);
 
         // Once in control, velocities are enough: the state machine is told that the
         // place is not known, and has the vehicle flown in the world's frame (in
         // touchdown the thrust is held or taken back).
-        let moving = state.pilot.is_some() && self.moves_known(&estimate);
-        let (command, target) = if known || moving || lander.fly == Fly::Disarm {
-            self.act(state, lander.fly, reference.as_ref(), &motion, dt)
+        let moving = state.controller.is_some() && self.moves_known(&estimate);
+        let (command, target) = if known || moving || state_machine.maneuver == Maneuver::Disarm {
+            self.act(
+                state,
+                state_machine.maneuver,
+                reference.as_ref(),
+                &motion,
+                dt,
+            )
         } else {
             (Some(self.hover(state, &motion, dt)), None)
         };
         let disturbance_n = state
-            .pilot
+            .controller
             .as_ref()
-            .map_or(Vector::ZERO, |pilot| pilot.disturbance_n);
+            .map_or(Vector::ZERO, |controller| controller.disturbance_n);
         state.command = command.unwrap_or_default();
         ComputerOutput {
             command,
-            lander,
+            state_machine,
             estimate,
             health,
             deck,
@@ -95,15 +101,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
-    /// Guidance and pilot.
+    /// Guidance and controller.
     fn act(
         &self,
         state: &mut ComputerState<R, G::State>,
-        fly: Fly<R>,
+        maneuver: Maneuver<R>,
         reference: Option<&Reference<R>>,
         motion: &Motion<R>,
         dt: R,
-    ) -> (Option<PilotCommand<R>>, Option<Target<R>>) {
+    ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
         let deck_mps2 = if self.deck_acceleration {
             Vector::UP * self.deck_acceleration_ahead(state)
         } else {
@@ -112,22 +118,23 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let guidance = &mut state.guidance;
         let order = self
             .guidance
-            .step(guidance, fly, reference, motion, deck_mps2, dt);
+            .step(guidance, maneuver, reference, motion, deck_mps2, dt);
         let throttle = state.hover_throttle;
-        let pilot = state
-            .pilot
-            .get_or_insert_with(|| self.pilot.initial(motion, throttle));
+        let controller = state
+            .controller
+            .get_or_insert_with(|| self.controller.initial(motion, throttle));
         match order {
-            Order::Track(mut target) => {
+            GuidanceCommand::Track(mut target) => {
                 target.hold_estimates |= motion.position_m.z < self.contact_height_m;
-                let command = self.pilot.step(pilot, motion, &target, dt);
+                let command = self.controller.step(controller, motion, &target, dt);
                 (Some(command), Some(target))
             }
-            Order::Idle { rate_n_per_s } => {
-                (Some(self.pilot.idle(pilot, motion, rate_n_per_s, dt)), None)
-            }
-            Order::Off => {
-                state.pilot = None;
+            GuidanceCommand::Idle { rate_n_per_s } => (
+                Some(self.controller.idle(controller, motion, rate_n_per_s, dt)),
+                None,
+            ),
+            GuidanceCommand::Off => {
+                state.controller = None;
                 (None, None)
             }
         }
@@ -138,7 +145,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     fn deck_acceleration_ahead(&self, state: &ComputerState<R, G::State>) -> R {
         let ahead = self.deck_ahead(state, self.guidance.acting_s);
         let fastest = harmonics_mps(&state.deck);
-        let slowed = (self.lander.deck_speed_mps / fastest).finite_or(R::ONE);
+        let slowed = (self.state_machine.deck_speed_mps / fastest).finite_or(R::ONE);
         ahead.acceleration_mps2 * slowed.min(R::ONE)
     }
 
@@ -148,16 +155,16 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state: &mut ComputerState<R, G::State>,
         motion: &Motion<R>,
         dt: R,
-    ) -> PilotCommand<R> {
-        let thrust_n = self.pilot.mass_kg * self.pilot.gravity_mps2;
-        let command = PilotCommand {
+    ) -> SpaceCommand<R> {
+        let thrust_n = self.controller.mass_kg * self.controller.gravity_mps2;
+        let command = SpaceCommand {
             thrust_n,
-            throttle: self.pilot.thrust.throttle_for(thrust_n),
+            throttle: self.controller.thrust.throttle_for(thrust_n),
             attitude: Attitude::from_yaw(motion.attitude.yaw_rad()),
-            ..PilotCommand::default()
+            ..SpaceCommand::default()
         };
-        if let Some(pilot) = &mut state.pilot {
-            self.pilot.follow(pilot, motion, &command, dt);
+        if let Some(controller) = &mut state.controller {
+            self.controller.follow(controller, motion, &command, dt);
         }
         command
     }
@@ -240,7 +247,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             return false;
         };
         if matches!(
-            state.lander.phase(),
+            state.state_machine.phase(),
             Phase::Commit | Phase::Touchdown | Phase::Disarmed
         ) {
             return false;
@@ -329,7 +336,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 (None, reference.validate().is_ok().then_some(reference))
             }
             Descent::Planned(planner) => {
-                let phase = state.lander.phase();
+                let phase = state.state_machine.phase();
                 if phase != Phase::Wait {
                     // A hold between two waits is no new approach.
                     if phase != Phase::Hold {

@@ -3,7 +3,7 @@
 
 mod motion;
 
-pub use motion::{Motion, PilotCommand, Target};
+pub use motion::{Motion, SpaceCommand, Target};
 
 use crate::control::allocation::allocate;
 use crate::control::horizontal::Errors;
@@ -23,7 +23,7 @@ use touchdown_flight::types::Limits;
 /// A landing controller in three dimensions: the vector law
 /// `f_u = m v_r' - K_P s - K_I ∫ s dt - m g - f_a^`.
 ///
-/// Vertically it is the [`Autopilot`](touchdown_flight::vertical_controller::Autopilot), by the same
+/// Vertically it is the [`VerticalController`](touchdown_flight::vertical_controller::VerticalController), by the same
 /// code; horizontally [`Horizontal`]. The vertical force comes first: thrust is
 /// raised by what the tilt costs (ground effect acts along the rotors' axis as
 /// thrust does), and the horizontal force gets what limits of tilt and thrust
@@ -32,7 +32,7 @@ use touchdown_flight::types::Limits;
 ///
 /// | method | law | ground effect | observer |
 /// | --- | --- | --- | --- |
-/// | feedback, empirical, dynamic, imbc, ssc | as for the autopilot | as there | none |
+/// | feedback, empirical, dynamic, imbc, ssc | as for the vertical controller | as there | none |
 /// | observer | [`Law::Composite`] | none | given |
 /// | dynamic+observer | [`Law::Composite`] | any dynamic family | given |
 ///
@@ -48,7 +48,7 @@ use touchdown_flight::types::Limits;
         deserialize = "R: Real + serde::Deserialize<'de>, G: serde::Deserialize<'de>"
     ))
 )]
-pub struct Pilot<R: Real, G = Guarded<R>> {
+pub struct SpaceController<R: Real, G = Guarded<R>> {
     /// Mass of the vehicle, kg.
     pub mass_kg: R,
     /// Acceleration of gravity, m/s².
@@ -73,9 +73,9 @@ pub struct Pilot<R: Real, G = Guarded<R>> {
     pub limits: Limits<R>,
 }
 
-/// State of a [`Pilot`] whose ground-effect model has state `S`.
+/// State of a [`SpaceController`] whose ground-effect model has state `S`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PilotState<R: Real, S> {
+pub struct SpaceControllerState<R: Real, S> {
     /// Vertical law, models and the last command.
     pub vertical: VerticalState<R, S>,
     /// Horizontal law.
@@ -92,7 +92,7 @@ pub struct PilotState<R: Real, S> {
     attitude: Attitude<R>,
 }
 
-impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
+impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
     /// Checks all settings.
     ///
     /// # Errors
@@ -128,7 +128,7 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
 
     /// The state in a hover at `motion`: rotors and air at rest at `throttle`,
     /// which is being sent. What is not finite counts as zero.
-    pub fn initial(&self, motion: &Motion<R>, throttle: R) -> PilotState<R, G::State> {
+    pub fn initial(&self, motion: &Motion<R>, throttle: R) -> SpaceControllerState<R, G::State> {
         let motion = motion.or_previous(&Motion::default());
         let ground = self.ground(&motion);
         let channel = self.channel();
@@ -148,7 +148,7 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
             yaw_rad: motion.attitude.yaw_rad(),
             ..Target::default()
         };
-        PilotState {
+        SpaceControllerState {
             vertical,
             horizontal: HorizontalState::default(),
             disturbance_n: Vector::ZERO,
@@ -168,11 +168,11 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
     /// command is always finite and within the limits.
     pub fn step(
         &self,
-        state: &mut PilotState<R, G::State>,
+        state: &mut SpaceControllerState<R, G::State>,
         motion: &Motion<R>,
         target: &Target<R>,
         dt: R,
-    ) -> PilotCommand<R> {
+    ) -> SpaceCommand<R> {
         let dt = usable_dt(dt);
         let sensed = motion.acceleration_mps2.is_finite();
         let motion = motion.or_previous(&state.motion);
@@ -212,7 +212,7 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
         let limited = asked.limited || allocated.is_none_or(|allocated| allocated.limited);
         self.horizontal
             .advance(&mut state.horizontal, &asked, limited, dt);
-        PilotCommand {
+        SpaceCommand {
             thrust_n: output.command.thrust_n,
             throttle: output.command.throttle,
             attitude: state.attitude,
@@ -227,11 +227,11 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
     /// Observer and adaptation stand still.
     pub fn idle(
         &self,
-        state: &mut PilotState<R, G::State>,
+        state: &mut SpaceControllerState<R, G::State>,
         motion: &Motion<R>,
         rate_n_per_s: R,
         dt: R,
-    ) -> PilotCommand<R> {
+    ) -> SpaceCommand<R> {
         let dt = usable_dt(dt);
         let motion = motion.or_previous(&state.motion);
         state.motion = motion;
@@ -248,7 +248,7 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
         if let Some(attitude) = Attitude::from_thrust_direction(motion.deck_normal, yaw_rad) {
             state.attitude = attitude;
         }
-        PilotCommand {
+        SpaceCommand {
             thrust_n,
             throttle: state.vertical.command.throttle,
             attitude: state.attitude,
@@ -258,13 +258,13 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
         }
     }
 
-    /// Keeps models and record up with a command that is not this pilot's, which is
+    /// Keeps models and record up with a command that is not this controller's, which is
     /// being sent for the next `dt` seconds. Observer and adaptation stand still.
     pub fn follow(
         &self,
-        state: &mut PilotState<R, G::State>,
+        state: &mut SpaceControllerState<R, G::State>,
         motion: &Motion<R>,
-        command: &PilotCommand<R>,
+        command: &SpaceCommand<R>,
         dt: R,
     ) {
         let motion = motion.or_previous(&state.motion);
@@ -286,7 +286,7 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
     /// on.
     fn listen(
         &self,
-        state: &mut PilotState<R, G::State>,
+        state: &mut SpaceControllerState<R, G::State>,
         motion: &Motion<R>,
         learn: bool,
         dt: R,
@@ -318,7 +318,7 @@ impl<R: Real, G: GroundEffect<R>> Pilot<R, G> {
         }
     }
 
-    fn felt(&self, state: &PilotState<R, G::State>, motion: &Motion<R>) -> Felt<R> {
+    fn felt(&self, state: &SpaceControllerState<R, G::State>, motion: &Motion<R>) -> Felt<R> {
         state.record.felt(
             &self.delays,
             motion.acceleration_mps2,

@@ -1,4 +1,4 @@
-//! What a pilot is told, and what it gives.
+//! What a controller is told, and what it gives.
 
 use crate::estimate::relative::RelativeEstimate;
 use touchdown_flight::real::Real;
@@ -41,7 +41,7 @@ pub struct Target<R> {
     pub hold_estimates: bool,
 }
 
-/// What a [`Pilot`](super::Pilot) asks for.
+/// What a [`SpaceController`](super::SpaceController) asks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -51,7 +51,7 @@ pub struct Target<R> {
         deserialize = "R: Real + serde::Deserialize<'de>"
     ))
 )]
-pub struct PilotCommand<R: Real> {
+pub struct SpaceCommand<R: Real> {
     /// Collective free-air thrust along the rotors' axis, N.
     pub thrust_n: R,
     /// Throttle that gives it at rest.

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum Request {
+pub enum OperatorRequest {
     /// Nothing: land.
     #[default]
     None,
@@ -21,7 +21,7 @@ pub enum Request {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct LanderInput<R> {
+pub struct MachineInput<R> {
     /// Age of the last tag detection that was used, s. An age below zero is a
     /// wrong clock and counts as stale.
     pub tag_age_s: R,
@@ -59,5 +59,5 @@ pub struct LanderInput<R> {
     /// The planner says that now is the moment to descend.
     pub go: bool,
     /// What the operator wants.
-    pub request: Request,
+    pub request: OperatorRequest,
 }

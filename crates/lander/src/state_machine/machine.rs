@@ -1,15 +1,17 @@
 //! State and step of the state machine.
 
-use super::facts::Facts;
-use super::{Fly, Frame, Lander, LanderInput, LanderOutput, Phase, Reason, Request};
+use super::conditions::Conditions;
+use super::{
+    Frame, MachineInput, MachineOutput, Maneuver, OperatorRequest, Phase, Reason, StateMachine,
+};
 use touchdown_flight::kernel::{Sum, usable_dt};
 use touchdown_flight::real::Real;
 
 /// For how long a condition has held without a break.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Held<R>(Option<R>);
+struct HoldTimer<R>(Option<R>);
 
-impl<R: Real> Held<R> {
+impl<R: Real> HoldTimer<R> {
     /// The first step with the condition counts nothing; nor does a gap.
     fn update(&mut self, holds: bool, dt: R, gap: bool) {
         self.0 = match self.0 {
@@ -23,28 +25,28 @@ impl<R: Real> Held<R> {
     }
 }
 
-/// State of a [`Lander`].
+/// State of a [`StateMachine`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LanderState<R> {
+pub struct MachineState<R> {
     phase: Phase,
     reason: Option<Reason>,
     go_arounds: u8,
-    last_request: Request,
+    last_request: OperatorRequest,
     /// Time in this phase and those that share its limit.
     clock: Sum<R>,
     /// Time in Approach, Hold and Wait since the last descent.
     waited: Sum<R>,
-    ready: Held<R>,
-    touching: Held<R>,
-    evidence: Held<R>,
-    apart: Held<R>,
-    unsupported: Held<R>,
-    beyond: Held<R>,
-    sinking: Held<R>,
-    saturated: Held<R>,
+    ready: HoldTimer<R>,
+    touching: HoldTimer<R>,
+    evidence: HoldTimer<R>,
+    apart: HoldTimer<R>,
+    unsupported: HoldTimer<R>,
+    beyond: HoldTimer<R>,
+    sinking: HoldTimer<R>,
+    saturated: HoldTimer<R>,
 }
 
-impl<R> LanderState<R> {
+impl<R> MachineState<R> {
     /// Where the landing is.
     pub fn phase(&self) -> Phase {
         self.phase
@@ -72,7 +74,7 @@ impl Phase {
 }
 
 /// What of the past the table of transitions asks for.
-struct Past {
+struct History {
     stop: bool,
     restart: bool,
     late: bool,
@@ -86,61 +88,61 @@ struct Past {
     too_many: bool,
 }
 
-impl<R: Real> Lander<R> {
+impl<R: Real> StateMachine<R> {
     /// The state at the start: on the approach.
     #[must_use]
-    pub fn initial(&self) -> LanderState<R> {
-        LanderState::default()
+    pub fn initial(&self) -> MachineState<R> {
+        MachineState::default()
     }
 
     /// One step, `dt` seconds after the one before. A `dt` that is not a
     /// positive number counts as no time.
     pub fn step(
         &self,
-        state: &mut LanderState<R>,
-        seen: &LanderInput<R>,
+        state: &mut MachineState<R>,
+        seen: &MachineInput<R>,
         dt: R,
-    ) -> LanderOutput<R> {
-        let facts = self.facts(seen);
-        let past = self.remember(state, seen, &facts, dt);
-        let (phase, reason) = self.transition(state, seen, &facts, &past);
+    ) -> MachineOutput<R> {
+        let conditions = self.conditions(seen);
+        let past = self.remember(state, seen, &conditions, dt);
+        let (phase, reason) = self.transition(state, seen, &conditions, &past);
         self.enter(state, phase, reason, past.stop, past.restart);
-        let hover = |frame| Fly::Hover {
+        let hover = |frame| Maneuver::Hover {
             height_m: self.hold_height_m,
             frame,
         };
-        let fly = match phase {
+        let maneuver = match phase {
             Phase::Approach | Phase::Hold | Phase::Wait | Phase::GivenUp => {
-                hover(match facts.stale {
+                hover(match conditions.stale {
                     None => Frame::Deck,
                     Some(_) => Frame::World,
                 })
             }
-            Phase::Descend => Fly::Descend,
-            Phase::Commit => Fly::Commit,
+            Phase::Descend => Maneuver::Descend,
+            Phase::Commit => Maneuver::Commit,
             // Where the deck is not felt, the thrust is not taken back further, nor
             // raised before it is a bounce.
-            Phase::Touchdown if facts.touching => Fly::Idle,
-            Phase::Touchdown => Fly::Rest,
-            Phase::GoAround => Fly::ClimbAway,
-            Phase::Disarmed => Fly::Disarm,
+            Phase::Touchdown if conditions.touching => Maneuver::Idle,
+            Phase::Touchdown => Maneuver::Rest,
+            Phase::GoAround => Maneuver::ClimbAway,
+            Phase::Disarmed => Maneuver::Disarm,
         };
-        LanderOutput {
+        MachineOutput {
             phase,
-            fly,
+            maneuver,
             reason: state.reason,
             go_arounds: state.go_arounds,
-            hurry: facts.battery_critical,
+            hurry: conditions.battery_critical,
         }
     }
 
     /// The table of transitions, row by row.
     fn transition(
         &self,
-        state: &LanderState<R>,
-        seen: &LanderInput<R>,
-        now: &Facts,
-        past: &Past,
+        state: &MachineState<R>,
+        seen: &MachineInput<R>,
+        now: &Conditions,
+        past: &History,
     ) -> (Phase, Option<Reason>) {
         use Phase::{
             Approach, Commit, Descend, Disarmed, GivenUp, GoAround, Hold, Touchdown, Wait,
@@ -159,7 +161,7 @@ impl<R: Real> Lander<R> {
             .filter(|_| !now.battery_critical)
             .or(now.battery_low.then_some(Reason::BatteryLow));
         match state.phase {
-            _ if seen.request == Request::Disarm => because(Disarmed, Reason::Operator),
+            _ if seen.request == OperatorRequest::Disarm => because(Disarmed, Reason::Operator),
 
             // A hover that sinks is not left alone with it, whatever else is wanted.
             Approach | Hold | Wait if past.sinks => because(GoAround, Reason::ClosingSpeed),
@@ -225,11 +227,11 @@ impl<R: Real> Lander<R> {
     /// Advances the times that conditions have held.
     fn remember(
         &self,
-        state: &mut LanderState<R>,
-        seen: &LanderInput<R>,
-        now: &Facts,
+        state: &mut MachineState<R>,
+        seen: &MachineInput<R>,
+        now: &Conditions,
         dt: R,
-    ) -> Past {
+    ) -> History {
         let dt = usable_dt(dt);
         let gap = dt > self.greatest_step_s;
         state.clock.add(dt);
@@ -250,9 +252,10 @@ impl<R: Real> Lander<R> {
             Stage::Climbing => state.clock.value() > self.climb_s,
             Stage::Ended => false,
         };
-        let past = Past {
-            stop: seen.request == Request::Abort,
-            restart: seen.request == Request::Restart && state.last_request != Request::Restart,
+        let past = History {
+            stop: seen.request == OperatorRequest::Abort,
+            restart: seen.request == OperatorRequest::Restart
+                && state.last_request != OperatorRequest::Restart,
             late,
             settled: state.ready.lasts(self.settle_s),
             contact: state.touching.lasts(self.contact_s),
@@ -270,7 +273,7 @@ impl<R: Real> Lander<R> {
     /// Takes over the new phase.
     fn enter(
         &self,
-        state: &mut LanderState<R>,
+        state: &mut MachineState<R>,
         phase: Phase,
         reason: Option<Reason>,
         stop: bool,

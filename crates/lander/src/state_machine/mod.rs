@@ -1,4 +1,4 @@
-//! The landing as a state machine: what is seen goes in, what to fly comes out.
+//! The landing as a state machine: conditions go in, a manoeuvre comes out.
 //!
 //! ```text
 //!             ┌────────────────────────────────────────────┐
@@ -15,7 +15,7 @@
 //! # Transitions
 //!
 //! In every step the first row that applies is taken; where none does, the
-//! phase stays. [`Lander::step`] runs them in this order.
+//! phase stays. [`StateMachine::step`] runs them in this order.
 //!
 //! | from | when | to |
 //! | --- | --- | --- |
@@ -81,7 +81,7 @@
 //! - *battery low*: a landing is no longer begun, so that what is left can be
 //!   used to go elsewhere. *Critical*: too little is left to go anywhere; then
 //!   the count of go-arounds, the deck's limits and the planner's patience
-//!   ([`LanderOutput::hurry`]) stop mattering. Critical is not low.
+//!   ([`MachineOutput::hurry`]) stop mattering. Critical is not low.
 //! - *climbed*: fresh, and as high as the hover less its tolerance.
 //! - *go-arounds* that are counted are those out of a descent. *Patience*: time in
 //!   Approach, Hold and Wait together since the last one. *Late*: too long in
@@ -122,14 +122,14 @@
 //! - Without ever seeing the deck the machine never lands: what an empty battery
 //!   means then is for the flight stack's own failsafe.
 
-mod facts;
+mod conditions;
 mod input;
 mod machine;
 mod settings;
 
-pub use input::{LanderInput, Request};
-pub use machine::LanderState;
-pub use settings::{Funnel, Lander};
+pub use input::{MachineInput, OperatorRequest};
+pub use machine::MachineState;
+pub use settings::{Funnel, StateMachine};
 
 /// Where a landing is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -210,11 +210,11 @@ pub enum Frame {
     World,
 }
 
-/// What to fly.
+/// A manoeuvre for the guidance to fly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum Fly<R> {
+pub enum Maneuver<R> {
     /// Hover over the pad.
     Hover {
         /// Height above the deck, m.
@@ -236,14 +236,14 @@ pub enum Fly<R> {
     Disarm,
 }
 
-/// What a step of a [`Lander`] gives.
+/// What a step of a [`StateMachine`] gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct LanderOutput<R> {
+pub struct MachineOutput<R> {
     /// Where the landing is.
     pub phase: Phase,
-    /// What to fly.
-    pub fly: Fly<R>,
+    /// The manoeuvre to fly.
+    pub maneuver: Maneuver<R>,
     /// Why the phase is not the next one of a landing without trouble.
     pub reason: Option<Reason>,
     /// Aborted descents so far, the operator's left out.

@@ -47,7 +47,7 @@ impl<R: Real> Funnel<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct Lander<R> {
+pub struct StateMachine<R> {
     /// Height of the hover above the deck, m.
     pub hold_height_m: R,
     /// Greatest error of that height at the start of a descent, m.
@@ -117,7 +117,7 @@ pub struct Lander<R> {
     pub greatest_step_s: R,
 }
 
-impl<R: Real> Default for Lander<R> {
+impl<R: Real> Default for StateMachine<R> {
     fn default() -> Self {
         let funnel = |at_deck, per_m| Funnel {
             at_deck: r(at_deck),
@@ -161,7 +161,7 @@ impl<R: Real> Default for Lander<R> {
     }
 }
 
-impl<R: Real> Lander<R> {
+impl<R: Real> StateMachine<R> {
     /// Checks the settings.
     ///
     /// # Errors

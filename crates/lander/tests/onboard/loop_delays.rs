@@ -1,7 +1,7 @@
 //! What is known to be late is not taken for a force.
 
 use touchdown_flight::{Attitude, Vector};
-use touchdown_lander::state_machine::Request;
+use touchdown_lander::state_machine::OperatorRequest;
 
 use crate::world::{State, World, computer};
 
@@ -10,7 +10,7 @@ fn analytic_a_swing_is_no_disturbance() {
     let computer = computer();
     let mut state: State = computer.initial(World::throttle());
     let mut world = World::new(0.0);
-    world.request = Request::Abort;
+    world.request = OperatorRequest::Abort;
     // 0.1 rad, up to 0.5 rad/s: thrust turned by the 10 mrad of 20 ms is 0.13 N.
     world.attitude_at = Some(|t| {
         let roll = 0.1 * f64::sin(5.0 * t);

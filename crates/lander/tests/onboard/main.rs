@@ -8,7 +8,7 @@ mod world;
 
 use touchdown_flight::Vector;
 use touchdown_lander::computer::NormalReading;
-use touchdown_lander::state_machine::{Phase, Reason, Request};
+use touchdown_lander::state_machine::{OperatorRequest, Phase, Reason};
 use world::{DT, State, WEIGHT_N, World, computer};
 
 #[test]
@@ -22,11 +22,11 @@ fn analytic_the_heading_of_the_start_is_kept() {
         for i in 0..1200 {
             // Broken off at half of the way.
             if world.height_m() < 0.45 {
-                world.request = Request::Abort;
+                world.request = OperatorRequest::Abort;
             }
             let output = world.step(&computer, &mut state);
-            seen[0] |= output.lander.phase == Phase::Descend;
-            seen[1] |= output.lander.phase == Phase::GoAround;
+            seen[0] |= output.state_machine.phase == Phase::Descend;
+            seen[1] |= output.state_machine.phase == Phase::GoAround;
             seen[2] |= output.target.is_some();
             if let Some(command) = output.command {
                 // Rounding; turned about the vertical alone.
@@ -49,12 +49,12 @@ fn analytic_a_touchdown_that_is_not_felt_for_a_step_keeps_the_thrust() {
         // Not felt for three steps of every ten at first, far from the 0.2 s of a bounce.
         world.contact = ((5..60).contains(&idle) && i % 10 < 3).then_some(false);
         let output = world.step(&computer, &mut state);
-        if output.lander.phase == Phase::Disarmed {
+        if output.state_machine.phase == Phase::Disarmed {
             assert!(idle > 30, "{idle}");
             return;
         }
         let now_n = output.command.unwrap().thrust_n;
-        if output.lander.phase == Phase::Touchdown {
+        if output.state_machine.phase == Phase::Touchdown {
             idle += 1;
             // Taken back or held, never raised.
             assert!(now_n <= thrust_n + 1e-9, "{i}: {thrust_n} to {now_n}");
@@ -81,9 +81,9 @@ fn analytic_the_normal_of_the_deck_follows_in_its_time_constant() {
             });
         });
         if i == 199 {
-            assert_eq!(output.lander.phase, Phase::Wait);
+            assert_eq!(output.state_machine.phase, Phase::Wait);
         }
-        if i >= 200 && output.lander.reason == Some(Reason::Deck) {
+        if i >= 200 && output.state_machine.reason == Some(Reason::Deck) {
             // 0.14 of 0.2 rad: -ln(0.3) of 0.2 s, at the next look.
             let after_s = DT * f64::from(i - 200);
             assert!((0.2..=0.27).contains(&after_s), "{after_s}");

@@ -4,7 +4,7 @@ use touchdown_flight::Vector;
 use touchdown_lander::estimate::relative::{
     GnssVelocity, ImuSample, RangeReading, Reading, RelativeFilter, RelativeState,
 };
-use touchdown_lander::state_machine::{Phase, Request};
+use touchdown_lander::state_machine::{OperatorRequest, Phase};
 
 use crate::world::{DT, GRAVITY, Rate, State, WEIGHT_N, World, computer};
 
@@ -51,7 +51,7 @@ fn prop_readings_at_high_rates_are_all_used() {
     world.tag = rate(3, 4);
     world.gnss = rate(20, 20);
     world.barometer = rate(2, 3);
-    world.request = Request::Abort;
+    world.request = OperatorRequest::Abort;
     let mut health = None;
     for _ in 0..2000 {
         health = Some(world.step(&computer, &mut state).health);
@@ -68,7 +68,7 @@ fn prop_many_readings_in_one_step_are_all_used() {
     let computer = computer();
     let mut state: State = computer.initial(World::throttle());
     let mut world = World::new(0.0);
-    world.request = Request::Abort;
+    world.request = OperatorRequest::Abort;
     let mut used = [0; 2];
     for i in 0..1000 {
         let output = world.step_with(&computer, &mut state, |sensed| {
@@ -94,7 +94,7 @@ fn analytic_models_go_on_while_it_hovers_unseeing() {
     let mut world = World::new(0.0);
     // Rotors that give less than they should: in control, more is asked for.
     world.thrust_scale = 0.9;
-    world.request = Request::Abort;
+    world.request = OperatorRequest::Abort;
     for _ in 0..300 {
         world.step(&computer, &mut state);
     }
@@ -144,13 +144,13 @@ fn analytic_a_restart_in_a_go_around_goes_on_climbing() {
                 sensed.readings = Box::leak(moved.collect::<Vec<_>>().into_boxed_slice());
             }
         });
-        descended += usize::from(output.lander.phase == Phase::Descend);
-        if output.lander.phase == Phase::GoAround {
+        descended += usize::from(output.state_machine.phase == Phase::Descend);
+        if output.state_machine.phase == Phase::GoAround {
             assert!(output.target.is_some(), "{i} hovers");
             let slow = output.estimate.velocity_mps - world.velocity_mps;
             assert!(slow.norm() < 0.3, "{i} {slow:?}");
         }
-        if descended > 60 && output.lander.phase == Phase::Approach {
+        if descended > 60 && output.state_machine.phase == Phase::Approach {
             // Found anew, two metres higher.
             assert!(output.estimate.height_m() > 2.0);
             return;

@@ -4,7 +4,7 @@ use touchdown_flight::reference::{Reference, Terminal};
 use touchdown_lander::computer::{Computer, Descent};
 use touchdown_lander::estimate::deck::{DeckEstimator, Observed};
 use touchdown_lander::planner::{DeckOutlook, Planner, Quiescence, Verdict};
-use touchdown_lander::state_machine::{Lander, Phase};
+use touchdown_lander::state_machine::{Phase, StateMachine};
 
 use crate::world::{DT, Rate, State, World, computer};
 
@@ -52,7 +52,7 @@ fn analytic_the_watch_begins_with_the_first_sight_of_the_deck() {
             (world.range, world.tag) = (range, tag);
         }
         let output = world.step(&computer, &mut state);
-        if output.lander.phase == Phase::Descend {
+        if output.state_machine.phase == Phase::Descend {
             let watched_s = DT * f64::from(i - 500);
             // 3 s, and up to 0.1 s to the next look of the planner, of readings that are
             // 50 ms late.
@@ -72,9 +72,9 @@ fn analytic_a_fast_deck_is_too_fast_before_its_period_is_known() {
             sink_rate_mps: 0.03,
             duration_s: 2.5,
         })),
-        lander: Lander {
+        state_machine: StateMachine {
             deck_speed_mps: 0.1,
-            ..Lander::default()
+            ..StateMachine::default()
         },
         watch_s: 0.3,
         ..computer()
@@ -88,7 +88,7 @@ fn analytic_a_fast_deck_is_too_fast_before_its_period_is_known() {
         let mut descended = false;
         for _ in 0..1500 {
             let output = world.step(&computer, &mut state);
-            descended |= output.lander.phase == Phase::Descend;
+            descended |= output.state_machine.phase == Phase::Descend;
         }
         assert_eq!(descended, may, "{amplitude_m}");
     }
@@ -100,7 +100,7 @@ fn analytic_late_readings_show_the_deck_when_they_were_taken() {
     let mut state: State = computer.initial(World::throttle());
     let mut world = World::new(0.0);
     world.heave = (0.1, 2.5);
-    world.request = touchdown_lander::state_machine::Request::Abort;
+    world.request = touchdown_lander::state_machine::OperatorRequest::Abort;
     // 0.15 and 0.14 s old, where the estimator is told of 0.05 s.
     world.range = Some(Rate { every: 2, age: 15 });
     world.tag = Some(Rate { every: 3, age: 14 });
@@ -141,7 +141,7 @@ fn analytic_flicker_does_not_keep_the_planner_waiting_for_ever() {
         // No range for 0.3 s of every 1.5 s: out of Wait, and back.
         world.range = range.filter(|_| i % 150 >= 30);
         let output = world.step(&computer, &mut state);
-        if output.lander.phase == Phase::Descend {
+        if output.state_machine.phase == Phase::Descend {
             return;
         }
     }
@@ -158,14 +158,15 @@ fn prop_a_plan_is_told_only_where_it_is_flown() {
         let (before, mut twin) = (state, world.clone());
         let output = world.step(&computer, &mut state);
         told += usize::from(output.plan.is_some());
-        let begins = output.lander.phase == Phase::Descend && before.phase() != Phase::Descend;
+        let begins =
+            output.state_machine.phase == Phase::Descend && before.phase() != Phase::Descend;
         begun += usize::from(begins);
         if begins {
             // The same step with a battery that has just become low.
             let mut state = before;
             twin.battery_share = 0.15;
             let output = twin.step(&computer, &mut state);
-            assert_eq!(output.lander.phase, Phase::GivenUp);
+            assert_eq!(output.state_machine.phase, Phase::GivenUp);
             assert_eq!(output.plan, None);
         }
     }

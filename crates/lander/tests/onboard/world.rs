@@ -15,8 +15,8 @@ use touchdown_lander::estimate::relative::{
 };
 use touchdown_lander::guidance::Guidance;
 use touchdown_lander::planner::Planner;
-use touchdown_lander::space_controller::{Pilot, PilotCommand};
-use touchdown_lander::state_machine::{Lander, Request};
+use touchdown_lander::space_controller::{SpaceCommand, SpaceController};
+use touchdown_lander::state_machine::{OperatorRequest, StateMachine};
 
 pub(crate) type State = ComputerState<f64, GuardedState<f64, GroundEffectState<f64>>>;
 
@@ -52,12 +52,12 @@ pub(crate) fn computer() -> Computer<f64> {
             ..DeckEstimator::new(Observed::Displacement, 0.005)
         },
         descent: Descent::Planned(Planner::default()),
-        lander: Lander::default(),
+        state_machine: StateMachine::default(),
         guidance: Guidance {
             sensing_s: 0.0,
             ..Guidance::default()
         },
-        pilot: Pilot {
+        controller: SpaceController {
             mass_kg: MASS_KG,
             gravity_mps2: GRAVITY,
             law: Law::Composite(Composite::default()),
@@ -102,7 +102,7 @@ const fn rate(every: usize, age: usize) -> Option<Rate> {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Past {
+struct History {
     /// Relative to the deck.
     position_m: Vector<f64>,
     velocity_mps: Vector<f64>,
@@ -122,7 +122,7 @@ pub(crate) struct World {
     pub(crate) tag: Option<Rate>,
     pub(crate) gnss: Option<Rate>,
     pub(crate) barometer: Option<Rate>,
-    pub(crate) request: Request,
+    pub(crate) request: OperatorRequest,
     pub(crate) contact: Option<bool>,
     pub(crate) battery_share: f64,
     pub(crate) time_s: f64,
@@ -130,9 +130,9 @@ pub(crate) struct World {
     pub(crate) velocity_mps: Vector<f64>,
     pub(crate) attitude: Attitude<f64>,
     rotors: ThrustState<f64>,
-    sent: VecDeque<Option<PilotCommand<f64>>>,
+    sent: VecDeque<Option<SpaceCommand<f64>>>,
     samples: VecDeque<ImuSample<f64>>,
-    past: VecDeque<Past>,
+    past: VecDeque<History>,
     step: usize,
 }
 
@@ -148,7 +148,7 @@ impl World {
             tag: rate(3, 4),
             gnss: rate(10, 10),
             barometer: None,
-            request: Request::None,
+            request: OperatorRequest::None,
             contact: None,
             battery_share: 0.6,
             time_s: 0.0,
@@ -203,7 +203,7 @@ impl World {
             specific_force_mps2: Vector::UP * GRAVITY,
             attitude: self.attitude,
         });
-        self.past.push_front(Past {
+        self.past.push_front(History {
             position_m: self.position_m - Vector::UP * self.deck()[0],
             velocity_mps: self.velocity_mps,
             attitude: self.attitude,
@@ -276,7 +276,7 @@ impl World {
         self.step_with(computer, state, |_| ())
     }
 
-    fn fly(&mut self, command: Option<PilotCommand<f64>>) {
+    fn fly(&mut self, command: Option<SpaceCommand<f64>>) {
         self.sent.push_back(command);
         if self.sent.len() > 2 {
             self.sent.pop_front();

@@ -6,12 +6,12 @@ use touchdown_flight::ground_effect::GroundEffectModel;
 use touchdown_flight::metrics::{LandingFigures, LandingMetrics, LandingMetricsState};
 use touchdown_flight::reference::{Reference, Terminal};
 use touchdown_lander::control::{Adaptation, Delays, Observer};
-use touchdown_lander::space_controller::{Pilot, PilotState, Target};
+use touchdown_lander::space_controller::{SpaceController, SpaceControllerState, Target};
 
 use crate::common::flight::{MASS_KG, WEIGHT_N, lag};
-use crate::plant::{Plant, Space, hover_throttle, pilot};
+use crate::plant::{Plant, Space, hover_throttle, space_controller};
 
-type State = PilotState<
+type State = SpaceControllerState<
     f64,
     touchdown_flight::ground_effect::GuardedState<
         f64,
@@ -20,36 +20,42 @@ type State = PilotState<
 >;
 
 /// Holds a height over the origin for a while.
-fn hold(pilot: &Pilot<f64>, plant: &mut Plant, height_m: f64, time_s: f64) -> State {
-    let mut state = pilot.initial(&plant.sense(), hover_throttle());
-    go_on(pilot, plant, &mut state, height_m, time_s);
+fn hold(controller: &SpaceController<f64>, plant: &mut Plant, height_m: f64, time_s: f64) -> State {
+    let mut state = controller.initial(&plant.sense(), hover_throttle());
+    go_on(controller, plant, &mut state, height_m, time_s);
     state
 }
 
-fn go_on(pilot: &Pilot<f64>, plant: &mut Plant, state: &mut State, height_m: f64, time_s: f64) {
+fn go_on(
+    controller: &SpaceController<f64>,
+    plant: &mut Plant,
+    state: &mut State,
+    height_m: f64,
+    time_s: f64,
+) {
     let mut target = Target::default();
     target.vertical.height_m = height_m;
     let steps = (time_s / 0.01).round() as u32;
     for _ in 0..steps {
-        let command = pilot.step(state, &plant.sense(), &target, 0.01);
+        let command = controller.step(state, &plant.sense(), &target, 0.01);
         plant.fly(&command);
     }
 }
 
-fn observing(model: GroundEffectModel<f64>) -> Pilot<f64> {
-    Pilot {
+fn observing(model: GroundEffectModel<f64>) -> SpaceController<f64> {
+    SpaceController {
         observer: Some(Observer::default()),
-        ..pilot(model)
+        ..space_controller(model)
     }
 }
 
 #[test]
 fn analytic_without_observer_wind_leaves_its_offset() {
-    let mut pilot = pilot::<f64>(GroundEffectModel::None);
-    pilot.horizontal.integral_per_s2 = 0.0;
+    let mut controller = space_controller::<f64>(GroundEffectModel::None);
+    controller.horizontal.integral_per_s2 = 0.0;
     let mut plant = Plant::new(Vector::new(0.0, 0.0, 0.6));
     plant.wind_n = Vector::new(0.8, -0.4, 0.2);
-    hold(&pilot, &mut plant, 0.6, 60.0);
+    hold(&controller, &mut plant, 0.6, 60.0);
     // F / (m k_p) sideways; upward F / (K_P Γ), less what 0.01 N/m integrates in a
     // minute: of a force of 0.2 N some 0.08 (8 N/m against 0.02 N/m/s: 400 s),
     // and the tilt's own part is made up for.
@@ -62,10 +68,10 @@ fn analytic_without_observer_wind_leaves_its_offset() {
 
 #[test]
 fn analytic_observer_finds_and_cancels_wind_and_wrong_thrust() {
-    let mut pilot = observing(GroundEffectModel::None);
+    let mut controller = observing(GroundEffectModel::None);
     // Nothing but the observer: no integral.
-    pilot.horizontal.integral_per_s2 = 0.0;
-    pilot.law = Law::Composite(Composite {
+    controller.horizontal.integral_per_s2 = 0.0;
+    controller.law = Law::Composite(Composite {
         gains: Gains {
             k_i: 0.0,
             ..Gains::default()
@@ -74,7 +80,7 @@ fn analytic_observer_finds_and_cancels_wind_and_wrong_thrust() {
     let mut plant = Plant::new(Vector::new(0.0, 0.0, 0.6));
     plant.wind_n = Vector::new(0.8, -0.4, 0.2);
     plant.thrust_scale = 0.97;
-    let state = hold(&pilot, &mut plant, 0.6, 20.0);
+    let state = hold(&controller, &mut plant, 0.6, 20.0);
     // At rest what is felt is exactly what acts: the wind, and 3 % of the thrust
     // that is missing along the axis.
     let missing = plant.up * (-0.03 * state.vertical.thrust.thrust_n());
@@ -88,20 +94,20 @@ fn analytic_observer_finds_and_cancels_wind_and_wrong_thrust() {
 
 /// The greatest disturbance seen while flying about without any.
 fn false_disturbance(delays: Delays<f64>) -> f64 {
-    let pilot = Pilot {
+    let controller = SpaceController {
         delays,
         ..observing(lag())
     };
     let mut plant = Plant::new(Vector::new(0.0, 0.0, 0.4));
     plant.gain = 1.0;
-    let mut state = hold(&pilot, &mut plant, 0.4, 5.0);
+    let mut state = hold(&controller, &mut plant, 0.4, 5.0);
     let mut worst: f64 = 0.0;
     for i in 0..1000 {
         let t = 0.01 * f64::from(i);
         let mut target = Target::default();
         target.vertical.height_m = 0.4 + 0.1 * (3.0 * t).sin();
         target.position_m = Vector::new(0.2 * (2.0 * t).sin(), 0.0, 0.0);
-        let command = pilot.step(&mut state, &plant.sense(), &target, 0.01);
+        let command = controller.step(&mut state, &plant.sense(), &target, 0.01);
         plant.fly(&command);
         worst = worst.max(state.disturbance_n.norm());
     }
@@ -126,19 +132,19 @@ fn analytic_matched_delays_explain_the_force() {
 #[test]
 fn analytic_strength_is_found_in_ground_effect() {
     for (gain, scale) in [(1.6, 1.0), (0.5, 1.0), (1.6, 1.02), (1.0, 0.98)] {
-        let pilot = Pilot {
+        let controller = SpaceController {
             adaptation: Some(Adaptation::default()),
             ..observing(lag())
         };
         let mut plant = Plant::new(Vector::new(0.0, 0.0, 0.85));
         plant.gain = gain;
         plant.thrust_scale = scale;
-        let adaptation = pilot.adaptation.unwrap();
-        let mut state = hold(&pilot, &mut plant, 0.85, 4.0);
+        let adaptation = controller.adaptation.unwrap();
+        let mut state = hold(&controller, &mut plant, 0.85, 4.0);
         // Out of ground effect it has not moved.
         let strength = adaptation.strength(&state.adaptation.unwrap());
         assert_eq!(strength, 1.0);
-        go_on(&pilot, &mut plant, &mut state, 0.15, 15.0);
+        go_on(&controller, &mut plant, &mut state, 0.15, 15.0);
         let strength = adaptation.strength(&state.adaptation.unwrap());
         // The prior, 0.05 N² against f² = 1.3² N², draws 3 % of the way back to one; d0
         // was learnt with the 0.08 N of ground effect at 0.85 m counted as one: 0.6 of
@@ -153,14 +159,14 @@ fn analytic_strength_is_found_in_ground_effect() {
 #[test]
 fn prop_strength_stays_within_its_limits() {
     for (gain, limit) in [(8.0, 2.5), (-3.0, 0.2)] {
-        let pilot = Pilot {
+        let controller = SpaceController {
             adaptation: Some(Adaptation::default()),
             ..observing(lag())
         };
         let mut plant = Plant::new(Vector::new(0.0, 0.0, 0.2));
         plant.gain = gain;
-        let state = hold(&pilot, &mut plant, 0.2, 10.0);
-        let strength = pilot
+        let state = hold(&controller, &mut plant, 0.2, 10.0);
+        let strength = controller
             .adaptation
             .unwrap()
             .strength(&state.adaptation.unwrap());
@@ -170,13 +176,13 @@ fn prop_strength_stays_within_its_limits() {
 
 #[test]
 fn prop_held_estimates_do_not_move() {
-    let pilot = Pilot {
+    let controller = SpaceController {
         adaptation: Some(Adaptation::default()),
         ..observing(lag())
     };
     let mut plant = Plant::new(Vector::new(0.0, 0.0, 0.2));
     plant.gain = 1.5;
-    let mut state = hold(&pilot, &mut plant, 0.2, 1.0);
+    let mut state = hold(&controller, &mut plant, 0.2, 1.0);
     let (d, adapted) = (state.disturbance_n, state.adaptation);
     let mut target = Target {
         hold_estimates: true,
@@ -185,7 +191,7 @@ fn prop_held_estimates_do_not_move() {
     target.vertical.height_m = 0.2;
     plant.wind_n = Vector::new(1.0, 1.0, 1.0);
     for _ in 0..50 {
-        let command = pilot.step(&mut state, &plant.sense(), &target, 0.01);
+        let command = controller.step(&mut state, &plant.sense(), &target, 0.01);
         plant.fly(&command);
     }
     assert_eq!((state.disturbance_n, state.adaptation), (d, adapted));
@@ -193,31 +199,31 @@ fn prop_held_estimates_do_not_move() {
     // Nor where the IMU says nothing.
     let mut deaf = plant.sense();
     deaf.acceleration_mps2.x = f64::NAN;
-    pilot.step(&mut state, &deaf, &target, 0.01);
+    controller.step(&mut state, &deaf, &target, 0.01);
     assert_eq!((state.disturbance_n, state.adaptation), (d, adapted));
-    pilot.step(&mut state, &plant.sense(), &target, 0.01);
+    controller.step(&mut state, &plant.sense(), &target, 0.01);
     assert_ne!(state.disturbance_n, d);
 }
 
 #[test]
 fn analytic_from_afar_it_comes_at_the_speed_limit() {
-    let pilot = observing(GroundEffectModel::None);
+    let controller = observing(GroundEffectModel::None);
     let mut plant = Plant::new(Vector::new(-4.0, 3.0, 0.6));
-    let mut state = hold(&pilot, &mut plant, 0.6, 0.0);
+    let mut state = hold(&controller, &mut plant, 0.6, 0.0);
     let mut fastest: f64 = 0.0;
     for _ in 0..300 {
-        go_on(&pilot, &mut plant, &mut state, 0.6, 0.01);
+        go_on(&controller, &mut plant, &mut state, 0.6, 0.01);
         fastest = fastest.max(plant.velocity_mps.horizontal().norm());
     }
     // 1 m/s, and the overshoot of a loop at 3.2 1/s that is 0.11 s late: with an
     // angle of 0.35 between them a tenth or two.
     assert!(fastest > 0.95 && fastest < 1.25, "{fastest}");
-    go_on(&pilot, &mut plant, &mut state, 0.6, 30.0);
+    go_on(&controller, &mut plant, &mut state, 0.6, 30.0);
     assert!(plant.position_m.horizontal().norm() < 1e-3);
 }
 
 /// Lands from 0.5 m, 0.1 m off, in a side wind.
-fn land(pilot: &Pilot<f64>, gain: f64) -> (LandingFigures<f64>, Space) {
+fn land(controller: &SpaceController<f64>, gain: f64) -> (LandingFigures<f64>, Space) {
     let reference = Reference::Terminal(Terminal {
         start_height_m: 0.5,
         end_height_m: 0.1,
@@ -227,7 +233,7 @@ fn land(pilot: &Pilot<f64>, gain: f64) -> (LandingFigures<f64>, Space) {
     let mut plant = Plant::new(Vector::new(0.1, 0.0, 0.5));
     plant.gain = gain;
     plant.wind_n = Vector::new(0.3, 0.3, 0.0);
-    let mut state = hold(pilot, &mut plant, 0.5, 4.0);
+    let mut state = hold(controller, &mut plant, 0.5, 4.0);
     let metrics = LandingMetrics::<f64>::default();
     let mut record = LandingMetricsState::default();
     for i in 0..2000 {
@@ -243,7 +249,7 @@ fn land(pilot: &Pilot<f64>, gain: f64) -> (LandingFigures<f64>, Space) {
             vertical,
             ..Target::default()
         };
-        let command = pilot.step(&mut state, &plant.sense(), &target, 0.01);
+        let command = controller.step(&mut state, &plant.sense(), &target, 0.01);
         plant.fly(&command);
     }
     (LandingMetrics::figures(&record), plant.position_m)
@@ -259,12 +265,12 @@ fn regress_landings_over_a_ground_effect_that_the_model_does_not_know() {
         (GroundEffectModel::None, true, false, 1.0),
     ];
     for (model, observe, adapt, gain) in cases {
-        let pilot = Pilot {
+        let controller = SpaceController {
             observer: observe.then(Observer::default),
             adaptation: adapt.then(Adaptation::default),
-            ..pilot(model)
+            ..space_controller(model)
         };
-        let (figures, place) = land(&pilot, gain);
+        let (figures, place) = land(&controller, gain);
         let t_l = figures.t_l_s.unwrap();
         // 2.5 s planned; the worst is late by 1.2 cm of float at 0.03 m/s.
         assert!((2.4..2.95).contains(&t_l), "{gain} {adapt} {figures:?}");
@@ -276,19 +282,19 @@ fn regress_landings_over_a_ground_effect_that_the_model_does_not_know() {
         assert!(place.horizontal().norm() < 0.01, "{place:?}");
     }
     // Feedback alone floats.
-    let (figures, _) = land(&pilot(GroundEffectModel::None), 1.6);
+    let (figures, _) = land(&space_controller(GroundEffectModel::None), 1.6);
     assert!(figures.t_l_s.is_none_or(|t| t > 4.0), "{figures:?}");
 }
 
 #[test]
 fn prop_single_precision_flies_the_same() {
     use touchdown_flight::{Attitude, Real};
-    let single = Pilot::<f32> {
+    let single = SpaceController::<f32> {
         observer: Some(Observer::default()),
         adaptation: Some(Adaptation::default()),
-        ..pilot(lag())
+        ..space_controller(lag())
     };
-    let double = Pilot {
+    let double = SpaceController {
         adaptation: Some(Adaptation::default()),
         ..observing(lag())
     };

@@ -1,15 +1,15 @@
-//! State machine, planner, guidance and pilot together, until the rotors stop.
+//! State machine, planner, guidance and controller together, until the rotors stop.
 
 use touchdown_flight::Vector;
 use touchdown_flight::reference::Reference;
 use touchdown_lander::control::Observer;
-use touchdown_lander::guidance::{Guidance, Order};
+use touchdown_lander::guidance::{Guidance, GuidanceCommand};
 use touchdown_lander::planner::{DeckOutlook, Planner};
-use touchdown_lander::space_controller::{Pilot, PilotCommand};
-use touchdown_lander::state_machine::{Lander, LanderInput, Phase, Reason, Request};
+use touchdown_lander::space_controller::{SpaceCommand, SpaceController};
+use touchdown_lander::state_machine::{MachineInput, OperatorRequest, Phase, Reason, StateMachine};
 
 use crate::common::flight::{GRAVITY, WEIGHT_N, lag};
-use crate::plant::{Plant, hover_throttle, pilot};
+use crate::plant::{Plant, hover_throttle, space_controller};
 
 const DT: f64 = 0.01;
 
@@ -28,19 +28,26 @@ struct Record {
 }
 
 /// Flies until disarmed, at most two minutes, with what is seen changed.
-fn fly(plant: &mut Plant, change: impl Fn(&mut LanderInput<f64>, Phase, f64)) -> Record {
-    let pilot = Pilot {
+fn fly(plant: &mut Plant, change: impl Fn(&mut MachineInput<f64>, Phase, f64)) -> Record {
+    let controller = SpaceController {
         observer: Some(Observer::default()),
-        ..pilot(lag())
+        ..space_controller(lag())
     };
-    let (lander, planner, guidance) = (Lander::default(), Planner::default(), Guidance::default());
+    let (state_machine, planner, guidance) = (
+        StateMachine::default(),
+        Planner::default(),
+        Guidance::default(),
+    );
     guidance.validate().unwrap();
-    let mut pilot_state = pilot.initial(&plant.sense(), hover_throttle());
-    let (mut state, mut planning, mut guiding) =
-        (lander.initial(), planner.initial(), guidance.initial());
-    let mut command = PilotCommand {
+    let mut controller_state = controller.initial(&plant.sense(), hover_throttle());
+    let (mut state, mut planning, mut guiding) = (
+        state_machine.initial(),
+        planner.initial(),
+        guidance.initial(),
+    );
+    let mut command = SpaceCommand {
         thrust_n: WEIGHT_N,
-        ..PilotCommand::default()
+        ..SpaceCommand::default()
     };
     let mut record = Record {
         phases: vec![],
@@ -70,7 +77,7 @@ fn fly(plant: &mut Plant, change: impl Fn(&mut LanderInput<f64>, Phase, f64)) ->
         let verdict = planner.step(&mut planning, motion.position_m.z, false, &forecast, DT);
         let plan = verdict.plan();
         let felt = plant.acceleration() + Vector::UP * GRAVITY;
-        let mut seen = LanderInput {
+        let mut seen = MachineInput {
             tag_age_s: 0.05,
             range_age_s: 0.03,
             imu_age_s: 0.005,
@@ -88,10 +95,10 @@ fn fly(plant: &mut Plant, change: impl Fn(&mut LanderInput<f64>, Phase, f64)) ->
             load_factor: felt.dot(plant.up) / GRAVITY,
             contact: None,
             go: plan.is_some(),
-            request: Request::None,
+            request: OperatorRequest::None,
         };
         change(&mut seen, state.phase(), now);
-        let out = lander.step(&mut state, &seen, DT);
+        let out = state_machine.step(&mut state, &seen, DT);
         if record.phases.last() != Some(&out.phase) {
             record.phases.push(out.phase);
             record.reasons.extend(out.reason);
@@ -102,11 +109,22 @@ fn fly(plant: &mut Plant, change: impl Fn(&mut LanderInput<f64>, Phase, f64)) ->
         let [_, _, ahead] = plant.deck(now + 0.07);
         let deck = Vector::UP * ahead;
         let descent = plan.map(|plan| Reference::Terminal(plan.reference));
-        let order = guidance.step(&mut guiding, out.fly, descent.as_ref(), &motion, deck, DT);
+        let order = guidance.step(
+            &mut guiding,
+            out.maneuver,
+            descent.as_ref(),
+            &motion,
+            deck,
+            DT,
+        );
         command = match order {
-            Order::Track(target) => pilot.step(&mut pilot_state, &motion, &target, DT),
-            Order::Idle { rate_n_per_s } => pilot.idle(&mut pilot_state, &motion, rate_n_per_s, DT),
-            Order::Off => break,
+            GuidanceCommand::Track(target) => {
+                controller.step(&mut controller_state, &motion, &target, DT)
+            }
+            GuidanceCommand::Idle { rate_n_per_s } => {
+                controller.idle(&mut controller_state, &motion, rate_n_per_s, DT)
+            }
+            GuidanceCommand::Off => break,
         };
         plant.fly(&command);
         record.least_height_m = record.least_height_m.min(plant.height_m());

@@ -4,13 +4,13 @@ use proptest::prelude::*;
 use touchdown_flight::control::{Imbc, Law, Ssc};
 use touchdown_flight::deck::HarmonicFilter;
 use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Polynomial};
-use touchdown_flight::vertical_controller::Autopilot;
+use touchdown_flight::vertical_controller::VerticalController;
 use touchdown_flight::{Attitude, Measurement, Real, Vector};
 use touchdown_lander::control::{Adaptation, Observer};
-use touchdown_lander::space_controller::{Motion, Pilot, Target};
+use touchdown_lander::space_controller::{Motion, SpaceController, Target};
 
-use crate::common::flight::{WEIGHT_N, autopilot, lag, map, ratio};
-use crate::plant::{hover_throttle, pilot, rotors};
+use crate::common::flight::{WEIGHT_N, lag, map, ratio, vertical_controller};
+use crate::plant::{hover_throttle, rotors, space_controller};
 
 fn models<R: Real>() -> [GroundEffectModel<R>; 5] {
     [
@@ -28,7 +28,7 @@ fn models<R: Real>() -> [GroundEffectModel<R>; 5] {
 
 fn laws<R: Real>() -> [Law<R>; 3] {
     [
-        autopilot(GroundEffectModel::None).law,
+        vertical_controller(GroundEffectModel::None).law,
         Law::Imbc(Imbc::new(R::from_f64(3.0))),
         Law::Ssc(Ssc::default()),
     ]
@@ -46,20 +46,20 @@ fn level<R: Real>(m: &Measurement<R>) -> Motion<R> {
     }
 }
 
-fn same_as_the_autopilot<R: Real>() {
+fn same_as_the_vertical_controller<R: Real>() {
     let n = R::from_f64;
     for model in models() {
         for law in laws() {
             let filter = HarmonicFilter::new(n(3.0));
-            let vertical: Autopilot<R> = Autopilot {
+            let vertical: VerticalController<R> = VerticalController {
                 law,
                 thrust: rotors(),
                 deck: Some(filter),
-                ..autopilot(model)
+                ..vertical_controller(model)
             };
-            let space: Pilot<R> = Pilot {
+            let space: SpaceController<R> = SpaceController {
                 law,
-                ..pilot(model)
+                ..space_controller(model)
             };
             let start = Measurement {
                 height_m: n(0.8),
@@ -102,8 +102,8 @@ fn same_as_the_autopilot<R: Real>() {
 
 #[test]
 fn analytic_level_and_centred_it_is_the_autopilot() {
-    same_as_the_autopilot::<f64>();
-    same_as_the_autopilot::<f32>();
+    same_as_the_vertical_controller::<f64>();
+    same_as_the_vertical_controller::<f32>();
 }
 
 fn hovering(height_m: f64) -> Motion<f64> {
@@ -127,14 +127,14 @@ fn analytic_tilt_is_made_up_for() {
         lag(),
         GroundEffectModel::Polynomial(Polynomial::published()),
     ] {
-        let pilot = pilot::<f64>(model);
+        let controller = space_controller::<f64>(model);
         for angle in [0.1, 0.3, 0.6] {
             let mut motion = hovering(0.2);
             // In rest at the target: weight is what is wanted upward.
-            let mut state = pilot.initial(&motion, hover_throttle());
+            let mut state = controller.initial(&motion, hover_throttle());
             let rotation = Vector::new(0.6 * angle, -0.8 * angle, 0.0);
             motion.attitude = Attitude::from_rotation_vector(rotation);
-            let command = pilot.step(&mut state, &motion, &target(0.2), 0.01);
+            let command = controller.step(&mut state, &motion, &target(0.2), 0.01);
             let lift = match model {
                 GroundEffectModel::Polynomial(_) => command.ground_effect_n,
                 _ => {
@@ -148,14 +148,14 @@ fn analytic_tilt_is_made_up_for() {
         }
         // More than there is.
         let mut motion = hovering(0.2);
-        let mut state = pilot.initial(&motion, hover_throttle());
+        let mut state = controller.initial(&motion, hover_throttle());
         motion.attitude = Attitude::from_rotation_vector(Vector::new(3.0, 0.0, 0.0));
-        let command = pilot.step(&mut state, &motion, &target(0.2), 0.01);
+        let command = controller.step(&mut state, &motion, &target(0.2), 0.01);
         assert_eq!(command.thrust_n, 20.4);
         assert!(command.saturated);
     }
     // Beyond 60 degrees no more is made up for than at 60: twice the weight.
-    let mut strong = pilot::<f64>(GroundEffectModel::None);
+    let mut strong = space_controller::<f64>(GroundEffectModel::None);
     strong.limits.thrust_max_n = 100.0;
     let mut motion = hovering(0.2);
     let mut state = strong.initial(&motion, hover_throttle());
@@ -166,18 +166,18 @@ fn analytic_tilt_is_made_up_for() {
 
 #[test]
 fn analytic_horizontal_law_and_attitude() {
-    let pilot = pilot::<f64>(GroundEffectModel::None);
+    let controller = space_controller::<f64>(GroundEffectModel::None);
     let mut motion = hovering(0.5);
     motion.position_m += Vector::new(0.1, -0.05, 0.0);
     motion.relative_velocity_mps = Vector::new(0.02, 0.03, 0.0);
-    let mut state = pilot.initial(&motion, hover_throttle());
+    let mut state = controller.initial(&motion, hover_throttle());
     let goal = Target {
         velocity_mps: Vector::new(0.05, 0.0, 0.0),
         deck_acceleration_mps2: Vector::new(0.2, 0.1, 0.0),
         yaw_rad: 0.7,
         ..target(0.5)
     };
-    let command = pilot.step(&mut state, &motion, &goal, 0.01);
+    let command = controller.step(&mut state, &motion, &goal, 0.01);
     let a = Vector::new(
         0.2 - 3.2 * 0.1 - 3.2 * (0.02 - 0.05),
         0.1 + 3.2 * 0.05 - 3.2 * 0.03,
@@ -195,8 +195,8 @@ fn analytic_horizontal_law_and_attitude() {
     // Far away: towards the target at the tilt limit, and no integral.
     motion.position_m = Vector::new(30.0, 40.0, 0.5);
     motion.relative_velocity_mps = Vector::ZERO;
-    let mut state = pilot.initial(&motion, hover_throttle());
-    let command = pilot.step(&mut state, &motion, &target(0.5), 0.01);
+    let mut state = controller.initial(&motion, hover_throttle());
+    let command = controller.step(&mut state, &motion, &target(0.5), 0.01);
     let up = command.attitude.up();
     // The speed limit 1 m/s times 3.2 1/s is above the 3 m/s² allowed.
     assert!((command.attitude.tilt_rad() - (3.0_f64 / 9.81).atan()).abs() < 1e-13);
@@ -207,8 +207,8 @@ fn analytic_horizontal_law_and_attitude() {
 
 #[test]
 fn analytic_rotors_heights_over_a_tilted_deck() {
-    let mut pilot = pilot::<f64>(models()[4]);
-    pilot.rotors_m = Some([
+    let mut controller = space_controller::<f64>(models()[4]);
+    controller.rotors_m = Some([
         Vector::new(0.16, 0.16, 0.05),
         Vector::new(-0.16, 0.16, 0.05),
         Vector::new(-0.16, -0.16, 0.05),
@@ -221,7 +221,10 @@ fn analytic_rotors_heights_over_a_tilted_deck() {
             position_m,
             ..Motion::default()
         };
-        pilot.initial(&motion, hover_throttle()).vertical.command
+        controller
+            .initial(&motion, hover_throttle())
+            .vertical
+            .command
     };
     let q = |z: f64| 1.9 * (0.12 / (4.0 * z)).powi(2);
     let share = |q: f64| q / (1.0 - q);
@@ -244,14 +247,17 @@ fn analytic_rotors_heights_over_a_tilted_deck() {
 
 #[test]
 fn analytic_ground_effect_is_reckoned_along_the_decks_normal() {
-    let pilot = pilot::<f64>(lag());
+    let controller = space_controller::<f64>(lag());
     let normal = Vector::new(0.3, 0.0, 1.0).direction().unwrap();
     let motion = Motion {
         position_m: Vector::new(0.2, 5.0, 0.15),
         deck_normal: normal,
         ..Motion::default()
     };
-    let command = pilot.initial(&motion, hover_throttle()).vertical.command;
+    let command = controller
+        .initial(&motion, hover_throttle())
+        .vertical
+        .command;
     let height_m = (0.2 * 0.3 + 0.15) / 1.09_f64.sqrt();
     let expected = map::<f64>().ratio(height_m) * command.thrust_n;
     assert!((command.ground_effect_n - expected).abs() < 1e-13);
@@ -259,16 +265,16 @@ fn analytic_ground_effect_is_reckoned_along_the_decks_normal() {
 
 #[test]
 fn analytic_thrust_is_taken_back_along_the_deck() {
-    let pilot = pilot::<f64>(lag());
+    let controller = space_controller::<f64>(lag());
     let normal = Vector::new(0.05, -0.02, 1.0);
     let motion = Motion {
         deck_normal: normal,
         ..hovering(0.1)
     };
-    let mut state = pilot.initial(&motion, hover_throttle());
+    let mut state = controller.initial(&motion, hover_throttle());
     let mut last = state.vertical.command.thrust_n;
     for _ in 0..100 {
-        let command = pilot.idle(&mut state, &motion, 40.0, 0.01);
+        let command = controller.idle(&mut state, &motion, 40.0, 0.01);
         // 0.4 N a step, down to the least.
         assert!((command.thrust_n - (last - 0.4).max(0.5)).abs() < 1e-13);
         assert!(command.attitude.up().cross(normal).norm() < 1e-14);
@@ -280,8 +286,8 @@ fn analytic_thrust_is_taken_back_along_the_deck() {
 
 #[test]
 fn analytic_settings_are_checked() {
-    let refused = |change: fn(&mut Pilot<f64>), key: &str| {
-        let mut bad = pilot(GroundEffectModel::None);
+    let refused = |change: fn(&mut SpaceController<f64>), key: &str| {
+        let mut bad = space_controller(GroundEffectModel::None);
         change(&mut bad);
         let error = bad.validate().unwrap_err().to_string();
         assert!(error.starts_with(key), "{error}");
@@ -326,11 +332,11 @@ proptest! {
         law in 0..3_usize,
         hold in any::<bool>(),
     ) {
-        let pilot = Pilot::<f32> {
+        let controller = SpaceController::<f32> {
             law: laws()[law],
             observer: Some(Observer::default()),
             adaptation: Some(Adaptation::default()),
-            ..pilot(models()[model])
+            ..space_controller(models()[model])
         };
         let vector = |v: &[f32]| Vector::new(v[0], v[1], v[2]);
         let motion = |v: &[f32]| Motion {
@@ -342,7 +348,7 @@ proptest! {
                 .unwrap_or_default(),
             deck_normal: vector(&v[16..]),
         };
-        let mut state = pilot.initial(&motion(&values), values[0]);
+        let mut state = controller.initial(&motion(&values), values[0]);
         for (v, dt) in values.chunks(26).zip(&dts) {
             let mut goal = Target {
                 position_m: vector(&v[17..]),
@@ -354,7 +360,7 @@ proptest! {
             };
             goal.vertical.height_m = v[24];
             goal.vertical.acceleration_mps2 = v[25];
-            let command = pilot.step(&mut state, &motion(v), &goal, *dt);
+            let command = controller.step(&mut state, &motion(v), &goal, *dt);
             prop_assert!((0.5..=20.4).contains(&command.thrust_n), "{command:?}");
             prop_assert!((0.05..=1.0).contains(&command.throttle), "{command:?}");
             prop_assert!(command.ground_effect_n.is_finite());
@@ -373,16 +379,16 @@ proptest! {
         };
         let mut goal = Target::default();
         goal.vertical.height_m = 0.4;
-        let mut command = pilot.step(&mut state, &good, &goal, 0.01);
+        let mut command = controller.step(&mut state, &good, &goal, 0.01);
         for _ in 0..1500 {
             let up = command.attitude.up();
-            good.acceleration_mps2 = up * (command.thrust_n / pilot.mass_kg) - Vector::UP * 9.81;
-            command = pilot.step(&mut state, &good, &goal, 0.01);
+            good.acceleration_mps2 = up * (command.thrust_n / controller.mass_kg) - Vector::UP * 9.81;
+            command = controller.step(&mut state, &good, &goal, 0.01);
         }
         prop_assert!((0.5..=20.4).contains(&command.thrust_n), "{command:?}");
         // Back at the target, no force to the side but what the integral (0.5 m/s² at
         // most) has left to lose.
         let side_n = (command.thrust_n + command.ground_effect_n) * command.attitude.tilt_rad().sin();
-        prop_assert!(side_n < 1.05 * 0.5 * pilot.mass_kg, "{side_n} {command:?}");
+        prop_assert!(side_n < 1.05 * 0.5 * controller.mass_kg, "{side_n} {command:?}");
     }
 }

@@ -8,7 +8,7 @@ use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, Validity};
 use touchdown_flight::thrust::{FirstOrder, ThrustModel, ThrustState};
 use touchdown_flight::{Attitude, Limits, Real, Vector};
 use touchdown_lander::control::{Delays, Horizontal};
-use touchdown_lander::space_controller::{Motion, Pilot, PilotCommand};
+use touchdown_lander::space_controller::{Motion, SpaceCommand, SpaceController};
 
 use crate::common::flight::{GRAVITY, MASS_KG, WEIGHT_N, map};
 
@@ -24,8 +24,8 @@ pub(crate) fn rotors<R: Real>() -> ThrustModel<R> {
 }
 
 /// No observer, delays as in [`Plant`].
-pub(crate) fn pilot<R: Real>(ground_effect: GroundEffectModel<R>) -> Pilot<R> {
-    let pilot = Pilot {
+pub(crate) fn space_controller<R: Real>(ground_effect: GroundEffectModel<R>) -> SpaceController<R> {
+    let controller = SpaceController {
         mass_kg: R::from_f64(MASS_KG),
         gravity_mps2: R::from_f64(GRAVITY),
         law: Law::Composite(Composite::default()),
@@ -38,8 +38,8 @@ pub(crate) fn pilot<R: Real>(ground_effect: GroundEffectModel<R>) -> Pilot<R> {
         rotors_m: None,
         limits: Limits::default(),
     };
-    pilot.validate().unwrap();
-    pilot
+    controller.validate().unwrap();
+    controller
 }
 
 pub(crate) fn hover_throttle() -> f64 {
@@ -63,7 +63,7 @@ pub(crate) struct Plant {
     rotors: ThrustState<f64>,
     lift: f64,
     sensed: VecDeque<Motion<f64>>,
-    sent: VecDeque<PilotCommand<f64>>,
+    sent: VecDeque<SpaceCommand<f64>>,
 }
 
 impl Plant {
@@ -144,7 +144,7 @@ impl Plant {
         }
     }
 
-    pub(crate) fn fly(&mut self, command: &PilotCommand<f64>) {
+    pub(crate) fn fly(&mut self, command: &SpaceCommand<f64>) {
         self.sent.push_back(*command);
         if self.sent.len() > 2 {
             self.sent.pop_front();

@@ -1,34 +1,37 @@
 //! Odd steps, single precision, settings.
 
-use touchdown_lander::state_machine::{Funnel, Lander, LanderInput, Phase};
+use touchdown_lander::state_machine::{Funnel, MachineInput, Phase, StateMachine};
 
 use crate::world::{DT, Flight, good};
 
 #[test]
 fn analytic_long_steps_are_gaps() {
     // One sample a second: nothing has ever held for half a second.
-    let lander = Lander::<f64>::default();
-    let mut state = lander.initial();
-    let mut out = lander.step(&mut state, &good(), 1.0);
+    let state_machine = StateMachine::<f64>::default();
+    let mut state = state_machine.initial();
+    let mut out = state_machine.step(&mut state, &good(), 1.0);
     for _ in 0..100 {
-        out = lander.step(&mut state, &good(), 1.0);
+        out = state_machine.step(&mut state, &good(), 1.0);
         assert_eq!(out.phase, Phase::Hold);
     }
     // But the time has passed.
     for _ in 0..30 {
-        out = lander.step(&mut state, &good(), 1.0);
+        out = state_machine.step(&mut state, &good(), 1.0);
     }
     assert_eq!(out.phase, Phase::GivenUp);
     // Steps without a time: none passes.
-    let mut state = lander.initial();
+    let mut state = state_machine.initial();
     for dt in [f64::NAN, -1.0, 0.0, f64::INFINITY].repeat(100) {
-        assert_eq!(lander.step(&mut state, &good(), dt).phase, Phase::Hold);
+        assert_eq!(
+            state_machine.step(&mut state, &good(), dt).phase,
+            Phase::Hold
+        );
     }
 }
 
 #[test]
 fn prop_single_precision_takes_the_same_way() {
-    let narrow = |s: &LanderInput<f64>| LanderInput::<f32> {
+    let narrow = |s: &MachineInput<f64>| MachineInput::<f32> {
         tag_age_s: s.tag_age_s as f32,
         range_age_s: s.range_age_s as f32,
         imu_age_s: s.imu_age_s as f32,
@@ -48,14 +51,14 @@ fn prop_single_precision_takes_the_same_way() {
         go: s.go,
         request: s.request,
     };
-    let lander = Lander::<f32>::default();
-    lander.validate().unwrap();
-    let mut state = lander.initial();
+    let state_machine = StateMachine::<f32>::default();
+    state_machine.validate().unwrap();
+    let mut state = state_machine.initial();
     let mut flight = Flight::new();
     let mut differ = 0;
     for _ in 0..2500 {
         let seen = flight.world.seen();
-        let single = lander.step(&mut state, &narrow(&seen), DT as f32);
+        let single = state_machine.step(&mut state, &narrow(&seen), DT as f32);
         let double = flight.step(|_| ());
         differ += u32::from(single.phase != double.phase);
     }
@@ -66,10 +69,10 @@ fn prop_single_precision_takes_the_same_way() {
 
 #[test]
 fn analytic_settings_are_checked() {
-    let refused = |change: fn(&mut Lander<f64>), key: &str| {
-        let mut lander = Lander::default();
-        change(&mut lander);
-        let error = lander.validate().unwrap_err().to_string();
+    let refused = |change: fn(&mut StateMachine<f64>), key: &str| {
+        let mut state_machine = StateMachine::default();
+        change(&mut state_machine);
+        let error = state_machine.validate().unwrap_err().to_string();
         assert!(error.contains(key), "{error}");
     };
     refused(|l| l.confirm_s = 0.0, "lander.confirm_s");

@@ -1,17 +1,17 @@
 //! What the machine promises for any sequence of inputs.
 
 use proptest::prelude::*;
-use touchdown_lander::state_machine::{Lander, LanderInput, Phase, Request};
+use touchdown_lander::state_machine::{MachineInput, OperatorRequest, Phase, StateMachine};
 
 use crate::world::{DT, Flight, good};
 
 /// The input's data are fresh and finite, written out anew from the settings'
 /// meaning.
-fn is_fresh(lander: &Lander<f64>, s: &LanderInput<f64>) -> bool {
+fn is_fresh(state_machine: &StateMachine<f64>, s: &MachineInput<f64>) -> bool {
     let young = |age: f64, limit: f64| (0.0..=limit).contains(&age);
-    young(s.tag_age_s, lander.tag_age_s)
-        && young(s.range_age_s, lander.range_age_s)
-        && young(s.imu_age_s, lander.imu_age_s)
+    young(s.tag_age_s, state_machine.tag_age_s)
+        && young(s.range_age_s, state_machine.range_age_s)
+        && young(s.imu_age_s, state_machine.imu_age_s)
         && !s.diverged
         && s.height_m.is_finite()
         && s.relative_velocity_mps.is_finite()
@@ -20,16 +20,16 @@ fn is_fresh(lander: &Lander<f64>, s: &LanderInput<f64>) -> bool {
 }
 
 /// Evidence of a touchdown, written out anew.
-fn is_evidence(lander: &Lander<f64>, s: &LanderInput<f64>) -> bool {
+fn is_evidence(state_machine: &StateMachine<f64>, s: &MachineInput<f64>) -> bool {
     let young = |age: f64, limit: f64| (0.0..=limit).contains(&age);
-    let near = young(s.range_age_s, lander.range_age_s)
-        && young(s.imu_age_s, lander.imu_age_s)
+    let near = young(s.range_age_s, state_machine.range_age_s)
+        && young(s.imu_age_s, state_machine.imu_age_s)
         && !s.diverged
-        && s.height_m <= lander.touchdown_height_m
-        && s.relative_velocity_mps.abs() <= lander.touchdown_speed_mps
-        && s.lateral_speed_mps.abs() <= lander.touchdown_lateral_mps;
-    let carried =
-        s.thrust_share <= lander.idle_thrust_share && s.load_factor >= lander.supported_load_factor;
+        && s.height_m <= state_machine.touchdown_height_m
+        && s.relative_velocity_mps.abs() <= state_machine.touchdown_speed_mps
+        && s.lateral_speed_mps.abs() <= state_machine.touchdown_lateral_mps;
+    let carried = s.thrust_share <= state_machine.idle_thrust_share
+        && s.load_factor >= state_machine.supported_load_factor;
     near && match s.contact {
         Some(contact) => contact,
         None => carried,
@@ -60,21 +60,23 @@ impl Watch {
         }
     }
 
-    fn step(&mut self, seen: &LanderInput<f64>, dt: f64) {
-        let lander = self.flight.lander;
+    fn step(&mut self, seen: &MachineInput<f64>, dt: f64) {
+        let state_machine = self.flight.state_machine;
         let before = self.flight.state.phase();
-        let out = lander.step(&mut self.flight.state, seen, dt);
-        self.flight.world.fly(out.fly);
+        let out = state_machine.step(&mut self.flight.state, seen, dt);
+        self.flight.world.fly(out.maneuver);
         let passed = if dt.is_finite() && dt > 0.0 { dt } else { 0.0 };
         self.evidence_s = match self.evidence_s {
-            Some(t) if is_evidence(&lander, seen) && passed <= lander.greatest_step_s => {
+            Some(t)
+                if is_evidence(&state_machine, seen) && passed <= state_machine.greatest_step_s =>
+            {
                 Some(t + passed)
             }
-            _ => is_evidence(&lander, seen).then_some(0.0),
+            _ => is_evidence(&state_machine, seen).then_some(0.0),
         };
         if out.phase == Phase::Descend && before != Phase::Descend {
             self.descents += 1;
-            assert!(is_fresh(&lander, seen), "{seen:?}");
+            assert!(is_fresh(&state_machine, seen), "{seen:?}");
             assert!(matches!(before, Phase::Wait | Phase::Commit), "{before:?}");
         }
         if out.phase == Phase::Disarmed && before != Phase::Disarmed {
@@ -82,21 +84,21 @@ impl Watch {
             // Rounding of the sum of at most some thousand steps.
             let held = self.evidence_s.unwrap_or(0.0) + 1e-9;
             assert!(
-                seen.request == Request::Disarm || held >= lander.confirm_s,
+                seen.request == OperatorRequest::Disarm || held >= state_machine.confirm_s,
                 "{before:?} {held} {seen:?}"
             );
         }
         if before == Phase::Disarmed && out.phase != Phase::Disarmed {
-            assert_eq!(seen.request, Request::Restart);
+            assert_eq!(seen.request, OperatorRequest::Restart);
         }
         // Tries are limited where neither operator nor battery says otherwise.
-        self.restarts += u32::from(seen.request == Request::Restart);
-        let counted = seen.request != Request::Abort;
+        self.restarts += u32::from(seen.request == OperatorRequest::Restart);
+        let counted = seen.request != OperatorRequest::Abort;
         self.aborted +=
             u32::from(out.phase == Phase::GoAround && before != Phase::GoAround && counted);
-        self.critical |= seen.battery_share <= lander.battery_critical;
+        self.critical |= seen.battery_share <= state_machine.battery_critical;
         if self.restarts == 0 && !self.critical {
-            assert!(out.go_arounds <= lander.go_arounds + 1);
+            assert!(out.go_arounds <= state_machine.go_arounds + 1);
         }
     }
 }
@@ -111,11 +113,11 @@ fn mostly(value: f64) -> impl Strategy<Value = f64> {
     ]
 }
 
-fn request() -> impl Strategy<Value = Request> {
+fn request() -> impl Strategy<Value = OperatorRequest> {
     prop_oneof![
-        30 => Just(Request::None),
-        1 => Just(Request::Abort),
-        1 => Just(Request::Restart),
+        30 => Just(OperatorRequest::None),
+        1 => Just(OperatorRequest::Abort),
+        1 => Just(OperatorRequest::Restart),
     ]
 }
 
@@ -129,9 +131,9 @@ prop_compose! {
         forces in (prop_oneof![Just(1.0), Just(0.3), mostly(0.5)], mostly(1.0)),
         flags in (prop::bool::weighted(0.03), prop::bool::weighted(0.05), prop::bool::weighted(0.7)),
         contact in prop_oneof![8 => Just(None), 1 => Just(Some(true)), 1 => Just(Some(false))],
-        request in prop_oneof![20 => request(), 1 => Just(Request::Disarm)],
-    ) -> LanderInput<f64> {
-        LanderInput {
+        request in prop_oneof![20 => request(), 1 => Just(OperatorRequest::Disarm)],
+    ) -> MachineInput<f64> {
+        MachineInput {
             tag_age_s: ages.0, range_age_s: ages.1, imu_age_s: ages.2,
             diverged: flags.0, saturated: flags.1, go: flags.2,
             height_m: place.0, relative_velocity_mps: place.1,
@@ -148,12 +150,12 @@ prop_compose! {
 struct Fault {
     kind: u8,
     value: f64,
-    request: Request,
+    request: OperatorRequest,
     steps: u16,
 }
 
 impl Fault {
-    fn apply(&self, s: &mut LanderInput<f64>) {
+    fn apply(&self, s: &mut MachineInput<f64>) {
         s.request = self.request;
         match self.kind {
             0 => s.tag_age_s = self.value,
@@ -233,14 +235,14 @@ proptest! {
         // starts anew where it has given up. It lands within a minute.
         if flight.state.phase() == Phase::Disarmed {
             flight.step(|_| ());
-            flight.step(|s| s.request = Request::Restart);
+            flight.step(|s| s.request = OperatorRequest::Restart);
             prop_assert_eq!(flight.state.phase(), Phase::Approach);
         }
         for i in 0..6000 {
             let given_up = flight.state.phase() == Phase::GivenUp;
             flight.step(|s| {
                 if given_up && i % 2 == 1 {
-                    s.request = Request::Restart;
+                    s.request = OperatorRequest::Restart;
                 }
             });
         }
@@ -279,7 +281,7 @@ fn prop_the_faults_reach_descents_and_touchdowns() {
 
 #[test]
 fn prop_nan_lets_nothing_through() {
-    type Change = fn(&mut LanderInput<f64>);
+    type Change = fn(&mut MachineInput<f64>);
     let numbers: [Change; 13] = [
         |s| s.tag_age_s = f64::NAN,
         |s| s.range_age_s = f64::NAN,
@@ -319,7 +321,7 @@ fn prop_nan_lets_nothing_through() {
 
 #[test]
 fn prop_lying_sensors_one_at_a_time_do_not_disarm_in_the_air() {
-    type Lie = fn(&mut LanderInput<f64>);
+    type Lie = fn(&mut MachineInput<f64>);
     let lies: [Lie; 6] = [
         |s| s.height_m = 0.1,
         |s| {

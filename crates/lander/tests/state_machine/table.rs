@@ -1,7 +1,7 @@
 //! Rows of the table, one by one.
 
 use touchdown_lander::state_machine::{
-    Fly, Frame, Lander, LanderInput, LanderOutput, Phase, Reason, Request,
+    Frame, MachineInput, MachineOutput, Maneuver, OperatorRequest, Phase, Reason, StateMachine,
 };
 
 use crate::world::{DT, Flight, STANDING_M, good};
@@ -16,8 +16,8 @@ pub(crate) fn reach(phase: Phase) -> Flight {
 pub(crate) fn leave(
     flight: &mut Flight,
     phase: Phase,
-    change: impl Fn(&mut LanderInput<f64>),
-) -> (LanderOutput<f64>, f64) {
+    change: impl Fn(&mut MachineInput<f64>),
+) -> (MachineOutput<f64>, f64) {
     for i in 1..=20_000 {
         let out = flight.step(&change);
         if out.phase != phase {
@@ -55,10 +55,14 @@ fn analytic_a_landing_without_trouble() {
 
 #[test]
 fn analytic_every_abort_of_a_descent() {
-    type Change = fn(&mut LanderInput<f64>);
+    type Change = fn(&mut MachineInput<f64>);
     // What is wrong, the reason given, and the time it takes to count.
     let cases: [(Change, Reason, f64); 17] = [
-        (|s| s.request = Request::Abort, Reason::Operator, 0.0),
+        (
+            |s| s.request = OperatorRequest::Abort,
+            Reason::Operator,
+            0.0,
+        ),
         (|s| s.tag_age_s = 0.31, Reason::TagLost, 0.0),
         (|s| s.tag_age_s = f64::NAN, Reason::TagLost, 0.0),
         (|s| s.tag_age_s = -0.01, Reason::TagLost, 0.0),
@@ -88,7 +92,7 @@ fn analytic_every_abort_of_a_descent() {
         let mut flight = reach(Phase::Descend);
         let (out, after) = leave(&mut flight, Phase::Descend, change);
         assert_eq!((out.phase, out.reason), (Phase::GoAround, Some(reason)));
-        assert_eq!(out.fly, Fly::ClimbAway);
+        assert_eq!(out.maneuver, Maneuver::ClimbAway);
         // One step for the sample itself; counting starts with it.
         assert!((after - time_s - DT).abs() < 1.5 * DT, "{reason:?} {after}");
         let counted = u8::from(reason != Reason::Operator);
@@ -98,7 +102,7 @@ fn analytic_every_abort_of_a_descent() {
 
 #[test]
 fn analytic_a_hover_that_sinks_climbs_away_and_that_is_not_counted() {
-    type Change = fn(&mut LanderInput<f64>);
+    type Change = fn(&mut MachineInput<f64>);
     let low: Change = |s| s.height_m = 0.3;
     let fast: Change = |s| s.relative_velocity_mps = -1.2;
     // Not in order, and so not waiting: ready is what it is not.
@@ -110,7 +114,7 @@ fn analytic_a_hover_that_sinks_climbs_away_and_that_is_not_counted() {
         (Phase::Wait, low, Reason::Height, 0.0),
     ] {
         let mut flight = Flight::new();
-        let aside = |s: &mut LanderInput<f64>| s.lateral_error_m = 0.5;
+        let aside = |s: &mut MachineInput<f64>| s.lateral_error_m = 0.5;
         match phase {
             Phase::Approach => assert_eq!(flight.step(aside).phase, phase),
             Phase::Hold => assert_eq!(flight.step(shaky).phase, phase),
@@ -123,7 +127,7 @@ fn analytic_a_hover_that_sinks_climbs_away_and_that_is_not_counted() {
             change(s);
         });
         assert_eq!((out.phase, out.reason), (Phase::GoAround, Some(reason)));
-        assert_eq!(out.fly, Fly::ClimbAway);
+        assert_eq!(out.maneuver, Maneuver::ClimbAway);
         // One step for the sample itself.
         assert!((after - time_s - DT).abs() < 1.5 * DT, "{phase:?} {after}");
         assert_eq!(out.go_arounds, 0);
@@ -154,7 +158,7 @@ fn analytic_a_hover_that_sinks_climbs_away_and_that_is_not_counted() {
 
 #[test]
 fn analytic_a_hover_that_sinks_climbs_away_whatever_else_is_wanted() {
-    let sinking = |s: &mut LanderInput<f64>| {
+    let sinking = |s: &mut MachineInput<f64>| {
         s.lateral_error_m = 0.5;
         s.relative_velocity_mps = -1.2;
     };
@@ -163,7 +167,7 @@ fn analytic_a_hover_that_sinks_climbs_away_whatever_else_is_wanted() {
     for _ in 0..15 {
         assert_eq!(flight.step(sinking).phase, Phase::Approach);
     }
-    let low = |s: &mut LanderInput<f64>| s.battery_share = 0.15;
+    let low = |s: &mut MachineInput<f64>| s.battery_share = 0.15;
     let out = flight.step(|s| {
         sinking(s);
         low(s);
@@ -184,7 +188,7 @@ fn analytic_a_hover_that_sinks_climbs_away_whatever_else_is_wanted() {
             Phase::Approach => Flight::new(),
             _ => reach(phase),
         };
-        let stop = |s: &mut LanderInput<f64>| s.request = Request::Abort;
+        let stop = |s: &mut MachineInput<f64>| s.request = OperatorRequest::Abort;
         assert_eq!(flight.step(stop).phase, Phase::Hold);
         let (out, _) = leave(&mut flight, Phase::Hold, |s| {
             sinking(s);
@@ -201,22 +205,22 @@ fn analytic_a_hover_that_sinks_climbs_away_whatever_else_is_wanted() {
 
 #[test]
 fn analytic_a_hover_that_swings_is_not_ready() {
-    let swings: [fn(&mut LanderInput<f64>); 4] = [
+    let swings: [fn(&mut MachineInput<f64>); 4] = [
         |s| s.relative_velocity_mps = 0.26,
         |s| s.relative_velocity_mps = -0.26,
         |s| s.lateral_speed_mps = 0.26,
         |s| s.lateral_speed_mps = f64::NAN,
     ];
     for swing in swings {
-        let lander = Lander::<f64>::default();
-        let mut state = lander.initial();
+        let state_machine = StateMachine::<f64>::default();
+        let mut state = state_machine.initial();
         for i in 0..500 {
             let mut seen = good();
             // Slow again for too short a time to settle.
             if i % 40 < 20 {
                 swing(&mut seen);
             }
-            let out = lander.step(&mut state, &seen, DT);
+            let out = state_machine.step(&mut state, &seen, DT);
             assert!(
                 matches!(out.phase, Phase::Approach | Phase::Hold),
                 "{out:?}"
@@ -258,9 +262,9 @@ fn analytic_below_the_commit_height_a_lost_tag_is_coasted() {
 
 #[test]
 fn analytic_every_abort_of_a_committed_landing() {
-    type Change = fn(&mut LanderInput<f64>);
+    type Change = fn(&mut MachineInput<f64>);
     let cases: [(Change, Reason); 8] = [
-        (|s| s.request = Request::Abort, Reason::Operator),
+        (|s| s.request = OperatorRequest::Abort, Reason::Operator),
         (|s| s.range_age_s = f64::NAN, Reason::RangeStale),
         (|s| s.imu_age_s = 1.0, Reason::ImuStale),
         (|s| s.diverged = true, Reason::Diverged),
@@ -291,7 +295,9 @@ fn analytic_every_abort_of_a_committed_landing() {
         (out.phase, out.reason),
         (Phase::GoAround, Some(Reason::Late))
     );
-    assert!(after < flight.lander.landing_s && after > flight.lander.landing_s - 10.0);
+    assert!(
+        after < flight.state_machine.landing_s && after > flight.state_machine.landing_s - 10.0
+    );
 }
 
 #[test]
@@ -319,22 +325,22 @@ fn analytic_go_arounds_are_limited_and_reported() {
     assert_eq!((out.reason, out.go_arounds), (Some(Reason::TagLost), 3));
     let held = flight.step(|_| ());
     assert_eq!(
-        held.fly,
-        Fly::Hover {
+        held.maneuver,
+        Maneuver::Hover {
             height_m: 0.8,
             frame: Frame::Deck
         }
     );
     // The operator starts anew, with all tries; a request that stays set does
     // not start a second time.
-    let out = flight.step(|s| s.request = Request::Restart);
+    let out = flight.step(|s| s.request = OperatorRequest::Restart);
     assert_eq!((out.phase, out.go_arounds), (Phase::Approach, 0));
     for _ in 0..3000 {
-        flight.step(|s| s.request = Request::Restart);
+        flight.step(|s| s.request = OperatorRequest::Restart);
     }
     assert_eq!(flight.state.phase(), Phase::Disarmed);
     flight.step(|_| ());
-    let out = flight.step(|s| s.request = Request::Restart);
+    let out = flight.step(|s| s.request = OperatorRequest::Restart);
     assert_eq!(out.phase, Phase::Approach);
 }
 
@@ -346,7 +352,7 @@ fn regress_an_operators_abort_does_not_grant_another_try() {
     for _ in 0..10_000 {
         let out = flight.step(|s| match last {
             Phase::Descend => s.tag_age_s = 1.0,
-            Phase::GoAround => s.request = Request::Abort,
+            Phase::GoAround => s.request = OperatorRequest::Abort,
             _ => (),
         });
         last = out.phase;
@@ -355,9 +361,13 @@ fn regress_an_operators_abort_does_not_grant_another_try() {
     assert_eq!(last, Phase::GivenUp);
     // Short of that limit the operator's abort ends in a hold.
     let mut flight = reach(Phase::Descend);
-    let (out, _) = leave(&mut flight, Phase::Descend, |s| s.request = Request::Abort);
+    let (out, _) = leave(&mut flight, Phase::Descend, |s| {
+        s.request = OperatorRequest::Abort
+    });
     assert_eq!(out.phase, Phase::GoAround);
-    let (out, _) = leave(&mut flight, Phase::GoAround, |s| s.request = Request::Abort);
+    let (out, _) = leave(&mut flight, Phase::GoAround, |s| {
+        s.request = OperatorRequest::Abort
+    });
     assert_eq!(
         (out.phase, out.reason),
         (Phase::Hold, Some(Reason::Operator))
@@ -377,8 +387,8 @@ fn analytic_patience_and_hover() {
     );
     assert!((after - 120.0).abs() < 2.0 * DT);
     assert_eq!(
-        out.fly,
-        Fly::Hover {
+        out.maneuver,
+        Maneuver::Hover {
             height_m: 0.8,
             frame: Frame::World
         }
@@ -396,7 +406,7 @@ fn analytic_patience_and_hover() {
     // Being held by the operator costs no patience.
     let mut flight = Flight::new();
     for _ in 0..15_000 {
-        let out = flight.step(|s| s.request = Request::Abort);
+        let out = flight.step(|s| s.request = OperatorRequest::Abort);
         assert_eq!(
             (out.phase, out.reason),
             (Phase::Hold, Some(Reason::Operator))
@@ -448,8 +458,8 @@ fn analytic_the_operator_disarms_anywhere() {
     use Phase::*;
     for phase in [Hold, Wait, Descend, Commit, Touchdown, Disarmed] {
         let mut flight = reach(phase);
-        let out = flight.step(|s| s.request = Request::Disarm);
-        assert_eq!((out.phase, out.fly), (Disarmed, Fly::Disarm));
+        let out = flight.step(|s| s.request = OperatorRequest::Disarm);
+        assert_eq!((out.phase, out.maneuver), (Disarmed, Maneuver::Disarm));
         assert_eq!(out.reason, Some(Reason::Operator));
     }
 }

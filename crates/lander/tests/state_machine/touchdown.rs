@@ -1,6 +1,6 @@
 //! Rows of the table for a vehicle on the deck.
 
-use touchdown_lander::state_machine::{LanderInput, Phase, Reason, Request};
+use touchdown_lander::state_machine::{MachineInput, OperatorRequest, Phase, Reason};
 
 use crate::table::{leave, reach};
 use crate::world::{DT, STANDING_M, World};
@@ -44,7 +44,7 @@ fn analytic_what_ends_a_touchdown() {
     );
     let mut flight = reach(Phase::Touchdown);
     let (out, _) = leave(&mut flight, Phase::Touchdown, |s| {
-        s.request = Request::Abort;
+        s.request = OperatorRequest::Abort;
     });
     assert_eq!(
         (out.phase, out.reason),
@@ -54,7 +54,7 @@ fn analytic_what_ends_a_touchdown() {
 
 #[test]
 fn analytic_what_is_no_touchdown() {
-    type Change = fn(&mut LanderInput<f64>);
+    type Change = fn(&mut MachineInput<f64>);
     // Sliding, sinking, or above the deck: low as it is, it is not taken for one.
     let cases: [Change; 4] = [
         |s| s.lateral_speed_mps = 0.26,

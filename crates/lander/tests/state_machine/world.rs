@@ -2,7 +2,7 @@
 
 use touchdown_flight::Real;
 use touchdown_lander::state_machine::{
-    Fly, Lander, LanderInput, LanderOutput, LanderState, Request,
+    MachineInput, MachineOutput, MachineState, Maneuver, OperatorRequest, StateMachine,
 };
 
 pub(crate) const DT: f64 = 0.01;
@@ -10,8 +10,8 @@ pub(crate) const DT: f64 = 0.01;
 pub(crate) const STANDING_M: f64 = 0.10;
 
 /// An input with nothing wrong, hovering over the pad.
-pub(crate) fn good() -> LanderInput<f64> {
-    LanderInput {
+pub(crate) fn good() -> MachineInput<f64> {
+    MachineInput {
         tag_age_s: 0.05,
         range_age_s: 0.02,
         imu_age_s: 0.002,
@@ -29,7 +29,7 @@ pub(crate) fn good() -> LanderInput<f64> {
         load_factor: 1.0,
         contact: None,
         go: true,
-        request: Request::None,
+        request: OperatorRequest::None,
     }
 }
 
@@ -53,8 +53,8 @@ impl World {
         self.height_m <= STANDING_M
     }
 
-    pub(crate) fn seen(&self) -> LanderInput<f64> {
-        LanderInput {
+    pub(crate) fn seen(&self) -> MachineInput<f64> {
+        MachineInput {
             height_m: self.height_m,
             relative_velocity_mps: self.velocity_mps,
             thrust_share: self.thrust_share,
@@ -67,21 +67,23 @@ impl World {
         }
     }
 
-    pub(crate) fn fly<R: Real>(&mut self, fly: Fly<R>) {
+    pub(crate) fn fly<R: Real>(&mut self, fly: Maneuver<R>) {
         let wanted = match fly {
-            Fly::Hover { height_m, .. } => (height_m.to_f64() - self.height_m).clamp(-0.5, 0.5),
-            Fly::Descend | Fly::Commit => -0.08,
-            Fly::ClimbAway => 0.8,
+            Maneuver::Hover { height_m, .. } => {
+                (height_m.to_f64() - self.height_m).clamp(-0.5, 0.5)
+            }
+            Maneuver::Descend | Maneuver::Commit => -0.08,
+            Maneuver::ClimbAway => 0.8,
             // Thrust taken back: it falls where nothing carries it.
-            Fly::Idle => self.velocity_mps - 9.81 * (1.0 - self.thrust_share) * DT,
-            Fly::Rest if self.standing() => self.velocity_mps,
-            Fly::Rest => self.velocity_mps - 9.81 * (1.0 - self.thrust_share) * DT,
-            Fly::Disarm => self.velocity_mps - 9.81 * DT,
+            Maneuver::Idle => self.velocity_mps - 9.81 * (1.0 - self.thrust_share) * DT,
+            Maneuver::Rest if self.standing() => self.velocity_mps,
+            Maneuver::Rest => self.velocity_mps - 9.81 * (1.0 - self.thrust_share) * DT,
+            Maneuver::Disarm => self.velocity_mps - 9.81 * DT,
         };
         self.thrust_share = match fly {
-            Fly::Idle => (self.thrust_share - 3.0 * DT).max(0.2),
-            Fly::Disarm => 0.0,
-            Fly::Rest => self.thrust_share,
+            Maneuver::Idle => (self.thrust_share - 3.0 * DT).max(0.2),
+            Maneuver::Disarm => 0.0,
+            Maneuver::Rest => self.thrust_share,
             _ => 1.0,
         };
         self.velocity_mps = wanted;
@@ -96,36 +98,36 @@ impl World {
 /// A machine and its vehicle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Flight {
-    pub(crate) lander: Lander<f64>,
-    pub(crate) state: LanderState<f64>,
+    pub(crate) state_machine: StateMachine<f64>,
+    pub(crate) state: MachineState<f64>,
     pub(crate) world: World,
 }
 
 impl Flight {
     pub(crate) fn new() -> Self {
-        let lander = Lander::default();
-        lander.validate().unwrap();
+        let state_machine = StateMachine::default();
+        state_machine.validate().unwrap();
         Self {
-            lander,
-            state: lander.initial(),
+            state_machine,
+            state: state_machine.initial(),
             world: World::new(),
         }
     }
 
     /// A step with what is seen changed by `change`.
-    pub(crate) fn step(&mut self, change: impl Fn(&mut LanderInput<f64>)) -> LanderOutput<f64> {
+    pub(crate) fn step(&mut self, change: impl Fn(&mut MachineInput<f64>)) -> MachineOutput<f64> {
         let mut seen = self.world.seen();
         change(&mut seen);
-        let out = self.lander.step(&mut self.state, &seen, DT);
-        self.world.fly(out.fly);
+        let out = self.state_machine.step(&mut self.state, &seen, DT);
+        self.world.fly(out.maneuver);
         out
     }
 
     /// Steps without trouble until `until` says so, at most 60 s.
     pub(crate) fn until(
         &mut self,
-        until: impl Fn(&LanderOutput<f64>) -> bool,
-    ) -> LanderOutput<f64> {
+        until: impl Fn(&MachineOutput<f64>) -> bool,
+    ) -> MachineOutput<f64> {
         for _ in 0..6000 {
             let out = self.step(|_| ());
             if until(&out) {

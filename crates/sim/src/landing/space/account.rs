@@ -77,7 +77,7 @@ impl Flight<'_> {
 
     /// Takes what the computer says into the account.
     pub(super) fn note(&mut self, step: u64, output: &ComputerOutput<f64>) {
-        let phase = output.lander.phase;
+        let phase = output.state_machine.phase;
         self.landing.estimated_latency_s = output.latency_s;
         if phase != self.phase {
             match (self.phase, phase) {
@@ -92,14 +92,14 @@ impl Flight<'_> {
                 }
                 (_, Phase::GoAround) => self.landing.aborts.push(Abort {
                     time_s: step as f64 * STEP_S,
-                    reason: output.lander.reason,
+                    reason: output.state_machine.reason,
                     height_m: self.relative().0[2],
                 }),
                 (_, Phase::Disarmed) => self.stopped = Some(step),
                 _ => {}
             }
             // Whoever takes the landing up again has not given it up.
-            self.gave_up = (phase == Phase::GivenUp).then_some((step, output.lander.reason));
+            self.gave_up = (phase == Phase::GivenUp).then_some((step, output.state_machine.reason));
             self.phase = phase;
         }
         if self.landing.trace.is_some() {
@@ -156,8 +156,8 @@ impl Flight<'_> {
             attitude_asked: output
                 .command
                 .map(|command| command.attitude.to_quaternion()),
-            phase: output.lander.phase,
-            reason: output.lander.reason,
+            phase: output.state_machine.phase,
+            reason: output.state_machine.reason,
         }
     }
 }

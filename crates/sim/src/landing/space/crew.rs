@@ -15,8 +15,8 @@ use touchdown_lander::estimate::latency::LatencyEstimator;
 use touchdown_lander::estimate::relative::{DeckPrior, ImuModel, RelativeFilter, TagModel};
 use touchdown_lander::guidance::Guidance;
 use touchdown_lander::planner::{self, Planner};
-use touchdown_lander::space_controller::Pilot;
-use touchdown_lander::state_machine::Lander;
+use touchdown_lander::space_controller::SpaceController;
+use touchdown_lander::state_machine::StateMachine;
 
 use crate::body::plant::PlantSettings;
 use crate::error::SimError;
@@ -159,7 +159,7 @@ pub struct ControlSettings {
     /// Guidance.
     pub guidance: Guidance<f64>,
     /// State machine.
-    pub lander: Lander<f64>,
+    pub lander: StateMachine<f64>,
     /// Planner.
     pub planning: Planner<f64>,
     /// Relative estimator; places, turns and quanta of sensors are filled in from the
@@ -209,14 +209,14 @@ impl Default for ControlSettings {
                 sensing_s: 0.0,
                 ..Guidance::default()
             },
-            lander: Lander {
+            lander: StateMachine {
                 // Contact at 0.1 m and four standard deviations of the height: a
                 // vehicle that floats a centimetre above the deck is not let fall.
                 touchdown_height_m: 0.108,
                 // The next reading of a range finder that is 0.1 s late and now and then
                 // misses one.
                 range_age_s: 0.2,
-                ..Lander::default()
+                ..StateMachine::default()
             },
             planning: Planner {
                 descent: planner::Descent {
@@ -335,9 +335,9 @@ impl ControlSettings {
             latency: self.finds_latency.then_some(self.latency),
             deck: self.deck,
             descent,
-            lander: self.lander,
+            state_machine: self.lander,
             guidance: self.guidance,
-            pilot: Pilot {
+            controller: SpaceController {
                 mass_kg: plant.mass_kg,
                 gravity_mps2: plant.gravity_mps2,
                 law,

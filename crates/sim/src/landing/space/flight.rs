@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_lander::computer::{ComputerState, Sensed};
-use touchdown_lander::state_machine::{Phase, Reason, Request};
+use touchdown_lander::state_machine::{OperatorRequest, Phase, Reason};
 
 use super::drawn::{Drawn, DrawnAir, hover};
 use super::faults::{Since, Struck};
@@ -182,7 +182,7 @@ impl<'a> Flight<'a> {
                 deck_normal: heard.normal,
                 battery_share: (scenario.battery_share - now_s / scenario.battery_s).max(0.0),
                 contact: None,
-                request: Request::None,
+                request: OperatorRequest::None,
             };
             let period_s = scenario.control_period_s;
             let output = self

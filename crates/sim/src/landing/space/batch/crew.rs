@@ -1,9 +1,9 @@
 //! The pilot of one lane.
 
 use touchdown_flight::Attitude;
-use touchdown_lander::guidance::Order;
+use touchdown_lander::guidance::GuidanceCommand;
 use touchdown_lander::space_controller::Motion;
-use touchdown_lander::state_machine::Fly;
+use touchdown_lander::state_machine::Maneuver;
 
 use super::Batch;
 use super::lane::Seen;
@@ -36,16 +36,23 @@ impl Batch {
         let deck_mps2 = vector(seen.deck_mps2);
         let plan = self.reference.starting_at(motion.position_m.z);
         let guidance = &mut seat.guidance;
-        let order = self
-            .guidance
-            .step(guidance, Fly::Descend, Some(&plan), &motion, deck_mps2, dt);
+        let order = self.guidance.step(
+            guidance,
+            Maneuver::Descend,
+            Some(&plan),
+            &motion,
+            deck_mps2,
+            dt,
+        );
         let command = match order {
-            Order::Track(mut target) => {
+            GuidanceCommand::Track(mut target) => {
                 let height_m = dot(seen.normal, seen.place_m);
                 target.hold_estimates = height_m < self.lander.computer.contact_height_m;
                 self.pilot.step(memory, &motion, &target, dt)
             }
-            Order::Idle { .. } | Order::Off => self.pilot.idle(memory, &motion, f64::INFINITY, dt),
+            GuidanceCommand::Idle { .. } | GuidanceCommand::Off => {
+                self.pilot.idle(memory, &motion, f64::INFINITY, dt)
+            }
         };
         Asked {
             thrust_n: command.thrust_n,

@@ -6,7 +6,7 @@
 //!
 //! Vehicle, legs, attitude control and the deck's splines are computed for as many
 //! landings at once as a vector of the processor holds (eight with AVX-512, four with
-//! AVX2, else one), by the very code that flies one; the [`Pilot`] of the landing computer
+//! AVX2, else one), by the very code that flies one; the [`SpaceController`] of the landing computer
 //! is stepped for each. What a [`SpaceLander`] has beyond is left out: sensors,
 //! estimators, planner and state machine. The descent begins at once, from relative
 //! rest, and the rotors stop at the first touch.
@@ -41,7 +41,7 @@ use pulp::{Arch, Simd, WithSimd};
 use touchdown_flight::reference::{Reference, Terminal};
 use touchdown_lander::computer::Descent;
 use touchdown_lander::guidance::Guidance;
-use touchdown_lander::space_controller::Pilot;
+use touchdown_lander::space_controller::SpaceController;
 
 use super::crew::cannot_be_flown;
 use super::landing::SpaceLander;
@@ -70,7 +70,7 @@ const MOST_OFF: f64 = 1e-4;
 pub struct Batch {
     lander: SpaceLander,
     legs: Legs,
-    pilot: Pilot<f64>,
+    pilot: SpaceController<f64>,
     guidance: Guidance<f64>,
     reference: Reference<f64>,
     steps: Steps,
@@ -124,7 +124,7 @@ impl Batch {
             return Err(check::fail(&key, expected, &found));
         }
         // The truth has no age.
-        let mut pilot = lander.computer.pilot;
+        let mut pilot = lander.computer.controller;
         (pilot.delays.sensing_s, pilot.delays.attitude_s) = (0.0, 0.0);
         pilot.validate().map_err(|error| cannot_be_flown(&error))?;
         let reference = match &lander.computer.descent {

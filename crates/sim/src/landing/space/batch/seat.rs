@@ -2,7 +2,7 @@
 
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_lander::guidance::GuidanceState;
-use touchdown_lander::space_controller::PilotState;
+use touchdown_lander::space_controller::SpaceControllerState;
 
 use super::{Batch, KNOT_STEPS};
 use crate::STEP_S;
@@ -19,7 +19,7 @@ use crate::landing::space::outcome::{SpaceLanding, SpaceOutcome, Touch};
 use crate::landing::space::touching::{Standing, Touching};
 
 /// State of the pilot that is simulated.
-pub(super) type PilotMemory = PilotState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
+pub(super) type PilotMemory = SpaceControllerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
 
 /// A landing in a lane.
 pub(super) struct Seat {

@@ -1,11 +1,11 @@
 //! What a step's input says, in the words of the table of transitions.
 
-use super::{Funnel, Lander, LanderInput, Reason};
+use super::{Funnel, MachineInput, Reason, StateMachine};
 use touchdown_flight::real::Real;
 
 /// What can be said of an input alone, without memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Facts {
+pub(super) struct Conditions {
     /// Why height and velocity above the deck are not known.
     pub(super) blind: Option<Reason>,
     /// `blind`, or the tag is lost.
@@ -43,7 +43,7 @@ fn first(reasons: &[(bool, Reason)]) -> Option<Reason> {
         .find_map(|&(bad, reason)| bad.then_some(reason))
 }
 
-impl<R: Real> LanderInput<R> {
+impl<R: Real> MachineInput<R> {
     /// The estimate of the vehicle's state is finite.
     fn is_known(&self) -> bool {
         let estimates = [
@@ -72,9 +72,9 @@ impl<R: Real> LanderInput<R> {
     }
 }
 
-impl<R: Real> Lander<R> {
+impl<R: Real> StateMachine<R> {
     // Conditions that let a landing go on are written so that NaN fails them.
-    pub(super) fn facts(&self, seen: &LanderInput<R>) -> Facts {
+    pub(super) fn conditions(&self, seen: &MachineInput<R>) -> Conditions {
         let blind = first(&[
             (!seen.is_known(), Reason::NotFinite),
             (seen.diverged, Reason::Diverged),
@@ -124,7 +124,7 @@ impl<R: Real> Lander<R> {
             && seen.contact != Some(false);
         let idle = seen.thrust_share <= self.idle_thrust_share;
         let carried = idle && seen.load_factor >= self.supported_load_factor;
-        Facts {
+        Conditions {
             blind,
             stale,
             unready,
