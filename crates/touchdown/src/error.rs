@@ -17,18 +17,18 @@ pub enum Error {
     /// A model card that cannot be read, written or flown.
     #[error(transparent)]
     Card(#[from] touchdown_model::CardError),
-    /// Identification that cannot start.
+    /// A fit or prediction that cannot be made.
     #[error(transparent)]
-    Identification(#[from] sindy::SindyError),
+    Identification(#[from] touchdown_identify::Error),
+    /// Landings that cannot be flown, stored or read.
+    #[error(transparent)]
+    Campaign(#[from] touchdown_campaign::Error),
     /// A simulation whose settings make no sense.
     #[error(transparent)]
     Simulation(#[from] touchdown_sim::SimError),
     /// A figure or report that cannot be drawn or written.
     #[error(transparent)]
     Report(#[from] touchdown_report::Error),
-    /// Flight settings out of range.
-    #[error("{0}")]
-    Flight(touchdown_flight::SettingsError),
     /// A settings or scenario file that cannot be understood.
     #[error("{file}: {message}")]
     Settings {
@@ -91,7 +91,9 @@ impl Error {
         match self {
             // A channel that is missing is the map's to give.
             Self::Trial(touchdown_trial::TrialError::Missing { .. }) => 2,
-            Self::File { .. } | Self::Identification(_) | Self::Data { .. } | Self::Trial(_) => 1,
+            Self::Identification(e) => e.exit_status(),
+            Self::Campaign(e) => e.exit_status(),
+            Self::File { .. } | Self::Data { .. } | Self::Trial(_) => 1,
             Self::Card(touchdown_model::CardError::File { .. }) | Self::Report(_) => 1,
             Self::Log(e) => match e.kind() {
                 ErrorKind::Unreadable | ErrorKind::Unwritable => 1,
@@ -99,12 +101,6 @@ impl Error {
             },
             _ => 2,
         }
-    }
-}
-
-impl From<touchdown_flight::SettingsError> for Error {
-    fn from(e: touchdown_flight::SettingsError) -> Self {
-        Self::Flight(e)
     }
 }
 

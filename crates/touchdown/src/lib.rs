@@ -1,41 +1,41 @@
-//! From a thrust log to a soft touchdown on a moving deck.
+//! From a thrust log to a soft touchdown on a moving deck: the experiments, the settings and the reports of the command
+//! `touchdown`.
 //!
 //! | module | what it is |
 //! | --- | --- |
-//! | [`identify`] | trials to model cards |
-//! | [`predict`] | free-run prediction from a card |
-//! | [`pilot`] | cards to controllers, by the methods' names |
-//! | [`campaign`] | many landings of one controller |
 //! | [`experiments`] | the paper's four experiments, and landings at sea |
-//! | [`results`] | what `reproduce` writes as `results.json` |
-//! | [`settings`], [`scenario`] | settings of whole runs, and scenario files |
+//! | [`settings`] | settings of whole runs, scenario files, and their defaults |
 //! | [`pages`] | reports: figures and HTML |
-//! | [`sweep`] | campaigns: landings in space over grids and draws of any setting |
-//! | [`recording`] | landings as MCAP and ULog files |
-//! | [`eye`] | rendered images and the detector in them, for landings |
-//! | [`files`] | files, written whole or not at all |
-//! | [`vehicle`] | the vehicle of model cards as the simulated one |
-//! | [`score`], [`statistics`] | errors, and figures over trials |
+//!
+//! What can be used without a command line stands in crates of its own: `touchdown-identify` and `touchdown-campaign`.
 
-pub mod campaign;
-pub mod csv;
-pub mod defaults;
 pub mod error;
 pub mod experiments;
-pub mod eye;
-pub mod files;
-pub mod identify;
 pub mod pages;
-pub mod pilot;
-pub mod predict;
-pub mod progress;
-pub mod recording;
-pub mod results;
-pub mod scenario;
-pub mod score;
 pub mod settings;
-pub mod statistics;
-pub mod sweep;
-pub mod vehicle;
 
 pub use error::{Error, Result};
+
+// Former paths, until all callers use the crates.
+pub use settings::defaults;
+pub use touchdown_campaign::vertical::{pilot, vehicle};
+pub use touchdown_campaign::{csv, files, progress, recording, statistics, sweep};
+pub use touchdown_identify::{prediction as predict, scores as score};
+/// Former path.
+pub mod campaign {
+    pub use touchdown_campaign::vertical::landings::*;
+}
+/// Former path.
+pub mod identify {
+    pub use touchdown_identify::{flights as flight, rig as ground_effect, *};
+}
+/// Former path.
+pub mod scenario {
+    pub use crate::settings::rig::*;
+    pub use touchdown_campaign::cards::CardPaths;
+    pub use touchdown_campaign::vertical::scenario::LandScenario;
+}
+/// Former path.
+pub mod results {
+    pub use crate::experiments::results::*;
+}

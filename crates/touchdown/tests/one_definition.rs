@@ -148,8 +148,7 @@ fn prop_inputs_of_a_ground_effect_trial_are_as_late_as_the_load_cell() {
         .unwrap()
         .with_channel("deck_velocity_mps", t.deck_velocity_mps.clone())
         .unwrap();
-    let prepare =
-        |card: &Card| touchdown::identify::ground_effect::prepare(&recorded, card).unwrap();
+    let prepare = |card: &Card| touchdown_identify::rig::prepare(&recorded, card).unwrap();
     let prompt = prepare(&card);
     assert_eq!(prompt.height_m, t.height_m);
     card.terms.push(touchdown_model::Term {

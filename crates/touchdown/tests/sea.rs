@@ -2,20 +2,19 @@
 
 use std::path::Path;
 
+use touchdown::experiments::sea::{How, SeaCell};
 use touchdown::progress::Silent;
 use touchdown::settings::ReproduceSettings;
-use touchdown::settings::sea::{How, SeaCell, SeaSettings};
 use touchdown::sweep;
 use touchdown_sim::deck::rigid::RigidMotion;
-use touchdown_sim::landing::space::{Case, Controller, DescentShape, FlightModels};
+use touchdown_sim::landing::space::{Case, Controller, DescentShape};
 
 fn cells(text: &str, folder: &Path) -> Result<Vec<SeaCell>, String> {
-    let settings: ReproduceSettings =
+    let mut settings: ReproduceSettings =
         touchdown::settings::parse(text, "s.toml").map_err(|e| e.to_string())?;
-    let sea: SeaSettings = settings.sea.from(folder);
-    let plant = &settings.rig.plant;
-    sea.cells(plant, &FlightModels::default(), 1, 1, "s.toml")
-        .map_err(|e| e.to_string())
+    settings.sea = settings.sea.from(folder);
+    settings.trials = 1;
+    touchdown::experiments::sea::cells(&settings, None, "s.toml").map_err(|e| e.to_string())
 }
 
 #[test]

@@ -98,7 +98,7 @@ impl Data {
         let one = std::slice::from_ref(&self.staircase);
         match area {
             "flight" => {
-                let flown: touchdown::Result<Vec<Flight>> = self
+                let flown: touchdown::identify::Result<Vec<Flight>> = self
                     .flights
                     .iter()
                     .map(|trial| Flight::of(trial, &settings.flight))

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use touchdown::identify::settings::{GroundEffectForm, ThrustForm};
 use touchdown::sweep::Shard;
@@ -123,7 +123,7 @@ pub(crate) enum Identify {
         #[command(flatten)]
         common: IdentifyCommon,
         /// Form of the model; without it, the data decide
-        #[arg(long)]
+        #[arg(long, value_parser = thrust_form())]
         form: Option<ThrustForm>,
         /// Degree of polynomials in throttle [default: 2]
         #[arg(long)]
@@ -152,7 +152,7 @@ pub(crate) enum Identify {
         #[arg(long)]
         thrust: Option<PathBuf>,
         /// Forms; repeatable [default: all five; into a single file `lag`]
-        #[arg(long)]
+        #[arg(long, value_parser = ground_effect_form())]
         form: Vec<GroundEffectForm>,
     },
 }
@@ -315,6 +315,21 @@ pub(crate) enum CampaignCommand {
 /// Names of controllers; the last two fly in six degrees of freedom only.
 fn controllers() -> PossibleValuesParser {
     PossibleValuesParser::new(Controller::ALL.map(Controller::name))
+}
+
+/// Forms of thrust models, by name.
+fn thrust_form() -> impl TypedValueParser<Value = ThrustForm> {
+    let described = |form: ThrustForm| PossibleValue::new(form.name()).help(form.description());
+    PossibleValuesParser::new(ThrustForm::ALL.map(described))
+        .try_map(|name| name.parse::<ThrustForm>())
+}
+
+/// Forms of ground-effect models, by name.
+fn ground_effect_form() -> impl TypedValueParser<Value = GroundEffectForm> {
+    let described =
+        |form: GroundEffectForm| PossibleValue::new(form.name()).help(form.description());
+    PossibleValuesParser::new(GroundEffectForm::ALL.map(described))
+        .try_map(|name| name.parse::<GroundEffectForm>())
 }
 
 const LAND: &str = "\

@@ -55,7 +55,7 @@ fn load(args: &ReproduceArgs) -> Result<ReproduceSettings> {
     if let Some(trials) = args.trials {
         settings.trials = trials;
     }
-    settings.check(&file)?;
+    experiments::check(&settings, &file)?;
     Ok(settings)
 }
 
@@ -108,7 +108,8 @@ fn write(context: &Context, run: &Run, results: &Results, out: &Path) -> Result<
     context.step();
     pages::reproduce(run, results, out)?;
     context.step();
-    output::write(&out.join("results.json"), output::json(results)?.as_bytes())
+    let text = output::json(results)?;
+    Ok(output::write(&out.join("results.json"), text.as_bytes())?)
 }
 
 fn cards(run: &Run) -> Vec<&Card> {

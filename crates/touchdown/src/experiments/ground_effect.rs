@@ -7,15 +7,15 @@ use touchdown_sim::rig::sets::{self, VALIDATION_KINDS};
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};
-use crate::identify::ground_effect::levels::{self, Fitted, Level};
-use crate::identify::ground_effect::relative::{self, RelativeVelocity};
-use crate::identify::ground_effect::{self, GroundTrial, before};
-use crate::identify::making::score;
-use crate::identify::settings::GroundEffectForm;
-use crate::identify::{Made, Origin};
-use crate::progress::Progress;
-use crate::score::Errors;
 use crate::settings::ReproduceSettings;
+use touchdown_campaign::progress::Progress;
+use touchdown_identify::fitted::score;
+use touchdown_identify::rig::levels::{self, Fitted, Level};
+use touchdown_identify::rig::relative::{self, RelativeVelocity};
+use touchdown_identify::rig::{self, GroundTrial, before};
+use touchdown_identify::scores::Errors;
+use touchdown_identify::settings::GroundEffectForm;
+use touchdown_identify::{Made, Origin};
 
 /// One data set with the models fitted to it.
 #[derive(Clone, Debug)]
@@ -137,7 +137,7 @@ pub fn run(
         let fitted: Vec<(Made, Vec<Judged>)> = GroundEffectForm::ALL
             .into_par_iter()
             .map(|form| {
-                let mut made = ground_effect::fit(form, &prepared, identification, origin)?;
+                let mut made = rig::fit(form, &prepared, identification, origin)?;
                 made.card.name =
                     format!("ground-effect-{}-{}", form.name(), name.replace('_', "-"));
                 let judged: Vec<Judged> = validation
@@ -189,7 +189,7 @@ pub fn run(
         let origin = &origin.with_inputs(&recorded);
         let identification = &settings.identification;
         let form = GroundEffectForm::Derivative;
-        let mut made = ground_effect::fit(form, &prepared, identification, origin)?;
+        let mut made = rig::fit(form, &prepared, identification, origin)?;
         made.card.name = "ground-effect-derivative-moving-data".to_string();
         run_freely(&mut made, &prepare(&unseen, thrust_card)?)?;
         progress.step();
@@ -213,7 +213,7 @@ pub fn run(
 fn prepare(trials: &[Trial], thrust_card: &Card) -> Result<Vec<GroundTrial>> {
     trials
         .par_iter()
-        .map(|t| ground_effect::prepare(t, thrust_card))
+        .map(|t| Ok(rig::prepare(t, thrust_card)?))
         .collect()
 }
 
@@ -244,7 +244,7 @@ fn run_freely(made: &mut Made, unseen: &[GroundTrial]) -> Result<()> {
 }
 
 fn judge(card: &Card, trial: &GroundTrial) -> Result<Judged> {
-    let predicted = ground_effect::predict(card, trial)?;
+    let predicted = rig::predict(card, trial)?;
     Ok(Judged {
         truth: compare(&trial.name, &predicted, trial.reference_n())?,
         raw: compare(&trial.name, &predicted, &trial.force_n)?,

@@ -2,11 +2,11 @@
 
 use touchdown_sim::landing::vertical::Landing;
 
-use crate::campaign::{self, LandingFigures};
 use crate::error::Result;
-use crate::pilot::{Cards, Method, autopilot};
-use crate::progress::Progress;
 use crate::settings::{LandSettings, ReproduceSettings};
+use touchdown_campaign::progress::Progress;
+use touchdown_campaign::vertical::landings::{self, LandingFigures};
+use touchdown_campaign::vertical::pilot::{Cards, Method, autopilot};
 
 /// Landings of each method that keep their time series, for figures.
 pub const TRACES: usize = 5;
@@ -53,7 +53,7 @@ pub fn run(
             .iter()
             .map(|&method| {
                 let pilot = autopilot(method, cards, land, acceleration)?;
-                let landings = campaign::run(
+                let landings = landings::run(
                     &land.scenario,
                     &pilot,
                     settings.trials,

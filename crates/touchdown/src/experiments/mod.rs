@@ -2,20 +2,22 @@
 
 pub mod ground_effect;
 pub mod landing;
+pub mod results;
 pub mod sea;
 pub mod thrust;
 
 use rayon::prelude::*;
+use touchdown_campaign::progress::Progress;
+use touchdown_campaign::settings_file::check_seed;
+use touchdown_campaign::vertical::pilot::{self, Cards};
+use touchdown_identify::settings::GroundEffectForm;
+use touchdown_identify::{Origin, rig as force_rig, thrust as stand};
 use touchdown_model::card::Vehicle;
 use touchdown_sim::rig::sets;
 use touchdown_sim::rig::{self, RigSettings, RigTrial};
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};
-use crate::identify::settings::GroundEffectForm;
-use crate::identify::{self, Origin};
-use crate::pilot::Cards;
-use crate::progress::Progress;
 use crate::settings::ReproduceSettings;
 
 /// All experiments of one run.
@@ -40,7 +42,7 @@ pub struct Run {
 /// # Errors
 /// Settings that make no sense.
 pub fn run(settings: &ReproduceSettings, progress: &dyn Progress) -> Result<Run> {
-    settings.check("settings")?;
+    check(settings, "settings")?;
     let origin = origin(settings, Some(command(settings)))?;
     let thrust = thrust::run(settings, &origin, progress)?;
     // The force is extracted with the better of the two: the plate was out of the way.
@@ -66,6 +68,39 @@ pub fn run(settings: &ReproduceSettings, progress: &dyn Progress) -> Result<Run>
         landing,
         sea,
     })
+}
+
+/// Checks all settings of a run; `file` names them in errors.
+///
+/// # Errors
+/// The first setting out of range.
+pub fn check(settings: &ReproduceSettings, file: &str) -> Result<()> {
+    let bad = |key: &str, message: String| Error::Settings {
+        file: file.to_string(),
+        message: format!("key `{key}`: {message}"),
+    };
+    if !(1..=100_000).contains(&settings.trials) {
+        return Err(bad(
+            "trials",
+            format!("expected 1 to 100000, found {}", settings.trials),
+        ));
+    }
+    check_seed(settings.seed, file)?;
+    settings
+        .rig
+        .validate()
+        .map_err(|e| bad("rig", e.to_string()))?;
+    settings.identification.check(file)?;
+    for (key, land) in [
+        ("ground_landing", settings.ground_landing),
+        ("deck_landing", settings.deck_landing),
+    ] {
+        pilot::check(&land).map_err(|e| bad(&format!("{key}.control"), e.to_string()))?;
+        land.scenario
+            .validate()
+            .map_err(|e| bad(&format!("{key}.scenario"), e.to_string()))?;
+    }
+    sea::cells(settings, None, file).map(drop)
 }
 
 /// The command that redoes a run with these settings.
@@ -106,7 +141,7 @@ pub fn identify_cards(rig: &RigSettings, seed: u64, progress: &dyn Progress) -> 
         rig: *rig,
         ..ReproduceSettings::default()
     };
-    settings.check("settings")?;
+    check(&settings, "settings")?;
     let origin = origin(&settings, None)?;
     let identification = &settings.identification;
     let thrust_trials = sets::thrust_training(false, extent(&settings));
@@ -117,16 +152,16 @@ pub fn identify_cards(rig: &RigSettings, seed: u64, progress: &dyn Progress) -> 
     );
     let recorded = record(&thrust_trials, &settings, progress)?;
     let thrust_origin = origin.with_inputs(&recorded);
-    let thrust = identify::thrust::library(&recorded, identification, &thrust_origin)?.card;
+    let thrust = stand::library(&recorded, identification, &thrust_origin)?.card;
     progress.step();
     let recorded = record(&ground_trials, &settings, progress)?;
     let ground_origin = origin.with_inputs(&recorded);
     let prepared = recorded
         .iter()
-        .map(|t| identify::ground_effect::prepare(t, &thrust))
+        .map(|t| Ok(force_rig::prepare(t, &thrust)?))
         .collect::<Result<Vec<_>>>()?;
     let fit = |form| -> Result<_> {
-        let made = identify::ground_effect::fit(form, &prepared, identification, &ground_origin)?;
+        let made = force_rig::fit(form, &prepared, identification, &ground_origin)?;
         progress.step();
         Ok(made.card)
     };
@@ -147,7 +182,7 @@ fn origin(settings: &ReproduceSettings, command: Option<String>) -> Result<Origi
     };
     let mut origin = Origin::of(&[], vehicle);
     origin.provenance.seed = Some(settings.seed);
-    origin.provenance.settings_sha256 = Some(crate::results::settings_sha256(settings)?);
+    origin.provenance.settings_sha256 = Some(results::settings_sha256(settings)?);
     origin.provenance.command = command;
     Ok(origin)
 }

@@ -2,16 +2,62 @@
 //!
 //! Landings are those of a campaign (`touchdown campaign`): every case is a sweep of one point.
 
-use rayon::prelude::*;
-use touchdown_sim::landing::space::{Case, FlightModels, SpaceTrace};
+use std::path::Path;
 
-use crate::error::Result;
-use crate::pilot::Cards;
-use crate::progress::Progress;
-use crate::scenario::put_into;
+use rayon::prelude::*;
+use toml::{Table, Value};
+use touchdown_campaign::cards::put_into;
+use touchdown_campaign::progress::Progress;
+use touchdown_campaign::settings_file::merge;
+use touchdown_campaign::sweep::{self, Figures, Row, Sweep, SweepSettings};
+use touchdown_campaign::vertical::pilot::Cards;
+use touchdown_sim::deck::rigid::RigidMotion;
+use touchdown_sim::landing::space::{
+    Case, Controller, DescentShape, FlightModels, SpaceScenario, SpaceTrace,
+};
+
+use crate::error::{Error, Result};
 use crate::settings::ReproduceSettings;
-use crate::settings::sea::{How, SeaCell};
-use crate::sweep::{self, Figures, Row};
+
+/// Keys that the cases themselves set.
+const OF_CASES: [&str; 3] = ["deck", "faults", "ground_effect_strength"];
+
+/// How a landing is flown.
+#[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd)]
+pub enum How {
+    /// As set: by default `dynamic+observer`, and a planner that waits for a window and plans the descent.
+    Planned,
+    /// The same controller and reference, but straight down as soon as the vehicle is ready.
+    StraightDown,
+    /// The paper's own set-up: `dynamic` with the exponential reference.
+    Published,
+}
+
+impl How {
+    /// All of them, in the order of tables.
+    pub const ALL: [Self; 3] = [Self::Planned, Self::StraightDown, Self::Published];
+
+    /// The name in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Planned => "planned",
+            Self::StraightDown => "straight_down",
+            Self::Published => "published",
+        }
+    }
+}
+
+/// Landings of one case, flown in one way.
+#[derive(Clone, Debug)]
+pub struct SeaCell {
+    /// The case.
+    pub case: Case,
+    /// How it is flown.
+    pub how: How,
+    /// The landings, a campaign of one point.
+    pub sweep: Sweep,
+}
 
 /// The landings of one case, flown in one way.
 #[derive(Clone, Debug)]
@@ -47,8 +93,12 @@ impl SeaExperiment {
     }
 }
 
-/// The landings' settings with the models of `cards`.
-pub(crate) fn cells(
+/// The landings of all cases with the models of `cards`, checked: `trials` of every case, half as many of every fault;
+/// `file` names the settings in errors.
+///
+/// # Errors
+/// Keys and values that make no sense, with file, key, expected and found.
+pub fn cells(
     settings: &ReproduceSettings,
     cards: Option<&Cards>,
     file: &str,
@@ -62,13 +112,69 @@ pub(crate) fn cells(
             &mut models,
         )?;
     }
-    settings.sea.cells(
-        &settings.rig.plant,
-        &models,
-        settings.trials,
-        settings.seed,
-        file,
-    )
+    let sea = &settings.sea;
+    let bad = |key: &str, message: String| Error::Settings {
+        file: file.to_string(),
+        message: format!("key `sea.{key}`: {message}"),
+    };
+    if let Some(key) = OF_CASES.iter().find(|key| sea.scenario.contains_key(**key)) {
+        return Err(bad(
+            &format!("scenario.{key}"),
+            "is what the cases differ in; `touchdown campaign` sweeps it".into(),
+        ));
+    }
+    let trials = settings.trials;
+    let decks = Case::DECKS
+        .into_iter()
+        .flat_map(|c| How::ALL.map(|h| (c, h, trials)));
+    let faults = Case::FAULTS.map(|case| (case, How::Planned, trials.div_ceil(2)));
+    decks
+        .chain(faults)
+        .map(|(case, how, trials)| {
+            let mut scenario = SpaceScenario {
+                plant: settings.rig.plant,
+                models,
+                ..case.scenario()
+            };
+            let mut series = None;
+            if case == Case::Sea {
+                series.clone_from(&sea.series);
+                scenario.deck = match series {
+                    Some(_) => RigidMotion::Still {},
+                    None => RigidMotion::Sea(sea.wave),
+                };
+            }
+            let mut scenario =
+                with_keys(&scenario, &sea.scenario).map_err(|message| bad("scenario", message))?;
+            match how {
+                How::Planned => {}
+                How::StraightDown => scenario.control.planner = false,
+                How::Published => {
+                    scenario.control.controller = Controller::Dynamic;
+                    scenario.control.reference = DescentShape::Exponential;
+                }
+            }
+            let sweep = SweepSettings {
+                seed: settings.seed,
+                trials: trials as u64,
+                series,
+                scenario,
+                ..SweepSettings::default()
+            };
+            let named = format!("{file}: sea, case `{}`", case.name());
+            let sweep = Sweep::new(sweep, Path::new(""), named)?;
+            Ok(SeaCell { case, how, sweep })
+        })
+        .collect()
+}
+
+/// A scenario with the keys that are changed.
+fn with_keys(scenario: &SpaceScenario, keys: &Table) -> std::result::Result<SpaceScenario, String> {
+    let mut whole = Table::try_from(scenario).map_err(|e| e.to_string())?;
+    merge(&mut whole, keys.clone());
+    Value::Table(whole)
+        .try_into()
+        .map_err(|e: toml::de::Error| e.message().to_string())
 }
 
 /// Runs the experiment with the models of `cards`.

@@ -5,12 +5,12 @@ use touchdown_sim::rig::sets;
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};
-use crate::identify::making::score;
-use crate::identify::settings::DeadTime;
-use crate::identify::{IdentificationSettings, Made, Origin, thrust};
-use crate::progress::Progress;
-use crate::score::Errors;
 use crate::settings::ReproduceSettings;
+use touchdown_campaign::progress::Progress;
+use touchdown_identify::fitted::score;
+use touchdown_identify::scores::Errors;
+use touchdown_identify::settings::DeadTime;
+use touchdown_identify::{IdentificationSettings, Made, Origin, thrust};
 
 /// The models that are compared, by their names in results.
 pub const MODELS: [&str; 3] = ["eq8", "eq7", "eq8_as_published"];

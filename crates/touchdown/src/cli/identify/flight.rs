@@ -49,7 +49,7 @@ pub(super) fn thrust(
 ) -> Result<(Made, FlightResult)> {
     let flights: Vec<Flight> = trials
         .iter()
-        .map(|trial| Flight::of(trial, &settings.flight))
+        .map(|trial| Ok(Flight::of(trial, &settings.flight)?))
         .collect::<Result<_>>()?;
     let found = thrust_alone(&flights, &settings.flight)?;
     let mut made = found.thrust_of(settings, origin).ok_or_else(|| {
@@ -135,7 +135,7 @@ pub(super) fn run(
     context.stage("fitting", 1);
     let flights: Vec<Flight> = logs
         .iter()
-        .map(|log| Flight::of(&log.trial, &settings.flight))
+        .map(|log| Ok(Flight::of(&log.trial, &settings.flight)?))
         .collect::<Result<_>>()?;
     let card = thrust.map(ground::thrust_card).transpose()?;
     let found = ground_effect_with(&flights, &settings.flight, card.as_ref())?;

@@ -112,7 +112,9 @@ pub(super) fn run(
             };
             let card = format!("{}.toml", form.name());
             origin.provenance.command = Some(command.text(&common.logs, &card));
-            let made = ground_effect::fit(form, &trials, settings, &origin).and_then(finite);
+            let made = ground_effect::fit(form, &trials, settings, &origin)
+                .map_err(Error::from)
+                .and_then(finite);
             context.step();
             made
         })
@@ -239,7 +241,7 @@ fn levels(
                     free_run_rmse_n: None,
                 })
                 .collect();
-            levels::compare(&training, &unseen, &fits, settings)
+            Ok(levels::compare(&training, &unseen, &fits, settings)?)
         });
     found.or_else(|e| {
         context.warn(&format!("the levels were not compared: {e}"));

@@ -91,7 +91,7 @@ fn settings_name(common: &IdentifyCommon) -> String {
 
 fn read_settings(common: &IdentifyCommon) -> Result<IdentificationSettings> {
     match &common.settings {
-        Some(path) => settings::read(path),
+        Some(path) => Ok(settings::read(path)?),
         None => Ok(IdentificationSettings::default()),
     }
 }
@@ -158,7 +158,10 @@ fn write_tables<T: serde::Serialize>(
     output::write(&folder.join("inputs/settings.toml"), text.as_bytes())?;
     // Last: where it stands, all else does.
     let text = output::json(results)?;
-    output::write(&folder.join("results.json"), text.as_bytes())
+    Ok(output::write(
+        &folder.join("results.json"),
+        text.as_bytes(),
+    )?)
 }
 
 fn done(loss: bool) -> Done {

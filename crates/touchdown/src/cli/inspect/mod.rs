@@ -398,8 +398,9 @@ fn write(
     let report = pages::inspect::report(&command, &sections)?;
     output::results_folder(folder)?;
     pages::identify::write(folder, sections.iter().flat_map(|s| &s.figures), &report)?;
-    output::write(
+    let text = output::json(results)?;
+    Ok(output::write(
         &folder.join("results.json"),
-        output::json(results)?.as_bytes(),
-    )
+        text.as_bytes(),
+    )?)
 }

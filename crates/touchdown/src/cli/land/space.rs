@@ -123,7 +123,7 @@ fn load(args: &LandArgs) -> Result<Sweep> {
             .grid
             .insert(CONTROLLER.to_string(), args.controllers.clone().into());
     }
-    Sweep::new(settings, folder, file)
+    Ok(Sweep::new(settings, folder, file)?)
 }
 
 /// Every landing in a row, after the swept settings.

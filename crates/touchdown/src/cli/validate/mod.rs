@@ -370,8 +370,9 @@ fn write(
         show::csv(header, table).as_bytes(),
     )?;
     pages::identify::write(folder, &figures, &report)?;
-    output::write(
+    let text = output::json(results)?;
+    Ok(output::write(
         &folder.join("results.json"),
-        output::json(results)?.as_bytes(),
-    )
+        text.as_bytes(),
+    )?)
 }

@@ -24,7 +24,7 @@ pub fn figures(trials: &[GroundTrial], fits: &[Made]) -> Result<Vec<Figure>> {
     for (index, made) in fits.iter().enumerate() {
         let of_fit: Vec<Vec<f64>> = trials
             .iter()
-            .map(|t| predict(&made.card, t))
+            .map(|t| Ok(predict(&made.card, t)?))
             .collect::<Result<_>>()?;
         let join =
             |f: &dyn Fn(usize) -> Vec<f64>| -> Vec<f64> { (0..trials.len()).flat_map(f).collect() };

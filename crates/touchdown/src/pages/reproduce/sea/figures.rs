@@ -4,10 +4,10 @@ use touchdown_report::{Color, Figure, Panel, Series};
 use touchdown_sim::landing::space::{Case, SpaceTrace, TraceRow};
 
 use super::words;
+use crate::experiments::sea::How;
 use crate::experiments::sea::SeaExperiment;
 use crate::pages::page::shares_below;
 use crate::pages::track::{estimated, estimated_deck_mps};
-use crate::settings::sea::How;
 use crate::statistics::Share;
 use crate::sweep::Figures;
 

@@ -9,8 +9,8 @@ use super::super::page::{Page, half_interval, show, spread};
 use super::verdict::{Ratio, ratio_text};
 use crate::error::Result;
 use crate::experiments::Run;
+use crate::experiments::sea::How;
 use crate::experiments::sea::{SeaExperiment, SeaLandings};
-use crate::settings::sea::How;
 use crate::statistics::{Share, Summary};
 use crate::sweep::Figures;
 

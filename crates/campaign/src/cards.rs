@@ -1,0 +1,80 @@
+//! Model cards that landings are flown with, by their paths.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use touchdown_flight::ground_effect::GroundEffectModel;
+use touchdown_model::Card;
+use touchdown_sim::landing::space::FlightModels;
+
+use crate::error::{Error, Result};
+
+/// Paths of model cards, relative to the scenario file; a model without a card is identified on the virtual
+/// rig first.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CardPaths {
+    /// Throttle to thrust.
+    pub thrust: Option<PathBuf>,
+    /// Eq. (2), for `empirical`.
+    pub empirical: Option<PathBuf>,
+    /// The model of `dynamic`: any ground-effect form.
+    pub dynamic: Option<PathBuf>,
+}
+
+impl CardPaths {
+    /// The same with relative paths taken from `folder`.
+    #[must_use]
+    pub fn from(self, folder: &Path) -> Self {
+        let join = |p: Option<PathBuf>| p.map(|p| folder.join(p));
+        Self {
+            thrust: join(self.thrust),
+            empirical: join(self.empirical),
+            dynamic: join(self.dynamic),
+        }
+    }
+}
+
+impl CardPaths {
+    /// Puts the models of the cards that are given in place of others.
+    ///
+    /// # Errors
+    /// Cards that cannot be read or flown.
+    pub fn put_into(&self, models: &mut FlightModels) -> Result<()> {
+        let read = |path: &Option<PathBuf>| path.as_deref().map(Card::read).transpose();
+        put_into(
+            read(&self.thrust)?.as_ref(),
+            read(&self.empirical)?.as_ref(),
+            read(&self.dynamic)?.as_ref(),
+            models,
+        )
+    }
+}
+
+/// Puts the models of cards in place of others.
+///
+/// # Errors
+/// Cards that cannot be flown.
+pub fn put_into(
+    thrust: Option<&Card>,
+    empirical: Option<&Card>,
+    dynamic: Option<&Card>,
+    models: &mut FlightModels,
+) -> Result<()> {
+    if let Some(card) = thrust {
+        models.thrust = card.thrust_model()?;
+    }
+    if let Some(card) = dynamic {
+        models.dynamic = card.ground_effect()?;
+    }
+    if let Some(card) = empirical {
+        let GroundEffectModel::Empirical(law) = card.ground_effect()?.model else {
+            return Err(Error::Arguments(format!(
+                "`empirical` needs a card of form `empirical` (eq. 2); card `{}` is of form {:?}",
+                card.name, card.form
+            )));
+        };
+        models.mu = law.mu;
+    }
+    Ok(())
+}

@@ -1,0 +1,27 @@
+//! Simulated landings: many of them, their figures, and their recordings.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`sweep`] | campaigns: landings in space over grids and random draws of any setting, stored in blocks |
+//! | [`vertical`] | vertical landings of the paper's methods |
+//! | [`recording`] | landings as MCAP and ULog files |
+//! | [`camera`] | rendered images and the tag detector, for landings that see |
+//! | [`cards`] | the model cards that are flown, by their paths |
+//! | [`statistics`] | means, shares and percentiles over landings |
+//! | [`settings_file`] | settings as TOML files |
+//! | [`files`], [`csv`] | files that are written whole, lines of tables |
+//! | [`progress`] | progress of long work |
+
+pub mod camera;
+pub mod cards;
+pub mod csv;
+pub mod error;
+pub mod files;
+pub mod progress;
+pub mod recording;
+pub mod settings_file;
+pub mod statistics;
+pub mod sweep;
+pub mod vertical;
+
+pub use error::{Error, Result};

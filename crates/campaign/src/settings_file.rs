@@ -1,0 +1,82 @@
+//! Settings as they stand in TOML files.
+
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::error::{Error, Result};
+
+/// Checks a seed: TOML has 64-bit signed numbers.
+///
+/// # Errors
+/// A seed that TOML cannot hold.
+pub fn check_seed(seed: u64, file: &str) -> Result<()> {
+    if i64::try_from(seed).is_ok() {
+        return Ok(());
+    }
+    Err(Error::Settings {
+        file: file.to_string(),
+        message: format!("key `seed`: expected at most {}, found {seed}", i64::MAX),
+    })
+}
+
+/// Reads settings from a TOML file. Keys that the file leaves out, at any depth, have the value that they have in
+/// `T::default()`.
+///
+/// # Errors
+/// A file that cannot be read, or keys and values that make no sense, with file, line and key.
+pub fn read<T: Default + DeserializeOwned + Serialize>(path: &Path) -> Result<T> {
+    let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, e))?;
+    parse(&text, &path.display().to_string())
+}
+
+/// As [`read`], from text; `file` names it in errors.
+///
+/// # Errors
+/// Keys and values that make no sense, with file, line and key.
+pub fn parse<T: Default + DeserializeOwned + Serialize>(text: &str, file: &str) -> Result<T> {
+    let bad = |e: toml::de::Error| Error::Settings {
+        file: file.to_string(),
+        message: e.to_string().trim_end().to_string(),
+    };
+    let given: toml::Table = toml::from_str(text).map_err(bad)?;
+    let mut whole: toml::Table = toml::from_str(&to_toml(&T::default())?).map_err(bad)?;
+    merge(&mut whole, given);
+    whole.try_into().map_err(|merged| {
+        // The text as it stands gives the same error with its line, unless it merely leaves keys out.
+        match toml::from_str::<T>(text) {
+            Err(e) if !e.message().contains("missing field") => bad(e),
+            _ => bad(merged),
+        }
+    })
+}
+
+/// Puts `given` over `base`, table by table. A table of another `kind` (or `shape`) replaces the old one whole.
+pub fn merge(base: &mut toml::Table, given: toml::Table) {
+    for (key, value) in given {
+        match (base.get_mut(&key), value) {
+            (Some(toml::Value::Table(old)), toml::Value::Table(new))
+                if ["kind", "shape"]
+                    .iter()
+                    .all(|tag| new.get(*tag).is_none_or(|of| old.get(*tag) == Some(of))) =>
+            {
+                merge(old, new);
+            }
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
+}
+
+/// Settings as TOML text.
+///
+/// # Errors
+/// A value that TOML cannot hold.
+pub fn to_toml<T: Serialize>(settings: &T) -> Result<String> {
+    toml::to_string(settings).map_err(|e| Error::Settings {
+        file: "settings".to_string(),
+        message: e.to_string(),
+    })
+}

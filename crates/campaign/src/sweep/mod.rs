@@ -1,0 +1,37 @@
+//! Campaigns: landings in space over grids and random draws of any setting.
+//!
+//! A campaign is a list of landings in a fixed order: point by point of the grid, trial by trial. A landing is a
+//! pure function of the settings and its place in the list; trial k has the same seed, and the same draws, at every
+//! point, so that points are compared in the same air. The list is cut into blocks of a fixed length. A block is one
+//! Parquet file, written whole or not at all, so that any number of threads, any split into shards and any
+//! interruption give the same bytes.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | `settings` | the sweep file |
+//! | `keys`, `draw` | dotted keys, distributions |
+//! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
+//! | `row`, `store` | landings as rows, blocks as files, merging |
+//! | `run` | flying what is missing |
+//! | `summary`, `csv` | figures of every point |
+
+mod check;
+mod csv;
+mod draw;
+mod keys;
+mod points;
+mod recent;
+mod row;
+mod run;
+mod settings;
+mod store;
+mod summary;
+
+pub use draw::Distribution;
+pub use points::{SERIES, Sweep};
+pub use row::number;
+pub use row::{Row, text};
+pub use run::{Shard, fly, replay, rows};
+pub use settings::{SeriesSettings, SweepSettings};
+pub use store::{Store, merge};
+pub use summary::{CampaignResults, Figures, PointFigures, PointOf, Spread, Worst, summarise};

@@ -1,0 +1,375 @@
+//! A checked sweep: its points, its draws, and the landing computer and vehicle of each landing.
+
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use sha2::{Digest as _, Sha256};
+use toml::{Table, Value};
+use touchdown_sim::deck::rigid::{RigidDeck, RigidMotion};
+use touchdown_sim::deck::series::MotionSeries;
+use touchdown_sim::landing::space::{SpaceLander, SpaceScenario};
+
+use super::draw::Distribution;
+use super::keys::{distributions, lists, set};
+use super::recent::Recent;
+use super::settings::SweepSettings;
+use crate::error::{Error, Result};
+use crate::settings_file::{check_seed, read, to_toml};
+
+/// Name of a measured motion in the folder of a campaign or run.
+pub const SERIES: &str = "series.csv";
+/// The most points of a grid.
+const POINTS: u64 = 100_000;
+/// The most landings of a campaign.
+const LANDINGS: u64 = 100_000_000;
+
+/// A sweep that has been checked.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    /// As given, but for cards, which have become `scenario.models`, and keys, which are dotted.
+    pub(super) settings: SweepSettings,
+    base: Table,
+    grid: Vec<(String, Vec<Value>)>,
+    pub(super) random: Vec<(String, Distribution)>,
+    deck: Option<RigidDeck>,
+    /// The measured motion, as its file has it.
+    pub(super) series: Option<Vec<u8>>,
+    file: String,
+    sha256: String,
+    /// The landers of points that were flown last, where all of their trials share them.
+    flown: Recent<SpaceLander>,
+}
+
+impl Sweep {
+    /// Reads a sweep file with everything that it names; `trials` and `seed` override the file's.
+    ///
+    /// # Errors
+    /// Files that cannot be read; keys and values that make no sense at any point of the grid or for any draw, with
+    /// file, key, expected and found.
+    pub fn read(path: &Path, trials: Option<u64>, seed: Option<u64>) -> Result<Self> {
+        let sweep = Self::load(path, trials, seed)?;
+        sweep.check()?;
+        Ok(sweep)
+    }
+
+    /// As [`Self::read`], without building what is going to be flown: for sweeps that are checked, or compared with one
+    /// that is.
+    pub(super) fn load(path: &Path, trials: Option<u64>, seed: Option<u64>) -> Result<Self> {
+        let mut settings = read::<SweepSettings>(path)?;
+        settings.trials = trials.unwrap_or(settings.trials);
+        settings.seed = seed.unwrap_or(settings.seed);
+        let folder = path.parent().unwrap_or(Path::new("."));
+        Self::unchecked(settings, folder, path.display().to_string())
+    }
+
+    /// Checks settings; files that they name are looked for in `folder`, and `file` names them in errors.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn new(settings: SweepSettings, folder: &Path, file: String) -> Result<Self> {
+        let sweep = Self::unchecked(settings, folder, file)?;
+        sweep.check()?;
+        Ok(sweep)
+    }
+
+    fn unchecked(mut settings: SweepSettings, folder: &Path, file: String) -> Result<Self> {
+        let bad = |key: &str, message: &str| Error::Settings {
+            file: file.clone(),
+            message: format!("key `{key}`: {message}"),
+        };
+        check_seed(settings.seed, &file)?;
+        for (key, value, most) in [
+            ("trials", settings.trials, LANDINGS),
+            ("block", settings.block, 1_000_000),
+        ] {
+            if !(1..=most).contains(&value) {
+                return Err(bad(key, &format!("expected 1 to {most}, found {value}")));
+            }
+        }
+        let cards = std::mem::take(&mut settings.cards).from(folder);
+        cards.put_into(&mut settings.scenario.models)?;
+        let mut grid = Vec::new();
+        lists("", &settings.grid, &mut grid)
+            .map_err(|(key, message)| bad(&format!("grid.{key}"), &message))?;
+        let mut random = Vec::new();
+        distributions("", &settings.random, &mut random)
+            .map_err(|(key, message)| bad(&format!("random.{key}"), &message))?;
+        grid.sort_by(|a, b| a.0.cmp(&b.0));
+        random.sort_by(|a, b| a.0.cmp(&b.0));
+        let keys: Vec<&String> = grid
+            .iter()
+            .map(|g| &g.0)
+            .chain(random.iter().map(|r| &r.0))
+            .collect();
+        for (i, key) in keys.iter().enumerate() {
+            let clashes = |other: &&&String| {
+                key == *other
+                    || key.starts_with(&format!("{other}."))
+                    || other.starts_with(&format!("{key}."))
+            };
+            if let Some(other) = keys[..i].iter().find(clashes) {
+                return Err(bad(key, &format!("is swept twice, by `{other}` as well")));
+            }
+        }
+        let points = grid
+            .iter()
+            .try_fold(1_u64, |n, (_, values)| n.checked_mul(values.len() as u64));
+        if points.is_none_or(|n| n > POINTS) {
+            let found = points.map_or("more".to_string(), |n| n.to_string());
+            return Err(bad(
+                "grid",
+                &format!("expected at most {POINTS} points, found {found}"),
+            ));
+        }
+        let landings = points.and_then(|n| n.checked_mul(settings.trials));
+        if landings.is_none_or(|n| n > LANDINGS) {
+            return Err(bad(
+                "trials",
+                &format!(
+                    "expected at most {LANDINGS} landings in all, found {} at each of {} points",
+                    settings.trials,
+                    points.unwrap_or(0)
+                ),
+            ));
+        }
+        let mut series = None;
+        let mut deck = None;
+        if let Some(given) = &mut settings.series {
+            if settings.scenario.deck != RigidMotion::default()
+                || keys.iter().any(|k| *k == "deck" || k.starts_with("deck."))
+            {
+                return Err(bad(
+                    "series",
+                    "the deck moves as measured: `scenario.deck` and its keys are not to be set",
+                ));
+            }
+            let at = folder.join(&given.file);
+            let bytes = std::fs::read(&at).map_err(|e| Error::file(&at, e))?;
+            let unfit = |e: touchdown_sim::SimError| Error::Settings {
+                file: at.display().to_string(),
+                message: e.to_string(),
+            };
+            let mut motion =
+                MotionSeries::read_csv(bytes.as_slice(), &given.format).map_err(unfit)?;
+            if let Some(height) = given.significant_height_m {
+                motion = motion.scaled_to(height).map_err(unfit)?;
+            }
+            deck = Some(motion.deck());
+            series = Some(bytes);
+            given.file = SERIES.into();
+        }
+        settings.grid = grid
+            .iter()
+            .map(|(key, values)| (key.clone(), Value::Array(values.clone())))
+            .collect();
+        settings.random = random
+            .iter()
+            .map(|(key, of)| Value::try_from(of).map(|value| (key.clone(), value)))
+            .collect::<std::result::Result<_, _>>()
+            .map_err(|e| bad("random", &e.to_string()))?;
+        let base =
+            Table::try_from(&settings.scenario).map_err(|e| bad("scenario", &e.to_string()))?;
+        let mut hash = Sha256::new();
+        hash.update(env!("CARGO_PKG_VERSION"));
+        hash.update(to_toml(&settings)?);
+        hash.update(Sha256::digest(series.as_deref().unwrap_or_default()));
+        let sha256 = hash
+            .finalize()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
+        Ok(Self {
+            settings,
+            base,
+            grid,
+            random,
+            deck,
+            series,
+            file,
+            sha256,
+            flown: Recent::default(),
+        })
+    }
+
+    /// The settings, complete: cards as models, keys dotted.
+    #[must_use]
+    pub fn settings(&self) -> &SweepSettings {
+        &self.settings
+    }
+
+    /// SHA-256 of everything that the landings depend on.
+    #[must_use]
+    pub fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
+    /// The measured motion of the deck, as its file has it.
+    #[must_use]
+    pub fn measured(&self) -> Option<&[u8]> {
+        self.series.as_deref()
+    }
+
+    /// The swept keys with their values.
+    #[must_use]
+    pub fn grid(&self) -> &[(String, Vec<Value>)] {
+        &self.grid
+    }
+
+    /// The drawn keys.
+    pub fn drawn(&self) -> impl Iterator<Item = &str> {
+        self.random.iter().map(|(key, _)| key.as_str())
+    }
+
+    /// Whether everything that the k-th drawn key can be is a number.
+    pub(super) fn draws_numbers(&self, k: usize) -> bool {
+        match &self.random[k].1 {
+            Distribution::Choice { of } => of.iter().all(|v| super::row::number(v).is_some()),
+            _ => true,
+        }
+    }
+
+    /// Number of points of the grid; one without a grid.
+    #[must_use]
+    pub fn points(&self) -> u64 {
+        self.grid
+            .iter()
+            .map(|(_, values)| values.len() as u64)
+            .product()
+    }
+
+    /// Landings at each point.
+    #[must_use]
+    pub fn trials(&self) -> u64 {
+        self.settings.trials
+    }
+
+    /// All landings.
+    #[must_use]
+    pub fn landings(&self) -> u64 {
+        self.points() * self.trials()
+    }
+
+    /// Number of blocks.
+    #[must_use]
+    pub fn blocks(&self) -> u64 {
+        self.landings().div_ceil(self.settings.block)
+    }
+
+    /// The landings of a block.
+    #[must_use]
+    pub fn range(&self, block: u64) -> Range<u64> {
+        let from = block * self.settings.block;
+        from..(from + self.settings.block).min(self.landings())
+    }
+
+    /// Which value of each swept key a point has; the last key changes first.
+    #[must_use]
+    pub fn places(&self, point: u64) -> Vec<usize> {
+        let mut rest = point;
+        let mut places: Vec<usize> = self
+            .grid
+            .iter()
+            .rev()
+            .map(|(_, values)| {
+                let place = rest % values.len() as u64;
+                rest /= values.len() as u64;
+                place as usize
+            })
+            .collect();
+        places.reverse();
+        places
+    }
+
+    /// The swept keys with their values at a point.
+    #[must_use]
+    pub fn values(&self, point: u64) -> Vec<(&str, &Value)> {
+        let keys = self.grid.iter().zip(self.places(point));
+        keys.map(|((key, values), place)| (key.as_str(), &values[place]))
+            .collect()
+    }
+
+    /// The drawn values of a trial, in the order of [`Self::drawn`].
+    #[must_use]
+    pub fn draws(&self, trial: u64) -> Vec<Value> {
+        let draw = |(key, of): &(String, Distribution)| of.draw(self.settings.seed, trial, key);
+        self.random.iter().map(draw).collect()
+    }
+
+    /// The lander of a landing, by its place in the campaign; without draws, that of all trials of its point.
+    ///
+    /// # Errors
+    /// Drawn values that make no sense, of trials that [`Self::read`] did not look at: in large campaigns, those whose
+    /// draws are no extremes.
+    pub fn lander(&self, landing: u64) -> Result<Arc<SpaceLander>> {
+        let (point, trial) = (landing / self.trials(), landing % self.trials());
+        if !self.random.is_empty() {
+            return self.built(point, trial).map(Arc::new);
+        }
+        self.flown.shared(point, || self.built(point, trial))
+    }
+
+    /// The scenario of a point, without draws.
+    pub(crate) fn scenario(&self, point: u64) -> Result<SpaceScenario> {
+        let mut table = self.base.clone();
+        for (key, value) in self.values(point) {
+            self.set(&mut table, "grid", key, value)?;
+        }
+        self.made(table, &self.values(point))
+    }
+
+    pub(super) fn built(&self, point: u64, trial: u64) -> Result<SpaceLander> {
+        self.built_with(point, &self.draws(trial))
+    }
+
+    /// The lander of a point with these values in place of draws.
+    pub(super) fn built_with(&self, point: u64, draws: &[Value]) -> Result<SpaceLander> {
+        let mut table = self.base.clone();
+        let swept = self.values(point);
+        for (key, value) in &swept {
+            self.set(&mut table, "grid", key, value)?;
+        }
+        for ((key, _), value) in self.random.iter().zip(draws) {
+            self.set(&mut table, "random", key, value)?;
+        }
+        let mut values = swept;
+        values.extend(self.random.iter().map(|(key, _)| key.as_str()).zip(draws));
+        let scenario = self.made(table, &values)?;
+        let lander = SpaceLander::new(&scenario)
+            .and_then(|lander| lander.with_eyes(crate::camera::eyes()))
+            .map_err(|e| self.at(&values, &e))?;
+        match &self.deck {
+            Some(deck) => lander
+                .with_deck(deck.clone())
+                .map_err(|e| self.at(&values, &e)),
+            None => Ok(lander),
+        }
+    }
+
+    fn made(&self, table: Table, values: &[(&str, &Value)]) -> Result<SpaceScenario> {
+        table.try_into().map_err(|e: toml::de::Error| {
+            let message = e.message().to_string();
+            self.at(values, &message)
+        })
+    }
+
+    fn set(&self, table: &mut Table, section: &str, key: &str, value: &Value) -> Result<()> {
+        set(table, key, value).map_err(|e| self.bad(&format!("{section}.\"{key}\""), &e))
+    }
+
+    pub(super) fn bad(&self, key: &str, message: &dyn std::fmt::Display) -> Error {
+        Error::Settings {
+            file: self.file.clone(),
+            message: format!("key `{key}`: {message}"),
+        }
+    }
+
+    /// An error at a point or a draw: its values say where.
+    fn at(&self, values: &[(&str, &Value)], message: &dyn std::fmt::Display) -> Error {
+        let at: Vec<String> = values
+            .iter()
+            .map(|(key, value)| format!("\"{key}\" = {value}"))
+            .collect();
+        self.bad("scenario", &format!("with {}: {message}", at.join(", ")))
+    }
+}

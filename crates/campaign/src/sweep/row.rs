@@ -1,0 +1,403 @@
+//! Landings as rows of a table.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader as _, SerializedFileReader};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::record::Field;
+use parquet::schema::types::Type;
+use serde::Serialize;
+use toml::Value;
+use touchdown_sim::landing::space::{SpaceLanding, SpaceOutcome};
+
+use super::points::Sweep;
+use crate::error::{Error, Result};
+
+/// Names of [`Row::numbers`].
+pub(super) const NUMBERS: [&str; 14] = [
+    "t_l_s",
+    "v_l_mps",
+    "s_l_m",
+    "tilt_rad",
+    "lateral_m",
+    "lateral_mps",
+    "touch_s",
+    "before_descent_s",
+    "waited_s",
+    "slide_m",
+    "greatest_foot_n",
+    "end_s",
+    "impact_mps",
+    "impact_tilt_rad",
+];
+/// Names of [`Row::counts`].
+const COUNTS: [&str; 4] = ["descents", "aborts", "bounces", "steps"];
+/// Under this key, a file says which sweep it belongs to.
+const SWEEP: &str = "touchdown.sweep_sha256";
+
+/// A landing of a campaign.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its place in the campaign.
+    pub landing: u64,
+    /// `landed`, `crashed`, `tipped_over`, `given_up` or `timed_out`.
+    pub outcome: String,
+    /// Cause of a crash, or why it was given up.
+    pub why: Option<String>,
+    /// Why descents were broken off, or hovers that sank climbed away from, in their order, joined by ` `.
+    pub abort_reasons: Option<String>,
+    /// Descents, aborts, bounces, steps of the integration.
+    pub counts: [u64; 4],
+    /// T_L, V_L, S_L, tilt, lateral distance and speed and the time of the last descent's touch; time before the
+    /// descent, waiting time, way that feet slid, greatest force on a foot, time of the end; greatest speed towards the
+    /// deck and greatest tilt of all touches, those of descents that were broken off too.
+    pub numbers: [Option<f64>; 14],
+}
+
+/// A unit variant's name in results.
+fn name<T: Serialize>(of: &T) -> Option<String> {
+    serde_json::to_value(of).ok()?.as_str().map(str::to_owned)
+}
+
+impl Row {
+    /// The row of a landing.
+    #[must_use]
+    pub fn of(landing: u64, flown: &SpaceLanding) -> Self {
+        let (outcome, why) = match &flown.outcome {
+            SpaceOutcome::Landed { .. } => ("landed", None),
+            SpaceOutcome::Crashed { cause } => ("crashed", name(cause)),
+            SpaceOutcome::TippedOver => ("tipped_over", None),
+            SpaceOutcome::GivenUp { reason } => ("given_up", reason.as_ref().and_then(name)),
+            SpaceOutcome::TimedOut => ("timed_out", None),
+        };
+        let reasons: Vec<String> = flown
+            .aborts
+            .iter()
+            .map(|abort| {
+                abort
+                    .reason
+                    .as_ref()
+                    .and_then(name)
+                    .unwrap_or_else(|| "none".into())
+            })
+            .collect();
+        let touch = flown.touch.as_ref();
+        let numbers = [
+            touch.map(|t| t.t_l_s),
+            touch.map(|t| t.v_l_mps),
+            touch.map(|t| t.s_l_m),
+            touch.map(|t| t.tilt_rad),
+            touch.map(|t| t.lateral_m),
+            touch.map(|t| t.lateral_mps),
+            touch.map(|t| t.time_s),
+            flown.before_descent_s,
+            Some(flown.waited_s),
+            Some(flown.slide_m),
+            Some(flown.greatest_foot_n),
+            Some(flown.end_s),
+            flown.impact.map(|impact| impact.speed_mps),
+            flown.impact.map(|impact| impact.tilt_rad),
+        ];
+        Self {
+            landing,
+            outcome: outcome.to_string(),
+            why,
+            abort_reasons: (!reasons.is_empty()).then(|| reasons.join(" ")),
+            counts: [
+                u64::from(flown.descents),
+                reasons.len() as u64,
+                u64::from(flown.bounces),
+                flown.steps,
+            ],
+            numbers: numbers.map(|n| n.filter(|n| n.is_finite())),
+        }
+    }
+
+    /// Whether it landed.
+    #[must_use]
+    pub fn landed(&self) -> bool {
+        self.outcome == "landed"
+    }
+
+    /// Whether it landed in its first descent.
+    #[must_use]
+    pub fn landed_at_first(&self) -> bool {
+        self.landed() && self.counts[0] == 1
+    }
+
+    /// Whether it crashed or tipped over.
+    #[must_use]
+    pub fn crashed(&self) -> bool {
+        self.outcome == "crashed" || self.outcome == "tipped_over"
+    }
+
+    /// The columns of [`Self::cells`].
+    #[must_use]
+    pub fn header() -> Vec<&'static str> {
+        let texts = ["outcome", "why", "abort_reasons"];
+        texts.into_iter().chain(COUNTS).chain(NUMBERS).collect()
+    }
+
+    /// The row as cells of a table; an absent value is empty.
+    #[must_use]
+    pub fn cells(&self) -> Vec<String> {
+        let text = |of: &Option<String>| of.clone().unwrap_or_default();
+        let texts = [
+            self.outcome.clone(),
+            text(&self.why),
+            text(&self.abort_reasons),
+        ];
+        let counts = self.counts.iter().map(u64::to_string);
+        let number = |n: &Option<f64>| n.map_or_else(String::new, |n| n.to_string());
+        let numbers = self.numbers.iter().map(number);
+        texts.into_iter().chain(counts).chain(numbers).collect()
+    }
+
+    /// A number by its name in the table.
+    #[must_use]
+    pub fn number(&self, name: &str) -> Option<f64> {
+        NUMBERS
+            .iter()
+            .position(|n| *n == name)
+            .and_then(|place| self.numbers[place])
+    }
+}
+
+enum Column {
+    Whole(Vec<i64>),
+    Number(Vec<Option<f64>>),
+    Text(Vec<Option<String>>),
+}
+
+/// A swept or drawn setting, as numbers where all that it can be are numbers.
+fn setting(numeric: bool, values: impl Iterator<Item = Value>) -> Column {
+    if numeric {
+        Column::Number(values.map(|v| number(&v)).collect())
+    } else {
+        Column::Text(values.map(|v| Some(text(&v))).collect())
+    }
+}
+
+/// A setting's value as a number.
+pub fn number(value: &Value) -> Option<f64> {
+    value
+        .as_float()
+        .or_else(|| value.as_integer().map(|v| v as f64))
+}
+
+/// A setting's value in tables: text without quotes, everything else as in TOML.
+#[must_use]
+pub fn text(value: &Value) -> String {
+    value
+        .as_str()
+        .map_or_else(|| value.to_string(), str::to_owned)
+}
+
+/// The columns of a block.
+fn columns(sweep: &Sweep, rows: &[Row]) -> Vec<(String, Column)> {
+    let trials = sweep.trials();
+    let whole =
+        |pick: &dyn Fn(&Row) -> u64| Column::Whole(rows.iter().map(|r| pick(r) as i64).collect());
+    let mut columns = vec![
+        ("landing".to_string(), whole(&|r| r.landing)),
+        ("point".to_string(), whole(&|r| r.landing / trials)),
+        ("trial".to_string(), whole(&|r| r.landing % trials)),
+    ];
+    for (k, (key, values)) in sweep.grid().iter().enumerate() {
+        let numeric = values.iter().all(|v| number(v).is_some());
+        let at = |r: &Row| values[sweep.places(r.landing / trials)[k]].clone();
+        columns.push((key.clone(), setting(numeric, rows.iter().map(at))));
+    }
+    let draws: Vec<Vec<Value>> = rows
+        .iter()
+        .map(|r| sweep.draws(r.landing % trials))
+        .collect();
+    for (k, key) in sweep.drawn().enumerate() {
+        let column = || draws.iter().map(|d| d[k].clone());
+        columns.push((key.to_string(), setting(sweep.draws_numbers(k), column())));
+    }
+    let text =
+        |pick: &dyn Fn(&Row) -> Option<String>| Column::Text(rows.iter().map(pick).collect());
+    columns.push(("outcome".into(), text(&|r| Some(r.outcome.clone()))));
+    columns.push(("why".into(), text(&|r| r.why.clone())));
+    columns.push(("abort_reasons".into(), text(&|r| r.abort_reasons.clone())));
+    for (k, name) in COUNTS.iter().enumerate() {
+        columns.push(((*name).to_string(), whole(&|r| r.counts[k])));
+    }
+    for (k, name) in NUMBERS.iter().enumerate() {
+        columns.push((
+            (*name).to_string(),
+            Column::Number(rows.iter().map(|r| r.numbers[k]).collect()),
+        ));
+    }
+    columns
+}
+
+/// The bytes of a block's file.
+pub(super) fn encode(sweep: &Sweep, rows: &[Row]) -> Result<Vec<u8>> {
+    let columns = columns(sweep, rows);
+    written(sweep, &columns)
+        .map_err(|e| Error::Arguments(format!("the landings cannot be written as Parquet: {e}")))
+}
+
+fn written(
+    sweep: &Sweep,
+    columns: &[(String, Column)],
+) -> std::result::Result<Vec<u8>, ParquetError> {
+    let mut fields = Vec::new();
+    for (name, column) in columns {
+        let (physical, converted, repetition) = match column {
+            Column::Whole(_) => (Physical::INT64, ConvertedType::NONE, Repetition::REQUIRED),
+            Column::Number(_) => (Physical::DOUBLE, ConvertedType::NONE, Repetition::OPTIONAL),
+            Column::Text(_) => (
+                Physical::BYTE_ARRAY,
+                ConvertedType::UTF8,
+                Repetition::OPTIONAL,
+            ),
+        };
+        let field = Type::primitive_type_builder(name, physical)
+            .with_converted_type(converted)
+            .with_repetition(repetition)
+            .build()?;
+        fields.push(Arc::new(field));
+    }
+    let schema = Type::group_type_builder("landings")
+        .with_fields(fields)
+        .build()?;
+    let properties = WriterProperties::builder()
+        .set_created_by(concat!("touchdown ", env!("CARGO_PKG_VERSION")).to_string())
+        .set_compression(Compression::SNAPPY)
+        .set_key_value_metadata(Some(vec![KeyValue::new(
+            SWEEP.to_string(),
+            sweep.sha256().to_string(),
+        )]))
+        .build();
+    let mut bytes = Vec::new();
+    let mut writer = SerializedFileWriter::new(&mut bytes, Arc::new(schema), Arc::new(properties))?;
+    let mut group = writer.next_row_group()?;
+    for (_, column) in columns {
+        let Some(mut out) = group.next_column()? else {
+            break;
+        };
+        match column {
+            Column::Whole(values) => out.typed::<Int64Type>().write_batch(values, None, None)?,
+            Column::Number(values) => {
+                let present: Vec<f64> = values.iter().flatten().copied().collect();
+                out.typed::<DoubleType>()
+                    .write_batch(&present, Some(&levels(values)), None)?
+            }
+            Column::Text(values) => {
+                let present: Vec<ByteArray> = values
+                    .iter()
+                    .flatten()
+                    .map(|t| t.as_bytes().to_vec().into())
+                    .collect();
+                out.typed::<ByteArrayType>()
+                    .write_batch(&present, Some(&levels(values)), None)?
+            }
+        };
+        out.close()?;
+    }
+    group.close()?;
+    writer.close()?;
+    Ok(bytes)
+}
+
+fn levels<T>(values: &[Option<T>]) -> Vec<i16> {
+    values.iter().map(|v| i16::from(v.is_some())).collect()
+}
+
+/// Reads a block; `landings` are those that it has to hold.
+pub(super) fn decode(
+    sweep: &Sweep,
+    path: &Path,
+    landings: std::ops::Range<u64>,
+) -> Result<Vec<Row>> {
+    let at = path.display().to_string();
+    let broken = |e: ParquetError| {
+        Error::data(
+            &at,
+            "a block of landings (Parquet; without the file, --resume flies them anew)",
+            e.to_string(),
+        )
+    };
+    let file = std::fs::File::open(path).map_err(|e| Error::file(path, e))?;
+    let reader = SerializedFileReader::new(file).map_err(broken)?;
+    let metadata = reader.metadata().file_metadata();
+    let of = metadata
+        .key_value_metadata()
+        .and_then(|pairs| pairs.iter().find(|p| p.key == SWEEP)?.value.clone())
+        .unwrap_or_else(|| "none".into());
+    if of != sweep.sha256() {
+        return Err(Error::data(
+            &at,
+            format!("landings of the sweep {}", sweep.sha256()),
+            format!("those of {of}"),
+        ));
+    }
+    let mut rows = Vec::new();
+    for row in reader.get_row_iter(None).map_err(broken)? {
+        let columns = row.map_err(broken)?.into_columns();
+        rows.push(
+            parsed(&columns)
+                .ok_or_else(|| Error::data(&at, "the columns of a landing", "others"))?,
+        );
+    }
+    if !rows.iter().map(|row| row.landing).eq(landings.clone()) {
+        let found = format!(
+            "{} of them, from {:?} on",
+            rows.len(),
+            rows.first().map(|r| r.landing)
+        );
+        return Err(Error::data(
+            &at,
+            format!("the landings {} to {}", landings.start, landings.end - 1),
+            found,
+        ));
+    }
+    Ok(rows)
+}
+
+fn parsed(columns: &[(String, Field)]) -> Option<Row> {
+    let find = |name: &str| {
+        columns
+            .iter()
+            .find(|(column, _)| column == name)
+            .map(|(_, field)| field)
+    };
+    let whole = |name: &str| match find(name)? {
+        Field::Long(value) => u64::try_from(*value).ok(),
+        _ => None,
+    };
+    let text = |name: &str| match find(name)? {
+        Field::Str(text) => Some(Some(text.clone())),
+        Field::Null => Some(None),
+        _ => None,
+    };
+    let mut counts = [0; COUNTS.len()];
+    for (count, name) in counts.iter_mut().zip(COUNTS) {
+        *count = whole(name)?;
+    }
+    let mut numbers = [None; NUMBERS.len()];
+    for (number, name) in numbers.iter_mut().zip(NUMBERS) {
+        *number = match find(name)? {
+            Field::Double(value) => Some(*value),
+            Field::Null => None,
+            _ => return None,
+        };
+    }
+    Some(Row {
+        landing: whole("landing")?,
+        outcome: text("outcome")??,
+        why: text("why")?,
+        abort_reasons: text("abort_reasons")?,
+        counts,
+        numbers,
+    })
+}

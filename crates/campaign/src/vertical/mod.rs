@@ -1,0 +1,15 @@
+//! Vertical landings, as the paper has them: one axis, one controller by the name of its method.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`settings`] | the landing and its controllers |
+//! | [`pilot`] | the methods by name, as controllers |
+//! | [`scenario`] | the scenario file |
+//! | [`vehicle`] | the vehicle of model cards as the simulated one |
+//! | [`landings`] | repeated landings of one controller, and their figures |
+
+pub mod landings;
+pub mod pilot;
+pub mod scenario;
+pub mod settings;
+pub mod vehicle;

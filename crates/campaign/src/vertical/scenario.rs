@@ -1,0 +1,93 @@
+//! The scenario file of vertical landings.
+
+use serde::{Deserialize, Serialize};
+use touchdown_sim::landing::vertical::LandingScenario;
+
+use super::pilot::{self, Method};
+use super::settings::{ControlSettings, LandSettings};
+use crate::cards::CardPaths;
+use crate::error::{Error, Result};
+use crate::settings_file::check_seed;
+
+/// What `touchdown land` runs.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LandScenario {
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Landings of every method.
+    pub trials: usize,
+    /// The methods.
+    pub controllers: Vec<Method>,
+    /// Whether the deck's acceleration is estimated and fed forward.
+    pub deck_acceleration: bool,
+    /// Model cards.
+    pub cards: CardPaths,
+    /// The controllers' settings.
+    pub control: ControlSettings,
+    /// Vehicle, air, deck, sensors and spreads.
+    pub scenario: LandingScenario,
+}
+
+impl Default for LandScenario {
+    fn default() -> Self {
+        let deck = LandSettings::deck();
+        Self {
+            seed: 1,
+            trials: 40,
+            controllers: Method::ALL.to_vec(),
+            deck_acceleration: true,
+            cards: CardPaths::default(),
+            control: deck.control,
+            scenario: deck.scenario,
+        }
+    }
+}
+
+impl LandScenario {
+    /// Landing settings: scenario and controllers.
+    #[must_use]
+    pub fn land(&self) -> LandSettings {
+        LandSettings {
+            scenario: self.scenario,
+            control: self.control,
+        }
+    }
+
+    /// Checks all settings; `file` names them in errors.
+    ///
+    /// # Errors
+    /// The first setting out of range.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let bad = |key: &str, message: String| Error::Settings {
+            file: file.to_string(),
+            message: format!("key `{key}`: {message}"),
+        };
+        check_seed(self.seed, file)?;
+        if !(1..=1_000_000).contains(&self.trials) {
+            return Err(bad(
+                "trials",
+                format!("expected 1 to 1000000, found {}", self.trials),
+            ));
+        }
+        if self.controllers.is_empty() {
+            let names: Vec<&str> = Method::ALL.iter().map(|m| m.name()).collect();
+            return Err(bad(
+                "controllers",
+                format!("expected some of {}; found none", names.join(", ")),
+            ));
+        }
+        for (i, method) in self.controllers.iter().enumerate() {
+            if self.controllers[..i].contains(method) {
+                return Err(bad(
+                    "controllers",
+                    format!("`{}` stands twice", method.name()),
+                ));
+            }
+        }
+        self.scenario
+            .validate()
+            .map_err(|e| bad("scenario", e.to_string()))?;
+        pilot::check(&self.land()).map_err(|e| bad("control", e.to_string()))
+    }
+}

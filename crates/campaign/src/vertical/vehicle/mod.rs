@@ -1,0 +1,299 @@
+//! The vehicle of model cards as the simulated one.
+//!
+//! Cards say which vehicle they are of: its mass m and rotor radius R. A landing whose scenario leaves the plant at its
+//! default flies that vehicle instead: the default one (m₀ = 1.37 kg, R₀ = 0.12 m) in proportion by Froude's law, lengths
+//! with R/R₀, times with √(R/R₀), forces with m/m₀, so that a thrust that is wrong by one per cent costs the same share of
+//! a rotor radius. What no proportion can know comes from the cards: the motors and the strength of the ground effect.
+
+mod motor;
+
+use touchdown_flight::ground_effect::{GroundEffect as _, GroundEffectInput, GroundEffectModel};
+use touchdown_model::Card;
+use touchdown_sim::body::motor::Motor;
+use touchdown_sim::body::plant::{Plant, PlantSettings};
+
+use super::pilot::Method;
+use super::scenario::LandScenario;
+use super::settings::ControlSettings;
+use crate::error::Result;
+
+/// Share by which masses and radii may differ and still be of one vehicle.
+const SAME: f64 = 0.01;
+/// Weakest and strongest ground effect that a card may give, of the default vehicle's.
+const STRENGTH: [f64; 2] = [0.1, 2.0];
+
+/// A scenario of the cards' vehicle.
+#[derive(Clone, Debug)]
+pub struct Followed {
+    /// The scenario, with every value that followed the vehicle.
+    pub scenario: LandScenario,
+    /// R/R₀.
+    pub size: f64,
+    /// One line for people: what is flown.
+    pub text: String,
+}
+
+/// The scenario with the vehicle of the cards in it; none where it sets a plant itself, where the cards tell no single
+/// vehicle or the one that it has, or where a model of that vehicle is missing (`thrust`, and `dynamic` if it is flown).
+/// Settings of heights, gains and limits follow where they have their defaults.
+///
+/// # Errors
+/// Cards that cannot be flown, or whose vehicle cannot lift itself.
+pub fn follow(
+    scenario: &LandScenario,
+    thrust: Option<&Card>,
+    dynamic: Option<&Card>,
+) -> Result<Option<Followed>> {
+    let standard = PlantSettings::default();
+    let Some(card) = thrust else { return Ok(None) };
+    let flies_dynamic = scenario.controllers.contains(&Method::Dynamic);
+    if scenario.scenario.plant != standard || flies_dynamic && dynamic.is_none() {
+        return Ok(None);
+    }
+    let one = |of: fn(&Card) -> Option<f64>| -> Option<f64> {
+        let found = [thrust, dynamic].map(|card| card.and_then(of));
+        match found {
+            [Some(a), Some(b)] if !same(a, b) => None,
+            [a, b] => a.or(b).filter(|v| v.is_finite() && *v > 0.0),
+        }
+    };
+    let (Some(mass_kg), Some(rotor_radius_m)) = (
+        one(|c| c.vehicle.mass_kg),
+        one(|c| c.vehicle.rotor_radius_m),
+    ) else {
+        return Ok(None);
+    };
+    if same(mass_kg, standard.mass_kg) && same(rotor_radius_m, standard.rotor_radius_m) {
+        return Ok(None);
+    }
+    let mut plant = in_proportion(mass_kg, rotor_radius_m);
+    let fit = motor::fit(card, plant.weight_n())?;
+    plant.motor = fit.motor;
+    let strength = match dynamic {
+        Some(card) => strength(card, &plant)?,
+        None => None,
+    };
+    plant.ground_effect_scale = strength.unwrap_or(plant.ground_effect_scale);
+    let full_n = Motor::new(&plant.motor, plant.weight_n())?
+        .rest(1.0)
+        .powi(2);
+
+    let size = rotor_radius_m / standard.rotor_radius_m;
+    let mut own = scenario.clone();
+    own.control = control(&scenario.control, &plant, size, full_n);
+    let (land, default) = (&mut own.scenario, LandScenario::default().scenario);
+    land.plant = plant;
+    let highest_m = land.deck.highest_m();
+    follows(&mut land.landed_height_m, default.landed_height_m, |v| {
+        v * size
+    });
+    // In proportion the start is above four rotor radii; a small vehicle also starts well above the deck's swing.
+    follows(&mut land.start_height_m, default.start_height_m, |v| {
+        (v * size).max(3.0 * highest_m)
+    });
+    let start_height_m = land.start_height_m;
+    follows(&mut land.ceiling_m, default.ceiling_m, |v| {
+        v.max(3.0 * start_height_m)
+    });
+    let text = format!(
+        "simulated vehicle: the cards', {mass_kg} kg, rotor radius {rotor_radius_m} m (the default one, {} kg and {} m, in \
+         proportion); motors of card `{}` within {:.1} % of thrust over throttle {:.2} to {:.2}; ground effect {}; starts at \
+         {:.3} m, has landed at {:.3} m",
+        standard.mass_kg,
+        standard.rotor_radius_m,
+        card.name,
+        100.0 * fit.worst,
+        fit.throttles[0],
+        fit.throttles[1],
+        strength.map_or_else(
+            || "as the default one's".to_string(),
+            |s| {
+                let like = if STRENGTH.contains(&s) {
+                    "as near to the card's as is taken"
+                } else {
+                    "as the card's"
+                };
+                format!("{s:.2} times the default one's, {like}")
+            }
+        ),
+        land.start_height_m,
+        land.landed_height_m,
+    );
+    Ok(Some(Followed {
+        scenario: own,
+        size,
+        text,
+    }))
+}
+
+/// What is to be told of cards that are of another vehicle than the plant: one line for each.
+#[must_use]
+pub fn mismatches(cards: &[Option<&Card>], plant: &PlantSettings) -> Vec<String> {
+    let told = |card: &Card| {
+        let other = |value: Option<f64>, simulated: f64| value.filter(|v| !same(*v, simulated));
+        let wrong = [
+            other(card.vehicle.mass_kg, plant.mass_kg)
+                .map(|v| format!("of {v} kg, the simulated vehicle has {} kg", plant.mass_kg)),
+            other(card.vehicle.rotor_radius_m, plant.rotor_radius_m).map(|v| {
+                let simulated = plant.rotor_radius_m;
+                format!("of rotor radius {v} m, the simulated vehicle has {simulated} m")
+            }),
+        ];
+        let wrong: Vec<String> = wrong.into_iter().flatten().collect();
+        (!wrong.is_empty()).then(|| {
+            format!(
+                "card `{}` is of another vehicle than the one that is flown: {}; set `scenario.plant` to the card's vehicle, \
+                 or (without --space) leave it out and give a thrust and a ground-effect card of one vehicle",
+                card.name,
+                wrong.join("; ")
+            )
+        })
+    };
+    cards
+        .iter()
+        .flatten()
+        .filter_map(|card| told(card))
+        .collect()
+}
+
+/// The card of eq. (2), identified on the default vehicle, for the vehicle of a scenario that followed the cards: lengths
+/// in proportion, `mu` by the strength of the ground effect.
+#[must_use]
+pub fn empirical(mut card: Card, followed: &Followed) -> Card {
+    let plant = &followed.scenario.scenario.plant;
+    for name in ["r", "h_r"] {
+        if let Some(length) = card.constants.get_mut(name) {
+            *length *= followed.size;
+        }
+    }
+    if let Some(range) = card.validity.inputs.get_mut("z") {
+        *range = range.map(|z| z * followed.size);
+    }
+    for term in card.terms.iter_mut().filter(|t| t.of == "mu") {
+        let by = plant.ground_effect_scale;
+        term.value *= by;
+        term.std_error = term.std_error.map(|v| v * by);
+        term.ci95 = term.ci95.map(|ci| ci.map(|v| v * by));
+    }
+    card.vehicle.mass_kg = Some(plant.mass_kg);
+    card.vehicle.rotor_radius_m = Some(plant.rotor_radius_m);
+    card.description =
+        "Identified on the virtual rig for the default vehicle, lengths in proportion.".into();
+    card
+}
+
+fn same(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() <= SAME
+}
+
+fn follows(value: &mut f64, default: f64, own: impl Fn(f64) -> f64) {
+    if *value == default {
+        *value = own(*value);
+    }
+}
+
+/// The default vehicle in proportion; its motors hover at the same throttle.
+fn in_proportion(mass_kg: f64, rotor_radius_m: f64) -> PlantSettings {
+    let standard = PlantSettings::default();
+    let (weight, size) = (
+        mass_kg / standard.mass_kg,
+        rotor_radius_m / standard.rotor_radius_m,
+    );
+    // Induced velocity, which a climb is damped in proportion to: √(T/A).
+    let induced = weight.sqrt() / size;
+    let pace = size.sqrt();
+    PlantSettings {
+        mass_kg,
+        rotor_radius_m,
+        rotor_spacing_m: standard.rotor_spacing_m * size,
+        rotor_height_m: standard.rotor_height_m * size,
+        plate_side_m: standard.plate_side_m * size,
+        climb_damping_ns_per_m: standard.climb_damping_ns_per_m * weight / induced,
+        rotor_lag_s: standard.rotor_lag_s * pace,
+        fountain_lag_s: standard.fountain_lag_s * pace,
+        turbulence_correlation_s: standard.turbulence_correlation_s * pace,
+        ..standard
+    }
+}
+
+/// Gains and limits: forces with the weight, rates with 1/√size.
+fn control(
+    given: &ControlSettings,
+    plant: &PlantSettings,
+    size: f64,
+    full_n: f64,
+) -> ControlSettings {
+    let (default, standard) = (ControlSettings::default(), PlantSettings::default());
+    let weight = plant.mass_kg / standard.mass_kg;
+    let rate = 1.0 / size.sqrt();
+    let mut own = *given;
+    if given.gains == default.gains {
+        own.gains.k_p *= weight * rate;
+        own.gains.k_i *= weight * rate * rate;
+        own.gains.gamma *= rate;
+        own.gains.integral_limit_n *= weight;
+    }
+    if given.limits == default.limits {
+        own.limits.thrust_min_n *= weight;
+        own.limits.thrust_max_n = full_n;
+    }
+    if given.imbc_poles_per_s == default.imbc_poles_per_s {
+        // No quicker than the default ones: delays do not shrink with the vehicle, and this law does not bear them.
+        own.imbc_poles_per_s = given.imbc_poles_per_s.map(|p| p * rate.min(1.0));
+    }
+    follows(&mut own.ssc_rho_n, default.ssc_rho_n, |v| v * weight);
+    follows(&mut own.ssc_phi_mps, default.ssc_phi_mps, |v| v / rate);
+    // The motors' share of the delay.
+    follows(&mut own.deck_lead_s, default.deck_lead_s, |v| {
+        (v - standard.motor.time_constant_s + plant.motor.time_constant_s).max(0.0)
+    });
+    own
+}
+
+/// How strong the plant's ground effect must be to have the card's ratio at rest, by least squares over 0.3 to 2 rotor
+/// radii within the card's heights; none for forms whose state at rest is not known.
+fn strength(card: &Card, plant: &PlantSettings) -> Result<Option<f64>> {
+    let model = card.ground_effect()?;
+    if !matches!(
+        model.model,
+        GroundEffectModel::StaticMap(_)
+            | GroundEffectModel::Lag(_)
+            | GroundEffectModel::Empirical(_)
+    ) {
+        return Ok(None);
+    }
+    let heights: Vec<f64> = (3..=20)
+        .map(|i| 0.1 * f64::from(i) * plant.rotor_radius_m)
+        .filter(|z| (model.validity.height_min_m..=model.validity.height_max_m).contains(z))
+        .collect();
+    let ratio = |height_m: f64| {
+        let input = GroundEffectInput {
+            thrust_n: plant.weight_n(),
+            throttle: 0.5,
+            height_m,
+            ..GroundEffectInput::default()
+        };
+        let lift = model.lift(&model.rest(&input), &input);
+        lift.total_n(input.thrust_n) / input.thrust_n
+    };
+    let wanted: Vec<f64> = heights.iter().map(|z| ratio(*z)).collect();
+    let mut scale = 1.0;
+    // The plant's ratio is not quite linear in its strength.
+    for _ in 0..5 {
+        let own = Plant::new(&PlantSettings {
+            ground_effect_scale: scale,
+            ..*plant
+        })?;
+        let (mut both, mut square) = (0.0, 0.0);
+        for (z, wanted) in heights.iter().zip(&wanted) {
+            let simulated = own.lift_ratio(own.target(*z));
+            both += wanted * simulated;
+            square += simulated * simulated;
+        }
+        if square <= 0.0 {
+            return Ok(None);
+        }
+        scale = (scale * both / square).clamp(STRENGTH[0], STRENGTH[1]);
+    }
+    Ok(Some(scale))
+}

@@ -1,0 +1,70 @@
+//! Why a fit or a prediction cannot be made, and the exit status of a command that ends with it.
+
+use thiserror::Error;
+
+/// Why a fit or a prediction cannot be made.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A trial that lacks a channel or breaks its rules.
+    #[error(transparent)]
+    Trial(#[from] touchdown_trial::TrialError),
+    /// A model card that cannot be read, written or flown.
+    #[error(transparent)]
+    Card(#[from] touchdown_model::CardError),
+    /// Identification that cannot start.
+    #[error(transparent)]
+    Identification(#[from] sindy::SindyError),
+    /// A settings or scenario file that cannot be understood.
+    #[error("{file}: {message}")]
+    Settings {
+        /// The file.
+        file: String,
+        /// Line, key, expected and found.
+        message: String,
+    },
+    /// A trial that does not fit what was asked.
+    #[error("{trial}: expected {expected}, found {found}")]
+    Data {
+        /// The trial or file.
+        trial: String,
+        /// What is needed.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// Arguments that do not fit together.
+    #[error("{0}")]
+    Arguments(String),
+}
+
+impl Error {
+    /// A trial that does not fit.
+    pub fn data(
+        trial: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Self {
+        Self::Data {
+            trial: trial.into(),
+            expected: expected.into(),
+            found: found.into(),
+        }
+    }
+
+    /// The exit status: 1 for what cannot be read or written or holds no usable data, 2 for arguments,
+    /// maps, settings and cards that are wrong.
+    #[must_use]
+    pub fn exit_status(&self) -> u8 {
+        match self {
+            // A channel that is missing is the map's to give.
+            Self::Trial(touchdown_trial::TrialError::Missing { .. }) => 2,
+            Self::Identification(_) | Self::Data { .. } | Self::Trial(_) => 1,
+            Self::Card(touchdown_model::CardError::File { .. }) => 1,
+            _ => 2,
+        }
+    }
+}
+
+/// A result with this crate's error.
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,139 @@
+//! What every fit hands over: a card, and what a report wants to say beside it.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use touchdown_model::card::{Card, Input, Provenance, SCHEMA, Score, Status, Validity, Vehicle};
+use touchdown_model::{Form, Kind};
+use touchdown_trial::{Source, Trial};
+
+use super::front::Front;
+use crate::scores::Errors;
+
+/// A fitted card and how the fit went.
+#[derive(Clone, Debug)]
+pub struct Made {
+    /// The card.
+    pub card: Card,
+    /// Root mean square residual of the fit.
+    pub rmse: f64,
+    /// Its unit.
+    pub rmse_unit: &'static str,
+    /// Rows (or plateaus) that the fit used.
+    pub rows_used: usize,
+    /// The lag, where the form has one (s).
+    pub lag_s: Option<f64>,
+    /// The best subset of every size beside the fit's own, where it is a sparse one.
+    pub front: Option<Front>,
+    /// What a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// What the fits of one data set have in common.
+#[derive(Clone, Debug, Default)]
+pub struct Origin {
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// Command, seed, settings, inputs.
+    pub provenance: Provenance,
+}
+
+impl Origin {
+    /// The origin of `trials`: the tool's own version, and every trial by SHA-256.
+    #[must_use]
+    pub fn of(trials: &[Trial], vehicle: Vehicle) -> Self {
+        let provenance = Provenance {
+            source: concat!("touchdown ", env!("CARGO_PKG_VERSION")).to_string(),
+            ..Provenance::default()
+        };
+        Self {
+            vehicle,
+            provenance,
+        }
+        .with_inputs(trials)
+    }
+
+    /// The same origin with other data: files by their own SHA-256, trials of the virtual rig by that of the CSV
+    /// that they are written as.
+    #[must_use]
+    pub fn with_inputs(&self, trials: &[Trial]) -> Self {
+        let mut origin = self.clone();
+        origin.provenance.inputs = trials.par_iter().filter_map(input).collect();
+        origin
+    }
+
+    /// An empty fitted card of this origin.
+    #[must_use]
+    pub fn card(&self, name: &str, kind: Kind, form: Form, equation: &str) -> Card {
+        Card {
+            schema: SCHEMA,
+            name: name.to_string(),
+            kind,
+            form,
+            status: Status::Fitted,
+            equation: equation.to_string(),
+            description: String::new(),
+            warnings: Vec::new(),
+            vehicle: self.vehicle.clone(),
+            validity: Validity::default(),
+            constants: BTreeMap::new(),
+            definitions: BTreeMap::new(),
+            provenance: self.provenance.clone(),
+            terms: Vec::new(),
+            scores: Vec::new(),
+        }
+    }
+}
+
+fn input(trial: &Trial) -> Option<Input> {
+    match &trial.provenance().source {
+        Source::File { path, sha256 } => Some(Input {
+            name: path.rsplit(['/', '\\']).next().unwrap_or(path).to_string(),
+            sha256: sha256.clone(),
+        }),
+        Source::VirtualRig { .. } => Some(Input {
+            name: format!("{}.csv", trial.name()),
+            sha256: sha256(&touchdown_log::to_csv(trial)),
+        }),
+        _ => None,
+    }
+}
+
+/// Lower-case hexadecimal SHA-256.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    use sha2::Digest as _;
+    let digest = sha2::Sha256::digest(bytes);
+    digest.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// A score.
+pub fn score(trial: &str, seen: bool, kind: &str, errors: Errors, unit: &str) -> Score {
+    Score {
+        trial: trial.to_string(),
+        seen,
+        kind: kind.to_string(),
+        mae: errors.mae,
+        rmse: errors.rmse,
+        worst: errors.worst,
+        unit: unit.to_string(),
+    }
+}
+
+/// Notes of a method, by name.
+pub(super) fn method(notes: &[(&str, String)]) -> BTreeMap<String, String> {
+    notes
+        .iter()
+        .map(|(k, v)| ((*k).to_string(), v.clone()))
+        .collect()
+}
+
+/// Smallest and largest finite value; `None` where there is none.
+pub(super) fn range(values: impl IntoIterator<Item = f64>) -> Option<[f64; 2]> {
+    values
+        .into_iter()
+        .filter(|v| v.is_finite())
+        .fold(None, |range, v| {
+            Some(range.map_or([v, v], |[lo, hi]: [f64; 2]| [lo.min(v), hi.max(v)]))
+        })
+}

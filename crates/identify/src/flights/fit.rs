@@ -1,0 +1,409 @@
+//! Least squares over all runs: Gauss–Newton with Levenberg's damping; scale and height error of each run are
+//! eliminated from its normal equations.
+
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use rayon::prelude::*;
+
+use super::colour::Colour;
+use super::model::{Parameter, Piece, Shape, Values};
+use super::normal::{Assembled, Columns, HUBER, Reduced, hold, normal_equations};
+use crate::thrust::plateau::median;
+
+/// Steps at most.
+const MOST_STEPS: usize = 60;
+/// Step of the height error for derivatives, in R.
+const BIAS_STEP: f64 = 0.02;
+/// Longest move of a height error in one step, in R.
+const BIAS_MOST: f64 = 0.3;
+
+/// What belongs to one run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Local {
+    /// Thrust scale k: specific force at hover's throttle, in gravities.
+    pub scale: f64,
+    /// Constant error of the height b, in R.
+    pub bias: f64,
+}
+
+/// A fitted model.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// What the model has.
+    pub shape: Shape,
+    /// Its numbers, in the order of [`Shape::parameters`].
+    pub theta: Vec<f64>,
+    /// Scale and height error of each run.
+    pub locals: Vec<Local>,
+    /// Standard deviation of the residual, in gravities.
+    pub sigma: f64,
+    /// The disturbance that outlasts a row, if the fit was told of one.
+    pub colour: Option<Colour>,
+    /// Rows that counted.
+    pub rows: usize,
+    /// Steps taken.
+    pub steps: usize,
+    /// Whether the steps came to rest.
+    pub converged: bool,
+    /// Numbers that rest at a bound.
+    pub(super) held: Vec<usize>,
+    pub(super) reduced: Vec<Reduced>,
+}
+
+impl Fit {
+    /// A number by name; `None` where the shape has none of it.
+    #[must_use]
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.index(name).map(|i| self.theta[i])
+    }
+
+    pub(super) fn index(&self, name: &str) -> Option<usize> {
+        self.shape.parameters().iter().position(|p| p.name == name)
+    }
+
+    /// The values for simulation.
+    #[must_use]
+    pub fn values(&self) -> Values {
+        Values::of(&self.shape, &self.theta)
+    }
+
+    /// Modelled specific force of every row that counts, run by run.
+    #[must_use]
+    pub fn predict(&self, pieces: &[Piece]) -> Vec<Vec<f64>> {
+        let values = self.values();
+        pieces
+            .par_iter()
+            .zip(&self.locals)
+            .map(|(piece, local)| {
+                let run = piece.simulate(&values, local.bias);
+                run.into_iter().map(|y| local.scale * y).collect()
+            })
+            .collect()
+    }
+
+    /// Measured less modelled specific force of every row that counts, run by run.
+    #[must_use]
+    pub fn residuals(&self, pieces: &[Piece]) -> Vec<Vec<f64>> {
+        pieces
+            .iter()
+            .zip(self.predict(pieces))
+            .map(|(p, run)| {
+                p.rows
+                    .iter()
+                    .zip(run)
+                    .map(|(&i, y)| p.force[i] - y)
+                    .collect()
+            })
+            .collect()
+    }
+
+    /// The same model told of the disturbance that its residuals show: thrice, for the better the model, the clearer the
+    /// disturbance.
+    pub(super) fn coloured(&self, pieces: &[Piece]) -> Self {
+        let step_s = median(pieces.iter().map(Piece::step_s)).unwrap_or(1.0);
+        let mut out = self.clone();
+        for _ in 0..3 {
+            let colour = Colour::of(pieces, &out.residuals(pieces), step_s);
+            out = Self { colour, ..out };
+            if colour.is_none() {
+                break;
+            }
+            out = fit(pieces, self.shape, Some(&out));
+        }
+        out
+    }
+
+    pub(super) fn prior(&self) -> DMatrix<f64> {
+        let sd = self
+            .shape
+            .parameters()
+            .iter()
+            .map(|p| p.prior_sd.powi(-2))
+            .collect::<Vec<_>>();
+        DMatrix::from_diagonal(&DVector::from_vec(sd))
+    }
+}
+
+/// Fits a shape, from the values of an earlier fit where they have the same name.
+#[must_use]
+pub fn fit(pieces: &[Piece], shape: Shape, from: Option<&Fit>) -> Fit {
+    let parameters = shape.parameters();
+    let mut theta: Vec<f64> = parameters
+        .iter()
+        .map(|p| from.and_then(|f| f.value(p.name)).unwrap_or(p.start))
+        .collect();
+    let mut locals = match from {
+        Some(f) if f.locals.len() == pieces.len() => f.locals.clone(),
+        _ => vec![
+            Local {
+                scale: 1.0,
+                bias: 0.0
+            };
+            pieces.len()
+        ],
+    };
+    let mut sigma = from.map_or(0.1, |f| f.sigma);
+    let colour = from.and_then(|f| f.colour);
+    let system = System {
+        pieces,
+        shape,
+        parameters: &parameters,
+        colour,
+    };
+    let mut damping = 1e-4;
+    let mut converged = false;
+    let mut steps = 0;
+    let mut now = system.assemble(&theta, &locals, sigma);
+    while steps < MOST_STEPS && !converged {
+        steps += 1;
+        let (mut gradient, mut hessian) = total(&now, &parameters, &theta);
+        let held = at_bounds(&parameters, &theta, &gradient);
+        hold(&mut hessian, &mut gradient, &held);
+        let mut damped = hessian.clone();
+        for i in 0..theta.len() {
+            damped[(i, i)] *= 1.0 + damping;
+        }
+        let Some(step) = damped.cholesky().map(|c| c.solve(&gradient)) else {
+            damping = (damping * 10.0_f64).max(1e-6);
+            if damping > 1e9 {
+                break;
+            }
+            continue;
+        };
+        let next: Vec<f64> = (0..theta.len())
+            .map(|i| (theta[i] + step[i]).clamp(parameters[i].min, parameters[i].max))
+            .collect();
+        let moved: Vec<f64> = (0..theta.len()).map(|i| next[i] - theta[i]).collect();
+        let shift = DVector::from_vec(moved);
+        let of_next: Vec<Local> = now
+            .iter()
+            .zip(&locals)
+            .map(|(a, l)| {
+                let d = a.local(&shift) / (1.0 + damping);
+                Local {
+                    scale: l.scale + d.x,
+                    bias: l.bias + d.y.clamp(-BIAS_MOST, BIAS_MOST),
+                }
+            })
+            .collect();
+        let then = system.assemble(&next, &of_next, sigma);
+        let (before, after) = (
+            cost(&now, &parameters, &theta),
+            cost(&then, &parameters, &next),
+        );
+        if after.is_finite() && after <= before * (1.0 + 1e-12) {
+            converged = before - after < 1e-7 * before
+                && shift.dot(&(&hessian * &shift)).abs() < 1e-3 + 1e-7 * before;
+            (theta, locals) = (next, of_next);
+            damping = (damping * 0.2).max(1e-9);
+            let (rows, square) = then
+                .iter()
+                .fold((0.0, 0.0), |(n, s), a| (n + a.weight, s + a.square));
+            let better = sigma
+                * (square / (rows - theta.len() as f64).max(1.0))
+                    .sqrt()
+                    .max(1e-9);
+            // The scale of the residual settles with the fit.
+            if (better / sigma - 1.0).abs() > 0.01 {
+                converged = false;
+                sigma = better;
+                now = system.assemble(&theta, &locals, sigma);
+            } else {
+                now = then;
+            }
+        } else {
+            damping *= 10.0;
+            if damping > 1e9 {
+                converged = true;
+            }
+        }
+    }
+    // Where the steps came to rest, which the last of them may have reached.
+    let (gradient, _) = total(&now, &parameters, &theta);
+    let held = at_bounds(&parameters, &theta, &gradient);
+    Fit {
+        shape,
+        theta,
+        locals,
+        sigma,
+        colour,
+        rows: pieces.iter().map(|p| p.rows.len()).sum(),
+        steps,
+        converged,
+        held,
+        reduced: now.into_iter().map(|a| a.reduced).collect(),
+    }
+}
+
+/// Squares of one run's errors: as they are, and as errors of prediction one step ahead.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Squares {
+    pub(super) plain: f64,
+    pub(super) white: f64,
+    pub(super) rows: f64,
+}
+
+/// Scale and height error of one run for given shared numbers, and its squares over the rows that `counts`, each error
+/// at most `clip`.
+pub(super) fn settle(
+    piece: &Piece,
+    fit: &Fit,
+    theta: &[f64],
+    from: Local,
+    clip: f64,
+    counts: &dyn Fn(usize) -> bool,
+) -> (Local, Squares) {
+    let values = Values::of(&fit.shape, theta);
+    let mut local = from;
+    let sure = piece.bias_sd.powi(-2);
+    for _ in 0..4 {
+        let base = piece.simulate(&values, local.bias);
+        let raised = piece.simulate(&values, local.bias + BIAS_STEP);
+        let mut outer = Matrix2::new(1e-12, 0.0, 0.0, sure);
+        let mut own = Vector2::new(0.0, -sure * local.bias);
+        for (row, &i) in piece.rows.iter().enumerate() {
+            let r = (piece.force[i] - local.scale * base[row]) / fit.sigma;
+            let w = if r.abs() > HUBER {
+                HUBER / r.abs()
+            } else {
+                1.0
+            };
+            let slope = local.scale * (raised[row] - base[row]) / BIAS_STEP;
+            let mine = Vector2::new(base[row], slope) / fit.sigma;
+            outer += w * mine * mine.transpose();
+            own += w * r * mine;
+        }
+        let d = outer.try_inverse().unwrap_or_else(Matrix2::zeros) * own;
+        local.scale += d.x;
+        local.bias += d.y.clamp(-BIAS_MOST, BIAS_MOST);
+    }
+    let run = piece.simulate(&values, local.bias);
+    let plain: Vec<f64> = run
+        .iter()
+        .zip(&piece.rows)
+        .map(|(y, &i)| piece.force[i] - local.scale * y)
+        .collect();
+    let mut white = plain.clone();
+    if let Some(colour) = fit.colour {
+        colour.filter(piece, [&mut white]);
+    }
+    let mut out = Squares::default();
+    // A single wild row does not decide.
+    let square = |r: f64| r.powi(2).min(clip * clip);
+    for ((plain, white), _) in plain
+        .iter()
+        .zip(&white)
+        .zip(&piece.rows)
+        .filter(|(_, i)| counts(**i))
+    {
+        out.plain += square(*plain);
+        out.white += square(*white);
+        out.rows += 1.0;
+    }
+    (local, out)
+}
+
+/// What stays the same during a fit.
+struct System<'a> {
+    pieces: &'a [Piece],
+    shape: Shape,
+    parameters: &'a [Parameter],
+    colour: Option<Colour>,
+}
+
+impl System<'_> {
+    fn assemble(&self, theta: &[f64], locals: &[Local], sigma: f64) -> Vec<Assembled> {
+        self.pieces
+            .par_iter()
+            .zip(locals)
+            .map(|(piece, local)| {
+                let columns = self.columns(piece, *local, theta, sigma);
+                normal_equations(&columns, piece.bias_sd, local.bias)
+            })
+            .collect()
+    }
+
+    fn columns(&self, piece: &Piece, local: Local, theta: &[f64], sigma: f64) -> Columns {
+        let values = Values::of(&self.shape, theta);
+        let base = piece.simulate(&values, local.bias);
+        let slope = |moved: Vec<f64>, step: f64| -> Vec<f64> {
+            let by = local.scale / (step * sigma);
+            moved.iter().zip(&base).map(|(m, b)| (m - b) * by).collect()
+        };
+        let shared = (0..theta.len())
+            .map(|k| {
+                let p = &self.parameters[k];
+                let mut there = theta.to_vec();
+                let width = 1e-4 * p.prior_sd.min(p.max - p.min);
+                there[k] += if there[k] + width > p.max {
+                    -width
+                } else {
+                    width
+                };
+                let step = there[k] - theta[k];
+                slope(
+                    piece.simulate(&Values::of(&self.shape, &there), local.bias),
+                    step,
+                )
+            })
+            .collect();
+        let by_bias = slope(piece.simulate(&values, local.bias + BIAS_STEP), BIAS_STEP);
+        let residual = piece
+            .rows
+            .iter()
+            .zip(&base)
+            .map(|(&i, b)| (piece.force[i] - local.scale * b) / sigma)
+            .collect();
+        let by_scale = base.iter().map(|b| b / sigma).collect();
+        let mut out = Columns {
+            residual,
+            shared,
+            own: [by_scale, by_bias],
+        };
+        if let Some(colour) = self.colour {
+            let all = std::iter::once(&mut out.residual)
+                .chain(&mut out.shared)
+                .chain(&mut out.own);
+            colour.filter(piece, all);
+        }
+        out
+    }
+}
+
+/// Numbers at a bound that the squares would have beyond it.
+fn at_bounds(parameters: &[Parameter], theta: &[f64], gradient: &DVector<f64>) -> Vec<usize> {
+    let pushed = |i: &usize| {
+        let (p, v, g) = (&parameters[*i], theta[*i], gradient[*i]);
+        (v <= p.min && g < 0.0) || (v >= p.max && g > 0.0)
+    };
+    (0..theta.len()).filter(pushed).collect()
+}
+
+/// Gradient and matrix of all runs and of what is known beforehand.
+fn total(
+    now: &[Assembled],
+    parameters: &[Parameter],
+    theta: &[f64],
+) -> (DVector<f64>, DMatrix<f64>) {
+    let n = theta.len();
+    let mut gradient = DVector::zeros(n);
+    let mut hessian = DMatrix::zeros(n, n);
+    for a in now {
+        gradient += &a.reduced.vector;
+        hessian += &a.reduced.matrix;
+    }
+    for (i, p) in parameters.iter().enumerate() {
+        let sure = p.prior_sd.powi(-2);
+        hessian[(i, i)] += sure;
+        gradient[i] -= sure * (theta[i] - p.start);
+    }
+    (gradient, hessian)
+}
+
+fn cost(now: &[Assembled], parameters: &[Parameter], theta: &[f64]) -> f64 {
+    let known: f64 = parameters
+        .iter()
+        .zip(theta)
+        .map(|(p, v)| ((v - p.start) / p.prior_sd).powi(2))
+        .sum();
+    known + now.iter().map(|a| a.cost).sum::<f64>()
+}

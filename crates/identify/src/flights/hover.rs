@@ -1,0 +1,350 @@
+//! Ground effect from hovers at rest, for logs without specific force: there thrust is weight, so what the motors are asked
+//! for at a height, against what they are asked for far above, is the ratio of thrusts.
+//!
+//! ```text
+//! T0(u) (1 + G(z)) = m g (1 + a/g)/cos(tilt),    T0 ∝ n² (rotor speed), a thrust card's, or s^e (throttle)
+//! ```
+//!
+//! Scale and height error of each run of the motors are free, as everywhere in [`super`]. Neither a lag nor an effect of
+//! climb shows in hovers: they are refused.
+
+use rand_distr::{Distribution as _, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use touchdown_model::Card;
+
+use super::choose::Choice;
+use super::fit::{Fit, fit};
+pub use super::rest::{Hover, Law};
+
+use super::ground::{Basis, GroundEffect, Refused, drift_name};
+use super::model::{Curve, Piece, Shape};
+use super::phases::Phases;
+use super::pieces::{LeftOut, left_out};
+use super::rest::{REST_MPS, SHORTEST_S, hovers, roots};
+use super::spread::{Blocks, Spread};
+use super::{Flight, FlightSettings};
+use crate::error::{Error, Result};
+use crate::thrust::plateau::median;
+
+/// Hovers below this are near the ground (R).
+const NEAR_RADII: f64 = 3.0;
+/// Two hovers this far apart are at different heights (R).
+const APART_RADII: f64 = 0.3;
+/// Exponent of thrust by throttle where nothing else is known: between that of a linear command and that of rotor speed.
+const EXPONENT: [f64; 2] = [1.5, 0.3];
+/// Standard deviation of an exponent that is known.
+const KNOWN: f64 = 1e-3;
+/// Unit of time of a drift of thrust (s): by so much time it is weakly known beforehand.
+pub(super) const DRIFT_S: f64 = 300.0;
+/// Draws for intervals at most: each is a fit.
+const MOST_DRAWS: usize = 400;
+
+/// Why hovers at rest are all that counts.
+pub(super) struct Why {
+    /// What was found.
+    pub(super) found: String,
+    /// What to record to have more.
+    pub(super) record: String,
+}
+
+/// Identifies the ground effect from hovers at rest. `card` gives the thrust out of ground effect; without it, rotor speed
+/// does, and without that throttle, by a power that is hardly known.
+///
+/// # Errors
+/// Logs without hovers near the ground and out of its effect: the message says what was found, and what to record.
+pub(super) fn ground_effect(
+    flights: &[Flight],
+    settings: &FlightSettings,
+    rotor_radius_m: f64,
+    card: Option<&Card>,
+    why: &Why,
+) -> Result<GroundEffect> {
+    let phases: Vec<Phases> = flights.iter().map(|f| Phases::of(f, settings)).collect();
+    let mut hovers_of = Vec::new();
+    let mut laws = Vec::new();
+    for (index, (flight, phases)) in flights.iter().zip(&phases).enumerate() {
+        let (law, root) = roots(flight, card)?;
+        hovers_of.extend(hovers(index, flight, phases, &root, settings));
+        laws.push(law);
+    }
+    let name = super::ground::label(flights);
+    let law = laws.first().copied().unwrap_or(Law::Throttle);
+    if laws.iter().any(|l| *l != law) {
+        return Err(Error::data(
+            name,
+            "rotor speeds in all logs or in none",
+            "some with and some without: identify them apart",
+        ));
+    }
+    check(&name, &hovers_of, rotor_radius_m, settings, why)?;
+    let volts = median(hovers_of.iter().filter_map(|h| h.battery_v));
+    let has_volts = hovers_of.iter().all(|h| h.battery_v.is_some());
+    let far = |h: &&Hover| h.height_m > settings.reference_radii * rotor_radius_m;
+    let reference = median(hovers_of.iter().filter(far).map(|h| h.root)).unwrap_or(1.0);
+    let hover_throttle = median(hovers_of.iter().filter(far).map(|h| h.throttle)).unwrap_or(0.5);
+    let mut pieces: Vec<Piece> = Vec::new();
+    for hover in &hovers_of {
+        let key = (hover.flight, hover.run);
+        if pieces.last().is_none_or(|p| (p.flight, p.run) != key) {
+            let run = &phases[hover.flight].runs[hover.run];
+            pieces.push(Piece {
+                flight: hover.flight,
+                run: hover.run,
+                time_s: Vec::new(),
+                throttle: Vec::new(),
+                height: Vec::new(),
+                climb_mps: Vec::new(),
+                battery_v: Vec::new(),
+                on_s: None,
+                force: Vec::new(),
+                rows: Vec::new(),
+                bias_sd: settings
+                    .height_bias_radii
+                    .hypot(run.drift_m / rotor_radius_m),
+            });
+        }
+        if let Some(piece) = pieces.last_mut() {
+            piece.rows.push(piece.time_s.len());
+            piece.time_s.push(0.5 * (hover.from_s + hover.to_s));
+            piece.throttle.push(hover.root / reference);
+            piece.height.push(hover.height_m / rotor_radius_m);
+            piece.force.push(hover.load);
+            let start_s = flights[hover.flight].time_s[0];
+            piece
+                .battery_v
+                .push(match (has_volts, hover.battery_v, volts) {
+                    (true, Some(v), Some(middle)) => v - middle,
+                    _ => (0.5 * (hover.from_s + hover.to_s) - start_s) / DRIFT_S,
+                });
+        }
+    }
+    let mut plain = Shape::plain(Curve::Exponential, false, false);
+    // Hovers cannot tell the exponent from the curve: it stays where it is, and every draw takes another.
+    let [exponent, exponent_sd] = match law {
+        Law::Throttle => EXPONENT,
+        Law::RotorSpeed | Law::Card => [2.0, KNOWN],
+    };
+    plain.exponent = [exponent, KNOWN];
+    let mut choice = Choice::start(&pieces, plain, settings.reference_radii);
+    let shape = Shape {
+        battery: true,
+        ..plain
+    };
+    choice.offer(drift_name(!has_volts), shape, false);
+    // Bounded rationals reach far beyond the heights of hovers: a tail there is the same as another scale.
+    let shape = Shape {
+        curve: Curve::Empirical,
+        ..choice.best.shape
+    };
+    choice.offer(Curve::Empirical.name(), shape, true);
+    let (found, tried) = (choice.best, choice.tried);
+    if !found.converged || found.theta.iter().any(|v| !v.is_finite()) {
+        return Err(Error::data(
+            name,
+            "hovers that a model follows from",
+            format!("no rest after {} steps", found.steps),
+        ));
+    }
+    let spread = spread(&found, &pieces, exponent_sd, settings);
+    let values = found.values();
+    let modelled = found.predict(&pieces).concat();
+    let biases = pieces
+        .iter()
+        .zip(&found.locals)
+        .flat_map(|(p, l)| p.height.iter().map(|z| z + l.bias));
+    for ((hover, model), z) in hovers_of.iter_mut().zip(modelled).zip(biases) {
+        hover.ratio = hover.load / model * (1.0 + values.at_rest(z));
+    }
+    let range = crate::fitted::range(hovers_of.iter().map(|h| h.height_m));
+    let found = GroundEffect {
+        basis: Basis::Hovers { law },
+        drift_of_time: !has_volts,
+        rotor_radius_m,
+        lag: None,
+        left_out: outside(flights, &phases, &hovers_of),
+        phases,
+        pieces,
+        hover_throttle,
+        fit: found,
+        spread,
+        tried,
+        refused: refused(law, why),
+        heights_m: range.unwrap_or([0.0, 0.0]),
+        hovers: hovers_of,
+    };
+    found.told(&name, settings)?;
+    Ok(found)
+}
+
+/// Hovers near the ground at two heights, and out of its effect, in one run.
+fn check(
+    name: &str,
+    hovers: &[Hover],
+    rotor_radius_m: f64,
+    settings: &FlightSettings,
+    why: &Why,
+) -> Result<()> {
+    let m = |radii: f64| radii * rotor_radius_m;
+    let reference_m = m(settings.reference_radii);
+    let whole = |near: &&Hover| {
+        near.height_m < m(NEAR_RADII)
+            && hovers.iter().any(|far| {
+                (far.flight, far.run) == (near.flight, near.run) && far.height_m > reference_m
+            })
+    };
+    let near = crate::fitted::range(hovers.iter().filter(whole).map(|h| h.height_m));
+    if near.is_some_and(|[lo, hi]| hi - lo > m(APART_RADII)) {
+        return Ok(());
+    }
+    let found = if hovers.is_empty() {
+        "none: no steady segment".to_string()
+    } else {
+        let mut heights: Vec<f64> = hovers.iter().map(|h| h.height_m).collect();
+        heights.sort_by(f64::total_cmp);
+        heights.dedup_by(|a, b| (*a - *b).abs() < m(APART_RADII));
+        let text: Vec<String> = heights.iter().take(8).map(|h| format!("{h:.3}")).collect();
+        format!("{} hovers, at {} m", hovers.len(), text.join(", "))
+    };
+    Err(Error::data(
+        name,
+        format!(
+            "steady hovers of {SHORTEST_S} s or more (climb below {REST_MPS} m/s), without landing in between: at two heights or more \
+             below {:.3} m ({NEAR_RADII} rotor radii) and above {reference_m:.3} m ({} rotor radii), for the log has {} and hovers are all \
+             that counts: record some seconds of hover at 0.5, 1, 2 and {} rotor radii in one flight, or {}",
+            m(NEAR_RADII),
+            settings.reference_radii,
+            why.found,
+            settings.reference_radii + 2.0,
+            why.record
+        ),
+        found,
+    ))
+}
+
+/// Flights drawn anew (hovers, where there are fewer than three flights), and the exponent within what is known of it; each
+/// draw is fitted.
+fn spread(found: &Fit, pieces: &[Piece], exponent_sd: f64, settings: &FlightSettings) -> Spread {
+    let mut random = Pcg64::seed_from_u64(settings.seed);
+    let mut flights: Vec<usize> = pieces.iter().map(|p| p.flight).collect();
+    flights.dedup();
+    let by_flight = flights.len() >= 3;
+    let count = if by_flight {
+        flights.len()
+    } else {
+        pieces.iter().map(|p| p.rows.len()).sum()
+    };
+    let draws = (0..settings.resamples.min(MOST_DRAWS))
+        .filter_map(|_| {
+            let drawn: Vec<Piece> = if by_flight {
+                let chosen: Vec<usize> = (0..count)
+                    .map(|_| flights[below(&mut random, count)])
+                    .collect();
+                let of = |f: &usize| {
+                    pieces
+                        .iter()
+                        .filter(|p| p.flight == *f)
+                        .cloned()
+                        .collect::<Vec<_>>()
+                };
+                chosen.iter().flat_map(of).collect()
+            } else {
+                pieces.iter().map(|p| drawn(p, &mut random)).collect()
+            };
+            let mut shape = found.shape;
+            let white: f64 = StandardNormal.sample(&mut random);
+            shape.exponent[0] = (shape.exponent[0] + exponent_sd * white).max(0.5);
+            let from = Fit {
+                locals: Vec::new(),
+                ..found.clone()
+            };
+            let again = fit(&drawn, shape, Some(&from));
+            again.converged.then_some(again.theta)
+        })
+        .collect();
+    let blocks = if by_flight {
+        Blocks::Flights
+    } else {
+        Blocks::Hovers
+    };
+    Spread::from_draws(blocks, count, draws)
+}
+
+/// A run with its hovers drawn anew.
+fn drawn(piece: &Piece, random: &mut Pcg64) -> Piece {
+    let n = piece.rows.len();
+    let mut rows: Vec<usize> = (0..n).map(|_| below(random, n)).collect();
+    rows.sort_unstable();
+    let pick = |c: &[f64]| rows.iter().map(|&i| c[i]).collect::<Vec<_>>();
+    Piece {
+        time_s: pick(&piece.time_s),
+        throttle: pick(&piece.throttle),
+        height: pick(&piece.height),
+        battery_v: pick(&piece.battery_v),
+        force: pick(&piece.force),
+        ..piece.clone()
+    }
+}
+
+fn below(random: &mut Pcg64, n: usize) -> usize {
+    (random.next_u64() % n as u64) as usize
+}
+
+/// What hovers say nothing of.
+fn refused(law: Law, why: &Why) -> Vec<Refused> {
+    let still = format!("hovers at rest only, for the logs have {}", why.found);
+    let mut out = vec![
+        Refused {
+            what: "lags of motors and wake".into(),
+            found: still.clone(),
+            record: why.record.clone(),
+        },
+        Refused {
+            what: "effect of climb and sink on the ground effect".into(),
+            found: still,
+            record: format!(
+                "{}, in climbs and descents below two rotor radii",
+                why.record
+            ),
+        },
+    ];
+    if law == Law::Throttle {
+        out.push(Refused {
+            what: "thrust by throttle".into(),
+            found: format!(
+                "no law of it: thrust was taken to go with throttle to the power {} with a standard deviation of {}, which stands in \
+                 all intervals",
+                EXPONENT[0], EXPONENT[1]
+            ),
+            record: "rotor speeds (`rotor_rpm`), or give --thrust CARD from a thrust stand".into(),
+        });
+    }
+    out
+}
+
+/// What was not used: what is not flight, and flight that is not at rest.
+fn outside(flights: &[Flight], phases: &[Phases], hovers: &[Hover]) -> Vec<LeftOut> {
+    let mut out = Vec::new();
+    for (index, (flight, phases)) in flights.iter().zip(phases).enumerate() {
+        out.extend(left_out(flight, phases));
+        for (number, run) in phases.runs.iter().enumerate() {
+            let mut from_s = flight.time_s[run.rows[0]];
+            let to_s = flight.time_s[run.rows[1]];
+            let ours = hovers
+                .iter()
+                .filter(|h| (h.flight, h.run) == (index, number));
+            for (a, b) in ours.map(|h| (h.from_s, h.to_s)).chain([(to_s, to_s)]) {
+                if a - from_s > SHORTEST_S {
+                    out.push(LeftOut {
+                        log: flight.name.clone(),
+                        from_s,
+                        to_s: a,
+                        why: "not at rest, or the height is not known".into(),
+                    });
+                }
+                from_s = b;
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,411 @@
+//! The model of a flight: throttle to specific force, through motors, drift, climb and ground.
+//!
+//! ```text
+//! (1 + ρ) T_m x' = u - (1 - ρ) x - ρ x²                                    motors; x is √T relative to hover
+//! u = 1 + (1 + ρ) (e/2 r + c r²), r = s(t - d)/s0 - 1                      their drive; e the elasticity dlnT/dlns at s0
+//! F = k (1 + q e^(-(t - t_on)/t_q)) (1 + w (V - V0)) (x² (1 + G) - x κ(z) v)  specific force in gravities
+//! τ G' = h(z + b) - G                                                     or G = h(z + b); images: two lags of q, G of q
+//! ```
+//!
+//! ρ is the share of the motors' load in hover that goes with the square of their speed, the drag of the rotors; the rest
+//! goes with the speed itself. Motors with drag are quicker at speed, and thrust rises less steeply with throttle there.
+//!
+//! Thrust scale `k` and height error `b` belong to one run of the motors, all else to the vehicle.
+
+pub use super::curve::{Curve, LENGTHS};
+pub use super::shape::{Parameter, Shape};
+
+use super::curve::{MOST, psi};
+use crate::thrust::plateau::median;
+
+/// Least and greatest √T relative to hover that a command gives.
+const ROOT: [f64; 2] = [0.05, 2.5];
+
+/// Values by name, zero where the shape has no such number.
+#[derive(Clone, Copy, Debug)]
+pub struct Values {
+    elasticity: f64,
+    t_m_s: f64,
+    dead_time_s: f64,
+    drag: f64,
+    curvature: f64,
+    settling: f64,
+    settling_s: f64,
+    battery: f64,
+    damping: f64,
+    near_damping: f64,
+    curve: Curve,
+    of_curve: [f64; MOST],
+    tau_s: f64,
+    fountain_tau_s: f64,
+    paced: bool,
+}
+
+impl Values {
+    /// Reads the values of a shape.
+    #[must_use]
+    pub fn of(shape: &Shape, theta: &[f64]) -> Self {
+        let mut next = theta.iter().copied();
+        let mut take = |has: bool| if has { next.next().unwrap_or(0.0) } else { 0.0 };
+        let elasticity = take(true);
+        let (t_m_s, dead_time_s) = (take(shape.motor_lag), take(shape.motor_lag));
+        let drag = take(shape.drag);
+        let curvature = take(shape.curvature);
+        let (settling, settling_s) = (take(shape.settling), take(shape.settling));
+        let battery = take(shape.battery);
+        let damping = take(shape.damping);
+        let near_damping = take(shape.near_damping);
+        let many = shape.curve.many();
+        let of_curve = std::array::from_fn(|i| take(i < many));
+        let tau_s = take(shape.wake_lag);
+        Self {
+            elasticity,
+            t_m_s,
+            dead_time_s,
+            drag,
+            curvature,
+            settling,
+            settling_s,
+            battery,
+            damping,
+            near_damping,
+            curve: shape.curve,
+            of_curve,
+            tau_s,
+            fountain_tau_s: take(shape.fountain_lag),
+            paced: shape.fountain_lag && shape.curve == Curve::Images,
+        }
+    }
+
+    /// √T relative to hover that a throttle relative to that of hover gives at rest.
+    #[must_use]
+    pub fn root(&self, throttle: f64) -> f64 {
+        let r = throttle - 1.0;
+        let drive = (1.0
+            + (1.0 + self.drag) * (0.5 * self.elasticity * r + self.curvature * r * r))
+            .max(0.0);
+        // The positive root of (1 - ρ) x + ρ x² = u, also for ρ = 0.
+        let linear = 1.0 - self.drag;
+        let root =
+            2.0 * drive / (linear + (linear * linear + 4.0 * self.drag * drive).sqrt()).max(1e-9);
+        root.clamp(ROOT[0], ROOT[1])
+    }
+
+    /// √T one step on, while what it would rest at goes on a line: exact where that stands still, of second order where not.
+    /// Without a lag, the end of the line itself.
+    fn motors(&self, root: f64, [from, to]: [f64; 2], dt: f64) -> f64 {
+        if !(self.t_m_s > 0.0) {
+            return to;
+        }
+        let target = 0.5 * (from + to);
+        // y = x - target: (1 + ρ) T_m y' = -(a + ρ y) y.
+        let (y, a) = (root - target, 1.0 - self.drag + 2.0 * self.drag * target);
+        let keep = (-a * dt / ((1.0 + self.drag) * self.t_m_s)).exp();
+        target + a * y * keep / (a + self.drag * y * (1.0 - keep))
+    }
+
+    /// The ratio at rest `h`, at a height in R.
+    #[must_use]
+    pub fn at_rest(&self, height: f64) -> f64 {
+        self.curve.lift(self.parts(height))
+    }
+
+    fn parts(&self, height: f64) -> [f64; 2] {
+        self.curve.parts(self.of_curve, height)
+    }
+
+    /// Lags of the two parts at a height in R and a √T relative to hover (s). With lags of their own they are the times
+    /// that the air takes at the speed of the rotors' wake, which goes with √T: down by ζ and out by R for images, out by c, up by ζ and back by c for the fountain; `tau` and `fountain_tau` are those at ζ = R and ζ = 0.
+    fn lags_s(&self, height: f64, root: f64) -> [f64; 2] {
+        if !self.paced {
+            return [self.tau_s; 2];
+        }
+        let [_, _, distance, offset] = self.of_curve;
+        let rotor = (height + offset).max(0.0);
+        let root = root.max(ROOT[0]);
+        [
+            self.tau_s * (rotor + 1.0) / (2.0 * root),
+            self.fountain_tau_s * (rotor + 2.0 * distance) / (2.0 * distance * root),
+        ]
+    }
+}
+
+/// One run of the motors, ready to be simulated.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// Index of the flight that it is of.
+    pub flight: usize,
+    /// Index of the run in the flight.
+    pub run: usize,
+    /// Stamps (s).
+    pub time_s: Vec<f64>,
+    /// Throttle over that of hover.
+    pub throttle: Vec<f64>,
+    /// Height in R; empty where it was not measured.
+    pub height: Vec<f64>,
+    /// Climb rate (m/s); empty where it was not measured.
+    pub climb_mps: Vec<f64>,
+    /// Voltage relative to the mean (V); empty where it was not measured.
+    pub battery_v: Vec<f64>,
+    /// Start of the motors (s), where it was seen.
+    pub on_s: Option<f64>,
+    /// Specific force in gravities.
+    pub force: Vec<f64>,
+    /// Rows that count.
+    pub rows: Vec<usize>,
+    /// Standard deviation of the height's constant error, in R.
+    pub bias_sd: f64,
+}
+
+impl Piece {
+    /// Median step of the clock (s).
+    #[must_use]
+    pub fn step_s(&self) -> f64 {
+        median(self.time_s.windows(2).map(|p| p[1] - p[0])).unwrap_or(1.0)
+    }
+
+    /// The specific force over the scale `k`, for every row that counts.
+    #[must_use]
+    pub fn simulate(&self, values: &Values, bias: f64) -> Vec<f64> {
+        let v = values;
+        let n = self.time_s.len();
+        let mut out = Vec::with_capacity(self.rows.len());
+        let mut next = self.rows.iter().copied().peekable();
+        let mut late = Late {
+            time: &self.time_s,
+            values: &self.throttle,
+            at: 0,
+        };
+        let grounded = v.curve != Curve::Free && !self.height.is_empty();
+        let mut x = v.root(self.throttle[0]);
+        let mut before = x;
+        let mut wake = Wake::default();
+        for i in 0..n {
+            let dt = if i == 0 {
+                0.0
+            } else {
+                self.time_s[i] - self.time_s[i - 1]
+            };
+            let target = v.root(late.at(self.time_s[i] - v.dead_time_s));
+            x = v.motors(x, [before, target], dt);
+            before = target;
+            if grounded {
+                wake.step(v, self.height[i] + bias, dt, x);
+            }
+            if next.peek() != Some(&i) {
+                continue;
+            }
+            next.next();
+            let mut drift = 1.0;
+            if v.settling != 0.0
+                && let Some(on) = self.on_s
+            {
+                drift += v.settling * (-(self.time_s[i] - on) / v.settling_s).exp();
+            }
+            if v.battery != 0.0 && !self.battery_v.is_empty() {
+                drift *= 1.0 + v.battery * self.battery_v[i];
+            }
+            let mut damping = v.damping;
+            if v.near_damping != 0.0 {
+                damping += v.near_damping * psi(2, self.height[i] + bias);
+            }
+            let climb = if damping == 0.0 {
+                0.0
+            } else {
+                damping * self.climb_mps[i]
+            };
+            out.push(drift * x * (x * (1.0 + v.curve.lift(wake.lagged)) - climb));
+        }
+        out
+    }
+}
+
+/// The parts of a ground effect, lagged and at rest; rows without a height are passed over.
+#[derive(Clone, Copy, Debug, Default)]
+struct Wake {
+    lagged: [f64; 2],
+    at_rest: Option<[f64; 2]>,
+    since_s: f64,
+}
+
+impl Wake {
+    /// One row on, at a height in R and a √T relative to hover.
+    fn step(&mut self, v: &Values, height: f64, dt: f64, root: f64) {
+        self.since_s += dt;
+        if !height.is_finite() {
+            return;
+        }
+        let now = v.parts(height);
+        match self.at_rest {
+            None => self.lagged = now,
+            Some(before) => {
+                let lags_s = v.lags_s(height, root);
+                for (k, lag_s) in lags_s.into_iter().enumerate() {
+                    self.lagged[k] =
+                        follow(self.lagged[k], [before[k], now[k]], self.since_s, lag_s);
+                }
+            }
+        }
+        (self.at_rest, self.since_s) = (Some(now), 0.0);
+    }
+}
+
+/// A lag over one step along which the input goes on a line; without a lag, the input itself.
+pub(super) fn follow(state: f64, [from, to]: [f64; 2], dt: f64, lag_s: f64) -> f64 {
+    if lag_s > 0.0 && dt > 0.0 {
+        let behind = (to - from) / dt * lag_s;
+        to - behind + (state - from + behind) * (-dt / lag_s).exp()
+    } else {
+        to
+    }
+}
+
+impl Piece {
+    /// The ratio of thrusts minus one along the rows with a height, at the √T of hover: time since the row before,
+    /// the ratio at rest, the ratio.
+    #[must_use]
+    pub(super) fn wake(&self, values: &Values, bias: f64) -> Vec<[f64; 3]> {
+        let mut wake = Wake::default();
+        let mut last_s = None;
+        self.time_s
+            .iter()
+            .zip(&self.height)
+            .filter(|(_, z)| z.is_finite())
+            .map(|(&t, z)| {
+                let dt = t - last_s.unwrap_or(t);
+                last_s = Some(t);
+                wake.step(values, z + bias, dt, 1.0);
+                let lift = values.curve.lift(wake.lagged);
+                [dt, values.at_rest(z + bias), lift]
+            })
+            .collect()
+    }
+}
+
+/// A signal at earlier times, on lines between its samples; times must not fall.
+struct Late<'a> {
+    time: &'a [f64],
+    values: &'a [f64],
+    at: usize,
+}
+
+impl Late<'_> {
+    fn at(&mut self, t: f64) -> f64 {
+        let (time, values) = (self.time, self.values);
+        while self.at + 1 < time.len() && time[self.at + 1] <= t {
+            self.at += 1;
+        }
+        let k = self.at;
+        if k + 1 >= time.len() || t <= time[k] {
+            return values[k];
+        }
+        values[k] + (t - time[k]) / (time[k + 1] - time[k]) * (values[k + 1] - values[k])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step_piece() -> Piece {
+        let time_s: Vec<f64> = (0..200).map(|i| 0.01 * f64::from(i)).collect();
+        Piece {
+            flight: 0,
+            run: 0,
+            throttle: time_s
+                .iter()
+                .map(|t| if *t < 0.5 { 1.0 } else { 1.2 })
+                .collect(),
+            height: vec![1.0; 200],
+            climb_mps: vec![0.5; 200],
+            battery_v: Vec::new(),
+            on_s: Some(0.0),
+            force: vec![1.0; 200],
+            rows: (0..200).collect(),
+            bias_sd: 0.1,
+            time_s,
+        }
+    }
+
+    #[test]
+    fn analytic_step_of_throttle_through_lag_and_dead_time() {
+        let shape = Shape::plain(Curve::Free, false, true);
+        let run = step_piece().simulate(&Values::of(&shape, &[1.5, 0.1, 0.03]), 0.0);
+        // √T goes from 1 to 1 + 0.75 × 0.2, from 0.53 s on (the line between two samples ends there).
+        let x = 1.0 + 0.15 * (1.0 - (-(1.0f64 - 0.53) / 0.1).exp());
+        // A command that rises over one sample of 0.01 s instead of at its end: at most 0.15 × 0.1 × e^-4.7.
+        assert!((run[100] - x * x).abs() < 3e-4, "{} {}", run[100], x * x);
+        assert!((run[50] - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn analytic_step_of_throttle_of_motors_with_drag() {
+        let shape = Shape {
+            drag: true,
+            ..Shape::plain(Curve::Free, false, true)
+        };
+        let run = step_piece().simulate(&Values::of(&shape, &[1.5, 0.1, 0.03, 0.6]), 0.0);
+        // Drive 1 + 1.6 × 0.75 × 0.2 = 1.24 = 0.4 x + 0.6 x² at rest; roots of opposite sign, (x - end)/(x - other) decays at
+        // the rate 0.6 (end - other)/(1.6 × 0.1 s).
+        let root = (0.16f64 + 4.0 * 0.6 * 1.24).sqrt();
+        let (end, other) = ((root - 0.4) / 1.2, (-root - 0.4) / 1.2);
+        let left = (1.0 - end) / (1.0 - other) * (-0.6 * (end - other) / 0.16 * 0.47).exp();
+        let x = (end - other * left) / (1.0 - left);
+        // As above.
+        assert!((run[100] - x * x).abs() < 3e-4, "{} {}", run[100], x * x);
+        // Elasticity 1.5 at hover: a hundredth of throttle less is 1.5 hundredths of thrust, to second order 1e-4.
+        let slow = Values::of(&shape, &[1.5, 0.1, 0.03, 0.6]).root(0.99);
+        assert!((slow * slow - 0.985).abs() < 1e-4);
+    }
+
+    #[test]
+    fn analytic_drift_damping_and_curve_multiply() {
+        let mut shape = Shape::plain(Curve::Exponential, true, false);
+        shape.settling = true;
+        let run =
+            step_piece().simulate(&Values::of(&shape, &[2.0, -0.1, 0.5, 0.04, 0.2, 2.0]), 0.5);
+        let drift = 1.0 - 0.1 * (-0.2f64 / 0.5).exp();
+        let expected = drift * (1.0 + 0.2 * (-1.5f64 / 2.0).exp() - 0.04 * 0.5);
+        // Closed form: rounding only.
+        assert!((run[20] - expected).abs() < 1e-12);
+    }
+
+    #[test]
+    fn prop_every_shape_reads_as_many_values_as_it_names() {
+        for curve in [
+            Curve::Free,
+            Curve::Exponential,
+            Curve::Empirical,
+            Curve::Rational,
+            Curve::Images,
+        ] {
+            for bits in 0..=511u16 {
+                let on = |k: u16| bits >> k & 1 == 1;
+                let shape = Shape {
+                    exponent: [1.5, 1.0],
+                    motor_lag: on(0),
+                    drag: on(8),
+                    curvature: on(1),
+                    settling: on(2),
+                    battery: on(3),
+                    damping: on(4),
+                    near_damping: on(6),
+                    curve,
+                    wake_lag: on(5),
+                    fountain_lag: on(7),
+                };
+                let theta: Vec<f64> = (1..=shape.parameters().len()).map(|i| i as f64).collect();
+                let read = Values::of(&shape, &theta);
+                let last = theta.len() as f64;
+                let of_last = if shape.fountain_lag {
+                    read.fountain_tau_s
+                } else if shape.wake_lag {
+                    read.tau_s
+                } else {
+                    last
+                };
+                assert_eq!(of_last, last);
+            }
+        }
+    }
+}

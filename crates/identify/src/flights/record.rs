@@ -1,0 +1,400 @@
+//! One log of a flight, with its channels on one clock.
+
+use serde::Serialize;
+use touchdown_trial::Trial;
+
+use super::ground::label;
+use super::smooth::{bump, filled, local_parabola, without_spikes};
+use super::{FlightSettings, motion};
+use crate::error::{Error, Result};
+use crate::thrust::{plateau::median, throttle};
+
+/// Finest step that is kept; faster logs are averaged (s). Motors and wakes take several such steps.
+const FINEST_STEP_S: f64 = 0.008;
+/// Half of the window that climb rates are smoothed over (s).
+pub(super) const HALF_WINDOW_S: f64 = 0.1;
+/// A throttle above this is in other units than those from 0 to 1.
+const MOST_THROTTLE: f64 = 1.5;
+/// Noise of an acceleration from poses beyond which it is none (gravities).
+const NOISIEST: f64 = 0.1;
+/// What the specific force of a vehicle in flight is around, in gravities.
+const IN_FLIGHT: [f64; 2] = [0.7, 1.4];
+
+/// What a specific force is from.
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ForceFrom {
+    /// There is none.
+    #[default]
+    Nothing,
+    /// The accelerometer.
+    Accelerometer,
+    /// Derivatives of climb rate or height.
+    Poses,
+}
+
+/// What the specific forces of flights are from: the accelerometer, poses in all of them, or nothing.
+///
+/// # Errors
+/// Some flights with an accelerometer and some without.
+pub(super) fn forces_from(flights: &[Flight]) -> Result<ForceFrom> {
+    let all = |from: ForceFrom| flights.iter().all(|f| f.force_from == from);
+    let accelerometer = |f: &Flight| f.force_from == ForceFrom::Accelerometer;
+    if all(ForceFrom::Accelerometer) {
+        Ok(ForceFrom::Accelerometer)
+    } else if flights.iter().any(accelerometer) {
+        Err(Error::data(
+            label(flights),
+            "values of `specific_force_mps2` in all logs or in none",
+            "some with and some without: identify them apart",
+        ))
+    } else if all(ForceFrom::Poses) {
+        Ok(ForceFrom::Poses)
+    } else {
+        Ok(ForceFrom::Nothing)
+    }
+}
+
+/// A log of a flight.
+#[derive(Clone, Debug, Default)]
+pub struct Flight {
+    /// Its name.
+    pub name: String,
+    /// Stamps (s).
+    pub time_s: Vec<f64>,
+    /// Mean throttle of the motors, in [0, 1].
+    pub throttle: Vec<f64>,
+    /// The throttle as it acts on `force`: smoothed alike, where that is from poses. Empty where it is the throttle.
+    pub command: Vec<f64>,
+    /// Whether that is the speed of the rotors over its greatest value, for no throttle was logged.
+    pub throttle_is_speed: bool,
+    /// Speed of the rotors (1/min); empty where it was not measured.
+    pub rotor_rpm: Vec<f64>,
+    /// Specific force along the rotor axis in gravities: 1 in hover. Empty where there is none.
+    pub force: Vec<f64>,
+    /// What it is from.
+    pub force_from: ForceFrom,
+    /// Height as logged (m); empty where it was not measured, NaN in long holes.
+    pub height_m: Vec<f64>,
+    /// Climb rate (m/s), measured or from the height; empty where neither was.
+    pub climb_mps: Vec<f64>,
+    /// Battery voltage (V); empty where it was not measured.
+    pub battery_v: Vec<f64>,
+    /// Tilt of the rotor axis (rad); empty where it was not measured.
+    pub tilt_rad: Vec<f64>,
+    /// Median time between two values of the throttle while the motors run (s).
+    pub throttle_period_s: f64,
+    /// What was done to the log that its reader should know.
+    pub notes: Vec<String>,
+}
+
+impl Flight {
+    /// Takes the channels of a trial: `throttle` (or `throttle_1` …; or `rotor_rpm`), and what there is of
+    /// `specific_force_mps2`, `height_m`, `vehicle_velocity_mps`, `battery_v` and `tilt_rad`. Without specific force, it
+    /// is derived from climb rate or height where they are quick and clean enough.
+    ///
+    /// # Errors
+    /// A trial without throttle and rotor speed, or whose specific force is not one.
+    pub fn of(trial: &Trial, settings: &FlightSettings) -> Result<Self> {
+        let (throttle, rotor_rpm, by_speed) = effort(trial)?;
+        let running = |i: &usize| throttle[*i] > settings.idle_throttle;
+        let rows: Vec<usize> = (0..trial.len())
+            .filter(|&i| throttle[i].is_finite())
+            .collect();
+        if rows.len() < 20 {
+            return Err(Error::data(
+                trial.name(),
+                "at least 20 rows with a throttle",
+                rows.len().to_string(),
+            ));
+        }
+        let most = rows.iter().map(|&i| throttle[i]).fold(0.0, f64::max);
+        if most > MOST_THROTTLE {
+            return Err(Error::data(
+                trial.name(),
+                "a throttle from 0 to 1",
+                format!("values up to {most}: divide them in the map"),
+            ));
+        }
+        let time = trial.time_s();
+        let changes: Vec<f64> = rows
+            .iter()
+            .zip(rows.iter().skip(1))
+            .filter(|(a, b)| running(a) && running(b) && throttle[**a] != throttle[**b])
+            .map(|(_, b)| time[*b])
+            .collect();
+        let step = |t: &[f64]| median(t.windows(2).map(|p| p[1] - p[0])).unwrap_or(f64::INFINITY);
+        let stamps: Vec<f64> = rows.iter().map(|&i| time[i]).collect();
+        let throttle_period_s = step(&stamps).max(step(&changes));
+        let linear = |name: &str| -> Vec<f64> {
+            let Some(values) = trial.channel(name) else {
+                return Vec::new();
+            };
+            if values.iter().any(|v| v.is_finite()) {
+                filled(time, values, false)
+            } else {
+                Vec::new()
+            }
+        };
+        let mut notes = Vec::new();
+        let mut height_m = trial
+            .channel("height_m")
+            .map_or_else(Vec::new, <[f64]>::to_vec);
+        if by_speed {
+            notes.push(
+                "no throttle: the speed of the rotors over its greatest value stands in its place"
+                    .to_string(),
+            );
+        }
+        let spikes = without_spikes(time, &mut height_m);
+        if spikes > 0 {
+            notes.push(format!(
+                "{spikes} heights leap away and back faster than anything flies: spikes of the sensor, left out"
+            ));
+        }
+        if !height_m.iter().any(|z| z.is_finite()) {
+            height_m.clear();
+        }
+        let height_m = filled(time, &height_m, false);
+        let velocity = linear("vehicle_velocity_mps");
+        let clock_s = step(time);
+        let gravity = settings.gravity_mps2;
+        // The force is measured where it stands: what is between is not made up.
+        let force: Vec<f64> = trial
+            .channel("specific_force_mps2")
+            .map(|c| c.iter().map(|f| f / gravity).collect())
+            .unwrap_or_default();
+        let known = force.iter().any(|f| f.is_finite());
+        // Slow clocks need a longer window for a slope.
+        let half_s = HALF_WINDOW_S.max(2.1 * clock_s);
+        let climb_mps = if known && !(velocity.is_empty() && height_m.is_empty()) {
+            let up: Vec<f64> = force.iter().map(|f| (f - 1.0) * gravity).collect();
+            motion::climb(time, [&height_m, &velocity], &up)
+        } else if !velocity.is_empty() {
+            local_parabola(time, &velocity, half_s, 0)
+        } else if !height_m.is_empty() {
+            local_parabola(time, &height_m, half_s, 1)
+        } else {
+            Vec::new()
+        };
+        let mut whole = Self {
+            name: trial.name().to_string(),
+            time_s: time.to_vec(),
+            throttle: filled(time, &throttle, true),
+            command: Vec::new(),
+            throttle_is_speed: by_speed,
+            rotor_rpm,
+            force: if known { force } else { Vec::new() },
+            force_from: if known {
+                ForceFrom::Accelerometer
+            } else {
+                ForceFrom::Nothing
+            },
+            height_m,
+            climb_mps,
+            battery_v: trial.channel("battery_v").map_or_else(Vec::new, held),
+            tilt_rad: linear("tilt_rad"),
+            throttle_period_s,
+            notes,
+        };
+        if known {
+            whole.check_force(settings)?;
+        } else if clock_s.max(throttle_period_s) * settings.least_rate_hz <= 1.0 {
+            whole.derive_force(&velocity, gravity);
+        }
+        Ok(whole.thinned())
+    }
+
+    /// Specific force from the climb rate or, without it, from the height, with the throttle smoothed alike. Where the
+    /// noise is too strong there is none.
+    fn derive_force(&mut self, velocity: &[f64], gravity: f64) {
+        let (source, derivative) = if velocity.is_empty() {
+            (&self.height_m[..], 2)
+        } else {
+            (velocity, 1)
+        };
+        if source.is_empty() {
+            return;
+        }
+        let time = &self.time_s;
+        let rise = local_parabola(time, source, HALF_WINDOW_S, derivative);
+        // White noise of a signal shows in its third differences, 20-fold in variance.
+        let rough = median(
+            source
+                .windows(4)
+                .map(|w| (w[3] - 3.0 * (w[2] - w[1]) - w[0]).abs()),
+        );
+        let sd = rough.unwrap_or(f64::INFINITY) * 1.4826 / 20.0_f64.sqrt();
+        // That of a parabola's slope and curvature over n evenly spaced values.
+        let n = 2.0 * HALF_WINDOW_S / self.step_s() + 1.0;
+        let noise = match derivative {
+            1 => sd * (3.0 / n).sqrt() / HALF_WINDOW_S,
+            _ => sd * (180.0 / (4.0 * n)).sqrt() / (HALF_WINDOW_S * HALF_WINDOW_S),
+        } / gravity;
+        if !(noise <= NOISIEST) {
+            self.notes.push(format!(
+                "no acceleration from poses: their noise would be {noise:.2} g in it, above {NOISIEST} g"
+            ));
+            return;
+        }
+        self.force = rise
+            .iter()
+            .enumerate()
+            .map(|(i, a)| {
+                let lean = self.tilt_rad.get(i).map_or(1.0, |t| t.cos().max(0.5));
+                (1.0 + a / gravity) / lean
+            })
+            .collect();
+        self.command = bump(time, &self.throttle, HALF_WINDOW_S, derivative as i32);
+        self.force_from = ForceFrom::Poses;
+    }
+
+    /// A specific force is about one gravity over a flight; anything else is another quantity or another unit.
+    fn check_force(&self, settings: &FlightSettings) -> Result<()> {
+        if self.force.is_empty() {
+            return Ok(());
+        }
+        let most = self.throttle.iter().copied().fold(0.0, f64::max);
+        let flying = (0..self.force.len())
+            .filter(|&i| self.throttle[i] > settings.idle_throttle.max(0.5 * most))
+            .map(|i| self.force[i]);
+        match median(flying) {
+            Some(f) if (IN_FLIGHT[0]..=IN_FLIGHT[1]).contains(&f) => Ok(()),
+            None => Ok(()),
+            Some(f) => Err(Error::data(
+                &self.name,
+                format!(
+                    "`specific_force_mps2` of about {} m/s² in flight (up positive, gravity not taken off)",
+                    settings.gravity_mps2
+                ),
+                format!(
+                    "a median of {:.3} m/s²: is it in g, without gravity, or down positive?",
+                    f * settings.gravity_mps2
+                ),
+            )),
+        }
+    }
+
+    /// The same with neighbouring rows averaged to steps of at least [`FINEST_STEP_S`].
+    fn thinned(self) -> Self {
+        let step = median(self.time_s.windows(2).map(|p| p[1] - p[0])).unwrap_or(1.0);
+        let many = (FINEST_STEP_S / step).round() as usize;
+        if many < 2 {
+            return self;
+        }
+        let mean = |c: &[f64]| -> Vec<f64> {
+            c.chunks(many)
+                .map(|c| {
+                    let (n, sum) = c
+                        .iter()
+                        .filter(|v| v.is_finite())
+                        .fold((0.0, 0.0), |(n, sum), v| (n + 1.0, sum + v));
+                    sum / n
+                })
+                .collect()
+        };
+        Self {
+            time_s: mean(&self.time_s),
+            throttle: mean(&self.throttle),
+            command: mean(&self.command),
+            rotor_rpm: mean(&self.rotor_rpm),
+            force: mean(&self.force),
+            height_m: mean(&self.height_m),
+            climb_mps: mean(&self.climb_mps),
+            battery_v: mean(&self.battery_v),
+            tilt_rad: mean(&self.tilt_rad),
+            ..self
+        }
+    }
+
+    /// Median step of the clock (s).
+    #[must_use]
+    pub fn step_s(&self) -> f64 {
+        median(self.time_s.windows(2).map(|p| p[1] - p[0])).unwrap_or(f64::INFINITY)
+    }
+}
+
+/// Throttle and rotor speed; without throttle, the rotor speed over its greatest value in its place, and that it is that.
+pub(super) fn effort(trial: &Trial) -> Result<(Vec<f64>, Vec<f64>, bool)> {
+    let known = |c: &[f64]| c.iter().any(|v| v.is_finite());
+    let rpm = trial
+        .channel("rotor_rpm")
+        .filter(|c| known(c))
+        .map_or_else(Vec::new, |c| filled(trial.time_s(), c, false));
+    match throttle(trial) {
+        Ok(throttle) if known(&throttle) || rpm.is_empty() => Ok((throttle, rpm, false)),
+        Err(_) if rpm.is_empty() => Err(Error::data(
+            trial.name(),
+            "what the motors do, as `throttle` (0 to 1) or `rotor_rpm`: record motor commands or rotor speeds with the poses",
+            format!("channels {}", names(trial)),
+        )),
+        _ => {
+            let most = rpm.iter().copied().fold(0.0, f64::max);
+            Ok((rpm.iter().map(|r| r / most).collect(), rpm, true))
+        }
+    }
+}
+
+/// Gaps of a slow quantity held at the value before, those at the start at the first one; empty where there is none.
+fn held(values: &[f64]) -> Vec<f64> {
+    let Some(mut last) = values.iter().copied().find(|v| v.is_finite()) else {
+        return Vec::new();
+    };
+    let hold = |v: &f64| {
+        if v.is_finite() {
+            last = *v;
+        }
+        last
+    };
+    values.iter().map(hold).collect()
+}
+
+fn names(trial: &Trial) -> String {
+    let all: Vec<&str> = std::iter::once("time_s")
+        .chain(trial.channels().map(|(name, _)| name))
+        .collect();
+    all.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(force: f64) -> Trial {
+        let time: Vec<f64> = (0..1000).map(|i| 0.002 * f64::from(i)).collect();
+        // A throttle that a slow logger wrote every 0.1 s, and that a reader held in between.
+        let throttle = (0..1000)
+            .map(|i| 0.5 + 0.001 * f64::from(i / 50 % 7))
+            .collect();
+        Trial::new("log", time)
+            .unwrap()
+            .with_channel("throttle", throttle)
+            .unwrap()
+            .with_channel("specific_force_mps2", vec![force; 1000])
+            .unwrap()
+    }
+
+    #[test]
+    fn analytic_a_held_throttle_keeps_its_own_period() {
+        let flight = Flight::of(&trial(9.81), &FlightSettings::default()).unwrap();
+        assert!(
+            (flight.throttle_period_s - 0.1).abs() < 1e-9,
+            "{}",
+            flight.throttle_period_s
+        );
+        // 500 Hz averaged by fours.
+        assert_eq!(flight.time_s.len(), 250);
+        assert!((flight.force[0] - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn analytic_force_in_g_is_refused_with_the_number() {
+        let error = Flight::of(&trial(1.0), &FlightSettings::default())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("specific_force_mps2") && error.contains("1.000"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,28 @@
+//! From trials to model cards.
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`thrust`] | throttle to thrust from stands: static maps, lags, eq. (7), eq. (8) |
+//! | [`rig`] | ground effect from force rigs: eq. (2), static map, eq. (9), ratio form, lag form |
+//! | [`flights`] | thrust and ground effect from flight logs, without a force sensor |
+//! | [`front`] | the best subset of every size, with its proof |
+//! | [`prediction`] | free-run prediction from a card |
+//! | [`scores`] | errors of a prediction |
+//! | [`settings`] | the settings of all of them |
+
+mod choose;
+pub mod error;
+mod estimate;
+pub mod fitted;
+pub mod flights;
+pub mod front;
+pub mod prediction;
+pub mod rig;
+pub mod scores;
+pub mod settings;
+pub mod thrust;
+mod unit;
+
+pub use error::{Error, Result};
+pub use fitted::{Made, Origin, sha256};
+pub use settings::IdentificationSettings;

@@ -1,0 +1,135 @@
+//! Eq. (9): Savitzky–Golay derivative of the force, regressed on the library by SR3.
+
+use sindy::statistics::regression::{Clusters, cluster_errors};
+use sindy::{Gram, Library, Samples, SavitzkyGolay};
+use touchdown_model::{Form, Kind};
+
+use super::GroundTrial;
+use crate::choose::choose;
+use crate::error::Result;
+use crate::estimate::{Estimate, term};
+use crate::fitted::{Made, Origin, method};
+use crate::front::Front;
+use crate::settings::IdentificationSettings;
+use crate::unit;
+
+/// The columns of eq. (9), smoothed, with the derivative of the force.
+pub(super) fn samples(
+    trials: &[GroundTrial],
+    settings: &IdentificationSettings,
+) -> Result<Samples> {
+    let filter = SavitzkyGolay::new(settings.smoothing.window, settings.smoothing.degree)?;
+    let mut samples = Samples::new(&["f", "s", "z", "v_p", "v_q", "f_dot"]);
+    for t in trials {
+        let force = t.smooth_force(&filter)?;
+        samples.push_group(vec![
+            force.value,
+            t.throttle.clone(),
+            t.height_m.clone(),
+            t.deck_velocity_mps.clone(),
+            t.vehicle_velocity_mps.clone(),
+            force.derivative,
+        ])?;
+    }
+    Ok(samples)
+}
+
+/// The library without the terms that are zero throughout the data.
+pub(super) fn live_library(
+    samples: &Samples,
+    settings: &IdentificationSettings,
+) -> Result<(Library, Vec<Gram>)> {
+    let all = Library::parse(&settings.ground_effect.library)?;
+    let total = Gram::total(&Gram::accumulate(&all, "f_dot", samples)?);
+    let live: Vec<&String> = all
+        .names()
+        .iter()
+        .enumerate()
+        .filter(|(j, _)| total.xtx[(*j, *j)] > 0.0)
+        .map(|(_, name)| name)
+        .collect();
+    let library = Library::parse(&live)?;
+    let grams = Gram::accumulate(&library, "f_dot", samples)?;
+    Ok((library, grams))
+}
+
+/// Groups with data, and terms that are kept.
+pub(super) fn clusters(grams: &[Gram], support: &[bool]) -> Clusters {
+    Clusters {
+        groups: grams.iter().filter(|g| g.rows > 0).count(),
+        coefficients: support.iter().filter(|s| **s).count(),
+    }
+}
+
+pub(super) fn fit(
+    trials: &[GroundTrial],
+    settings: &IdentificationSettings,
+    origin: &Origin,
+) -> Result<Made> {
+    let samples = samples(trials, settings)?;
+    let (library, grams) = live_library(&samples, settings)?;
+    let chosen = choose(&grams, settings)?;
+    let front = Front::of(("f'", "N/s"), &library, &grams, &chosen, settings)?;
+    let total = Gram::total(&grams);
+    let (xi, support) = (&chosen.fit.coefficients, &chosen.fit.support);
+    let errors = cluster_errors(&grams, xi, support);
+    let clusters = clusters(&grams, support);
+    let mut card = origin.card(
+        "ground-effect-derivative",
+        Kind::GroundEffect,
+        Form::Derivative,
+        "f' = Θ(f, s, z, v_p, v_q) ξ, f [N], s throttle, z height above the deck [m], v_p, v_q velocities of deck and vehicle [m/s]",
+    );
+    for (j, name) in library
+        .names()
+        .iter()
+        .enumerate()
+        .filter(|(j, _)| support[*j])
+    {
+        let estimate = Estimate {
+            value: xi[j],
+            std_error: errors.as_ref().map_or(f64::NAN, |e| e[j]),
+            clusters,
+        };
+        let unit = unit::of_coefficient("f'", name);
+        card.terms.push(term("f'", name, estimate, &unit));
+    }
+    let left_out: Vec<&str> = settings
+        .ground_effect
+        .library
+        .iter()
+        .filter(|t| !library.names().contains(t))
+        .map(String::as_str)
+        .collect();
+    let mut warnings = Vec::new();
+    if !left_out.is_empty() {
+        warnings.push(format!(
+            "left out, for they are zero throughout the data: {}",
+            left_out.join(", ")
+        ));
+    }
+    let pole = card.coefficient("f'", "f");
+    let r2 = total.r_squared(xi);
+    warnings.push(format!(
+        "regression on derivatives: errors in the measured force pull its coefficient towards zero (here \
+         {pole:.3} 1/s); R² of the derivative is {r2:.2}"
+    ));
+    let mut notes = vec![(
+        "derivative",
+        format!(
+            "Savitzky–Golay, window {}, degree {}",
+            settings.smoothing.window, settings.smoothing.degree
+        ),
+    )];
+    notes.extend(chosen.notes.iter().cloned());
+    card.provenance.method = method(&notes);
+    Ok(Made {
+        card,
+        rmse: chosen.training_rmse,
+        rmse_unit: "N/s",
+        rows_used: total.rows,
+        lag_s: (pole < 0.0).then(|| -1.0 / pole),
+        front,
+        warnings,
+    })
+}

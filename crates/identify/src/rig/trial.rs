@@ -1,0 +1,180 @@
+//! A trial, prepared: the force extracted, the columns at hand.
+
+use sindy::SavitzkyGolay;
+use sindy::derivative::savgol::Smoothed;
+use touchdown_model::card::{Card, Form};
+use touchdown_trial::Trial;
+
+use crate::error::{Error, Result};
+use crate::fitted::range;
+use crate::prediction::{Columns, Predictor};
+use crate::settings::IdentificationSettings;
+use crate::thrust;
+
+/// A trial with the ground-effect force extracted.
+#[derive(Clone, Debug)]
+pub struct GroundTrial {
+    /// The trial's name.
+    pub name: String,
+    /// Time (s).
+    pub time_s: Vec<f64>,
+    /// Throttle.
+    pub throttle: Vec<f64>,
+    /// Height above the deck (m).
+    pub height_m: Vec<f64>,
+    /// Deck velocity (m/s).
+    pub deck_velocity_mps: Vec<f64>,
+    /// Vehicle velocity (m/s).
+    pub vehicle_velocity_mps: Vec<f64>,
+    /// Free-air thrust, by the thrust card (N).
+    pub free_air_thrust_n: Vec<f64>,
+    /// Measured force beyond it (N).
+    pub force_n: Vec<f64>,
+    /// The plant's own force with turbulence and sensor noise off, shifted by the rig's nominal latency,
+    /// where the trial is of the virtual rig (N).
+    pub truth_n: Option<Vec<f64>>,
+}
+
+/// Extracts the force from a trial with `throttle`, `thrust_n` and `height_m`; `deck_velocity_mps` and
+/// `vehicle_velocity_mps` are zero where there is no such channel. All inputs are shifted by the dead time of
+/// the thrust card, so that they are as late as the load cell is.
+///
+/// # Errors
+/// A channel that is missing, or a thrust card that cannot be run on the trial.
+pub fn prepare(trial: &Trial, thrust_card: &Card) -> Result<GroundTrial> {
+    let measured = trial.require("thrust_n")?;
+    let throttle = trial.require("throttle")?;
+    let height = trial.require("height_m")?;
+    let zeros = vec![0.0; trial.len()];
+    // The load cell holds ground effect as well, so the run cannot start from what it says: it starts
+    // from rest at the first throttle.
+    let free_air_thrust_n = thrust::free_air(thrust_card, trial.name(), trial.time_s(), throttle)?;
+    let force_n = measured
+        .iter()
+        .zip(&free_air_thrust_n)
+        .map(|(f, t)| f - t)
+        .collect();
+    let truth_n = match (
+        trial.channel("truth_thrust_n"),
+        trial.channel("truth_free_air_n"),
+    ) {
+        (Some(total), Some(free)) => Some(total.iter().zip(free).map(|(f, t)| f - t).collect()),
+        _ => None,
+    };
+    // The load cell is as late for the ground effect as it was for the thrust.
+    let dead_time_s = thrust::dead_time_s(thrust_card);
+    let late = |values: &[f64]| thrust::delayed(trial.time_s(), values, dead_time_s);
+    let or_zero = |name| trial.channel(name).map_or_else(|| zeros.clone(), late);
+    Ok(GroundTrial {
+        name: trial.name().to_string(),
+        time_s: trial.time_s().to_vec(),
+        throttle: late(throttle),
+        height_m: late(height),
+        deck_velocity_mps: or_zero("deck_velocity_mps"),
+        vehicle_velocity_mps: or_zero("vehicle_velocity_mps"),
+        free_air_thrust_n,
+        force_n,
+        truth_n,
+    })
+}
+
+/// The force (N) that a card predicts over a trial in free run, from the true force at its start where
+/// it is known, else from the mean of the first 0.2 s.
+///
+/// # Errors
+/// A card that does not fit the trial.
+pub fn predict(card: &Card, trial: &GroundTrial) -> Result<Vec<f64>> {
+    predict_by(&Predictor::new(card)?, trial)
+}
+
+/// As [`predict`], by a card that is prepared already.
+pub(super) fn predict_by(predictor: &Predictor, trial: &GroundTrial) -> Result<Vec<f64>> {
+    let start = match &trial.truth_n {
+        Some(truth) => truth.first().copied().unwrap_or(0.0),
+        None => {
+            let n = trial
+                .time_s
+                .partition_point(|t| t - trial.time_s[0] <= 0.2)
+                .max(1);
+            let finite: Vec<f64> = trial
+                .force_n
+                .iter()
+                .take(n)
+                .copied()
+                .filter(|v| v.is_finite())
+                .collect();
+            if finite.is_empty() {
+                return Err(Error::data(&trial.name, "a force at the start", "a gap"));
+            }
+            finite.iter().sum::<f64>() / finite.len() as f64
+        }
+    };
+    predictor.run(&trial.name, &trial.time_s, &trial.columns(), start)
+}
+
+impl GroundTrial {
+    /// The columns for prediction.
+    #[must_use]
+    pub fn columns(&self) -> Columns<'_> {
+        Columns {
+            throttle: &self.throttle,
+            height_m: &self.height_m,
+            deck_velocity_mps: &self.deck_velocity_mps,
+            vehicle_velocity_mps: &self.vehicle_velocity_mps,
+            free_air_thrust_n: &self.free_air_thrust_n,
+            battery_v: &[],
+        }
+    }
+
+    /// The force, smoothed, and its derivative.
+    pub(super) fn smooth_force(&self, filter: &SavitzkyGolay) -> Result<Smoothed> {
+        filter.apply(&self.time_s, &self.force_n).map_err(|e| {
+            let expected = format!("an unbroken force over {} samples", filter.window());
+            Error::data(&self.name, expected, e.to_string())
+        })
+    }
+
+    /// What errors are taken against: the truth where it is known, else the measurement.
+    #[must_use]
+    pub fn reference_n(&self) -> &[f64] {
+        self.truth_n.as_deref().unwrap_or(&self.force_n)
+    }
+}
+
+/// Sets a card's validity box to what the trials covered.
+pub(super) fn validity(card: &mut Card, trials: &[GroundTrial], settings: &IdentificationSettings) {
+    type Column = fn(&GroundTrial) -> &[f64];
+    let columns: [(&str, Column); 5] = [
+        ("z", |t| &t.height_m),
+        ("s", |t| &t.throttle),
+        ("v_p", |t| &t.deck_velocity_mps),
+        ("v_q", |t| &t.vehicle_velocity_mps),
+        ("T", |t| &t.free_air_thrust_n),
+    ];
+    for (symbol, column) in columns {
+        if let Some(box_) = range(trials.iter().flat_map(|t| column(t).iter().copied())) {
+            card.validity.inputs.insert(symbol.to_string(), box_);
+        }
+    }
+    if card.form != Form::Derivative {
+        card.validity.output = Some(settings.ground_effect.ratio_limits);
+    }
+    let moves = card
+        .validity
+        .inputs
+        .get("v_q")
+        .is_some_and(|[lo, hi]| hi > lo);
+    let uses_velocity = card
+        .terms
+        .iter()
+        .any(|t| t.of == "k" || t.expression.contains("v_p"));
+    if uses_velocity && !moves {
+        card.validity.velocity_input = Some(settings.ground_effect.velocity_input);
+        card.warnings.push(
+            "The vehicle stood still in all data, so only the deck's velocity v_p was identified. In flight \
+             `negative_relative` feeds v_p - v_q in its place: an approximation, for the deck's upwash decays \
+             with height and the damping of the vehicle's own climb does not."
+                .to_string(),
+        );
+    }
+}

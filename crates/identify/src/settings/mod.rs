@@ -1,0 +1,330 @@
+//! Settings of identification, as they stand in a settings file.
+
+mod check;
+mod flights;
+mod solver;
+
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+use sindy::trajectory::shooting::Shooting;
+
+pub use flights::FlightSettings;
+pub use solver::{
+    ChoiceSettings, CriterionName, PublishedSettings, SolverName, Sr3Settings, WeakSettings,
+};
+
+/// Settings of identification; every key has a default.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct IdentificationSettings {
+    /// Smoothing and differentiation.
+    pub smoothing: SmoothingSettings,
+    /// Which solver, and how its fit is chosen.
+    pub choice: ChoiceSettings,
+    /// SR3.
+    pub sr3: Sr3Settings,
+    /// The published procedure to the letter, for comparison.
+    pub published: PublishedSettings,
+    /// The weak form, for comparison.
+    pub weak: WeakSettings,
+    /// Refinement by multiple shooting.
+    pub shooting: ShootingSettings,
+    /// Thrust models.
+    pub thrust: ThrustSettings,
+    /// Ground-effect models.
+    pub ground_effect: GroundEffectSettings,
+    /// Flights: what is known of the vehicle, and how its logs are read.
+    pub flight: FlightSettings,
+}
+
+/// Savitzky–Golay filter.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SmoothingSettings {
+    /// Samples in a window (odd).
+    pub window: usize,
+    /// Degree of the polynomials.
+    pub degree: usize,
+    /// Samples in a window for throttle-to-thrust trials, whose sines are faster.
+    pub thrust_window: usize,
+}
+
+impl Default for SmoothingSettings {
+    fn default() -> Self {
+        Self {
+            window: 41,
+            degree: 3,
+            thrust_window: 21,
+        }
+    }
+}
+
+/// Multiple shooting.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ShootingSettings {
+    /// Length of a window (s): some fifty wake lags, so that the free start of each costs little information.
+    pub window_s: f64,
+    /// Distance between the starts of two windows (s).
+    pub stride_s: f64,
+    /// Every how many samples a residual is taken.
+    pub every: usize,
+    /// Standard deviation of the measured force's noise (N), that weighs data against priors.
+    pub noise_n: f64,
+    /// Steps at most.
+    pub max_iterations: usize,
+}
+
+impl Default for ShootingSettings {
+    fn default() -> Self {
+        Self {
+            window_s: 10.0,
+            stride_s: 10.0,
+            every: 3,
+            noise_n: 0.1,
+            max_iterations: 40,
+        }
+    }
+}
+
+impl ShootingSettings {
+    /// The solver's settings, with the standard deviation of a window's start in the state's unit.
+    #[must_use]
+    pub fn build(&self, start_sd: f64) -> Shooting {
+        Shooting {
+            window: self.window_s,
+            stride: self.stride_s,
+            every: self.every,
+            start_sd,
+            noise_sd: self.noise_n,
+            max_iterations: self.max_iterations,
+        }
+    }
+}
+
+/// Form of a thrust model.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ThrustForm {
+    /// √T as a polynomial of throttle, at rest.
+    StaticSqrt,
+    /// T as a polynomial of throttle, at rest.
+    StaticThrust,
+    /// One lag on every motor's own throttle, then a polynomial for its thrust, summed.
+    LaggedMotors,
+    /// Eq. (7): x' = (c0 s + c1 - x)/T_m, x = √T, fitted in free run.
+    FirstOrder,
+    /// Eq. (8): x' as a sparse sum of library terms, by SR3 on derivatives, refined in free run.
+    Library,
+}
+
+impl ThrustForm {
+    /// All forms, in the order of their complexity.
+    pub const ALL: [Self; 5] = [
+        Self::StaticSqrt,
+        Self::StaticThrust,
+        Self::LaggedMotors,
+        Self::FirstOrder,
+        Self::Library,
+    ];
+
+    /// The name on the command line and in settings.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::StaticSqrt => "static_sqrt",
+            Self::StaticThrust => "static_thrust",
+            Self::LaggedMotors => "lagged_motors",
+            Self::FirstOrder => "first_order",
+            Self::Library => "library",
+        }
+    }
+
+    /// The form in a line.
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::StaticSqrt => "√T as a polynomial of throttle, at rest",
+            Self::StaticThrust => "T as a polynomial of throttle, at rest",
+            Self::LaggedMotors => {
+                "One lag on every motor's own throttle, then a polynomial for its thrust, summed"
+            }
+            Self::FirstOrder => "Eq. (7): x' = (c0 s + c1 - x)/T_m, x = √T, fitted in free run",
+            Self::Library => {
+                "Eq. (8): x' as a sparse sum of library terms, by SR3 on derivatives, refined in free run"
+            }
+        }
+    }
+}
+
+impl FromStr for ThrustForm {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        by_name(text, &Self::ALL, Self::name)
+    }
+}
+
+/// The value of that name.
+fn by_name<T: Copy>(
+    text: &str,
+    all: &[T],
+    name: fn(T) -> &'static str,
+) -> std::result::Result<T, String> {
+    let found = all.iter().find(|value| name(**value) == text);
+    found.copied().ok_or_else(|| {
+        let names: Vec<&str> = all.iter().map(|value| name(*value)).collect();
+        format!("expected one of {}, found `{text}`", names.join(", "))
+    })
+}
+
+/// What to do about dead time between throttle and measured thrust.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DeadTime {
+    /// Estimated for eq. (8), ignored by the other forms (where the lag takes it in).
+    #[default]
+    Auto,
+    /// Ignored: the lag takes it in.
+    None,
+    /// Estimated from the data.
+    Estimate,
+}
+
+/// Thrust models.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ThrustSettings {
+    /// Form; absent: chosen from the data.
+    pub form: Option<ThrustForm>,
+    /// Degree of the polynomials in throttle.
+    pub degree: usize,
+    /// Whether static maps get a battery-voltage term (`s*u`, u in volts).
+    pub battery: bool,
+    /// A plateau's first seconds that are left out.
+    pub settle_s: f64,
+    /// Thrust below which plateaus are left out of static maps (N).
+    pub min_thrust_n: f64,
+    /// Candidate terms of eq. (8), in the state `x = √T` and the throttle `s`.
+    pub library: Vec<String>,
+    /// Whether eq. (8) is refined in free run after SR3.
+    pub refine: bool,
+    /// Longest lag that is searched for (s).
+    pub max_lag_s: f64,
+    /// Dead time between throttle and measured thrust, of the measuring chain or of the motors' electronics.
+    pub dead_time: DeadTime,
+}
+
+impl Default for ThrustSettings {
+    fn default() -> Self {
+        Self {
+            form: None,
+            degree: 2,
+            battery: false,
+            settle_s: 0.8,
+            min_thrust_n: 0.1,
+            library: touchdown_flight::thrust::Library::<f64>::TERMS
+                .map(String::from)
+                .to_vec(),
+            refine: true,
+            max_lag_s: 1.0,
+            dead_time: DeadTime::Auto,
+        }
+    }
+}
+
+/// Form of a ground-effect model.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GroundEffectForm {
+    /// Eq. (2) with a fitted coefficient mu.
+    Empirical,
+    /// A static map f = T h(z).
+    Static,
+    /// Eq. (9): f' as a sparse sum of library terms, by SR3 on derivatives.
+    Derivative,
+    /// y = f/T, y' as a sum of bounded terms, refined by multiple shooting.
+    Ratio,
+    /// y = G + k(z) v_p, G' = (h(z) - G)/tau, by multiple shooting.
+    Lag,
+}
+
+impl GroundEffectForm {
+    /// All forms, in the order of tables.
+    pub const ALL: [Self; 5] = [
+        Self::Empirical,
+        Self::Static,
+        Self::Derivative,
+        Self::Ratio,
+        Self::Lag,
+    ];
+
+    /// The name in results and file names.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Empirical => "empirical",
+            Self::Static => "static",
+            Self::Derivative => "derivative",
+            Self::Ratio => "ratio",
+            Self::Lag => "lag",
+        }
+    }
+
+    /// The form in a line.
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Empirical => "Eq. (2) with a fitted coefficient mu",
+            Self::Static => "A static map f = T h(z)",
+            Self::Derivative => {
+                "Eq. (9): f' as a sparse sum of library terms, by SR3 on derivatives"
+            }
+            Self::Ratio => "y = f/T, y' as a sum of bounded terms, refined by multiple shooting",
+            Self::Lag => "y = G + k(z) v_p, G' = (h(z) - G)/tau, by multiple shooting",
+        }
+    }
+}
+
+impl FromStr for GroundEffectForm {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        by_name(text, &Self::ALL, Self::name)
+    }
+}
+
+/// Ground-effect models.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GroundEffectSettings {
+    /// Rotor radius R of eq. (2) where the vehicle's own is not known (m).
+    pub rotor_radius_m: f64,
+    /// Lengths of the bounded functions of height (m).
+    pub lengths_m: [f64; 3],
+    /// Candidate terms of eq. (9), in `f`, `s`, `z`, `v_p`, `v_q`. Terms that are zero throughout the data
+    /// are left out by themselves.
+    pub library: Vec<String>,
+    /// Bounds of the lag (s).
+    pub lag_bounds_s: [f64; 2],
+    /// Limits of f/T that flight obeys.
+    pub ratio_limits: [f64; 2],
+    /// What flight feeds the model's velocity input with.
+    pub velocity_input: touchdown_model::card::VelocityInput,
+}
+
+impl Default for GroundEffectSettings {
+    fn default() -> Self {
+        Self {
+            rotor_radius_m: 0.12,
+            lengths_m: [0.08, 0.20, 0.45],
+            library: touchdown_flight::ground_effect::Polynomial::<f64>::TERMS
+                .map(String::from)
+                .to_vec(),
+            lag_bounds_s: [0.02, 3.0],
+            ratio_limits: [-0.1, 0.6],
+            velocity_input: touchdown_model::card::VelocityInput::NegativeRelative,
+        }
+    }
+}
