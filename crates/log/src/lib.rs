@@ -60,8 +60,10 @@ pub use findings::Findings;
 pub use inspection::{ColumnSummary, Inspection, TimeBase, inspect, inspect_file, inspect_trial};
 pub use map::{Map, apply};
 pub use read::read_trial;
-#[cfg(feature = "parquet")]
-pub use tables::read_parquet;
 pub use tables::{Column, ColumnKind, Table, parse_csv, read_csv, read_table, to_csv, write_csv};
+#[cfg(feature = "parquet")]
+pub use tables::{
+    ParquetColumn, ParquetFile, ParquetRows, ParquetValues, read_parquet, to_parquet,
+};
 #[cfg(feature = "flight-logs")]
 pub use topics::{Field, Log, LogFormat, Survey, Topic, UlogTopic, UlogWriter};

@@ -11,7 +11,9 @@ use std::path::Path;
 
 pub use csv::{parse_csv, read_csv, to_csv, write_csv};
 #[cfg(feature = "parquet")]
-pub use parquet::read_parquet;
+pub use parquet::{
+    ParquetColumn, ParquetFile, ParquetRows, ParquetValues, read_parquet, to_parquet,
+};
 pub use table::{Column, ColumnKind, Table};
 
 /// Reads a table, whatever the name of its file ends with: text as [`read_csv`] does.

@@ -29,7 +29,7 @@ pub(crate) struct Table {
 
 enum Store {
     Text(touchdown_log::Table),
-    Parquet(parquet::Parquet),
+    Parquet(touchdown_log::ParquetFile),
     Npy(Vec<Vec<f64>>),
 }
 
@@ -69,7 +69,7 @@ impl Table {
                 .iter()
                 .map(|&p| text::numbers(table, &self.names[p]))
                 .collect(),
-            Store::Parquet(file) => file.numbers(&self.path, &self.names, places),
+            Store::Parquet(file) => parquet::numbers(file, places),
             Store::Npy(columns) => Ok(places.iter().map(|&p| columns[p].clone()).collect()),
         }
     }
@@ -78,7 +78,7 @@ impl Table {
     pub(crate) fn labels(&self, place: usize) -> Result<Vec<String>> {
         match &self.store {
             Store::Text(table) => text::labels(table, &self.names[place]),
-            Store::Parquet(file) => file.labels(&self.path, &self.names, place),
+            Store::Parquet(file) => parquet::labels(file, place),
             Store::Npy(columns) => Ok(columns[place].iter().map(|&v| label(v)).collect()),
         }
     }

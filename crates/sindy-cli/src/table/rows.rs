@@ -20,14 +20,13 @@ pub(crate) struct Header {
 
 enum Kind {
     Text(Box<lines::Rows>),
-    Parquet(parquet::Parquet),
+    Parquet(touchdown_log::ParquetFile),
     Npy,
 }
 
 /// A file whose rows are read.
 pub(crate) struct Rows {
     path: PathBuf,
-    at: String,
     source: Source,
     places: Vec<usize>,
     label: Option<usize>,
@@ -88,14 +87,13 @@ impl Header {
         let source = match self.kind {
             Kind::Text(rows) => Source::Text(rows),
             Kind::Parquet(file) => {
-                let rows = parquet::Rows::new(file, &self.at, &self.names, places, label)?;
+                let rows = parquet::Rows::new(file, places, label)?;
                 Source::Parquet(Box::new(rows))
             }
             Kind::Npy => Source::Npy(npy::Rows::new(&self.path, &self.names, places, label)?),
         };
         Ok(Rows {
             path: self.path,
-            at: self.at,
             source,
             places: places.to_vec(),
             label,
@@ -110,7 +108,7 @@ impl Rows {
     pub(crate) fn next(&mut self) -> Result<Option<Columns>> {
         let next = match &mut self.source {
             Source::Text(rows) => rows.next(&self.places, self.label, &mut self.numbers)?,
-            Source::Parquet(rows) => rows.next(&self.at, PART)?,
+            Source::Parquet(rows) => rows.next(PART)?,
             Source::Npy(rows) => rows.next(&self.path, PART)?,
         };
         if let Some((columns, _)) = &next {

@@ -1,8 +1,34 @@
-//! Parquet files.
+//! Parquet files: tables of any size, read by column and written whole.
+//!
+//! * [`read_parquet`] makes a [`Table`](crate::Table); it leaves damaged row groups out and counts them.
+//! * [`ParquetFile`] is for who needs a few columns, text as well, or the rows block by block; what is
+//!   damaged is an error.
+//! * [`to_parquet`] gives the bytes of a file.
 
 mod bounded;
+mod decode;
+mod file;
 mod pages;
 mod read;
+mod rows;
+mod write;
 
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+pub use file::{ParquetColumn, ParquetFile};
+pub(crate) use read::each_group;
 pub use read::read_parquet;
-pub(crate) use read::{each_group, is_parquet};
+pub use rows::{ParquetRows, ParquetValues};
+pub use write::to_parquet;
+
+/// How a file starts and ends.
+const MAGIC: [u8; 4] = *b"PAR1";
+
+/// Whether the first bytes are those of a Parquet file. What cannot be opened is for its reader to report.
+pub(crate) fn is_parquet(path: &Path) -> bool {
+    let mut start = [0; 4];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && start == MAGIC
+}

@@ -1,0 +1,152 @@
+//! The values of one column of a row group: numbers and text.
+
+use super::pages::Pages;
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
+use parquet::data_type::DataType;
+use parquet::errors::{ParquetError, Result};
+use parquet::file::reader::RowGroupReader;
+use parquet::schema::types::ColumnDescPtr;
+
+/// Values that are decoded at once: 64 KB, which stay in the processor's caches until they are used.
+const BLOCK: usize = 8192;
+
+/// What the values of a column are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Content {
+    Number,
+    Unsigned,
+    /// Time stamps, with so many units to the second.
+    Stamp(f64),
+    Text,
+    /// Nothing that a table could hold.
+    Other,
+}
+
+impl Content {
+    pub(super) fn of(column: &ColumnDescPtr) -> Self {
+        match column.physical_type() {
+            Type::BOOLEAN | Type::FLOAT | Type::DOUBLE => return Self::Number,
+            Type::INT32 | Type::INT64 => {}
+            Type::BYTE_ARRAY => return Self::Text,
+            _ => return Self::Other,
+        }
+        let unit = |unit: &TimeUnit| match unit {
+            TimeUnit::MILLIS => 1e3,
+            TimeUnit::MICROS => 1e6,
+            TimeUnit::NANOS => 1e9,
+        };
+        use ConvertedType as Old;
+        match (column.logical_type_ref(), column.converted_type()) {
+            (Some(LogicalType::Timestamp(t) | LogicalType::Time(t)), _) => {
+                Self::Stamp(unit(&t.unit))
+            }
+            (Some(LogicalType::Integer(t)), _) if !t.is_signed => Self::Unsigned,
+            (Some(LogicalType::Decimal(_) | LogicalType::Date), _) => Self::Other,
+            (Some(_), _) => Self::Number,
+            (_, Old::TIMESTAMP_MILLIS | Old::TIME_MILLIS) => Self::Stamp(1e3),
+            (_, Old::TIMESTAMP_MICROS | Old::TIME_MICROS) => Self::Stamp(1e6),
+            (_, Old::UINT_8 | Old::UINT_16 | Old::UINT_32 | Old::UINT_64) => Self::Unsigned,
+            (_, Old::DECIMAL | Old::DATE) => Self::Other,
+            _ => Self::Number,
+        }
+    }
+}
+
+/// The reader of a column of a row group, by its place in the file.
+pub(super) fn column_reader(
+    group: &dyn RowGroupReader,
+    leaf: usize,
+    column: &ColumnDescPtr,
+) -> Result<ColumnReader> {
+    let pages = Pages::new(group.get_column_page_reader(leaf)?);
+    Ok(get_column_reader(column.clone(), Box::new(pages)))
+}
+
+/// Appends the next numbers, `most` at most, NaN for nulls, and returns their count. Stamps are in seconds
+/// since `origin`, which is the first one.
+pub(super) fn numbers(
+    reader: &mut ColumnReader,
+    column: &ColumnDescPtr,
+    content: Content,
+    origin: &mut Option<i64>,
+    most: usize,
+    out: &mut Vec<f64>,
+) -> Result<usize> {
+    let mut whole = |value: Option<i64>, narrow: bool| match (value, content) {
+        (None, _) => f64::NAN,
+        // The difference of whole numbers is exact where that of seconds is not.
+        (Some(v), Content::Stamp(unit)) => v.wrapping_sub(*origin.get_or_insert(v)) as f64 / unit,
+        (Some(v), Content::Unsigned) if narrow => f64::from(v as u32),
+        (Some(v), Content::Unsigned) => v as u64 as f64,
+        (Some(v), _) => v as f64,
+    };
+    match reader {
+        ColumnReader::BoolColumnReader(r) => each(r, column, most, |v| {
+            out.push(v.map_or(f64::NAN, |&v| f64::from(u8::from(v))));
+        }),
+        ColumnReader::Int32ColumnReader(r) => each(r, column, most, |v| {
+            out.push(whole(v.map(|&v| i64::from(v)), true));
+        }),
+        ColumnReader::Int64ColumnReader(r) => each(r, column, most, |v| {
+            out.push(whole(v.copied(), false));
+        }),
+        ColumnReader::FloatColumnReader(r) => each(r, column, most, |v| {
+            out.push(v.map_or(f64::NAN, |&v| v.into()));
+        }),
+        ColumnReader::DoubleColumnReader(r) => each(r, column, most, |v| {
+            out.push(v.copied().unwrap_or(f64::NAN));
+        }),
+        _ => Err(ParquetError::General("a column without numbers".to_owned())),
+    }
+}
+
+/// Appends the next texts, `most` at most, `None` for nulls, and returns their count.
+pub(super) fn texts(
+    reader: &mut ColumnReader,
+    column: &ColumnDescPtr,
+    most: usize,
+    out: &mut Vec<Option<String>>,
+) -> Result<usize> {
+    let ColumnReader::ByteArrayColumnReader(reader) = reader else {
+        return Err(ParquetError::General("a column without text".to_owned()));
+    };
+    each(reader, column, most, |text| {
+        out.push(text.map(|text| String::from_utf8_lossy(text.data()).into_owned()));
+    })
+}
+
+/// Hands over the next values of a column, `most` at most, `None` for nulls, and returns their count.
+fn each<T: DataType>(
+    reader: &mut ColumnReaderImpl<T>,
+    column: &ColumnDescPtr,
+    most: usize,
+    mut visit: impl FnMut(Option<&T::T>),
+) -> Result<usize> {
+    let present = column.max_def_level();
+    let (mut values, mut levels) = (Vec::new(), Vec::new());
+    let mut done = 0;
+    while done < most {
+        values.clear();
+        levels.clear();
+        let room = BLOCK.min(most - done);
+        let (records, _, _) = reader.read_records(room, Some(&mut levels), None, &mut values)?;
+        if records == 0 {
+            break;
+        }
+        done += records;
+        if present == 0 {
+            values.iter().for_each(|value| visit(Some(value)));
+            continue;
+        }
+        let mut values = values.iter();
+        for &level in &levels {
+            visit(if level == present {
+                values.next()
+            } else {
+                None
+            });
+        }
+    }
+    Ok(done)
+}

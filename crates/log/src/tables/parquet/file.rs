@@ -1,0 +1,165 @@
+//! An opened Parquet file: its columns and row groups.
+
+use super::bounded::Bounded;
+use super::decode::{Content, column_reader};
+use super::rows::{ParquetRows, ParquetValues};
+use crate::LogError;
+use parquet::column::reader::ColumnReader;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
+use parquet::schema::types::ColumnDescPtr;
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+
+/// An opened Parquet file. A clone reads the same file.
+#[derive(Clone)]
+pub struct ParquetFile {
+    path: String,
+    reader: Arc<SerializedFileReader<Bounded>>,
+    columns: Vec<ParquetColumn>,
+    pub(super) lists: Vec<String>,
+}
+
+/// A column of a Parquet file, without its values.
+#[derive(Debug, Clone)]
+pub struct ParquetColumn {
+    pub(super) content: Content,
+    pub(super) description: ColumnDescPtr,
+    leaf: usize,
+}
+
+impl ParquetColumn {
+    /// The name, with dots where columns are nested.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.description.path().string()
+    }
+
+    /// Whether it holds numbers, truth values or time stamps.
+    #[must_use]
+    pub fn is_number(&self) -> bool {
+        !matches!(self.content, Content::Text | Content::Other)
+    }
+
+    /// Whether it holds text.
+    #[must_use]
+    pub fn is_text(&self) -> bool {
+        self.content == Content::Text
+    }
+
+    /// The type of its values as the file states it, for messages.
+    #[must_use]
+    pub fn type_name(&self) -> String {
+        match self.description.logical_type_ref() {
+            Some(logical) => format!("{logical:?}"),
+            None => format!("{} values", self.description.physical_type()),
+        }
+    }
+
+    /// The reader of its values in a row group.
+    pub(super) fn reader(&self, group: &dyn RowGroupReader) -> Result<ColumnReader, ParquetError> {
+        column_reader(group, self.leaf, &self.description)
+    }
+}
+
+impl ParquetFile {
+    /// Opens a file. Columns of lists are left out.
+    ///
+    /// # Errors
+    /// [`LogError::Read`], and [`LogError::NotALog`] for a file without its last part, which holds the
+    /// table of contents.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, LogError> {
+        let name = path.as_ref().display().to_string();
+        let file = File::open(path).and_then(Bounded::new);
+        let file = file.map_err(|source| LogError::Read {
+            path: name.clone(),
+            source,
+        })?;
+        let reader = SerializedFileReader::new(file).map_err(|error| broken(&name, &error))?;
+        let schema = reader.metadata().file_metadata().schema_descr();
+        let (lists, columns): (Vec<_>, Vec<_>) = schema
+            .columns()
+            .iter()
+            .enumerate()
+            .map(|(leaf, description)| ParquetColumn {
+                content: Content::of(description),
+                description: description.clone(),
+                leaf,
+            })
+            .partition(|column| column.description.max_rep_level() > 0);
+        Ok(Self {
+            path: name,
+            lists: lists.iter().map(ParquetColumn::name).collect(),
+            columns,
+            reader: Arc::new(reader),
+        })
+    }
+
+    /// The path as it was given.
+    #[must_use]
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// The columns in the file's order.
+    #[must_use]
+    pub fn columns(&self) -> &[ParquetColumn] {
+        &self.columns
+    }
+
+    /// The number of rows that the file states.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        let rows = self.reader.metadata().file_metadata().num_rows();
+        usize::try_from(rows).unwrap_or(0)
+    }
+
+    /// What the file says under a key beside its table.
+    #[must_use]
+    pub fn note(&self, key: &str) -> Option<&str> {
+        let notes = self.reader.metadata().file_metadata();
+        let note = notes.key_value_metadata()?.iter().find(|n| n.key == key)?;
+        note.value.as_deref()
+    }
+
+    /// Reads columns, by their places among [`columns`](Self::columns), from the first row to the last.
+    ///
+    /// # Errors
+    /// [`LogError::NotALog`] for a damaged file, or a column that holds neither numbers nor text.
+    pub fn read(&self, places: &[usize]) -> Result<Vec<ParquetValues>, LogError> {
+        let mut rows = ParquetRows::new(self.clone(), places)?;
+        let mut columns: Vec<ParquetValues> = rows.empty();
+        while let Some(block) = rows.next(usize::MAX)? {
+            for (column, more) in columns.iter_mut().zip(block) {
+                column.append(more);
+            }
+        }
+        Ok(columns)
+    }
+
+    pub(super) fn groups(&self) -> usize {
+        self.reader.num_row_groups()
+    }
+
+    /// The number of rows that a row group states.
+    pub(super) fn rows_of(&self, group: usize) -> i64 {
+        self.reader.metadata().row_group(group).num_rows()
+    }
+
+    pub(super) fn group(&self, group: usize) -> Result<Box<dyn RowGroupReader + '_>, ParquetError> {
+        self.reader.get_row_group(group)
+    }
+
+    /// The file cannot be read as it states it can.
+    pub(super) fn broken(&self, error: &ParquetError) -> LogError {
+        broken(&self.path, error)
+    }
+}
+
+fn broken(path: &str, error: &ParquetError) -> LogError {
+    LogError::NotALog {
+        path: path.to_owned(),
+        found: format!("a Parquet file that cannot be read: {error}"),
+    }
+}
