@@ -1,48 +1,37 @@
-//! The truth: rotors, air, deck, force rig, sensors and landings.
+//! The truth that identification and control are tried on: rotors, air, deck, force rig, sensors
+//! and landings.
 //!
-//! This crate is the world that identification and control are tried in. It
-//! contains no model that is fitted anywhere else: [`plant`] is a wake model
-//! with image rotors, a fountain, a finite plate and two lags ([`ground`]), or
-//! a second and different plant with an exponential law and one lag
-//! ([`exponential`]). Both run through the same virtual force rig ([`rig`])
-//! and the same landings ([`landing`]).
+//! | folder | what it holds |
+//! | --- | --- |
+//! | [`air`] | ground effect, also that of a second plant; turbulence; wind |
+//! | [`body`] | motor, plant (motor and ground effect), four rotors, rigid body, legs, attitude control; the vertical vehicle |
+//! | [`deck`] | heave of a deck; decks that surge, sway, heave, roll and pitch by sines, a sea or a measured series |
+//! | [`rig`] | the force rig, its signals, its standard trials |
+//! | [`sensors`] | noise, latency and losses of load cell, inertial unit, range finder, camera, satellite navigation and barometer |
+//! | [`landing`] | landings of the vertical vehicle and in six degrees of freedom; faults; many landings in SIMD lanes |
+//! | [`number`] | what the vehicle is computed with: one `f64`, or one for each lane |
+//! | [`random`] | random streams by seed, trial and purpose |
 //!
-//! * z is up; the height z is that of the vehicle's reference point above the
-//!   deck, `z = z_q - z_p`, and `v = v_q - v_p`. SI units; throttle in [0, 1].
-//! * Every run is a pure function of its settings, the seed and, for landings,
-//!   the trial's index: the same bits for any order and any number of threads.
-//! * Integration is classical Runge–Kutta of order four with a fixed step of
-//!   [`STEP_S`]; turbulence is an exactly discretised Ornstein–Uhlenbeck process.
+//! A folder uses those that stand above it in the list `number`, `random`, `deck`, `air`, `body`,
+//! `sensors`, `rig`, `landing`, never the reverse (`tests/independence.rs`).
 //!
-//! The force of the default plant, per rotor and then four times:
+//! * No module of the plant holds a model that is fitted anywhere. The default plant is a wake
+//!   model with two lags ([`air::ground`]), the second an exponential with one
+//!   ([`air::exponential`]). Both run on the same rig and through the same landings.
+//! * z is up. The height of the vehicle's reference point above the deck is `z = z_q - z_p`, its
+//!   rate `v = v_q - v_p`. SI units; throttle in [0, 1].
+//! * Every run is a pure function of settings, seed and trial: the same bits for any order and
+//!   any number of threads.
+//! * Integration is classical Runge–Kutta of order four with a fixed step of [`STEP_S`].
+//!
+//! The vertical force of the default plant; the vehicle in six degrees of freedom has the same
+//! law for each rotor:
 //!
 //! ```text
 //! J x' = s (1 - k s) - b x - c x²                      motor, x = √T
 //! q1' = (q1*(z) - q1)/t1,  q2' = (q2*(z) - q2)/t2      image rotors, fountain
 //! f = x² (1/(1 - q1 - q2) - 1) - k_v (x/√W) (v_q - P(z) v_p) + turbulence
 //! ```
-//!
-//! | module | what it holds |
-//! | --- | --- |
-//! | [`motor`], [`ground`], [`plant`] | rotors and air: the force law, written once |
-//! | [`exponential`] | the second plant's law |
-//! | [`noise`], [`sensor`] | turbulence, load cell, flight sensors; all from explicit seeds |
-//! | [`profile`], [`rig`], [`rig_sets`] | the force rig, its signals, its standard trials |
-//! | [`deck`], [`vehicle`], [`scenario`], [`landing`] | landings on a deck that may heave |
-//!
-//! The whole vehicle in six degrees of freedom has the same force law, rotor by
-//! rotor; level and centred it is the vertical one.
-//!
-//! | module | what it holds |
-//! | --- | --- |
-//! | [`deck`] and below | decks that surge, sway, heave, roll and pitch: sines, seas, measured series |
-//! | [`rotors`], [`body`], [`rigid`] | four rotors over a tilted, finite deck; the rigid body |
-//! | [`contact`] | legs: bounce, slide, tip over, fall off |
-//! | [`cascade`] | attitude and rate control: thrust and attitude in, throttles out |
-//! | [`wind`] | steady wind, Dryden turbulence, a gust |
-//! | [`camera`] | the downward camera: images of the pad on the deck |
-//! | [`space`] | whole landings: sensors, landing computer, outcome; landings by the lane |
-//! | [`number`] | what the vehicle is computed with: one number, or a vector of them |
 //!
 //! # Speed
 //!
@@ -55,16 +44,15 @@
 //! | the vehicle alone | 3.4 | `cargo bench -p touchdown-sim --bench rigid` |
 //! | whole landings: sensors, estimators, planner, turbulence | 1.08 | `… --bench space` |
 //! | landings with ideal sensors, one at a time | 2.3 | `… --bench batch` |
-//! | the same by the lane ([`space::Batch`]) | 8.2 (median 8.0) | `… --bench batch` |
+//! | the same by the lane ([`landing::space::Batch`]) | 8.2 (median 8.0) | `… --bench batch` |
 //! | the same with turbulence | 7.4 | `… --bench batch` |
 //! | the same in a sea of 100 waves, with turbulence and gusts | 4.8 | `… --bench batch` |
 //!
 //! `crates/sim/benches/peng_quad/run.sh` prints them beside the published `peng_quad` 0.5.6 (f32,
-//! neither motors nor ground effect): 5.0 for it and, in the same run, 8.1 by the lane,
-//! 2.2 one at a time and 1.05 for whole landings. `crates/sim/benches/campaign.sh` prints cold
-//! start (34 ms to the end of the first landing, 10 ms of processor time, 4.7 MB) and a
-//! campaign of 10 000 landings (53 s on two cores). What is held within a step, and what that
-//! costs: [`rigid::RigidVehicle::step`]; over ten steps by the lane: [`space::Batch`].
+//! neither motors nor ground effect), which reaches 5.0. `crates/sim/benches/campaign.sh` prints
+//! the cold start (34 ms to the end of the first landing, 4.7 MB) and a campaign of 10 000
+//! landings (53 s on two cores). [`body::rigid::RigidVehicle::step`] and [`landing::space::Batch`]
+//! say what is held constant over a step, and what that costs.
 //!
 //! A trial of the rig, with what the load cell says beside the truth:
 //!

@@ -19,8 +19,8 @@ fn force_at_rest(plant: &Plant, height_m: f64) -> f64 {
 #[test]
 fn analytic_inflow_fountain_plate_and_upwash() {
     let settings = PlantSettings::default();
-    let law = WakeLag::new(&settings).expect("defaults are valid");
-    let deck = Deck::new(&settings).expect("defaults are valid");
+    let law = WakeLag::new(&settings.wake()).expect("defaults are valid");
+    let deck = Deck::new(&settings.wake()).expect("defaults are valid");
     // Reference values: z_r, q_rot, q_ftn, E, P.
     for [z, rotor, fountain, plate, upwash] in [
         [0.10, 0.12274, 0.04756, 0.99838, 0.85093],
@@ -43,7 +43,7 @@ fn analytic_inflow_fountain_plate_and_upwash() {
 #[test]
 fn analytic_image_sum_is_the_closed_form_of_four_rotors() {
     // Sanchez-Cuevas, Heredia & Ollero 2017, equal rotors.
-    let law = WakeLag::new(&PlantSettings::default()).expect("defaults are valid");
+    let law = WakeLag::new(&PlantSettings::default().wake()).expect("defaults are valid");
     let (r, d) = (0.12_f64, 0.32_f64);
     for i in 5..100 {
         let z = 0.01 * f64::from(i);
@@ -58,8 +58,8 @@ fn analytic_image_sum_is_the_closed_form_of_four_rotors() {
 #[test]
 fn analytic_level_vehicle_is_the_sum_of_four_rotors() {
     let settings = PlantSettings::default();
-    let law = WakeLag::new(&settings).expect("defaults are valid");
-    let deck = Deck::new(&settings).expect("defaults are valid");
+    let law = WakeLag::new(&settings.wake()).expect("defaults are valid");
+    let deck = Deck::new(&settings.wake()).expect("defaults are valid");
     let plant = plant();
     let hover_root = settings.weight_n().sqrt();
     for i in 0..60 {
@@ -92,7 +92,7 @@ fn analytic_level_vehicle_is_the_sum_of_four_rotors() {
 #[test]
 fn analytic_lower_and_faster_rotors_feel_more() {
     // A tilted vehicle: rotors 0 and 3 (x > 0) lower than 1 and 2.
-    let law = WakeLag::new(&PlantSettings::default()).expect("defaults are valid");
+    let law = WakeLag::new(&PlantSettings::default().wake()).expect("defaults are valid");
     let heights = [0.14, 0.16, 0.16, 0.14];
     let low = law.image_sum(0, &heights, &[1.0; 4]);
     let high = law.image_sum(1, &heights, &[1.0; 4]);

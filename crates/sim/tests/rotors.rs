@@ -114,7 +114,7 @@ fn plain_levelling_torque(height_m: f64, angle: f64) -> f64 {
 
 #[test]
 fn analytic_solid_angle_and_edge() {
-    let deck = Deck::new(&PlantSettings::default()).expect("valid settings");
+    let deck = Deck::new(&PlantSettings::default().wake()).expect("valid settings");
     let l = 0.75_f64;
     for [x, y, z] in [
         [0.0, 0.0, 0.05],

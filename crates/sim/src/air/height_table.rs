@@ -137,7 +137,7 @@ mod tests {
                 plate_side_m: side,
                 ..PlantSettings::default()
             };
-            let deck = Deck::new(&settings).expect("valid settings");
+            let deck = Deck::new(&settings.wake()).expect("valid settings");
             let table = HeightTable::new(deck, 0.16);
             for i in 0..40_000 {
                 let z = 0.05 + 7.1e-5 * f64::from(i);

@@ -5,6 +5,7 @@
 //! numbers a sample whatever happens: a fault or a switch in one leaves the others
 //! as they are.
 
+use serde::Serialize;
 use touchdown_flight::{Attitude, Vector};
 use touchdown_lander::computer::NormalReading;
 use touchdown_lander::estimate::relative::{
@@ -17,19 +18,53 @@ use super::settings::SensorSettings;
 use crate::STEP_S;
 use crate::body::rigid::RigidState;
 use crate::deck::rigid::DeckPose;
-use crate::landing::space::faults::{FaultSettings, Struck};
-use crate::landing::space::logged::{LOG_STEPS, RangeRow};
 use crate::number::vector::{add, along, axes_of, dot, normalised, product, scale, sub};
 use crate::random::{Purpose, Stream};
 use crate::sensors::camera::eye::Eye;
 use crate::sensors::camera::fast::FastCamera;
 
+/// Steps between two samples of the inertial unit in a log.
+pub(crate) const LOG_STEPS: u64 = 4;
+
+/// A reading of the range finder, as it is logged.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RangeRow {
+    /// When it was taken, s.
+    pub time_s: f64,
+    /// Distance along the beam, m.
+    pub distance_m: f64,
+}
+
+/// Faults of the sensors at a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SensorFaults {
+    /// No tag is found.
+    pub(crate) tag_lost: bool,
+    /// Share of range readings that are missing, beside the sensor's own losses.
+    pub(crate) range_missing_share: f64,
+    /// Further latency of range, tag and GNSS, and the part of it that the vehicle knows, s.
+    pub(crate) extra_latency_s: f64,
+    pub(crate) known_extra_latency_s: f64,
+    pub(crate) nan: NanReadings,
+}
+
+/// Sensors whose readings are not numbers.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct NanReadings {
+    pub(crate) specific_force: bool,
+    pub(crate) attitude: bool,
+    pub(crate) rates: bool,
+    pub(crate) range: bool,
+    pub(crate) tag: bool,
+    pub(crate) gnss: bool,
+    pub(crate) barometer: bool,
+}
+
 /// What is true at a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Truth<'a> {
     pub(crate) step: u64,
-    /// Time on the faults' clock; infinitely early while it has not started.
-    pub(crate) since_s: f64,
+    pub(crate) faults: SensorFaults,
     pub(crate) state: &'a RigidState,
     pub(crate) deck: &'a DeckPose,
     /// Acceleration of the reference point, m/s².
@@ -150,27 +185,22 @@ impl Sensing {
     }
 
     /// Takes the samples that are due at a step; to be called at every one.
-    pub(crate) fn observe(&mut self, truth: &Truth<'_>, gravity_mps2: f64, faults: &FaultSettings) {
+    pub(crate) fn observe(&mut self, truth: &Truth<'_>, gravity_mps2: f64) {
+        let faults = &truth.faults;
         let axes = truth.state.axes();
         let mut force = truth.acceleration_mps2;
         force[2] += gravity_mps2;
         self.felt.push(along(&axes, force), truth.state.attitude);
 
         let time_s = truth.step as f64 * STEP_S;
-        let extra_s = faults.extra_latency_s;
-        let known_s = if faults.extra_latency_known {
-            extra_s
-        } else {
-            0.0
-        };
-        let late = [extra_s, known_s];
+        let late = [faults.extra_latency_s, faults.known_extra_latency_s];
         if self.range.due(time_s) {
             let (delay_s, lost, age_s) = self.range.journey(late);
             let noise = self.range.stream.normal();
             let missing = self.range.stream.uniform() < faults.range_missing_share;
             let distance = self.distance(truth, &axes, noise);
             if let (Some(distance_m), false) = (distance, lost || missing) {
-                let distance_m = nan_if(faults.is_nan(Struck::Range, truth.since_s), distance_m);
+                let distance_m = nan_if(faults.nan.range, distance_m);
                 let reading = RangeReading::level(distance_m, 0.0);
                 if self.keeps_ranges {
                     self.taken.push(RangeRow { time_s, distance_m });
@@ -186,9 +216,9 @@ impl Sensing {
         if self.tag.due(time_s) {
             let (delay_s, lost, age_s) = self.tag.journey(late);
             let seen = self.see(truth);
-            let hidden = lost || faults.tag_is_lost(truth.since_s);
+            let hidden = lost || faults.tag_lost;
             if let (Some((mut tag, mut normal)), false) = (seen, hidden) {
-                if faults.is_nan(Struck::Tag, truth.since_s) {
+                if faults.nan.tag {
                     (tag.position_m, normal) = (NOTHING, NOTHING);
                     tag.covariance_m2 = [[f64::NAN; 3]; 3];
                 }
@@ -209,7 +239,7 @@ impl Sensing {
                 truth.state.velocity_mps[k] + wander + sd[k] * stream.normal()
             });
             if !lost {
-                let bad = faults.is_nan(Struck::Gnss, truth.since_s);
+                let bad = faults.nan.gnss;
                 let reading = GnssVelocity {
                     velocity_mps: vector(velocity.map(|v| nan_if(bad, v))),
                     age_s: 0.0,
@@ -232,7 +262,7 @@ impl Sensing {
             let altitude_m = truth.state.position_m[2] + self.barometer_drift - pressed
                 + of.noise_sd_m * stream.normal();
             if !lost {
-                let bad = faults.is_nan(Struck::Barometer, truth.since_s);
+                let bad = faults.nan.barometer;
                 let reading = BarometerReading {
                     altitude_m: nan_if(bad, altitude_m),
                     age_s: 0.0,
@@ -256,10 +286,9 @@ impl Sensing {
     }
 
     /// What has arrived by a control step; to be called at every one.
-    pub(crate) fn hear(&mut self, truth: &Truth<'_>, faults: &FaultSettings) -> Heard {
+    pub(crate) fn hear(&mut self, truth: &Truth<'_>) -> Heard {
         let now_s = truth.step as f64 * STEP_S;
-        let bad = [Struck::Imu, Struck::Attitude].map(|of| faults.is_nan(of, truth.since_s));
-        let imu = self.inertial(bad);
+        let imu = self.inertial(&truth.faults.nan);
         let (mut readings, mut normal) = (Vec::with_capacity(4), None);
         self.pending.retain(|pending| {
             if pending.arrives_s > now_s + 1e-9 {
@@ -286,8 +315,8 @@ impl Sensing {
     }
 
     /// Mean specific force over a control period and the attitude at its end, both
-    /// as late as the unit is; `bad` says which of the two are no numbers.
-    fn inertial(&mut self, bad: [bool; 2]) -> ImuSample<f64> {
+    /// as late as the unit is.
+    fn inertial(&mut self, nan: &NanReadings) -> ImuSample<f64> {
         let count = self.control_steps;
         let mean = self.felt.mean_mps2(self.late_steps, count);
         let imu = &self.settings.imu;
@@ -299,8 +328,8 @@ impl Sensing {
         }
         let measured = self.believed(self.felt.attitude(self.late_steps));
         ImuSample {
-            specific_force_mps2: vector(force.map(|f| nan_if(bad[0], f))),
-            attitude: if bad[1] {
+            specific_force_mps2: vector(force.map(|f| nan_if(nan.specific_force, f))),
+            attitude: if nan.attitude {
                 Attitude::from_yaw(f64::NAN)
             } else {
                 Attitude::from_quaternion(measured).unwrap_or_default()
@@ -369,29 +398,29 @@ pub(crate) fn tilt_from(attitude: [f64; 4], deck: &DeckPose) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::landing::space::SpaceScenario;
     use crate::sensors::CameraMode;
 
     #[test]
     fn regress_logged_forces_are_means_of_four_steps_at_any_control_period() {
         for control_period_s in [0.001, 0.002, 0.01] {
-            let mut scenario = SpaceScenario::default();
-            scenario.sensors.imu.bias_sd_mps2 = 0.0;
-            let tag = &scenario.sensors.tag;
-            let camera = tag.fast(None, CameraMode::Fast).expect("valid settings");
+            let mut settings = SensorSettings::default();
+            settings.imu.bias_sd_mps2 = 0.0;
+            let camera = settings
+                .tag
+                .fast(None, CameraMode::Fast)
+                .expect("valid settings");
             let (state, deck) = (RigidState::default(), DeckPose::default());
-            let of = &scenario.sensors;
-            let mut sensing = Sensing::new(of, &camera, control_period_s, &state, 0.0, 1, 0);
+            let mut sensing = Sensing::new(&settings, &camera, control_period_s, &state, 0.0, 1, 0);
             for step in 0..10 {
                 let truth = Truth {
                     step,
-                    since_s: f64::NEG_INFINITY,
+                    faults: SensorFaults::default(),
                     state: &state,
                     deck: &deck,
                     acceleration_mps2: [0.0, 0.0, step as f64],
                     half_side_m: None,
                 };
-                sensing.observe(&truth, 0.0, &scenario.faults);
+                sensing.observe(&truth, 0.0);
             }
             // Of 6, 7, 8 and 9, exactly; level, the turn of the axes is exact as well.
             assert_eq!(sensing.logged_force_mps2()[2], 7.5, "{control_period_s}");

@@ -23,7 +23,8 @@
 
 mod places;
 
-use crate::body::plant::{PlantSettings, Surface};
+use serde::{Deserialize, Serialize};
+
 use crate::check;
 use crate::error::SimError;
 use crate::number::{Number, angles};
@@ -42,6 +43,42 @@ const LEAST_LAG_SHARE: f64 = 0.2728;
 const IMAGE_LIMIT: f64 = 0.5;
 /// Greatest share of image sources and fountain together.
 const TOTAL_LIMIT: f64 = 0.6;
+
+/// The surface below the vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Surface {
+    /// A finite square plate.
+    #[default]
+    Plate,
+    /// Unbounded ground: E = 1 and P = 1.
+    Ground,
+    /// Nothing: free air.
+    Absent,
+}
+
+/// What the wake law is built from: rotors, surface, weight, and gains and lags of the air.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WakeSettings {
+    /// The surface below.
+    pub surface: Surface,
+    /// Side of the square plate, m.
+    pub plate_side_m: f64,
+    /// Rotor radius R, m.
+    pub rotor_radius_m: f64,
+    /// Distance of neighbouring rotor axes d, m.
+    pub rotor_spacing_m: f64,
+    /// Weight of the vehicle W, N.
+    pub weight_n: f64,
+    /// Scale of the ground effect γ.
+    pub scale: f64,
+    /// Gain of the fountain K_b.
+    pub fountain_gain: f64,
+    /// Time constant of a rotor's own inflow at hover and z_r = 5/3 R, s.
+    pub rotor_lag_s: f64,
+    /// Time constant of the fountain at hover and z_r = 5/3 R, s.
+    pub fountain_lag_s: f64,
+}
 
 /// Ground effect with image sources, fountain, finite plate and two lags.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +102,7 @@ impl WakeLag {
     ///
     /// # Errors
     /// Lengths and lags must be positive, gain and scale not negative.
-    pub fn new(settings: &PlantSettings) -> Result<Self, SimError> {
+    pub fn new(settings: &WakeSettings) -> Result<Self, SimError> {
         check::positive("rotor_radius_m", settings.rotor_radius_m)?;
         check::positive("rotor_spacing_m", settings.rotor_spacing_m)?;
         check::that(
@@ -75,13 +112,13 @@ impl WakeLag {
             settings.rotor_spacing_m,
         )?;
         check::not_negative("fountain_gain", settings.fountain_gain)?;
-        check::not_negative("ground_effect_scale", settings.ground_effect_scale)?;
+        check::not_negative("ground_effect_scale", settings.scale)?;
         check::positive("rotor_lag_s", settings.rotor_lag_s)?;
         check::positive("fountain_lag_s", settings.fountain_lag_s)?;
         let half = 0.5 * settings.rotor_spacing_m;
         let places = [[half, half], [-half, half], [-half, -half], [half, -half]];
         let size = settings.rotor_radius_m / STANDARD_RADIUS_M;
-        let hover_root = settings.weight_n().sqrt();
+        let hover_root = settings.weight_n.sqrt();
         let [(rotor_m, rotor_pace), (fountain_m, fountain_pace)] = [
             (ROTOR_LAG_M, settings.rotor_lag_s),
             (FOUNTAIN_LAG_M, settings.fountain_lag_s),
@@ -96,7 +133,7 @@ impl WakeLag {
             distance2_m2: std::array::from_fn(|i| std::array::from_fn(|j| distance2(i, j))),
             diagonal2_m2: distance2(0, 2),
             fountain_gain: settings.fountain_gain,
-            scale: settings.ground_effect_scale,
+            scale: settings.scale,
             lag_m: [rotor_m, fountain_m],
             lag_pace: [rotor_pace, fountain_pace],
             least_root: LEAST_LAG_ROOT.min(LEAST_LAG_SHARE * hover_root),
@@ -233,7 +270,7 @@ impl Deck {
     ///
     /// # Errors
     /// The plate's side must be positive.
-    pub fn new(settings: &PlantSettings) -> Result<Self, SimError> {
+    pub fn new(settings: &WakeSettings) -> Result<Self, SimError> {
         check::positive("plate_side_m", settings.plate_side_m)?;
         Ok(Self {
             surface: settings.surface,
@@ -345,6 +382,7 @@ impl Deck {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::plant::PlantSettings;
 
     #[test]
     fn analytic_laws_scale_with_the_rotor() {
@@ -352,12 +390,12 @@ mod tests {
             surface: Surface::Ground,
             ..PlantSettings::default()
         };
-        let law = WakeLag::new(&standard).expect("defaults are valid");
+        let law = WakeLag::new(&standard.wake()).expect("defaults are valid");
         for size in [0.19, 0.5, 0.9] {
-            let small = WakeLag::new(&PlantSettings {
+            let small = WakeLag::new(&WakeSettings {
                 rotor_radius_m: size * standard.rotor_radius_m,
                 rotor_spacing_m: size * standard.rotor_spacing_m,
-                ..standard
+                ..standard.wake()
             })
             .expect("valid settings");
             // Below the least height as well.
@@ -385,7 +423,7 @@ mod tests {
                 mass_kg,
                 ..standard
             };
-            let law = WakeLag::new(&settings).expect("valid settings");
+            let law = WakeLag::new(&settings.wake()).expect("valid settings");
             (law.lag_rate(0.0, 1.0, 1.0, 0.0), settings.weight_n().sqrt())
         };
         // The standard vehicle's is what it was before it had a share.

@@ -130,7 +130,7 @@ mod tests {
                 fountain_gain: 1.3,
                 ..PlantSettings::default()
             };
-            let law = WakeLag::new(&settings).expect("valid settings");
+            let law = WakeLag::new(&settings.wake()).expect("valid settings");
             let half = 0.5 * settings.rotor_spacing_m;
             let corners = [[half, half], [-half, half], [-half, -half], [half, -half]];
             let scale = 1.2;

@@ -193,7 +193,7 @@ impl Legs {
             settings.radius_m * std::f64::consts::FRAC_1_SQRT_2,
             -settings.depth_m,
         );
-        let deck = Deck::new(plant)?;
+        let deck = Deck::new(&plant.wake())?;
         Ok(Self {
             settings: *settings,
             feet_m: [[a, a, h], [-a, a, h], [-a, -a, h], [a, -a, h]],

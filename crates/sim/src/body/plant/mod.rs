@@ -9,7 +9,8 @@ use crate::check;
 use crate::error::SimError;
 use crate::number::Number;
 
-pub use settings::{GroundLaw, PlantSettings, Surface};
+pub use crate::air::ground::Surface;
+pub use settings::{GroundLaw, PlantSettings};
 
 /// State of rotors and air.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -94,7 +95,7 @@ impl Plant {
             ),
             settings.mass_kg,
         )?;
-        let wake = WakeLag::new(settings)?;
+        let wake = WakeLag::new(&settings.wake())?;
         let exponential = Exponential::new(&settings.exponential, settings.ground_effect_scale)
             .map_err(|e| e.in_section("exponential"))?;
         Ok(Self {
@@ -103,7 +104,7 @@ impl Plant {
                 GroundLaw::WakeLag => Law::WakeLag(wake),
                 GroundLaw::Exponential => Law::Exponential(exponential),
             },
-            deck: Deck::new(settings)?,
+            deck: Deck::new(&settings.wake())?,
             present: settings.surface != Surface::Absent,
             weight_n,
             rotor_height_m: settings.rotor_height_m,

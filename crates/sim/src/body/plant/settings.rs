@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Plant;
 use crate::air::exponential::ExponentialSettings;
+use crate::air::ground::{Surface, WakeSettings};
 use crate::body::motor::MotorSettings;
 use crate::error::SimError;
 
@@ -16,19 +17,6 @@ pub enum GroundLaw {
     WakeLag,
     /// An exponential in the height with one lag.
     Exponential,
-}
-
-/// The surface below the vehicle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Surface {
-    /// A finite square plate.
-    #[default]
-    Plate,
-    /// Unbounded ground: E = 1 and P = 1.
-    Ground,
-    /// Nothing: free air.
-    Absent,
 }
 
 /// All parameters of the plant.
@@ -109,6 +97,22 @@ impl PlantSettings {
     #[must_use]
     pub fn weight_n(&self) -> f64 {
         self.mass_kg * self.gravity_mps2
+    }
+
+    /// What the wake law takes of the settings.
+    #[must_use]
+    pub fn wake(&self) -> WakeSettings {
+        WakeSettings {
+            surface: self.surface,
+            plate_side_m: self.plate_side_m,
+            rotor_radius_m: self.rotor_radius_m,
+            rotor_spacing_m: self.rotor_spacing_m,
+            weight_n: self.weight_n(),
+            scale: self.ground_effect_scale,
+            fountain_gain: self.fountain_gain,
+            rotor_lag_s: self.rotor_lag_s,
+            fountain_lag_s: self.fountain_lag_s,
+        }
     }
 
     /// Checks all settings.

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::check;
 use crate::error::SimError;
+use crate::sensors::readings::{NanReadings, SensorFaults};
 
 /// Sensors that a fault can strike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -182,16 +183,36 @@ impl FaultSettings {
         .find_map(|(key, found)| Some((key, found?)))
     }
 
-    pub(crate) fn tag_is_lost(&self, since_s: f64) -> bool {
-        let within = |span: &Span| since_s >= span.from_s && since_s < span.to_s;
-        self.tag_lost.iter().any(within)
-    }
-
-    pub(crate) fn is_nan(&self, sensor: Struck, since_s: f64) -> bool {
-        self.nan.iter().any(|burst| {
-            (burst.sensor == sensor || burst.sensor == Struck::All)
-                && since_s >= burst.from_s
-                && since_s < burst.to_s
-        })
+    /// Faults of the sensors at a time on the faults' clock.
+    pub(super) fn of_sensors(&self, since_s: f64) -> SensorFaults {
+        let within = |from_s: f64, to_s: f64| since_s >= from_s && since_s < to_s;
+        let is_nan = |sensor| {
+            self.nan.iter().any(|burst| {
+                (burst.sensor == sensor || burst.sensor == Struck::All)
+                    && within(burst.from_s, burst.to_s)
+            })
+        };
+        SensorFaults {
+            tag_lost: self
+                .tag_lost
+                .iter()
+                .any(|span| within(span.from_s, span.to_s)),
+            range_missing_share: self.range_missing_share,
+            extra_latency_s: self.extra_latency_s,
+            known_extra_latency_s: if self.extra_latency_known {
+                self.extra_latency_s
+            } else {
+                0.0
+            },
+            nan: NanReadings {
+                specific_force: is_nan(Struck::Imu),
+                attitude: is_nan(Struck::Attitude),
+                rates: is_nan(Struck::Gyro),
+                range: is_nan(Struck::Range),
+                tag: is_nan(Struck::Tag),
+                gnss: is_nan(Struck::Gnss),
+                barometer: is_nan(Struck::Barometer),
+            },
+        }
     }
 }

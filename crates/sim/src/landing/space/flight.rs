@@ -7,7 +7,7 @@ use touchdown_lander::computer::{ComputerState, Sensed};
 use touchdown_lander::state_machine::{OperatorRequest, Phase, Reason};
 
 use super::drawn::{Drawn, DrawnAir, hover};
-use super::faults::{Since, Struck};
+use super::faults::Since;
 use super::landing::SpaceLander;
 use super::logged::FlightLog;
 use super::outcome::{SpaceLanding, SpaceOutcome, SpaceTrace, Touch};
@@ -165,16 +165,16 @@ impl<'a> Flight<'a> {
         let scenario = &self.lander.scenario;
         let truth = Truth {
             step,
-            since_s: self.since_s(step),
+            faults: scenario.faults.of_sensors(self.since_s(step)),
             state: &self.state,
             deck: &self.pose,
             acceleration_mps2: self.loads.acceleration_mps2,
             half_side_m: self.lander.half_side_m,
         };
         let gravity = scenario.plant.gravity_mps2;
-        self.sensing.observe(&truth, gravity, &scenario.faults);
+        self.sensing.observe(&truth, gravity);
         if step.is_multiple_of(steps(scenario.control_period_s) as u64) {
-            let heard = self.sensing.hear(&truth, &scenario.faults);
+            let heard = self.sensing.hear(&truth);
             let now_s = step as f64 * STEP_S;
             let sensed = Sensed {
                 imu: heard.imu,
@@ -216,12 +216,11 @@ impl<'a> Flight<'a> {
             None => self.throttle = [0.0; 4],
             Some(setpoint) if step.is_multiple_of(steps(cascade.period_s()) as u64) => {
                 let faults = &self.lander.scenario.faults;
-                let since_s = self.since_s(step);
-                let bad = |of| faults.is_nan(of, since_s);
+                let nan = faults.of_sensors(self.since_s(step)).nan;
                 let attitude = self.sensing.believed(self.state.attitude);
-                let attitude = attitude.map(|q| nan_if(bad(Struck::Attitude), q));
+                let attitude = attitude.map(|q| nan_if(nan.attitude, q));
                 let rates = self.sensing.rates(self.state.rates);
-                let rates = rates.map(|rate| nan_if(bad(Struck::Gyro), rate));
+                let rates = rates.map(|rate| nan_if(nan.rates, rate));
                 let output = cascade.step(&mut self.control, attitude, rates, setpoint);
                 self.throttle = output.throttle;
             }

@@ -58,7 +58,7 @@ impl SpaceLander {
             .deck
             .validate()
             .map_err(|error| error.in_section("deck"))?;
-        let half_side_m = Deck::new(&scenario.plant)?.half_side_m();
+        let half_side_m = Deck::new(&scenario.plant.wake())?.half_side_m();
         let camera = scenario
             .sensors
             .tag

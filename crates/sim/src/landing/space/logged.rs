@@ -5,14 +5,11 @@
 
 use serde::Serialize;
 
-use super::faults::Struck;
 use super::flight::Flight;
 use crate::STEP_S;
 use crate::sensors::RangeSettings;
-use crate::sensors::readings::nan_if;
+use crate::sensors::readings::{LOG_STEPS, RangeRow, nan_if};
 
-/// Steps between two samples.
-pub(crate) const LOG_STEPS: u64 = 4;
 /// Voltage of a full battery of four cells. Under load it sags as the motors' drive does.
 const FULL_V: f64 = 16.8;
 
@@ -33,15 +30,6 @@ pub struct ImuRow {
     pub battery_v: f64,
 }
 
-/// A reading of the range finder.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct RangeRow {
-    /// When it was taken, s.
-    pub time_s: f64,
-    /// Distance along the beam, m.
-    pub distance_m: f64,
-}
-
 /// What was logged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FlightLog {
@@ -56,6 +44,7 @@ pub struct FlightLog {
 impl Flight<'_> {
     /// Logs what is due at a step, where there is a trace.
     pub(super) fn log_sample(&mut self, step: u64) {
+        let since_s = self.since_s(step);
         let Some(trace) = &mut self.landing.trace else {
             return;
         };
@@ -64,10 +53,7 @@ impl Flight<'_> {
             return;
         }
         let scenario = &self.lander.scenario;
-        let since_s = self
-            .fault_start
-            .map_or(f64::NEG_INFINITY, |start| (step - start) as f64 * STEP_S);
-        let bad = |of| scenario.faults.is_nan(of, since_s);
+        let nan = scenario.faults.of_sensors(since_s).nan;
         let imu = &scenario.sensors.imu;
         let noise = imu.noise_density / (LOG_STEPS as f64 * STEP_S).sqrt();
         let stream = &mut self.log_noise;
@@ -77,12 +63,12 @@ impl Flight<'_> {
         trace.log.imu.push(ImuRow {
             time_s: step as f64 * STEP_S,
             specific_force_mps2: force
-                .map(|f| nan_if(bad(Struck::Imu), f + noise * stream.normal())),
+                .map(|f| nan_if(nan.specific_force, f + noise * stream.normal())),
             rates: self
                 .state
                 .rates
-                .map(|rate| nan_if(bad(Struck::Gyro), rate + imu.gyro_sd * stream.normal())),
-            attitude: attitude.map(|q| nan_if(bad(Struck::Attitude), q)),
+                .map(|rate| nan_if(nan.rates, rate + imu.gyro_sd * stream.normal())),
+            attitude: attitude.map(|q| nan_if(nan.attitude, q)),
             throttle: self.setpoint.map(|_| self.throttle),
             battery_v: FULL_V * (1.0 - scenario.plant.motor.sag * load),
         });

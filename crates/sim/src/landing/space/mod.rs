@@ -30,22 +30,23 @@ mod batch;
 mod case;
 mod crew;
 mod drawn;
-pub(crate) mod faults;
+mod faults;
 mod fits;
 mod flight;
 mod landing;
-pub(crate) mod logged;
+mod logged;
 mod outcome;
 mod scenario;
 mod touching;
 mod track;
 
+pub use crate::sensors::readings::RangeRow;
 pub use batch::Batch;
 pub use case::Case;
 pub use crew::{ControlSettings, Controller, DescentShape, FlightModels};
 pub use faults::{FaultGust, FaultSettings, NanBurst, Since, Span, Struck, WeakRotor};
 pub use landing::{SpaceLander, land};
-pub use logged::{FlightLog, ImuRow, RangeRow};
+pub use logged::{FlightLog, ImuRow};
 pub use outcome::{
     Abort, CrashCause, Impact, SpaceLanding, SpaceOutcome, SpaceTrace, Touch, TraceRow,
 };
