@@ -77,7 +77,7 @@ impl Error {
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::File { .. } | Self::Data { .. } => 1,
-            Self::Card(touchdown_model::CardError::File { .. }) => 1,
+            Self::Card(touchdown_model::CardError::Write { .. }) => 1,
             _ => 2,
         }
     }

@@ -23,10 +23,6 @@ pub fn folder(path: &Path) -> Result<()> {
 /// # Errors
 /// A file that cannot be written.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    let above = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
-    folder(above)?;
-    touchdown_log::write_whole(path, bytes).map_err(|e| Error::file(path, e))
+    folder(touchdown_files::folder_of(path))?;
+    touchdown_files::write_whole(path, bytes).map_err(|e| Error::file(path, e))
 }

@@ -27,7 +27,10 @@ pub fn check_seed(seed: u64, file: &str) -> Result<()> {
 /// # Errors
 /// A file that cannot be read, or keys and values that make no sense, with file, line and key.
 pub fn read<T: Default + DeserializeOwned + Serialize>(path: &Path) -> Result<T> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, e))?;
+    let text = std::fs::read_to_string(path).map_err(|e| Error::Settings {
+        file: path.display().to_string(),
+        message: format!("cannot be read: {e}"),
+    })?;
     parse(&text, &path.display().to_string())
 }
 

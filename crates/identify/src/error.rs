@@ -60,7 +60,7 @@ impl Error {
             // A channel that is missing is the map's to give.
             Self::Trial(touchdown_trial::TrialError::Missing { .. }) => 2,
             Self::Identification(_) | Self::Data { .. } | Self::Trial(_) => 1,
-            Self::Card(touchdown_model::CardError::File { .. }) => 1,
+            Self::Card(touchdown_model::CardError::Write { .. }) => 1,
             _ => 2,
         }
     }

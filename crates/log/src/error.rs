@@ -66,6 +66,16 @@ pub enum LogError {
         /// What it looks like.
         found: String,
     },
+    /// The file of a map is missing or cannot be read.
+    #[error(
+        "{path}: cannot be read as a map: {source}; expected a TOML file or one of the built-in maps px4, ardupilot and ros"
+    )]
+    Map {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: io::Error,
+    },
     /// A map is no TOML, or has an unknown, missing or ill-typed key.
     #[error("{at}: {message}")]
     MapToml {
@@ -187,7 +197,8 @@ impl LogError {
             | Self::NotALog { .. }
             | Self::NoUsableRows { .. } => ErrorKind::Unreadable,
             Self::Write { .. } => ErrorKind::Unwritable,
-            Self::MapToml { .. }
+            Self::Map { .. }
+            | Self::MapToml { .. }
             | Self::MapValue { .. }
             | Self::MapExpression { .. }
             | Self::UnknownColumn { .. }

@@ -42,7 +42,6 @@
 //! [`Trial`]: touchdown_trial::Trial
 
 mod error;
-mod files;
 mod findings;
 mod hashing;
 mod inspection;
@@ -55,7 +54,6 @@ mod tables;
 mod topics;
 
 pub use error::{ErrorKind, LogError, Place};
-pub use files::{TEMPORARY_PREFIX, write_whole};
 pub use findings::Findings;
 pub use inspection::{ColumnSummary, Inspection, TimeBase, inspect, inspect_file, inspect_trial};
 pub use map::{Map, apply};

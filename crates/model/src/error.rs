@@ -8,9 +8,17 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CardError {
-    /// The file cannot be read or written.
-    #[error("{path}: {source}")]
-    File {
+    /// The file is missing or cannot be read.
+    #[error("{path}: cannot be read as a model card: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file cannot be written; nothing is left of it.
+    #[error("{path}: cannot be written: {source}")]
+    Write {
         /// The file.
         path: PathBuf,
         /// Why.

@@ -1,6 +1,5 @@
 //! Reading, checking and writing cards.
 
-use std::io::Write as _;
 use std::path::Path;
 
 use sindy_expr::Expr;
@@ -15,7 +14,7 @@ impl Card {
     /// A file that cannot be read, is not TOML, has another schema, an unknown or missing key, or a
     /// value that makes no sense.
     pub fn read(path: &Path) -> Result<Self, CardError> {
-        let text = std::fs::read_to_string(path).map_err(|source| CardError::File {
+        let text = std::fs::read_to_string(path).map_err(|source| CardError::Read {
             path: path.to_owned(),
             source,
         })?;
@@ -70,27 +69,10 @@ impl Card {
     /// A card that breaks the rules, or a file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), CardError> {
         let text = self.to_toml()?;
-        let file_error = |source| CardError::File {
+        touchdown_files::write(path, text.as_bytes()).map_err(|source| CardError::Write {
             path: path.to_owned(),
             source,
-        };
-        let folder = match path.parent() {
-            Some(p) if !p.as_os_str().is_empty() => p,
-            _ => Path::new("."),
-        };
-        std::fs::create_dir_all(folder).map_err(file_error)?;
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".card-");
-        // A temporary file is private to its owner; a card is for everyone who may read the folder.
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt as _;
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let mut file = builder.tempfile_in(folder).map_err(file_error)?;
-        file.write_all(text.as_bytes()).map_err(file_error)?;
-        file.persist(path).map_err(|e| file_error(e.error))?;
-        Ok(())
+        })
     }
 
     /// Checks what the types cannot: finite numbers, ordered ranges, expressions that parse, positive

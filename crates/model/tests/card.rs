@@ -138,7 +138,7 @@ fn prop_errors_name_file_key_expected_and_found() {
     assert!(expression.contains("psi1 +"), "{expression}");
     assert!(matches!(
         Card::read(std::path::Path::new("/no/such.toml")),
-        Err(CardError::File { .. })
+        Err(CardError::Read { .. })
     ));
 }
 

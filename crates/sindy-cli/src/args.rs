@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use touchdown_terminal::{EXIT_STATUS, Output, Shell};
 
 use crate::fit::args::FitArgs;
 
@@ -11,17 +12,10 @@ use crate::fit::args::FitArgs;
 /// `sindy fit` reads tables of measurements and chooses smoothing, terms and coefficients by itself. `sindy simulate` runs
 /// the model that it found.
 #[derive(Debug, Parser)]
-#[command(name = "sindy", version, after_help = EXAMPLES)]
+#[command(name = "sindy", version, after_help = format!("{EXAMPLES}\n\n{EXIT_STATUS}"))]
 pub(crate) struct Arguments {
-    /// Print one machine-readable JSON object on standard output; text and progress go to standard error
-    ///
-    /// A command that fails prints `{ "error": "...", "outcome": "refused" }`, with the same text on standard error and
-    /// the same exit status as without --json.
-    #[arg(long, global = true)]
-    pub(crate) json: bool,
-    /// Print no progress
-    #[arg(long, short, global = true)]
-    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) output: Output,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -31,10 +25,7 @@ Examples:
   sindy fit measured.csv --states x,y,z
   sindy fit run1.csv run2.csv --states x,y --inputs u --library 'poly(3)' --test run3.csv --model model.json
   sindy simulate model.json --start x=1,y=0 --until 10 --step 0.01 --output run.csv
-  sindy simulate model.json --data measured.csv --figure compare.svg
-
-Exit status (with --json, one object on standard output in each case): 0 done; 1 a file cannot be read or written, or has no usable rows; 2 bad arguments, data or settings;
-3 done, but input was lost (corrupt rows). A fit or a run that ends badly is an outcome in the result, not a failure.";
+  sindy simulate model.json --data measured.csv --figure compare.svg";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -44,7 +35,30 @@ pub(crate) enum Command {
     Simulate(Box<SimulateArgs>),
     /// Print the default settings of `fit` as commented TOML
     Settings,
+    /// Print the script that completes the command's arguments in a shell
+    #[command(after_help = COMPLETIONS)]
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Write manual pages, one for each command
+    #[command(after_help = MAN)]
+    Man {
+        /// Folder for the pages
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
 }
+
+const COMPLETIONS: &str = "\
+Examples:
+  sindy completions bash > ~/.local/share/bash-completion/completions/sindy
+  sindy completions fish > ~/.config/fish/completions/sindy.fish";
+
+const MAN: &str = "\
+Examples:
+  sindy man --out ~/.local/share/man/man1
+  man sindy-fit";
 
 /// How tables are read.
 #[derive(Args, Debug)]

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use sindy::SindyError;
 use thiserror::Error;
+use touchdown_terminal::status::{BAD_INPUT, FAILED};
 
 /// Anything that stops a command.
 #[derive(Debug, Error)]
@@ -25,7 +26,7 @@ pub(crate) enum Error {
         expected: String,
         found: String,
     },
-    /// A file of settings that cannot be understood.
+    /// A file of settings, terms or a model that is missing or cannot be understood.
     #[error("{file}: {message}")]
     Settings { file: String, message: String },
     /// Arguments that do not fit together.
@@ -51,6 +52,14 @@ impl Error {
         }
     }
 
+    /// A file of settings, terms or a model that is missing or cannot be read.
+    pub(crate) fn unread(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        |source| Self::Settings {
+            file: path.display().to_string(),
+            message: format!("cannot be read: {source}"),
+        }
+    }
+
     /// Data that are not what they should be.
     pub(crate) fn data(
         at: impl Into<String>,
@@ -70,17 +79,16 @@ impl Error {
         |source| Self::Refused { what, source }
     }
 
-    /// The exit status: 1 for what cannot be read or written or holds no usable rows, 2 for arguments, data and
-    /// settings that are wrong.
+    /// The exit status by the table of [`touchdown_terminal::status`].
     pub(crate) fn exit_status(&self) -> u8 {
         use touchdown_log::ErrorKind;
         match self {
-            Self::File { .. } | Self::NoRows { .. } | Self::Figure(_) => 1,
+            Self::File { .. } | Self::NoRows { .. } | Self::Figure(_) => FAILED,
             Self::Log(e) => match e.kind() {
-                ErrorKind::Unreadable | ErrorKind::Unwritable => 1,
-                _ => 2,
+                ErrorKind::Unreadable | ErrorKind::Unwritable => FAILED,
+                _ => BAD_INPUT,
             },
-            _ => 2,
+            _ => BAD_INPUT,
         }
     }
 }

@@ -2,17 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use touchdown_files::folder_of;
+
 use crate::error::{Error, Result};
 
 /// Writes to a temporary file in the same folder, then renames it.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    let above = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
-    let fail = |e| Error::file(path, e);
-    std::fs::create_dir_all(above).map_err(fail)?;
-    touchdown_log::write_whole(path, bytes).map_err(fail)
+    touchdown_files::write(path, bytes).map_err(|e| Error::file(path, e))
 }
 
 /// Refuses, before any work is done, outputs that cannot become files, that would overwrite an input, or that are
@@ -53,10 +49,7 @@ fn resolved(path: &Path) -> PathBuf {
         return whole;
     }
     let name = path.file_name().unwrap_or_default();
-    let above = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
+    let above = folder_of(path);
     above
         .canonicalize()
         .unwrap_or_else(|_| above.to_owned())

@@ -204,7 +204,7 @@ fn prop_json_has_an_object_for_every_failure() {
         (2, words("fly", &[]), "fly"),
         (1, words("fit {} --states x", &[&none]), "none.csv"),
         (
-            1,
+            2,
             words("simulate {} --start x=1 --until 1", &[&none]),
             "none.csv",
         ),
@@ -381,7 +381,7 @@ fn prop_settings_and_outputs_that_do_not_fit() {
     );
     let missing = folder.path().join("none.toml");
     fails(
-        1,
+        2,
         &words("fit {} --states x,y --settings {}", &[&data, &missing]),
     );
     let error = fails(

@@ -240,7 +240,7 @@ fn prop_bad_arguments_teach_and_leave_nothing() {
     let error = fails(2, &args);
     assert!(error.contains(".svg, .png or .html"), "{error}");
     let missing = folder.path().join("missing.json");
-    fails(1, &words("simulate {} --start x=1 --until 1", &[&missing]));
+    fails(2, &words("simulate {} --start x=1 --until 1", &[&missing]));
     let error = fails(2, &words("simulate {} --start x=1 --until 1", &[&data]));
     assert!(error.contains("model in JSON"), "{error}");
     assert_eq!(files(folder.path()), before);

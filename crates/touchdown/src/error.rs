@@ -94,7 +94,7 @@ impl Error {
             Self::Identification(e) => e.exit_status(),
             Self::Campaign(e) => e.exit_status(),
             Self::File { .. } | Self::Data { .. } | Self::Trial(_) => 1,
-            Self::Card(touchdown_model::CardError::File { .. }) | Self::Report(_) => 1,
+            Self::Card(touchdown_model::CardError::Write { .. }) | Self::Report(_) => 1,
             Self::Log(e) => match e.kind() {
                 ErrorKind::Unreadable | ErrorKind::Unwritable => 1,
                 _ => 2,

@@ -141,7 +141,7 @@ fn prop_bad_sweeps_are_one_error_and_nothing_written() {
         ),
         (
             "[cards]\nthrust = \"no-such-card.toml\"\n",
-            1,
+            2,
             &["no-such-card.toml"],
         ),
         (

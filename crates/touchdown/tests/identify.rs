@@ -405,7 +405,7 @@ fn prop_ground_effect_needs_a_thrust_card_and_its_channels() {
         args
     };
     assert!(fails(2, ground(&card, &[])).contains("height_m"));
-    assert!(fails(1, ground(&folder.path().join("none.toml"), &[])).contains("none.toml"));
+    assert!(fails(2, ground(&folder.path().join("none.toml"), &[])).contains("none.toml"));
     fails(2, ground(&log, &[]));
     let published = folder.path().join("eq12.toml");
     std::fs::write(&published, touchdown_model::published::EQ_12).unwrap();

@@ -315,7 +315,7 @@ fn prop_bad_input_is_one_error() {
         (2, ["card.toml", "card.toml"], "expected a log"),
         (2, ["log.csv", "log.csv"], "expected a model card"),
         (2, ["eq12.toml", "log.csv"], "expected --thrust"),
-        (1, ["none.toml", "log.csv"], "none.toml"),
+        (2, ["none.toml", "log.csv"], "none.toml"),
         (1, ["card.toml", "none.csv"], "none.csv: cannot be read"),
         (1, ["card.toml", "gaps.csv"], "found none of 300"),
     ] {

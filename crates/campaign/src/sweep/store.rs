@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use touchdown_log::TEMPORARY_PREFIX;
+use touchdown_files::TEMPORARY_PREFIX;
 
 use super::points::{SERIES, Sweep};
 use super::row::{Row, decode, encode};

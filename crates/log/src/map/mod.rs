@@ -149,13 +149,13 @@ impl Map {
     /// Reads and checks a map.
     ///
     /// # Errors
-    /// [`LogError::Read`], or one with the line and key of what is wrong.
+    /// [`LogError::Map`], or one with the line and key of what is wrong.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let path = path.as_ref();
         let name = path.display().to_string();
         match std::fs::read_to_string(path) {
             Ok(text) => Self::parse(&name, &text),
-            Err(source) => Err(LogError::Read { path: name, source }),
+            Err(source) => Err(LogError::Map { path: name, source }),
         }
     }
 

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use sindy::Dataset;
 
 use super::args::FitArgs;
-use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::past;
 use crate::trajectories::{self, FileReport, Trajectory, Wanted};
+use touchdown_terminal::Terminal;
 
 /// Trajectories to fit.
 pub(super) struct Train {
@@ -38,10 +38,10 @@ impl Train {
     }
 }
 
-pub(super) fn train(context: &Context, args: &FitArgs) -> Result<Train> {
+pub(super) fn train(terminal: &Terminal, args: &FitArgs) -> Result<Train> {
     let known = [&args.states[..], &args.inputs].concat();
     let delays = past::parse(&args.past, &known)?;
-    let (mut trajectories, files) = read(context, args, &args.train, args.weights.as_deref())?;
+    let (mut trajectories, files) = read(terminal, args, &args.train, args.weights.as_deref())?;
     let mut inputs = args.inputs.clone();
     if !delays.is_empty() {
         let (all, names) = past::add(trajectories, &known, &delays)?;
@@ -76,11 +76,11 @@ pub(super) fn train(context: &Context, args: &FitArgs) -> Result<Train> {
     })
 }
 
-pub(super) fn test(context: &Context, args: &FitArgs) -> Result<Option<Test>> {
+pub(super) fn test(terminal: &Terminal, args: &FitArgs) -> Result<Option<Test>> {
     if args.test.is_empty() {
         return Ok(None);
     }
-    let (trajectories, files) = read(context, args, &args.test, None)?;
+    let (trajectories, files) = read(terminal, args, &args.test, None)?;
     let warnings = files.into_iter().flat_map(|f| f.warnings).collect();
     Ok(Some(Test {
         trajectories,
@@ -100,7 +100,7 @@ pub(super) fn wanted<'a>(args: &'a FitArgs, weights: Option<&'a str>) -> Wanted<
 }
 
 fn read(
-    context: &Context,
+    terminal: &Terminal,
     args: &FitArgs,
     paths: &[PathBuf],
     weights: Option<&str>,
@@ -109,7 +109,7 @@ fn read(
     let (mut all, mut reports) = (Vec::new(), Vec::new());
     for (k, path) in paths.iter().enumerate() {
         let name = path.display();
-        context.busy(&format!(
+        terminal.busy(&format!(
             "reading {name}, file {} of {}",
             k + 1,
             paths.len()

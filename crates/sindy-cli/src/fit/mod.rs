@@ -15,16 +15,16 @@ mod terms;
 use sindy::identify::Progress;
 use sindy::{Identification, Identify};
 
-use crate::Done;
-use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::trajectories::{FileReport, Trajectory};
 use crate::{drawing, output, past};
 use args::FitArgs;
 use load::Train;
 use object::FitObject;
+use touchdown_terminal::Done;
+use touchdown_terminal::Terminal;
 
-pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
+pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
     args.check()?;
     let read = args.train.iter().chain(&args.test).chain(&args.terms);
     output::check(
@@ -39,16 +39,16 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
         true => None,
         false => {
             if let Some(hint) = size::hint(&args.train, &args.table.columns) {
-                context.warn(&hint);
+                terminal.warn(&hint);
             }
-            context.busy("reading");
-            Some(load::train(context, args)?)
+            terminal.busy("reading");
+            Some(load::train(terminal, args)?)
         }
     };
     let inputs = train.as_ref().map_or(&args.inputs, |t| &t.inputs);
     let libraries = terms::libraries(args, inputs, &settings)?;
     // Bad test data are told before the time of a fit is spent.
-    let test = load::test(context, args)?;
+    let test = load::test(terminal, args)?;
     let steps = settings.identify.iterations;
     let outliers = settings.identify.outliers;
     let identify = Identify::per_equation(libraries)
@@ -58,12 +58,12 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
         found,
         files,
         trajectories,
-    } = fit(context, args, train, &identify, steps)?;
+    } = fit(terminal, args, train, &identify, steps)?;
     let lossy = files.iter().any(|f| f.lossy);
     let mut warnings: Vec<String> = files.iter().flat_map(|f| f.warnings.clone()).collect();
     warnings.extend(found.warnings.iter().cloned());
 
-    context.busy("judging");
+    terminal.busy("judging");
     let between = &found.inputs_between;
     let test = match test {
         Some(test) => {
@@ -100,12 +100,12 @@ pub(crate) fn run(context: &Context, args: &FitArgs) -> Result<Done> {
         let text = found.model.to_json().map_err(Error::refused("the model"))?;
         output::write(path, text.as_bytes())?;
     }
-    context.finish();
-    context.say(&show::text(&found.model, &object));
+    terminal.finish();
+    terminal.say(&show::text(&found.model, &object));
     for warning in &object.warnings {
-        context.warn(warning);
+        terminal.warn(warning);
     }
-    context.object(&object)?;
+    terminal.object(&object);
     Ok(if lossy { Done::WithLoss } else { Done::Whole })
 }
 
@@ -119,15 +119,15 @@ struct Fitted {
 
 /// Fits, with the data in memory or in one pass.
 fn fit(
-    context: &Context,
+    terminal: &Terminal,
     args: &FitArgs,
     train: Option<Train>,
     identify: &Identify,
     steps: usize,
 ) -> Result<Fitted> {
     let Some(train) = train else {
-        let (found, files) = stream::fit(context, args, identify, &mut |progress| {
-            context.busy(&stage(&progress, steps, None));
+        let (found, files) = stream::fit(terminal, args, identify, &mut |progress| {
+            terminal.busy(&stage(&progress, steps, None));
         })?;
         return Ok(Fitted {
             found,
@@ -139,7 +139,7 @@ fn fit(
     let rows = report.rows;
     let mut found = identify
         .run(&train.data, &mut |progress| {
-            context.busy(&stage(&progress, steps, Some(rows)));
+            terminal.busy(&stage(&progress, steps, Some(rows)));
         })
         .map_err(Error::refused(files(args)))?;
     if !args.past.is_empty() {

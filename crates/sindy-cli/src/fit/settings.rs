@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use sindy::Libraries;
 
 use super::args::FitArgs;
-use crate::Done;
-use crate::context::Context;
 use crate::error::{Error, Result};
+use touchdown_terminal::Done;
+use touchdown_terminal::Terminal;
 
 /// What a file of settings may hold; arguments come before it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -24,11 +24,11 @@ pub(super) struct Settings {
 const DEFAULTS: &str = include_str!("../../settings/fit.toml");
 
 /// `sindy settings`.
-pub(crate) fn print(context: &Context) -> Result<Done> {
-    if context.wants_json() {
-        context.object(&Settings::default())?;
+pub(crate) fn print(terminal: &Terminal) -> Result<Done> {
+    if terminal.wants_json() {
+        terminal.object(&Settings::default());
     } else {
-        context.print(DEFAULTS);
+        terminal.print(DEFAULTS);
     }
     Ok(Done::Whole)
 }
@@ -50,7 +50,7 @@ pub(super) fn of(args: &FitArgs) -> Result<Settings> {
 }
 
 fn read(path: &Path) -> Result<Settings> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, e))?;
+    let text = std::fs::read_to_string(path).map_err(Error::unread(path))?;
     toml::from_str(&text).map_err(|e| Error::Settings {
         file: path.display().to_string(),
         message: e.to_string().trim_end().to_owned(),

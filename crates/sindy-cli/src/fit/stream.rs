@@ -11,10 +11,10 @@ use sindy::{Identify, OwnedBlock, SindyError, Stream};
 
 use super::args::FitArgs;
 use super::load::wanted;
-use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::table::{Header, Rows};
 use crate::trajectories::{FileReport, TOLERATED, Wanted, time_column};
+use touchdown_terminal::Terminal;
 
 /// The name of the time column in the stream; no column of a table can be both this and a state.
 const TIME: &str = "(time)";
@@ -28,7 +28,7 @@ const REMEMBERED: usize = 1_000_000;
 
 /// Reads the training files once, and fits.
 pub(super) fn fit(
-    context: &Context,
+    terminal: &Terminal,
     args: &FitArgs,
     identify: &Identify,
     progress: &mut dyn FnMut(sindy::identify::Progress),
@@ -48,7 +48,7 @@ pub(super) fn fit(
         .map(|p| std::fs::metadata(p).map_or(0, |m| m.len()));
     let shared = Shared::default();
     let blocks = Blocks {
-        context,
+        terminal,
         wanted: &wanted,
         sizes: sizes.collect(),
         files: &args.train,
@@ -78,7 +78,7 @@ struct Shared {
 
 /// The blocks of all files.
 struct Blocks<'a> {
-    context: &'a Context,
+    terminal: &'a Terminal,
     wanted: &'a Wanted<'a>,
     files: &'a [PathBuf],
     /// Bytes of each file.
@@ -152,7 +152,7 @@ impl Blocks<'_> {
                 let total: u64 = self.sizes.iter().sum();
                 let read = before as f64 + share * self.sizes[self.next - 1] as f64;
                 let name = &self.files[self.next - 1].display().to_string();
-                self.context
+                self.terminal
                     .busy(&stage(read / total.max(1) as f64, self.rows, name));
             }
             None => {

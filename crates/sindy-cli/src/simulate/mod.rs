@@ -7,14 +7,14 @@ pub(crate) mod setup;
 use sindy::model::{History, Limits, Run, RunOutcome, Simulation, Time};
 use sindy::{Model, SindyError};
 
-use crate::Done;
 use crate::args::SimulateArgs;
-use crate::context::Context;
 use crate::drawing;
 use crate::error::{Error, Result};
 use crate::output;
 use object::{RunObject, SimulateObject};
 use setup::Task;
+use touchdown_terminal::Done;
+use touchdown_terminal::Terminal;
 
 /// A run, and what it is compared with.
 pub(crate) struct Simulated {
@@ -22,7 +22,7 @@ pub(crate) struct Simulated {
     pub(crate) run: Run,
 }
 
-pub(crate) fn run(context: &Context, args: &SimulateArgs) -> Result<Done> {
+pub(crate) fn run(terminal: &Terminal, args: &SimulateArgs) -> Result<Done> {
     output::check(
         args.output.iter().chain(&args.figure),
         std::iter::once(&args.model)
@@ -33,7 +33,7 @@ pub(crate) fn run(context: &Context, args: &SimulateArgs) -> Result<Done> {
         drawing::check(path)?;
     }
     let to_stdout = args.output.as_deref().is_some_and(|p| p.as_os_str() == "-");
-    if to_stdout && context.wants_json() {
+    if to_stdout && terminal.wants_json() {
         return Err(Error::Arguments(
             "--output - and --json both want standard output; name a file for the runs".to_owned(),
         ));
@@ -45,11 +45,11 @@ pub(crate) fn run(context: &Context, args: &SimulateArgs) -> Result<Done> {
         .map_or_else(Simulation::adaptive, Simulation::fixed);
     let mut simulated = Vec::with_capacity(setup.tasks.len());
     for task in setup.tasks {
-        context.busy(&format!("running {}", task.name));
+        terminal.busy(&format!("running {}", task.name));
         let run = simulate(&model, &task, &how)?;
         simulated.push(Simulated { task, run });
     }
-    context.finish();
+    terminal.finish();
     let mut warnings = setup.warnings;
     warnings.extend(
         simulated
@@ -59,7 +59,7 @@ pub(crate) fn run(context: &Context, args: &SimulateArgs) -> Result<Done> {
     let runs: Vec<RunObject> = simulated.iter().map(|s| RunObject::of(&model, s)).collect();
 
     if to_stdout {
-        context.print(&object::csv(&model, &simulated));
+        terminal.print(&object::csv(&model, &simulated));
     } else if let Some(path) = &args.output {
         output::write(path, object::csv(&model, &simulated).as_bytes())?;
     }
@@ -68,14 +68,14 @@ pub(crate) fn run(context: &Context, args: &SimulateArgs) -> Result<Done> {
     }
     let text = object::text(&model, &runs);
     if to_stdout {
-        context.aside(&text);
+        terminal.aside(&text);
     } else {
-        context.say(&text);
+        terminal.say(&text);
     }
     for warning in &warnings {
-        context.warn(warning);
+        terminal.warn(warning);
     }
-    context.object(&SimulateObject { runs, warnings })?;
+    terminal.object(&SimulateObject { runs, warnings });
     Ok(if setup.lossy {
         Done::WithLoss
     } else {
@@ -84,7 +84,7 @@ pub(crate) fn run(context: &Context, args: &SimulateArgs) -> Result<Done> {
 }
 
 fn read_model(args: &SimulateArgs) -> Result<Model> {
-    let text = std::fs::read_to_string(&args.model).map_err(|e| Error::file(&args.model, e))?;
+    let text = std::fs::read_to_string(&args.model).map_err(Error::unread(&args.model))?;
     Model::from_json(&text).map_err(Error::refused(args.model.display().to_string()))
 }
 

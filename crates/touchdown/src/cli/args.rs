@@ -7,20 +7,17 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use touchdown::identify::settings::{GroundEffectForm, ThrustForm};
 use touchdown::sweep::Shard;
 use touchdown_sim::landing::space::Controller;
+use touchdown_terminal::{EXIT_STATUS, Output, Shell};
 
 /// From a thrust log to a soft touchdown on a moving deck.
 ///
 /// Identifies throttle-to-thrust and ground-effect models from force-rig data or logs, proves them on unseen
 /// trials, and lands a simulated vehicle with them.
 #[derive(Debug, Parser)]
-#[command(name = "touchdown", version, after_help = EXAMPLES)]
+#[command(name = "touchdown", version, after_help = format!("{EXAMPLES}\n\n{EXIT_STATUS}"))]
 pub(crate) struct Arguments {
-    /// Print one machine-readable JSON object on standard output; text and progress go to standard error
-    #[arg(long, global = true)]
-    pub(crate) json: bool,
-    /// Print no progress
-    #[arg(long, short, global = true)]
-    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) output: Output,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -36,9 +33,7 @@ Examples:
   touchdown identify ground-effect rig/ground_effect_rich/*.csv --thrust thrust.toml --out models
   touchdown land examples/scenarios/deck.toml --out landings
   touchdown land --space --mcap landings/mcap --out landings
-  touchdown settings campaign > sweep.toml; touchdown campaign sweep.toml --out campaign
-
-Exit status: 0 done; 1 failed; 2 bad arguments, maps, settings or cards; 3 done, but input was lost.";
+  touchdown settings campaign > sweep.toml; touchdown campaign sweep.toml --out campaign";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -58,7 +53,30 @@ pub(crate) enum Command {
     Campaign(CampaignArgs),
     /// Print the default settings as commented TOML
     Settings(SettingsArgs),
+    /// Print the script that completes the command's arguments in a shell
+    #[command(after_help = COMPLETIONS)]
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Write manual pages, one for each command
+    #[command(after_help = MAN)]
+    Man {
+        /// Folder for the pages
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
 }
+
+const COMPLETIONS: &str = "\
+Examples:
+  touchdown completions bash > ~/.local/share/bash-completion/completions/touchdown
+  touchdown completions fish > ~/.config/fish/completions/touchdown.fish";
+
+const MAN: &str = "\
+Examples:
+  touchdown man --out ~/.local/share/man/man1
+  man touchdown-identify";
 
 #[derive(Args, Debug)]
 pub(crate) struct ReproduceArgs {

@@ -8,10 +8,10 @@ use touchdown::sweep::{self, CampaignResults, Row, Shard, Spread, Store, Sweep, 
 use touchdown::{Error, Result, pages, recording};
 use touchdown_sim::landing::space::SpaceTrace;
 
-use super::Done;
 use super::args::{CampaignArgs, CampaignCommand};
 use super::context::Context;
 use super::output;
+use touchdown_terminal::Done;
 
 /// What a run says that did not complete the campaign.
 #[derive(Serialize)]
@@ -74,7 +74,7 @@ pub(crate) fn run(context: &Context, args: &CampaignArgs) -> Result<Done> {
             complete: false,
             blocks: sweep.blocks(),
             blocks_there: there,
-        })?;
+        });
         return Ok(Done::Whole);
     }
     report(context, &sweep, &store, &args.out, args.mcap.as_deref())
@@ -104,7 +104,7 @@ fn report(
     context.finish();
     context.say(&table(&results));
     context.say(&format!("report: {}", out.join("report.html").display()));
-    context.object(&results)?;
+    context.object(&results);
     Ok(Done::Whole)
 }
 
@@ -126,7 +126,7 @@ fn replay(context: &Context, sweep: &Sweep, landings: &[u64], mcap: &Path) -> Re
         schema: 1,
         version: env!("CARGO_PKG_VERSION"),
         files,
-    })?;
+    });
     Ok(Done::Whole)
 }
 

@@ -14,35 +14,21 @@ mod validate;
 
 use std::process::ExitCode;
 
-use clap::Parser as _;
-use touchdown::Result;
+use touchdown::{Error, Result};
+use touchdown_terminal::{Done, Terminal, manual};
 
 use args::{Arguments, Command};
 use context::Context;
 
-/// How a command ended that did not fail.
-#[derive(Clone, Copy, Debug, Eq, PartialEq)]
-pub(crate) enum Done {
-    /// All input was used.
-    Whole,
-    /// Done, but input was lost.
-    WithLoss,
-}
-
-/// Parses the arguments, runs the command, gives the exit status: 0 done, 1 failed, 2 bad arguments, maps,
-/// settings or cards, 3 done but input was lost.
+/// Parses the arguments, runs the command and returns the exit status.
 pub(crate) fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    let context = Context::new(arguments.json, arguments.quiet);
-    let done = dispatch(&context, arguments.command);
-    match done.and_then(|done| context.all_printed().map(|()| done)) {
-        Ok(Done::Whole) => ExitCode::SUCCESS,
-        Ok(Done::WithLoss) => ExitCode::from(3),
-        Err(error) => {
-            context.fail(&error);
-            ExitCode::from(error.exit_status())
-        }
-    }
+    let arguments: Arguments = match touchdown_terminal::parse() {
+        Ok(arguments) => arguments,
+        Err(status) => return status,
+    };
+    let context = Context(Terminal::new(arguments.output));
+    let outcome = dispatch(&context, arguments.command);
+    context.0.conclude(outcome, Error::exit_status)
 }
 
 fn dispatch(context: &Context, command: Command) -> Result<Done> {
@@ -55,5 +41,14 @@ fn dispatch(context: &Context, command: Command) -> Result<Done> {
         Command::Land(args) => land::run(context, &args),
         Command::Campaign(args) => campaign::run(context, &args),
         Command::Settings(args) => settings::run(context, &args),
+        Command::Completions { shell } => {
+            manual::completions::<Arguments>(context, shell);
+            Ok(Done::Whole)
+        }
+        Command::Man { out } => {
+            let written = manual::pages::<Arguments>(context, &out);
+            written.map_err(|(path, e)| Error::file(&path, e))?;
+            Ok(Done::Whole)
+        }
     }
 }

@@ -12,10 +12,10 @@ use touchdown::{Result, pages};
 use touchdown_model::{Card, published};
 use touchdown_trial::Trial;
 
-use super::Done;
 use super::args::ReproduceArgs;
 use super::context::Context;
 use super::output;
+use touchdown_terminal::Done;
 
 pub(crate) fn run(context: &Context, args: &ReproduceArgs) -> Result<Done> {
     let settings = load(args)?;
@@ -30,7 +30,7 @@ pub(crate) fn run(context: &Context, args: &ReproduceArgs) -> Result<Done> {
         "report: {}",
         args.out.join("report.html").display()
     ));
-    context.object(&results)?;
+    context.object(&results);
     Ok(Done::Whole)
 }
 

@@ -8,10 +8,10 @@ use touchdown::settings;
 use touchdown::{Error, Result};
 use touchdown_sim::rig::{self, RigTrial};
 
-use super::Done;
 use super::args::RigArgs;
 use super::context::Context;
 use super::output;
+use touchdown_terminal::Done;
 
 #[derive(Serialize)]
 struct Recorded {
@@ -105,6 +105,6 @@ pub(crate) fn run(context: &Context, args: &RigArgs) -> Result<Done> {
         results.trials.len(),
         args.out.display()
     ));
-    context.object(&results)?;
+    context.object(&results);
     Ok(Done::Whole)
 }

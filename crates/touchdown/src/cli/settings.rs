@@ -7,9 +7,9 @@ use touchdown::scenario::{LandScenario, RigScenario};
 use touchdown::settings::ReproduceSettings;
 use touchdown::sweep::SweepSettings;
 
-use super::Done;
 use super::args::{SettingsArgs, SettingsOf};
 use super::context::Context;
+use touchdown_terminal::Done;
 
 pub(crate) fn run(context: &Context, args: &SettingsArgs) -> Result<Done> {
     if context.wants_json() {
@@ -19,7 +19,7 @@ pub(crate) fn run(context: &Context, args: &SettingsArgs) -> Result<Done> {
             SettingsOf::Land => context.object(&LandScenario::default()),
             SettingsOf::Campaign => context.object(&SweepSettings::default()),
             SettingsOf::Identify => context.object(&IdentificationSettings::default()),
-        }?;
+        }
     } else {
         let campaign;
         context.say(match args.of {

@@ -1,7 +1,7 @@
 use crate::LogError;
-use crate::files::write_whole;
 use std::io;
 use std::path::Path;
+use touchdown_files::write_whole;
 use touchdown_trial::{TIME_CHANNEL, Trial};
 
 /// Writes a trial: `time_s`, then its channels in order; gaps are empty cells, and numbers are the

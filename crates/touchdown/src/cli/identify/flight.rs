@@ -17,9 +17,9 @@ use touchdown_trial::Trial;
 use super::load::{self, Log, word};
 use super::show::{Fitted, Outcome, Summary};
 use super::{Command, Target, done, ground, origin, write_tables};
-use crate::cli::Done;
 use crate::cli::args::IdentifyCommon;
 use crate::cli::context::Context;
+use touchdown_terminal::Done;
 
 /// Whether a log is one of a flight: nothing measured its thrust.
 pub(super) fn is_flight(log: &Log) -> bool {
@@ -234,7 +234,7 @@ pub(super) fn run(
         }
     }
     context.finish();
-    context.object(&outcome)?;
+    context.object(&outcome);
     context.say(&format!("{}\n{}", summary.text(), told(&result).trim_end()));
     Ok(done(logs.iter().any(|l| l.findings.is_lossy())))
 }

@@ -18,9 +18,9 @@ use touchdown_trial::Trial;
 use super::load::{self, Log, word};
 use super::show::{Failed, Fitted, Outcome, Summary};
 use super::{Command, Target, done, flight, origin, write_tables};
-use crate::cli::Done;
 use crate::cli::args::IdentifyCommon;
 use crate::cli::context::Context;
+use touchdown_terminal::Done;
 
 /// The channels in which a gap costs the row.
 pub(crate) const CHANNELS: [&str; 5] = [
@@ -193,8 +193,8 @@ pub(super) fn run(
     }
     context.finish();
     match &outcomes[..] {
-        [one] => context.object(one)?,
-        all => context.object(&all)?,
+        [one] => context.object(one),
+        all => context.object(&all),
     }
     context.say(&summary.text());
     Ok(done(logs.iter().any(|l| l.findings.is_lossy())))

@@ -14,11 +14,11 @@ use touchdown_log::Map;
 use touchdown_model::card::Vehicle;
 use touchdown_trial::Trial;
 
-use super::Done;
 use super::args::{Identify, IdentifyArgs, IdentifyCommon};
 use super::context::Context;
 use super::output;
 use load::word;
+use touchdown_terminal::Done;
 
 pub(crate) fn run(context: &Context, args: &IdentifyArgs) -> Result<Done> {
     match &args.what {

@@ -14,9 +14,9 @@ use touchdown_trial::Trial;
 use super::load::{self, Log};
 use super::show::{Failed, Fitted, Outcome, Summary};
 use super::{Command, Target, done, flight, origin, write_tables};
-use crate::cli::Done;
 use crate::cli::args::IdentifyCommon;
 use crate::cli::context::Context;
+use touchdown_terminal::Done;
 
 pub(super) fn run(
     context: &Context,
@@ -110,7 +110,7 @@ impl Job<'_> {
             self.context.warn(warning);
         }
         self.context.finish();
-        self.context.object(&fitted)?;
+        self.context.object(&fitted);
         let outcomes = [Outcome::Fitted(fitted)];
         self.say(&outcomes);
         Ok(done(logs.iter().any(|l| l.findings.is_lossy())))
@@ -226,8 +226,8 @@ impl Job<'_> {
         }
         self.context.finish();
         match &outcomes[..] {
-            [one] => self.context.object(one)?,
-            all => self.context.object(&all)?,
+            [one] => self.context.object(one),
+            all => self.context.object(&all),
         }
         self.say(&outcomes);
         Ok(done(loss))

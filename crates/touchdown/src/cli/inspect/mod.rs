@@ -13,11 +13,11 @@ use touchdown::{Error, Result};
 use touchdown_log::{Findings, Inspection, Log, Map, Survey, Table};
 use touchdown_trial::Trial;
 
-use super::Done;
 use super::args::InspectArgs;
 use super::context::Context;
 use super::identify::{load, show};
 use super::output;
+use touchdown_terminal::Done;
 
 /// Memory above which channels are made only if they are asked for, in bytes; and the size of a
 /// table's file.
@@ -146,7 +146,7 @@ pub(crate) fn run(context: &Context, args: &InspectArgs) -> Result<Done> {
         write(context, args, folder, &results, &seen)?;
     }
     context.finish();
-    context.object(&results)?;
+    context.object(&results);
     let mut loss = false;
     for (path, seen) in args.logs.iter().zip(&seen) {
         match seen {

@@ -19,10 +19,10 @@ use touchdown_model::Card;
 use touchdown_sim::body::plant::PlantSettings;
 use touchdown_sim::rig::RigSettings;
 
-use super::Done;
 use super::args::LandArgs;
 use super::context::Context;
 use super::output;
+use touchdown_terminal::Done;
 
 #[derive(Serialize)]
 struct LandResults<'a> {
@@ -119,7 +119,7 @@ pub(crate) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
         "report: {}",
         args.out.join("report.html").display()
     ));
-    context.object(&results)?;
+    context.object(&results);
     Ok(Done::Whole)
 }
 

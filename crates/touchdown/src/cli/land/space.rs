@@ -11,12 +11,12 @@ use touchdown::{Error, Result, pages};
 use touchdown_model::Card;
 use touchdown_sim::landing::space::Case;
 
-use super::super::Done;
 use super::super::args::LandArgs;
 use super::super::campaign::{Recording, record, table};
 use super::super::context::Context;
 use super::super::output;
 use touchdown::progress::Progress as _;
+use touchdown_terminal::Done;
 
 /// The key of controllers.
 const CONTROLLER: &str = "control.controller";
@@ -79,7 +79,7 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
         "report: {}",
         args.out.join("report.html").display()
     ));
-    context.object(&results)?;
+    context.object(&results);
     Ok(Done::Whole)
 }
 

@@ -12,13 +12,13 @@ use touchdown::score::Errors;
 use touchdown::{Error, Result};
 use touchdown_model::{Card, Kind};
 
-use super::Done;
 use super::args::ValidateArgs;
 use super::context::Context;
 use super::identify::ground::{prepare, thrust_card};
 use super::identify::{load, show};
 use super::output;
 use judge::{Judged, judge_ground, judge_thrust};
+use touchdown_terminal::Done;
 
 /// A card and where it lies.
 pub(super) struct Given {
@@ -193,7 +193,7 @@ fn finish(
         write(context, args, folder, &results, found, (&header, &table))?;
     }
     context.finish();
-    context.object(&results)?;
+    context.object(&results);
     context.say(&show::text_table(&header, &table));
     let loss = logs.iter().any(|l| l.findings.is_lossy()) || rows.iter().any(|r| r.error.is_some());
     Ok(if loss { Done::WithLoss } else { Done::Whole })
