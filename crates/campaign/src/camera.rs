@@ -15,7 +15,7 @@ use touchdown_vision::pad::{Pad, PadTag};
 use touchdown_vision::{Detector, GrayImage, Hints, Locator, VisionError, family};
 
 /// Renders what the camera sees, and finds the deck in it.
-struct Seeing {
+struct CameraPipeline {
     renderer: Renderer,
     detector: Detector,
     locator: Locator,
@@ -25,7 +25,7 @@ struct Seeing {
 /// Eyes with the detector of `touchdown-vision` behind them.
 #[must_use]
 pub fn eyes() -> Eyes {
-    Eyes::new(|settings, side_m| Ok(Box::new(Seeing::new(settings, side_m)?)))
+    Eyes::new(|settings, side_m| Ok(Box::new(CameraPipeline::new(settings, side_m)?)))
 }
 
 /// An error of detection, as one of the simulation's settings.
@@ -48,7 +48,7 @@ fn unfit(error: VisionError) -> SimError {
     }
 }
 
-impl Seeing {
+impl CameraPipeline {
     fn new(settings: &TagSettings, side_m: Option<f64>) -> Result<Self, SimError> {
         let bad = |expected: String, found: String| SimError::Setting {
             key: "sizes_m".to_owned(),
@@ -112,7 +112,7 @@ impl Seeing {
     }
 }
 
-impl Eye for Seeing {
+impl Eye for CameraPipeline {
     fn look(
         &mut self,
         open: &View,

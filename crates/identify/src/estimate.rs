@@ -1,41 +1,59 @@
-//! A fitted number with its standard error, and the card's term that it becomes.
+//! A fitted number with its standard error and interval, and the card's term that it becomes.
 
+use serde::Serialize;
 use sindy::statistics::regression::Clusters;
 use touchdown_model::card::Term;
 
-/// A fitted number: its value, and its standard error (NaN where it is not known) with what that rests on.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Estimate {
-    pub(super) value: f64,
-    pub(super) std_error: f64,
-    pub(super) clusters: Clusters,
+/// A value with its standard error and 95 % confidence interval; both are NaN where they are not known.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// The value.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// 95 % interval.
+    pub ci95: [f64; 2],
 }
 
 impl Estimate {
-    /// A number that nothing is known about but its value.
+    /// A value whose uncertainty is not known.
     pub(super) fn bare(value: f64) -> Self {
         Self {
             value,
             std_error: f64::NAN,
-            clusters: Clusters {
-                groups: 0,
-                coefficients: 0,
-            },
+            ci95: [f64::NAN; 2],
         }
+    }
+
+    /// A value whose standard error rests on `clusters`: the interval is Student's t over them.
+    pub(super) fn clustered(value: f64, std_error: f64, clusters: Clusters) -> Self {
+        Self {
+            value,
+            std_error,
+            ci95: clusters.interval(value, std_error).unwrap_or([f64::NAN; 2]),
+        }
+    }
+
+    /// Whether the interval lies on one side of zero.
+    #[must_use]
+    pub fn differs_from_zero(&self) -> bool {
+        self.ci95[0] > 0.0 || self.ci95[1] < 0.0
     }
 }
 
-/// A term; a standard error that is not a number is left out, and so is the interval.
+/// A term of a card; a standard error or an interval that is not known is left out.
 pub(super) fn term(of: &str, expression: &str, estimate: Estimate, unit: &str) -> Term {
     let Estimate {
-        value, std_error, ..
+        value,
+        std_error,
+        ci95,
     } = estimate;
     Term {
         of: of.to_string(),
         expression: expression.to_string(),
         value,
         std_error: std_error.is_finite().then_some(std_error),
-        ci95: estimate.clusters.interval(value, std_error),
+        ci95: ci95.iter().all(|v| v.is_finite()).then_some(ci95),
         unit: unit.to_string(),
     }
 }

@@ -12,7 +12,7 @@ use crate::scores::Errors;
 
 /// A fitted card and how the fit went.
 #[derive(Clone, Debug)]
-pub struct Made {
+pub struct FittedCard {
     /// The card.
     pub card: Card,
     /// Root mean square residual of the fit.

@@ -7,9 +7,9 @@ use sindy::solve::exact::MAX_TERMS;
 use sindy::{Gram, Library, Outcome};
 use touchdown_model::Card;
 
-use super::choose::{self, Chosen};
 use super::estimate::{Estimate, term};
 use super::settings::IdentificationSettings;
+use super::sparse_fit::{self, SparseFit};
 use super::unit;
 use crate::error::Result;
 
@@ -95,16 +95,16 @@ impl Front {
         (of, unit): (&str, &str),
         library: &Library,
         grams: &[Gram],
-        chosen: &Chosen,
+        chosen: &SparseFit,
         settings: &IdentificationSettings,
     ) -> Result<Option<Self>> {
         if library.len() > MAX_TERMS {
             return Ok(None);
         }
         let total = Gram::total(grams);
-        let found = choose::search().solve(&total)?;
-        let folds = choose::folds(grams, settings)?;
-        let selection = select(&folds, &choose::subsets(), choose::rule(settings))?;
+        let found = sparse_fit::search().solve(&total)?;
+        let folds = sparse_fit::folds(grams, settings)?;
+        let selection = select(&folds, &sparse_fit::subsets(), sparse_fit::rule(settings))?;
         let names = library.names();
         let sizes: Vec<Size> = found
             .sizes
@@ -231,7 +231,7 @@ mod tests {
     fn analytic_front_is_that_of_all_subsets_one_by_one() {
         let (library, grams) = grams();
         let settings = IdentificationSettings::default();
-        let chosen = choose::choose(&grams, &settings).unwrap();
+        let chosen = sparse_fit::sparse_fit(&grams, &settings).unwrap();
         let front = Front::of(("f'", "N/s"), &library, &grams, &chosen, &settings)
             .unwrap()
             .unwrap();
@@ -263,8 +263,9 @@ mod tests {
         use crate::settings::{CriterionName, SolverName};
         let (_, grams) = grams();
         let mut settings = IdentificationSettings::default();
-        let by = |settings: &IdentificationSettings| choose::choose(&grams, settings).unwrap();
-        let note = |c: &Chosen| c.notes[0].1.clone();
+        let by =
+            |settings: &IdentificationSettings| sparse_fit::sparse_fit(&grams, settings).unwrap();
+        let note = |c: &SparseFit| c.notes[0].1.clone();
         let default = by(&settings);
         assert!(note(&default).starts_with("SR3"));
         for (solver, name) in [
@@ -293,7 +294,7 @@ mod tests {
         });
         assert!(other, "another seed deals other folds");
         settings.choice.folds = 5;
-        assert!(choose::choose(&grams, &settings).is_err());
+        assert!(sparse_fit::sparse_fit(&grams, &settings).is_err());
         settings = IdentificationSettings::default();
         settings.sr3.nu = Some(2.0);
         settings.sr3.lambda = Some(0.25);

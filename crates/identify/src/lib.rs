@@ -10,9 +10,8 @@
 //! | [`scores`] | errors of a prediction |
 //! | [`settings`] | the settings of all of them |
 
-mod choose;
 pub mod error;
-mod estimate;
+pub mod estimate;
 pub mod fitted;
 pub mod flights;
 pub mod front;
@@ -20,9 +19,11 @@ pub mod prediction;
 pub mod rig;
 pub mod scores;
 pub mod settings;
+mod sparse_fit;
 pub mod thrust;
 mod unit;
 
 pub use error::{Error, Result};
-pub use fitted::{Made, Origin, sha256};
+pub use estimate::Estimate;
+pub use fitted::{FittedCard, Origin, sha256};
 pub use settings::IdentificationSettings;

@@ -69,7 +69,7 @@ fn value(found: &GroundEffect, name: &str) -> f64 {
     numbers
         .iter()
         .find(|n| n.name == name)
-        .map_or(f64::NAN, |n| n.sure.value)
+        .map_or(f64::NAN, |n| n.estimate.value)
 }
 
 #[test]

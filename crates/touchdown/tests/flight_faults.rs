@@ -193,7 +193,10 @@ fn regress_thrust_that_falls_with_time_without_a_voltage() {
     assert!(apart.abs() < 0.01, "{apart}");
     let numbers = falls.numbers();
     let drift = numbers.iter().find(|n| n.name == "drift").expect("a drift");
-    assert!((-0.003..-0.001).contains(&drift.sure.value), "{drift:?}");
+    assert!(
+        (-0.003..-0.001).contains(&drift.estimate.value),
+        "{drift:?}"
+    );
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod common;
 mod flights;
 
 use common::{fails, json, number};
-use touchdown::identify::flight::hover::Law;
+use touchdown::identify::flight::hover::ThrustLaw;
 use touchdown::identify::flight::{Basis, Flight, FlightSettings, GroundEffect, ground_effect};
 use touchdown_sim::body::plant::GroundLaw;
 use touchdown_trial::Trial;
@@ -123,7 +123,7 @@ fn analytic_hovers_by_rotor_speed_three_times_a_second() {
         matches!(
             found.basis,
             Basis::Hovers {
-                law: Law::RotorSpeed,
+                law: ThrustLaw::RotorSpeed,
                 ..
             }
         ),
@@ -170,7 +170,7 @@ fn analytic_hovers_by_throttle_know_that_its_law_is_not_known() {
         matches!(
             found.basis,
             Basis::Hovers {
-                law: Law::Throttle,
+                law: ThrustLaw::Throttle,
                 ..
             }
         ),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use touchdown::experiments::sea::{How, SeaCell};
+use touchdown::experiments::sea::{SeaCell, SeaMethod};
 use touchdown::progress::Silent;
 use touchdown::settings::ReproduceSettings;
 use touchdown::sweep;
@@ -25,9 +25,9 @@ fn prop_cases_differ_in_what_their_names_say() {
         let scenario = &cell.sweep.settings().scenario;
         let control = &scenario.control;
         assert_eq!(scenario.timeout_s, 60.0, "what is set is set in all cases");
-        assert_eq!(control.planner, cell.how != How::StraightDown);
+        assert_eq!(control.planner, cell.how != SeaMethod::StraightDown);
         let (controller, reference) = match cell.how {
-            How::Published => (Controller::Dynamic, DescentShape::Exponential),
+            SeaMethod::Published => (Controller::Dynamic, DescentShape::Exponential),
             _ => (Controller::DynamicObserver, DescentShape::Terminal),
         };
         assert_eq!(
@@ -63,7 +63,7 @@ fn prop_a_measured_motion_moves_the_deck_of_the_sea_alone() {
     }
     let straight = cells_of
         .iter()
-        .find(|c| c.case == Case::Sea && c.how == How::StraightDown)
+        .find(|c| c.case == Case::Sea && c.how == SeaMethod::StraightDown)
         .unwrap();
     let trace = sweep::replay(&straight.sweep, &[0]).unwrap().remove(0);
     // Scaled to 0.1 m: four standard deviations of a sine, so an amplitude of √2/4 of it.

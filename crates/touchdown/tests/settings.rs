@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use touchdown::identify::flight::{Flight, ground_effect as from_flights};
 use touchdown::identify::ground_effect::{self, GroundTrial, levels};
 use touchdown::identify::settings::GroundEffectForm;
-use touchdown::identify::{IdentificationSettings, Made, Origin, thrust};
+use touchdown::identify::{FittedCard, IdentificationSettings, Origin, thrust};
 use touchdown::settings::parse;
 use touchdown_sim::body::plant::GroundLaw;
 use touchdown_sim::rig::sets::{self, Extent};
@@ -87,7 +87,7 @@ impl Data {
         let settings: IdentificationSettings = parse(text, "s.toml").unwrap();
         settings.check("s.toml").unwrap();
         let origin = Origin::default();
-        let shown = |made: Made| {
+        let shown = |made: FittedCard| {
             let card = serde_json::to_string(&made.card).unwrap();
             format!("{card} {} {:?}", made.rmse, made.rows_used)
         };

@@ -27,7 +27,7 @@ use touchdown_sim::landing::space::{ImuRow, SpaceTrace, TraceRow};
 
 use crate::error::{Error, Result};
 
-type Message<Row> = fn(&Row) -> Value;
+type Message<LandingRow> = fn(&LandingRow) -> Value;
 
 /// Topic, schema, message.
 const TOPICS: [(&str, &str, Message<TraceRow>); 10] = [

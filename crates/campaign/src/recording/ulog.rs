@@ -67,7 +67,7 @@ pub fn ulog(trace: &SpaceTrace) -> Result<Vec<u8>> {
 enum Event<'a> {
     Imu(usize, &'a ImuRow),
     Range(&'a RangeRow),
-    Row(&'a TraceRow),
+    LandingRow(&'a TraceRow),
 }
 
 fn written(trace: &SpaceTrace) -> io::Result<Vec<u8>> {
@@ -91,7 +91,7 @@ fn written(trace: &SpaceTrace) -> io::Result<Vec<u8>> {
     let ranges = log.ranges.iter();
     events.extend(ranges.map(|row| (stamp_us(row.time_s), Event::Range(row))));
     let rows = trace.rows.iter();
-    events.extend(rows.map(|row| (stamp_us(row.time_s), Event::Row(row))));
+    events.extend(rows.map(|row| (stamp_us(row.time_s), Event::LandingRow(row))));
     events.sort_by_key(|(stamp, _)| *stamp);
     for (stamp, event) in events {
         match event {
@@ -102,7 +102,7 @@ fn written(trace: &SpaceTrace) -> io::Result<Vec<u8>> {
                 let values = [least, greatest, row.distance_m, variance, 100.0, DOWN];
                 writer.message(topics[4], stamp, &values)?;
             }
-            Event::Row(row) => {
+            Event::LandingRow(row) => {
                 let ([x, y, z], [u, v, w]) = (row.estimated_m, row.estimated_velocity_mps);
                 let at = stamp as f64;
                 writer.message(topics[3], stamp, &[at, x, -y, -z, u, -v, -w])?;

@@ -6,7 +6,7 @@ use super::draw::Distribution;
 use crate::settings_file::merge;
 
 /// A key that makes no sense, and why.
-pub(super) type Unfit = (String, String);
+pub(super) type KeyError = (String, String);
 
 /// A place in a scenario that has keys below it.
 enum Entry<'a> {
@@ -29,7 +29,7 @@ pub(super) fn lists(
     above: &str,
     table: &Table,
     out: &mut Vec<(String, Vec<Value>)>,
-) -> std::result::Result<(), Unfit> {
+) -> std::result::Result<(), KeyError> {
     for (key, value) in table {
         let key = format!("{above}{key}");
         match value {
@@ -57,7 +57,7 @@ pub(super) fn distributions(
     above: &str,
     table: &Table,
     out: &mut Vec<(String, Distribution)>,
-) -> std::result::Result<(), Unfit> {
+) -> std::result::Result<(), KeyError> {
     for (key, value) in table {
         let key = format!("{above}{key}");
         match value {

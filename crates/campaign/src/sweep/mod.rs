@@ -30,8 +30,10 @@ mod summary;
 pub use draw::Distribution;
 pub use points::{SERIES, Sweep};
 pub use row::number;
-pub use row::{Row, text};
+pub use row::{LandingRow, text};
 pub use run::{Shard, fly, replay, rows};
 pub use settings::{SeriesSettings, SweepSettings};
 pub use store::{Store, merge};
-pub use summary::{CampaignResults, Figures, PointFigures, PointOf, Spread, Worst, summarise};
+pub use summary::{
+    CampaignResults, Figures, PointFigures, PointOf, SampleSummary, WorstLanding, summarise,
+};

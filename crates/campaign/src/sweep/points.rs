@@ -12,7 +12,7 @@ use touchdown_sim::landing::space::{SpaceLander, SpaceScenario};
 
 use super::draw::Distribution;
 use super::keys::{distributions, lists, set};
-use super::recent::Recent;
+use super::recent::RecentlyUsed;
 use super::settings::SweepSettings;
 use crate::error::{Error, Result};
 use crate::settings_file::{check_seed, read, to_toml};
@@ -38,7 +38,7 @@ pub struct Sweep {
     file: String,
     sha256: String,
     /// The landers of points that were flown last, where all of their trials share them.
-    flown: Recent<SpaceLander>,
+    flown: RecentlyUsed<SpaceLander>,
 }
 
 impl Sweep {
@@ -188,7 +188,7 @@ impl Sweep {
             series,
             file,
             sha256,
-            flown: Recent::default(),
+            flown: RecentlyUsed::default(),
         })
     }
 

@@ -3,17 +3,17 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A key and its value.
-type Keyed<T> = (u64, Arc<T>);
+type KeyedValue<T> = (u64, Arc<T>);
 
 /// The values of the keys that were asked for last: two for each thread, for a thread that goes from one key to the
 /// next leaves the first one to others.
 #[derive(Debug)]
-pub(super) struct Recent<T> {
+pub(super) struct RecentlyUsed<T> {
     /// The longest unused one first.
-    values: Arc<Mutex<Vec<Keyed<T>>>>,
+    values: Arc<Mutex<Vec<KeyedValue<T>>>>,
 }
 
-impl<T> Recent<T> {
+impl<T> RecentlyUsed<T> {
     /// The value of a key, which is built where it is not there.
     ///
     /// # Errors
@@ -47,7 +47,7 @@ impl<T> Recent<T> {
     }
 }
 
-impl<T> Clone for Recent<T> {
+impl<T> Clone for RecentlyUsed<T> {
     fn clone(&self) -> Self {
         Self {
             values: self.values.clone(),
@@ -55,7 +55,7 @@ impl<T> Clone for Recent<T> {
     }
 }
 
-impl<T> Default for Recent<T> {
+impl<T> Default for RecentlyUsed<T> {
     fn default() -> Self {
         Self {
             values: Arc::default(),
@@ -73,7 +73,7 @@ mod tests {
     fn prop_two_values_a_thread_are_shared_and_no_more_are_kept() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3);
         pool.build().unwrap().install(|| {
-            let recent = Recent::default();
+            let recent = RecentlyUsed::default();
             let get = |key: u64| recent.shared(key, || Ok::<_, Infallible>(key)).unwrap();
             let first: Vec<_> = (0..6).map(get).collect();
             // In whatever order they are asked for.
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn prop_what_another_thread_has_built_meanwhile_is_taken_and_errors_keep_nothing() {
-        let recent = Recent::default();
+        let recent = RecentlyUsed::default();
         assert_eq!(recent.shared(0, || Err("no")), Err("no"));
         let mut other = None;
         let own = recent.shared(0, || {

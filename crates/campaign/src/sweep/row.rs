@@ -19,7 +19,7 @@ use touchdown_sim::landing::space::{SpaceLanding, SpaceOutcome};
 use super::points::Sweep;
 use crate::error::{Error, Result};
 
-/// Names of [`Row::numbers`].
+/// Names of [`LandingRow::numbers`].
 pub(super) const NUMBERS: [&str; 14] = [
     "t_l_s",
     "v_l_mps",
@@ -36,14 +36,14 @@ pub(super) const NUMBERS: [&str; 14] = [
     "impact_mps",
     "impact_tilt_rad",
 ];
-/// Names of [`Row::counts`].
+/// Names of [`LandingRow::counts`].
 const COUNTS: [&str; 4] = ["descents", "aborts", "bounces", "steps"];
 /// Under this key, a file says which sweep it belongs to.
 const SWEEP: &str = "touchdown.sweep_sha256";
 
 /// A landing of a campaign.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct LandingRow {
     /// Its place in the campaign.
     pub landing: u64,
     /// `landed`, `crashed`, `tipped_over`, `given_up` or `timed_out`.
@@ -65,7 +65,7 @@ fn name<T: Serialize>(of: &T) -> Option<String> {
     serde_json::to_value(of).ok()?.as_str().map(str::to_owned)
 }
 
-impl Row {
+impl LandingRow {
     /// The row of a landing.
     #[must_use]
     pub fn of(landing: u64, flown: &SpaceLanding) -> Self {
@@ -200,10 +200,11 @@ pub fn text(value: &Value) -> String {
 }
 
 /// The columns of a block.
-fn columns(sweep: &Sweep, rows: &[Row]) -> Vec<(String, Column)> {
+fn columns(sweep: &Sweep, rows: &[LandingRow]) -> Vec<(String, Column)> {
     let trials = sweep.trials();
-    let whole =
-        |pick: &dyn Fn(&Row) -> u64| Column::Whole(rows.iter().map(|r| pick(r) as i64).collect());
+    let whole = |pick: &dyn Fn(&LandingRow) -> u64| {
+        Column::Whole(rows.iter().map(|r| pick(r) as i64).collect())
+    };
     let mut columns = vec![
         ("landing".to_string(), whole(&|r| r.landing)),
         ("point".to_string(), whole(&|r| r.landing / trials)),
@@ -211,7 +212,7 @@ fn columns(sweep: &Sweep, rows: &[Row]) -> Vec<(String, Column)> {
     ];
     for (k, (key, values)) in sweep.grid().iter().enumerate() {
         let numeric = values.iter().all(|v| number(v).is_some());
-        let at = |r: &Row| values[sweep.places(r.landing / trials)[k]].clone();
+        let at = |r: &LandingRow| values[sweep.places(r.landing / trials)[k]].clone();
         columns.push((key.clone(), setting(numeric, rows.iter().map(at))));
     }
     let draws: Vec<Vec<Value>> = rows
@@ -222,8 +223,9 @@ fn columns(sweep: &Sweep, rows: &[Row]) -> Vec<(String, Column)> {
         let column = || draws.iter().map(|d| d[k].clone());
         columns.push((key.to_string(), setting(sweep.draws_numbers(k), column())));
     }
-    let text =
-        |pick: &dyn Fn(&Row) -> Option<String>| Column::Text(rows.iter().map(pick).collect());
+    let text = |pick: &dyn Fn(&LandingRow) -> Option<String>| {
+        Column::Text(rows.iter().map(pick).collect())
+    };
     columns.push(("outcome".into(), text(&|r| Some(r.outcome.clone()))));
     columns.push(("why".into(), text(&|r| r.why.clone())));
     columns.push(("abort_reasons".into(), text(&|r| r.abort_reasons.clone())));
@@ -240,7 +242,7 @@ fn columns(sweep: &Sweep, rows: &[Row]) -> Vec<(String, Column)> {
 }
 
 /// The bytes of a block's file.
-pub(super) fn encode(sweep: &Sweep, rows: &[Row]) -> Result<Vec<u8>> {
+pub(super) fn encode(sweep: &Sweep, rows: &[LandingRow]) -> Result<Vec<u8>> {
     let columns = columns(sweep, rows);
     written(sweep, &columns)
         .map_err(|e| Error::Arguments(format!("the landings cannot be written as Parquet: {e}")))
@@ -318,7 +320,7 @@ pub(super) fn decode(
     sweep: &Sweep,
     path: &Path,
     landings: std::ops::Range<u64>,
-) -> Result<Vec<Row>> {
+) -> Result<Vec<LandingRow>> {
     let at = path.display().to_string();
     let broken = |e: ParquetError| {
         Error::data(
@@ -364,7 +366,7 @@ pub(super) fn decode(
     Ok(rows)
 }
 
-fn parsed(columns: &[(String, Field)]) -> Option<Row> {
+fn parsed(columns: &[(String, Field)]) -> Option<LandingRow> {
     let find = |name: &str| {
         columns
             .iter()
@@ -392,7 +394,7 @@ fn parsed(columns: &[(String, Field)]) -> Option<Row> {
             _ => return None,
         };
     }
-    Some(Row {
+    Some(LandingRow {
         landing: whole("landing")?,
         outcome: text("outcome")??,
         why: text("why")?,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use touchdown_sim::landing::space::SpaceTrace;
 
 use super::points::Sweep;
-use super::row::Row;
+use super::row::LandingRow;
 use super::store::Store;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
@@ -88,7 +88,11 @@ pub fn fly(sweep: &Sweep, store: &Store, shard: Shard, progress: &dyn Progress) 
 ///
 /// # Errors
 /// Those of [`Sweep::lander`]: in large campaigns, not all drawn values have been looked at.
-pub fn rows(sweep: &Sweep, landings: Range<u64>, progress: &dyn Progress) -> Result<Vec<Row>> {
+pub fn rows(
+    sweep: &Sweep,
+    landings: Range<u64>,
+    progress: &dyn Progress,
+) -> Result<Vec<LandingRow>> {
     landings
         .collect::<Vec<u64>>()
         .into_par_iter()
@@ -100,7 +104,7 @@ pub fn rows(sweep: &Sweep, landings: Range<u64>, progress: &dyn Progress) -> Res
                 false,
             )?;
             progress.step();
-            Ok(Row::of(landing, &flown))
+            Ok(LandingRow::of(landing, &flown))
         })
         .collect()
 }

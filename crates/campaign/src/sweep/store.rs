@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use touchdown_files::TEMPORARY_PREFIX;
 
 use super::points::{SERIES, Sweep};
-use super::row::{Row, decode, encode};
+use super::row::{LandingRow, decode, encode};
 use crate::error::{Error, Result};
 use crate::files::{folder, write};
 use crate::settings_file::to_toml;
@@ -144,7 +144,7 @@ impl Store {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write(&self, sweep: &Sweep, block: u64, rows: &[Row]) -> Result<()> {
+    pub fn write(&self, sweep: &Sweep, block: u64, rows: &[LandingRow]) -> Result<()> {
         write(&self.path(block), &encode(sweep, rows)?)
     }
 
@@ -152,7 +152,7 @@ impl Store {
     ///
     /// # Errors
     /// A file that cannot be read, is of another sweep or lacks landings.
-    pub fn read(&self, sweep: &Sweep, block: u64) -> Result<Vec<Row>> {
+    pub fn read(&self, sweep: &Sweep, block: u64) -> Result<Vec<LandingRow>> {
         decode(sweep, &self.path(block), sweep.range(block))
     }
 
@@ -160,7 +160,7 @@ impl Store {
     ///
     /// # Errors
     /// As [`Self::read`].
-    pub fn read_all(&self, sweep: &Sweep) -> Result<Vec<Row>> {
+    pub fn read_all(&self, sweep: &Sweep) -> Result<Vec<LandingRow>> {
         let mut rows = Vec::new();
         for block in 0..sweep.blocks() {
             rows.extend(self.read(sweep, block)?);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::points::Sweep;
-use super::row::{Row, text};
+use super::row::{LandingRow, text};
 use crate::error::Result;
 use crate::statistics::{Share, Summary, percentile};
 
@@ -14,7 +14,7 @@ const WORST: usize = 10;
 
 /// A quantity over landings. Absent figures are null.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Spread {
+pub struct SampleSummary {
     /// How many landings carry it.
     pub count: u64,
     /// Mean.
@@ -35,7 +35,7 @@ pub struct Spread {
     pub max: Option<f64>,
 }
 
-impl Spread {
+impl SampleSummary {
     /// Mean, standard deviation and interval; none without landings.
     #[must_use]
     pub fn summary(&self) -> Option<Summary> {
@@ -120,27 +120,27 @@ pub struct Figures {
     /// Counts of the reasons why descents were broken off, or hovers climbed away from.
     pub aborts: BTreeMap<String, u64>,
     /// T_L: time from the start of the last descent to touch, over those that landed, s.
-    pub t_l_s: Spread,
+    pub t_l_s: SampleSummary,
     /// Time spent waiting for a window, over all, s.
-    pub waited_s: Spread,
+    pub waited_s: SampleSummary,
     /// V_L: speed along the deck's normal at the touch, over those that landed, m/s.
-    pub v_l_mps: Spread,
+    pub v_l_mps: SampleSummary,
     /// S_L = ∫|v| dt, over those that landed, m.
-    pub s_l_m: Spread,
+    pub s_l_m: SampleSummary,
     /// Distance from the deck's centre at the touch, over those that landed, m.
-    pub lateral_m: Spread,
+    pub lateral_m: SampleSummary,
     /// Speed along the deck at the touch, over those that landed, m/s.
-    pub lateral_mps: Spread,
+    pub lateral_mps: SampleSummary,
     /// Greatest speed towards the deck of all of a trial's touches, over all trials that touched it: crashes and
     /// descents that were broken off too, m/s.
-    pub impact_mps: Spread,
+    pub impact_mps: SampleSummary,
     /// Greatest tilt from the deck's normal with a foot on the deck, over the same, rad.
-    pub tilt_rad: Spread,
+    pub tilt_rad: SampleSummary,
 }
 
 /// One of the worst landings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Worst {
+pub struct WorstLanding {
     /// Its place in the campaign.
     pub landing: u64,
     /// Which point.
@@ -176,14 +176,14 @@ pub struct CampaignResults {
     /// Figures of every point.
     pub points: Vec<PointFigures>,
     /// The worst landings: crashes, then what did not land, then the hardest.
-    pub worst: Vec<Worst>,
+    pub worst: Vec<WorstLanding>,
 }
 
 /// The figures of a whole campaign.
 ///
 /// # Errors
 /// None that [`Sweep::read`] has not found.
-pub fn summarise(sweep: &Sweep, rows: &[Row]) -> Result<CampaignResults> {
+pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> {
     let trials = sweep.trials() as usize;
     let points = rows
         .chunks(trials)
@@ -196,7 +196,7 @@ pub fn summarise(sweep: &Sweep, rows: &[Row]) -> Result<CampaignResults> {
         })
         .collect::<Result<Vec<_>>>()?;
     let worst = worst(rows).into_iter().map(|row| {
-        Ok(Worst {
+        Ok(WorstLanding {
             landing: row.landing,
             of: point_of(sweep, row.landing / sweep.trials())?,
             trial: row.landing % sweep.trials(),
@@ -249,20 +249,21 @@ fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
 impl Figures {
     /// The figures of `rows`.
     #[must_use]
-    pub fn of(rows: &[Row]) -> Self {
+    pub fn of(rows: &[LandingRow]) -> Self {
         let all = rows.len() as u64;
-        let count =
-            |which: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| which(row)).count() as u64;
-        let share = |which: &dyn Fn(&Row) -> bool| Share::of(count(which), all);
-        let over = |name: &str, which: &dyn Fn(&Row) -> bool| {
-            Spread::of(
+        let count = |which: &dyn Fn(&LandingRow) -> bool| {
+            rows.iter().filter(|row| which(row)).count() as u64
+        };
+        let share = |which: &dyn Fn(&LandingRow) -> bool| Share::of(count(which), all);
+        let over = |name: &str, which: &dyn Fn(&LandingRow) -> bool| {
+            SampleSummary::of(
                 rows.iter()
                     .filter(|row| which(row))
                     .filter_map(|row| row.number(name))
                     .collect(),
             )
         };
-        let landed = |name: &str| over(name, &Row::landed);
+        let landed = |name: &str| over(name, &LandingRow::landed);
         let every = |name: &str| over(name, &|_| true);
         let mut outcomes = BTreeMap::new();
         let mut aborts = BTreeMap::new();
@@ -278,9 +279,9 @@ impl Figures {
         }
         Self {
             trials: all,
-            landed: share(&Row::landed),
-            landed_at_first: share(&Row::landed_at_first),
-            crashed: share(&Row::crashed),
+            landed: share(&LandingRow::landed),
+            landed_at_first: share(&LandingRow::landed_at_first),
+            crashed: share(&LandingRow::crashed),
             crashed_without_abort: count(&|row| row.crashed() && row.abort_reasons.is_none()),
             outcomes,
             aborts,
@@ -296,15 +297,15 @@ impl Figures {
     }
 }
 
-fn worst(rows: &[Row]) -> Vec<&Row> {
-    let class = |row: &Row| match row.outcome.as_str() {
+fn worst(rows: &[LandingRow]) -> Vec<&LandingRow> {
+    let class = |row: &LandingRow| match row.outcome.as_str() {
         "crashed" | "tipped_over" => 0,
         "landed" => 2,
         _ => 1,
     };
-    let mut worst: Vec<&Row> = rows.iter().collect();
+    let mut worst: Vec<&LandingRow> = rows.iter().collect();
     worst.sort_by(|a, b| {
-        let speed = |row: &Row| row.number("v_l_mps").unwrap_or(0.0);
+        let speed = |row: &LandingRow| row.number("v_l_mps").unwrap_or(0.0);
         class(a)
             .cmp(&class(b))
             .then(speed(b).total_cmp(&speed(a)))
@@ -318,12 +319,12 @@ fn worst(rows: &[Row]) -> Vec<&Row> {
 mod tests {
     use super::*;
 
-    fn row(landing: u64, outcome: &str, speed: f64, aborts: Option<&str>) -> Row {
+    fn row(landing: u64, outcome: &str, speed: f64, aborts: Option<&str>) -> LandingRow {
         let mut numbers = [None; 14];
         numbers[1] = Some(speed);
         // The hardest of its touches, twice as hard as the last.
         numbers[12] = Some(2.0 * speed);
-        Row {
+        LandingRow {
             landing,
             outcome: outcome.into(),
             why: None,

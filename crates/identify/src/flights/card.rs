@@ -6,10 +6,9 @@ use touchdown_model::flight::psi_definitions;
 
 use super::ground::{Basis, GroundEffect};
 use super::hover::DRIFT_S;
-use super::model::{Curve, LENGTHS, Shape};
-use super::spread::Sure;
+use super::model::{Curve, LENGTHS, ModelTerms};
 use crate::estimate::{Estimate, term};
-use crate::fitted::{Made, Origin, method, score};
+use crate::fitted::{FittedCard, Origin, method, score};
 use crate::scores::Errors;
 use crate::settings::IdentificationSettings;
 
@@ -21,9 +20,9 @@ const STRETCH: [f64; 7] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8];
 const MISSED: f64 = 0.05;
 
 /// A curve as `Σ h_i ψ_i(z)`.
-struct Carried {
+struct RationalCurve {
     lengths_m: [f64; 3],
-    h: [Option<Sure>; 3],
+    h: [Option<Estimate>; 3],
     /// Greatest error over greatest value.
     missed: f64,
 }
@@ -31,7 +30,7 @@ struct Carried {
 impl GroundEffect {
     /// The ground-effect card: eq. (2), or a map of bounded rationals, with the wake's lag where that was resolved.
     #[must_use]
-    pub fn card(&self, settings: &IdentificationSettings, origin: &Origin) -> Made {
+    pub fn card(&self, settings: &IdentificationSettings, origin: &Origin) -> FittedCard {
         let mut origin = origin.clone();
         origin.vehicle.rotor_radius_m = Some(self.rotor_radius_m);
         origin.vehicle.mass_kg = settings.flight.mass_kg.or(origin.vehicle.mass_kg);
@@ -64,14 +63,14 @@ impl GroundEffect {
             card.constants.insert("r".into(), self.rotor_radius_m);
             card.constants.insert("h_r".into(), offset);
             if let Some(mu) = self.spread.number(&self.fit, "mu") {
-                card.terms.push(sure_term("mu", "1", mu, "1"));
+                card.terms.push(term("mu", "1", mu, "1"));
             }
         } else {
             let carried = self.carried();
             (card.constants, card.definitions) = psi_definitions(carried.lengths_m);
             for (expression, h) in ["psi1", "psi2", "psi3"].into_iter().zip(carried.h) {
                 if let Some(h) = h {
-                    card.terms.push(sure_term("h", expression, h, "1"));
+                    card.terms.push(term("h", expression, h, "1"));
                 }
             }
             if carried.missed > MISSED {
@@ -94,16 +93,16 @@ impl GroundEffect {
         let damping = self
             .spread
             .number(&self.fit, "damping")
-            .filter(Sure::differs_from_zero);
+            .filter(Estimate::differs_from_zero);
         if form == Form::Lag {
             card.validity.velocity_input = Some(VelocityInput::NegativeRelative);
             let k = damping.map_or_else(
                 || term("k", "1", Estimate::bare(0.0), "s/m"),
-                |d| sure_term("k", "1", d, "s/m"),
+                |d| term("k", "1", d, "s/m"),
             );
             card.terms.push(k);
             if let Some(tau) = lag {
-                card.terms.push(sure_term("tau", "1", tau, "s"));
+                card.terms.push(term("tau", "1", tau, "s"));
             }
             warnings.push(
                 "k is the climb damping of the vehicle, the same at all heights; its climb stands for the deck's velocity, reversed: an \
@@ -166,7 +165,7 @@ impl GroundEffect {
         card.scores
             .push(score("all flights", true, "free_run", errors, unit));
         card.warnings.clone_from(&warnings);
-        Made {
+        FittedCard {
             card,
             rmse: errors.rmse,
             rmse_unit: unit,
@@ -218,7 +217,7 @@ impl GroundEffect {
     }
 
     /// The curve in bounded rationals, by least squares over the heights of the data.
-    fn carried(&self) -> Carried {
+    fn carried(&self) -> RationalCurve {
         let r = self.rotor_radius_m;
         let [lo, hi] = self.heights_m.map(|h| (h / r).max(0.0));
         let hi = hi.min(lo + 8.0);
@@ -251,7 +250,7 @@ impl GroundEffect {
             }
         }
         let Some((missed, lengths, project)) = best else {
-            return Carried {
+            return RationalCurve {
                 lengths_m: LENGTHS.map(|l| l * r),
                 h: [None; 3],
                 missed: 1.0,
@@ -265,7 +264,7 @@ impl GroundEffect {
                     .sum()
             })
         });
-        Carried {
+        RationalCurve {
             lengths_m: lengths.map(|l| l * r),
             h,
             missed,
@@ -274,7 +273,11 @@ impl GroundEffect {
 
     /// The thrust card: a polynomial for √T behind a lag. `None` without mass or motor lag, which flight needs.
     #[must_use]
-    pub fn thrust_card(&self, settings: &IdentificationSettings, origin: &Origin) -> Option<Made> {
+    pub fn thrust_card(
+        &self,
+        settings: &IdentificationSettings,
+        origin: &Origin,
+    ) -> Option<FittedCard> {
         if self.basis != Basis::Accelerometer {
             return None;
         }
@@ -284,7 +287,11 @@ impl GroundEffect {
 
     /// The same; without a lag of the motors, the static law alone. `None` without mass or accelerometer.
     #[must_use]
-    pub fn thrust_of(&self, settings: &IdentificationSettings, origin: &Origin) -> Option<Made> {
+    pub fn thrust_of(
+        &self,
+        settings: &IdentificationSettings,
+        origin: &Origin,
+    ) -> Option<FittedCard> {
         let mut origin = origin.clone();
         let mass_kg = settings.flight.mass_kg.or(origin.vehicle.mass_kg)?;
         origin.vehicle.mass_kg = Some(mass_kg);
@@ -295,8 +302,8 @@ impl GroundEffect {
             return None;
         }
         let measured = self.basis == Basis::Accelerometer;
-        let sure_lag = |name| self.spread.number(&self.fit, name).filter(|_| measured);
-        let t_m = sure_lag("T_m");
+        let resolved = |name| self.spread.number(&self.fit, name).filter(|_| measured);
+        let t_m = resolved("T_m");
         let s0 = self.hover_throttle;
         let weight = mass_kg * settings.flight.gravity_mps2;
         let n = self.fit.locals.len() as f64;
@@ -317,10 +324,10 @@ impl GroundEffect {
                 root * third / s0.powi(3),
             ]
         };
-        let sure = |k: usize| self.spread.sure(&self.fit, |theta, _| at(theta)[k]);
+        let estimate = |k: usize| self.spread.estimate(&self.fit, |theta, _| at(theta)[k]);
         let orders = match self.fit.shape {
-            Shape { drag: true, .. } => 4,
-            Shape {
+            ModelTerms { drag: true, .. } => 4,
+            ModelTerms {
                 curvature: true, ..
             } => 3,
             _ => 2,
@@ -337,13 +344,13 @@ impl GroundEffect {
             .enumerate()
             .take(orders)
         {
-            card.terms.push(sure_term("x", expression, sure(k)?, "√N"));
+            card.terms.push(term("x", expression, estimate(k)?, "√N"));
         }
         if let Some(t_m) = t_m {
-            card.terms.push(sure_term("T_m", "1", t_m, "s"));
+            card.terms.push(term("T_m", "1", t_m, "s"));
         }
-        if let Some(dead) = sure_lag("dead_time") {
-            card.terms.push(sure_term("dead_time", "1", dead, "s"));
+        if let Some(dead) = resolved("dead_time") {
+            card.terms.push(term("dead_time", "1", dead, "s"));
         }
         let used = self
             .pieces
@@ -392,7 +399,7 @@ impl GroundEffect {
         let (errors, unit) = self.errors(settings, &card.vehicle);
         card.scores
             .push(score("all flights", true, "free_run", errors, unit));
-        Some(Made {
+        Some(FittedCard {
             card,
             rmse: errors.rmse,
             rmse_unit: unit,
@@ -402,12 +409,4 @@ impl GroundEffect {
             warnings,
         })
     }
-}
-
-/// A term whose interval is known.
-fn sure_term(of: &str, expression: &str, sure: Sure, unit: &str) -> touchdown_model::Term {
-    let mut out = term(of, expression, Estimate::bare(sure.value), unit);
-    out.std_error = Some(sure.std_error);
-    out.ci95 = Some(sure.ci95);
-    out
 }

@@ -4,9 +4,9 @@
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use super::colour::Colour;
-use super::model::{Parameter, Piece, Shape, Values};
-use super::normal::{Assembled, Columns, HUBER, Reduced, hold, normal_equations};
+use super::coloured_noise::ColouredNoise;
+use super::model::{ModelTerms, ModelValues, Parameter, Segment};
+use super::normal::{FitColumns, HUBER, NormalEquations, ReducedEquations, hold, normal_equations};
 use crate::thrust::plateau::median;
 
 /// Steps at most.
@@ -18,7 +18,7 @@ const BIAS_MOST: f64 = 0.3;
 
 /// What belongs to one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Local {
+pub struct SegmentOffsets {
     /// Thrust scale k: specific force at hover's throttle, in gravities.
     pub scale: f64,
     /// Constant error of the height b, in R.
@@ -29,15 +29,15 @@ pub struct Local {
 #[derive(Clone, Debug)]
 pub struct Fit {
     /// What the model has.
-    pub shape: Shape,
-    /// Its numbers, in the order of [`Shape::parameters`].
+    pub shape: ModelTerms,
+    /// Its numbers, in the order of [`ModelTerms::parameters`].
     pub theta: Vec<f64>,
     /// Scale and height error of each run.
-    pub locals: Vec<Local>,
+    pub locals: Vec<SegmentOffsets>,
     /// Standard deviation of the residual, in gravities.
     pub sigma: f64,
     /// The disturbance that outlasts a row, if the fit was told of one.
-    pub colour: Option<Colour>,
+    pub colour: Option<ColouredNoise>,
     /// Rows that counted.
     pub rows: usize,
     /// Steps taken.
@@ -46,7 +46,7 @@ pub struct Fit {
     pub converged: bool,
     /// Numbers that rest at a bound.
     pub(super) held: Vec<usize>,
-    pub(super) reduced: Vec<Reduced>,
+    pub(super) reduced: Vec<ReducedEquations>,
 }
 
 impl Fit {
@@ -62,13 +62,13 @@ impl Fit {
 
     /// The values for simulation.
     #[must_use]
-    pub fn values(&self) -> Values {
-        Values::of(&self.shape, &self.theta)
+    pub fn values(&self) -> ModelValues {
+        ModelValues::of(&self.shape, &self.theta)
     }
 
     /// Modelled specific force of every row that counts, run by run.
     #[must_use]
-    pub fn predict(&self, pieces: &[Piece]) -> Vec<Vec<f64>> {
+    pub fn predict(&self, pieces: &[Segment]) -> Vec<Vec<f64>> {
         let values = self.values();
         pieces
             .par_iter()
@@ -82,7 +82,7 @@ impl Fit {
 
     /// Measured less modelled specific force of every row that counts, run by run.
     #[must_use]
-    pub fn residuals(&self, pieces: &[Piece]) -> Vec<Vec<f64>> {
+    pub fn residuals(&self, pieces: &[Segment]) -> Vec<Vec<f64>> {
         pieces
             .iter()
             .zip(self.predict(pieces))
@@ -98,11 +98,11 @@ impl Fit {
 
     /// The same model told of the disturbance that its residuals show: thrice, for the better the model, the clearer the
     /// disturbance.
-    pub(super) fn coloured(&self, pieces: &[Piece]) -> Self {
-        let step_s = median(pieces.iter().map(Piece::step_s)).unwrap_or(1.0);
+    pub(super) fn coloured(&self, pieces: &[Segment]) -> Self {
+        let step_s = median(pieces.iter().map(Segment::step_s)).unwrap_or(1.0);
         let mut out = self.clone();
         for _ in 0..3 {
-            let colour = Colour::of(pieces, &out.residuals(pieces), step_s);
+            let colour = ColouredNoise::of(pieces, &out.residuals(pieces), step_s);
             out = Self { colour, ..out };
             if colour.is_none() {
                 break;
@@ -125,7 +125,7 @@ impl Fit {
 
 /// Fits a shape, from the values of an earlier fit where they have the same name.
 #[must_use]
-pub fn fit(pieces: &[Piece], shape: Shape, from: Option<&Fit>) -> Fit {
+pub fn fit(pieces: &[Segment], shape: ModelTerms, from: Option<&Fit>) -> Fit {
     let parameters = shape.parameters();
     let mut theta: Vec<f64> = parameters
         .iter()
@@ -134,7 +134,7 @@ pub fn fit(pieces: &[Piece], shape: Shape, from: Option<&Fit>) -> Fit {
     let mut locals = match from {
         Some(f) if f.locals.len() == pieces.len() => f.locals.clone(),
         _ => vec![
-            Local {
+            SegmentOffsets {
                 scale: 1.0,
                 bias: 0.0
             };
@@ -143,7 +143,7 @@ pub fn fit(pieces: &[Piece], shape: Shape, from: Option<&Fit>) -> Fit {
     };
     let mut sigma = from.map_or(0.1, |f| f.sigma);
     let colour = from.and_then(|f| f.colour);
-    let system = System {
+    let system = FitSystem {
         pieces,
         shape,
         parameters: &parameters,
@@ -174,12 +174,12 @@ pub fn fit(pieces: &[Piece], shape: Shape, from: Option<&Fit>) -> Fit {
             .collect();
         let moved: Vec<f64> = (0..theta.len()).map(|i| next[i] - theta[i]).collect();
         let shift = DVector::from_vec(moved);
-        let of_next: Vec<Local> = now
+        let of_next: Vec<SegmentOffsets> = now
             .iter()
             .zip(&locals)
             .map(|(a, l)| {
                 let d = a.local(&shift) / (1.0 + damping);
-                Local {
+                SegmentOffsets {
                     scale: l.scale + d.x,
                     bias: l.bias + d.y.clamp(-BIAS_MOST, BIAS_MOST),
                 }
@@ -236,7 +236,7 @@ pub fn fit(pieces: &[Piece], shape: Shape, from: Option<&Fit>) -> Fit {
 
 /// Squares of one run's errors: as they are, and as errors of prediction one step ahead.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Squares {
+pub(super) struct ErrorSquares {
     pub(super) plain: f64,
     pub(super) white: f64,
     pub(super) rows: f64,
@@ -245,21 +245,21 @@ pub(super) struct Squares {
 /// Scale and height error of one run for given shared numbers, and its squares over the rows that `counts`, each error
 /// at most `clip`.
 pub(super) fn settle(
-    piece: &Piece,
+    piece: &Segment,
     fit: &Fit,
     theta: &[f64],
-    from: Local,
+    from: SegmentOffsets,
     clip: f64,
     counts: &dyn Fn(usize) -> bool,
-) -> (Local, Squares) {
-    let values = Values::of(&fit.shape, theta);
+) -> (SegmentOffsets, ErrorSquares) {
+    let values = ModelValues::of(&fit.shape, theta);
     let mut local = from;
-    let sure = piece.bias_sd.powi(-2);
+    let precision = piece.bias_sd.powi(-2);
     for _ in 0..4 {
         let base = piece.simulate(&values, local.bias);
         let raised = piece.simulate(&values, local.bias + BIAS_STEP);
-        let mut outer = Matrix2::new(1e-12, 0.0, 0.0, sure);
-        let mut own = Vector2::new(0.0, -sure * local.bias);
+        let mut outer = Matrix2::new(1e-12, 0.0, 0.0, precision);
+        let mut own = Vector2::new(0.0, -precision * local.bias);
         for (row, &i) in piece.rows.iter().enumerate() {
             let r = (piece.force[i] - local.scale * base[row]) / fit.sigma;
             let w = if r.abs() > HUBER {
@@ -286,7 +286,7 @@ pub(super) fn settle(
     if let Some(colour) = fit.colour {
         colour.filter(piece, [&mut white]);
     }
-    let mut out = Squares::default();
+    let mut out = ErrorSquares::default();
     // A single wild row does not decide.
     let square = |r: f64| r.powi(2).min(clip * clip);
     for ((plain, white), _) in plain
@@ -303,15 +303,20 @@ pub(super) fn settle(
 }
 
 /// What stays the same during a fit.
-struct System<'a> {
-    pieces: &'a [Piece],
-    shape: Shape,
+struct FitSystem<'a> {
+    pieces: &'a [Segment],
+    shape: ModelTerms,
     parameters: &'a [Parameter],
-    colour: Option<Colour>,
+    colour: Option<ColouredNoise>,
 }
 
-impl System<'_> {
-    fn assemble(&self, theta: &[f64], locals: &[Local], sigma: f64) -> Vec<Assembled> {
+impl FitSystem<'_> {
+    fn assemble(
+        &self,
+        theta: &[f64],
+        locals: &[SegmentOffsets],
+        sigma: f64,
+    ) -> Vec<NormalEquations> {
         self.pieces
             .par_iter()
             .zip(locals)
@@ -322,8 +327,14 @@ impl System<'_> {
             .collect()
     }
 
-    fn columns(&self, piece: &Piece, local: Local, theta: &[f64], sigma: f64) -> Columns {
-        let values = Values::of(&self.shape, theta);
+    fn columns(
+        &self,
+        piece: &Segment,
+        local: SegmentOffsets,
+        theta: &[f64],
+        sigma: f64,
+    ) -> FitColumns {
+        let values = ModelValues::of(&self.shape, theta);
         let base = piece.simulate(&values, local.bias);
         let slope = |moved: Vec<f64>, step: f64| -> Vec<f64> {
             let by = local.scale / (step * sigma);
@@ -341,7 +352,7 @@ impl System<'_> {
                 };
                 let step = there[k] - theta[k];
                 slope(
-                    piece.simulate(&Values::of(&self.shape, &there), local.bias),
+                    piece.simulate(&ModelValues::of(&self.shape, &there), local.bias),
                     step,
                 )
             })
@@ -354,7 +365,7 @@ impl System<'_> {
             .map(|(&i, b)| (piece.force[i] - local.scale * b) / sigma)
             .collect();
         let by_scale = base.iter().map(|b| b / sigma).collect();
-        let mut out = Columns {
+        let mut out = FitColumns {
             residual,
             shared,
             own: [by_scale, by_bias],
@@ -380,7 +391,7 @@ fn at_bounds(parameters: &[Parameter], theta: &[f64], gradient: &DVector<f64>) -
 
 /// Gradient and matrix of all runs and of what is known beforehand.
 fn total(
-    now: &[Assembled],
+    now: &[NormalEquations],
     parameters: &[Parameter],
     theta: &[f64],
 ) -> (DVector<f64>, DMatrix<f64>) {
@@ -392,14 +403,14 @@ fn total(
         hessian += &a.reduced.matrix;
     }
     for (i, p) in parameters.iter().enumerate() {
-        let sure = p.prior_sd.powi(-2);
-        hessian[(i, i)] += sure;
-        gradient[i] -= sure * (theta[i] - p.start);
+        let precision = p.prior_sd.powi(-2);
+        hessian[(i, i)] += precision;
+        gradient[i] -= precision * (theta[i] - p.start);
     }
     (gradient, hessian)
 }
 
-fn cost(now: &[Assembled], parameters: &[Parameter], theta: &[f64]) -> f64 {
+fn cost(now: &[NormalEquations], parameters: &[Parameter], theta: &[f64]) -> f64 {
     let known: f64 = parameters
         .iter()
         .zip(theta)

@@ -5,19 +5,20 @@ use std::fmt;
 use serde::Serialize;
 use touchdown_model::Card;
 
-use super::choose::{Candidate, Choice};
 use super::fit::Fit;
-use super::hover::{self, Hover, Law, Why};
+use super::hover::{self, Hover, NoForce, ThrustLaw};
 use super::lag::lag;
-use super::model::{Curve, Piece, Shape};
+use super::model::{Curve, ModelTerms, Segment};
 use super::phases::Phases;
-use super::pieces::{LeftOut, cut};
 use super::record::forces_from;
+use super::resampling::Resampling;
 use super::resolve::{climb_near_ground, of_poses, resolve_lag, wants_lag};
-use super::spread::{Spread, Sure};
+use super::segments::{Excluded, cut};
+use super::selection::{Candidate, ModelSelection};
 use super::thrust::follows;
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
+use crate::estimate::Estimate;
 
 /// A curve needs heights below so many rotor radii.
 pub(super) const NEAR_RADII: f64 = 2.0;
@@ -30,7 +31,7 @@ const LEAST_FAR_S: f64 = 1.0;
 
 /// What the logs do not carry.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Refused {
+pub struct Refusal {
     /// What cannot be identified.
     pub what: String,
     /// Why.
@@ -39,7 +40,7 @@ pub struct Refused {
     pub record: String,
 }
 
-impl fmt::Display for Refused {
+impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             what,
@@ -61,7 +62,7 @@ pub enum Basis {
     /// Hovers at rest.
     Hovers {
         /// What the thrust out of ground effect is taken from.
-        law: Law,
+        law: ThrustLaw,
     },
 }
 
@@ -73,9 +74,9 @@ impl Basis {
             Self::Accelerometer => "specific force of the accelerometer",
             Self::Poses => "specific force from poses",
             Self::Hovers { law } => match law {
-                Law::RotorSpeed => "hovers at rest, thrust by rotor speed",
-                Law::Card => "hovers at rest, thrust by the card",
-                Law::Throttle => "hovers at rest, thrust by a power of throttle",
+                ThrustLaw::RotorSpeed => "hovers at rest, thrust by rotor speed",
+                ThrustLaw::Card => "hovers at rest, thrust by the card",
+                ThrustLaw::Throttle => "hovers at rest, thrust by a power of throttle",
             },
         }
     }
@@ -91,23 +92,23 @@ pub struct GroundEffect {
     /// Flights, taken apart.
     pub phases: Vec<Phases>,
     /// The runs that the model was fitted to.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<Segment>,
     /// Throttle in hover.
     pub hover_throttle: f64,
     /// The model.
     pub fit: Fit,
     /// Its uncertainty.
-    pub spread: Spread,
+    pub spread: Resampling,
     /// The wake's lag (s), where it was resolved.
-    pub(super) lag: Option<Sure>,
+    pub(super) lag: Option<Estimate>,
     /// Whether thrust may drift with time, for no voltage is known.
     pub drift_of_time: bool,
     /// All models that were tried.
     pub tried: Vec<Candidate>,
     /// Rows that were not used.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<Excluded>,
     /// What the logs do not carry.
-    pub refused: Vec<Refused>,
+    pub refused: Vec<Refusal>,
     /// Least and greatest height of the rows that count (m).
     pub heights_m: [f64; 2],
     /// The hovers that it is from, if it is from hovers.
@@ -154,13 +155,13 @@ pub fn ground_effect_with(
             return from_force(flights, settings, rotor_radius_m, Basis::Accelerometer);
         }
         // Between its samples a slow throttle is not known: what moves then is no answer to what was logged.
-        let why = Why {
+        let why = NoForce {
             found: format!("throttle logged every {slowest:.3} s"),
             record: format!("throttle at {} Hz or more", settings.least_rate_hz),
         };
         return hover::ground_effect(flights, settings, rotor_radius_m, card, &why);
     }
-    let why = Why {
+    let why = NoForce {
         found: "no specific force".into(),
         record: "the accelerometer, and the throttle at 100 Hz or more".into(),
     };
@@ -197,13 +198,13 @@ fn from_force(
     }
     let heights_m = check_heights(&name, flights, &cut.pieces, rotor_radius_m, settings)?;
     let mut refused = Vec::new();
-    let plain = Shape::plain(
+    let plain = ModelTerms::plain(
         Curve::Exponential,
         cut.pieces.iter().all(|p| !p.climb_mps.is_empty()),
         true,
     );
     let drift_of_time = cut.drifts_with_time(flights);
-    let mut choice = Choice::start(&cut.pieces, plain, settings.reference_radii);
+    let mut choice = ModelSelection::start(&cut.pieces, plain, settings.reference_radii);
     choice.offer_motors(drift_of_time);
     if basis == Basis::Poses {
         choice.curves();
@@ -212,7 +213,7 @@ fn from_force(
         // A pilot who answers disturbances hides a lag from a model that does not know of them: so first with it, until the
         // disturbance is known.
         let before = choice.best.clone();
-        let shape = Shape {
+        let shape = ModelTerms {
             wake_lag: true,
             ..before.shape
         };
@@ -239,7 +240,7 @@ fn from_force(
         ));
     }
     let tried = choice.tried;
-    let spread = Spread::of(&fit, &cut.pieces, settings.resamples, settings.seed);
+    let spread = Resampling::of(&fit, &cut.pieces, settings.resamples, settings.seed);
     follows(&name, cut.hover_throttle, &fit, &cut.pieces, &spread, None)?;
     let found = GroundEffect {
         basis,
@@ -302,7 +303,7 @@ pub(super) fn drift_name(of_time: bool) -> &'static str {
 fn check_heights(
     name: &str,
     flights: &[Flight],
-    pieces: &[Piece],
+    pieces: &[Segment],
     rotor_radius_m: f64,
     settings: &FlightSettings,
 ) -> Result<[f64; 2]> {

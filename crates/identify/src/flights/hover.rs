@@ -13,16 +13,16 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use touchdown_model::Card;
 
-use super::choose::Choice;
 use super::fit::{Fit, fit};
-pub use super::rest::{Hover, Law};
+pub use super::rest::{Hover, ThrustLaw};
+use super::selection::ModelSelection;
 
-use super::ground::{Basis, GroundEffect, Refused, drift_name};
-use super::model::{Curve, Piece, Shape};
+use super::ground::{Basis, GroundEffect, Refusal, drift_name};
+use super::model::{Curve, ModelTerms, Segment};
 use super::phases::Phases;
-use super::pieces::{LeftOut, left_out};
+use super::resampling::{Resampling, ResamplingUnit};
 use super::rest::{REST_MPS, SHORTEST_S, hovers, roots};
-use super::spread::{Blocks, Spread};
+use super::segments::{Excluded, left_out};
 use super::{Flight, FlightSettings};
 use crate::error::{Error, Result};
 use crate::thrust::plateau::median;
@@ -41,7 +41,7 @@ pub(super) const DRIFT_S: f64 = 300.0;
 const MOST_DRAWS: usize = 400;
 
 /// Why hovers at rest are all that counts.
-pub(super) struct Why {
+pub(super) struct NoForce {
     /// What was found.
     pub(super) found: String,
     /// What to record to have more.
@@ -58,7 +58,7 @@ pub(super) fn ground_effect(
     settings: &FlightSettings,
     rotor_radius_m: f64,
     card: Option<&Card>,
-    why: &Why,
+    why: &NoForce,
 ) -> Result<GroundEffect> {
     let phases: Vec<Phases> = flights.iter().map(|f| Phases::of(f, settings)).collect();
     let mut hovers_of = Vec::new();
@@ -69,7 +69,7 @@ pub(super) fn ground_effect(
         laws.push(law);
     }
     let name = super::ground::label(flights);
-    let law = laws.first().copied().unwrap_or(Law::Throttle);
+    let law = laws.first().copied().unwrap_or(ThrustLaw::Throttle);
     if laws.iter().any(|l| *l != law) {
         return Err(Error::data(
             name,
@@ -83,12 +83,12 @@ pub(super) fn ground_effect(
     let far = |h: &&Hover| h.height_m > settings.reference_radii * rotor_radius_m;
     let reference = median(hovers_of.iter().filter(far).map(|h| h.root)).unwrap_or(1.0);
     let hover_throttle = median(hovers_of.iter().filter(far).map(|h| h.throttle)).unwrap_or(0.5);
-    let mut pieces: Vec<Piece> = Vec::new();
+    let mut pieces: Vec<Segment> = Vec::new();
     for hover in &hovers_of {
         let key = (hover.flight, hover.run);
         if pieces.last().is_none_or(|p| (p.flight, p.run) != key) {
             let run = &phases[hover.flight].runs[hover.run];
-            pieces.push(Piece {
+            pieces.push(Segment {
                 flight: hover.flight,
                 run: hover.run,
                 time_s: Vec::new(),
@@ -119,21 +119,21 @@ pub(super) fn ground_effect(
                 });
         }
     }
-    let mut plain = Shape::plain(Curve::Exponential, false, false);
+    let mut plain = ModelTerms::plain(Curve::Exponential, false, false);
     // Hovers cannot tell the exponent from the curve: it stays where it is, and every draw takes another.
     let [exponent, exponent_sd] = match law {
-        Law::Throttle => EXPONENT,
-        Law::RotorSpeed | Law::Card => [2.0, KNOWN],
+        ThrustLaw::Throttle => EXPONENT,
+        ThrustLaw::RotorSpeed | ThrustLaw::Card => [2.0, KNOWN],
     };
     plain.exponent = [exponent, KNOWN];
-    let mut choice = Choice::start(&pieces, plain, settings.reference_radii);
-    let shape = Shape {
+    let mut choice = ModelSelection::start(&pieces, plain, settings.reference_radii);
+    let shape = ModelTerms {
         battery: true,
         ..plain
     };
     choice.offer(drift_name(!has_volts), shape, false);
     // Bounded rationals reach far beyond the heights of hovers: a tail there is the same as another scale.
-    let shape = Shape {
+    let shape = ModelTerms {
         curve: Curve::Empirical,
         ..choice.best.shape
     };
@@ -183,7 +183,7 @@ fn check(
     hovers: &[Hover],
     rotor_radius_m: f64,
     settings: &FlightSettings,
-    why: &Why,
+    why: &NoForce,
 ) -> Result<()> {
     let m = |radii: f64| radii * rotor_radius_m;
     let reference_m = m(settings.reference_radii);
@@ -224,7 +224,12 @@ fn check(
 
 /// Flights drawn anew (hovers, where there are fewer than three flights), and the exponent within what is known of it; each
 /// draw is fitted.
-fn spread(found: &Fit, pieces: &[Piece], exponent_sd: f64, settings: &FlightSettings) -> Spread {
+fn spread(
+    found: &Fit,
+    pieces: &[Segment],
+    exponent_sd: f64,
+    settings: &FlightSettings,
+) -> Resampling {
     let mut random = Pcg64::seed_from_u64(settings.seed);
     let mut flights: Vec<usize> = pieces.iter().map(|p| p.flight).collect();
     flights.dedup();
@@ -236,7 +241,7 @@ fn spread(found: &Fit, pieces: &[Piece], exponent_sd: f64, settings: &FlightSett
     };
     let draws = (0..settings.resamples.min(MOST_DRAWS))
         .filter_map(|_| {
-            let drawn: Vec<Piece> = if by_flight {
+            let drawn: Vec<Segment> = if by_flight {
                 let chosen: Vec<usize> = (0..count)
                     .map(|_| flights[below(&mut random, count)])
                     .collect();
@@ -263,20 +268,20 @@ fn spread(found: &Fit, pieces: &[Piece], exponent_sd: f64, settings: &FlightSett
         })
         .collect();
     let blocks = if by_flight {
-        Blocks::Flights
+        ResamplingUnit::Flights
     } else {
-        Blocks::Hovers
+        ResamplingUnit::Hovers
     };
-    Spread::from_draws(blocks, count, draws)
+    Resampling::from_draws(blocks, count, draws)
 }
 
 /// A run with its hovers drawn anew.
-fn drawn(piece: &Piece, random: &mut Pcg64) -> Piece {
+fn drawn(piece: &Segment, random: &mut Pcg64) -> Segment {
     let n = piece.rows.len();
     let mut rows: Vec<usize> = (0..n).map(|_| below(random, n)).collect();
     rows.sort_unstable();
     let pick = |c: &[f64]| rows.iter().map(|&i| c[i]).collect::<Vec<_>>();
-    Piece {
+    Segment {
         time_s: pick(&piece.time_s),
         throttle: pick(&piece.throttle),
         height: pick(&piece.height),
@@ -291,15 +296,15 @@ fn below(random: &mut Pcg64, n: usize) -> usize {
 }
 
 /// What hovers say nothing of.
-fn refused(law: Law, why: &Why) -> Vec<Refused> {
+fn refused(law: ThrustLaw, why: &NoForce) -> Vec<Refusal> {
     let still = format!("hovers at rest only, for the logs have {}", why.found);
     let mut out = vec![
-        Refused {
+        Refusal {
             what: "lags of motors and wake".into(),
             found: still.clone(),
             record: why.record.clone(),
         },
-        Refused {
+        Refusal {
             what: "effect of climb and sink on the ground effect".into(),
             found: still,
             record: format!(
@@ -308,8 +313,8 @@ fn refused(law: Law, why: &Why) -> Vec<Refused> {
             ),
         },
     ];
-    if law == Law::Throttle {
-        out.push(Refused {
+    if law == ThrustLaw::Throttle {
+        out.push(Refusal {
             what: "thrust by throttle".into(),
             found: format!(
                 "no law of it: thrust was taken to go with throttle to the power {} with a standard deviation of {}, which stands in \
@@ -323,7 +328,7 @@ fn refused(law: Law, why: &Why) -> Vec<Refused> {
 }
 
 /// What was not used: what is not flight, and flight that is not at rest.
-fn outside(flights: &[Flight], phases: &[Phases], hovers: &[Hover]) -> Vec<LeftOut> {
+fn outside(flights: &[Flight], phases: &[Phases], hovers: &[Hover]) -> Vec<Excluded> {
     let mut out = Vec::new();
     for (index, (flight, phases)) in flights.iter().zip(phases).enumerate() {
         out.extend(left_out(flight, phases));
@@ -335,7 +340,7 @@ fn outside(flights: &[Flight], phases: &[Phases], hovers: &[Hover]) -> Vec<LeftO
                 .filter(|h| (h.flight, h.run) == (index, number));
             for (a, b) in ours.map(|h| (h.from_s, h.to_s)).chain([(to_s, to_s)]) {
                 if a - from_s > SHORTEST_S {
-                    out.push(LeftOut {
+                    out.push(Excluded {
                         log: flight.name.clone(),
                         from_s,
                         to_s: a,

@@ -6,9 +6,10 @@
 
 use rayon::prelude::*;
 
-use super::fit::{Fit, Local};
-use super::model::{Piece, Values};
-use super::spread::{Spread, Sure};
+use super::fit::{Fit, SegmentOffsets};
+use super::model::{ModelValues, Segment};
+use super::resampling::Resampling;
+use crate::estimate::Estimate;
 
 /// Lags that are looked for (s).
 const BOUNDS_S: [f64; 2] = [0.002, 3.0];
@@ -16,9 +17,10 @@ const BOUNDS_S: [f64; 2] = [0.002, 3.0];
 const CLOSE: f64 = 1e-4;
 
 /// The lag of a fit (s) with its uncertainty; `None` where the model has none.
-pub(super) fn lag(fit: &Fit, pieces: &[Piece], spread: &Spread) -> Option<Sure> {
+pub(super) fn lag(fit: &Fit, pieces: &[Segment], spread: &Resampling) -> Option<Estimate> {
     if fit.shape.fountain_lag {
-        let of = |theta: &[f64]| equivalent_s(&Values::of(&fit.shape, theta), pieces, &fit.locals);
+        let of =
+            |theta: &[f64]| equivalent_s(&ModelValues::of(&fit.shape, theta), pieces, &fit.locals);
         spread.smooth(fit, of)
     } else {
         spread.number(fit, "tau")
@@ -26,7 +28,7 @@ pub(super) fn lag(fit: &Fit, pieces: &[Piece], spread: &Spread) -> Option<Sure> 
 }
 
 /// The single lag closest to the wake of these values along the runs (s).
-fn equivalent_s(values: &Values, pieces: &[Piece], locals: &[Local]) -> f64 {
+fn equivalent_s(values: &ModelValues, pieces: &[Segment], locals: &[SegmentOffsets]) -> f64 {
     let courses: Vec<Vec<[f64; 3]>> = pieces
         .par_iter()
         .zip(locals)

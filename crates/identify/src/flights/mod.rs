@@ -16,9 +16,10 @@
 //! | [`hover`] | logs without specific force: hovers at rest, and the thrust that each takes |
 //! | [`ground`], [`numbers`], [`runs`], [`result`] | all of it: the ground effect, each run of the motors, and what the logs do not carry |
 
+mod armed_interval;
+pub mod armed_intervals;
 mod card;
-pub mod choose;
-pub mod colour;
+pub mod coloured_noise;
 pub mod curve;
 pub mod fit;
 pub mod ground;
@@ -29,21 +30,20 @@ mod motion;
 mod normal;
 pub mod numbers;
 pub mod phases;
-pub mod pieces;
 pub mod profile;
 mod record;
+pub mod resampling;
 mod resolve;
 mod rest;
 pub mod result;
-mod run;
-pub mod runs;
+pub mod segments;
+pub mod selection;
 mod shape;
 mod smooth;
-pub mod spread;
 mod stand;
 mod thrust;
 
 pub use crate::settings::FlightSettings;
-pub use ground::{Basis, GroundEffect, Refused, ground_effect, ground_effect_with};
+pub use ground::{Basis, GroundEffect, Refusal, ground_effect, ground_effect_with};
 pub use record::{Flight, ForceFrom};
 pub use thrust::{thrust_alone, with_thrust};

@@ -13,7 +13,7 @@
 //! Thrust scale `k` and height error `b` belong to one run of the motors, all else to the vehicle.
 
 pub use super::curve::{Curve, LENGTHS};
-pub use super::shape::{Parameter, Shape};
+pub use super::shape::{ModelTerms, Parameter};
 
 use super::curve::{MOST, psi};
 use crate::thrust::plateau::median;
@@ -23,7 +23,7 @@ const ROOT: [f64; 2] = [0.05, 2.5];
 
 /// Values by name, zero where the shape has no such number.
 #[derive(Clone, Copy, Debug)]
-pub struct Values {
+pub struct ModelValues {
     elasticity: f64,
     t_m_s: f64,
     dead_time_s: f64,
@@ -41,10 +41,10 @@ pub struct Values {
     paced: bool,
 }
 
-impl Values {
+impl ModelValues {
     /// Reads the values of a shape.
     #[must_use]
-    pub fn of(shape: &Shape, theta: &[f64]) -> Self {
+    pub fn of(shape: &ModelTerms, theta: &[f64]) -> Self {
         let mut next = theta.iter().copied();
         let mut take = |has: bool| if has { next.next().unwrap_or(0.0) } else { 0.0 };
         let elasticity = take(true);
@@ -132,7 +132,7 @@ impl Values {
 
 /// One run of the motors, ready to be simulated.
 #[derive(Clone, Debug)]
-pub struct Piece {
+pub struct Segment {
     /// Index of the flight that it is of.
     pub flight: usize,
     /// Index of the run in the flight.
@@ -157,7 +157,7 @@ pub struct Piece {
     pub bias_sd: f64,
 }
 
-impl Piece {
+impl Segment {
     /// Median step of the clock (s).
     #[must_use]
     pub fn step_s(&self) -> f64 {
@@ -166,12 +166,12 @@ impl Piece {
 
     /// The specific force over the scale `k`, for every row that counts.
     #[must_use]
-    pub fn simulate(&self, values: &Values, bias: f64) -> Vec<f64> {
+    pub fn simulate(&self, values: &ModelValues, bias: f64) -> Vec<f64> {
         let v = values;
         let n = self.time_s.len();
         let mut out = Vec::with_capacity(self.rows.len());
         let mut next = self.rows.iter().copied().peekable();
-        let mut late = Late {
+        let mut late = DelayedSignal {
             time: &self.time_s,
             values: &self.throttle,
             at: 0,
@@ -179,7 +179,7 @@ impl Piece {
         let grounded = v.curve != Curve::Free && !self.height.is_empty();
         let mut x = v.root(self.throttle[0]);
         let mut before = x;
-        let mut wake = Wake::default();
+        let mut wake = WakeState::default();
         for i in 0..n {
             let dt = if i == 0 {
                 0.0
@@ -222,15 +222,15 @@ impl Piece {
 
 /// The parts of a ground effect, lagged and at rest; rows without a height are passed over.
 #[derive(Clone, Copy, Debug, Default)]
-struct Wake {
+struct WakeState {
     lagged: [f64; 2],
     at_rest: Option<[f64; 2]>,
     since_s: f64,
 }
 
-impl Wake {
+impl WakeState {
     /// One row on, at a height in R and a √T relative to hover.
-    fn step(&mut self, v: &Values, height: f64, dt: f64, root: f64) {
+    fn step(&mut self, v: &ModelValues, height: f64, dt: f64, root: f64) {
         self.since_s += dt;
         if !height.is_finite() {
             return;
@@ -260,12 +260,12 @@ pub(super) fn follow(state: f64, [from, to]: [f64; 2], dt: f64, lag_s: f64) -> f
     }
 }
 
-impl Piece {
+impl Segment {
     /// The ratio of thrusts minus one along the rows with a height, at the √T of hover: time since the row before,
     /// the ratio at rest, the ratio.
     #[must_use]
-    pub(super) fn wake(&self, values: &Values, bias: f64) -> Vec<[f64; 3]> {
-        let mut wake = Wake::default();
+    pub(super) fn wake(&self, values: &ModelValues, bias: f64) -> Vec<[f64; 3]> {
+        let mut wake = WakeState::default();
         let mut last_s = None;
         self.time_s
             .iter()
@@ -283,13 +283,13 @@ impl Piece {
 }
 
 /// A signal at earlier times, on lines between its samples; times must not fall.
-struct Late<'a> {
+struct DelayedSignal<'a> {
     time: &'a [f64],
     values: &'a [f64],
     at: usize,
 }
 
-impl Late<'_> {
+impl DelayedSignal<'_> {
     fn at(&mut self, t: f64) -> f64 {
         let (time, values) = (self.time, self.values);
         while self.at + 1 < time.len() && time[self.at + 1] <= t {
@@ -307,9 +307,9 @@ impl Late<'_> {
 mod tests {
     use super::*;
 
-    fn step_piece() -> Piece {
+    fn step_piece() -> Segment {
         let time_s: Vec<f64> = (0..200).map(|i| 0.01 * f64::from(i)).collect();
-        Piece {
+        Segment {
             flight: 0,
             run: 0,
             throttle: time_s
@@ -329,8 +329,8 @@ mod tests {
 
     #[test]
     fn analytic_step_of_throttle_through_lag_and_dead_time() {
-        let shape = Shape::plain(Curve::Free, false, true);
-        let run = step_piece().simulate(&Values::of(&shape, &[1.5, 0.1, 0.03]), 0.0);
+        let shape = ModelTerms::plain(Curve::Free, false, true);
+        let run = step_piece().simulate(&ModelValues::of(&shape, &[1.5, 0.1, 0.03]), 0.0);
         // √T goes from 1 to 1 + 0.75 × 0.2, from 0.53 s on (the line between two samples ends there).
         let x = 1.0 + 0.15 * (1.0 - (-(1.0f64 - 0.53) / 0.1).exp());
         // A command that rises over one sample of 0.01 s instead of at its end: at most 0.15 × 0.1 × e^-4.7.
@@ -340,11 +340,11 @@ mod tests {
 
     #[test]
     fn analytic_step_of_throttle_of_motors_with_drag() {
-        let shape = Shape {
+        let shape = ModelTerms {
             drag: true,
-            ..Shape::plain(Curve::Free, false, true)
+            ..ModelTerms::plain(Curve::Free, false, true)
         };
-        let run = step_piece().simulate(&Values::of(&shape, &[1.5, 0.1, 0.03, 0.6]), 0.0);
+        let run = step_piece().simulate(&ModelValues::of(&shape, &[1.5, 0.1, 0.03, 0.6]), 0.0);
         // Drive 1 + 1.6 × 0.75 × 0.2 = 1.24 = 0.4 x + 0.6 x² at rest; roots of opposite sign, (x - end)/(x - other) decays at
         // the rate 0.6 (end - other)/(1.6 × 0.1 s).
         let root = (0.16f64 + 4.0 * 0.6 * 1.24).sqrt();
@@ -354,16 +354,18 @@ mod tests {
         // As above.
         assert!((run[100] - x * x).abs() < 3e-4, "{} {}", run[100], x * x);
         // Elasticity 1.5 at hover: a hundredth of throttle less is 1.5 hundredths of thrust, to second order 1e-4.
-        let slow = Values::of(&shape, &[1.5, 0.1, 0.03, 0.6]).root(0.99);
+        let slow = ModelValues::of(&shape, &[1.5, 0.1, 0.03, 0.6]).root(0.99);
         assert!((slow * slow - 0.985).abs() < 1e-4);
     }
 
     #[test]
     fn analytic_drift_damping_and_curve_multiply() {
-        let mut shape = Shape::plain(Curve::Exponential, true, false);
+        let mut shape = ModelTerms::plain(Curve::Exponential, true, false);
         shape.settling = true;
-        let run =
-            step_piece().simulate(&Values::of(&shape, &[2.0, -0.1, 0.5, 0.04, 0.2, 2.0]), 0.5);
+        let run = step_piece().simulate(
+            &ModelValues::of(&shape, &[2.0, -0.1, 0.5, 0.04, 0.2, 2.0]),
+            0.5,
+        );
         let drift = 1.0 - 0.1 * (-0.2f64 / 0.5).exp();
         let expected = drift * (1.0 + 0.2 * (-1.5f64 / 2.0).exp() - 0.04 * 0.5);
         // Closed form: rounding only.
@@ -381,7 +383,7 @@ mod tests {
         ] {
             for bits in 0..=511u16 {
                 let on = |k: u16| bits >> k & 1 == 1;
-                let shape = Shape {
+                let shape = ModelTerms {
                     exponent: [1.5, 1.0],
                     motor_lag: on(0),
                     drag: on(8),
@@ -395,7 +397,7 @@ mod tests {
                     fountain_lag: on(7),
                 };
                 let theta: Vec<f64> = (1..=shape.parameters().len()).map(|i| i as f64).collect();
-                let read = Values::of(&shape, &theta);
+                let read = ModelValues::of(&shape, &theta);
                 let last = theta.len() as f64;
                 let of_last = if shape.fountain_lag {
                     read.fountain_tau_s

@@ -7,14 +7,14 @@ pub(super) const HUBER: f64 = 4.0;
 
 /// Normal equations of one run, with what belongs to it eliminated.
 #[derive(Clone, Debug)]
-pub(super) struct Reduced {
+pub(super) struct ReducedEquations {
     pub(super) matrix: DMatrix<f64>,
     pub(super) vector: DVector<f64>,
 }
 
 /// Normal equations of one run at a point.
-pub(super) struct Assembled {
-    pub(super) reduced: Reduced,
+pub(super) struct NormalEquations {
+    pub(super) reduced: ReducedEquations,
     pub(super) inner: Matrix2<f64>,
     pub(super) own: Vector2<f64>,
     pub(super) coupling: DMatrix<f64>,
@@ -25,7 +25,7 @@ pub(super) struct Assembled {
     pub(super) square: f64,
 }
 
-impl Assembled {
+impl NormalEquations {
     /// The run's own step for a step of the shared numbers.
     pub(super) fn local(&self, shift: &DVector<f64>) -> Vector2<f64> {
         let coupled = self.coupling.tr_mul(shift);
@@ -44,14 +44,14 @@ pub(super) fn hold(matrix: &mut DMatrix<f64>, vector: &mut DVector<f64>, held: &
 }
 
 /// One run's residual and its slopes by the shared numbers, the scale and the height error, row by row.
-pub(super) struct Columns {
+pub(super) struct FitColumns {
     pub(super) residual: Vec<f64>,
     pub(super) shared: Vec<Vec<f64>>,
     pub(super) own: [Vec<f64>; 2],
 }
 
 /// The normal equations of weighted least squares (Huber 1964), and what is known of the height error beforehand.
-pub(super) fn normal_equations(columns: &Columns, bias_sd: f64, bias: f64) -> Assembled {
+pub(super) fn normal_equations(columns: &FitColumns, bias_sd: f64, bias: f64) -> NormalEquations {
     let n = columns.shared.len();
     let mut hessian = DMatrix::zeros(n, n);
     let mut gradient = DVector::zeros(n);
@@ -90,16 +90,16 @@ pub(super) fn normal_equations(columns: &Columns, bias_sd: f64, bias: f64) -> As
             hessian[(b, a)] = hessian[(a, b)];
         }
     }
-    let sure = bias_sd.powi(-2);
-    outer[(1, 1)] += sure;
-    own.y -= sure * bias;
-    cost += sure * bias * bias;
+    let precision = bias_sd.powi(-2);
+    outer[(1, 1)] += precision;
+    own.y -= precision * bias;
+    cost += precision * bias * bias;
     // A run without rows has no scale: its own stays where it is.
     outer[(0, 0)] += 1e-12;
     let inner = outer.try_inverse().unwrap_or_else(Matrix2::zeros);
     let through = &coupling * inner;
-    Assembled {
-        reduced: Reduced {
+    NormalEquations {
+        reduced: ReducedEquations {
             matrix: hessian - &through * coupling.transpose(),
             vector: gradient - through * own,
         },

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::ground::{Basis, GroundEffect};
-use super::hover::{DRIFT_S, Law};
-use super::model::Values;
-use super::spread::Sure;
+use super::hover::{DRIFT_S, ThrustLaw};
+use super::model::ModelValues;
+use crate::estimate::Estimate;
 
 /// A number of the model, with its unit.
 #[derive(Clone, Debug, Serialize)]
@@ -16,7 +16,7 @@ pub struct Number {
     pub unit: String,
     /// Value and interval.
     #[serde(flatten)]
-    pub sure: Sure,
+    pub estimate: Estimate,
 }
 
 impl Number {
@@ -33,14 +33,14 @@ impl Number {
 impl GroundEffect {
     /// Ratio of thrust to that out of ground effect, minus one, at rest at a height (m).
     #[must_use]
-    pub fn ratio(&self, height_m: f64) -> Option<Sure> {
+    pub fn ratio(&self, height_m: f64) -> Option<Estimate> {
         let z = height_m / self.rotor_radius_m;
         self.of_curve(|v| v.at_rest(z))
     }
 
     /// Mean lift over the heights `near` relative to that over `far` (m), as a share of thrust.
     #[must_use]
-    pub fn extra_lift(&self, near: [f64; 2], far: [f64; 2]) -> Option<Sure> {
+    pub fn extra_lift(&self, near: [f64; 2], far: [f64; 2]) -> Option<Estimate> {
         const POINTS: usize = 20;
         let r = self.rotor_radius_m;
         self.of_curve(|v| {
@@ -54,31 +54,31 @@ impl GroundEffect {
 
     /// Decay of the curve between half a rotor radius and three, as that of an exponential (1/m).
     #[must_use]
-    pub fn decay_per_m(&self) -> Option<Sure> {
+    pub fn decay_per_m(&self) -> Option<Estimate> {
         let [a, b] = [0.5, 3.0];
         self.of_curve(|v| (v.at_rest(a) / v.at_rest(b)).ln() / ((b - a) * self.rotor_radius_m))
     }
 
     /// A property of the curve.
-    pub(super) fn of_curve(&self, f: impl Fn(&Values) -> f64) -> Option<Sure> {
-        self.spread.sure(&self.fit, |_, v| f(v))
+    pub(super) fn of_curve(&self, f: impl Fn(&ModelValues) -> f64) -> Option<Estimate> {
+        self.spread.estimate(&self.fit, |_, v| f(v))
     }
 
     /// The wake's lag (s), where it was resolved: of a wake with several, the single one that follows it best.
     #[must_use]
-    pub fn lag_s(&self) -> Option<Sure> {
+    pub fn lag_s(&self) -> Option<Estimate> {
         self.lag
     }
 
     /// The delay from throttle to acceleration: dead time and lag of the motors together (s), where lags were identified.
     #[must_use]
-    pub fn delay_s(&self) -> Option<Sure> {
+    pub fn delay_s(&self) -> Option<Estimate> {
         if self.basis != Basis::Accelerometer {
             return None;
         }
         let (lag, dead) = (self.fit.index("T_m")?, self.fit.index("dead_time")?);
         self.spread
-            .sure(&self.fit, |theta, _| theta[lag] + theta[dead])
+            .estimate(&self.fit, |theta, _| theta[lag] + theta[dead])
     }
 
     /// All numbers of the model with their intervals, but those that rest at a bound; heights in metres.
@@ -89,7 +89,7 @@ impl GroundEffect {
             Basis::Accelerometer => true,
             // The smoothing goes into what the motors' lag would be.
             Basis::Poses => !matches!(name, "T_m" | "dead_time"),
-            Basis::Hovers { law } => name != "elasticity" || law == Law::Throttle,
+            Basis::Hovers { law } => name != "elasticity" || law == ThrustLaw::Throttle,
         };
         // At a bound there is no interval.
         let held = |name: &str| {
@@ -103,7 +103,7 @@ impl GroundEffect {
             .into_iter()
             .filter(|p| shown(p.name) && !held(p.name))
             .filter_map(|p| {
-                let sure = self.spread.number(&self.fit, p.name)?;
+                let estimate = self.spread.number(&self.fit, p.name)?;
                 let (unit, by) = match (p.unit, p.name) {
                     ("R", _) => ("m", r),
                     (_, "battery") if drifts => ("1/s", 1.0 / DRIFT_S),
@@ -119,28 +119,28 @@ impl GroundEffect {
                 Some(Number {
                     name: name.to_string(),
                     unit: unit.to_string(),
-                    sure: Sure {
-                        value: sure.value * by,
-                        std_error: sure.std_error * by,
-                        ci95: sure.ci95.map(|v| v * by),
+                    estimate: Estimate {
+                        value: estimate.value * by,
+                        std_error: estimate.std_error * by,
+                        ci95: estimate.ci95.map(|v| v * by),
                     },
                 })
             });
-        let decay = self.decay_per_m().map(|sure| Number {
+        let decay = self.decay_per_m().map(|estimate| Number {
             name: "decay".into(),
             unit: "1/m".into(),
-            sure,
+            estimate,
         });
         let lag = self.lag.filter(|_| self.fit.shape.fountain_lag);
-        let lag = lag.map(|sure| Number {
+        let lag = lag.map(|estimate| Number {
             name: "lag".into(),
             unit: "s".into(),
-            sure,
+            estimate,
         });
-        let delay = self.delay_s().map(|sure| Number {
+        let delay = self.delay_s().map(|estimate| Number {
             name: "delay".into(),
             unit: "s".into(),
-            sure,
+            estimate,
         });
         shared.chain(lag).chain(delay).chain(decay).collect()
     }

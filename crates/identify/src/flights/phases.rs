@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
+pub use super::armed_interval::ArmedInterval;
 use super::record::HALF_WINDOW_S;
-pub use super::run::Run;
 use super::stand::{clear_m, stands_after, stood};
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::thrust::plateau::median;
@@ -59,7 +59,7 @@ pub struct Phases {
     /// Every row.
     pub rows: Vec<Phase>,
     /// Runs of the motors, in order.
-    pub runs: Vec<Run>,
+    pub runs: Vec<ArmedInterval>,
 }
 
 impl Phases {
@@ -82,7 +82,7 @@ impl Phases {
     }
 }
 
-fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<Run> {
+fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<ArmedInterval> {
     let (time, throttle) = (&flight.time_s, &flight.throttle);
     let running = |i: usize| throttle[i] > settings.idle_throttle;
     let mut spans: Vec<[usize; 2]> = Vec::new();
@@ -105,7 +105,7 @@ fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<Run> {
         .chain([time.len()])
         .collect();
     let mut before = 0;
-    let mut out: Vec<Run> = spans
+    let mut out: Vec<ArmedInterval> = spans
         .iter()
         .zip(&ends)
         .map(|(&[a, b], &end)| {
@@ -116,7 +116,7 @@ fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<Run> {
             before = b + 1;
             let (stood_m, drift_m) = stood(flight, stand);
             let stood_m = stood_m.or_else(|| stands_after(flight, [a, b], end, settings));
-            Run {
+            ArmedInterval {
                 // Across a hole nobody knows.
                 on_s: (seen > 0 && time[a] - time[a - 1] <= LONGEST_HOLE_S).then(|| time[a]),
                 off_s: (throttle.get(b + 1).is_some_and(|s| s.is_finite())
@@ -140,7 +140,7 @@ fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<Run> {
     out
 }
 
-fn mark(flight: &Flight, settings: &FlightSettings, run: &Run, rows: &mut [Phase]) {
+fn mark(flight: &Flight, settings: &FlightSettings, run: &ArmedInterval, rows: &mut [Phase]) {
     let time = &flight.time_s;
     let [a, b] = run.rows;
     let clear_m = clear_m(settings);
@@ -237,7 +237,7 @@ pub(super) fn flying(flight: &Flight, [a, b]: [usize; 2]) -> f64 {
 }
 
 /// Rows with motors that turn too slowly to fly, while nothing falls.
-fn idling(flight: &Flight, run: &Run) -> Vec<usize> {
+fn idling(flight: &Flight, run: &ArmedInterval) -> Vec<usize> {
     let [a, b] = run.rows;
     let slow = IDLING * flying(flight, run.rows);
     let carried = |i: usize| {
@@ -263,7 +263,7 @@ fn idling(flight: &Flight, run: &Run) -> Vec<usize> {
 }
 
 /// Rows from the start of the motors to the lift-off, where no height tells: up to the first throttle of flight.
-fn before_lift(flight: &Flight, run: &Run) -> usize {
+fn before_lift(flight: &Flight, run: &ArmedInterval) -> usize {
     if run.on_s.is_none() {
         return 0;
     }
@@ -275,7 +275,7 @@ fn before_lift(flight: &Flight, run: &Run) -> usize {
 }
 
 /// Rows from the last throttle of flight to the stop of the motors, where no height tells.
-fn after_landing(flight: &Flight, run: &Run) -> usize {
+fn after_landing(flight: &Flight, run: &ArmedInterval) -> usize {
     if run.off_s.is_none() {
         return 0;
     }

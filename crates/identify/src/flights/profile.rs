@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::fit::{Fit, fit, settle};
 use super::ground::{Basis, GroundEffect};
-use super::model::Shape;
-use super::spread::prior;
+use super::model::ModelTerms;
+use super::resampling::prior;
 
 /// Lags that are tried.
 const POINTS: usize = 31;
@@ -41,7 +41,7 @@ impl GroundEffect {
         if shape.wake_lag {
             out.extend(self.profile(&self.fit, "tau", "wake", true));
         } else if shape.curve != super::model::Curve::Free {
-            let with = Shape {
+            let with = ModelTerms {
                 wake_lag: true,
                 ..shape
             };

@@ -1,16 +1,16 @@
 //! What of lags and climb the logs carry, and what is refused.
 
 use super::FlightSettings;
-use super::choose::Choice;
-use super::ground::Refused;
-use super::model::Shape;
+use super::ground::Refusal;
+use super::model::ModelTerms;
+use super::selection::ModelSelection;
 
 /// A lag whose standard error is greater than this share of it is not resolved.
 const RESOLVED: f64 = 0.4;
 
 /// What an acceleration that is smoothed over a fifth of a second does not show.
-pub(super) fn of_poses(what: &str) -> Refused {
-    Refused {
+pub(super) fn of_poses(what: &str) -> Refusal {
+    Refusal {
         what: what.into(),
         found: "specific force from poses, smoothed over 0.2 s".into(),
         record: "the accelerometer (`specific_force_mps2`) at 100 Hz or more".into(),
@@ -20,16 +20,16 @@ pub(super) fn of_poses(what: &str) -> Refused {
 /// What to record for a lag.
 const QUICK: &str = "quick climbs and descents below two rotor radii, back and forth within a second, in several flights";
 
-fn of_lag(found: String) -> Refused {
-    Refused {
+fn of_lag(found: String) -> Refusal {
+    Refusal {
         what: "lag of the wake".into(),
         found,
         record: QUICK.into(),
     }
 }
 
-fn without_lag(shape: Shape) -> Shape {
-    Shape {
+fn without_lag(shape: ModelTerms) -> ModelTerms {
+    ModelTerms {
         wake_lag: false,
         fountain_lag: false,
         ..shape
@@ -37,7 +37,7 @@ fn without_lag(shape: Shape) -> Shape {
 }
 
 /// Keeps the wake's lag only where flights left out want it; says whether they do.
-pub(super) fn wants_lag(choice: &mut Choice<'_>, refused: &mut Vec<Refused>) -> bool {
+pub(super) fn wants_lag(choice: &mut ModelSelection<'_>, refused: &mut Vec<Refusal>) -> bool {
     let shape = without_lag(choice.best.shape);
     let without = choice.do_without("without the wake's lag", shape, true);
     if without {
@@ -50,9 +50,9 @@ pub(super) fn wants_lag(choice: &mut Choice<'_>, refused: &mut Vec<Refused>) -> 
 
 /// Keeps it only where its interval is narrow enough.
 pub(super) fn resolve_lag(
-    choice: &mut Choice<'_>,
+    choice: &mut ModelSelection<'_>,
     settings: &FlightSettings,
-    refused: &mut Vec<Refused>,
+    refused: &mut Vec<Refusal>,
 ) {
     let tau = choice.lag(settings);
     if let Some(tau) = tau
@@ -76,12 +76,12 @@ pub(super) fn resolve_lag(
 
 /// Keeps a climb damping that differs near the ground only where flights left out want it and it is not zero.
 pub(super) fn climb_near_ground(
-    choice: &mut Choice<'_>,
+    choice: &mut ModelSelection<'_>,
     settings: &FlightSettings,
-    refused: &mut Vec<Refused>,
+    refused: &mut Vec<Refusal>,
 ) {
     let mut refuse = |found: String, record: &str| {
-        refused.push(Refused {
+        refused.push(Refusal {
             what: "effect of climb and sink on the ground effect".into(),
             found,
             record: record.into(),
@@ -97,7 +97,7 @@ pub(super) fn climb_near_ground(
         "climbs and descents through the same heights below two rotor radii at 0.1 to 0.5 m/s";
     let lag = choice.lag(settings);
     let before = choice.best.clone();
-    let shape = Shape {
+    let shape = ModelTerms {
         near_damping: true,
         ..before.shape
     };
@@ -107,7 +107,7 @@ pub(super) fn climb_near_ground(
             record,
         );
     }
-    let near = choice.sure("near_damping", settings);
+    let near = choice.estimate("near_damping", settings);
     // A lag shows as an effect of climb, and the other way round: what moves the lag is not told apart from it.
     let moves_lag = lag
         .zip(choice.lag(settings))

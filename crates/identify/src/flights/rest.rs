@@ -21,7 +21,7 @@ const BAND_RADII: f64 = 0.2;
 /// What the motors' thrust out of ground effect is taken from.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Law {
+pub enum ThrustLaw {
     /// Thrust goes with the square of the rotor speed.
     RotorSpeed,
     /// A thrust card.
@@ -63,18 +63,18 @@ pub struct Hover {
 }
 
 /// The root of the thrust out of ground effect of every row, and what it is from.
-pub(super) fn roots(flight: &Flight, card: Option<&Card>) -> Result<(Law, Vec<f64>)> {
+pub(super) fn roots(flight: &Flight, card: Option<&Card>) -> Result<(ThrustLaw, Vec<f64>)> {
     if let Some(card) = card {
         let thrust = at_rest(card, &flight.throttle, &flight.battery_v)?;
         return Ok((
-            Law::Card,
+            ThrustLaw::Card,
             thrust.iter().map(|t| t.max(0.0).sqrt()).collect(),
         ));
     }
     if flight.rotor_rpm.is_empty() {
-        Ok((Law::Throttle, flight.throttle.clone()))
+        Ok((ThrustLaw::Throttle, flight.throttle.clone()))
     } else {
-        Ok((Law::RotorSpeed, flight.rotor_rpm.clone()))
+        Ok((ThrustLaw::RotorSpeed, flight.rotor_rpm.clone()))
     }
 }
 

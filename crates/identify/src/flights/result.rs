@@ -2,15 +2,16 @@
 
 use serde::Serialize;
 
-use super::choose::Candidate;
-use super::ground::{Basis, GroundEffect, Refused};
+use super::armed_intervals::{ArmedIntervalResult, ExtraLift};
+use super::ground::{Basis, GroundEffect, Refusal};
 use super::hover::Hover;
 use super::model::Curve;
 use super::numbers::Number;
-use super::pieces::LeftOut;
-use super::runs::{ExtraLift, RunResult};
-use super::spread::{Blocks, Sure};
+use super::resampling::ResamplingUnit;
+use super::segments::Excluded;
+use super::selection::Candidate;
 use super::{Flight, FlightSettings};
+use crate::estimate::Estimate;
 
 /// Heights at which the curve is printed.
 const POINTS: usize = 49;
@@ -22,7 +23,7 @@ pub struct At {
     pub height_m: f64,
     /// Thrust over that out of ground effect, minus one.
     #[serde(flatten)]
-    pub ratio: Sure,
+    pub ratio: Estimate,
 }
 
 /// All that flights said.
@@ -39,21 +40,21 @@ pub struct FlightResult {
     /// The static curve.
     pub ratio: Vec<At>,
     /// What intervals rest on, and how many there are of it.
-    pub intervals_from: Blocks,
+    pub intervals_from: ResamplingUnit,
     /// Count of those.
     pub blocks: usize,
     /// Extra lift near the ground by the static curve; absent where none was identified.
     pub extra_lift: Option<ExtraLift>,
     /// Runs of the motors.
-    pub runs: Vec<RunResult>,
+    pub runs: Vec<ArmedIntervalResult>,
     /// Hovers at rest, if it was identified from them.
     pub hovers: Vec<Hover>,
     /// Models that were tried.
     pub tried: Vec<Candidate>,
     /// What was not identified, why, and what to record.
-    pub refused: Vec<Refused>,
+    pub refused: Vec<Refusal>,
     /// Rows that were left out, and why.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<Excluded>,
 }
 
 impl GroundEffect {

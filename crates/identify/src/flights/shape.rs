@@ -6,7 +6,7 @@ use super::curve::Curve;
 
 /// What a model has beside the scales of the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Shape {
+pub struct ModelTerms {
     /// What is known beforehand of the elasticity dlnT/dlns: its value and standard deviation.
     pub exponent: [f64; 2],
     /// Motor lag and dead time.
@@ -65,7 +65,7 @@ const fn p(
     }
 }
 
-impl Shape {
+impl ModelTerms {
     /// Motors and climb damping, and a curve at rest.
     #[must_use]
     pub fn plain(curve: Curve, damping: bool, motor_lag: bool) -> Self {

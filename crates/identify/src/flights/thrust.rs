@@ -2,14 +2,14 @@
 
 use touchdown_trial::Trial;
 
-use super::choose::Choice;
 use super::fit::Fit;
-use super::ground::{Basis, GroundEffect, Refused, label, slowest_throttle_s};
-use super::model::{Curve, Piece, Shape};
+use super::ground::{Basis, GroundEffect, Refusal, label, slowest_throttle_s};
+use super::model::{Curve, ModelTerms, Segment};
 use super::phases::{Phase, Phases};
-use super::pieces::cut;
 use super::record::forces_from;
-use super::spread::Spread;
+use super::resampling::Resampling;
+use super::segments::cut;
+use super::selection::ModelSelection;
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
 
@@ -118,7 +118,7 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
             piece.rows.retain(|&i| height[i] > settings.reference_radii);
         }
         cut.pieces
-            .retain(|p| p.rows.len() >= super::pieces::FEWEST_ROWS);
+            .retain(|p| p.rows.len() >= super::segments::FEWEST_ROWS);
         if cut.pieces.is_empty() {
             let far_m = Some(r * settings.reference_radii);
             return Err(no_flight(&name, &flights[0], &phases[0], far_m));
@@ -132,9 +132,9 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
     let climb = cut.pieces.iter().all(|p| !p.climb_mps.is_empty());
     let mut refused = Vec::new();
     let drift_of_time = cut.drifts_with_time(flights);
-    let mut choice = Choice::start(
+    let mut choice = ModelSelection::start(
         &cut.pieces,
-        Shape::plain(Curve::Free, climb, fast_enough),
+        ModelTerms::plain(Curve::Free, climb, fast_enough),
         settings.reference_radii,
     );
     choice.offer_motors(drift_of_time);
@@ -150,7 +150,7 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
         &mut refused,
     );
     let (fit, tried) = (choice.best, choice.tried);
-    let spread = Spread::of(&fit, &cut.pieces, settings.resamples, settings.seed);
+    let spread = Resampling::of(&fit, &cut.pieces, settings.resamples, settings.seed);
     follows(
         &name,
         cut.hover_throttle,
@@ -189,14 +189,14 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
 
 /// Keeps the motors' lag only where it is resolved; `poses` is absent where the throttle is too slow for any.
 fn lag(
-    choice: &mut Choice<'_>,
+    choice: &mut ModelSelection<'_>,
     poses: Option<bool>,
     slowest: f64,
     settings: &FlightSettings,
-    refused: &mut Vec<Refused>,
+    refused: &mut Vec<Refusal>,
 ) {
     let mut refuse = |found: String, record: String| {
-        refused.push(Refused {
+        refused.push(Refusal {
             what: "lag of the motors".into(),
             found,
             record,
@@ -216,7 +216,7 @@ fn lag(
             );
         }
         Some(false) => {
-            let found = choice.sure("T_m", settings);
+            let found = choice.estimate("T_m", settings);
             let most = choice
                 .best
                 .shape
@@ -245,7 +245,7 @@ fn lag(
         }
     }
     let before = choice.best.clone();
-    let shape = Shape {
+    let shape = ModelTerms {
         motor_lag: false,
         drag: false,
         ..before.shape
@@ -258,8 +258,8 @@ pub(super) fn follows(
     name: &str,
     hover_throttle: f64,
     fit: &Fit,
-    pieces: &[Piece],
-    spread: &Spread,
+    pieces: &[Segment],
+    spread: &Resampling,
     with_lag: Option<f64>,
 ) -> Result<()> {
     let fault = |found: String| {

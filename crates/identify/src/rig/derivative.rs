@@ -5,12 +5,12 @@ use sindy::{Gram, Library, Samples, SavitzkyGolay};
 use touchdown_model::{Form, Kind};
 
 use super::GroundTrial;
-use crate::choose::choose;
 use crate::error::Result;
 use crate::estimate::{Estimate, term};
-use crate::fitted::{Made, Origin, method};
+use crate::fitted::{FittedCard, Origin, method};
 use crate::front::Front;
 use crate::settings::IdentificationSettings;
+use crate::sparse_fit::sparse_fit;
 use crate::unit;
 
 /// The columns of eq. (9), smoothed, with the derivative of the force.
@@ -65,10 +65,10 @@ pub(super) fn fit(
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
     origin: &Origin,
-) -> Result<Made> {
+) -> Result<FittedCard> {
     let samples = samples(trials, settings)?;
     let (library, grams) = live_library(&samples, settings)?;
-    let chosen = choose(&grams, settings)?;
+    let chosen = sparse_fit(&grams, settings)?;
     let front = Front::of(("f'", "N/s"), &library, &grams, &chosen, settings)?;
     let total = Gram::total(&grams);
     let (xi, support) = (&chosen.fit.coefficients, &chosen.fit.support);
@@ -86,11 +86,8 @@ pub(super) fn fit(
         .enumerate()
         .filter(|(j, _)| support[*j])
     {
-        let estimate = Estimate {
-            value: xi[j],
-            std_error: errors.as_ref().map_or(f64::NAN, |e| e[j]),
-            clusters,
-        };
+        let estimate =
+            Estimate::clustered(xi[j], errors.as_ref().map_or(f64::NAN, |e| e[j]), clusters);
         let unit = unit::of_coefficient("f'", name);
         card.terms.push(term("f'", name, estimate, &unit));
     }
@@ -123,7 +120,7 @@ pub(super) fn fit(
     )];
     notes.extend(chosen.notes.iter().cloned());
     card.provenance.method = method(&notes);
-    Ok(Made {
+    Ok(FittedCard {
         card,
         rmse: chosen.training_rmse,
         rmse_unit: "N/s",

@@ -11,7 +11,7 @@ use super::GroundTrial;
 use super::statics::{map_coefficients, psi};
 use crate::error::Result;
 use crate::estimate::{Estimate, term};
-use crate::fitted::{Made, Origin, method};
+use crate::fitted::{FittedCard, Origin, method};
 use crate::settings::IdentificationSettings;
 use crate::unit;
 
@@ -65,7 +65,7 @@ pub(super) fn ratio(
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
     origin: &Origin,
-) -> Result<Made> {
+) -> Result<FittedCard> {
     let lengths = settings.ground_effect.lengths_m;
     let (h, ..) = map_coefficients(trials, lengths)?;
     let [p1, p2, p3] = psi(lengths);
@@ -113,7 +113,7 @@ pub(super) fn lag(
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
     origin: &Origin,
-) -> Result<Made> {
+) -> Result<FittedCard> {
     let lengths = settings.ground_effect.lengths_m;
     let (h, ..) = map_coefficients(trials, lengths)?;
     let [p1, p2, p3] = psi(lengths);
@@ -146,7 +146,7 @@ fn fit(
     settings: &IdentificationSettings,
     origin: &Origin,
     shape: &Shape,
-) -> Result<Made> {
+) -> Result<FittedCard> {
     let names: Vec<&str> = shape.places.iter().map(|p| p.name).collect();
     let parameters: Vec<Parameter> = shape.places.iter().map(|p| p.start).collect();
     let model = OdeModel::new(
@@ -173,11 +173,7 @@ fn fit(
     (card.constants, card.definitions) = psi_definitions(settings.ground_effect.lengths_m);
     let clusters = clusters(trials, names.len());
     for (j, place) in shape.places.iter().enumerate() {
-        let estimate = Estimate {
-            value: refined.parameters[j],
-            std_error: refined.std_errors[j],
-            clusters,
-        };
+        let estimate = Estimate::clustered(refined.parameters[j], refined.std_errors[j], clusters);
         card.terms
             .push(term(place.of, place.expression, estimate, &place.unit));
     }
@@ -284,7 +280,7 @@ fn finish(
     names: &[&str],
     lag_s: f64,
     settings: &IdentificationSettings,
-) -> Made {
+) -> FittedCard {
     card.provenance.method = method(&[
         (
             "fit",
@@ -320,7 +316,7 @@ fn finish(
             "the lag {lag_s:.3} s sits at its bound: the data do not carry it"
         ));
     }
-    Made {
+    FittedCard {
         card,
         rmse: refined.rmse,
         rmse_unit: "N",

@@ -16,13 +16,13 @@ use super::GroundTrial;
 use super::derivative::{live_library, samples};
 use super::dynamic::polynomial;
 use super::trial::predict_by;
-use crate::choose::choose;
 use crate::error::Result;
-use crate::fitted::Made;
+use crate::fitted::FittedCard;
 use crate::front::with_terms;
 use crate::prediction::Predictor;
 use crate::scores::Errors;
 use crate::settings::{GroundEffectForm, IdentificationSettings};
+use crate::sparse_fit::sparse_fit;
 
 /// One way of identification.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -46,7 +46,7 @@ pub struct Fitted<'a> {
     /// The form.
     pub form: GroundEffectForm,
     /// Its fit to the training trials.
-    pub made: &'a Made,
+    pub made: &'a FittedCard,
     /// Root mean square error in free run on the unseen trials (N).
     pub free_run_rmse_n: Option<f64>,
 }
@@ -192,7 +192,7 @@ fn weak(
         Err(sindy::SindyError::TooShort { .. }) => return Ok(None),
         Err(e) => return Err(e.into()),
     };
-    let chosen = choose(&system.grams[0], settings)?;
+    let chosen = sparse_fit(&system.grams[0], settings)?;
     Ok(Some(chosen.fit.coefficients.as_slice().to_vec()))
 }
 

@@ -2,12 +2,12 @@
 //!
 //! The force is what the load cell measures beyond the free-air thrust, `f = F - T̂`, where `T̂` is the
 //! free run of a thrust card on the trial's own throttle. [`GroundTrial`] holds it; [`fit`] makes a card
-//! of any form from it; [`before`] says what the data can carry, [`levels`] sets the levels of identification side by
+//! of any form from it; [`identifiability`] says what the data identify, [`levels`] sets the levels of identification side by
 //! side, [`relative`] asks whether eq. (9) needs both velocities.
 
-pub mod before;
 mod derivative;
 mod dynamic;
+pub mod identifiability;
 pub mod levels;
 pub mod relative;
 mod statics;
@@ -16,7 +16,7 @@ mod trial;
 pub use trial::{GroundTrial, predict, prepare};
 
 use crate::error::Result;
-use crate::fitted::{Made, Origin};
+use crate::fitted::{FittedCard, Origin};
 use crate::settings::{GroundEffectForm, IdentificationSettings};
 
 /// Fits one form to `trials`.
@@ -28,7 +28,7 @@ pub fn fit(
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
     origin: &Origin,
-) -> Result<Made> {
+) -> Result<FittedCard> {
     let mut made = match form {
         GroundEffectForm::Empirical => statics::empirical(trials, settings, origin),
         GroundEffectForm::Static => statics::map(trials, settings, origin),

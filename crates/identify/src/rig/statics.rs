@@ -9,7 +9,7 @@ use touchdown_model::{Form, Kind};
 use super::GroundTrial;
 use crate::error::Result;
 use crate::estimate::{Estimate, term};
-use crate::fitted::{Made, Origin, method};
+use crate::fitted::{FittedCard, Origin, method};
 use crate::settings::IdentificationSettings;
 
 /// Eq. (2): `f = T q/(1 - q)`, `q = mu (R/(4 z))²`, least squares on the force.
@@ -17,7 +17,7 @@ pub(super) fn empirical(
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
     origin: &Origin,
-) -> Result<Made> {
+) -> Result<FittedCard> {
     let r = origin
         .vehicle
         .rotor_radius_m
@@ -60,14 +60,14 @@ pub(super) fn empirical(
         "f = T q/(1 - q), q = mu (r/(4 z))^2 (at most 0.6), z height above the deck [m]",
     );
     card.constants.insert("r".into(), r);
-    let mu = Estimate {
-        value: refined.parameters[0],
-        std_error: refined.std_errors[0],
-        clusters: Clusters {
+    let mu = Estimate::clustered(
+        refined.parameters[0],
+        refined.std_errors[0],
+        Clusters {
             groups: trials.len(),
             coefficients: 1,
         },
-    };
+    );
     card.terms.push(term("mu", "1", mu, "1"));
     card.provenance.method = method(&[
         (
@@ -79,7 +79,7 @@ pub(super) fn empirical(
             format!("{:?} after {} steps", refined.outcome, refined.iterations),
         ),
     ]);
-    Ok(Made {
+    Ok(FittedCard {
         card,
         rmse: refined.rmse,
         rmse_unit: "N",
@@ -100,7 +100,7 @@ pub(super) fn map(
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
     origin: &Origin,
-) -> Result<Made> {
+) -> Result<FittedCard> {
     let (h, errors, rmse, rows) = map_coefficients(trials, settings.ground_effect.lengths_m)?;
     let mut card = origin.card(
         "ground-effect-static",
@@ -110,21 +110,21 @@ pub(super) fn map(
     );
     (card.constants, card.definitions) = psi_definitions(settings.ground_effect.lengths_m);
     for (k, expression) in ["1", "psi1", "psi2", "psi3"].into_iter().enumerate() {
-        let estimate = Estimate {
-            value: h[k],
-            std_error: errors[k],
-            clusters: Clusters {
+        let estimate = Estimate::clustered(
+            h[k],
+            errors[k],
+            Clusters {
                 groups: trials.len(),
                 coefficients: h.len(),
             },
-        };
+        );
         card.terms.push(term("h", expression, estimate, "1"));
     }
     card.provenance.method = method(&[(
         "fit",
         "least squares on the force, standard errors by trial".into(),
     )]);
-    Ok(Made {
+    Ok(FittedCard {
         card,
         rmse,
         rmse_unit: "N",

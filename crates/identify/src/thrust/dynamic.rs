@@ -7,13 +7,13 @@ use touchdown_model::{Form, Kind};
 use touchdown_trial::Trial;
 
 use super::search::minimise;
-use crate::choose::choose;
 use crate::error::{Error, Result};
 use crate::estimate::{Estimate, term};
-use crate::fitted::{Made, Origin, method, range, score};
+use crate::fitted::{FittedCard, Origin, method, range, score};
 use crate::front::Front;
 use crate::scores::Errors;
 use crate::settings::{DeadTime, IdentificationSettings};
+use crate::sparse_fit::sparse_fit;
 use crate::unit;
 
 /// Pieces that the data are split into at least, for standard errors.
@@ -30,7 +30,7 @@ const LONGEST_STEP_S: f64 = 0.02;
 const DEAD_TIME_S: [f64; 2] = [1e-3, 0.2];
 
 /// A trial's rows without gaps in throttle or thrust, in pieces of unbroken data.
-struct Rows {
+struct StandRecord {
     time: Vec<f64>,
     throttle: Vec<f64>,
     thrust: Vec<f64>,
@@ -39,7 +39,7 @@ struct Rows {
     trial: usize,
 }
 
-fn rows(trials: &[Trial], settings: &IdentificationSettings) -> Result<Vec<Rows>> {
+fn rows(trials: &[Trial], settings: &IdentificationSettings) -> Result<Vec<StandRecord>> {
     let mut out = Vec::new();
     let mut longest = 0;
     for (index, trial) in trials.iter().enumerate() {
@@ -64,7 +64,7 @@ fn rows(trials: &[Trial], settings: &IdentificationSettings) -> Result<Vec<Rows>
             let root: Vec<f64> = thrust.iter().map(|t| t.max(0.0).sqrt()).collect();
             let smooth =
                 SavitzkyGolay::new(window, settings.smoothing.degree)?.apply(&time, &root)?;
-            out.push(Rows {
+            out.push(StandRecord {
                 throttle: pick(&throttle),
                 thrust,
                 root: smooth.value,
@@ -87,7 +87,7 @@ fn rows(trials: &[Trial], settings: &IdentificationSettings) -> Result<Vec<Rows>
     Ok(out)
 }
 
-fn samples(rows: &[Rows]) -> Result<Samples> {
+fn samples(rows: &[StandRecord]) -> Result<Samples> {
     let mut samples = Samples::new(&["x", "s", "x_dot"]);
     // Groups are what is left out in turn: a single record is cut in pieces.
     let pieces = if rows.len() == 1 { PIECES } else { 1 };
@@ -104,7 +104,7 @@ fn samples(rows: &[Rows]) -> Result<Samples> {
 
 /// The dead time between throttle and thrust: the shift of the throttle at which the library explains the
 /// derivative best.
-fn estimate_dead_time(rows: &[Rows], settings: &IdentificationSettings) -> Result<f64> {
+fn estimate_dead_time(rows: &[StandRecord], settings: &IdentificationSettings) -> Result<f64> {
     let library = Library::parse(&settings.thrust.library)?;
     let cost = |dead_time_s: f64| -> Result<f64> {
         let mut samples = Samples::new(&["x", "s", "x_dot"]);
@@ -122,7 +122,11 @@ fn estimate_dead_time(rows: &[Rows], settings: &IdentificationSettings) -> Resul
 }
 
 /// Shifts the throttle of all rows by the dead time that the settings ask for, and returns it.
-fn align(rows: &mut [Rows], settings: &IdentificationSettings, by_default: bool) -> Result<f64> {
+fn align(
+    rows: &mut [StandRecord],
+    settings: &IdentificationSettings,
+    by_default: bool,
+) -> Result<f64> {
     let wanted = match settings.thrust.dead_time {
         DeadTime::Auto => by_default,
         DeadTime::None => false,
@@ -140,7 +144,7 @@ fn align(rows: &mut [Rows], settings: &IdentificationSettings, by_default: bool)
 
 /// Fits a model in free run over pieces of the data; every piece is a group for standard errors.
 fn free_run(
-    rows: &[Rows],
+    rows: &[StandRecord],
     model: &OdeModel,
     parameters: &[Parameter],
     settings: &IdentificationSettings,
@@ -186,7 +190,7 @@ pub fn first_order(
     trials: &[Trial],
     settings: &IdentificationSettings,
     origin: &Origin,
-) -> Result<Made> {
+) -> Result<FittedCard> {
     let mut rows = rows(trials, settings)?;
     let dead_time_s = align(&mut rows, settings, false)?;
     let library = Library::parse(&["1", "x", "s"])?;
@@ -223,11 +227,7 @@ pub fn first_order(
         .into_iter()
         .zip(refined.parameters.iter().zip(&refined.std_errors))
     {
-        let estimate = Estimate {
-            value: *value,
-            std_error: *error,
-            clusters,
-        };
+        let estimate = Estimate::clustered(*value, *error, clusters);
         card.terms.push(term(name, "1", estimate, unit));
     }
     card.provenance.method = method(&[
@@ -260,12 +260,12 @@ pub fn library(
     trials: &[Trial],
     settings: &IdentificationSettings,
     origin: &Origin,
-) -> Result<Made> {
+) -> Result<FittedCard> {
     let mut rows = rows(trials, settings)?;
     let dead_time_s = align(&mut rows, settings, true)?;
     let library = Library::parse(&settings.thrust.library)?;
     let grams = Gram::accumulate(&library, "x_dot", &samples(&rows)?)?;
-    let chosen = choose(&grams, settings)?;
+    let chosen = sparse_fit(&grams, settings)?;
     let front = Front::of(("x'", "√N/s"), &library, &grams, &chosen, settings)?;
     let xi = &chosen.fit.coefficients;
     let support: Vec<usize> = (0..library.len())
@@ -324,11 +324,7 @@ pub fn library(
     );
     for (k, &j) in support.iter().enumerate() {
         let name = &library.names()[j];
-        let estimate = Estimate {
-            value: values[k],
-            std_error: errors[k],
-            clusters,
-        };
+        let estimate = Estimate::clustered(values[k], errors[k], clusters);
         let unit = unit::of_coefficient("x'", name);
         card.terms.push(term("x'", name, estimate, &unit));
     }
@@ -342,18 +338,18 @@ pub fn library(
         Vec::new()
     };
     let made = finish(card, trials, &rows, dead_time_s, None, warnings)?;
-    Ok(Made { front, ..made })
+    Ok(FittedCard { front, ..made })
 }
 
 fn finish(
     mut card: touchdown_model::Card,
     trials: &[Trial],
-    rows: &[Rows],
+    rows: &[StandRecord],
     dead_time_s: f64,
     lag_s: Option<f64>,
     warnings: Vec<String>,
-) -> Result<Made> {
-    type Column = fn(&Rows) -> &[f64];
+) -> Result<FittedCard> {
+    type Column = fn(&StandRecord) -> &[f64];
     let columns: [(&str, Column); 2] = [("s", |r| &r.throttle), ("x", |r| &r.root)];
     for (symbol, column) in columns {
         if let Some(r) = range(rows.iter().flat_map(|r| column(r).iter().copied())) {
@@ -387,7 +383,7 @@ fn finish(
         card.terms
             .push(term("dead_time", "1", Estimate::bare(dead_time_s), "s"));
     }
-    Ok(Made {
+    Ok(FittedCard {
         card,
         rmse: Errors::pool(&scores).map_or(f64::NAN, |e| e.rmse),
         rmse_unit: "N",

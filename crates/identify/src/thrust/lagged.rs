@@ -11,7 +11,7 @@ use touchdown_trial::Trial;
 use super::search::minimise;
 use crate::error::{Error, Result};
 use crate::estimate::{Estimate, term};
-use crate::fitted::{Made, Origin, method, range, score};
+use crate::fitted::{FittedCard, Origin, method, range, score};
 use crate::scores::Errors;
 use crate::settings::IdentificationSettings;
 use crate::unit;
@@ -22,13 +22,13 @@ const PIECES: usize = 20;
 const SHORTEST_S: f64 = 1e-3;
 
 /// A trial's rows without gaps in the throttles.
-struct Rows {
+struct StandRecord {
     time: Vec<f64>,
     motors: Vec<Vec<f64>>,
     thrust: Vec<f64>,
 }
 
-impl Rows {
+impl StandRecord {
     fn of(trial: &Trial) -> Result<Self> {
         let motors = super::motors(trial)?;
         let thrust = trial.require("thrust_n")?;
@@ -73,7 +73,7 @@ fn names(degree: usize) -> Vec<String> {
     (0..=degree).map(|k| format!("p{k}")).collect()
 }
 
-fn gram(rows: &[Rows], lag_s: f64, degree: usize) -> Result<Gram> {
+fn gram(rows: &[StandRecord], lag_s: f64, degree: usize) -> Result<Gram> {
     let names = names(degree);
     let mut all: Vec<&str> = names.iter().map(String::as_str).collect();
     all.push("y");
@@ -94,8 +94,8 @@ pub(super) fn fit(
     trials: &[Trial],
     settings: &IdentificationSettings,
     origin: &Origin,
-) -> Result<Made> {
-    let rows: Vec<Rows> = trials.iter().map(Rows::of).collect::<Result<_>>()?;
+) -> Result<FittedCard> {
+    let rows: Vec<StandRecord> = trials.iter().map(StandRecord::of).collect::<Result<_>>()?;
     let degree = settings.thrust.degree;
     let all = vec![true; degree + 1];
     let cost = |lag_s: f64| {
@@ -117,13 +117,15 @@ pub(super) fn fit(
         "motors".into(),
         rows.first().map_or(0, |r| r.motors.len()) as f64,
     );
-    let estimate = |value, std_error| Estimate {
-        value,
-        std_error,
-        clusters: Clusters {
-            groups: PIECES * rows.len(),
-            coefficients: degree + 2,
-        },
+    let estimate = |value, std_error| {
+        Estimate::clustered(
+            value,
+            std_error,
+            Clusters {
+                groups: PIECES * rows.len(),
+                coefficients: degree + 2,
+            },
+        )
     };
     card.terms
         .push(term("T_m", "1", estimate(lag_s, lag_error), "s"));
@@ -160,7 +162,7 @@ pub(super) fn fit(
             "least squares in free run over the lag and the polynomial; standard errors over {PIECES} stretches a log"
         ),
     )]);
-    Ok(Made {
+    Ok(FittedCard {
         card,
         rmse: Errors::pool(&scores).map_or(f64::NAN, |e| e.rmse),
         rmse_unit: "N",
@@ -171,7 +173,7 @@ pub(super) fn fit(
     })
 }
 
-fn evaluate(rows: &Rows, lag_s: f64, xi: &[f64]) -> Vec<f64> {
+fn evaluate(rows: &StandRecord, lag_s: f64, xi: &[f64]) -> Vec<f64> {
     let powers = rows.powers(lag_s, xi.len() - 1);
     (0..rows.time.len())
         .map(|i| powers.iter().zip(xi).map(|(p, c)| p[i] * c).sum())
@@ -179,7 +181,7 @@ fn evaluate(rows: &Rows, lag_s: f64, xi: &[f64]) -> Vec<f64> {
 }
 
 /// Standard errors of the lag and of the coefficients, from the linearised fit, over stretches of the logs.
-fn standard_errors(rows: &[Rows], lag_s: f64, xi: &[f64]) -> Result<(f64, Vec<f64>)> {
+fn standard_errors(rows: &[StandRecord], lag_s: f64, xi: &[f64]) -> Result<(f64, Vec<f64>)> {
     let degree = xi.len() - 1;
     let mut terms = names(degree);
     terms.push("by_lag".into());
@@ -226,7 +228,7 @@ pub(super) fn predict(
             motors.len().to_string(),
         ));
     }
-    let rows = Rows {
+    let rows = StandRecord {
         time,
         motors,
         thrust: Vec::new(),

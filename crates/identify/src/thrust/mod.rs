@@ -15,7 +15,7 @@ use touchdown_model::card::{Form, Kind};
 use touchdown_trial::Trial;
 
 use crate::error::{Error, Result};
-use crate::fitted::{Made, Origin};
+use crate::fitted::{FittedCard, Origin};
 use crate::prediction::{Columns, Predictor};
 use crate::settings::{IdentificationSettings, ThrustForm};
 
@@ -31,7 +31,11 @@ const LEAST_MOTION: f64 = 1e-3;
 ///
 /// # Errors
 /// A channel that the form needs and that a trial lacks, or too few data.
-pub fn fit(trials: &[Trial], settings: &IdentificationSettings, origin: &Origin) -> Result<Made> {
+pub fn fit(
+    trials: &[Trial],
+    settings: &IdentificationSettings,
+    origin: &Origin,
+) -> Result<FittedCard> {
     for trial in trials {
         let thrust = trial.require("thrust_n")?.iter().copied();
         let expected = |found: String| {

@@ -10,7 +10,7 @@ use super::plateau::{self, Plateau};
 use super::rotor;
 use crate::error::{Error, Result};
 use crate::estimate::{Estimate, term};
-use crate::fitted::{Made, Origin, method, range, score};
+use crate::fitted::{FittedCard, Origin, method, range, score};
 use crate::scores::Errors;
 use crate::settings::{IdentificationSettings, ThrustForm};
 use crate::unit;
@@ -25,7 +25,7 @@ pub(super) fn fit(
     settings: &IdentificationSettings,
     form: ThrustForm,
     origin: &Origin,
-) -> Result<Made> {
+) -> Result<FittedCard> {
     let (points, by_plateau) = steady_points(trials, settings)?;
     let root = form == ThrustForm::StaticSqrt;
     let (degree, battery) = (settings.thrust.degree, settings.thrust.battery);
@@ -105,14 +105,14 @@ pub(super) fn fit(
         card.equation.push_str(", u battery voltage [V]");
     }
     for (j, text) in terms.iter().enumerate() {
-        let estimate = Estimate {
-            value: xi[j],
-            std_error: errors[j],
-            clusters: Clusters {
+        let estimate = Estimate::clustered(
+            xi[j],
+            errors[j],
+            Clusters {
                 groups: points.len(),
                 coefficients: terms.len(),
             },
-        };
+        );
         let unit = unit::of_coefficient(of, text);
         card.terms.push(term(of, text, estimate, &unit));
     }
@@ -214,11 +214,7 @@ pub(super) fn fit(
                 let d = (lag.dead_time_s, lag.dead_time_error_s);
                 let terms = [("T_m", lag.lag_s, lag.lag_error_s), ("dead_time", d.0, d.1)];
                 for (of, value, error) in terms {
-                    let estimate = Estimate {
-                        value,
-                        std_error: error,
-                        clusters: lag.clusters(),
-                    };
+                    let estimate = Estimate::clustered(value, error, lag.clusters());
                     card.terms.push(term(of, "1", estimate, "s"));
                 }
                 card.provenance.method.insert("lag".into(), lag.describe());
@@ -227,7 +223,7 @@ pub(super) fn fit(
             Err(e) => warnings.push(format!("no lag of the rotor was fitted: {e}")),
         }
     }
-    Ok(Made {
+    Ok(FittedCard {
         card,
         rmse,
         rmse_unit: if root { "√N" } else { "N" },

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use touchdown::files::write;
-use touchdown::sweep::{self, CampaignResults, Row, Shard, Spread, Store, Sweep, summarise};
+use touchdown::sweep::{
+    self, CampaignResults, LandingRow, SampleSummary, Shard, Store, Sweep, summarise,
+};
 use touchdown::{Error, Result, pages, recording};
 use touchdown_sim::landing::space::SpaceTrace;
 
@@ -88,7 +90,7 @@ fn report(
     out: &Path,
     mcap: Option<&Path>,
 ) -> Result<Done> {
-    let rows: Vec<Row> = store.read_all(sweep)?;
+    let rows: Vec<LandingRow> = store.read_all(sweep)?;
     let results = summarise(sweep, &rows)?;
     write(&out.join("summary.csv"), results.csv()?.as_bytes())?;
     let landings: Vec<u64> = results.worst.iter().map(|worst| worst.landing).collect();
@@ -186,7 +188,7 @@ pub(crate) fn table(results: &CampaignResults) -> String {
     )];
     for p in &results.points {
         let count = |share: Option<touchdown::statistics::Share>| share.map_or(0, |s| s.count);
-        let spread = |s: &Spread, digits: usize| match (s.mean, s.sd) {
+        let spread = |s: &SampleSummary, digits: usize| match (s.mean, s.sd) {
             (Some(mean), Some(sd)) => format!("{mean:.digits$} ± {sd:.digits$}"),
             (Some(mean), None) => format!("{mean:.digits$}"),
             _ => "–".to_string(),

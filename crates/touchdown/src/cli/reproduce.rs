@@ -7,7 +7,7 @@ use touchdown::experiments::{self, Run};
 use touchdown::progress::Progress as _;
 use touchdown::results::Results;
 use touchdown::settings::{self, ReproduceSettings};
-use touchdown::sweep::{Row, SERIES};
+use touchdown::sweep::{LandingRow, SERIES};
 use touchdown::{Result, pages};
 use touchdown_model::{Card, published};
 use touchdown_trial::Trial;
@@ -173,7 +173,7 @@ fn landings(run: &Run) -> String {
 
 /// Every landing at sea in a row.
 fn at_sea(run: &Run) -> String {
-    let mut out = format!("case,how,trial,{}\n", Row::header().join(","));
+    let mut out = format!("case,how,trial,{}\n", LandingRow::header().join(","));
     for l in &run.sea.landings {
         for row in &l.rows {
             let (case, how) = (l.case.name(), l.how.name());

@@ -12,10 +12,10 @@ use touchdown_campaign::progress::Progress;
 use touchdown_identify::fitted::score;
 use touchdown_identify::rig::levels::{self, Fitted, Level};
 use touchdown_identify::rig::relative::{self, RelativeVelocity};
-use touchdown_identify::rig::{self, GroundTrial, before};
+use touchdown_identify::rig::{self, GroundTrial, identifiability};
 use touchdown_identify::scores::Errors;
 use touchdown_identify::settings::GroundEffectForm;
-use touchdown_identify::{Made, Origin};
+use touchdown_identify::{FittedCard, Origin};
 
 /// One data set with the models fitted to it.
 #[derive(Clone, Debug)]
@@ -25,9 +25,9 @@ pub struct DataSet {
     /// The recorded trials.
     pub recorded: Vec<Trial>,
     /// What the data can carry, found before the fit.
-    pub before: before::Before,
+    pub before: identifiability::Identifiability,
     /// The models, in the order of [`GroundEffectForm::ALL`].
-    pub models: Vec<Made>,
+    pub models: Vec<FittedCard>,
     /// Errors `[model][validation trial]`.
     pub errors: Vec<Vec<Judged>>,
     /// The levels of identification side by side.
@@ -42,7 +42,7 @@ pub struct Moving {
     /// Trials at other throttles, never trained on.
     pub unseen: Vec<Trial>,
     /// The fit, with its front.
-    pub made: Made,
+    pub made: FittedCard,
     /// Velocities apart against the relative velocity alone, on these trials.
     pub relative: RelativeVelocity,
     /// The same on trajectories of the printed eq. (12) itself.
@@ -132,9 +132,9 @@ pub fn run(
         let prepared = prepare(&recorded, thrust_card)?;
         let origin = &origin.with_inputs(&recorded);
         let identification = &settings.identification;
-        let before = before::examine_trials(&prepared, identification)?;
+        let before = identifiability::examine_trials(&prepared, identification)?;
         progress.step();
-        let fitted: Vec<(Made, Vec<Judged>)> = GroundEffectForm::ALL
+        let fitted: Vec<(FittedCard, Vec<Judged>)> = GroundEffectForm::ALL
             .into_par_iter()
             .map(|form| {
                 let mut made = rig::fit(form, &prepared, identification, origin)?;
@@ -153,7 +153,7 @@ pub fn run(
                 Ok((made, judged))
             })
             .collect::<Result<_>>()?;
-        let (mut models, errors): (Vec<Made>, Vec<Vec<Judged>>) = fitted.into_iter().unzip();
+        let (mut models, errors): (Vec<FittedCard>, Vec<Vec<Judged>>) = fitted.into_iter().unzip();
         for made in &mut models {
             run_freely(made, &spread(&validation))?;
         }
@@ -233,7 +233,7 @@ fn spread(validation: &[GroundTrial]) -> Vec<GroundTrial> {
 }
 
 /// Runs the best subset of every size freely over trials that it has not seen.
-fn run_freely(made: &mut Made, unseen: &[GroundTrial]) -> Result<()> {
+fn run_freely(made: &mut FittedCard, unseen: &[GroundTrial]) -> Result<()> {
     if let Some(front) = &mut made.front {
         for terms in 0..front.sizes.len() {
             let card = front.card(&made.card, terms);

@@ -14,9 +14,9 @@ use crate::settings::{C_DECK_PER_S, C_GROUND_PER_S, ReproduceSettings, to_toml};
 use touchdown_campaign::sweep::Figures;
 use touchdown_campaign::vertical::landings::LandingFigures;
 use touchdown_campaign::vertical::pilot::Method;
-use touchdown_identify::Made;
+use touchdown_identify::FittedCard;
 use touchdown_identify::front::Front;
-use touchdown_identify::rig::before::Before;
+use touchdown_identify::rig::identifiability::Identifiability;
 use touchdown_identify::rig::levels::Level;
 use touchdown_identify::rig::relative::RelativeVelocity;
 use touchdown_identify::scores::Errors;
@@ -105,7 +105,7 @@ pub struct GroundEffectResults {
     /// The lag of each dynamic form (s), by data set and form.
     pub lag_s: BTreeMap<&'static str, BTreeMap<&'static str, Option<f64>>>,
     /// What the data can carry, by data set.
-    pub identifiability: BTreeMap<&'static str, Before>,
+    pub identifiability: BTreeMap<&'static str, Identifiability>,
     /// The best subset of every size beside the terms of eq. (9), by data set; `moving_data` are trials in which vehicle
     /// and plate both move.
     pub fronts: BTreeMap<&'static str, Front>,
@@ -294,7 +294,7 @@ impl Results {
 }
 
 /// The front of the first model that has one.
-fn front(models: &[Made]) -> Option<Front> {
+fn front(models: &[FittedCard]) -> Option<Front> {
     models.iter().find_map(|m| m.front.clone())
 }
 

@@ -9,7 +9,7 @@ use toml::{Table, Value};
 use touchdown_campaign::cards::put_into;
 use touchdown_campaign::progress::Progress;
 use touchdown_campaign::settings_file::merge;
-use touchdown_campaign::sweep::{self, Figures, Row, Sweep, SweepSettings};
+use touchdown_campaign::sweep::{self, Figures, LandingRow, Sweep, SweepSettings};
 use touchdown_campaign::vertical::pilot::Cards;
 use touchdown_sim::deck::rigid::RigidMotion;
 use touchdown_sim::landing::space::{
@@ -24,7 +24,7 @@ const OF_CASES: [&str; 3] = ["deck", "faults", "ground_effect_strength"];
 
 /// How a landing is flown.
 #[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd)]
-pub enum How {
+pub enum SeaMethod {
     /// As set: by default `dynamic+observer`, and a planner that waits for a window and plans the descent.
     Planned,
     /// The same controller and reference, but straight down as soon as the vehicle is ready.
@@ -33,7 +33,7 @@ pub enum How {
     Published,
 }
 
-impl How {
+impl SeaMethod {
     /// All of them, in the order of tables.
     pub const ALL: [Self; 3] = [Self::Planned, Self::StraightDown, Self::Published];
 
@@ -54,7 +54,7 @@ pub struct SeaCell {
     /// The case.
     pub case: Case,
     /// How it is flown.
-    pub how: How,
+    pub how: SeaMethod,
     /// The landings, a campaign of one point.
     pub sweep: Sweep,
 }
@@ -65,9 +65,9 @@ pub struct SeaLandings {
     /// The case.
     pub case: Case,
     /// How it is flown.
-    pub how: How,
+    pub how: SeaMethod,
     /// The landings, by trial.
-    pub rows: Vec<Row>,
+    pub rows: Vec<LandingRow>,
     /// Their figures.
     pub figures: Figures,
 }
@@ -86,7 +86,7 @@ pub struct SeaExperiment {
 impl SeaExperiment {
     /// The landings of a case.
     #[must_use]
-    pub fn of(&self, case: Case, how: How) -> Option<&SeaLandings> {
+    pub fn of(&self, case: Case, how: SeaMethod) -> Option<&SeaLandings> {
         self.landings
             .iter()
             .find(|l| l.case == case && l.how == how)
@@ -126,8 +126,8 @@ pub fn cells(
     let trials = settings.trials;
     let decks = Case::DECKS
         .into_iter()
-        .flat_map(|c| How::ALL.map(|h| (c, h, trials)));
-    let faults = Case::FAULTS.map(|case| (case, How::Planned, trials.div_ceil(2)));
+        .flat_map(|c| SeaMethod::ALL.map(|h| (c, h, trials)));
+    let faults = Case::FAULTS.map(|case| (case, SeaMethod::Planned, trials.div_ceil(2)));
     decks
         .chain(faults)
         .map(|(case, how, trials)| {
@@ -147,9 +147,9 @@ pub fn cells(
             let mut scenario =
                 with_keys(&scenario, &sea.scenario).map_err(|message| bad("scenario", message))?;
             match how {
-                How::Planned => {}
-                How::StraightDown => scenario.control.planner = false,
-                How::Published => {
+                SeaMethod::Planned => {}
+                SeaMethod::StraightDown => scenario.control.planner = false,
+                SeaMethod::Published => {
                     scenario.control.controller = Controller::Dynamic;
                     scenario.control.reference = DescentShape::Exponential;
                 }
@@ -203,7 +203,7 @@ pub fn run(
         .collect::<Result<_>>()?;
     let heaving = cells
         .iter()
-        .find(|cell| cell.case == Case::Heave && cell.how == How::Planned);
+        .find(|cell| cell.case == Case::Heave && cell.how == SeaMethod::Planned);
     let track = match heaving {
         Some(cell) => sweep::replay(&cell.sweep, &[0])?.pop(),
         None => None,

@@ -10,7 +10,7 @@ use touchdown_campaign::progress::Progress;
 use touchdown_identify::fitted::score;
 use touchdown_identify::scores::Errors;
 use touchdown_identify::settings::DeadTime;
-use touchdown_identify::{IdentificationSettings, Made, Origin, thrust};
+use touchdown_identify::{FittedCard, IdentificationSettings, Origin, thrust};
 
 /// The models that are compared, by their names in results.
 pub const MODELS: [&str; 3] = ["eq8", "eq7", "eq8_as_published"];
@@ -27,7 +27,7 @@ pub struct PlateState {
     /// The validation trials.
     pub validation: Vec<Trial>,
     /// The models, in the order of [`MODELS`].
-    pub models: Vec<Made>,
+    pub models: Vec<FittedCard>,
     /// Free runs on the validation trials: `[model][trial]`.
     pub runs: Vec<Vec<FreeRun>>,
 }
@@ -115,7 +115,7 @@ fn fit(
     settings: &IdentificationSettings,
     origin: &Origin,
     plate_present: bool,
-) -> Result<Made> {
+) -> Result<FittedCard> {
     let mut settings = settings.clone();
     let mut made = match model {
         "eq7" => thrust::first_order(training, &settings, origin)?,

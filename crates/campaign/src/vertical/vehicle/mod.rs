@@ -24,7 +24,7 @@ const STRENGTH: [f64; 2] = [0.1, 2.0];
 
 /// A scenario of the cards' vehicle.
 #[derive(Clone, Debug)]
-pub struct Followed {
+pub struct VehicleOfCards {
     /// The scenario, with every value that followed the vehicle.
     pub scenario: LandScenario,
     /// R/R₀.
@@ -43,7 +43,7 @@ pub fn follow(
     scenario: &LandScenario,
     thrust: Option<&Card>,
     dynamic: Option<&Card>,
-) -> Result<Option<Followed>> {
+) -> Result<Option<VehicleOfCards>> {
     let standard = PlantSettings::default();
     let Some(card) = thrust else { return Ok(None) };
     let flies_dynamic = scenario.controllers.contains(&Method::Dynamic);
@@ -119,7 +119,7 @@ pub fn follow(
         land.start_height_m,
         land.landed_height_m,
     );
-    Ok(Some(Followed {
+    Ok(Some(VehicleOfCards {
         scenario: own,
         size,
         text,
@@ -159,7 +159,7 @@ pub fn mismatches(cards: &[Option<&Card>], plant: &PlantSettings) -> Vec<String>
 /// The card of eq. (2), identified on the default vehicle, for the vehicle of a scenario that followed the cards: lengths
 /// in proportion, `mu` by the strength of the ground effect.
 #[must_use]
-pub fn empirical(mut card: Card, followed: &Followed) -> Card {
+pub fn empirical(mut card: Card, followed: &VehicleOfCards) -> Card {
     let plant = &followed.scenario.scenario.plant;
     for name in ["r", "h_r"] {
         if let Some(length) = card.constants.get_mut(name) {

@@ -13,7 +13,7 @@ const SAGS: u32 = 50;
 const LEAST: f64 = 1e-6;
 
 /// A motor law in a card's place.
-pub(super) struct Fit {
+pub(super) struct MotorFit {
     pub motor: MotorSettings,
     /// Greatest share by which thrust at rest differs over the range.
     pub worst: f64,
@@ -23,7 +23,7 @@ pub(super) struct Fit {
 
 /// `s (1 - k s) = b x + c x²` by least squares over the card's throttles, exact where it hovers, with the card's time
 /// constant there.
-pub(super) fn fit(card: &Card, weight_n: f64) -> Result<Fit> {
+pub(super) fn fit(card: &Card, weight_n: f64) -> Result<MotorFit> {
     let model = card.thrust_model()?;
     let x_hover = weight_n.sqrt();
     let hover = model.throttle_for(weight_n);
@@ -53,7 +53,7 @@ pub(super) fn fit(card: &Card, weight_n: f64) -> Result<Fit> {
     } else {
         MotorSettings::default().time_constant_s
     };
-    let mut best: Option<Fit> = None;
+    let mut best: Option<MotorFit> = None;
     for i in 0..=SAGS {
         let sag = 0.5 * f64::from(i) / f64::from(SAGS);
         let [b, c] = losses(&points, sag);
@@ -70,7 +70,7 @@ pub(super) fn fit(card: &Card, weight_n: f64) -> Result<Fit> {
             .map(|[s, x]| ((motor.rest(*s) / x).powi(2) - 1.0).abs())
             .fold(0.0, f64::max);
         if best.as_ref().is_none_or(|b| worst < b.worst) {
-            best = Some(Fit {
+            best = Some(MotorFit {
                 motor: settings,
                 worst,
                 throttles,

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use touchdown::identify::flight::hover::Law;
+use touchdown::identify::flight::armed_intervals::ArmedIntervalResult;
+use touchdown::identify::flight::hover::ThrustLaw;
 use touchdown::identify::flight::result::FlightResult;
-use touchdown::identify::flight::runs::RunResult;
 use touchdown::identify::flight::{Basis, Flight, ground_effect_with, thrust_alone, with_thrust};
-use touchdown::identify::{IdentificationSettings, Made, Origin};
+use touchdown::identify::{FittedCard, IdentificationSettings, Origin};
 use touchdown::pages;
 use touchdown::progress::Progress as _;
 use touchdown::{Error, Result};
@@ -46,7 +46,7 @@ pub(super) fn thrust(
     trials: &[Trial],
     settings: &IdentificationSettings,
     origin: &Origin,
-) -> Result<(Made, FlightResult)> {
+) -> Result<(FittedCard, FlightResult)> {
     let flights: Vec<Flight> = trials
         .iter()
         .map(|trial| Ok(Flight::of(trial, &settings.flight)?))
@@ -76,12 +76,12 @@ pub(super) fn told(result: &FlightResult) -> String {
         result.intervals_from.name()
     );
     for n in &result.numbers {
-        let [low, high] = n.sure.ci95;
+        let [low, high] = n.estimate.ci95;
         let _ = writeln!(
             out,
             "  {:<14} {:>9.4} {:<4} 95 % interval {low:.4} to {high:.4}",
             n.words(),
-            n.sure.value,
+            n.estimate.value,
             n.unit
         );
     }
@@ -104,7 +104,7 @@ pub(super) fn told(result: &FlightResult) -> String {
 }
 
 /// Every run of the motors, a line each.
-pub(super) fn runs(runs: &[RunResult]) -> String {
+pub(super) fn runs(runs: &[ArmedIntervalResult]) -> String {
     let mut out = String::new();
     listed(&mut out, runs.iter().map(ToString::to_string), "runs");
     out
@@ -172,7 +172,15 @@ pub(super) fn run(
     };
     let dropped = logs.iter().map(|l| l.findings.rows_dropped()).sum();
     let mut fitted = Fitted::of(label, &made, path.as_deref(), dropped);
-    if card.is_some() && !matches!(found.basis, Basis::Hovers { law: Law::Card, .. }) {
+    if card.is_some()
+        && !matches!(
+            found.basis,
+            Basis::Hovers {
+                law: ThrustLaw::Card,
+                ..
+            }
+        )
+    {
         let why = "the card of --thrust was not used: the logs have the specific force, or one from poses";
         fitted.warnings.push(why.into());
     }
@@ -208,7 +216,7 @@ pub(super) fn run(
                 header: summary.header(),
                 rows: summary.rows(),
             };
-            let cards: Vec<&Made> = std::iter::once(&made).chain(&of_thrust).collect();
+            let cards: Vec<&FittedCard> = std::iter::once(&made).chain(&of_thrust).collect();
             let figures = pages::identify::flight_figures(&flights, &found, &result);
             let report = pages::identify::flight_report(&overview, &result, &cards, &figures)?;
             for (name, made) in [

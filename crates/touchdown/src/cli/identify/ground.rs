@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Serialize;
-use touchdown::identify::ground_effect::before::{Before, examine_trials};
+use touchdown::identify::ground_effect::identifiability::{Identifiability, examine_trials};
 use touchdown::identify::ground_effect::levels::{self, Level};
 use touchdown::identify::ground_effect::{self, GroundTrial};
 use touchdown::identify::settings::GroundEffectForm;
-use touchdown::identify::{IdentificationSettings, Made, Origin};
+use touchdown::identify::{FittedCard, IdentificationSettings, Origin};
 use touchdown::pages;
 use touchdown::progress::Progress as _;
 use touchdown::{Error, Result};
@@ -38,7 +38,7 @@ const FEWEST_LOGS: usize = 5;
 /// Results with what the data can carry.
 #[derive(Serialize)]
 struct Results<'a> {
-    before: &'a Before,
+    before: &'a Identifiability,
     /// The levels of identification, on logs held out; empty where there are too few logs.
     levels: &'a [Level],
     models: &'a [Outcome],
@@ -96,7 +96,7 @@ pub(super) fn run(
         }
     };
     context.stage("fitting", forms.len() as u64);
-    let fits: Vec<Result<Made>> = forms
+    let fits: Vec<Result<FittedCard>> = forms
         .par_iter()
         .map(|&form| {
             let mut origin = origin.clone();
@@ -272,12 +272,16 @@ fn chosen(forms: &[GroundEffectForm], target: &Target) -> Result<Vec<GroundEffec
 /// Forms with their fits, and those that failed with why.
 type Sorted = (
     Vec<GroundEffectForm>,
-    Vec<Made>,
+    Vec<FittedCard>,
     Vec<(GroundEffectForm, Error)>,
 );
 
 /// Of forms that were asked for by name, one that fails is an error. Of the default ones, the others are enough.
-fn sort_out(forms: &[GroundEffectForm], fits: Vec<Result<Made>>, asked: bool) -> Result<Sorted> {
+fn sort_out(
+    forms: &[GroundEffectForm],
+    fits: Vec<Result<FittedCard>>,
+    asked: bool,
+) -> Result<Sorted> {
     let (mut good, mut made, mut failed) = (Vec::new(), Vec::new(), Vec::new());
     for (form, fit) in forms.iter().zip(fits) {
         match fit {
@@ -295,7 +299,7 @@ fn sort_out(forms: &[GroundEffectForm], fits: Vec<Result<Made>>, asked: bool) ->
 }
 
 /// A fit whose coefficients are all finite.
-fn finite(made: Made) -> Result<Made> {
+fn finite(made: FittedCard) -> Result<FittedCard> {
     match made.card.terms.iter().find(|t| !t.value.is_finite()) {
         None => Ok(made),
         Some(term) => Err(Error::data(

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use touchdown::Error;
-use touchdown::identify::Made;
+use touchdown::identify::FittedCard;
 use touchdown::identify::flight::result::FlightResult;
 use touchdown::identify::front::Front;
 use touchdown_model::Card;
@@ -79,7 +79,7 @@ pub(crate) struct Quantity {
 }
 
 impl Fitted {
-    pub(crate) fn of(log: String, made: &Made, card: Option<&Path>, dropped: usize) -> Self {
+    pub(crate) fn of(log: String, made: &FittedCard, card: Option<&Path>, dropped: usize) -> Self {
         let named = coefficients(&made.card);
         Self {
             log,

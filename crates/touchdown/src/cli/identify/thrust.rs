@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use touchdown::identify::flight::result::FlightResult;
-use touchdown::identify::{IdentificationSettings, Made, thrust};
+use touchdown::identify::{FittedCard, IdentificationSettings, thrust};
 use touchdown::pages;
 use touchdown::progress::Progress as _;
 use touchdown::{Error, Result};
@@ -39,7 +39,7 @@ pub(super) fn run(
 }
 
 /// A card, and what flights say beside it.
-type Fit = (Made, Option<Box<FlightResult>>);
+type Fit = (FittedCard, Option<Box<FlightResult>>);
 
 struct Job<'a> {
     context: &'a Context,

@@ -13,7 +13,7 @@ use touchdown::pilot::{Cards, Method, autopilot};
 use touchdown::progress::Progress as _;
 use touchdown::scenario::{CardPaths, LandScenario};
 use touchdown::settings;
-use touchdown::vehicle::{self, Followed};
+use touchdown::vehicle::{self, VehicleOfCards};
 use touchdown::{Error, Result, pages};
 use touchdown_model::Card;
 use touchdown_sim::body::plant::PlantSettings;
@@ -200,7 +200,7 @@ fn cards(
     context: &Context,
     scenario: &LandScenario,
     given: Given,
-    followed: Option<&Followed>,
+    followed: Option<&VehicleOfCards>,
 ) -> Result<Cards> {
     let flies = |m: Method| scenario.controllers.contains(&m);
     let missing = given.thrust.is_none()

@@ -5,7 +5,7 @@ use std::path::Path;
 use rayon::prelude::*;
 use touchdown::csv::line;
 use touchdown::settings;
-use touchdown::sweep::{self, Row, SERIES, Sweep, SweepSettings, summarise};
+use touchdown::sweep::{self, LandingRow, SERIES, Sweep, SweepSettings, summarise};
 use touchdown::vehicle::mismatches;
 use touchdown::{Error, Result, pages};
 use touchdown_model::Card;
@@ -127,10 +127,10 @@ fn load(args: &LandArgs) -> Result<Sweep> {
 }
 
 /// Every landing in a row, after the swept settings.
-fn landings(sweep: &Sweep, rows: &[Row]) -> String {
+fn landings(sweep: &Sweep, rows: &[LandingRow]) -> String {
     let keys = sweep.grid().iter().map(|(key, _)| key.as_str());
     let mut out = String::new();
-    line(&mut out, keys.chain(["trial"]).chain(Row::header()));
+    line(&mut out, keys.chain(["trial"]).chain(LandingRow::header()));
     for row in rows {
         let values = sweep.values(row.landing / sweep.trials());
         let mut cells: Vec<String> = values.iter().map(|(_, value)| sweep::text(value)).collect();

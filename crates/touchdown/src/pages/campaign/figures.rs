@@ -8,7 +8,7 @@ use touchdown_sim::landing::space::{SpaceTrace, TraceRow};
 use super::ended;
 use crate::pages::page::shares_below;
 use crate::pages::track::{estimated, estimated_deck_mps};
-use crate::sweep::{CampaignResults, Row, Sweep, Worst, number, text};
+use crate::sweep::{CampaignResults, LandingRow, Sweep, WorstLanding, number, text};
 
 /// More curves than this in one panel are pooled by controller.
 const CURVES: usize = 8;
@@ -16,9 +16,13 @@ const CURVES: usize = 8;
 const CONTROLLER: &str = "control.controller";
 
 /// Cumulative distributions, a curve for each point, or for each controller where points are many.
-pub(super) fn distributions(sweep: &Sweep, rows: &[Row], results: &CampaignResults) -> Figure {
+pub(super) fn distributions(
+    sweep: &Sweep,
+    rows: &[LandingRow],
+    results: &CampaignResults,
+) -> Figure {
     let pooled = results.points.len() > CURVES;
-    let mut groups: Vec<(String, Vec<&Row>)> = Vec::new();
+    let mut groups: Vec<(String, Vec<&LandingRow>)> = Vec::new();
     for (point, rows) in results
         .points
         .iter()
@@ -181,7 +185,7 @@ pub(super) fn success_map(sweep: &Sweep, results: &CampaignResults) -> Option<Fi
     Some(figure)
 }
 
-pub(super) fn time_series(rank: usize, worst: &Worst, trace: &SpaceTrace) -> Figure {
+pub(super) fn time_series(rank: usize, worst: &WorstLanding, trace: &SpaceTrace) -> Figure {
     let rows = &trace.rows;
     let of = |pick: &dyn Fn(&TraceRow) -> f64| rows.iter().map(pick).collect::<Vec<f64>>();
     let time = of(&|r| r.time_s);

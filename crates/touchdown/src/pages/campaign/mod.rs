@@ -13,7 +13,7 @@ use super::page::{Page, half_interval, show, spread};
 use crate::error::Result;
 use crate::settings::to_toml;
 use crate::statistics::Share;
-use crate::sweep::{CampaignResults, PointFigures, Row, Spread, Sweep, Worst};
+use crate::sweep::{CampaignResults, LandingRow, PointFigures, SampleSummary, Sweep, WorstLanding};
 
 const SYMBOLS: &str = "A landing is counted as landed when the vehicle stands on the deck with its rotors stopped, by the true state; **first** \
      is without a broken-off descent. `T_L` is the time from the start of the last descent to its first touch, `V_L` the speed \
@@ -27,7 +27,7 @@ const SYMBOLS: &str = "A landing is counted as landed when the vehicle stands on
 /// Files that cannot be written, or figures that cannot be drawn.
 pub fn campaign(
     sweep: &Sweep,
-    rows: &[Row],
+    rows: &[LandingRow],
     results: &CampaignResults,
     worst: &[SpaceTrace],
     out: &Path,
@@ -118,7 +118,7 @@ fn outcomes(results: &CampaignResults) -> Table {
     table.note("In brackets: 95 % interval of the share (Wilson). Waiting: mean ± standard deviation over all landings.")
 }
 
-type Pick = fn(&PointFigures) -> &Spread;
+type Pick = fn(&PointFigures) -> &SampleSummary;
 
 fn quantities(results: &CampaignResults) -> Table {
     let mut table = Table::new("Figures of the landings.")
@@ -183,7 +183,7 @@ fn worst_table(results: &CampaignResults) -> Table {
     table
 }
 
-fn ended(worst: &Worst) -> String {
+fn ended(worst: &WorstLanding) -> String {
     let outcome = worst.outcome.replace('_', " ");
     worst.why.as_ref().map_or(outcome.clone(), |why| {
         format!("{outcome} ({})", why.replace('_', " "))

@@ -4,7 +4,7 @@ use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Tabl
 
 use super::{Overview, card_blocks, runs, slug};
 use crate::error::Result;
-use crate::identify::Made;
+use crate::identify::FittedCard;
 use crate::identify::flight::result::FlightResult;
 use crate::identify::flight::{Basis, Flight, GroundEffect};
 use crate::pages::page::show;
@@ -56,7 +56,7 @@ fn over_height(flights: &[Flight], found: &GroundEffect, result: &FlightResult) 
         panel = panel.series(dots);
     }
     let x: Vec<f64> = result.ratio.iter().map(|a| a.height_m).collect();
-    let of = |f: fn(&crate::identify::flight::spread::Sure) -> f64| -> Vec<f64> {
+    let of = |f: fn(&crate::identify::Estimate) -> f64| -> Vec<f64> {
         result.ratio.iter().map(|a| f(&a.ratio)).collect()
     };
     panel = panel
@@ -235,7 +235,7 @@ fn over_time(
 pub fn report(
     overview: &Overview<'_>,
     result: &FlightResult,
-    cards: &[&Made],
+    cards: &[&FittedCard],
     figures: &[Figure],
 ) -> Result<Report> {
     let mut report = overview.begin()?;
@@ -253,11 +253,11 @@ pub fn report(
         .number_column("95 % interval", "")
         .text_column("unit");
     for n in &result.numbers {
-        let [low, high] = n.sure.ci95;
+        let [low, high] = n.estimate.ci95;
         table = table.row([
             Cell::text(n.words()),
-            Cell::number(n.sure.value, 4),
-            Cell::number(n.sure.std_error, 4),
+            Cell::number(n.estimate.value, 4),
+            Cell::number(n.estimate.std_error, 4),
             Cell::text(format!("{} … {}", show(low, 4), show(high, 4))),
             Cell::text(&n.unit),
         ]);

@@ -6,8 +6,8 @@ use touchdown_report::{Color, Figure, Panel, Report, Series, Table};
 use super::super::front;
 use super::{Overview, card_blocks, front_figure, slug};
 use crate::error::Result;
-use crate::identify::Made;
-use crate::identify::ground_effect::before::Before;
+use crate::identify::FittedCard;
+use crate::identify::ground_effect::identifiability::Identifiability;
 use crate::identify::ground_effect::levels::Level;
 use crate::identify::ground_effect::{GroundTrial, predict};
 
@@ -18,7 +18,7 @@ const DRAWN_TRIALS: usize = 6;
 ///
 /// # Errors
 /// A card that does not run on its own trials.
-pub fn figures(trials: &[GroundTrial], fits: &[Made]) -> Result<Vec<Figure>> {
+pub fn figures(trials: &[GroundTrial], fits: &[FittedCard]) -> Result<Vec<Figure>> {
     let mut out = Vec::new();
     let mut runs: Vec<Vec<Vec<f64>>> = Vec::new();
     for (index, made) in fits.iter().enumerate() {
@@ -97,8 +97,8 @@ pub fn figures(trials: &[GroundTrial], fits: &[Made]) -> Result<Vec<Figure>> {
 /// A figure that cannot be drawn.
 pub fn report(
     overview: &Overview<'_>,
-    before: &Before,
-    fits: &[Made],
+    before: &Identifiability,
+    fits: &[FittedCard],
     levels: &[Level],
     figures: &[Figure],
 ) -> Result<Report> {

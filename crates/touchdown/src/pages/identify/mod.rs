@@ -12,7 +12,7 @@ use touchdown_report::{Callout, Cell, Figure, Report, Table};
 use super::front;
 use super::page::show;
 use crate::error::{Error, Result};
-use crate::identify::Made;
+use crate::identify::FittedCard;
 
 pub use flight::{figures as flight_figures, report as flight_report};
 pub use ground::{figures as ground_figures, report as ground_report};
@@ -95,7 +95,7 @@ fn all_fits(header: &[String], rows: &[Vec<String>]) -> Table {
 }
 
 /// Coefficients with their standard errors and intervals, the front, method and warnings of one card.
-fn card_blocks(report: &mut Report, made: &Made) -> Result<()> {
+fn card_blocks(report: &mut Report, made: &FittedCard) -> Result<()> {
     let card = &made.card;
     let mut table = Table::new(format!("{}.", card.equation))
         .text_column("part")
@@ -153,7 +153,7 @@ fn card_blocks(report: &mut Report, made: &Made) -> Result<()> {
 
 /// The front of a fit, where it has one.
 #[must_use]
-pub fn front_figure(made: &Made) -> Option<Figure> {
+pub fn front_figure(made: &FittedCard) -> Option<Figure> {
     let front = made.front.as_ref()?;
     let id = format!("front-{}", slug(&made.card.name));
     Some(front::figure(&id, "Error over the number of terms", front))

@@ -2,11 +2,11 @@
 
 use touchdown_report::{Cell, Table};
 
-use crate::identify::flight::runs::RunResult;
+use crate::identify::flight::armed_intervals::ArmedIntervalResult;
 use crate::pages::page::show;
 
 /// A row for every run; columns that no run fills are left out.
-pub(super) fn table(runs: &[RunResult]) -> Table {
+pub(super) fn table(runs: &[ArmedIntervalResult]) -> Table {
     let lifts = runs.iter().any(|r| r.extra_lift.is_some());
     let heights = runs.iter().any(|r| r.height_error_m.is_some());
     let mut table = Table::new("Runs of the motors.")

@@ -9,7 +9,7 @@ use super::{Overview, card_blocks, runs, slug};
 use crate::error::Result;
 use crate::identify::flight::result::FlightResult;
 use crate::identify::thrust::{self, plateau::Plateau};
-use crate::identify::{IdentificationSettings, Made};
+use crate::identify::{FittedCard, IdentificationSettings};
 use crate::progress::Progress;
 
 /// Points of the fitted curve.
@@ -23,7 +23,7 @@ pub struct ThrustFit<'a> {
     /// The log.
     pub trial: &'a Trial,
     /// The fit.
-    pub made: &'a Made,
+    pub made: &'a FittedCard,
     /// What it says as a log of flights; absent where thrust was measured.
     pub flight: Option<&'a FlightResult>,
 }

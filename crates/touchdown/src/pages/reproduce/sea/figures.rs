@@ -4,18 +4,18 @@ use touchdown_report::{Color, Figure, Panel, Series};
 use touchdown_sim::landing::space::{Case, SpaceTrace, TraceRow};
 
 use super::words;
-use crate::experiments::sea::How;
 use crate::experiments::sea::SeaExperiment;
+use crate::experiments::sea::SeaMethod;
 use crate::pages::page::shares_below;
 use crate::pages::track::{estimated, estimated_deck_mps};
 use crate::statistics::Share;
 use crate::sweep::Figures;
 
-fn color(how: How) -> Color {
+fn color(how: SeaMethod) -> Color {
     Color::Cycle(match how {
-        How::Planned => 0,
-        How::StraightDown => 1,
-        How::Published => 2,
+        SeaMethod::Planned => 0,
+        SeaMethod::StraightDown => 1,
+        SeaMethod::Published => 2,
     })
 }
 
@@ -45,7 +45,7 @@ pub(super) fn success(sea: &SeaExperiment) -> Figure {
         let mut panel = Panel::new("Deck or fault", label)
             .categories(cases.iter().map(|case| short(*case)))
             .y_range(-4.0, 104.0);
-        for (k, how) in How::ALL.into_iter().enumerate() {
+        for (k, how) in SeaMethod::ALL.into_iter().enumerate() {
             let (mut x, mut y, mut at, mut interval) = (vec![], vec![], vec![], vec![]);
             for (place, case) in cases.iter().enumerate() {
                 if let Some(share) = sea.of(*case, how).and_then(|l| pick(&l.figures)) {
@@ -81,7 +81,7 @@ pub(super) fn impact(sea: &SeaExperiment) -> Figure {
         let mut panel = Panel::new("V_L (m/s)", "Share (%)")
             .title(deck.name())
             .y_range(0.0, 104.0);
-        for how in How::ALL {
+        for how in SeaMethod::ALL {
             let Some(l) = sea.of(deck, how) else { continue };
             let landed = l.rows.iter().filter(|r| r.landed());
             let (values, shares) = shares_below(landed.filter_map(|r| r.number("v_l_mps")));

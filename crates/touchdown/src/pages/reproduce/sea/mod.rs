@@ -9,7 +9,7 @@ use super::super::page::{Page, half_interval, show, spread};
 use super::verdict::{Ratio, ratio_text};
 use crate::error::Result;
 use crate::experiments::Run;
-use crate::experiments::sea::How;
+use crate::experiments::sea::SeaMethod;
 use crate::experiments::sea::{SeaExperiment, SeaLandings};
 use crate::statistics::{Share, Summary};
 use crate::sweep::Figures;
@@ -71,7 +71,7 @@ fn words(name: &str) -> String {
 
 /// The case in the first row of it.
 fn case(l: &SeaLandings) -> Cell {
-    Cell::text(if l.how == How::Planned {
+    Cell::text(if l.how == SeaMethod::Planned {
         l.case.name()
     } else {
         ""
@@ -159,7 +159,7 @@ fn touches(sea: &SeaExperiment) -> Table {
 }
 
 /// V_L of one way relative to another.
-fn softer(sea: &SeaExperiment, case: Case, how: How, than: How) -> Option<Ratio> {
+fn softer(sea: &SeaExperiment, case: Case, how: SeaMethod, than: SeaMethod) -> Option<Ratio> {
     let of = |how| sea.of(case, how)?.figures.v_l_mps.summary();
     Ratio::of(of(how), of(than))
 }
@@ -181,9 +181,10 @@ fn planner(sea: &SeaExperiment) -> Table {
             .number_column("Tilt 95 %", "°")
             .number_column("Before the descent", "s");
     for deck in Case::DECKS {
-        let (Some(planned), Some(straight)) =
-            (sea.of(deck, How::Planned), sea.of(deck, How::StraightDown))
-        else {
+        let (Some(planned), Some(straight)) = (
+            sea.of(deck, SeaMethod::Planned),
+            sea.of(deck, SeaMethod::StraightDown),
+        ) else {
             continue;
         };
         let both = [&planned.figures, &straight.figures];
@@ -195,8 +196,8 @@ fn planner(sea: &SeaExperiment) -> Table {
             Cell::text(ratio_text(softer(
                 sea,
                 deck,
-                How::Planned,
-                How::StraightDown,
+                SeaMethod::Planned,
+                SeaMethod::StraightDown,
             ))),
             beside(both.map(|f| f.v_l_mps.p99), 3),
             beside(both.map(|f| f.tilt_rad.p95.map(f64::to_degrees)), 1),
@@ -280,7 +281,7 @@ fn claims(sea: &SeaExperiment) -> Vec<String> {
     };
     let all = |f: &Figures, share: Option<Share>| share.is_some_and(|s| s.count == f.trials);
     for deck in Case::DECKS {
-        let Some(SeaLandings { figures: f, .. }) = sea.of(deck, How::Planned) else {
+        let Some(SeaLandings { figures: f, .. }) = sea.of(deck, SeaMethod::Planned) else {
             continue;
         };
         let number = |share: Option<Share>| share.map_or(0, |s| s.count);
@@ -296,11 +297,11 @@ fn claims(sea: &SeaExperiment) -> Vec<String> {
         );
     }
     for (than, name) in [
-        (How::StraightDown, "going straight down"),
-        (How::Published, "the paper's set-up"),
+        (SeaMethod::StraightDown, "going straight down"),
+        (SeaMethod::Published, "the paper's set-up"),
     ] {
         for deck in Case::DECKS {
-            let ratio = softer(sea, deck, How::Planned, than).filter(|r| r.half.is_finite());
+            let ratio = softer(sea, deck, SeaMethod::Planned, than).filter(|r| r.half.is_finite());
             let holds =
                 ratio.and_then(|r| match (r.value + r.half < 1.0, r.value - r.half > 1.0) {
                     (true, _) => Some(true),

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use sindy::statistics::regression::least_squares;
 use sindy::trajectory::delay::{apparent_delay, first_order_lag};
-use sindy::uncertainty::identifiability::{Identifiability, examine};
+use sindy::uncertainty::identifiability::{self, examine};
 use sindy::{Gram, Library, Samples};
 
 use super::GroundTrial;
@@ -24,9 +24,9 @@ const LONGEST_DELAY_S: f64 = 1.0;
 
 /// What the data can carry.
 #[derive(Clone, Debug, Serialize)]
-pub struct Before {
+pub struct Identifiability {
     /// The library of eq. (9) on these data.
-    pub library: Identifiability,
+    pub library: identifiability::Identifiability,
     /// Library terms that are zero throughout and left out.
     pub left_out: Vec<String>,
     /// Variance inflation of the lag by the velocity terms: how much less the data say about the lag once
@@ -45,7 +45,10 @@ pub struct Before {
 ///
 /// # Errors
 /// Data that the library cannot be evaluated on.
-pub fn examine_trials(trials: &[GroundTrial], settings: &IdentificationSettings) -> Result<Before> {
+pub fn examine_trials(
+    trials: &[GroundTrial],
+    settings: &IdentificationSettings,
+) -> Result<Identifiability> {
     let samples = samples(trials, settings)?;
     let (library, grams) = live_library(&samples, settings)?;
     let report = examine(&library, &Gram::total(&grams), &samples)?;
@@ -87,7 +90,7 @@ pub fn examine_trials(trials: &[GroundTrial], settings: &IdentificationSettings)
             report.condition
         ));
     }
-    Ok(Before {
+    Ok(Identifiability {
         library: report,
         left_out,
         lag_inflation,

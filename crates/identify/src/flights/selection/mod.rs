@@ -6,11 +6,12 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::FlightSettings;
-use super::fit::{Fit, Squares, fit, settle};
+use super::fit::{ErrorSquares, Fit, fit, settle};
 use super::lag::lag;
-use super::model::{Curve, Piece, Shape};
+use super::model::{Curve, ModelTerms, Segment};
 use super::normal::hold;
-use super::spread::{Spread, Sure, moved, prior};
+use super::resampling::{Resampling, moved, prior};
+use crate::estimate::Estimate;
 
 /// Errors beyond so many standard deviations of the plain model's count as that.
 const CLIP: f64 = 4.0;
@@ -23,7 +24,7 @@ pub struct Candidate {
     /// What it has beside the plain model.
     pub name: String,
     /// Its shape.
-    pub shape: Shape,
+    pub shape: ModelTerms,
     /// Root mean square error on flights left out, over all rows (gravities).
     pub rmse: f64,
     /// The same in ground effect; absent where no row is.
@@ -33,11 +34,11 @@ pub struct Candidate {
 }
 
 /// Squares on flights left out: flight by flight, `[all rows, rows in ground effect]`.
-struct Unseen {
-    of: Vec<[Squares; 2]>,
+struct HeldOutErrors {
+    of: Vec<[ErrorSquares; 2]>,
 }
 
-impl Unseen {
+impl HeldOutErrors {
     fn rmse(&self, of: usize) -> f64 {
         let sum: f64 = self.of.iter().map(|s| s[of].plain).sum();
         let rows: f64 = self.of.iter().map(|s| s[of].rows).sum();
@@ -61,7 +62,7 @@ impl Unseen {
 }
 
 /// Takes the flights out in turn (runs, where there are fewer than three flights).
-fn unseen(fit: &Fit, pieces: &[Piece], near: f64, clip: f64) -> Unseen {
+fn unseen(fit: &Fit, pieces: &[Segment], near: f64, clip: f64) -> HeldOutErrors {
     let by_flight = pieces.iter().any(|p| p.flight >= 2);
     let of = |i: usize| if by_flight { pieces[i].flight } else { i };
     let many = (0..pieces.len()).map(of).max().map_or(0, |m| m + 1);
@@ -71,8 +72,8 @@ fn unseen(fit: &Fit, pieces: &[Piece], near: f64, clip: f64) -> Unseen {
         .reduced
         .iter()
         .fold(prior, |sum: DMatrix<f64>, r| sum + &r.matrix);
-    let mut out = Unseen {
-        of: vec![[Squares::default(); 2]; many],
+    let mut out = HeldOutErrors {
+        of: vec![[ErrorSquares::default(); 2]; many],
     };
     for out_of in 0..many {
         let mut matrix = total.clone();
@@ -104,21 +105,21 @@ fn unseen(fit: &Fit, pieces: &[Piece], near: f64, clip: f64) -> Unseen {
 }
 
 /// A choice in the making.
-pub(super) struct Choice<'a> {
-    pieces: &'a [Piece],
+pub(super) struct ModelSelection<'a> {
+    pieces: &'a [Segment],
     /// Heights below this are in ground effect, in R.
     near: f64,
     /// Greatest error of a row (gravities), the same for all candidates.
     clip: f64,
     /// The model so far.
     pub(super) best: Fit,
-    unseen: Unseen,
+    unseen: HeldOutErrors,
     /// All that was tried.
     pub(super) tried: Vec<Candidate>,
 }
 
-impl<'a> Choice<'a> {
-    pub(super) fn start(pieces: &'a [Piece], shape: Shape, near: f64) -> Self {
+impl<'a> ModelSelection<'a> {
+    pub(super) fn start(pieces: &'a [Segment], shape: ModelTerms, near: f64) -> Self {
         let best = fit(pieces, shape, None);
         let clip = CLIP * best.sigma;
         let unseen = unseen(&best, pieces, near, clip);
@@ -135,7 +136,13 @@ impl<'a> Choice<'a> {
         out
     }
 
-    fn candidate(&self, name: &str, shape: Shape, unseen: &Unseen, chosen: bool) -> Candidate {
+    fn candidate(
+        &self,
+        name: &str,
+        shape: ModelTerms,
+        unseen: &HeldOutErrors,
+        chosen: bool,
+    ) -> Candidate {
         Candidate {
             name: name.to_string(),
             shape,
@@ -147,16 +154,16 @@ impl<'a> Choice<'a> {
 
     /// Takes a richer shape if flights left out are predicted better by more than one standard error of the difference.
     /// With fewer than two flights or runs nothing can be left out, and nothing is added.
-    pub(super) fn offer(&mut self, name: &str, shape: Shape, near_only: bool) -> bool {
+    pub(super) fn offer(&mut self, name: &str, shape: ModelTerms, near_only: bool) -> bool {
         self.offer_for(name, shape, near_only, 0.0)
     }
 
     /// The same for an effect that others can stand for: only with very strong evidence.
-    pub(super) fn offer_sternly(&mut self, name: &str, shape: Shape, near_only: bool) -> bool {
+    pub(super) fn offer_sternly(&mut self, name: &str, shape: ModelTerms, near_only: bool) -> bool {
         self.offer_for(name, shape, near_only, VERY_STRONG)
     }
 
-    fn offer_for(&mut self, name: &str, shape: Shape, near_only: bool, least: f64) -> bool {
+    fn offer_for(&mut self, name: &str, shape: ModelTerms, near_only: bool, least: f64) -> bool {
         let richer = fit(self.pieces, shape, Some(&self.best));
         let of_richer = unseen(&richer, self.pieces, self.near, self.clip);
         let (gain, error) = self.unseen.excess(&of_richer, usize::from(near_only));
@@ -165,7 +172,7 @@ impl<'a> Choice<'a> {
     }
 
     /// Takes a poorer shape unless flights left out are predicted worse by more than one standard error of the difference.
-    pub(super) fn do_without(&mut self, name: &str, shape: Shape, near_only: bool) -> bool {
+    pub(super) fn do_without(&mut self, name: &str, shape: ModelTerms, near_only: bool) -> bool {
         let poorer = fit(self.pieces, shape, Some(&self.best));
         let of_poorer = unseen(&poorer, self.pieces, self.near, self.clip);
         let (gain, error) = of_poorer.excess(&self.unseen, usize::from(near_only));
@@ -174,7 +181,7 @@ impl<'a> Choice<'a> {
     }
 
     /// Notes what was tried, and goes on from it where it is taken.
-    fn consider(&mut self, name: &str, tried: Fit, unseen: Unseen, take: bool) -> bool {
+    fn consider(&mut self, name: &str, tried: Fit, unseen: HeldOutErrors, take: bool) -> bool {
         let candidate = self.candidate(name, tried.shape, &unseen, take);
         if take {
             for c in &mut self.tried {
@@ -191,7 +198,7 @@ impl<'a> Choice<'a> {
     /// others go with 1/z², which moves what flight out of ground effect is: a choice by chance would cost more than the
     /// curve near the ground gains.
     pub(super) fn curves(&mut self) {
-        let of_curve = |curve, fountain_lag| Shape {
+        let of_curve = |curve, fountain_lag| ModelTerms {
             curve,
             fountain_lag,
             ..self.best.shape
@@ -204,7 +211,7 @@ impl<'a> Choice<'a> {
         if self.best.shape.wake_lag {
             shapes.push(of_curve(Curve::Images, true));
         }
-        let rivals: Vec<(Fit, Unseen)> = shapes
+        let rivals: Vec<(Fit, HeldOutErrors)> = shapes
             .into_iter()
             .map(|shape| {
                 let rival = fit(self.pieces, shape, Some(&self.best));
@@ -220,7 +227,7 @@ impl<'a> Choice<'a> {
             let candidate = self.candidate(name, rival.shape, of_rival, false);
             self.tried.push(candidate);
         }
-        let of = |u: &Unseen| self.unseen.excess(u, 1).0;
+        let of = |u: &HeldOutErrors| self.unseen.excess(u, 1).0;
         let best = rivals
             .into_iter()
             .filter(|(rival, _)| rival.converged)
@@ -243,7 +250,7 @@ impl<'a> Choice<'a> {
     }
 
     /// Goes to another shape, whatever flights left out say.
-    pub(super) fn replace(&mut self, name: &str, shape: Shape, from: &Fit) {
+    pub(super) fn replace(&mut self, name: &str, shape: ModelTerms, from: &Fit) {
         self.best = fit(self.pieces, shape, Some(from));
         self.unseen = unseen(&self.best, self.pieces, self.near, self.clip);
         for c in &mut self.tried {
@@ -260,14 +267,14 @@ impl<'a> Choice<'a> {
     }
 
     /// A number of the model so far.
-    pub(super) fn sure(&self, name: &str, settings: &FlightSettings) -> Option<Sure> {
-        Spread::of(&self.best, self.pieces, settings.resamples, settings.seed)
+    pub(super) fn estimate(&self, name: &str, settings: &FlightSettings) -> Option<Estimate> {
+        Resampling::of(&self.best, self.pieces, settings.resamples, settings.seed)
             .number(&self.best, name)
     }
 
     /// The lag of the model so far.
-    pub(super) fn lag(&self, settings: &FlightSettings) -> Option<Sure> {
-        let spread = Spread::of(&self.best, self.pieces, settings.resamples, settings.seed);
+    pub(super) fn lag(&self, settings: &FlightSettings) -> Option<Estimate> {
+        let spread = Resampling::of(&self.best, self.pieces, settings.resamples, settings.seed);
         lag(&self.best, self.pieces, &spread)
     }
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::hover::DRIFT_S;
-use super::model::Piece;
+use super::model::Segment;
 use super::phases::{Phase, Phases};
 use super::{Flight, FlightSettings};
 use crate::thrust::plateau::median;
@@ -19,7 +19,7 @@ pub(super) const HOVER_FORCE: f64 = 0.1;
 
 /// Rows that were not used.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LeftOut {
+pub struct Excluded {
     /// The log.
     pub log: String,
     /// From (s).
@@ -32,16 +32,16 @@ pub struct LeftOut {
 
 /// All runs of all flights.
 #[derive(Clone, Debug)]
-pub struct Pieces {
+pub struct Segments {
     /// The runs.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<Segment>,
     /// Throttle in hover.
     pub hover_throttle: f64,
     /// What was left out.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<Excluded>,
 }
 
-impl Pieces {
+impl Segments {
     /// Puts time where voltages are where not all runs have one, for batteries empty whether that is logged or not; says
     /// whether it did.
     pub(super) fn drifts_with_time(&mut self, flights: &[Flight]) -> bool {
@@ -59,7 +59,7 @@ impl Pieces {
 
 /// Cuts flights into runs. Heights are in rotor radii where that is known, else in metres.
 #[must_use]
-pub fn cut(flights: &[Flight], phases: &[Phases], settings: &FlightSettings) -> Pieces {
+pub fn cut(flights: &[Flight], phases: &[Phases], settings: &FlightSettings) -> Segments {
     let unit_m = settings.rotor_radius_m.unwrap_or(1.0);
     let airborne = |f: usize, i: usize| phases[f].rows[i] == Phase::Airborne;
     let hovering = |f: usize, i: usize| {
@@ -90,7 +90,7 @@ pub fn cut(flights: &[Flight], phases: &[Phases], settings: &FlightSettings) -> 
             .map(|(_, v)| *v)
     }))
     .unwrap_or(0.0);
-    let mut out = Pieces {
+    let mut out = Segments {
         pieces: Vec::new(),
         hover_throttle,
         left_out: Vec::new(),
@@ -112,7 +112,7 @@ pub fn cut(flights: &[Flight], phases: &[Phases], settings: &FlightSettings) -> 
                 f64::NEG_INFINITY
             };
             if drifted {
-                out.left_out.push(LeftOut {
+                out.left_out.push(Excluded {
                     log: flight.name.clone(),
                     from_s: flight.time_s[a],
                     to_s: flight.time_s[b],
@@ -135,7 +135,7 @@ pub fn cut(flights: &[Flight], phases: &[Phases], settings: &FlightSettings) -> 
                 .map(|i| i - from)
                 .collect();
             if rows.len() < FEWEST_ROWS {
-                out.left_out.push(LeftOut {
+                out.left_out.push(Excluded {
                     log: flight.name.clone(),
                     from_s: flight.time_s[a],
                     to_s: flight.time_s[b],
@@ -153,7 +153,7 @@ pub fn cut(flights: &[Flight], phases: &[Phases], settings: &FlightSettings) -> 
                 }
                 c[from..=b].iter().map(|v| (v - shift) / scale).collect()
             };
-            out.pieces.push(Piece {
+            out.pieces.push(Segment {
                 flight: index,
                 run: number,
                 time_s: flight.time_s[from..=b].to_vec(),
@@ -191,7 +191,7 @@ fn held(mut values: Vec<f64>) -> Vec<f64> {
 }
 
 /// Stretches that are not flight, with why.
-pub(super) fn left_out(flight: &Flight, phases: &Phases) -> Vec<LeftOut> {
+pub(super) fn left_out(flight: &Flight, phases: &Phases) -> Vec<Excluded> {
     let mut out = Vec::new();
     let mut i = 0;
     for run in phases.rows.chunk_by(|a, b| a == b) {
@@ -204,7 +204,7 @@ pub(super) fn left_out(flight: &Flight, phases: &Phases) -> Vec<LeftOut> {
             Phase::Impact => "impact or drop",
             Phase::Tilted => "leaning beyond 20 degrees",
         };
-        out.push(LeftOut {
+        out.push(Excluded {
             log: flight.name.clone(),
             from_s: flight.time_s[from],
             to_s: flight.time_s[to],

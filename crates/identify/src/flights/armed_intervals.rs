@@ -6,12 +6,13 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
 use super::ground::{GroundEffect, NEAR_RADII};
-use super::model::{Curve, Piece};
-use super::phases::{Phase, Phases, Run};
-use super::pieces::HOVER_FORCE;
+use super::model::{Curve, Segment};
+use super::phases::{ArmedInterval, Phase, Phases};
+use super::resampling::correlation_inflation;
 use super::rest::{ENDS_S, REST_MPS};
-use super::spread::{Sure, correlation_inflation};
+use super::segments::HOVER_FORCE;
 use super::{Flight, FlightSettings};
+use crate::estimate::Estimate;
 use crate::fitted::range;
 
 /// Shortest hover that is steady (s); its ends are left out as those of hovers at rest are.
@@ -58,7 +59,7 @@ pub struct ExtraLift {
     pub far_m: [f64; 2],
     /// How much more thrust there is near the ground than far from it.
     #[serde(flatten)]
-    pub share: Sure,
+    pub share: Estimate,
 }
 
 impl ExtraLift {
@@ -81,14 +82,14 @@ impl fmt::Display for ExtraLift {
 
 /// One run of the motors.
 #[derive(Clone, Debug, Serialize)]
-pub struct RunResult {
+pub struct ArmedIntervalResult {
     /// The log.
     pub log: String,
     /// Its number in the log, from 1.
     pub number: usize,
     /// Motors on and off, stand before.
     #[serde(flatten)]
-    pub run: Run,
+    pub run: ArmedInterval,
     /// Rows that counted; none where the run was left out.
     pub rows_used: usize,
     /// Specific force at the throttle of hover, in gravities.
@@ -102,7 +103,7 @@ pub struct RunResult {
     pub extra_lift: Option<ExtraLift>,
 }
 
-impl fmt::Display for RunResult {
+impl fmt::Display for ArmedIntervalResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (on, off) = self.run.span(" s");
         write!(
@@ -128,7 +129,7 @@ impl GroundEffect {
     #[must_use]
     pub fn measured_ratios(&self) -> Vec<Vec<[f64; 2]>> {
         let values = self.fit.values();
-        let of_run = |((piece, run), bias): ((&Piece, Vec<f64>), f64)| {
+        let of_run = |((piece, run), bias): ((&Segment, Vec<f64>), f64)| {
             let of_row = |(&i, modelled): (&usize, f64)| {
                 let z = piece.height[i] + bias;
                 [z, values.at_rest(z) + piece.force[i] / modelled - 1.0]
@@ -159,7 +160,11 @@ impl GroundEffect {
     }
 
     /// Every run of the motors.
-    pub(super) fn runs(&self, flights: &[Flight], settings: &FlightSettings) -> Vec<RunResult> {
+    pub(super) fn runs(
+        &self,
+        flights: &[Flight],
+        settings: &FlightSettings,
+    ) -> Vec<ArmedIntervalResult> {
         let ratios = if self.fit.shape.curve == Curve::Free {
             Vec::new()
         } else {
@@ -169,11 +174,11 @@ impl GroundEffect {
         let mut out = Vec::new();
         for (index, (flight, phases)) in flights.iter().zip(&self.phases).enumerate() {
             for (number, run) in phases.runs.iter().enumerate() {
-                let ours = |p: &Piece| p.flight == index && p.run == number;
+                let ours = |p: &Segment| p.flight == index && p.run == number;
                 let place = self.pieces.iter().position(ours);
                 let local = place.map(|i| self.fit.locals[i]);
                 let error_m = local.map(|l| -l.bias * self.rotor_radius_m);
-                out.push(RunResult {
+                out.push(ArmedIntervalResult {
                     log: flight.name.clone(),
                     number: number + 1,
                     run: run.clone(),
@@ -199,10 +204,10 @@ impl GroundEffect {
         settings: &FlightSettings,
     ) -> Option<ExtraLift> {
         let values = self.fit.values();
-        let part = |keep: &dyn Fn(f64) -> bool| -> Option<Part> {
+        let part = |keep: &dyn Fn(f64) -> bool| -> Option<HeightBand> {
             let of: Vec<[f64; 2]> = rows.iter().copied().filter(|[z, _]| keep(*z)).collect();
             let n = of.len() as f64;
-            Some(Part {
+            Some(HeightBand {
                 heights_m: range(of.iter().map(|[z, _]| z * self.rotor_radius_m))?,
                 count: n,
                 mean: of.iter().map(|[_, y]| y).sum::<f64>() / n,
@@ -225,7 +230,7 @@ impl GroundEffect {
         (value.is_finite() && half.is_finite()).then_some(ExtraLift {
             near_m: near.heights_m,
             far_m: far.heights_m,
-            share: Sure {
+            share: Estimate {
                 value,
                 std_error,
                 ci95: [value - half, value + half],
@@ -235,7 +240,7 @@ impl GroundEffect {
 }
 
 /// Rows of a run at some heights.
-struct Part {
+struct HeightBand {
     heights_m: [f64; 2],
     count: f64,
     mean: f64,
@@ -248,7 +253,7 @@ struct Part {
 fn steady_hover(
     flight: &Flight,
     phases: &Phases,
-    run: &Run,
+    run: &ArmedInterval,
     settings: &FlightSettings,
 ) -> Option<SteadyHover> {
     let far_m = settings

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 /// One run of the motors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Run {
+pub struct ArmedInterval {
     /// Motors on (s); absent where the log begins with running motors.
     pub on_s: Option<f64>,
     /// Motors off (s); absent where the log, or what it knows of the throttle, ends before.
@@ -22,7 +22,7 @@ pub struct Run {
     pub drift_m: f64,
 }
 
-impl Run {
+impl ArmedInterval {
     /// Motors on and off (s) in words, with `unit`; where one of them is not known, the first or last time at which they ran.
     #[must_use]
     pub fn span(&self, unit: &str) -> (String, String) {

@@ -12,7 +12,7 @@
 
 use rayon::prelude::*;
 
-use super::model::Piece;
+use super::model::Segment;
 
 /// Correlations are looked at up to this lag (s).
 const LONGEST_S: f64 = 0.6;
@@ -33,7 +33,7 @@ const EDGES: [f64; 3] = [1.0, 2.0, 4.0];
 
 /// Power of disturbance and white noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Colour {
+pub struct ColouredNoise {
     /// Correlation time of the disturbance (s).
     pub time_s: f64,
     /// Variance of the disturbance over that of the white noise, below each of 1, 2, 4 rotor radii and above.
@@ -47,9 +47,9 @@ fn band(height: Option<f64>) -> usize {
     height.map_or(EDGES.len(), |z| EDGES.iter().filter(|e| z >= **e).count())
 }
 
-impl Colour {
+impl ColouredNoise {
     /// From residuals of all runs at the rows that count; `None` where they are as good as white.
-    pub(super) fn of(pieces: &[Piece], residuals: &[Vec<f64>], step_s: f64) -> Option<Self> {
+    pub(super) fn of(pieces: &[Segment], residuals: &[Vec<f64>], step_s: f64) -> Option<Self> {
         let many = (LONGEST_S / step_s) as usize;
         if many < 8 {
             return None;
@@ -114,7 +114,7 @@ impl Colour {
 
     /// The disturbance under which the residuals are likeliest, from this one on: a fit in its innovations and this go
     /// down the same likelihood in turn.
-    fn likeliest(self, pieces: &[Piece], residuals: &[Vec<f64>]) -> Self {
+    fn likeliest(self, pieces: &[Segment], residuals: &[Vec<f64>]) -> Self {
         let mut best = self;
         let mut cost = best.cost(pieces, residuals);
         let mut step = FIRST_STEP;
@@ -142,7 +142,7 @@ impl Colour {
     }
 
     /// `-2 ln L` of residuals, less what does not depend on the disturbance; the white noise at its likeliest power.
-    fn cost(&self, pieces: &[Piece], residuals: &[Vec<f64>]) -> f64 {
+    fn cost(&self, pieces: &[Segment], residuals: &[Vec<f64>]) -> f64 {
         let (sum, logs, rows) = pieces
             .par_iter()
             .zip(residuals)
@@ -161,12 +161,12 @@ impl Colour {
         rows * (sum / rows).ln() + logs
     }
 
-    fn keep(&self, piece: &Piece) -> f64 {
+    fn keep(&self, piece: &Segment) -> f64 {
         (-piece.step_s() / self.time_s).exp()
     }
 
     /// Gain and scale of each row: variance of the disturbance before a sample, relative to the white noise.
-    fn steps<'a>(&'a self, piece: &'a Piece) -> impl Iterator<Item = Step> + 'a {
+    fn steps<'a>(&'a self, piece: &'a Segment) -> impl Iterator<Item = FilterStep> + 'a {
         let keep = self.keep(piece);
         let mut before = 0.0;
         let mut last = usize::MAX;
@@ -180,18 +180,18 @@ impl Colour {
             let gain = before / (1.0 + before);
             let scale = (1.0 + before).sqrt().recip();
             before = keep * keep * before / (1.0 + before) + ratio * (1.0 - keep * keep);
-            Step { fresh, gain, scale }
+            FilterStep { fresh, gain, scale }
         })
     }
 
     /// Filters columns of one run in place; their rows are those of the piece that count.
     pub(super) fn filter<'a>(
         &self,
-        piece: &Piece,
+        piece: &Segment,
         columns: impl IntoIterator<Item = &'a mut Vec<f64>>,
     ) {
         let keep = self.keep(piece);
-        let steps: Vec<Step> = self.steps(piece).collect();
+        let steps: Vec<FilterStep> = self.steps(piece).collect();
         for column in columns {
             let mut state = 0.0;
             for (value, step) in column.iter_mut().zip(&steps) {
@@ -202,13 +202,13 @@ impl Colour {
 }
 
 /// One step of the filter.
-struct Step {
+struct FilterStep {
     fresh: bool,
     gain: f64,
     scale: f64,
 }
 
-impl Step {
+impl FilterStep {
     /// What is new in a value; the state is the disturbance to come.
     fn innovation(&self, state: &mut f64, value: f64, keep: f64) -> f64 {
         if self.fresh {
@@ -241,7 +241,7 @@ mod tests {
                 d + normal()
             })
             .collect();
-        let piece = Piece {
+        let piece = Segment {
             flight: 0,
             run: 0,
             time_s: (0..n).map(|i| step * i as f64).collect(),
@@ -254,7 +254,7 @@ mod tests {
             rows: (0..n).collect(),
             bias_sd: 1.0,
         };
-        let found = Colour::of(
+        let found = ColouredNoise::of(
             std::slice::from_ref(&piece),
             std::slice::from_ref(&residual),
             step,

@@ -1,28 +1,28 @@
 //! What thrust may have beside its elasticity and its lag, wherever it was flown.
 
-use super::Choice;
+use super::ModelSelection;
 use crate::fitted::range;
 use crate::flights::fit::Fit;
 use crate::flights::ground::drift_name;
-use crate::flights::model::{Piece, Shape};
+use crate::flights::model::{ModelTerms, Segment};
 
-impl Choice<'_> {
+impl ModelSelection<'_> {
     /// Offers the settling after the start, a drift and the second term of throttle, one after the other.
     pub(in crate::flights) fn offer_motors(&mut self, drift_of_time: bool) {
         if self.pieces.iter().any(|p| p.on_s.is_some()) {
-            let shape = Shape {
+            let shape = ModelTerms {
                 settling: true,
                 ..self.best.shape
             };
             self.offer("settling after the start", shape, false);
         }
-        let shape = Shape {
+        let shape = ModelTerms {
             battery: true,
             ..self.best.shape
         };
         self.offer(drift_name(drift_of_time), shape, false);
         let before = self.best.clone();
-        let shape = Shape {
+        let shape = ModelTerms {
             curvature: true,
             ..before.shape
         };
@@ -37,7 +37,7 @@ impl Choice<'_> {
 }
 
 /// Whether thrust rises with throttle over all throttles of the rows that count.
-fn rises(fit: &Fit, pieces: &[Piece]) -> bool {
+fn rises(fit: &Fit, pieces: &[Segment]) -> bool {
     let used = pieces
         .iter()
         .flat_map(|p| p.rows.iter().map(|&i| p.throttle[i]));

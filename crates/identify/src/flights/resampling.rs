@@ -8,35 +8,17 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
 use super::fit::Fit;
-use super::model::{Piece, Values};
+use super::model::{ModelValues, Segment};
 use super::normal::hold;
+use crate::estimate::Estimate;
 
 /// Fewest flights (or runs) that are drawn anew.
 const FEWEST: usize = 3;
 
-/// A value with its uncertainty.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Sure {
-    /// The value.
-    pub value: f64,
-    /// Its standard error.
-    pub std_error: f64,
-    /// 95 % interval.
-    pub ci95: [f64; 2],
-}
-
-impl Sure {
-    /// Whether the interval lies on one side of zero.
-    #[must_use]
-    pub fn differs_from_zero(&self) -> bool {
-        self.ci95[0] > 0.0 || self.ci95[1] < 0.0
-    }
-}
-
 /// What the uncertainty rests on.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Blocks {
+pub enum ResamplingUnit {
     /// Whole flights.
     Flights,
     /// Runs of the motors, of fewer than three flights.
@@ -47,7 +29,7 @@ pub enum Blocks {
     Hovers,
 }
 
-impl Blocks {
+impl ResamplingUnit {
     /// In a word.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -62,9 +44,9 @@ impl Blocks {
 
 /// Draws of all shared numbers.
 #[derive(Clone, Debug)]
-pub struct Spread {
+pub struct Resampling {
     /// What was drawn.
-    pub blocks: Blocks,
+    pub blocks: ResamplingUnit,
     /// How many there are of them.
     pub count: usize,
     draws: Vec<Vec<f64>>,
@@ -74,17 +56,17 @@ pub struct Spread {
     student: f64,
 }
 
-impl Spread {
+impl Resampling {
     /// Draws `resamples` sets of flights with replacement. Each is solved by one Gauss–Newton step from the fit, in which
     /// the scales and height errors of the runs follow.
     #[must_use]
-    pub fn of(fit: &Fit, pieces: &[Piece], resamples: usize, seed: u64) -> Self {
+    pub fn of(fit: &Fit, pieces: &[Segment], resamples: usize, seed: u64) -> Self {
         let flights = distinct(pieces.iter().map(|p| p.flight));
-        let (blocks, of_piece): (Blocks, Vec<usize>) = if flights.len() >= FEWEST {
-            let place = |p: &Piece| flights.iter().position(|f| *f == p.flight).unwrap_or(0);
-            (Blocks::Flights, pieces.iter().map(place).collect())
+        let (blocks, of_piece): (ResamplingUnit, Vec<usize>) = if flights.len() >= FEWEST {
+            let place = |p: &Segment| flights.iter().position(|f| *f == p.flight).unwrap_or(0);
+            (ResamplingUnit::Flights, pieces.iter().map(place).collect())
         } else if pieces.len() >= FEWEST {
-            (Blocks::Runs, (0..pieces.len()).collect())
+            (ResamplingUnit::Runs, (0..pieces.len()).collect())
         } else {
             return Self::of_residuals(fit, pieces, resamples, seed);
         };
@@ -122,7 +104,7 @@ impl Spread {
     }
 
     /// From draws that were made elsewhere, of `count` blocks.
-    pub(super) fn from_draws(blocks: Blocks, count: usize, draws: Vec<Vec<f64>>) -> Self {
+    pub(super) fn from_draws(blocks: ResamplingUnit, count: usize, draws: Vec<Vec<f64>>) -> Self {
         let k = count as f64;
         Self {
             blocks,
@@ -140,7 +122,7 @@ impl Spread {
     }
 
     /// Too few runs to draw from: normal errors, with the correlation of neighbouring residuals.
-    fn of_residuals(fit: &Fit, pieces: &[Piece], resamples: usize, seed: u64) -> Self {
+    fn of_residuals(fit: &Fit, pieces: &[Segment], resamples: usize, seed: u64) -> Self {
         let n = fit.theta.len();
         let (prior, _) = prior(fit);
         let mut total = fit.reduced.iter().fold(prior, |sum, r| sum + &r.matrix);
@@ -161,7 +143,7 @@ impl Spread {
             })
             .collect();
         Self {
-            blocks: Blocks::Residuals,
+            blocks: ResamplingUnit::Residuals,
             count: pieces.len(),
             draws,
             white: white(fit, pieces),
@@ -173,16 +155,16 @@ impl Spread {
     /// A function of the shared numbers with its uncertainty; `None` where a draw gives no number.
     ///
     /// Flights drawn anew do not show a bias that all of them have. Where a pilot answers disturbances, least squares are
-    /// off by one, and the filter of [`super::colour`] takes it away, as far as its model of the disturbance holds. What is
+    /// off by one, and the filter of [`super::coloured_noise`] takes it away, as far as its model of the disturbance holds. What is
     /// left is taken to be anything up to what it took away, Δ: a rectangular distribution of standard deviation Δ/√3
     /// (JCGM 100:2008, 4.3.7), beside that of the drawing.
     #[must_use]
-    pub fn sure(&self, fit: &Fit, f: impl Fn(&[f64], &Values) -> f64) -> Option<Sure> {
+    pub fn estimate(&self, fit: &Fit, f: impl Fn(&[f64], &ModelValues) -> f64) -> Option<Estimate> {
         let value = f(&fit.theta, &fit.values());
         let all: Vec<f64> = self
             .draws
             .iter()
-            .map(|t| f(t, &Values::of(&fit.shape, t)))
+            .map(|t| f(t, &ModelValues::of(&fit.shape, t)))
             .collect();
         let n = all.len() as f64;
         let mean = all.iter().sum::<f64>() / n;
@@ -190,10 +172,10 @@ impl Spread {
         let moved = self
             .white
             .as_ref()
-            .map_or(0.0, |t| f(t, &Values::of(&fit.shape, t)) - value);
+            .map_or(0.0, |t| f(t, &ModelValues::of(&fit.shape, t)) - value);
         let std_error = (sd * self.widen).hypot(moved / 3.0_f64.sqrt());
         let half = self.student * std_error;
-        (value.is_finite() && half.is_finite()).then_some(Sure {
+        (value.is_finite() && half.is_finite()).then_some(Estimate {
             value,
             std_error,
             ci95: [value - half, value + half],
@@ -201,7 +183,7 @@ impl Spread {
     }
 
     /// A smooth function of the shared numbers that takes long to compute, by its slopes (the delta method).
-    pub(super) fn smooth(&self, fit: &Fit, f: impl Fn(&[f64]) -> f64) -> Option<Sure> {
+    pub(super) fn smooth(&self, fit: &Fit, f: impl Fn(&[f64]) -> f64) -> Option<Estimate> {
         let value = f(&fit.theta);
         let n = self.draws.len() as f64;
         let slopes: Vec<f64> = (0..fit.theta.len())
@@ -225,18 +207,18 @@ impl Spread {
             let each = theta.iter().zip(&fit.theta).zip(&slopes);
             each.map(|((t, from), slope)| slope * (t - from)).sum()
         };
-        self.sure(fit, |theta, _| value + moved(theta))
+        self.estimate(fit, |theta, _| value + moved(theta))
     }
 
     /// A number by name with its uncertainty.
     #[must_use]
-    pub fn number(&self, fit: &Fit, name: &str) -> Option<Sure> {
+    pub fn number(&self, fit: &Fit, name: &str) -> Option<Estimate> {
         let index = fit.index(name)?;
-        self.sure(fit, |theta, _| theta[index])
+        self.estimate(fit, |theta, _| theta[index])
     }
 }
 
-fn white(fit: &Fit, pieces: &[Piece]) -> Option<Vec<f64>> {
+fn white(fit: &Fit, pieces: &[Segment]) -> Option<Vec<f64>> {
     fit.colour?;
     let blind = Fit {
         colour: None,
@@ -272,7 +254,7 @@ pub(super) fn moved(fit: &Fit, step: &DVector<f64>) -> Vec<f64> {
 
 /// How much less correlated residuals say than as many independent ones: `1 + 2 Σ ρ_k`, summed up to the first
 /// correlation that is not positive.
-pub(super) fn correlation_inflation(fit: &Fit, pieces: &[Piece]) -> f64 {
+pub(super) fn correlation_inflation(fit: &Fit, pieces: &[Segment]) -> f64 {
     let residuals = fit.residuals(pieces);
     let product = |lag: usize| -> f64 {
         residuals

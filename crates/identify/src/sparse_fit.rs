@@ -13,7 +13,7 @@ use crate::settings::{IdentificationSettings, SolverName};
 const NODE_LIMIT: u64 = 2_000_000;
 
 /// A fit with how it came about.
-pub(super) struct Chosen {
+pub(super) struct SparseFit {
     /// The fit to all trials.
     pub(super) fit: Fit,
     /// Root mean square residual of that.
@@ -60,7 +60,7 @@ pub(super) fn search() -> sindy::BestSubset {
 ///
 /// # Errors
 /// Statistics that cannot be fitted, or fewer than two groups where groups are left out.
-pub(super) fn choose(grams: &[Gram], settings: &IdentificationSettings) -> Result<Chosen> {
+pub(super) fn sparse_fit(grams: &[Gram], settings: &IdentificationSettings) -> Result<SparseFit> {
     let rule = rule(settings);
     let folds = folds(grams, settings)?;
     let of = |family: &dyn Family| -> std::result::Result<Selection, SindyError> {
@@ -106,7 +106,7 @@ pub(super) fn choose(grams: &[Gram], settings: &IdentificationSettings) -> Resul
         }
     };
     let member = selection.member();
-    Ok(Chosen {
+    Ok(SparseFit {
         fit: member.fit.clone(),
         training_rmse: member.training_rmse,
         left_out_rmse: member.left_out.map(|l| l.rmse),
