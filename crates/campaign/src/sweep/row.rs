@@ -1,19 +1,10 @@
 //! Landings as rows of a table.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
-use parquet::errors::ParquetError;
-use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
-use parquet::file::reader::{FileReader as _, SerializedFileReader};
-use parquet::file::writer::SerializedFileWriter;
-use parquet::record::Field;
-use parquet::schema::types::Type;
 use serde::Serialize;
 use toml::Value;
+use touchdown_log::{LogError, ParquetFile, ParquetValues, to_parquet};
 use touchdown_sim::landing::space::{SpaceLanding, SpaceOutcome};
 
 use super::points::Sweep;
@@ -38,6 +29,10 @@ pub(super) const NUMBERS: [&str; 14] = [
 ];
 /// Names of [`LandingRow::counts`].
 const COUNTS: [&str; 4] = ["descents", "aborts", "bounces", "steps"];
+/// Names of the columns of whole numbers that make a row: its place, and its counts.
+const WHOLES: [&str; 5] = ["landing", COUNTS[0], COUNTS[1], COUNTS[2], COUNTS[3]];
+/// Names of the columns of text.
+const TEXTS: [&str; 3] = ["outcome", "why", "abort_reasons"];
 /// Under this key, a file says which sweep it belongs to.
 const SWEEP: &str = "touchdown.sweep_sha256";
 
@@ -140,8 +135,7 @@ impl LandingRow {
     /// The columns of [`Self::cells`].
     #[must_use]
     pub fn header() -> Vec<&'static str> {
-        let texts = ["outcome", "why", "abort_reasons"];
-        texts.into_iter().chain(COUNTS).chain(NUMBERS).collect()
+        TEXTS.into_iter().chain(COUNTS).chain(NUMBERS).collect()
     }
 
     /// The row as cells of a table; an absent value is empty.
@@ -169,18 +163,12 @@ impl LandingRow {
     }
 }
 
-enum Column {
-    Whole(Vec<i64>),
-    Number(Vec<Option<f64>>),
-    Text(Vec<Option<String>>),
-}
-
 /// A swept or drawn setting, as numbers where all that it can be are numbers.
-fn setting(numeric: bool, values: impl Iterator<Item = Value>) -> Column {
+fn setting(numeric: bool, values: impl Iterator<Item = Value>) -> ParquetValues {
     if numeric {
-        Column::Number(values.map(|v| number(&v)).collect())
+        ParquetValues::Numbers(values.map(|v| number(&v).unwrap_or(f64::NAN)).collect())
     } else {
-        Column::Text(values.map(|v| Some(text(&v))).collect())
+        ParquetValues::Texts(values.map(|v| Some(text(&v))).collect())
     }
 }
 
@@ -200,10 +188,10 @@ pub fn text(value: &Value) -> String {
 }
 
 /// The columns of a block.
-fn columns(sweep: &Sweep, rows: &[LandingRow]) -> Vec<(String, Column)> {
+fn columns(sweep: &Sweep, rows: &[LandingRow]) -> Vec<(String, ParquetValues)> {
     let trials = sweep.trials();
     let whole = |pick: &dyn Fn(&LandingRow) -> u64| {
-        Column::Whole(rows.iter().map(|r| pick(r) as i64).collect())
+        ParquetValues::Whole(rows.iter().map(|r| pick(r) as i64).collect())
     };
     let mut columns = vec![
         ("landing".to_string(), whole(&|r| r.landing)),
@@ -224,7 +212,7 @@ fn columns(sweep: &Sweep, rows: &[LandingRow]) -> Vec<(String, Column)> {
         columns.push((key.to_string(), setting(sweep.draws_numbers(k), column())));
     }
     let text = |pick: &dyn Fn(&LandingRow) -> Option<String>| {
-        Column::Text(rows.iter().map(pick).collect())
+        ParquetValues::Texts(rows.iter().map(pick).collect())
     };
     columns.push(("outcome".into(), text(&|r| Some(r.outcome.clone()))));
     columns.push(("why".into(), text(&|r| r.why.clone())));
@@ -235,7 +223,11 @@ fn columns(sweep: &Sweep, rows: &[LandingRow]) -> Vec<(String, Column)> {
     for (k, name) in NUMBERS.iter().enumerate() {
         columns.push((
             (*name).to_string(),
-            Column::Number(rows.iter().map(|r| r.numbers[k]).collect()),
+            ParquetValues::Numbers(
+                rows.iter()
+                    .map(|r| r.numbers[k].unwrap_or(f64::NAN))
+                    .collect(),
+            ),
         ));
     }
     columns
@@ -243,76 +235,10 @@ fn columns(sweep: &Sweep, rows: &[LandingRow]) -> Vec<(String, Column)> {
 
 /// The bytes of a block's file.
 pub(super) fn encode(sweep: &Sweep, rows: &[LandingRow]) -> Result<Vec<u8>> {
-    let columns = columns(sweep, rows);
-    written(sweep, &columns)
+    let program = concat!("touchdown ", env!("CARGO_PKG_VERSION"));
+    let notes = [(SWEEP, sweep.sha256())];
+    to_parquet("landings", program, &notes, &columns(sweep, rows))
         .map_err(|e| Error::Arguments(format!("the landings cannot be written as Parquet: {e}")))
-}
-
-fn written(
-    sweep: &Sweep,
-    columns: &[(String, Column)],
-) -> std::result::Result<Vec<u8>, ParquetError> {
-    let mut fields = Vec::new();
-    for (name, column) in columns {
-        let (physical, converted, repetition) = match column {
-            Column::Whole(_) => (Physical::INT64, ConvertedType::NONE, Repetition::REQUIRED),
-            Column::Number(_) => (Physical::DOUBLE, ConvertedType::NONE, Repetition::OPTIONAL),
-            Column::Text(_) => (
-                Physical::BYTE_ARRAY,
-                ConvertedType::UTF8,
-                Repetition::OPTIONAL,
-            ),
-        };
-        let field = Type::primitive_type_builder(name, physical)
-            .with_converted_type(converted)
-            .with_repetition(repetition)
-            .build()?;
-        fields.push(Arc::new(field));
-    }
-    let schema = Type::group_type_builder("landings")
-        .with_fields(fields)
-        .build()?;
-    let properties = WriterProperties::builder()
-        .set_created_by(concat!("touchdown ", env!("CARGO_PKG_VERSION")).to_string())
-        .set_compression(Compression::SNAPPY)
-        .set_key_value_metadata(Some(vec![KeyValue::new(
-            SWEEP.to_string(),
-            sweep.sha256().to_string(),
-        )]))
-        .build();
-    let mut bytes = Vec::new();
-    let mut writer = SerializedFileWriter::new(&mut bytes, Arc::new(schema), Arc::new(properties))?;
-    let mut group = writer.next_row_group()?;
-    for (_, column) in columns {
-        let Some(mut out) = group.next_column()? else {
-            break;
-        };
-        match column {
-            Column::Whole(values) => out.typed::<Int64Type>().write_batch(values, None, None)?,
-            Column::Number(values) => {
-                let present: Vec<f64> = values.iter().flatten().copied().collect();
-                out.typed::<DoubleType>()
-                    .write_batch(&present, Some(&levels(values)), None)?
-            }
-            Column::Text(values) => {
-                let present: Vec<ByteArray> = values
-                    .iter()
-                    .flatten()
-                    .map(|t| t.as_bytes().to_vec().into())
-                    .collect();
-                out.typed::<ByteArrayType>()
-                    .write_batch(&present, Some(&levels(values)), None)?
-            }
-        };
-        out.close()?;
-    }
-    group.close()?;
-    writer.close()?;
-    Ok(bytes)
-}
-
-fn levels<T>(values: &[Option<T>]) -> Vec<i16> {
-    values.iter().map(|v| i16::from(v.is_some())).collect()
 }
 
 /// Reads a block; `landings` are those that it has to hold.
@@ -322,20 +248,16 @@ pub(super) fn decode(
     landings: std::ops::Range<u64>,
 ) -> Result<Vec<LandingRow>> {
     let at = path.display().to_string();
-    let broken = |e: ParquetError| {
-        Error::data(
-            &at,
-            "a block of landings (Parquet; without the file, --resume flies them anew)",
-            e.to_string(),
-        )
+    let broken = |error: LogError| {
+        let expected = "a block of landings (Parquet; without the file, --resume flies them anew)";
+        match error {
+            LogError::Read { source, .. } => Error::file(path, source),
+            LogError::NotALog { found, .. } => Error::data(&at, expected, found),
+            other => Error::data(&at, expected, other.to_string()),
+        }
     };
-    let file = std::fs::File::open(path).map_err(|e| Error::file(path, e))?;
-    let reader = SerializedFileReader::new(file).map_err(broken)?;
-    let metadata = reader.metadata().file_metadata();
-    let of = metadata
-        .key_value_metadata()
-        .and_then(|pairs| pairs.iter().find(|p| p.key == SWEEP)?.value.clone())
-        .unwrap_or_else(|| "none".into());
+    let file = ParquetFile::open(path).map_err(broken)?;
+    let of = file.note(SWEEP).unwrap_or("none");
     if of != sweep.sha256() {
         return Err(Error::data(
             &at,
@@ -343,14 +265,14 @@ pub(super) fn decode(
             format!("those of {of}"),
         ));
     }
-    let mut rows = Vec::new();
-    for row in reader.get_row_iter(None).map_err(broken)? {
-        let columns = row.map_err(broken)?.into_columns();
-        rows.push(
-            parsed(&columns)
-                .ok_or_else(|| Error::data(&at, "the columns of a landing", "others"))?,
-        );
-    }
+    let others = || Error::data(&at, "the columns of a landing", "others");
+    let columns = file.columns();
+    let place = |name: &str| columns.iter().position(|column| column.name() == name);
+    let names = TEXTS.into_iter().chain(WHOLES).chain(NUMBERS);
+    let places: Option<Vec<usize>> = names.map(place).collect();
+    let columns = file.read(&places.ok_or_else(others)?).map_err(broken)?;
+    let rows: Option<Vec<LandingRow>> = (0..file.rows()).map(|row| parsed(&columns, row)).collect();
+    let rows = rows.ok_or_else(others)?;
     if !rows.iter().map(|row| row.landing).eq(landings.clone()) {
         let found = format!(
             "{} of them, from {:?} on",
@@ -366,40 +288,33 @@ pub(super) fn decode(
     Ok(rows)
 }
 
-fn parsed(columns: &[(String, Field)]) -> Option<LandingRow> {
-    let find = |name: &str| {
-        columns
-            .iter()
-            .find(|(column, _)| column == name)
-            .map(|(_, field)| field)
-    };
-    let whole = |name: &str| match find(name)? {
-        Field::Long(value) => u64::try_from(*value).ok(),
+/// A row of the columns [`TEXTS`], [`WHOLES`] and [`NUMBERS`].
+fn parsed(columns: &[ParquetValues], row: usize) -> Option<LandingRow> {
+    let (texts, rest) = columns.split_at(TEXTS.len());
+    let (wholes, numbers) = rest.split_at(WHOLES.len());
+    let text = |column: &ParquetValues| match column {
+        ParquetValues::Texts(values) => values.get(row).cloned(),
         _ => None,
     };
-    let text = |name: &str| match find(name)? {
-        Field::Str(text) => Some(Some(text.clone())),
-        Field::Null => Some(None),
+    let number = |column: &ParquetValues| match column {
+        ParquetValues::Numbers(values) => values.get(row).copied(),
         _ => None,
     };
+    let whole = |column| number(column).filter(|n| *n >= 0.0).map(|n| n as u64);
     let mut counts = [0; COUNTS.len()];
-    for (count, name) in counts.iter_mut().zip(COUNTS) {
-        *count = whole(name)?;
+    for (count, column) in counts.iter_mut().zip(&wholes[1..]) {
+        *count = whole(column)?;
     }
-    let mut numbers = [None; NUMBERS.len()];
-    for (number, name) in numbers.iter_mut().zip(NUMBERS) {
-        *number = match find(name)? {
-            Field::Double(value) => Some(*value),
-            Field::Null => None,
-            _ => return None,
-        };
+    let mut found = [None; NUMBERS.len()];
+    for (found, column) in found.iter_mut().zip(numbers) {
+        *found = Some(number(column)?).filter(|n| !n.is_nan());
     }
     Some(LandingRow {
-        landing: whole("landing")?,
-        outcome: text("outcome")??,
-        why: text("why")?,
-        abort_reasons: text("abort_reasons")?,
+        landing: whole(&wholes[0])?,
+        outcome: text(&texts[0])??,
+        why: text(&texts[1])?,
+        abort_reasons: text(&texts[2])?,
         counts,
-        numbers,
+        numbers: found,
     })
 }
