@@ -17,6 +17,7 @@
 //! | [`model`] | models: predict, simulate, Jacobian, equilibria, print, JSON |
 //! | [`uncertainty`] | bootstrap, ensembles, bands, identifiability |
 //! | [`koopman`] | linear comparators: DMDc and EDMDc |
+//! | [`numerics`] | golden section, quantiles |
 //! | [`problems`] | problems with known answers |
 
 pub mod choose;
@@ -28,6 +29,7 @@ pub mod identify;
 pub mod koopman;
 pub mod library;
 pub mod model;
+pub mod numerics;
 pub mod problems;
 pub mod solve;
 pub mod statistics;

@@ -1,5 +1,10 @@
 //! Minimisation of a function of one or two lags.
 
+use sindy::numerics::golden_section;
+
+/// Relative width to which the place of the minimum is narrowed: the cost there is flat to its square.
+const NARROW: f64 = 1e-5;
+
 /// Smallest value of `f` over `[lo, hi]` (both above 0): a logarithmic grid, then golden sections around
 /// its best point.
 pub(super) fn minimise(lo: f64, hi: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
@@ -11,24 +16,11 @@ pub(super) fn minimise(lo: f64, hi: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
     let best = (0..POINTS)
         .min_by(|&a, &b| values[a].total_cmp(&values[b]))
         .unwrap_or(0);
-    let (mut a, mut b) = (
+    let around = [
         grid[best.saturating_sub(1)],
         grid[(best + 1).min(POINTS - 1)],
-    );
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
-    let (mut fc, mut fd) = (f(c), f(d));
-    while b - a > 1e-5 * b {
-        if fc < fd {
-            (b, d, fd) = (d, c, fc);
-            c = b - golden * (b - a);
-            fc = f(c);
-        } else {
-            (a, c, fc) = (c, d, fd);
-            d = a + golden * (b - a);
-            fd = f(d);
-        }
-    }
+    ];
+    let [a, b] = golden_section(around, |a, b| b - a > NARROW * b, f);
     0.5 * (a + b)
 }
 

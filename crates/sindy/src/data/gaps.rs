@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use crate::error::SindyError;
+use crate::numerics::nearest_quantile;
 
 /// How a trajectory is split, checked when built.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,15 +17,6 @@ pub struct GapSettings {
 
 /// A step of time above so many of the longer ones is a gap.
 const HOLE: f64 = 3.0;
-
-/// The value below which a share of `values` lies; NaN of none.
-pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    let place = ((values.len() - 1) as f64 * share).round() as usize;
-    *values.select_nth_unstable_by(place, f64::total_cmp).1
-}
 
 /// The stretches of a trajectory without gaps.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -60,7 +52,7 @@ impl GapSettings {
     pub fn usual(time: &[f64], shortest: usize) -> Result<Self, SindyError> {
         let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
         steps.retain(|s| *s > 0.0);
-        let hole = HOLE * quantile(&mut steps, 0.95) / quantile(&mut steps, 0.5);
+        let hole = HOLE * nearest_quantile(&mut steps, 0.95) / nearest_quantile(&mut steps, 0.5);
         // Not finite where there are no steps.
         Self::new(
             if hole.is_finite() {

@@ -1,4 +1,4 @@
-//! The checks that every differentiator makes of its input.
+//! Time grids: the checks of a sampled signal, and the period of a uniform grid.
 
 use crate::error::SindyError;
 
@@ -71,52 +71,4 @@ pub(crate) fn uniform_period(time: &[f64]) -> Option<f64> {
 /// The mean period of at least two samples.
 pub(crate) fn mean_period(time: &[f64]) -> f64 {
     (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64
-}
-
-/// The minimum of `cost` on `[low, high]`: the best of a grid of `points`, refined by golden section
-/// between its neighbours. Values that are not finite count as infinite.
-pub(crate) fn minimise(
-    low: f64,
-    high: f64,
-    points: usize,
-    mut cost: impl FnMut(f64) -> f64,
-) -> (f64, f64) {
-    let mut cost = |x: f64| {
-        let value = cost(x);
-        if value.is_finite() {
-            value
-        } else {
-            f64::INFINITY
-        }
-    };
-    let step = (high - low) / (points - 1) as f64;
-    let mut best = (low, f64::INFINITY);
-    for k in 0..points {
-        let x = low + step * k as f64;
-        let value = cost(x);
-        if value < best.1 {
-            best = (x, value);
-        }
-    }
-    let ratio = (5f64.sqrt() - 1.0) / 2.0;
-    let (mut a, mut b) = ((best.0 - step).max(low), (best.0 + step).min(high));
-    let mut x = [b - ratio * (b - a), a + ratio * (b - a)];
-    let mut f = x.map(&mut cost);
-    while b - a > 1e-3 * step {
-        if f[0] <= f[1] {
-            b = x[1];
-            x = [b - ratio * (b - a), x[0]];
-            f = [cost(x[0]), f[0]];
-        } else {
-            a = x[0];
-            x = [x[1], a + ratio * (b - a)];
-            f = [f[1], cost(x[1])];
-        }
-    }
-    for k in 0..2 {
-        if f[k] < best.1 {
-            best = (x[k], f[k]);
-        }
-    }
-    best
 }

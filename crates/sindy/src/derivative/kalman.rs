@@ -22,6 +22,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::data::grid;
 use crate::derivative::savgol::Smoothed;
 use crate::error::SindyError;
+use crate::numerics::minimum_on_grid;
 
 /// Variance of the unknown start, in units of `σ²`: large against anything a filter then learns, small enough
 /// to lose no more than half of the digits.
@@ -125,7 +126,7 @@ impl KalmanSmoother {
                 // less than a turn in the record to beyond the Nyquist frequency.
                 let power = 2.0 * N as f64;
                 let points = 2 * (n as f64).ln() as usize + 12;
-                let (best, _) = grid::minimise(-(n as f64).ln(), 2.0, points, |log_omega| {
+                let (best, _) = minimum_on_grid(-(n as f64).ln(), 2.0, points, |log_omega| {
                     -filter::<N>(&step, y, (power * log_omega).exp(), None).log_likelihood
                 });
                 (power * best).exp()

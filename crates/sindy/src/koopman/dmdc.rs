@@ -1,12 +1,11 @@
 //! Dynamic mode decomposition with control.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::DVector;
 use sindy_expr::Expr;
 
 use super::snapshots::{Lift, Snapshots};
-use super::{
-    Rank, Regression, check_inputs, check_period, check_row, continuous, eigenvalues, run,
-};
+use super::{LinearSystem, Rank, Regression};
+use super::{check_inputs, check_names, check_period, check_row, run};
 use crate::data::samples::BlockSource;
 use crate::error::SindyError;
 use crate::model::Run;
@@ -27,7 +26,7 @@ use crate::model::Run;
 /// samples.push_group(vec![x, u])?;
 ///
 /// let model = Dmdc::new(Rank::Full, 0.0)?.fit(&samples, &["x"], &["u"], 0.1)?;
-/// assert!((model.a()[(0, 0)] - 0.9).abs() < 1e-12 && (model.b()[(0, 0)] - 0.5).abs() < 1e-12);
+/// assert!((model.system.a[(0, 0)] - 0.9).abs() < 1e-12 && (model.system.b[(0, 0)] - 0.5).abs() < 1e-12);
 /// # Ok::<(), sindy::SindyError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,17 +34,11 @@ pub struct Dmdc {
     regression: Regression,
 }
 
-/// A linear system `x[k+1] = A x[k] + B u[k]`.
+/// A linear system `x[k+1] = A x[k] + B u[k]` of the states.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DmdcModel {
-    period: f64,
-    a: DMatrix<f64>,
-    b: DMatrix<f64>,
-    singular_values: Vec<f64>,
-    rank: usize,
-    residual_rms: Vec<f64>,
-    pairs: usize,
-    skipped: usize,
+    /// A, B and the quality of their fit.
+    pub system: LinearSystem,
 }
 
 impl Dmdc {
@@ -82,106 +75,21 @@ impl Dmdc {
             drives: &variables(inputs),
         };
         let snapshots = Snapshots::accumulate(&lift, source)?;
-        let (r, rhs) = snapshots.step();
-        let solved = self.regression.solve(r, &rhs, snapshots.pairs, false)?;
-        let k = solved.coefficients.transpose();
-        Ok(DmdcModel {
-            period,
-            a: k.columns(0, states.len()).into_owned(),
-            b: k.columns(states.len(), inputs.len()).into_owned(),
-            singular_values: solved.singular_values,
-            rank: solved.rank,
-            residual_rms: snapshots.residual_rms(&solved.coefficients),
-            pairs: snapshots.pairs,
-            skipped: snapshots.skipped,
-        })
-    }
-}
-
-/// At least one state, and no name twice.
-pub(super) fn check_names(states: &[&str], inputs: &[&str]) -> Result<(), SindyError> {
-    if states.is_empty() {
-        return Err(SindyError::setting("states", "at least one name", "none"));
-    }
-    let all: Vec<&str> = states.iter().chain(inputs).copied().collect();
-    match all.iter().enumerate().find(|(i, n)| all[..*i].contains(n)) {
-        Some((_, name)) => Err(SindyError::setting(
-            "states and inputs",
-            "each name once",
-            name,
-        )),
-        None => Ok(()),
+        let system = LinearSystem::fit(self.regression, &snapshots, period, false)?;
+        Ok(DmdcModel { system })
     }
 }
 
 impl DmdcModel {
-    /// A, states x states.
-    #[must_use]
-    pub fn a(&self) -> &DMatrix<f64> {
-        &self.a
-    }
-
-    /// B, states x inputs.
-    #[must_use]
-    pub fn b(&self) -> &DMatrix<f64> {
-        &self.b
-    }
-
-    /// Singular values of the snapshots `[x; u]`, descending.
-    #[must_use]
-    pub fn singular_values(&self) -> &[f64] {
-        &self.singular_values
-    }
-
-    /// How many of them were kept.
-    #[must_use]
-    pub fn rank(&self) -> usize {
-        self.rank
-    }
-
-    /// Root mean square of the one-step residual of each state, in its unit.
-    #[must_use]
-    pub fn residual_rms(&self) -> &[f64] {
-        &self.residual_rms
-    }
-
-    /// Pairs of rows that were used.
-    #[must_use]
-    pub fn pairs(&self) -> usize {
-        self.pairs
-    }
-
-    /// Rows that begin no pair because a state or an input is not usable.
-    #[must_use]
-    pub fn skipped(&self) -> usize {
-        self.skipped
-    }
-
-    /// Eigenvalues λ of A, largest magnitude first.
-    ///
-    /// # Errors
-    /// [`SindyError::Singular`] if their iteration does not converge.
-    pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, SindyError> {
-        eigenvalues(&self.a)
-    }
-
-    /// Continuous-time eigenvalues `ln(λ) / period`, in the order of [`DmdcModel::eigenvalues`], per unit
-    /// of time. Frequencies above half the sampling rate appear as lower ones; λ = 0 gives -∞.
-    ///
-    /// # Errors
-    /// Those of [`DmdcModel::eigenvalues`].
-    pub fn continuous_eigenvalues(&self) -> Result<Vec<Complex<f64>>, SindyError> {
-        Ok(continuous(&self.eigenvalues()?, self.period))
-    }
-
     /// The states one sample later.
     ///
     /// # Errors
     /// A wrong number of states or inputs, or values that are not finite (the prediction's included).
     pub fn predict(&self, x: &[f64], u: &[f64]) -> Result<Vec<f64>, SindyError> {
-        check_row("states", x, self.a.nrows())?;
-        check_row("inputs", u, self.b.ncols())?;
-        let next = &self.a * DVector::from_row_slice(x) + &self.b * DVector::from_row_slice(u);
+        check_row("states", x, self.system.a.nrows())?;
+        check_row("inputs", u, self.system.b.ncols())?;
+        let next = &self.system.a * DVector::from_row_slice(x)
+            + &self.system.b * DVector::from_row_slice(u);
         check_row("predicted states", next.as_slice(), next.len())?;
         Ok(next.as_slice().to_vec())
     }
@@ -197,11 +105,11 @@ impl DmdcModel {
         steps: usize,
         inputs: &[&[f64]],
     ) -> Result<Run, SindyError> {
-        check_row("states", start, self.a.nrows())?;
-        check_inputs(inputs, self.b.ncols(), steps)?;
+        check_row("states", start, self.system.a.nrows())?;
+        check_inputs(inputs, self.system.b.ncols(), steps)?;
         let mut x = DVector::from_row_slice(start);
-        Ok(run(start, steps, inputs, self.period, |u| {
-            x = &self.a * &x + &self.b * DVector::from_row_slice(u);
+        Ok(run(start, steps, inputs, self.system.period, |u| {
+            x = &self.system.a * &x + &self.system.b * DVector::from_row_slice(u);
             x.as_slice().to_vec()
         }))
     }

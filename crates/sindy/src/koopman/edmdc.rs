@@ -1,13 +1,11 @@
 //! Extended dynamic mode decomposition with control.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 use sindy_expr::{Expr, Program, Scratch};
 
-use super::dmdc::check_names;
 use super::snapshots::{Lift, Snapshots};
-use super::{
-    Rank, Regression, check_inputs, check_period, check_row, continuous, eigenvalues, run,
-};
+use super::{LinearSystem, Rank, Regression};
+use super::{check_inputs, check_names, check_period, check_row, run};
 use crate::data::samples::BlockSource;
 use crate::error::SindyError;
 use crate::library::{Library, compile};
@@ -58,18 +56,12 @@ pub enum Lifting {
 /// A linear system `z[k+1] = A z[k] + B v[k]` of the observables, with `x ≈ C z`.
 #[derive(Clone, Debug)]
 pub struct EdmdcModel {
-    period: f64,
-    a: DMatrix<f64>,
-    b: DMatrix<f64>,
+    /// A, B and the quality of their fit.
+    pub system: LinearSystem,
     c: DMatrix<f64>,
     inputs: usize,
     lifted: Program,
     drives: Program,
-    singular_values: Vec<f64>,
-    rank: usize,
-    residual_rms: Vec<f64>,
-    pairs: usize,
-    skipped: usize,
 }
 
 impl Edmdc {
@@ -128,8 +120,7 @@ impl Edmdc {
             drives: &drives,
         };
         let snapshots = Snapshots::accumulate(&lift, source)?;
-        let (r, rhs) = snapshots.step();
-        let solved = self.regression.solve(r, &rhs, snapshots.pairs, true)?;
+        let system = LinearSystem::fit(self.regression, &snapshots, period, true)?;
         let (r, rhs) = snapshots.projection();
         let full = Regression::new(Rank::Full, 0.0)?;
         let mut c = full
@@ -143,88 +134,21 @@ impl Edmdc {
                 c[(i, j)] = 1.0;
             }
         }
-        let k = solved.coefficients.transpose();
         Ok(EdmdcModel {
-            period,
-            a: k.columns(0, lifted.len()).into_owned(),
-            b: k.columns(lifted.len(), drives.len()).into_owned(),
+            system,
             c,
             inputs: inputs.len(),
             lifted: lifted_program,
             drives: drives_program,
-            singular_values: solved.singular_values,
-            rank: solved.rank,
-            residual_rms: snapshots.residual_rms(&solved.coefficients),
-            pairs: snapshots.pairs,
-            skipped: snapshots.skipped,
         })
     }
 }
 
 impl EdmdcModel {
-    /// A, observables x observables, both in the order of the library.
-    #[must_use]
-    pub fn a(&self) -> &DMatrix<f64> {
-        &self.a
-    }
-
-    /// B, observables x terms with inputs, both in the order of the library.
-    #[must_use]
-    pub fn b(&self) -> &DMatrix<f64> {
-        &self.b
-    }
-
     /// C, states x observables.
     #[must_use]
     pub fn c(&self) -> &DMatrix<f64> {
         &self.c
-    }
-
-    /// Singular values of the lifted snapshots `[z; v]` with rows of unit length, descending.
-    #[must_use]
-    pub fn singular_values(&self) -> &[f64] {
-        &self.singular_values
-    }
-
-    /// How many of them were kept.
-    #[must_use]
-    pub fn rank(&self) -> usize {
-        self.rank
-    }
-
-    /// Root mean square of the one-step residual of each observable, in its unit.
-    #[must_use]
-    pub fn residual_rms(&self) -> &[f64] {
-        &self.residual_rms
-    }
-
-    /// Pairs of rows that were used.
-    #[must_use]
-    pub fn pairs(&self) -> usize {
-        self.pairs
-    }
-
-    /// Rows that begin no pair because a state or a term is not usable.
-    #[must_use]
-    pub fn skipped(&self) -> usize {
-        self.skipped
-    }
-
-    /// Koopman eigenvalues: those of A, largest magnitude first.
-    ///
-    /// # Errors
-    /// [`SindyError::Singular`] if their iteration does not converge.
-    pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, SindyError> {
-        eigenvalues(&self.a)
-    }
-
-    /// Continuous-time eigenvalues `ln(λ) / period`, in the order of [`EdmdcModel::eigenvalues`], per unit
-    /// of time. Frequencies above half the sampling rate appear as lower ones; λ = 0 gives -∞.
-    ///
-    /// # Errors
-    /// Those of [`EdmdcModel::eigenvalues`].
-    pub fn continuous_eigenvalues(&self) -> Result<Vec<Complex<f64>>, SindyError> {
-        Ok(continuous(&self.eigenvalues()?, self.period))
     }
 
     /// The states one sample later: `C (A ψ(x) + B φ(x, u))`.
@@ -259,7 +183,7 @@ impl EdmdcModel {
         let mut scratch = Scratch::default();
         let mut x = start.to_vec();
         let mut z = self.lift(&x, &mut scratch);
-        Ok(run(start, steps, inputs, self.period, |u| {
+        Ok(run(start, steps, inputs, self.system.period, |u| {
             z = self.step(&z, &x, u, &mut scratch);
             x = (&self.c * &z).as_slice().to_vec();
             if lifting == Lifting::EveryStep {
@@ -270,15 +194,15 @@ impl EdmdcModel {
     }
 
     fn lift(&self, x: &[f64], scratch: &mut Scratch) -> DVector<f64> {
-        let mut z = DVector::zeros(self.a.nrows());
+        let mut z = DVector::zeros(self.system.a.nrows());
         self.lifted.eval_row(x, z.as_mut_slice(), scratch);
         z
     }
 
     fn step(&self, z: &DVector<f64>, x: &[f64], u: &[f64], scratch: &mut Scratch) -> DVector<f64> {
-        let mut v = DVector::zeros(self.b.ncols());
+        let mut v = DVector::zeros(self.system.b.ncols());
         let row: Vec<f64> = x.iter().chain(u).copied().collect();
         self.drives.eval_row(&row, v.as_mut_slice(), scratch);
-        &self.a * z + &self.b * v
+        &self.system.a * z + &self.system.b * v
     }
 }

@@ -20,7 +20,7 @@
 //!
 //! The least squares problem is solved by a singular value decomposition of R, cut off at a [`Rank`].
 //! Where the data do not determine all coefficients (fewer pairs than regressors, collinear or zero
-//! columns) the solution is that of least norm and `rank()` is smaller than the number of regressors.
+//! columns) the solution is that of least norm and `rank` is smaller than the number of regressors.
 //!
 //! Sources: J. L. Proctor, S. L. Brunton, J. N. Kutz, SIAM J. Appl. Dyn. Syst. 15 (2016) (DMDc); M. O.
 //! Williams, I. G. Kevrekidis, C. W. Rowley, J. Nonlinear Sci. 25 (2015) (EDMD); M. Korda, I. Mezić,
@@ -32,14 +32,16 @@ mod comparison;
 mod dmdc;
 mod edmdc;
 mod snapshots;
+mod system;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::linalg::{SVD, Schur};
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::linalg::SVD;
+use nalgebra::{DMatrix, DVector};
 
 pub use dmdc::{Dmdc, DmdcModel};
 pub use edmdc::{Edmdc, EdmdcModel, Lifting};
+pub use system::LinearSystem;
 
 use crate::error::SindyError;
 use crate::model::{Run, RunOutcome};
@@ -168,24 +170,20 @@ fn median(sorted: &[f64]) -> f64 {
     }
 }
 
-/// The eigenvalues of `a`, largest magnitude first; of a conjugate pair, the one above the real axis first.
-fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, SindyError> {
-    let schur =
-        Schur::try_new(a.clone(), f64::EPSILON, ITERATIONS).ok_or(SindyError::Singular {
-            what: "eigenvalues",
-        })?;
-    let mut values: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();
-    values.sort_by(|p, q| {
-        let size = q.norm_sqr().total_cmp(&p.norm_sqr());
-        size.then(q.im.total_cmp(&p.im))
-    });
-    Ok(values)
-}
-
-/// Continuous-time eigenvalues `ln(λ) / period`; that of λ = 0 is -∞.
-fn continuous(values: &[Complex<f64>], period: f64) -> Vec<Complex<f64>> {
-    let log = |v: &Complex<f64>| Complex::new(v.norm().ln(), v.im.atan2(v.re)) / period;
-    values.iter().map(log).collect()
+/// At least one state, and no name twice.
+fn check_names(states: &[&str], inputs: &[&str]) -> Result<(), SindyError> {
+    if states.is_empty() {
+        return Err(SindyError::setting("states", "at least one name", "none"));
+    }
+    let all: Vec<&str> = states.iter().chain(inputs).copied().collect();
+    match all.iter().enumerate().find(|(i, n)| all[..*i].contains(n)) {
+        Some((_, name)) => Err(SindyError::setting(
+            "states and inputs",
+            "each name once",
+            name,
+        )),
+        None => Ok(()),
+    }
 }
 
 fn check_period(period: f64) -> Result<f64, SindyError> {

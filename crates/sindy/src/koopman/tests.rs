@@ -53,7 +53,7 @@ fn close(found: impl IntoIterator<Item = f64>, expected: &[f64], tolerance: f64)
 #[test]
 fn xval_dmdc_of_pydmd() {
     let re_im = |m: &DmdcModel| -> Vec<f64> {
-        let e = m.eigenvalues().unwrap();
+        let e = m.system.eigenvalues().unwrap();
         e.iter().flat_map(|e| [e.re, e.im]).collect()
     };
     let full = dmdc(Rank::Full, 0.0, vec![linear(60, 0.0)]);
@@ -72,15 +72,15 @@ fn xval_dmdc_of_pydmd() {
         0.100_026_064_196_399_33,
         0.500_471_292_325_127_7,
     ];
-    close(full.b().iter().copied(), &b, 1e-12);
+    close(full.system.b.iter().copied(), &b, 1e-12);
     // ln|λ| / period and arg λ / period of the values above.
-    let slow = full.continuous_eigenvalues().unwrap();
+    let slow = full.system.continuous_eigenvalues().unwrap();
     let (re, im): (f64, f64) = (eigs[0], eigs[1]);
     close([slow[0].re], &[re.hypot(im).ln() / 0.5], 1e-11);
     close([slow[0].im], &[im.atan2(re) / 0.5], 1e-11);
 
     let three = dmdc(Rank::Given(3), 0.0, vec![linear(60, 0.0)]);
-    assert_eq!(three.rank(), 3);
+    assert_eq!(three.system.rank, 3);
     let eigs = [
         0.819_659_738_412_184_3,
         0.090_348_138_154_305_9,
@@ -95,7 +95,7 @@ fn xval_dmdc_of_pydmd() {
         -0.161_514_930_668_293_9,
         0.562_285_254_499_526_9,
     ];
-    close(three.b().iter().copied(), &b, 1e-12);
+    close(three.system.b.iter().copied(), &b, 1e-12);
 }
 
 // Made with NumPy: the pairs of both trajectories side by side, Z = [X; U], u, s, vt = svd(Z), then
@@ -104,19 +104,20 @@ fn xval_dmdc_of_pydmd() {
 fn xval_dmdc_of_numpy_with_rank_and_ridge_over_two_trajectories() {
     let groups = || vec![linear(60, 0.0), linear(60, 1.0)];
     let three = dmdc(Rank::Given(3), 0.0, groups());
-    assert_eq!((three.pairs(), three.skipped()), (118, 0));
+    assert_eq!((three.system.pairs, three.system.skipped), (118, 0));
     let s = [
         12.661_537_316_776_336,
         8.816_271_297_392_205,
         4.316_352_492_846_986,
         3.001_074_264_592_450_6,
     ];
-    close(three.singular_values().iter().copied(), &s, 1e-12);
+    close(three.system.singular_values.iter().copied(), &s, 1e-12);
     let row = |m: &DmdcModel| -> Vec<f64> {
-        m.a()
+        m.system
+            .a
             .row(0)
             .iter()
-            .chain(m.b().row(0).iter())
+            .chain(m.system.b.row(0).iter())
             .copied()
             .collect()
     };
@@ -156,9 +157,12 @@ fn xval_optimal_threshold_of_pydmd() {
     let data = samples(&names, vec![(0..20).map(column).collect()]);
     let method = Dmdc::new(Rank::OptimalThreshold, 0.0).unwrap();
     let model = method.fit(&data, &names, &[], 1.0).unwrap();
-    assert_eq!(model.rank(), 3);
+    assert_eq!(model.system.rank, 3);
     close(
-        [model.singular_values()[0], model.singular_values()[19]],
+        [
+            model.system.singular_values[0],
+            model.system.singular_values[19],
+        ],
         &[35.219_446_959_552_57, 0.190_883_969_983_1],
         // Sines of arguments near 50000 carry errors near 1e-11.
         1e-9,
@@ -187,7 +191,7 @@ fn xval_edmdc_of_numpy() {
     let data = samples(&["x", "y", "u"], vec![forced(200, 0.0), forced(200, 1.0)]);
     let method = Edmdc::new(library, Rank::Full, 0.0).unwrap();
     let model = method.fit(&data, &["x", "y"], &["u"], 0.1).unwrap();
-    assert_eq!(model.pairs(), 398);
+    assert_eq!(model.system.pairs, 398);
     let a = [
         -1.010_066_664_923_01e-2,
         -0.116_164_538_540_347_08,
@@ -197,10 +201,10 @@ fn xval_edmdc_of_numpy() {
         -0.162_081_153_646_663_42,
     ];
     // y and sin(y) are nearly alike: condition number of order 100 and more.
-    close(model.a().row(2).iter().copied(), &a, 1e-10);
+    close(model.system.a.row(2).iter().copied(), &a, 1e-10);
     let b = [0.065_187_550_579_415, -0.004_168_259_629_85];
-    close(model.b().row(2).iter().copied(), &b, 1e-10);
-    let e = model.eigenvalues().unwrap();
+    close(model.system.b.row(2).iter().copied(), &b, 1e-10);
+    let e = model.system.eigenvalues().unwrap();
     let expected = [1.0, 0.975_918_787_617_795, 0.190_652_639_741_519_58];
     close([e[0].re, e[1].re, e[1].im], &expected, 1e-10);
 
@@ -256,10 +260,10 @@ fn analytic_a_nonlinear_system_with_a_finite_koopman_form() {
     let library = Library::parse(&["x", "y", "x^2"]).unwrap();
     let method = Edmdc::new(library, Rank::Full, 0.0).unwrap();
     let model = method.fit(&data, &["x", "y"], &[], dt).unwrap();
-    let found = model.continuous_eigenvalues().unwrap();
+    let found = model.system.continuous_eigenvalues().unwrap();
     // Rounding, divided by the period.
     close(found.iter().map(|e| e.re), &[mu, 2.0 * mu, lambda], 1e-10);
-    assert!(model.residual_rms().iter().all(|r| *r < 1e-13));
+    assert!(model.system.residual_rms.iter().all(|r| *r < 1e-13));
 }
 
 #[test]
@@ -278,12 +282,15 @@ fn prop_pairs_never_cross_groups_nor_unusable_rows() {
     parts.push(linear(50, 2.0));
     let apart = dmdc(Rank::Full, 0.0, parts);
     assert_eq!(
-        (whole.pairs(), whole.skipped()),
+        (whole.system.pairs, whole.system.skipped),
         (299 + 99 + 98 + 98 + 49, 3)
     );
-    assert_eq!(apart.pairs(), whole.pairs());
+    assert_eq!(apart.system.pairs, whole.system.pairs);
     // The same pairs in the same order.
-    assert_eq!((whole.a(), whole.b()), (apart.a(), apart.b()));
+    assert_eq!(
+        (whole.system.a, whole.system.b),
+        (apart.system.a, apart.system.b)
+    );
 }
 
 /// One group in blocks of given lengths.
@@ -327,8 +334,8 @@ proptest! {
             let method = Dmdc::new(rank, 0.0).unwrap();
             match method.fit(&data, &["x"], &["y"], 1.0) {
                 Ok(model) => {
-                    prop_assert!(model.rank() <= 1, "two equal columns");
-                    prop_assert!(model.a()[(0, 0)].is_finite() && model.b()[(0, 0)].is_finite());
+                    prop_assert!(model.system.rank <= 1, "two equal columns");
+                    prop_assert!(model.system.a[(0, 0)].is_finite() && model.system.b[(0, 0)].is_finite());
                 }
                 Err(e) => prop_assert_eq!(e, SindyError::TooShort { needed: 2, found: 1 }),
             }
@@ -373,5 +380,5 @@ fn prop_bad_input_is_a_clear_error_and_growth_an_outcome() {
     assert!(model.simulate(&[1.0], 2, &[&[1.0, 2.0]]).is_err());
     let zeros = samples(&["x"], vec![vec![vec![0.0; 9]]]);
     let nothing = method.fit(&zeros, &["x"], &[], 1.0).unwrap();
-    assert_eq!((nothing.rank(), nothing.a()[(0, 0)]), (0, 0.0));
+    assert_eq!((nothing.system.rank, nothing.system.a[(0, 0)]), (0, 0.0));
 }

@@ -7,7 +7,7 @@ use sindy_expr::Scratch;
 use crate::error::SindyError;
 use crate::library::Library;
 use crate::model::{Model, Run, RunOutcome};
-use crate::uncertainty::ensemble::quantile;
+use crate::numerics::quantile;
 
 /// Pointwise bands: `lower[i][k]` is that of column i (a state) in row k, in its own unit.
 ///

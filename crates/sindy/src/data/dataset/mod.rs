@@ -21,10 +21,11 @@ mod bridge;
 
 use std::ops::Range;
 
-use crate::data::gaps::{GapSettings, quantile, segments};
+use crate::data::gaps::{GapSettings, segments};
 use crate::data::grid::uniform_period;
 use crate::data::samples::Samples;
 use crate::error::SindyError;
+use crate::numerics::nearest_quantile;
 pub(crate) use bridge::{BRIDGED, bridge};
 
 /// One trajectory as it was given.
@@ -257,7 +258,7 @@ impl Dataset {
             periods.push(uniform_period(stretch.time));
         }
         report.stretches = periods.len();
-        report.period = quantile(&mut steps, 0.5);
+        report.period = nearest_quantile(&mut steps, 0.5);
         report.uniform = !periods.is_empty()
             && periods
                 .iter()

@@ -19,6 +19,7 @@
 use crate::data::grid;
 use crate::derivative::savgol::Smoothed;
 use crate::error::SindyError;
+use crate::numerics::minimum_on_grid;
 
 /// How strongly a spline smooths.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,7 +123,7 @@ impl SmoothingSpline {
                 // 1e12 the banded equations lose their digits.
                 let top = (4.0 * (n as f64).log10() + 1.0).min(12.0);
                 let points = (2.0 * (top + 6.0)) as usize + 1;
-                let (best, _) = grid::minimise(-6.0, top, points, |e| {
+                let (best, _) = minimum_on_grid(-6.0, top, points, |e| {
                     system.solve(10f64.powf(e)).map_or(f64::INFINITY, |s| s.gcv)
                 });
                 10f64.powf(best)

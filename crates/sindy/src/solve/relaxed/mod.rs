@@ -40,9 +40,16 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::SindyError;
 use crate::solve::fit::{Fit, Solver};
 use crate::solve::outcome::Outcome;
-use crate::solve::sr3::{Scaling, Solution, Sr3};
+use crate::solve::sr3::{FixedPoint, Path, Problem, Scaling, Solution, Sr3, fixed_support};
 use crate::statistics::gram::{Gram, check};
 use set::Set;
+
+/// Iteration limit by default. Supports and signs settle within a few dozen steps; a limit twice as large changes nothing
+/// but for settings that cycle.
+const MAX_ITERATIONS: usize = 200;
+
+/// Halvings of a step before it counts as none: 2⁻⁵⁰ of it is rounding.
+const HALVINGS: usize = 50;
 
 /// What a coefficient costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,14 +63,11 @@ pub enum Penalty {
 /// SR3 with a penalty, weights and constraints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relaxed {
-    lambda: f64,
-    nu: f64,
+    sr3: Sr3,
     penalty: Penalty,
     weights: Option<DVector<f64>>,
     equations: (DMatrix<f64>, DVector<f64>),
     inequalities: (DMatrix<f64>, DVector<f64>),
-    scaling: Scaling,
-    max_iterations: usize,
 }
 
 impl Relaxed {
@@ -72,16 +76,12 @@ impl Relaxed {
     /// # Errors
     /// As [`Sr3::new`].
     pub fn new(penalty: Penalty, lambda: f64, nu: f64) -> Result<Self, SindyError> {
-        Sr3::new(lambda, nu)?;
         Ok(Self {
-            lambda,
-            nu,
+            sr3: Sr3::new(lambda, nu)?.path(Path::Direct, MAX_ITERATIONS),
             penalty,
             weights: None,
             equations: (DMatrix::zeros(0, 0), DVector::zeros(0)),
             inequalities: (DMatrix::zeros(0, 0), DVector::zeros(0)),
-            scaling: Scaling::UnitRms,
-            max_iterations: 200,
         })
     }
 
@@ -168,16 +168,15 @@ impl Relaxed {
     /// The same with another scaling.
     #[must_use]
     pub fn scaling(self, scaling: Scaling) -> Self {
-        Self { scaling, ..self }
+        let sr3 = self.sr3.scaling(scaling);
+        Self { sr3, ..self }
     }
 
     /// The same with another iteration limit, at least 1.
     #[must_use]
     pub fn max_iterations(self, limit: usize) -> Self {
-        Self {
-            max_iterations: limit.max(1),
-            ..self
-        }
+        let sr3 = self.sr3.path(Path::Direct, limit.max(1));
+        Self { sr3, ..self }
     }
 
     /// Solves for the coefficients of `gram`.
@@ -211,57 +210,40 @@ impl Relaxed {
                 found,
             });
         }
-        // Scaled coefficients are ξ' = scale ∘ ξ, and sums are multiplied by `factor`.
-        let (scale, factor) = match self.scaling {
-            Scaling::None => (DVector::from_element(p, 1.0), 1.0),
-            Scaling::UnitRms => {
-                let target = gram.target_rms();
-                (
-                    gram.column_rms() / target,
-                    1.0 / (gram.weight() * target * target),
-                )
-            }
-        };
-        let g = DMatrix::from_fn(p, p, |i, j| {
-            gram.xtx[(i, j)] * factor / (scale[i] * scale[j])
-        });
-        let b = DVector::from_fn(p, |i, _| gram.xty[i] * factor / scale[i]);
-        let set = self.set(scale.as_slice(), &(0..p).collect::<Vec<_>>());
+        let problem = Problem::new(gram, self.sr3.scaling);
+        let set = self.set(problem.scale.as_slice(), &(0..p).collect::<Vec<_>>());
         let mut trace = Vec::new();
-        let (dense, mut outcome, iterations) = self.iterate(&g, &b, &set, &mut trace);
-        trace.iter_mut().for_each(|v| *v += 0.5 * gram.yty * factor);
-        let sparse = self.threshold(&dense);
-        let support: Vec<bool> = sparse.iter().map(|w| *w != 0.0).collect();
-        let refit = self.refit(&g, &b, &scale, &support, &mut outcome);
-        let objective = 0.5 * (gram.yty * factor) + self.objective(&g, &b, &dense);
-        let solution = Solution {
-            dense: dense.component_div(&scale),
-            sparse: sparse.component_div(&scale),
-            refit,
-            support,
-            outcome,
-            iterations,
-            objective,
+        let mut found = match self.penalty {
+            Penalty::L0 => self.hard(&problem, &set, &mut trace),
+            Penalty::L1 => self.soft(&problem, &set, &mut trace),
         };
-        Ok((solution, trace))
+        let square = 0.5 * (gram.yty * problem.weight);
+        trace.iter_mut().for_each(|v| *v += square);
+        let sparse = match self.penalty {
+            Penalty::L0 => found.on_support(),
+            Penalty::L1 => self.threshold(&found.dense),
+        };
+        let refit = self.refit(&problem, &mut found);
+        let objective = square + self.objective(&problem, &found.dense);
+        Ok((problem.solution(found, &sparse, refit, objective), trace))
     }
 
     /// λ ω_j.
     fn cost(&self, j: usize) -> f64 {
-        self.lambda * self.weights.as_ref().map_or(1.0, |w| w[j])
+        self.sr3.lambda * self.weights.as_ref().map_or(1.0, |w| w[j])
     }
 
     /// The best w for given ξ.
     fn threshold(&self, xi: &DVector<f64>) -> DVector<f64> {
         DVector::from_fn(xi.len(), |j, _| match self.penalty {
-            Penalty::L0 if xi[j].abs() > (2.0 * self.cost(j) * self.nu).sqrt() => xi[j],
+            Penalty::L0 if xi[j].abs() > (2.0 * self.cost(j) * self.sr3.nu).sqrt() => xi[j],
             Penalty::L0 => 0.0,
-            Penalty::L1 => xi[j].signum() * (xi[j].abs() - self.cost(j) * self.nu).max(0.0),
+            Penalty::L1 => xi[j].signum() * (xi[j].abs() - self.cost(j) * self.sr3.nu).max(0.0),
         })
     }
 
     /// The objective without `yᵀ y / 2`, at the best w.
-    fn objective(&self, g: &DMatrix<f64>, b: &DVector<f64>, xi: &DVector<f64>) -> f64 {
+    fn objective(&self, Problem { g, b, .. }: &Problem<'_>, xi: &DVector<f64>) -> f64 {
         let w = self.threshold(xi);
         let penalty: f64 = (0..w.len())
             .filter(|&j| w[j] != 0.0)
@@ -270,83 +252,93 @@ impl Relaxed {
                 Penalty::L1 => self.cost(j) * w[j].abs(),
             })
             .sum();
-        0.5 * xi.dot(&(g * xi)) - xi.dot(b) + penalty + (xi - w).norm_squared() / (2.0 * self.nu)
+        0.5 * xi.dot(&(g * xi)) - xi.dot(b)
+            + penalty
+            + (xi - w).norm_squared() / (2.0 * self.sr3.nu)
     }
 
-    fn iterate(
-        &self,
-        g: &DMatrix<f64>,
-        b: &DVector<f64>,
-        set: &Set,
-        trace: &mut Vec<f64>,
-    ) -> (DVector<f64>, Outcome, usize) {
-        let p = b.len();
-        // From least squares, as published.
-        let mut xi = match set.minimum(g, b) {
-            Ok(xi) => xi,
-            Err(outcome) => return (DVector::zeros(p), outcome, 0),
+    /// Support by support, as [`Sr3`].
+    fn hard(&self, problem: &Problem<'_>, set: &Set, trace: &mut Vec<f64>) -> FixedPoint {
+        fixed_support(
+            vec![true; problem.b.len()],
+            self.sr3.max_iterations,
+            |support| {
+                let signs: Vec<i8> = support.iter().map(|kept| i8::from(*kept)).collect();
+                let xi = self.minimum(problem, set, &signs)?;
+                trace.push(self.objective(problem, &xi));
+                Ok(xi)
+            },
+            |xi| self.threshold(xi).iter().map(|w| *w != 0.0).collect(),
+        )
+    }
+
+    /// Newton's steps from the signs of w to the next, halved until the objective falls; from least squares.
+    fn soft(&self, problem: &Problem<'_>, set: &Set, trace: &mut Vec<f64>) -> FixedPoint {
+        let p = problem.b.len();
+        let of = |xi: &DVector<f64>| self.objective(problem, xi);
+        let end = |xi: DVector<f64>, outcome, iterations| {
+            let support = self.threshold(&xi).iter().map(|w| *w != 0.0).collect();
+            FixedPoint::new(xi, support, outcome, iterations)
         };
-        trace.push(self.objective(g, b, &xi));
-        let mut seen: Vec<Vec<i8>> = Vec::new();
-        for k in 1..=self.max_iterations {
+        let mut xi = match set.minimum(&problem.g, &problem.b) {
+            Ok(xi) => xi,
+            Err(outcome) => return end(DVector::zeros(p), outcome, 0),
+        };
+        trace.push(of(&xi));
+        for k in 1..=self.sr3.max_iterations {
             let signs = self.signs(&xi);
-            let mut a = g.clone();
-            let mut rhs = b.clone();
-            for j in 0..p {
-                if signs[j] == 0 {
-                    a[(j, j)] += 1.0 / self.nu;
-                } else if self.penalty == Penalty::L1 {
-                    rhs[j] -= self.cost(j) * f64::from(signs[j]);
-                }
-            }
-            let mut next = match set.minimum(&a, &rhs) {
+            let mut next = match self.minimum(problem, set, &signs) {
                 Ok(next) => next,
-                Err(outcome) => return (xi, outcome, k),
+                Err(outcome) => return end(xi, outcome, k),
             };
             if self.signs(&next) == signs {
-                trace.push(self.objective(g, b, &next));
-                return (next, Outcome::Converged, k);
+                trace.push(of(&next));
+                return end(next, Outcome::Converged, k);
             }
-            match self.penalty {
-                Penalty::L0 if seen.contains(&signs) => return (xi, Outcome::Cycled, k),
-                Penalty::L0 => seen.push(signs),
-                Penalty::L1 => {
-                    let before = self.objective(g, b, &xi);
-                    let mut halvings = 0;
-                    while self.objective(g, b, &next) >= before && halvings < 50 {
-                        next = 0.5 * (&next + &xi);
-                        halvings += 1;
-                    }
-                    if halvings == 50 {
-                        // A point on the edge between two pieces, to rounding: nothing improves on it.
-                        return (xi, Outcome::Converged, k);
-                    }
-                }
+            let before = of(&xi);
+            let mut halvings = 0;
+            while of(&next) >= before && halvings < HALVINGS {
+                next = 0.5 * (&next + &xi);
+                halvings += 1;
+            }
+            if halvings == HALVINGS {
+                // A point on the edge between two pieces, to rounding: nothing improves on it.
+                return end(xi, Outcome::Converged, k);
             }
             xi = next;
-            trace.push(self.objective(g, b, &xi));
+            trace.push(of(&xi));
         }
-        (xi, Outcome::IterationLimit, self.max_iterations)
+        end(xi, Outcome::IterationLimit, self.sr3.max_iterations)
+    }
+
+    /// The best ξ under the constraints for given signs of w: terms of sign 0 have the ridge 1/ν, and with ℓ1 the others
+    /// pay for their size.
+    fn minimum(
+        &self,
+        Problem { g, b, .. }: &Problem<'_>,
+        set: &Set,
+        signs: &[i8],
+    ) -> Result<DVector<f64>, Outcome> {
+        let (mut a, mut rhs) = (g.clone(), b.clone());
+        for (j, &sign) in signs.iter().enumerate() {
+            if sign == 0 {
+                a[(j, j)] += 1.0 / self.sr3.nu;
+            } else if self.penalty == Penalty::L1 {
+                rhs[j] -= self.cost(j) * f64::from(sign);
+            }
+        }
+        set.minimum(&a, &rhs)
     }
 
     fn signs(&self, xi: &DVector<f64>) -> Vec<i8> {
         let sign = |w: &f64| i8::from(*w > 0.0) - i8::from(*w < 0.0);
-        let w = self.threshold(xi);
-        match self.penalty {
-            Penalty::L1 => w.iter().map(sign).collect(),
-            Penalty::L0 => w.iter().map(|w| sign(w).abs()).collect(),
-        }
+        self.threshold(xi).iter().map(sign).collect()
     }
 
     /// Least squares on the support, with the constraints, in the units of the data.
-    fn refit(
-        &self,
-        g: &DMatrix<f64>,
-        b: &DVector<f64>,
-        scale: &DVector<f64>,
-        support: &[bool],
-        outcome: &mut Outcome,
-    ) -> DVector<f64> {
+    fn refit(&self, problem: &Problem<'_>, found: &mut FixedPoint) -> DVector<f64> {
+        let Problem { g, b, scale, .. } = problem;
+        let support = &found.support;
         let index: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
         let part = g.select_rows(&index).select_columns(&index);
         let rhs = b.select_rows(&index);
@@ -354,7 +346,7 @@ impl Relaxed {
         let mut out = DVector::zeros(support.len());
         let xi = set.minimum(&part, &rhs);
         if !set.consistent() || xi.is_err() {
-            *outcome = Outcome::Infeasible;
+            found.outcome = Outcome::Infeasible;
         }
         let xi = xi.unwrap_or_else(|_| set.equations_only(&part, &rhs));
         for (a, &j) in index.iter().enumerate() {

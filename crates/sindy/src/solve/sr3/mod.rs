@@ -24,6 +24,7 @@
 //! IEEE Access 7 (2019); K. Champion et al., "A unified sparse optimization framework to learn
 //! parsimonious physics-informed models from data", IEEE Access 8 (2020).
 
+mod fixed_support;
 mod problem;
 
 use nalgebra::{DMatrix, DVector};
@@ -32,6 +33,7 @@ use crate::error::SindyError;
 use crate::solve::fit::{Fit, Solver};
 pub use crate::solve::outcome::Outcome;
 use crate::statistics::gram::{Gram, check};
+pub(super) use fixed_support::{FixedPoint, fixed_support};
 pub(crate) use problem::Problem;
 use problem::fixed_point;
 
@@ -56,11 +58,11 @@ pub enum Path {
 /// Settings of SR3, checked when built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sr3 {
-    lambda: f64,
-    nu: f64,
-    scaling: Scaling,
+    pub(super) lambda: f64,
+    pub(super) nu: f64,
+    pub(super) scaling: Scaling,
     path: Path,
-    max_iterations: usize,
+    pub(super) max_iterations: usize,
 }
 
 /// A solution of SR3, in the units of the data.
@@ -138,27 +140,16 @@ impl Sr3 {
     /// As [`Sr3::solve`], with what other λ and ν have already computed for the same statistics, in the
     /// problem's scaling.
     pub(crate) fn solve_again(&self, problem: &mut Problem<'_>) -> Solution {
-        let (dense, support, outcome, iterations) = match self.path {
+        let found = match self.path {
             Path::Direct => self.direct(problem),
             Path::Relaxation => self.relax(&problem.g, &problem.b),
         };
-        let Problem { g, b, scale, .. } = &*problem;
-        let p = b.len();
-        let sparse = DVector::from_fn(p, |j, _| if support[j] { dense[j] } else { 0.0 });
-        let square = problem.gram.yty * problem.weight;
-        let fit = 0.5 * (square - 2.0 * dense.dot(b) + dense.dot(&(g * &dense)));
-        let kept = support.iter().filter(|s| **s).count() as f64;
-        let objective =
-            fit + self.lambda * kept + (&dense - &sparse).norm_squared() / (2.0 * self.nu);
-        Solution {
-            dense: dense.component_div(scale),
-            sparse: sparse.component_div(scale),
-            refit: problem.refit(&support),
-            support,
-            outcome,
-            iterations,
-            objective,
-        }
+        let sparse = found.on_support();
+        let kept = found.support.iter().filter(|s| **s).count() as f64;
+        let relaxed = (&found.dense - &sparse).norm_squared() / (2.0 * self.nu);
+        let objective = problem.misfit(&found.dense) + self.lambda * kept + relaxed;
+        let refit = problem.refit(&found.support);
+        problem.solution(found, &sparse, refit, objective)
     }
 
     fn above(&self, xi: &DVector<f64>) -> Vec<bool> {
@@ -166,38 +157,24 @@ impl Sr3 {
         xi.iter().map(|v| v.abs() > eta).collect()
     }
 
-    fn direct(&self, problem: &mut Problem<'_>) -> (DVector<f64>, Vec<bool>, Outcome, usize) {
-        let mut seen: Vec<Vec<bool>> = Vec::new();
-        let mut support = vec![true; problem.b.len()];
-        loop {
-            let xi = problem.fixed_point(&support, self.nu);
-            let next = self.above(&xi);
-            let iterations = seen.len() + 1;
-            if next == support {
-                return (xi, support, Outcome::Converged, iterations);
-            }
-            if seen.contains(&next) {
-                return (xi, support, Outcome::Cycled, iterations);
-            }
-            if iterations >= self.max_iterations {
-                return (xi, support, Outcome::IterationLimit, iterations);
-            }
-            seen.push(std::mem::replace(&mut support, next));
-        }
+    fn direct(&self, problem: &mut Problem<'_>) -> FixedPoint {
+        let all = vec![true; problem.b.len()];
+        fixed_support(
+            all,
+            self.max_iterations,
+            |support| Ok(problem.fixed_point(support, self.nu)),
+            |xi| self.above(xi),
+        )
     }
 
-    fn relax(
-        &self,
-        g: &DMatrix<f64>,
-        b: &DVector<f64>,
-    ) -> (DVector<f64>, Vec<bool>, Outcome, usize) {
+    fn relax(&self, g: &DMatrix<f64>, b: &DVector<f64>) -> FixedPoint {
         let p = b.len();
         let mut w = fixed_point(g, b, &vec![true; p], self.nu);
         let mut a = g.clone();
         (0..p).for_each(|j| a[(j, j)] += 1.0 / self.nu);
         let Some(factor) = a.cholesky() else {
             let support = self.above(&w);
-            return (w, support, Outcome::IterationLimit, 0);
+            return FixedPoint::new(w, support, Outcome::IterationLimit, 0);
         };
         let mut xi = w.clone();
         for k in 1..=self.max_iterations {
@@ -207,11 +184,11 @@ impl Sr3 {
             let change = (&next - &w).norm() / self.nu;
             w = next;
             if change < 1e-9 {
-                return (xi, keep, Outcome::Converged, k);
+                return FixedPoint::new(xi, keep, Outcome::Converged, k);
             }
         }
         let keep = self.above(&xi);
-        (xi, keep, Outcome::IterationLimit, self.max_iterations)
+        FixedPoint::new(xi, keep, Outcome::IterationLimit, self.max_iterations)
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Scaling;
+use super::{FixedPoint, Scaling, Solution};
 use crate::statistics::gram::Gram;
 use crate::statistics::normal::{Factor, solve_with_ridge};
 use crate::statistics::regression::least_squares;
@@ -14,11 +14,11 @@ use crate::statistics::regression::least_squares;
 pub(crate) struct Problem<'g> {
     pub(super) gram: &'g Gram,
     /// In scaled coefficients ξ' = D ξ: G' = D⁻¹ G D⁻¹ / n, with the target's scale inside D.
-    pub(super) g: DMatrix<f64>,
-    pub(super) b: DVector<f64>,
-    pub(super) scale: DVector<f64>,
+    pub(crate) g: DMatrix<f64>,
+    pub(crate) b: DVector<f64>,
+    pub(crate) scale: DVector<f64>,
     /// What sums over rows are multiplied by.
-    pub(super) weight: f64,
+    pub(crate) weight: f64,
     /// The triangular factor of terms and target in the same scaling, where the statistics have one.
     root: Option<(DMatrix<f64>, DVector<f64>)>,
     /// By the bits of ν and the support; all terms together do not depend on ν.
@@ -69,6 +69,31 @@ impl<'g> Problem<'g> {
                 }
             })
             .clone()
+    }
+
+    /// `1/2 |y - Θ ξ|²` in the problem's scaling.
+    pub(super) fn misfit(&self, xi: &DVector<f64>) -> f64 {
+        let square = self.gram.yty * self.weight;
+        0.5 * (square - 2.0 * xi.dot(&self.b) + xi.dot(&(&self.g * xi)))
+    }
+
+    /// The solution in the units of the data; `refit` is in these already.
+    pub(crate) fn solution(
+        &self,
+        found: FixedPoint,
+        sparse: &DVector<f64>,
+        refit: DVector<f64>,
+        objective: f64,
+    ) -> Solution {
+        Solution {
+            dense: found.dense.component_div(&self.scale),
+            sparse: sparse.component_div(&self.scale),
+            refit,
+            support: found.support,
+            outcome: found.outcome,
+            iterations: found.iterations,
+            objective,
+        }
     }
 
     /// Least squares on the support, in the units of the data.

@@ -44,6 +44,7 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
 use crate::error::SindyError;
+use crate::numerics::quantile;
 use crate::solve::fit::{Fit, Solver};
 use crate::solve::outcome::Outcome;
 use crate::statistics::gram::{Gram, check};
@@ -301,14 +302,6 @@ fn sum(parts: &[&Gram], weights: &[u32]) -> Gram {
 /// A number below `n`, each as likely but for one part in 2^64 / n.
 fn below(rng: &mut Pcg64, n: usize) -> usize {
     ((u128::from(rng.next_u64()) * n as u128) >> 64) as usize
-}
-
-/// Quantile of sorted values, with linear interpolation.
-pub(crate) fn quantile(sorted: &[f64], q: f64) -> f64 {
-    let at = q * (sorted.len() - 1) as f64;
-    let (i, t) = (at.floor() as usize, at.fract());
-    let next = sorted[(i + 1).min(sorted.len() - 1)];
-    sorted[i] + t * (next - sorted[i])
 }
 
 #[cfg(test)]

@@ -223,7 +223,7 @@ proptest! {
         // The refit may lack a term that it needs.
         prop_assert!(matches!(s.outcome, Outcome::Converged | Outcome::Infeasible));
         prop_assert!((&a * &s.dense - &b).max() < 1e-10);
-        let at = |xi: &DVector<f64>| 0.5 * gram.yty + relaxed.objective(&gram.xtx, &gram.xty, xi);
+        let at = |xi: &DVector<f64>| 0.5 * gram.yty + relaxed.objective(&Problem::new(&gram, Scaling::None), xi);
         for other in others.chunks(4) {
             let other = DVector::from_column_slice(other);
             // Some of these meet the constraints; so do all between the solution and one that does.

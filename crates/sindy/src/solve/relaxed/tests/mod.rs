@@ -266,7 +266,7 @@ proptest! {
         prop_assert_eq!(s.outcome, Outcome::Converged);
         prop_assert!((s.dense[0] + s.dense[2]).abs() < 1e-12);
         let at = |xi: &DVector<f64>| {
-            0.5 * gram.yty + relaxed.objective(&gram.xtx, &gram.xty, xi)
+            0.5 * gram.yty + relaxed.objective(&Problem::new(&gram, Scaling::None), xi)
         };
         // Two routes to one sum of numbers of order yᵀy.
         prop_assert!((at(&s.dense) - s.objective).abs() < 1e-10);

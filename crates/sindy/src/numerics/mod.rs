@@ -1,0 +1,9 @@
+//! Small numerical methods that several stages need.
+
+mod golden_section;
+mod quantile;
+
+pub use golden_section::golden_section;
+pub(crate) use golden_section::minimum_on_grid;
+pub(crate) use quantile::nearest_quantile;
+pub use quantile::quantile;
