@@ -117,6 +117,18 @@ pub enum SindyError {
 }
 
 impl SindyError {
+    pub(crate) fn shape(what: &'static str, expected: usize, found: usize) -> Self {
+        Self::Shape {
+            what,
+            expected,
+            found,
+        }
+    }
+
+    pub(crate) fn too_short(needed: usize, found: usize) -> Self {
+        Self::TooShort { needed, found }
+    }
+
     pub(crate) fn setting(
         key: &'static str,
         expected: impl Into<String>,
@@ -140,5 +152,29 @@ pub(crate) fn at_least_zero(key: &'static str, value: f64) -> Result<f64, SindyE
             "a finite number, at least 0",
             value,
         ))
+    }
+}
+
+/// Refuses another size than the one that fits.
+pub(crate) fn same_size(
+    what: &'static str,
+    expected: usize,
+    found: usize,
+) -> Result<(), SindyError> {
+    if expected == found {
+        Ok(())
+    } else {
+        Err(SindyError::shape(what, expected, found))
+    }
+}
+
+/// Refuses values that are not finite; `what` names the list.
+pub(crate) fn finite(what: &str, values: &[f64]) -> Result<(), SindyError> {
+    match values.iter().position(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(SindyError::NotFinite {
+            what: what.to_owned(),
+            index,
+        }),
     }
 }

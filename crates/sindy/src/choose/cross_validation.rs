@@ -103,11 +103,11 @@ pub fn cross_validate_scaled(
 ) -> Result<Choice, SindyError> {
     let folds: Vec<&Gram> = groups.iter().filter(|g| g.rows > 0).collect();
     if folds.len() < 2 {
-        return Err(SindyError::Shape {
-            what: "groups to cross-validate over",
-            expected: 2,
-            found: folds.len(),
-        });
+        return Err(SindyError::shape(
+            "groups to cross-validate over",
+            2,
+            folds.len(),
+        ));
     }
     if grid.thresholds.is_empty() || grid.nus.is_empty() {
         return Err(SindyError::setting(

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::numerics::nearest_quantile;
 
 /// How a trajectory is split, checked when built.
@@ -93,13 +93,7 @@ pub fn segments(
 ) -> Result<Segments, SindyError> {
     let n = time.len();
     for (index, column) in std::iter::once(&time).chain(columns).enumerate() {
-        if column.len() != n {
-            return Err(SindyError::Shape {
-                what: "rows of a column",
-                expected: n,
-                found: column.len(),
-            });
-        }
+        same_size("rows of a column", n, column.len())?;
         if let Some(row) = column.iter().position(|v| v.is_infinite()) {
             let what = match index {
                 0 => "time".into(),

@@ -1,6 +1,6 @@
 //! Time grids: the checks of a sampled signal, and the period of a uniform grid.
 
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 
 /// Samples that are looked at together: long enough to run in vector instructions, short enough to stop
 /// early.
@@ -14,15 +14,9 @@ fn any(part: &[f64], bad: impl Fn(f64) -> bool) -> bool {
 /// increase.
 pub(crate) fn check(time: &[f64], y: &[f64], needed: usize) -> Result<(), SindyError> {
     let n = y.len();
-    if time.len() != n {
-        return Err(SindyError::Shape {
-            what: "time and signal",
-            expected: n,
-            found: time.len(),
-        });
-    }
+    same_size("time and signal", n, time.len())?;
     if n < needed {
-        return Err(SindyError::TooShort { needed, found: n });
+        return Err(SindyError::too_short(needed, n));
     }
     for (what, column) in [("signal", y), ("time", time)] {
         if column

@@ -3,7 +3,7 @@
 //! Everything that reads data reads it through [`BlockSource`], so data may come from memory, from a
 //! file that is larger than memory, or from a simulation.
 
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 
 /// Rows that belong together: equally long columns of one group, in the order of
 /// [`BlockSource::names`].
@@ -52,20 +52,10 @@ impl Samples {
     /// # Errors
     /// A wrong number of columns, or columns of unequal length.
     pub fn push_group(&mut self, columns: Vec<Vec<f64>>) -> Result<(), SindyError> {
-        if columns.len() != self.names.len() {
-            return Err(SindyError::Shape {
-                what: "columns of a group",
-                expected: self.names.len(),
-                found: columns.len(),
-            });
-        }
+        same_size("columns of a group", self.names.len(), columns.len())?;
         let n = columns.first().map_or(0, Vec::len);
         if let Some(c) = columns.iter().find(|c| c.len() != n) {
-            return Err(SindyError::Shape {
-                what: "rows of a column",
-                expected: n,
-                found: c.len(),
-            });
+            return Err(SindyError::shape("rows of a column", n, c.len()));
         }
         self.groups.push(columns);
         Ok(())
@@ -123,4 +113,9 @@ pub(crate) fn position(names: &[String], name: &str) -> Result<usize, SindyError
             name: name.to_string(),
             known: names.join(", "),
         })
+}
+
+/// Fails where a pass over the source failed.
+pub(crate) fn passed(source: &dyn BlockSource) -> Result<(), SindyError> {
+    source.failure().map_or(Ok(()), Err)
 }

@@ -65,13 +65,7 @@ impl<I: Iterator<Item = Result<OwnedBlock, SindyError>>> Stream<I> {
             })?;
         for block in blocks {
             let OwnedBlock { group, columns } = block?;
-            let shape = |what, expected, found| {
-                Err(SindyError::Shape {
-                    what,
-                    expected,
-                    found,
-                })
-            };
+            let shape = |what, expected, found| Err(SindyError::shape(what, expected, found));
             if group >= self.groups {
                 return shape("groups of the stream (at least)", group + 1, self.groups);
             }

@@ -123,10 +123,7 @@ impl<'a> Rates<'a> {
             .map(|g| samples.group(g).first().map_or(0, Vec::len))
             .min();
         if let Some(found) = shortest.filter(|n| *n < method.points()) {
-            return Err(SindyError::TooShort {
-                needed: method.points(),
-                found,
-            });
+            return Err(SindyError::too_short(method.points(), found));
         }
         Ok(Self {
             samples,

@@ -37,13 +37,15 @@
 //! [`Identification`] says what was chosen and why, with every equation's front of terms against error.
 //! Random numbers are not used. Rows that do not fit into memory pass once through [`stream`].
 
-mod certainty;
 mod discrete;
+mod evidence;
+mod follow;
 mod inputs;
 mod model;
 mod outliers;
 mod prepare;
 mod proportional;
+mod rank;
 mod regress;
 mod result;
 mod run;
@@ -63,7 +65,7 @@ use crate::error::SindyError;
 use crate::library::Library;
 use crate::model::Time;
 use crate::trajectory::output_error::System;
-use run::Run;
+use run::IdentificationRun;
 
 /// The automatic identification.
 #[derive(Clone, Debug)]
@@ -102,11 +104,11 @@ impl Identify {
         match self.libraries.as_slice() {
             [one] => Ok(vec![one.clone(); n]),
             all if all.len() == n => Ok(all.to_vec()),
-            all => Err(SindyError::Shape {
-                what: "libraries (one, or one per state)",
-                expected: n,
-                found: all.len(),
-            }),
+            all => Err(SindyError::shape(
+                "libraries (one, or one per state)",
+                n,
+                all.len(),
+            )),
         }
     }
 
@@ -151,40 +153,15 @@ impl Identify {
                 stretches.iter().filter_map(|s| s.weights).flatten(),
             ));
         }
-        let names = data.names();
         let libraries = libraries
             .into_iter()
             .map(|library| {
-                let found = proportional::multiples(&library, &names, &stretches)?;
-                let text = library.names();
-                let told: Vec<String> = found
-                    .iter()
-                    .map(|m| {
-                        let factor = proportional::rounded(m.factor);
-                        format!("{} = {factor} x {}", text[m.term], text[m.of])
-                    })
-                    .collect();
-                if !told.is_empty() {
-                    warnings.push(format!(
-                        "collinear terms are left out, which no row of the data tells from simpler ones: {}",
-                        told.join(", ")
-                    ));
-                }
-                let out: Vec<usize> = found.iter().map(|m| m.term).collect();
-                Ok(library.without(&out))
+                proportional::without_multiples(library, data, &stretches, &mut warnings)
             })
             .collect::<Result<Vec<_>, SindyError>>()?;
         warnings.dedup();
-        let rows: usize = stretches.iter().map(|s| s.time.len()).sum();
-        let terms = libraries.iter().map(Library::len).max().unwrap_or(0);
-        if rows <= terms {
-            return Err(SindyError::Shape {
-                what: "usable rows (more than the library has terms)",
-                expected: terms + 1,
-                found: rows,
-            });
-        }
-        Run {
+        check_rows(stretches.iter().map(|s| s.time.len()).sum(), &libraries)?;
+        IdentificationRun {
             data,
             settings: &self.settings,
             system: System::new(time, data.states(), data.inputs(), &libraries)?,
@@ -197,4 +174,14 @@ impl Identify {
         }
         .go(progress)
     }
+}
+
+/// Refuses data of fewer rows than the largest library has terms.
+fn check_rows(rows: usize, libraries: &[Library]) -> Result<(), SindyError> {
+    let terms = libraries.iter().map(Library::len).max().unwrap_or(0);
+    if rows > terms {
+        return Ok(());
+    }
+    let what = "usable rows (more than the library has terms)";
+    Err(SindyError::shape(what, terms + 1, rows))
 }

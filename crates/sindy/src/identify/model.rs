@@ -1,28 +1,33 @@
-//! From what was found to a model that says how sure it is.
+//! From a fit to the identification's result: model, fronts, reason and warnings.
 
-use super::certainty::{Certainty, certainty, intervals};
+use super::evidence::{TermEvidence, intervals, of_regression};
+use super::follow::FollowedModel;
+use super::rank::RankedModel;
 use super::regress::{FRONT_NODES, Statistics, best_subsets};
-use super::run::{CORRELATED, FOLLOWS, Followed, Ranked, Run};
+use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
 use super::{Candidate, Choice, Equation, FrontPoint, Identification, ratio};
 use crate::error::SindyError;
 use crate::model::{Model, Term};
+use crate::solve::exact::Subset;
+use crate::solve::fit::Fit;
 use crate::solve::outcome::Outcome;
 use crate::statistics::gram::Gram;
+use crate::trajectory::output_error::{Alternative, OutputErrorFit};
 
-impl Run<'_> {
-    /// A model from the coefficients of all candidates and how sure they are.
-    fn model(&self, coefficients: &[f64], sure: &[Certainty]) -> Result<Model, SindyError> {
+impl IdentificationRun<'_> {
+    /// A model from the coefficients of all candidates and the evidence for them.
+    fn model(&self, coefficients: &[f64], all: &[TermEvidence]) -> Result<Model, SindyError> {
         let mut at = 0;
         let mut equations = Vec::new();
         for library in &self.libraries {
             let mut terms = Vec::new();
             for term in library.terms() {
                 if coefficients[at] != 0.0 {
-                    let Certainty {
+                    let TermEvidence {
                         std_error,
                         evidence,
                         ..
-                    } = sure[at];
+                    } = all[at];
                     // Odds are exp(Δ/2) for twice the log-likelihood that the term is worth.
                     let inclusion = 1.0 / (1.0 + (-0.5 * evidence).exp());
                     let mut kept =
@@ -39,18 +44,7 @@ impl Run<'_> {
         Model::new(self.time, self.data.states(), self.data.inputs(), equations)
     }
 
-    fn candidates(ranked: &[Ranked]) -> Vec<Candidate> {
-        ranked
-            .iter()
-            .map(|r| Candidate {
-                name: r.regression.name.clone(),
-                terms: r.coefficients.iter().filter(|c| **c != 0.0).count(),
-                free_run: r.free_run,
-            })
-            .collect()
-    }
-
-    fn choice(&self, ranked: &Ranked, method: &str, reason: String) -> Choice {
+    fn choice(&self, ranked: &RankedModel, method: &str, reason: String) -> Choice {
         let points = &ranked.regression.points;
         let of = |value: fn(&(f64, f64)) -> f64| -> Option<Vec<f64>> {
             points.iter().map(|p| p.as_ref().map(value)).collect()
@@ -66,100 +60,98 @@ impl Run<'_> {
 
     pub(super) fn of_output_error(
         mut self,
-        ranked: &[Ranked],
-        followed: &Followed,
+        ranked: &[RankedModel],
+        followed: &FollowedModel,
     ) -> Result<Identification, SindyError> {
-        let (start, found) = (followed.start, &followed.found);
-        let misfit = self.misfit(found);
-        let terms = found.coefficients.iter().filter(|c| **c != 0.0).count();
+        let fit = &followed.fit;
+        let evidence: Vec<TermEvidence> = (0..fit.coefficients.len())
+            .map(|j| TermEvidence::of_output_error(fit, j))
+            .collect();
+        let model = self.model(&fit.coefficients, &evidence)?;
+        let mut equations = Vec::new();
+        let mut at = 0;
+        for (i, library) in self.libraries.iter().enumerate() {
+            let own = at..at + library.len();
+            let chosen: Vec<bool> = fit.coefficients[own.clone()]
+                .iter()
+                .map(|c| *c != 0.0)
+                .collect();
+            let point = |point: &Alternative| {
+                let kept = |j| point.support.contains(&j);
+                let support: Vec<bool> = own.clone().map(kept).collect();
+                FrontPoint {
+                    terms: named(library.names(), &support),
+                    error: point.error,
+                    proven: point.proven,
+                    chosen: support == chosen,
+                }
+            };
+            equations.push(Equation {
+                state: self.data.states()[i].clone(),
+                noise: self.noise.sigma[i],
+                residual: Some(fit.sigma[i]),
+                front: fit.fronts[i].iter().map(point).collect(),
+                unit: "root mean square of the trajectories' residuals, in units of the noise",
+                intervals: intervals(&fit.coefficients[own.clone()], &evidence[own.clone()]),
+            });
+            at = own.end;
+        }
+        let start = &ranked[followed.start];
+        let choice = self.choice(start, "output_error", self.reason_of_fit(fit, start));
+        let warnings = self.warnings_of_fit(followed);
+        self.warnings.extend(warnings);
+        Ok(self.finish(model, equations, choice, ranked, fit.outcome))
+    }
+
+    fn reason_of_fit(&self, fit: &OutputErrorFit, start: &RankedModel) -> String {
+        let terms = fit.coefficients.iter().filter(|c| **c != 0.0).count();
+        let leave = match terms {
+            1 => "term leaves",
+            _ => "terms leave",
+        };
+        format!(
+            "output error: {terms} {leave} {} times the estimated noise over {} of the data; every other term is worth less \
+             than its penalty; started from {} ({})",
+            ratio(self.misfit(fit)),
+            count(fit.arcs, "arc"),
+            start.regression.name,
+            count(fit.iterations, "step")
+        )
+    }
+
+    fn warnings_of_fit(&self, FollowedModel { fit, longest, .. }: &FollowedModel) -> Vec<String> {
+        let misfit = self.misfit(fit);
+        let mut out = Vec::new();
         if misfit > FOLLOWS {
-            self.warnings.push(format!(
+            out.push(format!(
                 "the model leaves {} times the noise: the system is disturbed, or is not in the library",
                 ratio(misfit)
             ));
         }
-        if found.outcome != Outcome::Converged {
-            self.warnings.push(format!(
+        if fit.outcome != Outcome::Converged {
+            out.push(format!(
                 "the output error did not converge in {} steps",
-                found.iterations
+                fit.iterations
             ));
         }
-        if followed.longest != usize::MAX {
-            self.warnings.push(format!(
+        if *longest != usize::MAX {
+            out.push(format!(
                 "trajectories are followed in {} only: the system is disturbed, or is not in the library",
-                count(found.arcs, "short arc")
+                count(fit.arcs, "short arc")
             ));
         }
-        if found.correlation > CORRELATED && self.noise.is_visible() {
-            self.warnings.push(format!(
+        if fit.correlation > CORRELATED && self.noise.is_visible() {
+            out.push(format!(
                 "residuals are correlated: standard errors are widened {:.1} times",
-                found.correlation.sqrt()
+                fit.correlation.sqrt()
             ));
         }
-        let reason = format!(
-            "output error: {terms} {} {} times the estimated noise over {} of the data; every other term is worth less \
-             than its penalty; started from {} ({})",
-            if terms == 1 {
-                "term leaves"
-            } else {
-                "terms leave"
-            },
-            ratio(misfit),
-            count(found.arcs, "arc"),
-            ranked[start].regression.name,
-            count(found.iterations, "step")
-        );
-        let sure: Vec<Certainty> = (0..found.coefficients.len())
-            .map(|j| Certainty::of_output_error(found, j))
-            .collect();
-        let model = self.model(&found.coefficients, &sure)?;
-        let mut equations = Vec::new();
-        let mut at = 0;
-        for (i, library) in self.libraries.iter().enumerate() {
-            let p = library.len();
-            let chosen: Vec<bool> = found.coefficients[at..at + p]
-                .iter()
-                .map(|c| *c != 0.0)
-                .collect();
-            let front = found.fronts[i]
-                .iter()
-                .map(|point| {
-                    let support: Vec<bool> =
-                        (0..p).map(|j| point.support.contains(&(at + j))).collect();
-                    FrontPoint {
-                        terms: named(library.names(), &support),
-                        error: point.error,
-                        proven: point.proven,
-                        chosen: support == chosen,
-                    }
-                })
-                .collect();
-            let intervals = intervals(&found.coefficients[at..at + p], &sure[at..at + p]);
-            at += p;
-            equations.push(Equation {
-                state: self.data.states()[i].clone(),
-                noise: self.noise.sigma[i],
-                residual: Some(found.sigma[i]),
-                front,
-                unit: "root mean square of the trajectories' residuals, in units of the noise",
-                intervals,
-            });
-        }
-        Ok(Identification {
-            model,
-            equations,
-            choice: self.choice(&ranked[start], "output_error", reason),
-            candidates: Self::candidates(ranked),
-            outcome: found.outcome,
-            inputs_between: self.inputs.between,
-            data: self.data.report(),
-            warnings: self.warnings,
-        })
+        out
     }
 
     pub(super) fn of_regression(
         mut self,
-        ranked: &[Ranked],
+        ranked: &[RankedModel],
         statistics: &[Statistics],
     ) -> Result<Identification, SindyError> {
         let best = &ranked[0];
@@ -168,36 +160,25 @@ impl Run<'_> {
             .iter()
             .find(|s| s.smoothing == best.regression.smoothing)
             .unwrap_or(&statistics[0]);
-        let mut sure = Vec::new();
+        let mut evidence = Vec::new();
         let mut equations = Vec::new();
         for (i, (fit, parts)) in best.regression.fits.iter().zip(&from.grams).enumerate() {
             let total = Gram::total(parts);
-            let own = certainty(fit, parts, &total, from.independent);
-            let names = self.libraries[i].names();
-            let front = best_subsets(&total, FRONT_NODES)?
-                .sizes
-                .iter()
-                .map(|s| FrontPoint {
-                    terms: named(names, &s.fit.support),
-                    error: (s.fit.residual_sum / total.weight().max(f64::MIN_POSITIVE)).sqrt(),
-                    proven: s.fit.outcome == Outcome::Optimal,
-                    chosen: s.fit.support == fit.support,
-                })
-                .collect();
+            let own = of_regression(fit, parts, &total, from.independent);
             equations.push(Equation {
                 state: self.data.states()[i].clone(),
                 noise: self.noise.sigma[i],
                 residual: None,
-                front,
+                front: front(&total, fit, self.libraries[i].names())?,
                 unit: match self.settings.discrete {
                     true => "root mean square error of the next sample",
                     false => "root mean square error of the slope",
                 },
                 intervals: intervals(fit.coefficients.as_slice(), &own),
             });
-            sure.extend(own);
+            evidence.extend(own);
         }
-        let model = self.model(&best.coefficients, &sure)?;
+        let model = self.model(&best.coefficients, &evidence)?;
         let reason = format!(
             "{}: of {} regressions the fewest terms ({}) among those with the least free-run error ({} times the \
              noise)",
@@ -206,8 +187,20 @@ impl Run<'_> {
             model.terms(),
             ratio(best.free_run)
         );
+        let choice = self.choice(best, best.regression.solver, reason);
+        let warnings = self.warnings_of_regression(best, &model);
+        self.warnings.extend(warnings);
+        let mut outcomes = best.regression.fits.iter().map(|f| f.outcome);
+        let outcome = outcomes
+            .find(|o| !o.is_success())
+            .unwrap_or(Outcome::Converged);
+        Ok(self.finish(model, equations, choice, ranked, outcome))
+    }
+
+    fn warnings_of_regression(&self, best: &RankedModel, model: &Model) -> Vec<String> {
+        let mut out = Vec::new();
         if !(best.free_run <= FOLLOWS) {
-            self.warnings.push(format!(
+            out.push(format!(
                 "in free run the model leaves {} times the noise: the system is disturbed, or is not in the \
                  library, or its inputs are not what it was driven by",
                 ratio(best.free_run)
@@ -220,34 +213,55 @@ impl Run<'_> {
                 .map(|t| t.expression.to_string())
                 .collect();
             if !doubtful.is_empty() {
-                self.warnings.push(format!(
+                out.push(format!(
                     "equation of {state}: more likely absent than not: {}",
                     doubtful.join(", ")
                 ));
             }
         }
         if self.settings.method == super::Method::OutputError {
-            self.warnings
-                .push("the output error could follow no trajectory; this is a regression".into());
+            out.push("the output error could follow no trajectory; this is a regression".into());
         }
-        let outcome = best
-            .regression
-            .fits
-            .iter()
-            .map(|f| f.outcome)
-            .find(|o| !o.is_success())
-            .unwrap_or(Outcome::Converged);
-        Ok(Identification {
+        out
+    }
+
+    fn finish(
+        self,
+        model: Model,
+        equations: Vec<Equation>,
+        choice: Choice,
+        ranked: &[RankedModel],
+        outcome: Outcome,
+    ) -> Identification {
+        let candidate = |r: &RankedModel| Candidate {
+            name: r.regression.name.clone(),
+            terms: r.terms(),
+            free_run: r.free_run,
+        };
+        Identification {
             model,
             equations,
-            choice: self.choice(best, best.regression.solver, reason),
-            candidates: Self::candidates(ranked),
+            choice,
+            candidates: ranked.iter().map(candidate).collect(),
             outcome,
             inputs_between: self.inputs.between,
             data: self.data.report(),
             warnings: self.warnings,
-        })
+        }
     }
+}
+
+/// The best subset of every size, and where the fit's own terms stand among them.
+fn front(total: &Gram, fit: &Fit, names: &[String]) -> Result<Vec<FrontPoint>, SindyError> {
+    let subsets = best_subsets(total, FRONT_NODES)?;
+    let weight = total.weight().max(f64::MIN_POSITIVE);
+    let point = |s: &Subset| FrontPoint {
+        terms: named(names, &s.fit.support),
+        error: (s.fit.residual_sum / weight).sqrt(),
+        proven: s.fit.outcome == Outcome::Optimal,
+        chosen: s.fit.support == fit.support,
+    };
+    Ok(subsets.sizes.iter().map(point).collect())
 }
 
 /// So many of a thing.

@@ -3,7 +3,7 @@
 //! Under an input that only switches between -2 and 2, `u^2` is 4 throughout, and no data can tell `v u^2` from
 //! `v`: the fit would pick either. The earlier of two such terms stays, the later leaves the library.
 
-use crate::data::dataset::Stretch;
+use crate::data::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
 use crate::library::Library;
 
@@ -13,14 +13,41 @@ const LOOKED_AT: usize = 512;
 const ROUNDING: f64 = 1e-12;
 
 /// A term that says nothing that an earlier one does not say.
-pub(super) struct Multiple {
-    pub term: usize,
-    pub of: usize,
-    pub factor: f64,
+struct Multiple {
+    term: usize,
+    of: usize,
+    factor: f64,
+}
+
+/// The library without such terms, and a warning that names them.
+pub(super) fn without_multiples(
+    library: Library,
+    data: &Dataset,
+    stretches: &[Stretch<'_>],
+    warnings: &mut Vec<String>,
+) -> Result<Library, SindyError> {
+    let multiples = multiples(&library, &data.names(), stretches)?;
+    if multiples.is_empty() {
+        return Ok(library);
+    }
+    let names = library.names();
+    let equations: Vec<String> = multiples
+        .iter()
+        .map(|m| {
+            let factor = rounded(m.factor);
+            format!("{} = {factor} x {}", names[m.term], names[m.of])
+        })
+        .collect();
+    warnings.push(format!(
+        "collinear terms are left out, which no row of the data tells from simpler ones: {}",
+        equations.join(", ")
+    ));
+    let terms: Vec<usize> = multiples.iter().map(|m| m.term).collect();
+    Ok(library.without(&terms))
 }
 
 /// All such terms of a library over columns in the order of `names`.
-pub(super) fn multiples(
+fn multiples(
     library: &Library,
     names: &[String],
     stretches: &[Stretch<'_>],

@@ -18,17 +18,22 @@ use crate::statistics::gram::{Accumulate, Gram};
 use crate::trajectory::output_error::irrelevant;
 use crate::weak::WeakForm;
 
-/// Terms above which best subsets are searched among those of a stepwise path only.
+/// Terms above which best subsets are searched among those of a stepwise path only: the time of an exact search doubles
+/// with every few terms.
 const EXACT: usize = 40;
-/// Terms of a best subset, at most.
+/// Terms of a best subset, at most. Equations of more terms are found by SR3, which has no limit.
 const MOST_TERMS: usize = 14;
 /// Terms of the sparser starts, at most: where data hardly tell terms apart, a criterion keeps far too many.
 const SPARSE: usize = 4;
-/// Nodes of a branch and bound, at most, for a start and for a front.
+/// Nodes of a branch and bound, at most, for a start (some milliseconds; the output error mends what it misses) and for a
+/// front (a fraction of a second; beyond it the front is reported as not proven).
 const NODES: u64 = 8_000;
 pub(super) const FRONT_NODES: u64 = 200_000;
-/// The condition of the scaled library above which the triangular factor is accumulated as well.
+/// The condition of the scaled library above which the triangular factor is accumulated as well: the Gram matrix squares
+/// it, and four of sixteen digits are left.
 const ILL_CONDITIONED: f64 = 1e6;
+/// Windows of the weak form lie an eighth of a half-width apart: this share of them is independent.
+pub(super) const INDEPENDENT_WINDOWS: f64 = 0.25;
 
 /// One regression for every equation.
 pub(super) struct Regression {
@@ -49,6 +54,24 @@ pub(super) struct Statistics {
     pub grams: Vec<Vec<Gram>>,
     /// Rows that are independent, as a share.
     pub independent: f64,
+}
+
+impl Statistics {
+    fn regression(
+        &self,
+        solver: &'static str,
+        how: &str,
+        points: Vec<Option<(f64, f64)>>,
+        fits: Vec<Fit>,
+    ) -> Regression {
+        Regression {
+            name: format!("{how}; {}", self.smoothing),
+            solver,
+            smoothing: self.smoothing.clone(),
+            points,
+            fits,
+        }
+    }
 }
 
 /// Statistics of slopes.
@@ -118,8 +141,7 @@ pub(super) fn of_weak_form(
     Ok(Some(Statistics {
         smoothing: format!("weak form, half-width {half_width:.4}"),
         grams,
-        // Windows lie an eighth of a half-width apart.
-        independent: 0.25,
+        independent: INDEPENDENT_WINDOWS,
     }))
 }
 
@@ -202,47 +224,25 @@ pub(super) fn solve(
         let folds = folded(parts, settings.folds);
         let left_out = settings.score.criterion().is_none() && folds.len() > 1;
         let rule = if left_out { Rule::LeftOut } else { scored };
-        let subset = match settings.score {
-            Score::LeftOut if left_out => {
-                let sizes = |gram: &Gram| -> Result<Vec<Fit>, SindyError> {
-                    let mut fits: Vec<Fit> = best_subsets(gram, NODES)?
-                        .sizes
-                        .into_iter()
-                        .map(|s| s.fit)
-                        .collect();
-                    if let Some(last) = fits.last().cloned() {
-                        fits.resize(MOST_TERMS + 1, last);
-                    }
-                    Ok(fits)
-                };
-                select(&folds, &sizes, rule)?.fit().clone()
-            }
-            _ => {
-                let found = best_subsets(&total, NODES)?;
-                found.choose(&total, criterion, Some(rows))?.fit.clone()
-            }
+        let subset = if left_out && settings.score == Score::LeftOut {
+            select(&folds, &sizes, rule)?.fit().clone()
+        } else {
+            let found = best_subsets(&total, NODES)?;
+            found.choose(&total, criterion, Some(rows))?.fit.clone()
         };
         subsets.push(relevant(&total, &subset, settings.relevance));
         let selection = select(&folds, &family, rule)?;
-        let fits: Vec<Fit> = selection
-            .members
-            .iter()
+        let members = selection.members.iter();
+        let fits: Vec<Fit> = members
             .map(|m| relevant(&total, &m.fit, settings.relevance))
             .collect();
         grid.push((fits, selection.chosen));
     }
-    let regression = |solver: &'static str, how: &str, points, fits| Regression {
-        name: format!("{how}; {}", statistics.smoothing),
-        solver,
-        smoothing: statistics.smoothing.clone(),
-        points,
-        fits,
-    };
     let none = vec![None; subsets.len()];
-    let mut out = vec![regression("best_subset", "best subset", none, subsets)];
+    let mut out = vec![statistics.regression("best_subset", "best subset", none, subsets)];
     let chosen = grid.iter().map(|(fits, k)| fits[*k].clone()).collect();
     let at = grid.iter().map(|(_, k)| Some(points[*k])).collect();
-    out.push(regression("sr3", "SR3", at, chosen));
+    out.push(statistics.regression("sr3", "SR3", at, chosen));
     if settings.score == Score::FreeRun {
         for (k, point) in points.iter().enumerate() {
             let fits: Vec<Fit> = grid.iter().map(|(fits, _)| fits[k].clone()).collect();
@@ -252,16 +252,22 @@ pub(super) fn solve(
             };
             if !out.iter().any(same) {
                 let how = format!("SR3, lambda {:.2e}, nu {}", point.0, point.1);
-                out.push(regression(
-                    "sr3",
-                    &how,
-                    vec![Some(*point); fits.len()],
-                    fits,
-                ));
+                let at = vec![Some(*point); fits.len()];
+                out.push(statistics.regression("sr3", &how, at, fits));
             }
         }
     }
     Ok(out)
+}
+
+/// The best subset of every size up to the largest; sizes that the data do not allow repeat the last.
+fn sizes(gram: &Gram) -> Result<Vec<Fit>, SindyError> {
+    let sizes = best_subsets(gram, NODES)?.sizes.into_iter();
+    let mut fits: Vec<Fit> = sizes.map(|s| s.fit).collect();
+    if let Some(last) = fits.last().cloned() {
+        fits.resize(MOST_TERMS + 1, last);
+    }
+    Ok(fits)
 }
 
 /// The best subsets of one term for each equation, of two, and so on: for data on which no model of [`solve`] can
@@ -276,12 +282,10 @@ pub(super) fn sparse(statistics: &Statistics) -> Result<Vec<Regression>, SindyEr
         let fits = found.iter().map(|f| &f.sizes[terms.min(f.sizes.len() - 1)]);
         fits.map(|s| s.fit.clone()).collect()
     };
-    let regression = |terms: usize| Regression {
-        name: format!("best subset of {terms}; {}", statistics.smoothing),
-        solver: "best_subset",
-        smoothing: statistics.smoothing.clone(),
-        points: vec![None; found.len()],
-        fits: of(terms),
+    let regression = |terms: usize| {
+        let none = vec![None; found.len()];
+        let name = format!("best subset of {terms}");
+        statistics.regression("best_subset", &name, none, of(terms))
     };
     Ok((1..=SPARSE).map(regression).collect())
 }

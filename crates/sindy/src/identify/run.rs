@@ -1,30 +1,27 @@
 //! One identification, from slopes to the accepted model.
 
+use super::follow::FollowedModel;
 use super::inputs;
 use super::prepare::{self, Noise, Slopes};
-use super::regress::{self, Regression, Statistics};
+use super::rank::{BETTER, RANKED, RankedModel, by_free_run};
+use super::regress::{self, Statistics};
 use super::{Identification, Method, Progress, Settings, Smoothing, warnings};
 use crate::data::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
 use crate::library::Library;
-use crate::model::{Interpolation, Time};
-use crate::solve::outcome::Outcome;
-use crate::statistics::gram::Gram;
-use crate::trajectory::output_error::{self, Found, Piece, Start, System, free_run};
+use crate::model::Time;
+use crate::trajectory::output_error::{Piece, System, free_run};
 
-/// A fit follows the data if it leaves no state more than this times its noise.
+/// A model follows the data if it leaves no state more than this times its noise. The noise itself is estimated to about
+/// a tenth; twice this value accepts models that lack a term, and half of it (below 1) refuses true ones.
 pub(super) const FOLLOWS: f64 = 1.5;
-/// Candidates above which the output error looks only at terms that regressions met.
-const MOST_CANDIDATES: usize = 400;
-/// Rows that models are ranked on, about.
-pub(super) const RANKED: usize = 10_000;
-/// Starts of the output error, at most.
-const STARTS: usize = 3;
-/// Residuals that stand for less than one in so many independent ones are correlated.
+/// A sum of autocorrelations above which residuals count as correlated: they hold half the information of independent
+/// ones. Sums up to about 1.3 are scatter in white residuals; at twice the value, standard errors 1.4 times too small pass
+/// without a warning.
 pub(super) const CORRELATED: f64 = 2.0;
 
 /// One identification under way.
-pub(super) struct Run<'a> {
+pub(super) struct IdentificationRun<'a> {
     pub data: &'a Dataset,
     pub settings: &'a Settings,
     pub libraries: Vec<Library>,
@@ -36,29 +33,12 @@ pub(super) struct Run<'a> {
     pub warnings: Vec<String>,
 }
 
-/// What the output error found.
-pub(super) struct Followed {
-    /// The ranked model that it started from.
-    pub start: usize,
-    pub found: Found,
-    /// Nodes of an arc, at most; `usize::MAX` where trajectories were followed as far as chaos allows.
-    pub longest: usize,
-}
-
-/// A model by regression, with what it is ranked by.
-pub(super) struct Ranked {
-    pub regression: Regression,
-    pub coefficients: Vec<f64>,
-    pub free_run: f64,
-}
-
-impl Run<'_> {
+impl<'a> IdentificationRun<'a> {
     pub(super) fn go(
         mut self,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Identification, SindyError> {
         progress(Progress::Smoothing);
-        let n = self.data.states().len();
         let (slopes, statistics) = self.regressions(progress)?;
         self.warnings.extend(warnings::of_data(
             &self.data.report(),
@@ -66,90 +46,63 @@ impl Run<'_> {
             &self.libraries,
             &self.data.samples()?,
         )?);
-        let between = self.inputs.between.clone();
-        let pieces = prepare::pieces(&self.stretches, n, &slopes, &between, self.settings.rows);
-        let term_rms: Vec<f64> = statistics[0]
-            .grams
-            .iter()
-            .flat_map(|parts| Gram::total(parts).column_rms().as_slice().to_vec())
-            .collect();
-        let yardstick = prepare::pieces(
-            &self.stretches,
-            n,
-            &slopes,
-            &between,
-            self.settings.rows.min(RANKED),
-        );
+        let yardstick = self.yardstick(&slopes);
+        let ranked = self.rank(&statistics, &yardstick)?;
+        let followed = self.follow(&ranked, &slopes, &statistics[0], progress);
+        match followed.filter(|followed| self.accepts(followed, &ranked, &yardstick)) {
+            Some(followed) => self.of_output_error(&ranked, &followed),
+            None => self.of_regression(&ranked, &statistics),
+        }
+    }
+
+    /// The pieces that all models are ranked on.
+    fn yardstick(&self, slopes: &Slopes) -> Vec<Piece<'a>> {
+        let rows = self.settings.rows.min(RANKED);
+        let states = self.data.states().len();
+        prepare::pieces(&self.stretches, states, slopes, &self.inputs.between, rows)
+    }
+
+    /// Every regression on every statistics, best first.
+    fn rank(
+        &mut self,
+        statistics: &[Statistics],
+        yardstick: &[Piece<'_>],
+    ) -> Result<Vec<RankedModel>, SindyError> {
         let mut regressions = Vec::new();
-        for statistics in &statistics {
+        for statistics in statistics {
             regressions.extend(regress::solve(statistics, self.settings)?);
         }
         if self.settings.discrete {
             self.noise.of_map(&statistics[0], &regressions);
         }
-        let rank = |regression: Regression| {
-            let fits = regression.fits.iter();
-            let coefficients: Vec<f64> =
-                fits.flat_map(|f| f.coefficients.iter().copied()).collect();
-            Ranked {
-                free_run: free_run(&self.system, &yardstick, &coefficients, &self.noise.sigma),
-                coefficients,
-                regression,
-            }
-        };
-        let mut ranked: Vec<Ranked> = regressions.into_iter().map(rank).collect();
+        let rank =
+            |regression| RankedModel::new(regression, &self.system, yardstick, &self.noise.sigma);
+        let mut ranked: Vec<RankedModel> = regressions.into_iter().map(rank).collect();
         if !ranked.iter().any(|r| r.free_run.is_finite()) {
-            // Criteria keep too much where data hardly tell terms apart.
-            for statistics in &statistics {
+            // Criteria keep too many terms where data hardly tell them apart.
+            for statistics in statistics {
                 ranked.extend(regress::sparse(statistics)?.into_iter().map(rank));
             }
         }
-        // Fewer terms first among those that predict alike.
-        ranked.sort_by(|a, b| {
-            let rounded = |r: &Ranked| (r.free_run * 50.0).round();
-            let terms = |r: &Ranked| r.coefficients.iter().filter(|c| **c != 0.0).count();
-            rounded(a)
-                .total_cmp(&rounded(b))
-                .then(terms(a).cmp(&terms(b)))
-        });
-        let found = match self.settings.method {
-            Method::Regression => None,
-            _ => self.output_error(&ranked, &pieces, &term_rms, progress),
-        };
-        let found = match &self.inputs.second {
-            Some(second) if !self.settings.discrete => {
-                let held = prepare::pieces(&self.stretches, n, &slopes, second, self.settings.rows);
-                let second = second.clone();
-                self.better(found, &ranked, (&held, second), &term_rms, progress)
-            }
-            _ => found,
-        };
-        // What was followed in short pieces only has to predict better than regressions do.
-        let follows = found
-            .as_ref()
-            .is_some_and(|f| f.longest == usize::MAX && self.misfit(&f.found) <= FOLLOWS);
-        match found {
-            Some(followed)
-                if self.settings.method == Method::OutputError
-                    || (follows && !self.settings.discrete) =>
-            {
-                self.of_output_error(&ranked, &followed)
-            }
-            Some(followed) => {
-                let free = free_run(
-                    &self.system,
-                    &yardstick,
-                    &followed.found.coefficients,
-                    &self.noise.sigma,
-                );
-                if free < 0.98 * ranked[0].free_run {
-                    self.of_output_error(&ranked, &followed)
-                } else {
-                    self.of_regression(&ranked, &statistics)
-                }
-            }
-            None => self.of_regression(&ranked, &statistics),
+        by_free_run(&mut ranked);
+        Ok(ranked)
+    }
+
+    /// Whether the model by output error replaces the best regression: if it follows whole trajectories to within the
+    /// noise, or else if its free run is better.
+    fn accepts(
+        &self,
+        followed: &FollowedModel,
+        ranked: &[RankedModel],
+        yardstick: &[Piece<'_>],
+    ) -> bool {
+        let follows = followed.longest == usize::MAX && self.misfit(&followed.fit) <= FOLLOWS;
+        if self.settings.method == Method::OutputError || (follows && !self.settings.discrete) {
+            return true;
         }
+        let coefficients = &followed.fit.coefficients;
+        let free_run = free_run(&self.system, yardstick, coefficients, &self.noise.sigma);
+        free_run < BETTER * ranked[0].free_run
     }
 
     /// Slopes by every method that is asked for; those of the first stand for the trajectories.
@@ -237,155 +190,5 @@ impl Run<'_> {
             folds,
         )?);
         Ok(())
-    }
-
-    /// The largest share of a state's noise (or of what is tolerated without noise) that is left.
-    pub(super) fn misfit(&self, found: &Found) -> f64 {
-        found
-            .sigma
-            .iter()
-            .zip(&self.noise.tolerated)
-            .map(|(left, noise)| left / noise)
-            .fold(0.0, f64::max)
-    }
-
-    /// `first`, or what the output error finds with inputs that are something else between samples, if that leaves
-    /// less.
-    fn better(
-        &mut self,
-        first: Option<Followed>,
-        ranked: &[Ranked],
-        (pieces, between): (&[Piece<'_>], Vec<Interpolation>),
-        term_rms: &[f64],
-        progress: &mut dyn FnMut(Progress),
-    ) -> Option<Followed> {
-        let second = match self.settings.method {
-            Method::Regression => None,
-            _ => self.output_error(ranked, pieces, term_rms, progress),
-        };
-        let left = |found: &Option<Followed>| {
-            let found = found.as_ref();
-            found.map_or(f64::INFINITY, |f| self.misfit(&f.found))
-        };
-        if left(&second) < left(&first) {
-            self.inputs.between = between;
-            second
-        } else {
-            first
-        }
-    }
-
-    /// The output error from the best starts; with shorter arcs where whole trajectories cannot be followed.
-    fn output_error(
-        &self,
-        ranked: &[Ranked],
-        pieces: &[Piece<'_>],
-        term_rms: &[f64],
-        progress: &mut dyn FnMut(Progress),
-    ) -> Option<Followed> {
-        let mut best: Option<Followed> = None;
-        for longest in [usize::MAX, 32, 8] {
-            let mut tried: Vec<Vec<bool>> = Vec::new();
-            for (index, start) in ranked.iter().enumerate() {
-                let support: Vec<bool> = start.coefficients.iter().map(|c| *c != 0.0).collect();
-                if tried.len() == STARTS || tried.contains(&support) {
-                    continue;
-                }
-                let number = tried.len();
-                tried.push(support);
-                let limits = self.limits(longest);
-                let from = Start {
-                    coefficients: start.coefficients.clone(),
-                    sigma: self.noise.sigma.clone(),
-                    floor: self.noise.floor.clone(),
-                    candidates: self.screened(ranked),
-                    term_rms: term_rms.to_vec(),
-                };
-                let found = output_error::search(&self.system, pieces, &from, &limits, &mut |s| {
-                    progress(Progress::OutputError {
-                        start: number,
-                        step: s.step,
-                        terms: s.terms,
-                        misfit: s
-                            .sigma
-                            .iter()
-                            .zip(&self.noise.sigma)
-                            .map(|(left, noise)| left / noise)
-                            .fold(0.0, f64::max),
-                    });
-                });
-                let Some(found) = found else { continue };
-                match &best {
-                    Some(b) if found.score > b.found.score - 1.0 => {
-                        let agree = (found.score - b.found.score).abs() <= 1.0;
-                        if agree && found.outcome == Outcome::Converged {
-                            break;
-                        }
-                    }
-                    _ => {
-                        best = Some(Followed {
-                            start: index,
-                            found,
-                            longest,
-                        });
-                    }
-                }
-            }
-            if best
-                .as_ref()
-                .is_some_and(|b| self.misfit(&b.found) <= FOLLOWS)
-            {
-                break;
-            }
-            if longest > 8 {
-                // Scores of differently cut arcs do not compare.
-                best = None;
-            }
-        }
-        let mut best = best?;
-        if best.found.correlation > CORRELATED {
-            // A term is worth as much less as there are fewer independent residuals.
-            let mut limits = self.limits(best.longest);
-            limits.penalty *= best.found.correlation;
-            let from = Start {
-                coefficients: best.found.coefficients.clone(),
-                sigma: best.found.sigma.clone(),
-                floor: self.noise.floor.clone(),
-                candidates: self.screened(ranked),
-                term_rms: term_rms.to_vec(),
-            };
-            let again = output_error::search(&self.system, pieces, &from, &limits, &mut |_| ());
-            if let Some(found) = again
-                && self.misfit(&found) <= FOLLOWS.max(self.misfit(&best.found))
-            {
-                best.found = found;
-            }
-        }
-        Some(best)
-    }
-
-    fn limits(&self, longest: usize) -> output_error::Settings {
-        output_error::Settings {
-            growth: self.settings.growth,
-            iterations: self.settings.iterations,
-            penalty: self.settings.penalty,
-            longest,
-            relevance: self.settings.relevance,
-        }
-    }
-
-    /// The candidates that the output error looks at: all, or those that a regression met.
-    fn screened(&self, ranked: &[Ranked]) -> Option<Vec<bool>> {
-        let size = ranked.first()?.coefficients.len();
-        if size <= MOST_CANDIDATES {
-            return None;
-        }
-        let mut met = vec![false; size];
-        for r in ranked {
-            for (met, c) in met.iter_mut().zip(&r.coefficients) {
-                *met |= *c != 0.0;
-            }
-        }
-        Some(met)
     }
 }

@@ -43,7 +43,7 @@ pub use dmdc::{Dmdc, DmdcModel};
 pub use edmdc::{Edmdc, EdmdcModel, Lifting};
 pub use system::LinearSystem;
 
-use crate::error::SindyError;
+use crate::error::{SindyError, finite, same_size};
 use crate::model::{Run, RunOutcome};
 
 /// A run whose state exceeds this has blown up.
@@ -197,37 +197,16 @@ fn check_period(period: f64) -> Result<f64, SindyError> {
 
 /// As many finite values as there should be.
 fn check_row(what: &'static str, values: &[f64], expected: usize) -> Result<(), SindyError> {
-    if values.len() != expected {
-        return Err(SindyError::Shape {
-            what,
-            expected,
-            found: values.len(),
-        });
-    }
-    match values.iter().position(|v| !v.is_finite()) {
-        Some(index) => Err(SindyError::NotFinite {
-            what: what.to_owned(),
-            index,
-        }),
-        None => Ok(()),
-    }
+    same_size(what, expected, values.len())?;
+    finite(what, values)
 }
 
 /// One column of at least `steps` finite values for each input.
 fn check_inputs(inputs: &[&[f64]], expected: usize, steps: usize) -> Result<(), SindyError> {
-    if inputs.len() != expected {
-        return Err(SindyError::Shape {
-            what: "inputs",
-            expected,
-            found: inputs.len(),
-        });
-    }
+    same_size("inputs", expected, inputs.len())?;
     for column in inputs {
         let Some(used) = column.get(..steps) else {
-            return Err(SindyError::TooShort {
-                needed: steps,
-                found: column.len(),
-            });
+            return Err(SindyError::too_short(steps, column.len()));
         };
         check_row("values of an input", used, steps)?;
     }

@@ -5,7 +5,7 @@ use nalgebra::linalg::QR;
 use sindy_expr::{Expr, Scratch};
 
 use super::BLOW_UP;
-use crate::data::samples::{BlockSource, position};
+use crate::data::samples::{BlockSource, passed, position};
 use crate::error::SindyError;
 use crate::library::compile;
 
@@ -132,15 +132,10 @@ impl Snapshots {
                 }
             }
         });
-        if let Some(failure) = source.failure() {
-            return Err(failure);
-        }
+        passed(source)?;
         if pairs == 0 {
             // One pair takes two rows in sequence.
-            return Err(SindyError::TooShort {
-                needed: 2,
-                found: 1,
-            });
+            return Err(SindyError::too_short(2, 1));
         }
         Ok(Self {
             r: factor.finish(),

@@ -97,25 +97,3 @@ pub(super) fn written(expression: &Expr) -> Result<String, SindyError> {
     let reason = "it does not read back as the same expression".to_owned();
     Err(SindyError::Expression { text, reason })
 }
-
-pub(super) fn shape(what: &'static str, expected: usize, found: usize) -> Result<(), SindyError> {
-    if expected == found {
-        return Ok(());
-    }
-    Err(SindyError::Shape {
-        what,
-        expected,
-        found,
-    })
-}
-
-/// Requires finite values; `what` names the list in the error.
-pub(super) fn finite(what: &str, values: &[f64]) -> Result<(), SindyError> {
-    match values.iter().position(|v| !v.is_finite()) {
-        None => Ok(()),
-        Some(index) => Err(SindyError::NotFinite {
-            what: what.to_owned(),
-            index,
-        }),
-    }
-}

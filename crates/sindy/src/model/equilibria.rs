@@ -3,8 +3,8 @@
 use nalgebra::{Complex, DMatrix, DVector, SVD, Schur};
 
 use super::jacobian::Jacobian;
-use super::{Model, Time, finite, shape};
-use crate::error::SindyError;
+use super::{Model, Time};
+use crate::error::{SindyError, finite, same_size};
 
 /// A Newton step below this part of the box's width ends an iteration.
 const STEP: f64 = 1e-10;
@@ -125,7 +125,7 @@ impl Search {
     /// equilibria is not an error.
     pub fn run(&self, model: &Model) -> Result<Equilibria, SindyError> {
         let n = model.states.len();
-        shape("ranges (one per state)", n, self.ranges.len())?;
+        same_size("ranges (one per state)", n, self.ranges.len())?;
         for (&(low, high), name) in self.ranges.iter().zip(&model.states) {
             if !(low < high && (high - low).is_finite()) {
                 let found = format!("{low} to {high} for `{name}`");
@@ -144,7 +144,7 @@ impl Search {
         } else {
             self.input.clone()
         };
-        shape("input values", model.inputs.len(), input.len())?;
+        same_size("input values", model.inputs.len(), input.len())?;
         finite("input", &input)?;
 
         let starts = self.points(n);

@@ -2,8 +2,7 @@
 
 use sindy_expr::{Program, Scratch};
 
-use super::{finite, shape};
-use crate::error::SindyError;
+use crate::error::{SindyError, finite, same_size};
 use crate::library::{compile, parse};
 
 /// What the input is between two samples.
@@ -98,16 +97,13 @@ impl Inputs {
         columns: &[&[f64]],
         how: &[Interpolation],
     ) -> Result<Self, SindyError> {
-        shape("interpolations of inputs", columns.len(), how.len())?;
+        same_size("interpolations of inputs", columns.len(), how.len())?;
         if time.len() < 2 {
-            return Err(SindyError::TooShort {
-                needed: 2,
-                found: time.len(),
-            });
+            return Err(SindyError::too_short(2, time.len()));
         }
         increasing("input time", time)?;
         for (i, column) in columns.iter().enumerate() {
-            shape("rows of an input", time.len(), column.len())?;
+            same_size("rows of an input", time.len(), column.len())?;
             finite(&format!("input {i}"), column)?;
         }
         let slopes = columns.iter().zip(how).map(|(c, how)| match how {

@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 use sindy_expr::Expr;
 
+use super::Model;
 use super::predict::Compiled;
-use super::{Model, shape};
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 
 /// Derivatives of the right-hand side: `A = ∂f/∂x` and `B = ∂f/∂u`.
 ///
@@ -68,8 +68,8 @@ impl Jacobian {
         state: &[f64],
         input: &[f64],
     ) -> Result<(DMatrix<f64>, DMatrix<f64>), SindyError> {
-        shape("state values", self.states, state.len())?;
-        shape("input values", self.inputs, input.len())?;
+        same_size("state values", self.states, state.len())?;
+        same_size("input values", self.inputs, input.len())?;
         let row = [state, input].concat();
         let width = row.len();
         let mut values = vec![0.0; self.states * width];

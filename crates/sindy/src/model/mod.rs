@@ -65,9 +65,9 @@ pub use past::{History, Past};
 pub use predict::Evaluator;
 pub use simulate::{Integrator, Simulation};
 
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::library::{Library, parse};
-use check::{check_equation, check_names, finite, shape, written};
+use check::{check_equation, check_names, written};
 use predict::Compiled;
 
 /// Whether a model gives derivatives or the next sample.
@@ -134,7 +134,7 @@ impl Term {
     /// # Errors
     /// [`SindyError::Shape`] if there is not one coefficient for each term.
     pub fn of_library(library: &Library, coefficients: &[f64]) -> Result<Vec<Self>, SindyError> {
-        shape(
+        same_size(
             "coefficients (one per term)",
             library.len(),
             coefficients.len(),
@@ -233,7 +233,7 @@ impl Model {
             return Err(SindyError::setting("states", "at least one name", "none"));
         }
         check_names(&states, &inputs)?;
-        shape("equations (one per state)", states.len(), equations.len())?;
+        same_size("equations (one per state)", states.len(), equations.len())?;
         for equation in &equations {
             check_equation(equation)?;
         }

@@ -5,9 +5,9 @@ use std::ops::Range;
 
 use sindy_expr::{Expr, Program, Scratch};
 
-use super::{Model, Term, shape};
+use super::{Model, Term};
 use crate::data::samples::{Block, BlockSource, position};
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::library::compile;
 
 /// Rows of the terms' values that are held at once: the values of 56 terms stay in a level-2 cache.
@@ -176,10 +176,10 @@ impl Model {
     /// [`SindyError::Shape`] for a wrong number of columns or columns of unequal length.
     pub fn predict(&self, columns: &[&[f64]]) -> Result<Vec<Vec<f64>>, SindyError> {
         let expected = self.states.len() + self.inputs.len();
-        shape("columns (states, then inputs)", expected, columns.len())?;
+        same_size("columns (states, then inputs)", expected, columns.len())?;
         let n = columns.first().map_or(0, |c| c.len());
         for column in columns {
-            shape("rows of a column", n, column.len())?;
+            same_size("rows of a column", n, column.len())?;
         }
         if n == 0 {
             return Ok(vec![Vec::new(); self.states.len()]);

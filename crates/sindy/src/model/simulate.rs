@@ -4,8 +4,8 @@ use super::dopri;
 use super::input::{Drive, Inputs, increasing};
 use super::limits::{Guard, Limits, Run, RunOutcome};
 use super::predict::Workspace;
-use super::{Model, Time, finite, shape};
-use crate::error::SindyError;
+use super::{Model, Time};
+use crate::error::{SindyError, finite, same_size};
 
 /// How the differential equation is integrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,12 +120,9 @@ impl Model {
         self.check_start(start)?;
         how.check()?;
         let guard = how.limits.check(self)?;
-        shape("inputs", self.inputs.len(), inputs.len())?;
+        same_size("inputs", self.inputs.len(), inputs.len())?;
         let (Some(&first), Some(&last)) = (time.first(), time.last()) else {
-            return Err(SindyError::TooShort {
-                needed: 1,
-                found: 0,
-            });
+            return Err(SindyError::too_short(1, 0));
         };
         increasing("time", time)?;
         inputs.check_span(first, last)?;
@@ -181,13 +178,10 @@ impl Model {
         };
         self.check_start(start)?;
         let guard = limits.check(self)?;
-        shape("inputs", self.inputs.len(), inputs.len())?;
+        same_size("inputs", self.inputs.len(), inputs.len())?;
         for (column, name) in inputs.iter().zip(&self.inputs) {
             if column.len() < steps {
-                return Err(SindyError::TooShort {
-                    needed: steps,
-                    found: column.len(),
-                });
+                return Err(SindyError::too_short(steps, column.len()));
             }
             finite(name, column)?;
         }
@@ -218,7 +212,7 @@ impl Model {
     }
 
     fn check_start(&self, start: &[f64]) -> Result<(), SindyError> {
-        shape(
+        same_size(
             "start values (one per state)",
             self.states.len(),
             start.len(),

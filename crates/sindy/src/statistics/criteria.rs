@@ -29,7 +29,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::numerics::golden_section;
 use crate::statistics::gram::Gram;
 use crate::statistics::normal::{Factor, Normal};
@@ -62,13 +62,7 @@ impl Criterion {
         effective_rows: Option<f64>,
     ) -> Result<f64, SindyError> {
         let normal = Normal::new(gram)?;
-        if support.len() != normal.p {
-            return Err(SindyError::Shape {
-                what: "entries of the support",
-                expected: normal.p,
-                found: support.len(),
-            });
-        }
+        same_size("entries of the support", normal.p, support.len())?;
         let rows = rows(gram, effective_rows)?;
         let index: Vec<usize> = (0..normal.terms.len())
             .filter(|&j| support[normal.terms[j]])

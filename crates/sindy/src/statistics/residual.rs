@@ -4,7 +4,7 @@ use nalgebra::DVector;
 use sindy_expr::Scratch;
 
 use crate::data::samples::{BlockSource, position};
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::library::Library;
 
 /// Rows that are evaluated at a time.
@@ -41,11 +41,11 @@ pub fn scores(
     source: &dyn BlockSource,
 ) -> Result<Vec<Vec<f64>>, SindyError> {
     if j >= library.len() {
-        return Err(SindyError::Shape {
-            what: "terms of the library (more than)",
-            expected: j,
-            found: library.len(),
-        });
+        return Err(SindyError::shape(
+            "terms of the library (more than)",
+            j,
+            library.len(),
+        ));
     }
     let mut out = vec![Vec::new(); source.groups()];
     each_row(library, target, coefficients, source, |group, theta, r| {
@@ -63,13 +63,7 @@ fn each_row(
     mut visit: impl FnMut(usize, &dyn Fn(usize) -> f64, f64),
 ) -> Result<(), SindyError> {
     let p = library.len();
-    if coefficients.len() != p {
-        return Err(SindyError::Shape {
-            what: "coefficients (one per term)",
-            expected: p,
-            found: coefficients.len(),
-        });
-    }
+    same_size("coefficients (one per term)", p, coefficients.len())?;
     let program = library.compile(source.names())?;
     let target = position(source.names(), target)?;
     let mut theta = vec![0.0; CHUNK * p];

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use sindy_expr::Scratch;
 
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::library::Library;
 use crate::model::{Model, Run, RunOutcome};
 use crate::numerics::quantile;
@@ -129,13 +129,7 @@ impl Band {
             ("columns (one per name)", names.len(), columns.len()),
             ("rows of a column", rows, unequal.map_or(rows, |c| c.len())),
         ] {
-            if expected != found {
-                return Err(SindyError::Shape {
-                    what,
-                    expected,
-                    found,
-                });
-            }
+            same_size(what, expected, found)?;
         }
         let program = library.compile(names)?;
         let mut theta = vec![0.0; p * rows];
@@ -173,11 +167,7 @@ impl Band {
     fn of_members(values: &[Vec<Vec<f64>>], rows: usize, level: f64) -> Result<Self, SindyError> {
         let columns = values.first().map_or(0, Vec::len);
         if let Some(other) = values.iter().find(|v| v.len() != columns) {
-            return Err(SindyError::Shape {
-                what: "states of a model",
-                expected: columns,
-                found: other.len(),
-            });
+            return Err(SindyError::shape("states of a model", columns, other.len()));
         }
         let empty = || vec![Vec::with_capacity(rows); columns];
         let (mut lower, mut middle, mut upper) = (empty(), empty(), empty());
@@ -212,11 +202,11 @@ impl Band {
 
 fn check(models: &[Model], level: f64) -> Result<(), SindyError> {
     if models.len() < 2 {
-        return Err(SindyError::Shape {
-            what: "models of a band (at least)",
-            expected: 2,
-            found: models.len(),
-        });
+        return Err(SindyError::shape(
+            "models of a band (at least)",
+            2,
+            models.len(),
+        ));
     }
     check_level(level)
 }

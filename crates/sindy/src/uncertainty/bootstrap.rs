@@ -40,7 +40,7 @@ use nalgebra::{DMatrix, DVector};
 use super::block_length::block_length;
 
 use crate::data::samples::BlockSource;
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::library::Library;
 use crate::model::{Model, Term, Time};
 use crate::solve::fit::{Fit, Solver};
@@ -199,11 +199,11 @@ pub fn on_support(support: Vec<bool>) -> impl Solver {
             };
             Ok(Fit::on_support(gram, support.clone(), outcome, 1))
         } else {
-            Err(SindyError::Shape {
-                what: "terms of the support",
-                expected: gram.xty.len(),
-                found: support.len(),
-            })
+            Err(SindyError::shape(
+                "terms of the support",
+                gram.xty.len(),
+                support.len(),
+            ))
         }
     }
 }
@@ -227,13 +227,7 @@ pub fn models<S: AsRef<str>>(
         replicates(0)
     };
     for i in 0..equations.len() {
-        if replicates(i) != count {
-            return Err(SindyError::Shape {
-                what: "replicates of an equation",
-                expected: count,
-                found: replicates(i),
-            });
-        }
+        same_size("replicates of an equation", count, replicates(i))?;
     }
     (0..count)
         .map(|r| {

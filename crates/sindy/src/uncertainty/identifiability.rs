@@ -1,4 +1,4 @@
-//! What the data can carry, before anything is fitted.
+//! Identifiability: what the data support, before anything is fitted.
 //!
 //! - *condition*: the ratio of the largest to the smallest singular value of `Θ` with columns of unit
 //!   length. Above 30 coefficients trade off against each other, above 1000 they mean nothing.
@@ -11,22 +11,28 @@
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use crate::data::samples::BlockSource;
+use crate::data::samples::{BlockSource, passed};
 use crate::error::SindyError;
 use crate::library::Library;
-use crate::statistics::gram::Gram;
-use crate::statistics::gram::check;
+use crate::statistics::gram::{Gram, check};
 
-/// Condition index from which a direction counts as near dependence.
+/// Condition index from which a direction counts as near dependence: the value of Belsley, Kuh and Welsch.
 const DEPENDENT_INDEX: f64 = 30.0;
-/// Share of a coefficient's variance from which its term belongs to a dependence.
+/// Share of a coefficient's variance from which its term belongs to a dependence: half, as in the same source.
 const DEPENDENT_SHARE: f64 = 0.5;
-/// Directions whose condition indices differ by less than this factor are one space: its basis is arbitrary.
+/// Directions whose condition indices differ by less than this factor are one space, for its basis is arbitrary. Noise of
+/// a thousand rows moves an index by a few percent.
 const ALIKE: f64 = 1.1;
-/// Terms whose part in such a space is less than this of each other's have nothing to do with each other.
+/// Terms whose part in such a space is less than this of each other's are not coupled. It lies far from both rounding and
+/// one: ten times more or less changes no group.
 const APART: f64 = 1e-3;
-/// A column whose standard deviation is below this share of its root mean square hardly moved.
+/// A column whose standard deviation is below this share of its root mean square hardly moved: its coefficient takes a
+/// hundred times the noise of the constant's. A warning only.
 const HARDLY_EXCITED: f64 = 0.01;
+/// Share of the largest eigenvalue of the Gram matrix below which an eigenvalue is rounding.
+const ROUNDING: f64 = 1e-14;
+/// Share of the largest inflation that rounding leaves, from which a term counts as dependent.
+const DEPENDENT_INFLATION: f64 = 0.1;
 
 /// How much one column moved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -45,7 +51,7 @@ pub struct Excitation {
     pub hardly_excited: bool,
 }
 
-/// What the data can carry.
+/// What the data identify.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Identifiability {
     /// Rows that can be used.
@@ -92,78 +98,110 @@ pub fn examine(
             what: "a library whose terms are all zero on the data",
         });
     }
-    let eigen = r.symmetric_eigen();
-    let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
-    // Below this an eigenvalue of the Gram matrix is rounding.
-    let floor = 1e-14 * largest;
-    let index = |l: f64| {
-        if l > floor {
-            (largest / l).sqrt()
-        } else {
-            f64::INFINITY
-        }
-    };
-    let condition = eigen
-        .eigenvalues
-        .iter()
-        .map(|&l| index(l))
-        .fold(1.0, f64::max);
-    // φ[j][m] = v_jm² / λ_m: what direction m contributes to the variance of coefficient j.
-    let share = DMatrix::from_fn(k, k, |j, m| {
-        eigen.eigenvectors[(j, m)].powi(2) / eigen.eigenvalues[m].max(floor)
-    });
-    let inflation = DVector::from_fn(k, |j, _| share.row(j).sum());
-    let mut order: Vec<usize> = (0..k).collect();
-    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    order.retain(|&m| index(eigen.eigenvalues[m]) >= DEPENDENT_INDEX);
-    let alike = |a: &usize, b: &usize| {
-        let of = |m: usize| eigen.eigenvalues[m].max(floor).sqrt();
-        of(*b) < ALIKE * of(*a)
-    };
-    let mut collinear = Vec::new();
-    for space in order.chunk_by(alike) {
-        let own = |j: usize| space.iter().map(|&m| share[(j, m)]).sum::<f64>();
-        let closest = eigen.eigenvalues[space[0]];
-        // What closer dependences leave of a variance.
-        let left = |j: usize| {
-            let directions = (0..k).filter(|&m| eigen.eigenvalues[m] >= closest);
-            directions.map(|m| share[(j, m)]).sum::<f64>()
-        };
-        let members: Vec<usize> = (0..k)
-            .filter(|&j| own(j) > DEPENDENT_SHARE * left(j))
-            .collect();
-        for group in together(&members, &eigen.eigenvectors.select_columns(space)) {
-            let named = group.iter().map(|&j| names[live[j]].clone()).collect();
-            collinear.push((index(eigen.eigenvalues[space[0]]), named));
-        }
-    }
-    collinear.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let variance_inflation = (0..k)
-        .map(|j| {
-            let dependent = inflation[j] * floor > 0.1;
-            (
-                names[live[j]].clone(),
-                if dependent {
-                    f64::INFINITY
-                } else {
-                    inflation[j]
-                },
-            )
-        })
-        .collect();
+    let directions = Directions::of(r);
     let inputs = library
         .variables()
         .iter()
         .map(|name| excitation(name, source))
         .collect::<Result<Vec<_>, _>>()?;
+    let named = |terms: &[usize]| terms.iter().map(|&j| names[live[j]].clone()).collect();
+    let groups = directions.collinear().into_iter();
+    let inflation = directions.variance_inflation().into_iter();
     Ok(Identifiability {
         rows: gram.rows,
-        condition,
+        condition: directions.condition(),
         zero_terms,
-        collinear,
-        variance_inflation,
+        collinear: groups
+            .map(|(index, terms)| (index, named(&terms)))
+            .collect(),
+        variance_inflation: inflation
+            .zip(&live)
+            .map(|(v, &j)| (names[j].clone(), v))
+            .collect(),
         inputs,
     })
+}
+
+/// The eigenvectors of the scaled Gram matrix, and what each contributes to the variance of every coefficient.
+struct Directions {
+    eigenvalues: DVector<f64>,
+    vectors: DMatrix<f64>,
+    /// The largest eigenvalue, and that below which an eigenvalue is rounding.
+    largest: f64,
+    floor: f64,
+    /// `φ_jm = v_jm² / λ_m`, coefficients x directions.
+    share: DMatrix<f64>,
+}
+
+impl Directions {
+    fn of(gram: DMatrix<f64>) -> Self {
+        let k = gram.nrows();
+        let eigen = gram.symmetric_eigen();
+        let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
+        let floor = ROUNDING * largest;
+        let share = DMatrix::from_fn(k, k, |j, m| {
+            eigen.eigenvectors[(j, m)].powi(2) / eigen.eigenvalues[m].max(floor)
+        });
+        Self {
+            eigenvalues: eigen.eigenvalues,
+            vectors: eigen.eigenvectors,
+            largest,
+            floor,
+            share,
+        }
+    }
+
+    /// The condition index of an eigenvalue.
+    fn index(&self, eigenvalue: f64) -> f64 {
+        if eigenvalue > self.floor {
+            (self.largest / eigenvalue).sqrt()
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    fn condition(&self) -> f64 {
+        let all = self.eigenvalues.iter().map(|&l| self.index(l));
+        all.fold(1.0, f64::max)
+    }
+
+    /// Infinite for terms that are dependent on the others.
+    fn variance_inflation(&self) -> Vec<f64> {
+        let inflation = |j: usize| match self.share.row(j).sum() {
+            v if v * self.floor > DEPENDENT_INFLATION => f64::INFINITY,
+            v => v,
+        };
+        (0..self.share.nrows()).map(inflation).collect()
+    }
+
+    /// Groups of nearly dependent terms with the condition index of the dependence, the closest first.
+    fn collinear(&self) -> Vec<(f64, Vec<usize>)> {
+        let k = self.eigenvalues.len();
+        let mut order: Vec<usize> = (0..k).collect();
+        order.sort_by(|&a, &b| self.eigenvalues[a].total_cmp(&self.eigenvalues[b]));
+        order.retain(|&m| self.index(self.eigenvalues[m]) >= DEPENDENT_INDEX);
+        let alike = |a: &usize, b: &usize| {
+            let of = |m: usize| self.eigenvalues[m].max(self.floor).sqrt();
+            of(*b) < ALIKE * of(*a)
+        };
+        let mut groups = Vec::new();
+        for space in order.chunk_by(alike) {
+            let closest = self.eigenvalues[space[0]];
+            let own = |j: usize| space.iter().map(|&m| self.share[(j, m)]).sum::<f64>();
+            // What closer dependences leave of a variance.
+            let left = |j: usize| {
+                let directions = (0..k).filter(|&m| self.eigenvalues[m] >= closest);
+                directions.map(|m| self.share[(j, m)]).sum::<f64>()
+            };
+            let members: Vec<usize> = (0..k)
+                .filter(|&j| own(j) > DEPENDENT_SHARE * left(j))
+                .collect();
+            let found = together(&members, &self.vectors.select_columns(space));
+            groups.extend(found.into_iter().map(|group| (self.index(closest), group)));
+        }
+        groups.sort_by(|a, b| b.0.total_cmp(&a.0));
+        groups
+    }
 }
 
 /// The members of a space of near dependence as groups that have nothing to do with each other: `vectors` are a basis of
@@ -203,18 +241,14 @@ fn excitation(name: &str, source: &dyn BlockSource) -> Result<Excitation, SindyE
             max = v.max(max);
         }
     });
-    if let Some(failure) = source.failure() {
-        return Err(failure);
-    }
+    passed(source)?;
     let mean = if n > 0.0 { sum / n } else { f64::NAN };
     let mut squares = 0.0;
     source.for_each_block(&mut |block| {
         let finite = block.columns[column].iter().filter(|v| v.is_finite());
         squares += finite.map(|v| (v - mean).powi(2)).sum::<f64>();
     });
-    if let Some(failure) = source.failure() {
-        return Err(failure);
-    }
+    passed(source)?;
     let sd = (squares / n).sqrt();
     let hardly_excited = !(sd > HARDLY_EXCITED * (sd * sd + mean * mean).sqrt());
     Ok(Excitation {

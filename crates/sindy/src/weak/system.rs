@@ -150,10 +150,7 @@ fn chosen_width(
             .flat_map(|p| &p.ranges)
             .map(ExactSizeIterator::len)
             .max();
-        return Err(SindyError::TooShort {
-            needed: FEWEST,
-            found: longest.unwrap_or(0),
-        });
+        return Err(SindyError::too_short(FEWEST, longest.unwrap_or(0)));
     }
     choose_half_width(&series, settings.power)
 }

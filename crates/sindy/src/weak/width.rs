@@ -22,18 +22,12 @@ pub fn choose_half_width(series: &[(&[f64], &[f64])], power: u32) -> Result<f64,
     let mut chosen = Vec::with_capacity(series.len());
     for (time, values) in series {
         if values.len() < FEWEST {
-            return Err(SindyError::TooShort {
-                needed: FEWEST,
-                found: values.len(),
-            });
+            return Err(SindyError::too_short(FEWEST, values.len()));
         }
         chosen.push(of_one(time, values, power)?);
     }
     if chosen.is_empty() {
-        return Err(SindyError::TooShort {
-            needed: FEWEST,
-            found: 0,
-        });
+        return Err(SindyError::too_short(FEWEST, 0));
     }
     let middle = (chosen.len() - 1) / 2;
     Ok(*chosen.select_nth_unstable_by(middle, f64::total_cmp).1)

@@ -38,7 +38,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::solve::exact::BestSubset;
 use crate::solve::fit::{Fit, Solver};
 use crate::solve::sr3::{Problem, Scaling, Sr3};
@@ -140,11 +140,11 @@ impl Selection {
 pub fn select(groups: &[Gram], family: &dyn Family, rule: Rule) -> Result<Selection, SindyError> {
     let folds: Vec<&Gram> = groups.iter().filter(|g| g.rows > 0).collect();
     if folds.len() < 2 && rule == Rule::LeftOut {
-        return Err(SindyError::Shape {
-            what: "groups to cross-validate over",
-            expected: 2,
-            found: folds.len(),
-        });
+        return Err(SindyError::shape(
+            "groups to cross-validate over",
+            2,
+            folds.len(),
+        ));
     }
     let total = Gram::total(groups);
     check(&total)?;
@@ -215,13 +215,11 @@ fn left_out(
             let mut rest = total.clone();
             rest.downdate(fold);
             let fits = family.fits(&rest)?;
-            if fits.len() != members {
-                return Err(SindyError::Shape {
-                    what: "fits of a family with a group left out",
-                    expected: members,
-                    found: fits.len(),
-                });
-            }
+            same_size(
+                "fits of a family with a group left out",
+                members,
+                fits.len(),
+            )?;
             let mean_square = |fit: &Fit| fold.residual_sum(&fit.coefficients) / fold.weight();
             Ok(fits.iter().map(mean_square).collect())
         })

@@ -24,7 +24,7 @@ use std::ops::Range;
 use crate::data::gaps::{GapSettings, segments};
 use crate::data::grid::uniform_period;
 use crate::data::samples::Samples;
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::numerics::nearest_quantile;
 pub(crate) use bridge::{BRIDGED, bridge};
 
@@ -158,18 +158,9 @@ impl Dataset {
         mut weights: Option<Vec<f64>>,
     ) -> Result<(), SindyError> {
         let expected = self.states.len() + self.inputs.len();
-        if columns.len() != expected {
-            return Err(SindyError::Shape {
-                what: "columns (states, then inputs)",
-                expected,
-                found: columns.len(),
-            });
-        }
+        same_size("columns (states, then inputs)", expected, columns.len())?;
         if time.is_empty() {
-            return Err(SindyError::TooShort {
-                needed: FEWEST,
-                found: 0,
-            });
+            return Err(SindyError::too_short(FEWEST, 0));
         }
         for (name, column) in self.states.iter().chain(&self.inputs).zip(&columns) {
             if let Some(index) = column.iter().position(|v| v.is_infinite()) {
@@ -178,13 +169,7 @@ impl Dataset {
             }
         }
         if let Some(weights) = &weights {
-            if weights.len() != time.len() {
-                return Err(SindyError::Shape {
-                    what: "weights (one per row)",
-                    expected: time.len(),
-                    found: weights.len(),
-                });
-            }
+            same_size("weights (one per row)", time.len(), weights.len())?;
             if let Some(w) = weights.iter().find(|w| !(**w <= HEAVIEST && **w >= 0.0)) {
                 let expected = format!("0 to {HEAVIEST:e}");
                 return Err(SindyError::setting("weights", expected, w));

@@ -251,10 +251,7 @@ impl<'a> Data<'a> {
             shortest = shortest.min(y.len());
         }
         if total == 0 {
-            return Err(SindyError::TooShort {
-                needed: FEWEST,
-                found: 0,
-            });
+            return Err(SindyError::too_short(FEWEST, 0));
         }
         Ok(Self {
             values: series.iter().map(|s| s.1).collect(),
@@ -306,10 +303,7 @@ impl<'a> Data<'a> {
             }
         }
         if best.0 == 0 {
-            return Err(SindyError::TooShort {
-                needed: FEWEST,
-                found: self.shortest,
-            });
+            return Err(SindyError::too_short(FEWEST, self.shortest));
         }
         Ok((best.0, best.1))
     }

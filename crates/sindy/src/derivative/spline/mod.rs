@@ -18,7 +18,7 @@
 
 use crate::data::grid;
 use crate::derivative::savgol::Smoothed;
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::numerics::minimum_on_grid;
 
 /// How strongly a spline smooths.
@@ -103,13 +103,7 @@ impl SmoothingSpline {
         grid::check(time, y, 4)?;
         let n = y.len();
         if let Some(w) = weights {
-            if w.len() != n {
-                return Err(SindyError::Shape {
-                    what: "weights and signal",
-                    expected: n,
-                    found: w.len(),
-                });
-            }
+            same_size("weights and signal", n, w.len())?;
             if let Some(w) = w.iter().find(|w| !(**w > 0.0) || !w.is_finite()) {
                 return Err(SindyError::setting("weights", "positive and finite", w));
             }

@@ -7,14 +7,15 @@ use crate::data::dataset::{Dataset, FEWEST};
 use crate::error::SindyError;
 use crate::identify::inputs;
 use crate::identify::prepare::noise;
+use crate::identify::rank::{RANKED, RankedModel};
 use crate::identify::regress::{self, Regression, Statistics};
-use crate::identify::run::{RANKED, Ranked, Run};
-use crate::identify::{Identification, Progress, Settings, Smoothing, warnings};
+use crate::identify::run::IdentificationRun;
+use crate::identify::{Identification, Progress, Settings, Smoothing, check_rows, warnings};
 use crate::library::Library;
 use crate::model::{Interpolation, Time};
-use crate::trajectory::output_error::{Piece, System, free_run};
+use crate::trajectory::output_error::{Piece, System};
 
-/// Free runs whose errors differ by less than this factor are alike.
+/// Free runs whose errors differ by less than this factor are alike: three times their scatter over [`RANKED`] rows.
 const ALIKE: f64 = 1.02;
 
 pub(super) fn of(
@@ -27,15 +28,10 @@ pub(super) fn of(
     let kept = std::mem::take(&mut pass.kept);
     let report = pass.report;
     let statistics = statistics(pass, settings)?;
-    let terms = libraries.iter().map(Library::len).max().unwrap_or(0);
-    let rows = report.rows - report.missing_rows - report.short_rows;
-    if rows <= terms {
-        return Err(SindyError::Shape {
-            what: "usable rows (more than the library has terms)",
-            expected: terms + 1,
-            found: rows,
-        });
-    }
+    check_rows(
+        report.rows - report.missing_rows - report.short_rows,
+        &libraries,
+    )?;
     let data = dataset(&kept, columns)?;
     let time = match settings.discrete {
         false => Time::Continuous,
@@ -52,7 +48,7 @@ pub(super) fn of(
         let weights = pieces.iter().filter_map(|p| p.weights).flatten();
         warnings.extend(warnings::weights_differ(weights));
     }
-    let mut run = Run {
+    let mut run = IdentificationRun {
         data: &data,
         settings,
         time,
@@ -73,19 +69,9 @@ pub(super) fn of(
     if settings.discrete {
         run.noise.of_map(&statistics[0], &regressions);
     }
-    let mut ranked = Vec::new();
-    for regression in regressions {
-        let coefficients: Vec<f64> = regression
-            .fits
-            .iter()
-            .flat_map(|f| f.coefficients.iter().copied())
-            .collect();
-        ranked.push(Ranked {
-            free_run: free_run(&run.system, &pieces, &coefficients, &run.noise.sigma),
-            coefficients,
-            regression,
-        });
-    }
+    let rank_one =
+        |regression| RankedModel::new(regression, &run.system, &pieces, &run.noise.sigma);
+    let mut ranked: Vec<RankedModel> = regressions.into_iter().map(rank_one).collect();
     rank(&mut ranked);
     let clusters = statistics[0].grams[0].iter().filter(|g| g.rows > 0).count();
     let mut found = run.of_regression(&ranked, &statistics)?;
@@ -100,17 +86,16 @@ pub(super) fn of(
 
 /// Best first: the fewest terms among those that predict alike, then by free run. Models none of which can be run stay
 /// in their order, best subsets first.
-fn rank(ranked: &mut [Ranked]) {
+fn rank(ranked: &mut [RankedModel]) {
     let least = ranked
         .iter()
         .map(|r| r.free_run)
         .fold(f64::INFINITY, f64::min);
-    let key = |r: &Ranked| {
-        let terms = r.coefficients.iter().filter(|c| **c != 0.0).count();
+    let key = |r: &RankedModel| {
         if !r.free_run.is_finite() {
             (2, 0, 0.0)
         } else if r.free_run <= ALIKE * least {
-            (0, terms, r.free_run)
+            (0, r.terms(), r.free_run)
         } else {
             (1, 0, r.free_run)
         }
@@ -126,18 +111,14 @@ fn statistics(pass: Pass<'_>, settings: &Settings) -> Result<Vec<Statistics>, Si
     let Pass {
         plan, slopes, weak, ..
     } = pass;
-    let plan = plan.ok_or(SindyError::TooShort {
-        needed: FEWEST,
-        found: 0,
-    })?;
+    let plan = plan.ok_or(SindyError::too_short(FEWEST, 0))?;
     let weak = weak.filter(|w| w.used() > 0).map(|w| Statistics {
         smoothing: format!(
             "weak form, half-width {:.4}",
             plan.half_width.unwrap_or(0.0)
         ),
         grams: w.grams,
-        // Windows lie an eighth of a half-width apart.
-        independent: 0.25,
+        independent: regress::INDEPENDENT_WINDOWS,
     });
     let of_slopes = |(s, sums): (_, Sums)| {
         let s: &super::slopes::Slopes = s;

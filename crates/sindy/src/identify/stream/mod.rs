@@ -49,7 +49,7 @@ mod window;
 use super::Settings;
 use super::{Identification, Identify, Method, Progress};
 use crate::data::dataset::Dataset;
-use crate::data::samples::{BlockSource, position};
+use crate::data::samples::{BlockSource, passed, position};
 use crate::error::SindyError;
 use pass::Pass;
 
@@ -142,9 +142,7 @@ impl Identify {
                 result = pass.push(block.group, &rows);
             }
         });
-        if let Some(failure) = source.failure() {
-            return Err(failure);
-        }
+        passed(source)?;
         result?;
         finish::of(pass.end()?, columns, libraries, &self.settings, progress)
     }

@@ -201,10 +201,7 @@ impl<'a> Pass<'a> {
             }
         }
         if series.is_empty() {
-            return Err(SindyError::TooShort {
-                needed: FEWEST,
-                found: rows,
-            });
+            return Err(SindyError::too_short(FEWEST, rows));
         }
         let series: Vec<(&[f64], Vec<&[f64]>)> = series
             .iter()

@@ -9,9 +9,25 @@ use crate::library::{Interaction, Library, Polynomial};
 #[derive(Default)]
 struct Arguments {
     numbers: Vec<Number>,
-    options: Vec<Given>,
+    options: Vec<KeyValue>,
     /// Those that are named, else all.
     variables: Vec<String>,
+}
+
+/// A constructor with the tokens of its name and its closing parenthesis.
+struct Call<'a> {
+    first: usize,
+    close: usize,
+    arguments: &'a Arguments,
+}
+
+/// A library, or why its own rules refuse the arguments.
+type Refusable = Result<Library, SindyError>;
+
+impl Arguments {
+    fn values(&self) -> Vec<f64> {
+        self.numbers.iter().map(|n| n.value).collect()
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -21,7 +37,7 @@ struct Number {
 }
 
 /// `key=value`.
-struct Given {
+struct KeyValue {
     at: usize,
     key: String,
     value: String,
@@ -35,71 +51,16 @@ impl Reader<'_> {
         close: usize,
     ) -> Result<Library, SindyError> {
         let arguments = self.arguments(first, close)?;
-        let names = &arguments.variables;
-        let numbers = &arguments.numbers;
+        let call = Call {
+            first,
+            close,
+            arguments: &arguments,
+        };
         let library = match self.word(&self.tokens[first]) {
-            "poly" => {
-                let [degree] = numbers[..] else {
-                    let expected = "one number, the degree: `poly(degree)`";
-                    return Err(self.count(numbers, first, close, expected));
-                };
-                let mut library = Polynomial::new(self.whole(degree, "the degree")?);
-                for option in &arguments.options {
-                    library = match (option.key.as_str(), option.value.as_str()) {
-                        ("bias", "true") => library.bias(true),
-                        ("bias", "false") => library.bias(false),
-                        ("interaction", "all") => library.interaction(Interaction::All),
-                        ("interaction", "none") => library.interaction(Interaction::None),
-                        ("interaction", "only") => library.interaction(Interaction::Only),
-                        _ => {
-                            let expected =
-                                "`bias=true` or `false`, `interaction=all`, `none` or `only`";
-                            return Err(self.fail(option.at, expected));
-                        }
-                    };
-                }
-                library.library(names)
-            }
-            "fourier" => {
-                let [frequencies] = numbers[..] else {
-                    let expected = "one number, of frequencies: `fourier(frequencies)`";
-                    return Err(self.count(numbers, first, close, expected));
-                };
-                let frequencies = self.whole(frequencies, "the number of frequencies")? as usize;
-                let mut base = 1.0;
-                for option in &arguments.options {
-                    base = match (option.key.as_str(), option.value.parse()) {
-                        ("base", Ok(base)) => base,
-                        _ => return Err(self.fail(option.at, "`base=`, a frequency")),
-                    };
-                }
-                Library::fourier_of_base(names, frequencies, base)
-            }
-            "exp" => {
-                if let Some(option) = arguments.options.first() {
-                    return Err(self.fail(option.at, "rates, then names of variables"));
-                }
-                let rates: Vec<f64> = numbers.iter().map(|n| n.value).collect();
-                Library::exponentials(names, &rates)
-            }
-            _ => {
-                if numbers.is_empty() {
-                    let expected = "scales: `rational(scale, …)`";
-                    return Err(self.count(numbers, first, close, expected));
-                }
-                let scales: Vec<f64> = numbers.iter().map(|n| n.value).collect();
-                let mut powers = Vec::new();
-                for option in &arguments.options {
-                    match (option.key.as_str(), option.value.parse::<u32>()) {
-                        ("power", Ok(power)) => powers.push(power),
-                        _ => return Err(self.fail(option.at, "`power=`, a whole number")),
-                    }
-                }
-                if powers.is_empty() {
-                    powers.push(1);
-                }
-                Library::bounded_rationals(names, &scales, &powers)
-            }
+            "poly" => self.polynomial(&call)?,
+            "fourier" => self.fourier(&call)?,
+            "exp" => self.exponentials(&call)?,
+            _ => self.rationals(&call)?,
         };
         let library = library.map_err(|refused| match refused {
             SindyError::Setting {
@@ -114,6 +75,71 @@ impl Reader<'_> {
         })?;
         self.spend(library.len())?;
         Ok(library)
+    }
+
+    fn polynomial(&self, call: &Call<'_>) -> Result<Refusable, SindyError> {
+        let [degree] = call.arguments.numbers[..] else {
+            return Err(self.count(call, "one number, the degree: `poly(degree)`"));
+        };
+        let mut library = Polynomial::new(self.whole(degree, "the degree")?);
+        for option in &call.arguments.options {
+            library = match (option.key.as_str(), option.value.as_str()) {
+                ("bias", "true") => library.bias(true),
+                ("bias", "false") => library.bias(false),
+                ("interaction", "all") => library.interaction(Interaction::All),
+                ("interaction", "none") => library.interaction(Interaction::None),
+                ("interaction", "only") => library.interaction(Interaction::Only),
+                _ => {
+                    let expected = "`bias=true` or `false`, `interaction=all`, `none` or `only`";
+                    return Err(self.fail(option.at, expected));
+                }
+            };
+        }
+        Ok(library.library(&call.arguments.variables))
+    }
+
+    fn fourier(&self, call: &Call<'_>) -> Result<Refusable, SindyError> {
+        let [frequencies] = call.arguments.numbers[..] else {
+            let expected = "one number, of frequencies: `fourier(frequencies)`";
+            return Err(self.count(call, expected));
+        };
+        let frequencies = self.whole(frequencies, "the number of frequencies")? as usize;
+        let mut base = 1.0;
+        for option in &call.arguments.options {
+            base = match (option.key.as_str(), option.value.parse()) {
+                ("base", Ok(base)) => base,
+                _ => return Err(self.fail(option.at, "`base=`, a frequency")),
+            };
+        }
+        let names = &call.arguments.variables;
+        Ok(Library::fourier_of_base(names, frequencies, base))
+    }
+
+    fn exponentials(&self, call: &Call<'_>) -> Result<Refusable, SindyError> {
+        if let Some(option) = call.arguments.options.first() {
+            return Err(self.fail(option.at, "rates, then names of variables"));
+        }
+        let rates = call.arguments.values();
+        Ok(Library::exponentials(&call.arguments.variables, &rates))
+    }
+
+    fn rationals(&self, call: &Call<'_>) -> Result<Refusable, SindyError> {
+        let scales = call.arguments.values();
+        if scales.is_empty() {
+            return Err(self.count(call, "scales: `rational(scale, …)`"));
+        }
+        let mut powers = Vec::new();
+        for option in &call.arguments.options {
+            match (option.key.as_str(), option.value.parse::<u32>()) {
+                ("power", Ok(power)) => powers.push(power),
+                _ => return Err(self.fail(option.at, "`power=`, a whole number")),
+            }
+        }
+        if powers.is_empty() {
+            powers.push(1);
+        }
+        let names = &call.arguments.variables;
+        Ok(Library::bounded_rationals(names, &scales, &powers))
     }
 
     fn arguments(&self, first: usize, close: usize) -> Result<Arguments, SindyError> {
@@ -147,7 +173,7 @@ impl Reader<'_> {
                 read.numbers.push(Number { at, value });
             } else if part.len() >= 3 && self.is(at + 1, "=") {
                 let value = part.start + 2..part.end;
-                read.options.push(Given {
+                read.options.push(KeyValue {
                     at,
                     key: self.word(&self.tokens[at]).into(),
                     value: value.map(|at| self.word(&self.tokens[at])).collect(),
@@ -182,8 +208,14 @@ impl Reader<'_> {
     }
 
     /// The error of a wrong number of numbers: at the second, or where the first is missing.
-    fn count(&self, numbers: &[Number], first: usize, close: usize, expected: &str) -> SindyError {
-        let missing = if close == first + 2 { close } else { first + 2 };
+    fn count(&self, call: &Call<'_>, expected: &str) -> SindyError {
+        let inside = call.first + 2;
+        let missing = if call.close == inside {
+            call.close
+        } else {
+            inside
+        };
+        let numbers = &call.arguments.numbers;
         self.fail(numbers.get(1).map_or(missing, |n| n.at), expected)
     }
 }

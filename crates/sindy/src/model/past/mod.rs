@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::input::{Inputs, Interpolation, increasing};
 use super::limits::{Run, RunOutcome};
-use super::{Model, Simulation, Time, shape};
-use crate::error::SindyError;
+use super::{Model, Simulation, Time};
+use crate::error::{SindyError, same_size};
 
 /// Steps of the feedback's samples in the shortest delay, at least.
 const FINE: f64 = 16.0;
@@ -156,17 +156,14 @@ impl Model {
         how: &Simulation,
     ) -> Result<Run, SindyError> {
         let outside = self.outside();
-        shape("inputs from outside", outside.len(), inputs.len())?;
-        shape(
+        same_size("inputs from outside", outside.len(), inputs.len())?;
+        same_size(
             "states of the history",
             self.states.len(),
             history.states.len(),
         )?;
         let (Some(&start), Some(&end)) = (time.first(), time.last()) else {
-            return Err(SindyError::TooShort {
-                needed: 1,
-                found: 0,
-            });
+            return Err(SindyError::too_short(1, 0));
         };
         increasing("time", time)?;
         inputs.check_span(start, end)?;

@@ -198,11 +198,11 @@ impl BestSubset {
         let mut normal = Normal::new(gram)?;
         let m = normal.terms.len();
         if m > MAX_TERMS {
-            return Err(SindyError::Shape {
-                what: "terms for an exact search (at most)",
-                expected: MAX_TERMS,
-                found: m,
-            });
+            return Err(SindyError::shape(
+                "terms for an exact search (at most)",
+                MAX_TERMS,
+                m,
+            ));
         }
         let ridge = normal.regularise();
         let found = search::run(&normal, self, keep_going).ok_or(SindyError::Singular {

@@ -9,7 +9,7 @@ use crate::statistics::normal::Normal;
 const ASK: u64 = 1024;
 
 /// What the search found, in shares of `yᵀ y`.
-pub(super) struct Found {
+pub(super) struct BestPerSize {
     /// By size: the smallest residual, and its subset.
     pub(super) best: Vec<(f64, u128)>,
     /// By size: the smallest bound of all parts of the tree that were left out.
@@ -19,7 +19,7 @@ pub(super) struct Found {
 }
 
 struct Search<'a> {
-    found: Found,
+    found: BestPerSize,
     terms: usize,
     floor: f64,
     keep: f64,
@@ -34,13 +34,13 @@ pub(super) fn run(
     normal: &Normal,
     settings: &BestSubset,
     keep_going: &mut dyn FnMut() -> bool,
-) -> Option<Found> {
+) -> Option<BestPerSize> {
     let m = normal.terms.len();
     let max = settings.max_size.min(m);
     let mut best = vec![(f64::INFINITY, 0); max + 1];
     best[0] = (1.0, 0);
     let mut search = Search {
-        found: Found {
+        found: BestPerSize {
             best,
             open: vec![f64::INFINITY; max + 1],
             nodes: 0,

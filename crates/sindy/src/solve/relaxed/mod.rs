@@ -37,7 +37,7 @@ pub use trim::{Trimmed, Trimming};
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::solve::fit::{Fit, Solver};
 use crate::solve::outcome::Outcome;
 use crate::solve::sr3::{FixedPoint, Path, Problem, Scaling, Solution, Sr3, fixed_support};
@@ -133,11 +133,7 @@ impl Relaxed {
             ("columns of the inequalities", a),
         ] {
             if found.nrows() > 0 && found.ncols() != p {
-                return Err(SindyError::Shape {
-                    what,
-                    expected: p,
-                    found: found.ncols(),
-                });
+                return Err(SindyError::shape(what, p, found.ncols()));
             }
         }
         if p > 0
@@ -204,11 +200,7 @@ impl Relaxed {
             expected.push(("columns of the inequalities", self.inequalities.0.ncols()));
         }
         if let Some(&(what, found)) = expected.iter().find(|(_, found)| *found != p) {
-            return Err(SindyError::Shape {
-                what,
-                expected: p,
-                found,
-            });
+            return Err(SindyError::shape(what, p, found));
         }
         let problem = Problem::new(gram, self.sr3.scaling);
         let set = self.set(problem.scale.as_slice(), &(0..p).collect::<Vec<_>>());
@@ -358,13 +350,7 @@ impl Relaxed {
 
 /// Refuses constraints whose shapes do not fit or that are not finite.
 fn checked(a: DMatrix<f64>, b: DVector<f64>) -> Result<(DMatrix<f64>, DVector<f64>), SindyError> {
-    if a.nrows() != b.len() {
-        return Err(SindyError::Shape {
-            what: "right-hand sides of the constraints",
-            expected: a.nrows(),
-            found: b.len(),
-        });
-    }
+    same_size("right-hand sides of the constraints", a.nrows(), b.len())?;
     let bad = |&i: &usize| !b[i].is_finite() || a.row(i).iter().any(|v| !v.is_finite());
     match (0..b.len()).find(bad) {
         Some(index) => Err(SindyError::NotFinite {

@@ -1,7 +1,7 @@
 //! Which statistics a solver can use.
 
 use super::Gram;
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 
 /// Refuses statistics that no solver can use.
 ///
@@ -10,29 +10,16 @@ use crate::error::SindyError;
 pub fn check(gram: &Gram) -> Result<(), SindyError> {
     let p = gram.xty.len();
     if p == 0 {
-        return Err(SindyError::Shape {
-            what: "terms of the library",
-            expected: 1,
-            found: 0,
-        });
+        return Err(SindyError::shape("terms of the library", 1, 0));
     }
     for (what, found) in [
         ("rows of the Gram matrix", gram.xtx.nrows()),
         ("columns of the Gram matrix", gram.xtx.ncols()),
     ] {
-        if found != p {
-            return Err(SindyError::Shape {
-                what,
-                expected: p,
-                found,
-            });
-        }
+        same_size(what, p, found)?;
     }
     if gram.rows == 0 {
-        return Err(SindyError::TooShort {
-            needed: 1,
-            found: 0,
-        });
+        return Err(SindyError::too_short(1, 0));
     }
     let not_finite = |what: &str, index| SindyError::NotFinite {
         what: what.to_string(),

@@ -3,7 +3,7 @@
 use super::Gram;
 use super::driver::Driver;
 use super::plan::Plan;
-use crate::data::samples::{BlockSource, position};
+use crate::data::samples::{BlockSource, passed, position};
 use crate::error::SindyError;
 use crate::library::Library;
 
@@ -131,9 +131,7 @@ impl<'a> Accumulate<'a> {
                 result = driver.push(block.group, &part);
             }
         });
-        if let Some(failure) = source.failure() {
-            return Err(failure);
-        }
+        passed(source)?;
         result?;
         let groups = driver.finish()?;
         let mut out = vec![Vec::with_capacity(groups.len()); targets.len()];

@@ -47,7 +47,7 @@ use nalgebra::{DMatrix, DVector};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::data::samples::BlockSource;
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::statistics::gram::{Accumulate, Gram};
 
 /// Condition of `Θ` (columns of unit length) above which the Gram matrix is not trusted: there its relative
@@ -156,13 +156,7 @@ impl Triangle {
     /// `y` of another length; entries that are not finite.
     pub fn of_rows(theta: &DMatrix<f64>, y: &DVector<f64>) -> Result<Self, SindyError> {
         let (n, p) = theta.shape();
-        if y.len() != n {
-            return Err(SindyError::Shape {
-                what: "rows of the target",
-                expected: n,
-                found: y.len(),
-            });
-        }
+        same_size("rows of the target", n, y.len())?;
         let mut rows: Vec<f64> = theta.iter().chain(y.iter()).copied().collect();
         if let Some(i) = rows.iter().position(|v| !v.is_finite()) {
             return Err(SindyError::NotFinite {

@@ -46,7 +46,8 @@ pub use system::System;
 use crate::model::Interpolation;
 use crate::solve::outcome::Outcome;
 
-/// Nodes of the short simulations that models are ranked by.
+/// Nodes of the short simulations that models are ranked by: long enough for a wrong term to show above the noise, short
+/// enough that chaos does not decide.
 const FREE_NODES: usize = 8;
 
 /// A stretch of data with a first guess of its trajectory.
@@ -131,7 +132,7 @@ impl Default for Settings {
 
 /// What the search found.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct OutputErrorFit {
     /// Coefficients of all candidates.
     pub coefficients: Vec<f64>,
     /// Their standard errors, 0 outside the support.

@@ -7,23 +7,38 @@ use super::follow::{Cut, Follow};
 use super::record::Record;
 use super::select::Search;
 use super::system::System;
-use super::{Found, Piece, Settings, Start, Step};
+use super::{OutputErrorFit, Piece, Settings, Start, Step};
 use crate::solve::outcome::Outcome;
 
-/// Steps of the integrator between samples, at most.
+/// Steps of the integrator between samples, at most. Samples that need more are too coarse for any choice of terms; half of
+/// it stops stiff systems short of [`INTEGRATION`].
 const MOST_SUBSTEPS: usize = 32;
-/// Error of the integrator from one node to the next that is accepted, in units of the noise.
+/// Error of the integrator from one node to the next that is accepted, in units of the noise: over a hundred nodes it adds
+/// up to a third of the noise. Twice the value shows in coefficients of data with little noise.
 const INTEGRATION: f64 = 0.003;
-/// Nodes of the first arcs, and how much longer the next are.
+/// Nodes of the first arcs: short enough that a regression's model follows them, long enough to tell terms apart.
 const FIRST_ARC: usize = 4;
-/// Steps at one length of arcs, at most, but for the last.
+/// By how much longer the next arcs are. Twofold growth takes twice as many stages to the same end.
+const ARC_GROWTH: usize = 4;
+/// Steps at one length of arcs, at most, but for the last. Intermediate lengths need no convergence.
 const PATIENCE: usize = 6;
-/// What a defect weighs against a residual when a step is judged.
+/// Change of a coefficient, in standard errors, below which a length of arcs is settled.
+const SETTLED: f64 = 0.1;
+/// Change of a coefficient, in standard errors, below which the search is done: a tenth of what two printed digits of a
+/// standard error show. Half of it takes a step more.
+const DONE: f64 = 0.01;
+/// The penalty of a term and the variance of the residuals depend on each other; so many rounds settle both.
+const PENALTY_ROUNDS: usize = 4;
+/// What a defect weighs against a residual when a step is judged: steps that close defects at the cost of residuals pass.
 const DEFECT: f64 = 10.0;
 /// A step may raise the sum of squares by this factor: closing defects costs.
 const WORSE: f64 = 1.5;
-/// Steps shorter than this share of the whole are made whatever they do.
+/// Steps shorter than this share of the whole are made whatever they do: five halvings of the step.
 const SHORTEST: f64 = 0.02;
+/// Standard deviations of a white autocorrelation, `1/√rows`, within which it counts as zero.
+const SCATTERS: f64 = 2.0;
+/// Lags of the autocorrelation are summed up to this share of the rows: longer ones have too few products.
+const LONGEST_LAG: usize = 10;
 
 /// Where the search stands.
 struct State<'a> {
@@ -34,10 +49,10 @@ struct State<'a> {
     cut: Cut,
 }
 
-/// What a step came to.
-struct Taken {
+/// The result of a step.
+struct StepResult {
     search: Search,
-    /// Mean square of what is left, in units of the noise.
+    /// Mean square of the residuals, in units of the noise.
     variance: f64,
     /// The penalty of a term, in units of `variance`.
     unit: f64,
@@ -56,7 +71,7 @@ pub fn search(
     start: &Start,
     settings: &Settings,
     progress: &mut dyn FnMut(Step<'_>),
-) -> Option<Found> {
+) -> Option<OutputErrorFit> {
     let records: Vec<Record> = pieces.iter().map(Record::new).collect();
     let nodes = records.iter().map(|r| r.rows.len()).max()?;
     let nodes = nodes.min(settings.longest);
@@ -102,8 +117,8 @@ pub fn search(
             terms: state.xi.iter().filter(|c| **c != 0.0).count(),
             sigma: &state.sigma,
         });
-        let settled = taken.same && taken.moved < 0.1 && taken.part == 1.0;
-        let done = settled && taken.moved < 0.01;
+        let settled = taken.same && taken.moved < SETTLED && taken.part == 1.0;
+        let done = settled && taken.moved < DONE;
         last = Some(taken);
         if state.cut.longest >= nodes {
             if done && !state.refine_steps() {
@@ -112,7 +127,7 @@ pub fn search(
             }
         } else if settled || at_length >= PATIENCE {
             state.refine_steps();
-            state.cut.longest = (state.cut.longest * 4).min(nodes);
+            state.cut.longest = (state.cut.longest * ARC_GROWTH).min(nodes);
             at_length = 0;
             breaks = None;
         }
@@ -149,7 +164,7 @@ impl State<'_> {
         settings: &Settings,
         anew: bool,
         start: &Start,
-    ) -> Option<Taken> {
+    ) -> Option<StepResult> {
         let penalty = settings.penalty;
         let (n, p) = (self.system.n, self.system.size());
         let support: Vec<bool> = self.xi.iter().map(|c| *c != 0.0).collect();
@@ -159,7 +174,7 @@ impl State<'_> {
         let mut search = Search::new(&normal.xtx, &normal.xty, normal.yty, &self.xi, allowed);
         let mut variance = 0.0;
         // The penalty and what is left depend on each other.
-        for _ in 0..4 {
+        for _ in 0..PENALTY_ROUNDS {
             let terms = search.support.iter().filter(|s| **s).count() as f64;
             // Less than one only where the noise is at its floor, which is all that is believed.
             variance = (search.residual() / (values as f64 - free - terms).max(1.0)).max(1.0);
@@ -192,7 +207,7 @@ impl State<'_> {
                 *s = (m / normal.rows as f64).sqrt().max(*floor);
             }
         }
-        Some(Taken {
+        Some(StepResult {
             same: search.support == support,
             search,
             variance,
@@ -234,10 +249,10 @@ impl State<'_> {
 
     fn report(
         &self,
-        last: &Taken,
+        last: &StepResult,
         equations: &[Vec<usize>],
         (iterations, outcome): (usize, Outcome),
-    ) -> Found {
+    ) -> OutputErrorFit {
         let p = self.system.size();
         let rows = last.values as f64 / self.system.n as f64;
         let terms = self.xi.iter().filter(|c| **c != 0.0).count() as f64;
@@ -249,7 +264,7 @@ impl State<'_> {
             (false, true) => f64::INFINITY,
             (false, false) => 0.0,
         };
-        Found {
+        OutputErrorFit {
             coefficients: self.xi.iter().copied().collect(),
             std_errors: (0..p).map(std_error).collect(),
             evidence: (0..p)
@@ -310,9 +325,9 @@ fn correlation(series: &[Vec<Vec<f64>>]) -> f64 {
         };
         let rows: usize = series.iter().map(|s| s[i].len()).sum();
         let square = product(0);
-        let scatter = 2.0 / (rows as f64).sqrt();
+        let scatter = SCATTERS / (rows as f64).sqrt();
         let mut sum = 1.0;
-        for lag in 1..rows / 10 {
+        for lag in 1..rows / LONGEST_LAG {
             let rho = product(lag) / square;
             if !(rho > scatter) {
                 break;

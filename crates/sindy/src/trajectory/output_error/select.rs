@@ -13,14 +13,22 @@ use crate::solve::exact::{BestSubset, BestSubsets, Subset};
 use crate::solve::outcome::Outcome;
 use crate::statistics::gram::Gram;
 
-/// A term whose column is explained to this share by the support counts as dependent on it.
+/// A term of whose column the support leaves less than this share counts as dependent on it: sweeping squares the
+/// condition, and seven of sixteen digits are left.
 const DEPENDENT: f64 = 1e-9;
-/// Nodes of a branch and bound, at most.
+/// Nodes of a branch and bound, at most: a few milliseconds. A search that ends there is reported as not proven.
 const NODES: u64 = 4_000;
-/// Terms of an equation that are branched on: so many that gain most beside what is kept, and without it.
+/// Terms of an equation that are branched on: so many that gain most beside what is kept, and without it. The time grows
+/// with their number at worst as its power of two.
 const BRANCHED: usize = 16;
-/// Exchanges that are tried.
+/// Exchanges that are tried, most promising first. Those that succeed are among the first few.
 const SWAPS: usize = 20;
+/// Share of a term's penalty by which a change has to lower the score: less is rounding, and could go in circles.
+const LITTLE: f64 = 0.01;
+/// Changes of the support for each candidate, at most: each lowers the score, and far fewer are made.
+const CHANGES: usize = 8;
+/// Relative rounding of residual sums that are compared.
+const ROUNDING: f64 = 1e-9;
 
 /// The swept matrix of `[X | r]`, columns of unit length, where `r` is what the coefficients `reference` leave.
 ///
@@ -163,7 +171,7 @@ impl Search {
     /// Adds, drops and exchanges until nothing lowers `residual + penalty x terms`. Ends: every move
     /// lowers it.
     pub(super) fn descend(&mut self, penalty: f64) {
-        for _ in 0..8 * self.support.len() {
+        for _ in 0..CHANGES * self.support.len() {
             let (add, drop) = (self.dearest(|_| true), self.cheapest(|_| true));
             if let Some((j, cost)) = drop
                 && cost < penalty
@@ -186,7 +194,7 @@ impl Search {
     /// One exchange that lowers the sum of squares by more than a little, for one of the terms that gain
     /// most; false if there is none.
     fn exchange(&mut self, penalty: f64) -> bool {
-        let little = 0.01 * penalty;
+        let little = LITTLE * penalty;
         let outside = |j: &usize| !self.support[*j] && self.allowed[*j] && self.change(*j) > little;
         for j in self.most(SWAPS, (0..self.support.len()).filter(outside)) {
             let gain = self.change(j);
@@ -221,7 +229,7 @@ impl Search {
             };
             let trial = self.at(members, &chosen);
             // A search that was cut short may have found less than there was.
-            if score(&trial) < score(self) - 0.01 * penalty {
+            if score(&trial) < score(self) - LITTLE * penalty {
                 *self = trial;
             }
         }
@@ -250,7 +258,7 @@ impl Search {
                 let support = kept(s, &free);
                 let left = self.at(members, &support).residual();
                 // More terms never leave more: where they seem to, the search ran out of digits.
-                let sound = left <= least * (1.0 + 1e-9);
+                let sound = left <= least * (1.0 + ROUNDING);
                 least = least.min(left);
                 Alternative {
                     error: (left / values as f64).sqrt(),

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use sindy_expr::{Expr, Program, Scratch};
 
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::library::{Library, compile};
 use crate::model::Time;
 
@@ -58,13 +58,7 @@ impl System {
         inputs: &[String],
         libraries: &[Library],
     ) -> Result<Self, SindyError> {
-        if libraries.len() != states.len() {
-            return Err(SindyError::Shape {
-                what: "libraries (one per state)",
-                expected: states.len(),
-                found: libraries.len(),
-            });
-        }
+        same_size("libraries (one per state)", states.len(), libraries.len())?;
         let mut distinct: Vec<Expr> = Vec::new();
         let mut candidates = Vec::new();
         let mut users: Vec<Vec<(usize, usize)>> = Vec::new();

@@ -200,7 +200,7 @@ fn prop_candidates_that_are_barred_stay_out() {
 }
 
 /// `x' = -1.5 x` without noise, from a start, with noise that is believed to be `floor` at least.
-fn exact_decay(coefficients: [f64; 4], floor: f64) -> Option<Found> {
+fn exact_decay(coefficients: [f64; 4], floor: f64) -> Option<OutputErrorFit> {
     let library = Library::parse(&["1", "x", "x^2", "x^3"]).unwrap();
     let system = System::new(Time::Continuous, &strings(&["x"]), &[], &[library]).unwrap();
     let time: Vec<f64> = (0..200).map(|i| 0.02 * f64::from(i)).collect();

@@ -217,10 +217,7 @@ fn shift(
         origin.push(group);
     }
     if origin.is_empty() {
-        return Err(SindyError::TooShort {
-            needed: before + after + 1,
-            found: longest,
-        });
+        return Err(SindyError::too_short(before + after + 1, longest));
     }
     Ok(Shifted {
         samples: shifted,

@@ -53,10 +53,7 @@ impl Runs {
             check_order(name, time)?;
         }
         let Some(period) = period.or_else(|| median_step(&times)) else {
-            return Err(SindyError::TooShort {
-                needed: 2,
-                found: samples.rows().min(1),
-            });
+            return Err(SindyError::too_short(2, samples.rows().min(1)));
         };
         let mut runs = Self {
             ranges: Vec::new(),

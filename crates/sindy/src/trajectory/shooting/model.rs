@@ -2,7 +2,7 @@
 
 use sindy_expr::{Expr, Program};
 
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::library::{compile, parse};
 
 /// `x' = f(x, u, θ)`, `y = g(x, u, θ)` as expressions over named states, inputs and parameters.
@@ -72,13 +72,7 @@ impl OdeModel {
         rhs: &[&str],
         output: &str,
     ) -> Result<Self, SindyError> {
-        if rhs.len() != states.len() {
-            return Err(SindyError::Shape {
-                what: "right-hand sides (one per state)",
-                expected: states.len(),
-                found: rhs.len(),
-            });
-        }
+        same_size("right-hand sides (one per state)", states.len(), rhs.len())?;
         let names: Vec<&str> = [states, inputs, parameters].concat();
         let rhs = rhs
             .iter()
@@ -137,22 +131,11 @@ impl OdeModel {
         time: &[f64],
         inputs: &[&[f64]],
     ) -> Result<Vec<f64>, SindyError> {
-        let check = |what, expected, found| {
-            if expected == found {
-                Ok(())
-            } else {
-                Err(SindyError::Shape {
-                    what,
-                    expected,
-                    found,
-                })
-            }
-        };
-        check("parameters", self.parameters.len(), parameters.len())?;
-        check("start values", self.states.len(), start.len())?;
-        check("inputs", self.inputs.len(), inputs.len())?;
+        same_size("parameters", self.parameters.len(), parameters.len())?;
+        same_size("start values", self.states.len(), start.len())?;
+        same_size("inputs", self.inputs.len(), inputs.len())?;
         for column in inputs {
-            check("rows of an input", time.len(), column.len())?;
+            same_size("rows of an input", time.len(), column.len())?;
         }
         let mut out = Vec::with_capacity(time.len());
         let window = [super::propagate::Window {

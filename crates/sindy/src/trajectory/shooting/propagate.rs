@@ -22,7 +22,8 @@ pub(crate) struct Window<'a> {
 /// the parameters (rows of lanes) and to the start values (rows of lanes).
 pub(crate) type Sink<'s> = &'s mut dyn FnMut(usize, &[f64], &[f64], &[f64]);
 
-struct Run<'a> {
+/// A simulation of windows in lanes.
+struct LaneRun<'a> {
     model: &'a OdeModel,
     lanes: usize,
     sensitive: bool,
@@ -52,7 +53,7 @@ pub(crate) fn run(
         .program
         .outputs()
         .max(model.output.program.outputs());
-    let mut run = Run {
+    let mut run = LaneRun {
         model,
         lanes,
         sensitive,
@@ -70,8 +71,10 @@ pub(crate) fn run(
             z[row * lanes..(row + 1) * lanes].fill(1.0);
         }
     }
-    let mut k = vec![vec![0.0; rows * lanes]; 4];
-    let mut at = vec![0.0; rows * lanes];
+    let mut stages = Stages {
+        k: vec![vec![0.0; rows * lanes]; 4],
+        at: vec![0.0; rows * lanes],
+    };
     let mut dt = vec![0.0; lanes];
     let mut dy_p = vec![0.0; p * lanes];
     let mut dy_0 = vec![0.0; n * lanes];
@@ -98,24 +101,17 @@ pub(crate) fn run(
             if part > 0 {
                 run.set_inputs(windows, step, at_fraction(0.0));
             }
-            run.derivative(&z, &mut k[0]);
-            run.set_inputs(windows, step, at_fraction(0.5));
-            for (stage, share) in [(1, 0.5), (2, 0.5), (3, 1.0)] {
-                if stage == 3 {
-                    run.set_inputs(windows, step, at_fraction(1.0));
-                }
-                let (done, rest) = k.split_at_mut(stage);
-                advance(&mut at, &z, &done[stage - 1], &dt, share);
-                run.derivative(&at, &mut rest[0]);
-            }
-            for row in 0..rows {
-                for lane in 0..lanes {
-                    let i = row * lanes + lane;
-                    z[i] += dt[lane] / 6.0 * (k[0][i] + 2.0 * (k[1][i] + k[2][i]) + k[3][i]);
-                }
-            }
+            run.runge_kutta(&mut z, &dt, &mut stages, |run, share| {
+                run.set_inputs(windows, step, at_fraction(share));
+            });
         }
     }
+}
+
+/// The slopes of a Runge–Kutta step, and the point at which the next is taken.
+struct Stages {
+    k: Vec<Vec<f64>>,
+    at: Vec<f64>,
 }
 
 /// `at = z + share * dt * k`, lane by lane.
@@ -128,7 +124,33 @@ fn advance(at: &mut [f64], z: &[f64], k: &[f64], dt: &[f64], share: f64) {
     }
 }
 
-impl Run<'_> {
+impl LaneRun<'_> {
+    /// One step of the fourth-order Runge–Kutta method; the inputs are those of the step's start.
+    fn runge_kutta(
+        &mut self,
+        z: &mut [f64],
+        dt: &[f64],
+        Stages { k, at }: &mut Stages,
+        set_inputs: impl Fn(&mut Self, f64),
+    ) {
+        self.derivative(z, &mut k[0]);
+        set_inputs(self, 0.5);
+        for (stage, share) in [(1, 0.5), (2, 0.5), (3, 1.0)] {
+            if stage == 3 {
+                set_inputs(self, 1.0);
+            }
+            let (done, rest) = k.split_at_mut(stage);
+            advance(at, z, &done[stage - 1], dt, share);
+            self.derivative(at, &mut rest[0]);
+        }
+        for (row, z) in z.chunks_exact_mut(dt.len()).enumerate() {
+            for (lane, z) in z.iter_mut().enumerate() {
+                let i = row * dt.len() + lane;
+                *z += dt[lane] / 6.0 * (k[0][i] + 2.0 * (k[1][i] + k[2][i]) + k[3][i]);
+            }
+        }
+    }
+
     /// Sets the input columns to the data between samples `step` and `step + 1`.
     fn set_inputs(&mut self, windows: &[Window<'_>], step: usize, fraction: f64) {
         let n = self.model.states.len();

@@ -2,7 +2,7 @@
 
 use super::Record;
 use super::model::OdeModel;
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 
 /// Settings of the refinement; checked by [`Shooting::refine`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,18 +101,7 @@ impl Shooting {
         if self.every == 0 {
             return Err(SindyError::setting("every", "at least 1", self.every));
         }
-        let same = |what, expected: usize, found: usize| {
-            if expected == found {
-                Ok(())
-            } else {
-                Err(SindyError::Shape {
-                    what,
-                    expected,
-                    found,
-                })
-            }
-        };
-        same("parameters", model.parameters.len(), parameters.len())?;
+        same_size("parameters", model.parameters.len(), parameters.len())?;
         for (p, name) in parameters.iter().zip(&model.parameters) {
             let ordered = p.min <= p.max && p.start.is_finite() && p.prior_sd > 0.0;
             if !ordered {
@@ -123,12 +112,12 @@ impl Shooting {
         }
         for record in records {
             let rows = record.time.len();
-            same(
+            same_size(
                 "inputs of a record",
                 model.inputs.len(),
                 record.inputs.len(),
             )?;
-            same(
+            same_size(
                 "start guesses of a record",
                 model.states.len(),
                 record.start.len(),
@@ -139,7 +128,7 @@ impl Shooting {
                 .chain(&record.start)
                 .chain([&record.measured])
             {
-                same("rows of a record", rows, column.len())?;
+                same_size("rows of a record", rows, column.len())?;
             }
             if let Some(index) = (1..rows).find(|&i| !(record.time[i] > record.time[i - 1])) {
                 return Err(SindyError::TimeNotIncreasing { index });

@@ -14,6 +14,26 @@ use crate::error::SindyError;
 /// cache.
 const LANES: usize = 32;
 
+/// A full step that lowers the cost by less than this share ends the search: far below what a standard error resolves.
+const CONVERGED: f64 = 1e-9;
+/// A rejected step below this share of every parameter cannot be told from rounding in the cost, whose minimum is flat.
+const SMALL_STEP: f64 = 1e-7;
+/// Size that counts as that of a parameter near zero.
+const SMALL_PARAMETER: f64 = 1e-3;
+/// Levenberg's damping, relative to the diagonal: where it starts and begins again, its least and its largest value. All
+/// but the first steps are full Gauss–Newton steps; ten times other values cost a step or two.
+const LEAST_USED_DAMPING: f64 = 1e-6;
+const LEAST_DAMPING: f64 = 1e-12;
+const MOST_DAMPING: f64 = 1e9;
+
+/// Parameters and window starts, with their linearisation and cost.
+struct Point {
+    theta: DVector<f64>,
+    starts: Vec<DVector<f64>>,
+    parts: Vec<Part>,
+    cost: f64,
+}
+
 /// Why the refinement ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -60,10 +80,7 @@ impl Shooting {
         self.check(model, records, parameters)?;
         let stretches = self.stretches(records);
         if stretches.is_empty() {
-            return Err(SindyError::TooShort {
-                needed: 2,
-                found: 0,
-            });
+            return Err(SindyError::too_short(2, 0));
         }
         let n = model.states.len();
         let guess: Vec<DVector<f64>> = stretches
@@ -76,44 +93,46 @@ impl Shooting {
                 v.iter().zip(parameters).map(|(v, p)| v.clamp(p.min, p.max)),
             )
         };
-        let mut theta = clamp(DVector::from_iterator(
+        let theta = clamp(DVector::from_iterator(
             parameters.len(),
             parameters.iter().map(|p| p.start),
         ));
-        let mut starts = guess.clone();
-        let mut parts = self.linearise(model, &stretches, &theta, &starts);
-        let mut cost = self.cost(&parts, parameters, &theta, &starts, &guess);
-        let mut damping = 1e-6;
+        let evaluate = |theta: DVector<f64>, starts: Vec<DVector<f64>>| {
+            let parts = self.linearise(model, &stretches, &theta, &starts);
+            let cost = self.cost(&parts, parameters, &theta, &starts, &guess);
+            Point {
+                theta,
+                starts,
+                parts,
+                cost,
+            }
+        };
+        let reduce = |at: &Point| self.reduce(&at.parts, parameters, &at.theta, &at.starts, &guess);
+        let mut at = evaluate(theta, guess.clone());
+        let mut damping = LEAST_USED_DAMPING;
         let mut outcome = Outcome::IterationLimit;
         let mut iterations = 0;
         while iterations < self.max_iterations {
             iterations += 1;
-            let system = self.reduce(&parts, parameters, &theta, &starts, &guess);
-            let step = system.step(damping, parameters, &theta);
-            let next = clamp(&theta + &step);
-            let step = &next - &theta;
-            let next_starts: Vec<_> = starts
-                .iter()
-                .zip(&system.back)
-                .map(|(x, b)| x + b.start_step(&step))
-                .collect();
-            let next_parts = self.linearise(model, &stretches, &next, &next_starts);
-            let next_cost = self.cost(&next_parts, parameters, &next, &next_starts, &guess);
-            if next_cost <= cost {
-                let gain = (cost - next_cost) / cost.max(f64::MIN_POSITIVE);
-                (theta, starts, parts, cost) = (next, next_starts, next_parts, next_cost);
-                damping = (damping * 0.1).max(1e-12);
-                if gain < 1e-9 {
+            let system = reduce(&at);
+            let step = system.step(damping, parameters, &at.theta);
+            let theta = clamp(&at.theta + &step);
+            let step = &theta - &at.theta;
+            let pairs = at.starts.iter().zip(&system.back);
+            let starts = pairs.map(|(x, b)| x + b.start_step(&step)).collect();
+            let next = evaluate(theta, starts);
+            if next.cost <= at.cost {
+                let gain = (at.cost - next.cost) / at.cost.max(f64::MIN_POSITIVE);
+                at = next;
+                damping = (damping * 0.1).max(LEAST_DAMPING);
+                if gain < CONVERGED {
                     outcome = Outcome::Converged;
                     break;
                 }
             } else {
-                // A step this small cannot be told from rounding in the cost.
-                let small = step
-                    .iter()
-                    .zip(&theta)
-                    .all(|(s, t)| s.abs() <= 1e-7 * (t.abs() + 1e-3));
-                if small || damping > 1e9 {
+                let mut pairs = step.iter().zip(&at.theta);
+                let small = pairs.all(|(s, t)| s.abs() <= SMALL_STEP * (t.abs() + SMALL_PARAMETER));
+                if small || damping > MOST_DAMPING {
                     outcome = if small {
                         Outcome::Converged
                     } else {
@@ -121,15 +140,14 @@ impl Shooting {
                     };
                     break;
                 }
-                damping = (damping * 10.0).max(1e-6);
+                damping = (damping * 10.0).max(LEAST_USED_DAMPING);
             }
         }
-        let system = self.reduce(&parts, parameters, &theta, &starts, &guess);
-        let (std_errors, correlation) = system.errors(&stretches, parameters, &theta);
-        let count: usize = parts.iter().map(|p| p.count).sum();
-        let squares: f64 = parts.iter().map(|p| p.squares).sum();
+        let (std_errors, correlation) = reduce(&at).errors(&stretches, parameters, &at.theta);
+        let count: usize = at.parts.iter().map(|p| p.count).sum();
+        let squares: f64 = at.parts.iter().map(|p| p.squares).sum();
         Ok(Refined {
-            parameters: theta.as_slice().to_vec(),
+            parameters: at.theta.as_slice().to_vec(),
             std_errors,
             correlation,
             rmse: (squares / count.max(1) as f64).sqrt(),

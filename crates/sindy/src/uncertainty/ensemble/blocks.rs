@@ -1,6 +1,6 @@
 //! Cutting groups into blocks of consecutive rows.
 
-use crate::data::samples::{Block, BlockSource};
+use crate::data::samples::{Block, BlockSource, passed};
 use crate::error::SindyError;
 
 /// A source whose groups are blocks of consecutive rows of another source's groups; no block spans two
@@ -28,9 +28,7 @@ impl<'a> Blocks<'a> {
         source.for_each_block(&mut |block| {
             length[block.group] += block.columns.first().map_or(0, |c| c.len());
         });
-        if let Some(failure) = source.failure() {
-            return Err(failure);
-        }
+        passed(source)?;
         let mut first = vec![0];
         for n in length {
             first.push(first[first.len() - 1] + usize::div_ceil(n, rows));

@@ -43,7 +43,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
-use crate::error::SindyError;
+use crate::error::{SindyError, same_size};
 use crate::numerics::quantile;
 use crate::solve::fit::{Fit, Solver};
 use crate::solve::outcome::Outcome;
@@ -134,22 +134,16 @@ impl Ensemble {
         let parts: Vec<&Gram> = parts.iter().filter(|g| g.rows > 0).collect();
         let needed = if self.resample { 2 } else { 1 };
         if parts.len() < needed {
-            return Err(SindyError::Shape {
-                what: "parts of the data with rows (at least)",
-                expected: needed,
-                found: parts.len(),
-            });
+            return Err(SindyError::shape(
+                "parts of the data with rows (at least)",
+                needed,
+                parts.len(),
+            ));
         }
         let p = parts[0].xty.len();
         for part in &parts {
             check(part)?;
-            if part.xty.len() != p {
-                return Err(SindyError::Shape {
-                    what: "terms of a part",
-                    expected: p,
-                    found: part.xty.len(),
-                });
-            }
+            same_size("terms of a part", p, part.xty.len())?;
         }
         self.check_omit(p)?;
         let whole = sum(&parts, &vec![1; parts.len()]);
@@ -222,11 +216,11 @@ impl Ensemble {
         }
         let fit = solver.fit(&gram)?;
         if fit.coefficients.len() != terms.len() || fit.support.len() != terms.len() {
-            return Err(SindyError::Shape {
-                what: "coefficients of the solver's fit",
-                expected: terms.len(),
-                found: fit.coefficients.len(),
-            });
+            return Err(SindyError::shape(
+                "coefficients of the solver's fit",
+                terms.len(),
+                fit.coefficients.len(),
+            ));
         }
         Ok(fit)
     }
@@ -272,13 +266,11 @@ impl Ensembled {
     /// Statistics of another number of terms, or that no solver can use.
     pub fn refit(&self, gram: &Gram, inclusion: f64) -> Result<Fit, SindyError> {
         check(gram)?;
-        if gram.xty.len() != self.inclusion.len() {
-            return Err(SindyError::Shape {
-                what: "terms of the statistics",
-                expected: self.inclusion.len(),
-                found: gram.xty.len(),
-            });
-        }
+        same_size(
+            "terms of the statistics",
+            self.inclusion.len(),
+            gram.xty.len(),
+        )?;
         let keep = |j: usize| self.offered[j] > 0 && self.inclusion[j] >= inclusion;
         let support: Vec<bool> = (0..self.inclusion.len()).map(keep).collect();
         let outcome = if support.contains(&true) {

@@ -5,7 +5,7 @@ use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
 use super::{Ensemble, Ensembled, below};
-use crate::data::samples::BlockSource;
+use crate::data::samples::{BlockSource, passed};
 use crate::error::SindyError;
 use crate::library::Library;
 use crate::solve::fit::{Fit, Solver};
@@ -54,14 +54,9 @@ impl Ensemble {
         let plan = Plan::new(library, targets, source.names())?;
         let mut rows = 0;
         source.for_each_block(&mut |block| rows += block.columns.first().map_or(0, |c| c.len()));
-        if let Some(failure) = source.failure() {
-            return Err(failure);
-        }
+        passed(source)?;
         if rows < 2 {
-            return Err(SindyError::TooShort {
-                needed: 2,
-                found: rows,
-            });
+            return Err(SindyError::too_short(2, rows));
         }
         let all: Vec<usize> = (0..self.replicates).collect();
         let mut batches: Vec<Batch> = all
@@ -99,9 +94,7 @@ impl Ensemble {
                     });
             });
         });
-        if let Some(failure) = source.failure() {
-            return Err(failure);
-        }
+        passed(source)?;
         let replicates: Vec<Vec<Replicate>> = batches
             .par_iter()
             .map(|batch| batch.fits(self, &plan, solver))

@@ -1,13 +1,13 @@
-//! How sure coefficients are: standard errors, their degrees of freedom, and what each term is worth.
+//! The evidence for each term: standard error, degrees of freedom, and the fall of the log-likelihood without it.
 
 use crate::solve::fit::Fit;
 use crate::statistics::gram::Gram;
 use crate::statistics::regression::{ClusterErrors, pseudo_inverse, student_95};
-use crate::trajectory::output_error::Found;
+use crate::trajectory::output_error::OutputErrorFit;
 
-/// How sure one coefficient is.
+/// The evidence for one coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Certainty {
+pub(super) struct TermEvidence {
     pub std_error: f64,
     /// Degrees of freedom of the standard error.
     pub degrees: f64,
@@ -15,10 +15,10 @@ pub(super) struct Certainty {
     pub evidence: f64,
 }
 
-impl Certainty {
+impl TermEvidence {
     /// That of candidate `j`. Correlated residuals say as much as fewer independent ones would: standard errors grow by
     /// the root of the factor, and what a term is worth falls by the factor itself.
-    pub(super) fn of_output_error(found: &Found, j: usize) -> Self {
+    pub(super) fn of_output_error(found: &OutputErrorFit, j: usize) -> Self {
         let independent = 1.0 / found.correlation;
         let terms = found.coefficients.iter().filter(|c| **c != 0.0).count() as f64;
         Self {
@@ -36,10 +36,10 @@ impl Certainty {
 }
 
 /// Intervals of the coefficients that are not zero.
-pub(super) fn intervals(coefficients: &[f64], sure: &[Certainty]) -> Vec<Option<[f64; 2]>> {
-    let all = coefficients.iter().zip(sure);
+pub(super) fn intervals(coefficients: &[f64], evidence: &[TermEvidence]) -> Vec<Option<[f64; 2]>> {
+    let all = coefficients.iter().zip(evidence);
     all.filter(|(c, _)| **c != 0.0)
-        .map(|(c, sure)| sure.interval(*c))
+        .map(|(c, evidence)| evidence.interval(*c))
         .collect()
 }
 
@@ -49,12 +49,12 @@ pub(super) fn intervals(coefficients: &[f64], sure: &[Certainty]) -> Vec<Option<
 /// Worth and error are one thing seen twice: with z the coefficient over its error on d degrees of freedom, dropping the
 /// term costs `(d + 1) ln(1 + z²/d)` in twice the log-likelihood, and the rows that count for the penalty are those that
 /// would give this error if they were independent.
-pub(super) fn certainty(
+pub(super) fn of_regression(
     fit: &Fit,
     parts: &[Gram],
     total: &Gram,
     independent: f64,
-) -> Vec<Certainty> {
+) -> Vec<TermEvidence> {
     let index: Vec<usize> = (0..fit.support.len()).filter(|&j| fit.support[j]).collect();
     let rows = total.rows as f64;
     let variance = fit.residual_sum / rows.max(1.0);
@@ -64,7 +64,7 @@ pub(super) fn certainty(
         total.xtx[(index[a], index[b])] / scale(index[a]) / scale(index[b])
     }));
     let clustered = ClusterErrors::new(parts, &fit.coefficients, &fit.support);
-    let none = Certainty {
+    let none = TermEvidence {
         std_error: 0.0,
         degrees: 0.0,
         evidence: 0.0,
@@ -84,7 +84,7 @@ pub(super) fn certainty(
             }
         };
         let square = (fit.coefficients[j] / std_error.max(f64::MIN_POSITIVE)).powi(2);
-        out[j] = Certainty {
+        out[j] = TermEvidence {
             std_error,
             degrees,
             evidence: (degrees + 1.0) * (square / degrees).ln_1p() - counted.ln(),
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn analytic_correlated_residuals_count_as_fewer_independent_ones() {
-        let found = |correlation: f64| Found {
+        let found = |correlation: f64| OutputErrorFit {
             coefficients: vec![0.0, 2.0],
             std_errors: vec![0.0, 0.25],
             evidence: vec![-5.0, 64.0 - (1000_f64.ln() + 1.0)],
@@ -117,11 +117,11 @@ mod tests {
             iterations: 1,
             outcome: Outcome::Converged,
         };
-        let plain = Certainty::of_output_error(&found(1.0), 1);
+        let plain = TermEvidence::of_output_error(&found(1.0), 1);
         assert_eq!((plain.std_error, plain.degrees), (0.25, 999.0));
         // z² = 64, as the evidence says without its penalty: the two are one number.
         assert!((plain.evidence - (64.0 - 1000_f64.ln() - 1.0)).abs() < 1e-12);
-        let wide = Certainty::of_output_error(&found(16.0), 1);
+        let wide = TermEvidence::of_output_error(&found(16.0), 1);
         assert_eq!((wide.std_error, wide.degrees), (1.0, 61.5));
         // 1000 values that count as 62.5, and a z of 2: hardly worth its penalty.
         assert!((wide.evidence - (4.0 - 62.5_f64.ln() - 1.0)).abs() < 1e-12);
@@ -166,11 +166,11 @@ mod tests {
                 let (parts, fit) = draw(seed, groups);
                 let total = Gram::total(&parts);
                 // Of this noise (1 - 0.95)/(1 + 0.95) of the rows count: one in 39.
-                let sure = certainty(&fit, &parts, &total, 1.0 / 39.0)[1];
-                kept += usize::from(sure.evidence > 0.0);
-                let [low, high] = sure.interval(fit.coefficients[1]).unwrap();
+                let evidence = of_regression(&fit, &parts, &total, 1.0 / 39.0)[1];
+                kept += usize::from(evidence.evidence > 0.0);
+                let [low, high] = evidence.interval(fit.coefficients[1]).unwrap();
                 held += usize::from(low <= 0.0 && 0.0 <= high);
-                let plain = certainty(&fit, &parts[..1], &total, 1.0)[1];
+                let plain = of_regression(&fit, &parts[..1], &total, 1.0)[1];
                 naive += usize::from(plain.evidence > 0.0);
             }
             // By the Bayesian criterion over 5 to 26 rows that count a term of nothing is kept in 7 to 20 % of draws; as if

@@ -1,0 +1,214 @@
+//! The output error from the best regressions, and from shorter arcs where whole trajectories cannot be followed.
+
+use super::prepare::{self, Slopes};
+use super::rank::RankedModel;
+use super::regress::Statistics;
+use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
+use super::{Method, Progress};
+use crate::solve::outcome::Outcome;
+use crate::statistics::gram::Gram;
+use crate::trajectory::output_error::{self, OutputErrorFit, Piece, Start, Step};
+
+/// Candidates above which the output error looks only at terms that regressions kept: its steps cost the cube of their
+/// number. Half of it loses terms of larger libraries that no regression kept; twice takes eight times the time.
+const MOST_CANDIDATES: usize = 400;
+
+/// Starts of the output error, at most. Two that agree end the search earlier; with twice as many, systems that two
+/// starts already settle take no longer.
+const STARTS: usize = 3;
+
+/// Scores (twice the log-likelihood) that differ by no more than this are the same solution: odds of e^½ = 1.6. Solutions
+/// with other terms differ by a penalty of ten or more.
+const SAME_SCORE: f64 = 1.0;
+
+/// Nodes of an arc, at most, in the order in which they are tried: as far as chaos allows, then about a tenth and a
+/// fortieth of a usual record. Disturbances add up along an arc, and over an eighth node they are still small beside noise.
+const LONGEST: [usize; 3] = [usize::MAX, 32, 8];
+
+/// A model that was followed through the data.
+pub(super) struct FollowedModel {
+    /// The ranked model that it started from.
+    pub start: usize,
+    pub fit: OutputErrorFit,
+    /// Nodes of an arc, at most; `usize::MAX` where trajectories were followed as far as chaos allows.
+    pub longest: usize,
+}
+
+/// What every search of an identification shares.
+struct Search<'s> {
+    ranked: &'s [RankedModel],
+    pieces: &'s [Piece<'s>],
+    term_rms: Vec<f64>,
+}
+
+impl IdentificationRun<'_> {
+    /// The best model by output error, with the inputs between samples that leave least; `None` where no trajectory could
+    /// be followed, or none was asked for.
+    pub(super) fn follow(
+        &mut self,
+        ranked: &[RankedModel],
+        slopes: &Slopes,
+        statistics: &Statistics,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Option<FollowedModel> {
+        if self.settings.method == Method::Regression {
+            return None;
+        }
+        let states = self.data.states().len();
+        let grams = statistics.grams.iter();
+        let term_rms: Vec<f64> = grams
+            .flat_map(|parts| Gram::total(parts).column_rms().as_slice().to_vec())
+            .collect();
+        let mut with_inputs = |between: &[_]| {
+            let rows = self.settings.rows;
+            let pieces = prepare::pieces(&self.stretches, states, slopes, between, rows);
+            let search = Search {
+                ranked,
+                pieces: &pieces,
+                term_rms: term_rms.clone(),
+            };
+            self.output_error(&search, progress)
+        };
+        let first = with_inputs(&self.inputs.between);
+        let Some(between) = self
+            .inputs
+            .second
+            .clone()
+            .filter(|_| !self.settings.discrete)
+        else {
+            return first;
+        };
+        let second = with_inputs(&between);
+        let left = |followed: &Option<FollowedModel>| {
+            let followed = followed.as_ref();
+            followed.map_or(f64::INFINITY, |f| self.misfit(&f.fit))
+        };
+        if left(&second) < left(&first) {
+            self.inputs.between = between;
+            second
+        } else {
+            first
+        }
+    }
+
+    /// The largest share of a state's noise (or of what is tolerated without noise) that is left.
+    pub(super) fn misfit(&self, fit: &OutputErrorFit) -> f64 {
+        largest_share(&fit.sigma, &self.noise.tolerated)
+    }
+
+    /// The output error from the best starts; with shorter arcs where whole trajectories cannot be followed.
+    fn output_error(
+        &self,
+        search: &Search<'_>,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Option<FollowedModel> {
+        let mut best = None;
+        // Scores of differently cut arcs do not compare: each length begins anew.
+        for longest in LONGEST {
+            best = self.from_starts(search, longest, progress);
+            let follows = |best: &FollowedModel| self.misfit(&best.fit) <= FOLLOWS;
+            if best.as_ref().is_some_and(follows) {
+                break;
+            }
+        }
+        let mut best = best?;
+        if best.fit.correlation > CORRELATED {
+            // A term is worth as much less as there are fewer independent residuals.
+            let mut limits = self.limits(best.longest);
+            limits.penalty *= best.fit.correlation;
+            let from = self.start(&best.fit.coefficients, &best.fit.sigma, search);
+            let again =
+                output_error::search(&self.system, search.pieces, &from, &limits, &mut |_| ());
+            if let Some(fit) = again
+                && self.misfit(&fit) <= FOLLOWS.max(self.misfit(&best.fit))
+            {
+                best.fit = fit;
+            }
+        }
+        Some(best)
+    }
+
+    /// The best of a few starts with different terms, over arcs of at most `longest` nodes; ends where two agree.
+    fn from_starts(
+        &self,
+        search: &Search<'_>,
+        longest: usize,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Option<FollowedModel> {
+        let limits = self.limits(longest);
+        let mut best: Option<FollowedModel> = None;
+        let mut tried: Vec<Vec<bool>> = Vec::new();
+        for (index, model) in search.ranked.iter().enumerate() {
+            let support: Vec<bool> = model.coefficients.iter().map(|c| *c != 0.0).collect();
+            if tried.len() == STARTS || tried.contains(&support) {
+                continue;
+            }
+            let number = tried.len();
+            tried.push(support);
+            let from = self.start(&model.coefficients, &self.noise.sigma, search);
+            let mut report = |step: Step<'_>| {
+                progress(Progress::OutputError {
+                    start: number,
+                    step: step.step,
+                    terms: step.terms,
+                    misfit: largest_share(step.sigma, &self.noise.sigma),
+                });
+            };
+            let found =
+                output_error::search(&self.system, search.pieces, &from, &limits, &mut report);
+            let Some(fit) = found else { continue };
+            match &best {
+                Some(b) if fit.score > b.fit.score - SAME_SCORE => {
+                    let agree = (fit.score - b.fit.score).abs() <= SAME_SCORE;
+                    if agree && fit.outcome == Outcome::Converged {
+                        break;
+                    }
+                }
+                _ => {
+                    best = Some(FollowedModel {
+                        start: index,
+                        fit,
+                        longest,
+                    });
+                }
+            }
+        }
+        best
+    }
+
+    fn start(&self, coefficients: &[f64], sigma: &[f64], search: &Search<'_>) -> Start {
+        Start {
+            coefficients: coefficients.to_vec(),
+            sigma: sigma.to_vec(),
+            floor: self.noise.floor.clone(),
+            candidates: screened(search.ranked),
+            term_rms: search.term_rms.clone(),
+        }
+    }
+
+    fn limits(&self, longest: usize) -> output_error::Settings {
+        output_error::Settings {
+            growth: self.settings.growth,
+            iterations: self.settings.iterations,
+            penalty: self.settings.penalty,
+            longest,
+            relevance: self.settings.relevance,
+        }
+    }
+}
+
+/// The candidates that the output error looks at: all, or those that a regression kept.
+fn screened(ranked: &[RankedModel]) -> Option<Vec<bool>> {
+    let size = ranked.first()?.coefficients.len();
+    if size <= MOST_CANDIDATES {
+        return None;
+    }
+    let kept = |j: usize| ranked.iter().any(|r| r.coefficients[j] != 0.0);
+    Some((0..size).map(kept).collect())
+}
+
+/// The largest of `left` as a share of `noise`.
+fn largest_share(left: &[f64], noise: &[f64]) -> f64 {
+    let shares = left.iter().zip(noise).map(|(left, noise)| left / noise);
+    shares.fold(0.0, f64::max)
+}
