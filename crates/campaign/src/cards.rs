@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use touchdown_flight::ground_effect::GroundEffectModel;
+use touchdown_lander::models::FlightModels;
 use touchdown_model::Card;
-use touchdown_sim::landing::space::FlightModels;
 
 use crate::error::{Error, Result};
 
@@ -40,7 +40,7 @@ impl CardPaths {
     ///
     /// # Errors
     /// Cards that cannot be read or flown.
-    pub fn put_into(&self, models: &mut FlightModels) -> Result<()> {
+    pub fn put_into(&self, models: &mut FlightModels<f64>) -> Result<()> {
         let read = |path: &Option<PathBuf>| path.as_deref().map(Card::read).transpose();
         put_into(
             read(&self.thrust)?.as_ref(),
@@ -59,7 +59,7 @@ pub fn put_into(
     thrust: Option<&Card>,
     empirical: Option<&Card>,
     dynamic: Option<&Card>,
-    models: &mut FlightModels,
+    models: &mut FlightModels<f64>,
 ) -> Result<()> {
     if let Some(card) = thrust {
         models.thrust = card.thrust_model()?;

@@ -19,6 +19,7 @@
 //! | [`deck`] | estimate of the deck's heave, of known frequency |
 //! | [`control`] | vertical control laws |
 //! | [`vertical_controller`] | all of these: measurement in, command out |
+//! | [`method`] | the methods of landing by name, with their tuned defaults |
 //! | [`touchdown`], [`metrics`] | touchdown and the figures of a landing |
 //! | [`space`] | vectors and attitudes in space |
 //! | [`kernel`] | lags, sums, delays, and the root of a cubic |
@@ -70,6 +71,7 @@ pub mod deck;
 pub mod error;
 pub mod ground_effect;
 pub mod kernel;
+pub mod method;
 pub mod metrics;
 pub mod real;
 pub mod reference;
@@ -80,6 +82,7 @@ pub mod types;
 pub mod vertical_controller;
 
 pub use error::SettingsError;
+pub use method::Method;
 pub use real::Real;
 pub use space::{Attitude, Vector};
 pub use types::{Command, Limits, Measurement};

@@ -14,6 +14,7 @@
 //! | [`control`] | horizontal law, disturbance observer, adaptation |
 //! | [`space_controller`] | motion in, thrust and attitude out |
 //! | [`computer`] | all of these on board: readings in, commands out |
+//! | [`settings`], [`models`] | tuned defaults and fitted models, and the computer put together from them |
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -21,6 +22,8 @@ pub mod computer;
 pub mod control;
 pub mod estimate;
 pub mod guidance;
+pub mod models;
 pub mod planner;
+pub mod settings;
 pub mod space_controller;
 pub mod state_machine;

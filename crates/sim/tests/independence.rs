@@ -56,6 +56,28 @@ fn prop_no_module_of_the_plant_uses_a_flight_model() {
 }
 
 #[test]
+fn prop_no_gain_and_no_fitted_coefficient_stands_here() {
+    // Words for gains, laws and models with coefficients, in flight and lander.
+    const TUNED: [&str; 9] = [
+        "Gains",
+        "k_p",
+        "k_i",
+        "Composite",
+        "Imbc",
+        "Ssc",
+        "Lag",
+        "StaticMap",
+        "Polynomial",
+    ];
+    for (path, text) in sources("") {
+        let mut words =
+            code(&text).flat_map(|line| line.split(|c: char| !c.is_alphanumeric() && c != '_'));
+        let found = words.find(|word| TUNED.contains(word));
+        assert_eq!(found, None, "{}", path.display());
+    }
+}
+
+#[test]
 fn prop_modules_use_only_those_below_them() {
     let mut folders = 0;
     for (i, layer) in LAYERS.iter().enumerate() {

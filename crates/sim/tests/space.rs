@@ -1,9 +1,10 @@
 //! Whole landings: sensors, landing computer, vehicle, deck.
 
+use touchdown_flight::Method;
+use touchdown_lander::settings::DescentShape;
 use touchdown_sim::deck::rigid::{Axis, RigidMotion, Tone};
 use touchdown_sim::landing::space::{
-    Controller, DescentShape, NanBurst, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario,
-    Span, Struck, WeakRotor, land,
+    NanBurst, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario, Span, Struck, WeakRotor, land,
 };
 
 /// A deck that heaves in a sine.
@@ -89,10 +90,10 @@ fn regress_the_papers_deck_with_all_sensors() {
 
 #[test]
 fn prop_every_controller_and_descent_flies() {
-    for controller in Controller::ALL {
+    for controller in Method::ALL {
         for reference in [DescentShape::Terminal, DescentShape::Exponential] {
             let mut scenario = heaving(0.05, 0.5);
-            scenario.control.controller = controller;
+            scenario.control.method = controller;
             scenario.control.reference = reference;
             scenario.timeout_s = 40.0;
             for landing in landings(&scenario, 2) {
@@ -291,7 +292,7 @@ fn prop_a_scenario_survives_its_file() {
     assert_eq!(toml::from_str::<SpaceScenario>(&text).unwrap(), scenario);
     // Settings may be few; unknown ones are refused by name.
     let few: SpaceScenario = toml::from_str("[control]\ncontroller = \"feedback\"").unwrap();
-    assert_eq!(few.control.controller, Controller::Feedback);
+    assert_eq!(few.control.method, Method::Feedback);
     let error = toml::from_str::<SpaceScenario>("[control]\ncontroller = \"magic\"").unwrap_err();
     assert!(error.to_string().contains("magic"), "{error}");
     let error = toml::from_str::<SpaceScenario>("[sensors]\nsonar = 1").unwrap_err();

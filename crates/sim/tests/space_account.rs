@@ -63,7 +63,7 @@ fn prop_the_hardest_contact_is_told_though_its_descent_was_broken_off() {
 fn prop_a_landing_that_is_taken_up_again_was_not_given_up() {
     // Low in the hover, critical a second after it gave up: then any landing is better.
     let mut scenario = SpaceScenario::default();
-    let of = &scenario.control.lander;
+    let of = &scenario.control.state_machine;
     scenario.battery_share = of.battery_critical + 0.05;
     scenario.battery_s = 20.0;
     let landing = land(&scenario, 0, 1).unwrap();

@@ -207,14 +207,14 @@ fn prop_heights_are_those_of_a_vehicle_on_its_legs() {
     refused(
         |s| {
             (s.legs.depth_m, s.landed_height_m) = (0.12, 0.12);
-            s.control.lander.touchdown_height_m = 0.128;
+            s.control.state_machine.touchdown_height_m = 0.128;
         },
         &["control.contact_height_m", "0.12", "found 0.11"],
     );
     refused(
         |s| {
             (s.legs.depth_m, s.landed_height_m) = (0.12, 0.12);
-            s.control.lander.touchdown_height_m = 0.128;
+            s.control.state_machine.touchdown_height_m = 0.128;
             s.control.contact_height_m = 0.13;
         },
         &[
@@ -226,7 +226,7 @@ fn prop_heights_are_those_of_a_vehicle_on_its_legs() {
     // All of them moved, longer legs land.
     let scenario = changed(|s| {
         (s.legs.depth_m, s.landed_height_m) = (0.15, 0.15);
-        s.control.lander.touchdown_height_m = 0.158;
+        s.control.state_machine.touchdown_height_m = 0.158;
         s.control.contact_height_m = 0.16;
         s.control.planning.descent.end_height_m = 0.16;
     });

@@ -18,7 +18,7 @@ pub use error::{Error, Result};
 
 // Former paths, until all callers use the crates.
 pub use settings::defaults;
-pub use touchdown_campaign::vertical::{pilot, vehicle};
+pub use touchdown_campaign::vertical::vehicle;
 pub use touchdown_campaign::{csv, files, progress, recording, statistics, sweep};
 pub use touchdown_identify::{prediction as predict, scores as score};
 /// Former path.

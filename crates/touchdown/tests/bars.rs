@@ -2,10 +2,10 @@
 
 use touchdown::experiments::{self, Run, thrust};
 use touchdown::identify::settings::GroundEffectForm;
-use touchdown::pilot::Method;
 use touchdown::progress::Silent;
 use touchdown::results::Results;
 use touchdown::settings::ReproduceSettings;
+use touchdown_flight::Method;
 use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
 fn run(seed: u64) -> Run {

@@ -6,8 +6,10 @@ use touchdown::experiments::sea::{SeaCell, SeaMethod};
 use touchdown::progress::Silent;
 use touchdown::settings::ReproduceSettings;
 use touchdown::sweep;
+use touchdown_flight::Method;
+use touchdown_lander::settings::DescentShape;
 use touchdown_sim::deck::rigid::RigidMotion;
-use touchdown_sim::landing::space::{Case, Controller, DescentShape};
+use touchdown_sim::landing::space::Case;
 
 fn cells(text: &str, folder: &Path) -> Result<Vec<SeaCell>, String> {
     let mut settings: ReproduceSettings =
@@ -27,13 +29,10 @@ fn prop_cases_differ_in_what_their_names_say() {
         assert_eq!(scenario.timeout_s, 60.0, "what is set is set in all cases");
         assert_eq!(control.planner, cell.how != SeaMethod::StraightDown);
         let (controller, reference) = match cell.how {
-            SeaMethod::Published => (Controller::Dynamic, DescentShape::Exponential),
-            _ => (Controller::DynamicObserver, DescentShape::Terminal),
+            SeaMethod::Published => (Method::Dynamic, DescentShape::Exponential),
+            _ => (Method::DynamicObserver, DescentShape::Terminal),
         };
-        assert_eq!(
-            (control.controller, control.reference),
-            (controller, reference)
-        );
+        assert_eq!((control.method, control.reference), (controller, reference));
         let strength = if cell.case == Case::Strong { 1.6 } else { 1.0 };
         assert_eq!(scenario.ground_effect_strength, strength);
         assert_eq!(

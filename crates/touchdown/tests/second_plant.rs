@@ -3,10 +3,11 @@
 
 use touchdown::campaign::{self, LandingFigures};
 use touchdown::experiments;
-use touchdown::pilot::{Method, autopilot};
 use touchdown::progress::Silent;
 use touchdown::results::Results;
 use touchdown::settings::{LandSettings, ReproduceSettings};
+use touchdown_campaign::vertical::controllers::controller;
+use touchdown_flight::Method;
 use touchdown_sim::body::plant::PlantSettings;
 use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
@@ -40,7 +41,7 @@ fn prop_cards_of_the_wrong_plant_still_land_or_say_that_they_did_not() {
             .unwrap();
     let mut land = LandSettings::deck();
     land.scenario.plant = PlantSettings::exponential();
-    let pilot = autopilot(Method::Dynamic, &cards, &land, true).unwrap();
+    let pilot = controller(Method::Dynamic, &cards, &land, true).unwrap();
     let landings = campaign::run(&land.scenario, &pilot, 5, 1, 0, &Silent).unwrap();
     let figures = LandingFigures::of(&landings);
     // Too strong a model presses the vehicle down: it lands, and every trial has an outcome.

@@ -220,7 +220,7 @@ pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> 
 
 fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
     let values = sweep.values(point);
-    let controller = sweep.scenario(point)?.control.controller.name();
+    let controller = sweep.scenario(point)?.control.method.name();
     let varied = values
         .iter()
         .zip(sweep.grid())

@@ -3,8 +3,11 @@
 use serde::{Deserialize, Serialize};
 use touchdown_sim::landing::vertical::LandingScenario;
 
-use super::pilot::{self, Method};
-use super::settings::{ControlSettings, LandSettings};
+use touchdown_flight::Method;
+use touchdown_flight::method::VerticalSettings;
+
+use super::controllers;
+use super::settings::LandSettings;
 use crate::cards::CardPaths;
 use crate::error::{Error, Result};
 use crate::settings_file::check_seed;
@@ -24,7 +27,7 @@ pub struct LandScenario {
     /// Model cards.
     pub cards: CardPaths,
     /// The controllers' settings.
-    pub control: ControlSettings,
+    pub control: VerticalSettings<f64>,
     /// Vehicle, air, deck, sensors and spreads.
     pub scenario: LandingScenario,
 }
@@ -35,7 +38,7 @@ impl Default for LandScenario {
         Self {
             seed: 1,
             trials: 40,
-            controllers: Method::ALL.to_vec(),
+            controllers: Method::VERTICAL.to_vec(),
             deck_acceleration: true,
             cards: CardPaths::default(),
             control: deck.control,
@@ -70,11 +73,25 @@ impl LandScenario {
                 format!("expected 1 to 1000000, found {}", self.trials),
             ));
         }
+        let names = Method::VERTICAL.map(Method::name);
         if self.controllers.is_empty() {
-            let names: Vec<&str> = Method::ALL.iter().map(|m| m.name()).collect();
             return Err(bad(
                 "controllers",
                 format!("expected some of {}; found none", names.join(", ")),
+            ));
+        }
+        if let Some(method) = self
+            .controllers
+            .iter()
+            .find(|m| !Method::VERTICAL.contains(m))
+        {
+            return Err(bad(
+                "controllers",
+                format!(
+                    "`{}` flies in six degrees of freedom only; expected some of {}",
+                    method.name(),
+                    names.join(", ")
+                ),
             ));
         }
         for (i, method) in self.controllers.iter().enumerate() {
@@ -88,6 +105,6 @@ impl LandScenario {
         self.scenario
             .validate()
             .map_err(|e| bad("scenario", e.to_string()))?;
-        pilot::check(&self.land()).map_err(|e| bad("control", e.to_string()))
+        controllers::check(&self.land()).map_err(|e| bad("control", e.to_string()))
     }
 }

@@ -6,7 +6,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use touchdown::identify::settings::{GroundEffectForm, ThrustForm};
 use touchdown::sweep::Shard;
-use touchdown_sim::landing::space::Controller;
+use touchdown_flight::Method;
 use touchdown_terminal::{EXIT_STATUS, Output, Shell};
 
 /// From a thrust log to a soft touchdown on a moving deck.
@@ -330,9 +330,9 @@ pub(crate) enum CampaignCommand {
     },
 }
 
-/// Names of controllers; the last two fly in six degrees of freedom only.
+/// Names of methods; the last two fly in six degrees of freedom only.
 fn controllers() -> PossibleValuesParser {
-    PossibleValuesParser::new(Controller::ALL.map(Controller::name))
+    PossibleValuesParser::new(Method::ALL.map(Method::name))
 }
 
 /// Forms of thrust models, by name.

@@ -5,8 +5,9 @@ use touchdown_sim::landing::vertical::Landing;
 use crate::error::Result;
 use crate::settings::{LandSettings, ReproduceSettings};
 use touchdown_campaign::progress::Progress;
+use touchdown_campaign::vertical::controllers::{Cards, controller};
 use touchdown_campaign::vertical::landings::{self, LandingFigures};
-use touchdown_campaign::vertical::pilot::{Cards, Method, autopilot};
+use touchdown_flight::Method;
 
 /// Landings of each method that keep their time series, for figures.
 pub const TRACES: usize = 5;
@@ -43,7 +44,7 @@ pub fn run(
     progress: &dyn Progress,
 ) -> Result<LandingExperiments> {
     let on_ground = [Method::Feedback, Method::Empirical, Method::Dynamic];
-    let cells = on_ground.len() + 2 * Method::ALL.len() - 1;
+    let cells = on_ground.len() + 2 * Method::VERTICAL.len() - 1;
     progress.stage("landings", (cells * settings.trials) as u64);
     let all = |land: &LandSettings,
                methods: &[Method],
@@ -52,10 +53,10 @@ pub fn run(
         methods
             .iter()
             .map(|&method| {
-                let pilot = autopilot(method, cards, land, acceleration)?;
+                let controller = controller(method, cards, land, acceleration)?;
                 let landings = landings::run(
                     &land.scenario,
-                    &pilot,
+                    &controller,
                     settings.trials,
                     settings.seed,
                     TRACES,
@@ -71,15 +72,15 @@ pub fn run(
             .collect()
     };
     let ground = all(&settings.ground_landing, &on_ground, false)?;
-    let with_acceleration = all(&settings.deck_landing, &Method::ALL, true)?;
-    let others: Vec<Method> = Method::ALL
+    let with_acceleration = all(&settings.deck_landing, &Method::VERTICAL, true)?;
+    let others: Vec<Method> = Method::VERTICAL
         .into_iter()
         .filter(|m| *m != Method::Imbc)
         .collect();
     let mut without_acceleration = all(&settings.deck_landing, &others, false)?;
     // The internal model has no deck-acceleration term: the same landings stand in both columns.
     if let Some(imbc) = with_acceleration.iter().find(|m| m.method == Method::Imbc) {
-        let place = Method::ALL
+        let place = Method::VERTICAL
             .iter()
             .position(|m| *m == Method::Imbc)
             .unwrap_or(0);

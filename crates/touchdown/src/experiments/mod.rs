@@ -9,7 +9,7 @@ pub mod thrust;
 use rayon::prelude::*;
 use touchdown_campaign::progress::Progress;
 use touchdown_campaign::settings_file::check_seed;
-use touchdown_campaign::vertical::pilot::{self, Cards};
+use touchdown_campaign::vertical::controllers::{self, Cards};
 use touchdown_identify::settings::GroundEffectForm;
 use touchdown_identify::{Origin, rig as force_rig, thrust as stand};
 use touchdown_model::card::Vehicle;
@@ -95,7 +95,7 @@ pub fn check(settings: &ReproduceSettings, file: &str) -> Result<()> {
         ("ground_landing", settings.ground_landing),
         ("deck_landing", settings.deck_landing),
     ] {
-        pilot::check(&land).map_err(|e| bad(&format!("{key}.control"), e.to_string()))?;
+        controllers::check(&land).map_err(|e| bad(&format!("{key}.control"), e.to_string()))?;
         land.scenario
             .validate()
             .map_err(|e| bad(&format!("{key}.scenario"), e.to_string()))?;

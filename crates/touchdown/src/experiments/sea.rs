@@ -10,11 +10,12 @@ use touchdown_campaign::cards::put_into;
 use touchdown_campaign::progress::Progress;
 use touchdown_campaign::settings_file::merge;
 use touchdown_campaign::sweep::{self, Figures, LandingRow, Sweep, SweepSettings};
-use touchdown_campaign::vertical::pilot::Cards;
+use touchdown_campaign::vertical::controllers::Cards;
+use touchdown_flight::Method;
+use touchdown_lander::models::FlightModels;
+use touchdown_lander::settings::DescentShape;
 use touchdown_sim::deck::rigid::RigidMotion;
-use touchdown_sim::landing::space::{
-    Case, Controller, DescentShape, FlightModels, SpaceScenario, SpaceTrace,
-};
+use touchdown_sim::landing::space::{Case, SpaceScenario, SpaceTrace};
 
 use crate::error::{Error, Result};
 use crate::settings::ReproduceSettings;
@@ -150,7 +151,7 @@ pub fn cells(
                 SeaMethod::Planned => {}
                 SeaMethod::StraightDown => scenario.control.planner = false,
                 SeaMethod::Published => {
-                    scenario.control.controller = Controller::Dynamic;
+                    scenario.control.method = Method::Dynamic;
                     scenario.control.reference = DescentShape::Exponential;
                 }
             }

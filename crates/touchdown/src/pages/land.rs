@@ -111,7 +111,7 @@ pub fn land(
 mod tests {
     use super::*;
     use crate::campaign::LandingFigures;
-    use crate::pilot::Method;
+    use touchdown_flight::Method;
     use touchdown_sim::landing::vertical::{Landing, LandingTrace, Outcome};
 
     /// A method whose `landed` of four trials land at about `t_l_s`.

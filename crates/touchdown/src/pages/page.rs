@@ -7,9 +7,9 @@ use touchdown_report::{Cell, Color, Figure, Report, Table};
 
 use crate::error::{Error, Result};
 use crate::identify::settings::GroundEffectForm;
-use crate::pilot::Method;
 use crate::score::Errors;
 use crate::statistics::Summary;
+use touchdown_flight::Method;
 
 /// Grey of raw measurements: seen, but behind everything else.
 pub(super) const MEASURED: Color = Color::Rgb(0xB8, 0xBE, 0xC6);

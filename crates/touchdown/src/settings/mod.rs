@@ -10,9 +10,7 @@ use touchdown_identify::IdentificationSettings;
 use touchdown_sim::rig::RigSettings;
 
 pub use touchdown_campaign::settings_file::{parse, read, to_toml};
-pub use touchdown_campaign::vertical::settings::{
-    C_DECK_PER_S, C_GROUND_PER_S, ControlSettings, LandSettings,
-};
+pub use touchdown_campaign::vertical::settings::LandSettings;
 
 /// Everything that `reproduce` depends on.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]

@@ -12,10 +12,10 @@ use touchdown_model::Card;
 use touchdown_sim::body::motor::Motor;
 use touchdown_sim::body::plant::{Plant, PlantSettings};
 
-use super::pilot::Method;
 use super::scenario::LandScenario;
-use super::settings::ControlSettings;
 use crate::error::Result;
+use touchdown_flight::Method;
+use touchdown_flight::method::VerticalSettings;
 
 /// Share by which masses and radii may differ and still be of one vehicle.
 const SAME: f64 = 0.01;
@@ -218,12 +218,12 @@ fn in_proportion(mass_kg: f64, rotor_radius_m: f64) -> PlantSettings {
 
 /// Gains and limits: forces with the weight, rates with 1/√size.
 fn control(
-    given: &ControlSettings,
+    given: &VerticalSettings<f64>,
     plant: &PlantSettings,
     size: f64,
     full_n: f64,
-) -> ControlSettings {
-    let (default, standard) = (ControlSettings::default(), PlantSettings::default());
+) -> VerticalSettings<f64> {
+    let (default, standard) = (VerticalSettings::default(), PlantSettings::default());
     let weight = plant.mass_kg / standard.mass_kg;
     let rate = 1.0 / size.sqrt();
     let mut own = *given;

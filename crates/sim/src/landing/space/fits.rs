@@ -1,11 +1,11 @@
 //! Whether the parts of a scenario fit each other.
 
-use super::crew::DescentShape;
 use super::scenario::SpaceScenario;
 use crate::STEP_S;
 use crate::body::contact::DEEPEST_M;
 use crate::check::that;
 use crate::error::SimError;
+use touchdown_lander::settings::DescentShape;
 
 /// Greatest rate of a mode of the legs over one step, rad: Runge–Kutta is stable up to
 /// 2.8, and heave, tilt and sliding act together.
@@ -75,10 +75,10 @@ fn heights(scenario: &SpaceScenario) -> Result<(), SimError> {
         scenario.landed_height_m,
     )?;
     that(
-        control.lander.touchdown_height_m > depth_m,
+        control.state_machine.touchdown_height_m > depth_m,
         "control.lander.touchdown_height_m",
         &format!("above contact, `legs.depth_m` = {depth_m}: else no touchdown is seen"),
-        control.lander.touchdown_height_m,
+        control.state_machine.touchdown_height_m,
     )?;
     let mut at_least = vec![("control.contact_height_m", control.contact_height_m)];
     if control.reference == DescentShape::Terminal {

@@ -1,5 +1,6 @@
 //! A checked scenario, and its landings.
 
+use super::computer::computer;
 use super::flight::Flight;
 use super::outcome::{SpaceLanding, SpaceOutcome};
 use super::scenario::SpaceScenario;
@@ -64,14 +65,7 @@ impl SpaceLander {
             .tag
             .fast(half_side_m.map(|half| 2.0 * half), scenario.sensors.camera)
             .map_err(|error| error.in_section("sensors.tag"))?;
-        let computer = scenario.control.computer(
-            &scenario.models,
-            &scenario.plant,
-            &scenario.sensors,
-            scenario.control_period_s,
-            scenario.command_delay_s,
-            scenario.start_m[2],
-        )?;
+        let computer = computer(scenario)?;
         Ok(Self {
             scenario: scenario.clone(),
             computer,
@@ -139,6 +133,12 @@ impl SpaceLander {
     #[must_use]
     pub fn scenario(&self) -> &SpaceScenario {
         &self.scenario
+    }
+
+    /// The landing computer that flies.
+    #[must_use]
+    pub fn computer(&self) -> &Computer<f64> {
+        &self.computer
     }
 
     /// The reference point, at a place relative to the deck along its axes, has come down

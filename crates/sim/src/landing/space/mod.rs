@@ -16,7 +16,7 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
-//! | `sensors`, `tags`, `faults`, `crew`, `scenario`, `fits` | settings, and whether they fit each other |
+//! | `sensors`, `tags`, `faults`, `computer`, `scenario`, `fits` | settings, and whether they fit each other |
 //! | `case` | scenarios by name |
 //! | `sensing`, `felt`, `sight`, `clock` | readings: when they are taken and arrive, how wrong they are |
 //! | `landing`, `flight`, `track` | a landing, its steps, its deck |
@@ -28,7 +28,7 @@
 mod account;
 mod batch;
 mod case;
-mod crew;
+mod computer;
 mod drawn;
 mod faults;
 mod fits;
@@ -43,7 +43,6 @@ mod track;
 pub use crate::sensors::readings::RangeRow;
 pub use batch::Batch;
 pub use case::Case;
-pub use crew::{ControlSettings, Controller, DescentShape, FlightModels};
 pub use faults::{FaultGust, FaultSettings, NanBurst, Since, Span, Struck, WeakRotor};
 pub use landing::{SpaceLander, land};
 pub use logged::{FlightLog, ImuRow};

@@ -1,8 +1,9 @@
 //! What a landing in space starts from.
 
 use serde::{Deserialize, Serialize};
+use touchdown_lander::models::FlightModels;
+use touchdown_lander::settings::ControlSettings;
 
-use super::crew::{ControlSettings, FlightModels};
 use super::faults::FaultSettings;
 use super::fits;
 use crate::STEP_S;
@@ -83,9 +84,9 @@ pub struct SpaceScenario {
     /// What goes wrong.
     pub faults: FaultSettings,
     /// The landing computer.
-    pub control: ControlSettings,
+    pub control: ControlSettings<f64>,
     /// What it counts on.
-    pub models: FlightModels,
+    pub models: FlightModels<f64>,
     /// Differences between trials.
     pub spread: SpreadSettings,
     /// What is a crash.

@@ -9,12 +9,13 @@ use serde::Serialize;
 use touchdown::campaign::{self, LandingFigures};
 use touchdown::experiments::identify_cards;
 use touchdown::experiments::landing::{MethodLandings, TRACES};
-use touchdown::pilot::{Cards, Method, autopilot};
 use touchdown::progress::Progress as _;
 use touchdown::scenario::{CardPaths, LandScenario};
 use touchdown::settings;
 use touchdown::vehicle::{self, VehicleOfCards};
 use touchdown::{Error, Result, pages};
+use touchdown_campaign::vertical::controllers::{Cards, controller};
+use touchdown_flight::Method;
 use touchdown_model::Card;
 use touchdown_sim::body::plant::PlantSettings;
 use touchdown_sim::rig::RigSettings;
@@ -60,7 +61,7 @@ pub(crate) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
         .map(|&method| {
             Ok((
                 method,
-                autopilot(method, &cards, &land, scenario.deck_acceleration)?,
+                controller(method, &cards, &land, scenario.deck_acceleration)?,
             ))
         })
         .collect::<Result<Vec<_>>>()?;
@@ -167,9 +168,9 @@ fn load(args: &LandArgs) -> Result<LandScenario> {
 }
 
 fn method(name: &str) -> Result<Method> {
-    let found = Method::ALL.into_iter().find(|m| m.name() == name);
+    let found = Method::VERTICAL.into_iter().find(|m| m.name() == name);
     found.ok_or_else(|| {
-        let names = Method::ALL.map(Method::name).join(", ");
+        let names = Method::VERTICAL.map(Method::name).join(", ");
         Error::Arguments(format!(
             "--controller: `{name}` flies in six degrees of freedom only (--space); expected some of {names}"
         ))

@@ -43,7 +43,7 @@ use touchdown_lander::computer::Descent;
 use touchdown_lander::guidance::Guidance;
 use touchdown_lander::space_controller::SpaceController;
 
-use super::crew::cannot_be_flown;
+use super::computer::cannot_be_flown;
 use super::landing::SpaceLander;
 use super::outcome::SpaceLanding;
 use crate::STEP_S;

@@ -1,0 +1,237 @@
+//! The landing computer, put together from settings and the numbers of its vehicle.
+
+use core::f64::consts::TAU;
+
+use touchdown_flight::control::{Composite, Imbc, Ssc};
+use touchdown_flight::error::SettingsError;
+use touchdown_flight::ground_effect::{Empirical, GroundEffectModel, Guarded, Validity};
+use touchdown_flight::method::{Feedforward, Laws};
+use touchdown_flight::real::{Real, r};
+use touchdown_flight::reference::{Exponential, Reference, Terminal};
+use touchdown_flight::{Attitude, Limits, Vector};
+
+use super::{ControlSettings, DescentShape};
+use crate::computer::{Computer, Descent};
+use crate::control::Delays;
+use crate::estimate::relative::RelativeFilter;
+use crate::models::FlightModels;
+use crate::space_controller::SpaceController;
+
+/// Standard deviation below which position (m) and velocity (m/s) count as known. A third of
+/// the pad's half side and of the closing speed that the state machine allows at the deck;
+/// half of it delays the first descent, twice it begins descents that miss the pad.
+const KNOWN_SD: f64 = 0.3;
+/// Time apart from its readings after which the estimator restarts, s: ten readings of the
+/// slowest sensor (GNSS at 10 Hz) fill 1 s, five decide. Half restarts on bursts of outliers.
+const RESTART_S: f64 = 0.5;
+/// Time constant of the deck's normal, s: a tag's normal is noisy to some degrees at 30 Hz,
+/// and a ship rolls with periods above 5 s. Twice the value lags a roll by more than a degree.
+const NORMAL_FILTER_S: f64 = 0.2;
+/// Time constant with which the largest tilt of the deck fades, s: one to two periods of a
+/// ship's roll. Half forgets the crest before the next one; twice waits longer after a gust.
+const TILT_MEMORY_S: f64 = 10.0;
+/// Time between two plans, s: a window lasts 0.2 s at least. Half doubles the computing time,
+/// twice may miss the shortest window.
+const PLANNER_PERIOD_S: f64 = 0.1;
+
+/// The vehicle's numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VehicleNumbers<R> {
+    /// Mass, kg.
+    pub mass_kg: R,
+    /// Acceleration of gravity, m/s².
+    pub gravity_mps2: R,
+    /// Rotor radius R of eq. (2), m.
+    pub rotor_radius_m: R,
+}
+
+/// The numbers of the sensors that the estimators reckon with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorNumbers<R> {
+    /// Latency of specific force and attitude, s.
+    pub imu_latency_s: R,
+    /// Place of the range finder, body axes, m.
+    pub range_position_m: Vector<R>,
+    /// Its quantum, m; 0 for none.
+    pub range_quantum_m: R,
+    /// The least and the greatest distance that it reads, m.
+    pub range_limits_m: [R; 2],
+    /// The scale of its half-normal jitter, s.
+    pub range_jitter_s: R,
+    /// Place of the camera, body axes, m.
+    pub camera_position_m: Vector<R>,
+    /// Turn of the camera about the body's z axis, rad.
+    pub camera_turn_rad: R,
+    /// The scale of its half-normal jitter, s.
+    pub camera_jitter_s: R,
+}
+
+/// Times of the control loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopTiming<R> {
+    /// Time between two steps of the landing computer, s.
+    pub period_s: R,
+    /// Delay of a command, to the attitude control, s.
+    pub command_delay_s: R,
+}
+
+impl<R: Real> Default for VehicleNumbers<R> {
+    /// The paper's quadrotor: 1.37 kg, rotors of 0.12 m.
+    fn default() -> Self {
+        Self {
+            mass_kg: r(1.37),
+            gravity_mps2: r(9.81),
+            rotor_radius_m: r(0.12),
+        }
+    }
+}
+
+impl<R: Real> Default for SensorNumbers<R> {
+    /// An inertial unit 20 ms late; range finder at the reference point, in whole
+    /// centimetres from 0.02 to 12 m; camera 2 cm below it.
+    fn default() -> Self {
+        Self {
+            imu_latency_s: r(0.02),
+            range_position_m: Vector::ZERO,
+            range_quantum_m: r(0.01),
+            range_limits_m: [r(0.02), r(12.0)],
+            range_jitter_s: r(0.002),
+            camera_position_m: Vector::new(R::ZERO, R::ZERO, r(-0.02)),
+            camera_turn_rad: R::ZERO,
+            camera_jitter_s: r(0.003),
+        }
+    }
+}
+
+impl<R: Real> Default for LoopTiming<R> {
+    /// 100 Hz, commands 10 ms late.
+    fn default() -> Self {
+        Self {
+            period_s: r(0.01),
+            command_delay_s: r(0.01),
+        }
+    }
+}
+
+impl<R: Real> ControlSettings<R> {
+    /// The landing computer of a vehicle.
+    ///
+    /// # Errors
+    /// Names the first setting that is not usable.
+    pub fn computer(
+        &self,
+        models: &FlightModels<R>,
+        vehicle: &VehicleNumbers<R>,
+        sensors: &SensorNumbers<R>,
+        timing: &LoopTiming<R>,
+        start_height_m: R,
+    ) -> Result<Computer<R>, SettingsError> {
+        let imu_latency_s = sensors.imu_latency_s;
+        let computer = Computer {
+            relative: self.relative_filter(vehicle, sensors),
+            latency: self.finds_latency.then_some(self.latency),
+            deck: self.deck,
+            descent: self.descent(start_height_m),
+            state_machine: self.state_machine,
+            guidance: self.guidance,
+            controller: self.controller(models, vehicle, imu_latency_s, timing),
+            deck_acceleration: self.deck_acceleration,
+            lead_s: imu_latency_s,
+            known_sd_m: r(KNOWN_SD),
+            known_sd_mps: r(KNOWN_SD),
+            restart_s: r(RESTART_S),
+            contact_height_m: self.contact_height_m,
+            watch_s: self.watch_s,
+            deck_known_mps: self.deck_known_mps,
+            least_damping_ratio: self.least_damping_ratio,
+            normal_filter_s: r(NORMAL_FILTER_S),
+            tilt_memory_s: r(TILT_MEMORY_S),
+            planner_period_s: r(PLANNER_PERIOD_S),
+        };
+        computer.validate()?;
+        Ok(computer)
+    }
+
+    /// The relative estimator with the numbers of its sensors.
+    fn relative_filter(
+        &self,
+        vehicle: &VehicleNumbers<R>,
+        sensors: &SensorNumbers<R>,
+    ) -> RelativeFilter<R> {
+        let mut relative = self.relative;
+        relative.gravity_mps2 = vehicle.gravity_mps2;
+        relative.imu.delay_s = sensors.imu_latency_s;
+        relative.range.position_m = sensors.range_position_m;
+        relative.range.quantum_m = sensors.range_quantum_m;
+        [relative.range.least_m, relative.range.greatest_m] = sensors.range_limits_m;
+        relative.range.jitter_s = sensors.range_jitter_s;
+        relative.tag.position_m = sensors.camera_position_m;
+        // The camera's turn comes on top of the attitude that the settings give it.
+        relative.tag.attitude = Attitude::from_yaw(sensors.camera_turn_rad) * relative.tag.attitude;
+        relative.tag.jitter_s = sensors.camera_jitter_s;
+        relative
+    }
+
+    fn descent(&self, start_height_m: R) -> Descent<R> {
+        match self.reference {
+            DescentShape::Exponential => Descent::Straight(Reference::Exponential(Exponential {
+                c_per_s: self.exponential_per_s,
+                start_height_m,
+                end_height_m: R::ZERO,
+            })),
+            DescentShape::Terminal if self.planner => Descent::Planned(self.planning),
+            DescentShape::Terminal => Descent::Straight(Reference::Terminal(Terminal {
+                start_height_m,
+                end_height_m: self.planning.descent.end_height_m,
+                sink_rate_mps: self.terminal_sink_mps,
+                duration_s: self.terminal_s,
+            })),
+        }
+    }
+
+    /// The controller in space of the method.
+    fn controller(
+        &self,
+        models: &FlightModels<R>,
+        vehicle: &VehicleNumbers<R>,
+        imu_latency_s: R,
+        timing: &LoopTiming<R>,
+    ) -> SpaceController<R> {
+        let laws = Laws {
+            composite: Composite { gains: self.gains },
+            imbc: Imbc::new(r::<R>(TAU) * self.imbc_hz),
+            ssc: Ssc::default(),
+        };
+        let ground_effect = match self.method.feedforward() {
+            Feedforward::None => Guarded::new(GroundEffectModel::None, Validity::default()),
+            Feedforward::Empirical => Guarded::new(
+                GroundEffectModel::Empirical(Empirical {
+                    mu: models.mu,
+                    rotor_radius_m: vehicle.rotor_radius_m,
+                    rotor_offset_m: R::ZERO,
+                }),
+                Validity::default(),
+            ),
+            Feedforward::Dynamic => models.dynamic,
+        };
+        // Attitude and acceleration come together, the mean over a period.
+        let sensing_s = imu_latency_s + r::<R>(0.5) * timing.period_s;
+        SpaceController {
+            mass_kg: vehicle.mass_kg,
+            gravity_mps2: vehicle.gravity_mps2,
+            law: self.method.law(&laws),
+            horizontal: self.horizontal,
+            thrust: models.thrust,
+            ground_effect,
+            observer: self.method.has_observer().then_some(self.observer),
+            adaptation: self.adaptation.then_some(self.adapting),
+            delays: Delays {
+                sensing_s,
+                attitude_s: sensing_s,
+                command_s: timing.command_delay_s,
+            },
+            rotors_m: None,
+            limits: Limits::default(),
+        }
+    }
+}
