@@ -79,7 +79,8 @@ fn inline(line: &str) -> Result<String, Box<dyn Error>> {
     Ok(out + rest)
 }
 
-/// The equation in MathML, without line breaks, which would end a block of HTML in Markdown.
+/// The equation in MathML: for Markdown, without line breaks, which end a block of HTML, and bars, which end a cell of a
+/// table; and with the blank before `minsize` that pulldown-latex 0.8.0 forgets.
 fn mathml(latex: &str, display_mode: DisplayMode) -> Result<String, Box<dyn Error>> {
     let storage = Storage::new();
     let config = RenderConfig {
@@ -91,5 +92,8 @@ fn mathml(latex: &str, display_mode: DisplayMode) -> Result<String, Box<dyn Erro
     if out.contains("merror") {
         return Err(format!("not an equation: {latex}").into());
     }
-    Ok(out.replace('\n', " "))
+    Ok(out
+        .replace('\n', " ")
+        .replace('|', "&#124;")
+        .replace("\"minsize", "\" minsize"))
 }
