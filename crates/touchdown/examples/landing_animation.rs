@@ -9,11 +9,11 @@
 use std::error::Error;
 use std::fmt::Write as _;
 
-use touchdown::campaign;
 use touchdown::experiments::identify_cards;
-use touchdown::pilot::{Method, autopilot};
-use touchdown::progress::Silent;
-use touchdown::settings::LandSettings;
+use touchdown_campaign::progress::Silent;
+use touchdown_campaign::vertical::landings;
+use touchdown_campaign::vertical::pilot::{Method, autopilot};
+use touchdown_campaign::vertical::settings::LandSettings;
 use touchdown_sim::landing::vertical::{Landing, LandingTrace};
 
 /// Length of the film (s): the slowest of the landings shown, and some seconds to read the results.
@@ -40,13 +40,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let seed = 1;
     let rig = touchdown_sim::rig::RigSettings::default();
     let cards = identify_cards(&rig, seed, &Silent)?;
-    let mut traces = Vec::new();
+    let mut flights = Vec::new();
     for (method, _, _) in METHODS {
         let controller = autopilot(method, &cards, &settings, true)?;
-        let landings = campaign::run(&settings.scenario, &controller, 1, seed, 1, &Silent)?;
-        traces.extend(landings);
+        let flown = landings::run(&settings.scenario, &controller, 1, seed, 1, &Silent)?;
+        flights.extend(flown);
     }
-    std::fs::write(path, draw(&traces)?)?;
+    std::fs::write(path, draw(&flights)?)?;
     println!("{path}");
     Ok(())
 }
@@ -80,7 +80,7 @@ fn result(out: &mut String, landing: &Landing) -> std::fmt::Result {
     let (text, from) = match (landing.t_l_s, landing.v_l_mps) {
         (Some(t), Some(v)) => (format!("landed after {t:.1} s at {:.0} mm/s", 1e3 * v), t),
         _ => (
-            "does not land: hovers above the deck".to_string(),
+            "does not land: hovers".to_string(),
             0.8 * DURATION_S,
         ),
     };
