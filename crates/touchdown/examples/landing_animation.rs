@@ -79,10 +79,7 @@ fn draw(landings: &[Landing]) -> Result<String, Box<dyn Error>> {
 fn result(out: &mut String, landing: &Landing) -> std::fmt::Result {
     let (text, from) = match (landing.t_l_s, landing.v_l_mps) {
         (Some(t), Some(v)) => (format!("landed after {t:.1} s at {:.0} mm/s", 1e3 * v), t),
-        _ => (
-            "does not land: hovers".to_string(),
-            0.8 * DURATION_S,
-        ),
+        _ => ("does not land: hovers".to_string(), 0.8 * DURATION_S),
     };
     let share = from / DURATION_S;
     writeln!(
