@@ -80,7 +80,7 @@ fn inline(line: &str) -> Result<String, Box<dyn Error>> {
 }
 
 /// The equation in MathML: for Markdown, without line breaks, which end a block of HTML, and bars, which end a cell of a
-/// table; and with the blank before `minsize` that pulldown-latex 0.8.0 forgets.
+/// table; and with the blank before `minsize` and the non-breaking blank that pulldown-latex 0.8.0 gets wrong.
 fn mathml(latex: &str, display_mode: DisplayMode) -> Result<String, Box<dyn Error>> {
     let storage = Storage::new();
     let config = RenderConfig {
@@ -95,5 +95,6 @@ fn mathml(latex: &str, display_mode: DisplayMode) -> Result<String, Box<dyn Erro
     Ok(out
         .replace('\n', " ")
         .replace('|', "&#124;")
+        .replace("&amp;nbsp;", "&#160;")
         .replace("\"minsize", "\" minsize"))
 }

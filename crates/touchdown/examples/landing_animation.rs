@@ -11,9 +11,10 @@ use std::fmt::Write as _;
 
 use touchdown::experiments::identify_cards;
 use touchdown_campaign::progress::Silent;
+use touchdown_campaign::vertical::controllers::controller;
 use touchdown_campaign::vertical::landings;
-use touchdown_campaign::vertical::pilot::{Method, autopilot};
 use touchdown_campaign::vertical::settings::LandSettings;
+use touchdown_flight::Method;
 use touchdown_sim::landing::vertical::{Landing, LandingTrace};
 
 /// Length of the film (s): the slowest of the landings shown, and some seconds to read the results.
@@ -42,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let cards = identify_cards(&rig, seed, &Silent)?;
     let mut flights = Vec::new();
     for (method, _, _) in METHODS {
-        let controller = autopilot(method, &cards, &settings, true)?;
+        let controller = controller(method, &cards, &settings, true)?;
         let flown = landings::run(&settings.scenario, &controller, 1, seed, 1, &Silent)?;
         flights.extend(flown);
     }
