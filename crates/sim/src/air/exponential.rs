@@ -72,7 +72,7 @@ impl Exponential {
     /// [`Self::target`] with the scale given.
     #[inline(always)]
     pub(crate) fn target_at<N: Number>(&self, scale: N, height_m: N) -> N {
-        let depth = height_m.most(height_m.like(0.0)) * -self.decay_per_m;
+        let depth = height_m.at_least(0.0) * -self.decay_per_m;
         scale * self.amplitude * depth.each(f64::exp)
     }
 

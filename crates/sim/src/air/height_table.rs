@@ -87,7 +87,7 @@ impl HeightTable {
     #[inline(always)]
     pub(crate) fn at<N: Number>(&self, z: N) -> AtHeight<N> {
         let place = (z - self.deck.least_rotor_height_m()) * (1.0 / SPACING_M);
-        if N::any(place.like(INTERVALS as f64).below(place)) {
+        if N::any(place.above(INTERVALS as f64)) {
             return self.at_any(z);
         }
         // The interval is the whole number next to its middle: t lies in [0, 1].

@@ -85,20 +85,20 @@ impl Motor {
     /// The drive `s (1 - k load)` of one motor of several on the same battery.
     #[inline(always)]
     pub(crate) fn drive<N: Number>(&self, s: N, load: N) -> N {
-        s * (load * self.k).taken_from(1.0)
+        s * (1.0 - self.k * load)
     }
 
     /// dx/dt under a drive.
     #[inline(always)]
     pub(crate) fn derivative_under<N: Number>(&self, x: N, drive: N) -> N {
-        (drive - x * self.b - x * self.c * x) * self.inverse_inertia
+        (drive - self.b * x - self.c * x * x) * self.inverse_inertia
     }
 
     /// The drive `s (1 - k load) = b x + c x²` that holds x at rest.
     #[inline]
     #[must_use]
     pub fn drive_for<N: Number>(&self, x: N) -> N {
-        x * self.b + x * self.c * x
+        self.b * x + self.c * x * x
     }
 
     /// Sag k.
@@ -125,9 +125,8 @@ impl Motor {
     #[must_use]
     pub fn throttle_for_drive<N: Number>(&self, drive: N) -> N {
         // 2y/(1 + √(1 - 4ky)) is (1 - √(1 - 4ky))/(2k), also for k = 0.
-        let (zero, one) = (drive.like(0.0), drive.like(1.0));
-        let root = (drive * (4.0 * self.k)).taken_from(1.0).most(zero).sqrt();
-        (drive * 2.0 / (root + 1.0)).within(zero, one)
+        let root = (1.0 - 4.0 * self.k * drive).at_least(0.0).sqrt();
+        (2.0 * drive / (1.0 + root)).within(0.0, 1.0)
     }
 }
 

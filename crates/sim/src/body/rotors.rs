@@ -154,7 +154,7 @@ impl Rotors {
                 shares[i] = angles[i] * inverse_angle[i];
             }
         } else {
-            shares = [shares[0].like(1.0); 4];
+            shares = [shares[0].splat(1.0); 4];
         }
         shares
     }
@@ -162,10 +162,10 @@ impl Rotors {
     /// What rotors at `places_m` in the deck's axes have of the plate.
     #[inline(always)]
     pub(crate) fn shares<N: Number>(&self, places_m: &[[N; 3]; 4]) -> Shares<N> {
-        let zero = places_m[0][0].like(0.0);
-        let (mut at, mut upwash, mut inverse_angle) = (*places_m, [zero; 4], [zero; 4]);
+        let heights = places_m.map(|place| place[2]);
+        let (mut at, mut upwash, mut inverse_angle) = (*places_m, heights, heights);
         for i in 0..4 {
-            at[i][2] = at[i][2].most(zero.like(self.plant.deck.least_rotor_height_m()));
+            at[i][2] = at[i][2].at_least(self.plant.deck.least_rotor_height_m());
             let of = self.table.at(at[i][2]);
             (upwash[i], inverse_angle[i]) = (of.upwash, of.inverse_angle);
         }
@@ -197,8 +197,8 @@ impl Rotors {
         deck_mps: [N; 4],
         shares: &Shares<N>,
     ) -> Held<N> {
-        let zero = scale.like(0.0);
-        let least_m = scale.like(self.plant.deck.least_rotor_height_m());
+        let zero = scale.splat(0.0);
+        let least_m = self.plant.deck.least_rotor_height_m();
         let mut at = *places_m;
         let share = &shares.plate;
         let mut held = Held {
@@ -214,23 +214,23 @@ impl Rotors {
         };
         let target = &mut held.target;
         for i in 0..4 {
-            at[i][2] = at[i][2].most(least_m);
+            at[i][2] = at[i][2].at_least(least_m);
             held.air_mps[i] = target.upwash[i] * deck_mps[i];
         }
-        let mean_height_m = (at[0][2] + at[1][2] + at[2][2] + at[3][2]) * 0.25;
+        let mean_height_m = 0.25 * (at[0][2] + at[1][2] + at[2][2] + at[3][2]);
         target.mean_height_m = mean_height_m;
         match &self.plant.law {
             Law::WakeLag(law) => {
                 let mut speeds = *root_thrust;
                 for i in 0..4 {
-                    speeds[i] = speeds[i].most(zero.like(LEAST_ROOT));
+                    speeds[i] = speeds[i].at_least(LEAST_ROOT);
                 }
                 let rotors = law.rotors_at(scale, &at, &speeds);
                 for i in 0..4 {
                     target.inflow[i] = rotors.target[i] * share[i];
                 }
                 held.rotor_pace = rotors.pace;
-                let mean_share = (share[0] + share[1] + share[2] + share[3]) * 0.25;
+                let mean_share = 0.25 * (share[0] + share[1] + share[2] + share[3]);
                 let (fountain, pace) = law.fountain_at(scale, mean_height_m);
                 target.fountain = fountain * mean_share;
                 held.fountain_pace = pace;
@@ -274,12 +274,11 @@ impl Rotors {
     /// What throttles, held to [0, 1], drive the motors with.
     #[inline(always)]
     pub(crate) fn drive<N: Number>(&self, throttle: &[N; 4]) -> [N; 4] {
-        let (zero, one) = (throttle[0].like(0.0), throttle[0].like(1.0));
         let mut s = *throttle;
         for i in 0..4 {
-            s[i] = s[i].within(zero, one);
+            s[i] = s[i].within(0.0, 1.0);
         }
-        let load = (s[0] + s[1] + s[2] + s[3]) * 0.25;
+        let load = 0.25 * (s[0] + s[1] + s[2] + s[3]);
         for i in 0..4 {
             s[i] = self.plant.motor.drive(s[i], load);
         }
@@ -311,10 +310,10 @@ impl Rotors {
         let target = &held.target;
         match &self.plant.law {
             Law::WakeLag(law) => {
-                let mut square = state.fountain.like(0.0);
+                let mut square = state.fountain.splat(0.0);
                 for i in 0..4 {
                     let (q, x) = (state.inflow[i], state.root_thrust[i]);
-                    square = square + x * x * 0.25;
+                    square = square + 0.25 * (x * x);
                     let pace = held.rotor_pace[i];
                     rate.inflow[i] = law.lag_rate(q, target.inflow[i], pace, x);
                 }
@@ -325,7 +324,7 @@ impl Rotors {
                 for i in 0..4 {
                     rate.inflow[i] = law.derivative(state.inflow[i], target.inflow[i]);
                 }
-                rate.fountain = state.fountain.like(0.0);
+                rate.fountain = state.fountain.splat(0.0);
             }
         }
         rate
@@ -351,7 +350,7 @@ impl Rotors {
         for i in 0..4 {
             let (x, ratio) = (state.root_thrust[i], ratios[i]);
             let air_mps = climb_mps[i] - held.air_mps[i];
-            forces.free_air_n[i] = x * x * 0.25;
+            forces.free_air_n[i] = 0.25 * (x * x);
             forces.ground_effect_n[i] = rotor_force(x, ratio, self.plant.damping_per_root, air_mps);
         }
         forces

@@ -215,7 +215,7 @@ impl<N: Number> DeckCoordinates<N> {
     #[must_use]
     pub fn pose(&self) -> DeckPose<N> {
         let ((sr, cr), (sp, cp)) = (sin_cos(self.value[3]), sin_cos(self.value[4]));
-        let (zero, one) = (cr.like(0.0), cr.like(1.0));
+        let (zero, one) = (cr.splat(0.0), cr.splat(1.0));
         let forward = [cp, zero, -sp];
         let across = [zero, one, zero];
         let (p, q) = (self.rate[3], self.rate[4]);

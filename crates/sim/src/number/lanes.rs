@@ -10,7 +10,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use pulp::Simd;
 use pulp::bytemuck::{cast_slice, cast_slice_mut, pod_read_unaligned};
 
-use crate::number::{MOST_LANES, Number};
+use crate::number::{MOST_LANES, Number, Operand};
 
 /// As many numbers as a vector of `S` holds.
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +68,7 @@ operation!(Sub, sub, sub_f64s);
 operation!(Mul, mul, mul_f64s);
 operation!(Div, div, div_f64s);
 
-macro_rules! operation_with_one {
+macro_rules! operation_with_constant {
     ($name:ident, $method:ident, $simd:ident) => {
         impl<S: Simd> $name<f64> for Lanes<S> {
             type Output = Self;
@@ -81,12 +81,39 @@ macro_rules! operation_with_one {
                 }
             }
         }
+
+        impl<S: Simd> $name<Lanes<S>> for f64 {
+            type Output = Lanes<S>;
+
+            #[inline(always)]
+            fn $method(self, other: Lanes<S>) -> Lanes<S> {
+                Lanes {
+                    simd: other.simd,
+                    of: other.simd.$simd(other.simd.splat_f64s(self), other.of),
+                }
+            }
+        }
     };
 }
 
-operation_with_one!(Add, add, add_f64s);
-operation_with_one!(Sub, sub, sub_f64s);
-operation_with_one!(Mul, mul, mul_f64s);
+operation_with_constant!(Add, add, add_f64s);
+operation_with_constant!(Sub, sub, sub_f64s);
+operation_with_constant!(Mul, mul, mul_f64s);
+operation_with_constant!(Div, div, div_f64s);
+
+impl<S: Simd> Operand<Self> for Lanes<S> {
+    #[inline(always)]
+    fn lanes_of(self, _: Self) -> Self {
+        self
+    }
+}
+
+impl<S: Simd> Operand<Lanes<S>> for f64 {
+    #[inline(always)]
+    fn lanes_of(self, like: Lanes<S>) -> Lanes<S> {
+        Lanes::splat(like.simd, self)
+    }
+}
 
 impl<S: Simd> Neg for Lanes<S> {
     type Output = Self;
@@ -142,7 +169,7 @@ impl<S: Simd> Number for Lanes<S> {
     const COUNT: usize = S::F64_LANES;
 
     #[inline(always)]
-    fn like(self, value: f64) -> Self {
+    fn splat(self, value: f64) -> Self {
         Self::splat(self.simd, value)
     }
 
@@ -163,7 +190,7 @@ impl<S: Simd> Number for Lanes<S> {
     }
 
     #[inline(always)]
-    fn below(self, other: Self) -> Truths<S> {
+    fn less_than(self, other: Self) -> Truths<S> {
         Truths {
             simd: self.simd,
             of: self.simd.less_than_f64s(self.of, other.of),
@@ -171,7 +198,7 @@ impl<S: Simd> Number for Lanes<S> {
     }
 
     #[inline(always)]
-    fn choose(truth: Truths<S>, yes: Self, no: Self) -> Self {
+    fn blend(truth: Truths<S>, yes: Self, no: Self) -> Self {
         Self {
             simd: truth.simd,
             of: truth.simd.select_f64s(truth.of, yes.of, no.of),

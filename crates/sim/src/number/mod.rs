@@ -14,7 +14,17 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// Numbers side by side in the widest vectors.
 pub const MOST_LANES: usize = 8;
 
-/// A number, or several that are treated alike.
+/// Passes bounds on `T` on to users of a trait, for which Rust repeats only bounds on `Self`.
+pub trait Implies<T> {
+    /// `T`.
+    type Is;
+}
+
+impl<N, T> Implies<T> for N {
+    type Is = T;
+}
+
+/// A number, or one number in each SIMD lane. Constants (`f64`) stand on either side of an operator.
 pub trait Number:
     Copy
     + Add<Output = Self>
@@ -25,6 +35,26 @@ pub trait Number:
     + Add<f64, Output = Self>
     + Sub<f64, Output = Self>
     + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+    + Operand<Self>
+    // Constants on the left.
+    + Implies<f64, Is = f64>
+    + Implies<
+        f64,
+        Is: Add<Self, Output = Self>
+                + Sub<Self, Output = Self>
+                + Mul<Self, Output = Self>
+                + Div<Self, Output = Self>
+                + Operand<Self>,
+    >
+    // Without these, `f64` would lose its own operators where a `Number` is in scope.
+    + Implies<
+        f64,
+        Is: Add<f64, Output = f64>
+                + Sub<f64, Output = f64>
+                + Mul<f64, Output = f64>
+                + Div<f64, Output = f64>,
+    >
 {
     /// Truth of a comparison, one for each number.
     type Truth: Copy
@@ -32,9 +62,9 @@ pub trait Number:
         + BitOr<Output = Self::Truth>
         + Not<Output = Self::Truth>;
 
-    /// The value, as often as there are numbers in `self`.
+    /// The value in as many lanes as `self` has.
     #[must_use]
-    fn like(self, value: f64) -> Self;
+    fn splat(self, value: f64) -> Self;
 
     /// Square root.
     #[must_use]
@@ -44,12 +74,12 @@ pub trait Number:
     #[must_use]
     fn abs(self) -> Self;
 
-    /// Whether `self < other`.
-    fn below(self, other: Self) -> Self::Truth;
+    /// Whether `self < other`, lane by lane.
+    fn less_than(self, other: Self) -> Self::Truth;
 
-    /// `yes` where true, else `no`.
+    /// `yes` where true, else `no`, lane by lane.
     #[must_use]
-    fn choose(truth: Self::Truth, yes: Self, no: Self) -> Self;
+    fn blend(truth: Self::Truth, yes: Self, no: Self) -> Self;
 
     /// True for any of the numbers.
     fn any(truth: Self::Truth) -> bool;
@@ -80,32 +110,60 @@ pub trait Number:
     #[must_use]
     fn gather<const K: usize>(self, rows: &[[f64; K]]) -> [Self; K];
 
-    /// The smaller; `other` where they cannot be compared.
+    /// Whether `self < other`.
     #[inline(always)]
-    #[must_use]
-    fn least(self, other: Self) -> Self {
-        Self::choose(self.below(other), self, other)
+    fn below(self, other: impl Operand<Self>) -> Self::Truth {
+        self.less_than(other.lanes_of(self))
     }
 
-    /// The larger; `other` where they cannot be compared.
+    /// Whether `self > other`.
+    #[inline(always)]
+    fn above(self, other: impl Operand<Self>) -> Self::Truth {
+        other.lanes_of(self).less_than(self)
+    }
+
+    /// `yes` where true, else `no`.
     #[inline(always)]
     #[must_use]
-    fn most(self, other: Self) -> Self {
-        Self::choose(other.below(self), self, other)
+    fn select(truth: Self::Truth, yes: Self, no: impl Operand<Self>) -> Self {
+        Self::blend(truth, yes, no.lanes_of(yes))
+    }
+
+    /// The smaller; `bound` where they cannot be compared.
+    #[inline(always)]
+    #[must_use]
+    fn at_most(self, bound: impl Operand<Self>) -> Self {
+        let bound = bound.lanes_of(self);
+        Self::select(self.less_than(bound), self, bound)
+    }
+
+    /// The larger; `bound` where they cannot be compared.
+    #[inline(always)]
+    #[must_use]
+    fn at_least(self, bound: impl Operand<Self>) -> Self {
+        let bound = bound.lanes_of(self);
+        Self::select(bound.less_than(self), self, bound)
     }
 
     /// Held within two bounds.
     #[inline(always)]
     #[must_use]
-    fn within(self, low: Self, high: Self) -> Self {
-        self.most(low).least(high)
+    fn within(self, low: impl Operand<Self>, high: impl Operand<Self>) -> Self {
+        self.at_least(low).at_most(high)
     }
+}
 
-    /// `value - self`.
-    #[inline(always)]
+/// What a [`Number`] is compared with: another one, or a constant for all lanes.
+pub trait Operand<N>: Copy {
+    /// The value in each lane of `like`.
     #[must_use]
-    fn taken_from(self, value: f64) -> Self {
-        self.like(value) - self
+    fn lanes_of(self, like: N) -> N;
+}
+
+impl Operand<f64> for f64 {
+    #[inline(always)]
+    fn lanes_of(self, _: f64) -> f64 {
+        self
     }
 }
 
@@ -113,7 +171,7 @@ impl Number for f64 {
     type Truth = bool;
 
     #[inline(always)]
-    fn like(self, value: f64) -> Self {
+    fn splat(self, value: f64) -> Self {
         value
     }
 
@@ -128,12 +186,12 @@ impl Number for f64 {
     }
 
     #[inline(always)]
-    fn below(self, other: Self) -> bool {
+    fn less_than(self, other: Self) -> bool {
         self < other
     }
 
     #[inline(always)]
-    fn choose(truth: bool, yes: Self, no: Self) -> Self {
+    fn blend(truth: bool, yes: Self, no: Self) -> Self {
         if truth { yes } else { no }
     }
 
@@ -207,12 +265,12 @@ pub(crate) fn angles<N: Number, const K: usize>(re: [N; K], im: [N; K]) -> [N; K
     let (mut t, mut s, mut series) = (re, re, re);
     for i in 0..K {
         let (a, b) = (re[i].abs(), im[i].abs());
-        let (small, large) = (a.least(b), a.most(b));
+        let (small, large) = (a.at_most(b), a.at_least(b));
         // Above 22.5°, 45° less the angle of what is left: one division for both.
         let steep = (large * TAN_PI_8).below(small);
-        t[i] = N::choose(steep, small - large, small) / N::choose(steep, small + large, large);
+        t[i] = N::select(steep, small - large, small) / N::select(steep, small + large, large);
         s[i] = t[i] * t[i];
-        series[i] = t[i].like(ARC[10]);
+        series[i] = t[i].splat(ARC[10]);
     }
     for k in (0..10).rev() {
         for i in 0..K {
@@ -222,13 +280,12 @@ pub(crate) fn angles<N: Number, const K: usize>(re: [N; K], im: [N; K]) -> [N; K
     let mut angle = t;
     for i in 0..K {
         let (a, b) = (re[i].abs(), im[i].abs());
-        let steep = (a.most(b) * TAN_PI_8).below(a.least(b));
-        let zero = a.like(0.0);
+        let steep = (a.at_least(b) * TAN_PI_8).below(a.at_most(b));
         let arc = t[i] * series[i];
-        let arc = N::choose(steep, arc + FRAC_PI_4, arc);
-        let arc = N::choose(a.below(b), arc.taken_from(FRAC_PI_2), arc);
-        let arc = N::choose(re[i].below(zero), arc.taken_from(PI), arc);
-        angle[i] = N::choose(im[i].below(zero), -arc, arc);
+        let arc = N::select(steep, arc + FRAC_PI_4, arc);
+        let arc = N::select(a.below(b), FRAC_PI_2 - arc, arc);
+        let arc = N::select(re[i].below(0.0), PI - arc, arc);
+        angle[i] = N::select(im[i].below(0.0), -arc, arc);
     }
     angle
 }
@@ -241,7 +298,7 @@ pub(crate) fn inverses<N: Number, const K: usize>(d: [N; K]) -> [N; K] {
     for i in 1..K {
         before[i] = before[i - 1] * d[i];
     }
-    let mut rest = d[0].like(1.0) / before[K - 1];
+    let mut rest = 1.0 / before[K - 1];
     let mut inverse = d;
     for i in (1..K).rev() {
         inverse[i] = rest * before[i - 1];
@@ -281,7 +338,7 @@ const COSINE: [f64; 8] = [
 #[must_use]
 pub(crate) fn sin_cos<N: Number>(x: N) -> (N, N) {
     let s = x * x;
-    let (mut sine, mut cosine) = (s.like(SINE[6]), s.like(COSINE[7]));
+    let (mut sine, mut cosine) = (s.splat(SINE[6]), s.splat(COSINE[7]));
     for k in (0..6).rev() {
         sine = sine * s + SINE[k];
     }
@@ -289,14 +346,14 @@ pub(crate) fn sin_cos<N: Number>(x: N) -> (N, N) {
         cosine = cosine * s + COSINE[k];
     }
     let (sine, cosine) = (sine * x, cosine);
-    let far = x.like(std::f64::consts::FRAC_PI_4).below(x.abs());
+    let far = x.abs().above(std::f64::consts::FRAC_PI_4);
     if !N::any(far) {
         return (sine, cosine);
     }
     let (far_sine, far_cosine) = (x.each(f64::sin), x.each(f64::cos));
     (
-        N::choose(far, far_sine, sine),
-        N::choose(far, far_cosine, cosine),
+        N::select(far, far_sine, sine),
+        N::select(far, far_cosine, cosine),
     )
 }
 

@@ -1,5 +1,7 @@
 //! Vectors of three numbers and unit quaternions (w, x, y, z).
 
+use std::ops::Mul;
+
 use crate::number::Number;
 
 pub(crate) type Vector<N = f64> = [N; 3];
@@ -10,7 +12,10 @@ pub(crate) fn add<N: Number>(a: Vector<N>, b: Vector<N>) -> Vector<N> {
 }
 
 #[inline(always)]
-pub(crate) fn scale<N: Number>(a: Vector<N>, s: N) -> Vector<N> {
+pub(crate) fn scale<N, S: Copy>(a: Vector<N>, s: S) -> Vector<N>
+where
+    N: Number + Mul<S, Output = N>,
+{
     [a[0] * s, a[1] * s, a[2] * s]
 }
 
@@ -83,14 +88,14 @@ pub(crate) fn turned<N: Number>(
     rates: Vector<N>,
     half_time_s: f64,
 ) -> Quaternion<N> {
-    let [a, b, c] = scale(rates, q[0].like(half_time_s));
-    product(q, [q[0].like(1.0), a, b, c])
+    let [a, b, c] = scale(rates, half_time_s);
+    product(q, [q[0].splat(1.0), a, b, c])
 }
 
 #[inline(always)]
 pub(crate) fn normalised<N: Number>(q: Quaternion<N>) -> Quaternion<N> {
     let n = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
-    let n = n.like(1.0) / n;
+    let n = 1.0 / n;
     [q[0] * n, q[1] * n, q[2] * n, q[3] * n]
 }
 
@@ -99,19 +104,19 @@ pub(crate) fn normalised<N: Number>(q: Quaternion<N>) -> Quaternion<N> {
 pub(crate) fn axes_of<N: Number>([w, x, y, z]: Quaternion<N>) -> Axes<N> {
     [
         [
-            ((y * y + z * z) * 2.0).taken_from(1.0),
-            (x * y + w * z) * 2.0,
-            (x * z - w * y) * 2.0,
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y + w * z),
+            2.0 * (x * z - w * y),
         ],
         [
-            (x * y - w * z) * 2.0,
-            ((x * x + z * z) * 2.0).taken_from(1.0),
-            (y * z + w * x) * 2.0,
+            2.0 * (x * y - w * z),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z + w * x),
         ],
         [
-            (x * z + w * y) * 2.0,
-            (y * z - w * x) * 2.0,
-            ((x * x + y * y) * 2.0).taken_from(1.0),
+            2.0 * (x * z + w * y),
+            2.0 * (y * z - w * x),
+            1.0 - 2.0 * (x * x + y * y),
         ],
     ]
 }

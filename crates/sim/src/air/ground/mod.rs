@@ -180,9 +180,10 @@ impl WakeLag {
     #[inline(always)]
     #[must_use]
     pub fn fountain_share<N: Number>(&self, mean_height_m: N) -> N {
-        let r2 = mean_height_m * mean_height_m * 4.0 + self.diagonal2_m2;
+        let z = mean_height_m;
+        let r2 = z * z * 4.0 + self.diagonal2_m2;
         let gain = 2.0 * self.radius_m * self.radius_m * self.fountain_gain;
-        mean_height_m * gain / (r2 * r2.sqrt())
+        gain * z / (r2 * r2.sqrt())
     }
 
     /// Static target of the fountain, `γ E(z_c) q_ftn(z_c)`, the same for all
@@ -205,21 +206,21 @@ impl WakeLag {
     /// 1/t1 at a height for √T = 1.
     #[inline(always)]
     pub(crate) fn rotor_pace<N: Number>(&self, rotor_height_m: N) -> N {
-        let z = rotor_height_m.most(rotor_height_m.like(self.deck.least_m));
-        z.like(self.lag_pace[0]) / (z + self.lag_m[0])
+        let z = rotor_height_m.at_least(self.deck.least_m);
+        self.lag_pace[0] / (z + self.lag_m[0])
     }
 
     /// 1/t2 at a height for √T = 1.
     #[inline(always)]
     pub(crate) fn fountain_pace<N: Number>(&self, mean_height_m: N) -> N {
-        let z = mean_height_m.most(mean_height_m.like(self.deck.least_m));
-        z.like(self.lag_pace[1]) / (z + self.lag_m[1])
+        let z = mean_height_m.at_least(self.deck.least_m);
+        self.lag_pace[1] / (z + self.lag_m[1])
     }
 
     /// Rate of a lag at the pace of [`Self::rotor_pace`] or [`Self::fountain_pace`].
     #[inline(always)]
     pub(crate) fn lag_rate<N: Number>(&self, q: N, target: N, pace: N, root_thrust: N) -> N {
-        (target - q) * (root_thrust.most(q.like(self.least_root)) * pace)
+        (target - q) * (root_thrust.at_least(self.least_root) * pace)
     }
 
     /// G - 1, where `G = 1/(1 - min(q1 + q2, 0.6))` is thrust in ground effect
@@ -294,12 +295,12 @@ impl Deck {
         let z = rotor_height_m;
         match self.surface {
             Surface::Plate => {
-                let k = z.like(self.radius_m) / z;
-                let s = k * k + 1.0;
-                (z.like(1.0) / (s * s.sqrt())).taken_from(1.0)
+                let k = self.radius_m / z;
+                let s = 1.0 + k * k;
+                1.0 - 1.0 / (s * s.sqrt())
             }
-            Surface::Ground => z.like(1.0),
-            Surface::Absent => z.like(0.0),
+            Surface::Ground => z.splat(1.0),
+            Surface::Absent => z.splat(0.0),
         }
     }
 
@@ -340,8 +341,8 @@ impl Deck {
     pub fn solid_angles<N: Number, const K: usize>(&self, places_m: &[[N; 3]; K]) -> [N; K] {
         let l = self.half_side_m;
         let (mut re, mut im) = (
-            places_m.map(|p| p[2].like(1.0)),
-            places_m.map(|p| p[2].like(0.0)),
+            places_m.map(|p| p[2].splat(1.0)),
+            places_m.map(|p| p[2].splat(0.0)),
         );
         for (a_sign, b_sign) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
             for i in 0..K {
@@ -353,12 +354,11 @@ impl Deck {
         }
         let mut angles = angles(re, im);
         for i in 0..K {
-            let ([x, y, z], angle) = (places_m[i], angles[i]);
-            let (zero, side) = (z.like(0.0), z.like(l));
-            let beside = side.below(x.abs()) | side.below(y.abs());
+            let ([x, y, _], angle) = (places_m[i], angles[i]);
+            let beside = x.abs().above(l) | y.abs().above(l);
             // Beside the plate below π: rounding must not turn nothing into a full circle.
-            let raised = N::choose(angle.below(zero), angle + std::f64::consts::TAU, angle);
-            angles[i] = N::choose(beside, angle.most(zero), raised);
+            let raised = N::select(angle.below(0.0), angle + std::f64::consts::TAU, angle);
+            angles[i] = N::select(beside, angle.at_least(0.0), raised);
         }
         angles
     }

@@ -14,7 +14,7 @@ impl WakeLag {
     /// `Σ h_ij/(s_ij² + h_ij²)^1.5 v_j` over the images of the other rotors.
     #[inline(always)]
     fn neighbours<N: Number>(places_m: &[[N; 3]; 4], speeds: &[N; 4]) -> [N; 4] {
-        let zero = speeds[0].like(0.0);
+        let zero = speeds[0].splat(0.0);
         let (mut height, mut cube) = ([[zero; 4]; 4], [[zero; 4]; 4]);
         for i in 0..4 {
             for j in 0..i {
@@ -50,7 +50,7 @@ impl WakeLag {
                 let r2 = z * z + self.deck.radius_m * self.deck.radius_m;
                 r2 * r2.sqrt()
             }
-            Surface::Ground | Surface::Absent => z.like(1.0),
+            Surface::Ground | Surface::Absent => z.splat(1.0),
         }
     }
 
@@ -58,9 +58,9 @@ impl WakeLag {
     #[inline(always)]
     fn plate<N: Number>(&self, z: N, inverse_cube: N) -> N {
         match self.deck.surface {
-            Surface::Plate => (z * z * z * inverse_cube).taken_from(1.0),
-            Surface::Ground => z.like(1.0),
-            Surface::Absent => z.like(0.0),
+            Surface::Plate => 1.0 - z * z * z * inverse_cube,
+            Surface::Ground => z.splat(1.0),
+            Surface::Absent => z.splat(0.0),
         }
     }
 
@@ -81,7 +81,7 @@ impl WakeLag {
             let [own, part, cube, lag] =
                 inverses([z * z * 4.0, speeds[i], cube, z + self.lag_m[0]]);
             let sum = (own + target[i] * part) * quarter;
-            target[i] = scale * self.plate(z, cube) * sum.least(z.like(IMAGE_LIMIT));
+            target[i] = scale * self.plate(z, cube) * sum.at_most(IMAGE_LIMIT);
             pace[i] = lag * self.lag_pace[0];
         }
         RotorsAt { target, pace }
@@ -91,7 +91,7 @@ impl WakeLag {
     /// that they see, and its pace.
     #[inline(always)]
     pub(crate) fn fountain_at<N: Number>(&self, scale: N, mean_height_m: N) -> (N, N) {
-        let z = mean_height_m.most(mean_height_m.like(self.deck.least_m));
+        let z = mean_height_m.at_least(self.deck.least_m);
         let r2 = z * z * 4.0 + self.diagonal2_m2;
         let [cube, far, lag] = inverses([self.plate_cube(z), r2 * r2.sqrt(), z + self.lag_m[1]]);
         let gain = 2.0 * self.radius_m * self.radius_m * self.fountain_gain;
@@ -106,8 +106,8 @@ impl WakeLag {
     pub(crate) fn lift_ratios<N: Number, const K: usize>(inflow: &[N; K], fountain: N) -> [N; K] {
         let (mut q, mut rest) = (*inflow, *inflow);
         for i in 0..K {
-            q[i] = (inflow[i] + fountain).least(fountain.like(TOTAL_LIMIT));
-            rest[i] = q[i].taken_from(1.0);
+            q[i] = (inflow[i] + fountain).at_most(TOTAL_LIMIT);
+            rest[i] = 1.0 - q[i];
         }
         let inverse = inverses(rest);
         for i in 0..K {

@@ -37,7 +37,7 @@ impl<N: Number> Memory<N> {
     /// Nothing yet, for as many vehicles as there are numbers in `like`.
     #[inline(always)]
     pub(crate) fn none(like: N) -> Self {
-        let zero = like.like(0.0);
+        let zero = like.splat(0.0);
         Self {
             integral: [zero; 3],
             gyro: [[zero; 2]; 3],
@@ -51,11 +51,11 @@ impl<N: Number> Memory<N> {
     /// With nothing where `truth` holds.
     #[inline(always)]
     pub(crate) fn without(mut self, truth: N::Truth) -> Self {
-        let zero = self.integral[0].like(0.0);
+        let zero = self.integral[0].splat(0.0);
         for k in 0..3 {
-            self.integral[k] = N::choose(truth, zero, self.integral[k]);
-            self.derivative[k] = N::choose(truth, zero, self.derivative[k]);
-            self.saturated[k] = N::choose(truth, zero, self.saturated[k]);
+            self.integral[k] = N::select(truth, zero, self.integral[k]);
+            self.derivative[k] = N::select(truth, zero, self.derivative[k]);
+            self.saturated[k] = N::select(truth, zero, self.saturated[k]);
         }
         self
     }
@@ -85,10 +85,10 @@ fn inverse<N: Number>(q: [N; 4]) -> [N; 4] {
 #[inline(always)]
 fn choose4<N: Number>(truth: N::Truth, yes: [N; 4], no: [N; 4]) -> [N; 4] {
     [
-        N::choose(truth, yes[0], no[0]),
-        N::choose(truth, yes[1], no[1]),
-        N::choose(truth, yes[2], no[2]),
-        N::choose(truth, yes[3], no[3]),
+        N::select(truth, yes[0], no[0]),
+        N::select(truth, yes[1], no[1]),
+        N::select(truth, yes[2], no[2]),
+        N::select(truth, yes[3], no[3]),
     ]
 }
 
@@ -99,22 +99,22 @@ impl Cascade {
         let s = &self.settings;
         let yaw_rate = wanted.yaw_rate;
         let wanted = self.within_tilt(normalised(wanted.attitude));
-        let (zero, one) = (yaw_rate.like(0.0), yaw_rate.like(1.0));
+        let zero = yaw_rate.splat(0.0);
         // The shortest turn of the thrust direction.
         let axes = axes_of(q);
         let (z, z_wanted) = (axes[2], axes_of(wanted)[2]);
         let cosine = dot(z, z_wanted);
         let [a, b, c] = cross(z, z_wanted);
         let shortest = product(normalised([cosine + 1.0, a, b, c]), q);
-        let reduced = choose4(cosine.below(zero.like(-1.0 + 1e-6)), wanted, shortest);
+        let reduced = choose4(cosine.below(-1.0 + 1e-6), wanted, shortest);
         // What is left of the setpoint is a turn about the body's z: weighted.
         let mix = product(inverse(reduced), wanted);
-        let turn = N::choose(mix[0].below(zero), -mix[3], mix[3]).within(-one, one);
-        let half = angle((turn * turn).taken_from(1.0).sqrt(), turn) * s.yaw_weight;
+        let turn = N::select(mix[0].below(0.0), -mix[3], mix[3]).within(-1.0, 1.0);
+        let half = angle((1.0 - turn * turn).sqrt(), turn) * s.yaw_weight;
         let (sine, cosine) = sin_cos(half);
         let weighted = product(reduced, [cosine, zero, zero, sine]);
         let error = product(inverse(q), weighted);
-        let sign = N::choose(error[0].below(zero), zero.like(-2.0), zero.like(2.0));
+        let sign = N::select(error[0].below(0.0), zero.splat(-2.0), 2.0);
         // As PX4: the yaw gain is raised by the weight's inverse.
         let yaw_gain = s.yaw_gain_per_s / s.yaw_weight.max(0.1);
         let gains = [s.tilt_gain_per_s, s.tilt_gain_per_s, yaw_gain];
@@ -126,7 +126,7 @@ impl Cascade {
         let mut rates = [zero; 3];
         for k in 0..3 {
             let rate = sign * gains[k] * error[k + 1] + axes[k][2] * yaw_rate;
-            rates[k] = rate.within(zero.like(-limits[k]), zero.like(limits[k]));
+            rates[k] = rate.within(-limits[k], limits[k]);
         }
         rates
     }
@@ -135,18 +135,22 @@ impl Cascade {
     #[inline(always)]
     fn within_tilt<N: Number>(&self, q: [N; 4]) -> [N; 4] {
         let z = axes_of(q)[2];
-        let beyond = z[2].below(z[2].like(self.cos_greatest_tilt));
+        let beyond = z[2].below(self.cos_greatest_tilt);
         if !N::any(beyond) {
             return q;
         }
-        let (zero, one) = (z[0].like(0.0), z[0].like(1.0));
-        let up = z[2].within(-one, one);
-        let tilt = angle(up, (up * up).taken_from(1.0).sqrt());
-        let back = tilt.taken_from(self.settings.greatest_tilt_rad) * 0.5;
+        let up = z[2].within(-1.0, 1.0);
+        let tilt = angle(up, (1.0 - up * up).sqrt());
+        let back = 0.5 * (self.settings.greatest_tilt_rad - tilt);
         // Turn about the horizontal axis e_z × z, which raised the tilt.
-        let side = (z[0] * z[0] + z[1] * z[1]).sqrt().most(zero.like(1e-12));
+        let side = (z[0] * z[0] + z[1] * z[1]).sqrt().at_least(1e-12);
         let (sin, cos) = sin_cos(back);
-        let turn = [cos, sin * (-z[1] / side), sin * (z[0] / side), zero];
+        let turn = [
+            cos,
+            sin * (-z[1] / side),
+            sin * (z[0] / side),
+            z[0].splat(0.0),
+        ];
         choose4(beyond, product(turn, q), q)
     }
 
@@ -163,14 +167,14 @@ impl Cascade {
     ) -> Given<N> {
         let s = &self.settings;
         let rate_setpoint = self.rates_for(attitude, wanted);
-        let zero = wanted.thrust_n.like(0.0);
+        let zero = wanted.thrust_n.splat(0.0);
         let mut torque = [zero; 3];
         for k in 0..3 {
             let rest = self.gyro.at_rest(rates[k]);
             let gyro = &mut memory.gyro[k];
-            gyro[0] = N::choose(first, rest[0], gyro[0]);
-            gyro[1] = N::choose(first, rest[1], gyro[1]);
-            let before = N::choose(first, rates[k], memory.filtered[k]);
+            gyro[0] = N::select(first, rest[0], gyro[0]);
+            gyro[1] = N::select(first, rest[1], gyro[1]);
+            let before = N::select(first, rates[k], memory.filtered[k]);
             let filtered = self.gyro.step(gyro, rates[k]);
             memory.filtered[k] = filtered;
             let slope = (filtered - before) * (1.0 / s.period_s);
@@ -182,16 +186,19 @@ impl Cascade {
                 - memory.derivative[k] * s.derivative_gain[k];
             torque[k] = alpha * self.inertia_kg_m2[k];
             // The integral stops where the mixer cannot follow.
-            let greatest = zero.like(s.greatest_integral);
             let next = integral + error * (s.integral_gain_per_s2[k] * s.period_s);
-            let stops = zero.below(error * memory.saturated[k]);
-            memory.integral[k] = N::choose(stops, integral, next.within(-greatest, greatest));
+            let stops = (error * memory.saturated[k]).above(0.0);
+            memory.integral[k] = N::select(
+                stops,
+                integral,
+                next.within(-s.greatest_integral, s.greatest_integral),
+            );
         }
         let (thrusts_n, given_up) = self.mixed(wanted.thrust_n, torque);
         for k in 0..3 {
             let share = given_up[if k < 2 { 1 } else { 2 }];
-            let sign = N::choose(torque[k].below(zero), zero.like(-1.0), zero.like(1.0));
-            memory.saturated[k] = N::choose(zero.below(share), sign, zero);
+            let sign = N::select(torque[k].below(0.0), zero.splat(-1.0), 1.0);
+            memory.saturated[k] = N::select(share.above(0.0), sign, 0.0);
         }
         let next = self.driven(thrusts_n);
         let throttle = choose4(first, next, memory.throttle);
@@ -206,59 +213,59 @@ impl Cascade {
     /// See [`Cascade::mix`].
     #[inline(always)]
     pub(super) fn mixed<N: Number>(&self, thrust_n: N, torque_nm: [N; 3]) -> ([N; 4], [N; 3]) {
-        let (zero, one) = (thrust_n.like(0.0), thrust_n.like(1.0));
-        let (least, greatest) = (zero.like(self.least_n), zero.like(self.greatest_n));
+        let (least_n, greatest_n) = (self.least_n, self.greatest_n);
         let wanted = thrust_n * 0.25;
-        let base = wanted.within(least, greatest);
+        let base = wanted.within(least_n, greatest_n);
         // Left rotors 0 and 1 roll to the right, rear rotors 1 and 2 pitch down.
         let per_arm = 0.25 / self.arm_m;
         let (roll, pitch) = (torque_nm[0] * per_arm, torque_nm[1] * per_arm);
         let tilt = [roll - pitch, roll + pitch, pitch - roll, -roll - pitch];
         // Roll and pitch are symmetric: the least is -high. Too much thrust is lowered, but not
         // below the middle of the range; then roll and pitch are scaled to what fits.
-        let high = tilt[0].abs().most(tilt[1].abs());
-        let middle = zero.like(0.5 * (self.least_n + self.greatest_n));
-        let lowered = base.least((greatest - high).most(middle));
-        let base = N::choose(middle.below(base), lowered, base);
-        let room = (greatest - base).least(base - least);
-        let scale = N::choose(room.below(high), room / high, one);
+        let high = tilt[0].abs().at_least(tilt[1].abs());
+        let middle_n = 0.5 * (least_n + greatest_n);
+        let lowered = base.at_most((greatest_n - high).at_least(middle_n));
+        let base = N::select(base.above(middle_n), lowered, base);
+        let room = (greatest_n - base).at_most(base - least_n);
+        let scale = N::select(room.below(high), room / high, 1.0);
         let yaw = if self.torque_per_thrust_m > 0.0 {
             torque_nm[2] * (0.25 / self.torque_per_thrust_m)
         } else {
-            zero
+            thrust_n.splat(0.0)
         };
         // The rotor with the least room to one side bounds them all.
-        let (mut thrusts_n, mut room) = (tilt, zero.like(f64::INFINITY));
+        let (mut thrusts_n, mut room) = (tilt, thrust_n.splat(f64::INFINITY));
         for i in 0..4 {
             thrusts_n[i] = base + scale * tilt[i];
-            let up = greatest - thrusts_n[i];
-            let rises = zero.below(yaw * SPIN[i]);
-            room = room.least(N::choose(rises, up, thrusts_n[i] - least));
+            let up = greatest_n - thrusts_n[i];
+            let rises = (yaw * SPIN[i]).above(0.0);
+            room = room.at_most(N::select(rises, up, thrusts_n[i] - least_n));
         }
         let size = yaw.abs();
-        let share = N::choose(room.below(size), room.most(zero) / size, one);
+        let share = N::select(room.below(size), room.at_least(0.0) / size, 1.0);
         for i in 0..4 {
             let thrust_n = thrusts_n[i] + share * (yaw * SPIN[i]);
-            thrusts_n[i] = thrust_n.within(least, greatest);
+            thrusts_n[i] = thrust_n.within(least_n, greatest_n);
         }
-        let lost = N::choose(base.below(wanted), (base / wanted).taken_from(1.0), zero);
-        let given_up = [lost, scale.taken_from(1.0), share.taken_from(1.0)];
+        let lost = N::select(base.below(wanted), 1.0 - base / wanted, 0.0);
+        let given_up = [lost, 1.0 - scale, 1.0 - share];
         (thrusts_n, given_up)
     }
 
     /// See [`Cascade::throttles`].
     #[inline(always)]
     pub(super) fn driven<N: Number>(&self, thrusts_n: [N; 4]) -> [N; 4] {
-        let (zero, one) = (thrusts_n[0].like(0.0), thrusts_n[0].like(1.0));
         let mut drive = thrusts_n;
         for i in 0..4 {
-            drive[i] = self.motor.drive_for((thrusts_n[i].most(zero) * 4.0).sqrt());
+            drive[i] = self
+                .motor
+                .drive_for((4.0 * thrusts_n[i].at_least(0.0)).sqrt());
         }
         let mean = (drive[0] + drive[1] + drive[2] + drive[3]) * 0.25;
-        let voltage = (self.motor.throttle_for_drive(mean) * self.motor.sag()).taken_from(1.0);
-        let part = one / voltage;
+        let voltage = 1.0 - self.motor.throttle_for_drive(mean) * self.motor.sag();
+        let part = 1.0 / voltage;
         for i in 0..4 {
-            drive[i] = (drive[i] * part).within(zero, one);
+            drive[i] = (drive[i] * part).within(0.0, 1.0);
         }
         drive
     }

@@ -224,9 +224,9 @@ impl Legs {
             + turn * self.settings.radius_m.max(self.settings.depth_m);
         let reserve = speed * 0.002 + RESERVE_M;
         let low = (centre - half).below(reserve);
-        let passed = (centre + half + reserve).below(above.like(-DEEPEST_M));
-        let present = above.like(f64::from(u8::from(self.present)));
-        low & !passed & above.like(0.0).below(present)
+        let passed = (centre + half + reserve).below(-DEEPEST_M);
+        let present = above.splat(f64::from(u8::from(self.present))).above(0.0);
+        low & !passed & present
     }
 
     /// A body in the deck's axes.
@@ -264,19 +264,18 @@ impl Legs {
     #[inline(always)]
     fn foot<N: Number>(&self, i: usize, stance: &Stance<N>, contact: &Foothold<N>) -> FootAt<N> {
         let (sticks, stuck_m) = (contact.sticks[i], contact.stuck_m[i]);
-        let zero = stuck_m[0].like(0.0);
         let arm_m = stance.arms_m[i];
         let [x, y, z] = add(stance.centre_m, arm_m);
         let depth_m = -z;
         let [vx, vy, vn] = add(stance.velocity_mps, cross(stance.turning, arm_m));
         let s = &self.settings;
         let normal = depth_m * s.stiffness_n_per_m - vn * s.damping_ns_per_m;
-        let half = zero.like(self.half_side_m.unwrap_or(f64::INFINITY));
-        let beside = half.below(x.abs()) | half.below(y.abs());
-        let on = zero.below(depth_m) & !zero.like(DEEPEST_M).below(depth_m) & !beside;
-        let normal = N::choose(on, normal.most(zero), zero);
-        let u = N::choose(sticks, x - stuck_m[0], zero);
-        let v = N::choose(sticks, y - stuck_m[1], zero);
+        let half_m = self.half_side_m.unwrap_or(f64::INFINITY);
+        let beside = x.abs().above(half_m) | y.abs().above(half_m);
+        let on = depth_m.above(0.0) & !depth_m.above(DEEPEST_M) & !beside;
+        let normal = N::select(on, normal.at_least(0.0), 0.0);
+        let u = N::select(sticks, x - stuck_m[0], 0.0);
+        let v = N::select(sticks, y - stuck_m[1], 0.0);
         let (k, c) = (
             -s.tangential_stiffness_n_per_m,
             s.tangential_damping_ns_per_m,
@@ -285,8 +284,8 @@ impl Legs {
         let force = (fx * fx + fy * fy).sqrt();
         let limit = normal * s.friction;
         let slides = limit.below(force) & on;
-        let share = N::choose(slides, limit / force, zero.like(1.0));
-        let share = N::choose(on, share, zero);
+        let share = N::select(slides, limit / force, 1.0);
+        let share = N::select(on, share, 0.0);
         FootAt {
             depth_m,
             place_m: [x, y],
@@ -303,7 +302,7 @@ impl Legs {
         deck: &DeckPose<N>,
         contact: &Foothold<N>,
     ) -> ([N; 3], [N; 3]) {
-        let zero = body.rates[0].like(0.0);
+        let zero = body.rates[0].splat(0.0);
         let stance = self.stance(body, deck);
         let (mut force, mut torque) = ([zero; 3], [zero; 3]);
         for i in 0..4 {
@@ -359,15 +358,15 @@ impl Legs {
         let feet = self.feet_at(body, deck, contact);
         for i in 0..4 {
             let (normal, [x, y]) = (feet[i].force_n[2], feet[i].place_m);
-            let (zero, sticks) = (normal.like(0.0), contact.sticks[i]);
+            let sticks = contact.sticks[i];
             let [a, b] = contact.stuck_m[i];
-            let u = N::choose(sticks, x - a, zero);
-            let v = N::choose(sticks, y - b, zero);
+            let u = N::select(sticks, x - a, 0.0);
+            let v = N::select(sticks, y - b, 0.0);
             let most =
                 normal * (self.settings.friction / self.settings.tangential_stiffness_n_per_m);
             let way = (u * u + v * v).sqrt();
-            let share = N::choose(most.below(way), most / way, zero.like(1.0));
-            contact.sticks[i] = zero.below(normal);
+            let share = N::select(most.below(way), most / way, 1.0);
+            contact.sticks[i] = normal.above(0.0);
             contact.stuck_m[i] = [x - share * u, y - share * v];
         }
     }

@@ -155,11 +155,11 @@ impl RigidVehicle {
             .rotors
             .forces(&state.rotors, &around.rotors, &climb_mps);
 
-        let zero = climb.like(0.0);
+        let zero = climb.splat(0.0);
         let (mut spin_n, mut rotor_n) = (zero, [zero; 4]);
         for i in 0..4 {
             let free_n = forces.free_air_n[i];
-            let force_n = free_n * (kind.thrust_scale_error[i] + 1.0)
+            let force_n = free_n * (1.0 + kind.thrust_scale_error[i])
                 + forces.ground_effect_n[i]
                 + input.turbulence_n[i];
             spin_n = spin_n + free_n * SPIN[i];
@@ -175,7 +175,7 @@ impl RigidVehicle {
         ];
         let (ahead, aside) = (dot(axes[0], through), dot(axes[1], through));
         let speed = (ahead * ahead + aside * aside).sqrt();
-        let drag = -(speed * self.body.drag_ns2_per_m2 + self.body.drag_ns_per_m);
+        let drag = -(self.body.drag_ns2_per_m2 * speed + self.body.drag_ns_per_m);
         let mut force = to_world(&axes, [drag * ahead, drag * aside, lift_n]);
         if let Some((standing, deck)) = contact {
             let body = state.body(&axes);
@@ -183,11 +183,11 @@ impl RigidVehicle {
             force = add(force, push);
             torque = add(torque, turn);
         }
-        let mut acceleration_mps2 = scale(force, zero.like(1.0 / self.mass_kg));
+        let mut acceleration_mps2 = scale(force, 1.0 / self.mass_kg);
         acceleration_mps2[2] = acceleration_mps2[2] - self.gravity_mps2;
         let inertia = self.body.inertia_kg_m2;
         let [p, q, r] = state.rates;
-        let momentum = [p * inertia[0], q * inertia[1], r * inertia[2]];
+        let momentum = [inertia[0] * p, inertia[1] * q, inertia[2] * r];
         let turning = sub(torque, cross(state.rates, momentum));
         let mut angular_acceleration = turning;
         for k in 0..3 {
@@ -197,7 +197,7 @@ impl RigidVehicle {
             rotors: self.rotors.rate(&state.rotors, &around.rotors, drive),
             position_m: state.velocity_mps,
             velocity_mps: acceleration_mps2,
-            attitude: product(state.attitude, [zero, p * 0.5, q * 0.5, r * 0.5]),
+            attitude: product(state.attitude, [zero, 0.5 * p, 0.5 * q, 0.5 * r]),
             rates: angular_acceleration,
         };
         let acting = Acting {
@@ -232,7 +232,7 @@ impl RigidVehicle {
         };
         let start = *state;
         let (mut here, mut sum) = (start, start);
-        let zero = start.rates[0].like(0.0);
+        let zero = start.rates[0].splat(0.0);
         let mut acting = Acting {
             acceleration_mps2: [zero; 3],
             angular_acceleration: [zero; 3],

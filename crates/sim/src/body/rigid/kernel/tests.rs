@@ -74,13 +74,13 @@ impl WithSimd for Fly<'_> {
         let legs = self.vehicle.legs.as_ref().expect("it has legs");
         let mut kind = Kind {
             thrust_scale_error: [zero; 4],
-            ground_effect_scale: zero.like(self.vehicle.rotors.ground_effect_scale()),
+            ground_effect_scale: zero.splat(self.vehicle.rotors.ground_effect_scale()),
         };
         for i in 0..4 {
             kind.thrust_scale_error[i] = wide(zero, |lane| Self::kind(lane)[i]);
         }
         let start = self.start.moving().to_array();
-        let mut state = Moving::from_array(&start.map(|value| zero.like(value)));
+        let mut state = Moving::from_array(&start.map(|value| zero.splat(value)));
         let mut foothold = Foothold {
             sticks: [zero.below(zero); 4],
             stuck_m: [[zero; 2]; 4],
@@ -89,7 +89,7 @@ impl WithSimd for Fly<'_> {
             let t = f64::from(step) * STEP_S;
             let deck = [t, t + 0.5 * STEP_S, t + STEP_S].map(|t| {
                 let pose = self.deck.at(t);
-                let of = |v: [f64; 3]| v.map(|value| zero.like(value));
+                let of = |v: [f64; 3]| v.map(|value| zero.splat(value));
                 DeckPose {
                     origin_m: of(pose.origin_m),
                     velocity_mps: of(pose.velocity_mps),
@@ -114,10 +114,10 @@ impl WithSimd for Fly<'_> {
                 .advance(&kind, &mut state, &deck, &input, contact, STEP_S);
             foothold = standing.foothold;
         }
-        let ones = zero.like(1.0);
+        let ones = zero.splat(1.0);
         let sticks = foothold
             .sticks
-            .map(|truth| Lanes::choose(truth, ones, zero));
+            .map(|truth| Lanes::select(truth, ones, zero));
         let at = |lane: usize| {
             let mut one = RigidState::default();
             let values = state.to_array().map(|value| value.get(lane));

@@ -20,13 +20,13 @@ impl<N: Number> Engine<'_, N> {
         let before_mps = self.sinking_mps;
         self.sinking_mps = dot(self.pose.axes[2], velocity);
         let path_m = (before_mps.abs() + self.sinking_mps.abs()) * (0.5 * STEP_S);
-        let zero = height_m.like(0.0);
-        let flies = N::choose(zero.below(self.stopped), zero, path_m);
+        let zero = height_m.splat(0.0);
+        let flies = N::select(self.stopped.above(0.0), zero, path_m);
         self.path_m = self.path_m + flies;
-        let above = zero.like(scenario.landed_height_m).below(height_m);
-        let looks = near | !above | zero.below(self.watched);
+        let above = height_m.above(scenario.landed_height_m);
+        let looks = near | !above | self.watched.above(0.0);
         let looked = N::any(looks).then(|| self.look(velocity));
-        let looks = N::choose(looks, zero.like(1.0), zero);
+        let looks = N::select(looks, zero.splat(1.0), 0.0);
         let seldom = self.step.is_multiple_of(KNOT_STEPS);
         if looked.is_none() && !seldom {
             return;
@@ -73,20 +73,20 @@ impl<N: Number> Engine<'_, N> {
     fn look(&self, velocity: [N; 3]) -> Looked<N> {
         let axes = axes_of(self.state.attitude);
         let up = dot(axes[2], self.pose.axes[2]);
-        let up = up.within(up.like(-1.0), up.like(1.0));
+        let up = up.within(-1.0, 1.0);
         let arm = sub(self.state.position_m, self.pose.origin_m);
         let feet = self
             .legs
             .feet_at(&self.state.body(&axes), &self.pose, &self.foothold);
-        let (zero, one) = (up.like(0.0), up.like(1.0));
-        let mut slides = [zero; 4];
+        let one = up.splat(1.0);
+        let mut slides = [one; 4];
         for i in 0..4 {
-            slides[i] = N::choose(feet[i].slides, one, zero);
+            slides[i] = N::select(feet[i].slides, one, 0.0);
         }
         Looked {
             place_m: along(&self.pose.axes, arm),
             velocity_mps: along(&self.pose.axes, velocity),
-            tilt_rad: angle(up, (up * up).taken_from(1.0).sqrt()),
+            tilt_rad: angle(up, (1.0 - up * up).sqrt()),
             feet,
             slides,
         }

@@ -63,7 +63,7 @@ pub(super) struct Engine<'a, N: Number> {
 impl<'a, N: Number> Engine<'a, N> {
     #[inline(always)]
     pub(super) fn new(batch: &'a Batch, trials: Range<u64>, seed: u64, like: N) -> Self {
-        let (zero, one) = (like.like(0.0), like.like(1.0));
+        let (zero, one) = (like.splat(0.0), like.splat(1.0));
         let mut start = [zero; SIZE];
         start[15] = one;
         let none = zero.below(zero);
@@ -153,13 +153,12 @@ impl<'a, N: Number> Engine<'a, N> {
             self.coming.pop_front();
         }
         if self.step.is_multiple_of(batch.steps.cascade) {
-            let zero = self.fresh.like(0.0);
-            let first = zero.below(self.fresh);
+            let first = self.fresh.above(0.0);
             let (q, rates) = (self.state.attitude, self.state.rates);
             let cascade = &batch.lander.cascade;
             let given = cascade.control(&mut self.memory, first, q, rates, &self.wanted);
             self.throttle = given.throttle;
-            self.fresh = zero;
+            self.fresh = self.fresh.splat(0.0);
         }
         self.fly(within);
         Ok(true)
@@ -201,8 +200,8 @@ impl<'a, N: Number> Engine<'a, N> {
             {
                 ask_for(wanted, lane, &hover);
             }
-            let here = self.fresh.like(0.0).with(lane, 1.0);
-            let taken = here.like(0.0).below(here);
+            let here = self.fresh.splat(0.0).with(lane, 1.0);
+            let taken = here.above(0.0);
             self.memory = self.memory.without(taken);
             for i in 0..4 {
                 self.foothold.sticks[i] = self.foothold.sticks[i] & !taken;
@@ -272,7 +271,7 @@ impl<'a, N: Number> Engine<'a, N> {
     #[inline(always)]
     fn fly(&mut self, within: u64) {
         let vehicle = &self.batch.lander.vehicle;
-        let zero = self.stopped.like(0.0);
+        let zero = self.stopped.splat(0.0);
         let t = within as f64 * STEP_S;
         let held_steps = self.batch.steps.held;
         if within.is_multiple_of(held_steps) {
@@ -285,9 +284,9 @@ impl<'a, N: Number> Engine<'a, N> {
             on_piece(&self.piece, t + 0.5 * STEP_S).pose(),
             on_piece(&self.piece, t + STEP_S).pose(),
         ];
-        let off = zero.below(self.stopped);
+        let off = self.stopped.above(0.0);
         for i in 0..4 {
-            self.input.throttle[i] = N::choose(off, zero, self.throttle[i]);
+            self.input.throttle[i] = N::select(off, zero, self.throttle[i]);
         }
         let axes = axes_of(self.state.attitude);
         let near = self.legs.near(&self.state.body(&axes), &poses[0]);
