@@ -1,31 +1,31 @@
-//! The eye of the landing computer: rendered images, the detector that flies, and the pose of the deck from them.
+//! The camera pipeline of landings with rendered images: renderer, detector, and the pose of the deck.
 
 use touchdown_sim::SimError;
 use touchdown_sim::random::Stream;
 use touchdown_sim::sensors::TagSettings;
-use touchdown_sim::sensors::camera::eye::{Eye, Eyes};
 use touchdown_sim::sensors::camera::fast::CameraFix;
-use touchdown_sim::sensors::camera::print::{DeckPrint, PrintedTag};
-use touchdown_sim::sensors::camera::render::Renderer;
+use touchdown_sim::sensors::camera::pipeline::{CameraPipeline, PipelineFactory};
 use touchdown_sim::sensors::camera::view::View;
-use touchdown_vision::camera::CameraSettings;
+use touchdown_vision::camera::{CameraSettings, Pose};
 use touchdown_vision::detect::DetectorSettings;
 use touchdown_vision::locate::LocatorSettings;
 use touchdown_vision::pad::{Pad, PadTag};
-use touchdown_vision::{Detector, GrayImage, Hints, Locator, VisionError, family};
+use touchdown_vision::render::print::DeckPrint;
+use touchdown_vision::render::{ImageSettings, Renderer};
+use touchdown_vision::{Detector, GrayImage, Hints, Locator, VisionError};
 
-/// Renders what the camera sees, and finds the deck in it.
-struct CameraPipeline {
+/// Renders images, detects tags in them and locates the deck.
+struct RenderedCamera {
     renderer: Renderer,
     detector: Detector,
     locator: Locator,
     camera: touchdown_sim::sensors::camera::CameraSettings,
 }
 
-/// Eyes with the detector of `touchdown-vision` behind them.
+/// Pipelines with the renderer and the detector of `touchdown-vision`.
 #[must_use]
-pub fn eyes() -> Eyes {
-    Eyes::new(|settings, side_m| Ok(Box::new(CameraPipeline::new(settings, side_m)?)))
+pub fn pipelines() -> PipelineFactory {
+    PipelineFactory::new(|settings, side_m| Ok(Box::new(RenderedCamera::new(settings, side_m)?)))
 }
 
 /// An error of detection, as one of the simulation's settings.
@@ -48,7 +48,15 @@ fn unfit(error: VisionError) -> SimError {
     }
 }
 
-impl CameraPipeline {
+/// The same pose for the renderer.
+fn pose(view: &View) -> Pose {
+    Pose {
+        rotation: view.rotation,
+        translation_m: view.translation_m,
+    }
+}
+
+impl RenderedCamera {
     fn new(settings: &TagSettings, side_m: Option<f64>) -> Result<Self, SimError> {
         let bad = |expected: String, found: String| SimError::Setting {
             key: "sizes_m".to_owned(),
@@ -72,17 +80,7 @@ impl CameraPipeline {
         let pad = Pad {
             tags: ids.iter().zip(&settings.sizes_m).map(tag).collect(),
         };
-        let printed = pad.tags.iter().map(|tag| {
-            let cells = family::cells(tag.id);
-            Ok(PrintedTag {
-                cells: cells
-                    .ok_or_else(|| bad("a tag that can be drawn".into(), tag.id.to_string()))?,
-                size_m: tag.size_m,
-                centre_m: tag.centre_m,
-                yaw_rad: tag.yaw_rad,
-            })
-        });
-        let mut print = DeckPrint::new(printed.collect::<Result<_, SimError>>()?);
+        let mut print = DeckPrint::of(&pad).map_err(unfit)?;
         if let Some(side_m) = side_m {
             print.side_m = side_m;
         }
@@ -92,6 +90,12 @@ impl CameraPipeline {
             height_px: camera.height_px,
             focal_px: camera.focal_px,
             principal_px: camera.principal_px,
+        };
+        let image = ImageSettings {
+            lens_sd_px: camera.lens_sd_px,
+            white_level: camera.white_level,
+            gradient: camera.gradient,
+            noise_sd: camera.noise_sd,
         };
         let of = &settings.location;
         let location = LocatorSettings {
@@ -104,7 +108,7 @@ impl CameraPipeline {
             gate_px: of.gate_px,
         };
         Ok(Self {
-            renderer: Renderer::new(camera, &print)?,
+            renderer: Renderer::new(&intrinsics, &image, &print).map_err(unfit)?,
             detector: Detector::new(&DetectorSettings::default()).map_err(unfit)?,
             locator: Locator::new(&intrinsics, &pad, &location).map_err(unfit)?,
             camera: *camera,
@@ -112,8 +116,8 @@ impl CameraPipeline {
     }
 }
 
-impl Eye for CameraPipeline {
-    fn look(
+impl CameraPipeline for RenderedCamera {
+    fn locate(
         &mut self,
         open: &View,
         shut: &View,
@@ -121,7 +125,9 @@ impl Eye for CameraPipeline {
         stream: &mut Stream,
     ) -> Result<Option<CameraFix>, SimError> {
         let (width, height) = (self.camera.width_px, self.camera.height_px);
-        let pixels = self.renderer.expose(open, shut, stream)?;
+        let instants = open.exposure(shut, &self.camera)?;
+        let poses: Vec<Pose> = instants.iter().map(pose).collect();
+        let pixels = self.renderer.expose(&poses, || stream.normal());
         let image = GrayImage::new(pixels, width, height, width).map_err(unfit)?;
         let tags = self.detector.detect(&image).map_err(unfit)?;
         let hints = Hints {

@@ -5,8 +5,7 @@ use touchdown_sim::deck::rigid::DeckPose;
 use touchdown_sim::random::{Purpose, Stream};
 use touchdown_sim::sensors::camera::CameraSettings;
 use touchdown_sim::sensors::camera::errors::ErrorModel;
-use touchdown_sim::sensors::camera::fast::{CameraFix, FastCamera, LocationSettings};
-use touchdown_sim::sensors::camera::print::{CELLS, DeckPrint, PrintedTag};
+use touchdown_sim::sensors::camera::fast::{CameraFix, DeckTag, FastCamera, LocationSettings};
 use touchdown_sim::sensors::camera::view::View;
 
 /// A tag of 0.2 m; seen from 1 m its side is 80 px.
@@ -29,14 +28,13 @@ fn camera(errors: &ErrorModel) -> FastCamera {
         place_m: [0.0; 3],
         ..CameraSettings::default()
     };
-    let tag = PrintedTag {
-        cells: [[false; CELLS]; CELLS],
+    let tag = DeckTag {
         size_m: 0.2,
         centre_m: [0.0; 2],
         yaw_rad: 0.0,
+        nested: false,
     };
-    let print = DeckPrint::new(vec![tag]);
-    FastCamera::new(&camera, &print, &LocationSettings::default(), errors).unwrap()
+    FastCamera::new(&camera, &[tag], &LocationSettings::default(), errors).unwrap()
 }
 
 fn view(position_m: [f64; 3]) -> View {

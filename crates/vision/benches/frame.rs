@@ -8,7 +8,7 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{Eye, noise, normal, print_of, up, view_from};
+use common::{Pipeline, deck_tags, expose, noise, normal, up, view_from};
 use touchdown_sim::sensors::camera::CameraSettings;
 use touchdown_sim::sensors::camera::errors::ErrorModel;
 use touchdown_sim::sensors::camera::fast::{FastCamera, LocationSettings};
@@ -25,14 +25,11 @@ const HEIGHTS_M: [f64; 4] = [3.0, 1.0, 0.3, 0.1];
 #[divan::bench(args = HEIGHTS_M)]
 fn render(bencher: divan::Bencher<'_, '_>, height_m: f64) {
     let camera = CameraSettings::default();
-    let mut eye = Eye::new(&camera, &Pad::default());
+    let mut pipeline = Pipeline::new(&camera, &Pad::default());
     let view = view_from(&camera, [0.0, 0.0, height_m + 0.02], [0.3, 0.03, 0.02]);
     let mut stream = noise(1, 0);
-    bencher.bench_local(|| {
-        eye.renderer
-            .expose(&view, &view, &mut stream)
-            .map(<[u8]>::len)
-    });
+    bencher
+        .bench_local(|| expose(&mut pipeline.renderer, &camera, [&view, &view], &mut stream).len());
 }
 
 #[divan::bench(args = HEIGHTS_M, consts = [1, 2])]
@@ -42,31 +39,31 @@ fn detect<const DECIMATION: usize>(bencher: divan::Bencher<'_, '_>, height_m: f6
         decimation: DECIMATION,
         ..DetectorSettings::default()
     };
-    let mut eye = Eye::with(&camera, &Pad::default(), &settings);
+    let mut pipeline = Pipeline::with(&camera, &Pad::default(), &settings);
     let view = view_from(&camera, [0.0, 0.0, height_m + 0.02], [0.3, 0.03, 0.02]);
-    let pixels = eye.renderer.expose(&view, &view, &mut noise(1, 0));
-    let pixels = pixels.expect("a view").to_vec();
+    let shot = [&view, &view];
+    let pixels = expose(&mut pipeline.renderer, &camera, shot, &mut noise(1, 0)).to_vec();
     let image = GrayImage::new(&pixels, 640, 480, 640).expect("an image");
-    bencher.bench_local(|| eye.detector.detect(&image).map(|tags| tags.len()));
+    bencher.bench_local(|| pipeline.detector.detect(&image).map(|tags| tags.len()));
 }
 
 #[divan::bench(args = HEIGHTS_M)]
 fn locate(bencher: divan::Bencher<'_, '_>, height_m: f64) {
     let camera = CameraSettings::default();
-    let mut eye = Eye::new(&camera, &Pad::default());
+    let mut pipeline = Pipeline::new(&camera, &Pad::default());
     let view = view_from(&camera, [0.0, 0.0, height_m + 0.02], [0.3, 0.03, 0.02]);
-    let tags = eye.detect(&view, &view, &mut noise(1, 0));
+    let tags = pipeline.detect(&view, &view, &mut noise(1, 0));
     let hints = up(normal(&view));
-    bencher.bench_local(|| eye.locator.locate(&tags, &hints));
+    bencher.bench_local(|| pipeline.locator.locate(&tags, &hints));
 }
 
 #[divan::bench(args = HEIGHTS_M)]
 fn fast(bencher: divan::Bencher<'_, '_>, height_m: f64) {
     let camera = CameraSettings::default();
-    let print = print_of(&Pad::default());
+    let tags = deck_tags(&Pad::default());
     let model = ErrorModel::fitted().expect("the model's file");
     let location = LocationSettings::default();
-    let quick = FastCamera::new(&camera, &print, &location, &model).expect("a camera");
+    let quick = FastCamera::new(&camera, &tags, &location, &model).expect("a camera");
     let view = view_from(&camera, [0.0, 0.0, height_m + 0.02], [0.3, 0.03, 0.02]);
     let mut stream = noise(1, 0);
     bencher.bench_local(|| quick.look(&view, &view, &mut stream));

@@ -5,14 +5,14 @@
 //! cargo run --release -p touchdown-vision --example fit_camera_errors [FRAMES] [SEED] > errors.csv
 //! ```
 //!
-//! The tables in the repository, `crates/sim/src/camera/errors.csv`, are those of
+//! The tables in the repository, `crates/sim/src/sensors/camera/errors.csv`, are those of
 //! the defaults. Another camera, lens, noise or detector wants tables of its own.
 #![allow(clippy::print_stdout)]
 
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{Eye, noise, print_of, vehicle};
+use common::{Pipeline, deck_tags, noise, vehicle};
 use touchdown_sim::deck::rigid::DeckPose;
 use touchdown_sim::random::Stream;
 use touchdown_sim::sensors::camera::CameraSettings;
@@ -49,22 +49,22 @@ fn main() {
     let (frames, seed) = (argument(1, 24_000), argument(2, 1));
     let camera = CameraSettings::default();
     let pad = Pad::default();
-    let mut eye = Eye::new(&camera, &pad);
+    let mut pipeline = Pipeline::new(&camera, &pad);
     // Around the change from coarse to fine corners, at 3.3 px, both are expected.
     let location = LocatorSettings {
         fine_cell_px: 3.4 / 0.94,
         ..LocatorSettings::default()
     };
-    let print = print_of(&pad);
+    let placed = deck_tags(&pad);
     let mut nodes = [[[Node::default(); MOTION_PX.len()]; CELL_PX.len()]; 2];
     let (mut wild, mut all) = (0_u64, 0_u64);
     for frame in 0..frames {
         let mut stream = noise(seed, frame);
         let (open, shut) = sight(&camera, &pad, &mut stream);
         let middle = open.towards(&shut, 0.5);
-        let tags = eye.detect(&open, &shut, &mut stream);
-        for (tag, printed) in pad.tags.iter().zip(&print.tags) {
-            let nested = usize::from(print.is_nested(printed));
+        let tags = pipeline.detect(&open, &shut, &mut stream);
+        for (tag, placed) in pad.tags.iter().zip(&placed) {
+            let nested = usize::from(placed.nested);
             let seen = |view: &View| {
                 let corners = tag
                     .corners_m()

@@ -10,7 +10,7 @@ mod common;
 
 use std::time::Instant;
 
-use common::{Eye, errors, noise, view_from};
+use common::{Pipeline, errors, noise, view_from};
 use touchdown_sim::sensors::camera::CameraSettings;
 use touchdown_vision::pad::Pad;
 
@@ -20,7 +20,7 @@ fn main() {
         .map_or(200, |n| n.parse().expect("a number of frames"));
     let camera = CameraSettings::default();
     let pad = Pad::default();
-    let mut eye = Eye::new(&camera, &pad);
+    let mut pipeline = Pipeline::new(&camera, &pad);
     println!(
         "{frames} frames each; tilt sd 3 deg, lateral error sd 4 % of the height, at least 1 cm"
     );
@@ -64,16 +64,14 @@ fn main() {
             ];
             let view = view_from(&camera, place, angles);
             let start = Instant::now();
-            let pixels = eye
-                .renderer
-                .expose(&view, &view, &mut stream)
-                .expect("a view")
-                .to_vec();
+            let pixels =
+                common::expose(&mut pipeline.renderer, &camera, [&view, &view], &mut stream)
+                    .to_vec();
             render_s += start.elapsed().as_secs_f64();
             let start = Instant::now();
             let image = touchdown_vision::GrayImage::new(&pixels, 640, 480, 640).expect("an image");
-            let tags = eye.detector.detect(&image).expect("a detection");
-            let fix = eye
+            let tags = pipeline.detector.detect(&image).expect("a detection");
+            let fix = pipeline
                 .locator
                 .locate(&tags, &common::up(common::normal(&view)));
             detect_s += start.elapsed().as_secs_f64();

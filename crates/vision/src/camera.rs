@@ -94,3 +94,31 @@ impl CameraSettings {
         })
     }
 }
+
+/// Pose of the deck in camera axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Rotation from deck to camera axes, row by row.
+    pub rotation: [[f64; 3]; 3],
+    /// The deck's origin in camera axes, m.
+    pub translation_m: [f64; 3],
+}
+
+impl Pose {
+    /// A point of the deck's plane in camera axes, m.
+    #[inline]
+    #[must_use]
+    pub fn point(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let at =
+            |k: usize| self.rotation[k][0] * x + self.rotation[k][1] * y + self.translation_m[k];
+        [at(0), at(1), at(2)]
+    }
+
+    /// Height of the camera over the deck's plane, m: `-(Rᵀ t)_z`.
+    #[must_use]
+    pub fn height_m(&self) -> f64 {
+        let [x, y, z] = self.translation_m;
+        let normal = self.rotation.map(|row| row[2]);
+        -(normal[0] * x + normal[1] * y + normal[2] * z)
+    }
+}

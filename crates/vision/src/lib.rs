@@ -16,6 +16,7 @@
 //! | [`mod@image`] | a view of somebody's grey image |
 //! | [`detect`] | tags in an image |
 //! | [`pad`], [`family`] | which tags stand where; what they look like |
+//! | [`mod@render`] | images of a pad, for simulation and tests of detection |
 //! | [`locate`] | from corners to the deck's pose and its covariance |
 //! | [`error`] | what can be wrong |
 //!
@@ -52,6 +53,7 @@ pub mod image;
 pub mod locate;
 pub mod pad;
 mod planar;
+pub mod render;
 
 pub use detect::{Detection, Detector};
 pub use error::VisionError;

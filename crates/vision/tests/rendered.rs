@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Eye, errors, intrinsics, noise, normal, print_of, up, vehicle, view_from};
+use common::{Pipeline, errors, intrinsics, noise, normal, up, vehicle, view_from};
 use touchdown_sim::deck::rigid::{Axis, DeckPose, RigidMotion, Tone};
 use touchdown_sim::sensors::camera::CameraSettings;
 use touchdown_sim::sensors::camera::view::View;
@@ -10,6 +10,7 @@ use touchdown_vision::detect::DetectorSettings;
 use touchdown_vision::family;
 use touchdown_vision::locate::LocatorSettings;
 use touchdown_vision::pad::{Pad, PadTag};
+use touchdown_vision::render::print::DeckPrint;
 use touchdown_vision::{Detector, GrayImage, Hints, Locator};
 
 /// Sharp enough for an exact comparison: the lens's blur, but no noise.
@@ -49,10 +50,10 @@ fn xval_every_print_is_read_as_its_id_the_right_way_up() {
     let camera = still_camera();
     for (i, id) in family::drawable().enumerate() {
         let pad = single(id, 0.3);
-        let mut eye = Eye::new(&camera, &pad);
+        let mut pipeline = Pipeline::new(&camera, &pad);
         let yaw = 0.37 * i as f64;
         let view = view_from(&camera, [0.05, -0.02, 1.0], [yaw, 0.05, -0.08]);
-        let (tags, _) = eye.look(&view, &mut noise(1, 0));
+        let (tags, _) = pipeline.look(&view, &mut noise(1, 0));
         assert_eq!(tags.len(), 1, "id {id}");
         assert_eq!((tags[0].id, tags[0].hamming), (id, 0));
         for (seen, place) in tags[0].corners_px.iter().zip(pad.tags[0].corners_m()) {
@@ -68,7 +69,7 @@ fn xval_every_print_is_read_as_its_id_the_right_way_up() {
 #[test]
 fn analytic_pose_of_a_tilted_deck() {
     let camera = still_camera();
-    let mut eye = Eye::new(&camera, &Pad::default());
+    let mut pipeline = Pipeline::new(&camera, &Pad::default());
     for (roll, pitch, place, angles) in [
         (0.0, 0.0, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]),
         (0.15, -0.1, [0.1, 0.05, 0.9], [0.3, 0.05, -0.04]),
@@ -77,7 +78,7 @@ fn analytic_pose_of_a_tilted_deck() {
     ] {
         let deck = tilted(roll, pitch);
         let view = View::of(&camera, &vehicle(place, angles), &deck);
-        let (_, fix) = eye.look(&view, &mut noise(1, 0));
+        let (_, fix) = pipeline.look(&view, &mut noise(1, 0));
         let fix = fix.expect("a pad in view");
         let (moved, turned) = errors(&fix, &view);
         let height = place[2];
@@ -94,7 +95,7 @@ fn analytic_pose_of_a_tilted_deck() {
 #[test]
 fn prop_a_tag_is_in_view_from_three_metres_to_contact() {
     let camera = CameraSettings::default();
-    let mut eye = Eye::new(&camera, &Pad::default());
+    let mut pipeline = Pipeline::new(&camera, &Pad::default());
     let mut height = 3.0;
     let mut frame = 0;
     while height > 0.08 {
@@ -105,7 +106,7 @@ fn prop_a_tag_is_in_view_from_three_metres_to_contact() {
         let place = [uniform(side), uniform(side), height + 0.02];
         let angles = [uniform(3.0), uniform(0.06), uniform(0.06)];
         let view = view_from(&camera, place, angles);
-        let (tags, fix) = eye.look(&view, &mut stream);
+        let (tags, fix) = pipeline.look(&view, &mut stream);
         let fix = fix.unwrap_or_else(|| panic!("nothing seen at {height} m"));
         assert!(
             fix.tags == tags.len() && !fix.ambiguous,
@@ -127,7 +128,7 @@ fn prop_a_tag_is_in_view_from_three_metres_to_contact() {
 #[test]
 fn prop_covariance_says_how_wrong_it_is() {
     let camera = CameraSettings::default();
-    let mut eye = Eye::new(&camera, &Pad::default());
+    let mut pipeline = Pipeline::new(&camera, &Pad::default());
     for height in [2.0, 1.0, 0.5, 0.2] {
         let mut sum = 0.0;
         let frames = 60;
@@ -144,7 +145,7 @@ fn prop_covariance_says_how_wrong_it_is() {
                 0.05 * stream.normal(),
             ];
             let view = view_from(&camera, place, angles);
-            let (_, fix) = eye.look(&view, &mut stream);
+            let (_, fix) = pipeline.look(&view, &mut stream);
             let fix = fix.expect("a pad in view");
             let (moved, _) = errors(&fix, &view);
             let covariance = nalgebra::Matrix3::from(fix.camera_covariance_m2());
@@ -162,10 +163,10 @@ fn prop_covariance_says_how_wrong_it_is() {
 #[test]
 fn prop_a_tag_cut_by_the_image_is_left_out() {
     let camera = CameraSettings::default();
-    let mut eye = Eye::new(&camera, &Pad::default());
+    let mut pipeline = Pipeline::new(&camera, &Pad::default());
     // The large tag reaches over the image's upper edge, the middle one is whole.
     let view = view_from(&camera, [-0.25, 0.0, 0.62], [0.0; 3]);
-    let (tags, fix) = eye.look(&view, &mut noise(1, 0));
+    let (tags, fix) = pipeline.look(&view, &mut noise(1, 0));
     let ids: Vec<u32> = tags.iter().map(|tag| tag.id).collect();
     assert!(ids.contains(&323) && !ids.contains(&77), "{ids:?}");
     let (moved, _) = errors(&fix.expect("the middle tag"), &view);
@@ -180,7 +181,7 @@ fn prop_a_tag_cut_by_the_image_is_left_out() {
 #[test]
 fn prop_no_tag_is_no_fix_and_no_error() {
     let camera = CameraSettings::default();
-    let mut eye = Eye::new(&camera, &Pad::default());
+    let mut pipeline = Pipeline::new(&camera, &Pad::default());
     for (place, angles) in [
         // Beside the pad, upside down, much too far away, below the deck.
         ([3.0, 0.0, 1.0], [0.0; 3]),
@@ -189,7 +190,7 @@ fn prop_no_tag_is_no_fix_and_no_error() {
         ([0.0, 0.0, -1.0], [0.0; 3]),
     ] {
         let view = view_from(&camera, place, angles);
-        let (tags, fix) = eye.look(&view, &mut noise(1, 0));
+        let (tags, fix) = pipeline.look(&view, &mut noise(1, 0));
         assert!(tags.is_empty() && fix.is_none(), "{place:?}");
     }
 }
@@ -202,10 +203,10 @@ fn prop_heavy_noise_and_uneven_light_are_withstood() {
         gradient: [0.6, -0.4],
         ..CameraSettings::default()
     };
-    let mut eye = Eye::new(&camera, &Pad::default());
+    let mut pipeline = Pipeline::new(&camera, &Pad::default());
     for frame in 0..20 {
         let view = view_from(&camera, [0.02, 0.01, 1.0], [0.3 * frame as f64, 0.03, 0.02]);
-        let (_, fix) = eye.look(&view, &mut noise(2, frame));
+        let (_, fix) = pipeline.look(&view, &mut noise(2, frame));
         let (moved, _) = errors(&fix.expect("a pad in view"), &view);
         // Noise of a tenth of the contrast: a fifth of a pixel over 160 px.
         assert!(moved[2].abs() < 0.005, "{moved:?}");
@@ -215,15 +216,15 @@ fn prop_heavy_noise_and_uneven_light_are_withstood() {
 #[test]
 fn analytic_a_moving_tag_is_where_it_is_in_the_middle_of_the_exposure() {
     let camera = still_camera();
-    let mut eye = Eye::new(&camera, &single(77, 0.4));
+    let mut pipeline = Pipeline::new(&camera, &single(77, 0.4));
     // 1 m/s for 8 ms at 1 m: 3.2 px along the image.
     let at = |s: f64| view_from(&camera, [0.008 * (s - 0.5), 0.0, 1.0], [0.4, 0.0, 0.0]);
-    let tags = eye.detect(&at(0.0), &at(1.0), &mut noise(1, 0));
+    let tags = pipeline.detect(&at(0.0), &at(1.0), &mut noise(1, 0));
     assert_eq!(tags.len(), 1);
     for (seen, place) in tags[0]
         .corners_px
         .iter()
-        .zip(eye.locator.pad().tags[0].corners_m())
+        .zip(pipeline.locator.pad().tags[0].corners_m())
     {
         let expected = camera.project(at(0.5).point(place)).unwrap();
         let off = (seen[0] - expected[0]).hypot(seen[1] - expected[1]);
@@ -241,7 +242,7 @@ fn prop_same_seed_same_answer_for_any_number_of_threads() {
             threads,
             ..DetectorSettings::default()
         };
-        Eye::with(&camera, &Pad::default(), &settings).look(&view, &mut noise(seed, 0))
+        Pipeline::with(&camera, &Pad::default(), &settings).look(&view, &mut noise(seed, 0))
     };
     let first = look(1, 1);
     assert_eq!(first, look(1, 1));
@@ -286,38 +287,37 @@ fn analytic_two_poses_of_a_far_tag() {
 #[test]
 fn prop_a_tag_that_contradicts_the_others_is_left_out() {
     let camera = CameraSettings::default();
-    let mut eye = Eye::new(&camera, &Pad::default());
+    let mut pipeline = Pipeline::new(&camera, &Pad::default());
     let view = view_from(&camera, [0.0, 0.0, 0.8], [0.0; 3]);
-    let (mut tags, fix) = eye.look(&view, &mut noise(1, 0));
+    let (mut tags, fix) = pipeline.look(&view, &mut noise(1, 0));
     assert!(fix.is_some_and(|fix| fix.tags == 2));
     // The middle tag somewhere else, as another's pad would show it.
     let moved = tags.iter_mut().find(|tag| tag.id == 323).unwrap();
     for corner in &mut moved.corners_px {
         corner[0] += 90.0;
     }
-    let fix = eye.locator.locate(&tags, &up(normal(&view))).unwrap();
+    let fix = pipeline.locator.locate(&tags, &up(normal(&view))).unwrap();
     assert_eq!(fix.tags, 1);
     let (moved, _) = errors(&fix, &view);
     assert!(moved[2].abs() < 0.005, "{moved:?}");
     // Corners that are no quadrangle's, or no numbers, are no fix.
     tags.retain(|tag| tag.id == 77);
     tags[0].corners_px[2] = [f64::NAN, 1.0];
-    assert!(eye.locator.locate(&tags, &Hints::default()).is_none());
+    assert!(pipeline.locator.locate(&tags, &Hints::default()).is_none());
     tags[0].corners_px = [[10.0, 10.0]; 4];
-    assert!(eye.locator.locate(&tags, &Hints::default()).is_none());
+    assert!(pipeline.locator.locate(&tags, &Hints::default()).is_none());
     tags[0].corners_px = [[10.0, 10.0], [20.0, 10.0], [30.0, 10.0], [40.0, 10.0]];
-    assert!(eye.locator.locate(&tags, &Hints::default()).is_none());
+    assert!(pipeline.locator.locate(&tags, &Hints::default()).is_none());
 }
 
 #[test]
 fn prop_what_cannot_be_is_refused() {
     let camera = CameraSettings::default();
-    let mut eye = Eye::new(&camera, &Pad::default());
     let view = view_from(&camera, [0.0, f64::NAN, 1.0], [0.0; 3]);
     let fine = view_from(&camera, [0.0, 0.0, 1.0], [0.0; 3]);
-    let mut refused = |open, shut| {
-        let error = eye.renderer.expose(open, shut, &mut noise(1, 0));
-        error.map(<[u8]>::len).unwrap_err().to_string()
+    let refused = |open: &View, shut: &View| {
+        let error = open.exposure(shut, &camera).unwrap_err();
+        error.to_string()
     };
     assert!(refused(&view, &fine).contains("NaN") && refused(&fine, &view).contains("NaN"));
     assert!(GrayImage::new(&[], 0, 0, 0).is_err());
@@ -344,7 +344,11 @@ fn prop_what_cannot_be_is_refused() {
         principal_px: [16.0, 16.0],
         ..camera
     };
-    assert!(print_of(&Pad::default()).validate().is_ok());
-    let mut eye = Eye::new(&small, &Pad::default());
-    assert!(eye.look(&fine, &mut noise(1, 0)).1.is_none());
+    assert!(
+        DeckPrint::of(&Pad::default())
+            .and_then(|print| print.validate())
+            .is_ok()
+    );
+    let mut pipeline = Pipeline::new(&small, &Pad::default());
+    assert!(pipeline.look(&fine, &mut noise(1, 0)).1.is_none());
 }

@@ -336,7 +336,7 @@ impl Sweep {
         values.extend(self.random.iter().map(|(key, _)| key.as_str()).zip(draws));
         let scenario = self.made(table, &values)?;
         let lander = SpaceLander::new(&scenario)
-            .and_then(|lander| lander.with_eyes(crate::camera::eyes()))
+            .and_then(|lander| lander.with_camera_pipelines(crate::camera::pipelines()))
             .map_err(|e| self.at(&values, &e))?;
         match &self.deck {
             Some(deck) => lander

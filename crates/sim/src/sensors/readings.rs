@@ -20,8 +20,8 @@ use crate::body::rigid::RigidState;
 use crate::deck::rigid::DeckPose;
 use crate::number::vector::{add, along, axes_of, dot, normalised, product, scale, sub};
 use crate::random::{Purpose, Stream};
-use crate::sensors::camera::eye::Eye;
 use crate::sensors::camera::fast::FastCamera;
+use crate::sensors::camera::pipeline::CameraPipeline;
 
 /// Steps between two samples of the inertial unit in a log.
 pub(crate) const LOG_STEPS: u64 = 4;
@@ -116,8 +116,8 @@ pub(crate) struct Sensing {
     pub(crate) taken: Vec<RangeRow>,
     pub(crate) tag: Clock,
     pub(crate) camera: FastCamera,
-    /// Looks at rendered images in its place.
-    pub(crate) eye: Option<Box<dyn Eye>>,
+    /// Takes its place where images are rendered.
+    pub(crate) pipeline: Option<Box<dyn CameraPipeline>>,
     gnss: Clock,
     gnss_wander: [Wander; 3],
     barometer: Clock,
@@ -175,7 +175,7 @@ impl Sensing {
             taken: Vec::new(),
             tag: Clock::new(settings.tag.schedule, stream(Purpose::Camera)),
             camera: camera.clone(),
-            eye: None,
+            pipeline: None,
             gnss,
             gnss_wander,
             barometer: Clock::new(settings.barometer.schedule, stream(Purpose::Barometer)),

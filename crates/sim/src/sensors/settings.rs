@@ -180,7 +180,7 @@ pub enum CameraMode {
     /// Without images, with the errors that a detector makes.
     #[default]
     Fast,
-    /// By a detector in rendered images; needs [`crate::sensors::camera::eye::Eyes`].
+    /// By a detector in rendered images; needs a [`crate::sensors::camera::pipeline::PipelineFactory`].
     Rendered,
 }
 

@@ -50,8 +50,8 @@ impl Sensing {
             let [open, shut] = [-half_s, half_s].map(|t| view_at(&of.camera, truth, t));
             let up = self.up(truth);
             let stream = &mut self.tag.stream;
-            let look = match &mut self.eye {
-                Some(eye) => eye.look(&open, &shut, up, stream),
+            let look = match &mut self.pipeline {
+                Some(pipeline) => pipeline.locate(&open, &shut, up, stream),
                 None => self.camera.look(&open, &shut, stream),
             };
             // A view that is no pose shows nothing.

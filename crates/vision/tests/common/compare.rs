@@ -8,7 +8,7 @@ use touchdown_sim::sensors::camera::view::View;
 use touchdown_vision::locate::Hints;
 use touchdown_vision::pad::Pad;
 
-use super::{Eye, noise, normal, print_of, vehicle};
+use super::{Pipeline, deck_tags, noise, normal, vehicle};
 
 /// Heights (m) and how fast the vehicle moves, as a multiple of 0.4 m/s and
 /// 1.2 rad/s (standard deviations).
@@ -93,20 +93,20 @@ pub(crate) fn both(heights_m: [f64; 2], fast: f64, frames: u64) -> [Errors; 2] {
         ..CameraSettings::default()
     };
     let pad = Pad::default();
-    let mut eye = Eye::new(&camera, &pad);
+    let mut pipeline = Pipeline::new(&camera, &pad);
     let model = ErrorModel::fitted().expect("the model's file");
     let location = LocationSettings::default();
-    let quick = FastCamera::new(&camera, &print_of(&pad), &location, &model).expect("a camera");
+    let quick = FastCamera::new(&camera, &deck_tags(&pad), &location, &model).expect("a camera");
     let [mut seen, mut drawn] = [Errors::default(), Errors::default()];
     for frame in 0..frames {
         let [open, shut] = descent(&camera, frame, heights_m, fast);
         let truth = open.towards(&shut, 0.5);
-        let tags = eye.detect(&open, &shut, &mut noise(78, frame));
+        let tags = pipeline.detect(&open, &shut, &mut noise(78, frame));
         let hints = Hints {
             up: Some(normal(&truth)),
             motion_px: open.motion_px(&shut, &camera),
         };
-        if let Some(fix) = eye.locator.locate(&tags, &hints) {
+        if let Some(fix) = pipeline.locator.locate(&tags, &hints) {
             let found = View {
                 rotation: fix.rotation,
                 translation_m: fix.translation_m,

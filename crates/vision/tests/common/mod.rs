@@ -7,25 +7,57 @@ use touchdown_sim::body::rigid::RigidState;
 use touchdown_sim::deck::rigid::DeckPose;
 use touchdown_sim::random::{Purpose, Stream};
 use touchdown_sim::sensors::camera::CameraSettings as RenderCamera;
-use touchdown_sim::sensors::camera::print::{DeckPrint, PrintedTag};
-use touchdown_sim::sensors::camera::render::Renderer;
+use touchdown_sim::sensors::camera::fast::DeckTag;
 use touchdown_sim::sensors::camera::view::View;
-use touchdown_vision::camera::CameraSettings;
+use touchdown_vision::camera::{CameraSettings, Pose};
 use touchdown_vision::detect::DetectorSettings;
-use touchdown_vision::family;
 use touchdown_vision::locate::LocatorSettings;
 use touchdown_vision::pad::Pad;
+use touchdown_vision::render::print::DeckPrint;
+use touchdown_vision::render::{ImageSettings, Renderer};
 use touchdown_vision::{Detection, Detector, Fix, GrayImage, Hints, Locator};
 
-/// The print of a pad.
-pub(crate) fn print_of(pad: &Pad) -> DeckPrint {
-    let tags = pad.tags.iter().map(|tag| PrintedTag {
-        cells: family::cells(tag.id).expect("an id whose print is known"),
+/// The tags of a pad whose tags stand in one another, for the camera without images.
+pub(crate) fn deck_tags(pad: &Pad) -> Vec<DeckTag> {
+    let tags = pad.tags.iter().enumerate().map(|(i, tag)| DeckTag {
         size_m: tag.size_m,
         centre_m: tag.centre_m,
         yaw_rad: tag.yaw_rad,
+        nested: i > 0,
     });
-    DeckPrint::new(tags.collect())
+    tags.collect()
+}
+
+/// Lens, light and noise.
+pub(crate) fn image(camera: &RenderCamera) -> ImageSettings {
+    ImageSettings {
+        lens_sd_px: camera.lens_sd_px,
+        white_level: camera.white_level,
+        gradient: camera.gradient,
+        noise_sd: camera.noise_sd,
+    }
+}
+
+/// A camera that renders a print.
+pub(crate) fn renderer(camera: &RenderCamera, print: &DeckPrint) -> Renderer {
+    Renderer::new(&intrinsics(camera), &image(camera), print).expect("a camera and a print")
+}
+
+/// The image of an exposure between two views.
+pub(crate) fn expose<'a>(
+    renderer: &'a mut Renderer,
+    camera: &RenderCamera,
+    [open, shut]: [&View; 2],
+    stream: &mut Stream,
+) -> &'a [u8] {
+    let instants = open.exposure(shut, camera).expect("poses");
+    let poses: Vec<Pose> = (instants.iter())
+        .map(|view| Pose {
+            rotation: view.rotation,
+            translation_m: view.translation_m,
+        })
+        .collect();
+    renderer.expose(&poses, || stream.normal())
 }
 
 /// The intrinsic parameters, as detection is told them.
@@ -38,14 +70,15 @@ pub(crate) fn intrinsics(camera: &RenderCamera) -> CameraSettings {
     }
 }
 
-/// A camera over a pad, and what looks at its images.
-pub(crate) struct Eye {
+/// A camera over a pad, and the detection in its images.
+pub(crate) struct Pipeline {
+    pub(crate) camera: RenderCamera,
     pub(crate) renderer: Renderer,
     pub(crate) detector: Detector,
     pub(crate) locator: Locator,
 }
 
-impl Eye {
+impl Pipeline {
     pub(crate) fn new(camera: &RenderCamera, pad: &Pad) -> Self {
         Self::with(camera, pad, &DetectorSettings::default())
     }
@@ -53,7 +86,8 @@ impl Eye {
     pub(crate) fn with(camera: &RenderCamera, pad: &Pad, detector: &DetectorSettings) -> Self {
         let settings = LocatorSettings::default();
         Self {
-            renderer: Renderer::new(camera, &print_of(pad)).expect("a camera and a print"),
+            camera: *camera,
+            renderer: renderer(camera, &DeckPrint::of(pad).expect("a print")),
             detector: Detector::new(detector).expect("valid settings"),
             locator: Locator::new(&intrinsics(camera), pad, &settings).expect("a pad"),
         }
@@ -66,8 +100,8 @@ impl Eye {
         shut: &View,
         stream: &mut Stream,
     ) -> Vec<Detection> {
-        let camera = *self.renderer.camera();
-        let pixels = self.renderer.expose(open, shut, stream).expect("poses");
+        let camera = self.camera;
+        let pixels = expose(&mut self.renderer, &camera, [open, shut], stream);
         let (width, height) = (camera.width_px, camera.height_px);
         let image = GrayImage::new(pixels, width, height, width).expect("an image");
         self.detector.detect(&image).expect("a detection")

@@ -101,7 +101,7 @@ impl<'a> Flight<'a> {
             seed,
             trial,
         );
-        sensing.eye = lander.eye()?;
+        sensing.pipeline = lander.camera_pipeline()?;
         sensing.keeps_ranges = record;
         Ok(Self {
             lander,

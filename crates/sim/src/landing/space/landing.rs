@@ -16,8 +16,8 @@ use crate::body::rigid::RigidVehicle;
 use crate::deck::rigid::{RigidDeck, RigidMotion};
 use crate::deck::wave::Spectrum;
 use crate::error::SimError;
-use crate::sensors::camera::eye::{Eye, Eyes};
 use crate::sensors::camera::fast::FastCamera;
+use crate::sensors::camera::pipeline::{CameraPipeline, PipelineFactory};
 
 /// A scenario that has been checked, ready to land.
 #[derive(Clone, Debug)]
@@ -27,8 +27,8 @@ pub struct SpaceLander {
     pub(super) vehicle: RigidVehicle,
     pub(super) cascade: Cascade,
     pub(super) camera: FastCamera,
-    /// Look at rendered images.
-    pub(super) eyes: Option<Eyes>,
+    /// Builds what renders and detects, for rendered images.
+    pub(super) pipelines: Option<PipelineFactory>,
     pub(super) half_side_m: Option<f64>,
     /// The sea's spectrum.
     spectrum: Option<Spectrum>,
@@ -72,7 +72,7 @@ impl SpaceLander {
             vehicle,
             cascade,
             camera,
-            eyes: None,
+            pipelines: None,
             half_side_m,
             spectrum: match &scenario.deck {
                 RigidMotion::Sea(sea) => Some(sea.spectrum(scenario.plant.gravity_mps2)?),
@@ -102,23 +102,24 @@ impl SpaceLander {
         Ok(self)
     }
 
-    /// The same landings with these eyes behind the camera, where the scenario asks for rendered images.
+    /// The same landings with renderers and detectors from `pipelines`, where the scenario asks for
+    /// rendered images.
     ///
     /// # Errors
     /// Settings of the camera or the tags that they cannot work with.
-    pub fn with_eyes(mut self, eyes: Eyes) -> Result<Self, SimError> {
-        self.eyes = Some(eyes);
-        self.eye().map(drop)?;
+    pub fn with_camera_pipelines(mut self, pipelines: PipelineFactory) -> Result<Self, SimError> {
+        self.pipelines = Some(pipelines);
+        self.camera_pipeline().map(drop)?;
         Ok(self)
     }
 
-    /// The eye of a landing; none in the fast mode.
-    pub(super) fn eye(&self) -> Result<Option<Box<dyn Eye>>, SimError> {
+    /// The renderer and detector of a landing; none in the fast mode.
+    pub(super) fn camera_pipeline(&self) -> Result<Option<Box<dyn CameraPipeline>>, SimError> {
         let sensors = &self.scenario.sensors;
-        match (sensors.camera, &self.eyes) {
+        match (sensors.camera, &self.pipelines) {
             (CameraMode::Fast, _) => Ok(None),
-            (CameraMode::Rendered, Some(eyes)) => eyes
-                .open(&sensors.tag, self.half_side_m.map(|half| 2.0 * half))
+            (CameraMode::Rendered, Some(pipelines)) => pipelines
+                .build(&sensors.tag, self.half_side_m.map(|half| 2.0 * half))
                 .map(Some)
                 .map_err(|error| error.in_section("sensors.tag")),
             (CameraMode::Rendered, None) => Err(SimError::Setting {
@@ -196,7 +197,7 @@ impl SpaceLander {
     /// deck.
     ///
     /// # Errors
-    /// None that [`Self::new`] has not found, but for rendered images without eyes.
+    /// None that [`Self::new`] has not found, but for rendered images without a pipeline.
     pub fn land(&self, trial: u64, seed: u64, record: bool) -> Result<SpaceLanding, SimError> {
         let mut flight = Flight::new(self, trial, seed, record)?;
         let last = steps(self.scenario.timeout_s) as u64;

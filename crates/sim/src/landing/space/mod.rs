@@ -10,8 +10,8 @@
 //! The computer is the one that flies ([`touchdown_lander::computer`]); it knows of the
 //! world what the sensors say, the vehicle's mass, mounting places and nominal
 //! delays, and models that were identified before. The camera is the fast one, whose
-//! errors were fitted to the detector ([`crate::sensors::camera::fast`]), or an eye with a detector
-//! looks at rendered images ([`crate::sensors::camera::eye`]). Outcome, touchdown and crash
+//! errors were fitted to the detector ([`crate::sensors::camera::fast`]), or a renderer and a detector
+//! that are plugged in ([`crate::sensors::camera::pipeline`]). Outcome, touchdown and crash
 //! are judged by the true state in the deck's frame.
 //!
 //! | module | what it holds |

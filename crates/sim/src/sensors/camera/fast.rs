@@ -22,8 +22,34 @@ use crate::random::Stream;
 use crate::sensors::camera::CameraSettings;
 use crate::sensors::camera::errors::{ErrorModel, Modes};
 use crate::sensors::camera::normal::{Normal, Six};
-use crate::sensors::camera::print::{CELLS, DeckPrint};
 use crate::sensors::camera::view::View;
+
+/// Cells along a tag's side, of AprilTag's family 36h11.
+pub const CELLS: usize = 8;
+
+/// A tag on the deck.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeckTag {
+    /// Side of the tag, m.
+    pub size_m: f64,
+    /// Its centre on the deck x, y (forward, to port), m.
+    pub centre_m: [f64; 2],
+    /// Turn of the print from "top is forward", to port, rad.
+    pub yaw_rad: f64,
+    /// It stands inside a larger tag.
+    pub nested: bool,
+}
+
+impl DeckTag {
+    /// Its corners on the deck: top left, top right, bottom right, bottom left of the print.
+    fn corners_m(&self) -> [[f64; 2]; 4] {
+        let half = 0.5 * self.size_m;
+        let (sin, cos) = self.yaw_rad.sin_cos();
+        let [x, y] = self.centre_m;
+        [[half, half], [half, -half], [-half, -half], [-half, half]]
+            .map(|[a, b]| [x + cos * a - sin * b, y + sin * a + cos * b])
+    }
+}
 
 /// How location weights corners: what `touchdown-vision` calls
 /// `LocatorSettings`, with its defaults.
@@ -103,8 +129,7 @@ pub struct CameraFix {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FastCamera {
     camera: CameraSettings,
-    print: DeckPrint,
-    nested: Vec<bool>,
+    tags: Vec<DeckTag>,
     location: LocationSettings,
     errors: ErrorModel,
 }
@@ -121,23 +146,24 @@ struct Seen {
 const STEPS: usize = 12;
 
 impl FastCamera {
-    /// Checks camera, print and settings.
+    /// Checks camera, tags and settings.
     ///
     /// # Errors
     /// Names the bad key, what is expected and the offending number.
     pub fn new(
         camera: &CameraSettings,
-        print: &DeckPrint,
+        tags: &[DeckTag],
         location: &LocationSettings,
         errors: &ErrorModel,
     ) -> Result<Self, SimError> {
         camera.validate()?;
-        print.validate()?;
+        for tag in tags {
+            check::positive("tags.size_m", tag.size_m)?;
+        }
         location.validate()?;
         Ok(Self {
             camera: *camera,
-            print: print.clone(),
-            nested: print.tags.iter().map(|tag| print.is_nested(tag)).collect(),
+            tags: tags.to_vec(),
             location: *location,
             errors: errors.clone(),
         })
@@ -159,17 +185,17 @@ impl FastCamera {
         let view = open.towards(shut, 0.5);
         // Location is told the motion of the image, as the vehicle knows it.
         let image_px = open.motion_px(shut, &self.camera);
-        let mut seen: Vec<Seen> = Vec::with_capacity(4 * self.print.tags.len());
-        for (tag, &nested) in self.print.tags.iter().zip(&self.nested) {
+        let mut seen: Vec<Seen> = Vec::with_capacity(4 * self.tags.len());
+        for tag in &self.tags {
             let chance = stream.uniform();
             let draws: [f64; 8] = std::array::from_fn(|_| stream.normal());
-            let places = tag.corners_m(0.0);
+            let places = tag.corners_m();
             let Some(corners) = self.in_view(&view, &places) else {
                 continue;
             };
             let cell_px = mean_side(&corners) / CELLS as f64;
             let motion_px = self.motion_px(open, shut, &places);
-            let errors = self.errors.at(nested, cell_px, motion_px);
+            let errors = self.errors.at(tag.nested, cell_px, motion_px);
             if chance >= errors.found {
                 continue;
             }

@@ -1,24 +1,16 @@
-//! The downward camera: what it sees of the landing pad on a moving, tilted deck.
+//! The downward camera over the landing pad of a moving, tilted deck.
 //!
-//! [`render`] makes the image that a pinhole camera takes of the [`mod@print`] on the
-//! deck: exact in projection and in the share of every pixel that each cell of
-//! the print covers, blurred by the lens and by motion during the exposure, lit
-//! unevenly, with noise. No detector is part of this crate.
-//!
-//! [`fast`] does without images: it gives the pose that would be found, with the
-//! errors that a detector was seen to make on rendered images ([`errors`]); an [`eye`] has a
-//! detector, and looks at the images.
+//! [`fast`] needs no images: it gives the pose that a detector would find, with errors measured
+//! with a detector on rendered images ([`errors`]). [`pipeline`] is the seam through which a
+//! renderer with a detector is plugged in; neither is part of this crate.
 //!
 //! Camera axes are x to the right of the image, y down, z ahead. Pixel (i, j)
 //! covers the square from (i, j) to (i + 1, j + 1), so pixel centres are at +½.
 
 pub mod errors;
-pub mod eye;
 pub mod fast;
 mod normal;
-pub mod print;
-mod raster;
-pub mod render;
+pub mod pipeline;
 pub(super) mod tags;
 pub mod view;
 
@@ -43,8 +35,7 @@ pub struct CameraSettings {
     pub place_m: [f64; 3],
     /// Turn of the image's top from forward, to port, rad.
     pub turn_rad: f64,
-    /// Time that the shutter is open, s: from the first to the second view of
-    /// [`render::Renderer::expose`].
+    /// Time that the shutter is open, s.
     pub exposure_s: f64,
     /// Blur of the lens: standard deviation of its point spread, px.
     pub lens_sd_px: f64,

@@ -6,8 +6,7 @@ use crate::check;
 use crate::error::SimError;
 use crate::sensors::camera::CameraSettings;
 use crate::sensors::camera::errors::ErrorModel;
-use crate::sensors::camera::fast::{FastCamera, LocationSettings};
-use crate::sensors::camera::print::{CELLS, DeckPrint, PrintedTag};
+use crate::sensors::camera::fast::{CELLS, DeckTag, FastCamera, LocationSettings};
 use crate::sensors::{CameraMode, Schedule};
 
 /// The camera and its detector in the fast mode of [`crate::sensors::camera::fast`]: the
@@ -100,17 +99,14 @@ impl TagSettings {
             &format!("a tag that fits with its margin of a cell on the plate of {side_m} m"),
             self.sizes_m[0],
         )?;
-        // White where the next one stands: what they say does not matter here.
-        let tags = self.sizes_m.iter().map(|&size_m| PrintedTag {
-            cells: [[true; CELLS]; CELLS],
-            size_m,
-            centre_m: [0.0; 2],
-            yaw_rad: 0.0,
-        });
-        let print = DeckPrint {
-            side_m,
-            ..DeckPrint::new(tags.collect())
-        };
-        FastCamera::new(&self.camera, &print, &self.location, &ErrorModel::fitted()?)
+        let tags: Vec<DeckTag> = (self.sizes_m.iter().enumerate())
+            .map(|(i, &size_m)| DeckTag {
+                size_m,
+                centre_m: [0.0; 2],
+                yaw_rad: 0.0,
+                nested: i > 0,
+            })
+            .collect();
+        FastCamera::new(&self.camera, &tags, &self.location, &ErrorModel::fitted()?)
     }
 }

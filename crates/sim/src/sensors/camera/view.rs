@@ -7,6 +7,12 @@ use crate::error::SimError;
 use crate::number::vector::{add, along, axes_of, dot, scale, sub, to_world};
 use crate::sensors::camera::CameraSettings;
 
+/// Farthest that the image moves from one instant of an exposure to the next, px: a third of a pixel,
+/// so that instants blend into an even smear.
+const INSTANT_PX: f64 = 1.0 / 3.0;
+/// Most instants of an exposure, for time: beyond 21 px of motion they are further apart.
+const INSTANTS: usize = 64;
+
 /// The deck's pose in camera axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
@@ -112,6 +118,22 @@ impl View {
             Some((u - corner[0]).hypot(v - corner[1]))
         });
         moved.fold(0.0, f64::max)
+    }
+
+    /// The views of an exposure from this view to `shut`: at the middles of equal intervals in
+    /// which the image moves by at most [`INSTANT_PX`].
+    ///
+    /// # Errors
+    /// A view is no pose ([`Self::validate`]).
+    pub fn exposure(&self, shut: &Self, camera: &CameraSettings) -> Result<Vec<Self>, SimError> {
+        self.validate()?;
+        shut.validate()?;
+        let steps = self.motion_px(shut, camera) / INSTANT_PX;
+        // A cast of a large number saturates.
+        let instants = (steps.ceil() as usize).clamp(1, INSTANTS);
+        let share = 1.0 / instants as f64;
+        let at = |i: usize| self.towards(shut, (i as f64 + 0.5) * share);
+        Ok((0..instants).map(at).collect())
     }
 
     /// The view a share `s` of the way to `other`, for two that are close.

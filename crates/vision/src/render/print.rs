@@ -1,12 +1,10 @@
-//! What is painted on the deck: square tags of black and white cells.
+//! The print on the deck: square tags of black and white cells.
 
-use crate::check;
-use crate::error::SimError;
-use crate::sensors::camera::raster::Coverage;
-use crate::sensors::camera::view::View;
-
-/// Cells along a tag's side.
-pub const CELLS: usize = 8;
+use super::raster::Coverage;
+use crate::camera::Pose;
+use crate::error::{VisionError, ensure, setting};
+use crate::family::{self, CELLS};
+use crate::pad::{Pad, PadTag};
 
 /// A tag on the deck.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,39 +103,56 @@ impl DeckPrint {
         }
     }
 
+    /// The print of a pad.
+    ///
+    /// # Errors
+    /// The cells of every id must be known ([`family::cells`]).
+    pub fn of(pad: &Pad) -> Result<Self, VisionError> {
+        let printed = |(i, tag): (usize, &PadTag)| {
+            let unknown = || setting(&format!("tags[{i}].id"), "a tag that can be drawn", &tag.id);
+            Ok(PrintedTag {
+                cells: family::cells(tag.id).ok_or_else(unknown)?,
+                size_m: tag.size_m,
+                centre_m: tag.centre_m,
+                yaw_rad: tag.yaw_rad,
+            })
+        };
+        let tags: Result<_, VisionError> = pad.tags.iter().enumerate().map(printed).collect();
+        Ok(Self::new(tags?))
+    }
+
     /// Checks the print.
     ///
     /// # Errors
     /// Sizes are positive, places finite, reflectances within 0..1. A tag with
     /// its white margin of a cell lies within the deck, and either clear of
     /// another tag and its margin or all on that tag's white cells.
-    pub fn validate(&self) -> Result<(), SimError> {
-        check::positive("side_m", self.side_m)?;
+    pub fn validate(&self) -> Result<(), VisionError> {
+        positive("side_m", self.side_m)?;
         for (key, value) in [
             ("white", self.white),
             ("black", self.black),
             ("deck", self.deck),
             ("beside", self.beside),
         ] {
-            check::within(key, value, 0.0, 1.0)?;
+            let share = (0.0..=1.0).contains(&value);
+            ensure(share, key, "a number from 0 to 1", &value)?;
         }
         for (i, tag) in self.tags.iter().enumerate() {
-            let of_tag = |error: SimError| error.in_section(&format!("tags[{i}]"));
-            check::positive("size_m", tag.size_m).map_err(of_tag)?;
-            check::finite("yaw_rad", tag.yaw_rad).map_err(of_tag)?;
-            for x in tag.centre_m {
-                check::finite("centre_m", x).map_err(of_tag)?;
+            let key = |name: &str| format!("tags[{i}].{name}");
+            positive(&key("size_m"), tag.size_m)?;
+            for (name, x) in [
+                ("yaw_rad", tag.yaw_rad),
+                ("centre_m", tag.centre_m[0]),
+                ("centre_m", tag.centre_m[1]),
+            ] {
+                ensure(x.is_finite(), &key(name), "a finite number", &x)?;
             }
             for x in tag.corners_m(1.0).into_iter().flatten() {
                 // Rounding of a tag that just fits.
                 let fits = x.abs() <= 0.5 * self.side_m * (1.0 + 1e-9);
-                check::that(
-                    fits,
-                    "size_m",
-                    "a tag with its margin on the deck",
-                    tag.size_m,
-                )
-                .map_err(of_tag)?;
+                let expected = "a tag with its margin on the deck";
+                ensure(fits, &key("size_m"), expected, &tag.size_m)?;
             }
         }
         for (i, tag) in self.tags.iter().enumerate() {
@@ -148,11 +163,11 @@ impl DeckPrint {
                     (other, tag)
                 };
                 let apart = clear(large, small) || nested(large, small);
-                check::that(
+                ensure(
                     apart,
                     &format!("tags[{i}].centre_m"),
                     "a place clear of other tags or on their white cells",
-                    tag.centre_m[0],
+                    &tag.centre_m[0],
                 )?;
             }
         }
@@ -171,12 +186,12 @@ impl DeckPrint {
     pub(super) fn draw(
         &self,
         coverage: &mut Coverage,
-        view: &View,
+        pose: &Pose,
         project: &impl Fn([f64; 3]) -> [f64; 2],
         share: f64,
     ) {
         let mut paint = |corners: [[f64; 2]; 4], change: f64| {
-            let (seen, n) = ahead(&corners.map(|corner| view.point(corner)));
+            let (seen, n) = ahead(&corners.map(|corner| pose.point(corner)));
             let mut on_screen = [[0.0; 2]; 5];
             for k in 0..n {
                 on_screen[k] = project(seen[k]);
@@ -209,6 +224,12 @@ impl DeckPrint {
             }
         }
     }
+}
+
+/// A finite number above zero.
+fn positive(key: &str, value: f64) -> Result<(), VisionError> {
+    let ok = value.is_finite() && value > 0.0;
+    ensure(ok, key, "a finite number above 0", &value)
 }
 
 /// The margins of two tags do not touch (by their bounds in the larger's axes).

@@ -1,12 +1,16 @@
 //! The rendered image against projection and photometry in closed form.
 
+mod common;
+
+use common::{expose, image, intrinsics, renderer};
 use touchdown_sim::body::rigid::RigidState;
 use touchdown_sim::deck::rigid::DeckPose;
 use touchdown_sim::random::{Purpose, Stream};
 use touchdown_sim::sensors::camera::CameraSettings;
-use touchdown_sim::sensors::camera::print::{CELLS, DeckPrint, PrintedTag};
-use touchdown_sim::sensors::camera::render::Renderer;
 use touchdown_sim::sensors::camera::view::View;
+use touchdown_vision::family::CELLS;
+use touchdown_vision::render::Renderer;
+use touchdown_vision::render::print::{DeckPrint, PrintedTag};
 
 fn view(camera: &CameraSettings, position_m: [f64; 3], attitude: [f64; 4]) -> View {
     let vehicle = RigidState {
@@ -77,8 +81,8 @@ fn analytic_a_square_has_its_area_and_its_place() {
             ..camera
         };
         let view = view(&camera, [0.0, 0.0, 0.5], turned);
-        let mut renderer = Renderer::new(&camera, &print).unwrap();
-        let pixels = renderer.expose(&view, &view, &mut stream()).unwrap();
+        let mut renderer = renderer(&camera, &print);
+        let pixels = expose(&mut renderer, &camera, [&view, &view], &mut stream());
         // Light that is missing, and its first moments.
         let (white, black) = (234.0, 13.0);
         let (mut sum, mut at) = (0.0, [0.0; 2]);
@@ -123,9 +127,9 @@ fn analytic_levels_gradient_and_what_is_beside() {
         side_m: 100.0,
         ..DeckPrint::new(vec![])
     };
-    let mut renderer = Renderer::new(&camera, &print).unwrap();
+    let mut renderer = renderer(&camera, &print);
     let above = view(&camera, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0]);
-    let pixels = renderer.expose(&above, &above, &mut stream()).unwrap();
+    let pixels = expose(&mut renderer, &camera, [&above, &above], &mut stream());
     for (x, y) in [(0, 0), (639, 0), (320, 240), (100, 479)] {
         let lit =
             1.0 + 0.4 * ((x as f64 + 0.5) / 640.0 - 0.5) - 0.2 * ((y as f64 + 0.5) / 480.0 - 0.5);
@@ -134,7 +138,7 @@ fn analytic_levels_gradient_and_what_is_beside() {
         assert!((f64::from(pixels[640 * y + x]) - expected).abs() <= 0.51);
     }
     let below = view(&camera, [0.0, 0.0, -1.0], [1.0, 0.0, 0.0, 0.0]);
-    let pixels = renderer.expose(&below, &below, &mut stream()).unwrap();
+    let pixels = expose(&mut renderer, &camera, [&below, &below], &mut stream());
     let middle = f64::from(pixels[640 * 240 + 320]);
     assert!((middle - 220.0 * 0.25).abs() <= 0.51, "{middle}");
 }
@@ -142,14 +146,14 @@ fn analytic_levels_gradient_and_what_is_beside() {
 #[test]
 fn analytic_motion_smears_an_edge_evenly() {
     let camera = bare();
-    let mut renderer = Renderer::new(&camera, &black_square(0.4)).unwrap();
+    let mut renderer = renderer(&camera, &black_square(0.4));
     // 20 mm along x at 1 m: 8 px up or down in the image; the square turned back level.
     let at = |x: f64| view(&camera, [x, 0.0, 1.0], attitude(0.0, 0.0, 0.2));
     let (open, shut) = (at(0.0), at(0.02));
     let motion = open.motion_px(&shut, &camera);
     // Of a plane seen at right angles everything moves alike.
     assert!((motion - 8.0).abs() < 1e-6, "{motion}");
-    let pixels = renderer.expose(&open, &shut, &mut stream()).unwrap();
+    let pixels = expose(&mut renderer, &camera, [&open, &shut], &mut stream());
     // Across the edges that are at right angles to most of the motion: the sum
     // of what is missing along a column stays that of the unmoved square.
     let column: Vec<f64> = (0..480).map(|y| f64::from(pixels[640 * y + 325])).collect();
@@ -174,14 +178,11 @@ fn analytic_noise_has_its_standard_deviation_and_seed() {
         side_m: 100.0,
         ..DeckPrint::new(vec![])
     };
-    let mut renderer = Renderer::new(&camera, &print).unwrap();
+    let mut renderer = renderer(&camera, &print);
     let above = view(&camera, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0]);
     let mut shoot = |seed| {
         let mut stream = Stream::new(seed, 0, Purpose::Camera);
-        renderer
-            .expose(&above, &above, &mut stream)
-            .unwrap()
-            .to_vec()
+        expose(&mut renderer, &camera, [&above, &above], &mut stream).to_vec()
     };
     let pixels = shoot(1);
     let n = pixels.len() as f64;
@@ -205,8 +206,8 @@ fn prop_cameras_that_cannot_be_are_refused() {
     let refused = |change: fn(&mut CameraSettings)| {
         let mut camera = CameraSettings::default();
         change(&mut camera);
-        let error = Renderer::new(&camera, &print).map(|_| ()).unwrap_err();
-        error.to_string()
+        let error = Renderer::new(&intrinsics(&camera), &image(&camera), &print);
+        error.map(|_| ()).unwrap_err().to_string()
     };
     assert!(refused(|c| c.width_px = 0).contains("width_px"));
     assert!(refused(|c| c.height_px = 0).contains("height_px"));
@@ -214,5 +215,10 @@ fn prop_cameras_that_cannot_be_are_refused() {
     assert!(refused(|c| c.principal_px[1] = 481.0).contains("481"));
     assert!(refused(|c| c.noise_sd = f64::NAN).contains("NaN"));
     assert!(refused(|c| c.lens_sd_px = 1e9).contains("lens_sd_px"));
-    assert!(refused(|c| c.exposure_s = -1.0).contains("exposure_s"));
+    let exposure = CameraSettings {
+        exposure_s: -1.0,
+        ..CameraSettings::default()
+    };
+    let error = exposure.validate().unwrap_err().to_string();
+    assert!(error.contains("exposure_s"), "{error}");
 }

@@ -1,32 +1,62 @@
-//! The image.
+//! Images of the deck as a camera takes them, for tests and simulations of detection.
 //!
 //! ```text
 //! grey = white_level · L(u, v) · (G * mean over the exposure of ρ) + noise
 //! ```
 //!
 //! ρ is the reflectance averaged over each pixel's square, exact for every
-//! instant (the raster sums signed areas along rows); the exposure is the mean of instants no more
-//! than a third of a pixel apart; G is the lens's Gaussian point spread; L the
+//! instant (the raster sums signed areas along rows); the exposure is the mean of the instants
+//! that the caller gives; G is the lens's Gaussian point spread; L the
 //! illumination, linear in the image's coordinates; noise is white. Levels are
 //! rounded and cut to 0..255.
 
-use crate::error::SimError;
-use crate::random::Stream;
-use crate::sensors::camera::CameraSettings;
-use crate::sensors::camera::print::DeckPrint;
-use crate::sensors::camera::raster::Coverage;
-use crate::sensors::camera::view::View;
+pub mod print;
+mod raster;
 
-/// Farthest that anything moves from one instant of an exposure to the next, px.
-const INSTANT_PX: f64 = 1.0 / 3.0;
+use self::print::DeckPrint;
+use self::raster::Coverage;
+use crate::camera::{CameraSettings, Pose};
+use crate::error::{VisionError, ensure};
 
-/// Most instants of an exposure: beyond 21 px of motion they are further apart.
-const INSTANTS: usize = 64;
+/// Lens, light and noise of an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageSettings {
+    /// Blur of the lens: standard deviation of its point spread, px.
+    pub lens_sd_px: f64,
+    /// Grey level of a perfectly white surface in the image's middle, 0..255.
+    pub white_level: f64,
+    /// How much brighter the right and the lower edge of the image are than the
+    /// left and the upper one, as a share.
+    pub gradient: [f64; 2],
+    /// Noise of a pixel, standard deviation, grey levels.
+    pub noise_sd: f64,
+}
+
+impl ImageSettings {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// The lens blurs by 20 px at most, gradients are within ±1, noise is not negative.
+    pub fn validate(&self) -> Result<(), VisionError> {
+        for (key, value, [low, high]) in [
+            ("lens_sd_px", self.lens_sd_px, [0.0, 20.0]),
+            ("white_level", self.white_level, [1.0, 1e4]),
+            ("gradient", self.gradient[0], [-1.0, 1.0]),
+            ("gradient", self.gradient[1], [-1.0, 1.0]),
+            ("noise_sd", self.noise_sd, [0.0, 255.0]),
+        ] {
+            let expected = format!("a number from {low} to {high}");
+            ensure((low..=high).contains(&value), key, &expected, &value)?;
+        }
+        Ok(())
+    }
+}
 
 /// Takes images. Holds the memory that it works in.
 #[derive(Clone, Debug)]
 pub struct Renderer {
     camera: CameraSettings,
+    image: ImageSettings,
     print: DeckPrint,
     coverage: Coverage,
     light: Vec<f32>,
@@ -36,51 +66,34 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Checks camera and print.
+    /// Checks camera, image and print.
     ///
     /// # Errors
     /// Names the bad key, what is expected and the offending number.
-    pub fn new(camera: &CameraSettings, print: &DeckPrint) -> Result<Self, SimError> {
+    pub fn new(
+        camera: &CameraSettings,
+        image: &ImageSettings,
+        print: &DeckPrint,
+    ) -> Result<Self, VisionError> {
         camera.validate()?;
+        image.validate()?;
         print.validate()?;
         let pixels = camera.width_px * camera.height_px;
         Ok(Self {
             camera: *camera,
+            image: *image,
             print: print.clone(),
             coverage: Coverage::new(camera.width_px, camera.height_px),
             light: vec![0.0; pixels],
             blurred: vec![0.0; pixels],
-            kernel: half_kernel(camera.lens_sd_px),
+            kernel: half_kernel(image.lens_sd_px),
             pixels: vec![0; pixels],
         })
     }
 
-    /// The camera.
-    #[must_use]
-    pub fn camera(&self) -> &CameraSettings {
-        &self.camera
-    }
-
-    /// The deck and its print.
-    #[must_use]
-    pub fn print(&self) -> &DeckPrint {
-        &self.print
-    }
-
-    /// The image of an exposure from the view `open` to the view `shut`, row by
-    /// row, with noise from the stream.
-    ///
-    /// # Errors
-    /// When a view is no pose ([`View::validate`]).
-    pub fn expose(
-        &mut self,
-        open: &View,
-        shut: &View,
-        stream: &mut Stream,
-    ) -> Result<&[u8], SimError> {
-        open.validate()?;
-        shut.validate()?;
-        let instants = self.instants(open, shut);
+    /// The image of an exposure, row by row: the mean over `instants`, poses that move by less than
+    /// a pixel from one to the next. `normal` draws the noise, numbers of the distribution N(0, 1).
+    pub fn expose(&mut self, instants: &[Pose], normal: impl FnMut() -> f64) -> &[u8] {
         let [focal, principal] = [self.camera.focal_px, self.camera.principal_px];
         let project = |[x, y, z]: [f64; 3]| {
             [
@@ -89,24 +102,15 @@ impl Renderer {
             ]
         };
         self.coverage.clear();
-        let share = 1.0 / instants as f64;
-        for i in 0..instants {
-            let view = open.towards(shut, (i as f64 + 0.5) * share);
-            // From below there is no deck to see.
-            if view.camera_in_deck_m()[2] > 0.0 {
-                self.print.draw(&mut self.coverage, &view, &project, share);
-            }
+        let share = 1.0 / instants.len() as f64;
+        // From below there is no deck to see.
+        for pose in instants.iter().filter(|pose| pose.height_m() > 0.0) {
+            self.print.draw(&mut self.coverage, pose, &project, share);
         }
         self.coverage.sum_into(&mut self.light);
         self.blur();
-        self.develop(stream);
-        Ok(&self.pixels)
-    }
-
-    fn instants(&self, open: &View, shut: &View) -> usize {
-        let steps = open.motion_px(shut, &self.camera) / INSTANT_PX;
-        // A cast of a large number saturates.
-        (steps.ceil() as usize).clamp(1, INSTANTS)
+        self.develop(normal);
+        &self.pixels
     }
 
     /// The lens's point spread, first along rows, then along columns. The
@@ -148,19 +152,20 @@ impl Renderer {
         }
     }
 
-    fn develop(&mut self, stream: &mut Stream) {
-        let camera = &self.camera;
+    /// Grey levels of the light, with noise.
+    fn develop(&mut self, mut normal: impl FnMut() -> f64) {
+        let (camera, image) = (&self.camera, &self.image);
         let (width, height) = (camera.width_px as f64, camera.height_px as f64);
         let rows = self.light.chunks_exact(camera.width_px);
         let out = self.pixels.chunks_exact_mut(camera.width_px);
         for (y, (line, out)) in rows.zip(out).enumerate() {
-            let lit = 1.0 + camera.gradient[1] * ((y as f64 + 0.5) / height - 0.5);
+            let lit = 1.0 + image.gradient[1] * ((y as f64 + 0.5) / height - 0.5);
             for (x, (light, out)) in line.iter().zip(out).enumerate() {
-                let lit = lit + camera.gradient[0] * ((x as f64 + 0.5) / width - 0.5);
+                let lit = lit + image.gradient[0] * ((x as f64 + 0.5) / width - 0.5);
                 let reflectance = self.print.beside + f64::from(*light);
-                let mut grey = camera.white_level * lit * reflectance;
-                if camera.noise_sd > 0.0 {
-                    grey += camera.noise_sd * stream.normal();
+                let mut grey = image.white_level * lit * reflectance;
+                if image.noise_sd > 0.0 {
+                    grey += image.noise_sd * normal();
                 }
                 // Casts saturate at 0 and 255.
                 *out = grey.round() as u8;
