@@ -1,17 +1,191 @@
-//! What the inertial unit felt in the last steps.
+//! The inertial unit: specific force, attitude and rates.
 
-use crate::number::vector::add;
+use serde::{Deserialize, Serialize};
+
+use touchdown_flight::Attitude;
+use touchdown_lander::estimate::relative::ImuSample;
+
+use super::schedule::Wander;
+use super::suite::{NanReadings, nan_if, steps, vector};
+use crate::STEP_S;
+use crate::body::rigid::RigidState;
+use crate::check;
+use crate::error::SimError;
+use crate::number::vector::{add, along, normalised, product, scale};
+use crate::random::{Purpose, Stream};
+
+/// Steps between two samples of the inertial unit in a log: 250 Hz, as autopilots log.
+pub(crate) const LOG_STEPS: u64 = 4;
+
+/// Inertial unit and the attitude that is made of it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ImuSettings {
+    /// Specific force, white noise, m/s²/√Hz.
+    pub noise_density: f64,
+    /// Its bias on each axis, constant over a landing: standard deviation, m/s².
+    pub bias_sd_mps2: f64,
+    /// Age of specific force and attitude when the landing computer gets them, s.
+    pub latency_s: f64,
+    /// Error of roll and pitch, constant over a landing: standard deviation, rad.
+    pub tilt_bias_sd_rad: f64,
+    /// Error of roll and pitch that wanders: standard deviation, rad.
+    pub tilt_wander_sd_rad: f64,
+    /// Its correlation time, s.
+    pub tilt_wander_s: f64,
+    /// Error of heading, constant over a landing: standard deviation, rad.
+    pub yaw_bias_sd_rad: f64,
+    /// White noise of the rates in a step of the attitude control, rad/s.
+    pub gyro_sd: f64,
+}
+
+impl Default for ImuSettings {
+    /// 0.015 m/s²/√Hz (0.15 m/s² over 10 ms), bias 0.03 m/s², 20 ms old; tilt to
+    /// 5 mrad and 2 mrad in 1 s, heading to 20 mrad, rates to 10 mrad/s.
+    fn default() -> Self {
+        Self {
+            noise_density: 0.015,
+            bias_sd_mps2: 0.03,
+            latency_s: 0.02,
+            tilt_bias_sd_rad: 0.005,
+            tilt_wander_sd_rad: 0.002,
+            tilt_wander_s: 1.0,
+            yaw_bias_sd_rad: 0.02,
+            gyro_sd: 0.01,
+        }
+    }
+}
+
+impl ImuSettings {
+    pub(super) fn validate(&self) -> Result<(), SimError> {
+        check::not_negative("noise_density", self.noise_density)?;
+        check::not_negative("bias_sd_mps2", self.bias_sd_mps2)?;
+        check::within("latency_s", self.latency_s, 0.0, 0.1)?;
+        check::within("tilt_bias_sd_rad", self.tilt_bias_sd_rad, 0.0, 0.2)?;
+        check::within("tilt_wander_sd_rad", self.tilt_wander_sd_rad, 0.0, 0.2)?;
+        check::positive("tilt_wander_s", self.tilt_wander_s)?;
+        check::within("yaw_bias_sd_rad", self.yaw_bias_sd_rad, 0.0, 1.0)?;
+        check::not_negative("gyro_sd", self.gyro_sd)
+    }
+}
+
+/// The inertial unit during one landing.
+pub(crate) struct InertialUnit {
+    settings: ImuSettings,
+    /// Steps of a control period, of which a sample is the mean.
+    control_steps: usize,
+    stream: Stream,
+    bias_mps2: [f64; 3],
+    /// Steps by which the unit is late.
+    delay_steps: usize,
+    history: History,
+    attitude: Stream,
+    tilt_wander: [Wander; 2],
+    /// Error of the attitude, a small turn about world axes, rad.
+    turn: [f64; 3],
+    turn_bias: [f64; 3],
+}
+
+impl InertialUnit {
+    pub(super) fn new(
+        settings: &ImuSettings,
+        control_period_s: f64,
+        start: &RigidState,
+        gravity_mps2: f64,
+        stream: impl Fn(Purpose) -> Stream,
+    ) -> Self {
+        let (mut imu, mut attitude) = (stream(Purpose::Imu), stream(Purpose::Attitude));
+        let bias_mps2 = std::array::from_fn(|_| settings.bias_sd_mps2 * imu.normal());
+        let turn_bias = [
+            settings.tilt_bias_sd_rad * attitude.normal(),
+            settings.tilt_bias_sd_rad * attitude.normal(),
+            settings.yaw_bias_sd_rad * attitude.normal(),
+        ];
+        let tilt_wander = std::array::from_fn(|_| {
+            let (sd, time_s) = (settings.tilt_wander_sd_rad, settings.tilt_wander_s);
+            Wander::new(sd, time_s, control_period_s, &mut attitude)
+        });
+        let control_steps = steps(control_period_s);
+        let delay_steps = steps(settings.latency_s);
+        let remembered = (delay_steps + control_steps).max(LOG_STEPS as usize);
+        let level = along(&start.axes(), [0.0, 0.0, gravity_mps2]);
+        Self {
+            settings: *settings,
+            control_steps,
+            stream: imu,
+            bias_mps2,
+            delay_steps,
+            history: History::new(remembered, level, start.attitude),
+            attitude,
+            tilt_wander,
+            turn: turn_bias,
+            turn_bias,
+        }
+    }
+
+    /// Takes in the motion of a step.
+    pub(super) fn observe(
+        &mut self,
+        state: &RigidState,
+        mut acceleration_mps2: [f64; 3],
+        gravity_mps2: f64,
+    ) {
+        acceleration_mps2[2] += gravity_mps2;
+        let force_mps2 = along(&state.axes(), acceleration_mps2);
+        self.history.push(force_mps2, state.attitude);
+    }
+
+    /// Mean specific force over a control period and the attitude at its end, both
+    /// as late as the unit is.
+    pub(super) fn sample(&mut self, nan: &NanReadings) -> ImuSample<f64> {
+        let count = self.control_steps;
+        let mean = self.history.mean_mps2(self.delay_steps, count);
+        let sd = self.settings.noise_density / (count as f64 * STEP_S).sqrt();
+        let force: [f64; 3] =
+            std::array::from_fn(|k| mean[k] + self.bias_mps2[k] + sd * self.stream.normal());
+        for k in 0..2 {
+            self.turn[k] = self.turn_bias[k] + self.tilt_wander[k].step(&mut self.attitude);
+        }
+        let measured = self.believed(self.history.attitude(self.delay_steps));
+        ImuSample {
+            specific_force_mps2: vector(force.map(|f| nan_if(nan.specific_force, f))),
+            attitude: if nan.attitude {
+                Attitude::from_yaw(f64::NAN)
+            } else {
+                Attitude::from_quaternion(measured).unwrap_or_default()
+            },
+        }
+    }
+
+    /// Mean specific force over what is logged as a sample, without its noise.
+    pub(crate) fn logged_force_mps2(&self) -> [f64; 3] {
+        let mean = self.history.mean_mps2(0, LOG_STEPS as usize);
+        add(mean, self.bias_mps2)
+    }
+
+    /// The attitude with the error of the unit's estimate.
+    pub(crate) fn believed(&self, attitude: [f64; 4]) -> [f64; 4] {
+        let [a, b, c] = scale(self.turn, 0.5);
+        normalised(product([1.0, a, b, c], attitude))
+    }
+
+    /// The rates with the noise of the gyros.
+    pub(crate) fn rates(&mut self, rates: [f64; 3]) -> [f64; 3] {
+        let sd = self.settings.gyro_sd;
+        rates.map(|rate| rate + sd * self.attitude.normal())
+    }
+}
 
 /// Specific forces in body axes and attitudes of the last steps.
-pub(super) struct Felt {
+struct History {
     values: Vec<([f64; 3], [f64; 4])>,
     /// Place of the oldest, where the next one goes.
     next: usize,
 }
 
-impl Felt {
-    /// Remembers so many steps, as if all before the first had felt alike.
-    pub(super) fn new(steps: usize, force_mps2: [f64; 3], attitude: [f64; 4]) -> Self {
+impl History {
+    /// Remembers so many steps, as if all before the first had history alike.
+    fn new(steps: usize, force_mps2: [f64; 3], attitude: [f64; 4]) -> Self {
         Self {
             values: vec![(force_mps2, attitude); steps],
             next: 0,
@@ -19,7 +193,7 @@ impl Felt {
     }
 
     /// Takes in a step.
-    pub(super) fn push(&mut self, force_mps2: [f64; 3], attitude: [f64; 4]) {
+    fn push(&mut self, force_mps2: [f64; 3], attitude: [f64; 4]) {
         self.values[self.next] = (force_mps2, attitude);
         self.next = (self.next + 1) % self.values.len();
     }
@@ -30,17 +204,17 @@ impl Felt {
         &self.values[(self.next + n - 1 - back) % n]
     }
 
-    /// Mean specific force over `count` steps, the last of which is `late` steps older than the newest, m/s²;
+    /// Mean specific force over `count` steps, the last of which is `delay` steps older than the newest, m/s²;
     /// together no more than are remembered.
-    pub(super) fn mean_mps2(&self, late: usize, count: usize) -> [f64; 3] {
-        let steps = (late..late + count).rev();
+    fn mean_mps2(&self, delay: usize, count: usize) -> [f64; 3] {
+        let steps = (delay..delay + count).rev();
         let sum = steps.fold([0.0; 3], |sum, back| add(sum, self.at(back).0));
         sum.map(|sum| sum / count as f64)
     }
 
-    /// Attitude `late` steps before the newest.
-    pub(super) fn attitude(&self, late: usize) -> [f64; 4] {
-        self.at(late).1
+    /// Attitude `delay` steps before the newest.
+    fn attitude(&self, delay: usize) -> [f64; 4] {
+        self.at(delay).1
     }
 }
 
@@ -51,15 +225,15 @@ mod tests {
     #[test]
     fn analytic_means_of_a_ramp() {
         let level = [1.0, 0.0, 0.0, 0.0];
-        let mut felt = Felt::new(6, [0.0; 3], level);
+        let mut history = History::new(6, [0.0; 3], level);
         // Sums and quotients of small whole numbers are exact.
         for step in 1..=20 {
             let force = f64::from(step);
-            felt.push([force, 0.0, 2.0 * force], [force, 0.0, 0.0, 0.0]);
+            history.push([force, 0.0, 2.0 * force], [force, 0.0, 0.0, 0.0]);
         }
-        assert_eq!(felt.mean_mps2(0, 1), [20.0, 0.0, 40.0]);
-        assert_eq!(felt.mean_mps2(0, 4), [18.5, 0.0, 37.0]);
-        assert_eq!(felt.mean_mps2(2, 4), [16.5, 0.0, 33.0]);
-        assert_eq!(felt.attitude(5)[0], 15.0);
+        assert_eq!(history.mean_mps2(0, 1), [20.0, 0.0, 40.0]);
+        assert_eq!(history.mean_mps2(0, 4), [18.5, 0.0, 37.0]);
+        assert_eq!(history.mean_mps2(2, 4), [16.5, 0.0, 33.0]);
+        assert_eq!(history.attitude(5)[0], 15.0);
     }
 }

@@ -8,7 +8,7 @@ use super::outcome::{Abort, CrashCause, SpaceOutcome, TraceRow};
 use super::touching::Standing;
 use crate::STEP_S;
 use crate::number::vector::{along, dot, sub};
-use crate::sensors::readings::{steps, tilt_from};
+use crate::sensors::suite::{steps, tilt_from};
 
 /// Time for which a vehicle that gave up is watched, s.
 const GIVEN_UP_S: f64 = 2.0;

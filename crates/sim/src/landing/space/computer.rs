@@ -8,7 +8,7 @@ use super::scenario::SpaceScenario;
 use crate::body::plant::PlantSettings;
 use crate::error::SimError;
 use crate::sensors::SensorSettings;
-use crate::sensors::readings::vector;
+use crate::sensors::suite::vector;
 
 /// The landing computer of the scenario's settings, with the nominal numbers of its vehicle
 /// and sensors.

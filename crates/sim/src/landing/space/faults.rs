@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::check;
 use crate::error::SimError;
-use crate::sensors::readings::{NanReadings, SensorFaults};
+use crate::sensors::suite::{NanReadings, SensorFaults};
 
 /// Sensors that a fault can strike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

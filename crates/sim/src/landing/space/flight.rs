@@ -22,7 +22,7 @@ use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
 use crate::number::vector::add;
 use crate::random::{Purpose, Stream};
-use crate::sensors::readings::{Sensing, Truth, nan_if, steps};
+use crate::sensors::suite::{SensorSuite, Truth, nan_if, steps};
 
 /// State of the landing computer that is simulated.
 type Brain = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
@@ -54,7 +54,7 @@ pub(super) struct Flight<'a> {
     pub(super) gusting: bool,
     pub(super) turbulence: Option<RotorTurbulence>,
     pub(super) disturbance: Disturbance,
-    pub(super) sensing: Sensing,
+    pub(super) sensors: SensorSuite,
     pub(super) brain: Brain,
     pub(super) sent: VecDeque<Sent>,
     pub(super) setpoint: Option<AttitudeSetpoint>,
@@ -92,7 +92,7 @@ impl<'a> Flight<'a> {
             disturbance,
         } = DrawnAir::new(scenario, &vehicle, &state, &pose, trial, seed)?;
         let gravity = scenario.plant.gravity_mps2;
-        let mut sensing = Sensing::new(
+        let mut sensors = SensorSuite::new(
             &scenario.sensors,
             &lander.camera,
             scenario.control_period_s,
@@ -101,8 +101,8 @@ impl<'a> Flight<'a> {
             seed,
             trial,
         );
-        sensing.pipeline = lander.camera_pipeline()?;
-        sensing.keeps_ranges = record;
+        sensors.camera.pipeline = lander.camera_pipeline()?;
+        sensors.range_finder.log = record.then(Vec::new);
         Ok(Self {
             lander,
             loads: vehicle.loads(&state, &pose, &disturbance),
@@ -114,7 +114,7 @@ impl<'a> Flight<'a> {
             gusting: false,
             turbulence,
             disturbance,
-            sensing,
+            sensors,
             brain: lander.computer.initial(throttle),
             sent: VecDeque::with_capacity(8),
             setpoint: Some(hover(&state)),
@@ -172,14 +172,14 @@ impl<'a> Flight<'a> {
             half_side_m: self.lander.half_side_m,
         };
         let gravity = scenario.plant.gravity_mps2;
-        self.sensing.observe(&truth, gravity);
+        self.sensors.observe(&truth, gravity);
         if step.is_multiple_of(steps(scenario.control_period_s) as u64) {
-            let heard = self.sensing.hear(&truth);
+            let arrivals = self.sensors.arrivals(&truth);
             let now_s = step as f64 * STEP_S;
             let sensed = Sensed {
-                imu: heard.imu,
-                readings: &heard.readings,
-                deck_normal: heard.normal,
+                imu: arrivals.imu,
+                readings: &arrivals.readings,
+                deck_normal: arrivals.normal,
                 battery_share: (scenario.battery_share - now_s / scenario.battery_s).max(0.0),
                 contact: None,
                 request: OperatorRequest::None,
@@ -217,9 +217,9 @@ impl<'a> Flight<'a> {
             Some(setpoint) if step.is_multiple_of(steps(cascade.period_s()) as u64) => {
                 let faults = &self.lander.scenario.faults;
                 let nan = faults.of_sensors(self.since_s(step)).nan;
-                let attitude = self.sensing.believed(self.state.attitude);
+                let attitude = self.sensors.inertial.believed(self.state.attitude);
                 let attitude = attitude.map(|q| nan_if(nan.attitude, q));
-                let rates = self.sensing.rates(self.state.rates);
+                let rates = self.sensors.inertial.rates(self.state.rates);
                 let rates = rates.map(|rate| nan_if(nan.rates, rate));
                 let output = cascade.step(&mut self.control, attitude, rates, setpoint);
                 self.throttle = output.throttle;

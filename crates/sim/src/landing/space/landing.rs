@@ -6,7 +6,7 @@ use super::outcome::{SpaceLanding, SpaceOutcome};
 use super::scenario::SpaceScenario;
 use super::track::Track;
 use crate::sensors::CameraMode;
-use crate::sensors::readings::steps;
+use crate::sensors::suite::steps;
 use touchdown_lander::computer::Computer;
 
 use crate::STEP_S;

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::flight::Flight;
 use crate::STEP_S;
 use crate::sensors::RangeSettings;
-use crate::sensors::readings::{LOG_STEPS, RangeRow, nan_if};
+use crate::sensors::{LOG_STEPS, RangeRow, suite::nan_if};
 
 /// Voltage of a full battery of four cells. Under load it sags as the motors' drive does.
 const FULL_V: f64 = 16.8;
@@ -48,7 +48,9 @@ impl Flight<'_> {
         let Some(trace) = &mut self.landing.trace else {
             return;
         };
-        trace.log.ranges.append(&mut self.sensing.taken);
+        if let Some(readings) = &mut self.sensors.range_finder.log {
+            trace.log.ranges.append(readings);
+        }
         if !step.is_multiple_of(LOG_STEPS) {
             return;
         }
@@ -58,8 +60,8 @@ impl Flight<'_> {
         let noise = imu.noise_density / (LOG_STEPS as f64 * STEP_S).sqrt();
         let stream = &mut self.log_noise;
         let load = 0.25 * self.throttle.iter().sum::<f64>();
-        let force = self.sensing.logged_force_mps2();
-        let attitude = self.sensing.believed(self.state.attitude);
+        let force = self.sensors.inertial.logged_force_mps2();
+        let attitude = self.sensors.inertial.believed(self.state.attitude);
         trace.log.imu.push(ImuRow {
             time_s: step as f64 * STEP_S,
             specific_force_mps2: force

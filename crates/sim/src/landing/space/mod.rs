@@ -18,7 +18,6 @@
 //! | --- | --- |
 //! | `sensors`, `tags`, `faults`, `computer`, `scenario`, `fits` | settings, and whether they fit each other |
 //! | `case` | scenarios by name |
-//! | `sensing`, `felt`, `sight`, `clock` | readings: when they are taken and arrive, how wrong they are |
 //! | `landing`, `flight`, `track` | a landing, its steps, its deck |
 //! | `drawn` | in what trials differ |
 //! | `outcome`, `account`, `touching` | what is said of it |
@@ -40,7 +39,7 @@ mod scenario;
 mod touching;
 mod track;
 
-pub use crate::sensors::readings::RangeRow;
+pub use crate::sensors::RangeRow;
 pub use batch::Batch;
 pub use case::Case;
 pub use faults::{FaultGust, FaultSettings, NanBurst, Since, Span, Struck, WeakRotor};

@@ -11,6 +11,7 @@ pub mod errors;
 pub mod fast;
 mod normal;
 pub mod pipeline;
+pub(super) mod sensor;
 pub(super) mod tags;
 pub mod view;
 

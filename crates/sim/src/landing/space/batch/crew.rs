@@ -9,7 +9,7 @@ use super::Batch;
 use super::lane::Seen;
 use super::seat::Seat;
 use crate::number::vector::dot;
-use crate::sensors::readings::vector;
+use crate::sensors::suite::vector;
 
 /// Thrust and attitude that a pilot asks for.
 pub(super) struct Asked {

@@ -52,7 +52,7 @@ use crate::check;
 use crate::deck::rigid::{RigidDeck, RigidMotion};
 use crate::error::SimError;
 use crate::number::lanes::Lanes;
-use crate::sensors::readings::steps;
+use crate::sensors::suite::steps;
 use engine::Engine;
 
 /// Steps of the integration between two knots of a deck's spline. Trials begin at
