@@ -9,6 +9,7 @@ use touchdown_trial::{Source, Trial};
 
 use super::front::Front;
 use crate::scores::Errors;
+use crate::warning::Warning;
 
 /// A fitted card and how the fit went.
 #[derive(Clone, Debug)]
@@ -26,7 +27,7 @@ pub struct FittedCard {
     /// The best subset of every size beside the fit's own, where it is a sparse one.
     pub front: Option<Front>,
     /// What a user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// What the fits of one data set have in common.

@@ -8,6 +8,7 @@
 //! | [`front`] | the best subset of every size, with its proof |
 //! | [`prediction`] | free-run prediction from a card |
 //! | [`scores`] | errors of a prediction |
+//! | [`warning`] | what a user should know of a fit |
 //! | [`settings`] | the settings of all of them |
 
 pub mod error;
@@ -22,6 +23,7 @@ pub mod settings;
 mod sparse_fit;
 pub mod thrust;
 mod unit;
+pub mod warning;
 
 pub use error::{Error, Result};
 pub use estimate::Estimate;

@@ -1,7 +1,9 @@
 //! Cards from a ground effect that flights gave: what a flight computer flies and `land` takes.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
-use touchdown_model::card::{Form, Kind, Outside, VelocityInput};
+use touchdown_model::card::{Card, Form, Kind, Outside, VelocityInput};
 use touchdown_model::flight::psi_definitions;
 
 use super::ground::{Basis, GroundEffect};
@@ -11,6 +13,7 @@ use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method, score};
 use crate::scores::Errors;
 use crate::settings::IdentificationSettings;
+use crate::warning::{Warning, sentences};
 
 /// Heights that a curve is carried over into bounded rationals at.
 const POINTS: usize = 60;
@@ -34,103 +37,99 @@ impl GroundEffect {
         let mut origin = origin.clone();
         origin.vehicle.rotor_radius_m = Some(self.rotor_radius_m);
         origin.vehicle.mass_kg = settings.flight.mass_kg.or(origin.vehicle.mass_kg);
-        let lag = self.lag_s();
-        let shape = self.fit.shape;
-        let (form, equation) = match (lag, shape.curve) {
+        let (name, form, equation) = match (self.lag, self.fit.shape.curve) {
             (Some(_), _) => (
+                "ground-effect-lag",
                 Form::Lag,
                 "f/T = G + k v_p, tau G' = h(z) - G, h = h1 psi1 + h2 psi2 + h3 psi3",
             ),
             (None, Curve::Empirical) => (
+                "ground-effect-empirical",
                 Form::Empirical,
                 "f = q/(1-q) T [N], q = mu (r/(4 (z + h_r)))^2",
             ),
-            (None, _) => (Form::Static, "f = T (h1 psi1 + h2 psi2 + h3 psi3) [N]"),
-        };
-        let name = match form {
-            Form::Lag => "ground-effect-lag",
-            Form::Empirical => "ground-effect-empirical",
-            _ => "ground-effect-static",
+            (None, _) => (
+                "ground-effect-static",
+                Form::Static,
+                "f = T (h1 psi1 + h2 psi2 + h3 psi3) [N]",
+            ),
         };
         let mut card = origin.card(name, Kind::GroundEffect, form, equation);
-        let mut warnings = Vec::new();
-        let [lo, hi] = self.heights_m;
-        card.validity.inputs.insert("z".into(), [lo, hi]);
+        card.validity.inputs.insert("z".into(), self.heights_m);
         card.validity.output = Some(settings.ground_effect.ratio_limits);
         card.validity.outside = Outside::Fade;
+        let mut warnings = Vec::new();
         if form == Form::Empirical {
-            let offset = self.fit.value("rotor_offset").unwrap_or(0.0) * self.rotor_radius_m;
-            card.constants.insert("r".into(), self.rotor_radius_m);
-            card.constants.insert("h_r".into(), offset);
-            if let Some(mu) = self.spread.number(&self.fit, "mu") {
-                card.terms.push(term("mu", "1", mu, "1"));
-            }
+            self.put_eq_2(&mut card);
         } else {
-            let carried = self.carried();
-            (card.constants, card.definitions) = psi_definitions(carried.lengths_m);
-            for (expression, h) in ["psi1", "psi2", "psi3"].into_iter().zip(carried.h) {
-                if let Some(h) = h {
-                    card.terms.push(term("h", expression, h, "1"));
-                }
-            }
-            if carried.missed > MISSED {
-                warnings.push(format!(
-                    "the bounded rationals of the card miss the fitted {} curve by {:.0} % of its greatest value",
-                    shape.curve.name(),
-                    100.0 * carried.missed
-                ));
-            }
-            if shape.curve == Curve::Exponential {
-                if let Some(a) = self.fit.value("amplitude") {
-                    card.constants.insert("exponential_amplitude".into(), a);
-                }
-                if let Some(decay) = self.decay_per_m() {
-                    card.constants
-                        .insert("exponential_decay_per_m".into(), decay.value);
-                }
-            }
+            warnings.extend(self.put_rationals(&mut card));
         }
-        let damping = self
-            .spread
-            .number(&self.fit, "damping")
-            .filter(Estimate::differs_from_zero);
         if form == Form::Lag {
-            card.validity.velocity_input = Some(VelocityInput::NegativeRelative);
-            let k = damping.map_or_else(
-                || term("k", "1", Estimate::bare(0.0), "s/m"),
-                |d| term("k", "1", d, "s/m"),
-            );
-            card.terms.push(k);
-            if let Some(tau) = lag {
-                card.terms.push(term("tau", "1", tau, "s"));
-            }
-            warnings.push(
-                "k is the climb damping of the vehicle, the same at all heights; its climb stands for the deck's velocity, reversed: an \
-                 approximation where the deck moves"
-                    .into(),
-            );
+            self.put_dynamics(&mut card);
+            warnings.push(Warning::ClimbForDeckVelocity);
         }
-        warnings.extend(self.refused.iter().map(ToString::to_string));
+        let refused = self.refused.iter().map(ToString::to_string);
+        warnings.extend(refused.map(Warning::NotIdentified));
         if self.basis == Basis::Poses {
-            warnings.push(
-                "intervals hold what differs from flight to flight; what the smoothing of poses and a pilot's answers to \
-                 disturbances move alike in all of them, some tenth of the curve, they do not"
-                    .into(),
-            );
+            warnings.push(Warning::PosesShareErrors);
         }
-        card.description = match self.basis {
-            Basis::Accelerometer => {
-                "Identified from flights, relative to flight out of ground effect."
+        card.description = self.basis.description().into();
+        card.provenance.method = self.method();
+        self.finish(card, settings, self.lag.map(|t| t.value), warnings)
+    }
+
+    /// Eq. (2): mu, rotor radius and rotor height.
+    fn put_eq_2(&self, card: &mut Card) {
+        let offset = self.fit.value("rotor_offset").unwrap_or(0.0) * self.rotor_radius_m;
+        card.constants.insert("r".into(), self.rotor_radius_m);
+        card.constants.insert("h_r".into(), offset);
+        if let Some(mu) = self.spread.number(&self.fit, "mu") {
+            card.terms.push(term("mu", "1", mu, "1"));
+        }
+    }
+
+    /// The curve as bounded rationals of height; a warning where they miss it.
+    fn put_rationals(&self, card: &mut Card) -> Option<Warning> {
+        let rationals = self.rationals();
+        (card.constants, card.definitions) = psi_definitions(rationals.lengths_m);
+        for (expression, h) in ["psi1", "psi2", "psi3"].into_iter().zip(rationals.h) {
+            card.terms.extend(h.map(|h| term("h", expression, h, "1")));
+        }
+        let curve = self.fit.shape.curve;
+        if curve == Curve::Exponential {
+            if let Some(a) = self.fit.value("amplitude") {
+                card.constants.insert("exponential_amplitude".into(), a);
             }
-            Basis::Poses => {
-                "Identified from poses of flights, without accelerometer, relative to flight out of ground effect."
-            }
-            Basis::Hovers { .. } => {
-                "Identified from hovers at rest, relative to hover out of ground effect."
+            if let Some(decay) = self.decay_per_m() {
+                card.constants
+                    .insert("exponential_decay_per_m".into(), decay.value);
             }
         }
-        .into();
-        card.provenance.method = method(&[
+        (rationals.missed > MISSED).then_some(Warning::CurveMissed {
+            curve: curve.name(),
+            share: rationals.missed,
+        })
+    }
+
+    /// Climb damping k and lag tau of the lag form.
+    fn put_dynamics(&self, card: &mut Card) {
+        card.validity.velocity_input = Some(VelocityInput::NegativeRelative);
+        let damping = self.spread.number(&self.fit, "damping");
+        let k = damping.filter(Estimate::differs_from_zero);
+        let k = k.unwrap_or_else(|| Estimate::bare(0.0));
+        card.terms.push(term("k", "1", k, "s/m"));
+        card.terms
+            .extend(self.lag.map(|tau| term("tau", "1", tau, "s")));
+    }
+
+    /// How the ground effect was fitted, by key.
+    fn method(&self) -> BTreeMap<String, String> {
+        let refit = if self.hovers.is_empty() {
+            "one Gauss-Newton step each"
+        } else {
+            "each fitted anew"
+        };
+        method(&[
             (
                 "fit",
                 format!(
@@ -142,35 +141,43 @@ impl GroundEffect {
             ),
             (
                 "curve",
-                format!("{}, chosen by flights left out", shape.curve.name()),
+                format!(
+                    "{}, chosen by flights left out",
+                    self.fit.shape.curve.name()
+                ),
             ),
             ("basis", self.basis.name().to_string()),
             ("delay", self.delay_text()),
             (
                 "intervals",
                 format!(
-                    "from {} {}, drawn {} times, {}; Student's t",
+                    "from {} {}, drawn {} times, {refit}; Student's t",
                     self.spread.count,
                     self.spread.blocks.name(),
                     self.spread.drawn(),
-                    if self.hovers.is_empty() {
-                        "one Gauss-Newton step each"
-                    } else {
-                        "each fitted anew"
-                    }
                 ),
             ),
-        ]);
+        ])
+    }
+
+    /// The card with its score and warnings.
+    fn finish(
+        &self,
+        mut card: Card,
+        settings: &IdentificationSettings,
+        lag_s: Option<f64>,
+        warnings: Vec<Warning>,
+    ) -> FittedCard {
         let (errors, unit) = self.errors(settings, &card.vehicle);
         card.scores
             .push(score("all flights", true, "free_run", errors, unit));
-        card.warnings.clone_from(&warnings);
+        card.warnings = sentences(&warnings);
         FittedCard {
             card,
             rmse: errors.rmse,
             rmse_unit: unit,
             rows_used: self.fit.rows,
-            lag_s: lag.map(|t| t.value),
+            lag_s,
             front: None,
             warnings,
         }
@@ -217,7 +224,7 @@ impl GroundEffect {
     }
 
     /// The curve in bounded rationals, by least squares over the heights of the data.
-    fn carried(&self) -> RationalCurve {
+    fn rationals(&self) -> RationalCurve {
         let r = self.rotor_radius_m;
         let [lo, hi] = self.heights_m.map(|h| (h / r).max(0.0));
         let hi = hi.min(lo + 8.0);
@@ -304,13 +311,53 @@ impl GroundEffect {
         let measured = self.basis == Basis::Accelerometer;
         let resolved = |name| self.spread.number(&self.fit, name).filter(|_| measured);
         let t_m = resolved("T_m");
+        let polynomial = self.root_polynomial(mass_kg * settings.flight.gravity_mps2)?;
+        let equation = match (t_m.is_some(), polynomial.len()) {
+            (true, 4) => "T_m x' = a0 + a1 s + a2 s^2 + a3 s^3 - x, x = sqrt(T)",
+            (true, _) => "T_m x' = a0 + a1 s + a2 s^2 - x, x = sqrt(T)",
+            (false, _) => "sqrt(T) = a0 + a1 s + a2 s^2",
+        };
+        let form = Form::StaticSqrt;
+        let mut card = origin.card("thrust-from-flight", Kind::Thrust, form, equation);
+        for (expression, a) in ["1", "s", "s^2", "s^3"].into_iter().zip(polynomial) {
+            card.terms.push(term("x", expression, a, "√N"));
+        }
+        for (of, estimate) in [("T_m", t_m), ("dead_time", resolved("dead_time"))] {
+            card.terms.extend(estimate.map(|e| term(of, "1", e, "s")));
+        }
         let s0 = self.hover_throttle;
-        let weight = mass_kg * settings.flight.gravity_mps2;
-        let n = self.fit.locals.len() as f64;
-        let scale = self.fit.locals.iter().map(|l| l.scale).sum::<f64>() / n;
-        let root = (weight * scale).sqrt();
+        let used = self
+            .pieces
+            .iter()
+            .flat_map(|p| p.rows.iter().map(|&i| p.throttle[i] * s0));
+        if let Some(range) = crate::fitted::range(used) {
+            card.validity.inputs.insert("s".into(), range);
+        }
+        card.description =
+            "Identified from flights: thrust of the mean run of the motors, settled.".into();
+        card.provenance.method = method(&[
+            (
+                "fit",
+                "least squares of specific force, flights, scale of each run of the motors free"
+                    .to_string(),
+            ),
+            ("delay", self.delay_text()),
+        ]);
+        Some(self.finish(card, settings, t_m.map(|t| t.value), self.thrust_warnings()))
+    }
+
+    /// Mean thrust scale over the armed intervals.
+    fn mean_scale(&self) -> f64 {
+        let locals = &self.fit.locals;
+        locals.iter().map(|l| l.scale).sum::<f64>() / locals.len() as f64
+    }
+
+    /// Coefficients of √T (√N) at rest as a polynomial of throttle: Taylor's about hover, at which thrust is the weight.
+    fn root_polynomial(&self, weight_n: f64) -> Option<Vec<Estimate>> {
+        let s0 = self.hover_throttle;
+        let root = (weight_n * self.mean_scale()).sqrt();
         let elasticity = self.fit.index("elasticity")?;
-        // Of √T at rest at hover: Taylor's polynomial, of which the third order is the drag's.
+        // The third order is that of the rotors' drag.
         let at = |theta: &[f64]| -> [f64; 4] {
             let number = |name| self.fit.index(name).map_or(0.0, |i| theta[i]);
             let drag = number("drag") / (1.0 + number("drag"));
@@ -324,7 +371,6 @@ impl GroundEffect {
                 root * third / s0.powi(3),
             ]
         };
-        let estimate = |k: usize| self.spread.estimate(&self.fit, |theta, _| at(theta)[k]);
         let orders = match self.fit.shape {
             ModelTerms { drag: true, .. } => 4,
             ModelTerms {
@@ -332,81 +378,34 @@ impl GroundEffect {
             } => 3,
             _ => 2,
         };
-        let equation = match (t_m.is_some(), orders) {
-            (true, 4) => "T_m x' = a0 + a1 s + a2 s^2 + a3 s^3 - x, x = sqrt(T)",
-            (true, _) => "T_m x' = a0 + a1 s + a2 s^2 - x, x = sqrt(T)",
-            (false, _) => "sqrt(T) = a0 + a1 s + a2 s^2",
-        };
-        let form = Form::StaticSqrt;
-        let mut card = origin.card("thrust-from-flight", Kind::Thrust, form, equation);
-        for (k, expression) in ["1", "s", "s^2", "s^3"]
-            .into_iter()
-            .enumerate()
-            .take(orders)
-        {
-            card.terms.push(term("x", expression, estimate(k)?, "√N"));
-        }
-        if let Some(t_m) = t_m {
-            card.terms.push(term("T_m", "1", t_m, "s"));
-        }
-        if let Some(dead) = resolved("dead_time") {
-            card.terms.push(term("dead_time", "1", dead, "s"));
-        }
-        let used = self
-            .pieces
-            .iter()
-            .flat_map(|p| p.rows.iter().map(|&i| p.throttle[i] * s0));
-        if let Some(range) = crate::fitted::range(used) {
-            card.validity.inputs.insert("s".into(), range);
-        }
-        card.description =
-            "Identified from flights: thrust of the mean run of the motors, settled.".into();
-        let spread_of_scale = self
-            .fit
-            .locals
-            .iter()
-            .map(|l| (l.scale - scale).powi(2))
-            .sum::<f64>();
+        (0..orders)
+            .map(|k| self.spread.estimate(&self.fit, |theta, _| at(theta)[k]))
+            .collect()
+    }
+
+    /// What thrust at one throttle depends on besides.
+    fn thrust_warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
-        if self.fit.locals.len() > 1 {
-            warnings.push(format!(
-                "thrust at one throttle differs from run to run by {:.1} % (standard deviation)",
-                100.0 * (spread_of_scale / (n - 1.0).max(1.0)).sqrt() / scale
-            ));
-        }
-        if let Some(battery) = self.fit.value("battery") {
-            warnings.push(if self.drift_of_time {
-                format!(
-                    "thrust changes by {:.1} % in {DRIFT_S} s; the card is for the start of the logs",
-                    100.0 * battery
-                )
-            } else {
-                format!(
-                    "thrust changes by {:.1} % per volt of the battery; the card is for the mean voltage of the flights",
-                    100.0 * battery
-                )
+        let (n, scale) = (self.fit.locals.len(), self.mean_scale());
+        if n > 1 {
+            let off = self.fit.locals.iter().map(|l| (l.scale - scale).powi(2));
+            let variance = off.sum::<f64>() / (n as f64 - 1.0).max(1.0);
+            warnings.push(Warning::ThrustScatter {
+                share: variance.sqrt() / scale,
             });
         }
-        card.provenance.method = method(&[
-            (
-                "fit",
-                "least squares of specific force, flights, scale of each run of the motors free"
-                    .to_string(),
-            ),
-            ("delay", self.delay_text()),
-        ]);
-        card.warnings.clone_from(&warnings);
-        let (errors, unit) = self.errors(settings, &card.vehicle);
-        card.scores
-            .push(score("all flights", true, "free_run", errors, unit));
-        Some(FittedCard {
-            card,
-            rmse: errors.rmse,
-            rmse_unit: unit,
-            rows_used: self.fit.rows,
-            lag_s: t_m.map(|t| t.value),
-            front: None,
-            warnings,
-        })
+        warnings.extend(self.fit.value("battery").map(|change| {
+            if self.drift_of_time {
+                Warning::DriftWithTime {
+                    share: change,
+                    over_s: DRIFT_S,
+                }
+            } else {
+                Warning::DriftWithVoltage {
+                    share_per_v: change,
+                }
+            }
+        }));
+        warnings
     }
 }

@@ -67,6 +67,21 @@ pub enum Basis {
 }
 
 impl Basis {
+    /// The description of a card.
+    pub(super) fn description(self) -> &'static str {
+        match self {
+            Self::Accelerometer => {
+                "Identified from flights, relative to flight out of ground effect."
+            }
+            Self::Poses => {
+                "Identified from poses of flights, without accelerometer, relative to flight out of ground effect."
+            }
+            Self::Hovers { .. } => {
+                "Identified from hovers at rest, relative to hover out of ground effect."
+            }
+        }
+    }
+
     /// In words.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -12,6 +12,7 @@ use crate::front::Front;
 use crate::settings::IdentificationSettings;
 use crate::sparse_fit::sparse_fit;
 use crate::unit;
+use crate::warning::Warning;
 
 /// The columns of eq. (9), smoothed, with the derivative of the force.
 pub(super) fn samples(
@@ -91,26 +92,22 @@ pub(super) fn fit(
         let unit = unit::of_coefficient("f'", name);
         card.terms.push(term("f'", name, estimate, &unit));
     }
-    let left_out: Vec<&str> = settings
+    let zero: Vec<String> = settings
         .ground_effect
         .library
         .iter()
         .filter(|t| !library.names().contains(t))
-        .map(String::as_str)
+        .cloned()
         .collect();
     let mut warnings = Vec::new();
-    if !left_out.is_empty() {
-        warnings.push(format!(
-            "left out, for they are zero throughout the data: {}",
-            left_out.join(", ")
-        ));
+    if !zero.is_empty() {
+        warnings.push(Warning::ZeroTerms(zero));
     }
     let pole = card.coefficient("f'", "f");
-    let r2 = total.r_squared(xi);
-    warnings.push(format!(
-        "regression on derivatives: errors in the measured force pull its coefficient towards zero (here \
-         {pole:.3} 1/s); R² of the derivative is {r2:.2}"
-    ));
+    warnings.push(Warning::Attenuated {
+        pole_per_s: pole,
+        r_squared: total.r_squared(xi),
+    });
     let mut notes = vec![(
         "derivative",
         format!(

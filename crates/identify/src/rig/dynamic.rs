@@ -14,6 +14,7 @@ use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method};
 use crate::settings::IdentificationSettings;
 use crate::unit;
+use crate::warning::Warning;
 
 /// Rate at which the searches start: a wake lag of 0.25 s.
 const START_RATE: f64 = 4.0;
@@ -303,18 +304,16 @@ fn finish(
             let memory = |n: &str| n == "tau" || n == "ay";
             let pair = memory(names[a]) && velocity(names[b]);
             if pair && r.abs() > CONFOUNDED {
-                warnings.push(format!(
-                    "lag and deck velocity are confounded: the estimates of `{}` and `{}` correlate with {r:.2}",
-                    names[a], names[b]
-                ));
+                warnings.push(Warning::LagConfounded {
+                    pair: [a, b].map(|k| names[k].to_string()),
+                    correlation: r,
+                });
             }
         }
     }
     let [lo, hi] = settings.ground_effect.lag_bounds_s;
     if lag_s <= lo * 1.001 || lag_s >= hi * 0.999 {
-        warnings.push(format!(
-            "the lag {lag_s:.3} s sits at its bound: the data do not carry it"
-        ));
+        warnings.push(Warning::LagAtBound { lag_s });
     }
     FittedCard {
         card,

@@ -18,6 +18,7 @@ pub use trial::{GroundTrial, predict, prepare};
 use crate::error::Result;
 use crate::fitted::{FittedCard, Origin};
 use crate::settings::{GroundEffectForm, IdentificationSettings};
+use crate::warning::sentences;
 
 /// Fits one form to `trials`.
 ///
@@ -37,6 +38,6 @@ pub fn fit(
         GroundEffectForm::Lag => dynamic::lag(trials, settings, origin),
     }?;
     trial::validity(&mut made.card, trials, settings);
-    made.card.warnings.extend(made.warnings.iter().cloned());
+    made.card.warnings.extend(sentences(&made.warnings));
     Ok(made)
 }

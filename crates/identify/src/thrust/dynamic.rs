@@ -3,7 +3,7 @@
 use sindy::statistics::regression::{Clusters, cluster_errors, least_squares};
 use sindy::trajectory::shooting::{OdeModel, Parameter, Record, Refined, Shooting};
 use sindy::{Gram, Library, Samples, SavitzkyGolay};
-use touchdown_model::{Form, Kind};
+use touchdown_model::{Card, Form, Kind};
 use touchdown_trial::Trial;
 
 use super::search::minimise;
@@ -15,6 +15,7 @@ use crate::scores::Errors;
 use crate::settings::{DeadTime, IdentificationSettings};
 use crate::sparse_fit::sparse_fit;
 use crate::unit;
+use crate::warning::Warning;
 
 /// Pieces that the data are split into at least, for standard errors.
 const PIECES: usize = 10;
@@ -26,6 +27,9 @@ const RESIDUALS_HZ: f64 = 50.0;
 const SHORTEST_LAG_S: f64 = 2e-3;
 /// Longest step of the integration (s), for slow logs and holes.
 const LONGEST_STEP_S: f64 = 0.02;
+/// Least standard deviation of the prior on a coefficient of eq. (8): one that regression puts near zero stays free to
+/// grow to the size of a small term.
+const LEAST_PRIOR_SD: f64 = 0.1;
 /// Longest dead time that is searched for (s), and the shortest that is told from none.
 const DEAD_TIME_S: [f64; 2] = [1e-3, 0.2];
 
@@ -251,6 +255,86 @@ pub fn first_order(
     )
 }
 
+/// The coefficients of a sparse fit of eq. (8), by term of the library.
+struct Coefficients {
+    /// Places of the terms in the library.
+    support: Vec<usize>,
+    values: Vec<f64>,
+    std_errors: Vec<f64>,
+    clusters: Clusters,
+}
+
+impl Coefficients {
+    /// Those of a regression on derivatives.
+    fn of_regression(grams: &[Gram], fit: &sindy::Fit) -> Self {
+        let support: Vec<usize> = (0..fit.support.len()).filter(|&j| fit.support[j]).collect();
+        let errors = cluster_errors(grams, &fit.coefficients, &fit.support);
+        let error = |&j: &usize| errors.as_ref().map_or(f64::NAN, |e| e[j]);
+        Self {
+            values: support.iter().map(|&j| fit.coefficients[j]).collect(),
+            std_errors: support.iter().map(error).collect(),
+            clusters: Clusters {
+                groups: grams.iter().filter(|g| g.rows > 0).count(),
+                coefficients: support.len(),
+            },
+            support,
+        }
+    }
+
+    /// The same terms fitted in free run, and how that ended.
+    fn refined(
+        self,
+        library: &Library,
+        rows: &[StandRecord],
+        settings: &IdentificationSettings,
+    ) -> Result<(Self, String)> {
+        let names: Vec<String> = (0..self.support.len()).map(|k| format!("c{k}")).collect();
+        let rhs: Vec<String> = self
+            .support
+            .iter()
+            .zip(&names)
+            .map(|(&j, n)| format!("{n}*({})", library.names()[j]))
+            .collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let model = OdeModel::new(&["x"], &["s"], &names, &[&rhs.join(" + ")], "x*abs(x)")?;
+        // The library is nearly collinear. A prior of the coefficients' own size keeps the search from wandering along
+        // directions that the data do not identify.
+        let parameters: Vec<Parameter> = self
+            .values
+            .iter()
+            .map(|&v| Parameter::free(v).prior(v.abs().max(LEAST_PRIOR_SD)))
+            .collect();
+        let (refined, clusters) = free_run(rows, &model, &parameters, settings)?;
+        let note = format!(
+            "free run over long stretches, each with its own start: {:?} after {} steps",
+            refined.outcome, refined.iterations
+        );
+        let refined = Self {
+            values: refined.parameters,
+            std_errors: refined.std_errors,
+            clusters,
+            ..self
+        };
+        Ok((refined, note))
+    }
+
+    fn card(&self, library: &Library, origin: &Origin) -> Card {
+        let mut card = origin.card(
+            "thrust-library",
+            Kind::Thrust,
+            Form::Library,
+            "x' = Θ(x, s) ξ, x = √T [√N], s throttle in [0, 1]",
+        );
+        for (k, &j) in self.support.iter().enumerate() {
+            let name = &library.names()[j];
+            let estimate = Estimate::clustered(self.values[k], self.std_errors[k], self.clusters);
+            let unit = unit::of_coefficient("x'", name);
+            card.terms.push(term("x'", name, estimate, &unit));
+        }
+        card
+    }
+}
+
 /// Eq. (8): `x' = Θ(x, s) ξ` by Savitzky–Golay derivatives and SR3 with λ and ν chosen by
 /// cross-validation; then, if the settings ask for it, refined in free run.
 ///
@@ -265,22 +349,9 @@ pub fn library(
     let dead_time_s = align(&mut rows, settings, true)?;
     let library = Library::parse(&settings.thrust.library)?;
     let grams = Gram::accumulate(&library, "x_dot", &samples(&rows)?)?;
-    let chosen = sparse_fit(&grams, settings)?;
-    let front = Front::of(("x'", "√N/s"), &library, &grams, &chosen, settings)?;
-    let xi = &chosen.fit.coefficients;
-    let support: Vec<usize> = (0..library.len())
-        .filter(|&j| chosen.fit.support[j])
-        .collect();
-    let mut clusters = Clusters {
-        groups: grams.iter().filter(|g| g.rows > 0).count(),
-        coefficients: support.len(),
-    };
-    let mut values: Vec<f64> = support.iter().map(|&j| xi[j]).collect();
-    let clustered = cluster_errors(&grams, xi, &chosen.fit.support);
-    let mut errors: Vec<f64> = support
-        .iter()
-        .map(|&j| clustered.as_ref().map_or(f64::NAN, |e| e[j]))
-        .collect();
+    let sparse = sparse_fit(&grams, settings)?;
+    let front = Front::of(("x'", "√N/s"), &library, &grams, &sparse, settings)?;
+    let mut coefficients = Coefficients::of_regression(&grams, &sparse.fit);
     let mut notes = vec![(
         "derivative",
         format!(
@@ -288,66 +359,32 @@ pub fn library(
             settings.smoothing.thrust_window, settings.smoothing.degree
         ),
     )];
-    notes.extend(chosen.notes.iter().cloned());
+    notes.extend(sparse.notes.iter().cloned());
     if settings.thrust.refine {
-        let names: Vec<String> = (0..support.len()).map(|k| format!("c{k}")).collect();
-        let rhs: Vec<String> = support
-            .iter()
-            .zip(&names)
-            .map(|(&j, n)| format!("{n}*({})", library.names()[j]))
-            .collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let model = OdeModel::new(&["x"], &["s"], &names, &[&rhs.join(" + ")], "x*abs(x)")?;
-        // The library is nearly collinear: a prior of the coefficients' own size keeps the search from
-        // wandering along directions that the data do not carry.
-        let parameters: Vec<Parameter> = values
-            .iter()
-            .map(|&v| Parameter::free(v).prior(v.abs().max(0.1)))
-            .collect();
-        let (refined, of_run) = free_run(&rows, &model, &parameters, settings)?;
-        clusters = of_run;
-        notes.push((
-            "refinement",
-            format!(
-                "free run over long stretches, each with its own start: {:?} after {} steps",
-                refined.outcome, refined.iterations
-            ),
-        ));
-        values = refined.parameters;
-        errors = refined.std_errors;
+        let (refined, note) = coefficients.refined(&library, &rows, settings)?;
+        coefficients = refined;
+        notes.push(("refinement", note));
     }
-    let mut card = origin.card(
-        "thrust-library",
-        Kind::Thrust,
-        Form::Library,
-        "x' = Θ(x, s) ξ, x = √T [√N], s throttle in [0, 1]",
-    );
-    for (k, &j) in support.iter().enumerate() {
-        let name = &library.names()[j];
-        let estimate = Estimate::clustered(values[k], errors[k], clusters);
-        let unit = unit::of_coefficient("x'", name);
-        card.terms.push(term("x'", name, estimate, &unit));
-    }
+    let mut card = coefficients.card(&library, origin);
     card.provenance.method = method(&notes);
-    let warnings = if support.len() == library.len() {
-        vec![format!(
-            "no term was eliminated: all {} of the library are kept",
-            library.len()
-        )]
+    let terms = library.len();
+    let warnings = if coefficients.support.len() == terms {
+        vec![Warning::NoTermEliminated { terms }]
     } else {
         Vec::new()
     };
-    let made = finish(card, trials, &rows, dead_time_s, None, warnings)?;
-    Ok(FittedCard { front, ..made })
+    let fitted = finish(card, trials, &rows, dead_time_s, None, warnings)?;
+    Ok(FittedCard { front, ..fitted })
 }
 
+/// Validity, scores in free run and the dead time of a card that was fitted to `rows`.
 fn finish(
-    mut card: touchdown_model::Card,
+    mut card: Card,
     trials: &[Trial],
     rows: &[StandRecord],
     dead_time_s: f64,
     lag_s: Option<f64>,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 ) -> Result<FittedCard> {
     type Column = fn(&StandRecord) -> &[f64];
     let columns: [(&str, Column); 2] = [("s", |r| &r.throttle), ("x", |r| &r.root)];

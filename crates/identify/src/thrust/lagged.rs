@@ -15,6 +15,7 @@ use crate::fitted::{FittedCard, Origin, method, range, score};
 use crate::scores::Errors;
 use crate::settings::IdentificationSettings;
 use crate::unit;
+use crate::warning::Warning;
 
 /// Groups that a record is split into for standard errors.
 const PIECES: usize = 20;
@@ -152,9 +153,7 @@ pub(super) fn fit(
     }
     let mut warnings = Vec::new();
     if lag_s > 0.99 * settings.thrust.max_lag_s || lag_s < 1.01 * SHORTEST_S {
-        warnings.push(format!(
-            "the lag {lag_s:.4} s sits at its bound: the data do not carry it"
-        ));
+        warnings.push(Warning::LagAtBound { lag_s });
     }
     card.provenance.method = method(&[(
         "fit",

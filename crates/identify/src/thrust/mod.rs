@@ -18,6 +18,7 @@ use crate::error::{Error, Result};
 use crate::fitted::{FittedCard, Origin};
 use crate::prediction::{Columns, Predictor};
 use crate::settings::{IdentificationSettings, ThrustForm};
+use crate::warning::sentences;
 
 /// Rows up to which a trial without plateaus is read as one steady point a row.
 const FEW_ROWS: usize = 60;
@@ -78,7 +79,7 @@ pub fn fit(
             ),
         ));
     }
-    made.card.warnings.extend(made.warnings.iter().cloned());
+    made.card.warnings.extend(sentences(&made.warnings));
     Ok(made)
 }
 
@@ -86,7 +87,7 @@ fn choose(trials: &[Trial], settings: &IdentificationSettings) -> Result<ThrustF
     let mut steady = true;
     for trial in trials {
         let found = plateau::find(trial, settings.thrust.settle_s)?;
-        steady &= found.len() >= 4 || trial.len() <= FEW_ROWS;
+        steady &= found.len() >= statics::STAIRCASE || trial.len() <= FEW_ROWS;
     }
     Ok(if steady {
         ThrustForm::StaticSqrt

@@ -3,10 +3,12 @@
 
 use sindy::statistics::regression::Clusters;
 use sindy::trajectory::shooting::{OdeModel, Parameter, Record, Shooting};
+use touchdown_model::card::Term;
 use touchdown_trial::Trial;
 
 use super::plateau::median;
 use crate::error::{Error, Result};
+use crate::estimate::{Estimate, term};
 use crate::settings::IdentificationSettings;
 
 /// Seconds after a step in which the rotor's answer is looked at.
@@ -20,20 +22,25 @@ const LEAST_STEP: f64 = 0.02;
 /// A fitted rotor lag.
 pub(super) struct RotorLag {
     pub(super) lag_s: f64,
-    pub(super) lag_error_s: f64,
-    pub(super) dead_time_s: f64,
-    pub(super) dead_time_error_s: f64,
+    lag_error_s: f64,
+    dead_time_s: f64,
+    dead_time_error_s: f64,
     steps: usize,
     rmse_share: f64,
 }
 
 impl RotorLag {
-    /// What the standard errors rest on: steps, for lag and dead time.
-    pub(super) fn clusters(&self) -> Clusters {
-        Clusters {
+    /// Lag and dead time as terms of a card; their standard errors rest on the steps.
+    pub(super) fn terms(&self) -> [Term; 2] {
+        let clusters = Clusters {
             groups: self.steps,
             coefficients: 2,
-        }
+        };
+        let of = |of, value, error| term(of, "1", Estimate::clustered(value, error, clusters), "s");
+        [
+            of("T_m", self.lag_s, self.lag_error_s),
+            of("dead_time", self.dead_time_s, self.dead_time_error_s),
+        ]
     }
 
     pub(super) fn describe(&self) -> String {

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use sindy::statistics::regression::{Clusters, cluster_errors, least_squares};
 use sindy::{Gram, Library, Samples};
-use touchdown_model::{Form, Kind};
+use touchdown_model::{Card, Form, Kind};
 use touchdown_trial::Trial;
 
 use super::plateau::{self, Plateau};
@@ -12,252 +12,305 @@ use crate::error::{Error, Result};
 use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method, range, score};
 use crate::scores::Errors;
-use crate::settings::{IdentificationSettings, ThrustForm};
+use crate::settings::{IdentificationSettings, ThrustForm, ThrustSettings};
 use crate::unit;
+use crate::warning::Warning;
 
-/// Sampling period from which the lag of a rotor cannot be seen (s).
+/// Sampling period from which the lag of a rotor cannot be seen (s): lags of small rotors are 0.03 to 0.1 s.
 const SLOWEST_PERIOD_S: f64 = 0.05;
-/// Share of the largest thrust by which it must fall at full throttle to be warned of.
+/// Share of the largest thrust by which it must fall at full throttle to be warned of: the noise of a mean of load-cell
+/// readings is well below it, half of it would warn of that noise.
 const FALLS_FROM: f64 = 0.01;
+/// Plateaus from which a trial is a staircase: fewer levels give no polynomial of the second degree with an error.
+pub(super) const STAIRCASE: usize = 4;
 
+/// A static map, fitted: its terms, coefficients and points.
+struct StaticMap {
+    /// √T or T.
+    root: bool,
+    degree: usize,
+    battery: bool,
+    terms: Vec<String>,
+    coefficients: DVector<f64>,
+    std_errors: DVector<f64>,
+    points: Vec<Plateau>,
+    /// Whether the points are plateaus of a staircase, or single rows.
+    by_plateau: bool,
+}
+
+/// Errors of the map over some of its points.
+struct BranchErrors {
+    /// Of what was fitted.
+    fitted: Option<Errors>,
+    /// Of thrust (N).
+    thrust: Option<Errors>,
+    /// Mean of measured less fitted.
+    bias: f64,
+}
+
+/// Fits a static map; with rotor speeds in staircases, the rotor's lag as well.
 pub(super) fn fit(
     trials: &[Trial],
     settings: &IdentificationSettings,
     form: ThrustForm,
     origin: &Origin,
 ) -> Result<FittedCard> {
-    let (points, by_plateau) = steady_points(trials, settings)?;
-    let root = form == ThrustForm::StaticSqrt;
-    let (degree, battery) = (settings.thrust.degree, settings.thrust.battery);
-    let mut terms: Vec<String> = vec!["1".into(), "s".into()];
-    terms.extend((2..=degree).map(|k| format!("s^{k}")));
-    if battery {
-        terms.push("s*u".into());
-    }
-    let levels = {
-        let mut s: Vec<f64> = points.iter().map(|p| p.throttle).collect();
-        s.sort_by(f64::total_cmp);
-        s.dedup();
-        s.len()
-    };
-    if points.len() <= terms.len() || levels <= degree {
-        return Err(Error::data(
-            trials.first().map_or("no trial", Trial::name),
-            format!(
-                "more than {degree} levels of throttle and more points than the {} terms",
-                terms.len()
-            ),
-            format!(
-                "{} points at {levels} levels with thrust above {} N",
-                points.len(),
-                settings.thrust.min_thrust_n
-            ),
-        ));
-    }
-    let target = |p: &Plateau| {
-        if root {
-            p.thrust_n.max(0.0).sqrt()
-        } else {
-            p.thrust_n
-        }
-    };
-    let mut samples = Samples::new(&["s", "u", "y"]);
-    for p in &points {
-        let u = match p.battery_v {
-            Some(u) => u,
-            None if battery => {
-                return Err(Error::data(
-                    trials[0].name(),
-                    "a channel `battery_v` (settings ask for a battery term)",
-                    "none, or a gap",
-                ));
-            }
-            None => 0.0,
-        };
-        samples.push_group(vec![vec![p.throttle], vec![u], vec![target(p)]])?;
-    }
-    let library = Library::parse(&terms)?;
-    let grams = Gram::accumulate(&library, "y", &samples)?;
-    let all = vec![true; terms.len()];
-    let xi = least_squares(&Gram::total(&grams), &all);
-    let errors = cluster_errors(&grams, &xi, &all)
-        .unwrap_or_else(|| DVector::from_element(xi.len(), f64::NAN));
-
-    let (of, unit, name, card_form, equation) = if root {
-        (
-            "x",
-            "√N",
-            "thrust-static-sqrt",
-            Form::StaticSqrt,
-            "√T = x(s), T [N], s throttle in [0, 1]",
-        )
-    } else {
-        (
-            "T",
-            "N",
-            "thrust-static",
-            Form::StaticThrust,
-            "T = T(s) [N], s throttle in [0, 1]",
-        )
-    };
-    let mut card = origin.card(name, Kind::Thrust, card_form, equation);
-    if battery {
-        card.equation.push_str(", u battery voltage [V]");
-    }
-    for (j, text) in terms.iter().enumerate() {
-        let estimate = Estimate::clustered(
-            xi[j],
-            errors[j],
-            Clusters {
-                groups: points.len(),
-                coefficients: terms.len(),
-            },
-        );
-        let unit = unit::of_coefficient(of, text);
-        card.terms.push(term(of, text, estimate, &unit));
-    }
-    if let Some(r) = range(points.iter().map(|p| p.throttle)) {
-        card.validity.inputs.insert("s".into(), r);
-    }
-    if let Some(r) = range(points.iter().map(|p| p.thrust_n)) {
-        card.validity.output = Some(r);
-    }
-    let at = |p: &Plateau| -> f64 {
-        let s = p.throttle;
-        let mut y = (0..=degree).map(|k| xi[k] * s.powi(k as i32)).sum::<f64>();
-        if battery {
-            y += xi[degree + 1] * s * p.battery_v.unwrap_or(f64::NAN);
-        }
-        y
-    };
-    let of_branch = |descending: Option<bool>| -> (Option<Errors>, Option<Errors>, f64) {
-        let chosen: Vec<&Plateau> = points
-            .iter()
-            .filter(|p| descending.is_none_or(|d| p.descending == d))
-            .collect();
-        let fitted: Vec<f64> = chosen.iter().map(|p| at(p)).collect();
-        let wanted: Vec<f64> = chosen.iter().map(|p| target(p)).collect();
-        let thrust: Vec<f64> = fitted
-            .iter()
-            .map(|y| if root { y * y.abs() } else { *y })
-            .collect();
-        let measured: Vec<f64> = chosen.iter().map(|p| p.thrust_n).collect();
-        let bias = wanted.iter().zip(&fitted).map(|(w, f)| w - f).sum::<f64>()
-            / wanted.len().max(1) as f64;
-        (
-            Errors::of(&fitted, &wanted),
-            Errors::of(&thrust, &measured),
-            bias,
-        )
-    };
-    let own = of_branch(None).0;
-    let rmse = own.map_or(f64::NAN, |e| e.rmse);
-    for (label, branch) in [
-        ("all points", None),
-        ("ascending", Some(false)),
-        ("descending", Some(true)),
-    ] {
-        if let (Some(e), Some(n), _) = of_branch(branch) {
-            card.scores.push(score(
-                label,
-                true,
-                "static",
-                e,
-                if root { "√N" } else { "N" },
-            ));
-            if root {
-                card.scores.push(score(label, true, "static", n, "N"));
-            }
-        }
-    }
-    let mut warnings: Vec<String> = supply_limit(&points).into_iter().collect();
-    if points.iter().any(|p| p.descending) && points.iter().any(|p| !p.descending) {
-        let (up, down) = (of_branch(Some(false)).2, of_branch(Some(true)).2);
-        let of = |descending| points.iter().filter(|p| p.descending == descending).count() as f64;
-        // Twice the standard error of the difference of two means.
-        if (up - down).abs() > 2.0 * rmse * (1.0 / of(true) + 1.0 / of(false)).sqrt() {
-            warnings.push(format!(
-            "ascending points lie {up:+.4} {unit} off the fit on average, descending ones {down:+.4} {unit}"
-        ));
-        }
-    }
-    card.provenance.method = method(&[
-        (
-            "fit",
-            "least squares, each point once; standard errors robust to unequal noise".into(),
-        ),
-        (
-            "points",
-            if by_plateau {
-                format!(
-                    "{} plateaus, medians from {} s after each step, thrust above {} N",
-                    points.len(),
-                    settings.thrust.settle_s,
-                    settings.thrust.min_thrust_n
-                )
-            } else {
-                format!(
-                    "{} rows with thrust above {} N",
-                    points.len(),
-                    settings.thrust.min_thrust_n
-                )
-            },
-        ),
-    ]);
-    let mut lag_s = None;
+    let map = StaticMap::fit(trials, settings, form == ThrustForm::StaticSqrt)?;
+    let mut card = map.card(&settings.thrust, origin);
+    let mut warnings = map.warnings();
     let shows_lag = |t: &Trial| {
         t.channel("rotor_rpm").is_some() && t.period_s().is_some_and(|p| p < SLOWEST_PERIOD_S)
     };
-    if root && by_plateau && trials.iter().all(shows_lag) {
+    let mut lag_s = None;
+    if map.root && map.by_plateau && trials.iter().all(shows_lag) {
         match rotor::fit(trials, settings) {
             Ok(lag) => {
-                let d = (lag.dead_time_s, lag.dead_time_error_s);
-                let terms = [("T_m", lag.lag_s, lag.lag_error_s), ("dead_time", d.0, d.1)];
-                for (of, value, error) in terms {
-                    let estimate = Estimate::clustered(value, error, lag.clusters());
-                    card.terms.push(term(of, "1", estimate, "s"));
-                }
+                card.terms.extend(lag.terms());
                 card.provenance.method.insert("lag".into(), lag.describe());
                 lag_s = Some(lag.lag_s);
             }
-            Err(e) => warnings.push(format!("no lag of the rotor was fitted: {e}")),
+            Err(e) => warnings.push(Warning::NoRotorLag { why: e.to_string() }),
         }
     }
     Ok(FittedCard {
         card,
-        rmse,
-        rmse_unit: if root { "√N" } else { "N" },
-        rows_used: points.len(),
+        rmse: map.branch(None).fitted.map_or(f64::NAN, |e| e.rmse),
+        rmse_unit: map.unit(),
+        rows_used: map.points.len(),
         lag_s,
         front: None,
         warnings,
     })
 }
 
+impl StaticMap {
+    /// Least squares over the steady points, each counted once.
+    fn fit(trials: &[Trial], settings: &IdentificationSettings, root: bool) -> Result<Self> {
+        let (points, by_plateau) = steady_points(trials, settings)?;
+        let (degree, battery) = (settings.thrust.degree, settings.thrust.battery);
+        let mut terms: Vec<String> = vec!["1".into(), "s".into()];
+        terms.extend((2..=degree).map(|k| format!("s^{k}")));
+        if battery {
+            terms.push("s*u".into());
+        }
+        check_points(&points, degree, terms.len(), trials, &settings.thrust)?;
+        let mut samples = Samples::new(&["s", "u", "y"]);
+        for p in &points {
+            let u = match p.battery_v {
+                Some(u) => u,
+                None if battery => {
+                    return Err(Error::data(
+                        trials[0].name(),
+                        "a channel `battery_v` (settings ask for a battery term)",
+                        "none, or a gap",
+                    ));
+                }
+                None => 0.0,
+            };
+            samples.push_group(vec![vec![p.throttle], vec![u], vec![target(root, p)]])?;
+        }
+        let library = Library::parse(&terms)?;
+        let grams = Gram::accumulate(&library, "y", &samples)?;
+        let all = vec![true; terms.len()];
+        let coefficients = least_squares(&Gram::total(&grams), &all);
+        let std_errors = cluster_errors(&grams, &coefficients, &all)
+            .unwrap_or_else(|| DVector::from_element(coefficients.len(), f64::NAN));
+        Ok(Self {
+            root,
+            degree,
+            battery,
+            terms,
+            coefficients,
+            std_errors,
+            points,
+            by_plateau,
+        })
+    }
+
+    /// Unit of what is fitted.
+    fn unit(&self) -> &'static str {
+        if self.root { "√N" } else { "N" }
+    }
+
+    /// The fitted value at a point.
+    fn at(&self, p: &Plateau) -> f64 {
+        let (s, xi) = (p.throttle, &self.coefficients);
+        let mut y = (0..=self.degree)
+            .map(|k| xi[k] * s.powi(k as i32))
+            .sum::<f64>();
+        if self.battery {
+            y += xi[self.degree + 1] * s * p.battery_v.unwrap_or(f64::NAN);
+        }
+        y
+    }
+
+    /// Errors over all points, or over those that were reached on the way up (`false`) or down.
+    fn branch(&self, descending: Option<bool>) -> BranchErrors {
+        let chosen: Vec<&Plateau> = self
+            .points
+            .iter()
+            .filter(|p| descending.is_none_or(|d| p.descending == d))
+            .collect();
+        let fitted: Vec<f64> = chosen.iter().map(|p| self.at(p)).collect();
+        let wanted: Vec<f64> = chosen.iter().map(|p| target(self.root, p)).collect();
+        let thrust: Vec<f64> = fitted
+            .iter()
+            .map(|y| if self.root { y * y.abs() } else { *y })
+            .collect();
+        let measured: Vec<f64> = chosen.iter().map(|p| p.thrust_n).collect();
+        let bias = wanted.iter().zip(&fitted).map(|(w, f)| w - f).sum::<f64>()
+            / wanted.len().max(1) as f64;
+        BranchErrors {
+            fitted: Errors::of(&fitted, &wanted),
+            thrust: Errors::of(&thrust, &measured),
+            bias,
+        }
+    }
+
+    fn card(&self, settings: &ThrustSettings, origin: &Origin) -> Card {
+        let (of, name, form, equation) = if self.root {
+            let equation = "√T = x(s), T [N], s throttle in [0, 1]";
+            ("x", "thrust-static-sqrt", Form::StaticSqrt, equation)
+        } else {
+            let equation = "T = T(s) [N], s throttle in [0, 1]";
+            ("T", "thrust-static", Form::StaticThrust, equation)
+        };
+        let mut card = origin.card(name, Kind::Thrust, form, equation);
+        if self.battery {
+            card.equation.push_str(", u battery voltage [V]");
+        }
+        let clusters = Clusters {
+            groups: self.points.len(),
+            coefficients: self.terms.len(),
+        };
+        for (j, text) in self.terms.iter().enumerate() {
+            let estimate = Estimate::clustered(self.coefficients[j], self.std_errors[j], clusters);
+            let unit = unit::of_coefficient(of, text);
+            card.terms.push(term(of, text, estimate, &unit));
+        }
+        if let Some(r) = range(self.points.iter().map(|p| p.throttle)) {
+            card.validity.inputs.insert("s".into(), r);
+        }
+        if let Some(r) = range(self.points.iter().map(|p| p.thrust_n)) {
+            card.validity.output = Some(r);
+        }
+        for (label, branch) in [
+            ("all points", None),
+            ("ascending", Some(false)),
+            ("descending", Some(true)),
+        ] {
+            let errors = self.branch(branch);
+            if let (Some(e), Some(n)) = (errors.fitted, errors.thrust) {
+                card.scores
+                    .push(score(label, true, "static", e, self.unit()));
+                if self.root {
+                    card.scores.push(score(label, true, "static", n, "N"));
+                }
+            }
+        }
+        card.provenance.method = method(&[
+            (
+                "fit",
+                "least squares, each point once; standard errors robust to unequal noise".into(),
+            ),
+            ("points", self.describe_points(settings)),
+        ]);
+        card
+    }
+
+    /// Where the points come from.
+    fn describe_points(&self, settings: &ThrustSettings) -> String {
+        let (count, least_n) = (self.points.len(), settings.min_thrust_n);
+        if self.by_plateau {
+            let settle_s = settings.settle_s;
+            format!(
+                "{count} plateaus, medians from {settle_s} s after each step, thrust above {least_n} N"
+            )
+        } else {
+            format!("{count} rows with thrust above {least_n} N")
+        }
+    }
+
+    fn warnings(&self) -> Vec<Warning> {
+        supply_limit(&self.points)
+            .into_iter()
+            .chain(self.hysteresis())
+            .collect()
+    }
+
+    /// Whether ascending and descending points differ by more than twice the standard error of that difference.
+    fn hysteresis(&self) -> Option<Warning> {
+        let of = |down| self.points.iter().filter(|p| p.descending == down).count() as f64;
+        let counts = [of(false), of(true)];
+        if counts.contains(&0.0) {
+            return None;
+        }
+        let residuals = [false, true].map(|down| self.branch(Some(down)).bias);
+        let rmse = self.branch(None).fitted.map_or(f64::NAN, |e| e.rmse);
+        let [up, down] = residuals;
+        let error = rmse * (1.0 / counts[1] + 1.0 / counts[0]).sqrt();
+        ((up - down).abs() > 2.0 * error).then(|| Warning::Hysteresis {
+            residuals,
+            unit: self.unit(),
+        })
+    }
+}
+
+/// What is fitted of a point.
+fn target(root: bool, p: &Plateau) -> f64 {
+    if root {
+        p.thrust_n.max(0.0).sqrt()
+    } else {
+        p.thrust_n
+    }
+}
+
+/// More levels than the degree, and more points than terms.
+fn check_points(
+    points: &[Plateau],
+    degree: usize,
+    terms: usize,
+    trials: &[Trial],
+    settings: &ThrustSettings,
+) -> Result<()> {
+    let mut levels: Vec<f64> = points.iter().map(|p| p.throttle).collect();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup();
+    if points.len() > terms && levels.len() > degree {
+        return Ok(());
+    }
+    Err(Error::data(
+        trials.first().map_or("no trial", Trial::name),
+        format!("more than {degree} levels of throttle and more points than the {terms} terms"),
+        format!(
+            "{} points at {} levels with thrust above {} N",
+            points.len(),
+            levels.len(),
+            settings.min_thrust_n
+        ),
+    ))
+}
+
 /// Whether thrust falls towards the highest throttles, as it does where the supply gives no more.
-fn supply_limit(points: &[Plateau]) -> Option<String> {
+fn supply_limit(points: &[Plateau]) -> Option<Warning> {
     let most = points
         .iter()
         .max_by(|a, b| a.thrust_n.total_cmp(&b.thrust_n))?;
-    let top = points
-        .iter()
-        .map(|p| p.throttle)
-        .fold(f64::NEG_INFINITY, f64::max);
-    let at_top = plateau::median(
-        points
-            .iter()
-            .filter(|p| p.throttle == top)
-            .map(|p| p.thrust_n),
-    )?;
-    (most.throttle < top && at_top < (1.0 - FALLS_FROM) * most.thrust_n).then(|| {
-        format!(
-            "falls at the highest throttles: supply limit ({:.2} N at throttle {:.3}, {at_top:.2} N at {top:.3})",
-            most.thrust_n, most.throttle
-        )
-    })
+    let throttles = points.iter().map(|p| p.throttle);
+    let top = throttles.fold(f64::NEG_INFINITY, f64::max);
+    let at_top = points.iter().filter(|p| p.throttle == top);
+    let top_n = plateau::median(at_top.map(|p| p.thrust_n))?;
+    (most.throttle < top && top_n < (1.0 - FALLS_FROM) * most.thrust_n).then_some(
+        Warning::SupplyLimit {
+            most_n: most.thrust_n,
+            at: most.throttle,
+            top_n,
+            top,
+        },
+    )
 }
 
-/// Plateaus of all trials, or their rows where a trial has fewer than four plateaus.
+/// Plateaus of all trials, or the rows of trials that are no staircases; and whether all are plateaus.
 ///
 /// # Errors
 /// A missing channel.
@@ -269,7 +322,7 @@ pub fn steady_points(
     let mut by_plateau = true;
     for trial in trials {
         let found = plateau::find(trial, settings.thrust.settle_s)?;
-        if found.len() >= 4 {
+        if found.len() >= STAIRCASE {
             points.extend(found);
         } else {
             by_plateau = false;

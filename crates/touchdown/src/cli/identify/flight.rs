@@ -7,6 +7,7 @@ use touchdown::identify::flight::armed_intervals::ArmedIntervalResult;
 use touchdown::identify::flight::hover::ThrustLaw;
 use touchdown::identify::flight::result::FlightResult;
 use touchdown::identify::flight::{Basis, Flight, ground_effect_with, thrust_alone, with_thrust};
+use touchdown::identify::warning::{Warning, sentences};
 use touchdown::identify::{FittedCard, IdentificationSettings, Origin};
 use touchdown::pages;
 use touchdown::progress::Progress as _;
@@ -55,11 +56,11 @@ pub(super) fn thrust(
     let mut made = found.thrust_of(settings, origin).ok_or_else(|| {
         Error::Arguments("thrust from flight needs the mass and the specific force".to_string())
     })?;
-    made.warnings
-        .extend(found.refused.iter().map(ToString::to_string));
-    made.warnings
-        .extend(flights.iter().flat_map(|f| f.notes.iter().cloned()));
-    made.card.warnings.clone_from(&made.warnings);
+    let refused = found.refused.iter().map(ToString::to_string);
+    made.warnings.extend(refused.map(Warning::NotIdentified));
+    let notes = flights.iter().flat_map(|f| f.notes.iter().cloned());
+    made.warnings.extend(notes.map(Warning::Log));
+    made.card.warnings = sentences(&made.warnings);
     Ok((made, found.result(&flights, &settings.flight)))
 }
 

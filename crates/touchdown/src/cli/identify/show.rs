@@ -96,7 +96,7 @@ impl Fitted {
             rows_dropped: dropped,
             front: made.front.clone().map(Box::new),
             flight: None,
-            warnings: made.warnings.clone(),
+            warnings: touchdown::identify::warning::sentences(&made.warnings),
         }
     }
 }

@@ -1,0 +1,176 @@
+//! What a user should know of a fit: the data of each warning, and its sentence.
+
+use std::fmt;
+
+/// What a user should know of a fit.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Warning {
+    /// Thrust falls towards the highest throttle.
+    SupplyLimit {
+        /// Greatest thrust (N).
+        most_n: f64,
+        /// Its throttle.
+        at: f64,
+        /// Thrust at the highest throttle (N).
+        top_n: f64,
+        /// The highest throttle.
+        top: f64,
+    },
+    /// Points on the way up and on the way down lie on different curves.
+    Hysteresis {
+        /// Mean residual of ascending and of descending points.
+        residuals: [f64; 2],
+        /// Their unit.
+        unit: &'static str,
+    },
+    /// The rotor's lag could not be fitted.
+    NoRotorLag {
+        /// Why.
+        why: String,
+    },
+    /// The sparse fit kept the whole library.
+    NoTermEliminated {
+        /// Terms of the library.
+        terms: usize,
+    },
+    /// A lag is at a bound of its search.
+    LagAtBound {
+        /// The lag (s).
+        lag_s: f64,
+    },
+    /// A lag and an effect of the deck's velocity are confounded.
+    LagConfounded {
+        /// The two parameters.
+        pair: [String; 2],
+        /// The correlation of their estimates.
+        correlation: f64,
+    },
+    /// Terms that are zero throughout the data.
+    ZeroTerms(Vec<String>),
+    /// Errors of the force bias a regression on its derivative.
+    Attenuated {
+        /// The force's own coefficient (1/s).
+        pole_per_s: f64,
+        /// Share of the derivative's variance that is explained.
+        r_squared: f64,
+    },
+    /// The card's rationals miss the fitted curve.
+    CurveMissed {
+        /// The curve's name.
+        curve: &'static str,
+        /// Greatest error over greatest value.
+        share: f64,
+    },
+    /// The card takes the vehicle's climb for the deck's velocity.
+    ClimbForDeckVelocity,
+    /// A quantity that the flights do not identify.
+    NotIdentified(String),
+    /// Errors that all flights share are not in the intervals.
+    PosesShareErrors,
+    /// Thrust at one throttle differs from one armed interval to the next.
+    ThrustScatter {
+        /// Standard deviation over mean.
+        share: f64,
+    },
+    /// Thrust drifts with time.
+    DriftWithTime {
+        /// Relative change in `over_s`.
+        share: f64,
+        /// Time (s).
+        over_s: f64,
+    },
+    /// Thrust goes with the battery's voltage.
+    DriftWithVoltage {
+        /// Relative change for each volt.
+        share_per_v: f64,
+    },
+    /// What reading the log changed.
+    Log(String),
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SupplyLimit {
+                most_n,
+                at,
+                top_n,
+                top,
+            } => write!(
+                f,
+                "falls at the highest throttles: supply limit ({most_n:.2} N at throttle {at:.3}, {top_n:.2} N at {top:.3})"
+            ),
+            Self::Hysteresis {
+                residuals: [up, down],
+                unit,
+            } => write!(
+                f,
+                "ascending points lie {up:+.4} {unit} off the fit on average, descending ones {down:+.4} {unit}"
+            ),
+            Self::NoRotorLag { why } => write!(f, "no lag of the rotor was fitted: {why}"),
+            Self::NoTermEliminated { terms } => write!(
+                f,
+                "no term was eliminated: all {terms} of the library are kept"
+            ),
+            Self::LagAtBound { lag_s } => write!(
+                f,
+                "the lag {lag_s:.4} s is at its bound: the data do not identify it"
+            ),
+            Self::LagConfounded {
+                pair: [a, b],
+                correlation,
+            } => write!(
+                f,
+                "lag and deck velocity are confounded: the estimates of `{a}` and `{b}` correlate with {correlation:.2}"
+            ),
+            Self::ZeroTerms(terms) => write!(
+                f,
+                "left out, for they are zero throughout the data: {}",
+                terms.join(", ")
+            ),
+            Self::Attenuated {
+                pole_per_s,
+                r_squared,
+            } => write!(
+                f,
+                "regression on derivatives: errors in the measured force pull its coefficient towards zero (here \
+                 {pole_per_s:.3} 1/s); R² of the derivative is {r_squared:.2}"
+            ),
+            Self::CurveMissed { curve, share } => write!(
+                f,
+                "the bounded rationals of the card miss the fitted {curve} curve by {:.0} % of its greatest value",
+                100.0 * share
+            ),
+            Self::ClimbForDeckVelocity => f.write_str(
+                "k is the climb damping of the vehicle, the same at all heights; the card uses it for the deck's velocity, \
+                 reversed: an approximation where the deck moves",
+            ),
+            Self::NotIdentified(text) | Self::Log(text) => f.write_str(text),
+            Self::PosesShareErrors => f.write_str(
+                "intervals hold what differs from flight to flight; they do not hold what the smoothing of poses and a pilot's \
+                 answers to disturbances change alike in all flights: about a tenth of the curve",
+            ),
+            Self::ThrustScatter { share } => write!(
+                f,
+                "thrust at one throttle differs from run to run by {:.1} % (standard deviation)",
+                100.0 * share
+            ),
+            Self::DriftWithTime { share, over_s } => write!(
+                f,
+                "thrust changes by {:.1} % in {over_s} s; the card is for the start of the logs",
+                100.0 * share
+            ),
+            Self::DriftWithVoltage { share_per_v } => write!(
+                f,
+                "thrust changes by {:.1} % per volt of the battery; the card is for the mean voltage of the flights",
+                100.0 * share_per_v
+            ),
+        }
+    }
+}
+
+/// The sentences of warnings.
+#[must_use]
+pub fn sentences(warnings: &[Warning]) -> Vec<String> {
+    warnings.iter().map(ToString::to_string).collect()
+}
