@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use touchdown_model::card::{Card, Form, Kind, Outside, VelocityInput};
 use touchdown_model::flight::psi_definitions;
 
+use super::drift::DRIFT_S;
 use super::ground::{Basis, GroundEffect};
-use super::hover::DRIFT_S;
 use super::model::{Curve, LENGTHS, ModelTerms};
 use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method, score};

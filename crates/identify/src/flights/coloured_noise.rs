@@ -248,7 +248,7 @@ mod tests {
             throttle: Vec::new(),
             height: Vec::new(),
             climb_mps: Vec::new(),
-            battery_v: Vec::new(),
+            drift: crate::flights::drift::Drift::Unknown,
             on_s: None,
             force: Vec::new(),
             rows: (0..n).collect(),

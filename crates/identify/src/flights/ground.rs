@@ -305,15 +305,6 @@ pub(super) fn slowest_throttle_s(flights: &[Flight]) -> f64 {
     periods.filter(|p| p.is_finite()).fold(0.0, f64::max)
 }
 
-/// What a drift of thrust goes with.
-pub(super) fn drift_name(of_time: bool) -> &'static str {
-    if of_time {
-        "drift with time"
-    } else {
-        "battery voltage"
-    }
-}
-
 /// Heights near the ground and out of its effect, both for long enough.
 fn check_heights(
     name: &str,

@@ -13,11 +13,12 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use touchdown_model::Card;
 
+use super::drift::{Drift, drift_name};
 use super::fit::{Fit, fit};
 pub use super::rest::{Hover, ThrustLaw};
-use super::selection::ModelSelection;
+use super::selection::{Candidate, ModelSelection};
 
-use super::ground::{Basis, GroundEffect, Refusal, drift_name};
+use super::ground::{Basis, GroundEffect, Refusal};
 use super::model::{Curve, ModelTerms, Segment};
 use super::phases::Phases;
 use super::resampling::{Resampling, ResamplingUnit};
@@ -35,8 +36,6 @@ const APART_RADII: f64 = 0.3;
 const EXPONENT: [f64; 2] = [1.5, 0.3];
 /// Standard deviation of an exponent that is known.
 const KNOWN: f64 = 1e-3;
-/// Unit of time of a drift of thrust (s): by so much time it is weakly known beforehand.
-pub(super) const DRIFT_S: f64 = 300.0;
 /// Draws for intervals at most: each is a fit.
 const MOST_DRAWS: usize = 400;
 
@@ -60,121 +59,151 @@ pub(super) fn ground_effect(
     card: Option<&Card>,
     why: &NoForce,
 ) -> Result<GroundEffect> {
-    let phases: Vec<Phases> = flights.iter().map(|f| Phases::of(f, settings)).collect();
-    let mut hovers_of = Vec::new();
-    let mut laws = Vec::new();
-    for (index, (flight, phases)) in flights.iter().zip(&phases).enumerate() {
-        let (law, root) = roots(flight, card)?;
-        hovers_of.extend(hovers(index, flight, phases, &root, settings));
-        laws.push(law);
-    }
     let name = super::ground::label(flights);
-    let law = laws.first().copied().unwrap_or(ThrustLaw::Throttle);
-    if laws.iter().any(|l| *l != law) {
-        return Err(Error::data(
-            name,
-            "rotor speeds in all logs or in none",
-            "some with and some without: identify them apart",
-        ));
-    }
-    check(&name, &hovers_of, rotor_radius_m, settings, why)?;
-    let volts = median(hovers_of.iter().filter_map(|h| h.battery_v));
-    let has_volts = hovers_of.iter().all(|h| h.battery_v.is_some());
-    let far = |h: &&Hover| h.height_m > settings.reference_radii * rotor_radius_m;
-    let reference = median(hovers_of.iter().filter(far).map(|h| h.root)).unwrap_or(1.0);
-    let hover_throttle = median(hovers_of.iter().filter(far).map(|h| h.throttle)).unwrap_or(0.5);
-    let mut pieces: Vec<Segment> = Vec::new();
-    for hover in &hovers_of {
-        let key = (hover.flight, hover.run);
-        if pieces.last().is_none_or(|p| (p.flight, p.run) != key) {
-            let run = &phases[hover.flight].runs[hover.run];
-            pieces.push(Segment {
-                flight: hover.flight,
-                run: hover.run,
-                time_s: Vec::new(),
-                throttle: Vec::new(),
-                height: Vec::new(),
-                climb_mps: Vec::new(),
-                battery_v: Vec::new(),
-                on_s: None,
-                force: Vec::new(),
-                rows: Vec::new(),
-                bias_sd: settings
-                    .height_bias_radii
-                    .hypot(run.drift_m / rotor_radius_m),
-            });
-        }
-        if let Some(piece) = pieces.last_mut() {
-            piece.rows.push(piece.time_s.len());
-            piece.time_s.push(0.5 * (hover.from_s + hover.to_s));
-            piece.throttle.push(hover.root / reference);
-            piece.height.push(hover.height_m / rotor_radius_m);
-            piece.force.push(hover.load);
-            let start_s = flights[hover.flight].time_s[0];
-            piece
-                .battery_v
-                .push(match (has_volts, hover.battery_v, volts) {
-                    (true, Some(v), Some(middle)) => v - middle,
-                    _ => (0.5 * (hover.from_s + hover.to_s) - start_s) / DRIFT_S,
-                });
-        }
-    }
-    let mut plain = ModelTerms::plain(Curve::Exponential, false, false);
+    let phases: Vec<Phases> = flights.iter().map(|f| Phases::of(f, settings)).collect();
+    let (law, mut hovers) = all_hovers(flights, &phases, card, settings)?;
+    check(&name, &hovers, rotor_radius_m, settings, why)?;
+    let of_time = hovers.iter().any(|h| h.battery_v.is_none());
+    let (pieces, hover_throttle) = segments(flights, &phases, &hovers, rotor_radius_m, settings);
     // Hovers cannot tell the exponent from the curve: it stays where it is, and every draw takes another.
     let [exponent, exponent_sd] = match law {
         ThrustLaw::Throttle => EXPONENT,
         ThrustLaw::RotorSpeed | ThrustLaw::Card => [2.0, KNOWN],
     };
+    let (fit, tried) = select(&name, &pieces, exponent, of_time, settings)?;
+    let spread = spread(&fit, &pieces, exponent_sd, settings);
+    put_ratios(&mut hovers, &pieces, &fit);
+    let range = crate::fitted::range(hovers.iter().map(|h| h.height_m));
+    let found = GroundEffect {
+        basis: Basis::Hovers { law },
+        drift_of_time: of_time,
+        rotor_radius_m,
+        lag: None,
+        left_out: outside(flights, &phases, &hovers),
+        phases,
+        pieces,
+        hover_throttle,
+        fit,
+        spread,
+        tried,
+        refused: refused(law, why),
+        heights_m: range.unwrap_or([0.0, 0.0]),
+        hovers,
+    };
+    found.told(&name, settings)?;
+    Ok(found)
+}
+
+/// The hovers of all flights, and what thrust out of ground effect is taken from.
+fn all_hovers(
+    flights: &[Flight],
+    phases: &[Phases],
+    card: Option<&Card>,
+    settings: &FlightSettings,
+) -> Result<(ThrustLaw, Vec<Hover>)> {
+    let mut all = Vec::new();
+    let mut laws = Vec::new();
+    for (index, (flight, phases)) in flights.iter().zip(phases).enumerate() {
+        let (law, root) = roots(flight, card)?;
+        all.extend(hovers(index, flight, phases, &root, settings));
+        laws.push(law);
+    }
+    let law = laws.first().copied().unwrap_or(ThrustLaw::Throttle);
+    if laws.iter().all(|l| *l == law) {
+        return Ok((law, all));
+    }
+    Err(Error::data(
+        super::ground::label(flights),
+        "rotor speeds in all logs or in none",
+        "some with and some without: identify them apart",
+    ))
+}
+
+/// Hovers as the rows of segments, and the throttle of hover out of ground effect.
+fn segments(
+    flights: &[Flight],
+    phases: &[Phases],
+    hovers: &[Hover],
+    rotor_radius_m: f64,
+    settings: &FlightSettings,
+) -> (Vec<Segment>, f64) {
+    let far = |h: &&Hover| h.height_m > settings.reference_radii * rotor_radius_m;
+    let of_far = |value: fn(&Hover) -> f64| median(hovers.iter().filter(far).map(value));
+    let reference = of_far(|h| h.root).unwrap_or(1.0);
+    let volts = median(hovers.iter().filter_map(|h| h.battery_v));
+    let all_volts = hovers.iter().all(|h| h.battery_v.is_some());
+    let segment = |ours: &[Hover]| {
+        let of = |value: &dyn Fn(&Hover) -> f64| ours.iter().map(value).collect::<Vec<f64>>();
+        let (flight, run) = (ours[0].flight, ours[0].run);
+        let drift_m = phases[flight].runs[run].drift_m;
+        let time_s = of(&|h| 0.5 * (h.from_s + h.to_s));
+        let drift = match volts.filter(|_| all_volts) {
+            Some(mean) => Drift::Voltage(of(&|h| h.battery_v.unwrap_or(mean) - mean)),
+            None => Drift::of_time(&time_s, flights[flight].time_s[0]),
+        };
+        Segment {
+            flight,
+            run,
+            throttle: of(&|h| h.root / reference),
+            height: of(&|h| h.height_m / rotor_radius_m),
+            climb_mps: Vec::new(),
+            drift,
+            on_s: None,
+            force: of(&|h| h.load),
+            rows: (0..ours.len()).collect(),
+            bias_sd: settings.height_bias_radii.hypot(drift_m / rotor_radius_m),
+            time_s,
+        }
+    };
+    let same = |a: &Hover, b: &Hover| (a.flight, a.run) == (b.flight, b.run);
+    let pieces = hovers.chunk_by(same).map(segment).collect();
+    (pieces, of_far(|h| h.throttle).unwrap_or(0.5))
+}
+
+/// The model that predicts held-out flights best, and all that were tried.
+fn select(
+    name: &str,
+    pieces: &[Segment],
+    exponent: f64,
+    of_time: bool,
+    settings: &FlightSettings,
+) -> Result<(Fit, Vec<Candidate>)> {
+    let mut plain = ModelTerms::plain(Curve::Exponential, false, false);
     plain.exponent = [exponent, KNOWN];
-    let mut choice = ModelSelection::start(&pieces, plain, settings.reference_radii);
+    let mut choice = ModelSelection::start(pieces, plain, settings.reference_radii);
     let shape = ModelTerms {
         battery: true,
         ..plain
     };
-    choice.offer(drift_name(!has_volts), shape, false);
+    choice.offer(drift_name(of_time), shape, false);
     // Bounded rationals reach far beyond the heights of hovers: a tail there is the same as another scale.
     let shape = ModelTerms {
         curve: Curve::Empirical,
         ..choice.best.shape
     };
     choice.offer(Curve::Empirical.name(), shape, true);
-    let (found, tried) = (choice.best, choice.tried);
-    if !found.converged || found.theta.iter().any(|v| !v.is_finite()) {
-        return Err(Error::data(
-            name,
-            "hovers that a model follows from",
-            format!("no rest after {} steps", found.steps),
-        ));
+    let fit = choice.best;
+    if fit.converged && fit.theta.iter().all(|v| v.is_finite()) {
+        return Ok((fit, choice.tried));
     }
-    let spread = spread(&found, &pieces, exponent_sd, settings);
-    let values = found.values();
-    let modelled = found.predict(&pieces).concat();
-    let biases = pieces
+    Err(Error::data(
+        name,
+        "hovers that a model follows from",
+        format!("no rest after {} steps", fit.steps),
+    ))
+}
+
+/// The ratio of thrusts of each hover: what is measured, on the curve of the model.
+fn put_ratios(hovers: &mut [Hover], pieces: &[Segment], fit: &Fit) {
+    let values = fit.values();
+    let modelled = fit.predict(pieces).concat();
+    let heights = pieces
         .iter()
-        .zip(&found.locals)
+        .zip(&fit.locals)
         .flat_map(|(p, l)| p.height.iter().map(|z| z + l.bias));
-    for ((hover, model), z) in hovers_of.iter_mut().zip(modelled).zip(biases) {
+    for ((hover, model), z) in hovers.iter_mut().zip(modelled).zip(heights) {
         hover.ratio = hover.load / model * (1.0 + values.at_rest(z));
     }
-    let range = crate::fitted::range(hovers_of.iter().map(|h| h.height_m));
-    let found = GroundEffect {
-        basis: Basis::Hovers { law },
-        drift_of_time: !has_volts,
-        rotor_radius_m,
-        lag: None,
-        left_out: outside(flights, &phases, &hovers_of),
-        phases,
-        pieces,
-        hover_throttle,
-        fit: found,
-        spread,
-        tried,
-        refused: refused(law, why),
-        heights_m: range.unwrap_or([0.0, 0.0]),
-        hovers: hovers_of,
-    };
-    found.told(&name, settings)?;
-    Ok(found)
 }
 
 /// Hovers near the ground at two heights, and out of its effect, in one run.
@@ -285,7 +314,7 @@ fn drawn(piece: &Segment, random: &mut Pcg64) -> Segment {
         time_s: pick(&piece.time_s),
         throttle: pick(&piece.throttle),
         height: pick(&piece.height),
-        battery_v: pick(&piece.battery_v),
+        drift: piece.drift.pick(&rows),
         force: pick(&piece.force),
         ..piece.clone()
     }

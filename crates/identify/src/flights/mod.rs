@@ -21,6 +21,7 @@ pub mod armed_intervals;
 mod card;
 pub mod coloured_noise;
 pub mod curve;
+pub mod drift;
 pub mod fit;
 pub mod ground;
 pub mod hover;

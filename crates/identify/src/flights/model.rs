@@ -16,6 +16,7 @@ pub use super::curve::{Curve, LENGTHS};
 pub use super::shape::{ModelTerms, Parameter};
 
 use super::curve::{MOST, psi};
+use super::drift::Drift;
 use crate::thrust::plateau::median;
 
 /// Least and greatest √T relative to hover that a command gives.
@@ -145,8 +146,8 @@ pub struct Segment {
     pub height: Vec<f64>,
     /// Climb rate (m/s); empty where it was not measured.
     pub climb_mps: Vec<f64>,
-    /// Voltage relative to the mean (V); empty where it was not measured.
-    pub battery_v: Vec<f64>,
+    /// What thrust may drift with.
+    pub drift: Drift,
     /// Start of the motors (s), where it was seen.
     pub on_s: Option<f64>,
     /// Specific force in gravities.
@@ -202,8 +203,10 @@ impl Segment {
             {
                 drift += v.settling * (-(self.time_s[i] - on) / v.settling_s).exp();
             }
-            if v.battery != 0.0 && !self.battery_v.is_empty() {
-                drift *= 1.0 + v.battery * self.battery_v[i];
+            if v.battery != 0.0
+                && let Some(along) = self.drift.at(i)
+            {
+                drift *= 1.0 + v.battery * along;
             }
             let mut damping = v.damping;
             if v.near_damping != 0.0 {
@@ -318,7 +321,7 @@ mod tests {
                 .collect(),
             height: vec![1.0; 200],
             climb_mps: vec![0.5; 200],
-            battery_v: Vec::new(),
+            drift: Drift::Unknown,
             on_s: Some(0.0),
             force: vec![1.0; 200],
             rows: (0..200).collect(),

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use super::drift::DRIFT_S;
 use super::ground::{Basis, GroundEffect};
-use super::hover::{DRIFT_S, ThrustLaw};
+use super::hover::ThrustLaw;
 use super::model::ModelValues;
 use crate::estimate::Estimate;
 

@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::hover::DRIFT_S;
+use super::armed_interval::ArmedInterval;
+use super::drift::Drift;
 use super::model::Segment;
 use super::phases::{Phase, Phases};
 use super::{Flight, FlightSettings};
@@ -42,135 +43,165 @@ pub struct Segments {
 }
 
 impl Segments {
-    /// Puts time where voltages are where not all runs have one, for batteries empty whether that is logged or not; says
-    /// whether it did.
+    /// Takes time for the drift where not all segments have a voltage, for batteries discharge whether that is logged or
+    /// not; says whether it did.
     pub(super) fn drifts_with_time(&mut self, flights: &[Flight]) -> bool {
-        if self.pieces.iter().all(|p| !p.battery_v.is_empty()) {
+        if self.pieces.iter().all(|p| p.drift != Drift::Unknown) {
             return false;
         }
         for piece in &mut self.pieces {
-            let start_s = flights[piece.flight].time_s[0];
-            let time = piece.time_s.iter();
-            piece.battery_v = time.map(|t| (t - start_s) / DRIFT_S).collect();
+            piece.drift = Drift::of_time(&piece.time_s, flights[piece.flight].time_s[0]);
         }
         true
     }
 }
 
-/// Cuts flights into runs. Heights are in rotor radii where that is known, else in metres.
+/// Units that segments are in: what is the same for all flights.
+struct Units {
+    /// Unit of height (m): the rotor radius, where it is known.
+    height_m: f64,
+    /// Throttle in hover.
+    hover_throttle: f64,
+    /// Mean battery voltage (V).
+    battery_v: f64,
+}
+
+impl Units {
+    fn of(flights: &[Flight], phases: &[Phases], settings: &FlightSettings) -> Self {
+        let airborne = |f: usize, i: usize| phases[f].rows[i] == Phase::Airborne;
+        let hovering = |f: usize, i: usize| {
+            let (climb, force) = (flights[f].climb_mps.get(i), flights[f].force.get(i));
+            airborne(f, i)
+                && climb.is_none_or(|v| v.abs() < HOVER_MPS)
+                && force.is_none_or(|a| (a - 1.0).abs() < HOVER_FORCE)
+        };
+        let over = |keep: &dyn Fn(usize, usize) -> bool| {
+            median((0..flights.len()).flat_map(|f| {
+                (0..flights[f].time_s.len())
+                    .filter(move |&i| keep(f, i))
+                    .map(move |i| flights[f].throttle[i])
+            }))
+        };
+        let volts = median(flights.iter().enumerate().flat_map(|(f, flight)| {
+            flight
+                .battery_v
+                .iter()
+                .enumerate()
+                .filter(move |(i, _)| airborne(f, *i))
+                .map(|(_, v)| *v)
+        }));
+        Self {
+            height_m: settings.rotor_radius_m.unwrap_or(1.0),
+            hover_throttle: over(&hovering).or_else(|| over(&airborne)).unwrap_or(0.5),
+            battery_v: volts.unwrap_or(0.0),
+        }
+    }
+}
+
+/// Cuts flights into segments. Heights are in rotor radii where that is known, else in metres.
 #[must_use]
 pub fn cut(flights: &[Flight], phases: &[Phases], settings: &FlightSettings) -> Segments {
-    let unit_m = settings.rotor_radius_m.unwrap_or(1.0);
-    let airborne = |f: usize, i: usize| phases[f].rows[i] == Phase::Airborne;
-    let hovering = |f: usize, i: usize| {
-        airborne(f, i)
-            && flights[f]
-                .climb_mps
-                .get(i)
-                .is_none_or(|v| v.abs() < HOVER_MPS)
-            && flights[f]
-                .force
-                .get(i)
-                .is_none_or(|a| (a - 1.0).abs() < HOVER_FORCE)
-    };
-    let over = |keep: &dyn Fn(usize, usize) -> bool| {
-        median((0..flights.len()).flat_map(|f| {
-            (0..flights[f].time_s.len())
-                .filter(move |&i| keep(f, i))
-                .map(move |i| flights[f].throttle[i])
-        }))
-    };
-    let hover_throttle = over(&hovering).or_else(|| over(&airborne)).unwrap_or(0.5);
-    let volts = median(flights.iter().enumerate().flat_map(|(f, flight)| {
-        flight
-            .battery_v
-            .iter()
-            .enumerate()
-            .filter(move |(i, _)| airborne(f, *i))
-            .map(|(_, v)| *v)
-    }))
-    .unwrap_or(0.0);
+    let units = Units::of(flights, phases, settings);
     let mut out = Segments {
         pieces: Vec::new(),
-        hover_throttle,
+        hover_throttle: units.hover_throttle,
         left_out: Vec::new(),
     };
     for (index, (flight, phases)) in flights.iter().zip(phases).enumerate() {
         out.left_out.extend(left_out(flight, phases));
         for (number, run) in phases.runs.iter().enumerate() {
-            let [a, b] = run.rows;
-            let command = if flight.command.is_empty() {
-                &flight.throttle
-            } else {
-                &flight.command
+            let excluded = |why: String| Excluded {
+                log: flight.name.clone(),
+                from_s: flight.time_s[run.rows[0]],
+                to_s: flight.time_s[run.rows[1]],
+                why,
             };
-            // Heights that wandered on the ground are wrong by an unknown length in flight too.
-            let drifted = settings.rotor_radius_m.is_some() && run.drift_m > MOST_DRIFT * unit_m;
-            let least_m = if drifted {
-                run.drift_m + settings.reference_radii * unit_m
-            } else {
-                f64::NEG_INFINITY
-            };
-            if drifted {
-                out.left_out.push(Excluded {
-                    log: flight.name.clone(),
-                    from_s: flight.time_s[a],
-                    to_s: flight.time_s[b],
-                    why: format!(
-                        "heights below {least_m:.2} m: on the ground before this take-off the height wandered by \
-                         {:.2} m, more than {MOST_DRIFT} rotor radius",
-                        run.drift_m
-                    ),
-                });
+            let least_m = least_height_m(run, &units, settings);
+            if let Some(least_m) = least_m {
+                out.left_out.push(excluded(format!(
+                    "heights below {least_m:.2} m: on the ground before this take-off the height wandered by \
+                     {:.2} m, more than {MOST_DRIFT} rotor radius",
+                    run.drift_m
+                )));
             }
-            // One row of standstill before, so that the first command is a step.
-            let from = a.saturating_sub(usize::from(run.on_s.is_some()));
-            let rows: Vec<usize> = (a..=b)
-                .filter(|&i| {
-                    phases.rows[i] == Phase::Airborne
-                        && flight.force.get(i).is_some_and(|f| f.is_finite())
-                        && flight.climb_mps.get(i).is_none_or(|v| v.is_finite())
-                        && flight.height_m.get(i).is_none_or(|z| *z >= least_m)
-                })
-                .map(|i| i - from)
-                .collect();
-            if rows.len() < FEWEST_ROWS {
-                out.left_out.push(Excluded {
-                    log: flight.name.clone(),
-                    from_s: flight.time_s[a],
-                    to_s: flight.time_s[b],
-                    why: format!(
-                        "run {}: {} rows in flight with a specific force, {FEWEST_ROWS} are needed",
-                        number + 1,
-                        rows.len()
-                    ),
-                });
-                continue;
-            }
-            let part = |c: &[f64], scale: f64, shift: f64| -> Vec<f64> {
-                if c.is_empty() {
-                    return Vec::new();
-                }
-                c[from..=b].iter().map(|v| (v - shift) / scale).collect()
-            };
-            out.pieces.push(Segment {
+            let piece = Segment {
                 flight: index,
                 run: number,
-                time_s: flight.time_s[from..=b].to_vec(),
-                throttle: held(part(command, hover_throttle, 0.0)),
-                height: part(&flight.height_m, unit_m, 0.0),
-                climb_mps: part(&flight.climb_mps, 1.0, 0.0),
-                battery_v: part(&flight.battery_v, 1.0, volts),
-                on_s: run.on_s,
-                force: part(&flight.force, 1.0, 0.0),
-                rows,
-                bias_sd: settings
-                    .height_bias_radii
-                    .hypot((run.drift_m / unit_m).min(MOST_DRIFT)),
-            });
+                ..segment(flight, phases, run, least_m, &units, settings)
+            };
+            if piece.rows.len() < FEWEST_ROWS {
+                out.left_out.push(excluded(format!(
+                    "run {}: {} rows in flight with a specific force, {FEWEST_ROWS} are needed",
+                    number + 1,
+                    piece.rows.len()
+                )));
+            } else {
+                out.pieces.push(piece);
+            }
         }
     }
     out
+}
+
+/// The height from which those of an armed interval count (m), where not all do: heights that wandered on the ground are
+/// wrong by an unknown length in flight too.
+fn least_height_m(run: &ArmedInterval, units: &Units, settings: &FlightSettings) -> Option<f64> {
+    let drifted = settings.rotor_radius_m.is_some() && run.drift_m > MOST_DRIFT * units.height_m;
+    drifted.then(|| run.drift_m + settings.reference_radii * units.height_m)
+}
+
+/// The segment of an armed interval, ready to be simulated.
+fn segment(
+    flight: &Flight,
+    phases: &Phases,
+    run: &ArmedInterval,
+    least_m: Option<f64>,
+    units: &Units,
+    settings: &FlightSettings,
+) -> Segment {
+    let [a, b] = run.rows;
+    let command = if flight.command.is_empty() {
+        &flight.throttle
+    } else {
+        &flight.command
+    };
+    let least_m = least_m.unwrap_or(f64::NEG_INFINITY);
+    // One row of standstill before, so that the first command is a step.
+    let from = a.saturating_sub(usize::from(run.on_s.is_some()));
+    let rows = (a..=b)
+        .filter(|&i| {
+            phases.rows[i] == Phase::Airborne
+                && flight.force.get(i).is_some_and(|f| f.is_finite())
+                && flight.climb_mps.get(i).is_none_or(|v| v.is_finite())
+                && flight.height_m.get(i).is_none_or(|z| *z >= least_m)
+        })
+        .map(|i| i - from);
+    let part = |c: &[f64], scale: f64, shift: f64| -> Vec<f64> {
+        if c.is_empty() {
+            return Vec::new();
+        }
+        c[from..=b].iter().map(|v| (v - shift) / scale).collect()
+    };
+    let volts = part(&flight.battery_v, 1.0, units.battery_v);
+    Segment {
+        flight: 0,
+        run: 0,
+        rows: rows.collect(),
+        time_s: flight.time_s[from..=b].to_vec(),
+        throttle: held(part(command, units.hover_throttle, 0.0)),
+        height: part(&flight.height_m, units.height_m, 0.0),
+        climb_mps: part(&flight.climb_mps, 1.0, 0.0),
+        drift: if volts.is_empty() {
+            Drift::Unknown
+        } else {
+            Drift::Voltage(volts)
+        },
+        on_s: run.on_s,
+        force: part(&flight.force, 1.0, 0.0),
+        bias_sd: settings
+            .height_bias_radii
+            .hypot((run.drift_m / units.height_m).min(MOST_DRIFT)),
+    }
 }
 
 /// Long holes of the throttle are held too: the rows in them do not count.

@@ -2,8 +2,8 @@
 
 use super::ModelSelection;
 use crate::fitted::range;
+use crate::flights::drift::drift_name;
 use crate::flights::fit::Fit;
-use crate::flights::ground::drift_name;
 use crate::flights::model::{ModelTerms, Segment};
 
 impl ModelSelection<'_> {
