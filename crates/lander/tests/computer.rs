@@ -43,7 +43,6 @@ fn computer<R: Real>() -> Computer<R> {
             observer: Some(Observer::default()),
             adaptation: None,
             delays: Delays::default(),
-            rotors_m: None,
             limits: Limits::default(),
         },
         deck_acceleration: true,

@@ -224,10 +224,6 @@ impl<R: Real, M: GroundEffect<R>> GroundEffect<R> for Guarded<R, M> {
         self.limit_inner(&mut state.model, &inner);
     }
 
-    fn sees_rotors(&self) -> bool {
-        self.model.sees_rotors()
-    }
-
     fn validate(&self) -> Result<(), SettingsError> {
         self.validity.validate()?;
         self.model.validate()

@@ -44,10 +44,6 @@ impl<R: Real> GroundEffect<R> for Lag<R> {
         *state = state.clamp(ratio_min, ratio_max);
     }
 
-    fn sees_rotors(&self) -> bool {
-        false
-    }
-
     fn validate(&self) -> Result<(), SettingsError> {
         for value in self.map.h {
             finite("ground_effect.lag.map.h", value)?;

@@ -47,8 +47,6 @@ pub struct GroundEffectInput<R> {
     pub vehicle_velocity_mps: R,
     /// Velocity of the deck v_p, up, m/s.
     pub deck_velocity_mps: R,
-    /// Angle between the rotor axis and the deck's normal, rad.
-    pub tilt_rad: R,
     /// Heights of the four rotor planes above the deck, m, where known.
     pub rotor_heights_m: Option<[R; 4]>,
 }
@@ -65,7 +63,6 @@ impl<R: Real> GroundEffectInput<R> {
                 .vehicle_velocity_mps
                 .finite_or(previous.vehicle_velocity_mps),
             deck_velocity_mps: self.deck_velocity_mps.finite_or(previous.deck_velocity_mps),
-            tilt_rad: self.tilt_rad.finite_or(previous.tilt_rad),
             rotor_heights_m: self
                 .rotor_heights_m
                 .filter(|heights| heights.iter().all(|z| z.is_finite())),
@@ -133,12 +130,6 @@ pub trait GroundEffect<R: Real> {
     /// Brings a state back to where its lift is within `[ratio_min, ratio_max]`
     /// times `thrust_n`.
     fn limit(&self, _state: &mut Self::State, _thrust_n: R, _ratio_min: R, _ratio_max: R) {}
-
-    /// Whether the tilt or the rotors' heights make a difference: a controller leaves them out
-    /// (0, none) for a model that says no.
-    fn sees_rotors(&self) -> bool {
-        true
-    }
 
     /// Checks the coefficients.
     ///

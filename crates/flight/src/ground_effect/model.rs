@@ -92,17 +92,6 @@ impl<R: Real> GroundEffect<R> for GroundEffectModel<R> {
         }
     }
 
-    fn sees_rotors(&self) -> bool {
-        match self {
-            Self::None => false,
-            Self::Empirical(model) => model.sees_rotors(),
-            Self::StaticMap(model) => model.sees_rotors(),
-            Self::Polynomial(model) => model.sees_rotors(),
-            Self::Ratio(model) => model.sees_rotors(),
-            Self::Lag(model) => model.sees_rotors(),
-        }
-    }
-
     fn validate(&self) -> Result<(), SettingsError> {
         match self {
             Self::None => Ok(()),

@@ -88,10 +88,6 @@ impl<R: Real> GroundEffect<R> for Polynomial<R> {
         *state = state.clamp(ratio_min * thrust_n, ratio_max * thrust_n);
     }
 
-    fn sees_rotors(&self) -> bool {
-        false
-    }
-
     fn validate(&self) -> Result<(), SettingsError> {
         for value in self.theta {
             finite("ground_effect.polynomial.theta", value)?;

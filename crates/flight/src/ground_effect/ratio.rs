@@ -72,10 +72,6 @@ impl<R: Real> GroundEffect<R> for Ratio<R> {
         *state = state.clamp(ratio_min, ratio_max);
     }
 
-    fn sees_rotors(&self) -> bool {
-        false
-    }
-
     fn validate(&self) -> Result<(), SettingsError> {
         for value in self.xi {
             finite("ground_effect.ratio.xi", value)?;

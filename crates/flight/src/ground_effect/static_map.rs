@@ -51,10 +51,6 @@ impl<R: Real> GroundEffect<R> for StaticMap<R> {
 
     fn advance(&self, _state: &mut (), _input: &GroundEffectInput<R>, _dt: R) {}
 
-    fn sees_rotors(&self) -> bool {
-        false
-    }
-
     fn validate(&self) -> Result<(), SettingsError> {
         for value in self.h {
             finite("ground_effect.static.h", value)?;

@@ -230,7 +230,6 @@ impl<R: Real> ControlSettings<R> {
                 attitude_s: sensing_s,
                 command_s: timing.command_delay_s,
             },
-            rotors_m: None,
             limits: Limits::default(),
         }
     }

@@ -11,7 +11,7 @@ use crate::control::observer::{Felt, Record};
 use crate::control::{Adaptation, AdaptationState, Delays, Horizontal, HorizontalState, Observer};
 use touchdown_flight::control::channel::{ChannelInput, VerticalChannel, ground_input};
 use touchdown_flight::control::{Law, Saturation, VerticalState};
-use touchdown_flight::error::{SettingsError, finite};
+use touchdown_flight::error::SettingsError;
 use touchdown_flight::ground_effect::{GroundEffect, GroundEffectInput, Guarded, Lift};
 use touchdown_flight::kernel::usable_dt;
 use touchdown_flight::real::Real;
@@ -20,21 +20,17 @@ use touchdown_flight::space::{Attitude, Vector};
 use touchdown_flight::thrust::ThrustModel;
 use touchdown_flight::types::Limits;
 
-/// A landing controller in three dimensions: the vector law
+/// A landing controller in three dimensions: the vector law of eq. (10),
 /// `f_u = m v_r' - K_P s - K_I ∫ s dt - m g - f_a^`.
 ///
-/// Vertically it is the [`VerticalController`](touchdown_flight::vertical_controller::VerticalController), by the same
-/// code; horizontally [`Horizontal`]. The vertical force comes first: thrust is
+/// Vertically it is the
+/// [`VerticalController`](touchdown_flight::vertical_controller::VerticalController), by the
+/// same code; horizontally [`Horizontal`]. The vertical force comes first: thrust is
 /// raised by what the tilt costs (ground effect acts along the rotors' axis as
 /// thrust does), and the horizontal force gets what limits of tilt and thrust
-/// leave. The ground-effect model is given the height along the deck's normal,
-/// the angle to it, and the rotors' heights where their places are known.
+/// leave. The ground-effect model is given the height along the deck's normal.
 ///
-/// | method | law | ground effect | observer |
-/// | --- | --- | --- | --- |
-/// | feedback, empirical, dynamic, imbc, ssc | as for the vertical controller | as there | none |
-/// | observer | [`Law::Composite`] | none | given |
-/// | dynamic+observer | [`Law::Composite`] | any dynamic family | given |
+/// [`Method`](touchdown_flight::Method) says which law, model and observer a method has.
 ///
 /// An observer or an adaptation needs the IMU's acceleration; only
 /// [`Law::Composite`] makes use of their vertical part.
@@ -67,8 +63,6 @@ pub struct SpaceController<R: Real, G = Guarded<R>> {
     pub adaptation: Option<Adaptation<R>>,
     /// Delays that observer and adaptation reckon with.
     pub delays: Delays<R>,
-    /// Hubs of the rotors from the reference point, body axes, m, where known.
-    pub rotors_m: Option<[Vector<R>; 4]>,
     /// Limits of the actuators.
     pub limits: Limits<R>,
 }
@@ -106,13 +100,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         if let Some(adaptation) = &self.adaptation {
             adaptation.validate()?;
         }
-        self.delays.validate()?;
-        for hub in self.rotors_m.iter().flatten() {
-            for value in hub.to_array() {
-                finite("rotors_m", value)?;
-            }
-        }
-        Ok(())
+        self.delays.validate()
     }
 
     fn channel(&self) -> VerticalChannel<'_, R, G> {
@@ -327,24 +315,12 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         )
     }
 
-    /// What the ground-effect model is told, but for thrust and throttle.
+    /// The ground-effect model's input, except thrust and throttle: the height is along the
+    /// deck's normal.
     fn ground(&self, motion: &Motion<R>) -> GroundEffectInput<R> {
-        let normal = motion.deck_normal;
-        let height_m = motion.position_m.dot(normal);
-        let level = GroundEffectInput {
-            height_m,
-            ..ground_input(&motion.vertical())
-        };
-        if !self.ground_effect.sees_rotors() {
-            return level;
-        }
-        let up = motion.attitude.up();
         GroundEffectInput {
-            tilt_rad: up.cross(normal).norm().atan2(up.dot(normal)),
-            rotor_heights_m: self
-                .rotors_m
-                .map(|hubs| hubs.map(|hub| height_m + motion.attitude.rotate(hub).dot(normal))),
-            ..level
+            height_m: motion.position_m.dot(motion.deck_normal),
+            ..ground_input(&motion.vertical())
         }
     }
 }

@@ -72,7 +72,6 @@ pub(crate) fn computer() -> Computer<f64> {
                 attitude_s: IMU_S + 0.5 * DT,
                 ..Delays::default()
             },
-            rotors_m: None,
             limits: Limits::default(),
         },
         deck_acceleration: true,

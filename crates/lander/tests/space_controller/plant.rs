@@ -35,7 +35,6 @@ pub(crate) fn space_controller<R: Real>(ground_effect: GroundEffectModel<R>) -> 
         observer: None,
         adaptation: None,
         delays: Delays::default(),
-        rotors_m: None,
         limits: Limits::default(),
     };
     controller.validate().unwrap();

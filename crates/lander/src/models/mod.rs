@@ -1,9 +1,11 @@
 //! The models that controllers count on.
 
-use touchdown_flight::Real;
+mod fitted;
+
 use touchdown_flight::ground_effect::{
     GroundEffectModel, Guarded, Lag, StaticMap, Validity, VelocityInput,
 };
+use touchdown_flight::real::{Real, r};
 use touchdown_flight::thrust::{Library, ThrustModel};
 
 /// The models that controllers count on, as identified beforehand.
@@ -27,29 +29,17 @@ pub struct FlightModels<R: Real> {
 }
 
 impl<R: Real> Default for FlightModels<R> {
-    /// As `touchdown identify` finds them on the virtual rig's rich data of the
-    /// default plant (seed 1).
+    /// As identified on the virtual rig's rich data of the default plant (seed 1); see
+    /// `fitted.rs` for the command.
     fn default() -> Self {
         let lag = Lag {
-            map: StaticMap::new([-0.007_458, 0.041_323, 0.130_612, 0.031_397].map(R::from_f64)),
-            k: [-0.035_058, 0.103_208].map(R::from_f64),
-            tau_s: R::from_f64(0.176_759),
+            map: StaticMap::new(fitted::LAG_H.map(r)),
+            k: fitted::LAG_K.map(r),
+            tau_s: r(fitted::LAG_TAU_S),
         };
         Self {
-            thrust: ThrustModel::Library(Library::from_array(
-                [
-                    7.134_375,
-                    -11.427_189,
-                    112.592_380,
-                    -55.082_173,
-                    -0.119_445,
-                    0.836_960,
-                    -56.642_801,
-                    2.049_671,
-                ]
-                .map(R::from_f64),
-            )),
-            mu: R::from_f64(1.958),
+            thrust: ThrustModel::Library(Library::from_array(fitted::THRUST.map(r))),
+            mu: r(fitted::MU),
             dynamic: Guarded {
                 model: GroundEffectModel::Lag(lag),
                 validity: Validity::default(),
