@@ -1,7 +1,7 @@
 //! A step of the landing computer.
 
-use super::sightings::Sightings;
-use super::{Computer, ComputerOutput, ComputerState, Descent, Sensed};
+use crate::computer::sightings::Sightings;
+use crate::computer::{Computer, ComputerOutput, ComputerState, Descent, Sensed};
 use crate::estimate::deck::{DeckEstimatorState, DeckMotionPrediction};
 use crate::estimate::relative::{DeckPrior, RangeReading, Reading, RelativeEstimate};
 use crate::guidance::GuidanceCommand;
@@ -170,7 +170,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     }
 
     /// The deck some time from now.
-    pub(super) fn deck_ahead(
+    pub(in crate::computer) fn deck_ahead(
         &self,
         state: &ComputerState<R, G::State>,
         ahead_s: R,
@@ -293,10 +293,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             heave_angular_frequency: mean,
             heave_damping_ratio: (width / mean).clamp(
                 self.least_damping_ratio,
-                self.relative
-                    .deck
-                    .heave_damping_ratio
-                    .max(self.least_damping_ratio),
+                self.relative.deck.heave_damping_ratio,
             ),
             ..self.relative.deck
         };
@@ -377,3 +374,6 @@ fn harmonics_mps<R: Real>(deck: &DeckEstimatorState<R>) -> R {
         sum + harmonic.amplitude_m * harmonic.angular_frequency
     })
 }
+
+#[cfg(test)]
+mod tests;
