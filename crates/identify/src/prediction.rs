@@ -66,6 +66,105 @@ impl<'a> Columns<'a> {
     }
 }
 
+/// The equations of a card as expressions in its parameters `p0`, `p1`, ….
+struct Equations {
+    /// The state's name; none for maps without memory.
+    state: Option<&'static str>,
+    /// Its rate.
+    rhs: Option<String>,
+    /// Thrust or force (N).
+    output: String,
+    start: Start,
+}
+
+impl Equations {
+    /// A form whose state is `x = √T`.
+    fn of_root(rhs: String) -> Self {
+        Self {
+            state: Some("x"),
+            rhs: Some(rhs),
+            output: "x*abs(x)".to_string(),
+            start: Start::RootOfThrust,
+        }
+    }
+
+    /// A form without memory.
+    fn at_rest(output: String) -> Self {
+        Self {
+            state: None,
+            rhs: None,
+            output,
+            start: Start::None,
+        }
+    }
+
+    fn with_memory(state: &'static str, rhs: String, output: String, start: Start) -> Self {
+        Self {
+            state: Some(state),
+            rhs: Some(rhs),
+            output,
+            start,
+        }
+    }
+
+    fn of(parts: &mut Parts<'_>) -> Result<Self> {
+        let card = parts.card;
+        Ok(match card.form {
+            // Eq. (8).
+            Form::Library => Self::of_root(parts.sum("x'")?),
+            // Eq. (7).
+            Form::FirstOrder => {
+                let (c0, c1, t_m) = (
+                    parts.single("c0")?,
+                    parts.single("c1")?,
+                    parts.single("T_m")?,
+                );
+                Self::of_root(format!("({c0}*s + {c1} - x)/{t_m}"))
+            }
+            Form::StaticSqrt => {
+                let map = parts.sum("x")?;
+                if card.terms_of("T_m").next().is_some() {
+                    let t_m = parts.single("T_m")?;
+                    Self::of_root(format!("({map} - x)/{t_m}"))
+                } else {
+                    Self::at_rest(format!("({map})*abs({map})"))
+                }
+            }
+            Form::StaticThrust => Self::at_rest(parts.sum("T")?),
+            // Eq. (2).
+            Form::Empirical => {
+                let mu = parts.single("mu")?;
+                let constant = |name: &str| card.constants.get(name).copied().unwrap_or(0.0);
+                let (r, h_r) = (constant("r"), constant("h_r"));
+                let q = format!("min({mu}*({r}/(4*(z + {h_r})))^2, {EMPIRICAL_MAX})");
+                Self::at_rest(format!("T*{q}/(1 - {q})"))
+            }
+            Form::Static => Self::at_rest(format!("T*({})", parts.sum("h")?)),
+            // Eq. (9).
+            Form::Derivative => {
+                let rhs = parts.sum("f'")?;
+                Self::with_memory("f", rhs, "f".to_string(), Start::Force)
+            }
+            Form::Ratio => {
+                let rhs = parts.sum("y'")?;
+                Self::with_memory("y", rhs, "T*y".to_string(), Start::Ratio)
+            }
+            Form::Lag => {
+                let (tau, h, k) = (parts.single("tau")?, parts.sum("h")?, parts.sum("k")?);
+                let output = format!("T*(g + ({k})*v_p)");
+                Self::with_memory("g", format!("({h} - g)/{tau}"), output, Start::Ratio)
+            }
+            Form::LaggedMotors | Form::RotorLag => {
+                return Err(Error::data(
+                    &card.name,
+                    "a form that predicts from one throttle",
+                    format!("{:?}", card.form),
+                ));
+            }
+        })
+    }
+}
+
 impl Predictor {
     /// Prepares a card.
     ///
@@ -77,72 +176,14 @@ impl Predictor {
             card,
             parameters: Vec::new(),
         };
-        let (state, rhs, output, start) = match card.form {
-            Form::Library => (
-                "x",
-                Some(parts.sum("x'")?),
-                "x*abs(x)".to_string(),
-                Start::RootOfThrust,
-            ),
-            Form::FirstOrder => {
-                let (c0, c1, t_m) = (
-                    parts.single("c0")?,
-                    parts.single("c1")?,
-                    parts.single("T_m")?,
-                );
-                let rhs = format!("({c0}*s + {c1} - x)/{t_m}");
-                ("x", Some(rhs), "x*abs(x)".to_string(), Start::RootOfThrust)
-            }
-            Form::StaticSqrt => {
-                let map = parts.sum("x")?;
-                if card.terms_of("T_m").next().is_some() {
-                    let t_m = parts.single("T_m")?;
-                    let rhs = format!("({map} - x)/{t_m}");
-                    ("x", Some(rhs), "x*abs(x)".to_string(), Start::RootOfThrust)
-                } else {
-                    ("x", None, format!("({map})*abs({map})"), Start::None)
-                }
-            }
-            Form::StaticThrust => ("x", None, parts.sum("T")?, Start::None),
-            Form::Empirical => {
-                let mu = parts.single("mu")?;
-                let constant = |name: &str| card.constants.get(name).copied().unwrap_or(0.0);
-                let (r, h_r) = (constant("r"), constant("h_r"));
-                let q = format!("min({mu}*({r}/(4*(z + {h_r})))^2, {EMPIRICAL_MAX})");
-                ("f", None, format!("T*{q}/(1 - {q})"), Start::None)
-            }
-            Form::Static => ("y", None, format!("T*({})", parts.sum("h")?), Start::None),
-            Form::Derivative => ("f", Some(parts.sum("f'")?), "f".to_string(), Start::Force),
-            Form::Ratio => ("y", Some(parts.sum("y'")?), "T*y".to_string(), Start::Ratio),
-            Form::Lag => {
-                let (tau, h, k) = (parts.single("tau")?, parts.sum("h")?, parts.sum("k")?);
-                (
-                    "g",
-                    Some(format!("({h} - g)/{tau}")),
-                    format!("T*(g + ({k})*v_p)"),
-                    Start::Ratio,
-                )
-            }
-            Form::LaggedMotors | Form::RotorLag => {
-                return Err(Error::data(
-                    &card.name,
-                    "a form that predicts from one throttle",
-                    format!("{:?}", card.form),
-                ));
-            }
-        };
+        let equations = Equations::of(&mut parts)?;
         let parse = |text: &str| {
             Expr::parse(text)
                 .map(|e| parts.expand(&e))
                 .map_err(|e| Error::data(&card.name, "an expression", format!("`{text}`: {e}")))
         };
-        let output = parse(&output)?;
-        let rhs = rhs.as_deref().map(parse).transpose()?;
-        let states: Vec<&str> = if rhs.is_some() {
-            vec![state]
-        } else {
-            Vec::new()
-        };
+        let output = parse(&equations.output)?;
+        let rhs = equations.rhs.as_deref().map(parse).transpose()?;
         let names: Vec<String> = (0..parts.parameters.len())
             .map(|i| format!("p{i}"))
             .collect();
@@ -150,7 +191,7 @@ impl Predictor {
             .iter()
             .chain([&output])
             .flat_map(|e| e.variables().into_iter().map(String::from))
-            .filter(|v| !states.contains(&v.as_str()) && !names.contains(v))
+            .filter(|v| equations.state != Some(v.as_str()) && !names.contains(v))
             .collect();
         inputs.sort();
         inputs.dedup();
@@ -165,16 +206,12 @@ impl Predictor {
             .iter()
             .map(|v| card.validity.inputs.get(v).copied())
             .collect();
+        let rhs: Vec<String> = rhs.iter().map(ToString::to_string).collect();
         let model = OdeModel::new(
-            &states,
-            &inputs.iter().map(String::as_str).collect::<Vec<_>>(),
-            &names.iter().map(String::as_str).collect::<Vec<_>>(),
-            &rhs.iter()
-                .map(ToString::to_string)
-                .collect::<Vec<_>>()
-                .iter()
-                .map(String::as_str)
-                .collect::<Vec<_>>(),
+            equations.state.as_slice(),
+            &as_strs(&inputs),
+            &as_strs(&names),
+            &as_strs(&rhs),
             &output.to_string(),
         )?;
         let model = model.with_max_step(max_step_s(card))?;
@@ -183,7 +220,7 @@ impl Predictor {
             parameters: parts.parameters,
             inputs,
             clamps,
-            start,
+            start: equations.start,
         })
     }
 
@@ -240,6 +277,11 @@ impl Predictor {
     }
 }
 
+fn as_strs(names: &[String]) -> Vec<&str> {
+    names.iter().map(String::as_str).collect()
+}
+
+/// The terms of a card, as text with a parameter in place of each value.
 struct Parts<'a> {
     card: &'a Card,
     parameters: Vec<f64>,

@@ -6,157 +6,161 @@ use crate::error::{Error, Result};
 /// The searches for lags start at 2 ms; a shorter range than this leaves them nothing.
 const SHORTEST_MAX_LAG_S: f64 = 0.01;
 
+/// A key, what it must be, and what was found.
+type Fault = (&'static str, String, String);
+
+/// Refuses a value that is not what is expected of a key.
+fn expect(
+    holds: bool,
+    key: &'static str,
+    expected: impl Into<String>,
+    found: impl ToString,
+) -> std::result::Result<(), Fault> {
+    if holds {
+        Ok(())
+    } else {
+        Err((key, expected.into(), found.to_string()))
+    }
+}
+
+fn above_0(key: &'static str, v: f64) -> std::result::Result<(), Fault> {
+    expect(v > 0.0 && v.is_finite(), key, "a finite number above 0", v)
+}
+
+fn at_least_0(key: &'static str, v: f64) -> std::result::Result<(), Fault> {
+    let expected = "a finite number, at least 0";
+    expect(v >= 0.0 && v.is_finite(), key, expected, v)
+}
+
 impl IdentificationSettings {
     /// Checks all settings; `file` names them in errors.
     ///
     /// # Errors
     /// The first setting out of range.
     pub fn check(&self, file: &str) -> Result<()> {
-        let bad = |key: &str, expected: &str, found: String| {
-            Err(Error::Settings {
-                file: file.to_string(),
-                message: format!("key `{key}`: expected {expected}, found {found}"),
-            })
+        let bad = |message: String| Error::Settings {
+            file: file.to_string(),
+            message,
         };
         for (key, window) in [
             ("smoothing.window", self.smoothing.window),
             ("smoothing.thrust_window", self.smoothing.thrust_window),
         ] {
-            if let Err(e) = sindy::SavitzkyGolay::new(window, self.smoothing.degree) {
-                return Err(Error::Settings {
-                    file: file.to_string(),
-                    message: format!("key `{key}`: {e}"),
-                });
-            }
+            sindy::SavitzkyGolay::new(window, self.smoothing.degree)
+                .map_err(|e| bad(format!("key `{key}`: {e}")))?;
         }
-        if self.sr3.thresholds.is_empty() || self.sr3.nus.is_empty() {
-            return bad("sr3", "at least one threshold and one nu", "none".into());
-        }
-        if let Some(v) = self
-            .sr3
+        self.weak
+            .build()
+            .map_err(|e| bad(format!("key `weak`: {e}")))?;
+        self.check_solver()
+            .and_then(|()| self.check_models())
+            .and_then(|()| self.check_libraries())
+            .map_err(|(key, expected, found)| {
+                bad(format!("key `{key}`: expected {expected}, found {found}"))
+            })
+    }
+
+    /// Solver, choice and seeds.
+    fn check_solver(&self) -> std::result::Result<(), Fault> {
+        let (sr3, choice) = (&self.sr3, &self.choice);
+        let some = !sr3.thresholds.is_empty() && !sr3.nus.is_empty();
+        expect(some, "sr3", "at least one threshold and one nu", "none")?;
+        if let Some(v) = sr3
             .thresholds
             .iter()
             .find(|v| !(**v >= 0.0 && v.is_finite()))
         {
-            return bad(
-                "sr3.thresholds",
-                "finite numbers, at least 0",
-                v.to_string(),
-            );
+            let expected = "finite numbers, at least 0";
+            return expect(false, "sr3.thresholds", expected, v);
         }
-        if let Some(v) = self.sr3.nus.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
-            return bad("sr3.nus", "finite numbers above 0", v.to_string());
+        if let Some(v) = sr3.nus.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
+            return expect(false, "sr3.nus", "finite numbers above 0", v);
         }
-        for (key, v) in [
-            ("sr3.lambda", self.sr3.lambda),
-            ("published.threshold", Some(self.published.threshold)),
-        ] {
-            if let Some(v) = v.filter(|v| !(*v >= 0.0 && v.is_finite())) {
-                return bad(key, "a finite number, at least 0", v.to_string());
-            }
-        }
-        for (key, v) in [
-            ("sr3.nu", self.sr3.nu),
-            ("published.nu", Some(self.published.nu)),
-            ("choice.effective_rows", self.choice.effective_rows),
-        ] {
-            if let Some(v) = v.filter(|v| !(*v > 0.0 && v.is_finite())) {
-                return bad(key, "a finite number above 0", v.to_string());
-            }
-        }
-        let choice = &self.choice;
-        if choice.folds == 1 {
-            return bad("choice.folds", "0, or at least 2", "1".into());
-        }
-        if choice.solver == SolverName::Stepwise && choice.criterion == CriterionName::LeftOut {
-            let expected = "aic, aicc, bic or evidence for the solver `stepwise`";
-            return bad("choice.criterion", expected, "left_out".into());
-        }
+        at_least_0("sr3.lambda", sr3.lambda.unwrap_or(0.0))?;
+        at_least_0("published.threshold", self.published.threshold)?;
+        above_0("sr3.nu", sr3.nu.unwrap_or(1.0))?;
+        above_0("published.nu", self.published.nu)?;
+        above_0(
+            "choice.effective_rows",
+            choice.effective_rows.unwrap_or(1.0),
+        )?;
+        expect(choice.folds != 1, "choice.folds", "0, or at least 2", 1)?;
+        expect(
+            choice.solver != SolverName::Stepwise || choice.criterion != CriterionName::LeftOut,
+            "choice.criterion",
+            "aic, aicc, bic or evidence for the solver `stepwise`",
+            "left_out",
+        )?;
         // TOML has 64-bit signed numbers.
         for (key, seed) in [
             ("choice.seed", choice.seed),
             ("flight.seed", self.flight.seed),
         ] {
-            if i64::try_from(seed).is_err() {
-                return bad(key, &format!("at most {}", i64::MAX), seed.to_string());
-            }
+            let fits = i64::try_from(seed).is_ok();
+            expect(fits, key, format!("at most {}", i64::MAX), seed)?;
         }
-        if let Err(e) = self.weak.build() {
-            return Err(Error::Settings {
-                file: file.to_string(),
-                message: format!("key `weak`: {e}"),
-            });
-        }
+        Ok(())
+    }
+
+    /// Models of stands, rigs and flights.
+    fn check_models(&self) -> std::result::Result<(), Fault> {
         if let Some((key, expected, found)) = self.flight.fault() {
-            return bad(key, expected, found);
+            return Err((key, expected.to_string(), found));
         }
-        let t = &self.thrust;
-        if !(1..=6).contains(&t.degree) {
-            return bad("thrust.degree", "1 to 6", t.degree.to_string());
-        }
-        let g = &self.ground_effect;
-        let positive = [
-            ("shooting.window_s", self.shooting.window_s),
-            ("shooting.stride_s", self.shooting.stride_s),
-            ("shooting.noise_n", self.shooting.noise_n),
+        let (t, g, shooting) = (&self.thrust, &self.ground_effect, &self.shooting);
+        expect(
+            (1..=6).contains(&t.degree),
+            "thrust.degree",
+            "1 to 6",
+            t.degree,
+        )?;
+        for (key, v) in [
+            ("shooting.window_s", shooting.window_s),
+            ("shooting.stride_s", shooting.stride_s),
+            ("shooting.noise_n", shooting.noise_n),
             ("thrust.max_lag_s", t.max_lag_s),
             ("ground_effect.rotor_radius_m", g.rotor_radius_m),
             ("ground_effect.lengths_m[0]", g.lengths_m[0]),
             ("ground_effect.lengths_m[1]", g.lengths_m[1]),
             ("ground_effect.lengths_m[2]", g.lengths_m[2]),
             ("ground_effect.lag_bounds_s[0]", g.lag_bounds_s[0]),
-        ];
-        for (key, v) in positive {
-            if !(v > 0.0 && v.is_finite()) {
-                return bad(key, "a finite number above 0", v.to_string());
-            }
-        }
-        if t.max_lag_s < SHORTEST_MAX_LAG_S {
-            let expected = format!("at least {SHORTEST_MAX_LAG_S} s");
-            return bad("thrust.max_lag_s", &expected, t.max_lag_s.to_string());
-        }
-        for (key, v) in [
-            ("thrust.settle_s", t.settle_s),
-            ("thrust.min_thrust_n", t.min_thrust_n),
         ] {
-            if !(v >= 0.0 && v.is_finite()) {
-                return bad(key, "a finite number, at least 0", v.to_string());
-            }
+            above_0(key, v)?;
         }
-        if self.shooting.every == 0 {
-            return bad("shooting.every", "at least 1", "0".into());
-        }
+        let expected = format!("at least {SHORTEST_MAX_LAG_S} s");
+        let long = t.max_lag_s >= SHORTEST_MAX_LAG_S;
+        expect(long, "thrust.max_lag_s", expected, t.max_lag_s)?;
+        at_least_0("thrust.settle_s", t.settle_s)?;
+        at_least_0("thrust.min_thrust_n", t.min_thrust_n)?;
+        expect(shooting.every > 0, "shooting.every", "at least 1", 0)?;
         for (key, [lo, hi]) in [
             ("ground_effect.lag_bounds_s", g.lag_bounds_s),
             ("ground_effect.ratio_limits", g.ratio_limits),
         ] {
-            if !(lo < hi && lo.is_finite() && hi.is_finite()) {
-                return bad(key, "[min, max] with min < max", format!("[{lo}, {hi}]"));
-            }
+            let ordered = lo < hi && lo.is_finite() && hi.is_finite();
+            let found = format!("[{lo}, {hi}]");
+            expect(ordered, key, "[min, max] with min < max", found)?;
         }
+        Ok(())
+    }
+
+    /// Candidate terms.
+    fn check_libraries(&self) -> std::result::Result<(), Fault> {
         let libraries: [(&str, &Vec<String>, &[&str]); 2] = [
-            ("thrust.library", &t.library, &["x", "s"]),
+            ("thrust.library", &self.thrust.library, &["x", "s"]),
             (
                 "ground_effect.library",
-                &g.library,
+                &self.ground_effect.library,
                 &["f", "s", "z", "v_p", "v_q"],
             ),
         ];
         for (key, library, names) in libraries {
-            let library = match sindy::Library::parse(library) {
-                Ok(library) => library,
-                Err(e) => return bad(key, "distinct expressions", e.to_string()),
-            };
-            if let Some(unknown) = library
-                .variables()
-                .iter()
-                .find(|v| !names.contains(&v.as_str()))
-            {
-                return bad(
-                    key,
-                    &format!("terms in {}", names.join(", ")),
-                    format!("`{unknown}`"),
-                );
+            let library = sindy::Library::parse(library)
+                .map_err(|e| (key, "distinct expressions".to_string(), e.to_string()))?;
+            let variables = library.variables();
+            if let Some(unknown) = variables.iter().find(|v| !names.contains(&v.as_str())) {
+                let expected = format!("terms in {}", names.join(", "));
+                return expect(false, key, expected, format!("`{unknown}`"));
             }
         }
         Ok(())
