@@ -11,6 +11,11 @@ use crate::thrust::plateau::median;
 
 /// Steps at most.
 const MOST_STEPS: usize = 60;
+/// Standard deviation of the residual that a first fit starts from (gravities); it settles within a few steps.
+const FIRST_SIGMA: f64 = 0.1;
+/// Damping at the start, and from which the search ends.
+const FIRST_DAMPING: f64 = 1e-4;
+const MOST_DAMPING: f64 = 1e9;
 /// Step of the height error for derivatives, in R.
 const BIAS_STEP: f64 = 0.02;
 /// Longest move of a height error in one step, in R.
@@ -127,11 +132,11 @@ impl Fit {
 #[must_use]
 pub fn fit(pieces: &[Segment], shape: ModelTerms, from: Option<&Fit>) -> Fit {
     let parameters = shape.parameters();
-    let mut theta: Vec<f64> = parameters
+    let theta: Vec<f64> = parameters
         .iter()
         .map(|p| from.and_then(|f| f.value(p.name)).unwrap_or(p.start))
         .collect();
-    let mut locals = match from {
+    let locals = match from {
         Some(f) if f.locals.len() == pieces.len() => f.locals.clone(),
         _ => vec![
             SegmentOffsets {
@@ -141,7 +146,7 @@ pub fn fit(pieces: &[Segment], shape: ModelTerms, from: Option<&Fit>) -> Fit {
             pieces.len()
         ],
     };
-    let mut sigma = from.map_or(0.1, |f| f.sigma);
+    let sigma = from.map_or(FIRST_SIGMA, |f| f.sigma);
     let colour = from.and_then(|f| f.colour);
     let system = FitSystem {
         pieces,
@@ -149,88 +154,114 @@ pub fn fit(pieces: &[Segment], shape: ModelTerms, from: Option<&Fit>) -> Fit {
         parameters: &parameters,
         colour,
     };
-    let mut damping = 1e-4;
-    let mut converged = false;
+    let mut search = Search {
+        now: system.assemble(&theta, &locals, sigma),
+        theta,
+        locals,
+        sigma,
+        damping: FIRST_DAMPING,
+        converged: false,
+    };
     let mut steps = 0;
-    let mut now = system.assemble(&theta, &locals, sigma);
-    while steps < MOST_STEPS && !converged {
+    while steps < MOST_STEPS && !search.converged && search.damping <= MOST_DAMPING {
         steps += 1;
-        let (mut gradient, mut hessian) = total(&now, &parameters, &theta);
-        let held = at_bounds(&parameters, &theta, &gradient);
+        search.step(&system);
+    }
+    // Where the steps came to rest, which the last of them may have reached.
+    let (gradient, _) = total(&search.now, &parameters, &search.theta);
+    let held = at_bounds(&parameters, &search.theta, &gradient);
+    Fit {
+        shape,
+        theta: search.theta,
+        locals: search.locals,
+        sigma: search.sigma,
+        colour,
+        rows: pieces.iter().map(|p| p.rows.len()).sum(),
+        steps,
+        converged: search.converged,
+        held,
+        reduced: search.now.into_iter().map(|a| a.reduced).collect(),
+    }
+}
+
+/// Where the Gauss–Newton steps are.
+struct Search {
+    theta: Vec<f64>,
+    locals: Vec<SegmentOffsets>,
+    sigma: f64,
+    /// Levenberg's damping, relative to the diagonal.
+    damping: f64,
+    converged: bool,
+    /// The normal equations here.
+    now: Vec<NormalEquations>,
+}
+
+impl Search {
+    /// One damped step; it is taken if the squares fall.
+    fn step(&mut self, system: &FitSystem<'_>) {
+        let parameters = system.parameters;
+        let (mut gradient, mut hessian) = total(&self.now, parameters, &self.theta);
+        let held = at_bounds(parameters, &self.theta, &gradient);
         hold(&mut hessian, &mut gradient, &held);
         let mut damped = hessian.clone();
-        for i in 0..theta.len() {
-            damped[(i, i)] *= 1.0 + damping;
+        for i in 0..self.theta.len() {
+            damped[(i, i)] *= 1.0 + self.damping;
         }
         let Some(step) = damped.cholesky().map(|c| c.solve(&gradient)) else {
-            damping = (damping * 10.0_f64).max(1e-6);
-            if damping > 1e9 {
-                break;
-            }
-            continue;
+            self.damping = (self.damping * 10.0_f64).max(1e-6);
+            return;
         };
-        let next: Vec<f64> = (0..theta.len())
-            .map(|i| (theta[i] + step[i]).clamp(parameters[i].min, parameters[i].max))
+        let next: Vec<f64> = (0..self.theta.len())
+            .map(|i| (self.theta[i] + step[i]).clamp(parameters[i].min, parameters[i].max))
             .collect();
-        let moved: Vec<f64> = (0..theta.len()).map(|i| next[i] - theta[i]).collect();
-        let shift = DVector::from_vec(moved);
-        let of_next: Vec<SegmentOffsets> = now
-            .iter()
-            .zip(&locals)
+        let moved = next.iter().zip(&self.theta).map(|(to, from)| to - from);
+        let shift = DVector::from_iterator(next.len(), moved);
+        let locals = self.locals_after(&shift);
+        let then = system.assemble(&next, &locals, self.sigma);
+        let before = cost(&self.now, parameters, &self.theta);
+        let after = cost(&then, parameters, &next);
+        if after.is_finite() && after <= before * (1.0 + 1e-12) {
+            self.converged = before - after < 1e-7 * before
+                && shift.dot(&(&hessian * &shift)).abs() < 1e-3 + 1e-7 * before;
+            (self.theta, self.locals) = (next, locals);
+            self.damping = (self.damping * 0.2).max(1e-9);
+            self.settle_sigma(system, then);
+        } else {
+            self.damping *= 10.0;
+            // No step is short enough to lower the squares: this is their minimum.
+            self.converged = self.damping > MOST_DAMPING;
+        }
+    }
+
+    /// Scales and height errors after a shift of the shared numbers.
+    fn locals_after(&self, shift: &DVector<f64>) -> Vec<SegmentOffsets> {
+        let equations = self.now.iter().zip(&self.locals);
+        equations
             .map(|(a, l)| {
-                let d = a.local(&shift) / (1.0 + damping);
+                let d = a.local(shift) / (1.0 + self.damping);
                 SegmentOffsets {
                     scale: l.scale + d.x,
                     bias: l.bias + d.y.clamp(-BIAS_MOST, BIAS_MOST),
                 }
             })
-            .collect();
-        let then = system.assemble(&next, &of_next, sigma);
-        let (before, after) = (
-            cost(&now, &parameters, &theta),
-            cost(&then, &parameters, &next),
-        );
-        if after.is_finite() && after <= before * (1.0 + 1e-12) {
-            converged = before - after < 1e-7 * before
-                && shift.dot(&(&hessian * &shift)).abs() < 1e-3 + 1e-7 * before;
-            (theta, locals) = (next, of_next);
-            damping = (damping * 0.2).max(1e-9);
-            let (rows, square) = then
-                .iter()
-                .fold((0.0, 0.0), |(n, s), a| (n + a.weight, s + a.square));
-            let better = sigma
-                * (square / (rows - theta.len() as f64).max(1.0))
-                    .sqrt()
-                    .max(1e-9);
-            // The scale of the residual settles with the fit.
-            if (better / sigma - 1.0).abs() > 0.01 {
-                converged = false;
-                sigma = better;
-                now = system.assemble(&theta, &locals, sigma);
-            } else {
-                now = then;
-            }
-        } else {
-            damping *= 10.0;
-            if damping > 1e9 {
-                converged = true;
-            }
-        }
+            .collect()
     }
-    // Where the steps came to rest, which the last of them may have reached.
-    let (gradient, _) = total(&now, &parameters, &theta);
-    let held = at_bounds(&parameters, &theta, &gradient);
-    Fit {
-        shape,
-        theta,
-        locals,
-        sigma,
-        colour,
-        rows: pieces.iter().map(|p| p.rows.len()).sum(),
-        steps,
-        converged,
-        held,
-        reduced: now.into_iter().map(|a| a.reduced).collect(),
+
+    /// The residual's standard deviation settles with the fit: the equations are weighed anew where it moves by more than
+    /// one per cent.
+    fn settle_sigma(&mut self, system: &FitSystem<'_>, then: Vec<NormalEquations>) {
+        let (rows, square) = then
+            .iter()
+            .fold((0.0, 0.0), |(n, s), a| (n + a.weight, s + a.square));
+        let freedom = (rows - self.theta.len() as f64).max(1.0);
+        let better = self.sigma * (square / freedom).sqrt().max(1e-9);
+        if (better / self.sigma - 1.0).abs() > 0.01 {
+            self.converged = false;
+            self.sigma = better;
+            self.now = system.assemble(&self.theta, &self.locals, self.sigma);
+        } else {
+            self.now = then;
+        }
     }
 }
 

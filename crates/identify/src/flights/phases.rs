@@ -20,8 +20,9 @@ const SPIN_UP_S: f64 = 0.3;
 const SETTLE_S: f64 = 0.4;
 /// Rows this close to an impact are left out (s).
 const AROUND_IMPACT_S: f64 = 0.15;
-/// A change of the specific force by so much between rows that are 0.02 s apart is an impact (gravities).
+/// A change of the specific force by so much within this time is an impact (gravities, s).
 const IMPACT: f64 = 1.5;
+const WITHIN_S: f64 = 0.02;
 /// A change many times as great as the usual one from row to row is an impact too, and nothing below that is.
 const VIBRATIONS: f64 = 10.0;
 /// Throttle below this share of that of flight, with a force within this of gravity (gravities) for so long (s): the ground
@@ -140,25 +141,23 @@ fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<ArmedInterval> {
     out
 }
 
+/// Marks the rows of an armed interval.
 fn mark(flight: &Flight, settings: &FlightSettings, run: &ArmedInterval, rows: &mut [Phase]) {
     let time = &flight.time_s;
     let [a, b] = run.rows;
     let clear_m = clear_m(settings);
-    let on_ground = |i: usize| match run.stood_m {
-        Some(stood) => {
-            let h = flight.height_m[i];
-            !(h > stood + clear_m)
-        }
-        None => false,
+    let below = |i: usize, clear_m: f64| {
+        let stood = run.stood_m;
+        stood.is_some_and(|stood| !(flight.height_m[i] > stood + clear_m))
     };
     // Off the ground for good: the last row at or below the clearance in the climb, that is, before it was first
     // three clearances up.
-    let up = (a..=b).find(|&i| {
-        run.stood_m
-            .is_some_and(|s| flight.height_m[i] > s + 3.0 * clear_m)
-    });
+    let up = (a..=b).find(|&i| run.stood_m.is_some() && !below(i, 3.0 * clear_m));
     let lifted = match up {
-        Some(up) => (a..up).rev().find(|&i| on_ground(i)).map_or(a, |i| i + 1),
+        Some(up) => (a..up)
+            .rev()
+            .find(|&i| below(i, clear_m))
+            .map_or(a, |i| i + 1),
         None if run.stood_m.is_some() => b + 1,
         None => a + before_lift(flight, run),
     };
@@ -179,15 +178,18 @@ fn mark(flight: &Flight, settings: &FlightSettings, run: &ArmedInterval, rows: &
         } else {
             SETTLE_S
         };
-    for i in a..=b {
-        let close = time[i] - lifted_s < smoothed_s && run.on_s.is_some();
-        rows[i] = if i < lifted || i > landed || close || time[i] < from_s || on_ground(i) {
-            Phase::Contact
-        } else if flight
+    let leans = |i: usize| {
+        flight
             .tilt_rad
             .get(i)
             .is_some_and(|t| t.abs() > STEEPEST_RAD)
-        {
+    };
+    for i in a..=b {
+        let close = time[i] - lifted_s < smoothed_s && run.on_s.is_some();
+        let outside = i < lifted || i > landed || close || time[i] < from_s;
+        rows[i] = if outside || below(i, clear_m) {
+            Phase::Contact
+        } else if leans(i) {
             Phase::Tilted
         } else {
             Phase::Airborne
@@ -196,16 +198,23 @@ fn mark(flight: &Flight, settings: &FlightSettings, run: &ArmedInterval, rows: &
     for i in idling(flight, run) {
         rows[i] = Phase::Contact;
     }
-    let Some(force) = Some(&flight.force).filter(|f| !f.is_empty()) else {
+    mark_impacts(flight, run, lifted, rows);
+}
+
+/// Marks rows in flight around impacts and drops.
+fn mark_impacts(flight: &Flight, run: &ArmedInterval, lifted: usize, rows: &mut [Phase]) {
+    let (time, force) = (&flight.time_s, &flight.force);
+    if force.is_empty() {
         return;
-    };
+    }
+    let [a, b] = run.rows;
     // Vibration is no impact.
     let usual = median((a + 1..=b).map(|i| (force[i] - force[i - 1]).abs())).unwrap_or(0.0);
     let impact = IMPACT.max(VIBRATIONS * usual);
     let mut j = a;
     let hits: Vec<f64> = (a..=b)
         .filter(|&i| {
-            while time[i] - time[j] > 0.02 {
+            while time[i] - time[j] > WITHIN_S {
                 j += 1;
             }
             // Slow logs are compared row by row.

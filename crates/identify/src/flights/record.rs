@@ -13,6 +13,8 @@ use crate::thrust::{plateau::median, throttle};
 const FINEST_STEP_S: f64 = 0.008;
 /// Half of the window that climb rates are smoothed over (s).
 pub(super) const HALF_WINDOW_S: f64 = 0.1;
+/// Fewest values of a throttle: a third of a second of a slow log, fewer hold no flight at all.
+const FEWEST_THROTTLES: usize = 20;
 /// A throttle above this is in other units than those from 0 to 1.
 const MOST_THROTTLE: f64 = 1.5;
 /// Noise of an acceleration from poses beyond which it is none (gravities).
@@ -97,67 +99,18 @@ impl Flight {
     /// A trial without throttle and rotor speed, or whose specific force is not one.
     pub fn of(trial: &Trial, settings: &FlightSettings) -> Result<Self> {
         let (throttle, rotor_rpm, by_speed) = effort(trial)?;
-        let running = |i: &usize| throttle[*i] > settings.idle_throttle;
-        let rows: Vec<usize> = (0..trial.len())
-            .filter(|&i| throttle[i].is_finite())
-            .collect();
-        if rows.len() < 20 {
-            return Err(Error::data(
-                trial.name(),
-                "at least 20 rows with a throttle",
-                rows.len().to_string(),
-            ));
-        }
-        let most = rows.iter().map(|&i| throttle[i]).fold(0.0, f64::max);
-        if most > MOST_THROTTLE {
-            return Err(Error::data(
-                trial.name(),
-                "a throttle from 0 to 1",
-                format!("values up to {most}: divide them in the map"),
-            ));
-        }
+        let throttle_period_s = throttle_period_s(trial, &throttle, settings)?;
         let time = trial.time_s();
-        let changes: Vec<f64> = rows
-            .iter()
-            .zip(rows.iter().skip(1))
-            .filter(|(a, b)| running(a) && running(b) && throttle[**a] != throttle[**b])
-            .map(|(_, b)| time[*b])
-            .collect();
-        let step = |t: &[f64]| median(t.windows(2).map(|p| p[1] - p[0])).unwrap_or(f64::INFINITY);
-        let stamps: Vec<f64> = rows.iter().map(|&i| time[i]).collect();
-        let throttle_period_s = step(&stamps).max(step(&changes));
-        let linear = |name: &str| -> Vec<f64> {
-            let Some(values) = trial.channel(name) else {
-                return Vec::new();
-            };
-            if values.iter().any(|v| v.is_finite()) {
-                filled(time, values, false)
-            } else {
-                Vec::new()
-            }
-        };
         let mut notes = Vec::new();
-        let mut height_m = trial
-            .channel("height_m")
-            .map_or_else(Vec::new, <[f64]>::to_vec);
         if by_speed {
             notes.push(
                 "no throttle: the speed of the rotors over its greatest value stands in its place"
                     .to_string(),
             );
         }
-        let spikes = without_spikes(time, &mut height_m);
-        if spikes > 0 {
-            notes.push(format!(
-                "{spikes} heights leap away and back faster than anything flies: spikes of the sensor, left out"
-            ));
-        }
-        if !height_m.iter().any(|z| z.is_finite()) {
-            height_m.clear();
-        }
-        let height_m = filled(time, &height_m, false);
-        let velocity = linear("vehicle_velocity_mps");
-        let clock_s = step(time);
+        let height_m = heights(trial, &mut notes);
+        let velocity = without_gaps(trial, "vehicle_velocity_mps");
+        let clock_s = median_step(time);
         let gravity = settings.gravity_mps2;
         // The force is measured where it stands: what is between is not made up.
         let force: Vec<f64> = trial
@@ -193,7 +146,7 @@ impl Flight {
             height_m,
             climb_mps,
             battery_v: trial.channel("battery_v").map_or_else(Vec::new, held),
-            tilt_rad: linear("tilt_rad"),
+            tilt_rad: without_gaps(trial, "tilt_rad"),
             throttle_period_s,
             notes,
         };
@@ -310,7 +263,72 @@ impl Flight {
     /// Median step of the clock (s).
     #[must_use]
     pub fn step_s(&self) -> f64 {
-        median(self.time_s.windows(2).map(|p| p[1] - p[0])).unwrap_or(f64::INFINITY)
+        median_step(&self.time_s)
+    }
+}
+
+fn median_step(time: &[f64]) -> f64 {
+    median(time.windows(2).map(|p| p[1] - p[0])).unwrap_or(f64::INFINITY)
+}
+
+/// Median time between two values of the throttle while the motors run (s); checks that it is one.
+fn throttle_period_s(trial: &Trial, throttle: &[f64], settings: &FlightSettings) -> Result<f64> {
+    let rows: Vec<usize> = (0..trial.len())
+        .filter(|&i| throttle[i].is_finite())
+        .collect();
+    if rows.len() < FEWEST_THROTTLES {
+        return Err(Error::data(
+            trial.name(),
+            format!("at least {FEWEST_THROTTLES} rows with a throttle"),
+            rows.len().to_string(),
+        ));
+    }
+    let most = rows.iter().map(|&i| throttle[i]).fold(0.0, f64::max);
+    if most > MOST_THROTTLE {
+        return Err(Error::data(
+            trial.name(),
+            "a throttle from 0 to 1",
+            format!("values up to {most}: divide them in the map"),
+        ));
+    }
+    let time = trial.time_s();
+    let running = |i: &usize| throttle[*i] > settings.idle_throttle;
+    // A reader holds what a slow logger wrote: only changes tell its rate.
+    let changes: Vec<f64> = rows
+        .iter()
+        .zip(rows.iter().skip(1))
+        .filter(|(a, b)| running(a) && running(b) && throttle[**a] != throttle[**b])
+        .map(|(_, b)| time[*b])
+        .collect();
+    let stamps: Vec<f64> = rows.iter().map(|&i| time[i]).collect();
+    Ok(median_step(&stamps).max(median_step(&changes)))
+}
+
+/// Heights without spikes, short gaps filled; empty where none is known.
+fn heights(trial: &Trial, notes: &mut Vec<String>) -> Vec<f64> {
+    let time = trial.time_s();
+    let mut height_m = trial
+        .channel("height_m")
+        .map_or_else(Vec::new, <[f64]>::to_vec);
+    let spikes = without_spikes(time, &mut height_m);
+    if spikes > 0 {
+        notes.push(format!(
+            "{spikes} heights leap away and back faster than anything flies: spikes of the sensor, left out"
+        ));
+    }
+    if !height_m.iter().any(|z| z.is_finite()) {
+        height_m.clear();
+    }
+    filled(time, &height_m, false)
+}
+
+/// A channel with its short gaps filled on lines; empty where there is no value.
+fn without_gaps(trial: &Trial, name: &str) -> Vec<f64> {
+    match trial.channel(name) {
+        Some(values) if values.iter().any(|v| v.is_finite()) => {
+            filled(trial.time_s(), values, false)
+        }
+        _ => Vec::new(),
     }
 }
 
