@@ -12,30 +12,24 @@ use touchdown_trial::TIME_CHANNEL;
 struct BuiltIn {
     name: &'static str,
     text: &'static str,
-    /// What logs may be read by it; of several the first that fits is taken.
-    formats: &'static [LogFormat],
     /// The channel that it has to make, beside finding its clock, to fit.
     needs: &'static str,
 }
 
-const RECORDINGS: [LogFormat; 2] = [LogFormat::Mcap, LogFormat::Rosbag];
-const BUILT_IN: [BuiltIn; 3] = [
+static BUILT_IN: [BuiltIn; 3] = [
     BuiltIn {
         name: "px4",
         text: include_str!("../../maps/px4.toml"),
-        formats: &[LogFormat::Ulog, RECORDINGS[0], RECORDINGS[1]],
         needs: "tilt_rad",
     },
     BuiltIn {
         name: "ros",
         text: include_str!("../../maps/ros.toml"),
-        formats: &RECORDINGS,
         needs: TIME_CHANNEL,
     },
     BuiltIn {
         name: "ardupilot",
         text: include_str!("../../maps/ardupilot.toml"),
-        formats: &[LogFormat::DataFlash],
         needs: "throttle",
     },
 ];
@@ -56,9 +50,11 @@ const WANTED: [(&str, &str); 4] = [
     ("height", "height_m"),
 ];
 
+/// The built-in maps for logs of this format, in the order in which they are tried.
 fn of_format(format: LogFormat) -> impl Iterator<Item = (&'static BuiltIn, &'static Map)> {
-    let all = BUILT_IN.iter().zip(MAPS.iter());
-    all.filter(move |(known, _)| known.formats.contains(&format))
+    let named = |name: &&str| BUILT_IN.iter().position(|known| known.name == *name);
+    let places = format.reader().maps.iter().filter_map(named);
+    places.filter_map(|at| Some((&BUILT_IN[at], MAPS.get(at)?)))
 }
 
 impl Map {

@@ -1,5 +1,5 @@
 use super::extract::{Extractor, Series};
-use super::formats::{self, LogFormat};
+use super::formats::LogFormat;
 use super::sink::{Loss, ReadError, Sink, short_kind};
 use super::survey::{Survey, Surveyor};
 use crate::hashing::Hashing;
@@ -108,7 +108,11 @@ impl Log {
     fn surveyed(&self, surveyor: Surveyor, loss: &Loss) -> Result<(Survey, Findings), LogError> {
         let mut findings = self.findings(loss);
         findings.warnings.extend(surveyor.warnings());
-        let survey = surveyor.finish(&self.path, self.format, self.format.zero().to_owned());
+        let survey = surveyor.finish(
+            &self.path,
+            self.format,
+            self.format.reader().stamps_since.to_owned(),
+        );
         findings.rows_read = survey.messages();
         findings.rows_used = findings.rows_read;
         if findings.rows_read == 0 {
@@ -173,7 +177,7 @@ impl Log {
         hashed: bool,
     ) -> Result<(Loss, String), ReadError> {
         let mut input = Hashing::new(input, hashed);
-        let loss = formats::read(self.format, &mut input, sink);
+        let loss = (self.format.reader().read)(&mut input, sink);
         Ok((loss?, input.finish()?))
     }
 }

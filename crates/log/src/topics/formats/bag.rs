@@ -7,13 +7,13 @@ use super::channel::{Channel, MOST_FIELDS_IN_ALL, unpack, unpack_prefix};
 use super::clocks::Clocks;
 use super::cursor::Cursor;
 use super::stream::Stream;
-use crate::topics::LogFormat;
+use super::{LogFormat, Reader};
 use crate::topics::sink::{Loss, ReadError, Sink};
 use std::collections::HashMap;
 use std::io::Read;
 
 /// How a file starts.
-pub(super) const MAGIC: [u8; 13] = *b"#ROSBAG V2.0\n";
+const MAGIC: [u8; 13] = *b"#ROSBAG V2.0\n";
 /// Longest record that is read, and longest chunk when it is unpacked.
 const LONGEST: usize = 64 << 20;
 /// Most connections of one log.
@@ -33,8 +33,17 @@ struct Bag<'s> {
     loss: Loss,
 }
 
+pub(super) const READER: Reader = Reader {
+    format: LogFormat::Rosbag,
+    name: "ROS 1 bag",
+    magic: &MAGIC,
+    stamps_since: "the first message",
+    maps: &["px4", "ros"],
+    read,
+};
+
 /// Reads a whole log.
-pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
+fn read(input: &mut dyn Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
     let mut stream = Stream::new(input);
     stream.begin(&MAGIC, LogFormat::Rosbag)?;
     let mut bag = Bag {
@@ -89,7 +98,7 @@ fn text<'a>(head: &'a [u8], name: &str) -> Option<&'a str> {
 }
 
 impl Bag<'_> {
-    fn run<R: Read>(&mut self, stream: &mut Stream<R>) -> Result<(), ReadError> {
+    fn run(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
         loop {
             if stream.peek(1)?.is_none() {
                 return Ok(());
@@ -126,7 +135,7 @@ impl Bag<'_> {
     }
 
     /// Uses what there is of a chunk that is cut.
-    fn broken_off<R: Read>(&mut self, stream: &mut Stream<R>) -> Result<(), ReadError> {
+    fn broken_off(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
         self.loss.truncated = true;
         let left = stream.window();
         self.loss.skipped_bytes += left.len() as u64;
@@ -237,7 +246,7 @@ mod tests {
         let chunk = record(CHUNK, &[sized(&[b"compression=none"])], &records);
         let file = [&MAGIC[..], &chunk].concat();
         let mut surveyor = Surveyor::new(true);
-        let loss = read(file.as_slice(), &mut surveyor).unwrap();
+        let loss = read(&mut file.as_slice(), &mut surveyor).unwrap();
         let survey = surveyor.finish("log", LogFormat::Rosbag, String::new());
         assert_eq!((loss.corrupt, loss.skipped_bytes), (1, 1));
         let topic = &survey.topics[0];

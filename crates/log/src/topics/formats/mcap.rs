@@ -8,13 +8,13 @@ use super::clocks::Clocks;
 use super::cursor::Cursor;
 use super::lost::LostChunks;
 use super::stream::Stream;
-use crate::topics::LogFormat;
+use super::{LogFormat, Reader};
 use crate::topics::sink::{Loss, ReadError, Sink};
 use std::collections::HashMap;
 use std::io::Read;
 
 /// How a file starts and ends.
-pub(super) const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 /// Longest record that is read, and longest chunk when it is unpacked.
 const LONGEST: usize = 64 << 20;
 /// Most channels and definitions of one log.
@@ -52,8 +52,17 @@ struct Mcap<'s> {
     lost: LostChunks,
 }
 
+pub(super) const READER: Reader = Reader {
+    format: LogFormat::Mcap,
+    name: "MCAP recording",
+    magic: &MAGIC,
+    stamps_since: "the first message",
+    maps: &["px4", "ros"],
+    read,
+};
+
 /// Reads a whole log.
-pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
+fn read(input: &mut dyn Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
     let mut stream = Stream::new(input);
     stream.begin(&MAGIC, LogFormat::Mcap)?;
     let mut reader = Mcap {
@@ -75,7 +84,7 @@ pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadEr
 }
 
 impl Mcap<'_> {
-    fn run<R: Read>(&mut self, stream: &mut Stream<R>) -> Result<(), ReadError> {
+    fn run(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
         loop {
             let Some(head) = stream.peek(9)? else {
                 return self.broken_off(stream);
@@ -124,7 +133,7 @@ impl Mcap<'_> {
     }
 
     /// Passes over the tables of what was read, and counts what follows the file's end.
-    fn end<R: Read>(&mut self, stream: &mut Stream<R>) -> Result<(), ReadError> {
+    fn end(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
         loop {
             let Some(head) = stream.peek(9)? else {
                 return Ok(());
@@ -151,7 +160,7 @@ impl Mcap<'_> {
     }
 
     /// Uses what there is of a chunk that is cut.
-    fn broken_off<R: Read>(&mut self, stream: &mut Stream<R>) -> Result<(), ReadError> {
+    fn broken_off(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
         self.loss.truncated = true;
         let left = stream.window();
         self.loss.skipped_bytes += left.len() as u64;
@@ -320,7 +329,7 @@ mod tests {
         let mut surveyor = Surveyor::new(true);
         let end = record(DATA_END, &[0; 4]);
         let file = [MAGIC.to_vec(), records.concat(), end].concat();
-        let loss = read(file.as_slice(), &mut surveyor).unwrap();
+        let loss = read(&mut file.as_slice(), &mut surveyor).unwrap();
         let survey = surveyor.finish("log", LogFormat::Mcap, String::new());
         (survey.messages(), loss)
     }

@@ -1,4 +1,7 @@
-//! The formats of logs with topics: each is read by a module of its own.
+//! The formats of logs with topics.
+//!
+//! Each is read by a module of its own, which ends in a [`Reader`]. A new format is such a module, and three
+//! lines in this file: its `mod`, its [`LogFormat`] and its entry in [`READERS`].
 
 mod bag;
 mod channel;
@@ -32,54 +35,52 @@ pub enum LogFormat {
     Rosbag,
 }
 
+/// The reader of every format, in the order of [`LogFormat`].
+static READERS: [Reader; 4] = [ulog::READER, dataflash::READER, mcap::READER, bag::READER];
+
+/// How the logs of a format are recognised and read.
+pub(super) struct Reader {
+    format: LogFormat,
+    /// The format's usual name.
+    pub(super) name: &'static str,
+    /// The bytes with which its files begin.
+    magic: &'static [u8],
+    /// The event from which stamps count.
+    pub(super) stamps_since: &'static str,
+    /// Names of the built-in maps for its logs. The first that fits a log is taken.
+    pub(super) maps: &'static [&'static str],
+    /// Hands the whole log over.
+    pub(super) read: fn(&mut dyn Read, &mut dyn Sink) -> Result<Loss, ReadError>,
+}
+
 impl LogFormat {
     /// The format's usual name.
     #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ulog => "PX4 ULog",
-            Self::DataFlash => "ArduPilot DataFlash log",
-            Self::Mcap => "MCAP recording",
-            Self::Rosbag => "ROS 1 bag",
-        }
-    }
-
-    /// What stamps count from.
-    pub(super) const fn zero(self) -> &'static str {
-        match self {
-            Self::Ulog => "the start of the log",
-            Self::DataFlash => "the start of the vehicle",
-            Self::Mcap | Self::Rosbag => "the first message",
-        }
+    pub fn name(self) -> &'static str {
+        self.reader().name
     }
 
     /// The format of a file that starts so.
     #[must_use]
     pub fn of(start: &[u8]) -> Option<Self> {
-        if start.starts_with(&ulog::MAGIC) {
-            Some(Self::Ulog)
-        } else if start.starts_with(&dataflash::MAGIC) {
-            Some(Self::DataFlash)
-        } else if start.starts_with(&mcap::MAGIC) {
-            Some(Self::Mcap)
-        } else if start.starts_with(&bag::MAGIC) {
-            Some(Self::Rosbag)
-        } else {
-            None
-        }
+        let reader = READERS.iter().find(|r| start.starts_with(r.magic))?;
+        Some(reader.format)
+    }
+
+    pub(super) fn reader(self) -> &'static Reader {
+        &READERS[self as usize]
     }
 }
 
-/// Reads a whole log of this format.
-pub(super) fn read(
-    format: LogFormat,
-    input: &mut impl Read,
-    sink: &mut dyn Sink,
-) -> Result<Loss, ReadError> {
-    match format {
-        LogFormat::Ulog => ulog::read(input, sink),
-        LogFormat::DataFlash => dataflash::read(input, sink),
-        LogFormat::Mcap => mcap::read(input, sink),
-        LogFormat::Rosbag => bag::read(input, sink),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_format_has_its_reader() {
+        for reader in &READERS {
+            assert_eq!(reader.format.name(), reader.name);
+            assert_eq!(LogFormat::of(reader.magic), Some(reader.format));
+        }
     }
 }

@@ -8,8 +8,8 @@ use std::io::{self, Read};
 const BLOCK: usize = 1 << 18;
 
 /// A window onto an input that slides forward.
-pub(crate) struct Stream<R> {
-    input: R,
+pub(crate) struct Stream<'r> {
+    input: &'r mut dyn Read,
     buffer: Vec<u8>,
     start: usize,
     end: usize,
@@ -17,8 +17,8 @@ pub(crate) struct Stream<R> {
     ended: bool,
 }
 
-impl<R: Read> Stream<R> {
-    pub(crate) fn new(input: R) -> Self {
+impl<'r> Stream<'r> {
+    pub(crate) fn new(input: &'r mut dyn Read) -> Self {
         Self {
             input,
             buffer: vec![0; BLOCK],
@@ -120,7 +120,8 @@ mod tests {
     #[test]
     fn analytic_a_window_slides_and_ends() {
         let bytes: Vec<u8> = (0..200).collect();
-        let mut stream = Stream::new(Slow(&bytes));
+        let mut slow = Slow(&bytes);
+        let mut stream = Stream::new(&mut slow);
         assert_eq!(stream.peek(3).unwrap(), Some(&[0, 1, 2][..]));
         stream.advance(2);
         assert_eq!(stream.skip(100).unwrap(), 100);

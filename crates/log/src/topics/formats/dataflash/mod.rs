@@ -6,8 +6,8 @@
 
 mod format;
 
-use crate::topics::LogFormat;
-use crate::topics::formats::stream::Stream;
+use super::stream::Stream;
+use super::{LogFormat, Reader};
 use crate::topics::sink::{Layout, Loss, ReadError, Scalar, Sink, Wanted};
 use format::{Format, text};
 use std::io::{self, Read};
@@ -17,7 +17,7 @@ const HEAD: [u8; 2] = [0xa3, 0x95];
 const FMT: u8 = 128;
 const FMT_LENGTH: usize = 89;
 /// A file starts with the format of formats.
-pub(super) const MAGIC: [u8; 3] = [HEAD[0], HEAD[1], FMT];
+const MAGIC: [u8; 3] = [HEAD[0], HEAD[1], FMT];
 /// Most topics of one log; a type with many instances is several.
 const MOST_TOPICS: usize = 4096;
 /// Records in a row that have to be whole for reading to go on after damage.
@@ -32,8 +32,17 @@ struct DataFlash<'s> {
     loss: Loss,
 }
 
+pub(super) const READER: Reader = Reader {
+    format: LogFormat::DataFlash,
+    name: "ArduPilot DataFlash log",
+    magic: &MAGIC,
+    stamps_since: "the start of the vehicle",
+    maps: &["ardupilot"],
+    read,
+};
+
 /// Reads a whole log.
-pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
+fn read(input: &mut dyn Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
     let mut stream = Stream::new(input);
     let mut reader = DataFlash {
         sink,
@@ -67,7 +76,7 @@ impl DataFlash<'_> {
         }
     }
 
-    fn run<R: Read>(&mut self, stream: &mut Stream<R>) -> io::Result<()> {
+    fn run(&mut self, stream: &mut Stream<'_>) -> io::Result<()> {
         while let Some(head) = stream.peek(3)? {
             let Some(length) = self.length(head) else {
                 self.resynchronise(stream)?;
@@ -100,7 +109,7 @@ impl DataFlash<'_> {
     }
 
     /// Passes over damage; zeros at the end of a file are none.
-    fn resynchronise<R: Read>(&mut self, stream: &mut Stream<R>) -> io::Result<()> {
+    fn resynchronise(&mut self, stream: &mut Stream<'_>) -> io::Result<()> {
         let (mut skipped, mut blank) = (0, true);
         loop {
             let filler = stream

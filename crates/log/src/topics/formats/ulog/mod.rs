@@ -7,15 +7,15 @@
 mod format;
 mod write;
 
-use crate::topics::LogFormat;
-use crate::topics::formats::stream::Stream;
+use super::stream::Stream;
+use super::{LogFormat, Reader};
 use crate::topics::sink::{Layout, Loss, ReadError, Sink, Wanted};
 use format::{Formats, Places};
 use std::io::{self, Read};
 pub use write::{UlogTopic, UlogWriter};
 
 /// How a file starts.
-pub(super) const MAGIC: [u8; 7] = [0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35];
+const MAGIC: [u8; 7] = [0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35];
 /// What the messages that mark places to go on at hold.
 const SYNC: [u8; 8] = [0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
 const HEADER: usize = 16;
@@ -53,8 +53,17 @@ pub(super) struct Ulog<'s> {
     dropouts_ms: u64,
 }
 
+pub(super) const READER: Reader = Reader {
+    format: LogFormat::Ulog,
+    name: "PX4 ULog",
+    magic: &MAGIC,
+    stamps_since: "the start of the log",
+    maps: &["px4"],
+    read,
+};
+
 /// Reads a whole log.
-pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
+fn read(input: &mut dyn Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
     let mut stream = Stream::new(input);
     let Some(header) = stream.peek(HEADER)? else {
         return Err(ReadError::broken(
@@ -100,7 +109,7 @@ pub(super) fn read(input: impl Read, sink: &mut dyn Sink) -> Result<Loss, ReadEr
 }
 
 impl Ulog<'_> {
-    fn run<R: Read>(&mut self, stream: &mut Stream<R>) -> Result<(), ReadError> {
+    fn run(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
         loop {
             let position = stream.position();
             let appended = self.appended.last().copied();
@@ -138,7 +147,7 @@ impl Ulog<'_> {
     }
 
     /// Passes over damage.
-    fn resynchronise<R: Read>(&mut self, stream: &mut Stream<R>) -> io::Result<()> {
+    fn resynchronise(&mut self, stream: &mut Stream<'_>) -> io::Result<()> {
         self.loss.corrupt += 1;
         loop {
             stream.advance(1);
