@@ -51,7 +51,6 @@ pub fn folder_of(path: &Path) -> &Path {
 
 /// Waits until every file that is being written is whole, and lets no other begin while the guard lives. A process that
 /// exits with it leaves no temporary file behind.
-#[must_use]
 pub fn pause() -> RwLockWriteGuard<'static, ()> {
     WRITERS.write().unwrap_or_else(PoisonError::into_inner)
 }
