@@ -61,13 +61,13 @@ impl Figure {
             places.push(of_panel);
         }
         Ok(Described {
-            value: json!({ "data": traces, "layout": self.describe_layout(&layout, shapes) }),
+            value: json!({ "data": traces, "layout": self.describe_layout(&layout, &shapes) }),
             height_px: layout.height,
             places,
         })
     }
 
-    fn describe_layout(&self, layout: &Layout, shapes: Vec<Value>) -> Value {
+    fn describe_layout(&self, layout: &Layout, shapes: &[Value]) -> Value {
         let first = &layout.panels[0].plot;
         let last = layout.panels.len() - 1;
         let bottom = layout.height as f32 - layout.panels[last].plot.bottom;

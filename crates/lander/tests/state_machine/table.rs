@@ -362,11 +362,11 @@ fn regress_an_operators_abort_does_not_grant_another_try() {
     // Short of that limit the operator's abort ends in a hold.
     let mut flight = reach(Phase::Descend);
     let (out, _) = leave(&mut flight, Phase::Descend, |s| {
-        s.request = OperatorRequest::Abort
+        s.request = OperatorRequest::Abort;
     });
     assert_eq!(out.phase, Phase::GoAround);
     let (out, _) = leave(&mut flight, Phase::GoAround, |s| {
-        s.request = OperatorRequest::Abort
+        s.request = OperatorRequest::Abort;
     });
     assert_eq!(
         (out.phase, out.reason),

@@ -105,7 +105,7 @@ impl IdentificationRun<'_> {
         let mut best = None;
         // Scores of differently cut arcs do not compare: each length begins anew.
         for longest in LONGEST {
-            best = self.from_starts(search, longest, progress);
+            best = self.best_of_starts(search, longest, progress);
             let follows = |best: &FollowedModel| self.misfit(&best.fit) <= FOLLOWS;
             if best.as_ref().is_some_and(follows) {
                 break;
@@ -129,7 +129,7 @@ impl IdentificationRun<'_> {
     }
 
     /// The best of a few starts with different terms, over arcs of at most `longest` nodes; ends where two agree.
-    fn from_starts(
+    fn best_of_starts(
         &self,
         search: &Search<'_>,
         longest: usize,
