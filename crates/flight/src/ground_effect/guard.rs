@@ -168,7 +168,6 @@ impl<R: Real, M: GroundEffect<R>> Guarded<R, M> {
             vehicle_velocity_mps,
             deck_velocity_mps,
             rotor_heights_m: input.rotor_heights_m.map(|zs| zs.map(|z| z + shift)),
-            ..*input
         }
     }
 
