@@ -69,7 +69,7 @@ pub(crate) struct TableArgs {
     /// Time from row to row, for tables without a column of times
     #[arg(long, value_name = "STEP", conflicts_with = "time", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) dt: Option<f64>,
-    /// Column whose values tell trajectories apart; without it, each file is one trajectory
+    /// Column whose values separate trajectories; without it, each file is one trajectory
     #[arg(long, value_name = "COLUMN", value_parser = name)]
     pub(crate) trajectory: Option<String>,
     /// Names of the columns of NumPy arrays, in order

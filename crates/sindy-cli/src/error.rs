@@ -73,7 +73,7 @@ impl Error {
         }
     }
 
-    /// What the library said of `what`.
+    /// The library's error about `what`.
     pub(crate) fn refused(what: impl Into<String>) -> impl FnOnce(SindyError) -> Self {
         let what = what.into();
         |source| Self::Refused { what, source }

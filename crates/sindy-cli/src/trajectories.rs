@@ -13,7 +13,7 @@ use crate::table::{Table, find, without_unit};
 /// Largest part of a trajectory's rows that may be dropped for their time.
 pub(crate) const TOLERATED: f64 = 0.01;
 
-/// Names of a time column that are taken without being told, and those that are taken where none of them is there.
+/// Names of a time column that are recognised, and those that are recognised where none of the former is there.
 const TIME_NAMES: [&[&str]; 2] = [
     &["t", "time", "time_s"],
     &["t_s", "timestamp", "timestamp_s"],

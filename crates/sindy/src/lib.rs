@@ -1,7 +1,6 @@
-//! Sparse identification of nonlinear dynamics: equations from measurements.
+#![doc = include_str!("../README.md")]
 //!
-//! Given samples of a system, find a differential equation `dx/dt = Θ(x, u) ξ` with few terms. The [`tour`] shows
-//! every part by an example; [`from_pysindy`] lists PySINDy's names and what replaces them here.
+//! # Modules
 //!
 //! | module | what it holds |
 //! | --- | --- |
@@ -19,6 +18,8 @@
 //! | [`koopman`] | linear comparators: DMDc and EDMDc |
 //! | [`numerics`] | golden section, quantiles |
 //! | [`problems`] | problems with known answers |
+//! | [`tour`] | an example for each part |
+//! | [`from_pysindy`] | PySINDy's names and what replaces them here |
 
 pub mod choose;
 pub mod data;

@@ -47,7 +47,7 @@ pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
     };
     let inputs = train.as_ref().map_or(&args.inputs, |t| &t.inputs);
     let libraries = terms::libraries(args, inputs, &settings)?;
-    // Bad test data are told before the time of a fit is spent.
+    // Bad test data are refused before the time of a fit is spent.
     let test = load::test(terminal, args)?;
     let steps = settings.identify.iterations;
     let outliers = settings.identify.outliers;

@@ -38,7 +38,7 @@ pub(crate) struct Slopes {
     pub(crate) modelled: Vec<Vec<f64>>,
 }
 
-/// What the object of `fit --json` says of the test.
+/// The scores on test data in the object of `fit --json`.
 #[derive(Clone, Serialize)]
 pub(crate) struct TestObject {
     /// Root mean square of the model's slope minus that of the smoothed data, in continuous time; of the model's next

@@ -26,7 +26,7 @@ fn of(bytes: u64, rows: u64, free: Option<u64>) -> Option<String> {
     })
 }
 
-/// Memory that can be had without swapping, in bytes, where the system says it.
+/// Memory that can be had without swapping, in bytes, where the system reports it.
 fn free_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     available(&text)

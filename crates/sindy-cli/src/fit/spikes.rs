@@ -6,7 +6,7 @@ use sindy::model::Time;
 
 use crate::trajectories::Trajectory;
 
-/// The trajectories with the spikes of the states replaced by what their neighbours say, as the fit replaces them: a
+/// The trajectories with the spikes of the states replaced by the values that their neighbours predict, as in the fit: a
 /// model is not judged by a sensor's slips. Nothing is done in discrete time, or where `wanted` is false.
 pub(super) fn mended(
     mut trajectories: Vec<Trajectory>,

@@ -220,7 +220,7 @@ fn sampled(
     Inputs::sampled_each(time, columns, between).map_err(Error::refused(name))
 }
 
-/// What every input of the model is between samples, as the arguments say.
+/// What every input of the model is between samples, by the arguments.
 fn between(model: &Model, args: &SimulateArgs) -> Vec<Interpolation> {
     let how = match args.between {
         Between::Hold => Interpolation::ZeroOrderHold,

@@ -1,4 +1,4 @@
-//! The cells of a text column: labels that tell trajectories apart.
+//! The cells of a text column: labels that separate trajectories.
 
 use std::path::Path;
 

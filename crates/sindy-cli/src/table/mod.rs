@@ -1,4 +1,4 @@
-//! Tables from files: text with a header, Parquet, NumPy arrays; which of them a file is, its first bytes tell.
+//! Tables from files: text with a header, Parquet, NumPy arrays; the first bytes of a file decide which it is.
 
 mod labels;
 mod lines;
@@ -98,7 +98,7 @@ impl Table {
     }
 
     /// The place of the column `name`: of that name exactly, or of that name with a unit behind it, as in `x (m)` or
-    /// `x [m]`. `why` says what asked for it.
+    /// `x [m]`. `why` names the argument that asks for it.
     pub(crate) fn find(&self, name: &str, why: &str) -> Result<usize> {
         find(&self.path, &self.names, name, why)
     }
@@ -173,7 +173,7 @@ pub(crate) struct Size {
     pub(crate) rows: u64,
 }
 
-/// The size of a file; nothing for one that cannot be opened, which its reader will say.
+/// The size of a file; nothing for one that cannot be opened, which its reader will report.
 pub(crate) fn size(path: &Path, columns: &[String]) -> Size {
     let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
     let rows = match Format::of(path) {

@@ -29,7 +29,7 @@ fn column<'t>(table: &'t touchdown_log::Table, name: &str) -> Result<&'t Column>
         .ok_or_else(|| Error::data(table.path(), format!("a column `{name}`"), "no such column"))
 }
 
-/// Bytes by which the length of lines is told.
+/// Bytes by which the length of lines is estimated.
 const SAMPLE: u64 = 1 << 16;
 
 /// About how many lines a file of so many bytes has.

@@ -1,7 +1,7 @@
 //! Trajectories with gaps: missing rows and holes in time split them.
 //!
-//! No differentiator may look across a gap. [`segments`] finds the stretches without one and says what it
-//! set aside, so that nothing is dropped in silence.
+//! No differentiator may look across a gap. [`segments`] finds the stretches without one and counts what it
+//! leaves out, so that nothing is dropped in silence.
 
 use std::ops::Range;
 

@@ -18,7 +18,7 @@ pub struct OwnedBlock {
 /// at a time.
 ///
 /// It can be passed over once. A second pass has no rows, and whatever was asked for fails with
-/// [`SindyError::Source`]. The iterator says what goes wrong by an error item, which ends the pass.
+/// [`SindyError::Source`]. The iterator reports a failure by an error item, which ends the pass.
 ///
 /// ```
 /// use sindy::{Gram, Library, OwnedBlock, Stream};

@@ -102,7 +102,7 @@ impl KalmanSmoother {
         Ok(self.fit(time, y)?.smoothed)
     }
 
-    /// Smooths, and says with what noise.
+    /// Smooths, and returns the noise that it used.
     ///
     /// # Errors
     /// Fewer than 5 samples, lengths that differ, non-finite values, times that do not increase.
@@ -201,7 +201,7 @@ fn filter<const N: usize>(
                 variance,
             });
         }
-        // The first N innovations only say where the signal starts.
+        // The first N innovations only locate the signal's start.
         if i >= N {
             squares += innovation * innovation / variance;
             logs += variance.ln();

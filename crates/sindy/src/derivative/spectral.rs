@@ -167,7 +167,7 @@ impl Spectral {
         let mut best = (spectrum.len() - 1, f64::INFINITY);
         for k in (1..spectrum.len()).rev() {
             let freedom = samples - each * k as f64 - fixed;
-            // Below a tenth of the samples left over the score says little.
+            // Below a tenth of the samples left over the score means little.
             if freedom >= 0.1 * samples {
                 let score = beyond / (freedom * freedom);
                 if score < best.1 {

@@ -16,7 +16,7 @@ pub(super) struct TermEvidence {
 }
 
 impl TermEvidence {
-    /// That of candidate `j`. Correlated residuals say as much as fewer independent ones would: standard errors grow by
+    /// That of candidate `j`. Correlated residuals hold the information of fewer independent ones: standard errors grow by
     /// the root of the factor, and what a term is worth falls by the factor itself.
     pub(super) fn of_output_error(found: &OutputErrorFit, j: usize) -> Self {
         let independent = 1.0 / found.correlation;

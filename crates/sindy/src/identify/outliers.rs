@@ -7,7 +7,7 @@ use crate::error::SindyError;
 /// Places that a warning names, for each state.
 const NAMED: usize = 3;
 
-/// The data with the states' spikes replaced by what their neighbours say, at weight 0, and what there is to say
+/// The data with the states' spikes replaced by the values that their neighbours predict, at weight 0, and the warnings
 /// about it; `None` where there are none. Inputs are left alone: theirs may be meant.
 pub(super) fn set_aside(data: &Dataset) -> Result<Option<(Dataset, Vec<String>)>, SindyError> {
     let mut values = Vec::new();

@@ -1,7 +1,7 @@
 //! Terms that are a multiple of a simpler one on every row of the data.
 //!
-//! Under an input that only switches between -2 and 2, `u^2` is 4 throughout, and no data can tell `v u^2` from
-//! `v`: the fit would pick either. The earlier of two such terms stays, the later leaves the library.
+//! Under an input that only switches between -2 and 2, `u^2` is 4 throughout, and `v u^2` is not
+//! identifiable beside `v`: the fit would pick either. The earlier of two such terms stays, the later leaves the library.
 
 use crate::data::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
@@ -12,7 +12,7 @@ const LOOKED_AT: usize = 512;
 /// Rounding of a term's value, relative.
 const ROUNDING: f64 = 1e-12;
 
-/// A term that says nothing that an earlier one does not say.
+/// A term that is a multiple of an earlier one on every row.
 struct Multiple {
     term: usize,
     of: usize,
@@ -39,7 +39,7 @@ pub(super) fn without_multiples(
         })
         .collect();
     warnings.push(format!(
-        "collinear terms are left out, which no row of the data tells from simpler ones: {}",
+        "collinear terms are left out: every row has the same multiple of a simpler term: {}",
         equations.join(", ")
     ));
     let terms: Vec<usize> = multiples.iter().map(|m| m.term).collect();
@@ -135,7 +135,7 @@ fn factor(column: &[f64], other: &[f64]) -> Option<f64> {
     (usable && all()).then_some(factor)
 }
 
-/// A factor as it is told: six digits.
+/// A factor as messages print it: six digits.
 pub(super) fn rounded(factor: f64) -> f64 {
     format!("{factor:.5e}").parse().unwrap_or(factor)
 }

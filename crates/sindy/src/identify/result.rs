@@ -1,4 +1,4 @@
-//! What an identification says: on the way, and at its end.
+//! The progress and the result of an identification.
 
 use serde::Serialize;
 
@@ -30,7 +30,7 @@ pub enum Progress {
     },
 }
 
-/// A ratio as people read it: two decimals where they say something, `less than 0.01` where they would say zero.
+/// A ratio as people read it: two decimals, or `less than 0.01` where these would be zero.
 ///
 /// ```
 /// use sindy::identify::ratio;
@@ -49,7 +49,7 @@ pub fn ratio(value: f64) -> String {
     }
 }
 
-/// Why the model is what it is.
+/// The chosen method and the reason for it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Choice {
     /// How coefficients were determined: `output_error`, `best_subset` or `sr3`.
@@ -106,7 +106,7 @@ pub struct Candidate {
     pub free_run: f64,
 }
 
-/// What was found.
+/// The result of an identification.
 #[derive(Clone, Debug)]
 pub struct Identification {
     /// The model, with standard errors and inclusion probabilities.

@@ -125,7 +125,7 @@ pub struct Settings {
     /// Whether the equations give the next sample instead of the slope.
     pub discrete: bool,
     /// Whether single samples of the states that are far off their neighbours ([`crate::derivative::spikes`]) are
-    /// taken for outliers and have no weight. Not in discrete time, where neighbours say nothing of each other, and
+    /// taken for outliers and have no weight. Not in discrete time, where neighbours do not predict each other, and
     /// not in a stream.
     pub outliers: bool,
     /// How coefficients are determined.

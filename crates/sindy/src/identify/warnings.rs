@@ -1,4 +1,4 @@
-//! What is said about the data.
+//! Warnings about the data.
 
 use super::regress::Statistics;
 use crate::data::dataset::DataReport;
@@ -62,7 +62,7 @@ pub(super) fn of_data(
     Ok(out)
 }
 
-/// What is said where weights above 0 differ by more than a tenth.
+/// A warning where weights above 0 differ by more than a tenth.
 pub(super) fn weights_differ<'a>(weights: impl Iterator<Item = &'a f64>) -> Option<String> {
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     for &w in weights.filter(|w| **w > 0.0) {

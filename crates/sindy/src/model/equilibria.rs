@@ -64,7 +64,7 @@ pub struct Equilibrium {
     pub state: Vec<f64>,
     /// Eigenvalues of the Jacobian there, largest real part first; empty if they could not be computed.
     pub eigenvalues: Vec<Complex<f64>>,
-    /// What they say.
+    /// The stability that they imply.
     pub stability: Stability,
 }
 
@@ -331,7 +331,7 @@ impl<'m> Problem<'m> {
         (cut > 0.0).then(|| svd.solve(&-f, cut).ok())?
     }
 
-    /// Eigenvalues of `∂f/∂x` and what they say.
+    /// Eigenvalues of `∂f/∂x` and the stability that they imply.
     fn linearised(&self, state: &[f64]) -> Result<(Vec<Complex<f64>>, Stability), SindyError> {
         let (a, _) = self.jacobian.at(state, &self.input)?;
         if !a.iter().all(|v| v.is_finite()) {

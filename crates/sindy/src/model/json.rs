@@ -197,7 +197,7 @@ impl Model {
     /// # Errors
     /// [`SindyError::Json`] with line and column for text that is not such a model: unknown, repeated or
     /// missing keys and values of another type; the errors of [`Model::new`] and of the expression parser
-    /// for what the model says; [`SindyError::Setting`] for another schema version.
+    /// for the model; [`SindyError::Setting`] for another schema version.
     pub fn from_json(text: &str) -> Result<Self, SindyError> {
         /// The version alone, so that a later version is not reported as an unknown key.
         #[derive(Deserialize)]

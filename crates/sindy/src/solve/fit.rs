@@ -1,4 +1,4 @@
-//! What every sparse solver returns, and what a solver is.
+//! The fit of a sparse solver, and the trait of all solvers.
 
 use nalgebra::DVector;
 

@@ -18,7 +18,7 @@
 //!
 //! over the ratio ρ of noise variance to prior variance, γ the eigenvalues of the scaled Gram matrix.
 //!
-//! All four assume independent errors. Errors of a time series are correlated, and then `n` rows tell as
+//! All four assume independent errors. Errors of a time series are correlated, and then `n` rows hold as
 //! much as fewer: give that number as `effective_rows`, and the sums are scaled to it.
 //!
 //! `R` cannot be resolved below the rounding of `yᵀ y`, about 4e-15 (p + 1) of it, and is not taken to be

@@ -51,7 +51,7 @@ impl Band {
 
     /// The band of simulations: `run` runs each model, for instance by [`Model::simulate`] from one start. Quantiles
     /// are over the members that have reached a row; the band ends where fewer than half of them (or fewer than
-    /// two) have. Members that blow up or leave their range are told by `outcomes`, and missing from rows after
+    /// two) have. Members that blow up or leave their range have their outcome in `outcomes`, and are missing from rows after
     /// that: with many of them the band is too narrow.
     ///
     /// ```

@@ -1,4 +1,4 @@
-//! How certain a fit is: bootstrap intervals over blocks of rows, and bands of its predictions.
+//! Confidence intervals of a fit by a bootstrap over blocks of rows.
 //!
 //! The residuals of a dynamical fit are correlated from row to row, and intervals that take the rows one by one
 //! come out too narrow, often by several times. [`Bootstrap`] resamples blocks of consecutive rows instead, each
@@ -9,8 +9,8 @@
 //! With a solver that selects terms, every replicate selects again: inclusion and intervals then state what the
 //! choice of terms adds. With [`on_support`] the terms stay.
 //!
-//! For several equations the same rows are drawn in the r-th replicate of each, so that [`models`] turns replicates
-//! into models, and [`Band`] says how far these differ: [`Band::of_predictions`] point by point,
+//! For several equations the r-th replicate resamples the same rows of each, so that [`models`] turns replicates
+//! into models, and [`Band`] computes how far these differ: [`Band::of_predictions`] point by point,
 //! [`Band::of_runs`] along simulations. [`Band::of_covariance`] does the former from a covariance alone.
 //!
 //! ```
@@ -75,7 +75,7 @@ pub struct Bootstrap {
     resampling: Resampling,
 }
 
-/// What a bootstrap says of one equation.
+/// Confidence intervals of one equation by a bootstrap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Intervals {
     /// The fit to all data.
@@ -88,7 +88,7 @@ pub struct Intervals {
     pub std_error: DVector<f64>,
     /// Rows of a block; the mean over the groups if these were resampled.
     pub block_rows: usize,
-    /// Blocks that were drawn from (those with rows that can be used).
+    /// Blocks that were resampled (those with usable rows).
     pub blocks: usize,
     /// The block length that the correlation asks for, where it was asked ([`Resampling::Automatic`]). If it is larger
     /// than `block_rows`, there are too few data, and the intervals are too narrow.

@@ -5,7 +5,7 @@ use realfft::RealFftPlanner;
 use crate::derivative::noise_level;
 use crate::error::SindyError;
 
-/// Samples below which a series says nothing about its bandwidth.
+/// Samples below which a series does not identify its bandwidth.
 pub(super) const FEWEST: usize = 48;
 /// What is left of the cut-off frequency after averaging with the test function.
 const LEFT: f64 = 0.1;

@@ -47,7 +47,7 @@ pub(crate) fn within_one_error(errors: &[Vec<f64>], terms: &[usize]) -> OneError
     }
 }
 
-/// What the rule of one standard error says.
+/// The choice by the rule of one standard error.
 pub(crate) struct OneError {
     pub best: usize,
     pub chosen: usize,

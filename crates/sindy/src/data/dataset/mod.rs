@@ -93,7 +93,7 @@ pub struct Dataset {
     report: DataReport,
 }
 
-/// Rows below which a stretch says nothing about its slope, and is left out.
+/// Rows below which a stretch does not identify a slope, and is left out.
 pub(crate) const FEWEST: usize = 3;
 /// A weight is at most this: sums of more are not finite.
 const HEAVIEST: f64 = 1e150;

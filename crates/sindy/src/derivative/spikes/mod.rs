@@ -53,7 +53,7 @@ const STEPS: f64 = 3.0;
 const END: usize = 3;
 /// How much further off than the two before it a spike there is.
 const SUDDEN: f64 = 4.0;
-/// Samples below which nothing is said.
+/// Samples below which no sample counts as a spike.
 const FEWEST: usize = 25;
 
 /// A sample that is none of its signal.
@@ -61,7 +61,7 @@ const FEWEST: usize = 25;
 pub struct Spike {
     /// Its index.
     pub row: usize,
-    /// What the neighbours say should stand there.
+    /// The value that the neighbours predict.
     pub value: f64,
     /// Its distance from that, in standard deviations of the noise.
     pub distance: f64,
@@ -121,7 +121,7 @@ fn too_long(samples: &[usize]) -> bool {
     all.any(|w| w[IN_A_ROW] - w[0] == IN_A_ROW)
 }
 
-/// A sample beside what its neighbours say.
+/// A sample beside the value that its neighbours predict.
 struct Compared {
     value: f64,
     error: f64,
@@ -244,7 +244,7 @@ impl Search<'_> {
 
     /// How suspicious the samples around a neighbourhood are without some of them: the sum of squares of what is
     /// above its bound.
-    /// `bounds` are those of the rows from `first` on; sums above `enough` are not told apart.
+    /// `bounds` are those of the rows from `first` on; sums above `enough` count as equal.
     fn suspicion(&self, first: usize, bounds: &[f64], without: &[usize], enough: f64) -> f64 {
         let mut sum = 0.0;
         for (k, bound) in (first..).zip(bounds) {

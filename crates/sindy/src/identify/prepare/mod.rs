@@ -35,7 +35,7 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    /// Noise of a map, of which differences of samples say nothing: what a step of the best regression leaves.
+    /// Noise of a map, which differences of samples do not show: the residual of the best regression.
     pub(super) fn of_map(&mut self, statistics: &Statistics, regressions: &[Regression]) {
         for (i, parts) in statistics.grams.iter().enumerate() {
             let rows = parts.iter().map(|g| g.rows).sum::<usize>().max(1) as f64;
@@ -47,7 +47,7 @@ impl Noise {
         }
     }
 
-    /// Whether a state has noise that can be told from what a good model leaves of data without any.
+    /// Whether the noise of a state exceeds the residual that a good model has on data without noise.
     pub(super) fn is_visible(&self) -> bool {
         let least = self.tolerated.iter().zip(&self.floor);
         let mut all = self.sigma.iter().zip(least);

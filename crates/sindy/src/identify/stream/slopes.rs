@@ -10,7 +10,7 @@ use crate::error::SindyError;
 use crate::identify::{Settings, Smoothing};
 use crate::weak::choose_half_width;
 
-/// Rows below which a stretch says nothing about its smoothing.
+/// Rows below which a stretch does not identify its smoothing.
 const SMOOTHED: usize = 48;
 /// Rows from the end of a window beyond which a spline or a Kalman smoother does not feel it.
 const REACH: usize = 200;

@@ -68,8 +68,8 @@ pub struct BestSubset {
 /// The best subset of one size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subset {
-    /// Least squares on it. Its outcome is [`Outcome::Optimal`] where it is proven, and otherwise says
-    /// why it is not.
+    /// Least squares on it. Its outcome is [`Outcome::Optimal`] where it is proven, and otherwise
+    /// the reason why not.
     pub fit: Fit,
     /// No subset of this size has a residual sum of squares below this.
     pub lower_bound: f64,

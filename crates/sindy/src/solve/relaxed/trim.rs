@@ -87,7 +87,7 @@ impl Trimming {
         }
     }
 
-    /// Fits and trims. `accumulate` says what is fitted; its weights, if any, weigh the squared residuals too.
+    /// Fits and trims. `accumulate` names library and target; its weights, if any, weigh the squared residuals too.
     ///
     /// # Errors
     /// As [`Accumulate::over`]; errors of the solver.

@@ -14,7 +14,7 @@ pub(super) struct Aligned {
 }
 
 impl Aligned {
-    /// Makes it `len` numbers long; what they are is not said.
+    /// Makes it `len` numbers long; their values are not defined.
     pub(super) fn set_len(&mut self, len: usize) {
         if self.values.len() < len + UNIT {
             self.values.resize(len + UNIT, 0.0);

@@ -82,7 +82,7 @@ impl Gram {
 
     /// Statistics of `target` over `library`, one for each group of `source`. Rows in which the target
     /// or a term is not finite are left out and counted. [`Accumulate`] does the same with weights or a
-    /// triangular factor, and says how the work is shared out.
+    /// triangular factor, and how the work is divided.
     ///
     /// # Errors
     /// A term or a target that names no column; a pass that failed ([`BlockSource::failure`]).
@@ -176,7 +176,7 @@ impl Gram {
         self.weight_sums().sum
     }
 
-    /// Rows of equal weight that say as much: `(Σ w)² / Σ w²` (L. Kish, "Survey Sampling", 1965). The number of
+    /// Rows of equal weight that hold as much information: `(Σ w)² / Σ w²` (L. Kish, "Survey Sampling", 1965). The number of
     /// rows where there are no weights.
     #[must_use]
     pub fn effective_rows(&self) -> f64 {

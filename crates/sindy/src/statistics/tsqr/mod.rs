@@ -13,7 +13,7 @@
 //! factorising one on top of the other, so that `Θ` is never stored and every way of splitting the data gives
 //! the same `R` up to rounding.
 //!
-//! [`by_condition`] takes the Gram matrix and tells by its condition (columns of unit length) whether it
+//! [`by_condition`] takes the Gram matrix and decides by its condition (columns of unit length) whether it
 //! carries the library; if not, it passes over the data again for `R`. Statistics that carry a
 //! [`Triangle`] use it wherever it matters: [`least_squares`](crate::statistics::regression::least_squares), and so the
 //! coefficients of every solver's final support, [`Gram::residual_sum`], the steps of

@@ -21,8 +21,8 @@
 //! defects the steps close (multiple shooting), and start afresh where chaos has amplified a change of the
 //! start a thousandfold, or after a given length.
 //!
-//! Works for uneven times and discrete time alike. Inputs are taken as exact; what they are between samples is said
-//! with the data ([`Piece::between`]).
+//! Works for uneven times and discrete time alike. Inputs are taken as exact; their interpolation between
+//! samples comes with the data ([`Piece::between`]).
 //!
 //! Sources: H. G. Bock, "Recent advances in parameter identification techniques for ODE" (1983);
 //! J. Chen, Z. Chen, "Extended Bayesian information criteria for model selection with large model
@@ -130,7 +130,7 @@ impl Default for Settings {
     }
 }
 
-/// What the search found.
+/// The fit that the search found.
 #[derive(Clone, Debug)]
 pub struct OutputErrorFit {
     /// Coefficients of all candidates.

@@ -59,7 +59,7 @@ pub struct Ensemble {
     level: f64,
 }
 
-/// What the replicates say. Vectors have one entry for each of the p terms; statistics of a term are over
+/// Statistics over the replicates. Vectors have one entry for each of the p terms; statistics of a term are over
 /// the replicates that had it in their library, in which it counts as zero where it was dropped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ensembled {

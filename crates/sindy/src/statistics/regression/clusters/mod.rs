@@ -1,6 +1,6 @@
 //! Standard errors over groups of rows, and intervals from them.
 //!
-//! Rows of a time series are correlated; groups of them (trajectories, long blocks) are nearly not. What groups say of a
+//! Rows of a time series are correlated; groups of them (trajectories, long blocks) are nearly not. What groups reveal of a
 //! coefficient differs, and by how much is its error. Of few groups, the estimate is rough and, taken as it comes, too
 //! small; so intervals of 1.96 standard errors over 5 groups hold the truth in 76 to 87 % of draws instead of 95 %.
 
