@@ -245,7 +245,7 @@ fn process<const N: usize>(h: f64) -> SMatrix<f64, N, N> {
 mod tests {
     use super::*;
     use crate::derivative::SmoothingSpline;
-    use crate::derivative::testing::{gauss, lorenz};
+    use crate::derivative::tests::signals::{gauss, lorenz};
 
     fn rms(a: &[f64], b: &[f64]) -> f64 {
         (a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len() as f64).sqrt()

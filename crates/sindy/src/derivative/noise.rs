@@ -22,9 +22,9 @@
 use crate::data::grid;
 use crate::error::SindyError;
 
-/// The highest order of difference that is tried.
+/// The highest order of difference that is tried; each order removes a power of time from the signal.
 const HIGHEST: usize = 10;
-/// Samples below which no estimate is made.
+/// Samples below which no estimate is made: too few differences for a variance.
 const FEWEST: usize = 8;
 
 /// An estimated noise level.
@@ -129,7 +129,7 @@ fn contrast(points: &[f64]) -> [f64; HIGHEST + 1] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::derivative::testing::{gauss, lorenz};
+    use crate::derivative::tests::signals::{gauss, lorenz};
 
     /// 24 samples a turn: the first difference of this signal is a hundred times the noise.
     fn fast(n: usize, dt: f64) -> (Vec<f64>, Vec<f64>) {

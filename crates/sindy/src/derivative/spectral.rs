@@ -183,7 +183,7 @@ impl Spectral {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::derivative::testing::gauss;
+    use crate::derivative::tests::signals::gauss;
 
     fn rms(a: &[f64], b: &[f64]) -> f64 {
         (a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len() as f64).sqrt()

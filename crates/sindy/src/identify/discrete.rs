@@ -44,12 +44,7 @@ pub(super) fn one_period<'a>(
                 short += range.len();
                 continue;
             }
-            out.push(Stretch {
-                trajectory: s.trajectory,
-                time: &s.time[range.clone()],
-                columns: s.columns.iter().map(|c| &c[range.clone()]).collect(),
-                weights: s.weights.map(|w| &w[range.clone()]),
-            });
+            out.push(s.part(range.clone()));
         }
     }
     let warning = (gaps > 0).then(|| {

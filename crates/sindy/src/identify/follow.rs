@@ -21,8 +21,8 @@ const STARTS: usize = 3;
 /// with other terms differ by a penalty of ten or more.
 const SAME_SCORE: f64 = 1.0;
 
-/// Nodes of an arc, at most, in the order in which they are tried: as far as chaos allows, then about a tenth and a
-/// fortieth of a usual record. Disturbances add up along an arc, and over an eighth node they are still small beside noise.
+/// Nodes of an arc, at most, in the order in which they are tried: as far as chaos allows, then two shorter lengths.
+/// Disturbances add up along an arc; shorter arcs tolerate larger ones, at the cost of information.
 const LONGEST: [usize; 3] = [usize::MAX, 32, 8];
 
 /// A model that was followed through the data.

@@ -4,11 +4,14 @@ use super::Between;
 use crate::data::dataset::Stretch;
 use crate::model::Interpolation;
 
-/// An input of which at least this share of the steps is none holds its values, if it jumps when it moves.
+/// An input of which at least this share of the steps is none holds its values, if it jumps when it moves. Held inputs
+/// stand still for nearly all steps and measured ones for hardly any, so that any share between decides alike.
 const STILL: f64 = 0.5;
-/// A jump is at least so many of an input's standard deviations.
+/// A jump is at least so many of an input's standard deviations: more than the last digit of a sensor, less than a
+/// commanded step. Twice the value takes fine staircases for lines.
 const JUMP: f64 = 0.05;
-/// Straight lines that miss this share of an input's variance foretell nothing.
+/// Straight lines that miss this share of an input's variance do not predict it; then a held input is tried as well.
+/// Half of it tries more often, which costs time alone.
 const ROUGH: f64 = 0.25;
 
 /// What each input is taken for.

@@ -4,7 +4,7 @@ use crate::data::dataset::Dataset;
 use crate::derivative::spikes;
 use crate::error::SindyError;
 
-/// Places that a warning names, for each state.
+/// Places that a warning names, for each state: enough to find them in a file.
 const NAMED: usize = 3;
 
 /// The data with the states' spikes replaced by the values that their neighbours predict, at weight 0, and the warnings

@@ -7,9 +7,9 @@ use crate::data::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
 use crate::library::Library;
 
-/// Rows that pairs are looked for on; what is found is checked on all.
+/// Rows that pairs are looked for on, for speed alone: what is found is checked on all.
 const LOOKED_AT: usize = 512;
-/// Rounding of a term's value, relative.
+/// Relative rounding of a term's value: some thousand units in the last place.
 const ROUNDING: f64 = 1e-12;
 
 /// A term that is a multiple of an earlier one on every row.

@@ -15,6 +15,7 @@ use crate::solve::fit::Fit;
 use crate::solve::stepwise::{Direction, Stepwise};
 use crate::statistics::criteria::Criterion;
 use crate::statistics::gram::{Accumulate, Gram};
+use crate::statistics::tsqr::CONDITION_LIMIT;
 use crate::trajectory::output_error::irrelevant;
 use crate::weak::WeakForm;
 
@@ -29,9 +30,6 @@ const SPARSE: usize = 4;
 /// front (a fraction of a second; beyond it the front is reported as not proven).
 const NODES: u64 = 8_000;
 pub(super) const FRONT_NODES: u64 = 200_000;
-/// The condition of the scaled library above which the triangular factor is accumulated as well: the Gram matrix squares
-/// it, and four of sixteen digits are left.
-const ILL_CONDITIONED: f64 = 1e6;
 /// Windows of the weak form lie an eighth of a half-width apart: this share of them is independent.
 pub(super) const INDEPENDENT_WINDOWS: f64 = 0.25;
 
@@ -92,7 +90,7 @@ pub(super) fn of_slopes(
             of = of.weights(WEIGHT);
         }
         let mut parts = of.over(&samples)?;
-        if Gram::total(&parts).condition() > ILL_CONDITIONED {
+        if Gram::total(&parts).condition() > CONDITION_LIMIT {
             parts = of.triangle(true).over(&samples)?;
         }
         grams.push(parts);

@@ -12,12 +12,11 @@ use crate::library::Library;
 use crate::model::Time;
 use crate::trajectory::output_error::{Piece, System, free_run};
 
-/// A model follows the data if it leaves no state more than this times its noise. The noise itself is estimated to about
-/// a tenth; twice this value accepts models that lack a term, and half of it (below 1) refuses true ones.
+/// A model follows the data if it leaves no state more than this times its noise, which is an estimate as well. Twice the
+/// value accepts models that lack a term, and values below 1 refuse true ones.
 pub(super) const FOLLOWS: f64 = 1.5;
 /// A sum of autocorrelations above which residuals count as correlated: they hold half the information of independent
-/// ones. Sums up to about 1.3 are scatter in white residuals; at twice the value, standard errors 1.4 times too small pass
-/// without a warning.
+/// ones. At twice the value, standard errors up to twice too small pass without a warning.
 pub(super) const CORRELATED: f64 = 2.0;
 
 /// One identification under way.

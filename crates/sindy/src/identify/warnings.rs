@@ -8,7 +8,8 @@ use crate::library::Library;
 use crate::statistics::gram::Gram;
 use crate::uncertainty::identifiability::examine;
 
-/// A condition of the scaled library above which collinear terms are named.
+/// A condition of the scaled library above which collinear terms are named: intervals are ten thousand times those of
+/// separate terms. A warning only.
 const CONDITION: f64 = 1e4;
 
 /// What the user should know of the data before anything is fitted; `samples` are all usable rows.

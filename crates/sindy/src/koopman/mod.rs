@@ -27,8 +27,6 @@
 //! Automatica 93 (2018) (EDMD with control); M. Gavish, D. L. Donoho, IEEE Trans. Inf. Theory 60 (2014)
 //! (optimal hard threshold).
 
-#[cfg(test)]
-mod comparison;
 mod dmdc;
 mod edmdc;
 mod snapshots;

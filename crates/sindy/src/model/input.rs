@@ -23,11 +23,11 @@ pub enum Interpolation {
 /// Inputs over time, in the order of the model's inputs.
 #[derive(Clone, Debug)]
 pub struct Inputs {
-    kind: Kind,
+    kind: InputSignal,
 }
 
 #[derive(Clone, Debug)]
-enum Kind {
+enum InputSignal {
     Constant(Vec<f64>),
     Formula(Program),
     Sampled {
@@ -45,7 +45,7 @@ impl Inputs {
     #[must_use]
     pub fn none() -> Self {
         Self {
-            kind: Kind::Constant(Vec::new()),
+            kind: InputSignal::Constant(Vec::new()),
         }
     }
 
@@ -56,7 +56,7 @@ impl Inputs {
     pub fn constant(values: &[f64]) -> Result<Self, SindyError> {
         finite("inputs", values)?;
         Ok(Self {
-            kind: Kind::Constant(values.to_vec()),
+            kind: InputSignal::Constant(values.to_vec()),
         })
     }
 
@@ -70,7 +70,7 @@ impl Inputs {
             .map(|text| parse(text.as_ref()))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
-            kind: Kind::Formula(compile(&exprs, &["t"])?),
+            kind: InputSignal::Formula(compile(&exprs, &["t"])?),
         })
     }
 
@@ -112,7 +112,7 @@ impl Inputs {
         });
         let slopes = slopes.collect();
         Ok(Self {
-            kind: Kind::Sampled {
+            kind: InputSignal::Sampled {
                 time: time.to_vec(),
                 columns: columns.iter().map(|c| c.to_vec()).collect(),
                 slopes,
@@ -125,9 +125,9 @@ impl Inputs {
     #[must_use]
     pub fn len(&self) -> usize {
         match &self.kind {
-            Kind::Constant(values) => values.len(),
-            Kind::Formula(program) => program.outputs(),
-            Kind::Sampled { columns, .. } => columns.len(),
+            InputSignal::Constant(values) => values.len(),
+            InputSignal::Formula(program) => program.outputs(),
+            InputSignal::Sampled { columns, .. } => columns.len(),
         }
     }
 
@@ -152,7 +152,7 @@ impl Inputs {
 
     /// That the inputs are known from `start` to `end`.
     pub(super) fn check_span(&self, start: f64, end: f64) -> Result<(), SindyError> {
-        if let Kind::Sampled { time, .. } = &self.kind
+        if let InputSignal::Sampled { time, .. } = &self.kind
             && let [first, .., last] = time[..]
             && !(first <= start && end <= last)
         {
@@ -169,7 +169,9 @@ impl Inputs {
     /// Times strictly between `start` and `end` where the inputs are not smooth.
     pub(super) fn breaks(&self, start: f64, end: f64) -> &[f64] {
         match &self.kind {
-            Kind::Sampled { time, how, .. } if how.iter().any(|h| *h != Interpolation::Cubic) => {
+            InputSignal::Sampled { time, how, .. }
+                if how.iter().any(|h| *h != Interpolation::Cubic) =>
+            {
                 let from = time.partition_point(|&t| t <= start);
                 let to = time.partition_point(|&t| t < end).max(from);
                 &time[from..to]
@@ -180,7 +182,7 @@ impl Inputs {
 
     /// Times strictly between `start` and `end` at which there are samples.
     pub(super) fn samples(&self, start: f64, end: f64) -> &[f64] {
-        let Kind::Sampled { time, .. } = &self.kind else {
+        let InputSignal::Sampled { time, .. } = &self.kind else {
             return &[];
         };
         let from = time.partition_point(|&t| t <= start);
@@ -191,7 +193,7 @@ impl Inputs {
     /// What sampled inputs are between their samples; empty for others.
     pub(super) fn interpolations(&self) -> &[Interpolation] {
         match &self.kind {
-            Kind::Sampled { how, .. } => how,
+            InputSignal::Sampled { how, .. } => how,
             _ => &[],
         }
     }
@@ -218,7 +220,7 @@ impl Drive<'_> {
     /// Announces evaluations within `[start, end]`, which has no break inside: at its ends the inputs
     /// are the limits from inside.
     pub(super) fn enter(&mut self, start: f64, end: f64) {
-        if let Kind::Sampled { time, how, .. } = &self.inputs.kind {
+        if let InputSignal::Sampled { time, how, .. } = &self.inputs.kind {
             let middle = start + 0.5 * (end - start);
             // The last sample of a hold has no interval after it.
             let alone = how.contains(&Interpolation::ZeroOrderHold)
@@ -234,9 +236,9 @@ impl Drive<'_> {
 
     pub(super) fn eval(&mut self, t: f64, out: &mut [f64]) {
         match &self.inputs.kind {
-            Kind::Constant(values) => out.copy_from_slice(values),
-            Kind::Formula(program) => program.eval_row(&[t], out, &mut self.scratch),
-            Kind::Sampled {
+            InputSignal::Constant(values) => out.copy_from_slice(values),
+            InputSignal::Formula(program) => program.eval_row(&[t], out, &mut self.scratch),
+            InputSignal::Sampled {
                 time,
                 columns,
                 slopes,

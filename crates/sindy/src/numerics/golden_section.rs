@@ -29,8 +29,8 @@ pub fn golden_section(
     [low, high]
 }
 
-/// Share of a grid's step to which [`minimum_on_grid`] narrows the place of the minimum. It is squared in the cost, so that
-/// a tenth of it changes the seventh digit of the cost.
+/// Share of a grid's step to which [`minimum_on_grid`] narrows the place of the minimum; the cost there is flat, and off by
+/// about its square.
 const NARROW: f64 = 1e-3;
 
 /// The minimum of `cost` on `[low, high]`, as place and cost: the best of a grid of `points`, refined by golden section

@@ -23,11 +23,11 @@ const DEPENDENT_SHARE: f64 = 0.5;
 /// Directions whose condition indices differ by less than this factor are one space, for its basis is arbitrary. Noise of
 /// a thousand rows moves an index by a few percent.
 const ALIKE: f64 = 1.1;
-/// Terms whose part in such a space is less than this of each other's are not coupled. It lies far from both rounding and
-/// one: ten times more or less changes no group.
+/// Terms whose part in such a space is less than this of each other's are not coupled: it lies far above rounding and far
+/// below one.
 const APART: f64 = 1e-3;
-/// A column whose standard deviation is below this share of its root mean square hardly moved: its coefficient takes a
-/// hundred times the noise of the constant's. A warning only.
+/// A column whose standard deviation is below this share of its root mean square hardly moved: it is nearly a multiple of
+/// the constant. A warning only.
 const HARDLY_EXCITED: f64 = 0.01;
 /// Share of the largest eigenvalue of the Gram matrix below which an eigenvalue is rounding.
 const ROUNDING: f64 = 1e-14;

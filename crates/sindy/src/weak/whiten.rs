@@ -4,7 +4,8 @@ use nalgebra::DMatrix;
 
 use super::window::Window;
 
-/// Share of each variance that is added to the diagonal.
+/// Share of each variance that is added to the diagonal, so that overlapping windows stay invertible; it costs about as
+/// small a share of the information.
 const NUGGET: f64 = 1e-4;
 
 /// Replaces the rows of `matrix`, one for each of `windows` in order, by `L⁻¹ D⁻¹` times them, where

@@ -5,11 +5,11 @@ use realfft::RealFftPlanner;
 use crate::derivative::noise_level;
 use crate::error::SindyError;
 
-/// Samples below which a series does not identify its bandwidth.
+/// Samples below which a series does not identify its bandwidth: its spectrum has two dozen lines.
 pub(super) const FEWEST: usize = 48;
-/// What is left of the cut-off frequency after averaging with the test function.
+/// Gain of the test function at the cut-off frequency: a tenth keeps the signal in, and most of the noise beyond out.
 const LEFT: f64 = 0.1;
-/// The least half-width in mean steps, for the sums to stand for integrals.
+/// The least half-width in mean steps, so that sums approximate integrals.
 const STEPS: f64 = 20.0;
 
 /// The half-width for test functions `(1 - u²)^power`, in units of `time`, from `series` of times and values

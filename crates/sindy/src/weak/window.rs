@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// Samples that a window needs on either side of its centre.
+/// Samples that a window needs on either side of its centre: a test function of fewer is no quadrature.
 pub(super) const REACH: usize = 4;
 
 /// One test function: the rows inside its support, with the weights of its two sums.

@@ -1,6 +1,7 @@
 //! Rows without weight: short runs are bridged, long ones are missing.
 
-/// Rows without weight, one after the other, that are bridged.
+/// Rows without weight, one after the other, that are bridged by a straight line; over more, the line is off by the
+/// signal's curvature.
 pub(crate) const BRIDGED: usize = 3;
 
 /// Puts straight lines through runs of up to `longest` rows without weight, NaN through longer ones and those at the ends.

@@ -63,6 +63,18 @@ pub struct Stretch<'a> {
     pub weights: Option<&'a [f64]>,
 }
 
+impl Stretch<'_> {
+    /// The rows of `range` alone.
+    pub(crate) fn part(&self, range: Range<usize>) -> Self {
+        Self {
+            trajectory: self.trajectory,
+            time: &self.time[range.clone()],
+            columns: self.columns.iter().map(|c| &c[range.clone()]).collect(),
+            weights: self.weights.map(|w| &w[range]),
+        }
+    }
+}
+
 /// What a data set holds, and what was set aside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct DataReport {

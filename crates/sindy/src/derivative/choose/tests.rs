@@ -1,5 +1,5 @@
 use super::*;
-use crate::derivative::testing::{Column, gauss, lorenz_rhs, simulate};
+use crate::derivative::tests::signals::{Column, gauss, lorenz_rhs, simulate};
 
 type System = (&'static str, Vec<f64>, Vec<Column>);
 

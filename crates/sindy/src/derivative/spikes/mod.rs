@@ -30,30 +30,31 @@ use super::noise_level;
 use crate::data::grid;
 use crate::error::SindyError;
 
-/// Neighbours that a sample is compared with.
+/// Neighbours that a sample is compared with: a polynomial through three on each side.
 const NEIGHBOURS: usize = 6;
-/// Scales beyond which a sample is suspicious.
+/// Scales beyond which a sample is suspicious. White noise exceeds six in one of 10⁹ samples; half of it takes the noise
+/// of heavy tails for spikes.
 const FAR: f64 = 8.0;
-/// Samples on either side that the local scale comes from.
+/// Samples on either side that the local scale comes from: its median is known to a fifth.
 const AROUND: usize = 15;
-/// The least scale, as a share of the signal's spread.
+/// The least scale, as a share of the signal's spread: the rounding of six printed digits.
 const FLOOR: f64 = 1e-6;
-/// Samples in a row that may be left out.
+/// Samples in a row that may be left out; longer excursions are events of the system.
 const IN_A_ROW: usize = 3;
-/// Samples of one suspicious neighbourhood: longer ones are no spikes; and those that may be left out of it.
+/// Samples of one suspicious neighbourhood (longer ones are no spikes), and those that may be left out of it.
 const LONGEST: usize = 40;
 const MOST: usize = 8;
-/// A larger share of spikes is something else.
+/// A larger share of spikes is something else: a second regime, or heavy-tailed noise.
 const SHARE: f64 = 0.05;
-/// Neighbourhoods after which a signal is given up of which hardly any can be cured.
+/// Neighbourhoods after which a signal is given up of which hardly any can be cured: a limit of time alone.
 const PATIENCE: usize = 1000;
-/// Steps of the signal's resolution that may be due to it.
+/// Steps of the signal's resolution that may be due to it: rounding errs by one, its differences by two.
 const STEPS: f64 = 3.0;
-/// Samples at either end that are compared with a parabola from inside.
+/// Samples at either end that are compared with a parabola from inside, for want of neighbours on one side.
 const END: usize = 3;
-/// How much further off than the two before it a spike there is.
+/// How much further off than the two before it a spike there is: extrapolation errs smoothly.
 const SUDDEN: f64 = 4.0;
-/// Samples below which no sample counts as a spike.
+/// Samples below which no sample counts as a spike: the local scale needs as many.
 const FEWEST: usize = 25;
 
 /// A sample that is none of its signal.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::derivative::testing::gauss;
+use crate::derivative::tests::signals::gauss;
 use crate::problems;
 
 fn rows(found: &[Spike]) -> Vec<usize> {

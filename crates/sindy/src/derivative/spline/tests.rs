@@ -158,7 +158,7 @@ fn analytic_a_line_passes_and_infinite_smoothing_is_the_weighted_line() {
 
 #[test]
 fn prop_cross_validation_finds_the_noise() {
-    use crate::derivative::testing::{gauss, lorenz};
+    use crate::derivative::tests::signals::{gauss, lorenz};
     let (t, x, dx) = lorenz(3000, 0.004);
     let y: Vec<f64> = x
         .iter()

@@ -11,16 +11,17 @@ use crate::error::SindyError;
 use crate::model::Interpolation;
 use crate::trajectory::output_error::Piece;
 
-/// Rows below which a stretch is differenced, not smoothed.
+/// Rows below which a stretch is differenced, not smoothed: the choice of a window needs some windows' worth of rows.
 const SMOOTHED: usize = 25;
-/// Parts of a stretch that are looked at for motion, at most.
+/// Parts of a stretch that are looked at for motion, at most: the resolution of the moving part is a thirtieth.
 const PARTS: usize = 32;
-/// Something moves where a state scatters by so many times its noise.
+/// Something moves where a state scatters by so many times its noise, whose scatter over 25 rows is within 1.5.
 const MOVES: f64 = 2.0;
-/// The least noise that is believed, as a share of a state's scatter.
+/// The least noise that is believed, as a share of a state's scatter: the rounding of six printed digits.
 const FLOOR: f64 = 1e-6;
 
-/// What a model may leave of data without noise, as a share of a state's scatter.
+/// Residual of a model on data without noise that counts as following them, as a share of a state's scatter: less than
+/// any sensor resolves. Half of it sends more of such data to the regression.
 const TOLERATED: f64 = 5e-4;
 
 /// Noise and scatter of each state.
@@ -126,12 +127,7 @@ pub(super) fn moving<'a>(
         if let (Some(first), Some(last)) = (first, moves.iter().rposition(|m| *m)) {
             let range = edge(first)..edge(last + 1);
             kept += range.len();
-            out.push(Stretch {
-                trajectory: s.trajectory,
-                time: &s.time[range.clone()],
-                columns: s.columns.iter().map(|c| &c[range.clone()]).collect(),
-                weights: s.weights.map(|w| &w[range.clone()]),
-            });
+            out.push(s.part(range.clone()));
         }
     }
     (kept > 0 && 2 * kept < rows).then_some(out)

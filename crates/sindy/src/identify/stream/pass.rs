@@ -2,7 +2,7 @@
 
 use super::Columns;
 use super::slopes::{Plan, alike, choose};
-use super::sums::{Kind, Shared, Sums, shared};
+use super::sums::{RegressionTarget, Shared, Sums, shared};
 use super::window::{Part, Window};
 use crate::data::dataset::{DataReport, FEWEST};
 use crate::data::grid::uniform_period;
@@ -12,13 +12,14 @@ use crate::identify::Settings;
 use crate::library::Library;
 use crate::trajectory::shift::{Cut, uneven};
 
-/// Rows that decide how slopes are taken.
+/// Rows that decide how slopes are taken, about a second of work. A record whose noise changes later is smoothed as its
+/// beginning asks for.
 const HEAD: usize = 50_000;
 /// Rows that are differentiated at a time, at least.
 pub(super) const WINDOW: usize = 32_768;
 /// Rows of a block, at least, where there are enough.
 const BLOCK: usize = 1024;
-/// Clusters at most, and what their sums may take in bytes.
+/// Clusters at most (standard errors hardly gain from more), and what their sums may take in bytes.
 const CLUSTERS: usize = 60;
 const MEMORY: usize = 64 << 20;
 /// Rows of a piece that is kept.
@@ -238,7 +239,7 @@ impl<'a> Pass<'a> {
                 .max(20)
         };
         for slopes in &plan.slopes {
-            let kind = Kind::Slopes {
+            let kind = RegressionTarget::Slopes {
                 weighted: names.weights.is_some(),
             };
             let block = block(slopes.window);
@@ -247,7 +248,7 @@ impl<'a> Pass<'a> {
         }
         if let Some(half_width) = plan.half_width {
             let block = block(2.0 * half_width / plan.period);
-            let kind = Kind::Weak(half_width, names.states.clone());
+            let kind = RegressionTarget::Weak(half_width, names.states.clone());
             self.weak = Some(Sums::new(kind, &self.shared, &data, clusters, block));
         }
     }

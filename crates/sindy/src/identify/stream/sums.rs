@@ -7,10 +7,9 @@ use crate::error::SindyError;
 use crate::identify::prepare::{WEIGHT, slope_name};
 use crate::library::Library;
 use crate::statistics::gram::{Accumulate, Gram};
+use crate::statistics::tsqr::CONDITION_LIMIT;
 use crate::weak::WeakForm;
 
-/// The condition of the scaled library above which the triangular factor is accumulated as well.
-const ILL_CONDITIONED: f64 = 1e6;
 /// The name of the time column of the weak form.
 const TIME: &str = "(time)";
 
@@ -41,7 +40,7 @@ pub(super) fn shared(libraries: &[Library]) -> Vec<Shared> {
 
 /// What is regressed on.
 #[derive(Clone, Debug)]
-pub(super) enum Kind {
+pub(super) enum RegressionTarget {
     /// Slopes (in discrete time the next samples); with weights or without.
     Slopes { weighted: bool },
     /// The weak form with this half-width, of the named states.
@@ -50,7 +49,7 @@ pub(super) enum Kind {
 
 /// Statistics of one kind.
 pub(super) struct Sums {
-    kind: Kind,
+    kind: RegressionTarget,
     shared: Vec<Shared>,
     names: Vec<String>,
     /// Rows of a block, at least.
@@ -70,7 +69,7 @@ pub(super) struct Sums {
 
 impl Sums {
     pub(super) fn new(
-        kind: Kind,
+        kind: RegressionTarget,
         shared: &[Shared],
         data: &[String],
         clusters: usize,
@@ -79,12 +78,12 @@ impl Sums {
         let states: usize = shared.iter().map(|s| s.states.len()).sum();
         let mut names = Vec::new();
         match &kind {
-            Kind::Slopes { weighted } => {
+            RegressionTarget::Slopes { weighted } => {
                 names.extend_from_slice(data);
                 names.extend((0..states).map(slope_name));
                 names.extend(weighted.then(|| WEIGHT.to_owned()));
             }
-            Kind::Weak(..) => {
+            RegressionTarget::Weak(..) => {
                 names.push(TIME.to_owned());
                 names.extend_from_slice(data);
             }
@@ -145,9 +144,9 @@ impl Sums {
         for k in 0..self.shared.len() {
             let mut parts = self.sums(k)?;
             // What the first rows show of the condition holds for all: there is no second pass.
-            if !self.begun && matches!(self.kind, Kind::Slopes { .. }) {
+            if !self.begun && matches!(self.kind, RegressionTarget::Slopes { .. }) {
                 let total = parts.first().map(|p| Gram::total(p));
-                if total.is_some_and(|t| t.condition() > ILL_CONDITIONED) {
+                if total.is_some_and(|t| t.condition() > CONDITION_LIMIT) {
                     self.shared[k].triangle = true;
                     parts = self.sums(k)?;
                 }
@@ -169,7 +168,7 @@ impl Sums {
     fn sums(&self, k: usize) -> Result<Vec<Vec<Gram>>, SindyError> {
         let one = &self.shared[k];
         match &self.kind {
-            Kind::Slopes { weighted } => {
+            RegressionTarget::Slopes { weighted } => {
                 let targets: Vec<String> = one.states.iter().map(|&i| slope_name(i)).collect();
                 let targets: Vec<&str> = targets.iter().map(String::as_str).collect();
                 let mut of = Accumulate::new(&one.library, "").triangle(one.triangle);
@@ -178,7 +177,7 @@ impl Sums {
                 }
                 of.targets(&targets, &self.waiting)
             }
-            Kind::Weak(half_width, states) => {
+            RegressionTarget::Weak(half_width, states) => {
                 let own: Vec<&str> = one.states.iter().map(|&i| states[i].as_str()).collect();
                 let form = WeakForm::default().half_width(*half_width)?;
                 match form.system(&one.library, TIME, &own, &self.waiting) {

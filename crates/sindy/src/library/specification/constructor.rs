@@ -1,6 +1,6 @@
 //! The constructors in a text: what stands between their parentheses, and the library it makes.
 
-use super::scan::Kind;
+use super::scan::TokenKind;
 use super::{Reader, error};
 use crate::error::SindyError;
 use crate::library::{Interaction, Library, Polynomial};
@@ -157,7 +157,7 @@ impl Reader<'_> {
                 false => (false, at),
             };
             let number = self.tokens[..part.end].get(digits);
-            if let Some(token) = number.filter(|t| t.kind == Kind::Number) {
+            if let Some(token) = number.filter(|t| t.kind == TokenKind::Number) {
                 let one = digits + 1 == part.end;
                 let alone = read.variables.is_empty() && read.options.is_empty();
                 let value = self

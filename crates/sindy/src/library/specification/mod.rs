@@ -11,7 +11,7 @@ use super::Library;
 use super::algebra::MAX_PAIRS;
 use super::factored::Alphabet;
 use crate::error::SindyError;
-use scan::{Kind, Token, scan};
+use scan::{Token, TokenKind, scan};
 
 impl Library {
     /// Reads a library over `variables` from a text, as it stands on a command line or in a settings file.
@@ -209,11 +209,11 @@ impl Reader<'_> {
     }
 
     fn ends_value(&self, at: usize) -> bool {
-        self.tokens[at].kind != Kind::Symbol || self.is(at, ")")
+        self.tokens[at].kind != TokenKind::Symbol || self.is(at, ")")
     }
 
     fn is_constructor(&self, at: usize) -> bool {
-        let Some(token) = self.tokens.get(at).filter(|t| t.kind == Kind::Word) else {
+        let Some(token) = self.tokens.get(at).filter(|t| t.kind == TokenKind::Word) else {
             return false;
         };
         let word = self.word(token);
@@ -225,7 +225,7 @@ impl Reader<'_> {
         let is_number = self
             .tokens
             .get(number)
-            .is_some_and(|t| t.kind == Kind::Number);
+            .is_some_and(|t| t.kind == TokenKind::Number);
         let ends = self.is(number + 1, ",") || self.is(number + 1, ")");
         word != "exp" || (is_number && ends)
     }

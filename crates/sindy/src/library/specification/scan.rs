@@ -6,7 +6,7 @@ use super::error;
 use crate::error::SindyError;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum TokenKind {
     Word,
     Number,
     /// A name in quotes.
@@ -18,7 +18,7 @@ pub(super) enum Kind {
 /// A token and the bytes that it spans.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Token {
-    pub(super) kind: Kind,
+    pub(super) kind: TokenKind,
     pub(super) start: usize,
     pub(super) end: usize,
 }
@@ -31,9 +31,9 @@ impl Token {
     /// The name that a word or a quoted name stands for.
     pub(super) fn name(&self, text: &str) -> Option<String> {
         match self.kind {
-            Kind::Word => Some(self.text(text).to_string()),
-            Kind::Quoted => Some(text[self.start + 1..self.end - 1].replace("\"\"", "\"")),
-            Kind::Number | Kind::Symbol => None,
+            TokenKind::Word => Some(self.text(text).to_string()),
+            TokenKind::Quoted => Some(text[self.start + 1..self.end - 1].replace("\"\"", "\"")),
+            TokenKind::Number | TokenKind::Symbol => None,
         }
     }
 }
@@ -55,21 +55,21 @@ pub(super) fn scan(text: &str) -> Result<Vec<Token>, SindyError> {
         };
         let (kind, length) = match first {
             '"' => (
-                Kind::Quoted,
+                TokenKind::Quoted,
                 quoted(rest).ok_or_else(|| unclosed(text, at))?,
             ),
-            '0'..='9' => (Kind::Number, number(rest)),
+            '0'..='9' => (TokenKind::Number, number(rest)),
             '.' if rest[1..].starts_with(|c: char| c.is_ascii_digit()) => {
-                (Kind::Number, number(rest))
+                (TokenKind::Number, number(rest))
             }
-            c if c.is_alphabetic() || c == '_' => (Kind::Word, word(rest)),
+            c if c.is_alphabetic() || c == '_' => (TokenKind::Word, word(rest)),
             _ if ["<=", ">=", "==", "!="]
                 .iter()
                 .any(|op| rest.starts_with(op)) =>
             {
-                (Kind::Symbol, 2)
+                (TokenKind::Symbol, 2)
             }
-            c => (Kind::Symbol, c.len_utf8()),
+            c => (TokenKind::Symbol, c.len_utf8()),
         };
         match first {
             '(' if open.len() == MAX_NESTING => {

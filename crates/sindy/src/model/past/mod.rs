@@ -10,9 +10,9 @@ use super::limits::{Run, RunOutcome};
 use super::{Model, Simulation, Time};
 use crate::error::{SindyError, same_size};
 
-/// Steps of the feedback's samples in the shortest delay, at least.
+/// Steps of the feedback's samples in the shortest delay, at least: splines over them err by their fourth power.
 const FINE: f64 = 16.0;
-/// Samples beyond a range of time that a spline over it takes in.
+/// Samples beyond a range of time that a spline over it takes in; the influence of a sample falls fourfold a step.
 const BESIDE: usize = 6;
 
 /// An input of a model that is not given from outside: what a state was.

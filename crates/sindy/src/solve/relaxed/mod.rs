@@ -44,8 +44,7 @@ use crate::solve::sr3::{FixedPoint, Path, Problem, Scaling, Solution, Sr3, fixed
 use crate::statistics::gram::{Gram, check};
 use set::Set;
 
-/// Iteration limit by default. Supports and signs settle within a few dozen steps; a limit twice as large changes nothing
-/// but for settings that cycle.
+/// Iteration limit by default: supports and signs change a handful of times, and only settings that cycle come near it.
 const MAX_ITERATIONS: usize = 200;
 
 /// Halvings of a step before it counts as none: 2⁻⁵⁰ of it is rounding.

@@ -71,6 +71,17 @@ impl Follow<'_> {
         }
     }
 
+    /// As [`Self::advance`], of the state alone and in the cut's steps.
+    fn advance_state(
+        &self,
+        record: &Record,
+        row: usize,
+        x: &mut [f64],
+        scratch: (&mut Work, &mut Step),
+    ) {
+        self.advance(record, row, self.cut.substeps, x, scratch, None);
+    }
+
     /// Sum of squares of each state's residuals, and of the defects over the noise, over arcs of so many nodes
     /// from the given ones of each record: `(record, first, nodes)`.
     pub(super) fn judge(
@@ -96,14 +107,7 @@ impl Follow<'_> {
                 }
                 let goes_on = node + 1 < first + nodes;
                 for row in from..to {
-                    self.advance(
-                        record,
-                        row,
-                        self.cut.substeps,
-                        &mut x,
-                        (&mut work, &mut step),
-                        None,
-                    );
+                    self.advance_state(record, row, &mut x, (&mut work, &mut step));
                     if row + 1 < to || goes_on || record.is_last(node) {
                         compare(&x, row + 1);
                     }
@@ -136,14 +140,7 @@ impl Follow<'_> {
                         of[i].push(record.residual(i, row, *x));
                     }
                     if row < to {
-                        self.advance(
-                            record,
-                            row,
-                            self.cut.substeps,
-                            &mut x,
-                            (&mut work, &mut step),
-                            None,
-                        );
+                        self.advance_state(record, row, &mut x, (&mut work, &mut step));
                     }
                 }
             }
@@ -162,14 +159,7 @@ impl Follow<'_> {
                 let mut x = record.nodes[first].clone();
                 let end = record.rows.get(first + self.cut.longest).copied();
                 for row in record.rows[first]..end.unwrap_or(record.time.len() - 1) {
-                    self.advance(
-                        record,
-                        row,
-                        self.cut.substeps,
-                        &mut x,
-                        (&mut work, &mut step),
-                        None,
-                    );
+                    self.advance_state(record, row, &mut x, (&mut work, &mut step));
                     for (i, x) in x.iter().enumerate() {
                         sum += self.size(i, record.residual(i, row + 1, *x));
                         count += 1;

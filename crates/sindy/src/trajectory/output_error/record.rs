@@ -3,9 +3,11 @@
 use super::Piece;
 use crate::model::{Interpolation, hermite, spline_slopes};
 
-/// Samples from one node to the next, at most.
+/// Samples from one node to the next, at most: defects are closed in steps of this length, and cost grows with their
+/// number.
 const NODE: usize = 10;
-/// Nodes are so close that states change by this share of their scatter in between (root mean square).
+/// Nodes are so close that states change by this share of their scatter in between (root mean square). With twice the
+/// distance coarse chaotic data cannot be started.
 const CHANGE: f64 = 0.3;
 /// One stretch of data as the search sees it.
 pub(super) struct Record {

@@ -14,7 +14,7 @@ use crate::solve::outcome::Outcome;
 /// it stops stiff systems short of [`INTEGRATION`].
 const MOST_SUBSTEPS: usize = 32;
 /// Error of the integrator from one node to the next that is accepted, in units of the noise: over a hundred nodes it adds
-/// up to a third of the noise. Twice the value shows in coefficients of data with little noise.
+/// up to at most a third of the noise.
 const INTEGRATION: f64 = 0.003;
 /// Nodes of the first arcs: short enough that a regression's model follows them, long enough to tell terms apart.
 const FIRST_ARC: usize = 4;
@@ -33,7 +33,7 @@ const PENALTY_ROUNDS: usize = 4;
 const DEFECT: f64 = 10.0;
 /// A step may raise the sum of squares by this factor: closing defects costs.
 const WORSE: f64 = 1.5;
-/// Steps shorter than this share of the whole are made whatever they do: five halvings of the step.
+/// Steps shorter than this share of the whole are made whatever they do: after six halvings of the step.
 const SHORTEST: f64 = 0.02;
 /// Standard deviations of a white autocorrelation, `1/√rows`, within which it counts as zero.
 const SCATTERS: f64 = 2.0;

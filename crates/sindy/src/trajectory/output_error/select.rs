@@ -21,7 +21,7 @@ const NODES: u64 = 4_000;
 /// Terms of an equation that are branched on: so many that gain most beside what is kept, and without it. The time grows
 /// with their number at worst as its power of two.
 const BRANCHED: usize = 16;
-/// Exchanges that are tried, most promising first. Those that succeed are among the first few.
+/// Exchanges that are tried, most promising first; more cost time in proportion.
 const SWAPS: usize = 20;
 /// Share of a term's penalty by which a change has to lower the score: less is rounding, and could go in circles.
 const LITTLE: f64 = 0.01;

@@ -5,10 +5,10 @@ use std::ops::Range;
 use crate::data::samples::{BlockSource, Samples};
 use crate::error::SindyError;
 
-/// The largest part of the period by which a step may differ from it.
+/// The largest part of the period by which a step may differ from it: the jitter of printed times.
 const TOLERANCE: f64 = 1e-3;
 
-/// Steps of at least this many periods are gaps.
+/// Steps of at least this many periods are gaps: half a period more than one, less than a missing row.
 const GAP: f64 = 1.5;
 
 /// The rows of all groups, cut at gaps.

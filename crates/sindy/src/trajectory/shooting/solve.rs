@@ -98,16 +98,16 @@ impl Shooting {
             parameters.iter().map(|p| p.start),
         ));
         let evaluate = |theta: DVector<f64>, starts: Vec<DVector<f64>>| {
-            let parts = self.linearise(model, &stretches, &theta, &starts);
-            let cost = self.cost(&parts, parameters, &theta, &starts, &guess);
-            Point {
+            let mut at = Point {
+                parts: self.linearise(model, &stretches, &theta, &starts),
                 theta,
                 starts,
-                parts,
-                cost,
-            }
+                cost: 0.0,
+            };
+            at.cost = self.cost(&at, parameters, &guess);
+            at
         };
-        let reduce = |at: &Point| self.reduce(&at.parts, parameters, &at.theta, &at.starts, &guess);
+        let reduce = |at: &Point| self.reduce(at, parameters, &guess);
         let mut at = evaluate(theta, guess.clone());
         let mut damping = LEAST_USED_DAMPING;
         let mut outcome = Outcome::IterationLimit;
@@ -243,14 +243,13 @@ impl Shooting {
         parts.into_iter().flatten().collect()
     }
 
-    fn cost(
-        &self,
-        parts: &[Part],
-        parameters: &[Parameter],
-        theta: &DVector<f64>,
-        starts: &[DVector<f64>],
-        guess: &[DVector<f64>],
-    ) -> f64 {
+    fn cost(&self, at: &Point, parameters: &[Parameter], guess: &[DVector<f64>]) -> f64 {
+        let Point {
+            parts,
+            theta,
+            starts,
+            ..
+        } = at;
         let data: f64 = parts.iter().map(|p| p.squares).sum::<f64>() / self.noise_sd.powi(2);
         let prior: f64 = parameters
             .iter()
@@ -276,14 +275,13 @@ impl Shooting {
     }
 
     /// Eliminates the starts: `(H - H₀ᵀ A⁻¹ H₀) δ = -(g - H₀ᵀ A⁻¹ g₀)`, `A = H₀₀ + prior`.
-    fn reduce(
-        &self,
-        parts: &[Part],
-        parameters: &[Parameter],
-        theta: &DVector<f64>,
-        starts: &[DVector<f64>],
-        guess: &[DVector<f64>],
-    ) -> Reduced {
+    fn reduce(&self, at: &Point, parameters: &[Parameter], guess: &[DVector<f64>]) -> Reduced {
+        let Point {
+            parts,
+            theta,
+            starts,
+            ..
+        } = at;
         let p = theta.len();
         let w = 1.0 / self.noise_sd.powi(2);
         let mut h = DMatrix::zeros(p, p);

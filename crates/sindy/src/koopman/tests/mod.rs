@@ -2,6 +2,8 @@
 
 use proptest::prelude::*;
 
+mod comparison;
+
 use super::*;
 use crate::{Block, BlockSource, Library, Samples};
 

@@ -1,7 +1,7 @@
 //! Test of DMDc and EDMDc against a sparse model.
 
-use super::tests::samples;
-use super::*;
+use super::super::*;
+use super::samples;
 use crate::model::{Inputs, Model, Simulation, Time};
 use crate::solve::fit::Solver;
 use crate::solve::sr3::Scaling;
