@@ -65,36 +65,25 @@ pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
 
     terminal.busy("judging");
     let between = &found.inputs_between;
-    let test = match test {
+    let judged = match test {
         Some(test) => {
             warnings.extend(test.warnings);
             let have = [&args.states[..], &args.inputs].concat();
             let seen = past::select(test.trajectories, &have, &columns(&found.model))?;
             let seen = spikes::mended(seen, &found.model, outliers, &mut warnings);
-            let score = score::of(&found.model, &seen, between, &mut warnings)?;
-            Some(score)
+            Some(score::of(&found.model, &seen, between, &mut warnings)?)
         }
         None => None,
     };
-    let (test, judged) = match test {
-        Some(test) => (Some(test.object.clone()), Some(test)),
-        None => (None, None),
-    };
+    let test = judged.as_ref().map(|judged| judged.object.clone());
     let object = FitObject::new(&found, files, test, warnings);
     if let Some(path) = &args.figure {
-        let fitted = trajectories
-            .map(|all| {
-                let all = spikes::mended(all, &found.model, outliers, &mut Vec::new());
-                score::of(&found.model, &all, between, &mut Vec::new())
-            })
-            .transpose()?;
-        figure::write(
-            path,
-            &found.model,
-            &object,
-            fitted.as_ref(),
-            judged.as_ref(),
-        )?;
+        let fitted = trajectories.map(|all| {
+            let all = spikes::mended(all, &found.model, outliers, &mut Vec::new());
+            score::of(&found.model, &all, between, &mut Vec::new())
+        });
+        let (fitted, judged) = (fitted.transpose()?, judged.as_ref());
+        figure::write(path, &found.model, &object, fitted.as_ref(), judged)?;
     }
     if let Some(path) = &args.model {
         let text = found.model.to_json().map_err(Error::refused("the model"))?;
@@ -106,7 +95,7 @@ pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
         terminal.warn(warning);
     }
     terminal.object(&object);
-    Ok(if lossy { Done::WithLoss } else { Done::Whole })
+    Ok(Done::with_loss(lossy))
 }
 
 /// A fit, and what it was made from.

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`bootstrap`] | intervals of coefficients by a bootstrap over blocks of rows |
 //! | [`ensemble`] | bagging of data and library, inclusion probabilities |
+//! | [`resample`] | draws with replacement, the same for any number of threads |
 //! | [`identifiability`] | which terms the data identify, and which they confound |
 //!
 //! [`Band`] holds what the models of an ensemble predict; [`block_length`] chooses the blocks.
@@ -13,6 +14,7 @@ mod block_length;
 pub mod bootstrap;
 pub mod ensemble;
 pub mod identifiability;
+pub mod resample;
 #[cfg(test)]
 mod tests;
 

@@ -88,15 +88,13 @@ impl Shooting {
             .map(|s| DVector::from_iterator(n, s.record.start.iter().map(|c| c[s.first])))
             .collect();
         let clamp = |v: DVector<f64>| {
-            DVector::from_iterator(
-                v.len(),
-                v.iter().zip(parameters).map(|(v, p)| v.clamp(p.min, p.max)),
-            )
+            DVector::from_fn(v.len(), |j, _| {
+                v[j].clamp(parameters[j].min, parameters[j].max)
+            })
         };
-        let theta = clamp(DVector::from_iterator(
-            parameters.len(),
-            parameters.iter().map(|p| p.start),
-        ));
+        let theta = clamp(DVector::from_fn(parameters.len(), |j, _| {
+            parameters[j].start
+        }));
         let evaluate = |theta: DVector<f64>, starts: Vec<DVector<f64>>| {
             let mut at = Point {
                 parts: self.linearise(model, &stretches, &theta, &starts),
@@ -133,10 +131,9 @@ impl Shooting {
                 let mut pairs = step.iter().zip(&at.theta);
                 let small = pairs.all(|(s, t)| s.abs() <= SMALL_STEP * (t.abs() + SMALL_PARAMETER));
                 if small || damping > MOST_DAMPING {
-                    outcome = if small {
-                        Outcome::Converged
-                    } else {
-                        Outcome::Stalled
+                    outcome = match small {
+                        true => Outcome::Converged,
+                        false => Outcome::Stalled,
                     };
                     break;
                 }

@@ -40,7 +40,6 @@ pub use blocks::Blocks;
 
 use nalgebra::{DMatrix, DVector};
 use rand_pcg::Pcg64;
-use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
 use crate::error::{SindyError, same_size};
@@ -48,6 +47,7 @@ use crate::numerics::quantile;
 use crate::solve::fit::{Fit, Solver};
 use crate::solve::outcome::Outcome;
 use crate::statistics::gram::{Gram, check};
+use crate::uncertainty::resample::{below, counts, generator};
 
 /// Settings of an ensemble, checked when built.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,27 +173,16 @@ impl Ensemble {
         whole: &Gram,
         solver: &dyn Solver,
     ) -> Result<(Vec<usize>, Fit), SindyError> {
-        let mut rng = self.generator(r);
+        let mut rng = generator(self.seed, r);
         let p = whole.xty.len();
         let terms = self.terms(p, &mut rng);
         let gram = if self.resample {
-            let mut weights = vec![0_u32; parts.len()];
-            for _ in 0..parts.len() {
-                weights[below(&mut rng, parts.len())] += 1;
-            }
-            sum(parts, &weights)
+            sum(parts, &counts(&mut rng, parts.len()))
         } else {
             whole.clone()
         };
         let fit = self.fit(gram, &terms, solver)?;
         Ok((terms, fit))
-    }
-
-    /// The random numbers of replicate `r`.
-    fn generator(&self, r: usize) -> Pcg64 {
-        // Weyl's sequence keeps the seeds of replicates apart; the generator hashes them.
-        let step = (r as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        Pcg64::seed_from_u64(self.seed.wrapping_add(step))
     }
 
     /// The terms of a replicate, of `p`.
@@ -289,11 +278,6 @@ fn sum(parts: &[&Gram], weights: &[u32]) -> Gram {
         out.merge_copies(part, f64::from(count));
     }
     out
-}
-
-/// A number below `n`, each as likely but for one part in 2^64 / n.
-fn below(rng: &mut Pcg64, n: usize) -> usize {
-    ((u128::from(rng.next_u64()) * n as u128) >> 64) as usize
 }
 
 #[cfg(test)]

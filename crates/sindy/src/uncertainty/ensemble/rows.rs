@@ -1,10 +1,8 @@
 //! Drawing single rows: every replicate's statistics in one pass over the data.
 
-use rand_distr::{Binomial, Distribution};
-use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
-use super::{Ensemble, Ensembled, below};
+use super::{Ensemble, Ensembled};
 use crate::data::samples::{BlockSource, passed};
 use crate::error::SindyError;
 use crate::library::Library;
@@ -12,6 +10,7 @@ use crate::solve::fit::{Fit, Solver};
 use crate::statistics::gram::plan::Plan;
 use crate::statistics::gram::weighted::{PANEL, Panel};
 use crate::statistics::gram::{Gram, check};
+use crate::uncertainty::resample::{RowDraws, generator};
 
 impl Ensemble {
     /// Fits every replicate of the rows of all groups together, one result for each target: a replicate draws as
@@ -65,9 +64,9 @@ impl Ensemble {
                 let (draws, terms) = replicates
                     .iter()
                     .map(|&r| {
-                        let mut rng = self.generator(r);
+                        let mut rng = generator(self.seed, r);
                         let terms = self.terms(p, &mut rng);
-                        (Draws::new(rng, rows), terms)
+                        (RowDraws::new(rng, rows), terms)
                     })
                     .unzip();
                 Batch {
@@ -86,7 +85,7 @@ impl Ensemble {
                     .add_rows(&plan, block.columns, 0..n, |rows, weights| {
                         for (b, draws) in draws.iter_mut().enumerate() {
                             if self.resample {
-                                draws.fill(rows, weights, b);
+                                draws.fill(rows, weights, (b, PANEL));
                             } else {
                                 (0..rows).for_each(|r| weights[r * PANEL + b] = 1.0);
                             }
@@ -121,7 +120,7 @@ struct Replicate {
 /// Replicates that are summed together.
 struct Batch {
     panel: Panel,
-    draws: Vec<Draws>,
+    draws: Vec<RowDraws>,
     terms: Vec<Vec<usize>>,
 }
 
@@ -150,41 +149,10 @@ impl Batch {
     }
 }
 
-/// How often each row is drawn, chunk of rows after chunk: the draws that fall into a chunk are binomial given
-/// those that are left, and uniform within it, so that all together are `n` draws of `n` rows with
-/// replacement.
-struct Draws {
-    rng: Pcg64,
-    rows_left: usize,
-    draws_left: u64,
-}
-
-impl Draws {
-    fn new(rng: Pcg64, rows: usize) -> Self {
-        Self {
-            rng,
-            rows_left: rows,
-            draws_left: rows as u64,
-        }
-    }
-
-    /// Sets the weights of the next `rows` rows of replicate `b`.
-    fn fill(&mut self, rows: usize, weights: &mut [f64], b: usize) {
-        let share = rows as f64 / self.rows_left as f64;
-        let draws = match Binomial::new(self.draws_left, share) {
-            Ok(binomial) if rows < self.rows_left => binomial.sample(&mut self.rng),
-            _ => self.draws_left,
-        };
-        for _ in 0..draws {
-            weights[below(&mut self.rng, rows) * PANEL + b] += 1.0;
-        }
-        self.rows_left -= rows;
-        self.draws_left -= draws;
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use rand_pcg::Pcg64;
+
     use super::*;
     use crate::{Samples, Stlsq};
     use rand::{RngExt, SeedableRng};
@@ -213,12 +181,12 @@ mod tests {
         let mut counts = vec![0.0; ROWS];
         let mut squares = 0.0;
         for seed in 0..200 {
-            let mut draws = Draws::new(Pcg64::seed_from_u64(seed), ROWS);
+            let mut draws = RowDraws::new(Pcg64::seed_from_u64(seed), ROWS);
             let mut total = 0.0;
             for start in (0..ROWS).step_by(256) {
                 let rows = 256.min(ROWS - start);
                 let mut weights = vec![0.0; rows * PANEL];
-                draws.fill(rows, &mut weights, 3);
+                draws.fill(rows, &mut weights, (3, PANEL));
                 for (r, w) in weights.chunks(PANEL).enumerate() {
                     counts[start + r] += w[3];
                     squares += (w[3] - 1.0).powi(2);
