@@ -10,7 +10,7 @@ use crate::output;
 /// Pixels of a PNG for each pixel of the figure.
 const PNG_SCALE: f32 = 2.0;
 
-/// What a file holds, by its ending.
+/// The format of a file, by its ending.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub(crate) enum Format {
     Svg,

@@ -1,4 +1,4 @@
-//! What stops the command, and the exit status that it stands for.
+//! The errors of the command, and their exit status.
 
 use std::path::{Path, PathBuf};
 

@@ -25,7 +25,7 @@ pub(crate) fn rows_of(name: &str) -> Option<usize> {
     parts(name).map(|p| p.1)
 }
 
-/// What a name such as `x_ago3` stands for.
+/// The meaning of a name such as `x_ago3`.
 pub(crate) fn of_name(name: &str) -> Option<Delay> {
     let (column, rows) = parts(name)?;
     Delay::samples(column, rows).ok()
@@ -157,7 +157,7 @@ fn of(found: &Model, inputs: &[String], period: f64) -> std::result::Result<Mode
     model.with_past(feedback)
 }
 
-/// What past states stand for in a model's equations, a line for each.
+/// The meaning of past states in a model's equations, a line for each.
 pub(crate) fn words(model: &Model) -> String {
     let mut out = String::new();
     for p in model.past() {

@@ -39,7 +39,7 @@ pub(crate) struct Trajectory {
     pub(crate) weights: Option<Vec<f64>>,
 }
 
-/// What a file held.
+/// Counts of a file.
 #[derive(Debug, Serialize)]
 pub(crate) struct FileReport {
     pub(crate) path: String,

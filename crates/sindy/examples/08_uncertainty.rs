@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut samples = Samples::new(&["x", "y", "x_dot", "y_dot"]);
     samples.push_group([columns, slopes].concat())?;
 
-    // Every replicate chooses its terms anew: inclusion says how often a term was kept.
+    // Every replicate chooses its terms again: inclusion is the share of replicates that keep a term.
     let library = problem.library()?;
     let solver = BestBy {
         search: BestSubset::new().max_size(4),

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// What was wrong with the input or the settings.
+/// A fault of the input or the settings.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum SindyError {
@@ -11,15 +11,15 @@ pub enum SindyError {
     Setting {
         /// The setting's name.
         key: &'static str,
-        /// What is allowed.
+        /// The allowed values.
         expected: String,
-        /// What was given.
+        /// The given value.
         found: String,
     },
     /// Lengths or counts that do not fit together.
     #[error("{what}: expected {expected}, found {found}")]
     Shape {
-        /// What was compared.
+        /// The compared sizes.
         what: &'static str,
         /// The count that the rest of the input asks for.
         expected: usize,
@@ -78,7 +78,7 @@ pub enum SindyError {
     Expression {
         /// The text as given.
         text: String,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
     },
     /// A text that is not a library.
@@ -111,7 +111,7 @@ pub enum SindyError {
     /// A text that is not a model in JSON.
     #[error("model in JSON: {reason}")]
     Json {
-        /// What is wrong, with line and column.
+        /// The fault, with line and column.
         reason: String,
     },
 }
@@ -142,17 +142,30 @@ impl SindyError {
     }
 }
 
-/// Refuses a setting outside its range.
-pub(crate) fn at_least_zero(key: &'static str, value: f64) -> Result<f64, SindyError> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(value)
+/// Refuses a setting that is not `allowed`.
+pub(crate) fn require(
+    allowed: bool,
+    key: &'static str,
+    expected: impl Into<String>,
+    found: impl std::fmt::Display,
+) -> Result<(), SindyError> {
+    if allowed {
+        Ok(())
     } else {
-        Err(SindyError::setting(
-            key,
-            "a finite number, at least 0",
-            value,
-        ))
+        Err(SindyError::setting(key, expected, found))
     }
+}
+
+/// Refuses a setting that is negative or not finite.
+pub(crate) fn at_least_zero(key: &'static str, value: f64) -> Result<f64, SindyError> {
+    let allowed = value.is_finite() && value >= 0.0;
+    require(allowed, key, "a finite number, at least 0", value).map(|()| value)
+}
+
+/// Refuses a setting that is not positive and finite.
+pub(crate) fn above_zero(key: &'static str, value: f64) -> Result<f64, SindyError> {
+    let allowed = value.is_finite() && value > 0.0;
+    require(allowed, key, "a finite number above 0", value).map(|()| value)
 }
 
 /// Refuses another size than the one that fits.

@@ -98,7 +98,7 @@ pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
     Ok(Done::with_loss(lossy))
 }
 
-/// A fit, and what it was made from.
+/// A fit with the files and trajectories of its data.
 struct Fitted {
     found: Identification,
     files: Vec<FileReport>,
@@ -150,13 +150,13 @@ fn columns(model: &sindy::Model) -> Vec<String> {
     [model.states(), model.inputs()].concat()
 }
 
-/// What the fit is of, for messages.
+/// A name of the data, for messages.
 fn files(args: &FitArgs) -> String {
     let names: Vec<String> = args.train.iter().map(|p| p.display().to_string()).collect();
     names.join(", ")
 }
 
-/// What is being done, of `rows` rows, with at most so many steps of the output error from each start.
+/// The present stage, of `rows` rows, with at most so many steps of the output error from each start.
 fn stage(progress: &Progress, steps: usize, rows: Option<usize>) -> String {
     let of = rows.map_or_else(String::new, |rows| format!(" of {rows} rows"));
     match progress {

@@ -11,7 +11,7 @@ use super::show::significant;
 use crate::named::Named;
 use crate::trajectories::FileReport;
 
-/// What a fit gives.
+/// The result of a fit.
 #[derive(Serialize)]
 pub(super) struct FitObject {
     /// The terms of each state's equation.
@@ -55,7 +55,7 @@ impl TermObject {
 /// Terms against error of one state's equation.
 #[derive(Serialize)]
 pub(super) struct Front {
-    /// What the error is.
+    /// Meaning and unit of the error.
     pub(super) unit: &'static str,
     /// Estimated noise of the state.
     pub(super) noise: f64,
@@ -132,7 +132,7 @@ impl FitObject {
     }
 }
 
-/// What the fit was made from.
+/// The data of the fit.
 #[derive(Serialize)]
 pub(super) struct DataObject {
     #[serde(flatten)]

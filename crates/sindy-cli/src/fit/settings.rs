@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use touchdown_terminal::Done;
 use touchdown_terminal::Terminal;
 
-/// What a file of settings may hold; arguments come before it.
+/// The keys of a file of settings; arguments come before it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct Settings {

@@ -1,4 +1,4 @@
-//! What a person reads of a fit.
+//! A fit as text for people.
 
 use std::fmt::Write as _;
 

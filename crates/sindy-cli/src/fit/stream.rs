@@ -165,7 +165,7 @@ impl Blocks<'_> {
     }
 }
 
-/// What the pass is at.
+/// The progress of the pass.
 fn stage(share: f64, rows: usize, file: &str) -> String {
     let percent = (100.0 * share.clamp(0.0, 1.0)).floor();
     format!("one pass: {percent} % of the data, {rows} rows; {file}")

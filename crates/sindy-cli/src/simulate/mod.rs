@@ -132,7 +132,7 @@ fn iterate(model: &Model, task: &Task) -> std::result::Result<Run, SindyError> {
     Ok(run)
 }
 
-/// What is worth a warning in how a run ended.
+/// A warning about the end of a run.
 fn ended_early(name: &str, run: &Run) -> Option<String> {
     let how = match &run.outcome {
         RunOutcome::Finished => return None,

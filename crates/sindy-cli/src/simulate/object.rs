@@ -1,4 +1,4 @@
-//! What a simulation gives: JSON, text and CSV.
+//! The result of a simulation: JSON, text and CSV.
 
 use std::fmt::Write as _;
 
@@ -90,7 +90,7 @@ pub(crate) fn deviation(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / rows).sqrt()
 }
 
-/// What a person reads.
+/// The result as text for people.
 pub(crate) fn text(model: &Model, runs: &[RunObject]) -> String {
     let mut out = format!("{model:.5}{}", past::words(model));
     for run in runs {

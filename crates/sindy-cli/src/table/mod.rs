@@ -23,7 +23,7 @@ pub(crate) struct Table {
     path: String,
     names: Vec<String>,
     store: Store,
-    /// What was found while opening; nothing but rows for tables that cannot have odd ones.
+    /// The counts while opening; nothing but rows for tables that cannot have odd ones.
     pub(crate) findings: Findings,
 }
 
@@ -107,7 +107,7 @@ impl Table {
 /// Rows of some columns, and their labels.
 pub(crate) type Columns = (Vec<Vec<f64>>, Option<Vec<String>>);
 
-/// What a file is.
+/// The format of a file.
 #[derive(Clone, Copy)]
 enum Format {
     Text,

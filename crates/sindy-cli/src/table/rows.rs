@@ -126,7 +126,7 @@ impl Rows {
         &self.numbers
     }
 
-    /// What was read, as a share of the file.
+    /// The share of the file that was read.
     pub(crate) fn share(&self) -> f64 {
         match &self.source {
             Source::Text(rows) => rows.share(),
@@ -135,7 +135,7 @@ impl Rows {
         }
     }
 
-    /// What was found so far.
+    /// The counts so far.
     pub(crate) fn findings(&self) -> Findings {
         match &self.source {
             Source::Text(rows) => rows.findings.clone(),

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use crate::error::{SindyError, same_size};
+use crate::error::{SindyError, require, same_size};
 use crate::numerics::nearest_quantile;
 
 /// How a trajectory is split, checked when built.
@@ -70,12 +70,8 @@ impl GapSettings {
     /// # Errors
     /// A `hole` that is not above 1 (infinity: time never splits), or no `shortest` row.
     pub fn new(hole: f64, shortest: usize) -> Result<Self, SindyError> {
-        if !(hole > 1.0) {
-            return Err(SindyError::setting("hole", "above 1 median period", hole));
-        }
-        if shortest == 0 {
-            return Err(SindyError::setting("shortest", "at least 1 row", shortest));
-        }
+        require(hole > 1.0, "hole", "above 1 median period", hole)?;
+        require(shortest != 0, "shortest", "at least 1 row", shortest)?;
         Ok(Self { hole, shortest })
     }
 }

@@ -28,7 +28,7 @@ use crate::numerics::minimum_on_grid;
 /// to lose no more than half of the digits.
 const DIFFUSE: f64 = 1e8;
 
-/// What the signal does when nothing disturbs it.
+/// The motion of an undisturbed signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// The velocity wanders.
@@ -82,7 +82,7 @@ impl KalmanSmoother {
         }
     }
 
-    /// What the signal does when nothing disturbs it.
+    /// The motion of an undisturbed signal.
     #[must_use]
     pub fn motion(&self) -> Motion {
         self.motion

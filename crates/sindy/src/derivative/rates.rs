@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::FiniteDifference;
 use crate::data::grid;
 use crate::data::samples::{Block, BlockSource, Samples, position};
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 
 /// Rows of a block: some segments for each of several threads, and few enough for a cache.
 const ROWS: usize = 16 * SEGMENT;
@@ -65,13 +65,12 @@ impl<'a> Rates<'a> {
         method: FiniteDifference,
         period: f64,
     ) -> Result<Self, SindyError> {
-        if !(period > 0.0 && period.is_finite()) {
-            return Err(SindyError::setting(
-                "period",
-                "a positive, finite time",
-                period,
-            ));
-        }
+        require(
+            period > 0.0 && period.is_finite(),
+            "period",
+            "a positive, finite time",
+            period,
+        )?;
         Self::new(samples, states, method, Clock::Period(period))
     }
 
@@ -108,13 +107,12 @@ impl<'a> Rates<'a> {
             .iter()
             .map(|state| {
                 let name = format!("{state}_dot");
-                if names.contains(&name) {
-                    return Err(SindyError::setting(
-                        "states",
-                        "columns whose derivatives have names of their own",
-                        name,
-                    ));
-                }
+                require(
+                    !names.contains(&name),
+                    "states",
+                    "columns whose derivatives have names of their own",
+                    &name,
+                )?;
                 names.push(name);
                 position(samples.names(), state)
             })

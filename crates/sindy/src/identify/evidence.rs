@@ -11,7 +11,7 @@ pub(super) struct TermEvidence {
     pub std_error: f64,
     /// Degrees of freedom of the standard error.
     pub degrees: f64,
-    /// What the term is worth: twice the fall of the log-likelihood without it, less the penalty for it.
+    /// The evidence for the term: twice the fall of the log-likelihood without it, less the penalty for it.
     pub evidence: f64,
 }
 

@@ -119,7 +119,7 @@ mod tests {
         let random = std::cell::RefCell::new(rand_pcg::Pcg64::seed_from_u64(3));
         let noise = |_: f64| random.borrow_mut().random_range(-1.0..1.0);
         assert_eq!(of(noise), (Linear, true));
-        // Mostly smooth with some noise: lines carry less of it.
+        // Mostly smooth with some noise: lines pass less of it.
         let noisy = |t: f64| (0.3 * t).sin() + 0.05 * random.borrow_mut().random_range(-1.0..1.0);
         assert_eq!(of(noisy), (Linear, false));
     }

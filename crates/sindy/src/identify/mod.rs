@@ -15,7 +15,7 @@
 //! # Ok::<(), sindy::SindyError>(())
 //! ```
 //!
-//! What it does, in order, with nothing to be set:
+//! Its steps, in order, without any setting:
 //!
 //! 1. sets single gross errors of the states aside, leaves terms out that are a multiple of a simpler one on every row,
 //!    sees what inputs are between their samples (held, linear, cubic), estimates each state's noise, and smooths with a
@@ -25,7 +25,7 @@
 //! 3. ranks these models by *free-run error*: short simulations from smoothed states against the measured
 //!    ones, the one yardstick that all of them share; where none can be run, the best subsets of one to four terms
 //!    are models too;
-//! 4. refines the best by [`output_error`](crate::trajectory::output_error), which judges all candidate terms anew by the
+//! 4. refines the best by [`output_error`](crate::trajectory::output_error), which judges all candidate terms again by the
 //!    trajectory itself, from several starts until two agree;
 //! 5. accepts that model if its trajectories follow the data to within the noise, tries shorter arcs if they
 //!    do not (the system is disturbed, or not in the library), and else keeps the best regression.

@@ -6,7 +6,7 @@ use crate::data::dataset::DataReport;
 use crate::model::{Interpolation, Model};
 use crate::solve::outcome::Outcome;
 
-/// What the automatic identification is doing.
+/// The present step of the automatic identification.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Progress {
@@ -88,7 +88,7 @@ pub struct Equation {
     pub residual: Option<f64>,
     /// Terms against error, the other equations held.
     pub front: Vec<FrontPoint>,
-    /// What the front's error is.
+    /// Meaning and unit of the front's error.
     pub unit: &'static str,
     /// For each term of the model's equation: the 95 % confidence interval of its coefficient, with Student's t where it
     /// rests on little; `None` where there is no standard error. The choice of terms is not in it.
@@ -113,7 +113,7 @@ pub struct Identification {
     pub model: Model,
     /// One for each state.
     pub equations: Vec<Equation>,
-    /// What was chosen and why.
+    /// The choice and its reason.
     pub choice: Choice,
     /// Everything that was compared.
     pub candidates: Vec<Candidate>,
@@ -121,8 +121,8 @@ pub struct Identification {
     pub outcome: Outcome,
     /// What each input was taken to be between its samples; of no account in discrete time and for regressions.
     pub inputs_between: Vec<Interpolation>,
-    /// What the user should know.
+    /// Warnings.
     pub warnings: Vec<String>,
-    /// What the data hold.
+    /// Counts of the data.
     pub data: DataReport,
 }

@@ -104,7 +104,7 @@ impl<'a> IdentificationRun<'a> {
         free_run < BETTER * ranked[0].free_run
     }
 
-    /// Slopes by every method that is asked for; those of the first stand for the trajectories.
+    /// Slopes by every method that is asked for; those of the first smooth the trajectories too.
     fn regressions(
         &self,
         progress: &mut dyn FnMut(Progress),

@@ -7,7 +7,7 @@ use crate::derivative::savgol::SavitzkyGolay;
 use crate::derivative::{
     Differentiator, FiniteDifference, KalmanSmoother, Motion, SmoothingSpline,
 };
-use crate::error::SindyError;
+use crate::error::{SindyError, above_zero, require};
 use crate::statistics::criteria::Criterion;
 
 /// How coefficients are determined.
@@ -184,52 +184,40 @@ impl Settings {
     /// # Errors
     /// The first of them, by its key.
     pub fn validate(&self) -> Result<(), SindyError> {
-        let positive = |v: f64| v > 0.0 && v.is_finite();
-        if self.thresholds.is_empty() || !self.thresholds.iter().all(|t| *t >= 0.0 && t.is_finite())
-        {
-            return Err(SindyError::setting(
-                "thresholds",
-                "one or more finite numbers, at least 0",
-                format!("{:?}", self.thresholds),
-            ));
-        }
-        if self.nus.is_empty() || !self.nus.iter().all(|v| positive(*v)) {
-            return Err(SindyError::setting(
-                "nus",
-                "one or more finite numbers above 0",
-                format!("{:?}", self.nus),
-            ));
-        }
-        if !(2..=1000).contains(&self.folds) {
-            return Err(SindyError::setting("folds", "2 to 1000", self.folds));
-        }
-        if !positive(self.penalty) {
-            return Err(SindyError::setting(
-                "penalty",
-                "a finite number above 0",
-                self.penalty,
-            ));
-        }
-        if !(0.0..1.0).contains(&self.relevance) {
-            return Err(SindyError::setting(
-                "relevance",
-                "at least 0 and below 1",
-                self.relevance,
-            ));
-        }
-        if !(self.growth > 1.0 && self.growth.is_finite()) {
-            return Err(SindyError::setting(
-                "growth",
-                "a finite number above 1",
-                self.growth,
-            ));
-        }
-        if self.iterations == 0 {
-            return Err(SindyError::setting("iterations", "at least 1", 0));
-        }
-        if self.rows < 100 {
-            return Err(SindyError::setting("rows", "at least 100", self.rows));
-        }
+        let all = |values: &[f64], allowed: fn(f64) -> bool| {
+            !values.is_empty() && values.iter().all(|v| v.is_finite() && allowed(*v))
+        };
+        let (thresholds, nus) = (&self.thresholds, &self.nus);
+        require(
+            all(thresholds, |t| t >= 0.0),
+            "thresholds",
+            "one or more finite numbers, at least 0",
+            format!("{thresholds:?}"),
+        )?;
+        require(
+            all(nus, |nu| nu > 0.0),
+            "nus",
+            "one or more finite numbers above 0",
+            format!("{nus:?}"),
+        )?;
+        require(
+            (2..=1000).contains(&self.folds),
+            "folds",
+            "2 to 1000",
+            self.folds,
+        )?;
+        above_zero("penalty", self.penalty)?;
+        let relevant = (0.0..1.0).contains(&self.relevance);
+        require(
+            relevant,
+            "relevance",
+            "at least 0 and below 1",
+            self.relevance,
+        )?;
+        let grows = self.growth > 1.0 && self.growth.is_finite();
+        require(grows, "growth", "a finite number above 1", self.growth)?;
+        require(self.iterations != 0, "iterations", "at least 1", 0)?;
+        require(self.rows >= 100, "rows", "at least 100", self.rows)?;
         self.smoothing.differentiator().map(|_| ())
     }
 }

@@ -12,7 +12,7 @@ use crate::uncertainty::identifiability::examine;
 /// separate terms. A warning only.
 const CONDITION: f64 = 1e4;
 
-/// What the user should know of the data before anything is fitted; `samples` are all usable rows.
+/// Warnings about the data before anything is fitted; `samples` are all usable rows.
 pub(super) fn of_data(
     report: &DataReport,
     statistics: &Statistics,

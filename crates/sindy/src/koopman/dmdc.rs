@@ -5,9 +5,9 @@ use sindy_expr::Expr;
 
 use super::snapshots::{Lift, Snapshots};
 use super::{LinearSystem, Rank, Regression};
-use super::{check_inputs, check_names, check_period, check_row, run};
+use super::{check_inputs, check_names, check_row, run};
 use crate::data::samples::BlockSource;
-use crate::error::SindyError;
+use crate::error::{SindyError, above_zero};
 use crate::model::Run;
 
 /// Settings of DMDc, checked when built. With unscaled columns, as usual: bring states of very different
@@ -64,7 +64,7 @@ impl Dmdc {
         inputs: &[&str],
         period: f64,
     ) -> Result<DmdcModel, SindyError> {
-        check_period(period)?;
+        above_zero("period", period)?;
         check_names(states, inputs)?;
         let names: Vec<String> = states.iter().map(ToString::to_string).collect();
         let variables =

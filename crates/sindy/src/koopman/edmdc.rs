@@ -5,9 +5,9 @@ use sindy_expr::{Expr, Program, Scratch};
 
 use super::snapshots::{Lift, Snapshots};
 use super::{LinearSystem, Rank, Regression};
-use super::{check_inputs, check_names, check_period, check_row, run};
+use super::{check_inputs, check_names, check_row, run};
 use crate::data::samples::BlockSource;
-use crate::error::SindyError;
+use crate::error::{SindyError, above_zero, require};
 use crate::library::{Library, compile};
 use crate::model::Run;
 
@@ -97,7 +97,7 @@ impl Edmdc {
         inputs: &[&str],
         period: f64,
     ) -> Result<EdmdcModel, SindyError> {
-        check_period(period)?;
+        above_zero("period", period)?;
         check_names(states, inputs)?;
         let (drives, lifted): (Vec<Expr>, Vec<Expr>) = self
             .library
@@ -105,10 +105,12 @@ impl Edmdc {
             .iter()
             .cloned()
             .partition(|term| term.variables().iter().any(|v| inputs.contains(v)));
-        if lifted.is_empty() {
-            let expected = "at least one term over states alone";
-            return Err(SindyError::setting("library", expected, "none"));
-        }
+        require(
+            !lifted.is_empty(),
+            "library",
+            "at least one term over states alone",
+            "none",
+        )?;
         let row: Vec<&str> = states.iter().chain(inputs).copied().collect();
         let lifted_program = compile(&lifted, states)?;
         let drives_program = compile(&drives, &row)?;

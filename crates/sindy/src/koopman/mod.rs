@@ -41,7 +41,7 @@ pub use dmdc::{Dmdc, DmdcModel};
 pub use edmdc::{Edmdc, EdmdcModel, Lifting};
 pub use system::LinearSystem;
 
-use crate::error::{SindyError, finite, same_size};
+use crate::error::{SindyError, finite, require, same_size};
 use crate::model::{Run, RunOutcome};
 
 /// A run whose state exceeds this has blown up.
@@ -70,7 +70,7 @@ struct Regression {
     ridge: f64,
 }
 
-/// What the regression found: `targets ≈ regressors · coefficients`.
+/// The result of the regression: `targets ≈ regressors · coefficients`.
 struct Solved {
     /// Regressors x targets.
     coefficients: DMatrix<f64>,
@@ -80,12 +80,13 @@ struct Solved {
 
 impl Regression {
     fn new(rank: Rank, ridge: f64) -> Result<Self, SindyError> {
-        if rank == Rank::Given(0) {
-            return Err(SindyError::setting("rank", "at least 1", 0));
-        }
-        if !(ridge >= 0.0 && ridge.is_finite()) {
-            return Err(SindyError::setting("ridge", "finite, not negative", ridge));
-        }
+        require(rank != Rank::Given(0), "rank", "at least 1", 0)?;
+        require(
+            ridge >= 0.0 && ridge.is_finite(),
+            "ridge",
+            "finite, not negative",
+            ridge,
+        )?;
         Ok(Self { rank, ridge })
     }
 
@@ -170,9 +171,7 @@ fn median(sorted: &[f64]) -> f64 {
 
 /// At least one state, and no name twice.
 fn check_names(states: &[&str], inputs: &[&str]) -> Result<(), SindyError> {
-    if states.is_empty() {
-        return Err(SindyError::setting("states", "at least one name", "none"));
-    }
+    require(!states.is_empty(), "states", "at least one name", "none")?;
     let all: Vec<&str> = states.iter().chain(inputs).copied().collect();
     match all.iter().enumerate().find(|(i, n)| all[..*i].contains(n)) {
         Some((_, name)) => Err(SindyError::setting(
@@ -181,15 +180,6 @@ fn check_names(states: &[&str], inputs: &[&str]) -> Result<(), SindyError> {
             name,
         )),
         None => Ok(()),
-    }
-}
-
-fn check_period(period: f64) -> Result<f64, SindyError> {
-    if period > 0.0 && period.is_finite() {
-        Ok(period)
-    } else {
-        let expected = "a positive, finite time";
-        Err(SindyError::setting("period", expected, period))
     }
 }
 

@@ -24,7 +24,7 @@ pub(super) struct Snapshots {
     pub(super) skipped: usize,
 }
 
-/// What is read of each row.
+/// States, observables and drives of each row.
 pub(super) struct Lift<'a> {
     /// The states' names.
     pub(super) states: &'a [String],

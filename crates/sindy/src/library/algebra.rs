@@ -6,7 +6,7 @@ use sindy_expr::Expr;
 
 use super::factored::{Alphabet, Factored};
 use super::{Library, check_terms};
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 
 /// Pairs of terms that a product may have before equal ones are merged.
 pub(super) const MAX_PAIRS: usize = 200_000;
@@ -70,9 +70,7 @@ impl Library {
     /// # Errors
     /// No parts, or more than [`super::MAX_TERMS`] distinct terms.
     pub fn sum(parts: &[Self]) -> Result<Self, SindyError> {
-        if parts.is_empty() {
-            return Err(SindyError::setting("library", "at least one part", "none"));
-        }
+        require(!parts.is_empty(), "library", "at least one part", "none")?;
         let terms: Vec<Expr> = parts.iter().flat_map(|p| p.terms.clone()).collect();
         let (_, factored) = Alphabet::new(&terms, &[]);
         let mut seen = HashSet::new();

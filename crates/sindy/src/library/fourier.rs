@@ -2,7 +2,7 @@
 
 use super::functions::{apply, scaled};
 use super::{Library, check_terms, check_variables};
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 
 impl Library {
     /// Sines and cosines of whole multiples of each variable, by rising frequency:
@@ -33,13 +33,13 @@ impl Library {
         base: f64,
     ) -> Result<Self, SindyError> {
         check_variables(variables)?;
-        if frequencies == 0 {
-            return Err(SindyError::setting("frequencies", "at least 1", 0));
-        }
-        if !(base > 0.0 && (base * frequencies as f64).is_finite()) {
-            let expected = "a positive number with finite multiples";
-            return Err(SindyError::setting("base", expected, base));
-        }
+        require(frequencies != 0, "frequencies", "at least 1", 0)?;
+        require(
+            base > 0.0 && (base * frequencies as f64).is_finite(),
+            "base",
+            "a positive number with finite multiples",
+            base,
+        )?;
         check_terms(frequencies.checked_mul(2 * variables.len()))?;
         let mut terms = Vec::new();
         for k in 1..=frequencies {

@@ -3,7 +3,7 @@
 use sindy_expr::Expr;
 
 use super::{Library, check_terms, check_variables, parse};
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 
 impl Library {
     /// Decaying exponentials `exp(-r x)` of each variable, for each rate r (per unit of the variable; a
@@ -97,9 +97,7 @@ fn check_numbers(
     numbers: &[f64],
     good: impl Fn(f64) -> bool,
 ) -> Result<(), SindyError> {
-    if numbers.is_empty() {
-        return Err(SindyError::setting(key, expected, "none"));
-    }
+    require(!numbers.is_empty(), key, expected, "none")?;
     check_terms(Some(numbers.len()))?;
     let twice = |(i, n): &(usize, &f64)| numbers[..*i].contains(n);
     let bad = |(i, n): &(usize, &f64)| !good(**n) || twice(&(*i, *n));

@@ -36,7 +36,7 @@ use std::collections::HashSet;
 
 use sindy_expr::{Expr, Program};
 
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 use factored::Alphabet;
 pub use libraries::Libraries;
 pub use polynomial::{Interaction, Polynomial};
@@ -57,9 +57,7 @@ impl Library {
     /// # Errors
     /// No terms, a term that does not parse, or one that occurs twice (`x*y` and `y*x` are the same).
     pub fn parse<S: AsRef<str>>(terms: &[S]) -> Result<Self, SindyError> {
-        if terms.is_empty() {
-            return Err(SindyError::setting("library", "at least one term", "none"));
-        }
+        require(!terms.is_empty(), "library", "at least one term", "none")?;
         let names: Vec<String> = terms.iter().map(|t| t.as_ref().trim().into()).collect();
         let terms: Vec<Expr> = names.iter().map(|t| parse(t)).collect::<Result<_, _>>()?;
         let (_, factored) = Alphabet::new(&terms, &[]);
@@ -165,10 +163,12 @@ pub(crate) fn compile(exprs: &[Expr], inputs: &[&str]) -> Result<Program, SindyE
 
 /// Refuses no variables, an empty name, and a name that occurs twice.
 fn check_variables<S: AsRef<str>>(variables: &[S]) -> Result<(), SindyError> {
-    if variables.is_empty() {
-        let expected = "at least one variable";
-        return Err(SindyError::setting("variables", expected, "none"));
-    }
+    require(
+        !variables.is_empty(),
+        "variables",
+        "at least one variable",
+        "none",
+    )?;
     let mut seen = HashSet::new();
     for name in variables.iter().map(AsRef::as_ref) {
         if name.is_empty() || !seen.insert(name) {

@@ -5,20 +5,19 @@ use std::fmt::Write as _;
 use sindy_expr::{Expr, MAX_TEXT_BYTES};
 
 use super::Term;
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 use crate::library::parse;
 
 pub(super) fn check_names(states: &[String], inputs: &[String]) -> Result<(), SindyError> {
     let mut seen = std::collections::HashSet::new();
     for (key, names) in [("states", states), ("inputs", inputs)] {
         for name in names {
-            if name.is_empty() {
-                return Err(SindyError::setting(
-                    key,
-                    "names of at least one character",
-                    "an empty name",
-                ));
-            }
+            require(
+                !name.is_empty(),
+                key,
+                "names of at least one character",
+                "an empty name",
+            )?;
             if !seen.insert(name) {
                 let found = format!("`{name}` twice");
                 return Err(SindyError::setting(
@@ -40,30 +39,22 @@ pub(super) fn check_equation(terms: &[Term]) -> Result<(), SindyError> {
             return Err(SindyError::DuplicateTerm { name: text });
         }
         let range = |key, expected: &str, value: f64, fits: bool| {
-            let found = || format!("{value} for the term `{text}`");
-            if fits {
-                Ok(())
-            } else {
-                Err(SindyError::setting(key, expected, found()))
-            }
+            require(
+                fits,
+                key,
+                expected,
+                format!("{value} for the term `{text}`"),
+            )
         };
         let c = term.coefficient;
         range("coefficient", "a finite number", c, c.is_finite())?;
         if let Some(s) = term.std_error {
-            range(
-                "std_error",
-                "finite, not negative",
-                s,
-                s >= 0.0 && s.is_finite(),
-            )?;
+            let fits = s >= 0.0 && s.is_finite();
+            range("std_error", "finite, not negative", s, fits)?;
         }
         if let Some(p) = term.inclusion {
-            range(
-                "inclusion",
-                "a probability in [0, 1]",
-                p,
-                (0.0..=1.0).contains(&p),
-            )?;
+            let fits = (0.0..=1.0).contains(&p);
+            range("inclusion", "a probability in [0, 1]", p, fits)?;
         }
     }
     Ok(())

@@ -4,7 +4,7 @@ use nalgebra::{Complex, DMatrix, DVector, SVD, Schur};
 
 use super::jacobian::Jacobian;
 use super::{Model, Time};
-use crate::error::{SindyError, finite, same_size};
+use crate::error::{SindyError, finite, require, same_size};
 
 /// A Newton step below this part of the box's width ends an iteration.
 const STEP: f64 = 1e-10;
@@ -25,7 +25,7 @@ const REAL: f64 = 1e-7;
 /// Newton's method with the exact Jacobian and step halving starts from the origin (if it is inside) and
 /// from points spread evenly over the box, the additive sequence with the generalised golden ratio
 /// (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018). Nothing is random. Where the Jacobian is
-/// singular, the step is that of least norm. What is found is an equilibrium to rounding; that *all* were
+/// singular, the step is that of least norm. The result is an equilibrium to rounding; that *all* were
 /// found cannot be known, and more starts make it likelier.
 ///
 /// ```
@@ -44,7 +44,7 @@ pub struct Search {
     starts: usize,
 }
 
-/// What a search found.
+/// The result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Equilibria {
     /// The distinct equilibria in the box, ordered by their states.
@@ -136,9 +136,7 @@ impl Search {
                 ));
             }
         }
-        if self.starts == 0 {
-            return Err(SindyError::setting("starts", "at least 1", 0));
-        }
+        require(self.starts != 0, "starts", "at least 1", 0)?;
         let input = if self.input.is_empty() {
             vec![0.0; model.inputs.len()]
         } else {

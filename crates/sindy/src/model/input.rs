@@ -5,7 +5,7 @@ use sindy_expr::{Program, Scratch};
 use crate::error::{SindyError, finite, same_size};
 use crate::library::{compile, parse};
 
-/// What the input is between two samples.
+/// Interpolation of an input between two samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Interpolation {

@@ -2,7 +2,7 @@
 
 use super::Model;
 use crate::data::samples::position;
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 
 /// The states in which a run goes on.
 ///
@@ -40,13 +40,12 @@ impl Limits {
 
     /// The limits for the states of a model.
     pub(super) fn check(&self, model: &Model) -> Result<Guard, SindyError> {
-        if !(self.blow_up > 0.0) {
-            return Err(SindyError::setting(
-                "blow_up_above",
-                "a positive magnitude",
-                self.blow_up,
-            ));
-        }
+        require(
+            self.blow_up > 0.0,
+            "blow_up_above",
+            "a positive magnitude",
+            self.blow_up,
+        )?;
         let mut ranges = Vec::with_capacity(self.ranges.len());
         for (state, low, high) in &self.ranges {
             if !(low < high) {

@@ -65,7 +65,7 @@ pub use past::{History, Past};
 pub use predict::Evaluator;
 pub use simulate::{Integrator, Simulation};
 
-use crate::error::{SindyError, same_size};
+use crate::error::{SindyError, above_zero, require, same_size};
 use crate::library::{Library, parse};
 use check::{check_equation, check_names, written};
 use predict::Compiled;
@@ -220,18 +220,10 @@ impl Model {
         inputs: Vec<String>,
         equations: Vec<Vec<Term>>,
     ) -> Result<Self, SindyError> {
-        if let Time::Discrete { period } = time
-            && !(period > 0.0 && period.is_finite())
-        {
-            return Err(SindyError::setting(
-                "period",
-                "a positive, finite time",
-                period,
-            ));
+        if let Time::Discrete { period } = time {
+            above_zero("period", period)?;
         }
-        if states.is_empty() {
-            return Err(SindyError::setting("states", "at least one name", "none"));
-        }
+        require(!states.is_empty(), "states", "at least one name", "none")?;
         check_names(&states, &inputs)?;
         same_size("equations (one per state)", states.len(), equations.len())?;
         for equation in &equations {

@@ -224,7 +224,7 @@ impl Model {
         Ok(out)
     }
 
-    /// What the function is, for a comment: names appear as identifiers, which cannot end the comment.
+    /// A description of the function for a comment: names appear as identifiers, which cannot end the comment.
     fn signature(&self) -> String {
         let list = |names: &[String]| {
             let names: Vec<String> = names.iter().map(|n| code_identifier(n)).collect();

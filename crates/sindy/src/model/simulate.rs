@@ -221,7 +221,7 @@ impl Model {
     }
 }
 
-/// What a run has to do.
+/// The task of a run.
 pub(super) struct Plan<'a> {
     pub(super) time: &'a [f64],
     pub(super) inputs: &'a Inputs,

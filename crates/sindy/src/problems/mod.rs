@@ -49,7 +49,7 @@ pub use propeller_thrust::propeller_thrust;
 pub use rossler::rossler;
 pub use van_der_pol::van_der_pol;
 
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 use crate::library::Library;
 use crate::model::{Inputs, Model, RunOutcome, Simulation, Term, Time};
 
@@ -70,7 +70,7 @@ pub struct Problem {
     pub terms: Vec<String>,
     /// For each state, the terms of its equation, all among the candidates, with their coefficients.
     pub truth: Vec<Vec<(&'static str, f64)>>,
-    /// What is run.
+    /// The trajectories.
     pub trajectories: Vec<Trajectory>,
     /// Time from one sample to the next.
     pub step: f64,
@@ -208,13 +208,12 @@ impl Problem {
     /// # Errors
     /// A percentage that is negative or not finite, and those of [`Problem::clean`].
     pub fn noisy(&self, percent: f64, seed: u64) -> Result<Vec<Record>, SindyError> {
-        if !(percent >= 0.0 && percent.is_finite()) {
-            return Err(SindyError::setting(
-                "percent",
-                "finite, not negative",
-                percent,
-            ));
-        }
+        require(
+            percent >= 0.0 && percent.is_finite(),
+            "percent",
+            "finite, not negative",
+            percent,
+        )?;
         let mut records = self.clean()?;
         let mut generator = Pcg64::seed_from_u64(seed);
         for column in records.iter_mut().flat_map(|record| &mut record.states) {

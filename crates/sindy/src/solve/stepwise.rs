@@ -58,7 +58,7 @@ impl Stepwise {
         }
     }
 
-    /// The same with a number of rows that stands for correlated ones.
+    /// The same with the number of independent rows that hold the information of the correlated ones.
     ///
     /// # Errors
     /// `n` not positive.

@@ -29,7 +29,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::error::{SindyError, same_size};
+use crate::error::{SindyError, above_zero, same_size};
 use crate::numerics::golden_section;
 use crate::statistics::gram::Gram;
 use crate::statistics::normal::{Factor, Normal};
@@ -115,12 +115,7 @@ impl Criterion {
 pub(crate) fn rows(gram: &Gram, effective_rows: Option<f64>) -> Result<f64, SindyError> {
     match effective_rows {
         None => Ok(gram.effective_rows()),
-        Some(n) if n.is_finite() && n > 0.0 => Ok(n),
-        Some(n) => Err(SindyError::setting(
-            "effective_rows",
-            "a finite number above 0",
-            n,
-        )),
+        Some(n) => above_zero("effective_rows", n),
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use sindy_expr::Scratch;
 
-use crate::error::{SindyError, same_size};
+use crate::error::{SindyError, require, same_size};
 use crate::library::Library;
 use crate::model::{Model, Run, RunOutcome};
 use crate::numerics::quantile;
@@ -88,13 +88,12 @@ impl Band {
         let rows = lengths[lengths.len() - needed];
         let longest = runs.iter().max_by_key(|r| r.time.len());
         for (run, longest) in runs.iter().zip(longest.into_iter().cycle()) {
-            if run.time != longest.time[..run.time.len()] {
-                return Err(SindyError::setting(
-                    "run",
-                    "the same times for all models",
-                    "different times",
-                ));
-            }
+            require(
+                run.time == longest.time[..run.time.len()],
+                "run",
+                "the same times for all models",
+                "different times",
+            )?;
         }
         let (values, outcomes): (Vec<_>, Vec<_>) =
             runs.into_iter().map(|r| (r.states, r.outcome)).unzip();

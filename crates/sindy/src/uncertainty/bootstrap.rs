@@ -10,8 +10,8 @@
 //! choice of terms adds. With [`on_support`] the terms stay.
 //!
 //! For several equations the r-th replicate resamples the same rows of each, so that [`models`] turns replicates
-//! into models, and [`Band`] computes how far these differ: [`Band::of_predictions`] point by point,
-//! [`Band::of_runs`] along simulations. [`Band::of_covariance`] does the former from a covariance alone.
+//! into models, and [`Band`](super::Band) computes how far these differ: [`Band::of_predictions`](super::Band::of_predictions) point by point,
+//! [`Band::of_runs`](super::Band::of_runs) along simulations. [`Band::of_covariance`](super::Band::of_covariance) does the former from a covariance alone.
 //!
 //! ```
 //! use sindy::statistics::gram::Accumulate;
@@ -40,7 +40,7 @@ use nalgebra::{DMatrix, DVector};
 use super::block_length::block_length;
 
 use crate::data::samples::BlockSource;
-use crate::error::{SindyError, same_size};
+use crate::error::{SindyError, require, same_size};
 use crate::library::Library;
 use crate::model::{Model, Term, Time};
 use crate::solve::fit::{Fit, Solver};
@@ -55,7 +55,7 @@ const MOST_BLOCKS: usize = 400;
 /// Blocks that are made at least where the data allow it: fewer have no spread to resample.
 const FEWEST_BLOCKS: usize = 10;
 
-/// What is resampled.
+/// The unit of resampling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resampling {
     /// Blocks of consecutive rows, as long as the correlation of the residuals asks for; long enough that there
@@ -101,9 +101,7 @@ impl Bootstrap {
     /// # Errors
     /// Fewer than two replicates.
     pub fn new(replicates: usize, seed: u64) -> Result<Self, SindyError> {
-        if replicates < 2 {
-            return Err(SindyError::setting("replicates", "at least 2", replicates));
-        }
+        require(replicates >= 2, "replicates", "at least 2", replicates)?;
         Ok(Self {
             ensemble: Ensemble::new(replicates, seed)?,
             resampling: Resampling::Automatic,

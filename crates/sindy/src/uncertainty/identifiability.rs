@@ -51,7 +51,7 @@ pub struct Excitation {
     pub hardly_excited: bool,
 }
 
-/// What the data identify.
+/// Condition, collinear terms and excitation of a library on data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Identifiability {
     /// Rows that can be used.

@@ -84,7 +84,7 @@ pub use system::WeakSystem;
 pub use width::choose_half_width;
 
 use crate::data::samples::Samples;
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 use crate::library::Library;
 
 /// Settings of the weak form, checked when built.
@@ -114,13 +114,12 @@ impl WeakForm {
     /// # Errors
     /// A half-width that is not positive and finite.
     pub fn half_width(self, half_width: f64) -> Result<Self, SindyError> {
-        if !(half_width > 0.0 && half_width.is_finite()) {
-            return Err(SindyError::setting(
-                "half_width",
-                "positive and finite",
-                half_width,
-            ));
-        }
+        require(
+            half_width > 0.0 && half_width.is_finite(),
+            "half_width",
+            "positive and finite",
+            half_width,
+        )?;
         Ok(Self {
             half_width: Some(half_width),
             ..self

@@ -9,7 +9,7 @@ use super::width::{FEWEST, choose_half_width};
 use super::window::{REACH, Window, place};
 use crate::data::gaps::{GapSettings, Segments, segments};
 use crate::data::samples::{BlockSource, Samples};
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 use crate::library::Library;
 use crate::statistics::gram::Gram;
 
@@ -52,9 +52,7 @@ pub(super) fn build(
     states: &[&str],
     samples: &Samples,
 ) -> Result<WeakSystem, SindyError> {
-    if states.is_empty() {
-        return Err(SindyError::setting("states", "at least one", "none"));
-    }
+    require(!states.is_empty(), "states", "at least one", "none")?;
     let program = library.compile(samples.names())?;
     let time = samples.position(time)?;
     let states = states

@@ -38,7 +38,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
-use crate::error::{SindyError, same_size};
+use crate::error::{SindyError, require, same_size};
 use crate::solve::exact::BestSubset;
 use crate::solve::fit::{Fit, Solver};
 use crate::solve::sr3::{Problem, Scaling, Sr3};
@@ -77,7 +77,7 @@ pub enum Rule {
     Criterion {
         /// What scores.
         criterion: Criterion,
-        /// A number of rows that stands for correlated ones.
+        /// The number of independent rows with the information of the correlated ones.
         effective_rows: Option<f64>,
     },
 }
@@ -149,9 +149,7 @@ pub fn select(groups: &[Gram], family: &dyn Family, rule: Rule) -> Result<Select
     let total = Gram::total(groups);
     check(&total)?;
     let fits = family.fits(&total)?;
-    if fits.is_empty() {
-        return Err(SindyError::setting("family", "at least one fit", "none"));
-    }
+    require(!fits.is_empty(), "family", "at least one fit", "none")?;
     let errors = if folds.len() < 2 {
         Vec::new()
     } else {
@@ -277,9 +275,7 @@ pub fn sr3_points(points: &[(f64, f64)]) -> Result<impl Family + use<>, SindyErr
         .iter()
         .map(|&(lambda, nu)| Sr3::new(lambda, nu))
         .collect::<Result<Vec<_>, _>>()?;
-    if solvers.is_empty() {
-        return Err(SindyError::setting("points", "at least one", "none"));
-    }
+    require(!solvers.is_empty(), "points", "at least one", "none")?;
     Ok(move |gram: &Gram| {
         check(gram)?;
         let mut problem = Problem::new(gram, Scaling::UnitRms);
@@ -300,9 +296,7 @@ pub fn stlsq_thresholds(thresholds: &[f64], ridge: f64) -> Result<impl Family + 
         .iter()
         .map(|&threshold| Stlsq::new(threshold, ridge))
         .collect::<Result<Vec<_>, _>>()?;
-    if solvers.is_empty() {
-        return Err(SindyError::setting("thresholds", "at least one", "none"));
-    }
+    require(!solvers.is_empty(), "thresholds", "at least one", "none")?;
     Ok(move |gram: &Gram| solvers.iter().map(|s| s.fit(gram)).collect())
 }
 

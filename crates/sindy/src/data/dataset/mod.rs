@@ -24,7 +24,7 @@ use std::ops::Range;
 use crate::data::gaps::{GapSettings, segments};
 use crate::data::grid::uniform_period;
 use crate::data::samples::Samples;
-use crate::error::{SindyError, same_size};
+use crate::error::{SindyError, require, same_size};
 use crate::numerics::nearest_quantile;
 pub(crate) use bridge::{BRIDGED, bridge};
 
@@ -75,7 +75,7 @@ impl Stretch<'_> {
     }
 }
 
-/// What a data set holds, and what was set aside.
+/// Counts of a data set: rows, stretches, and rows that were left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct DataReport {
     /// Trajectories that were added.
@@ -113,9 +113,7 @@ const HEAVIEST: f64 = 1e150;
 /// Scales weights to a mean of one over those above 0.
 fn scale(weights: &mut [f64]) -> Result<(), SindyError> {
     let counted = weights.iter().filter(|w| **w > 0.0).count();
-    if counted == 0 {
-        return Err(SindyError::setting("weights", "some above 0", "all 0"));
-    }
+    require(counted != 0, "weights", "some above 0", "all 0")?;
     let mean = weights.iter().sum::<f64>() / counted as f64;
     weights.iter_mut().for_each(|w| *w /= mean);
     Ok(())
@@ -130,9 +128,7 @@ impl Dataset {
         let own =
             |names: &[S]| -> Vec<String> { names.iter().map(|n| n.as_ref().to_owned()).collect() };
         let (states, inputs) = (own(states), own(inputs));
-        if states.is_empty() {
-            return Err(SindyError::setting("states", "at least one name", "none"));
-        }
+        require(!states.is_empty(), "states", "at least one name", "none")?;
         let mut seen: Vec<&str> = Vec::new();
         for name in states.iter().chain(&inputs) {
             if name.is_empty() || seen.contains(&name.as_str()) {

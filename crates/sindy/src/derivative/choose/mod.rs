@@ -25,14 +25,14 @@ use std::fmt;
 use super::noise_level;
 use crate::data::grid;
 use crate::derivative::savgol::{SavitzkyGolay, central_weights};
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 
 /// Series with fewer samples are refused: windows would have no room.
 const FEWEST: usize = 25;
 /// Evaluated samples, spread evenly over the data: means over so many are known to about 2 %.
 const EVALUATED: usize = 8192;
 
-/// What is searched, checked when built.
+/// The range of a search, checked when built.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SavgolSearch {
     degrees: Vec<usize>,
@@ -98,16 +98,8 @@ impl SavgolSearch {
         if let Some(d) = degrees.iter().find(|d| !(1..=10).contains(*d)) {
             return Err(SindyError::setting("degrees", "1 to 10", d));
         }
-        if degrees.is_empty() {
-            return Err(SindyError::setting("degrees", "at least one", "none"));
-        }
-        if longest < 9 {
-            return Err(SindyError::setting(
-                "longest",
-                "at least 9 samples",
-                longest,
-            ));
-        }
+        require(!degrees.is_empty(), "degrees", "at least one", "none")?;
+        require(longest >= 9, "longest", "at least 9 samples", longest)?;
         Ok(Self {
             degrees: degrees.to_vec(),
             longest,

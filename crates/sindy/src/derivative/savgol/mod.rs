@@ -17,7 +17,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::data::grid;
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 
 /// Outputs that the convolution holds in registers at a time.
 const TILE: usize = 16;
@@ -42,15 +42,14 @@ impl SavitzkyGolay {
     /// A filter over `window` samples (odd) with polynomials of `degree` (below `window`).
     ///
     /// # Errors
-    /// An even or too short window, or a degree that the window cannot carry.
+    /// An even or too short window, or a degree that the window does not determine.
     pub fn new(window: usize, degree: usize) -> Result<Self, SindyError> {
-        if window.is_multiple_of(2) {
-            return Err(SindyError::setting(
-                "window",
-                "an odd number of samples",
-                window,
-            ));
-        }
+        require(
+            !window.is_multiple_of(2),
+            "window",
+            "an odd number of samples",
+            window,
+        )?;
         if degree == 0 || degree >= window {
             return Err(SindyError::setting(
                 "degree",
@@ -58,9 +57,7 @@ impl SavitzkyGolay {
                 degree,
             ));
         }
-        if degree > 12 {
-            return Err(SindyError::setting("degree", "at most 12", degree));
-        }
+        require(degree <= 12, "degree", "at most 12", degree)?;
         Ok(Self { window, degree })
     }
 

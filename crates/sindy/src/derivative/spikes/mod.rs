@@ -268,7 +268,7 @@ impl Search<'_> {
         let mut without = self.aside.clone();
         let mut left = self.suspicion(first, &bounds, &without, f64::INFINITY);
         while left > 0.0 {
-            // What is not much better is no cure.
+            // A small gain is no cure.
             let mut best = (0.8 * left, None);
             let singles = (from..=to).map(|k| vec![k]).collect();
             let pair = |k: usize| (k + 1..=to.min(k + NEIGHBOURS)).map(move |j| vec![k, j]);

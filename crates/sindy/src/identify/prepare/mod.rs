@@ -31,7 +31,7 @@ pub(super) struct Noise {
     pub sigma: Vec<f64>,
     /// The least that is believed.
     pub floor: Vec<f64>,
-    /// What a model that follows the data may leave: the noise, or a small share of the scatter.
+    /// The largest residual of a model that follows the data: the noise, or a small share of the scatter.
     pub tolerated: Vec<f64>,
 }
 

@@ -3,7 +3,7 @@
 //! [`Identify::run_stream`] passes once over any [`BlockSource`]. The first 50 000 rows decide how slopes are taken
 //! (smoothing, half-width of the weak form); from then on rows are differentiated in overlapping windows, so that
 //! slopes are those of whole trajectories, and go into the statistics of each equation. Blocks of rows are dealt
-//! out in turn to up to 60 clusters. What is left after the pass is small: sums for each cluster, and evenly spread
+//! out in turn to up to 60 clusters. The memory after the pass is small: sums for each cluster, and evenly spread
 //! pieces of the trajectories ([`Settings::rows`] rows at most, of which about 10 000 are run). From these come
 //!
 //! - best subsets with their certificates (with a penalty for all rows, and for no more than [`Settings::rows`]: the
@@ -50,10 +50,10 @@ use super::Settings;
 use super::{Identification, Identify, Method, Progress};
 use crate::data::dataset::Dataset;
 use crate::data::samples::{BlockSource, passed, position};
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 use pass::Pass;
 
-/// What the columns of a source are.
+/// The roles of a source's columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
     time: String,
@@ -124,13 +124,12 @@ impl Identify {
         columns: &Columns,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Identification, SindyError> {
-        if self.settings.method == Method::OutputError {
-            return Err(SindyError::setting(
-                "method",
-                "automatic or regression (rows that are passed over once cannot be followed again)",
-                "output_error",
-            ));
-        }
+        require(
+            self.settings.method != Method::OutputError,
+            "method",
+            "automatic or regression (rows that are passed over once cannot be followed again)",
+            "output_error",
+        )?;
         let libraries = self.per_state(columns.states.len())?;
         let places = columns.places(source.names())?;
         let mut pass = Pass::new(columns, &libraries, &self.settings)?;

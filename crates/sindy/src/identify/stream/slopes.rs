@@ -36,10 +36,10 @@ pub(super) struct Slopes {
     pub window: f64,
 }
 
-/// What was decided.
+/// The decisions from the first rows.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
-    /// The first stands for the trajectories.
+    /// The first smooths the trajectories too.
     pub slopes: Vec<Slopes>,
     /// Half-width of the weak form, where it is asked for.
     pub half_width: Option<f64>,

@@ -38,7 +38,7 @@ pub(super) fn shared(libraries: &[Library]) -> Vec<Shared> {
     all
 }
 
-/// What is regressed on.
+/// The target of a regression.
 #[derive(Clone, Debug)]
 pub(super) enum RegressionTarget {
     /// Slopes (in discrete time the next samples); with weights or without.

@@ -1,11 +1,11 @@
-//! The constructors in a text: what stands between their parentheses, and the library it makes.
+//! The constructors in a text: their arguments, and the library that they make.
 
 use super::scan::TokenKind;
 use super::{Reader, error};
 use crate::error::SindyError;
 use crate::library::{Interaction, Library, Polynomial};
 
-/// What stands between the parentheses of a constructor.
+/// The arguments of a constructor.
 #[derive(Default)]
 struct Arguments {
     numbers: Vec<Number>,

@@ -28,7 +28,7 @@ impl Token {
         &text[self.start..self.end]
     }
 
-    /// The name that a word or a quoted name stands for.
+    /// The name of a word or of a quoted name.
     pub(super) fn name(&self, text: &str) -> Option<String> {
         match self.kind {
             TokenKind::Word => Some(self.text(text).to_string()),

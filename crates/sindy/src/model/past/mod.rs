@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::input::{Inputs, Interpolation, increasing};
 use super::limits::{Run, RunOutcome};
 use super::{Model, Simulation, Time};
-use crate::error::{SindyError, same_size};
+use crate::error::{SindyError, require, same_size};
 
 /// Steps of the feedback's samples in the shortest delay, at least: splines over them err by their fourth power.
 const FINE: f64 = 16.0;
@@ -99,13 +99,12 @@ impl Model {
                 let found = format!("`{}` twice", p.input);
                 return Err(SindyError::setting("past", "each input once", found));
             }
-            if !(p.delay > 0.0 && p.delay.is_finite()) {
-                return Err(SindyError::setting(
-                    "past",
-                    "a delay that is positive and finite",
-                    p.delay,
-                ));
-            }
+            require(
+                p.delay > 0.0 && p.delay.is_finite(),
+                "past",
+                "a delay that is positive and finite",
+                p.delay,
+            )?;
         }
         self.past = past;
         Ok(self)
@@ -127,7 +126,7 @@ impl Model {
     /// Integrates a model with past states by the method of steps: over one shortest delay after the other, the past
     /// being known. `inputs` are those of [`Model::outside`].
     ///
-    /// What was computed is kept at the requested times and at least 16 times per shortest delay, and joined by
+    /// The solution is kept at the requested times and at least 16 times per shortest delay, and joined by
     /// cubic splines: errors are of fourth order in that distance.
     ///
     /// ```
@@ -251,7 +250,7 @@ struct Steps<'a> {
     /// The first time of the history, if it has any.
     reach: Option<f64>,
     start: f64,
-    /// What was computed.
+    /// The solution so far.
     known: Run,
 }
 

@@ -19,7 +19,7 @@
 //! of the free terms only, downdated by plane rotations, so that a node costs a few hundred operations
 //! and no accuracy is lost on the way down.
 //!
-//! What is certified: no subset of that size has a residual smaller by more than the rounding of `yᵀ y`
+//! The certificate: no subset of that size has a residual smaller by more than the rounding of `yᵀ y`
 //! (about 4e-15 (p + 1) of it). A library whose scaled `Θ` has a condition above 3e6 is searched with the ridge
 //! that [`BestSubsets::ridge`] states; the coefficients have none.
 //!

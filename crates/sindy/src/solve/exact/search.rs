@@ -8,7 +8,7 @@ use crate::statistics::normal::Normal;
 /// How many nodes pass between two questions to the caller.
 const ASK: u64 = 1024;
 
-/// What the search found, in shares of `yᵀ y`.
+/// The best residuals of a search, in shares of `yᵀ y`.
 pub(super) struct BestPerSize {
     /// By size: the smallest residual, and its subset.
     pub(super) best: Vec<(f64, u128)>,

@@ -50,7 +50,7 @@ const MAX_ITERATIONS: usize = 200;
 /// Halvings of a step before it counts as none: 2⁻⁵⁰ of it is rounding.
 const HALVINGS: usize = 50;
 
-/// What a coefficient costs.
+/// The penalty of a coefficient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Penalty {
     /// Its being there.

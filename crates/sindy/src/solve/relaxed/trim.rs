@@ -1,7 +1,7 @@
 //! Trimming: leaving out the rows that fit worst.
 
 use crate::data::samples::{Block, BlockSource};
-use crate::error::{SindyError, at_least_zero};
+use crate::error::{SindyError, at_least_zero, require};
 use crate::solve::fit::{Fit, Solver};
 use crate::solve::outcome::Outcome;
 use crate::statistics::gram::{Accumulate, Gram};
@@ -47,7 +47,7 @@ pub struct Trimming {
     max_iterations: usize,
 }
 
-/// What is left after trimming.
+/// The fit after trimming.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trimmed {
     /// The fit to the rows that were kept.
@@ -69,9 +69,12 @@ impl Trimming {
     /// # Errors
     /// A share outside (0, 1].
     pub fn new(keep: f64) -> Result<Self, SindyError> {
-        if !(keep > 0.0 && keep <= 1.0) {
-            return Err(SindyError::setting("keep", "above 0, at most 1", keep));
-        }
+        require(
+            keep > 0.0 && keep <= 1.0,
+            "keep",
+            "above 0, at most 1",
+            keep,
+        )?;
         Ok(Self {
             keep,
             max_iterations: 50,

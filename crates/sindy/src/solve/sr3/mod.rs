@@ -29,7 +29,7 @@ mod problem;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::error::SindyError;
+use crate::error::{SindyError, above_zero, at_least_zero};
 use crate::solve::fit::{Fit, Solver};
 pub use crate::solve::outcome::Outcome;
 use crate::statistics::gram::{Gram, check};
@@ -90,19 +90,9 @@ impl Sr3 {
     /// # Errors
     /// `lambda` negative or not finite, `nu` not positive.
     pub fn new(lambda: f64, nu: f64) -> Result<Self, SindyError> {
-        if !lambda.is_finite() || lambda < 0.0 {
-            return Err(SindyError::setting(
-                "lambda",
-                "a finite number, at least 0",
-                lambda,
-            ));
-        }
-        if !nu.is_finite() || nu <= 0.0 {
-            return Err(SindyError::setting("nu", "a finite number above 0", nu));
-        }
         Ok(Self {
-            lambda,
-            nu,
+            lambda: at_least_zero("lambda", lambda)?,
+            nu: above_zero("nu", nu)?,
             scaling: Scaling::UnitRms,
             path: Path::Direct,
             max_iterations: 100,

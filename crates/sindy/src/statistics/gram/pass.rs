@@ -166,7 +166,7 @@ impl<'a> Accumulate<'a> {
     }
 }
 
-/// What is done to every row.
+/// The work on every row.
 pub(crate) struct Pass {
     pub(super) plan: Plan,
     pub(super) weight: Option<usize>,

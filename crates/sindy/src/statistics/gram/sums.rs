@@ -10,10 +10,10 @@ use super::kernel::{self, LANES, Lanes};
 use super::pass::Pass;
 use super::plan::{CHUNK, Plan};
 use super::{Gram, Weights};
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 use crate::statistics::tsqr::Triangle;
 
-/// What a [`Gram`] holds, for several targets at once.
+/// The sums of a [`Gram`], for several targets at once.
 #[derive(Clone, Debug)]
 pub(crate) struct Sums {
     /// In the order of [`Plan::factors`].
@@ -80,10 +80,12 @@ impl Sums {
             let mut used = rows;
             if let Some(column) = pass.weight {
                 for (r, &w) in columns[column][start..start + rows].iter().enumerate() {
-                    if !(w >= 0.0 && w.is_finite()) {
-                        let expected = "finite, at least 0";
-                        return Err(SindyError::setting("weights", expected, w));
-                    }
+                    require(
+                        w >= 0.0 && w.is_finite(),
+                        "weights",
+                        "finite, at least 0",
+                        w,
+                    )?;
                     weight[r] = w;
                     if w == 0.0 {
                         work.clear_row(rows, r);

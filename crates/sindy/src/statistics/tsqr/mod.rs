@@ -14,7 +14,7 @@
 //! the same `R` up to rounding.
 //!
 //! [`by_condition`] takes the Gram matrix and decides by its condition (columns of unit length) whether it
-//! carries the library; if not, it passes over the data again for `R`. Statistics that carry a
+//! resolves the library; if not, it passes over the data again for `R`. Statistics that carry a
 //! [`Triangle`] use it wherever it matters: [`least_squares`](crate::statistics::regression::least_squares), and so the
 //! coefficients of every solver's final support, [`Gram::residual_sum`], the steps of
 //! [`Stlsq`](crate::Stlsq) and of the direct path of [`Sr3`](crate::Sr3). The *search* of
@@ -74,7 +74,7 @@ fn length(v: &[f64]) -> f64 {
     }
 }
 
-/// Which statistics carry a library.
+/// Which statistics resolve a library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
     /// The Gram matrix will do.
@@ -200,7 +200,7 @@ impl Triangle {
         }
     }
 
-    /// The statistics that the factor stands for, itself among them. `rows` is how many there were and `sum_y` the sum
+    /// The statistics of the factored rows, with the factor among them. `rows` is how many there were and `sum_y` the sum
     /// of the target, which it does not know.
     #[must_use]
     pub fn to_gram(&self, rows: usize, sum_y: f64) -> Gram {

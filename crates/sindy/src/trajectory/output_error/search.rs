@@ -29,7 +29,7 @@ const SETTLED: f64 = 0.1;
 const DONE: f64 = 0.01;
 /// The penalty of a term and the variance of the residuals depend on each other; so many rounds settle both.
 const PENALTY_ROUNDS: usize = 4;
-/// What a defect weighs against a residual when a step is judged: steps that close defects at the cost of residuals pass.
+/// Weight of a defect against a residual when a step is judged: steps that close defects at the cost of residuals pass.
 const DEFECT: f64 = 10.0;
 /// A step may raise the sum of squares by this factor: closing defects costs.
 const WORSE: f64 = 1.5;

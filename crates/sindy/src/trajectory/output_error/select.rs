@@ -140,7 +140,7 @@ impl Search {
         }
     }
 
-    /// What the sum of squares falls by when term `j` comes in, or rises by when it goes.
+    /// The fall of the sum of squares when term `j` is added, or its rise when it is dropped.
     pub(super) fn change(&self, j: usize) -> f64 {
         let p = self.length.len();
         let pivot = self.t[(j, j)];

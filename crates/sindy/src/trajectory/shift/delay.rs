@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 
 /// The longest delay, and the most delays in one text.
 const LONGEST: usize = 100_000;
@@ -44,17 +44,17 @@ impl Delay {
     /// # Errors
     /// A column without a name; a delay that is not positive and finite.
     pub fn time(column: &str, delay: f64) -> Result<Self, SindyError> {
-        if !(delay > 0.0 && delay.is_finite()) {
-            let expected = "a positive, finite time";
-            return Err(SindyError::setting("delay", expected, delay));
-        }
+        require(
+            delay > 0.0 && delay.is_finite(),
+            "delay",
+            "a positive, finite time",
+            delay,
+        )?;
         Self::new(column, By::Time(delay))
     }
 
     fn new(column: &str, by: By) -> Result<Self, SindyError> {
-        if column.is_empty() {
-            return Err(SindyError::setting("delay", "a name before `@`", "none"));
-        }
+        require(!column.is_empty(), "delay", "a name before `@`", "none")?;
         let column = column.to_string();
         Ok(Self { column, by })
     }

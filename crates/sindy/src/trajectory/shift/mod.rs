@@ -46,7 +46,7 @@ use runs::Runs;
 pub(crate) use runs::{Cut, uneven};
 
 use crate::data::samples::{BlockSource, Samples};
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 use crate::model::Term;
 
 /// Samples with columns of other rows beside their own.
@@ -83,9 +83,7 @@ pub fn past(
     delays: &[Delay],
     time: Option<&str>,
 ) -> Result<Shifted, SindyError> {
-    if delays.is_empty() {
-        return Err(SindyError::setting("delays", "at least one", "none"));
-    }
+    require(!delays.is_empty(), "delays", "at least one", "none")?;
     let runs = Runs::new(samples, time, None)?;
     let mut columns = Vec::new();
     for delay in delays {
@@ -116,9 +114,7 @@ pub fn next(
     time: Option<&str>,
     period: Option<f64>,
 ) -> Result<Shifted, SindyError> {
-    if columns.is_empty() {
-        return Err(SindyError::setting("states", "at least one name", "none"));
-    }
+    require(!columns.is_empty(), "states", "at least one name", "none")?;
     let runs = Runs::new(samples, time, period)?;
     let column = |name: &&str| {
         Ok(Column {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::data::samples::{BlockSource, Samples};
-use crate::error::SindyError;
+use crate::error::{SindyError, above_zero};
 
 /// The largest part of the period by which a step may differ from it: the jitter of printed times.
 const TOLERANCE: f64 = 1e-3;
@@ -30,11 +30,8 @@ impl Runs {
         time: Option<&str>,
         period: Option<f64>,
     ) -> Result<Self, SindyError> {
-        if let Some(period) = period
-            && !(period > 0.0 && period.is_finite())
-        {
-            let expected = "a positive, finite time";
-            return Err(SindyError::setting("period", expected, period));
+        if let Some(period) = period {
+            above_zero("period", period)?;
         }
         let Some(name) = time else {
             let rows = |g: usize| samples.group(g).first().map_or(0, Vec::len);

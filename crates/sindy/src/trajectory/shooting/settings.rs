@@ -2,7 +2,7 @@
 
 use super::Record;
 use super::model::OdeModel;
-use crate::error::{SindyError, same_size};
+use crate::error::{SindyError, require, same_size};
 
 /// Settings of the refinement; checked by [`Shooting::refine`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,26 +81,17 @@ impl Shooting {
         records: &[Record<'_>],
         parameters: &[Parameter],
     ) -> Result<(), SindyError> {
-        let positive = |key, v: f64| {
-            if v > 0.0 {
-                Ok(())
-            } else {
-                Err(SindyError::setting(key, "a number above 0", v))
-            }
-        };
+        let positive = |key, v: f64| require(v > 0.0, key, "a number above 0", v);
         positive("window", self.window)?;
         positive("stride", self.stride)?;
         positive("noise_sd", self.noise_sd)?;
-        if !(self.start_sd >= 0.0) {
-            return Err(SindyError::setting(
-                "start_sd",
-                "a number, at least 0",
-                self.start_sd,
-            ));
-        }
-        if self.every == 0 {
-            return Err(SindyError::setting("every", "at least 1", self.every));
-        }
+        require(
+            self.start_sd >= 0.0,
+            "start_sd",
+            "a number, at least 0",
+            self.start_sd,
+        )?;
+        require(self.every != 0, "every", "at least 1", self.every)?;
         same_size("parameters", model.parameters.len(), parameters.len())?;
         for (p, name) in parameters.iter().zip(&model.parameters) {
             let ordered = p.min <= p.max && p.start.is_finite() && p.prior_sd > 0.0;

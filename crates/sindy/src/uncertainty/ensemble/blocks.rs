@@ -1,7 +1,7 @@
 //! Cutting groups into blocks of consecutive rows.
 
 use crate::data::samples::{Block, BlockSource, passed};
-use crate::error::SindyError;
+use crate::error::{SindyError, require};
 
 /// A source whose groups are blocks of consecutive rows of another source's groups; no block spans two
 /// groups, and the last block of a group may be shorter.
@@ -21,9 +21,7 @@ impl<'a> Blocks<'a> {
     /// # Errors
     /// `rows` is zero, or the pass failed.
     pub fn new(source: &'a dyn BlockSource, rows: usize) -> Result<Self, SindyError> {
-        if rows == 0 {
-            return Err(SindyError::setting("rows of a block", "at least 1", rows));
-        }
+        require(rows != 0, "rows of a block", "at least 1", rows)?;
         let mut length = vec![0; source.groups()];
         source.for_each_block(&mut |block| {
             length[block.group] += block.columns.first().map_or(0, |c| c.len());

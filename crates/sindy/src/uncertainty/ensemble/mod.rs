@@ -42,7 +42,7 @@ use nalgebra::{DMatrix, DVector};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
-use crate::error::{SindyError, same_size};
+use crate::error::{SindyError, require, same_size};
 use crate::numerics::quantile;
 use crate::solve::fit::{Fit, Solver};
 use crate::solve::outcome::Outcome;
@@ -87,9 +87,7 @@ impl Ensemble {
     /// # Errors
     /// No replicates.
     pub fn new(replicates: usize, seed: u64) -> Result<Self, SindyError> {
-        if replicates == 0 {
-            return Err(SindyError::setting("replicates", "at least 1", replicates));
-        }
+        require(replicates != 0, "replicates", "at least 1", replicates)?;
         Ok(Self {
             replicates,
             seed,
@@ -119,9 +117,12 @@ impl Ensemble {
     /// # Errors
     /// Not between 0 and 1.
     pub fn level(self, level: f64) -> Result<Self, SindyError> {
-        if !(level > 0.0 && level < 1.0) {
-            return Err(SindyError::setting("level", "between 0 and 1", level));
-        }
+        require(
+            level > 0.0 && level < 1.0,
+            "level",
+            "between 0 and 1",
+            level,
+        )?;
         Ok(Self { level, ..self })
     }
 
