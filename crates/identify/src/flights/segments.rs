@@ -147,7 +147,7 @@ pub fn cut(flights: &[Flight], phases: &[Phases], settings: &FlightSettings) -> 
 /// wrong by an unknown length in flight too.
 fn least_height_m(run: &ArmedInterval, units: &Units, settings: &FlightSettings) -> Option<f64> {
     let drifted = settings.rotor_radius_m.is_some() && run.drift_m > MOST_DRIFT * units.height_m;
-    drifted.then(|| run.drift_m + settings.reference_radii * units.height_m)
+    drifted.then_some(run.drift_m + settings.reference_radii * units.height_m)
 }
 
 /// The segment of an armed interval, ready to be simulated.

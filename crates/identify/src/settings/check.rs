@@ -14,7 +14,7 @@ fn expect(
     holds: bool,
     key: &'static str,
     expected: impl Into<String>,
-    found: impl ToString,
+    found: &(impl ToString + ?Sized),
 ) -> std::result::Result<(), Fault> {
     if holds {
         Ok(())
@@ -24,12 +24,12 @@ fn expect(
 }
 
 fn above_0(key: &'static str, v: f64) -> std::result::Result<(), Fault> {
-    expect(v > 0.0 && v.is_finite(), key, "a finite number above 0", v)
+    expect(v > 0.0 && v.is_finite(), key, "a finite number above 0", &v)
 }
 
 fn at_least_0(key: &'static str, v: f64) -> std::result::Result<(), Fault> {
     let expected = "a finite number, at least 0";
-    expect(v >= 0.0 && v.is_finite(), key, expected, v)
+    expect(v >= 0.0 && v.is_finite(), key, expected, &v)
 }
 
 impl IdentificationSettings {
@@ -84,7 +84,7 @@ impl IdentificationSettings {
             "choice.effective_rows",
             choice.effective_rows.unwrap_or(1.0),
         )?;
-        expect(choice.folds != 1, "choice.folds", "0, or at least 2", 1)?;
+        expect(choice.folds != 1, "choice.folds", "0, or at least 2", &1)?;
         expect(
             choice.solver != SolverName::Stepwise || choice.criterion != CriterionName::LeftOut,
             "choice.criterion",
@@ -97,7 +97,7 @@ impl IdentificationSettings {
             ("flight.seed", self.flight.seed),
         ] {
             let fits = i64::try_from(seed).is_ok();
-            expect(fits, key, format!("at most {}", i64::MAX), seed)?;
+            expect(fits, key, format!("at most {}", i64::MAX), &seed)?;
         }
         Ok(())
     }
@@ -112,7 +112,7 @@ impl IdentificationSettings {
             (1..=6).contains(&t.degree),
             "thrust.degree",
             "1 to 6",
-            t.degree,
+            &t.degree,
         )?;
         for (key, v) in [
             ("shooting.window_s", shooting.window_s),
@@ -129,17 +129,17 @@ impl IdentificationSettings {
         }
         let expected = format!("at least {SHORTEST_MAX_LAG_S} s");
         let long = t.max_lag_s >= SHORTEST_MAX_LAG_S;
-        expect(long, "thrust.max_lag_s", expected, t.max_lag_s)?;
+        expect(long, "thrust.max_lag_s", expected, &t.max_lag_s)?;
         at_least_0("thrust.settle_s", t.settle_s)?;
         at_least_0("thrust.min_thrust_n", t.min_thrust_n)?;
-        expect(shooting.every > 0, "shooting.every", "at least 1", 0)?;
+        expect(shooting.every > 0, "shooting.every", "at least 1", &0)?;
         for (key, [lo, hi]) in [
             ("ground_effect.lag_bounds_s", g.lag_bounds_s),
             ("ground_effect.ratio_limits", g.ratio_limits),
         ] {
             let ordered = lo < hi && lo.is_finite() && hi.is_finite();
             let found = format!("[{lo}, {hi}]");
-            expect(ordered, key, "[min, max] with min < max", found)?;
+            expect(ordered, key, "[min, max] with min < max", &found)?;
         }
         Ok(())
     }
@@ -160,7 +160,7 @@ impl IdentificationSettings {
             let variables = library.variables();
             if let Some(unknown) = variables.iter().find(|v| !names.contains(&v.as_str())) {
                 let expected = format!("terms in {}", names.join(", "));
-                return expect(false, key, expected, format!("`{unknown}`"));
+                return expect(false, key, expected, &format!("`{unknown}`"));
             }
         }
         Ok(())
