@@ -30,11 +30,11 @@ impl Expr {
     #[must_use]
     pub fn simplify(&self) -> Self {
         let mut uses = vec![0_usize; self.nodes().len()];
-        let mut parent_kind: Vec<Option<Kind>> = vec![None; self.nodes().len()];
+        let mut parent_chain: Vec<Option<Chain>> = vec![None; self.nodes().len()];
         for node in self.nodes() {
             for child in node.children().into_iter().flatten() {
                 uses[child as usize] += 1;
-                parent_kind[child as usize] = kind(node);
+                parent_chain[child as usize] = chain_of(node);
             }
         }
         let mut pass = Simplifier {
@@ -46,8 +46,8 @@ impl Expr {
         };
         for (i, node) in self.nodes().iter().enumerate() {
             // A sum inside a sum is gathered by the outer one, a product likewise.
-            let own = kind(node);
-            let defer = own.is_some() && uses[i] == 1 && parent_kind[i] == own;
+            let own = chain_of(node);
+            let defer = own.is_some() && uses[i] == 1 && parent_chain[i] == own;
             let id = if defer { Id::MAX } else { pass.node(i as Id) };
             pass.deferred.push(defer);
             pass.place.push(id);
@@ -57,16 +57,17 @@ impl Expr {
     }
 }
 
+/// What is written as a chain of binary operators, and gathered as one.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+enum Chain {
     Sum,
     Product,
 }
 
-fn kind(node: &Node) -> Option<Kind> {
+fn chain_of(node: &Node) -> Option<Chain> {
     match node {
-        Node::Binary(Binary::Add | Binary::Sub, ..) => Some(Kind::Sum),
-        Node::Binary(Binary::Mul | Binary::Div, ..) => Some(Kind::Product),
+        Node::Binary(Binary::Add | Binary::Sub, ..) => Some(Chain::Sum),
+        Node::Binary(Binary::Mul | Binary::Div, ..) => Some(Chain::Product),
         _ => None,
     }
 }
@@ -83,7 +84,7 @@ struct Simplifier<'e> {
 }
 
 /// A node to gather from: in the source, or already built.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum Part {
     Source(Id),
     Built(Id),
@@ -147,6 +148,19 @@ impl Simplifier<'_> {
         }
     }
 
+    /// The node of a part below `root`, and where it is if it is built: in the source are only the root and
+    /// what it gathers.
+    fn node_of(&self, part: Part, root: Part) -> (Node, Option<Id>) {
+        let built = match part {
+            Part::Source(id) if part == root || self.deferred[id as usize] => {
+                return (self.source[id as usize].clone(), None);
+            }
+            Part::Source(id) => self.place[id as usize],
+            Part::Built(id) => id,
+        };
+        (self.builder.node(built).clone(), Some(built))
+    }
+
     // ---- sums
 
     fn sum(&mut self, root: Id) -> Id {
@@ -155,20 +169,11 @@ impl Simplifier<'_> {
         let one = self.builder.constant(1.0);
         let mut stack = vec![(Part::Source(root), 1.0)];
         while let Some((part, sign)) = stack.pop() {
-            let (node, built) = match part {
-                Part::Source(id) if id != root && !self.deferred[id as usize] => {
-                    stack.push((Part::Built(self.place[id as usize]), sign));
-                    continue;
-                }
-                Part::Source(id) => (self.source[id as usize].clone(), None),
-                Part::Built(id) => (self.builder.node(id).clone(), Some(id)),
-            };
-            let wrap = |id| {
-                if built.is_some() {
-                    Part::Built(id)
-                } else {
-                    Part::Source(id)
-                }
+            let (node, built) = self.node_of(part, Part::Source(root));
+            let wrap = if built.is_some() {
+                Part::Built
+            } else {
+                Part::Source
             };
             match node {
                 Node::Binary(Binary::Add, a, b) => {
@@ -188,7 +193,7 @@ impl Simplifier<'_> {
                         continue;
                     }
                     let inner = self.builder.node(rest);
-                    if number.abs() == 1.0 && kind(inner) == Some(Kind::Sum) {
+                    if number.abs() == 1.0 && chain_of(inner) == Some(Chain::Sum) {
                         stack.push((Part::Built(rest), sign * number));
                         continue;
                     }
@@ -252,23 +257,11 @@ impl Simplifier<'_> {
         let mut not_finite = false;
         let mut stack = vec![(root, 1_i32)];
         while let Some((part, exponent)) = stack.pop() {
-            let (node, built) = match part {
-                Part::Source(id)
-                    if !matches!(root, Part::Source(r) if r == id)
-                        && !self.deferred[id as usize] =>
-                {
-                    stack.push((Part::Built(self.place[id as usize]), exponent));
-                    continue;
-                }
-                Part::Source(id) => (self.source[id as usize].clone(), None),
-                Part::Built(id) => (self.builder.node(id).clone(), Some(id)),
-            };
-            let wrap = |id| {
-                if built.is_some() {
-                    Part::Built(id)
-                } else {
-                    Part::Source(id)
-                }
+            let (node, built) = self.node_of(part, root);
+            let wrap = if built.is_some() {
+                Part::Built
+            } else {
+                Part::Source
             };
             match node {
                 Node::Binary(Binary::Mul, a, b) => {

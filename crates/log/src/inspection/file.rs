@@ -1,7 +1,7 @@
 //! Inspects files in memory that does not grow with them.
 
-use super::inspect::Looking;
-use crate::tables::csv::{Part, each_part};
+use super::inspect::Inspector;
+use crate::tables::csv::{TablePart, each_part};
 use crate::{Findings, Inspection, LogError};
 use std::fs::File;
 use std::io::Read;
@@ -38,7 +38,7 @@ pub fn inspect_file(path: impl AsRef<Path>) -> Result<(Inspection, Findings), Lo
 
 #[cfg(feature = "parquet")]
 fn inspect_parquet(path: &Path) -> Result<(Inspection, Findings), LogError> {
-    let mut looking = Looking::new(None);
+    let mut looking = Inspector::new(None);
     let visit = &mut |columns: Vec<_>, rows: std::ops::Range<usize>| {
         let row_numbers: Vec<usize> = rows.collect();
         looking.part(&columns, &row_numbers);
@@ -56,8 +56,8 @@ fn inspect_parts(
     input: impl Read,
     part: usize,
 ) -> Result<(Inspection, Findings), LogError> {
-    let mut looking = Looking::new(None);
-    let mut visit = |part: Part| looking.part(&part.columns, &part.row_numbers);
+    let mut looking = Inspector::new(None);
+    let mut visit = |part: TablePart| looking.part(&part.columns, &part.row_numbers);
     let (sha256, findings) = each_part(path, input, part, &mut visit)?;
     Ok((looking.finish(path, Some(sha256)), findings))
 }

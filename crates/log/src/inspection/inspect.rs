@@ -99,18 +99,18 @@ pub struct ColumnSummary {
 /// name or its date-time stamps give away, or one that rises as time does; it serves the rates only, and converts nothing.
 #[must_use]
 pub fn inspect(table: &Table, time_column: Option<&str>) -> Inspection {
-    let mut looking = Looking::new(time_column);
+    let mut looking = Inspector::new(time_column);
     looking.part(&table.columns, &table.row_numbers);
     looking.finish(&table.path, Some(table.sha256.clone()))
 }
 
 /// A table that is looked at part by part.
-pub(crate) struct Looking<'a> {
+pub(crate) struct Inspector<'a> {
     time_column: Option<&'a str>,
     tally: Option<Tally>,
 }
 
-impl<'a> Looking<'a> {
+impl<'a> Inspector<'a> {
     pub(crate) fn new(time_column: Option<&'a str>) -> Self {
         Self {
             time_column,

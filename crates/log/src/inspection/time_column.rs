@@ -216,13 +216,13 @@ fn rising(columns: &[Column], numbers: &[usize]) -> Option<TimeColumn> {
 }
 
 /// What a name tells of a time.
-struct Named {
+struct NameHint {
     speaks: bool,
     unit_s: Option<f64>,
 }
 
 /// Nothing for the name of another thing.
-fn named(name: &str) -> Option<Named> {
+fn named(name: &str) -> Option<NameHint> {
     let words = words(name);
     let is_one_of = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
     let last = words.last().map_or("", String::as_str);
@@ -245,7 +245,7 @@ fn named(name: &str) -> Option<Named> {
     };
     let is_other =
         !speaks && words.iter().any(of_other) || bracketed && unit.is_none() && !is_place;
-    (!is_other).then(|| Named {
+    (!is_other).then(|| NameHint {
         speaks,
         unit_s: unit.map(|at| UNITS[at].1),
     })
@@ -273,7 +273,7 @@ fn rises(column: &Column) -> Option<(u8, TimeColumn)> {
     if column.is_text() {
         return None;
     }
-    let Named { speaks, unit_s } = named(&column.name)?;
+    let NameHint { speaks, unit_s } = named(&column.name)?;
     let stamps = column.values.iter().copied().filter(|v| v.is_finite());
     let stamps: Vec<f64> = stamps.collect();
     if stamps.len() < FEWEST || 2 * stamps.len() < column.values.len() {

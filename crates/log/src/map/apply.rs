@@ -52,34 +52,11 @@ pub(crate) fn apply_resolved(
         ..Findings::default()
     };
     let mut columns = evaluate(source, map)?;
-    for (name, values) in &mut columns {
-        let infinite = values.iter_mut().filter(|value| value.is_infinite());
-        let count = infinite.map(|value| *value = f64::NAN).count();
-        findings.infinite_values += count;
-        if count > 0 && !name.is_empty() {
-            findings
-                .warnings
-                .push(format!("{name}: {count} infinite values became gaps"));
-        }
-    }
+    gaps_for_infinite(&mut columns, &mut findings);
     let keep = map.keep.as_ref().and_then(|_| columns.pop());
     let time = columns.iter().position(|(name, _)| name == TIME_CHANNEL);
     let time_s = time.map(|at| columns.remove(at).1).unwrap_or_default();
-    // The rows to take, unless it is all of them.
-    let taken = if keep.is_none() && is_increasing(&time_s) {
-        None
-    } else {
-        let mut rows: Vec<usize> = (0..source.len()).collect();
-        if let Some((_, keep)) = keep {
-            rows.retain(|&row| keep[row] != 0.0 && !keep[row].is_nan());
-            findings.rows_filtered = source.len() - rows.len();
-        }
-        let kept = increasing(&time_s, &rows);
-        findings.absent_stamps = kept.absent;
-        findings.duplicate_stamps = kept.duplicate;
-        findings.backward_stamps = kept.backward;
-        Some(kept.rows)
-    };
+    let taken = rows_to_take(&time_s, keep, &mut findings);
     warn_of_stamps(&mut findings);
 
     let path = source.path();
@@ -132,7 +109,42 @@ pub(crate) fn apply_resolved(
     Ok((trial.with_provenance(provenance), findings))
 }
 
-/// What an expression is given.
+/// Makes gaps of infinite values, and counts them.
+fn gaps_for_infinite(columns: &mut [(String, Vec<f64>)], findings: &mut Findings) {
+    for (name, values) in columns {
+        let infinite = values.iter_mut().filter(|value| value.is_infinite());
+        let count = infinite.map(|value| *value = f64::NAN).count();
+        findings.infinite_values += count;
+        if count > 0 && !name.is_empty() {
+            findings
+                .warnings
+                .push(format!("{name}: {count} infinite values became gaps"));
+        }
+    }
+}
+
+/// The rows that the filter keeps and whose stamps increase; `None` for all of them. Counts the others.
+fn rows_to_take(
+    time_s: &[f64],
+    keep: Option<(String, Vec<f64>)>,
+    findings: &mut Findings,
+) -> Option<Vec<usize>> {
+    if keep.is_none() && is_increasing(time_s) {
+        return None;
+    }
+    let mut rows: Vec<usize> = (0..findings.rows_read).collect();
+    if let Some((_, keep)) = keep {
+        rows.retain(|&row| keep[row] != 0.0 && !keep[row].is_nan());
+        findings.rows_filtered = findings.rows_read - rows.len();
+    }
+    let kept = increasing(time_s, &rows);
+    findings.absent_stamps = kept.absent;
+    findings.duplicate_stamps = kept.duplicate;
+    findings.backward_stamps = kept.backward;
+    Some(kept.rows)
+}
+
+/// A value that an expression takes in every row.
 enum Input {
     Row,
     Mass,

@@ -2,7 +2,7 @@
 
 /// Rows kept and dropped.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(crate) struct Kept {
+pub(crate) struct KeptRows {
     pub(crate) rows: Vec<usize>,
     pub(crate) absent: usize,
     pub(crate) duplicate: usize,
@@ -20,8 +20,8 @@ pub(crate) fn is_increasing(time_s: &[f64]) -> bool {
 ///
 /// A row whose stamp is not after the latest kept one is dropped. Where one stray late stamp would
 /// so cost the rows after it, the fewest rows are dropped instead.
-pub(crate) fn increasing(time_s: &[f64], rows: &[usize]) -> Kept {
-    let mut kept = Kept::default();
+pub(crate) fn increasing(time_s: &[f64], rows: &[usize]) -> KeptRows {
+    let mut kept = KeptRows::default();
     let stamped: Vec<usize> = rows
         .iter()
         .copied()

@@ -134,13 +134,13 @@ impl Survey {
     /// Why the map cannot make a channel.
     fn cause(&self, map: &Map, channel: &str) -> String {
         let missed = self.missed(map, &map.defines, &rules_of(&map.channels, channel));
-        let (topics, names): (Vec<&Missed>, Vec<&Missed>) =
+        let (topics, names): (Vec<&MissingName>, Vec<&MissingName>) =
             missed.iter().partition(|missed| missed.is_topic);
-        let list = |missed: &[&Missed]| {
+        let list = |missed: &[&MissingName]| {
             let names: Vec<&str> = missed.iter().map(|missed| missed.name.as_str()).collect();
             names.join(", ")
         };
-        let of_kind = |missed: &&Missed| {
+        let of_kind = |missed: &&MissingName| {
             let alike = |topic: &&Topic| {
                 topic.messages > 0 && topic.kind.as_deref() == Some(missed.name.as_str())
             };
@@ -165,8 +165,8 @@ impl Survey {
 
     /// What the log lacks for any of the rules to be taken; nothing where one can. A rule that
     /// misses all that another one misses, and more, does not count.
-    fn missed(&self, map: &Map, defines: &[Rule], rules: &[&Rule]) -> Vec<Missed> {
-        let each: Vec<Vec<Missed>> = rules
+    fn missed(&self, map: &Map, defines: &[Rule], rules: &[&Rule]) -> Vec<MissingName> {
+        let each: Vec<Vec<MissingName>> = rules
             .iter()
             .map(|rule| {
                 let names = rule.expr.variables().into_iter();
@@ -179,7 +179,7 @@ impl Survey {
                 missed
             })
             .collect();
-        let is_within = |a: &[Missed], b: &[Missed]| a.iter().all(|one| b.contains(one));
+        let is_within = |a: &[MissingName], b: &[MissingName]| a.iter().all(|one| b.contains(one));
         let least = each.iter().filter(|missed| {
             let mut others = each.iter();
             !others.any(|other| other.len() < missed.len() && is_within(other, missed))
@@ -193,7 +193,7 @@ impl Survey {
         all
     }
 
-    fn missed_by_name(&self, map: &Map, defines: &[Rule], name: &str) -> Vec<Missed> {
+    fn missed_by_name(&self, map: &Map, defines: &[Rule], name: &str) -> Vec<MissingName> {
         if self.knows(map, name) || self.parameter(name).is_some() {
             return Vec::new();
         }
@@ -205,7 +205,7 @@ impl Survey {
         let topic = topic_of(map, name);
         let is_topic = !name.starts_with("param.") && self.topic_like(topic).is_none();
         let name = if is_topic { topic } else { name }.to_owned();
-        vec![Missed { name, is_topic }]
+        vec![MissingName { name, is_topic }]
     }
 
     /// The text of a map to start from, with all fields as comments.
@@ -233,7 +233,7 @@ impl Survey {
 
 /// A topic that is not there, or a field of one that is, or a parameter.
 #[derive(Clone, PartialEq)]
-struct Missed {
+struct MissingName {
     name: String,
     is_topic: bool,
 }

@@ -4,21 +4,21 @@ use std::collections::HashMap;
 
 /// Sums of one field, in the order of the file.
 #[derive(Clone, Copy)]
-pub(super) struct Running {
+pub(super) struct FieldSums {
     pub(super) count: usize,
     pub(super) sum: f64,
     pub(super) min: f64,
     pub(super) max: f64,
 }
 
-pub(super) const NOTHING: Running = Running {
-    count: 0,
-    sum: 0.0,
-    min: f64::INFINITY,
-    max: f64::NEG_INFINITY,
-};
+impl FieldSums {
+    pub(super) const EMPTY: Self = Self {
+        count: 0,
+        sum: 0.0,
+        min: f64::INFINITY,
+        max: f64::NEG_INFINITY,
+    };
 
-impl Running {
     #[inline]
     pub(super) fn push(&mut self, value: f64) {
         if value.is_finite() {

@@ -1,7 +1,7 @@
 //! What a log holds, counted in a pass over all of it.
 
 use super::LogFormat;
-use super::fields::{NOTHING, Running, unite};
+use super::fields::{FieldSums, unite};
 use super::sink::{Layout, Sink, Wanted};
 use super::steps::Steps;
 use serde::Serialize;
@@ -104,7 +104,7 @@ pub(super) fn key(name: &str, instance: u32) -> String {
     }
 }
 
-struct Seen {
+struct TopicCounts {
     layout: Layout,
     messages: usize,
     absent: usize,
@@ -113,7 +113,7 @@ struct Seen {
     first_ns: Option<i64>,
     last_ns: Option<i64>,
     steps: Option<Box<Steps>>,
-    fields: Vec<Running>,
+    fields: Vec<FieldSums>,
 }
 
 /// What a topic of a reader is here, where several may be of one name.
@@ -132,7 +132,7 @@ const MOST_PARAMETERS: usize = 20_000;
 pub(super) struct Surveyor {
     /// Whether values are looked at, or only names and numbers of messages.
     deep: bool,
-    topics: Vec<Seen>,
+    topics: Vec<TopicCounts>,
     /// By the reader's number.
     sources: Vec<Source>,
     known: HashMap<(String, u32), usize>,
@@ -243,7 +243,7 @@ impl Sink for Surveyor {
     fn topic(&mut self, id: usize, layout: &Layout) -> Wanted {
         let named = (layout.name.clone(), layout.instance);
         let place = *self.known.entry(named).or_insert_with(|| {
-            self.topics.push(Seen {
+            self.topics.push(TopicCounts {
                 layout: Layout {
                     fields: Vec::new(),
                     ..layout.clone()
@@ -263,7 +263,8 @@ impl Sink for Surveyor {
         let seen = &mut self.topics[place];
         unite(&mut seen.layout.texts, &layout.texts);
         let fields = unite(&mut seen.layout.fields, &layout.fields);
-        seen.fields.resize(seen.layout.fields.len(), NOTHING);
+        seen.fields
+            .resize(seen.layout.fields.len(), FieldSums::EMPTY);
         self.sources[id] = Source {
             topic: place,
             fields,

@@ -7,6 +7,6 @@ mod read;
 mod write;
 
 pub(crate) use parts::each_part;
-pub(crate) use read::Part;
+pub(crate) use read::TablePart;
 pub use read::{parse_csv, read_csv};
 pub use write::{to_csv, write_csv};

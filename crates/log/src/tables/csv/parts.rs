@@ -1,7 +1,7 @@
 //! Text tables part by part, in memory that does not grow with the file.
 
 use super::layout::{layout, not_text, rows};
-use super::read::{Part, Reading};
+use super::read::{TablePart, TableReader};
 use crate::hashing::Hashing;
 use crate::{Findings, LogError};
 use std::io::{self, Read};
@@ -14,7 +14,7 @@ pub(crate) fn each_part(
     path: &str,
     input: impl Read,
     part: usize,
-    visit: &mut dyn FnMut(Part),
+    visit: &mut dyn FnMut(TablePart),
 ) -> Result<(String, Findings), LogError> {
     let mut input = Hashing::new(input, true);
     let of_read = |source: io::Error| LogError::Read {
@@ -22,7 +22,7 @@ pub(crate) fn each_part(
         source,
     };
     let mut bytes: Vec<u8> = Vec::new();
-    let mut reading: Option<(Reading, usize)> = None;
+    let mut reading: Option<(TableReader, usize)> = None;
     loop {
         let read = input.by_ref().take(part as u64).read_to_end(&mut bytes);
         let read = read.map_err(of_read)?;
@@ -42,7 +42,7 @@ pub(crate) fn each_part(
         match &mut reading {
             None => {
                 let layout = layout(path, whole)?;
-                let mut first = Reading::of(&layout);
+                let mut first = TableReader::of(&layout);
                 visit(first.part(&layout.rows, ends));
                 reading = Some((first, layout.next_number));
             }

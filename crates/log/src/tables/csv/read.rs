@@ -43,7 +43,7 @@ pub fn read_csv(path: impl AsRef<Path>) -> Result<(Table, Findings), LogError> {
 /// As [`read_csv`], but for [`LogError::Read`].
 pub fn parse_csv(path: &str, bytes: &[u8]) -> Result<(Table, Findings), LogError> {
     let layout = layout(path, bytes)?;
-    let mut reading = Reading::of(&layout);
+    let mut reading = TableReader::of(&layout);
     let part = reading.part(&layout.rows, true);
     let findings = reading.conclude(path)?;
     let table = Table {
@@ -56,7 +56,7 @@ pub fn parse_csv(path: &str, bytes: &[u8]) -> Result<(Table, Findings), LogError
 }
 
 /// A cell that is no plain number.
-enum Odd {
+enum OtherCell {
     Stamp(i64),
     Text(String),
 }
@@ -68,38 +68,38 @@ struct RawColumn {
     stamps: usize,
     texts: usize,
     /// By position among the rows taken.
-    odd: Vec<(usize, Odd)>,
+    odd: Vec<(usize, OtherCell)>,
 }
 
 /// What a column is known to hold; of stamps also the first, in ns.
 #[derive(Clone, Copy, PartialEq)]
-enum Held {
+enum ColumnContent {
     Numbers,
     Stamps(Option<i64>),
     Texts,
 }
 
 /// A table that is read in one part or in several.
-pub(crate) struct Reading {
+pub(crate) struct TableReader {
     names: Vec<String>,
     delimiter: u8,
-    held: Vec<Option<Held>>,
-    /// Rows so far, whole or not.
+    held: Vec<Option<ColumnContent>>,
+    /// PartReader so far, whole or not.
     rows: usize,
     comma_numbers: usize,
     first_fault: Option<String>,
     findings: Findings,
 }
 
-/// Rows of a table, and their numbers in the file.
-pub(crate) struct Part {
+/// PartReader of a table, and their numbers in the file.
+pub(crate) struct TablePart {
     pub(crate) row_numbers: Vec<usize>,
     pub(crate) columns: Vec<Column>,
 }
 
 /// The rows of a part on their way.
-struct Rows<'a> {
-    reading: &'a mut Reading,
+struct PartReader<'a> {
+    reading: &'a mut TableReader,
     columns: Vec<RawColumn>,
     /// For each row taken its number in the file and its line.
     taken: Vec<(usize, usize)>,
@@ -108,7 +108,7 @@ struct Rows<'a> {
     first_is_text: bool,
 }
 
-impl Reading {
+impl TableReader {
     pub(crate) fn of(layout: &Layout<'_>) -> Self {
         Self {
             names: layout.names.clone(),
@@ -126,11 +126,11 @@ impl Reading {
 
     /// Reads the next lines, without comments and blank ones; `ends` tells whether they are the
     /// last. What a column holds is settled by the first part in which it holds anything.
-    pub(crate) fn part(&mut self, lines: &[Line<'_>], ends: bool) -> Part {
+    pub(crate) fn part(&mut self, lines: &[Line<'_>], ends: bool) -> TablePart {
         let first = self.rows;
         self.rows += lines.len();
         self.findings.rows_read += lines.len();
-        let mut rows = Rows {
+        let mut rows = PartReader {
             columns: self.names.iter().map(|_| RawColumn::default()).collect(),
             reading: self,
             taken: Vec::new(),
@@ -183,9 +183,9 @@ impl Reading {
     }
 }
 
-impl Rows<'_> {
+impl PartReader<'_> {
     fn push(&mut self, row: usize, line: Line<'_>, is_last: bool) {
-        let Reading {
+        let TableReader {
             names, delimiter, ..
         } = &*self.reading;
         let (width, delimiter) = (names.len(), *delimiter);
@@ -233,7 +233,7 @@ impl Rows<'_> {
     }
 
     /// `last` is the file's last line.
-    fn finish(mut self, last: Option<&Line<'_>>) -> Part {
+    fn finish(mut self, last: Option<&Line<'_>>) -> TablePart {
         let mut bad = vec![None; self.taken.len()];
         let raw = std::mem::take(&mut self.columns).into_iter();
         let known = self.reading.names.iter().zip(&mut self.reading.held);
@@ -269,7 +269,7 @@ impl Rows<'_> {
             column.values = kept.iter().map(|&i| column.values[i]).collect();
             column.count(findings);
         }
-        Part {
+        TablePart {
             row_numbers: kept.iter().map(|&i| self.taken[i].0).collect(),
             columns,
         }
@@ -286,14 +286,14 @@ impl RawColumn {
             }
             Cell::Stamp(nanoseconds) => {
                 self.stamps += 1;
-                self.odd.push((position, Odd::Stamp(nanoseconds)));
+                self.odd.push((position, OtherCell::Stamp(nanoseconds)));
                 f64::NAN
             }
             Cell::Text => {
                 self.texts += 1;
                 let example = String::from_utf8_lossy(cell);
                 let example = example.chars().take(EXAMPLE_CHARS).collect();
-                self.odd.push((position, Odd::Text(example)));
+                self.odd.push((position, OtherCell::Text(example)));
                 f64::NAN
             }
         };
@@ -305,7 +305,7 @@ impl RawColumn {
     fn finish(
         mut self,
         name: String,
-        held: &mut Option<Held>,
+        held: &mut Option<ColumnContent>,
         bad: &mut [Option<String>],
     ) -> Column {
         let mut blame = |position: usize, found: &str| {
@@ -314,25 +314,25 @@ impl RawColumn {
         };
         let most = self.numbers.max(self.stamps).max(self.texts);
         let settled = held.unwrap_or(if self.texts == most {
-            Held::Texts
+            ColumnContent::Texts
         } else if self.stamps == most {
-            Held::Stamps(None)
+            ColumnContent::Stamps(None)
         } else {
-            Held::Numbers
+            ColumnContent::Numbers
         });
         let kind = match settled {
             _ if most == 0 && held.is_none() => ColumnKind::Number,
-            Held::Texts => {
+            ColumnContent::Texts => {
                 let example = self.odd.iter().find_map(|(_, odd)| match odd {
-                    Odd::Text(text) => Some(text.clone()),
-                    Odd::Stamp(_) => None,
+                    OtherCell::Text(text) => Some(text.clone()),
+                    OtherCell::Stamp(_) => None,
                 });
                 self.values.fill(f64::NAN);
                 ColumnKind::Text {
                     example: example.unwrap_or_default(),
                 }
             }
-            Held::Stamps(mut origin) => {
+            ColumnContent::Stamps(mut origin) => {
                 for (position, value) in self.values.iter().enumerate() {
                     if !value.is_nan() {
                         blame(position, &value.to_string());
@@ -340,23 +340,23 @@ impl RawColumn {
                 }
                 for (position, odd) in &self.odd {
                     match odd {
-                        Odd::Stamp(stamp) => {
+                        OtherCell::Stamp(stamp) => {
                             let origin = *origin.get_or_insert(*stamp);
                             // Centuries apart are more nanoseconds than an i64 holds.
                             let since = i128::from(*stamp) - i128::from(origin);
                             self.values[*position] = since as f64 / 1e9;
                         }
-                        Odd::Text(text) => blame(*position, text),
+                        OtherCell::Text(text) => blame(*position, text),
                     }
                 }
-                *held = Some(Held::Stamps(origin));
+                *held = Some(ColumnContent::Stamps(origin));
                 ColumnKind::Stamp
             }
-            Held::Numbers => {
+            ColumnContent::Numbers => {
                 for (position, odd) in &self.odd {
                     match odd {
-                        Odd::Stamp(_) => blame(*position, "a date"),
-                        Odd::Text(text) => blame(*position, text),
+                        OtherCell::Stamp(_) => blame(*position, "a date"),
+                        OtherCell::Text(text) => blame(*position, text),
                     }
                 }
                 ColumnKind::Number

@@ -10,7 +10,7 @@ const PLAUSIBLE_NS: i64 = 10_000_000_000;
 #[derive(Debug, Default)]
 pub(super) struct Clocks {
     zero_ns: Option<u64>,
-    own: Option<Own>,
+    own: Option<AutopilotClock>,
     /// Topics that are stamped by the autopilot's clock.
     owned: Vec<usize>,
     /// How often that was set anew.
@@ -20,7 +20,7 @@ pub(super) struct Clocks {
 /// What the recorder's clock shows beyond the autopilot's, in ns, since that was last set: as it
 /// was at the first message, and the least there was.
 #[derive(Debug, Clone, Copy)]
-struct Own {
+struct AutopilotClock {
     first_ns: i64,
     least_ns: i64,
 }
@@ -62,14 +62,15 @@ impl Clocks {
             return recorded;
         }
         let beyond_ns = recorded.saturating_sub(own_ns);
-        let is_anew =
-            |own: &Own| beyond_ns.saturating_sub(own.first_ns).saturating_abs() > PLAUSIBLE_NS;
+        let is_anew = |own: &AutopilotClock| {
+            beyond_ns.saturating_sub(own.first_ns).saturating_abs() > PLAUSIBLE_NS
+        };
         if self.own.as_ref().is_some_and(is_anew) {
             self.settle(sink);
             self.own = None;
             self.restarts += 1;
         }
-        let own = self.own.get_or_insert(Own {
+        let own = self.own.get_or_insert(AutopilotClock {
             first_ns: beyond_ns,
             least_ns: beyond_ns,
         });

@@ -193,68 +193,9 @@ impl Mcap<'_> {
     fn record(&mut self, opcode: u8, body: &[u8], outside: bool) -> Option<()> {
         let mut cursor = Cursor::new(body);
         match opcode {
-            SCHEMA => {
-                let id = u16::from_le_bytes(cursor.array()?);
-                // Chunks tell the definitions that they use again.
-                if self.schemas.contains_key(&id) {
-                    return Some(());
-                }
-                let (name, encoding) = (text(&mut cursor)?, text(&mut cursor)?);
-                let definition = cursor.sized()?;
-                let bytes = self.schema_bytes + definition.len();
-                if bytes > MOST_SCHEMA_BYTES {
-                    return None;
-                }
-                self.schema_bytes = bytes;
-                let schema = Schema {
-                    name: name.to_owned(),
-                    encoding: encoding.to_owned(),
-                    text: definition.to_vec(),
-                };
-                self.schemas.insert(id, schema);
-            }
-            CHANNEL => {
-                let id = u16::from_le_bytes(cursor.array()?);
-                let schema = u16::from_le_bytes(cursor.array()?);
-                let (topic, encoding) = (text(&mut cursor)?, text(&mut cursor)?);
-                // Chunks tell the channels that they use again.
-                if !self.channels.contains_key(&id) && self.topics < MOST_CHANNELS {
-                    let schema = self.schemas.get(&schema);
-                    let schema =
-                        schema.map(|s| (s.name.as_str(), s.encoding.as_str(), s.text.as_slice()));
-                    let channel = Channel::new(
-                        self.topics,
-                        topic,
-                        encoding,
-                        schema,
-                        self.sink,
-                        &mut self.loss,
-                        &mut self.fields_left,
-                    );
-                    self.channels.insert(id, channel);
-                    self.topics += 1;
-                }
-            }
-            MESSAGE => {
-                let id = u16::from_le_bytes(cursor.array()?);
-                cursor.u32()?;
-                let recorded_ns = cursor.u64()?;
-                cursor.u64()?;
-                self.clocks.recorded(recorded_ns);
-                self.messages += 1;
-                let Some(channel) = self.channels.get_mut(&id) else {
-                    // What tells of the channel is lost, or there are too many.
-                    self.loss.undecodable += 1;
-                    return Some(());
-                };
-                channel.message(
-                    recorded_ns,
-                    &mut self.clocks,
-                    cursor.rest(),
-                    self.sink,
-                    &mut self.loss,
-                );
-            }
+            SCHEMA => self.schema(&mut cursor)?,
+            CHANNEL => self.channel(&mut cursor)?,
+            MESSAGE => self.message(&mut cursor)?,
             CHUNK if outside => {
                 let (checksum, compression) = chunk_head(&mut cursor)?;
                 let unpacked;
@@ -272,6 +213,73 @@ impl Mcap<'_> {
             }
             MESSAGE_INDEX => self.lost.index(&mut cursor),
             _ => {}
+        }
+        Some(())
+    }
+
+    fn schema(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
+        let id = u16::from_le_bytes(cursor.array()?);
+        // Every chunk repeats the definitions that it uses.
+        if self.schemas.contains_key(&id) {
+            return Some(());
+        }
+        let (name, encoding) = (text(cursor)?, text(cursor)?);
+        let definition = cursor.sized()?;
+        let bytes = self.schema_bytes + definition.len();
+        if bytes > MOST_SCHEMA_BYTES {
+            return None;
+        }
+        self.schema_bytes = bytes;
+        let schema = Schema {
+            name: name.to_owned(),
+            encoding: encoding.to_owned(),
+            text: definition.to_vec(),
+        };
+        self.schemas.insert(id, schema);
+        Some(())
+    }
+
+    fn channel(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
+        let id = u16::from_le_bytes(cursor.array()?);
+        let schema = u16::from_le_bytes(cursor.array()?);
+        let (topic, encoding) = (text(cursor)?, text(cursor)?);
+        // Every chunk repeats the channels that it uses.
+        if self.channels.contains_key(&id) || self.topics == MOST_CHANNELS {
+            return Some(());
+        }
+        let schema = self.schemas.get(&schema);
+        let schema = schema.map(|s| (s.name.as_str(), s.encoding.as_str(), s.text.as_slice()));
+        let channel = Channel::new(
+            self.topics,
+            topic,
+            encoding,
+            schema,
+            self.sink,
+            &mut self.loss,
+            &mut self.fields_left,
+        );
+        self.channels.insert(id, channel);
+        self.topics += 1;
+        Some(())
+    }
+
+    fn message(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
+        let id = u16::from_le_bytes(cursor.array()?);
+        cursor.u32()?;
+        let recorded_ns = cursor.u64()?;
+        cursor.u64()?;
+        self.clocks.recorded(recorded_ns);
+        self.messages += 1;
+        match self.channels.get_mut(&id) {
+            Some(channel) => channel.message(
+                recorded_ns,
+                &mut self.clocks,
+                cursor.rest(),
+                self.sink,
+                &mut self.loss,
+            ),
+            // The record of the channel is lost, or there are too many.
+            None => self.loss.undecodable += 1,
         }
         Some(())
     }

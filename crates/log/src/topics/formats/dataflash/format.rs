@@ -4,7 +4,7 @@ use crate::topics::sink::{Scalar, Wanted};
 
 /// How the bytes of one field become a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Kind {
+pub(super) enum FieldType {
     Number(Scalar),
     /// A whole number of so many to the unit.
     Parts(Scalar, f64),
@@ -15,7 +15,7 @@ pub(super) enum Kind {
     Array,
 }
 
-impl Kind {
+impl FieldType {
     fn of(letter: u8) -> Option<Self> {
         use Scalar::{F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
         Some(match letter {
@@ -83,12 +83,12 @@ pub(super) struct Format {
     pub(super) length: usize,
     pub(super) names: Vec<String>,
     /// From the first byte after the head.
-    pub(super) places: Vec<(Kind, usize)>,
+    pub(super) places: Vec<(FieldType, usize)>,
     pub(super) texts: Vec<String>,
     /// Where the stamp is, and ns to its unit.
     pub(super) stamp: Option<(Scalar, usize, i64)>,
     /// Name, kind and place of each field, also those of text.
-    pub(super) fields: Vec<(String, Kind, usize)>,
+    pub(super) fields: Vec<(String, FieldType, usize)>,
     /// The letter that no kind of field has; where this and later fields are cannot be told.
     pub(super) unknown: Option<char>,
     /// Where the number of the instance is.
@@ -118,7 +118,7 @@ impl Format {
         };
         let mut at = 0;
         for (index, letter) in letters.bytes().enumerate() {
-            let Some(field) = Kind::of(letter) else {
+            let Some(field) = FieldType::of(letter) else {
                 format.unknown = Some(letter.into());
                 break;
             };
@@ -126,24 +126,24 @@ impl Format {
             let label = label.map_or_else(|| format!("field_{index}"), str::to_owned);
             format.fields.push((label.clone(), field, at));
             match (label.as_str(), field) {
-                ("TimeUS", Kind::Number(scalar)) => {
+                ("TimeUS", FieldType::Number(scalar)) => {
                     format.stamp.get_or_insert((scalar, at, 1000));
                 }
                 // Older firmware: `TimeMS` of a receiver is that of its week, and `T` the vehicle's.
-                ("T", Kind::Number(scalar))
+                ("T", FieldType::Number(scalar))
                     if format.name.starts_with("GPS")
                         && format.stamp.is_some_and(|(.., to_ns)| to_ns == 1_000_000) =>
                 {
                     format.stamp = Some((scalar, at, 1_000_000));
                 }
-                ("TimeMS", Kind::Number(scalar)) => {
+                ("TimeMS", FieldType::Number(scalar)) => {
                     format.stamp.get_or_insert((scalar, at, 1_000_000));
                 }
                 _ => {}
             }
             match field {
-                Kind::Text(_) => format.texts.push(label),
-                Kind::Array => {
+                FieldType::Text(_) => format.texts.push(label),
+                FieldType::Array => {
                     for k in 0..32 {
                         format.names.push(format!("{label}[{k}]"));
                         format.places.push((field, at + 2 * k));
@@ -164,8 +164,8 @@ impl Format {
         (named && fits).then_some((kind, format))
     }
 
-    /// Kind and place of a field.
-    pub(super) fn field(&self, name: &str) -> Option<(Kind, usize)> {
+    /// FieldType and place of a field.
+    pub(super) fn field(&self, name: &str) -> Option<(FieldType, usize)> {
         let mut fields = self.fields.iter();
         fields.find_map(|&(ref known, kind, at)| (known == name).then_some((kind, at)))
     }
@@ -173,7 +173,7 @@ impl Format {
     /// The bytes of a field of text.
     pub(super) fn bytes<'a>(&self, name: &str, body: &'a [u8]) -> Option<&'a [u8]> {
         match self.field(name)? {
-            (Kind::Text(size), at) => body.get(at..at + size),
+            (FieldType::Text(size), at) => body.get(at..at + size),
             _ => None,
         }
     }

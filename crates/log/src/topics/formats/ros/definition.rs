@@ -21,12 +21,12 @@ const TOLD_MESSAGES: usize = 8;
 /// A part of a message, with so many numbers told of it.
 #[derive(Debug, Clone)]
 pub(super) struct Node {
-    pub(super) kind: Kind,
+    pub(super) kind: NodeContent,
     pub(super) width: usize,
 }
 
 #[derive(Debug, Clone)]
-pub(super) enum Kind {
+pub(super) enum NodeContent {
     Scalar(Scalar),
     Text,
     Message(Vec<Node>),
@@ -43,12 +43,12 @@ impl Node {
     /// Fewest bytes that it can have.
     fn least(&self) -> usize {
         match &self.kind {
-            Kind::Scalar(scalar) => scalar.size(),
-            Kind::Text => 4,
-            Kind::Message(nodes) => nodes
+            NodeContent::Scalar(scalar) => scalar.size(),
+            NodeContent::Text => 4,
+            NodeContent::Message(nodes) => nodes
                 .iter()
                 .fold(0, |sum: usize, node| sum.saturating_add(node.least())),
-            Kind::Array {
+            NodeContent::Array {
                 element, length, ..
             } => length.map_or(4, |length| length.saturating_mul(element.least())),
         }
@@ -222,14 +222,14 @@ impl Builder<'_, '_> {
         }
         let width = nodes.iter().map(|node| node.width).sum();
         Some(Node {
-            kind: Kind::Message(nodes),
+            kind: NodeContent::Message(nodes),
             width,
         })
     }
 
     fn field(&mut self, field: &Field<'_>, owner: &str, depth: usize) -> Option<Node> {
         let one = |scalar| Node {
-            kind: Kind::Scalar(scalar),
+            kind: NodeContent::Scalar(scalar),
             width: 1,
         };
         let mut is_message = true;
@@ -238,12 +238,12 @@ impl Builder<'_, '_> {
             one(scalar)
         } else if let Some(parts) = time(field.base, self.ros1) {
             Node {
-                kind: Kind::Message(parts.map(|(_, scalar)| one(scalar)).into()),
+                kind: NodeContent::Message(parts.map(|(_, scalar)| one(scalar)).into()),
                 width: 2,
             }
         } else if field.base == "string" {
             Node {
-                kind: Kind::Text,
+                kind: NodeContent::Text,
                 width: 0,
             }
         } else {
@@ -266,7 +266,7 @@ impl Builder<'_, '_> {
         };
         // Of an array of any length the length is told too.
         let width = element.width.checked_mul(told)? + usize::from(length.is_none());
-        let kind = Kind::Array {
+        let kind = NodeContent::Array {
             element: Box::new(element),
             length,
             told,

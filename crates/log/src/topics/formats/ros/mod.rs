@@ -4,7 +4,7 @@ mod definition;
 
 use crate::topics::formats::cursor::Cursor;
 use crate::topics::sink::Scalar;
-use definition::{Definition, Kind, Node};
+use definition::{Definition, Node, NodeContent};
 
 /// How the bytes of a message lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,17 +99,17 @@ fn align(cursor: &mut Cursor<'_>, size: usize, wire: Wire) -> Option<()> {
 
 fn decode(node: &Node, cursor: &mut Cursor<'_>, wire: Wire, out: Option<&mut [f64]>) -> Option<()> {
     match &node.kind {
-        Kind::Scalar(scalar) => {
+        NodeContent::Scalar(scalar) => {
             let value = number(*scalar, cursor, wire)?;
             if let Some([place, ..]) = out {
                 *place = value;
             }
         }
-        Kind::Text => {
+        NodeContent::Text => {
             let length = number(Scalar::U32, cursor, wire)?;
             cursor.take(length as usize)?;
         }
-        Kind::Message(nodes) => {
+        NodeContent::Message(nodes) => {
             let mut out = out;
             for node in nodes {
                 let part = match out.take() {
@@ -126,7 +126,7 @@ fn decode(node: &Node, cursor: &mut Cursor<'_>, wire: Wire, out: Option<&mut [f6
                 cursor.take(1)?;
             }
         }
-        Kind::Array {
+        NodeContent::Array {
             element,
             length,
             told,
@@ -146,7 +146,7 @@ fn decode(node: &Node, cursor: &mut Cursor<'_>, wire: Wire, out: Option<&mut [f6
                 }
             };
             for k in 0..count {
-                if let (true, Kind::Scalar(scalar)) = (k >= *told, &element.kind) {
+                if let (true, NodeContent::Scalar(scalar)) = (k >= *told, &element.kind) {
                     align(cursor, scalar.size(), wire)?;
                     return cursor
                         .take((count - k).checked_mul(scalar.size())?)
