@@ -13,7 +13,7 @@ pub enum LogError {
     Read {
         /// The file.
         path: String,
-        /// What the system said.
+        /// The system's reason.
         source: io::Error,
     },
     /// The file could not be written; nothing is left of it.
@@ -21,7 +21,7 @@ pub enum LogError {
     Write {
         /// The file.
         path: String,
-        /// What the system said.
+        /// The system's reason.
         source: io::Error,
     },
     /// The file holds nothing.
@@ -73,7 +73,7 @@ pub enum LogError {
     Map {
         /// The file.
         path: String,
-        /// What the system said.
+        /// The system's reason.
         source: io::Error,
     },
     /// A map is no TOML, or has an unknown, missing or ill-typed key.
@@ -158,7 +158,7 @@ pub struct Place {
     pub map: String,
     /// Line number from 1.
     pub line: usize,
-    /// The key, with its table: `channels.thrust_n`. Empty where it cannot be told.
+    /// The key, with its table: `channels.thrust_n`. Empty where it is unknown.
     pub key: String,
 }
 
@@ -173,7 +173,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// The classes of [`LogError`] that a program may want to tell apart by its exit status.
+/// The classes of [`LogError`] that a program may report by different exit statuses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ErrorKind {

@@ -8,17 +8,17 @@
 //! * [`read_csv`] reads any headed table of numbers: byte-order mark, any line end, comma,
 //!   semicolon or tab, quoted cells, empty cells and `nan`, date-time stamps. It never guesses a
 //!   unit.
-//! * A [`Map`] is a small TOML file that says how the channels of a [`Trial`] follow from the
+//! * A [`Map`] is a small TOML file that states how the channels of a [`Trial`] follow from the
 //!   columns: each is an expression, with windows, a row filter and resampling beside. Data are
 //!   never edited.
 //! * Every reading gives [`Findings`] beside its result: what was counted, dropped and warned
-//!   of. [`Findings::is_lossy`] tells whether input was lost.
+//!   of. [`Findings::is_lossy`] states whether input was lost.
 //! * With the feature `flight-logs` a `Log` is a PX4 ULog, an ArduPilot DataFlash log, an MCAP
-//!   recording or a bag of ROS 1, told by its content: `Log::survey` tells its topics, rates and
-//!   gaps, `Log::trial` makes a trial by a map, or by the built-in one of its autopilot. Tables may
+//!   recording or a bag of ROS 1, recognised by its content: `Log::survey` lists its topics, rates
+//!   and gaps, `Log::trial` makes a trial by a map, or by the built-in one of its autopilot. Tables may
 //!   be Parquet files as well.
 //! * [`read_trial`] does both steps, [`write_csv`] writes a trial so that it reads back bit for
-//!   bit, [`inspect`] tells what a table holds and suggests a map, [`inspect_file`] does it in
+//!   bit, [`inspect`] summarises a table and suggests a map, [`inspect_file`] does it in
 //!   memory that does not grow with the file (of Parquet, with its row groups).
 //!
 //! ```
@@ -45,7 +45,7 @@ mod error;
 mod findings;
 mod hashing;
 mod inspection;
-// What a map says of topics is for logs.
+// Maps describe topics, which only logs have.
 #[cfg_attr(not(feature = "flight-logs"), allow(dead_code))]
 mod map;
 mod read;

@@ -10,7 +10,7 @@ use std::path::Path;
 /// Bytes of a part of a text table, about.
 const PART: usize = 4 << 20;
 
-/// Tells what the table in a file holds, as [`inspect`](crate::inspect()) does of one in memory, in
+/// Summarises the table in a file, as [`inspect`](crate::inspect()) does of one in memory, in
 /// memory that does not grow with the file.
 ///
 /// What a column of a text table holds is settled by the first 4 MB in which it holds anything.
@@ -50,7 +50,7 @@ fn inspect_parquet(path: &Path) -> Result<(Inspection, Findings), LogError> {
     ))
 }
 
-/// Inspects a text table in parts of so many bytes.
+/// Inspects a text table part by part, `part` bytes at once.
 fn inspect_parts(
     path: &str,
     input: impl Read,

@@ -37,7 +37,7 @@ pub struct TimeBase {
     pub column: String,
     /// Seconds per unit of the column.
     pub unit_s: f64,
-    /// Whether the column's name tells its unit; if not, it was taken as seconds.
+    /// Whether the column's name states its unit; if not, seconds were assumed.
     pub unit_stated: bool,
     /// From the lowest stamp to the highest, in s.
     pub duration_s: f64,
@@ -54,14 +54,14 @@ pub struct TimeBase {
     /// Largest stamp, in units of the column.
     #[serde(skip)]
     pub(crate) largest: f64,
-    /// What to say of a column that is the time by a guess.
+    /// The warning of a column that is the time by a guess.
     #[serde(skip)]
     pub(crate) guess: Option<&'static str>,
 }
 
 impl TimeBase {
-    /// The unit that the stamps speak for, such as ms, where that is another one than was taken:
-    /// one that the column's name does not tell, or seconds that are far too long.
+    /// The unit that the stamps suggest, such as ms, where another one was taken: because the column's
+    /// name states none, or states seconds that are far too long.
     pub(crate) fn likely_unit(&self) -> Option<LikelyUnit> {
         let step = self.period_s? / self.unit_s;
         let is_likely = self.unit_stated && (self.unit_s != 1.0 || step <= LONG_STEP_S);
@@ -75,7 +75,7 @@ impl TimeBase {
 pub struct ColumnSummary {
     /// The name.
     pub name: String,
-    /// The unit that the name tells, for a trial's channel.
+    /// The unit that the name states, for a trial's channel.
     pub unit: Option<String>,
     /// Values that are no gaps.
     pub count: usize,
@@ -118,7 +118,7 @@ impl<'a> Inspector<'a> {
         }
     }
 
-    /// The next rows. The first ones tell which column is the time.
+    /// The next rows. The first ones decide which column is the time.
     pub(crate) fn part(&mut self, columns: &[Column], row_numbers: &[usize]) {
         let tally = self.tally.get_or_insert_with(|| {
             let time = match self.time_column {

@@ -1,6 +1,6 @@
 //! Jumps of time in a table: far from one row to the next, forward or back.
 
-/// Jumps of at least so many seconds are told together: a minute, and an hour for slow tables.
+/// Jumps longer than this, in s, are reported together: a minute, and an hour for slow tables.
 const LIMITS_S: [f64; 2] = [60.0, 3600.0];
 const NAMES: [&str; 2] = ["a minute", "an hour"];
 /// A step of fewer median steps than this is none.

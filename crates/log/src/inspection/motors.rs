@@ -73,7 +73,7 @@ pub(crate) fn rotors(at: usize, columns: &[ColumnSummary]) -> Option<Guess> {
     let turn = |&i: &usize| columns[i].max > Some(0.0) || columns[i].min < Some(0.0);
     let turning: Vec<usize> = all.iter().copied().filter(turn).collect();
     let group = if turning.is_empty() { &all } else { &turning };
-    // Speeds that tell the sense of turning would cancel.
+    // Speeds whose sign is the sense of rotation would cancel.
     let has_sense = group.iter().any(|&i| columns[i].min < Some(0.0));
     let term = |&i: &usize| {
         let quoted = quoted(&columns[i].name);

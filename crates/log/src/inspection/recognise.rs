@@ -4,7 +4,7 @@ use super::motors::{motors, rotors};
 use super::suggest::{base_and_unit, quoted};
 use crate::ColumnSummary;
 
-/// A channel that columns seem to tell.
+/// A channel that columns seem to hold.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Guess {
     pub(crate) channel: &'static str,

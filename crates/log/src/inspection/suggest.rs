@@ -73,8 +73,8 @@ pub(crate) fn scaled(name: &str, factor: f64) -> String {
     }
 }
 
-/// The text of a map to start from. Channels that names, units or sizes tell are filled in, those
-/// by size with a word to check it; all other columns stand below as comments, and so does the time
+/// The text of a map to start from. Channels that names, units or sizes suggest are filled in, those
+/// by size with a comment to check it; all other columns stand below as comments, and so does the time
 /// where no column is. A table that has
 /// our own names already gets none, unless a column seems to be a channel of another name.
 pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Option<String> {
@@ -105,7 +105,7 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
                 check,
             );
         }
-        // A comment, so that the map is refused until someone has said it.
+        // A comment, so that the map is refused until someone has stated the period.
         None => text.push_str(
             "# time_s = 'row * 0.01'  # no column looks like the time: what is the period?\n",
         ),

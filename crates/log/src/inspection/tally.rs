@@ -38,7 +38,7 @@ pub(crate) struct TimeColumn {
     pub(crate) name: String,
     pub(crate) unit_s: f64,
     pub(crate) stated: bool,
-    /// What to say of it, if it is a guess.
+    /// The warning, if it is a guess.
     pub(crate) guess: Option<&'static str>,
 }
 
@@ -160,7 +160,7 @@ impl Tally {
         self.rows += numbers.len();
     }
 
-    /// The time base, if there is one; and what is to be said of its jumps.
+    /// The time base, if there is one, and the warning of its jumps.
     pub(crate) fn time(&self) -> Option<(TimeBase, Option<String>)> {
         let (time, clock) = (self.time.as_ref()?, self.clock.as_ref()?);
         let sorted = clock.steps.sample.sorted();

@@ -171,7 +171,7 @@ pub(crate) fn time_among(columns: &[Column], numbers: &[usize]) -> Option<TimeCo
     named.or_else(|| rising(columns, numbers))
 }
 
-/// What its name or its stamps tell of a column that is the time without doubt.
+/// The time column, where its name or its date-time stamps leave no doubt.
 pub(crate) fn time_of(column: &Column) -> Option<TimeColumn> {
     let found = |unit_s, stated| {
         Some(TimeColumn {
@@ -198,7 +198,7 @@ pub(crate) fn time_of(column: &Column) -> Option<TimeColumn> {
     }
 }
 
-/// The first of the columns that rise like a time and whose names tell most of it.
+/// Of the columns that rise like a time, the one whose name suggests a time most; the first of equals.
 fn rising(columns: &[Column], numbers: &[usize]) -> Option<TimeColumn> {
     let mut tally = Tally::new(None);
     let views: Vec<View<'_>> = columns.iter().map(View::of).collect();
@@ -215,7 +215,7 @@ fn rising(columns: &[Column], numbers: &[usize]) -> Option<TimeColumn> {
     best.map(|(_, column)| column)
 }
 
-/// What a name tells of a time.
+/// What a column's name suggests about a time.
 struct NameHint {
     speaks: bool,
     unit_s: Option<f64>,
@@ -289,7 +289,7 @@ fn rises(column: &Column) -> Option<(u8, TimeColumn)> {
     let is_told = speaks || unit_s.is_some();
     let whole = stamps.iter().all(|stamp| stamp.fract() == 0.0);
     let is_rising = if is_told {
-        // What starts anew, as the nanoseconds of a second do, ends far below the sum of its steps.
+        // A column that restarts, as the nanoseconds of a second do, ends far below the sum of its steps.
         let gained = stamps[stamps.len() - 1] - stamps[0];
         part(backward) <= BACKWARD && gained >= 0.9 * forward.iter().sum::<f64>()
     } else {
@@ -320,7 +320,7 @@ fn rises(column: &Column) -> Option<(u8, TimeColumn)> {
 /// A median step above this, in s, is asked about: it may be in milliseconds.
 pub(crate) const LONG_STEP_S: f64 = 10.0;
 
-/// A unit that figures speak for.
+/// A unit that stamps suggest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LikelyUnit {
     pub(crate) name: &'static str,
@@ -340,7 +340,7 @@ const UNIX: [(f64, f64, &str, f64); 4] = [
     (1e18, f64::INFINITY, "ns", 1e-9),
 ];
 
-/// The unit that stamps of this size and with this median step speak for, where seconds are not
+/// The unit that stamps of this size and with this median step suggest, where seconds are not
 /// likely: since 1970, or else at rates between 2.5 Hz and 2.5 kHz.
 pub(crate) fn likely_unit(step: f64, largest: f64) -> Option<LikelyUnit> {
     let unix = |&&(from, longest, ..): &&(f64, f64, &str, f64)| {

@@ -17,7 +17,7 @@ const ROW: &str = "row";
 /// The name under which expressions know the vehicle's mass.
 const MASS: &str = "mass_kg";
 
-/// Makes the trial that the map says, and counts what was left out on the way.
+/// Makes the trial that the map describes, and counts what was left out on the way.
 ///
 /// In this order: every expression is evaluated in every row; rows that the filter does not keep
 /// are left out; rows without a stamp or with a stamp out of order are dropped and counted; running

@@ -2,7 +2,7 @@
 
 use sindy_expr::Expr;
 
-/// What names of the map's own stand for, without names of the map's own.
+/// The map's own names and their expressions, in which no name of the map's own is left.
 #[derive(Default)]
 pub(super) struct Definitions(Vec<(String, Expr)>);
 

@@ -68,11 +68,11 @@ use touchdown_trial::TIME_CHANNEL;
 /// battery_v = ['battery_status.voltage_v', 'battery_status.voltage_filtered_v']
 ///
 /// [topics."battery_status"]        # optional, for each topic
-/// join = "hold"                    # the latest value; "linear" is what happens without a word
+/// join = "hold"                    # the latest value; "linear" is the default
 /// valid = 'battery_status.connected != 0'   # messages count where it is not 0 (nor NaN);
 ///                                  # over the topic's own fields, parameters and definitions
 /// offset_s = -0.02                 # added to its stamps
-/// limit_s = 2.0                    # farther apart is a gap; ten median steps or 0.05 s without a word
+/// limit_s = 2.0                    # farther apart is a gap; ten median steps or 0.05 s by default
 /// ```
 ///
 /// The expressions know the columns by name, `row` (the row's number in the file from 0) and,
@@ -216,7 +216,7 @@ impl Map {
         &self.path
     }
 
-    /// What the map says of itself.
+    /// The map's description of itself.
     #[must_use]
     pub fn description(&self) -> &str {
         &self.description
@@ -229,7 +229,7 @@ impl Map {
         names.filter(move |name| std::mem::replace(&mut last, name) != *name)
     }
 
-    /// The vehicle's mass in kg, if the map tells it.
+    /// The vehicle's mass in kg, if the map states it.
     #[must_use]
     pub fn mass_kg(&self) -> Option<f64> {
         self.mass_kg

@@ -99,14 +99,14 @@ impl Map {
         rules.flat_map(|rule| rule.expr.variables()).collect()
     }
 
-    /// The topics that may be the clock, and where the map says so.
+    /// The topics that may be the clock, and their place in the map.
     pub(crate) fn clocks(&self) -> Option<(&Place, &[String])> {
         self.clocks
             .as_ref()
             .map(|(place, names)| (place, names.as_slice()))
     }
 
-    /// What is said of a topic; `is` tells whether a name is the topic's.
+    /// The map's settings of a topic; `is` states whether a name is the topic's.
     pub(crate) fn topic(&self, is: &dyn Fn(&str) -> bool) -> Option<&super::Topic> {
         self.topics.iter().find(|known| is(&known.name))
     }

@@ -4,7 +4,7 @@ use super::Rule;
 use crate::inspection::suggest::nearest;
 use crate::{ColumnKind, LogError, Table};
 
-/// Rows of named columns, told block by block.
+/// Rows of named columns, filled in block by block.
 pub(crate) trait Rows {
     /// The file.
     fn path(&self) -> &str;

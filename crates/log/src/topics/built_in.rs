@@ -42,7 +42,7 @@ static MAPS: LazyLock<Vec<Map>> = LazyLock::new(|| {
     maps.filter_map(Result::ok).collect()
 });
 
-/// What a trial is made from, and the channel that tells it.
+/// The quantities that identification needs, and their channels.
 const WANTED: [(&str, &str); 4] = [
     ("specific force", "specific_force_mps2"),
     ("tilt", "tilt_rad"),

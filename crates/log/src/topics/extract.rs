@@ -1,4 +1,4 @@
-//! The columns that maps name, gathered in the same pass that tells what topics there are.
+//! The columns that maps name, gathered in the same pass that surveys the topics.
 
 use super::log::is_alike;
 use super::resets::RESET_S;
@@ -155,7 +155,7 @@ impl Series {
     }
 }
 
-/// Collects the columns that any of the names may mean, and tells the topics beside.
+/// Collects the columns that any of the names may mean, and surveys the topics.
 pub(super) struct Extractor<'a> {
     surveyor: Surveyor,
     /// Names such as `topic.field`, at every dot.

@@ -33,7 +33,7 @@ impl FieldSums {
 /// Most names of the fields of one topic that several sources tell of.
 const MOST_NAMES: usize = 1 << 16;
 
-/// Adds the names that are new, and tells the place of each, or `usize::MAX` where there are too
+/// Adds the names that are new, and returns the place of each, or `usize::MAX` where there are too
 /// many; `None` where they are the first ones.
 pub(super) fn unite(known: &mut Vec<String>, names: &[String]) -> Option<Vec<usize>> {
     if names.starts_with(known) {

@@ -6,7 +6,8 @@ use crate::map::Join;
 use crate::tables::stamps::{increasing, is_increasing};
 use std::rc::Rc;
 
-/// Values are joined over so many median steps of their topic, unless the map says otherwise.
+/// Values are joined across this many median steps of their topic, unless the map sets a limit. Half as
+/// many turns jitter of a slow topic into gaps; twice as many bridges real ones.
 const JOINED_STEPS: f64 = 10.0;
 /// No limit is shorter than this, in s.
 const SHORTEST_LIMIT_S: f64 = 0.05;
@@ -32,7 +33,7 @@ pub(super) fn repair(series: &mut Series, is_clock: bool) -> Repairs {
     Repairs { resets, dropped }
 }
 
-/// Over how long values are joined without a word in the map, in s.
+/// The longest time across which values are joined where the map sets no limit, in s.
 pub(super) fn usual_limit_s(time_s: &[f64]) -> f64 {
     let step_s = median_step(time_s).unwrap_or(0.0);
     (JOINED_STEPS * step_s).max(SHORTEST_LIMIT_S)

@@ -33,7 +33,7 @@ struct Source {
 }
 
 impl<'a> Joined<'a> {
-    /// Joins what was gathered, as the map says.
+    /// Joins the gathered columns as the map prescribes.
     pub(super) fn new(
         file: (&'a str, &'a str),
         survey: &'a Survey,
@@ -59,7 +59,7 @@ impl<'a> Joined<'a> {
                 names.push((field, name.to_owned()));
             }
         }
-        // What no expression takes is let go of before anything is made of the rest.
+        // Columns that no expression takes are dropped first, to free their memory.
         series.retain(|key, _| wanted.contains_key(key));
         let resets = resets::align(&mut series, clock);
         if resets > 0 {
@@ -95,7 +95,7 @@ impl<'a> Joined<'a> {
             let valid = said.map_or(&[][..], |topic| &topic.valid);
             match series.keep(valid, &field) {
                 Ok(left_out) => {
-                    // Rows of the trial that go are told.
+                    // Rows that the trial loses are reported.
                     if is_clock && left_out > 0 {
                         findings.warnings.push(format!(
                             "{key}: {left_out} messages that do not count by valid make no row"
@@ -211,7 +211,7 @@ impl Rows for Joined<'_> {
     }
 }
 
-/// A rule of the map cannot tell which messages of a topic count.
+/// The warning that a rule of the map names what no message of the topic has.
 fn not_valid(survey: &Survey, key: &str, (rule, name): (&Rule, &str)) -> String {
     let fields = survey.topic(key).map_or(&[][..], |topic| &topic.fields);
     let names: Vec<String> = fields.iter().map(|f| format!("{key}.{}", f.name)).collect();

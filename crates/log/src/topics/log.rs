@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Bytes at the start of a file by which its format is told.
+/// Bytes at the start of a file that suffice to recognise its format.
 const LOOK: usize = 64;
 
 /// A log with topics, opened.
@@ -77,7 +77,7 @@ impl Log {
         &self.path
     }
 
-    /// Reads the whole log and tells what it holds, in memory that does not grow with the log.
+    /// Reads the whole log and summarises its content, in memory that does not grow with the log.
     ///
     /// # Errors
     /// [`LogError::Read`] or [`LogError::NotALog`].
@@ -152,7 +152,7 @@ impl Log {
         findings
     }
 
-    /// Reads all of it, and tells its SHA-256 if that is wanted.
+    /// Reads all of it, and returns its SHA-256 if that is wanted.
     fn read(&self, sink: &mut dyn Sink, hashed: bool) -> Result<(Loss, String), LogError> {
         let read = match &self.input {
             Input::Bytes(bytes) => self.dispatch(bytes.as_slice(), sink, hashed),

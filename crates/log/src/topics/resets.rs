@@ -3,7 +3,8 @@
 use super::extract::Series;
 use std::collections::BTreeMap;
 
-/// Steps back of more than this, in s, that last are a clock set anew.
+/// Lasting steps back of more than this, in s, are a clock that was set back. Messages out of order are
+/// late by less; a vehicle that restarts is back by more.
 pub(super) const RESET_S: f64 = 10.0;
 /// Messages in a row that have to go on from a step back.
 const LASTING: usize = 5;
@@ -16,8 +17,8 @@ struct Reset {
 }
 
 /// Lets time go on in all topics where the stamps of one were set back for good: by the shift that
-/// puts one median step between that topic's rows, so that what was said at one time stays at one
-/// time. Tells how often that was.
+/// puts one median step between that topic's rows, so that simultaneous messages stay
+/// simultaneous. Returns how often that was.
 pub(super) fn align(series: &mut BTreeMap<String, Series>, by: &str) -> usize {
     let Some(first) = series.get_mut(by) else {
         return 0;

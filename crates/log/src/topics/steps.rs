@@ -2,7 +2,7 @@
 
 /// Bins to a doubling.
 const FINE: f64 = 8.0;
-/// The shortest step that is told apart, in ns.
+/// Shorter steps share the first bin, in ns.
 const SHORTEST_NS: f64 = 64.0;
 /// Bins: from 64 ns to 64 ns · 2⁴⁶, a month and a half.
 const BINS: usize = 46 * 8;
@@ -36,7 +36,7 @@ impl Default for Steps {
     }
 }
 
-/// What the steps tell.
+/// Rate and gaps of a topic's stamps.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct StepsSummary {
     /// Messages a second outside of gaps.

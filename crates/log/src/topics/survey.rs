@@ -16,7 +16,7 @@ pub struct Topic {
     pub instance: u32,
     /// How expressions in a map name it: the name, with `#` and the instance if that is not 0.
     pub key: String,
-    /// The type of its messages, such as `sensor_msgs/Imu`, where the format tells it.
+    /// The type of its messages, such as `sensor_msgs/Imu`, where the format states it.
     pub kind: Option<String>,
     /// How many there are.
     pub messages: usize,
@@ -62,7 +62,7 @@ pub struct Field {
 pub struct Survey {
     /// The file.
     pub path: String,
-    /// Its format, told by its content.
+    /// Its format, recognised by its content.
     pub format: LogFormat,
     /// What stamps count from.
     pub zero: String,

@@ -11,7 +11,7 @@ use crate::{Findings, LogError};
 use std::collections::{BTreeMap, BTreeSet};
 use touchdown_trial::{TIME_CHANNEL, Trial};
 
-/// Memory of a trial above which it is told, in bytes.
+/// Memory of a trial above which a warning states it, in bytes.
 const LARGE: usize = 100_000_000;
 /// Names that an error lists at most.
 const LISTED: usize = 40;

@@ -26,7 +26,7 @@ const GAP_WORDS: [&str; 10] = [
     "1.#qnan",
 ];
 
-/// `comma` tells whether a comma may stand for the decimal point, which it cannot where it
+/// `comma` states whether a comma may be the decimal point, which it cannot where it
 /// separates cells.
 pub(crate) fn classify(cell: &[u8], comma: bool) -> Cell {
     let Ok(text) = std::str::from_utf8(cell) else {

@@ -36,7 +36,7 @@ pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogE
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let (mut lines, next_number) = lines(bytes, 1);
-    // A spreadsheet's way to tell the delimiter.
+    // A spreadsheet states the delimiter so.
     let told = lines
         .first()
         .and_then(|line| told_delimiter(line.bytes))
@@ -230,7 +230,7 @@ pub(crate) fn split<'a>(line: &'a [u8], delimiter: u8, cells: &mut Vec<Cow<'a, [
 }
 
 /// The cell that starts after an opening quote, whether it is closed, and how far it reaches with
-/// its closing quote. A doubled quote stands for one.
+/// its closing quote. A doubled quote is one quote.
 fn unquote(text: &[u8]) -> (Vec<u8>, bool, usize) {
     let mut cell = Vec::new();
     let mut at = 0;

@@ -9,7 +9,7 @@ use std::io::{self, Read};
 /// Bytes of a line at most.
 const LONGEST: usize = 64 << 20;
 
-/// Hands over the rows of parts of so many bytes, and tells the SHA-256 of all.
+/// Hands over the rows part by part, `part` bytes at once, and returns the SHA-256 of all bytes.
 pub(crate) fn each_part(
     path: &str,
     input: impl Read,

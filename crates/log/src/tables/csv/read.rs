@@ -10,7 +10,7 @@ const EXAMPLE_CHARS: usize = 40;
 
 /// Reads a text table with a header, and counts what was found on the way.
 ///
-/// Read without a word: a UTF-8 byte-order mark; line ends LF, CRLF, CR or mixed; a header that
+/// Read without a warning: a UTF-8 byte-order mark; line ends LF, CRLF, CR or mixed; a header that
 /// starts with `#` and other comment lines that do; spaces around names and cells; quoted cells;
 /// comma, semicolon, tab or `|` as delimiter; empty cells, `nan` and words such as `n/a` as gaps;
 /// `true` and `false` as 1 and 0; a delimiter at the end of every line.
@@ -23,7 +23,7 @@ const EXAMPLE_CHARS: usize = 40;
 ///
 /// A row with the wrong number of cells, or with text where the column holds numbers, is corrupt:
 /// it is dropped and counted. If it is the last one and breaks off, it is truncated. A row that
-/// breaks off inside its very last number cannot be told from a whole one.
+/// breaks off inside its very last number looks like a whole one.
 ///
 /// # Errors
 /// [`LogError::Read`], [`LogError::Empty`], [`LogError::NotText`], [`LogError::NoHeader`] or
@@ -124,7 +124,7 @@ impl TableReader {
         }
     }
 
-    /// Reads the next lines, without comments and blank ones; `ends` tells whether they are the
+    /// Reads the next lines, without comments and blank ones; `ends` is true if they are the
     /// last. What a column holds is settled by the first part in which it holds anything.
     pub(crate) fn part(&mut self, lines: &[Line<'_>], ends: bool) -> TablePart {
         let first = self.rows;
@@ -383,7 +383,7 @@ impl Column {
             if !findings.text_columns.contains(&self.name) {
                 findings.text_columns.push(self.name.clone());
             }
-            // Empty as far as parts before told.
+            // Earlier parts held only empty cells and counted them.
             findings.empty_cells.remove(&self.name);
             return;
         }

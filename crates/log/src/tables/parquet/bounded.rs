@@ -52,7 +52,7 @@ impl ChunkReader for Bounded {
     }
 }
 
-/// Reading at the end is an error: what passes over so many values there must not go on.
+/// Reading at the end is an error, so that a decoder that skips values there stops.
 pub(super) struct Ending(File);
 
 impl Read for Ending {

@@ -95,7 +95,7 @@ pub(crate) fn each_group(
     for group in 0..file.groups() {
         let stated = file.rows_of(group);
         let rows = usize::try_from(stated).unwrap_or(0);
-        // A number of rows that nothing bears out must not take memory, and does not count.
+        // A number of rows that a file of this size cannot hold must not take memory, and does not count.
         let is_borne_out = (findings.rows_used as u64).saturating_add(rows as u64) <= most_rows;
         let rows = if is_borne_out { rows } else { 0 };
         let first = findings.rows_read;

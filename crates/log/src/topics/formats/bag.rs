@@ -187,7 +187,7 @@ impl Bag<'_> {
                 let recorded_ns = seconds * 1_000_000_000 + u64::from(time.u32()?);
                 self.clocks.recorded(recorded_ns);
                 let Some(channel) = self.channels.get_mut(&number(head, "conn")?) else {
-                    // What tells of the connection is lost, or there are too many.
+                    // The record of the connection is lost, or there are too many.
                     self.loss.undecodable += 1;
                     return Some(());
                 };

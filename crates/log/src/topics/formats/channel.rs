@@ -1,4 +1,4 @@
-//! Channels of recordings: messages of one type on one topic, decoded by what the file says of
+//! Channels of recordings: messages of one type on one topic, decoded by what the file states about
 //! them.
 
 use super::clocks::Clocks;
@@ -10,7 +10,7 @@ use serde_json::Value;
 pub(super) const MOST_FIELDS_IN_ALL: usize = 1 << 18;
 /// Most fields of one topic.
 const MOST_FIELDS: usize = 1024;
-/// Longest array of JSON whose elements are told.
+/// Longest array of JSON whose elements become fields.
 const LONGEST_ARRAY: usize = 64;
 /// Messages of these types begin with a stamp of the autopilot's own clock, in µs.
 const OWN_CLOCK: &str = "px4_msgs/";
@@ -18,11 +18,11 @@ const OWN_CLOCK: &str = "px4_msgs/";
 enum Decoder {
     Ros(Message),
     Json,
-    /// What the file does not tell how to read.
+    /// The file carries no definition that can be used.
     Unknown,
 }
 
-/// How a message says its own time.
+/// Where a message carries its own time.
 #[derive(Clone, Copy, PartialEq)]
 enum Stamp {
     None,

@@ -13,7 +13,7 @@ pub(super) struct Clocks {
     own: Option<AutopilotClock>,
     /// Topics that are stamped by the autopilot's clock.
     owned: Vec<usize>,
-    /// How often that was set anew.
+    /// How often that clock restarted.
     restarts: usize,
 }
 
@@ -89,7 +89,7 @@ impl Clocks {
         }
     }
 
-    /// Settles what is left, and tells of it.
+    /// Settles what is left, and reports it.
     pub(super) fn finish(&self, sink: &mut dyn Sink, loss: &mut Loss) {
         if self.own.is_none() {
             return;

@@ -5,9 +5,9 @@ use super::clocks::Clocks;
 use super::cursor::Cursor;
 use crate::topics::sink::Loss;
 
-/// Most damaged chunks that are told one by one.
+/// Most damaged chunks that are reported one by one.
 const MOST: usize = 16;
-/// A chunk that says that it is longer says nothing that is true, in ns: a day.
+/// The longest credible time span of a chunk, in ns: a day. A longer one is part of the damage.
 const LONGEST_NS: u64 = 86_400_000_000_000;
 /// Bytes of an index for each message.
 const ENTRY: usize = 16;
@@ -25,7 +25,7 @@ struct Chunk {
     span_ns: Option<(u64, u64)>,
     /// Messages that were found in it.
     found: usize,
-    /// Messages that its indexes tell of.
+    /// Messages that its indexes list.
     told: usize,
 }
 

@@ -1,7 +1,7 @@
 //! Reads MCAP: recordings of ROS 1, ROS 2 and of anything in JSON.
 //!
 //! A file is records of a type, a length and so many bytes; most lie in chunks, compressed or
-//! not. A damaged chunk is left out and told; a file that breaks off is used up to there.
+//! not. A damaged chunk is left out and reported; a file that breaks off is used up to there.
 
 use super::channel::{Channel, MOST_FIELDS_IN_ALL, unpack, unpack_prefix};
 use super::clocks::Clocks;

@@ -48,7 +48,7 @@ impl<'r> Stream<'r> {
         &self.buffer[self.start..self.end]
     }
 
-    /// Tries to fill the window with `length` bytes, and tells how many there are. Memory grows
+    /// Tries to fill the window with `length` bytes, and returns how many there are. Memory grows
     /// with the bytes that are there, not with those that are asked for.
     pub(crate) fn fill(&mut self, length: usize) -> io::Result<usize> {
         while self.end - self.start < length && !self.ended {
@@ -87,7 +87,7 @@ impl<'r> Stream<'r> {
         self.position += length as u64;
     }
 
-    /// Slides the window forward by any number of bytes; tells how many the file had.
+    /// Slides the window forward by any number of bytes; returns how many the file had.
     pub(crate) fn skip(&mut self, length: u64) -> io::Result<u64> {
         let mut left = length;
         while left > 0 {

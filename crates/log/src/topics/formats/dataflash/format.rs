@@ -6,7 +6,7 @@ use crate::topics::sink::{Scalar, Wanted};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum FieldType {
     Number(Scalar),
-    /// A whole number of so many to the unit.
+    /// A whole number, and how many of it make the unit.
     Parts(Scalar, f64),
     /// A floating-point number of 16 bits.
     Half,
@@ -89,7 +89,7 @@ pub(super) struct Format {
     pub(super) stamp: Option<(Scalar, usize, i64)>,
     /// Name, kind and place of each field, also those of text.
     pub(super) fields: Vec<(String, FieldType, usize)>,
-    /// The letter that no kind of field has; where this and later fields are cannot be told.
+    /// The letter that no kind of field has; the places of this field and of later ones are unknown.
     pub(super) unknown: Option<char>,
     /// Where the number of the instance is.
     pub(super) instance: Option<usize>,

@@ -197,7 +197,7 @@ impl DataFlash<'_> {
         self.sink.message(*id, stamp_ns, &self.values);
         match format.name.as_str() {
             "PARM" => self.parameter(kind, body),
-            // One without what it should tell changes nothing.
+            // A record without its fields changes nothing.
             "FMTU" => drop(self.units(kind, body)),
             _ => {}
         }
@@ -205,7 +205,7 @@ impl DataFlash<'_> {
 
     fn define(&mut self, of: u8, format: Format) {
         let known = &mut self.formats[usize::from(of)];
-        // Some writers tell a format again.
+        // Some writers repeat a format.
         let same = |old: &Format| {
             (&old.name, &old.names, old.length) == (&format.name, &format.names, format.length)
         };

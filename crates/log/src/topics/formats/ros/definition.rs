@@ -8,17 +8,17 @@ use std::collections::HashMap;
 const LONGEST: usize = 64 << 20;
 /// Deepest nesting of messages in messages.
 const DEEPEST: usize = 16;
-/// Most numbers that are told of one message.
+/// Most numbers that one message yields.
 const MOST_NUMBERS: usize = 4096;
 /// Most parts of a definition with all that it refers to.
 const MOST_NODES: usize = 20_000;
-/// Elements that are told of arrays: of numbers of a fixed length, of numbers of any length, and
+/// Elements of arrays that become fields: of numbers of a fixed length, of numbers of any length, and
 /// of messages.
 const TOLD_FIXED: usize = 64;
 const TOLD_ANY: usize = 16;
 const TOLD_MESSAGES: usize = 8;
 
-/// A part of a message, with so many numbers told of it.
+/// A part of a message, and the count of numbers that it yields.
 #[derive(Debug, Clone)]
 pub(super) struct Node {
     pub(super) kind: NodeContent,
@@ -32,9 +32,9 @@ pub(super) enum NodeContent {
     Message(Vec<Node>),
     Array {
         element: Box<Node>,
-        /// `None` where the message itself tells it.
+        /// `None` where the message itself states it.
         length: Option<usize>,
-        /// Elements that are told.
+        /// Elements that become fields.
         told: usize,
     },
 }
@@ -184,7 +184,7 @@ fn full<'t>(
     let exact = candidates
         .iter()
         .find_map(|name| messages.get_key_value(name.as_str()));
-    // `Header` stands for that of std_msgs, and `pkg/Type` for `pkg/msg/Type`.
+    // `Header` means that of std_msgs, and `pkg/Type` means `pkg/msg/Type`.
     let (owner, last) = base.rsplit_once('/').unwrap_or(("", base));
     exact.map(|(name, _)| *name).or_else(|| {
         messages.keys().copied().find(|name| {
@@ -264,7 +264,7 @@ impl Builder<'_, '_> {
             Array::Fixed(length) => Some(length),
             _ => None,
         };
-        // Of an array of any length the length is told too.
+        // An array of any length yields its length too.
         let width = element.width.checked_mul(told)? + usize::from(length.is_none());
         let kind = NodeContent::Array {
             element: Box::new(element),
@@ -275,7 +275,7 @@ impl Builder<'_, '_> {
     }
 }
 
-/// Names in the order in which the nodes tell their numbers.
+/// Names in the order in which the nodes yield their numbers.
 fn name_all(
     messages: &HashMap<&str, Vec<Field<'_>>>,
     name: &str,

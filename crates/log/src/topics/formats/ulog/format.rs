@@ -39,7 +39,7 @@ pub(super) struct Places {
 }
 
 impl Formats {
-    /// Takes a definition; tells what is wrong with it.
+    /// Takes a definition, or returns what is wrong with it.
     pub(super) fn define(&mut self, text: &[u8]) -> Result<(), &'static str> {
         let text = std::str::from_utf8(text).map_err(|_| "a format that is no text")?;
         let (name, fields) = text.split_once(':').ok_or("a format without a name")?;

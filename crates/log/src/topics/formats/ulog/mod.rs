@@ -203,7 +203,7 @@ impl Ulog<'_> {
             b'F' | b'A' => {
                 body.len() > 3 && body[3..].iter().take(64).all(|b| (b' '..=b'~').contains(b))
             }
-            // What says how the rest is to be read comes before all of it.
+            // These flags state how the rest is read, and come before all of it.
             b'B' => body.len() >= 40 && self.taken == 0,
             b'P' | b'Q' => body.len() > 6,
             b'L' | b'C' => body.len() >= 9,
@@ -310,7 +310,7 @@ impl Ulog<'_> {
             .stamp
             .and_then(|at| data.get(at..at + 8)?.try_into().ok())
             .map_or(0, u64::from_le_bytes);
-        // A message that was never stamped says 0. One may be older than the log.
+        // A message that was never stamped holds 0. One may be older than the log.
         let since_us = stamp_us.wrapping_sub(self.start_us).cast_signed();
         let stamp_ns = (stamp_us != 0).then(|| since_us.saturating_mul(1000));
         self.values.clear();
@@ -324,7 +324,7 @@ impl Ulog<'_> {
         self.sink.message(subscription.id, stamp_ns, &self.values);
     }
 
-    /// The first value counts; it is told once if it changes later.
+    /// The first value counts; a later change is reported once.
     fn parameter(&mut self, body: &[u8]) {
         let length = usize::from(body[0]);
         let (Some(key), Some(Ok(value))) = (
