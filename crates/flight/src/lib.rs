@@ -11,6 +11,21 @@
 //! z is up; z = height of the vehicle above the deck, `v = dz/dt = v_q - v_p`;
 //! throttle σ lies in [0, 1]; SI units.
 //!
+//! Equation numbers, "eq. (10)", are those of *Data-Driven Modeling of Ground Effect For UAV
+//! Landing on a Vertical Oscillating Platform*. A kernel without one is this project's own, or
+//! names its source.
+//!
+//! | equation | what it is | where |
+//! | --- | --- | --- |
+//! | (1) | vertical motion of the vehicle, `m v_q' = T + f - m g` | the controllers invert it |
+//! | (2) | empirical ground effect | [`ground_effect::Empirical`] |
+//! | (7) | thrust, first-order lag | [`thrust::FirstOrder`] |
+//! | (8), (11) | thrust, sparse library; its printed coefficients | [`thrust::Library`] |
+//! | (9), (12) | ground effect, derivative form; its printed coefficients | [`ground_effect::Polynomial`] |
+//! | (10) | composite law | [`control::Composite`] |
+//! | (13) | exponential descent | [`reference::Exponential`] |
+//! | Section IV-D | T_L, V_L, S_L | [`metrics`] |
+//!
 //! | module | what it holds |
 //! | --- | --- |
 //! | [`thrust`] | throttle to free-air thrust, and back |

@@ -1,4 +1,4 @@
-//! Figures of a landing.
+//! Figures of a landing, as in Section IV-D of the paper.
 
 use crate::kernel::Sum;
 use crate::real::{Real, r};

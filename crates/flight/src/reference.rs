@@ -14,7 +14,7 @@ pub struct ReferencePoint<R> {
     pub acceleration_mps2: R,
 }
 
-/// Critically damped descent,
+/// Eq. (13), critically damped descent,
 /// `z_r = h + (z0 - h) (1 + C t) e^(-C t)`: starts at rest, is fastest
 /// (`C (z0 - h) / e`) at `t = 1/C`, and approaches the end height.
 #[derive(Clone, Copy, Debug, PartialEq)]

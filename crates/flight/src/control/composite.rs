@@ -1,4 +1,4 @@
-//! Composite tracking law with ground-effect feed-forward.
+//! Eq. (10): composite tracking law with ground-effect feedforward.
 
 use super::{ControlInput, Demand, Saturation};
 use crate::error::{SettingsError, not_negative, positive};
@@ -6,7 +6,7 @@ use crate::ground_effect::Lift;
 use crate::kernel::usable_dt;
 use crate::real::{Real, r};
 
-/// Gains of the composite law.
+/// Gains of the composite law, eq. (10).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -33,7 +33,7 @@ impl<R: Real> Default for Gains<R> {
     }
 }
 
-/// `T + f^ = m (z_p''^ + z_r'' - Γ (v - z_r')) - K_P s - K_I ∫ s dt + m g`,
+/// Eq. (10) for one axis, `T + f^ = m (z_p''^ + z_r'' - Γ (v - z_r')) - K_P s - K_I ∫ s dt + m g`,
 /// called base, solved for the command with `f^ = ratio · T + force`:
 /// `T = (base - force) / (1 + ratio)`.
 ///

@@ -1,6 +1,7 @@
 //! Vertical control laws, and the channel that carries them out.
 //!
-//! Every law turns tracking errors into the free-air thrust that it asks for
+//! Eq. (10) is [`Composite`]; [`Imbc`] and [`Ssc`] are reconstructions of the laws that the
+//! paper compares with. Every law turns tracking errors into the free-air thrust that it asks for
 //! ([`Demand`]), without limits; once the actuators' limits are known, the state
 //! is advanced with what was really sent. With reference z_r, `e = z - z_r`:
 //!
@@ -24,7 +25,7 @@ pub use ssc::{Ssc, SscState};
 use crate::real::Real;
 use crate::reference::ReferencePoint;
 
-/// What a control law is told.
+/// Input of a control law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlInput<R> {
     /// Height above the deck z, m.
@@ -61,7 +62,7 @@ impl<R: Real> ControlInput<R> {
     }
 }
 
-/// What a control law asks for.
+/// Output of a control law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Demand<R> {
     /// Free-air thrust, N, without limits.

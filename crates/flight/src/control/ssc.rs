@@ -5,8 +5,8 @@ use crate::error::{SettingsError, not_negative, positive};
 use crate::kernel::{lag_step, usable_dt};
 use crate::real::{Real, r};
 
-/// Smooth sliding control, a reconstruction: a saturated switching term behind
-/// a low-pass filter.
+/// Smooth sliding control, reconstructed: the paper compares with it and prints no equation.
+/// A saturated switching term behind a low-pass filter.
 ///
 /// ```text
 /// u = m g + m (z_p''^ + z_r'' - Γ (v - z_r')) - K_P s - ρ tanh(s / φ)

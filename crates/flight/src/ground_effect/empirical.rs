@@ -1,4 +1,4 @@
-//! The empirical law of the corrected method of images.
+//! Eq. (2): the empirical law of the corrected method of images.
 
 use super::{GroundEffect, GroundEffectInput, Lift};
 use crate::error::{SettingsError, finite, not_negative, positive};
@@ -7,17 +7,17 @@ use crate::real::{Real, r};
 /// Greatest q: keeps clear of the singularity at `q = 1`.
 const Q_MAX: f64 = 0.6;
 
-/// `f = q / (1 - q) T` with `q = μ (R / 4z)²`, at most 0.6.
+/// Eq. (2), `f = q / (1 - q) T` with `q = μ (R / 4z)²`, at most 0.6.
 ///
 /// `μ = 1` is a single rotor over unbounded ground (Cheeseman and Bennett
-/// 1955), valid for about `0.5 <= z/R <= 2`; a larger μ stands for the
+/// 1955), valid for about `0.5 <= z/R <= 2`; a larger μ approximates the
 /// interaction of several rotors. As a feed-forward it multiplies the command
 /// by `1 - q`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Empirical<R> {
-    /// Strength μ.
+    /// Coefficient μ.
     pub mu: R,
     /// Rotor radius R, m.
     pub rotor_radius_m: R,

@@ -1,4 +1,5 @@
-//! Quasi-steady map of height behind one lag, with a term in deck velocity.
+//! Quasi-steady map of height behind one lag, with a term in deck velocity (this project's
+//! own).
 
 use super::{GroundEffect, GroundEffectInput, Lift, StaticMap, psi};
 use crate::error::{SettingsError, finite, positive};

@@ -4,13 +4,13 @@
 //! `f = ratio · T + force_n` the ground effect. A ratio lets a controller solve
 //! its feed-forward exactly: `T_cmd = (base - force_n) / (1 + ratio)`.
 //!
-//! | family | state | law |
-//! | --- | --- | --- |
-//! | [`Empirical`] | – | `ratio = q / (1 - q)`, `q = μ (R / 4z)²` |
-//! | [`StaticMap`] | – | bounded functions of height |
-//! | [`Polynomial`] | force | eleven-term polynomial `f'` |
-//! | [`Ratio`] | ratio | sparse `y'`, `y = f / T` |
-//! | [`Lag`] | ratio | `y = G + k(z) v_p`, first-order lag `G` |
+//! | family | equation | state | law |
+//! | --- | --- | --- | --- |
+//! | [`Empirical`] | (2) | – | `ratio = q / (1 - q)`, `q = μ (R / 4z)²` |
+//! | [`StaticMap`] | own | – | `y = h(z)`, bounded functions of height |
+//! | [`Polynomial`] | (9), (12) | force | eleven-term polynomial `f'` |
+//! | [`Ratio`] | own | ratio | sparse `y'`, `y = f / T` |
+//! | [`Lag`] | own | ratio | `y = G + k(z) v_p`, first-order lag `G` |
 //!
 //! Families extrapolate as their formulas do. Fly them inside a [`Guarded`],
 //! which keeps heights and results within the range of the data.
@@ -34,7 +34,7 @@ pub use static_map::StaticMap;
 use crate::error::SettingsError;
 use crate::real::Real;
 
-/// What a ground-effect model is told.
+/// Input of a ground-effect model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GroundEffectInput<R> {
     /// Free-air thrust T, N.

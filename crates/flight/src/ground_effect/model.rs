@@ -12,15 +12,15 @@ pub enum GroundEffectModel<R> {
     /// No ground effect.
     #[default]
     None,
-    /// The empirical law.
+    /// Eq. (2): the empirical law.
     Empirical(Empirical<R>),
-    /// A static map of height.
+    /// `y = h(z)`: a static map of height.
     StaticMap(StaticMap<R>),
-    /// The eleven-term polynomial.
+    /// Eq. (9): the eleven-term polynomial.
     Polynomial(Polynomial<R>),
-    /// The derivative form of the ratio.
+    /// `y' = Θ(y, z, v_p) ξ`: the derivative form of the ratio.
     Ratio(Ratio<R>),
-    /// The lag form of the ratio.
+    /// `y = G + k(z) v_p`, `G' = (h(z) - G) / τ`: the lag form of the ratio.
     Lag(Lag<R>),
 }
 

@@ -1,11 +1,11 @@
-//! Eleven-term polynomial model of the force's derivative.
+//! Eq. (9): eleven-term polynomial model of the force's derivative.
 
 use super::{GroundEffect, GroundEffectInput, Lift};
 use crate::error::{SettingsError, finite};
 use crate::kernel::{linear_rest, linear_step, usable_dt};
 use crate::real::{Real, r};
 
-/// `f' = θ · (1, f, s, z, v_p, v_q, s², v_p v_q, z², v_p², v_q²)`, f in N,
+/// Eq. (9), `f' = θ · (1, f, s, z, v_p, v_q, s², v_p v_q, z², v_p², v_q²)`, f in N,
 /// throttle s, height z in m, velocities of deck and vehicle in m/s.
 ///
 /// Between samples the input is constant and the equation linear in f, so that
@@ -26,7 +26,7 @@ impl<R: Real> Polynomial<R> {
         "1", "f", "s", "z", "v_p", "v_q", "s^2", "v_p*v_q", "z^2", "v_p^2", "v_q^2",
     ];
 
-    /// The published coefficients.
+    /// The published coefficients, eq. (12).
     #[must_use]
     pub fn published() -> Self {
         Self {

@@ -1,4 +1,5 @@
-//! Sparse model of the ratio's derivative.
+//! Sparse model of the ratio's derivative: eq. (9) for f / T in place of f, with functions of
+//! height that stay bounded (this project's own).
 
 use super::{GroundEffect, GroundEffectInput, Lift, default_lengths, psi};
 use crate::error::{SettingsError, finite, positive};

@@ -1,4 +1,4 @@
-//! Static map of height.
+//! Static map of height (this project's own).
 
 use super::{GroundEffect, GroundEffectInput, Lift, default_lengths, psi};
 use crate::error::{SettingsError, finite, positive};

@@ -1,10 +1,10 @@
-//! First-order lag to a line in throttle.
+//! Eq. (7): first-order lag to a line in throttle.
 
 use crate::error::{SettingsError, finite, positive};
 use crate::kernel::{first_rise, lag_step};
 use crate::real::Real;
 
-/// `x' = (c0 s + c1 - x) / T_m` with `x = √T`: rotor speed proportional to
+/// Eq. (7), `x' = (c0 s + c1 - x) / T_m` with `x = √T`: rotor speed proportional to
 /// throttle, thrust to its square, one time constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

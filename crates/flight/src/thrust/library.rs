@@ -1,4 +1,4 @@
-//! Sparse library model of the thrust dynamics.
+//! Eq. (8): sparse library model of the thrust dynamics.
 
 use crate::error::{SettingsError, finite};
 use crate::kernel::first_rise;
@@ -9,7 +9,7 @@ const STEP_MAX_S: f64 = 0.02;
 /// Most Runge-Kutta steps in one call; a longer `dt` takes longer steps.
 const STEPS_MAX: f64 = 256.0;
 
-/// `x' = a1 + a2 x + a3 s + a4 s² + a5 x³ + a6 s³ + a7 e^(-x) s + a8 sin(x) s`
+/// Eq. (8), `x' = a1 + a2 x + a3 s + a4 s² + a5 x³ + a6 s³ + a7 e^(-x) s + a8 sin(x) s`
 /// with `x = √T` (√N) and throttle `s`.
 ///
 /// Valid above the unstable branch that such a model can have near `x = 0`.
@@ -41,7 +41,7 @@ impl<R: Real> Library<R> {
     pub const TERMS: [&'static str; 8] =
         ["1", "x", "s", "s^2", "x^3", "s^3", "exp(-x)*s", "sin(x)*s"];
 
-    /// The published coefficients.
+    /// The published coefficients, eq. (11).
     #[must_use]
     pub fn published() -> Self {
         Self::from_array([

@@ -1,4 +1,4 @@
-//! Free-air thrust of the rotors from throttle: three families, one interface.
+//! Free-air thrust of the rotors from throttle: eq. (7), eq. (8) and a static map with a lag.
 //!
 //! The state is `x = √T` (T in N); throttle is σ (`s`) in [0, 1].
 
@@ -40,16 +40,16 @@ impl<R: Real> ThrustState<R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum ThrustModel<R> {
-    /// First-order lag to a line in throttle.
+    /// Eq. (7): first-order lag to a line in throttle.
     FirstOrder(FirstOrder<R>),
-    /// Sparse library of eight terms.
+    /// Eq. (8): sparse library of eight terms.
     Library(Library<R>),
     /// Cubic static map with a first-order lag.
     Static(StaticThrust<R>),
 }
 
 impl<R: Real> ThrustModel<R> {
-    /// The eight-term model with the published coefficients.
+    /// Eq. (11): the eight-term model with the published coefficients.
     #[must_use]
     pub fn published() -> Self {
         Self::Library(Library::published())

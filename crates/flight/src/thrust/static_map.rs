@@ -1,4 +1,4 @@
-//! Cubic static map with a first-order lag.
+//! Cubic static map with a first-order lag: eq. (7) with a cubic in place of the line.
 
 use crate::error::{SettingsError, finite, positive};
 use crate::kernel::{first_rise, lag_step};

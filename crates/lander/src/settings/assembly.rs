@@ -17,21 +17,22 @@ use crate::estimate::relative::RelativeFilter;
 use crate::models::FlightModels;
 use crate::space_controller::SpaceController;
 
-/// Standard deviation below which position (m) and velocity (m/s) count as known. A third of
-/// the pad's half side and of the closing speed that the state machine allows at the deck;
-/// half of it delays the first descent, twice it begins descents that miss the pad.
+// Reasons are physical; what halving or doubling moves was not measured.
+
+/// Standard deviation below which position (m) and velocity (m/s) count as known: about the
+/// closing speed that the state machine allows at the deck, 0.35 m/s.
 const KNOWN_SD: f64 = 0.3;
-/// Time apart from its readings after which the estimator restarts, s: ten readings of the
-/// slowest sensor (GNSS at 10 Hz) fill 1 s, five decide. Half restarts on bursts of outliers.
+/// Time apart from its readings after which the estimator restarts, s: five readings of the
+/// slowest sensor, GNSS at 10 Hz, so that one outlier does not decide.
 const RESTART_S: f64 = 0.5;
-/// Time constant of the deck's normal, s: a tag's normal is noisy to some degrees at 30 Hz,
-/// and a ship rolls with periods above 5 s. Twice the value lags a roll by more than a degree.
+/// Time constant of the deck's normal, s: six views of a camera at 30 Hz, and short against a
+/// ship's roll of 3 s or more.
 const NORMAL_FILTER_S: f64 = 0.2;
-/// Time constant with which the largest tilt of the deck fades, s: one to two periods of a
-/// ship's roll. Half forgets the crest before the next one; twice waits longer after a gust.
+/// Time constant with which the largest tilt of the deck fades, s: two to three periods of a
+/// ship's roll, so that the last crest still counts at the next one.
 const TILT_MEMORY_S: f64 = 10.0;
-/// Time between two plans, s: a window lasts 0.2 s at least. Half doubles the computing time,
-/// twice may miss the shortest window.
+/// Time between two plans, s: half of the shortest window that the planner accepts
+/// (`quiescence.dwell_s`, 0.2 s).
 const PLANNER_PERIOD_S: f64 = 0.1;
 
 /// The vehicle's numbers.
