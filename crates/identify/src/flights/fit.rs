@@ -10,6 +10,7 @@ use super::normal::{FitColumns, HUBER, NormalEquations, ReducedEquations, hold, 
 use crate::thrust::plateau::median;
 
 /// Steps at most.
+/// Gauss-Newton ends in far fewer where there is a minimum: more only delay the refusal of a fit that has none.
 const MOST_STEPS: usize = 60;
 /// Standard deviation of the residual that a first fit starts from (gravities); it settles within a few steps.
 const FIRST_SIGMA: f64 = 0.1;
@@ -17,8 +18,10 @@ const FIRST_SIGMA: f64 = 0.1;
 const FIRST_DAMPING: f64 = 1e-4;
 const MOST_DAMPING: f64 = 1e9;
 /// Step of the height error for derivatives, in R.
+/// The curve bends over a radius or two: the difference is within 1 % of the slope, and rounding is far below.
 const BIAS_STEP: f64 = 0.02;
 /// Longest move of a height error in one step, in R.
+/// Two priors: a larger step leaves the range in which the curve is nearly straight.
 const BIAS_MOST: f64 = 0.3;
 
 /// What belongs to one run.

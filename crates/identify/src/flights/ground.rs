@@ -20,13 +20,17 @@ use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
 use crate::estimate::Estimate;
 
-/// A curve needs heights below so many rotor radii.
-pub(super) const NEAR_RADII: f64 = 2.0;
+/// A curve needs heights below so many rotor radii, where the effect is several per cent of thrust. Half refuses vehicles
+/// with long legs; twice accepts flights without ground effect, which fail later.
+pub(super) const CURVE_NEAR_RADII: f64 = 2.0;
 /// Least time near the ground (s): a few take-offs.
+/// Half is a single bounce; twice refuses quick take-offs that do identify the effect together.
 const LEAST_NEAR_S: f64 = 0.5;
 /// Heights near the ground must differ by so many rotor radii.
+/// The effect falls by a quarter to a third over it. Half leaves slope and height error confounded.
 const LEAST_SPREAD_RADII: f64 = 0.5;
 /// Least time out of ground effect (s).
+/// Sixteen lags of the motors, so that the scale is of settled thrust.
 const LEAST_FAR_S: f64 = 1.0;
 
 /// What the logs do not carry.
@@ -213,39 +217,8 @@ fn from_force(
     }
     let heights_m = check_heights(&name, flights, &cut.pieces, rotor_radius_m, settings)?;
     let mut refused = Vec::new();
-    let plain = ModelTerms::plain(
-        Curve::Exponential,
-        cut.pieces.iter().all(|p| !p.climb_mps.is_empty()),
-        true,
-    );
     let drift_of_time = cut.drifts_with_time(flights);
-    let mut choice = ModelSelection::start(&cut.pieces, plain, settings.reference_radii);
-    choice.offer_motors(drift_of_time);
-    if basis == Basis::Poses {
-        choice.curves();
-        refused.push(of_poses("lags of motors and wake"));
-    } else {
-        // A pilot who answers disturbances hides a lag from a model that does not know of them: so first with it, until the
-        // disturbance is known.
-        let before = choice.best.clone();
-        let shape = ModelTerms {
-            wake_lag: true,
-            ..before.shape
-        };
-        choice.replace("wake lag", shape, &before);
-        choice.colour();
-        let lags = wants_lag(&mut choice, &mut refused);
-        choice.curves();
-        choice.colour();
-        if lags {
-            resolve_lag(&mut choice, settings, &mut refused);
-        }
-    }
-    if basis == Basis::Poses {
-        refused.push(of_poses("effect of climb and sink on the ground effect"));
-    } else {
-        climb_near_ground(&mut choice, settings, &mut refused);
-    }
+    let choice = select(&cut.pieces, basis, drift_of_time, settings, &mut refused);
     let fit = choice.best;
     if !fit.converged || fit.theta.iter().any(|v| !v.is_finite()) {
         return Err(Error::data(
@@ -277,6 +250,46 @@ fn from_force(
     Ok(found)
 }
 
+/// The model that predicts held-out flights best; what the flights do not identify is added to `refused`.
+fn select<'a>(
+    pieces: &'a [Segment],
+    basis: Basis,
+    drift_of_time: bool,
+    settings: &FlightSettings,
+    refused: &mut Vec<Refusal>,
+) -> ModelSelection<'a> {
+    let plain = ModelTerms::plain(
+        Curve::Exponential,
+        pieces.iter().all(|p| !p.climb_mps.is_empty()),
+        true,
+    );
+    let mut choice = ModelSelection::start(pieces, plain, settings.reference_radii);
+    choice.offer_motors(drift_of_time);
+    if basis == Basis::Poses {
+        choice.curves();
+        refused.push(of_poses("lags of motors and wake"));
+        refused.push(of_poses("effect of climb and sink on the ground effect"));
+        return choice;
+    }
+    // A pilot who answers disturbances hides a lag from a model that does not know of them: so first with it, until the
+    // disturbance is known.
+    let before = choice.best.clone();
+    let shape = ModelTerms {
+        wake_lag: true,
+        ..before.shape
+    };
+    choice.replace("wake lag", shape, &before);
+    choice.colour();
+    let lags = wants_lag(&mut choice, refused);
+    choice.curves();
+    choice.colour();
+    if lags {
+        resolve_lag(&mut choice, settings, refused);
+    }
+    climb_near_ground(&mut choice, settings, refused);
+    choice
+}
+
 impl GroundEffect {
     /// A ground effect is one where thrust near the ground is greater than out of its effect beyond doubt.
     pub(super) fn told(&self, name: &str, settings: &FlightSettings) -> Result<()> {
@@ -305,7 +318,59 @@ pub(super) fn slowest_throttle_s(flights: &[Flight]) -> f64 {
     periods.filter(|p| p.is_finite()).fold(0.0, f64::max)
 }
 
-/// Heights near the ground and out of its effect, both for long enough.
+/// How long, and over which heights (in R), segments fly near the ground and out of its effect.
+struct Coverage {
+    heights: [f64; 2],
+    near_s: f64,
+    far_s: f64,
+    /// Time near the ground, and its heights, in segments that fly out of ground effect as well: every segment has a scale
+    /// of its own, and only one that has both identifies scale and curve.
+    whole_s: f64,
+    near_heights: [f64; 2],
+}
+
+impl Coverage {
+    fn of(flights: &[Flight], pieces: &[Segment], settings: &FlightSettings) -> Self {
+        const NONE: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut out = Self {
+            heights: NONE,
+            near_s: 0.0,
+            far_s: 0.0,
+            whole_s: 0.0,
+            near_heights: NONE,
+        };
+        for piece in pieces {
+            let step_s = flights[piece.flight].step_s();
+            let (mut near, mut far) = (0.0, 0.0);
+            let mut near_heights = NONE;
+            for z in piece.rows.iter().map(|&i| piece.height[i]) {
+                widen(&mut out.heights, [z, z]);
+                if z < CURVE_NEAR_RADII {
+                    near += step_s;
+                    widen(&mut near_heights, [z, z]);
+                }
+                far += if z > settings.reference_radii {
+                    step_s
+                } else {
+                    0.0
+                };
+            }
+            out.near_s += near;
+            out.far_s += far;
+            if far >= LEAST_FAR_S {
+                out.whole_s += near;
+                widen(&mut out.near_heights, near_heights);
+            }
+        }
+        out
+    }
+}
+
+fn widen(range: &mut [f64; 2], by: [f64; 2]) {
+    *range = [range[0].min(by[0]), range[1].max(by[1])];
+}
+
+/// Heights near the ground and out of its effect, both for long enough; gives the least and the greatest (m).
 fn check_heights(
     name: &str,
     flights: &[Flight],
@@ -313,86 +378,57 @@ fn check_heights(
     rotor_radius_m: f64,
     settings: &FlightSettings,
 ) -> Result<[f64; 2]> {
-    let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-    let mut near_range = range;
-    let (mut near_s, mut far_s, mut whole_s) = (0.0, 0.0_f64, 0.0);
-    for piece in pieces {
-        let step_s = flights[piece.flight].step_s();
-        let (mut near, mut far) = (0.0, 0.0);
-        let mut of_run = [f64::INFINITY, f64::NEG_INFINITY];
-        for z in piece.rows.iter().map(|&i| piece.height[i]) {
-            range = [range[0].min(z), range[1].max(z)];
-            if z < NEAR_RADII {
-                near += step_s;
-                of_run = [of_run[0].min(z), of_run[1].max(z)];
-            }
-            far += if z > settings.reference_radii {
-                step_s
-            } else {
-                0.0
-            };
-        }
-        near_s += near;
-        far_s += far;
-        // Every run has a scale of its own: only a run that has both tells them apart.
-        if far >= LEAST_FAR_S {
-            whole_s += near;
-            near_range = [near_range[0].min(of_run[0]), near_range[1].max(of_run[1])];
-        }
-    }
     let m = |radii: f64| radii * rotor_radius_m;
-    let [lo, hi] = range.map(m);
-    if near_s < LEAST_NEAR_S {
-        return Err(Error::data(
-            name,
+    let (near_m, far_m) = (m(CURVE_NEAR_RADII), m(settings.reference_radii));
+    let flown = Coverage::of(flights, pieces, settings);
+    let Coverage {
+        near_s,
+        far_s,
+        whole_s,
+        ..
+    } = flown;
+    let [lo, hi] = flown.heights.map(m);
+    let [near_lo, near_hi] = flown.near_heights.map(m);
+    let (expected, found) = if near_s < LEAST_NEAR_S {
+        (
             format!(
-                "flight below {:.3} m (two rotor radii) for {LEAST_NEAR_S} s or more: record hover of some seconds at 0.5, 1 and 2 \
-                 rotor radii, or slow landings",
-                m(NEAR_RADII)
+                "flight below {near_m:.3} m (two rotor radii) for {LEAST_NEAR_S} s or more: record hover of some seconds at 0.5, 1 and 2 \
+                 rotor radii, or slow landings"
             ),
             format!("{near_s:.1} s; heights {lo:.3} to {hi:.3} m"),
-        ));
-    }
-    if far_s < LEAST_FAR_S {
-        return Err(Error::data(
-            name,
+        )
+    } else if far_s < LEAST_FAR_S {
+        (
             format!(
-                "flight above {:.3} m ({} rotor radii) for {LEAST_FAR_S} s or more, as the reference out of ground effect: \
+                "flight above {far_m:.3} m ({} rotor radii) for {LEAST_FAR_S} s or more, as the reference out of ground effect: \
                  record some seconds of hover there",
-                m(settings.reference_radii),
                 settings.reference_radii
             ),
             format!("{far_s:.1} s; heights {lo:.3} to {hi:.3} m"),
-        ));
-    }
-    if whole_s < LEAST_NEAR_S {
-        return Err(Error::data(
-            name,
+        )
+    } else if whole_s < LEAST_NEAR_S {
+        (
             format!(
-                "flights both below {:.3} m and above {:.3} m for {LEAST_NEAR_S} s and {LEAST_FAR_S} s without landing in between: thrust \
-                 differs from run to run of the motors, and near and far of different runs do not compare",
-                m(NEAR_RADII),
-                m(settings.reference_radii)
+                "flights both below {near_m:.3} m and above {far_m:.3} m for {LEAST_NEAR_S} s and {LEAST_FAR_S} s without landing in between: thrust \
+                 differs from run to run of the motors, and near and far of different runs do not compare"
             ),
             format!(
                 "{near_s:.1} s near and {far_s:.1} s far, of which {whole_s:.1} s near in runs that have both"
             ),
-        ));
-    }
-    let [near_lo, near_hi] = near_range.map(m);
-    if near_hi - near_lo < m(LEAST_SPREAD_RADII) {
-        return Err(Error::data(
-            name,
+        )
+    } else if near_hi - near_lo < m(LEAST_SPREAD_RADII) {
+        (
             format!(
-                "heights below {:.3} m (two rotor radii) that differ by {:.3} m or more: record hover at 0.5, 1 and 2 rotor radii, \
+                "heights below {near_m:.3} m (two rotor radii) that differ by {:.3} m or more: record hover at 0.5, 1 and 2 rotor radii, \
                  or slow landings",
-                m(NEAR_RADII),
                 m(LEAST_SPREAD_RADII)
             ),
             format!("{near_lo:.3} to {near_hi:.3} m"),
-        ));
-    }
-    Ok([lo, hi])
+        )
+    } else {
+        return Ok([lo, hi]);
+    };
+    Err(Error::data(name, expected, found))
 }
 
 pub(super) fn label(flights: &[Flight]) -> String {

@@ -20,6 +20,7 @@ use super::drift::Drift;
 use crate::thrust::plateau::median;
 
 /// Least and greatest √T relative to hover that a command gives.
+/// Far outside flight: they keep a wild first guess finite. Half or twice moves nothing but last digits (measured).
 const ROOT: [f64; 2] = [0.05, 2.5];
 
 /// Values by name, zero where the shape has no such number.

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 /// Residuals beyond so many standard deviations count less and less (Huber).
+/// Normal noise keeps an efficiency above 0.999, yet impacts that slipped through weigh little. Half costs 1 % of it.
 pub(super) const HUBER: f64 = 4.0;
 
 /// Normal equations of one run, with what belongs to it eliminated.

@@ -11,8 +11,10 @@ use super::resampling::prior;
 /// Lags that are tried.
 const POINTS: usize = 31;
 /// The least and the greatest of them, over the fitted one.
+/// Wide enough to show both walls of the valley for lags that are resolved; it only scales a figure.
 const FACTORS: [f64; 2] = [0.25, 3.0];
 /// Errors beyond so many standard deviations count as that.
+/// As in the choice of the model, which it explains.
 const CLIP: f64 = 4.0;
 
 /// Error over a lag.

@@ -13,6 +13,7 @@ use super::normal::hold;
 use crate::estimate::Estimate;
 
 /// Fewest flights (or runs) that are drawn anew.
+/// Two blocks have one degree of freedom, for which Student's t is 12.7: no interval is worth that.
 const FEWEST: usize = 3;
 
 /// What the uncertainty rests on.

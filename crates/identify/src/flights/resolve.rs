@@ -6,6 +6,7 @@ use super::model::ModelTerms;
 use super::selection::ModelSelection;
 
 /// A lag whose standard error is greater than this share of it is not resolved.
+/// 2.5 standard errors from zero, and still a number within a factor of two. Twice would report lags that reach zero.
 const RESOLVED: f64 = 0.4;
 
 /// What an acceleration that is smoothed over a fifth of a second does not show.

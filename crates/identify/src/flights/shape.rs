@@ -85,49 +85,66 @@ impl ModelTerms {
     }
 
     /// The numbers to fit, in the order of their values.
+    ///
+    /// Starts are the middle of what multirotors show. Prior standard deviations are at least as wide as what is plausible:
+    /// they decide only where the data say nothing, and a number that rests on its prior alone has an interval as wide.
+    /// Bounds keep a step from where the model has no sense; a number at its bound is reported without an interval.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         let [start, sd] = self.exponent;
+        // Thrust goes with throttle to the power 1 (commands of thrust) to 2 (of speed); curvature and vibration widen that.
         let mut out = vec![p("elasticity", "1", start, [0.2, 4.0], sd)];
         if self.motor_lag {
+            // Rotors of 5 to 30 cm: 0.02 to 0.2 s.
             out.push(p("T_m", "s", 0.06, [0.002, 1.0], 0.1));
+            // Command line and accelerometer filter: some 10 ms, up to 0.1 s by telemetry.
             out.push(p("dead_time", "s", 0.01, [0.0, 0.2], 0.05));
         }
         if self.drag {
+            // A share of the load: 0 is friction alone, 1 drag alone.
             out.push(p("drag", "1", 0.5, [0.0, 1.0], 0.3));
         }
         if self.curvature {
+            // Second order of √T in throttle: 0 without saturation, 0.5 would halve the slope within hover.
             out.push(p("curvature", "1", 0.0, [-3.0, 3.0], 0.5));
         }
         if self.settling {
+            // Batteries and motors lose some per cent in the first seconds after the start.
             out.push(p("settling", "1", -0.03, [-0.5, 0.5], 0.2));
             out.push(p("settling_time", "s", 1.0, [0.2, 10.0], 1.0));
         }
         if self.battery {
+            // Thrust goes with the square of voltage at most: 0.2 per volt on three cells; in 300 s it loses less than a third.
             out.push(p("battery", "1/V", 0.0, [-1.0, 1.0], 0.3));
         }
         if self.damping {
+            // Momentum theory: 1/(2 v_i) = 0.03 to 0.1 s/m for small rotors.
             out.push(p("damping", "s/m", 0.03, [-1.0, 2.0], 0.2));
         }
         if self.near_damping {
+            // No theory: as wide as the damping itself.
             out.push(p("near_damping", "s/m", 0.0, [-2.0, 2.0], 0.2));
         }
         match self.curve {
             Curve::Free => {}
             Curve::Exponential => {
+                // Static curves end at 0.1 to 0.4 on the ground and fall over one to three radii.
                 out.push(p("amplitude", "1", 0.1, [-1.0, 2.0], 0.3));
                 out.push(p("length", "R", 2.0, [0.2, 10.0], 3.0));
             }
             Curve::Empirical => {
+                // One rotor has mu = 1 (Cheeseman and Bennett); four have more, by their images.
                 out.push(p("mu", "1", 1.5, [-5.0, 30.0], 5.0));
                 out.push(p("rotor_offset", "R", 0.5, [0.0, 4.0], 1.0));
             }
             Curve::Rational => {
+                // Together the amplitude of the curve, 0.1 to 0.4.
                 out.push(p("h1", "1", 0.03, [-1.0, 1.0], 0.15));
                 out.push(p("h2", "1", 0.05, [-1.0, 1.0], 0.15));
                 out.push(p("h3", "1", 0.03, [-1.0, 1.0], 0.15));
             }
-            // Neighbours 2.2 to 3.5 R apart, rotors in the plane of which the height is measured or up to R above it.
+            // One image for each rotor, a fountain a third as strong. Neighbours 2.2 to 3.5 R apart, rotors in the plane of
+            // which the height is measured or up to R above it.
             Curve::Images => {
                 out.push(p("images", "1", 1.0, [-5.0, 10.0], 1.0));
                 out.push(p("fountain", "1", 0.3, [-3.0, 5.0], 0.5));
@@ -136,9 +153,11 @@ impl ModelTerms {
             }
         }
         if self.wake_lag {
+            // Wakes of small rotors: R over the wake's speed and a few times that, 0.05 to 0.5 s.
             out.push(p("tau", "s", 0.1, [0.005, 2.0], 0.5));
         }
         if self.fountain_lag {
+            // The fountain has twice the way.
             out.push(p("fountain_tau", "s", 0.2, [0.005, 2.0], 0.5));
         }
         out

@@ -96,10 +96,13 @@ pub fn with_thrust(
 }
 
 /// A lag of the motors whose standard error is greater than this share of it is not resolved.
+/// As for the wake.
 const RESOLVED: f64 = 0.4;
 /// Elasticity of thrust by throttle that rotors have: 1 for a command of thrust, 2 for one of speed, and some room.
+/// Outside it no multirotor hovers: half of 0.6 would pass vibration for thrust.
 const ROTORS: [f64; 2] = [0.6, 3.0];
 /// Least share of the variance of specific force that throttle must explain.
+/// Hover alone explains more; less is noise that happens to correlate.
 const LEAST_EXPLAINED: f64 = 0.02;
 
 /// Identifies throttle to thrust from flights, out of ground effect where heights and rotor radius are known: elasticity,

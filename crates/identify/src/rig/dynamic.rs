@@ -17,12 +17,16 @@ use crate::unit;
 use crate::warning::Warning;
 
 /// Rate at which the searches start: a wake lag of 0.25 s.
+/// The middle of the lags of small rotors in the logarithm; the search is free from there.
 const START_RATE: f64 = 4.0;
 /// Standard deviation of the prior on a window's start, in units of f/T.
+/// A half of the effect at one radius: the start of a window is nearly free.
 const START_SD: f64 = 0.05;
 /// Standard deviation of the prior on a window's start in newtons: that of f/T at the weight of a small vehicle.
+/// As above. A window of fifty lags hardly depends on it.
 const START_SD_N: f64 = 0.5;
 /// Correlation of two estimates from which they count as confounded.
+/// Variance inflation of ten, the limit that is used for the data as well.
 const CONFOUNDED: f64 = 0.95;
 
 /// One parameter: its name in the equations, its place in the card, and where the search starts.

@@ -14,12 +14,16 @@ use crate::settings::IdentificationSettings;
 use crate::thrust::plateau::median;
 
 /// Lag around which confounding is judged (s): the middle of what wakes of small rotors show.
+/// It only serves to weigh the data: the fit itself has a free lag.
 const NOMINAL_LAG_S: f64 = 0.2;
 /// Variance inflation from which lag and velocity count as confounded.
+/// The usual limit of a variance inflation factor (Marquardt 1970).
 const CONFOUNDED_FROM: f64 = 10.0;
 /// Condition from which coefficients trade off against each other.
+/// The usual limit of a condition index (Belsley, Kuh and Welsch 1980).
 const CONDITION_FROM: f64 = 30.0;
 /// Largest shift that delays are searched in (s).
+/// Five nominal lags; longer shifts find the period of the motion instead.
 const LONGEST_DELAY_S: f64 = 1.0;
 
 /// What the data can carry.

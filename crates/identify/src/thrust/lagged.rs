@@ -18,8 +18,10 @@ use crate::unit;
 use crate::warning::Warning;
 
 /// Groups that a record is split into for standard errors.
+/// Student's t is 2.09 then, and stretches are still many lags long.
 const PIECES: usize = 20;
 /// Shortest lag that is searched for (s).
+/// Below the sampling of any log.
 const SHORTEST_S: f64 = 1e-3;
 
 /// A trial's rows without gaps in the throttles.

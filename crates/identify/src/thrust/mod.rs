@@ -21,9 +21,11 @@ use crate::settings::{IdentificationSettings, ThrustForm};
 use crate::warning::sentences;
 
 /// Rows up to which a trial without plateaus is read as one steady point a row.
+/// Tables of manufacturers have up to 40 rows; a record of a second has more than 60.
 const FEW_ROWS: usize = 60;
 
 /// Smallest motion of the throttle that a dynamic model is fitted to.
+/// The resolution of a command in microseconds.
 const LEAST_MOTION: f64 = 1e-3;
 
 /// Fits one card to `trials` together, in the form of the settings or, without one, in the form that the

@@ -5,6 +5,7 @@ use touchdown_trial::Trial;
 use crate::error::Result;
 
 /// Seconds that a plateau must last beyond its settling time.
+/// Ten readings at 50 Hz, whose median is known to 0.4 of their noise.
 const LEAST_S: f64 = 0.2;
 
 /// A steady point.
