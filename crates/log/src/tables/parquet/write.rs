@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// ([`ParquetFile::note`](super::ParquetFile::note)).
 ///
 /// # Errors
-/// [`io::ErrorKind::InvalidInput`] for columns of different lengths or of the same name.
+/// [`io::ErrorKind::InvalidInput`] for columns of different lengths.
 pub fn to_parquet(
     schema: &str,
     created_by: &str,
@@ -97,4 +97,52 @@ fn field(name: &str, values: &ParquetValues) -> Result<Type, ParquetError> {
         .with_converted_type(converted)
         .with_repetition(repetition)
         .build()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tables::parquet::{ParquetFile, ParquetRows};
+
+    #[test]
+    fn roundtrip_columns_notes_and_blocks() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.parquet");
+        let text = |text: &str| Some(text.to_owned());
+        let columns = [
+            ("n".to_owned(), ParquetValues::Whole(vec![1, -2, 3])),
+            (
+                "x".to_owned(),
+                ParquetValues::Numbers(vec![0.5, f64::NAN, -0.0]),
+            ),
+            (
+                "s".to_owned(),
+                ParquetValues::Texts(vec![text("a"), None, text("")]),
+            ),
+        ];
+        let bytes = to_parquet("table", "test", &[("key", "value")], &columns).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        let file = ParquetFile::open(&path).unwrap();
+        assert_eq!((file.rows(), file.note("key")), (3, Some("value")));
+        let read = file.read(&[2, 1, 0]).unwrap();
+        assert_eq!(read[0], columns[2].1);
+        assert_eq!(format!("{:?}", read[1]), "Numbers([0.5, NaN, -0.0])");
+        assert_eq!(read[2], ParquetValues::Numbers(vec![1.0, -2.0, 3.0]));
+        let mut rows = ParquetRows::new(file, &[0]).unwrap();
+        let blocks = [vec![1.0, -2.0], vec![3.0]];
+        for block in blocks {
+            let found = rows.next(2).unwrap();
+            assert_eq!(found, Some(vec![ParquetValues::Numbers(block)]));
+        }
+        assert_eq!(rows.next(2).unwrap(), None);
+    }
+
+    #[test]
+    fn prop_columns_of_different_lengths_are_refused() {
+        let columns = [
+            ("a".to_owned(), ParquetValues::Whole(vec![1, 2])),
+            ("b".to_owned(), ParquetValues::Numbers(vec![1.0])),
+        ];
+        assert!(to_parquet("table", "test", &[], &columns).is_err());
+    }
 }
