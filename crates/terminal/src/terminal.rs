@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use clap::error::ErrorKind;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
@@ -39,7 +40,13 @@ pub fn parse<A: clap::Parser>() -> Result<A, ExitCode> {
         if error.use_stderr() {
             let mut before_dashes = std::env::args_os().take_while(|a| a != "--");
             if before_dashes.any(|a| a == "--json") {
-                let text = error.render().to_string();
+                let text = match error.kind() {
+                    // What is rendered then is the whole help.
+                    ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+                        "expected a subcommand, found none".to_owned()
+                    }
+                    _ => error.render().to_string(),
+                };
                 let text = text.strip_prefix("error: ").unwrap_or(&text);
                 // Usage follows a blank line.
                 let text = text.split("\n\n").next().unwrap_or_default();

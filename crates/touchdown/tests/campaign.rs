@@ -295,6 +295,55 @@ fn prop_a_killed_campaign_is_completed_to_the_same_bytes() {
     assert!(common::text(&broken.stderr).contains("block-000002.parquet"));
 }
 
+/// Ctrl-C leaves whole blocks and no temporary file, and prints the command that flies the others.
+#[cfg(unix)]
+#[test]
+fn prop_an_interrupted_campaign_says_how_to_resume() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = sweep(folder.path(), SWEEP);
+    let out = folder.path().join("interrupted");
+    let mut child = campaign(&["--trials", "24", "--json"], &sweep, &out)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    let second = lines
+        .by_ref()
+        .map(Result::unwrap)
+        .find(|line| line.starts_with("2 of 24 blocks"));
+    assert!(second.is_some(), "no line about the second block");
+    let signal = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(signal.unwrap().success());
+    let said: Vec<String> = lines.map(Result::unwrap).collect();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{said:?}");
+    let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(object["outcome"], "interrupted");
+    let last = said.last().unwrap();
+    let written: Vec<PathBuf> = files(&out).into_keys().collect();
+    let blocks = written.iter().filter(|p| p.starts_with("landings")).count();
+    assert!((2..24).contains(&blocks), "{written:?}");
+    assert!(
+        last.contains(&format!(
+            "interrupted: {blocks} of 24 blocks of landings are in"
+        )),
+        "{last}"
+    );
+    assert_eq!(object["error"], last.strip_prefix("error: ").unwrap());
+    let temporary = |path: &&PathBuf| path.to_string_lossy().contains(".touchdown-");
+    assert_eq!(written.iter().find(temporary), None);
+    // The command runs as it is printed.
+    let command = last.split('`').nth(1).unwrap();
+    let mut words = command.split_whitespace();
+    assert_eq!(words.next(), Some("touchdown"));
+    let words: Vec<&str> = words.collect();
+    assert_eq!(words.last(), Some(&"--resume"), "{command}");
+    assert_eq!(common::json(0, words)["landings"], 48);
+}
+
 #[test]
 fn prop_the_printed_sweep_is_flown() {
     let folder = tempfile::tempdir().unwrap();

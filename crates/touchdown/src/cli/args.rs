@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use touchdown::identify::settings::{GroundEffectForm, ThrustForm};
-use touchdown::sweep::Shard;
+use touchdown_campaign::sweep::Shard;
 use touchdown_flight::Method;
+use touchdown_identify::settings::{GroundEffectForm, ThrustForm};
 use touchdown_terminal::{EXIT_STATUS, Output, Shell};
 
 /// From a thrust log to a soft touchdown on a moving deck.

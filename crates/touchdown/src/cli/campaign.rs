@@ -1,17 +1,21 @@
 //! `touchdown campaign`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Serialize;
-use touchdown::files::write;
-use touchdown::sweep::{
+use touchdown::{Error, Result, pages};
+use touchdown_campaign::files::write;
+use touchdown_campaign::recording;
+use touchdown_campaign::sweep::{
     self, CampaignResults, LandingRow, SampleSummary, Shard, Store, Sweep, summarise,
 };
-use touchdown::{Error, Result, pages, recording};
 use touchdown_sim::landing::space::SpaceTrace;
 
 use super::args::{CampaignArgs, CampaignCommand};
 use super::context::Context;
+use super::identify::load::word;
+use super::land::outcomes;
 use super::output;
 use touchdown_terminal::Done;
 
@@ -31,55 +35,77 @@ pub(crate) fn run(context: &Context, args: &CampaignArgs) -> Result<Done> {
     match &args.command {
         Some(CampaignCommand::Merge { folders, out, mcap }) => {
             mcap.as_deref().map_or(Ok(()), output::folder)?;
+            context.writes_into(out);
             let (sweep, store) = sweep::merge(folders, out)?;
-            return report(context, &sweep, &store, out, mcap.as_deref());
+            report(context, &sweep, &store, out, mcap.as_deref())
         }
         Some(CampaignCommand::Replay {
             sweep,
             landings,
             mcap,
-        }) => {
-            return replay(context, &Sweep::read(sweep, None, None)?, landings, mcap);
-        }
-        None => {}
+        }) => replay(context, &Sweep::read(sweep, None, None)?, landings, mcap),
+        None => fly(context, args),
     }
+}
+
+fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
     let Some(path) = &args.sweep else {
         return Err(Error::Arguments("expected a sweep file".into()));
     };
     let sweep = Sweep::read(path, args.trials, args.seed)?;
-    let store = Store::open(&args.out, &sweep, args.resume)?;
-    output::results_folder(&args.out)?;
+    let store = Arc::new(Store::open(&args.out, &sweep, args.resume)?);
+    output::results_folder(context, &args.out)?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     // Before the landings are flown that it is for; a shard writes no records.
     if let (None, Some(folder)) = (args.shard, &args.mcap) {
         output::folder(folder)?;
     }
+    let (resume, out) = (resume(args, path), args.out.display().to_string());
+    let (blocks, written) = (sweep.blocks(), Arc::clone(&store));
+    context.if_interrupted(move || {
+        let there = written.present().map_or(0, |blocks| blocks.len());
+        format!("{there} of {blocks} blocks of landings are in {out}; `{resume}` flies the others")
+    });
     let there = sweep::fly(&sweep, &store, shard, context)?;
-    if there < sweep.blocks() {
-        context.finish();
-        if args.mcap.is_some() {
-            context.warn(
-                "--mcap: no records are written, for which landings are the worst is known when all are flown; \
-                 `touchdown campaign merge --mcap` writes them",
-            );
-        }
-        context.say(&format!(
-            "shard {shard}: {there} of {} blocks of landings are in {}; `touchdown campaign merge` puts shards together",
-            sweep.blocks(),
-            args.out.display()
-        ));
-        context.object(&Part {
-            schema: 1,
-            version: env!("CARGO_PKG_VERSION"),
-            sweep_sha256: sweep.sha256(),
-            shard: shard.to_string(),
-            complete: false,
-            blocks: sweep.blocks(),
-            blocks_there: there,
-        });
-        return Ok(Done::Whole);
+    if there == sweep.blocks() {
+        return report(context, &sweep, &store, &args.out, args.mcap.as_deref());
     }
-    report(context, &sweep, &store, &args.out, args.mcap.as_deref())
+    context.finish();
+    if args.mcap.is_some() {
+        context.warn(
+            "--mcap: a shard writes no records, for only the whole campaign knows its worst landings; `touchdown campaign \
+             merge --mcap` writes them",
+        );
+    }
+    context.say(&format!(
+        "shard {shard}: {there} of {blocks} blocks of landings are in {}; `touchdown campaign merge` puts shards together",
+        args.out.display()
+    ));
+    context.object(&Part {
+        schema: 1,
+        version: env!("CARGO_PKG_VERSION"),
+        sweep_sha256: sweep.sha256(),
+        shard: shard.to_string(),
+        complete: false,
+        blocks,
+        blocks_there: there,
+    });
+    Ok(Done::Whole)
+}
+
+/// The command that flies the landings that are missing.
+fn resume(args: &CampaignArgs, sweep: &Path) -> String {
+    let path = |p: &Path| word(&p.display().to_string());
+    let mut words = vec!["touchdown campaign".to_string(), path(sweep)];
+    let mut option = |name: &str, value: Option<String>| {
+        words.extend(value.map(|value| format!("{name} {value}")));
+    };
+    option("--shard", args.shard.map(|s| s.to_string()));
+    option("--trials", args.trials.map(|n| n.to_string()));
+    option("--seed", args.seed.map(|n| n.to_string()));
+    option("--mcap", args.mcap.as_deref().map(path));
+    option("--out", Some(path(&args.out)));
+    words.join(" ") + " --resume"
 }
 
 /// Figures, tables and the report of a complete campaign.
@@ -98,15 +124,23 @@ fn report(
     if let Some(folder) = mcap {
         records(&landings, &worst, folder)?;
     }
-    pages::campaign(sweep, &rows, &results, &worst, out)?;
-    write(
-        &out.join("results.json"),
-        output::json(&results)?.as_bytes(),
-    )?;
-    context.finish();
-    context.say(&table(&results));
-    context.say(&format!("report: {}", out.join("report.html").display()));
-    context.object(&results);
+    finish(context, sweep, &rows, &results, &worst, out)
+}
+
+/// Writes the report and the results, and prints the summary and why no landing of a point landed.
+pub(crate) fn finish(
+    context: &Context,
+    sweep: &Sweep,
+    rows: &[LandingRow],
+    results: &CampaignResults,
+    worst: &[SpaceTrace],
+    out: &Path,
+) -> Result<Done> {
+    pages::campaign(sweep, rows, results, worst, out)?;
+    output::results(out, results)?;
+    let mut lines = vec![table(results)];
+    lines.extend(outcomes::points_without_landing(sweep, rows, results));
+    context.reported(&lines.join("\n"), out, results);
     Ok(Done::Whole)
 }
 
@@ -120,6 +154,7 @@ struct Replayed {
 
 fn replay(context: &Context, sweep: &Sweep, landings: &[u64], mcap: &Path) -> Result<Done> {
     output::folder(mcap)?;
+    context.writes_into(mcap);
     let files = records(landings, &sweep::replay(sweep, landings)?, mcap)?;
     for file in &files {
         context.say(&file.display().to_string());
@@ -187,7 +222,8 @@ pub(crate) fn table(results: &CampaignResults) -> String {
         "95 %"
     )];
     for p in &results.points {
-        let count = |share: Option<touchdown::statistics::Share>| share.map_or(0, |s| s.count);
+        let count =
+            |share: Option<touchdown_campaign::statistics::Share>| share.map_or(0, |s| s.count);
         let spread = |s: &SampleSummary, digits: usize| match (s.mean, s.sd) {
             (Some(mean), Some(sd)) => format!("{mean:.digits$} ± {sd:.digits$}"),
             (Some(mean), None) => format!("{mean:.digits$}"),

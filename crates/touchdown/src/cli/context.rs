@@ -1,12 +1,35 @@
-//! What all commands share: the terminal, as the library's progress knows it.
+//! What all commands share: the terminal, as the library's progress knows it, and how files are announced.
 
 use std::ops::Deref;
+use std::path::Path;
 
-use touchdown::progress::Progress;
+use serde::Serialize;
+use touchdown_campaign::progress::Progress;
 use touchdown_terminal::Terminal;
 
 /// The terminal, to which the library reports its progress.
 pub(crate) struct Context(pub(crate) Terminal);
+
+impl Context {
+    /// Files in `folder` are written from now on: an interrupted command says so.
+    pub(crate) fn writes_into(&self, folder: &Path) {
+        let folder = folder.display().to_string();
+        self.if_interrupted(move || {
+            format!(
+                "the files in {folder} are whole, but some are missing (results.json comes last); run the same command again"
+            )
+        });
+    }
+
+    /// Ends a command that wrote a report into `folder`.
+    pub(crate) fn reported<T: Serialize>(&self, text: &str, folder: &Path, results: &T) {
+        self.finish();
+        self.say(text);
+        let report = folder.join("report.html");
+        self.say(&format!("report: {}", report.display()));
+        self.object(results);
+    }
+}
 
 impl Deref for Context {
     type Target = Terminal;

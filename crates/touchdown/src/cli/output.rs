@@ -5,23 +5,41 @@ use std::path::Path;
 use serde::Serialize;
 use touchdown::{Error, Result};
 
-pub(crate) use touchdown::files::{folder, write};
+use super::context::Context;
 
-/// Pretty JSON with a newline at its end.
-pub(crate) fn json<T: Serialize>(object: &T) -> Result<String> {
-    let mut text = serde_json::to_string_pretty(object)
+pub(crate) use touchdown_campaign::files::{folder, write};
+
+/// The file of results; commands write it last, so that its presence says that all is there.
+const RESULTS: &str = "results.json";
+
+/// Writes the results into their folder, as pretty JSON with a newline at its end.
+pub(crate) fn results<T: Serialize>(folder: &Path, results: &T) -> Result<()> {
+    let mut text = serde_json::to_string_pretty(results)
         .map_err(|e| Error::Arguments(format!("the result cannot be written as JSON: {e}")))?;
     text.push('\n');
-    Ok(text)
+    Ok(write(&folder.join(RESULTS), text.as_bytes())?)
 }
 
-/// A folder for results: created, and the `results.json` of an earlier run taken away, so that one which is there
-/// belongs to the files beside it.
-pub(crate) fn results_folder(path: &Path) -> Result<()> {
-    folder(path)?;
-    let old = path.join("results.json");
-    match std::fs::remove_file(&old) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::file(&old, e)),
-        _ => Ok(()),
+/// Refuses an `--out` that is a file, before any work is done.
+pub(crate) fn must_not_be_a_file(out: Option<&Path>) -> Result<()> {
+    match out.filter(|out| out.is_file()) {
+        None => Ok(()),
+        Some(out) => Err(Error::Arguments(format!(
+            "--out {}: expected a folder, found a file",
+            out.display()
+        ))),
     }
+}
+
+/// Creates a folder for results and removes the `results.json` of an earlier run: one that is there belongs to the files
+/// beside it.
+pub(crate) fn results_folder(context: &Context, path: &Path) -> Result<()> {
+    folder(path)?;
+    let old = path.join(RESULTS);
+    match std::fs::remove_file(&old) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::file(&old, e)),
+        _ => {}
+    }
+    context.writes_into(path);
+    Ok(())
 }

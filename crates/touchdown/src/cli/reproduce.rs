@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use rayon::prelude::*;
+use touchdown::experiments::results::Results;
 use touchdown::experiments::{self, Run};
-use touchdown::progress::Progress as _;
-use touchdown::results::Results;
 use touchdown::settings::{self, ReproduceSettings};
-use touchdown::sweep::{LandingRow, SERIES};
 use touchdown::{Result, pages};
+use touchdown_campaign::progress::Progress as _;
+use touchdown_campaign::sweep::{LandingRow, SERIES};
 use touchdown_model::{Card, published};
 use touchdown_trial::Trial;
 
@@ -24,13 +24,7 @@ pub(crate) fn run(context: &Context, args: &ReproduceArgs) -> Result<Done> {
     let run = experiments::run(&settings, context)?;
     let results = Results::of(&run)?;
     write(context, &run, &results, &args.out)?;
-    context.finish();
-    context.say(&summary(&results));
-    context.say(&format!(
-        "report: {}",
-        args.out.join("report.html").display()
-    ));
-    context.object(&results);
+    context.reported(&summary(&results), &args.out, &results);
     Ok(Done::Whole)
 }
 
@@ -61,7 +55,7 @@ fn load(args: &ReproduceArgs) -> Result<ReproduceSettings> {
 
 /// Writes everything; `results.json` last, so that its presence says that all is there.
 fn write(context: &Context, run: &Run, results: &Results, out: &Path) -> Result<()> {
-    output::results_folder(out)?;
+    output::results_folder(context, out)?;
     let cards = cards(run);
     let sets = trial_sets(run);
     let trials: Vec<(&str, &Trial)> = sets
@@ -108,8 +102,7 @@ fn write(context: &Context, run: &Run, results: &Results, out: &Path) -> Result<
     context.step();
     pages::reproduce(run, results, out)?;
     context.step();
-    let text = output::json(results)?;
-    Ok(output::write(&out.join("results.json"), text.as_bytes())?)
+    output::results(out, results)
 }
 
 fn cards(run: &Run) -> Vec<&Card> {
@@ -221,7 +214,8 @@ fn summary(results: &Results) -> String {
     ] {
         line(title.into());
         for (method, f) in methods {
-            let mean = |s: Option<touchdown::statistics::Summary>| number(s.map(|s| s.mean));
+            let mean =
+                |s: Option<touchdown_campaign::statistics::Summary>| number(s.map(|s| s.mean));
             line(format!(
                 "  {method:<10} landed {:>3} of {:<3}  T_L {} s   V_L {} m/s   S_L {} m",
                 f.landed,
@@ -236,7 +230,7 @@ fn summary(results: &Results) -> String {
     let decks = results.sea.decks.iter();
     let planned = decks.filter_map(|(deck, ways)| Some((deck, ways.get("planned")?)));
     for (case, f) in planned.chain(&results.sea.faults) {
-        let count = |of: Option<touchdown::statistics::Share>| of.map_or(0, |s| s.count);
+        let count = |of: Option<touchdown_campaign::statistics::Share>| of.map_or(0, |s| s.count);
         line(format!(
             "  {case:<13} landed {:>3} of {:<3}  crashed {:<3} T_L {} s   V_L {} m/s   lateral {} m",
             count(f.landed),

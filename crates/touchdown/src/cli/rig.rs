@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 use serde::Serialize;
-use touchdown::progress::Progress as _;
-use touchdown::scenario::RigScenario;
 use touchdown::settings;
+use touchdown::settings::rig::RigScenario;
 use touchdown::{Error, Result};
+use touchdown_campaign::progress::Progress as _;
 use touchdown_sim::rig::{self, RigTrial};
 
 use super::args::RigArgs;
@@ -64,7 +64,7 @@ pub(crate) fn run(context: &Context, args: &RigArgs) -> Result<Done> {
             Ok(recorded)
         })
         .collect::<Result<_>>()?;
-    output::results_folder(&args.out)?;
+    output::results_folder(context, &args.out)?;
     for (set, _) in &planned {
         output::folder(&args.out.join(set))?;
     }
@@ -94,10 +94,7 @@ pub(crate) fn run(context: &Context, args: &RigArgs) -> Result<Done> {
         seed: scenario.seed,
         trials,
     };
-    output::write(
-        &args.out.join("results.json"),
-        output::json(&results)?.as_bytes(),
-    )?;
+    output::results(&args.out, &results)?;
     context.finish();
     let seconds: f64 = results.trials.iter().map(|t| t.duration_s).sum();
     context.say(&format!(

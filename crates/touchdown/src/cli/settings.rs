@@ -1,11 +1,12 @@
 //! `touchdown settings`.
 
 use touchdown::Result;
-use touchdown::defaults;
-use touchdown::identify::IdentificationSettings;
-use touchdown::scenario::{LandScenario, RigScenario};
 use touchdown::settings::ReproduceSettings;
-use touchdown::sweep::SweepSettings;
+use touchdown::settings::defaults;
+use touchdown::settings::rig::RigScenario;
+use touchdown_campaign::sweep::SweepSettings;
+use touchdown_campaign::vertical::scenario::LandScenario;
+use touchdown_identify::IdentificationSettings;
 
 use super::args::{SettingsArgs, SettingsOf};
 use super::context::Context;

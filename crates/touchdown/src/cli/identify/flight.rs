@@ -3,15 +3,15 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use touchdown::identify::flight::armed_intervals::ArmedIntervalResult;
-use touchdown::identify::flight::hover::ThrustLaw;
-use touchdown::identify::flight::result::FlightResult;
-use touchdown::identify::flight::{Basis, Flight, ground_effect_with, thrust_alone, with_thrust};
-use touchdown::identify::warning::{Warning, sentences};
-use touchdown::identify::{FittedCard, IdentificationSettings, Origin};
 use touchdown::pages;
-use touchdown::progress::Progress as _;
 use touchdown::{Error, Result};
+use touchdown_campaign::progress::Progress as _;
+use touchdown_identify::flights::armed_intervals::ArmedIntervalResult;
+use touchdown_identify::flights::hover::ThrustLaw;
+use touchdown_identify::flights::result::FlightResult;
+use touchdown_identify::flights::{Basis, Flight, ground_effect_with, thrust_alone, with_thrust};
+use touchdown_identify::warning::{Warning, sentences};
+use touchdown_identify::{FittedCard, IdentificationSettings, Origin};
 use touchdown_log::Map;
 use touchdown_trial::Trial;
 

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Serialize;
-use touchdown::identify::ground_effect::identifiability::{Identifiability, examine_trials};
-use touchdown::identify::ground_effect::levels::{self, Level};
-use touchdown::identify::ground_effect::{self, GroundTrial};
-use touchdown::identify::settings::GroundEffectForm;
-use touchdown::identify::{FittedCard, IdentificationSettings, Origin};
 use touchdown::pages;
-use touchdown::progress::Progress as _;
 use touchdown::{Error, Result};
+use touchdown_campaign::progress::Progress as _;
+use touchdown_identify::rig::identifiability::{Identifiability, examine_trials};
+use touchdown_identify::rig::levels::{self, Level};
+use touchdown_identify::rig::{self as ground_effect, GroundTrial};
+use touchdown_identify::settings::GroundEffectForm;
+use touchdown_identify::{FittedCard, IdentificationSettings, Origin};
 use touchdown_model::{Card, Kind};
 use touchdown_trial::Trial;
 

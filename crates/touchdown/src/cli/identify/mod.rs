@@ -8,8 +8,8 @@ mod thrust;
 
 use std::path::{Path, PathBuf};
 
-use touchdown::identify::{IdentificationSettings, Origin};
 use touchdown::{Error, Result, settings};
+use touchdown_identify::{IdentificationSettings, Origin};
 use touchdown_log::Map;
 use touchdown_model::card::Vehicle;
 use touchdown_trial::Trial;
@@ -141,7 +141,7 @@ fn origin(
         .inputs
         .extend(load::map_input(common.map.as_deref())?);
     let text = settings::to_toml(settings)?;
-    origin.provenance.settings_sha256 = Some(touchdown::identify::sha256(text.as_bytes()));
+    origin.provenance.settings_sha256 = Some(touchdown_identify::sha256(text.as_bytes()));
     Ok(origin)
 }
 
@@ -157,11 +157,7 @@ fn write_tables<T: serde::Serialize>(
     let text = settings::to_toml(settings)?;
     output::write(&folder.join("inputs/settings.toml"), text.as_bytes())?;
     // Last: where it stands, all else does.
-    let text = output::json(results)?;
-    Ok(output::write(
-        &folder.join("results.json"),
-        text.as_bytes(),
-    )?)
+    output::results(folder, results)
 }
 
 fn done(loss: bool) -> Done {

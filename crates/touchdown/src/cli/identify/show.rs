@@ -5,9 +5,9 @@ use std::path::Path;
 
 use serde::Serialize;
 use touchdown::Error;
-use touchdown::identify::FittedCard;
-use touchdown::identify::flight::result::FlightResult;
-use touchdown::identify::front::Front;
+use touchdown_identify::FittedCard;
+use touchdown_identify::flights::result::FlightResult;
+use touchdown_identify::front::Front;
 use touchdown_model::Card;
 
 /// One fit, as it is printed and written.
@@ -96,7 +96,7 @@ impl Fitted {
             rows_dropped: dropped,
             front: made.front.clone().map(Box::new),
             flight: None,
-            warnings: touchdown::identify::warning::sentences(&made.warnings),
+            warnings: touchdown_identify::warning::sentences(&made.warnings),
         }
     }
 }
@@ -318,7 +318,7 @@ pub(crate) fn text_table(header: &[String], rows: &[Vec<String>]) -> String {
 pub(crate) fn csv(header: &[String], rows: &[Vec<String>]) -> String {
     let mut out = String::new();
     for row in std::iter::once(header).chain(rows.iter().map(Vec::as_slice)) {
-        touchdown::csv::line(&mut out, row);
+        touchdown_campaign::csv::line(&mut out, row);
     }
     out
 }

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use touchdown::identify::flight::result::FlightResult;
-use touchdown::identify::{FittedCard, IdentificationSettings, thrust};
 use touchdown::pages;
-use touchdown::progress::Progress as _;
 use touchdown::{Error, Result};
+use touchdown_campaign::progress::Progress as _;
+use touchdown_identify::flights::result::FlightResult;
+use touchdown_identify::{FittedCard, IdentificationSettings, thrust};
 use touchdown_log::Map;
 use touchdown_trial::Trial;
 

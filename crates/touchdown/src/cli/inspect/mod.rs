@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Serialize;
+use touchdown::Result;
 use touchdown::pages;
-use touchdown::progress::Progress as _;
-use touchdown::{Error, Result};
+use touchdown_campaign::progress::Progress as _;
 use touchdown_log::{Findings, Inspection, Log, Map, Survey, Table};
 use touchdown_trial::Trial;
 
@@ -92,12 +92,7 @@ struct Results<'a> {
 }
 
 pub(crate) fn run(context: &Context, args: &InspectArgs) -> Result<Done> {
-    if let Some(out) = args.out.as_ref().filter(|out| out.is_file()) {
-        return Err(Error::Arguments(format!(
-            "--out {}: expected a folder, found a file",
-            out.display()
-        )));
-    }
+    output::must_not_be_a_file(args.out.as_deref())?;
     let map = load::map(args.map.as_deref())?;
     context.stage("reading", args.logs.len() as u64);
     let mut seen: Vec<Result<Seen>> = args
@@ -396,11 +391,7 @@ fn write(
         load::word(&folder.display().to_string())
     ));
     let report = pages::inspect::report(&command, &sections)?;
-    output::results_folder(folder)?;
+    output::results_folder(context, folder)?;
     pages::identify::write(folder, sections.iter().flat_map(|s| &s.figures), &report)?;
-    let text = output::json(results)?;
-    Ok(output::write(
-        &folder.join("results.json"),
-        text.as_bytes(),
-    )?)
+    output::results(folder, results)
 }

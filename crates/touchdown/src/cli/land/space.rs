@@ -3,19 +3,19 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use touchdown::csv::line;
 use touchdown::settings;
-use touchdown::sweep::{self, LandingRow, SERIES, Sweep, SweepSettings, summarise};
-use touchdown::vehicle::mismatches;
-use touchdown::{Error, Result, pages};
+use touchdown::{Error, Result};
+use touchdown_campaign::csv::line;
+use touchdown_campaign::sweep::{self, LandingRow, SERIES, Sweep, SweepSettings, summarise};
+use touchdown_campaign::vertical::vehicle::mismatches;
 use touchdown_model::Card;
 use touchdown_sim::landing::space::Case;
 
-use super::super::args::LandArgs;
-use super::super::campaign::{Recording, record, table};
-use super::super::context::Context;
-use super::super::output;
-use touchdown::progress::Progress as _;
+use crate::cli::args::LandArgs;
+use crate::cli::campaign::{Recording, finish, record};
+use crate::cli::context::Context;
+use crate::cli::output;
+use touchdown_campaign::progress::Progress as _;
 use touchdown_terminal::Done;
 
 /// The key of controllers.
@@ -29,7 +29,7 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
             context.warn(&mismatch);
         }
     }
-    output::results_folder(&args.out)?;
+    output::results_folder(context, &args.out)?;
     let folders: Vec<_> = [(&args.mcap, Recording::Mcap), (&args.ulog, Recording::Ulog)]
         .into_iter()
         .filter_map(|(folder, kind)| Some((folder.as_deref()?, kind)))
@@ -68,19 +68,7 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     }
     let worst: Vec<u64> = results.worst.iter().map(|worst| worst.landing).collect();
     let worst = sweep::replay(&sweep, &worst)?;
-    pages::campaign(&sweep, &rows, &results, &worst, &args.out)?;
-    output::write(
-        &args.out.join("results.json"),
-        output::json(&results)?.as_bytes(),
-    )?;
-    context.finish();
-    context.say(&table(&results));
-    context.say(&format!(
-        "report: {}",
-        args.out.join("report.html").display()
-    ));
-    context.object(&results);
-    Ok(Done::Whole)
+    finish(context, &sweep, &rows, &results, &worst, &args.out)
 }
 
 fn load(args: &LandArgs) -> Result<Sweep> {

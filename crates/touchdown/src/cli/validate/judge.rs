@@ -1,9 +1,9 @@
 //! One card on one trial, in free run.
 
-use touchdown::identify::ground_effect::{self, GroundTrial};
-use touchdown::identify::thrust;
-use touchdown::score::Errors;
 use touchdown::{Error, Result};
+use touchdown_identify::rig::{self as ground_effect, GroundTrial};
+use touchdown_identify::scores::Errors;
+use touchdown_identify::thrust;
 use touchdown_model::Card;
 use touchdown_trial::Trial;
 

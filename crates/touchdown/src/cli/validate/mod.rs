@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde::Serialize;
 use touchdown::pages;
-use touchdown::progress::Progress as _;
-use touchdown::score::Errors;
 use touchdown::{Error, Result};
+use touchdown_campaign::progress::Progress as _;
+use touchdown_identify::scores::Errors;
 use touchdown_model::{Card, Kind};
 
 use super::args::ValidateArgs;
@@ -70,12 +70,7 @@ struct Pooled {
 
 pub(crate) fn run(context: &Context, args: &ValidateArgs) -> Result<Done> {
     let (cards, logs) = split(args)?;
-    if let Some(out) = args.out.as_ref().filter(|out| out.is_file()) {
-        return Err(Error::Arguments(format!(
-            "--out {}: expected a folder, found a file",
-            out.display()
-        )));
-    }
+    output::must_not_be_a_file(args.out.as_deref())?;
     let ground = cards.iter().find(|c| c.card.kind == Kind::GroundEffect);
     let free_air = match (&args.thrust, ground) {
         (Some(path), _) => Some(thrust_card(path)?),
@@ -364,15 +359,11 @@ fn write(
         warnings: results.warnings,
     };
     let report = pages::validate::report(&overview, &figures)?;
-    output::results_folder(folder)?;
+    output::results_folder(context, folder)?;
     output::write(
         &folder.join("summary.csv"),
         show::csv(header, table).as_bytes(),
     )?;
     pages::identify::write(folder, &figures, &report)?;
-    let text = output::json(results)?;
-    Ok(output::write(
-        &folder.join("results.json"),
-        text.as_bytes(),
-    )?)
+    output::results(folder, results)
 }
