@@ -12,7 +12,7 @@ use touchdown_campaign::sweep::{
 };
 use touchdown_sim::landing::space::SpaceTrace;
 
-use super::args::{CampaignArgs, CampaignCommand};
+use super::args::land::{CampaignArgs, CampaignCommand};
 use super::context::Context;
 use super::identify::load::word;
 use super::land::outcomes;
@@ -52,6 +52,7 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
     let Some(path) = &args.sweep else {
         return Err(Error::Arguments("expected a sweep file".into()));
     };
+    output::must_not_be_a_file(Some(&args.out))?;
     let sweep = Sweep::read(path, args.trials, args.seed)?;
     let store = Arc::new(Store::open(&args.out, &sweep, args.resume)?);
     output::results_folder(context, &args.out)?;

@@ -18,7 +18,7 @@ use touchdown_trial::Trial;
 use super::load::{self, Log, word};
 use super::show::{Failed, Fitted, Outcome, Summary};
 use super::{Command, Target, done, flight, origin, write_tables};
-use crate::cli::args::IdentifyCommon;
+use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
 use touchdown_terminal::Done;
 

@@ -14,7 +14,7 @@ use touchdown_log::Map;
 use touchdown_model::card::Vehicle;
 use touchdown_trial::Trial;
 
-use super::args::{Identify, IdentifyArgs, IdentifyCommon};
+use super::args::identify::{Identify, IdentifyArgs, IdentifyCommon};
 use super::context::Context;
 use super::output;
 use load::word;

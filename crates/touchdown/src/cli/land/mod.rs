@@ -7,7 +7,7 @@ mod vertical;
 use touchdown::Result;
 use touchdown_terminal::Done;
 
-use super::args::LandArgs;
+use super::args::land::LandArgs;
 use super::context::Context;
 
 pub(crate) fn run(context: &Context, args: &LandArgs) -> Result<Done> {

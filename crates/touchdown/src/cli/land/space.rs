@@ -11,7 +11,7 @@ use touchdown_campaign::vertical::vehicle::mismatches;
 use touchdown_model::Card;
 use touchdown_sim::landing::space::Case;
 
-use crate::cli::args::LandArgs;
+use crate::cli::args::land::LandArgs;
 use crate::cli::campaign::{Recording, finish, record};
 use crate::cli::context::Context;
 use crate::cli::output;

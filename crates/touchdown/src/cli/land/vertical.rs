@@ -20,7 +20,7 @@ use touchdown_sim::body::plant::PlantSettings;
 use touchdown_sim::rig::RigSettings;
 
 use super::outcomes;
-use crate::cli::args::LandArgs;
+use crate::cli::args::land::LandArgs;
 use crate::cli::context::Context;
 use crate::cli::output;
 use touchdown_terminal::Done;

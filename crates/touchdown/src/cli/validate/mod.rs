@@ -12,7 +12,7 @@ use touchdown_campaign::progress::Progress as _;
 use touchdown_identify::scores::Errors;
 use touchdown_model::{Card, Kind};
 
-use super::args::ValidateArgs;
+use super::args::identify::ValidateArgs;
 use super::context::Context;
 use super::identify::ground::{prepare, thrust_card};
 use super::identify::{load, show};

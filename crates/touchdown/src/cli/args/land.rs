@@ -1,0 +1,143 @@
+//! Arguments of `touchdown land` and `touchdown campaign`.
+
+use std::path::PathBuf;
+
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Subcommand};
+use touchdown_campaign::sweep::Shard;
+use touchdown_flight::Method;
+
+const LAND: &str = "\
+Examples:
+  touchdown land --controller feedback --controller dynamic --out landings
+  touchdown land examples/scenarios/yours.toml --out landings            a scenario to edit
+  touchdown land --space --trials 20 --out landings                      six degrees of freedom, the same deck
+  touchdown land --space --controller observer --mcap mcap --out landings
+
+The folder of --out gets report.html, results.json, landings.csv (a row for each landing), figures/ and the scenario.
+Vertical landings have the columns controller, trial, outcome (landed, timed_out or diverged), t_l_s (landing time T_L),
+v_l_mps (relative speed at landing V_L), s_l_m (total variation of the relative height S_L) and final_height_m. A vehicle
+that does not land is a result: the last lines say how often and why.";
+
+#[derive(Args, Debug)]
+#[command(after_help = LAND)]
+pub(crate) struct LandArgs {
+    /// Scenario (`touchdown settings land` prints one) [default: the paper's oscillating deck]
+    ///
+    /// With --space it is a sweep, as of `touchdown campaign`; `touchdown settings campaign` prints one with every key. A sweep
+    /// without `[scenario.deck]` has a deck that does not move.
+    pub(crate) scenario: Option<PathBuf>,
+    /// Simulate the whole vehicle in six degrees of freedom, with all its sensors
+    #[arg(long)]
+    pub(crate) space: bool,
+    /// Folder for every landing as an MCAP file, for Foxglove and PlotJuggler
+    #[arg(long, value_name = "DIR", requires = "space")]
+    pub(crate) mcap: Option<PathBuf>,
+    /// Folder for every landing as a ULog, as PX4 would log it; `touchdown identify` reads them as flights
+    #[arg(long, value_name = "DIR", requires = "space")]
+    pub(crate) ulog: Option<PathBuf>,
+    /// Controllers; repeatable [default: all five; with --space the scenario's, or `dynamic+observer`]
+    #[arg(long = "controller", value_name = "NAME", value_parser = controllers())]
+    pub(crate) controllers: Vec<String>,
+    /// Landings by every controller [default: 40]
+    #[arg(long)]
+    pub(crate) trials: Option<usize>,
+    /// Seed of all random numbers [default: 1]
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Thrust card [default: identified on the virtual rig first; with --space the built-in one]
+    ///
+    /// If the thrust card and the ground-effect card have a mass and a rotor radius, and the scenario has no vehicle of its
+    /// own, that vehicle flies: the default one scaled in proportion, with the motors of the thrust card. With --space the
+    /// scenario's vehicle flies, and a card of another vehicle is warned about.
+    #[arg(long)]
+    pub(crate) thrust: Option<PathBuf>,
+    /// Ground-effect card for `dynamic` [default: as for --thrust]
+    #[arg(long)]
+    pub(crate) dynamic: Option<PathBuf>,
+    /// Card of eq. (2) for `empirical` [default: mu is identified on the virtual rig first]
+    #[arg(long)]
+    pub(crate) empirical: Option<PathBuf>,
+    /// Do not feed the deck's acceleration forward
+    #[arg(long)]
+    pub(crate) no_acceleration: bool,
+    /// Folder for results, figures and report
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+}
+
+const CAMPAIGN: &str = "\
+Examples:
+  touchdown settings campaign > sweep.toml
+  touchdown campaign sweep.toml --trials 10 --out campaign
+  touchdown campaign sweep.toml --trials 10 --out campaign --resume       after an interruption
+  touchdown campaign sweep.toml --shard 1/2 --out a                       half of it on one machine
+  touchdown campaign sweep.toml --shard 2/2 --out b                       half of it on another
+  touchdown campaign merge a b --out whole
+  touchdown campaign replay campaign/sweep.toml --landing 17 --mcap replays
+
+The folder of --out gets landings/ (Parquet, a file for each block of landings, written as soon as the block is flown),
+sweep.toml, summary.csv, results.json, figures/ and report.html. An interruption loses the running block only. The files
+are the same for any number of cores, any split into shards and any interruption.";
+
+#[derive(Args, Debug)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = CAMPAIGN)]
+pub(crate) struct CampaignArgs {
+    #[command(subcommand)]
+    pub(crate) command: Option<CampaignCommand>,
+    /// Sweep: a scenario, lists of values, distributions (`touchdown settings campaign` prints one to start from)
+    #[arg(required = true, value_name = "SWEEP")]
+    pub(crate) sweep: Option<PathBuf>,
+    /// Fly only part I of N
+    #[arg(long, value_name = "I/N")]
+    pub(crate) shard: Option<Shard>,
+    /// Fly the landings that are missing in the folder
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Landings at every point [default: the sweep's]
+    #[arg(long)]
+    pub(crate) trials: Option<u64>,
+    /// Seed of all random numbers [default: the sweep's]
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Folder for the worst landings as MCAP files, for Foxglove and PlotJuggler
+    #[arg(long, value_name = "DIR")]
+    pub(crate) mcap: Option<PathBuf>,
+    /// Folder for landings, results, figures and report
+    #[arg(long, default_value = "out/campaign")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum CampaignCommand {
+    /// Put shards together
+    ///
+    /// The files are the same as those of a campaign that was flown whole.
+    Merge {
+        /// Folders of shards
+        #[arg(required = true)]
+        folders: Vec<PathBuf>,
+        /// Folder for the whole campaign
+        #[arg(long)]
+        out: PathBuf,
+        /// Folder for the worst landings as MCAP files, for Foxglove and PlotJuggler
+        #[arg(long, value_name = "DIR")]
+        mcap: Option<PathBuf>,
+    },
+    /// Fly landings of a campaign again and record all their signals as MCAP files, for Foxglove and PlotJuggler
+    Replay {
+        /// Sweep, such as the `sweep.toml` in a campaign's folder
+        sweep: PathBuf,
+        /// Number of the landing, as in its column `landing`; repeatable
+        #[arg(long = "landing", value_name = "N", required = true)]
+        landings: Vec<u64>,
+        /// Folder for the files
+        #[arg(long)]
+        mcap: PathBuf,
+    },
+}
+
+/// Names of controllers; the last two fly in six degrees of freedom only.
+fn controllers() -> PossibleValuesParser {
+    PossibleValuesParser::new(Method::ALL.map(Method::name))
+}
