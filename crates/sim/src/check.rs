@@ -11,7 +11,7 @@ pub(crate) fn fail(key: &str, expected: &str, found: &dyn ToString) -> SimError 
     }
 }
 
-/// `ok` or an error that says what was expected.
+/// `Ok` where `ok` holds, else an error with what was expected.
 pub(crate) fn that(ok: bool, key: &str, expected: &str, found: f64) -> Result<(), SimError> {
     if ok {
         Ok(())

@@ -54,7 +54,7 @@
 //! landings (53 s on two cores). [`body::rigid::RigidVehicle::step`] and [`landing::space::Batch`]
 //! say what is held constant over a step, and what that costs.
 //!
-//! A trial of the rig, with what the load cell says beside the truth:
+//! A trial of the rig, the load cell's readings beside the truth:
 //!
 //! ```
 //! use touchdown_sim::rig::{RigSettings, run};

@@ -1,6 +1,6 @@
 //! The plant against closed forms and reference values.
 
-use touchdown_sim::air::ground::{Deck, WakeLag, rotor_force};
+use touchdown_sim::air::ground::{DeckSurface, WakeLag, rotor_force};
 use touchdown_sim::body::plant::{Plant, PlantSettings, PlantState, Surface};
 
 fn plant() -> Plant {
@@ -20,7 +20,7 @@ fn force_at_rest(plant: &Plant, height_m: f64) -> f64 {
 fn analytic_inflow_fountain_plate_and_upwash() {
     let settings = PlantSettings::default();
     let law = WakeLag::new(&settings.wake()).expect("defaults are valid");
-    let deck = Deck::new(&settings.wake()).expect("defaults are valid");
+    let deck = DeckSurface::new(&settings.wake()).expect("defaults are valid");
     // Reference values: z_r, q_rot, q_ftn, E, P.
     for [z, rotor, fountain, plate, upwash] in [
         [0.10, 0.12274, 0.04756, 0.99838, 0.85093],
@@ -59,7 +59,7 @@ fn analytic_image_sum_is_the_closed_form_of_four_rotors() {
 fn analytic_level_vehicle_is_the_sum_of_four_rotors() {
     let settings = PlantSettings::default();
     let law = WakeLag::new(&settings.wake()).expect("defaults are valid");
-    let deck = Deck::new(&settings.wake()).expect("defaults are valid");
+    let deck = DeckSurface::new(&settings.wake()).expect("defaults are valid");
     let plant = plant();
     let hover_root = settings.weight_n().sqrt();
     for i in 0..60 {

@@ -1,6 +1,6 @@
 //! Four rotors over a tilted, finite deck: levelling torque, edge, turbulence.
 
-use touchdown_sim::air::ground::Deck;
+use touchdown_sim::air::ground::DeckSurface;
 use touchdown_sim::air::turbulence::RotorTurbulence;
 use touchdown_sim::body::BodySettings;
 use touchdown_sim::body::plant::{Plant, PlantSettings};
@@ -114,7 +114,7 @@ fn plain_levelling_torque(height_m: f64, angle: f64) -> f64 {
 
 #[test]
 fn analytic_solid_angle_and_edge() {
-    let deck = Deck::new(&PlantSettings::default().wake()).expect("valid settings");
+    let deck = DeckSurface::new(&PlantSettings::default().wake()).expect("valid settings");
     let l = 0.75_f64;
     for [x, y, z] in [
         [0.0, 0.0, 0.05],

@@ -4,7 +4,8 @@ use touchdown_flight::Method;
 use touchdown_lander::settings::DescentShape;
 use touchdown_sim::deck::rigid::{Axis, RigidMotion, Tone};
 use touchdown_sim::landing::space::{
-    NanBurst, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario, Span, Struck, WeakRotor, land,
+    FaultySensor, NanBurst, SpaceLander, SpaceLanding, SpaceOutcome, SpaceScenario, TimeSpan,
+    WeakRotor, land,
 };
 
 /// A deck that heaves in a sine.
@@ -110,7 +111,7 @@ fn prop_every_controller_and_descent_flies() {
 #[test]
 fn prop_faults_end_in_landings_or_aborts() {
     let paper = || heaving(0.05, 0.5);
-    let span = |from_s, to_s| Span { from_s, to_s };
+    let span = |from_s, to_s| TimeSpan { from_s, to_s };
     // The tag is away for longer than a descent may miss it: one go-around.
     let mut scenario = paper();
     scenario.faults.tag_lost = vec![span(0.2, 1.2)];
@@ -135,7 +136,7 @@ fn prop_faults_end_in_landings_or_aborts() {
     // Nothing but NaN for a while.
     let mut scenario = paper();
     scenario.faults.nan = vec![NanBurst {
-        sensor: Struck::All,
+        sensor: FaultySensor::All,
         from_s: 0.5,
         to_s: 0.7,
     }];
@@ -229,7 +230,7 @@ fn prop_scenarios_that_make_no_sense_are_refused() {
     );
     refused(
         |s| {
-            s.faults.tag_lost = vec![Span {
+            s.faults.tag_lost = vec![TimeSpan {
                 from_s: 2.0,
                 to_s: 1.0,
             }];
@@ -275,7 +276,7 @@ fn prop_no_satellites_are_needed_to_land() {
     // Away from the deck and back, the tag being lost for a second.
     let mut scenario = heaving(0.05, 0.5);
     scenario.sensors.with_gnss = false;
-    scenario.faults.tag_lost = vec![Span {
+    scenario.faults.tag_lost = vec![TimeSpan {
         from_s: 0.5,
         to_s: 1.5,
     }];

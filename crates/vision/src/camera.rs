@@ -16,7 +16,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{VisionError, ensure};
+use crate::error::{VisionError, ensure, positive};
 
 /// Smallest side of an image that the detector is given, px.
 pub const MIN_SIDE_PX: usize = 32;
@@ -64,12 +64,7 @@ impl CameraSettings {
             )?;
         }
         for focal in self.focal_px {
-            ensure(
-                focal.is_finite() && focal > 0.0,
-                "focal_px",
-                "finite numbers above 0",
-                &focal,
-            )?;
+            positive("focal_px", focal)?;
         }
         for (centre, side) in self.principal_px.into_iter().zip(sides) {
             ensure(

@@ -54,3 +54,14 @@ pub(crate) fn ensure(
         Err(setting(key, expected, found))
     }
 }
+
+/// A finite number above zero.
+pub(crate) fn positive(key: &str, value: f64) -> Result<(), VisionError> {
+    let ok = value.is_finite() && value > 0.0;
+    ensure(ok, key, "a finite number above 0", &value)
+}
+
+/// A finite number.
+pub(crate) fn finite(key: &str, value: f64) -> Result<(), VisionError> {
+    ensure(value.is_finite(), key, "a finite number", &value)
+}

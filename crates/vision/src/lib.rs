@@ -1,4 +1,4 @@
-//! Where is the deck? AprilTags in an image, and the landing pad's pose from them.
+//! AprilTags of a landing pad: detection in an image, the pad's pose and its covariance; rendering.
 //!
 //! ```text
 //! grey image ── detect ──> tags' corners ── locate ──> pose of the deck in the camera, with covariance

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::CameraSettings;
 use crate::detect::Detection;
-use crate::error::{VisionError, ensure};
+use crate::error::{VisionError, ensure, positive};
 use crate::family::CELLS;
 use crate::pad::Pad;
 use crate::planar::{self, PlanePose, Sighting};
@@ -55,14 +55,9 @@ impl LocatorSettings {
     /// # Errors
     /// Standard deviations and the gate are positive; none is negative.
     pub fn validate(&self) -> Result<(), VisionError> {
-        for (key, value) in [
-            ("fine_sd_px", self.fine_sd_px),
-            ("coarse_sd_px", self.coarse_sd_px),
-            ("gate_px", self.gate_px),
-        ] {
-            let ok = value.is_finite() && value > 0.0;
-            ensure(ok, key, "a finite number above 0", &value)?;
-        }
+        positive("fine_sd_px", self.fine_sd_px)?;
+        positive("coarse_sd_px", self.coarse_sd_px)?;
+        positive("gate_px", self.gate_px)?;
         for (key, value) in [
             ("fine_cell_px", self.fine_cell_px),
             ("motion_free_px", self.motion_free_px),
@@ -115,8 +110,8 @@ pub struct Fix {
     pub residual_px: f64,
     /// Tags that had a part in it.
     pub tags: usize,
-    /// The mirrored pose explains the corners about as well, and nothing said
-    /// which is right; the covariance then holds the distance to it.
+    /// The mirrored pose explains the corners about as well, and no hint decides
+    /// between them; the covariance then holds the distance to it.
     pub ambiguous: bool,
 }
 
@@ -156,8 +151,7 @@ impl Fix {
     }
 }
 
-/// A difference in χ² below which corners do not say which of two poses is
-/// right: three standard deviations of one corner; to be scaled by the χ² per degree
+/// A difference in χ² below which corners do not decide between two poses: three standard deviations of one corner; to be scaled by the χ² per degree
 /// of freedom.
 const UNDECIDED: f64 = 9.0;
 
@@ -256,7 +250,7 @@ impl Locator {
         if let Some((_, kept, poses)) = corner {
             return Some((kept, poses));
         }
-        // Smallest tags first: the largest says most.
+        // Smallest tags first: the largest contains most information.
         let mut tags: Vec<(f64, u32)> = seen.iter().map(|s| (s.side_px, s.tag)).collect();
         tags.sort_by(|a, b| a.0.total_cmp(&b.0));
         tags.dedup_by_key(|tag| tag.1);

@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{VisionError, ensure, setting};
+use crate::error::{VisionError, ensure, finite, positive, setting};
 use crate::family::{IDS, NEST};
 
 /// A tag on the deck.
@@ -86,21 +86,11 @@ impl Pad {
             if self.tags[..i].iter().any(|other| other.id == tag.id) {
                 return Err(setting(&key("id"), "an id that no other tag has", &tag.id));
             }
-            ensure(
-                tag.size_m.is_finite() && tag.size_m > 0.0,
-                &key("size_m"),
-                "a finite number above 0",
-                &tag.size_m,
-            )?;
+            positive(&key("size_m"), tag.size_m)?;
             for x in tag.centre_m {
-                ensure(x.is_finite(), &key("centre_m"), "finite numbers", &x)?;
+                finite(&key("centre_m"), x)?;
             }
-            ensure(
-                tag.yaw_rad.is_finite(),
-                &key("yaw_rad"),
-                "a finite number",
-                &tag.yaw_rad,
-            )?;
+            finite(&key("yaw_rad"), tag.yaw_rad)?;
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::air::ground::Deck;
+use crate::air::ground::DeckSurface;
 use crate::number::Number;
 
 /// Spacing of the table, m.
@@ -17,7 +17,7 @@ const WHOLE: f64 = 6_755_399_441_055_744.0;
 /// P(z) and the solid angle of the plate from a rotor of the centred vehicle,
 /// S0(z), as 1/S0: at one height.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct AtHeight<N> {
+pub(crate) struct PlateAtHeight<N> {
     pub(crate) upwash: N,
     pub(crate) inverse_angle: N,
 }
@@ -27,14 +27,14 @@ pub(crate) struct AtHeight<N> {
 /// one of 1.5 m side, and below 1e-7 for one of 0.3 m.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct HeightTable {
-    deck: Deck,
+    deck: DeckSurface,
     offset_m: f64,
     /// For each interval the coefficients of P, then those of 1/S0, lowest order first.
     rows: Arc<[[f64; 8]]>,
 }
 
 impl HeightTable {
-    pub(crate) fn new(deck: Deck, offset_m: f64) -> Self {
+    pub(crate) fn new(deck: DeckSurface, offset_m: f64) -> Self {
         let exact = |z: f64| Self::exact(&deck, offset_m, z);
         let knots: Vec<_> = (0..=INTERVALS)
             .map(|i| {
@@ -78,14 +78,14 @@ impl HeightTable {
         }
     }
 
-    fn exact(deck: &Deck, offset_m: f64, z: f64) -> [f64; 2] {
+    fn exact(deck: &DeckSurface, offset_m: f64, z: f64) -> [f64; 2] {
         let angle = deck.solid_angle([offset_m, offset_m, z]);
         [deck.upwash(z), 1.0 / angle]
     }
 
     /// Both at the height z, at least the least of the laws.
     #[inline(always)]
-    pub(crate) fn at<N: Number>(&self, z: N) -> AtHeight<N> {
+    pub(crate) fn at<N: Number>(&self, z: N) -> PlateAtHeight<N> {
         let place = (z - self.deck.least_rotor_height_m()) * (1.0 / SPACING_M);
         if N::any(place.above(INTERVALS as f64)) {
             return self.at_any(z);
@@ -94,7 +94,7 @@ impl HeightTable {
         let interval = ((place - 0.5) + WHOLE) - WHOLE;
         let t = place - interval;
         let [a0, a1, a2, a3, b0, b1, b2, b3] = interval.gather(&self.rows);
-        AtHeight {
+        PlateAtHeight {
             upwash: a0 + t * (a1 + t * (a2 + t * a3)),
             inverse_angle: b0 + t * (b1 + t * (b2 + t * b3)),
         }
@@ -102,7 +102,7 @@ impl HeightTable {
 
     /// [`Self::at`] where a height may be beyond the table.
     #[cold]
-    fn at_any<N: Number>(&self, z: N) -> AtHeight<N> {
+    fn at_any<N: Number>(&self, z: N) -> PlateAtHeight<N> {
         let greatest = self.deck.least_rotor_height_m() + SPACING_M * INTERVALS as f64;
         let [upwash, inverse_angle] = z.look_up(|z| {
             if z < greatest {
@@ -112,7 +112,7 @@ impl HeightTable {
                 Self::exact(&self.deck, self.offset_m, z)
             }
         });
-        AtHeight {
+        PlateAtHeight {
             upwash,
             inverse_angle,
         }
@@ -137,7 +137,7 @@ mod tests {
                 plate_side_m: side,
                 ..PlantSettings::default()
             };
-            let deck = Deck::new(&settings.wake()).expect("valid settings");
+            let deck = DeckSurface::new(&settings.wake()).expect("valid settings");
             let table = HeightTable::new(deck, 0.16);
             for i in 0..40_000 {
                 let z = 0.05 + 7.1e-5 * f64::from(i);

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! z_i is the height of rotor i along the deck's normal, z_c the mean of the
-//! four, ρ_i the share of the plate that it sees ([`Deck::edge_share`]), ρ_c
+//! four, ρ_i the share of the plate that it sees ([`DeckSurface::edge_share`]), ρ_c
 //! the mean of the four; w_i is its speed along the normal less the vertical
 //! wind, u_i the speed of the deck point below. The battery is one: it sags with
 //! the mean throttle. The second plant's law takes the height less that of the
@@ -19,7 +19,7 @@
 //!
 //! Rotors are numbered front left, rear left, rear right, front right.
 //!
-//! [`Deck::edge_share`]: crate::air::ground::Deck::edge_share
+//! [`DeckSurface::edge_share`]: crate::air::ground::DeckSurface::edge_share
 
 use crate::air::ground::{WakeLag, rotor_force};
 use crate::air::height_table::HeightTable;
@@ -77,9 +77,9 @@ pub(crate) struct Shares<N = f64> {
 }
 
 /// What the deck does to the rotors: where the inflow goes, how fast, and how the
-/// air below moves. Held over a step of the integration.
+/// air below moves. HeldRotors over a step of the integration.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Held<N> {
+pub(crate) struct HeldRotors<N> {
     pub(crate) target: RotorsTarget<N>,
     /// Pace of each rotor's lag, and of the fountain's.
     rotor_pace: [N; 4],
@@ -132,13 +132,13 @@ impl Rotors {
         [[a, a, h], [-a, a, h], [-a, -a, h], [a, -a, h]]
     }
 
-    /// γ: strength of the ground effect.
+    /// γ: scale of the ground effect.
     #[must_use]
     pub fn ground_effect_scale(&self) -> f64 {
         self.plant.ground_effect_scale()
     }
 
-    /// The same rotors with another strength of the ground effect.
+    /// The same rotors with another γ.
     pub(crate) fn with_ground_effect_scale(mut self, scale: f64) -> Self {
         self.plant = self.plant.with_ground_effect_scale(scale);
         self
@@ -187,7 +187,7 @@ impl Rotors {
     }
 
     /// What the deck does to rotors at `places_m` in its axes that have `shares` of the plate,
-    /// with the strength `scale` of the ground effect and speeds `deck_mps` of the points below.
+    /// with the scale γ of the ground effect and speeds `deck_mps` of the points below.
     #[inline(always)]
     pub(crate) fn held<N: Number>(
         &self,
@@ -196,12 +196,12 @@ impl Rotors {
         places_m: &[[N; 3]; 4],
         deck_mps: [N; 4],
         shares: &Shares<N>,
-    ) -> Held<N> {
+    ) -> HeldRotors<N> {
         let zero = scale.splat(0.0);
         let least_m = self.plant.deck.least_rotor_height_m();
         let mut at = *places_m;
         let share = &shares.plate;
-        let mut held = Held {
+        let mut held = HeldRotors {
             target: RotorsTarget {
                 inflow: [zero; 4],
                 fountain: zero,
@@ -262,7 +262,7 @@ impl Rotors {
             ),
             Law::Exponential(_) => ([0.0; 4], 0.0),
         };
-        let held = Held {
+        let held = HeldRotors {
             target: *target,
             rotor_pace,
             fountain_pace,
@@ -300,7 +300,7 @@ impl Rotors {
     pub(crate) fn rate<N: Number>(
         &self,
         state: &RotorsState<N>,
-        held: &Held<N>,
+        held: &HeldRotors<N>,
         drive: &[N; 4],
     ) -> RotorsState<N> {
         let mut rate = RotorsState {
@@ -336,7 +336,7 @@ impl Rotors {
     pub(crate) fn forces<N: Number>(
         &self,
         state: &RotorsState<N>,
-        held: &Held<N>,
+        held: &HeldRotors<N>,
         climb_mps: &[N; 4],
     ) -> RotorForces<N> {
         let mut forces = RotorForces {

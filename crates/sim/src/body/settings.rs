@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::check;
 use crate::error::SimError;
 
-/// The body beyond what [`PlantSettings`](crate::body::plant::PlantSettings) says.
+/// Inertia, rotor torque and drag, beside [`PlantSettings`](crate::body::plant::PlantSettings).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BodySettings {

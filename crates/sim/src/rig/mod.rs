@@ -284,6 +284,33 @@ pub fn run(settings: &RigSettings, trial: &RigTrial, seed: u64) -> Result<Trial,
         .then(|| Stream::new(seed, index, Purpose::Turbulence));
     let history = simulate(&plant, &signals, start, steps, turbulence);
 
+    let sensor = Stream::new(seed, index, Purpose::Sensor);
+    let (time_s, channels) = channels(settings, trial, &signals, &history, sensor);
+    let recording = |source| SimError::Recording {
+        name: trial.name.clone(),
+        source,
+    };
+    let provenance = Provenance::new(Source::VirtualRig {
+        seed,
+        scenario: trial.name.clone(),
+    });
+    let mut recorded = Trial::new(trial.name.clone(), time_s)
+        .map_err(recording)?
+        .with_provenance(provenance);
+    for (name, values) in channels {
+        recorded = recorded.with_channel(name, values).map_err(recording)?;
+    }
+    Ok(recorded)
+}
+
+/// Times of the samples and the recorded channels.
+fn channels(
+    settings: &RigSettings,
+    trial: &RigTrial,
+    signals: &Signals,
+    history: &History,
+    mut sensor: Stream,
+) -> (Vec<f64>, Vec<(&'static str, Vec<f64>)>) {
     let cell = LoadCellSettings {
         noise_sd_n: if settings.noise {
             settings.load_cell.noise_sd_n
@@ -292,7 +319,6 @@ pub fn run(settings: &RigSettings, trial: &RigTrial, seed: u64) -> Result<Trial,
         },
         ..settings.load_cell
     };
-    let mut sensor = Stream::new(seed, index, Purpose::Sensor);
     // A hundredth of a period absorbs the rounding of duration × rate.
     let samples = (trial.duration_s * cell.rate_hz + 0.01) as usize + 1;
     let time_s: Vec<f64> = (0..samples).map(|i| i as f64 / cell.rate_hz).collect();
@@ -309,6 +335,7 @@ pub fn run(settings: &RigSettings, trial: &RigTrial, seed: u64) -> Result<Trial,
     };
     let sampled = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { time_s.iter().map(|&t| f(t)).collect() };
 
+    let throttle = &signals.throttle;
     let mut channels = vec![
         ("throttle", sampled(&|t| throttle.at(t).0)),
         ("thrust_n", thrust_n),
@@ -325,20 +352,5 @@ pub fn run(settings: &RigSettings, trial: &RigTrial, seed: u64) -> Result<Trial,
     channels.push(("vehicle_velocity_mps", sampled(&vehicle_velocity_mps)));
     channels.push(("truth_thrust_n", late(&history.truth_n)));
     channels.push(("truth_free_air_n", late(&history.free_air_n)));
-
-    let recording = |source| SimError::Recording {
-        name: trial.name.clone(),
-        source,
-    };
-    let provenance = Provenance::new(Source::VirtualRig {
-        seed,
-        scenario: trial.name.clone(),
-    });
-    let mut recorded = Trial::new(trial.name.clone(), time_s)
-        .map_err(recording)?
-        .with_provenance(provenance);
-    for (name, values) in channels {
-        recorded = recorded.with_channel(name, values).map_err(recording)?;
-    }
-    Ok(recorded)
+    (time_s, channels)
 }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use touchdown_flight::Attitude;
 use touchdown_lander::estimate::relative::ImuSample;
 
+use super::history::History;
 use super::schedule::Wander;
 use super::suite::{NanReadings, nan_if, steps, vector};
 use crate::STEP_S;
@@ -78,7 +79,9 @@ pub(crate) struct InertialUnit {
     bias_mps2: [f64; 3],
     /// Steps by which the unit is late.
     delay_steps: usize,
-    history: History,
+    /// Specific forces in body axes, and attitudes.
+    forces_mps2: History<[f64; 3]>,
+    attitudes: History<[f64; 4]>,
     attitude: Stream,
     tilt_wander: [Wander; 2],
     /// Error of the attitude, a small turn about world axes, rad.
@@ -115,7 +118,8 @@ impl InertialUnit {
             stream: imu,
             bias_mps2,
             delay_steps,
-            history: History::new(remembered, level, start.attitude),
+            forces_mps2: History::new(remembered, level),
+            attitudes: History::new(remembered, start.attitude),
             attitude,
             tilt_wander,
             turn: turn_bias,
@@ -132,21 +136,22 @@ impl InertialUnit {
     ) {
         acceleration_mps2[2] += gravity_mps2;
         let force_mps2 = along(&state.axes(), acceleration_mps2);
-        self.history.push(force_mps2, state.attitude);
+        self.forces_mps2.push(force_mps2);
+        self.attitudes.push(state.attitude);
     }
 
     /// Mean specific force over a control period and the attitude at its end, both
     /// as late as the unit is.
     pub(super) fn sample(&mut self, nan: &NanReadings) -> ImuSample<f64> {
         let count = self.control_steps;
-        let mean = self.history.mean_mps2(self.delay_steps, count);
+        let mean = mean(&self.forces_mps2, self.delay_steps, count);
         let sd = self.settings.noise_density / (count as f64 * STEP_S).sqrt();
         let force: [f64; 3] =
             std::array::from_fn(|k| mean[k] + self.bias_mps2[k] + sd * self.stream.normal());
         for k in 0..2 {
             self.turn[k] = self.turn_bias[k] + self.tilt_wander[k].step(&mut self.attitude);
         }
-        let measured = self.believed(self.history.attitude(self.delay_steps));
+        let measured = self.believed(self.attitudes.at(self.delay_steps));
         ImuSample {
             specific_force_mps2: vector(force.map(|f| nan_if(nan.specific_force, f))),
             attitude: if nan.attitude {
@@ -159,8 +164,10 @@ impl InertialUnit {
 
     /// Mean specific force over what is logged as a sample, without its noise.
     pub(crate) fn logged_force_mps2(&self) -> [f64; 3] {
-        let mean = self.history.mean_mps2(0, LOG_STEPS as usize);
-        add(mean, self.bias_mps2)
+        add(
+            mean(&self.forces_mps2, 0, LOG_STEPS as usize),
+            self.bias_mps2,
+        )
     }
 
     /// The attitude with the error of the unit's estimate.
@@ -176,46 +183,11 @@ impl InertialUnit {
     }
 }
 
-/// Specific forces in body axes and attitudes of the last steps.
-struct History {
-    values: Vec<([f64; 3], [f64; 4])>,
-    /// Place of the oldest, where the next one goes.
-    next: usize,
-}
-
-impl History {
-    /// Remembers so many steps, as if all before the first had history alike.
-    fn new(steps: usize, force_mps2: [f64; 3], attitude: [f64; 4]) -> Self {
-        Self {
-            values: vec![(force_mps2, attitude); steps],
-            next: 0,
-        }
-    }
-
-    /// Takes in a step.
-    fn push(&mut self, force_mps2: [f64; 3], attitude: [f64; 4]) {
-        self.values[self.next] = (force_mps2, attitude);
-        self.next = (self.next + 1) % self.values.len();
-    }
-
-    /// The step that is `back` steps older than the newest.
-    fn at(&self, back: usize) -> &([f64; 3], [f64; 4]) {
-        let n = self.values.len();
-        &self.values[(self.next + n - 1 - back) % n]
-    }
-
-    /// Mean specific force over `count` steps, the last of which is `delay` steps older than the newest, m/s²;
-    /// together no more than are remembered.
-    fn mean_mps2(&self, delay: usize, count: usize) -> [f64; 3] {
-        let steps = (delay..delay + count).rev();
-        let sum = steps.fold([0.0; 3], |sum, back| add(sum, self.at(back).0));
-        sum.map(|sum| sum / count as f64)
-    }
-
-    /// Attitude `delay` steps before the newest.
-    fn attitude(&self, delay: usize) -> [f64; 4] {
-        self.at(delay).1
-    }
+/// Mean of the `count` values of which the newest is `delay` steps old.
+fn mean(history: &History<[f64; 3]>, delay: usize, count: usize) -> [f64; 3] {
+    let steps = (delay..delay + count).rev();
+    let sum = steps.fold([0.0; 3], |sum, back| add(sum, history.at(back)));
+    sum.map(|sum| sum / count as f64)
 }
 
 #[cfg(test)]
@@ -224,16 +196,14 @@ mod tests {
 
     #[test]
     fn analytic_means_of_a_ramp() {
-        let level = [1.0, 0.0, 0.0, 0.0];
-        let mut history = History::new(6, [0.0; 3], level);
+        let mut history = History::new(6, [0.0; 3]);
         // Sums and quotients of small whole numbers are exact.
         for step in 1..=20 {
             let force = f64::from(step);
-            history.push([force, 0.0, 2.0 * force], [force, 0.0, 0.0, 0.0]);
+            history.push([force, 0.0, 2.0 * force]);
         }
-        assert_eq!(history.mean_mps2(0, 1), [20.0, 0.0, 40.0]);
-        assert_eq!(history.mean_mps2(0, 4), [18.5, 0.0, 37.0]);
-        assert_eq!(history.mean_mps2(2, 4), [16.5, 0.0, 33.0]);
-        assert_eq!(history.attitude(5)[0], 15.0);
+        assert_eq!(mean(&history, 0, 1), [20.0, 0.0, 40.0]);
+        assert_eq!(mean(&history, 0, 4), [18.5, 0.0, 37.0]);
+        assert_eq!(mean(&history, 2, 4), [16.5, 0.0, 33.0]);
     }
 }

@@ -3,6 +3,7 @@
 mod barometer;
 pub mod camera;
 mod gnss;
+pub(crate) mod history;
 mod inertial;
 mod load_cell;
 mod range_finder;

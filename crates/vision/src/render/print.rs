@@ -2,7 +2,7 @@
 
 use super::raster::Coverage;
 use crate::camera::Pose;
-use crate::error::{VisionError, ensure, setting};
+use crate::error::{VisionError, ensure, finite, positive, setting};
 use crate::family::{self, CELLS};
 use crate::pad::{Pad, PadTag};
 
@@ -141,12 +141,9 @@ impl DeckPrint {
         for (i, tag) in self.tags.iter().enumerate() {
             let key = |name: &str| format!("tags[{i}].{name}");
             positive(&key("size_m"), tag.size_m)?;
-            for (name, x) in [
-                ("yaw_rad", tag.yaw_rad),
-                ("centre_m", tag.centre_m[0]),
-                ("centre_m", tag.centre_m[1]),
-            ] {
-                ensure(x.is_finite(), &key(name), "a finite number", &x)?;
+            finite(&key("yaw_rad"), tag.yaw_rad)?;
+            for x in tag.centre_m {
+                finite(&key("centre_m"), x)?;
             }
             for x in tag.corners_m(1.0).into_iter().flatten() {
                 // Rounding of a tag that just fits.
@@ -224,12 +221,6 @@ impl DeckPrint {
             }
         }
     }
-}
-
-/// A finite number above zero.
-fn positive(key: &str, value: f64) -> Result<(), VisionError> {
-    let ok = value.is_finite() && value > 0.0;
-    ensure(ok, key, "a finite number above 0", &value)
 }
 
 /// The margins of two tags do not touch (by their bounds in the larger's axes).

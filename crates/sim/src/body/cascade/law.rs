@@ -7,7 +7,7 @@ use crate::number::{Number, angle, sin_cos};
 
 /// A setpoint; see [`AttitudeSetpoint`](super::AttitudeSetpoint).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted<N> {
+pub(crate) struct Setpoint<N> {
     pub(crate) thrust_n: N,
     pub(crate) attitude: [N; 4],
     pub(crate) yaw_rate: N,
@@ -15,7 +15,7 @@ pub(crate) struct Wanted<N> {
 
 /// What the control remembers from step to step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Memory<N = f64> {
+pub(crate) struct CascadeMemory<N = f64> {
     integral: [N; 3],
     gyro: [[N; 2]; 3],
     filtered: [N; 3],
@@ -27,13 +27,13 @@ pub(crate) struct Memory<N = f64> {
 
 /// What a step gives; see [`CascadeOutput`](super::CascadeOutput).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Given<N> {
+pub(crate) struct ControlOutput<N> {
     pub(crate) throttle: [N; 4],
     pub(crate) rate_setpoint: [N; 3],
     pub(crate) given_up: [N; 3],
 }
 
-impl<N: Number> Memory<N> {
+impl<N: Number> CascadeMemory<N> {
     /// Nothing yet, for as many vehicles as there are numbers in `like`.
     #[inline(always)]
     pub(crate) fn none(like: N) -> Self {
@@ -95,7 +95,7 @@ fn choose4<N: Number>(truth: N::Truth, yes: [N; 4], no: [N; 4]) -> [N; 4] {
 impl Cascade {
     /// Rates that turn the attitude `q` towards the setpoint, rad/s in body axes.
     #[inline(always)]
-    pub(super) fn rates_for<N: Number>(&self, q: [N; 4], wanted: &Wanted<N>) -> [N; 3] {
+    pub(super) fn rates_for<N: Number>(&self, q: [N; 4], wanted: &Setpoint<N>) -> [N; 3] {
         let s = &self.settings;
         let yaw_rate = wanted.yaw_rate;
         let wanted = self.within_tilt(normalised(wanted.attitude));
@@ -159,12 +159,12 @@ impl Cascade {
     #[inline(always)]
     pub(crate) fn control<N: Number>(
         &self,
-        memory: &mut Memory<N>,
+        memory: &mut CascadeMemory<N>,
         first: N::Truth,
         attitude: [N; 4],
         rates: [N; 3],
-        wanted: &Wanted<N>,
-    ) -> Given<N> {
+        wanted: &Setpoint<N>,
+    ) -> ControlOutput<N> {
         let s = &self.settings;
         let rate_setpoint = self.rates_for(attitude, wanted);
         let zero = wanted.thrust_n.splat(0.0);
@@ -203,7 +203,7 @@ impl Cascade {
         let next = self.driven(thrusts_n);
         let throttle = choose4(first, next, memory.throttle);
         memory.throttle = next;
-        Given {
+        ControlOutput {
             throttle,
             rate_setpoint,
             given_up,

@@ -30,7 +30,7 @@ use crate::body::rigid::RigidVehicle;
 use crate::check;
 use crate::error::SimError;
 
-pub(crate) use law::{Memory, Wanted};
+pub(crate) use law::{CascadeMemory, Setpoint};
 
 /// Gains and limits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -140,7 +140,7 @@ pub struct AttitudeSetpoint {
 /// State of the control between steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CascadeState {
-    memory: Memory,
+    memory: CascadeMemory,
     setpoint: Option<AttitudeSetpoint>,
 }
 
@@ -272,8 +272,8 @@ impl Cascade {
 }
 
 impl AttitudeSetpoint {
-    pub(crate) fn wanted(&self) -> Wanted<f64> {
-        Wanted {
+    pub(crate) fn wanted(&self) -> Setpoint<f64> {
+        Setpoint {
             thrust_n: self.thrust_n,
             attitude: self.attitude,
             yaw_rate: self.yaw_rate,

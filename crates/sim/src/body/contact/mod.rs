@@ -22,7 +22,7 @@ mod log;
 
 use serde::{Deserialize, Serialize};
 
-use crate::air::ground::Deck;
+use crate::air::ground::DeckSurface;
 use crate::body::plant::PlantSettings;
 use crate::check;
 use crate::deck::rigid::DeckPose;
@@ -146,7 +146,7 @@ pub struct Foot {
 
 /// [`Foot`] for any number.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FootAt<N: Number> {
+pub(crate) struct FootState<N: Number> {
     pub(crate) depth_m: N,
     pub(crate) place_m: [N; 2],
     pub(crate) force_n: [N; 3],
@@ -193,7 +193,7 @@ impl Legs {
             settings.radius_m * std::f64::consts::FRAC_1_SQRT_2,
             -settings.depth_m,
         );
-        let deck = Deck::new(&plant.wake())?;
+        let deck = DeckSurface::new(&plant.wake())?;
         Ok(Self {
             settings: *settings,
             feet_m: [[a, a, h], [-a, a, h], [-a, -a, h], [a, -a, h]],
@@ -262,7 +262,7 @@ impl Legs {
 
     /// Force on a foot, in the deck's axes, and how it stands.
     #[inline(always)]
-    fn foot<N: Number>(&self, i: usize, stance: &Stance<N>, contact: &Foothold<N>) -> FootAt<N> {
+    fn foot<N: Number>(&self, i: usize, stance: &Stance<N>, contact: &Foothold<N>) -> FootState<N> {
         let (sticks, stuck_m) = (contact.sticks[i], contact.stuck_m[i]);
         let arm_m = stance.arms_m[i];
         let [x, y, z] = add(stance.centre_m, arm_m);
@@ -286,7 +286,7 @@ impl Legs {
         let slides = limit.below(force) & on;
         let share = N::select(slides, limit / force, 1.0);
         let share = N::select(on, share, 0.0);
-        FootAt {
+        FootState {
             depth_m,
             place_m: [x, y],
             force_n: [share * fx, share * fy, normal],
@@ -320,7 +320,7 @@ impl Legs {
         body: &Body<'_, N>,
         deck: &DeckPose<N>,
         contact: &Foothold<N>,
-    ) -> [FootAt<N>; 4] {
+    ) -> [FootState<N>; 4] {
         let stance = self.stance(body, deck);
         [
             self.foot(0, &stance, contact),

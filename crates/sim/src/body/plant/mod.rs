@@ -3,7 +3,7 @@
 mod settings;
 
 use crate::air::exponential::Exponential;
-use crate::air::ground::{Deck, WakeLag, rotor_force};
+use crate::air::ground::{DeckSurface, WakeLag, rotor_force};
 use crate::body::motor::Motor;
 use crate::check;
 use crate::error::SimError;
@@ -59,7 +59,7 @@ pub(crate) struct HeldPlant {
 pub struct Plant {
     pub(crate) motor: Motor,
     pub(crate) law: Law,
-    pub(crate) deck: Deck,
+    pub(crate) deck: DeckSurface,
     pub(crate) present: bool,
     weight_n: f64,
     pub(crate) rotor_height_m: f64,
@@ -104,7 +104,7 @@ impl Plant {
                 GroundLaw::WakeLag => Law::WakeLag(wake),
                 GroundLaw::Exponential => Law::Exponential(exponential),
             },
-            deck: Deck::new(&settings.wake())?,
+            deck: DeckSurface::new(&settings.wake())?,
             present: settings.surface != Surface::Absent,
             weight_n,
             rotor_height_m: settings.rotor_height_m,
@@ -152,7 +152,7 @@ impl Plant {
         }
     }
 
-    /// γ: strength of the ground effect.
+    /// γ: scale of the ground effect.
     #[must_use]
     pub fn ground_effect_scale(&self) -> f64 {
         match &self.law {
@@ -161,7 +161,7 @@ impl Plant {
         }
     }
 
-    /// The same plant with another strength of the ground effect.
+    /// The same plant with another γ.
     pub(crate) fn with_ground_effect_scale(mut self, scale: f64) -> Self {
         self.law = match self.law {
             Law::WakeLag(law) => Law::WakeLag(law.with_scale(scale)),
@@ -265,8 +265,8 @@ impl Plant {
     /// The same from the inflow at rest.
     #[inline(always)]
     pub(crate) fn turbulence_at<N: Number>(&self, root_thrust: N, target: [N; 2]) -> N {
-        let strength = (target[0] + target[1]) * (1.0 / 0.15) + 0.2;
-        root_thrust * self.turbulence * root_thrust * strength
+        let share = 0.2 + (target[0] + target[1]) * (1.0 / 0.15);
+        self.turbulence * root_thrust * root_thrust * share
     }
 
     /// The state at rest in which the vertical force, with thrust in error by

@@ -28,9 +28,9 @@ use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
 use crate::number::vector::{add, along, cross, dot, sub, to_world};
 
-pub(crate) use kernel::{Acting, Input, Kind, Standing};
+pub(crate) use kernel::{Dynamics, Input, LegContact, VehicleVariation};
 pub use state::RigidState;
-pub(crate) use state::{Moving, SIZE};
+pub(crate) use state::{MotionState, SIZE};
 
 /// Sign of the reaction torque of each rotor.
 pub(crate) const SPIN: [f64; 4] = [1.0, -1.0, 1.0, -1.0];
@@ -73,7 +73,7 @@ impl Disturbance {
 
 impl Loads {
     #[inline]
-    fn of(acting: Acting<f64>, target: RotorsTarget) -> Self {
+    fn of(acting: Dynamics<f64>, target: RotorsTarget) -> Self {
         Self {
             acceleration_mps2: acting.acceleration_mps2,
             angular_acceleration: acting.angular_acceleration,
@@ -136,11 +136,11 @@ impl RigidVehicle {
         self
     }
 
-    /// The same vehicle in a ground effect of another strength γ, which is what
+    /// The same vehicle with another scale γ of the ground effect, which is what
     /// [`PlantSettings::ground_effect_scale`] sets.
     ///
     /// # Errors
-    /// The strength must not be negative.
+    /// The scale must not be negative.
     pub fn with_ground_effect_scale(mut self, scale: f64) -> Result<Self, SimError> {
         check::not_negative("plant.ground_effect_scale", scale)?;
         self.rotors = self.rotors.with_ground_effect_scale(scale);
@@ -199,8 +199,8 @@ impl RigidVehicle {
     }
 
     #[inline]
-    pub(crate) fn kind(&self) -> Kind<f64> {
-        Kind {
+    pub(crate) fn kind(&self) -> VehicleVariation<f64> {
+        VehicleVariation {
             thrust_scale_error: self.thrust_scale_error,
             ground_effect_scale: self.rotors.ground_effect_scale(),
         }
@@ -214,7 +214,7 @@ impl RigidVehicle {
         let hubs_m = self.hubs_over(place, &state.axes(), deck);
         let input = disturbance.input(&[0.0; 4], self.rotors.shares(&hubs_m));
         let around = self.around(&kind, roots, &hubs_m, &input.shares, deck);
-        let standing = self.legs_near(state, deck).map(|legs| Standing {
+        let standing = self.legs_near(state, deck).map(|legs| LegContact {
             legs,
             foothold: state.contact.foothold(),
         });
@@ -268,7 +268,7 @@ impl RigidVehicle {
     /// One Runge–Kutta step of `dt`; `deck` is the deck at the start, the middle
     /// and the end of the step. Returns the loads at its start.
     ///
-    /// Held within the step, as they are in its middle at the place that velocities
+    /// HeldRotors within the step, as they are in its middle at the place that velocities
     /// lead to: where the inflow goes (q1*, q2*), how fast it follows (t1, t2), what a
     /// rotor sees of the plate (ρ), the upwash (P ρ u), and the deck's normal. The
     /// error is of second order in the step, `dt²/(12 t1)` of the targets' rate: as
@@ -284,7 +284,7 @@ impl RigidVehicle {
         disturbance: &Disturbance,
         dt: f64,
     ) -> Loads {
-        let mut standing = self.legs_near(state, &deck[0]).map(|legs| Standing {
+        let mut standing = self.legs_near(state, &deck[0]).map(|legs| LegContact {
             legs,
             foothold: state.contact.foothold(),
         });

@@ -40,7 +40,7 @@ pub(crate) const SIZE: usize = 22;
 
 /// What is integrated.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Moving<N> {
+pub(crate) struct MotionState<N> {
     pub(crate) rotors: RotorsState<N>,
     pub(crate) position_m: [N; 3],
     pub(crate) velocity_mps: [N; 3],
@@ -48,7 +48,7 @@ pub(crate) struct Moving<N> {
     pub(crate) rates: [N; 3],
 }
 
-impl<N: Number> Moving<N> {
+impl<N: Number> MotionState<N> {
     #[inline(always)]
     pub(crate) fn to_array(self) -> [N; SIZE] {
         let [x0, x1, x2, x3] = self.rotors.root_thrust;
@@ -110,8 +110,8 @@ impl<N: Number> Moving<N> {
 
 impl RigidState {
     #[inline]
-    pub(crate) fn moving(&self) -> Moving<f64> {
-        Moving {
+    pub(crate) fn moving(&self) -> MotionState<f64> {
+        MotionState {
             rotors: self.rotors,
             position_m: self.position_m,
             velocity_mps: self.velocity_mps,
@@ -121,7 +121,7 @@ impl RigidState {
     }
 
     #[inline]
-    pub(crate) fn take(&mut self, moving: &Moving<f64>) {
+    pub(crate) fn take(&mut self, moving: &MotionState<f64>) {
         self.rotors = moving.rotors;
         self.position_m = moving.position_m;
         self.velocity_mps = moving.velocity_mps;

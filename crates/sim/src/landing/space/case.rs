@@ -1,6 +1,6 @@
-//! Landings that are asked about by name.
+//! Scenarios by name.
 
-use super::faults::{FaultGust, NanBurst, Span, Struck, WeakRotor};
+use super::faults::{FaultGust, FaultySensor, NanBurst, TimeSpan, WeakRotor};
 use super::scenario::SpaceScenario;
 use crate::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
 
@@ -11,7 +11,7 @@ pub enum Case {
     Still,
     /// The paper's deck: heave of 0.05 m at 0.5 Hz.
     Paper,
-    /// The same, ground effect 60 % stronger than the models say.
+    /// The same, with 60 % more ground effect than the models predict.
     Strong,
     /// Heave of 0.3 m at 0.2 Hz with 3° of roll.
     Heave,
@@ -21,9 +21,9 @@ pub enum Case {
     TagLost,
     /// A tenth of the range readings is missing.
     RangeMissing,
-    /// Readings of range, tag and GNSS are 100 ms older, and say so.
+    /// Readings of range, tag and GNSS are 100 ms older; their time stamps tell.
     Late,
-    /// The same, but nobody knows.
+    /// The same, without time stamps.
     LateUnknown,
     /// A rotor at 80 % of its thrust.
     Rotor,
@@ -120,7 +120,7 @@ impl Case {
             Self::Still | Self::Paper | Self::Heave | Self::Sea => {}
             Self::Strong => scenario.ground_effect_strength = 1.6,
             Self::TagLost => {
-                faults.tag_lost = vec![Span {
+                faults.tag_lost = vec![TimeSpan {
                     from_s: 0.5,
                     to_s: 1.5,
                 }];
@@ -148,7 +148,7 @@ impl Case {
             }
             Self::Nan => {
                 faults.nan = vec![NanBurst {
-                    sensor: Struck::All,
+                    sensor: FaultySensor::All,
                     from_s: 0.5,
                     to_s: 0.7,
                 }];

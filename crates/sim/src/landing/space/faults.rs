@@ -1,4 +1,4 @@
-//! What goes wrong in a landing.
+//! Faults of a landing: sensors, a rotor, a gust.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,10 +6,10 @@ use crate::check;
 use crate::error::SimError;
 use crate::sensors::suite::{NanReadings, SensorFaults};
 
-/// Sensors that a fault can strike.
+/// The sensor that a fault concerns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Struck {
+pub enum FaultySensor {
     /// Specific forces of the inertial unit.
     Imu,
     /// Its attitude, for landing computer and attitude control alike.
@@ -28,10 +28,10 @@ pub enum Struck {
     All,
 }
 
-/// From when times of faults count.
+/// Start of the faults' clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Since {
+pub enum FaultClock {
     /// The start of the trial.
     Start,
     /// The start of the first descent.
@@ -42,19 +42,19 @@ pub enum Since {
 /// A time span.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Span {
+pub struct TimeSpan {
     /// Its start, s.
     pub from_s: f64,
     /// Its end, s.
     pub to_s: f64,
 }
 
-/// Readings that are not numbers.
+/// A time in which readings are not numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NanBurst {
     /// The sensor.
-    pub sensor: Struck,
+    pub sensor: FaultySensor,
     /// Its start, s.
     pub from_s: f64,
     /// Its end, s.
@@ -88,14 +88,14 @@ pub struct FaultGust {
     pub hold_s: f64,
 }
 
-/// What goes wrong.
+/// Faults of a landing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FaultSettings {
     /// From when the times below count.
-    pub since: Since,
+    pub since: FaultClock,
     /// No tag is found in these spans.
-    pub tag_lost: Vec<Span>,
+    pub tag_lost: Vec<TimeSpan>,
     /// Share of range readings that are missing, beside the sensor's own losses.
     pub range_missing_share: f64,
     /// Further latency of range, tag and GNSS, s.
@@ -115,7 +115,7 @@ impl Default for FaultSettings {
     /// None; latency, if set, by stamped readings.
     fn default() -> Self {
         Self {
-            since: Since::default(),
+            since: FaultClock::default(),
             tag_lost: Vec::new(),
             range_missing_share: 0.0,
             extra_latency_s: 0.0,
@@ -188,7 +188,7 @@ impl FaultSettings {
         let within = |from_s: f64, to_s: f64| since_s >= from_s && since_s < to_s;
         let is_nan = |sensor| {
             self.nan.iter().any(|burst| {
-                (burst.sensor == sensor || burst.sensor == Struck::All)
+                (burst.sensor == sensor || burst.sensor == FaultySensor::All)
                     && within(burst.from_s, burst.to_s)
             })
         };
@@ -205,13 +205,13 @@ impl FaultSettings {
                 0.0
             },
             nan: NanReadings {
-                specific_force: is_nan(Struck::Imu),
-                attitude: is_nan(Struck::Attitude),
-                rates: is_nan(Struck::Gyro),
-                range: is_nan(Struck::Range),
-                tag: is_nan(Struck::Tag),
-                gnss: is_nan(Struck::Gnss),
-                barometer: is_nan(Struck::Barometer),
+                specific_force: is_nan(FaultySensor::Imu),
+                attitude: is_nan(FaultySensor::Attitude),
+                rates: is_nan(FaultySensor::Gyro),
+                range: is_nan(FaultySensor::Range),
+                tag: is_nan(FaultySensor::Tag),
+                gnss: is_nan(FaultySensor::Gnss),
+                barometer: is_nan(FaultySensor::Barometer),
             },
         }
     }

@@ -6,13 +6,13 @@ use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_lander::computer::{ComputerState, Sensed};
 use touchdown_lander::state_machine::{OperatorRequest, Phase, Reason};
 
-use super::drawn::{Drawn, DrawnAir, hover};
-use super::faults::Since;
+use super::faults::FaultClock;
+use super::flight_log::FlightLog;
 use super::landing::SpaceLander;
-use super::logged::FlightLog;
 use super::outcome::{SpaceLanding, SpaceOutcome, SpaceTrace, Touch};
-use super::touching::Touching;
+use super::touchdown::TouchdownJudge;
 use super::track::Track;
+use super::trial::{TrialAir, TrialDraw, hover};
 use crate::STEP_S;
 use crate::air::turbulence::RotorTurbulence;
 use crate::air::wind::{GustSettings, Wind};
@@ -25,18 +25,18 @@ use crate::random::{Purpose, Stream};
 use crate::sensors::suite::{SensorSuite, Truth, nan_if, steps};
 
 /// State of the landing computer that is simulated.
-type Brain = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
+type ComputerMemory = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
 
 /// A command on its way to the attitude control.
 #[derive(Clone, Copy)]
-pub(super) struct Sent {
+pub(super) struct PendingCommand {
     pub(super) arrives: u64,
     pub(super) setpoint: Option<AttitudeSetpoint>,
 }
 
 /// What is true of a descent so far.
 #[derive(Clone, Copy)]
-pub(super) struct Descending {
+pub(super) struct Descent {
     pub(super) since: u64,
     pub(super) path_m: f64,
     pub(super) touch: Option<Touch>,
@@ -55,13 +55,13 @@ pub(super) struct Flight<'a> {
     pub(super) turbulence: Option<RotorTurbulence>,
     pub(super) disturbance: Disturbance,
     pub(super) sensors: SensorSuite,
-    pub(super) brain: Brain,
-    pub(super) sent: VecDeque<Sent>,
+    pub(super) brain: ComputerMemory,
+    pub(super) sent: VecDeque<PendingCommand>,
     pub(super) setpoint: Option<AttitudeSetpoint>,
     pub(super) control: CascadeState,
     pub(super) throttle: [f64; 4],
-    pub(super) touching: Touching,
-    pub(super) descending: Option<Descending>,
+    pub(super) touching: TouchdownJudge,
+    pub(super) descending: Option<Descent>,
     pub(super) fault_start: Option<u64>,
     pub(super) weakened: bool,
     pub(super) phase: Phase,
@@ -81,16 +81,16 @@ impl<'a> Flight<'a> {
         record: bool,
     ) -> Result<Self, SimError> {
         let scenario = &lander.scenario;
-        let drawn = Drawn::new(scenario, trial, seed);
-        let vehicle = drawn.vehicle(&lander.vehicle)?;
-        let mut track = lander.track(trial, seed, drawn.phase)?;
+        let draw = TrialDraw::new(scenario, trial, seed);
+        let vehicle = draw.vehicle(&lander.vehicle)?;
+        let mut track = lander.track(trial, seed, draw.phase)?;
         let pose = track.at(0.0)?;
-        let (state, throttle) = drawn.start(scenario, &vehicle, &pose);
-        let DrawnAir {
+        let (state, throttle) = draw.start(scenario, &vehicle, &pose);
+        let TrialAir {
             wind,
             turbulence,
             disturbance,
-        } = DrawnAir::new(scenario, &vehicle, &state, &pose, trial, seed)?;
+        } = TrialAir::new(scenario, &vehicle, &state, &pose, trial, seed)?;
         let gravity = scenario.plant.gravity_mps2;
         let mut sensors = SensorSuite::new(
             &scenario.sensors,
@@ -120,9 +120,9 @@ impl<'a> Flight<'a> {
             setpoint: Some(hover(&state)),
             control: CascadeState::default(),
             throttle: [throttle; 4],
-            touching: Touching::default(),
+            touching: TouchdownJudge::default(),
             descending: None,
-            fault_start: (scenario.faults.since == Since::Start).then_some(0),
+            fault_start: (scenario.faults.since == FaultClock::Start).then_some(0),
             weakened: false,
             phase: Phase::Approach,
             stopped: None,
@@ -160,7 +160,7 @@ impl<'a> Flight<'a> {
             .map_or(f64::NEG_INFINITY, |start| (step - start) as f64 * STEP_S)
     }
 
-    /// From one step of the integration to the next; says if the trial is over.
+    /// One step of the integration; returns the outcome of a trial that ends in it.
     pub(super) fn step(&mut self, step: u64) -> Result<Option<SpaceOutcome>, SimError> {
         let scenario = &self.lander.scenario;
         let truth = Truth {
@@ -190,7 +190,7 @@ impl<'a> Flight<'a> {
                 .computer
                 .step(&mut self.brain, &sensed, period_s);
             self.note(step, &output);
-            self.sent.push_back(Sent {
+            self.sent.push_back(PendingCommand {
                 arrives: step + steps(scenario.command_delay_s) as u64,
                 setpoint: output.command.map(|command| AttitudeSetpoint {
                     thrust_n: command.thrust_n,
@@ -244,7 +244,7 @@ impl<'a> Flight<'a> {
         self.gusting = faults.gust.is_some() && since_s >= 0.0;
     }
 
-    /// The vehicle's motion over a step, and what is to be said of it.
+    /// Moves the vehicle over a step and judges it.
     fn fly(&mut self, step: u64) -> Result<Option<SpaceOutcome>, SimError> {
         let t = step as f64 * STEP_S;
         let before = self.relative();

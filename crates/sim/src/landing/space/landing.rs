@@ -10,7 +10,7 @@ use crate::sensors::suite::steps;
 use touchdown_lander::computer::Computer;
 
 use crate::STEP_S;
-use crate::air::ground::Deck;
+use crate::air::ground::DeckSurface;
 use crate::body::cascade::Cascade;
 use crate::body::rigid::RigidVehicle;
 use crate::deck::rigid::{RigidDeck, RigidMotion};
@@ -59,7 +59,7 @@ impl SpaceLander {
             .deck
             .validate()
             .map_err(|error| error.in_section("deck"))?;
-        let half_side_m = Deck::new(&scenario.plant.wake())?.half_side_m();
+        let half_side_m = DeckSurface::new(&scenario.plant.wake())?.half_side_m();
         let camera = scenario
             .sensors
             .tag
@@ -171,7 +171,7 @@ impl SpaceLander {
             }
             (None, motion, _) => motion.build(gravity_mps2, seed, trial)?,
         };
-        let drawn = self.deck.is_none() && matches!(scenario.deck, RigidMotion::Sea(_));
+        let random_waves = self.deck.is_none() && matches!(scenario.deck, RigidMotion::Sea(_));
         let phase = if scenario.spread.deck_phase {
             phase
         } else {
@@ -182,8 +182,8 @@ impl SpaceLander {
                 let (from_s, to_s) = spline.range_s();
                 from_s + phase * (to_s - from_s - scenario.timeout_s - 1.0)
             }
-            // Waves are drawn anew for every trial.
-            _ if drawn => 0.0,
+            // Every trial has waves of its own.
+            _ if random_waves => 0.0,
             // Far more than a period of anything.
             _ => 1000.0 * phase,
         };

@@ -1,5 +1,5 @@
-//! Whole landings in six degrees of freedom: the true vehicle over a true deck,
-//! sensors that are late and wrong, and the flight crate's landing computer.
+//! Landings in six degrees of freedom: vehicle, deck, sensors with noise and latency, and the
+//! landing computer.
 //!
 //! ```text
 //! deck, wind ─> vehicle (1 kHz) ─> sensors ─> landing computer (100 Hz) ─> cascade (500 Hz) ─> throttles ─┐
@@ -7,44 +7,47 @@
 //!                 └──────────────────────────────────────────────────────────────────────────────────┘
 //! ```
 //!
-//! The computer is the one that flies ([`touchdown_lander::computer`]); it knows of the
-//! world what the sensors say, the vehicle's mass, mounting places and nominal
-//! delays, and models that were identified before. The camera is the fast one, whose
-//! errors were fitted to the detector ([`crate::sensors::camera::fast`]), or a renderer and a detector
-//! that are plugged in ([`crate::sensors::camera::pipeline`]). Outcome, touchdown and crash
-//! are judged by the true state in the deck's frame.
+//! The landing computer is the one that flies ([`touchdown_lander::computer`]). It knows readings,
+//! the vehicle's mass, the places of its sensors, their nominal latencies, and models that were
+//! identified before. The camera is an error model fitted to the detector
+//! ([`crate::sensors::camera::fast`]), or a renderer with a detector
+//! ([`crate::sensors::camera::pipeline`]). The true state in the deck's axes decides on outcome,
+//! touchdown and crash.
 //!
 //! | module | what it holds |
 //! | --- | --- |
-//! | `sensors`, `tags`, `faults`, `computer`, `scenario`, `fits` | settings, and whether they fit each other |
+//! | `scenario`, `faults`, `consistency` | settings, and checks across them |
 //! | `case` | scenarios by name |
-//! | `landing`, `flight`, `track` | a landing, its steps, its deck |
-//! | `drawn` | in what trials differ |
-//! | `outcome`, `account`, `touching` | what is said of it |
-//! | `logged` | what an autopilot would log of it |
-//! | `batch` | many landings side by side, with ideal sensors |
+//! | `computer` | the landing computer of a scenario |
+//! | `landing`, `flight`, `track` | a landing, its steps, the deck over its time |
+//! | `trial` | random differences between trials |
+//! | `outcome`, `record`, `touchdown` | the result of a landing, and how the true state decides on it |
+//! | `flight_log` | the log that an autopilot would write |
+//! | `batch` | many landings in SIMD lanes, with ideal sensors |
 
-mod account;
 mod batch;
 mod case;
 mod computer;
-mod drawn;
+mod consistency;
 mod faults;
-mod fits;
 mod flight;
+mod flight_log;
 mod landing;
-mod logged;
 mod outcome;
+mod record;
 mod scenario;
-mod touching;
+mod touchdown;
 mod track;
+mod trial;
 
 pub use crate::sensors::RangeRow;
 pub use batch::Batch;
 pub use case::Case;
-pub use faults::{FaultGust, FaultSettings, NanBurst, Since, Span, Struck, WeakRotor};
+pub use faults::{
+    FaultClock, FaultGust, FaultSettings, FaultySensor, NanBurst, TimeSpan, WeakRotor,
+};
+pub use flight_log::{FlightLog, ImuRow};
 pub use landing::{SpaceLander, land};
-pub use logged::{FlightLog, ImuRow};
 pub use outcome::{
     Abort, CrashCause, Impact, SpaceLanding, SpaceOutcome, SpaceTrace, Touch, TraceRow,
 };

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use touchdown_lander::state_machine::{Phase, Reason};
 
-use super::logged::FlightLog;
+use super::flight_log::FlightLog;
 
 /// Why a landing is a crash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
@@ -129,7 +129,7 @@ pub struct SpaceLanding {
     /// The hardest contact of the whole trial, aborted descents and bounces too; none
     /// where no foot has touched the deck.
     pub impact: Option<Impact>,
-    /// How much later readings were held to come than their ages say at the end, s.
+    /// Estimated latency of readings beyond their stated ages, at the end, s.
     pub estimated_latency_s: f64,
     /// Time of the end, s.
     pub end_s: f64,
@@ -193,7 +193,7 @@ pub struct TraceRow {
     pub estimated_sd_m: [f64; 3],
     /// Height that is flown to, and its velocity relative to the deck, m and m/s.
     pub target: Option<[f64; 2]>,
-    /// How much later readings are held to come than their ages say, s.
+    /// Estimated latency of readings beyond their stated ages, s.
     pub estimated_latency_s: f64,
     /// Estimated heave velocity of the deck, m/s.
     pub estimated_deck_mps: f64,

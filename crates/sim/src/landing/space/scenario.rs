@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use touchdown_lander::models::FlightModels;
 use touchdown_lander::settings::ControlSettings;
 
+use super::consistency;
 use super::faults::FaultSettings;
-use super::fits;
 use crate::STEP_S;
 use crate::air::wind::WindSettings;
 use crate::body::BodySettings;
@@ -65,7 +65,7 @@ pub struct SpaceScenario {
     pub battery_s: f64,
     /// Whether the air is turbulent.
     pub turbulence: bool,
-    /// Strength of the plant's ground effect over what its settings say.
+    /// Factor on the plant's `ground_effect_scale`.
     pub ground_effect_strength: f64,
     /// Vehicle, rotors and air.
     pub plant: PlantSettings,
@@ -181,6 +181,6 @@ impl SpaceScenario {
             ),
             aside,
         )?;
-        fits::check(self)
+        consistency::check(self)
     }
 }

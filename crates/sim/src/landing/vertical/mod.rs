@@ -13,6 +13,7 @@ use crate::deck::{DeckMotion, DeckPoint};
 use crate::error::SimError;
 use crate::random::{Purpose, Stream};
 use crate::sensors::FlightSensorSettings;
+use crate::sensors::history::History;
 
 pub use scenario::{LandingScenario, NominalStart, SpreadSettings};
 
@@ -94,30 +95,6 @@ impl Snapshot {
     }
 }
 
-/// The last snapshots, as many as the sensors are late.
-struct Delay {
-    ring: Vec<Snapshot>,
-    next: usize,
-}
-
-impl Delay {
-    fn new(steps: usize, first: Snapshot) -> Self {
-        Self {
-            ring: vec![first; steps + 1],
-            next: 0,
-        }
-    }
-
-    fn push(&mut self, snapshot: Snapshot) {
-        self.ring[self.next] = snapshot;
-        self.next = (self.next + 1) % self.ring.len();
-    }
-
-    fn oldest(&self) -> &Snapshot {
-        &self.ring[self.next]
-    }
-}
-
 /// One vehicle of the scenario's spread.
 struct Draw {
     thrust_scale_error: f64,
@@ -178,6 +155,141 @@ fn steps_of(time_s: f64) -> usize {
     (time_s / STEP_S).round() as usize
 }
 
+/// A landing while it is flown.
+struct Flight<'a> {
+    scenario: &'a LandingScenario,
+    draw: Draw,
+    plant: Plant,
+    vehicle: VerticalVehicle,
+    sensors: FlightSensorSettings,
+    sensor_stream: Stream,
+    turbulence: Option<Turbulence>,
+    now: Snapshot,
+    /// Snapshots over the latency of the sensors.
+    past: History<Snapshot>,
+    /// Age of a measurement in steps.
+    sensor_delay: usize,
+    rest_throttle: f64,
+    control_steps: usize,
+    /// The throttles of all control periods so far.
+    commands: Vec<f64>,
+    trace: Option<LandingTrace>,
+    path_m: f64,
+}
+
+impl<'a> Flight<'a> {
+    fn new(
+        scenario: &'a LandingScenario,
+        trial_index: u64,
+        seed: u64,
+        record: bool,
+    ) -> Result<Self, SimError> {
+        scenario.validate()?;
+        let draw = Draw::new(scenario, trial_index, seed);
+        let plant = Plant::new(&PlantSettings {
+            ground_effect_scale: scenario.plant.ground_effect_scale * draw.ground_effect_scale,
+            ..scenario.plant
+        })?;
+        let vehicle = VerticalVehicle::new(plant, scenario.plant.mass_kg, draw.thrust_scale_error);
+        let sensors = if scenario.noise {
+            scenario.sensors
+        } else {
+            scenario.sensors.without_noise()
+        };
+        let sensor_delay = steps_of(sensors.latency_s);
+        let deck = draw.deck.at(0.0);
+        let (state, rest_throttle) = vehicle.balanced(scenario.start_height_m, deck);
+        let turbulence = scenario.noise.then(|| {
+            let stream = Stream::new(seed, trial_index, Purpose::Turbulence);
+            let sd_n = plant.turbulence_sd_n(&state.plant, scenario.start_height_m);
+            Turbulence::new(stream, plant.turbulence_correlation_s(), STEP_S, sd_n)
+        });
+        let now = Snapshot {
+            state,
+            deck,
+            turbulence_n: turbulence.as_ref().map_or(0.0, Turbulence::value_n),
+        };
+        Ok(Self {
+            scenario,
+            draw,
+            plant,
+            vehicle,
+            sensors,
+            sensor_stream: Stream::new(seed, trial_index, Purpose::Sensor),
+            turbulence,
+            now,
+            past: History::new(sensor_delay + 1, now),
+            sensor_delay,
+            rest_throttle,
+            control_steps: steps_of(scenario.control_period_s),
+            commands: Vec::new(),
+            trace: record.then(LandingTrace::default),
+            path_m: 0.0,
+        })
+    }
+
+    /// Measures, and calls the pilot where a control period begins.
+    fn control(&mut self, step: usize, pilot: &mut dyn FnMut(&Measurement<f64>) -> Command<f64>) {
+        self.past.push(self.now);
+        if !step.is_multiple_of(self.control_steps) {
+            return;
+        }
+        let measurement = sense(
+            &self.vehicle,
+            &self.sensors,
+            self.draw.acceleration_bias_mps2,
+            &self.past.at(self.sensor_delay),
+            &mut self.sensor_stream,
+        );
+        let command = pilot(&measurement);
+        let last = self.commands.last().copied();
+        self.commands.push(if command.throttle.is_finite() {
+            command.throttle.clamp(0.0, 1.0)
+        } else {
+            last.unwrap_or(self.rest_throttle)
+        });
+        if let Some(trace) = &mut self.trace {
+            trace.push(step as f64 * STEP_S, &self.vehicle, &self.now, &command);
+        }
+    }
+
+    /// One step of the vehicle; the outcome and, of a landing, time and speed of the crossing, where
+    /// the trial ends in it.
+    fn advance(&mut self, step: usize) -> Option<(Outcome, Option<(f64, f64)>)> {
+        let throttle = match step.checked_sub(steps_of(self.scenario.command_delay_s)) {
+            Some(sent) => self.commands[sent / self.control_steps],
+            None => self.rest_throttle,
+        };
+        let (now, deck) = (self.now, &self.draw.deck);
+        let t = step as f64 * STEP_S;
+        let after = deck.at((step + 1) as f64 * STEP_S);
+        let decks = [now.deck, deck.at(t + 0.5 * STEP_S), after];
+        let mut next = now;
+        self.vehicle
+            .step(&mut next.state, &decks, throttle, now.turbulence_n, STEP_S);
+        next.deck = after;
+        if let Some(turbulence) = &mut self.turbulence {
+            let sd_n = (self.plant).turbulence_sd_n(&now.state.plant, now.height_m());
+            next.turbulence_n = turbulence.step(sd_n);
+        }
+        self.now = next;
+
+        let (z0, z1) = (now.height_m(), next.height_m());
+        let (v0, v1) = (now.relative_velocity_mps(), next.relative_velocity_mps());
+        if !next.state.is_finite() || z1 > self.scenario.ceiling_m {
+            return Some((Outcome::Diverged, None));
+        }
+        if z1 <= self.scenario.landed_height_m {
+            let share = (z0 - self.scenario.landed_height_m) / (z0 - z1);
+            let v = v0 + share * (v1 - v0);
+            self.path_m += 0.5 * (v0.abs() + v.abs()) * share * STEP_S;
+            return Some((Outcome::Landed, Some((t + share * STEP_S, v))));
+        }
+        self.path_m += 0.5 * (v0.abs() + v1.abs()) * STEP_S;
+        None
+    }
+}
+
 /// Flies one landing.
 ///
 /// The vehicle starts at the start height above the deck, in relative rest with
@@ -199,106 +311,33 @@ pub fn land(
     pilot: &mut dyn FnMut(&Measurement<f64>) -> Command<f64>,
     record: bool,
 ) -> Result<Landing, SimError> {
-    scenario.validate()?;
-    let draw = Draw::new(scenario, trial_index, seed);
-    let plant = Plant::new(&PlantSettings {
-        ground_effect_scale: scenario.plant.ground_effect_scale * draw.ground_effect_scale,
-        ..scenario.plant
-    })?;
-    let vehicle = VerticalVehicle::new(plant, scenario.plant.mass_kg, draw.thrust_scale_error);
-    let sensors = if scenario.noise {
-        scenario.sensors
-    } else {
-        scenario.sensors.without_noise()
-    };
-    let mut sensor_stream = Stream::new(seed, trial_index, Purpose::Sensor);
-
-    let deck = draw.deck.at(0.0);
-    let (state, rest_throttle) = vehicle.balanced(scenario.start_height_m, deck);
-    let mut turbulence = scenario.noise.then(|| {
-        let stream = Stream::new(seed, trial_index, Purpose::Turbulence);
-        let sd_n = plant.turbulence_sd_n(&state.plant, scenario.start_height_m);
-        Turbulence::new(stream, plant.turbulence_correlation_s(), STEP_S, sd_n)
-    });
-    let mut now = Snapshot {
-        state,
-        deck,
-        turbulence_n: turbulence.as_ref().map_or(0.0, Turbulence::value_n),
-    };
-    let mut seen = Delay::new(steps_of(sensors.latency_s), now);
-    let control_steps = steps_of(scenario.control_period_s);
-    let delay_steps = steps_of(scenario.command_delay_s);
+    let mut flight = Flight::new(scenario, trial_index, seed, record)?;
     let steps = steps_of(scenario.timeout_s);
     let hover_from = steps.saturating_sub(steps_of(HOVER_WINDOW_S));
-    let mut commands: Vec<f64> = Vec::with_capacity(steps / control_steps + 1);
-    let mut trace = record.then(LandingTrace::default);
-    let (mut path_m, mut hover_sum_m) = (0.0, 0.0);
-
-    let finish = |outcome, crossing: Option<(f64, f64)>, path_m, now: &Snapshot, hover, trace| {
-        Ok(Landing {
-            trial_index,
-            outcome,
-            t_l_s: crossing.map(|c| c.0),
-            v_l_mps: crossing.map(|c| c.1.abs()),
-            s_l_m: path_m,
-            final_height_m: now.height_m(),
-            hover_height_m: hover,
-            trace,
-        })
-    };
-
+    let mut hover_sum_m = 0.0;
+    let mut end = None;
     for step in 0..steps {
-        seen.push(now);
-        if step % control_steps == 0 {
-            let bias_mps2 = draw.acceleration_bias_mps2;
-            let old = seen.oldest();
-            let measurement = sense(&vehicle, &sensors, bias_mps2, old, &mut sensor_stream);
-            let command = pilot(&measurement);
-            let last = commands.last().copied().unwrap_or(rest_throttle);
-            commands.push(if command.throttle.is_finite() {
-                command.throttle.clamp(0.0, 1.0)
-            } else {
-                last
-            });
-            if let Some(trace) = &mut trace {
-                trace.push(step as f64 * STEP_S, &vehicle, &now, &command);
-            }
+        flight.control(step, pilot);
+        end = flight.advance(step);
+        if end.is_some() {
+            break;
         }
-        let throttle = match step.checked_sub(delay_steps) {
-            Some(sent) => commands[sent / control_steps],
-            None => rest_throttle,
-        };
-        let t = step as f64 * STEP_S;
-        let after = draw.deck.at((step + 1) as f64 * STEP_S);
-        let decks = [now.deck, draw.deck.at(t + 0.5 * STEP_S), after];
-        let mut next = now;
-        vehicle.step(&mut next.state, &decks, throttle, now.turbulence_n, STEP_S);
-        next.deck = after;
-        if let Some(turbulence) = &mut turbulence {
-            let sd_n = plant.turbulence_sd_n(&now.state.plant, now.height_m());
-            next.turbulence_n = turbulence.step(sd_n);
-        }
-
-        let (z0, z1) = (now.height_m(), next.height_m());
-        let (v0, v1) = (now.relative_velocity_mps(), next.relative_velocity_mps());
-        if !next.state.is_finite() || z1 > scenario.ceiling_m {
-            return finish(Outcome::Diverged, None, path_m, &next, None, trace);
-        }
-        if z1 <= scenario.landed_height_m {
-            let share = (z0 - scenario.landed_height_m) / (z0 - z1);
-            let v = v0 + share * (v1 - v0);
-            path_m += 0.5 * (v0.abs() + v.abs()) * share * STEP_S;
-            let crossing = Some((t + share * STEP_S, v));
-            return finish(Outcome::Landed, crossing, path_m, &next, None, trace);
-        }
-        path_m += 0.5 * (v0.abs() + v1.abs()) * STEP_S;
         if step >= hover_from {
-            hover_sum_m += z1;
+            hover_sum_m += flight.now.height_m();
         }
-        now = next;
     }
-    let hover = Some(hover_sum_m / (steps - hover_from) as f64);
-    finish(Outcome::TimedOut, None, path_m, &now, hover, trace)
+    let (outcome, crossing) = end.unwrap_or((Outcome::TimedOut, None));
+    let hover_m = hover_sum_m / (steps - hover_from) as f64;
+    Ok(Landing {
+        trial_index,
+        outcome,
+        t_l_s: crossing.map(|(time_s, _)| time_s),
+        v_l_mps: crossing.map(|(_, speed_mps)| speed_mps.abs()),
+        s_l_m: flight.path_m,
+        final_height_m: flight.now.height_m(),
+        hover_height_m: (outcome == Outcome::TimedOut).then_some(hover_m),
+        trace: flight.trace,
+    })
 }
 
 impl LandingTrace {

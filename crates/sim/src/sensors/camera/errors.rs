@@ -1,4 +1,4 @@
-//! What a detector makes of the corners of a tag, as tables.
+//! Errors of a detector at the corners of a tag, as tables.
 //!
 //! Over the mean size of the tag's cells and its motion during the exposure, both
 //! in pixels, the tables hold how often a tag in view is found, and the errors of
@@ -14,7 +14,7 @@
 //! | keystone (2) | apart on one side, together on the other | tilts |
 //!
 //! [`ErrorModel::fitted`] was measured on rendered images; the head of its file
-//! says how.
+//! gives the command.
 
 use std::sync::LazyLock;
 

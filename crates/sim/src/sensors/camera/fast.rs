@@ -1,7 +1,7 @@
 //! The camera without images: fixes with the errors that a detector makes.
 //!
-//! For every tag of the print in view, chance says whether it is found and how
-//! far off its corners are, from the tables of an [`ErrorModel`]. The pose is then
+//! For every tag in view, the tables of an [`ErrorModel`] give the probability that it is found and
+//! the distribution of its corners' errors. The pose is then
 //! the one that explains these corners best, by weighted least squares from the
 //! true one,
 //!
@@ -10,8 +10,8 @@
 //! ```
 //!
 //! so that errors over distance, tilt, place in the image and speed, and how
-//! they go together, are those of the geometry. Left out: location's search for
-//! single wrong corners, and poses mistaken for their mirror image.
+//! they correlate, are those of the geometry. The model does not contain location's search for
+//! single wrong corners, nor poses mistaken for their mirror image.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ use crate::number::vector::{add, axes_of, cross, normalised, sub, to_world};
 use crate::random::Stream;
 use crate::sensors::camera::CameraSettings;
 use crate::sensors::camera::errors::{ErrorModel, Modes};
-use crate::sensors::camera::normal::{Normal, Six};
+use crate::sensors::camera::normal_equations::{NormalEquations, Vector6};
 use crate::sensors::camera::view::View;
 
 /// Cells along a tag's side, of AprilTag's family 36h11.
@@ -136,7 +136,7 @@ pub struct FastCamera {
 
 /// A corner of a tag that is found.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct CornerSighting {
     place_m: [f64; 2],
     at_px: [f64; 2],
     weight: f64,
@@ -183,9 +183,9 @@ impl FastCamera {
         open.validate()?;
         shut.validate()?;
         let view = open.towards(shut, 0.5);
-        // Location is told the motion of the image, as the vehicle knows it.
+        // Location knows the motion of the image from the vehicle's own motion.
         let image_px = open.motion_px(shut, &self.camera);
-        let mut seen: Vec<Seen> = Vec::with_capacity(4 * self.tags.len());
+        let mut seen: Vec<CornerSighting> = Vec::with_capacity(4 * self.tags.len());
         for tag in &self.tags {
             let chance = stream.uniform();
             let draws: [f64; 8] = std::array::from_fn(|_| stream.normal());
@@ -209,7 +209,7 @@ impl FastCamera {
                 }
             }
             let weight = self.location.sd_px(cell_px, image_px).powi(-2);
-            seen.extend((0..4).map(|k| Seen {
+            seen.extend((0..4).map(|k| CornerSighting {
                 place_m: places[k],
                 at_px: at_px[k],
                 weight,
@@ -254,9 +254,13 @@ impl FastCamera {
     }
 
     /// χ², normal equations and the sum of squared residuals (px²) at a pose.
-    fn linearise(&self, view: &View, seen: &[Seen]) -> Option<(f64, Normal, f64)> {
+    fn linearise(
+        &self,
+        view: &View,
+        seen: &[CornerSighting],
+    ) -> Option<(f64, NormalEquations, f64)> {
         let (mut chi2, mut squares) = (0.0, 0.0);
-        let mut normal = Normal::default();
+        let mut normal = NormalEquations::default();
         for corner in seen {
             let point = view.point(corner.place_m);
             let at = self.camera.project(point)?;
@@ -277,7 +281,7 @@ impl FastCamera {
         chi2.is_finite().then_some((chi2, normal, squares))
     }
 
-    fn fix(&self, mut view: View, seen: &[Seen]) -> Option<CameraFix> {
+    fn fix(&self, mut view: View, seen: &[CornerSighting]) -> Option<CameraFix> {
         let mut here = self.linearise(&view, seen)?;
         // Levenberg's and Marquardt's damping.
         let mut damping = 1e-6;
@@ -312,7 +316,7 @@ impl FastCamera {
 }
 
 /// A view moved by a translation and a turn about the camera's axes.
-fn moved(view: &View, step: &Six) -> View {
+fn moved(view: &View, step: &Vector6) -> View {
     let [x, y, z, a, b, c] = *step;
     // The quaternion of a rotation vector.
     let angle = (a * a + b * b + c * c).sqrt();

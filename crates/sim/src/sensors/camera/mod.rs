@@ -9,7 +9,7 @@
 
 pub mod errors;
 pub mod fast;
-mod normal;
+mod normal_equations;
 pub mod pipeline;
 pub(super) mod sensor;
 pub(super) mod tags;

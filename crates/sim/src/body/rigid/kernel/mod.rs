@@ -1,9 +1,9 @@
 //! One step of the vehicle, for any [`Number`].
 
-use super::state::Moving;
+use super::state::MotionState;
 use super::{RigidVehicle, SPIN};
 use crate::body::contact::{Body, Foothold, Legs};
-use crate::body::rotors::{Held, Shares};
+use crate::body::rotors::{HeldRotors, Shares};
 use crate::deck::rigid::DeckPose;
 use crate::number::Number;
 use crate::number::vector::{
@@ -11,16 +11,16 @@ use crate::number::vector::{
 };
 use crate::number::vector::{corners, product, turned};
 
-/// In what vehicles of one kind differ.
+/// Differences between vehicles of one design.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Kind<N> {
-    /// By how much each rotor's thrust differs from the nominal, as a share.
+pub(crate) struct VehicleVariation<N> {
+    /// Relative error ε_i of each rotor's thrust.
     pub(crate) thrust_scale_error: [N; 4],
-    /// Strength of the ground effect γ.
+    /// Scale of the ground effect γ.
     pub(crate) ground_effect_scale: N,
 }
 
-/// What drives and disturbs a vehicle during a step; see
+/// Throttles and disturbances of a vehicle during a step; see
 /// [`Disturbance`](super::Disturbance).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Input<N> {
@@ -31,22 +31,22 @@ pub(crate) struct Input<N> {
     pub(crate) shares: Shares<N>,
 }
 
-/// What is held over a step: the rotors' surroundings and the deck's normal.
+/// The rotors' surroundings and the deck's normal, constant over a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Around<N> {
-    pub(crate) rotors: Held<N>,
+pub(crate) struct Surroundings<N> {
+    pub(crate) rotors: HeldRotors<N>,
     normal: [N; 3],
 }
 
 /// Legs that may touch, and where feet stick.
-pub(crate) struct Standing<'a, N: Number> {
+pub(crate) struct LegContact<'a, N: Number> {
     pub(crate) legs: &'a Legs,
     pub(crate) foothold: Foothold<N>,
 }
 
 /// Accelerations and forces in a state.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Acting<N> {
+pub(crate) struct Dynamics<N> {
     pub(crate) acceleration_mps2: [N; 3],
     pub(crate) angular_acceleration: [N; 3],
     pub(crate) rotor_n: [N; 4],
@@ -77,11 +77,11 @@ impl RigidVehicle {
         places_m
     }
 
-    /// The hubs where velocities lead them to in `time_s`, in the axes of the deck then.
+    /// The hubs predicted for `time_s` ahead, in the axes of the deck then.
     #[inline(always)]
     fn hubs_ahead<N: Number>(
         &self,
-        state: &Moving<N>,
+        state: &MotionState<N>,
         time_s: f64,
         deck: &DeckPose<N>,
     ) -> [[N; 3]; 4] {
@@ -93,12 +93,12 @@ impl RigidVehicle {
         self.hubs_over(position_m, &axes_of(attitude), deck)
     }
 
-    /// What the rotors have of the plate where velocities lead them to in `time_s`; `deck` is the
+    /// The rotors' shares of the plate at the places predicted for `time_s` ahead; `deck` is the
     /// deck then.
     #[inline(always)]
     pub(crate) fn shares_ahead<N: Number>(
         &self,
-        state: &Moving<N>,
+        state: &MotionState<N>,
         time_s: f64,
         deck: &DeckPose<N>,
     ) -> Shares<N> {
@@ -109,12 +109,12 @@ impl RigidVehicle {
     #[inline(always)]
     pub(super) fn around<N: Number>(
         &self,
-        kind: &Kind<N>,
+        kind: &VehicleVariation<N>,
         root_thrust: &[N; 4],
         hubs_m: &[[N; 3]; 4],
         shares: &Shares<N>,
         deck: &DeckPose<N>,
-    ) -> Around<N> {
+    ) -> Surroundings<N> {
         // In the deck's axes; its rotation enters the speed of the point below.
         let heave = dot(deck.axes[2], deck.velocity_mps);
         let roll = dot(deck.axes[0], deck.angular_velocity);
@@ -124,7 +124,7 @@ impl RigidVehicle {
             deck_mps[i] = heave + roll * hubs_m[i][1] - pitch * hubs_m[i][0];
         }
         let scale = kind.ground_effect_scale;
-        Around {
+        Surroundings {
             rotors: self
                 .rotors
                 .held(scale, root_thrust, hubs_m, deck_mps, shares),
@@ -136,13 +136,13 @@ impl RigidVehicle {
     #[inline(always)]
     pub(super) fn rate<N: Number>(
         &self,
-        kind: &Kind<N>,
-        state: &Moving<N>,
+        kind: &VehicleVariation<N>,
+        state: &MotionState<N>,
         input: &Input<N>,
         drive: &[N; 4],
-        around: &Around<N>,
-        contact: Option<(&Standing<'_, N>, &DeckPose<N>)>,
-    ) -> (Moving<N>, Acting<N>) {
+        around: &Surroundings<N>,
+        contact: Option<(&LegContact<'_, N>, &DeckPose<N>)>,
+    ) -> (MotionState<N>, Dynamics<N>) {
         let axes = axes_of(state.attitude);
         let through = sub(state.velocity_mps, input.wind_mps);
         // Speed of a hub along the normal n: n · v + r · (n × ω), in the body's axes. Over a
@@ -193,14 +193,14 @@ impl RigidVehicle {
         for k in 0..3 {
             angular_acceleration[k] = turning[k] * (1.0 / inertia[k]);
         }
-        let rate = Moving {
+        let rate = MotionState {
             rotors: self.rotors.rate(&state.rotors, &around.rotors, drive),
             position_m: state.velocity_mps,
             velocity_mps: acceleration_mps2,
             attitude: product(state.attitude, [zero, 0.5 * p, 0.5 * q, 0.5 * r]),
             rates: angular_acceleration,
         };
-        let acting = Acting {
+        let acting = Dynamics {
             acceleration_mps2,
             angular_acceleration,
             rotor_n,
@@ -213,13 +213,13 @@ impl RigidVehicle {
     #[inline(always)]
     pub(crate) fn advance<N: Number>(
         &self,
-        kind: &Kind<N>,
-        state: &mut Moving<N>,
+        kind: &VehicleVariation<N>,
+        state: &mut MotionState<N>,
         deck: &[DeckPose<N>; 3],
         input: &Input<N>,
-        mut contact: Option<&mut Standing<'_, N>>,
+        mut contact: Option<&mut LegContact<'_, N>>,
         dt: f64,
-    ) -> (Acting<N>, Held<N>) {
+    ) -> (Dynamics<N>, HeldRotors<N>) {
         let drive = self.rotors.drive(&input.throttle);
         let around = {
             let mut roots = state.rotors.root_thrust;
@@ -233,7 +233,7 @@ impl RigidVehicle {
         let start = *state;
         let (mut here, mut sum) = (start, start);
         let zero = start.rates[0].splat(0.0);
-        let mut acting = Acting {
+        let mut acting = Dynamics {
             acceleration_mps2: [zero; 3],
             angular_acceleration: [zero; 3],
             rotor_n: [zero; 4],

@@ -72,7 +72,7 @@ impl WithSimd for Fly<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let zero = Lanes::splat(simd, 0.0);
         let legs = self.vehicle.legs.as_ref().expect("it has legs");
-        let mut kind = Kind {
+        let mut kind = VehicleVariation {
             thrust_scale_error: [zero; 4],
             ground_effect_scale: zero.splat(self.vehicle.rotors.ground_effect_scale()),
         };
@@ -80,7 +80,7 @@ impl WithSimd for Fly<'_> {
             kind.thrust_scale_error[i] = wide(zero, |lane| Self::kind(lane)[i]);
         }
         let start = self.start.moving().to_array();
-        let mut state = Moving::from_array(&start.map(|value| zero.splat(value)));
+        let mut state = MotionState::from_array(&start.map(|value| zero.splat(value)));
         let mut foothold = Foothold {
             sticks: [zero.below(zero); 4],
             stuck_m: [[zero; 2]; 4],
@@ -108,7 +108,7 @@ impl WithSimd for Fly<'_> {
                 turbulence_n: [0, 1, 2, 3].map(|i| wide(zero, |lane| of(lane).1.turbulence_n[i])),
             };
             // With legs at all steps: far from the deck they change nothing.
-            let mut standing = Standing { legs, foothold };
+            let mut standing = LegContact { legs, foothold };
             let contact = Some(&mut standing);
             self.vehicle
                 .advance(&kind, &mut state, &deck, &input, contact, STEP_S);
@@ -121,7 +121,7 @@ impl WithSimd for Fly<'_> {
         let at = |lane: usize| {
             let mut one = RigidState::default();
             let values = state.to_array().map(|value| value.get(lane));
-            one.take(&Moving::from_array(&values));
+            one.take(&MotionState::from_array(&values));
             one.contact = ContactState::of(&Foothold {
                 sticks: sticks.map(|value| value.get(lane) > 0.0),
                 stuck_m: foothold.stuck_m.map(|place| place.map(|m| m.get(lane))),

@@ -1,13 +1,13 @@
-//! The air of all lanes: turbulence and gusts, drawn for several steps at once.
+//! The air of all lanes: turbulence and gusts, for several steps at once.
 
 use super::Batch;
-use super::seat::Seat;
+use super::lane_flight::LaneFlight;
 use crate::STEP_S;
 use crate::air::turbulence::RotorTurbulence;
 use crate::body::rigid::Input;
 use crate::number::{MOST_LANES, Number};
 
-/// Steps for which the air is drawn at once; divides the steps between two knots.
+/// Steps whose air is computed at once, for locality of memory; divides the steps between two knots.
 pub(super) const BLOCK_STEPS: u64 = 20;
 
 /// A value of each lane.
@@ -41,10 +41,10 @@ impl Air {
     }
 
     /// Draws the air of the next [`BLOCK_STEPS`] steps.
-    pub(super) fn draw(&mut self, seats: &mut [Option<Seat>]) {
-        for (lane, seat) in seats.iter_mut().enumerate() {
-            let Some(seat) = seat else { continue };
-            if let Some(turbulence) = &mut seat.turbulence {
+    pub(super) fn draw(&mut self, flights: &mut [Option<LaneFlight>]) {
+        for (lane, flight) in flights.iter_mut().enumerate() {
+            let Some(flight) = flight else { continue };
+            if let Some(turbulence) = &mut flight.turbulence {
                 for step in &mut self.noise {
                     let noise = turbulence.draw();
                     for i in 0..4 {
@@ -52,11 +52,11 @@ impl Air {
                     }
                 }
             }
-            if seat.wind.changes() {
+            if flight.wind.changes() {
                 self.gusty = true;
                 for step in &mut self.wind_mps {
-                    seat.wind.step();
-                    let wind_mps = seat.wind.velocity_mps();
+                    flight.wind.step();
+                    let wind_mps = flight.wind.velocity_mps();
                     for k in 0..3 {
                         step[k][lane] = wind_mps[k];
                     }

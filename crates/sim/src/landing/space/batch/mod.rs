@@ -30,10 +30,10 @@
 //! the error. `cargo test -p touchdown-sim --lib shares_held` flies such pairs.
 
 mod air;
-mod crew;
+mod control;
 mod engine;
-mod lane;
-mod seat;
+mod lane_flight;
+mod lane_state;
 
 use std::ops::Range;
 

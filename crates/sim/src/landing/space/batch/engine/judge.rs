@@ -1,7 +1,7 @@
 //! How landings end.
 
 use super::super::KNOT_STEPS;
-use super::super::lane::{Looked, state_of};
+use super::super::lane_state::{DeckStates, state_of};
 use super::Engine;
 use crate::STEP_S;
 use crate::landing::space::outcome::{CrashCause, SpaceOutcome};
@@ -25,25 +25,25 @@ impl<N: Number> Engine<'_, N> {
         self.path_m = self.path_m + flies;
         let above = height_m.above(scenario.landed_height_m);
         let looks = near | !above | self.watched.above(0.0);
-        let looked = N::any(looks).then(|| self.look(velocity));
+        let standing = N::any(looks).then(|| self.look(velocity));
         let looks = N::select(looks, zero.splat(1.0), 0.0);
         let seldom = self.step.is_multiple_of(KNOT_STEPS);
-        if looked.is_none() && !seldom {
+        if standing.is_none() && !seldom {
             return;
         }
         for lane in 0..N::COUNT {
-            let Some(seat) = &mut self.seats[lane] else {
+            let Some(flight) = &mut self.flights[lane] else {
                 continue;
             };
-            let judged = looked
+            let judged = standing
                 .as_ref()
                 .filter(|_| looks.get(lane) > 0.0)
-                .map(|looked| looked.of(lane, before_mps));
+                .map(|standing| standing.of(lane, before_mps));
             let mut outcome = None;
             if judged.is_some() || seldom {
-                seat.path_m = self.path_m.get(lane);
-                outcome = seat.judge(self.batch, self.step, judged.as_ref());
-                if seat.is_stopped() {
+                flight.path_m = self.path_m.get(lane);
+                outcome = flight.judge(self.batch, self.step, judged.as_ref());
+                if flight.is_stopped() {
                     self.stopped = self.stopped.with(lane, 1.0);
                     self.watched = self.watched.with(lane, 1.0);
                 }
@@ -58,9 +58,9 @@ impl<N: Number> Engine<'_, N> {
                 }
             }
             if let Some(outcome) = outcome
-                && let Some(seat) = self.seats[lane].take()
+                && let Some(flight) = self.flights[lane].take()
             {
-                self.landed.push(seat.landing(self.step, outcome));
+                self.landed.push(flight.landing(self.step, outcome));
                 self.stopped = self.stopped.with(lane, 1.0);
                 self.watched = self.watched.with(lane, 0.0);
                 self.left = self.step;
@@ -70,7 +70,7 @@ impl<N: Number> Engine<'_, N> {
 
     /// How all stand to their decks, `velocity` being relative to the deck.
     #[inline(always)]
-    fn look(&self, velocity: [N; 3]) -> Looked<N> {
+    fn look(&self, velocity: [N; 3]) -> DeckStates<N> {
         let axes = axes_of(self.state.attitude);
         let up = dot(axes[2], self.pose.axes[2]);
         let up = up.within(-1.0, 1.0);
@@ -83,7 +83,7 @@ impl<N: Number> Engine<'_, N> {
         for i in 0..4 {
             slides[i] = N::select(feet[i].slides, one, 0.0);
         }
-        Looked {
+        DeckStates {
             place_m: along(&self.pose.axes, arm),
             velocity_mps: along(&self.pose.axes, velocity),
             tilt_rad: angle(up, (1.0 - up * up).sqrt()),

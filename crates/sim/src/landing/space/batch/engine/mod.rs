@@ -8,13 +8,15 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::air::{Air, BLOCK_STEPS};
-use super::lane::{Seen, ask_for};
-use super::seat::Seat;
+use super::lane_flight::LaneFlight;
+use super::lane_state::{LaneState, ask_for};
 use super::{Batch, KNOT_STEPS};
 use crate::STEP_S;
-use crate::body::cascade::{Memory, Wanted};
+use crate::body::cascade::{CascadeMemory, Setpoint};
 use crate::body::contact::{Foothold, Legs};
-use crate::body::rigid::{Disturbance, Input, Kind, Moving, RigidState, SIZE, Standing};
+use crate::body::rigid::{
+    Disturbance, Input, LegContact, MotionState, RigidState, SIZE, VehicleVariation,
+};
 use crate::body::rotors::Shares;
 use crate::deck::rigid::{DeckCoordinates, DeckPose};
 use crate::deck::spline::on_piece;
@@ -35,10 +37,10 @@ pub(super) struct Engine<'a, N: Number> {
     step: u64,
     /// When a lane was last left.
     left: u64,
-    seats: Vec<Option<Seat>>,
+    flights: Vec<Option<LaneFlight>>,
     landed: Vec<SpaceLanding>,
-    kind: Kind<N>,
-    state: Moving<N>,
+    kind: VehicleVariation<N>,
+    state: MotionState<N>,
     foothold: Foothold<N>,
     input: Input<N>,
     acceleration_mps2: [N; 3],
@@ -49,9 +51,9 @@ pub(super) struct Engine<'a, N: Number> {
     sinking_mps: N,
     /// Way along the deck's normal up to the first touch, m.
     path_m: N,
-    wanted: Wanted<N>,
-    coming: VecDeque<(u64, Wanted<N>)>,
-    memory: Memory<N>,
+    wanted: Setpoint<N>,
+    coming: VecDeque<(u64, Setpoint<N>)>,
+    memory: CascadeMemory<N>,
     /// 1 in lanes whose control has not stepped, whose rotors have stopped.
     fresh: N,
     stopped: N,
@@ -80,13 +82,13 @@ impl<'a, N: Number> Engine<'a, N> {
             seed,
             step: 0,
             left: 0,
-            seats: (0..N::COUNT).map(|_| None).collect(),
+            flights: (0..N::COUNT).map(|_| None).collect(),
             landed: Vec::with_capacity(count),
-            kind: Kind {
+            kind: VehicleVariation {
                 thrust_scale_error: [zero; 4],
                 ground_effect_scale: one,
             },
-            state: Moving::from_array(&start),
+            state: MotionState::from_array(&start),
             foothold: Foothold {
                 sticks: [none; 4],
                 stuck_m: [[zero; 2]; 4],
@@ -106,13 +108,13 @@ impl<'a, N: Number> Engine<'a, N> {
             air: Air::new(batch),
             sinking_mps: zero,
             path_m: zero,
-            wanted: Wanted {
+            wanted: Setpoint {
                 thrust_n: zero,
                 attitude: [one, zero, zero, zero],
                 yaw_rate: zero,
             },
             coming: VecDeque::new(),
-            memory: Memory::none(zero),
+            memory: CascadeMemory::none(zero),
             fresh: zero,
             stopped: one,
             watched: zero,
@@ -134,14 +136,14 @@ impl<'a, N: Number> Engine<'a, N> {
         let batch = self.batch;
         let within = self.step % KNOT_STEPS;
         if within == 0 {
-            self.seat()?;
-            if self.seats.iter().all(Option::is_none) {
+            self.flight()?;
+            if self.flights.iter().all(Option::is_none) {
                 return Ok(false);
             }
             self.knot();
         }
         if within.is_multiple_of(BLOCK_STEPS) {
-            self.air.draw(&mut self.seats);
+            self.air.draw(&mut self.flights);
         }
         if self.step.is_multiple_of(batch.steps.control) {
             let wanted = self.ask(within);
@@ -164,26 +166,30 @@ impl<'a, N: Number> Engine<'a, N> {
         Ok(true)
     }
 
-    /// Trials take the empty seats.
+    /// Trials take the empty flights.
     ///
     /// Lanes that touch at the same time share the work of the legs: trials begin together, when
     /// all have landed or half of them a while ago.
-    fn seat(&mut self) -> Result<(), SimError> {
-        let empty = self.seats.iter().filter(|seat| seat.is_none()).count();
+    fn flight(&mut self) -> Result<(), SimError> {
+        let empty = self
+            .flights
+            .iter()
+            .filter(|flight| flight.is_none())
+            .count();
         let late = self.step >= self.left + WAIT_STEPS;
         if !(empty == N::COUNT || late && 2 * empty >= N::COUNT) {
             return Ok(());
         }
         for lane in 0..N::COUNT {
-            if self.seats[lane].is_some() {
+            if self.flights[lane].is_some() {
                 continue;
             }
             let Some(trial) = self.waiting.next() else {
                 continue;
             };
-            let (seat, state, hover, disturbance) =
-                Seat::new(self.batch, trial, self.seed, self.step)?;
-            let kind = seat.vehicle.kind();
+            let (flight, state, hover, disturbance) =
+                LaneFlight::new(self.batch, trial, self.seed, self.step)?;
+            let kind = flight.vehicle.kind();
             for i in 0..4 {
                 let error = &mut self.kind.thrust_scale_error[i];
                 *error = error.with(lane, kind.thrust_scale_error[i]);
@@ -210,7 +216,7 @@ impl<'a, N: Number> Engine<'a, N> {
             self.stopped = self.stopped.with(lane, 0.0);
             self.sinking_mps = self.sinking_mps.with(lane, 0.0);
             self.path_m = self.path_m.with(lane, 0.0);
-            self.seats[lane] = Some(seat);
+            self.flights[lane] = Some(flight);
         }
         Ok(())
     }
@@ -218,13 +224,13 @@ impl<'a, N: Number> Engine<'a, N> {
     /// The decks up to their next knots.
     fn knot(&mut self) {
         let mut idle = Vec::new();
-        for (lane, seat) in self.seats.iter_mut().enumerate() {
-            let Some(seat) = seat else {
+        for (lane, flight) in self.flights.iter_mut().enumerate() {
+            let Some(flight) = flight else {
                 // Out of the others' way: above the deck, from rest again at every knot.
                 idle.push(lane);
                 continue;
             };
-            let piece = seat.next_piece();
+            let piece = flight.next_piece();
             for (to, from) in self.piece.iter_mut().flatten().zip(piece.iter().flatten()) {
                 *to = to.with(lane, *from);
             }
@@ -238,23 +244,26 @@ impl<'a, N: Number> Engine<'a, N> {
     }
 
     /// What the pilots ask for now.
-    fn ask(&mut self, within: u64) -> Wanted<N> {
+    fn ask(&mut self, within: u64) -> Setpoint<N> {
         let mut wanted = self
             .coming
             .back()
             .map_or(self.wanted, |(_, wanted)| *wanted);
         let deck = on_piece(&self.piece, within as f64 * STEP_S).pose();
-        let seen = Seen::of_all(&self.state, &deck, self.acceleration_mps2);
+        let seen = LaneState::of_all(&self.state, &deck, self.acceleration_mps2);
         let (mut thrust_n, mut attitude) = ([0.0; MOST_LANES], [[0.0; MOST_LANES]; 4]);
         for lane in 0..N::COUNT {
             thrust_n[lane] = wanted.thrust_n.get(lane);
             for k in 0..4 {
                 attitude[k][lane] = wanted.attitude[k].get(lane);
             }
-            let Some(seat) = self.seats[lane].as_mut().filter(|seat| !seat.is_stopped()) else {
+            let Some(flight) = self.flights[lane]
+                .as_mut()
+                .filter(|flight| !flight.is_stopped())
+            else {
                 continue;
             };
-            let asked = self.batch.command(seat, &seen.of(lane));
+            let asked = self.batch.command(flight, &seen.of(lane));
             thrust_n[lane] = asked.thrust_n;
             for k in 0..4 {
                 attitude[k][lane] = asked.attitude[k];
@@ -290,7 +299,7 @@ impl<'a, N: Number> Engine<'a, N> {
         }
         let axes = axes_of(self.state.attitude);
         let near = self.legs.near(&self.state.body(&axes), &poses[0]);
-        let mut standing = N::any(near).then_some(Standing {
+        let mut standing = N::any(near).then_some(LegContact {
             legs: self.legs,
             foothold: self.foothold,
         });
@@ -325,7 +334,7 @@ impl<'a, N: Number> Engine<'a, N> {
         for k in 0..SIZE {
             all[k] = all[k].with(lane, one[k]);
         }
-        self.state = Moving::from_array(&all);
+        self.state = MotionState::from_array(&all);
     }
 
     fn disturb(&mut self, lane: usize, disturbance: &Disturbance) {

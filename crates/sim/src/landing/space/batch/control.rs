@@ -1,4 +1,4 @@
-//! The pilot of one lane.
+//! The controller in space of one lane.
 
 use touchdown_flight::Attitude;
 use touchdown_lander::guidance::GuidanceCommand;
@@ -6,20 +6,20 @@ use touchdown_lander::space_controller::Motion;
 use touchdown_lander::state_machine::Maneuver;
 
 use super::Batch;
-use super::lane::Seen;
-use super::seat::Seat;
+use super::lane_flight::LaneFlight;
+use super::lane_state::LaneState;
 use crate::number::vector::dot;
 use crate::sensors::suite::vector;
 
-/// Thrust and attitude that a pilot asks for.
-pub(super) struct Asked {
+/// Commanded thrust and attitude.
+pub(super) struct ThrustCommand {
     pub(super) thrust_n: f64,
     pub(super) attitude: [f64; 4],
 }
 
 impl Batch {
-    /// One step of the pilot on the truth: what it asks for.
-    pub(super) fn command(&self, seat: &mut Seat, seen: &Seen<f64>) -> Asked {
+    /// One step of the controller on the true state.
+    pub(super) fn command(&self, flight: &mut LaneFlight, seen: &LaneState<f64>) -> ThrustCommand {
         let dt = self.lander.scenario.control_period_s;
         let motion = Motion {
             position_m: vector(seen.place_m),
@@ -29,13 +29,13 @@ impl Batch {
             attitude: Attitude::from_quaternion(seen.attitude).unwrap_or_default(),
             deck_normal: vector(seen.normal),
         };
-        let throttle = seat.throttle();
-        let memory = seat
+        let throttle = flight.throttle();
+        let memory = flight
             .pilot
             .get_or_insert_with(|| self.pilot.initial(&motion, throttle));
         let deck_mps2 = vector(seen.deck_mps2);
         let plan = self.reference.starting_at(motion.position_m.z);
-        let guidance = &mut seat.guidance;
+        let guidance = &mut flight.guidance;
         let order = self.guidance.step(
             guidance,
             Maneuver::Descend,
@@ -54,7 +54,7 @@ impl Batch {
                 self.pilot.idle(memory, &motion, f64::INFINITY, dt)
             }
         };
-        Asked {
+        ThrustCommand {
             thrust_n: command.thrust_n,
             attitude: command.attitude.to_quaternion(),
         }

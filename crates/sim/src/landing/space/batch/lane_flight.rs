@@ -14,15 +14,15 @@ use crate::body::rigid::{Disturbance, RigidState, RigidVehicle};
 use crate::deck::rigid::{DeckCoordinates, RigidDeck};
 use crate::deck::spline::piece;
 use crate::error::SimError;
-use crate::landing::space::drawn::{Drawn, DrawnAir, hover};
 use crate::landing::space::outcome::{SpaceLanding, SpaceOutcome, Touch};
-use crate::landing::space::touching::{Standing, Touching};
+use crate::landing::space::touchdown::{DeckState, TouchdownJudge};
+use crate::landing::space::trial::{TrialAir, TrialDraw, hover};
 
 /// State of the pilot that is simulated.
 pub(super) type PilotMemory = SpaceControllerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
 
 /// A landing in a lane.
-pub(super) struct Seat {
+pub(super) struct LaneFlight {
     trial: u64,
     /// Step of the engine at which it began.
     start: u64,
@@ -37,14 +37,14 @@ pub(super) struct Seat {
     pub(super) pilot: Option<PilotMemory>,
     pub(super) guidance: GuidanceState<f64>,
     throttle: f64,
-    touching: Touching,
+    touching: TouchdownJudge,
     touch: Option<Touch>,
     stopped: Option<u64>,
     pub(super) path_m: f64,
 }
 
-impl Seat {
-    /// A trial that begins at a step of the engine: the seat, its state, and the setpoint
+impl LaneFlight {
+    /// A trial that begins at a step of the engine: the flight, its state, and the setpoint
     /// that it hovers at.
     pub(super) fn new(
         batch: &Batch,
@@ -53,19 +53,19 @@ impl Seat {
         start: u64,
     ) -> Result<(Self, RigidState, AttitudeSetpoint, Disturbance), SimError> {
         let scenario = &batch.lander.scenario;
-        let drawn = Drawn::new(scenario, trial, seed);
-        let vehicle = drawn.vehicle(&batch.lander.vehicle)?;
-        let (deck, shift_s) = batch.deck(trial, seed, drawn.phase)?;
+        let draw = TrialDraw::new(scenario, trial, seed);
+        let vehicle = draw.vehicle(&batch.lander.vehicle)?;
+        let (deck, shift_s) = batch.deck(trial, seed, draw.phase)?;
         let knot = deck.coordinates(shift_s);
         let pose = knot.pose();
-        let (state, throttle) = drawn.start(scenario, &vehicle, &pose);
-        let DrawnAir {
+        let (state, throttle) = draw.start(scenario, &vehicle, &pose);
+        let TrialAir {
             wind,
             turbulence,
             disturbance,
-        } = DrawnAir::new(scenario, &vehicle, &state, &pose, trial, seed)?;
+        } = TrialAir::new(scenario, &vehicle, &state, &pose, trial, seed)?;
         let hover = hover(&state);
-        let seat = Self {
+        let flight = Self {
             trial,
             start,
             vehicle,
@@ -78,12 +78,12 @@ impl Seat {
             pilot: None,
             guidance: batch.guidance.initial(),
             throttle,
-            touching: Touching::default(),
+            touching: TouchdownJudge::default(),
             touch: None,
             stopped: None,
             path_m: 0.0,
         };
-        Ok((seat, state, hover, disturbance))
+        Ok((flight, state, hover, disturbance))
     }
 
     /// The throttle of the hover at the start.
@@ -115,7 +115,7 @@ impl Seat {
         &mut self,
         batch: &Batch,
         step: u64,
-        standing: Option<&(Standing, [Foot; 4])>,
+        standing: Option<&(DeckState, [Foot; 4])>,
     ) -> Option<SpaceOutcome> {
         let since = step - self.start;
         if let Some(standing) = standing
@@ -135,7 +135,7 @@ impl Seat {
         &mut self,
         batch: &Batch,
         since: u64,
-        (now, feet): &(Standing, [Foot; 4]),
+        (now, feet): &(DeckState, [Foot; 4]),
     ) -> Option<SpaceOutcome> {
         let legs = &batch.lander.scenario.legs;
         let time_s = since as f64 * STEP_S;

@@ -1,4 +1,4 @@
-//! In what trials of a scenario differ.
+//! Random differences between the trials of a scenario.
 
 use super::scenario::SpaceScenario;
 use crate::STEP_S;
@@ -10,31 +10,31 @@ use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
 use crate::random::{Purpose, Stream};
 
-/// What is drawn for a trial.
+/// The random numbers of a trial.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Drawn {
-    /// By how much the rotors' thrust is off, as a share.
+pub(super) struct TrialDraw {
+    /// Relative error of the rotors' thrust.
     thrust_error: f64,
-    /// Strength of the ground effect.
+    /// Scale of the ground effect γ.
     ground_effect_scale: f64,
-    /// Where in the deck's motion the trial starts, in [0, 1).
+    /// Phase of the deck's motion at the start, in [0, 1).
     pub(super) phase: f64,
     /// Place relative to the deck's centre, m.
     place_m: [f64; 3],
 }
 
-impl Drawn {
+impl TrialDraw {
     pub(super) fn new(scenario: &SpaceScenario, trial: u64, seed: u64) -> Self {
         let mut spread = Stream::new(seed, trial, Purpose::Spread);
-        let (thrust, strength, phase) = (spread.normal(), spread.uniform(), spread.uniform());
+        let (thrust, scale, phase) = (spread.normal(), spread.uniform(), spread.uniform());
         let offset: [f64; 3] = std::array::from_fn(|_| spread.normal());
         let of = &scenario.spread;
         let (low, high) = (of.ground_effect_scale_min, of.ground_effect_scale_max);
-        let strength = scenario.ground_effect_strength * (low + (high - low) * strength);
+        let scale = scenario.ground_effect_strength * (low + (high - low) * scale);
         let start = |k: usize| scenario.start_m[k] + scenario.start_sd_m[k] * offset[k];
         Self {
             thrust_error: of.thrust_scale_sd * thrust,
-            ground_effect_scale: scenario.plant.ground_effect_scale * strength,
+            ground_effect_scale: scenario.plant.ground_effect_scale * scale,
             phase,
             place_m: std::array::from_fn(start),
         }
@@ -48,7 +48,7 @@ impl Drawn {
             .with_thrust_scale_error([self.thrust_error; 4]))
     }
 
-    /// In relative rest with the deck, and the throttle that holds it.
+    /// The state at rest relative to the deck, and the throttle that holds it.
     pub(super) fn start(
         &self,
         scenario: &SpaceScenario,
@@ -74,15 +74,14 @@ pub(super) fn hover(state: &RigidState) -> AttitudeSetpoint {
 }
 
 /// The air of a trial at its start.
-pub(super) struct DrawnAir {
+pub(super) struct TrialAir {
     pub(super) wind: Wind,
-    /// Of the rotors, where the scenario has it.
     pub(super) turbulence: Option<RotorTurbulence>,
-    /// What both do at the start.
+    /// Wind and turbulence at the start.
     pub(super) disturbance: Disturbance,
 }
 
-impl DrawnAir {
+impl TrialAir {
     /// The air of a vehicle that starts in a state over the deck.
     ///
     /// # Errors

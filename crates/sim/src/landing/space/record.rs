@@ -1,11 +1,11 @@
-//! What is said of a landing, by the true state.
+//! The record of a landing, from the true state and the computer's output.
 
 use touchdown_lander::computer::ComputerOutput;
 use touchdown_lander::state_machine::Phase;
 
-use super::flight::{Descending, Flight};
+use super::flight::{Descent, Flight};
 use super::outcome::{Abort, CrashCause, SpaceOutcome, TraceRow};
-use super::touching::Standing;
+use super::touchdown::DeckState;
 use crate::STEP_S;
 use crate::number::vector::{along, dot, sub};
 use crate::sensors::suite::{steps, tilt_from};
@@ -39,7 +39,7 @@ impl Flight<'_> {
             return Some(SpaceOutcome::Crashed { cause });
         }
         let near = self.touching.is_near(self.lander, place_m);
-        let now = Standing {
+        let now = DeckState {
             place_m,
             velocity_mps,
             before_mps: before.1[2],
@@ -75,7 +75,7 @@ impl Flight<'_> {
         None
     }
 
-    /// Takes what the computer says into the account.
+    /// Records the output of the landing computer.
     pub(super) fn note(&mut self, step: u64, output: &ComputerOutput<f64>) {
         let phase = output.state_machine.phase;
         self.landing.estimated_latency_s = output.latency_s;
@@ -83,7 +83,7 @@ impl Flight<'_> {
             match (self.phase, phase) {
                 (Phase::Wait, Phase::Descend) => {
                     self.landing.descents += 1;
-                    self.descending = Some(Descending {
+                    self.descending = Some(Descent {
                         since: step,
                         path_m: 0.0,
                         touch: None,

@@ -5,7 +5,7 @@ use crate::number::{Number, inverses};
 
 /// What the four rotors' own inflow goes to, before the share of the plate that each sees,
 /// and its pace.
-pub(crate) struct RotorsAt<N> {
+pub(crate) struct RotorInflow<N> {
     pub(crate) target: [N; 4],
     pub(crate) pace: [N; 4],
 }
@@ -71,7 +71,7 @@ impl WakeLag {
         scale: N,
         places_m: &[[N; 3]; 4],
         speeds: &[N; 4],
-    ) -> RotorsAt<N> {
+    ) -> RotorInflow<N> {
         let mut target = Self::neighbours(places_m, speeds);
         let mut pace = target;
         let quarter = 0.25 * self.radius_m * self.radius_m;
@@ -84,7 +84,7 @@ impl WakeLag {
             target[i] = scale * self.plate(z, cube) * sum.at_most(IMAGE_LIMIT);
             pace[i] = lag * self.lag_pace[0];
         }
-        RotorsAt { target, pace }
+        RotorInflow { target, pace }
     }
 
     /// What the fountain goes to at the mean height of the rotors, before the share of the plate

@@ -1,16 +1,16 @@
-//! What is taken out of a lane, or put in.
+//! State taken out of a lane, or put into one.
 
-use crate::body::cascade::{AttitudeSetpoint, Wanted};
-use crate::body::contact::{Foot, FootAt};
-use crate::body::rigid::{Moving, RigidState};
+use crate::body::cascade::{AttitudeSetpoint, Setpoint};
+use crate::body::contact::{Foot, FootState};
+use crate::body::rigid::{MotionState, RigidState};
 use crate::deck::rigid::DeckPose;
-use crate::landing::space::touching::Standing;
+use crate::landing::space::touchdown::DeckState;
 use crate::number::Number;
 use crate::number::vector::sub;
 
-/// What a pilot sees: the truth, in world axes; place and velocity of the vehicle relative to
-/// the deck's centre, and what the deck does.
-pub(super) struct Seen<N> {
+/// The true state that the controller of a lane is given, in world axes: place and velocity of the
+/// vehicle relative to the deck's centre, and the deck's motion.
+pub(super) struct LaneState<N> {
     pub(super) place_m: [N; 3],
     pub(super) relative_mps: [N; 3],
     pub(super) velocity_mps: [N; 3],
@@ -20,9 +20,13 @@ pub(super) struct Seen<N> {
     pub(super) deck_mps2: [N; 3],
 }
 
-impl<N: Number> Seen<N> {
+impl<N: Number> LaneState<N> {
     #[inline(always)]
-    pub(super) fn of_all(state: &Moving<N>, deck: &DeckPose<N>, acceleration_mps2: [N; 3]) -> Self {
+    pub(super) fn of_all(
+        state: &MotionState<N>,
+        deck: &DeckPose<N>,
+        acceleration_mps2: [N; 3],
+    ) -> Self {
         Self {
             place_m: sub(state.position_m, deck.origin_m),
             relative_mps: sub(state.velocity_mps, deck.velocity_mps),
@@ -34,11 +38,11 @@ impl<N: Number> Seen<N> {
         }
     }
 
-    /// What the pilot of a lane sees.
-    pub(super) fn of(&self, lane: usize) -> Seen<f64> {
+    /// The state of one lane.
+    pub(super) fn of(&self, lane: usize) -> LaneState<f64> {
         let of = |[x, y, z]: [N; 3]| [x.get(lane), y.get(lane), z.get(lane)];
         let [w, x, y, z] = self.attitude;
-        Seen {
+        LaneState {
             place_m: of(self.place_m),
             relative_mps: of(self.relative_mps),
             velocity_mps: of(self.velocity_mps),
@@ -50,20 +54,20 @@ impl<N: Number> Seen<N> {
     }
 }
 
-/// How the lanes stand to their decks.
-pub(super) struct Looked<N: Number> {
+/// State of all lanes relative to their decks.
+pub(super) struct DeckStates<N: Number> {
     pub(super) place_m: [N; 3],
     pub(super) velocity_mps: [N; 3],
     pub(super) tilt_rad: N,
-    pub(super) feet: [FootAt<N>; 4],
+    pub(super) feet: [FootState<N>; 4],
     /// 1 where a foot slides.
     pub(super) slides: [N; 4],
 }
 
-impl<N: Number> Looked<N> {
-    /// How a lane stands, and its feet.
+impl<N: Number> DeckStates<N> {
+    /// The state of one lane, and its feet.
     #[inline(always)]
-    pub(super) fn of(&self, lane: usize, before_mps: N) -> (Standing, [Foot; 4]) {
+    pub(super) fn of(&self, lane: usize, before_mps: N) -> (DeckState, [Foot; 4]) {
         let ([a, b, c], [u, v, w]) = (&self.place_m, &self.velocity_mps);
         let mut feet = [Foot::default(); 4];
         for i in 0..4 {
@@ -79,7 +83,7 @@ impl<N: Number> Looked<N> {
                 slides: slides.get(lane) > 0.0,
             };
         }
-        let standing = Standing {
+        let standing = DeckState {
             place_m: [a.get(lane), b.get(lane), c.get(lane)],
             velocity_mps: [u.get(lane), v.get(lane), w.get(lane)],
             before_mps: before_mps.get(lane),
@@ -89,7 +93,11 @@ impl<N: Number> Looked<N> {
     }
 }
 
-pub(super) fn ask_for<N: Number>(wanted: &mut Wanted<N>, lane: usize, setpoint: &AttitudeSetpoint) {
+pub(super) fn ask_for<N: Number>(
+    wanted: &mut Setpoint<N>,
+    lane: usize,
+    setpoint: &AttitudeSetpoint,
+) {
     wanted.thrust_n = wanted.thrust_n.with(lane, setpoint.thrust_n);
     wanted.yaw_rate = wanted.yaw_rate.with(lane, setpoint.yaw_rate);
     for k in 0..4 {
@@ -97,9 +105,9 @@ pub(super) fn ask_for<N: Number>(wanted: &mut Wanted<N>, lane: usize, setpoint: 
     }
 }
 
-pub(super) fn state_of<N: Number>(state: &Moving<N>, lane: usize) -> RigidState {
+pub(super) fn state_of<N: Number>(state: &MotionState<N>, lane: usize) -> RigidState {
     let mut one = RigidState::default();
-    one.take(&Moving::from_array(
+    one.take(&MotionState::from_array(
         &state.to_array().map(|value| value.get(lane)),
     ));
     one

@@ -1,18 +1,18 @@
-//! Normal equations of six unknowns.
+//! NormalEquations equations of six unknowns.
 
-/// Six numbers: a translation and a small turn.
-pub(super) type Six = [f64; 6];
+/// Vector6 numbers: a translation and a small turn.
+pub(super) type Vector6 = [f64; 6];
 
 /// Weighted least squares `min Σ w (row · x - value)²`, as it is summed up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Normal {
-    matrix: [Six; 6],
-    right: Six,
+pub(super) struct NormalEquations {
+    matrix: [Vector6; 6],
+    right: Vector6,
 }
 
-impl Normal {
+impl NormalEquations {
     #[inline]
-    pub(super) fn add(&mut self, row: &Six, value: f64, weight: f64) {
+    pub(super) fn add(&mut self, row: &Vector6, value: f64, weight: f64) {
         for i in 0..6 {
             let part = weight * row[i];
             self.right[i] += part * value;
@@ -25,7 +25,7 @@ impl Normal {
     /// Solution and inverse of the matrix (its covariance for unit weights), with
     /// a diagonal that is larger by the share `damping`; `None` when the rows do
     /// not determine it.
-    pub(super) fn solve(&self, damping: f64) -> Option<(Six, [Six; 6])> {
+    pub(super) fn solve(&self, damping: f64) -> Option<(Vector6, [Vector6; 6])> {
         // Cholesky's factor L, lower.
         let mut factor = self.matrix;
         for (i, row) in factor.iter_mut().enumerate() {
@@ -45,7 +45,7 @@ impl Normal {
                 };
             }
         }
-        let substitute = |right: &Six| {
+        let substitute = |right: &Vector6| {
             let mut x = *right;
             for i in 0..6 {
                 let known: f64 = (0..i).map(|k| factor[i][k] * x[k]).sum();
@@ -75,10 +75,10 @@ mod tests {
     fn analytic_solution_and_inverse() {
         // Rows of a matrix with known solution, one more than needed but consistent.
         let x = [1.0, -2.0, 0.5, 3.0, -0.25, 4.0];
-        let mut normal = Normal::default();
+        let mut normal = NormalEquations::default();
         let mut matrix = [[0.0; 6]; 6];
         for k in 0..7_u32 {
-            let row: Six =
+            let row: Vector6 =
                 std::array::from_fn(|i| (f64::from(k + 1) * (i as f64 + 0.3)).sin() + 0.1);
             let value = (0..6).map(|i| row[i] * x[i]).sum();
             let weight = 1.0 + f64::from(k);
@@ -98,7 +98,7 @@ mod tests {
                 assert!((product - f64::from(u8::from(i == j))).abs() < 1e-9);
             }
         }
-        let mut flat = Normal::default();
+        let mut flat = NormalEquations::default();
         flat.add(&[1.0; 6], 1.0, 1.0);
         assert!(flat.solve(0.0).is_none());
     }

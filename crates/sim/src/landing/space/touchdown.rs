@@ -1,13 +1,13 @@
-//! Whether and how a vehicle comes down on its deck, by the truth: of landings alone and of those in lanes.
+//! Touchdown, crash or miss, by the true state: of single landings and of those in SIMD lanes.
 
 use super::landing::SpaceLander;
 use super::outcome::{CrashCause, Impact, SpaceLanding, SpaceOutcome, Touch};
 use super::scenario::SpaceScenario;
 use crate::body::contact::ContactLog;
 
-/// How a vehicle stands to the deck after a step.
+/// State of a vehicle relative to the deck after a step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Standing {
+pub(super) struct DeckState {
     /// Place relative to the deck's centre, along its axes, m.
     pub(super) place_m: [f64; 3],
     /// Velocity relative to the deck, along its axes, m/s; that along its normal also before the step.
@@ -17,16 +17,16 @@ pub(super) struct Standing {
     pub(super) tilt_rad: f64,
 }
 
-/// What happened at the deck so far.
+/// Judges a landing by its contacts with the deck.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Touching {
+pub(super) struct TouchdownJudge {
     pub(super) log: ContactLog,
     /// Whether a foot was on the deck at the step before.
     was_down: bool,
     impact: Option<Impact>,
 }
 
-impl Touching {
+impl TouchdownJudge {
     /// Whether a foot is on the deck, or the vehicle has come down to where it counts as landed.
     pub(super) fn is_near(&self, lander: &SpaceLander, place_m: [f64; 3]) -> bool {
         self.log.feet_down > 0 || lander.has_come_down(place_m)
@@ -36,7 +36,7 @@ impl Touching {
     pub(super) fn judge(
         &mut self,
         scenario: &SpaceScenario,
-        now: &Standing,
+        now: &DeckState,
     ) -> Option<SpaceOutcome> {
         let crash = &scenario.crash;
         let crashed = |cause| Some(SpaceOutcome::Crashed { cause });
@@ -96,7 +96,7 @@ impl Touching {
     }
 }
 
-impl Standing {
+impl DeckState {
     /// A touch after a step that ends at `time_s`, `t_l_s` and a way of `path_m` after the descent began.
     pub(super) fn touch(&self, time_s: f64, t_l_s: f64, path_m: f64) -> Touch {
         let ([x, y, _], [u, v, _]) = (self.place_m, self.velocity_mps);
@@ -117,9 +117,9 @@ impl Standing {
 mod tests {
     use super::*;
 
-    /// Standing at a speed towards the deck before the step, tilted.
-    fn standing(sinking_mps: f64, tilt_rad: f64) -> Standing {
-        Standing {
+    /// A vehicle at a speed towards the deck before the step, tilted.
+    fn standing(sinking_mps: f64, tilt_rad: f64) -> DeckState {
+        DeckState {
             place_m: [0.3, -0.4, 0.2],
             velocity_mps: [0.05, 0.12, -0.1],
             before_mps: -sinking_mps,
@@ -127,10 +127,10 @@ mod tests {
         }
     }
 
-    /// What is said of steps, each with its feet on the deck, and of them all.
-    fn judged(steps: &[(u32, Standing)]) -> (Option<SpaceOutcome>, Option<Impact>) {
+    /// The outcome of the last of several steps, each with its feet on the deck, and the impact of them all.
+    fn judged(steps: &[(u32, DeckState)]) -> (Option<SpaceOutcome>, Option<Impact>) {
         let scenario = SpaceScenario::default();
-        let mut touching = Touching::default();
+        let mut touching = TouchdownJudge::default();
         let mut outcome = None;
         for (feet, now) in steps {
             touching.log.feet_down = *feet;
@@ -165,14 +165,14 @@ mod tests {
         let crash = SpaceScenario::default().crash;
         let crashed = |cause| Some(SpaceOutcome::Crashed { cause });
         let (fast, tilted) = (crash.speed_mps + 0.01, crash.tilt_rad + 0.01);
-        let said = |feet, now: Standing| judged(&[(feet, now)]).0;
+        let said = |feet, now: DeckState| judged(&[(feet, now)]).0;
         assert_eq!(said(0, standing(fast, tilted)), None);
         assert_eq!(said(1, standing(fast, tilted)), crashed(CrashCause::Speed));
         assert_eq!(said(1, standing(0.0, tilted)), crashed(CrashCause::Tilt));
         let mut below = standing(0.0, 0.0);
         below.place_m[2] = SpaceScenario::default().landed_height_m - 0.16;
         assert_eq!(said(0, below), crashed(CrashCause::Missed));
-        let mut touching = Touching::default();
+        let mut touching = TouchdownJudge::default();
         touching.log.feet_down = 2;
         assert_eq!(Some(touching.settled(2)), crashed(CrashCause::StoppedInAir));
         touching.log.feet_down = 3;

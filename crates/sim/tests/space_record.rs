@@ -2,7 +2,8 @@
 
 use touchdown_lander::state_machine::Reason;
 use touchdown_sim::landing::space::{
-    CrashCause, FaultGust, NanBurst, Since, SpaceLander, SpaceOutcome, SpaceScenario, Struck, land,
+    CrashCause, FaultClock, FaultGust, FaultySensor, NanBurst, SpaceLander, SpaceOutcome,
+    SpaceScenario, land,
 };
 
 #[test]
@@ -93,17 +94,17 @@ fn prop_all_sensors_can_be_struck() {
     };
     let still = flown(&none);
     for sensor in [
-        Struck::Imu,
-        Struck::Attitude,
-        Struck::Gyro,
-        Struck::Range,
-        Struck::Tag,
-        Struck::Gnss,
-        Struck::Barometer,
-        Struck::All,
+        FaultySensor::Imu,
+        FaultySensor::Attitude,
+        FaultySensor::Gyro,
+        FaultySensor::Range,
+        FaultySensor::Tag,
+        FaultySensor::Gnss,
+        FaultySensor::Barometer,
+        FaultySensor::All,
     ] {
         let mut struck = none.clone();
-        struck.faults.since = Since::Start;
+        struck.faults.since = FaultClock::Start;
         struck.faults.nan = vec![NanBurst {
             sensor,
             from_s: 0.5,
