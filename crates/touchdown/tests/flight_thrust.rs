@@ -122,7 +122,7 @@ fn regress_cards_of_flights_without_rotor_radius_read_back() {
         assert_eq!(one["flight"]["runs"].as_array().unwrap().len(), 1, "{one}");
     }
     let report = std::fs::read_to_string(path("apart/report.html")).unwrap();
-    assert!(report.contains("Runs of the motors"));
+    assert!(report.contains("Armed intervals"));
     for card in [card, path("apart/0.toml"), path("apart/1.toml")] {
         let text = std::fs::read_to_string(&card).unwrap();
         assert!(!text.contains("= nan"), "{text}");

@@ -2,6 +2,7 @@
 
 use touchdown_report::{Cell, Color, Figure, Panel, Series, Table};
 
+use super::colors::{HELD_OUT, OWN_TERMS, TRAINING};
 use super::page::show;
 use crate::identify::front::{Front, Size};
 use crate::identify::ground_effect::levels::Level;
@@ -13,7 +14,7 @@ pub(super) fn table(caption: &str, front: &Front) -> Table {
         .number_column("Terms", "")
         .text_column("Best subset of this size")
         .number_column("Data of the fit", &front.unit)
-        .number_column("Left-out trials", &front.unit);
+        .number_column("Held-out trials", &front.unit);
     if free_run {
         table = table.number_column("Free run, unseen trials", "N");
     }
@@ -39,7 +40,7 @@ pub(super) fn table(caption: &str, front: &Front) -> Table {
         table = table.row(row);
     }
     table.note(
-        "Root mean square errors. Left-out trials: the whole search is repeated without each of them. Bold: chosen.",
+        "Root mean square errors. Held-out trials: the whole search is repeated without each of them. Bold: chosen.",
     )
 }
 
@@ -78,7 +79,7 @@ fn kept(front: &Front, size: &Size) -> String {
     }
 }
 
-/// Error over the number of terms: on the data of the fit and on trials left out; below, in free run.
+/// Error over the number of terms: on the data of the fit and on held-out trials; below, in free run.
 pub(super) fn figure(id: &str, title: &str, front: &Front) -> Figure {
     let terms: Vec<f64> = (0..front.sizes.len()).map(|k| k as f64).collect();
     let of = |pick: fn(&Size) -> Option<f64>| -> Vec<f64> {
@@ -95,20 +96,20 @@ pub(super) fn figure(id: &str, title: &str, front: &Front) -> Figure {
                 &terms,
                 &of(|s| Some(s.training_rmse)),
             )
-            .color(Color::GREY),
+            .color(TRAINING),
         )
         .series(
-            Series::lines_points("best subsets, left-out trials", &terms, &left_out)
-                .color(Color::Cycle(0)),
+            Series::lines_points("best subsets, held-out trials", &terms, &left_out)
+                .color(HELD_OUT),
         );
     if let Some(own) = front.model.left_out_rmse {
         errors = errors.series(
             Series::points(
-                "the model's own terms, left-out trials",
+                "the model's own terms, held-out trials",
                 &[front.model.terms as f64],
                 &[own],
             )
-            .color(Color::Cycle(1))
+            .color(OWN_TERMS)
             .width(4.0),
         );
     }
@@ -131,82 +132,87 @@ pub(super) fn figure(id: &str, title: &str, front: &Front) -> Figure {
         figure = figure.size(900, 600).panel(
             Panel::new("Terms", "Free run, unseen (N)")
                 .log_y()
-                .series(Series::lines_points("", &terms, &free_run).color(Color::Cycle(0))),
+                .series(Series::lines_points("", &terms, &free_run).color(HELD_OUT)),
         );
     }
     figure
 }
 
-/// What the front says, in sentences that follow from its figures.
+/// What the front shows, in sentences that follow from its figures.
 pub(super) fn words(front: &Front) -> String {
-    let p = front.library.len();
-    let model = &front.model;
-    let standing = if model.best_of_its_size {
-        format!(
-            "The model keeps {} of {p}; they are the best subset of that size.",
-            model.terms
-        )
-    } else {
-        format!(
-            "The model keeps {} of {p}; they are not the best subset of that size, which leaves {} % less.",
-            model.terms,
-            show(100.0 * model.excess / (1.0 + model.excess), 2)
-        )
-    };
-    let k = front.chosen_terms;
+    let all = front.sizes.len() - 1;
+    let of_all = front.sizes[all].training_rmse / front.sizes[0].training_rmse;
+    format!(
+        "{} {} {} All {all} explain {} % of the mean square of {}.{}",
+        front.says(),
+        standing(front),
+        fewest(front),
+        show(100.0 * (1.0 - of_all * of_all), 1),
+        front.of,
+        in_free_run(front)
+    )
+}
+
+/// How the model's terms compare with the best of their number.
+fn standing(front: &Front) -> String {
+    let (model, p) = (&front.model, front.library.len());
+    let kept = format!("The model keeps {} of {p} terms.", model.terms);
+    if model.best_of_its_size {
+        return format!("{kept} They are the best subset of that size.");
+    }
+    let less = 100.0 * model.excess / (1.0 + model.excess);
+    format!(
+        "{kept} The best subset of that size has {} % less residual.",
+        show(less, 2)
+    )
+}
+
+/// How few terms do as well as all on held-out trials.
+fn fewest(front: &Front) -> String {
+    let (k, all) = (front.chosen_terms, front.sizes.len() - 1);
     let error = |k: usize| {
         let size = front.sizes.get(k);
-        show(size.and_then(|s| s.left_out_rmse).unwrap_or(f64::NAN), 4)
+        let error = size.and_then(|s| s.left_out_rmse);
+        format!("{} {}", show(error.unwrap_or(f64::NAN), 4), front.unit)
     };
-    let all = front.sizes.len() - 1;
-    let enough = if k < all {
-        format!(
-            "On trials left out {k} terms ({}) leave {} {unit}, all {all} leave {}: fewer do as well.",
-            front.sizes[k].terms.join(", "),
-            error(k),
-            error(all),
-            unit = front.unit
-        )
+    if k == all {
+        return format!(
+            "On held-out trials, all {all} terms have an error of {}, and no fewer do as well.",
+            error(all)
+        );
+    }
+    format!(
+        "On held-out trials, {k} terms ({}) have an error of {}, and all {all} have {}: fewer do as well.",
+        front.sizes[k].terms.join(", "),
+        error(k),
+        error(all)
+    )
+}
+
+/// How the chosen terms compare with all in free run; empty where nothing was compared.
+fn in_free_run(front: &Front) -> String {
+    let (k, all) = (front.chosen_terms, front.sizes.len() - 1);
+    let [few, many] = [k, all].map(|k| front.sizes[k].free_run_rmse_n);
+    if k == all || (few, many) == (None, None) {
+        return String::new();
+    }
+    let [a, b] = [few, many].map(|rmse_n| rmse_n.unwrap_or(f64::INFINITY));
+    let verdict = if a > ALIKE * b {
+        "they do worse"
+    } else if b > ALIKE * a {
+        "they do better"
     } else {
-        format!(
-            "On trials left out all {all} terms leave {} {}, and no fewer do as well.",
-            error(all),
-            front.unit
-        )
+        "they do as well"
     };
-    let of_all = front.sizes[all].training_rmse / front.sizes[0].training_rmse;
-    let explained = format!(
-        "All {all} explain {} % of the mean square of {}.",
-        show(100.0 * (1.0 - of_all * of_all), 1),
-        front.of
-    );
-    let freely = match (
-        front.sizes[k].free_run_rmse_n,
-        front.sizes[all].free_run_rmse_n,
-    ) {
-        _ if k == all => String::new(),
-        (None, None) => String::new(),
-        (few, many) => {
-            let size = |v: Option<f64>| v.unwrap_or(f64::INFINITY);
-            let verdict = if size(few) > ALIKE * size(many) {
-                "In free run on unseen trials they do worse"
-            } else if size(many) > ALIKE * size(few) {
-                "In free run on unseen trials they do better"
-            } else {
-                "In free run on unseen trials as well"
-            };
-            let unit = |text: String| match text.as_str() {
-                "unstable" => text,
-                _ => format!("{text} N"),
-            };
-            format!(
-                " {verdict}: {} against {}.",
-                unit(run(few)),
-                unit(run(many))
-            )
-        }
+    let shown = |rmse_n: Option<f64>| match run(rmse_n).as_str() {
+        "unstable" => "unstable".to_string(),
+        number => format!("{number} N"),
     };
-    format!("{} {standing} {enough} {explained}{freely}", front.says())
+    format!(
+        " In free run on unseen trials, {verdict}: {} against {}.",
+        shown(few),
+        shown(many)
+    )
 }
 
 /// What a level's model is called.
@@ -257,8 +263,8 @@ pub(super) fn levels(caption: &str, sets: &[(&str, &[Level])]) -> Table {
         table = table.row(cells);
     }
     table.note(
-        "Root mean square errors on trials that none of them was fitted to. Held out: against the trials' own smoothed derivative, most of which is turbulence and \
-         sensor noise. A dash: no equation for f'.",
+        "Root mean square errors on trials that no model was fitted to. Held-out f': against the smoothed derivative of the trials. Most of it is turbulence and \
+         sensor noise. A dash: the form has no equation for f'.",
     )
 }
 

@@ -5,7 +5,8 @@ use touchdown_report::{Callout, Cell, Figure, Panel, Report, Series};
 use touchdown_trial::{Trial, Unit, unit_of};
 
 use super::identify::slug;
-use crate::error::Result;
+use super::page;
+use crate::error::{Error, Result};
 
 /// Panels in one figure.
 const PANELS: usize = 6;
@@ -139,29 +140,65 @@ fn table(
 /// # Errors
 /// A figure that cannot be drawn.
 pub fn report(command: &str, sections: &[Section]) -> Result<Report> {
-    let mut report = Report::new("Logs");
-    report
-        .subtitle("What they hold")
-        .fact("Version", env!("CARGO_PKG_VERSION"))
-        .fact("Logs", sections.len().to_string());
-    for section in sections {
+    let mut report = page::report("Logs", "Columns, units, rates and gaps");
+    report.fact("Logs", sections.len().to_string());
+    let (kind, verdict) = verdict(sections);
+    report.verdict(kind, verdict);
+    let mut figures = sections.iter().flat_map(|section| &section.figures);
+    if let Some(first) = figures.next() {
+        report.figure(first)?;
+    }
+    for (index, section) in sections.iter().enumerate() {
         report.section(&section.title).paragraph(&section.about);
-        if let Some((header, rows)) = &section.topics {
-            report.table(table("Topics.", header, rows, 1..7))?;
-        }
-        if !section.header.is_empty() {
-            report.table(table("Columns.", &section.header, &section.rows, 2..8))?;
-        }
         for warning in &section.warnings {
             report.callout(Callout::Warning, warning);
         }
-        if let Some(map) = &section.suggested_map {
-            report.paragraph("A map to start from:").code(map);
+        if let Some((header, rows)) = &section.topics {
+            page::put_table(&mut report, table("Topics.", header, rows, 1..7))?;
         }
-        for figure in &section.figures {
+        if !section.header.is_empty() {
+            page::put_table(
+                &mut report,
+                table("Columns.", &section.header, &section.rows, 2..8),
+            )?;
+        }
+        if let Some(map) = &section.suggested_map {
+            report.folded("A map to start from", |inner| {
+                inner.code(map);
+                Ok::<(), Error>(())
+            })?;
+        }
+        for figure in section.figures.iter().skip(usize::from(index == 0)) {
             report.figure(figure)?;
         }
     }
-    report.section("How this was made").code(command);
+    page::how_made(&mut report, command, None)?;
     Ok(report)
+}
+
+/// How much was read and how many warnings there are.
+fn verdict(sections: &[Section]) -> (Callout, String) {
+    let columns: usize = sections.iter().map(|s| s.rows.len()).sum();
+    let warnings: usize = sections.iter().map(|s| s.warnings.len()).sum();
+    let logs = page::count(sections.len(), "log");
+    let read = match columns {
+        0 => format!("{logs} can be read."),
+        _ => format!(
+            "{logs} can be read, with {}.",
+            page::count(columns, "column")
+        ),
+    };
+    match warnings {
+        0 => (
+            Callout::Success,
+            format!("{read} Nothing in them needs a warning."),
+        ),
+        _ => (
+            Callout::Warning,
+            format!(
+                "{read} {} below say what was found.",
+                page::count(warnings, "warning")
+            ),
+        ),
+    }
 }

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use touchdown_report::{Callout, Color};
+use touchdown_report::Callout;
 
+use super::colors::TRIALS;
 use super::landings::{self, Cloud};
-use super::page::{Page, show};
+use super::page::{Page, how_made, show};
 use crate::error::Result;
 use crate::experiments::landing::MethodLandings;
 use crate::scenario::LandScenario;
@@ -24,14 +25,24 @@ pub fn land(
     out: &Path,
 ) -> Result<()> {
     let land = scenario.land();
-    let mut page = Page::new("Landings", out);
+    let mut page = Page::new(
+        "Landings",
+        "One scenario, one controller after the other, the same vehicles and the same air",
+        out,
+    );
     page.report
-        .subtitle(
-            "One scenario, one controller after the other, the same vehicles and the same air",
-        )
-        .fact("Version", env!("CARGO_PKG_VERSION"))
         .fact("Seed", scenario.seed.to_string())
         .fact("Landings of each method", scenario.trials.to_string());
+    let (kind, verdict) = landings::verdict(methods);
+    page.report.verdict(kind, verdict);
+    page.figure(landings::heights(
+        "heights",
+        "Height over time",
+        "The first recorded trials of each method, with the reference that all of them follow."
+            .into(),
+        methods,
+        &land,
+    ))?;
     page.report.section("Landings");
     page.text(landings::SYMBOLS);
     if let Some(vehicle) = vehicle {
@@ -51,34 +62,7 @@ pub fn land(
             "not fed forward"
         }
     ));
-    for m in methods {
-        let f = &m.figures;
-        if f.landed < f.trials {
-            let kind = if f.landed == 0 {
-                Callout::Failure
-            } else {
-                Callout::Warning
-            };
-            page.report.callout(
-                kind,
-                format!(
-                    "`{}` landed in {} of {} trials.",
-                    m.method.name(),
-                    f.landed,
-                    f.trials
-                ),
-            );
-        }
-    }
     page.table(landings::figures_table("Landings by method.", methods))?;
-    page.figure(landings::heights(
-        "heights",
-        "Height over time",
-        "The first recorded trials of each method, with the reference that all of them follow."
-            .into(),
-        methods,
-        &land,
-    ))?;
     page.figure(landings::height_and_velocity(
         "height-velocity",
         "Relative height and velocity of the first trial",
@@ -89,7 +73,7 @@ pub fn land(
     let cloud = Cloud {
         name: "trials",
         methods,
-        color: Color::Cycle(5),
+        color: TRIALS,
     };
     if let Some(figure) = landings::distribution(
         "distribution",
@@ -100,10 +84,11 @@ pub fn land(
     ) {
         page.figure(figure)?;
     }
-    page.report.section("How to redo this");
-    page.report.code("touchdown land scenario.toml --out DIR");
-    page.text("`scenario.toml`:");
-    page.report.code(to_toml(scenario)?);
+    how_made(
+        &mut page.report,
+        "touchdown land scenario.toml --out DIR",
+        Some(("scenario.toml", to_toml(scenario)?)),
+    )?;
     page.finish()
 }
 
@@ -170,12 +155,16 @@ mod tests {
     }
 
     #[test]
-    fn prop_a_method_that_does_not_land_is_told_and_left_out_of_the_cloud() {
+    fn prop_a_method_that_does_not_land_is_reported_and_not_in_the_cloud() {
         let (html, files) = written(&[
             method(Method::Dynamic, 4, 5.0),
             method(Method::Feedback, 1, 9.0),
         ]);
-        assert!(html.contains("landed in 1 of 4 trials"));
+        let at = |part: &str| html.find(part).unwrap_or_else(|| panic!("{part}"));
+        assert!(html.contains("</code> lands in 1 of 4 trials."));
+        assert!(at("class=\"verdict warning\"") < at("<figure class=\"chart\""));
+        assert!(at("<figure class=\"chart\"") < at("<h2"));
+        assert!(html.len() < 1_700_000, "{}", html.len());
         // What is flown is no warning; that a card is of another vehicle is one.
         assert!(html.contains("<p>simulated vehicle: the cards"), "{html}");
         assert!(html.contains("another vehicle"));
@@ -188,7 +177,9 @@ mod tests {
     #[test]
     fn prop_nothing_landed_is_a_report_too() {
         let (html, files) = written(&[method(Method::Feedback, 0, 5.0)]);
-        assert!(html.contains("landed in 0 of 4 trials"));
+        assert!(
+            html.contains("lands in 0 of 4 trials") && html.contains("class=\"verdict failure\"")
+        );
         assert!(!files.contains(&"distribution.svg".to_string()));
     }
 

@@ -1,19 +1,73 @@
 //! Tables and figures of landings.
 
 use touchdown_flight::reference::Exponential;
-use touchdown_report::{Cell, Color, Figure, Panel, Series, Table};
+use touchdown_report::{Callout, Cell, Color, Figure, Panel, Series, Table};
 use touchdown_sim::landing::vertical::Landing;
 
-use super::page::{PUBLISHED, half_interval, method_color, spread};
+use super::colors::{PUBLISHED, REFERENCE, of_method};
+use super::page::{half_interval, show, spread};
 use crate::campaign::LandingFigures;
 use crate::experiments::landing::MethodLandings;
 use crate::results::PublishedFigures;
 use crate::settings::LandSettings;
+use crate::statistics::Summary;
 
-/// The symbols of landings, each defined once.
-pub(super) const SYMBOLS: &str = "Height `z` is that of the vehicle above the deck, `v = dz/dt` its relative velocity. A trial has landed when z \
-     first falls to the landed height; `T_L` is the time of that, `V_L` the relative speed |v| then, `S_L = ∫|v| dt` until \
-     then. A trial that has not landed by the timeout has none of them: it has a hover height, the mean z over its last 5 s.";
+/// What counts as landed.
+pub(super) const SYMBOLS: &str = "Height `z` is that of the vehicle above the deck, and `v = dz/dt` is its relative velocity. A trial has landed when \
+     `z` first reaches the landed height.";
+
+/// Which method lands soonest and softest, and which do not always land.
+pub(super) fn verdict(methods: &[MethodLandings]) -> (Callout, String) {
+    let best = |pick: fn(&LandingFigures) -> Option<Summary>| {
+        let means = methods.iter().filter(|m| lands_often(m));
+        means
+            .filter_map(|m| Some((m.method.name(), pick(&m.figures)?.mean)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let missed: Vec<String> = methods
+        .iter()
+        .filter(|m| m.figures.landed < m.figures.trials)
+        .map(|m| {
+            format!(
+                "`{}` lands in {} of {} trials",
+                m.method.name(),
+                m.figures.landed,
+                m.figures.trials
+            )
+        })
+        .collect();
+    let missed = match missed.as_slice() {
+        [] => "Every trial lands.".to_string(),
+        missed => format!("{}.", missed.join(", ")),
+    };
+    let (Some((soon, t_l_s)), Some((soft, v_l_mps))) = (best(|f| f.t_l_s), best(|f| f.v_l_mps))
+    else {
+        return (
+            Callout::Failure,
+            format!("No method lands in half of its trials: {missed}"),
+        );
+    };
+    let [t_l_s, v_l_mps] = [show(t_l_s, 2), show(v_l_mps, 3)];
+    let lands = if methods.len() == 1 {
+        format!("`{soon}` lands in {t_l_s} s at {v_l_mps} m/s.")
+    } else if soon == soft {
+        format!("`{soon}` lands soonest ({t_l_s} s) and softest ({v_l_mps} m/s).")
+    } else {
+        format!("`{soon}` lands soonest ({t_l_s} s), `{soft}` softest ({v_l_mps} m/s).")
+    };
+    let all = methods.iter().all(|m| m.figures.landed == m.figures.trials);
+    let kind = if all {
+        Callout::Success
+    } else {
+        Callout::Warning
+    };
+    (kind, format!("{lands} {missed}"))
+}
+
+/// Whether a method lands in half of its trials: the time axis of a figure is cut for those that do.
+fn lands_often(m: &MethodLandings) -> bool {
+    2 * m.figures.landed >= m.figures.trials
+}
 
 /// Mean, spread, interval and count of every method.
 pub(super) fn figures_table(caption: impl Into<String>, methods: &[MethodLandings]) -> Table {
@@ -41,7 +95,9 @@ pub(super) fn figures_table(caption: impl Into<String>, methods: &[MethodLanding
             spread(f.hover_height_m, 3),
         ]);
     }
-    table.note("Mean ± standard deviation over the trials that landed (hover height: those that did not). CI: half the 95 % interval of the mean (Student's t).")
+    table.note(
+        "Mean ± standard deviation over the trials that landed (hover height: those that did not).",
+    )
 }
 
 /// `landed of trials`.
@@ -68,13 +124,13 @@ pub(super) fn heights(
             let name = if i == 0 { m.method.name() } else { "" };
             panel = panel.series(
                 Series::line(name, &trace.time_s, &trace.height_m)
-                    .color(method_color(m.method))
+                    .color(of_method(m.method))
                     .width(1.1),
             );
         }
     }
     panel = panel
-        .series(Series::dashed("reference", &reference[0], &reference[1]).color(Color::BLACK))
+        .series(Series::dashed("reference", &reference[0], &reference[1]).color(REFERENCE))
         .series(Series::horizontal("landed", land.scenario.landed_height_m));
     Figure::new(id, title)
         .caption(caption)
@@ -98,7 +154,7 @@ pub(super) fn height_and_velocity(
         let Some((landing, trace)) = traced(m).find_map(|l| Some((l, l.trace.as_ref()?))) else {
             continue;
         };
-        let (name, color) = (m.method.name(), method_color(m.method));
+        let (name, color) = (m.method.name(), of_method(m.method));
         height = height.series(Series::line(name, &trace.time_s, &trace.height_m).color(color));
         velocity = velocity
             .series(Series::line("", &trace.time_s, &trace.relative_velocity_mps).color(color));
@@ -134,6 +190,26 @@ pub(super) struct Cloud<'a> {
     pub(super) color: Color,
 }
 
+/// A figure of landings, and the paper's value of it.
+struct Quantity {
+    label: &'static str,
+    of_landing: fn(&Landing) -> Option<f64>,
+    printed: fn(&PublishedFigures) -> Option<f64>,
+}
+
+const QUANTITIES: [Quantity; 2] = [
+    Quantity {
+        label: "T_L (s)",
+        of_landing: |l| l.t_l_s,
+        printed: |p| p.t_l_s,
+    },
+    Quantity {
+        label: "V_L (m/s)",
+        of_landing: |l| l.v_l_mps,
+        printed: |p| p.v_l_mps,
+    },
+];
+
 /// Every trial's T_L and V_L as points, side by side, with the mean and its interval.
 pub(super) fn distribution(
     id: &str,
@@ -143,9 +219,12 @@ pub(super) fn distribution(
     published: &dyn Fn(&str) -> Option<PublishedFigures>,
 ) -> Option<Figure> {
     // A method that seldom lands would stretch the axis of time for the sake of a few points.
-    let often = |m: &MethodLandings| 2 * m.figures.landed >= m.figures.trials;
     let mut names: Vec<&str> = Vec::new();
-    for m in clouds.iter().flat_map(|c| c.methods).filter(|m| often(m)) {
+    for m in clouds
+        .iter()
+        .flat_map(|c| c.methods)
+        .filter(|m| lands_often(m))
+    {
         if !names.contains(&m.method.name()) {
             names.push(m.method.name());
         }
@@ -153,84 +232,85 @@ pub(super) fn distribution(
     if names.is_empty() {
         return None;
     }
-    type Pick = fn(&Landing) -> Option<f64>;
-    type Printed = fn(&PublishedFigures) -> Option<f64>;
-    let quantities: [(&str, Pick, Printed); 2] = [
-        ("T_L (s)", |l| l.t_l_s, |p| p.t_l_s),
-        ("V_L (m/s)", |l| l.v_l_mps, |p| p.v_l_mps),
-    ];
-    let width = 0.8 / clouds.len() as f64;
     let mut figure = Figure::new(id, title).caption(caption).size(900, 620);
-    for (row, (label, pick, printed)) in quantities.into_iter().enumerate() {
-        let mut panel = Panel::new("Method", label).categories(names.iter().copied());
-        let first = |name: &str| {
+    for (row, quantity) in QUANTITIES.iter().enumerate() {
+        // The legend of the first panel holds for both.
+        let named = |name: &str| {
             if row == 0 {
                 name.to_string()
             } else {
                 String::new()
             }
         };
+        let mut panel = Panel::new("Method", quantity.label).categories(names.iter().copied());
         for (c, cloud) in clouds.iter().enumerate() {
-            let (mut points, mut means) = (
-                [Vec::new(), Vec::new()],
-                [Vec::new(), Vec::new(), Vec::new()],
-            );
-            for m in cloud.methods.iter().filter(|m| often(m)) {
-                let place = names
-                    .iter()
-                    .position(|n| *n == m.method.name())
-                    .unwrap_or(0) as f64;
-                let center = place + (c as f64 - 0.5 * (clouds.len() - 1) as f64) * width;
-                let values: Vec<f64> = m.landings.iter().filter_map(pick).collect();
-                for (i, v) in values.iter().enumerate() {
-                    // The golden ratio spreads points evenly, and the same way every time.
-                    let spread = (0.618_034 * i as f64).fract() - 0.5;
-                    points[0].push(center - 0.05 + 0.5 * width * spread);
-                    points[1].push(*v);
-                }
-                if let Some(s) = crate::statistics::Summary::of(&values) {
-                    means[0].push(center + 0.33 * width);
-                    means[1].push(s.mean);
-                    means[2].push(s.ci95.map_or(0.0, |[low, high]| 0.5 * (high - low)));
-                }
-            }
-            let [x, y] = points;
-            panel = panel.series(
-                Series::points(first(cloud.name), &x, &y)
-                    .color(cloud.color)
-                    .width(1.3),
-            );
-            let name = if c + 1 == clouds.len() {
-                first("mean, 95 % interval")
+            let [points, means] = of_cloud(cloud, quantity, &names, [c, clouds.len()]);
+            let last = c + 1 == clouds.len();
+            let mean = if last {
+                named("mean, 95 % interval")
             } else {
                 String::new()
             };
-            panel = panel.series(
-                Series::error_bars(name, &means[0], &means[1], &means[2])
-                    .color(Color::BLACK)
-                    .width(2.0),
-            );
+            panel = panel
+                .series(Series {
+                    name: named(cloud.name),
+                    ..points
+                })
+                .series(Series {
+                    name: mean,
+                    ..means
+                });
         }
         let (x, y): (Vec<f64>, Vec<f64>) = names
             .iter()
             .enumerate()
-            .filter_map(|(i, n)| Some((i as f64, printed(&published(n)?)?)))
+            .filter_map(|(i, n)| Some((i as f64, (quantity.printed)(&published(n)?)?)))
             .unzip();
         if !x.is_empty() {
             panel = panel.series(
-                Series::points(first("paper's mean"), &x, &y)
+                Series::points(named("paper's mean"), &x, &y)
                     .color(PUBLISHED)
                     .width(3.4),
             );
         }
-        let highest = panel
-            .series
-            .iter()
-            .flat_map(|s| &s.y)
-            .fold(0.0_f64, |a, b| a.max(*b));
+        let values = panel.series.iter().flat_map(|s| &s.y);
+        let highest = values.fold(0.0_f64, |a, b| a.max(*b));
         figure = figure.panel(panel.y_range(0.0, 1.08 * highest));
     }
     Some(figure)
+}
+
+/// The trials of the `c`-th of several clouds as points beside the names of their methods, and their means.
+fn of_cloud(
+    cloud: &Cloud<'_>,
+    quantity: &Quantity,
+    names: &[&str],
+    [c, clouds]: [usize; 2],
+) -> [Series; 2] {
+    let width = 0.8 / clouds as f64;
+    let aside = (c as f64 - 0.5 * (clouds - 1) as f64) * width;
+    let (mut x, mut y) = (Vec::new(), Vec::new());
+    let (mut at, mut mean, mut half) = (Vec::new(), Vec::new(), Vec::new());
+    for m in cloud.methods.iter().filter(|m| lands_often(m)) {
+        let place = names.iter().position(|n| *n == m.method.name());
+        let center = place.unwrap_or(0) as f64 + aside;
+        let values: Vec<f64> = m.landings.iter().filter_map(quantity.of_landing).collect();
+        // Multiples of the golden ratio spread points evenly, and the same way every time.
+        let spread = |i: usize| (0.618_034 * i as f64).fract() - 0.5;
+        x.extend((0..values.len()).map(|i| center - 0.05 + 0.5 * width * spread(i)));
+        if let Some(s) = Summary::of(&values) {
+            at.push(center + 0.33 * width);
+            mean.push(s.mean);
+            half.push(s.ci95.map_or(0.0, |[low, high]| 0.5 * (high - low)));
+        }
+        y.extend(values);
+    }
+    [
+        Series::points("", &x, &y).color(cloud.color).width(1.8),
+        Series::error_bars("", &at, &mean, &half)
+            .color(Color::BLACK)
+            .width(2.0),
+    ]
 }
 
 fn traced(m: &MethodLandings) -> impl Iterator<Item = &Landing> {
@@ -239,13 +319,12 @@ fn traced(m: &MethodLandings) -> impl Iterator<Item = &Landing> {
 
 /// Until when there is something to see: a little after the last landing, and long enough to see a hover.
 fn longest(methods: &[MethodLandings]) -> f64 {
-    let often = |m: &&MethodLandings| 2 * m.figures.landed >= m.figures.trials;
     let last = methods
         .iter()
-        .filter(often)
+        .filter(|m| lands_often(m))
         .flat_map(|m| traced(m).filter_map(|l| l.t_l_s))
         .fold(0.0_f64, f64::max);
-    let hovers = methods.iter().any(|m| !often(&m));
+    let hovers = methods.iter().any(|m| !lands_often(m));
     (1.1 * last).ceil().max(if hovers { 12.0 } else { 1.0 })
 }
 

@@ -1,7 +1,9 @@
 //! Reports: figures and one self-contained HTML file for every command.
 
 pub mod campaign;
+mod colors;
 mod front;
+mod glossary;
 pub mod identify;
 pub mod inspect;
 pub mod land;

@@ -3,18 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use touchdown_report::{Cell, Color, Figure, Report, Table};
+use touchdown_report::{Cell, Color, Figure, Report, Series, Table};
 
+use super::glossary::TERMS;
 use crate::error::{Error, Result};
 use crate::identify::settings::GroundEffectForm;
 use crate::score::Errors;
-use crate::statistics::Summary;
+use crate::statistics::{Share, Summary};
 use touchdown_flight::Method;
-
-/// Grey of raw measurements: seen, but behind everything else.
-pub(super) const MEASURED: Color = Color::Rgb(0xB8, 0xBE, 0xC6);
-/// Published figures.
-pub(super) const PUBLISHED: Color = Color::Rgb(0xB0, 0x00, 0x30);
 
 /// A report and its figures.
 pub(super) struct Page {
@@ -25,9 +21,9 @@ pub(super) struct Page {
 }
 
 impl Page {
-    pub(super) fn new(title: &str, out: &Path) -> Self {
+    pub(super) fn new(title: &str, subtitle: &str, out: &Path) -> Self {
         Self {
-            report: Report::new(title),
+            report: report(title, subtitle),
             out: out.to_owned(),
             figures: Vec::new(),
         }
@@ -38,13 +34,41 @@ impl Page {
     }
 
     pub(super) fn table(&mut self, table: Table) -> Result<()> {
-        self.report.table(table)?;
+        put_table(&mut self.report, table)
+    }
+
+    /// Adds tables behind a line.
+    pub(super) fn folded_tables(&mut self, summary: &str, tables: Vec<Table>) -> Result<()> {
+        self.report.folded(summary, |inner| {
+            tables
+                .into_iter()
+                .try_for_each(|table| inner.table(table).map(drop))
+        })?;
         Ok(())
     }
 
     pub(super) fn figure(&mut self, figure: Figure) -> Result<()> {
         self.report.figure(&figure)?;
         self.figures.push(figure);
+        Ok(())
+    }
+
+    /// Adds figures behind a line.
+    pub(super) fn folded_figures(
+        &mut self,
+        summary: &str,
+        figures: impl Iterator<Item = Figure>,
+    ) -> Result<()> {
+        let figures: Vec<Figure> = figures.collect();
+        if figures.is_empty() {
+            return Ok(());
+        }
+        self.report.folded(summary, |inner| {
+            figures
+                .iter()
+                .try_for_each(|figure| inner.figure(figure).map(drop))
+        })?;
+        self.figures.extend(figures);
         Ok(())
     }
 
@@ -55,14 +79,92 @@ impl Page {
 
     /// Writes `figures/*.svg`, `figures/*.png` and `report.html`.
     pub(super) fn finish(self) -> Result<()> {
-        let folder = self.out.join("figures");
-        std::fs::create_dir_all(&folder).map_err(|e| Error::file(&folder, e))?;
-        self.figures
-            .par_iter()
-            .try_for_each(|figure| figure.write(&folder).map(drop))?;
-        self.report.write(self.out.join("report.html"))?;
-        Ok(())
+        write(&self.out, &self.figures, &self.report)
     }
+}
+
+/// An empty report that explains the terms of all pages.
+pub(super) fn report(title: &str, subtitle: &str) -> Report {
+    let mut report = Report::new(title);
+    report
+        .glossary(TERMS)
+        .subtitle(subtitle)
+        .fact("Version", env!("CARGO_PKG_VERSION"));
+    report
+}
+
+/// Tables with more rows than this are folded away: they fill a screen.
+const LONG: usize = 14;
+
+/// Adds a table, a long one behind its caption.
+pub(super) fn put_table(report: &mut Report, mut table: Table) -> Result<()> {
+    if table.rows.len() <= LONG {
+        report.table(table)?;
+        return Ok(());
+    }
+    let caption = table.caption.replace(['`', '*'], "");
+    let summary = format!(
+        "{} ({} rows)",
+        caption.trim_end_matches('.'),
+        table.rows.len()
+    );
+    table.caption.clear();
+    report.folded(summary, |inner| inner.table(table).map(drop))?;
+    Ok(())
+}
+
+/// The last section: the command that makes the page again, and its settings, folded away.
+pub(super) fn how_made(
+    report: &mut Report,
+    command: &str,
+    settings: Option<(&str, String)>,
+) -> Result<()> {
+    report.section("How to redo this").code(command);
+    if let Some((file, toml)) = settings {
+        report.folded(format!("Settings: {file}"), |inner| {
+            inner.code(toml);
+            Ok::<(), Error>(())
+        })?;
+    }
+    Ok(())
+}
+
+/// Writes figures (SVG and PNG) and the report; draws on all processors.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write<'a>(
+    folder: &Path,
+    figures: impl IntoIterator<Item = &'a Figure>,
+    report: &Report,
+) -> Result<()> {
+    let place = folder.join("figures");
+    std::fs::create_dir_all(&place).map_err(|e| Error::file(&place, e))?;
+    let figures: Vec<&Figure> = figures.into_iter().collect();
+    figures
+        .par_iter()
+        .try_for_each(|figure| figure.write(&place).map(drop))?;
+    report.write(folder.join("report.html"))?;
+    Ok(())
+}
+
+/// Shares at places along an axis of names, with their 95 % intervals: the intervals, then the points.
+pub(super) fn share_series(name: &str, shares: &[(f64, Share)], color: Color) -> [Series; 2] {
+    let (x, y): (Vec<f64>, Vec<f64>) = shares.iter().map(|(at, s)| (*at, 100.0 * s.share)).unzip();
+    let at: Vec<f64> = x.iter().flat_map(|at| [*at, *at, f64::NAN]).collect();
+    let ends = shares
+        .iter()
+        .flat_map(|(_, s)| [100.0 * s.ci95[0], 100.0 * s.ci95[1], f64::NAN]);
+    [
+        Series::line("", &at, &ends.collect::<Vec<f64>>()).color(color),
+        Series::points(name, &x, &y).color(color).width(4.0),
+    ]
+}
+
+/// `1 landing`, `2 landings`.
+pub(super) fn count(number: usize, noun: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {noun}{plural}")
 }
 
 /// The values in order, and the share of them below each in %: a curve of steps from its first value, with nothing below.
@@ -109,28 +211,6 @@ pub(super) fn half_interval(summary: Option<Summary>, decimals: usize) -> Cell {
         .map_or_else(Cell::missing, |[low, high]| {
             Cell::text(format!("±\u{a0}{}", show(0.5 * (high - low), decimals)))
         })
-}
-
-/// One colour a method, in all figures.
-pub(super) fn method_color(method: Method) -> Color {
-    Color::Cycle(match method {
-        Method::Dynamic => 0,
-        Method::Empirical => 1,
-        Method::Imbc => 2,
-        Method::Ssc => 3,
-        _ => 5,
-    })
-}
-
-/// One colour a form, in all figures; those that are flown have their method's.
-pub(super) fn form_color(form: GroundEffectForm) -> Color {
-    Color::Cycle(match form {
-        GroundEffectForm::Lag => 0,
-        GroundEffectForm::Empirical => 1,
-        GroundEffectForm::Static => 2,
-        GroundEffectForm::Derivative => 3,
-        GroundEffectForm::Ratio => 4,
-    })
 }
 
 /// What a form is called in tables and legends.

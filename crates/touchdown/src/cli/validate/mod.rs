@@ -326,7 +326,7 @@ fn write(
             Some(pages::validate::Drawn {
                 card: &labels[c],
                 kind: cards[c].card.kind,
-                color: c,
+                form: cards[c].card.form,
                 log: &names[l],
                 time_s: &judged.time_s,
                 measured_n: &judged.measured_n,

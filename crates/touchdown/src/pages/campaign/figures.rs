@@ -3,17 +3,89 @@
 use std::collections::BTreeMap;
 
 use touchdown_report::{Color, Figure, Panel, Series};
-use touchdown_sim::landing::space::{SpaceTrace, TraceRow};
+use touchdown_sim::landing::space::SpaceTrace;
 
 use super::ended;
-use crate::pages::page::shares_below;
-use crate::pages::track::{estimated, estimated_deck_mps};
-use crate::sweep::{CampaignResults, LandingRow, Sweep, WorstLanding, number, text};
+use crate::pages::colors::of_controller;
+use crate::pages::page::{share_series, shares_below};
+use crate::pages::track::Track;
+use crate::statistics::Share;
+use crate::sweep::{CampaignResults, Figures, LandingRow, Sweep, WorstLanding, number, text};
 
+/// More points than this cannot be named on one axis.
+const NAMED: usize = 8;
+/// Colours of outcomes: those of the best and the worst level of the map, and one between.
+const LANDED: Color = LEVELS[0].2;
+const FIRST: Color = LEVELS[1].2;
+const CRASHED: Color = LEVELS[4].2;
 /// More curves than this in one panel are pooled by controller.
 const CURVES: usize = 8;
 /// The key of controllers.
 const CONTROLLER: &str = "control.controller";
+
+/// Landings that are drawn as one curve.
+struct Group<'a> {
+    name: String,
+    controller: String,
+    rows: Vec<&'a LandingRow>,
+}
+
+/// Shares of landings that land and that crash, point by point; none for a single point or for too many.
+pub(super) fn outcomes(results: &CampaignResults) -> Option<Figure> {
+    let points = &results.points;
+    if points.len() < 2 || points.len() > NAMED {
+        return None;
+    }
+    type Pick = fn(&Figures) -> Option<Share>;
+    let lines: [(&str, Pick, Color); 3] = [
+        ("landed", |f| f.landed, LANDED),
+        ("landed in the first descent", |f| f.landed_at_first, FIRST),
+        ("crashed", |f| f.crashed, CRASHED),
+    ];
+    let mut panel = Panel::new("Point", "Share of landings (%)")
+        .categories(points.iter().map(|p| p.of.label()))
+        .y_range(-4.0, 104.0);
+    for (k, (name, pick, color)) in lines.into_iter().enumerate() {
+        let at = |place: usize| place as f64 + 0.15 * (k as f64 - 1.0);
+        let shares = points.iter().enumerate();
+        let shares: Vec<(f64, Share)> = shares
+            .filter_map(|(place, p)| Some((at(place), pick(&p.figures)?)))
+            .collect();
+        panel.series.extend(share_series(name, &shares, color));
+    }
+    let figure = Figure::new("outcomes", "How landings end, point by point");
+    Some(
+        figure
+            .caption("Lines: 95 % interval of the share (Wilson).")
+            .panel(panel),
+    )
+}
+
+/// Landings in groups: by point, or by controller where points are many.
+fn groups<'a>(sweep: &Sweep, rows: &'a [LandingRow], results: &CampaignResults) -> Vec<Group<'a>> {
+    let pooled = results.points.len() > CURVES;
+    let mut groups: Vec<Group<'a>> = Vec::new();
+    let of_points = results
+        .points
+        .iter()
+        .zip(rows.chunks(sweep.trials() as usize));
+    for (point, rows) in of_points {
+        let name = if pooled {
+            point.of.controller.clone()
+        } else {
+            point.of.label()
+        };
+        match groups.iter_mut().find(|group| group.name == name) {
+            Some(group) => group.rows.extend(rows),
+            None => groups.push(Group {
+                name,
+                controller: point.of.controller.clone(),
+                rows: rows.iter().collect(),
+            }),
+        }
+    }
+    groups
+}
 
 /// Cumulative distributions, a curve for each point, or for each controller where points are many.
 pub(super) fn distributions(
@@ -21,31 +93,16 @@ pub(super) fn distributions(
     rows: &[LandingRow],
     results: &CampaignResults,
 ) -> Figure {
-    let pooled = results.points.len() > CURVES;
-    let mut groups: Vec<(String, Vec<&LandingRow>)> = Vec::new();
-    for (point, rows) in results
-        .points
-        .iter()
-        .zip(rows.chunks(sweep.trials() as usize))
-    {
-        let name = if pooled {
-            point.of.controller.clone()
-        } else {
-            point.of.label()
-        };
-        let place = groups
-            .iter()
-            .position(|(of, _)| *of == name)
-            .unwrap_or_else(|| {
-                groups.push((name, Vec::new()));
-                groups.len() - 1
-            });
-        groups[place].1.extend(rows);
-    }
-    let pool = if pooled {
-        " All points of a controller are taken together."
-    } else {
-        ""
+    let groups = groups(sweep, rows, results);
+    let pool = match results.points.len() {
+        0..=CURVES => "",
+        _ => " All points of a controller are taken together.",
+    };
+    // Points of one controller need colours of their own.
+    let by_controller = |i: usize| {
+        let same = |group: &Group<'_>| group.controller == groups[i].controller;
+        let alone = groups.iter().filter(|group| same(group)).count() == 1;
+        of_controller(&groups[i].controller).filter(|_| alone)
     };
     let mut figure = Figure::new("distributions", "Share of landings below a value")
         .caption(format!("Landings that landed.{pool}"))
@@ -59,14 +116,13 @@ pub(super) fn distributions(
     .enumerate()
     {
         let mut panel = Panel::new(label, "Share (%)").y_range(0.0, 100.0);
-        for (i, (group, rows)) in groups.iter().enumerate() {
-            let values = rows
-                .iter()
-                .filter(|r| r.landed())
-                .filter_map(|r| r.number(name));
+        for (i, group) in groups.iter().enumerate() {
+            let landed = group.rows.iter();
+            let values = landed.filter(|r| r.landed()).filter_map(|r| r.number(name));
             let (values, shares) = shares_below(values);
-            let legend = if row == 0 { group.as_str() } else { "" };
-            panel = panel.series(Series::steps(legend, &values, &shares).color(Color::Cycle(i)));
+            let legend = if row == 0 { group.name.as_str() } else { "" };
+            let color = by_controller(i).unwrap_or(Color::Cycle(i));
+            panel = panel.series(Series::steps(legend, &values, &shares).color(color));
         }
         figure = figure.panel(panel);
     }
@@ -82,18 +138,24 @@ const LEVELS: [(f64, &str, Color); 5] = [
     (0.0, "below 50 %", Color::Rgb(0xB0, 0x00, 0x30)),
 ];
 
-/// Success over two swept keys, where there are two; controllers in panels of their own, other keys pooled.
-pub(super) fn success_map(sweep: &Sweep, results: &CampaignResults) -> Option<Figure> {
+/// The two swept keys that span the map of success; the controller only where there is no other.
+fn map_keys(sweep: &Sweep) -> Option<[usize; 2]> {
     let keys: Vec<usize> = (0..sweep.grid().len())
         .filter(|&k| sweep.grid()[k].0 != CONTROLLER)
         .collect();
-    let [a, b] = match keys.as_slice() {
-        [a, b, ..] => [*a, *b],
-        _ if sweep.grid().len() == 2 => [0, 1],
-        _ => return None,
-    };
-    let apart = sweep.grid()[a].0 != CONTROLLER && sweep.grid()[b].0 != CONTROLLER;
-    let mut cells: BTreeMap<(String, usize, usize), (u64, u64)> = BTreeMap::new();
+    match keys.as_slice() {
+        [a, b, ..] => Some([*a, *b]),
+        _ if sweep.grid().len() == 2 => Some([0, 1]),
+        _ => None,
+    }
+}
+
+/// Landed and flown at each place of a panel.
+type Counts = BTreeMap<(String, usize, usize), (u64, u64)>;
+
+fn counts(sweep: &Sweep, results: &CampaignResults, [a, b]: [usize; 2]) -> Counts {
+    let apart = [a, b].iter().all(|k| sweep.grid()[*k].0 != CONTROLLER);
+    let mut counts = Counts::new();
     for p in &results.points {
         let places = sweep.places(p.of.point);
         let panel = if apart {
@@ -101,134 +163,109 @@ pub(super) fn success_map(sweep: &Sweep, results: &CampaignResults) -> Option<Fi
         } else {
             String::new()
         };
-        let cell = cells.entry((panel, places[a], places[b])).or_default();
-        *cell = (
-            cell.0 + p.figures.landed.map_or(0, |s| s.count),
-            cell.1 + p.figures.trials,
-        );
+        let cell = counts.entry((panel, places[a], places[b])).or_default();
+        cell.0 += p.figures.landed.map_or(0, |s| s.count);
+        cell.1 += p.figures.trials;
     }
-    let [across, up] = [a, b].map(|k| &sweep.grid()[k]);
-    let names: Vec<String> = across
+    counts
+}
+
+/// Heights of the rows of the map: a number stands at its value, anything else at its place in the list, which is returned.
+fn row_heights(values: &[toml::Value]) -> (Vec<f64>, String) {
+    let numbers: Option<Vec<f64>> = values.iter().map(number).collect();
+    let listed = values
+        .iter()
+        .enumerate()
+        .map(|(i, v)| format!("{i}: {}", text(v)));
+    match numbers {
+        Some(numbers) => (numbers, String::new()),
+        None => (
+            (0..values.len()).map(|i| i as f64).collect(),
+            format!(" ({})", listed.collect::<Vec<_>>().join(", ")),
+        ),
+    }
+}
+
+/// Success over two swept keys, where there are two; controllers in panels of their own, other keys pooled.
+pub(super) fn success_map(sweep: &Sweep, results: &CampaignResults) -> Option<Figure> {
+    let keys = map_keys(sweep)?;
+    let counts = counts(sweep, results, keys);
+    let [across, up] = keys.map(|k| &sweep.grid()[k]);
+    let names = across
         .1
         .iter()
-        .map(|v| text(v).chars().take(24).collect())
-        .collect();
-    // Numbers stand where they belong, anything else at its place in the list.
-    let heights: Option<Vec<f64>> = up.1.iter().map(number).collect();
-    let listed: Vec<String> =
-        up.1.iter()
-            .enumerate()
-            .map(|(i, v)| format!("{i}: {}", text(v)))
-            .collect();
-    let (heights, scale) = heights.map_or_else(
-        || {
-            (
-                (0..up.1.len()).map(|i| i as f64).collect(),
-                format!(" ({})", listed.join(", ")),
-            )
-        },
-        |heights: Vec<f64>| (heights, String::new()),
-    );
-    let (low, high) = heights
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(*v), high.max(*v))
-        });
+        .map(|v| text(v).chars().take(24).collect::<String>());
+    let names: Vec<String> = names.collect();
+    let (heights, scale) = row_heights(&up.1);
+    let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let margin = if high > low {
         0.7 * (high - low) / heights.len() as f64
     } else {
         1.0
     };
-    let last = |key: &str| key.rsplit('.').next().unwrap_or(key).to_string();
-    let mut panels: Vec<&String> = cells.keys().map(|(panel, ..)| panel).collect();
+    let mut panels: Vec<&String> = counts.keys().map(|(panel, ..)| panel).collect();
     panels.dedup();
-    let pooled = if keys.len() > 2 {
-        " Other swept keys are taken together."
-    } else {
-        ""
+    let pooled = match sweep
+        .grid()
+        .iter()
+        .filter(|(key, _)| key != CONTROLLER)
+        .count()
+    {
+        0..=2 => "",
+        _ => " Other swept keys are taken together.",
     };
+    let height_px = 120 + panels.len() as u32 * (90 + 50 * heights.len() as u32);
     let mut figure = Figure::new("success", "Share of landings that landed")
         .caption(format!(
             "Across: `{}`; up: `{}`{scale}.{pooled}",
             across.0, up.0
         ))
-        .size(
-            900,
-            120 + panels.len() as u32 * (90 + 50 * heights.len() as u32),
-        );
+        .size(900, height_px);
     for (i, name) in panels.iter().enumerate() {
-        let mut panel = Panel::new(last(&across.0), last(&up.0))
+        let mut panel = Panel::new(last_part(&across.0), last_part(&up.0))
             .categories(names.iter().cloned())
             .y_range(low - margin, high + margin);
         if !name.is_empty() {
             panel = panel.title((*name).clone());
         }
-        for (level, (least, legend, color)) in LEVELS.iter().enumerate() {
-            let below = if level == 0 {
-                f64::INFINITY
-            } else {
-                LEVELS[level - 1].0
-            };
-            let (x, y): (Vec<f64>, Vec<f64>) = cells
-                .iter()
-                .filter(|((of, ..), (landed, trials))| {
-                    let share = *landed as f64 / *trials as f64;
-                    of == *name && share >= *least && share < below
-                })
+        let mut below = f64::INFINITY;
+        for (least, legend, color) in LEVELS {
+            let of_level = counts.iter().filter(|((of, ..), (landed, trials))| {
+                let share = *landed as f64 / *trials as f64;
+                of == *name && (least..below).contains(&share)
+            });
+            let (x, y): (Vec<f64>, Vec<f64>) = of_level
                 .map(|((_, x, y), _)| (*x as f64, heights[*y]))
                 .unzip();
-            let legend = if i == 0 { *legend } else { "" };
-            panel = panel.series(Series::points(legend, &x, &y).color(*color).width(9.0));
+            let legend = if i == 0 { legend } else { "" };
+            panel = panel.series(Series::points(legend, &x, &y).color(color).width(9.0));
+            below = least;
         }
         figure = figure.panel(panel);
     }
     Some(figure)
 }
 
+/// The last part of a dotted key.
+fn last_part(key: &str) -> &str {
+    key.rsplit('.').next().unwrap_or(key)
+}
+
+/// One of the worst landings over time.
 pub(super) fn time_series(rank: usize, worst: &WorstLanding, trace: &SpaceTrace) -> Figure {
-    let rows = &trace.rows;
-    let of = |pick: &dyn Fn(&TraceRow) -> f64| rows.iter().map(pick).collect::<Vec<f64>>();
-    let time = of(&|r| r.time_s);
-    let line = |name: &str, values: &[f64], color: usize| {
-        Series::line(name, &time, values).color(Color::Cycle(color))
-    };
-    let wanted = |k: usize| of(&|r| r.target.map_or(f64::NAN, |t| t[k]));
-    let height = Panel::new("Time (s)", "Height z (m)")
-        .series(line("true", &of(&|r| r.relative_m[2]), 0))
-        .series(line(
-            "estimated",
-            &of(&|r| estimated(r, r.estimated_m[2])),
-            1,
-        ))
-        .series(Series::dashed("flown to", &time, &wanted(0)).color(Color::BLACK));
-    let velocity = Panel::new("Time (s)", "v along the normal (m/s)")
-        .series(line("", &of(&|r| r.relative_mps[2]), 0))
-        .series(line("", &of(&|r| estimated(r, r.estimated_mps[2])), 1))
-        .series(Series::dashed("", &time, &wanted(1)).color(Color::BLACK));
-    let lateral = Panel::new("Time (s)", "Forward, port (m)")
-        .series(line("forward", &of(&|r| r.relative_m[0]), 2))
-        .series(line("port", &of(&|r| r.relative_m[1]), 3));
-    let deck = Panel::new("Time (s)", "Deck's heave (m/s)")
-        .series(line("true heave velocity", &of(&|r| r.deck_mps[2]), 4))
-        .series(line(
-            "estimated heave velocity",
-            &of(&estimated_deck_mps),
-            5,
-        ));
-    let force = Panel::new("Time (s)", "Force (N)")
-        .series(line("ground effect", &of(&|r| r.ground_effect_n), 0))
-        .series(line("counted on", &of(&|r| r.counted_ground_effect_n), 1))
-        .series(line("feet", &of(&|r| r.feet_n.iter().sum()), 5));
+    let track = Track::of(trace);
     Figure::new(
         format!("worst-{rank:02}"),
         format!("Landing {}: {}", worst.landing, ended(worst)),
     )
     .caption(format!("{}, trial {}.", worst.of.label(), worst.trial))
     .share_x()
-    .size(900, 860)
-    .panel(height)
-    .panel(velocity)
-    .panel(lateral)
-    .panel(deck)
-    .panel(force)
+    .size(900, 960)
+    .panel(track.height())
+    .panel(track.velocity())
+    .panel(track.lateral())
+    .panel(track.deck())
+    .panel(track.ground_effect())
+    .panel(track.feet())
 }

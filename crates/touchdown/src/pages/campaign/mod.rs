@@ -4,21 +4,25 @@ mod figures;
 
 use std::path::Path;
 
-use touchdown_report::{Cell, Table};
+use touchdown_report::{Callout, Cell, Table};
 use touchdown_sim::landing::space::SpaceTrace;
 
 use figures::{distributions, success_map, time_series};
 
-use super::page::{Page, half_interval, show, spread};
+use super::page::{Page, half_interval, how_made, show, spread};
 use crate::error::Result;
 use crate::settings::to_toml;
 use crate::statistics::Share;
-use crate::sweep::{CampaignResults, LandingRow, PointFigures, SampleSummary, Sweep, WorstLanding};
+use crate::sweep::{
+    CampaignResults, Figures, LandingRow, PointFigures, SampleSummary, Sweep, WorstLanding,
+};
 
-const SYMBOLS: &str = "A landing is counted as landed when the vehicle stands on the deck with its rotors stopped, by the true state; **first** \
-     is without a broken-off descent. `T_L` is the time from the start of the last descent to its first touch, `V_L` the speed \
-     relative to the deck along its normal then, `S_L = ∫|v| dt` over the descent, lateral the distance from the deck's centre. \
-     T_L, V_L, S_L and lateral are over the landings that landed; impact speed and tilt are over every touch, crashes too.";
+const SYMBOLS: &str = "A landing has landed when the vehicle stands on the deck with its rotors stopped, by the true state. \
+     **First** counts landings without an aborted descent. **Lateral** is the distance from the deck's centre at the first touch. \
+     T_L, V_L, S_L and lateral are over the landings that landed. Impact speed and tilt are over every touch, crashes included.";
+
+/// The worst landings that are drawn unfolded.
+const UNFOLDED: usize = 2;
 
 /// Writes `figures/*.svg`, `figures/*.png` and `report.html` of a campaign into the folder `out`; `worst` are the
 /// records of the worst landings.
@@ -32,42 +36,91 @@ pub fn campaign(
     worst: &[SpaceTrace],
     out: &Path,
 ) -> Result<()> {
-    let mut page = Page::new("Campaign of landings", out);
+    let mut page = Page::new(
+        "Campaign of landings",
+        "Landings in six degrees of freedom over swept and random settings",
+        out,
+    );
     page.report
-        .subtitle("Landings in six degrees of freedom over swept and drawn settings")
-        .fact("Version", results.version)
         .fact("Seed", results.seed.to_string())
         .fact("Landings at each point", results.trials.to_string())
-        .fact("Landings", results.landings.to_string())
-        .fact("Sweep (SHA-256)", results.sweep_sha256.clone());
+        .fact("Landings", results.landings.to_string());
+    let (kind, verdict) = verdict(results);
+    page.report.verdict(kind, verdict);
+    let map = success_map(sweep, results);
+    let distributions = distributions(sweep, rows, results);
+    let pictures = [figures::outcomes(results), map, Some(distributions)];
+    let mut pictures = pictures.into_iter().flatten();
+    pictures.next().map_or(Ok(()), |first| page.figure(first))?;
     page.report.section("Points");
     page.text(SYMBOLS);
     page.table(outcomes(results))?;
     page.table(quantities(results))?;
-    let drawn: Vec<String> = sweep.drawn().map(|key| format!("`{key}`")).collect();
-    if !drawn.is_empty() {
+    let random: Vec<String> = sweep.drawn().map(|key| format!("`{key}`")).collect();
+    if !random.is_empty() {
         page.text(format!(
-            "Drawn anew for every trial, the same at every point: {}.",
-            drawn.join(", ")
+            "Every trial has its own random values of {}. Trial k has the same values at every point.",
+            random.join(", ")
         ));
     }
-    page.report.section("Distributions");
-    page.figure(distributions(sweep, rows, results))?;
-    if let Some(figure) = success_map(sweep, results) {
-        page.report.section("Where it lands");
-        page.figure(figure)?;
-    }
+    pictures.try_for_each(|figure| page.figure(figure))?;
     page.report.section("The worst landings");
-    page.text("Crashes first, then what did not land, then the hardest touches; flown once more from the same seed.");
+    page.text("Crashes stand first, then what did not land, then the hardest touches. Each is flown once more from its seed.");
     page.table(worst_table(results))?;
-    for (rank, (worst, trace)) in results.worst.iter().zip(worst).enumerate() {
-        page.figure(time_series(rank + 1, worst, trace))?;
+    let mut worst = results.worst.iter().zip(worst).enumerate();
+    let drawn = |(rank, (worst, trace))| time_series(rank + 1, worst, trace);
+    for landing in worst.by_ref().take(UNFOLDED) {
+        page.figure(drawn(landing))?;
     }
-    page.report.section("How to redo this");
-    page.report.code("touchdown campaign sweep.toml --out DIR");
-    page.text("`sweep.toml`:");
-    page.report.code(to_toml(sweep.settings())?);
+    page.folded_figures("More of the worst landings", worst.map(drawn))?;
+    page.report
+        .fact("Sweep (SHA-256)", results.sweep_sha256.clone());
+    how_made(
+        &mut page.report,
+        "touchdown campaign sweep.toml --out DIR",
+        Some(("sweep.toml", to_toml(sweep.settings())?)),
+    )?;
     page.finish()
+}
+
+/// How many landings landed and crashed, and where most and fewest landed.
+fn verdict(results: &CampaignResults) -> (Callout, String) {
+    let total = |pick: fn(&Figures) -> Option<Share>| -> u64 {
+        let points = results.points.iter();
+        points
+            .filter_map(|p| pick(&p.figures))
+            .map(|s| s.count)
+            .sum()
+    };
+    let (landed, crashed) = (total(|f| f.landed), total(|f| f.crashed));
+    let kind = match (landed == results.landings, crashed) {
+        (true, _) => Callout::Success,
+        (false, 0) => Callout::Warning,
+        (false, _) => Callout::Failure,
+    };
+    let all = format!(
+        "{landed} of {} landings land, {} of them in the first descent; {crashed} crash.",
+        results.landings,
+        total(|f| f.landed_at_first)
+    );
+    let share = |p: &&PointFigures| p.figures.landed.map_or(0.0, |s| s.share);
+    let by_share = |a: &&PointFigures, b: &&PointFigures| share(a).total_cmp(&share(b));
+    let [best, worst] = [
+        results.points.iter().rev().max_by(by_share),
+        results.points.iter().min_by(by_share),
+    ];
+    let shown = |p: &PointFigures| format!("`{}` ({} %)", p.of.label(), show(100.0 * share(&p), 1));
+    match best.zip(worst) {
+        Some((best, worst)) if share(&best) > share(&worst) => (
+            kind,
+            format!(
+                "{all} Most land with {}, fewest with {}.",
+                shown(best),
+                shown(worst)
+            ),
+        ),
+        _ => (kind, all),
+    }
 }
 
 /// `percent (low to high)`.

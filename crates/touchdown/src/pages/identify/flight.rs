@@ -2,12 +2,13 @@
 
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
-use super::{Overview, card_blocks, runs, slug};
+use super::{Overview, card_blocks, interval, runs, slug};
 use crate::error::Result;
 use crate::identify::FittedCard;
 use crate::identify::flight::result::FlightResult;
 use crate::identify::flight::{Basis, Flight, GroundEffect};
-use crate::pages::page::show;
+use crate::pages::colors::{INPUT, TRUTH};
+use crate::pages::page::{put_table, show};
 
 /// Logs drawn over time at most.
 const DRAWN: usize = 8;
@@ -66,16 +67,16 @@ fn over_height(flights: &[Flight], found: &GroundEffect, result: &FlightResult) 
             &of(|s| s.ci95[0]),
             &of(|s| s.ci95[1]),
         ))
-        .series(Series::line(result.curve, &x, &of(|s| s.value)).color(Color::BLACK));
+        .series(Series::line(result.curve, &x, &of(|s| s.value)).color(TRUTH));
     let caption = if found.hovers.is_empty() {
         format!(
-            "Specific force over what the model has of it out of ground effect{each} with the static curve and its 95 % interval. \
-             Motors, drift, climb and each run's own scale and height error are taken off."
+            "Measured specific force relative to that of the model out of ground effect{each} with the static curve and its 95 % interval. \
+             The effects of motors, drift and climb, and the scale and height error of each armed interval, are removed."
         )
     } else {
         format!(
-            "Thrust over that out of ground effect at each hover at rest{each} with the static curve and its 95 % interval. Drift \
-             and each run's own scale and height error are taken off."
+            "Thrust relative to that out of ground effect at each hover at rest{each} with the static curve and its 95 % interval. Drift, \
+             and the scale and height error of each armed interval, are removed."
         )
     };
     Figure::new("residual-over-height", "Ground effect over height")
@@ -90,8 +91,8 @@ fn over_lag(found: &GroundEffect) -> Option<Figure> {
         return None;
     }
     let mut figure = Figure::new("error-over-lag", "Lags").caption(
-        "Root mean square error of the specific force over the lag of the motors and over that of the wake, all else fitted to each; \
-         the dashed lines are the fitted lag and its 95 % interval. Where the wake's has none, it was refused: the error hardly knows it.",
+        "Root mean square error of the specific force over the lag of the motors and over that of the wake, all else fitted to each. \
+         Dashed lines: the fitted lag and its 95 % interval. A wake without them has no identified lag: the error hardly depends on it.",
     );
     for (index, profile) in profiles.iter().enumerate() {
         let mg: Vec<f64> = profile.rmse.iter().map(|r| 1e3 * r).collect();
@@ -159,8 +160,8 @@ fn runs_used(index: usize, found: &GroundEffect, residuals: &[Vec<f64>]) -> Vec<
             // Where rows are missing the line breaks.
             let gaps = || vec![f64::NAN; piece.time_s.len()];
             let mut used = Used {
-                name: format!("used, run {}", piece.run + 1),
-                color: Color::Cycle(piece.run),
+                name: if piece.run == 0 { "used" } else { "" }.into(),
+                color: Color::Cycle(index),
                 time_s: piece.time_s.clone(),
                 throttle: gaps(),
                 height_m: gaps(),
@@ -196,12 +197,12 @@ fn over_time(
             "Measured − model (g)",
             0.0,
             1.75,
-            "Throttle and height, with what was used in colour; below, what the model leaves of the specific force.",
+            "Throttle and height, with what was used in colour; below, the residual of the specific force.",
         ),
     };
     let origin_s = origin_s(flight);
     let logged = |name: &str, y: &[f64]| {
-        Series::line(name, &since(origin_s, &flight.time_s), y).color(Color::GREY)
+        Series::line(name, &since(origin_s, &flight.time_s), y).color(INPUT)
     };
     let mut throttle =
         Panel::new("Time (s)", "Throttle").series(logged("logged", &flight.throttle));
@@ -238,44 +239,89 @@ pub fn report(
     cards: &[&FittedCard],
     figures: &[Figure],
 ) -> Result<Report> {
-    let mut report = overview.begin()?;
-    report.section("Ground effect");
-    report.paragraph(format!("Identified from {}.", result.basis.name()));
     let (of_logs, first): (Vec<&Figure>, Vec<&Figure>) =
         figures.iter().partition(|f| f.id.starts_with("flight-"));
+    let mut first = first.into_iter();
+    let mut report = overview.begin(verdict(result), first.next())?;
+    report.section("Ground effect");
+    report.paragraph(format!("Identified from {}.", result.basis.name()));
+    report.table(numbers(result))?;
     for figure in first {
         report.figure(figure)?;
     }
-    let mut table = Table::new("Numbers of the model, with 95 % intervals.")
-        .text_column("number")
+    if !result.refused.is_empty() {
+        report.section("Not identified");
+    }
+    for r in &result.refused {
+        report.callout(Callout::Warning, format!("{r}."));
+    }
+    report.section("Flights");
+    if let Some(lift) = &result.extra_lift {
+        report.paragraph(format!("By the static curve: {lift}."));
+    }
+    put_table(&mut report, runs::table(&result.runs))?;
+    logs(&mut report, result, &of_logs)?;
+    report.section("Models tried");
+    report.table(tried(result))?;
+    report.section("Cards");
+    for made in cards {
+        report.subsection(&made.card.name);
+        card_blocks(&mut report, made)?;
+    }
+    overview.end(&mut report)?;
+    Ok(report)
+}
+
+/// How much the ground adds to thrust, and what could not be identified.
+fn verdict(result: &FlightResult) -> (Callout, String) {
+    let lift = match &result.extra_lift {
+        Some(lift) => {
+            let ([a, b], [low, high]) = (lift.near_m, lift.share.ci95.map(|v| show(100.0 * v, 1)));
+            format!(
+                "Near the ground, at {} to {} m, the thrust is {} % larger than far from it (95 % interval {low} to {high} %).",
+                show(a, 2),
+                show(b, 2),
+                show(100.0 * lift.share.value, 1)
+            )
+        }
+        None => "These flights do not identify a ground effect.".to_string(),
+    };
+    let refused: Vec<&str> = result.refused.iter().map(|r| r.what.as_str()).collect();
+    match refused.as_slice() {
+        [] if result.extra_lift.is_some() => (Callout::Success, lift),
+        [] => (Callout::Warning, lift),
+        what => (
+            Callout::Warning,
+            format!("{lift} Not identified: {}.", what.join(", ")),
+        ),
+    }
+}
+
+fn numbers(result: &FlightResult) -> Table {
+    let mut table = Table::new("Parameters of the model, with 95 % intervals.")
+        .text_column("parameter")
         .number_column("value", "")
         .number_column("standard error", "")
         .number_column("95 % interval", "")
         .text_column("unit");
     for n in &result.numbers {
-        let [low, high] = n.estimate.ci95;
         table = table.row([
             Cell::text(n.words()),
             Cell::number(n.estimate.value, 4),
             Cell::number(n.estimate.std_error, 4),
-            Cell::text(format!("{} … {}", show(low, 4), show(high, 4))),
+            interval(n.estimate.ci95, 4),
             Cell::text(&n.unit),
         ]);
     }
-    report.table(table.note(format!(
+    table.note(format!(
         "Intervals from {} {}, Student's t.",
         result.blocks,
         result.intervals_from.name()
-    )))?;
-    report.section("Not identified");
-    if result.refused.is_empty() {
-        report.paragraph("Nothing that was asked of the logs was refused.");
-    }
-    for r in &result.refused {
-        report.callout(Callout::Warning, format!("{r}."));
-    }
-    report.section("Models tried");
-    let mut table = Table::new("Root mean square error of the specific force on flights left out.")
+    ))
+}
+
+fn tried(result: &FlightResult) -> Table {
+    let mut table = Table::new("Root mean square error of the specific force on held-out flights.")
         .text_column("model")
         .number_column("all rows", "mg")
         .number_column("in ground effect", "mg")
@@ -288,24 +334,29 @@ pub fn report(
             Cell::text(if c.chosen { "last" } else { "" }),
         ]);
     }
-    report.table(table.note(
-        "Each model has what those taken before it have. A richer one is taken if it does better by more than one standard \
+    table.note(
+        "Each model contains those taken before it. A richer model is taken if its error is lower by more than one standard \
          error of the difference between flights.",
-    ))?;
-    report.section("Flights");
-    if let Some(lift) = &result.extra_lift {
-        report.paragraph(format!("By the static curve: {lift}."));
-    }
-    report.table(runs::table(&result.runs))?;
-    let logs = result.runs.chunk_by(|a, b| a.log == b.log).count();
-    if logs > of_logs.len() {
+    )
+}
+
+/// The logs over time, one unfolded, with the hovers and with the rows that were not used.
+fn logs(report: &mut Report, result: &FlightResult, of_logs: &[&Figure]) -> Result<()> {
+    let count = result.runs.chunk_by(|a, b| a.log == b.log).count();
+    if count > of_logs.len() {
         report.paragraph(format!(
-            "The first {} of {logs} logs over time:",
+            "The first {} of {count} logs over time:",
             of_logs.len()
         ));
     }
-    for figure in of_logs {
-        report.figure(figure)?;
+    if let Some((first, rest)) = of_logs.split_first() {
+        report.figure(first)?;
+        if !rest.is_empty() {
+            report.folded("More logs over time", |inner| {
+                rest.iter()
+                    .try_for_each(|figure| inner.figure(figure).map(drop))
+            })?;
+        }
     }
     if !result.hovers.is_empty() {
         let mut table = Table::new("Hovers at rest, and thrust over that out of ground effect.")
@@ -325,9 +376,8 @@ pub fn report(
                 Cell::number(h.ratio, 4),
             ]);
         }
-        report.table(table)?;
+        put_table(report, table)?;
     }
-    report.subsection("Left out");
     let mut table = Table::new("Rows that were not used, and why.")
         .text_column("log")
         .number_column("from", "s")
@@ -341,12 +391,5 @@ pub fn report(
             Cell::text(&l.why),
         ]);
     }
-    report.table(table)?;
-    report.section("Cards");
-    for made in cards {
-        report.subsection(&made.card.name);
-        card_blocks(&mut report, made)?;
-    }
-    overview.end(&mut report);
-    Ok(report)
+    put_table(report, table)
 }

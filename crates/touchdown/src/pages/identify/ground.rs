@@ -1,15 +1,16 @@
 //! Figures and report of ground-effect models.
 
-use touchdown_report::Cell;
-use touchdown_report::{Color, Figure, Panel, Report, Series, Table};
+use touchdown_report::{Callout, Cell, Figure, Panel, Report, Series, Table};
 
 use super::super::front;
-use super::{Overview, card_blocks, front_figure, slug};
+use super::{Overview, card_blocks, front_figure, remarks, slug};
 use crate::error::Result;
 use crate::identify::FittedCard;
 use crate::identify::ground_effect::identifiability::Identifiability;
 use crate::identify::ground_effect::levels::Level;
 use crate::identify::ground_effect::{GroundTrial, predict};
+use crate::pages::colors::{MEASURED, of_form};
+use crate::pages::page::{minus, show};
 
 /// Trials that are drawn over time at most; all are in the figures over height.
 const DRAWN_TRIALS: usize = 6;
@@ -19,76 +20,84 @@ const DRAWN_TRIALS: usize = 6;
 /// # Errors
 /// A card that does not run on its own trials.
 pub fn figures(trials: &[GroundTrial], fits: &[FittedCard]) -> Result<Vec<Figure>> {
-    let mut out = Vec::new();
-    let mut runs: Vec<Vec<Vec<f64>>> = Vec::new();
-    for (index, made) in fits.iter().enumerate() {
-        let of_fit: Vec<Vec<f64>> = trials
-            .iter()
-            .map(|t| Ok(predict(&made.card, t)?))
-            .collect::<Result<_>>()?;
-        let join =
-            |f: &dyn Fn(usize) -> Vec<f64>| -> Vec<f64> { (0..trials.len()).flat_map(f).collect() };
-        let height = join(&|i| trials[i].height_m.clone());
-        let measured = join(&|i| trials[i].force_n.clone());
-        let predicted = join(&|i| of_fit[i].clone());
-        let residual: Vec<f64> = measured
-            .iter()
-            .zip(&predicted)
-            .map(|(m, p)| m - p)
-            .collect();
-        let dots =
-            |name: &str, y: &[f64], color| Series::points(name, &height, y).color(color).width(0.8);
-        out.push(
-            Figure::new(format!("{:02}-{}-height", index + 1, slug(&made.card.name)), &made.card.name)
-                .caption(format!(
-                    "Ground-effect force over height in {} trials, measured and in free run; below, what the free run leaves.",
-                    trials.len()
-                ))
-                .share_x()
-                .panel(
-                    Panel::new("Height (m)", "Force (N)")
-                        .series(dots("measured", &measured, Color::GREY))
-                        .series(dots("free run", &predicted, Color::Cycle(index))),
-                )
-                .panel(
-                    Panel::new("Height (m)", "Measured − free run (N)")
-                        .series(dots("", &residual, Color::Cycle(index)))
-                        .series(Series::horizontal("", 0.0)),
-                ),
-        );
-        runs.push(of_fit);
-    }
+    let run = |made: &FittedCard| -> Result<Vec<Vec<f64>>> {
+        trials.iter().map(|t| Ok(predict(&made.card, t)?)).collect()
+    };
+    let runs = fits.iter().map(run).collect::<Result<Vec<_>>>()?;
+    let of_forms = fits.iter().zip(&runs).enumerate();
+    let mut out: Vec<Figure> = of_forms
+        .map(|(index, (made, predicted))| over_height(index, made, trials, predicted))
+        .collect();
     let step = trials.len().div_ceil(DRAWN_TRIALS).max(1);
-    for (i, trial) in trials.iter().enumerate().step_by(step) {
-        let mut force = Panel::new("Time (s)", "Force (N)")
-            .series(Series::line("measured", &trial.time_s, &trial.force_n).color(Color::GREY));
-        let mut residual = Panel::new("Time (s)", "Measured − free run (N)");
-        for (index, (made, of_fit)) in fits.iter().zip(&runs).enumerate() {
-            let left: Vec<f64> = trial
-                .force_n
-                .iter()
-                .zip(&of_fit[i])
-                .map(|(m, p)| m - p)
-                .collect();
-            let color = Color::Cycle(index);
-            force =
-                force.series(Series::line(&made.card.name, &trial.time_s, &of_fit[i]).color(color));
-            residual = residual.series(Series::line("", &trial.time_s, &left).color(color));
-        }
-        out.push(
-            Figure::new(
-                format!("trial-{:03}-{}", i + 1, slug(&trial.name)),
-                format!("{} over time", trial.name),
-            )
-            .caption(
-                "Ground-effect force, measured and in free run; below, what the free runs leave.",
-            )
-            .share_x()
-            .panel(force)
-            .panel(residual.series(Series::horizontal("", 0.0))),
-        );
-    }
+    out.extend(
+        (0..trials.len())
+            .step_by(step)
+            .map(|i| over_time(i, &trials[i], fits, &runs)),
+    );
     Ok(out)
+}
+
+/// Measured and predicted force of one form over height, all trials together, and the residual.
+fn over_height(
+    index: usize,
+    made: &FittedCard,
+    trials: &[GroundTrial],
+    predicted: &[Vec<f64>],
+) -> Figure {
+    let color = of_form(made.card.form);
+    let height: Vec<f64> = trials
+        .iter()
+        .flat_map(|t| t.height_m.iter().copied())
+        .collect();
+    let measured: Vec<f64> = trials
+        .iter()
+        .flat_map(|t| t.force_n.iter().copied())
+        .collect();
+    let predicted = predicted.concat();
+    let residual = minus(&measured, &predicted);
+    let dots =
+        |name: &str, y: &[f64], color| Series::points(name, &height, y).color(color).width(0.8);
+    Figure::new(format!("{:02}-{}-height", index + 1, slug(&made.card.name)), &made.card.name)
+        .caption(format!(
+            "Ground-effect force over height in {} trials, measured and in free run; below, the residual of the free run.",
+            trials.len()
+        ))
+        .share_x()
+        .panel(
+            Panel::new("Height (m)", "Force (N)")
+                .series(dots("measured", &measured, MEASURED))
+                .series(dots("free run", &predicted, color)),
+        )
+        .panel(
+            Panel::new("Height (m)", "Measured − free run (N)")
+                .series(dots("", &residual, color))
+                .series(Series::horizontal("", 0.0)),
+        )
+}
+
+/// One trial over time: the measured force, the free runs of all forms, and their residuals.
+fn over_time(i: usize, trial: &GroundTrial, fits: &[FittedCard], runs: &[Vec<Vec<f64>>]) -> Figure {
+    let time_s = &trial.time_s;
+    let mut force = Panel::new("Time (s)", "Force (N)")
+        .series(Series::line("measured", time_s, &trial.force_n).color(MEASURED));
+    let mut residual = Panel::new("Time (s)", "Measured − free run (N)");
+    for (made, of_form_runs) in fits.iter().zip(runs) {
+        let color = of_form(made.card.form);
+        let predicted = &of_form_runs[i];
+        let error = minus(&trial.force_n, predicted);
+        force = force.series(Series::line(&made.card.name, time_s, predicted).color(color));
+        residual = residual.series(Series::line("", time_s, &error).color(color));
+    }
+    Figure::new(
+        format!("trial-{:03}-{}", i + 1, slug(&trial.name)),
+        format!("{} over time", trial.name),
+    )
+    .caption(
+        "Ground-effect force, measured and in free run; below, the residuals of the free runs.",
+    )
+    .share_x()
+    .panel(force)
+    .panel(residual.series(Series::horizontal("", 0.0)))
 }
 
 /// The report.
@@ -102,65 +111,111 @@ pub fn report(
     levels: &[Level],
     figures: &[Figure],
 ) -> Result<Report> {
-    let mut report = overview.begin()?;
-    report
-        .section("What the data can carry")
-        .paragraph(format!(
-            "The library of eq. (9) has condition {:.0} on these data; the lag's variance is inflated {:.1}-fold by the terms in the deck's velocity{}.",
-            before.library.condition,
-            before.lag_inflation,
-            if before.confounded { ": they are confounded" } else { "" }
-        ));
-    let mut table = Table::new("Inputs.")
-        .text_column("input")
-        .number_column("standard deviation", "")
-        .text_column("excited");
-    for input in &before.library.inputs {
-        table = table.row([
-            Cell::text(&input.name),
-            Cell::number(input.sd, 4),
-            Cell::text(if input.hardly_excited {
-                "hardly"
-            } else {
-                "yes"
-            }),
-        ]);
-    }
-    report.table(table)?;
-    if let Some(delay) = before.force_delay_s {
-        report.paragraph(format!(
-            "The force follows its static value by about {delay:.2} s (lag and dead time together)."
-        ));
-    }
-    if !before.advice.is_empty() {
-        report.paragraph("To record, for a better model:");
-        report.list(before.advice.iter().cloned());
-    }
+    let (of_forms, of_trials) = figures.split_at(fits.len().min(figures.len()));
+    let mut report = overview.begin(verdict(before, fits, levels), of_trials.first())?;
+    identifiability(&mut report, before)?;
     if !levels.is_empty() {
         report.section("Levels of identification side by side");
         report.paragraph(
-            "Each fitted anew to four fifths of the logs, and judged on the rest. Level 1: as published. Level 2: SR3 done right, the best \
-             subset, the weak form. Level 3: judged by free run.",
+            "Every model is fitted again to four fifths of the logs, and the rest judges it. Level 1 is the published procedure. Level 2 is SR3 with \
+             scaled columns, the best subset and the weak form. Level 3 is judged by free run.",
         );
         report.table(front::levels(
-            "Errors on the logs held out.",
+            "Errors on the held-out logs.",
             &[("", levels)],
         ))?;
     }
     report.section("Models");
-    let (of_forms, of_trials) = figures.split_at(fits.len().min(figures.len()));
     for (made, figure) in fits.iter().zip(of_forms) {
         report.subsection(&made.card.name);
-        card_blocks(&mut report, made)?;
         report.figure(figure)?;
+        card_blocks(&mut report, made)?;
         if let Some(figure) = front_figure(made) {
             report.figure(&figure)?;
         }
     }
     report.section("Free runs");
-    for figure in of_trials {
+    for figure in of_trials.iter().skip(1) {
         report.figure(figure)?;
     }
-    overview.end(&mut report);
+    overview.end(&mut report)?;
     Ok(report)
+}
+
+/// Which form predicts best, on held-out logs where there are some, and what the data cannot separate.
+fn verdict(before: &Identifiability, fits: &[FittedCard], levels: &[Level]) -> (Callout, String) {
+    let judged = |level: &&Level| {
+        fits.iter()
+            .any(|made| made.card.name.ends_with(level.model))
+    };
+    let held_out = levels.iter().filter(judged);
+    let held_out = held_out.filter_map(|level| Some((level.model, level.free_run_rmse_n?)));
+    let best = match held_out.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((model, rmse_n)) => format!(
+            "On held-out logs, the form `{model}` predicts the ground effect best: its error in free run is {} N (RMSE).",
+            show(rmse_n, 3)
+        ),
+        None => match fits {
+            [one] => format!(
+                "The card `{}` is fitted with a residual of {} {} (RMSE).",
+                one.card.name,
+                show(one.rmse, 3),
+                one.rmse_unit
+            ),
+            _ => format!(
+                "{} forms are fitted; too few logs are held out to rank them.",
+                fits.len()
+            ),
+        },
+    };
+    let warnings: usize = fits.iter().map(|made| made.card.warnings.len()).sum();
+    if before.confounded {
+        let confounded = "The lag and the deck's velocity are confounded in these data.";
+        return (Callout::Warning, format!("{best} {confounded}"));
+    }
+    let kind = if warnings == 0 {
+        Callout::Success
+    } else {
+        Callout::Warning
+    };
+    (kind, format!("{best}{}", remarks(warnings)))
+}
+
+/// What the data can identify, and what to record.
+fn identifiability(report: &mut Report, before: &Identifiability) -> Result<()> {
+    report
+        .section("What the data can identify")
+        .paragraph(format!(
+            "The library of eq. (9) has the condition number {:.0} on these data. The terms in the deck's velocity inflate the variance of the lag {:.1}-fold{}.",
+            before.library.condition,
+            before.lag_inflation,
+            if before.confounded { ", so they are confounded" } else { "" }
+        ));
+    if let Some(delay) = before.force_delay_s {
+        report.paragraph(format!(
+            "The force follows its static value after about {delay:.2} s, lag and dead time together."
+        ));
+    }
+    if !before.advice.is_empty() {
+        report.paragraph("Record for a better model:");
+        report.list(before.advice.iter().cloned());
+    }
+    let mut table = Table::new("Inputs of eq. (9).")
+        .text_column("input")
+        .number_column("standard deviation", "")
+        .text_column("excited");
+    for input in &before.library.inputs {
+        let excited = if input.hardly_excited {
+            "hardly"
+        } else {
+            "yes"
+        };
+        table = table.row([
+            Cell::text(&input.name),
+            Cell::number(input.sd, 4),
+            Cell::text(excited),
+        ]);
+    }
+    report.table(table)?;
+    Ok(())
 }

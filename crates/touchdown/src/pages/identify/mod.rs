@@ -5,15 +5,15 @@ mod ground;
 mod runs;
 mod thrust;
 
-use std::path::Path;
-
+use touchdown_model::Card;
 use touchdown_report::{Callout, Cell, Figure, Report, Table};
 
-use super::front;
 use super::page::show;
+use super::{front, page};
 use crate::error::{Error, Result};
 use crate::identify::FittedCard;
 
+pub use super::page::write;
 pub use flight::{figures as flight_figures, report as flight_report};
 pub use ground::{figures as ground_figures, report as ground_report};
 pub use thrust::{ThrustFit, figures as thrust_figures, report as thrust_report};
@@ -32,23 +32,38 @@ pub struct Overview<'a> {
 }
 
 impl Overview<'_> {
-    fn begin(&self) -> Result<Report> {
-        let mut report = Report::new(self.title);
+    /// Begins a page with its verdict and the picture that shows it.
+    fn begin(
+        &self,
+        (kind, verdict): (Callout, String),
+        picture: Option<&Figure>,
+    ) -> Result<Report> {
+        let mut report = page::report(self.title, "Identified from logs");
         report
-            .subtitle("Identified from logs")
-            .fact("Version", env!("CARGO_PKG_VERSION"))
-            .fact("Fits", self.rows.len().to_string());
-        report.section("Summary");
-        let table = all_fits(self.header, self.rows);
-        report.table(table)?;
+            .fact("Fits", self.rows.len().to_string())
+            .verdict(kind, verdict);
+        if let Some(picture) = picture {
+            report.figure(picture)?;
+        }
         Ok(report)
     }
 
-    fn end(&self, report: &mut Report) {
-        report
-            .section("How this was made")
-            .paragraph("The settings stand in `inputs/settings.toml` beside this report.")
-            .code(self.command);
+    /// Ends a page with the table of all fits and the command.
+    fn end(&self, report: &mut Report) -> Result<()> {
+        report.section("All fits");
+        page::put_table(report, all_fits(self.header, self.rows))?;
+        page::how_made(report, self.command, None)?;
+        report.paragraph("The settings stand in `inputs/settings.toml` beside this report.");
+        Ok(())
+    }
+}
+
+/// How many remarks qualify a result, in a sentence.
+pub(super) fn remarks(count: usize) -> String {
+    match count {
+        0 => String::new(),
+        1 => " One warning below qualifies this.".into(),
+        _ => format!(" {count} warnings below qualify this."),
     }
 }
 
@@ -94,9 +109,33 @@ fn all_fits(header: &[String], rows: &[Vec<String>]) -> Table {
     table
 }
 
-/// Coefficients with their standard errors and intervals, the front, method and warnings of one card.
+/// Warnings, coefficients with their intervals, errors, and behind folds the front and the method of one card.
 fn card_blocks(report: &mut Report, made: &FittedCard) -> Result<()> {
     let card = &made.card;
+    for warning in &card.warnings {
+        report.callout(Callout::Warning, warning);
+    }
+    page::put_table(report, coefficients(card))?;
+    if card.scores.iter().any(|s| s.seen) {
+        page::put_table(report, scores(card))?;
+    }
+    if let Some(front) = &made.front {
+        report.paragraph(front::words(front));
+        report.folded("The best subset of every size", |inner| {
+            inner
+                .table(front::table("The best subset of every size.", front))
+                .map(drop)
+        })?;
+    }
+    let method = &card.provenance.method;
+    report.folded(format!("How {} was fitted", card.name), |inner| {
+        inner.list(method.iter().map(|(key, value)| format!("{key}: {value}")));
+        Ok::<(), Error>(())
+    })?;
+    Ok(())
+}
+
+fn coefficients(card: &Card) -> Table {
     let mut table = Table::new(format!("{}.", card.equation))
         .text_column("part")
         .text_column("term")
@@ -110,45 +149,45 @@ fn card_blocks(report: &mut Report, made: &FittedCard) -> Result<()> {
             Cell::text(&term.expression),
             Cell::number(term.value, 5),
             Cell::maybe(term.std_error, 5),
-            term.ci95.map_or_else(Cell::missing, |[low, high]| {
-                Cell::text(format!("{} … {}", show(low, 5), show(high, 5)))
-            }),
+            term.ci95
+                .map_or_else(Cell::missing, |ends| interval(ends, 5)),
             Cell::text(&term.unit),
         ]);
     }
-    let note = "Intervals: Student's t over the trials (or stretches of them), which may be correlated inside. That the terms were \
-                chosen on the same data is not in them.";
-    report.table(table.note(note))?;
-    if !card.scores.is_empty() {
-        let mut table = Table::new("Errors on the data of the fit.")
-            .text_column("data")
-            .text_column("judged by")
-            .number_column("MAE", "")
-            .number_column("RMSE", "")
-            .number_column("worst", "")
-            .text_column("unit");
-        for s in card.scores.iter().filter(|s| s.seen) {
-            table = table.row([
-                Cell::text(&s.trial),
-                Cell::text(s.kind.replace('_', " ")),
-                Cell::number(s.mae, 4),
-                Cell::number(s.rmse, 4),
-                Cell::number(s.worst, 4),
-                Cell::text(&s.unit),
-            ]);
-        }
-        report.table(table)?;
+    table.note(
+        "Intervals: Student's t over the trials or stretches of them, which may be correlated inside. They do not hold the \
+         uncertainty of the choice of terms, which was made on the same data.",
+    )
+}
+
+fn scores(card: &Card) -> Table {
+    let mut table = Table::new("Errors on the data of the fit.")
+        .text_column("data")
+        .text_column("judged by")
+        .number_column("MAE", "")
+        .number_column("RMSE", "")
+        .number_column("worst", "")
+        .text_column("unit");
+    for s in card.scores.iter().filter(|s| s.seen) {
+        table = table.row([
+            Cell::text(&s.trial),
+            Cell::text(s.kind.replace('_', " ")),
+            Cell::number(s.mae, 4),
+            Cell::number(s.rmse, 4),
+            Cell::number(s.worst, 4),
+            Cell::text(&s.unit),
+        ]);
     }
-    if let Some(front) = &made.front {
-        report.paragraph(front::words(front));
-        report.table(front::table("The best subset of every size.", front))?;
-    }
-    let method = &card.provenance.method;
-    report.list(method.iter().map(|(key, value)| format!("{key}: {value}")));
-    for warning in &card.warnings {
-        report.callout(Callout::Warning, warning);
-    }
-    Ok(())
+    table
+}
+
+/// `low … high`.
+fn interval([low, high]: [f64; 2], decimals: usize) -> Cell {
+    Cell::text(format!(
+        "{} … {}",
+        show(low, decimals),
+        show(high, decimals)
+    ))
 }
 
 /// The front of a fit, where it has one.
@@ -169,26 +208,6 @@ pub(super) fn slug(text: &str) -> String {
         }
     };
     text.chars().map(plain).collect()
-}
-
-/// Writes figures (SVG and PNG) and the report; draws on all processors.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write<'a>(
-    folder: &Path,
-    figures: impl IntoIterator<Item = &'a Figure>,
-    report: &Report,
-) -> Result<()> {
-    use rayon::prelude::*;
-    let place = folder.join("figures");
-    std::fs::create_dir_all(&place).map_err(|e| Error::file(&place, e))?;
-    let figures: Vec<&Figure> = figures.into_iter().collect();
-    figures
-        .par_iter()
-        .try_for_each(|figure| figure.write(&place).map(|_| ()))?;
-    report.write(folder.join("report.html"))?;
-    Ok(())
 }
 
 #[cfg(test)]

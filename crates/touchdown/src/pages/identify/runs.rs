@@ -1,15 +1,15 @@
-//! The table of the motors' runs.
+//! The table of the armed intervals.
 
 use touchdown_report::{Cell, Table};
 
 use crate::identify::flight::armed_intervals::ArmedIntervalResult;
 use crate::pages::page::show;
 
-/// A row for every run; columns that no run fills are left out.
+/// A row for every armed interval. Columns that none of them fills do not stand.
 pub(super) fn table(runs: &[ArmedIntervalResult]) -> Table {
     let lifts = runs.iter().any(|r| r.extra_lift.is_some());
     let heights = runs.iter().any(|r| r.height_error_m.is_some());
-    let mut table = Table::new("Runs of the motors.")
+    let mut table = Table::new("Armed intervals.")
         .text_column("log")
         .number_column("on", "s")
         .number_column("off", "s")
@@ -37,7 +37,7 @@ pub(super) fn table(runs: &[ArmedIntervalResult]) -> Table {
     for r in runs {
         let (on, off) = r.run.span("");
         let mut row = vec![
-            Cell::text(format!("{}, run {}", r.log, r.number)),
+            Cell::text(format!("{}, interval {}", r.log, r.number)),
             Cell::text(on),
             Cell::text(off),
             Cell::count(r.rows_used),

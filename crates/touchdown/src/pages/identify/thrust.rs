@@ -5,11 +5,13 @@ use touchdown_model::Form;
 use touchdown_report::{Callout, Color, Figure, Panel, Report, Series};
 use touchdown_trial::Trial;
 
-use super::{Overview, card_blocks, runs, slug};
+use super::{Overview, card_blocks, remarks, runs, slug};
 use crate::error::Result;
 use crate::identify::flight::result::FlightResult;
 use crate::identify::thrust::{self, plateau::Plateau};
 use crate::identify::{FittedCard, IdentificationSettings};
+use crate::pages::colors::{MEASURED, TRUTH, of_form};
+use crate::pages::page::{put_table, show};
 use crate::progress::Progress;
 
 /// Points of the fitted curve.
@@ -109,14 +111,14 @@ fn of_steady(
             Some(u) if settings.thrust.battery => format!("fitted, at {u:.2} V"),
             _ => "fitted".to_string(),
         };
-        over_throttle = over_throttle.series(Series::line(name, &s, &t).color(Color::BLACK));
+        over_throttle = over_throttle.series(Series::line(name, &s, &t).color(TRUTH));
     }
     let zero = Series::horizontal("", 0.0);
     let what = if by_plateau { "plateaus" } else { "rows" };
     let mut out = vec![
         Figure::new(format!("{id}-curve"), fit.name)
             .caption(format!(
-                "Thrust over throttle, {} {what}, the way up and the way down apart; below, what the fit leaves.",
+                "Thrust over throttle, {} {what}, the way up and the way down apart; below, the residual of the fit.",
                 points.len()
             ))
             .share_x()
@@ -128,7 +130,7 @@ fn of_steady(
         let (with_model, _) = course(fit)?;
         out.push(
             Figure::new(format!("{id}-time"), format!("{} over time", fit.name))
-                .caption("Measured thrust and free run of the model; below, what the fit leaves at the plateaus.")
+                .caption("Measured thrust and free run of the model; below, the residual at the plateaus.")
                 .share_x()
                 .panel(with_model)
                 .panel(over_time.series(zero)),
@@ -148,8 +150,10 @@ fn course(fit: &ThrustFit<'_>) -> Result<(Panel, Vec<f64>)> {
         .collect();
     let pick = |c: &[f64]| rows.iter().map(|&i| c[i]).collect::<Vec<_>>();
     let panel = Panel::new("Time (s)", "Thrust (N)")
-        .series(Series::line("measured", &pick(trial.time_s()), &pick(measured)).color(Color::GREY))
-        .series(Series::line("free run", trial.time_s(), &predicted).color(Color::Cycle(0)));
+        .series(Series::line("measured", &pick(trial.time_s()), &pick(measured)).color(MEASURED))
+        .series(
+            Series::line("free run", trial.time_s(), &predicted).color(of_form(fit.made.card.form)),
+        );
     let residual = measured
         .iter()
         .zip(&predicted)
@@ -164,23 +168,19 @@ fn of_course(id: &str, fit: &ThrustFit<'_>) -> Result<Vec<Figure>> {
     let throttle = thrust::throttle(trial)?;
     let measured = trial.require("thrust_n")?;
     let zero = Series::horizontal("", 0.0);
+    let color = of_form(fit.made.card.form);
     let mut over_throttle = Panel::new("Throttle", "Thrust (N)").series(
         Series::points("measured", &throttle, measured)
-            .color(Color::GREY)
+            .color(MEASURED)
             .width(0.8),
     );
     if let Some((s, t)) = curve(fit, None) {
-        over_throttle =
-            over_throttle.series(Series::line("fitted, at rest", &s, &t).color(Color::Cycle(0)));
+        over_throttle = over_throttle.series(Series::line("fitted, at rest", &s, &t).color(color));
     }
-    let points = |x: &[f64]| {
-        Series::points("", x, &residual)
-            .color(Color::Cycle(0))
-            .width(0.8)
-    };
+    let points = |x: &[f64]| Series::points("", x, &residual).color(color).width(0.8);
     Ok(vec![
         Figure::new(format!("{id}-curve"), fit.name)
-            .caption("Thrust over throttle: the model at rest, and the measurement, which lags behind its throttle; below, what the free run leaves.")
+            .caption("Thrust over throttle: the model at rest, and the measurement, which lags behind its throttle; below, the residual of the free run.")
             .share_x()
             .panel(over_throttle)
             .panel(
@@ -189,7 +189,7 @@ fn of_course(id: &str, fit: &ThrustFit<'_>) -> Result<Vec<Figure>> {
                     .series(zero.clone()),
             ),
         Figure::new(format!("{id}-time"), format!("{} over time", fit.name))
-            .caption("Measured thrust and free run of the model; below, what the free run leaves.")
+            .caption("Measured thrust and free run of the model; below, the residual of the free run.")
             .share_x()
             .panel(panel)
             .panel(
@@ -209,27 +209,57 @@ pub fn report(
     fits: &[ThrustFit<'_>],
     figures: &[Vec<Figure>],
 ) -> Result<Report> {
-    let mut report = overview.begin()?;
-    if fits.len() < overview.rows.len() {
-        report.callout(
-            Callout::Failure,
-            format!(
-                "{} of {} logs could not be fitted.",
-                overview.rows.len() - fits.len(),
-                overview.rows.len()
-            ),
-        );
-    }
-    for (fit, figures) in fits.iter().zip(figures) {
+    let first = figures.first().and_then(|figures| figures.first());
+    let mut report = overview.begin(verdict(fits, overview.rows.len()), first)?;
+    for (index, (fit, figures)) in fits.iter().zip(figures).enumerate() {
         report.section(fit.name);
         card_blocks(&mut report, fit.made)?;
         if let Some(flight) = fit.flight {
-            report.table(runs::table(&flight.runs))?;
+            put_table(&mut report, runs::table(&flight.runs))?;
         }
-        for figure in figures {
+        for figure in figures.iter().skip(usize::from(index == 0)) {
             report.figure(figure)?;
         }
     }
-    overview.end(&mut report);
+    overview.end(&mut report)?;
     Ok(report)
+}
+
+/// How well thrust follows from throttle, and how many logs could not be fitted.
+fn verdict(fits: &[ThrustFit<'_>], logs: usize) -> (Callout, String) {
+    let failed = logs.saturating_sub(fits.len());
+    let warnings: usize = fits.iter().map(|fit| fit.made.card.warnings.len()).sum();
+    let rmse = |fit: &ThrustFit<'_>| format!("{} {}", show(fit.made.rmse, 3), fit.made.rmse_unit);
+    let by_rmse = |a: &&ThrustFit<'_>, b: &&ThrustFit<'_>| a.made.rmse.total_cmp(&b.made.rmse);
+    let fitted = match (
+        fits,
+        fits.iter().min_by(by_rmse),
+        fits.iter().max_by(by_rmse),
+    ) {
+        ([], ..) => "No log could be fitted.".to_string(),
+        ([one], ..) => format!(
+            "The card `{}` explains the thrust with a root mean square residual of {} over {} rows.",
+            one.made.card.name,
+            rmse(one),
+            one.made.rows_used
+        ),
+        (_, Some(best), Some(worst)) => format!(
+            "{} logs are fitted; the root mean square residual is {} ({}) to {} ({}).",
+            fits.len(),
+            rmse(best),
+            best.name,
+            rmse(worst),
+            worst.name
+        ),
+        _ => String::new(),
+    };
+    match failed {
+        0 if warnings == 0 => (Callout::Success, fitted),
+        0 => (Callout::Warning, format!("{fitted}{}", remarks(warnings))),
+        _ if fits.is_empty() => (Callout::Failure, fitted),
+        _ => (
+            Callout::Failure,
+            format!("{fitted} {failed} of {logs} logs could not be fitted."),
+        ),
+    }
 }

@@ -24,16 +24,6 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
         show(land.scenario.start_height_m, 2),
         show(land.control.deck_lead_s, 2)
     ));
-    page.table(table_one(run, results))?;
-    page.table(ratios(results))?;
-    page.table(landings::figures_table(
-        "With the deck's acceleration fed forward: all figures.",
-        &landing.with_acceleration,
-    ))?;
-    page.table(landings::figures_table(
-        "Without it: all figures.",
-        &landing.without_acceleration,
-    ))?;
     page.figure(landings::height_and_velocity(
         "fig7-deck-landing",
         "Relative height and velocity, acceleration fed forward (as the paper's Fig. 7)",
@@ -41,6 +31,18 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
         &landing.with_acceleration,
         land,
     ))?;
+    page.table(table_one(run, results))?;
+    page.folded_tables(
+        "Ratios of dynamic to the comparators, and all figures",
+        vec![
+            ratios(results),
+            landings::figures_table(
+                "With the deck's acceleration fed forward: all figures.",
+                &landing.with_acceleration,
+            ),
+            landings::figures_table("Without it: all figures.", &landing.without_acceleration),
+        ],
+    )?;
     page.figure(landings::height_and_velocity(
         "fig7-deck-landing-without-acceleration",
         "Relative height and velocity without the deck's acceleration",

@@ -19,8 +19,8 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
     let ge = &run.ground_effect;
     page.report.section("Ground effect (IV-B.2)");
     page.text(
-        "The ground-effect force `f` is what the load cell measures beyond the free-air thrust `T` of eq. (8), trained without the \
-         plate. `z` is the height above the plate, `v_p` the plate's velocity, up; the vehicle stands still. Five forms are fitted:",
+        "The load cell measures the thrust near the plate. The ground-effect force `f` is what exceeds the free-air thrust `T` of eq. (8), which was \
+         trained without the plate. `z` is the height above the plate, and `v_p` is the plate's velocity, up. The vehicle stands still. Five forms are fitted:",
     );
     page.report.list([
         "eq. (2): `f = T q/(1 - q)`, `q = μ (r/4z)²`, one coefficient μ;",
@@ -30,26 +30,23 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
         "lag form: `y = G + k(z) v_p`, `G' = (h(z) - G)/τ`, by multiple shooting.",
     ]);
     page.text(
-        "Each on two data sets: the paper's three scenarios, and the rich data, which add multi-sine plate motion and slow sweeps over all \
-         heights. Judged in free run on five kinds of plate motion at thrusts between 10 and 16 N, none of them trained on.",
+        "Each form is fitted to two data sets. The paper's data are its three scenarios. The rich data add multi-sine motion of the plate and slow \
+         sweeps over all heights. Free runs judge the forms on five other kinds of plate motion, at thrusts between 10 and 16 N.",
     );
-    identifiability::write(page, ge)?;
+    figures::models(page, ge)?;
     page.report.subsection("Errors in free run");
     for set in 0..2 {
         page.table(pooled(ge, set))?;
     }
     page.text(what_dynamics_add(run));
+    figures::write(page, ge)?;
+    identifiability::write(page, ge)?;
     sparsity::write(page, ge)?;
-    figures::write(page, run)?;
-    page.report.subsection("Coefficients");
-    for form in GroundEffectForm::ALL {
-        page.table(coefficients_of(run, results, form)?)?;
-    }
-    page.report.subsection("Errors of every validation trial");
-    for set in 0..2 {
-        page.table(every_trial(ge, set))?;
-    }
-    Ok(())
+    let of_forms = GroundEffectForm::ALL.map(|form| coefficients_of(run, results, form));
+    let of_forms = of_forms.into_iter().collect::<Result<Vec<Table>>>()?;
+    page.folded_tables("Coefficients of all forms", of_forms)?;
+    let of_trials = [0, 1].map(|set| every_trial(ge, set));
+    page.folded_tables("Errors of every validation trial", of_trials.into())
 }
 
 /// Errors of the best constant of each trial, its own mean, over the trials of one kind.

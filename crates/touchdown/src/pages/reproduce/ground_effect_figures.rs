@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 use touchdown_model::Card;
-use touchdown_report::{Color, Figure, Panel, Series};
+use touchdown_report::{Figure, Panel, Series};
 
-use super::super::page::{MEASURED, Page, block_means, form_color, form_title, minus};
+use super::super::colors::{INPUT, MEASURED, PUBLISHED, TRUTH, of_ground_form, shade};
+use super::super::page::{Page, block_means, form_title, minus};
 use super::coefficients;
 use crate::error::Result;
-use crate::experiments::Run;
 use crate::experiments::ground_effect::{GroundEffectExperiment, kind_of};
 use crate::identify::ground_effect::{GroundTrial, predict};
 use crate::identify::settings::GroundEffectForm;
@@ -15,11 +15,16 @@ use crate::identify::settings::GroundEffectForm;
 /// Points of each trial in the figure over height.
 const POINTS_OF_TRIAL: usize = 60;
 
-pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
-    let ge = &run.ground_effect;
-    if let Some(trial) = nearest(ge, "triangle_low", 12.0) {
-        page.figure(fig1(ge, trial)?)?;
+/// The figure that shows what each form predicts.
+pub(super) fn models(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> {
+    match nearest(ge, "triangle_low", 12.0) {
+        Some(trial) => page.figure(fig1(ge, trial)?),
+        None => Ok(()),
     }
+}
+
+/// All thrusts beside the best form, then residuals.
+pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> {
     page.figure(fig5(
         ge,
         "approach",
@@ -83,7 +88,7 @@ fn fig1(ge: &GroundEffectExperiment, trial: &GroundTrial) -> Result<Figure> {
         )
         .series(
             Series::line("truth", t, trial.reference_n())
-                .color(Color::BLACK)
+                .color(TRUTH)
                 .width(2.6),
         );
     for form in [
@@ -92,15 +97,14 @@ fn fig1(ge: &GroundEffectExperiment, trial: &GroundTrial) -> Result<Figure> {
         GroundEffectForm::Lag,
     ] {
         if let Some(card) = card(ge, form) {
-            let line =
-                Series::line(form_title(form), t, &predict(card, trial)?).color(form_color(form));
+            let line = Series::line(form_title(form), t, &predict(card, trial)?)
+                .color(of_ground_form(form));
             force = force.series(line);
         }
     }
     let eq_12 = coefficients::eq_12()?;
-    force = force.series(
-        Series::dashed("printed eq. (12)", t, &predict(&eq_12, trial)?).color(Color::Cycle(5)),
-    );
+    force = force
+        .series(Series::dashed("printed eq. (12)", t, &predict(&eq_12, trial)?).color(PUBLISHED));
     Ok(Figure::new("fig1-models", format!("Models in free run, trial {} (as the paper's Fig. 1)", trial.name))
         .caption(
             "Eq. (2) and lag form on the rich data, eq. (9) on the paper's. The printed eq. (12) belongs to \
@@ -113,26 +117,8 @@ fn fig1(ge: &GroundEffectExperiment, trial: &GroundTrial) -> Result<Figure> {
             Panel::new("Time (s)", "Height z (m)")
                 .height_weight(0.6)
                 .y_range(0.1, 0.3)
-                .series(Series::line("", t, &trial.height_m).color(Color::GREY)),
+                .series(Series::line("", t, &trial.height_m).color(INPUT)),
         ))
-}
-
-/// From cool and dark to warm and light, in order of thrust (after the map viridis, without its lightest end).
-fn shade(share: f64) -> Color {
-    const STOPS: [[f64; 3]; 5] = [
-        [68.0, 1.0, 84.0],
-        [59.0, 82.0, 139.0],
-        [33.0, 145.0, 140.0],
-        [94.0, 190.0, 90.0],
-        [200.0, 190.0, 20.0],
-    ];
-    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
-    let i = (place as usize).min(STOPS.len() - 2);
-    let [r, g, b] = [0, 1, 2].map(|k| {
-        let mixed = STOPS[i][k] + (place - i as f64) * (STOPS[i + 1][k] - STOPS[i][k]);
-        mixed.round() as u8
-    });
-    Color::Rgb(r, g, b)
 }
 
 fn fig5(
@@ -178,7 +164,7 @@ fn fig5(
         figure = figure.panel(
             Panel::new("Time (s)", "Height z (m)")
                 .height_weight(0.6)
-                .series(Series::line("", &trial.time_s, &trial.height_m).color(Color::GREY)),
+                .series(Series::line("", &trial.time_s, &trial.height_m).color(INPUT)),
         );
     }
     Ok(figure)
@@ -213,7 +199,7 @@ fn over_time(ge: &GroundEffectExperiment) -> Result<Figure> {
             let name = if row == 0 { form_title(form) } else { "" };
             panel = panel.series(
                 Series::line(name, &trial.time_s, &residual)
-                    .color(form_color(form))
+                    .color(of_ground_form(form))
                     .width(1.4),
             );
         }
@@ -255,23 +241,11 @@ fn over_height(ge: &GroundEffectExperiment) -> Result<Figure> {
             Panel::new("Height z (m)", "Predicted − truth (N)")
                 .series(
                     Series::points(form_title(form), &x, &y)
-                        .color(form_color(form))
+                        .color(of_ground_form(form))
                         .width(0.9),
                 )
                 .series(Series::horizontal("", 0.0)),
         );
     }
     Ok(figure)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn analytic_shades_keep_within_the_map() {
-        assert_eq!(shade(0.0), Color::Rgb(68, 1, 84));
-        assert_eq!(shade(0.5), Color::Rgb(33, 145, 140));
-        assert_eq!(shade(2.0), Color::Rgb(200, 190, 20));
-    }
 }

@@ -21,6 +21,15 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
         show(land.scenario.landed_height_m, 2),
         show(land.scenario.timeout_s, 0)
     ));
+    page.figure(landings::heights(
+        "fig5c-ground-landing",
+        "Height over time (as the paper's Fig. 5(c))",
+        "Recorded trials of each method. Without feedforward the cushion of air holds the vehicle where it balances \
+         the reference's pull; a feedforward that is too weak lets it sink slowly, one that is too strong lets it fall."
+            .into(),
+        &run.landing.ground,
+        land,
+    ))?;
     page.table(landings::figures_table(
         "Landings on the ground.",
         &run.landing.ground,
@@ -47,13 +56,5 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
         ratio_text(Ratio::of(time("dynamic"), time("empirical"))),
         show(5.1 / 7.1, 2)
     )))?;
-    page.figure(landings::heights(
-        "fig5c-ground-landing",
-        "Height over time (as the paper's Fig. 5(c))",
-        "Recorded trials of each method. Without feedforward the cushion of air holds the vehicle where it balances \
-         the reference's pull; a feedforward that is too weak lets it sink slowly, one that is too strong lets it fall."
-            .into(),
-        &run.landing.ground,
-        land,
-    ))
+    Ok(())
 }

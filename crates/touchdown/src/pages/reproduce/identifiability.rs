@@ -1,4 +1,4 @@
-//! What the data can carry, before anything is fitted.
+//! What the data identify, before anything is fitted.
 
 use touchdown_report::{Cell, Table};
 
@@ -8,7 +8,7 @@ use crate::experiments::ground_effect::{DataSet, GroundEffectExperiment};
 
 pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> {
     page.report
-        .subsection("Before the fit: what the data can carry");
+        .subsection("Before the fit: what the data can identify");
     let yes = |b: bool| Cell::text(if b { "yes" } else { "no" });
     let row = |what: &str, cell: &dyn Fn(&DataSet) -> Cell| {
         let mut row = vec![Cell::text(what)];
@@ -82,7 +82,7 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
             ]);
         }
     }
-    page.table(inputs)?;
+    page.folded_tables("Inputs of eq. (9)", vec![inputs])?;
     for set in &ge.sets {
         if !set.before.advice.is_empty() {
             page.text(format!(

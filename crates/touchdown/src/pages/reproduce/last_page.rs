@@ -1,19 +1,22 @@
 //! The last page: how to redo this.
 
-use super::super::page::Page;
-use crate::error::Result;
+use super::super::page::{Page, how_made};
+use crate::error::{Error, Result};
 use crate::experiments::{Run, command};
 use crate::results::Results;
 use crate::settings::to_toml;
 
 pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()> {
-    page.report.section("How to redo this");
-    page.report.code(command(&run.settings));
+    let settings = to_toml(&run.settings.with_files_here())?;
+    how_made(
+        &mut page.report,
+        &command(&run.settings),
+        Some(("settings.toml", settings)),
+    )?;
     page.text(format!(
         "Version `{}`, seed {}, SHA-256 of the settings `{}`. The same version gives the same figures with any number of threads.",
         results.version, results.seed, results.settings_sha256
     ));
-    page.report.subsection("Files");
     let mut files: Vec<String> = [
         "`results.json`: all figures of this report, for programs",
         "`settings.toml`: the settings below, for `--settings`",
@@ -26,8 +29,9 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
     .into();
     let names = page.figure_names().into_iter();
     files.extend(names.map(|name| format!("`figures/{name}.svg` and `.png`")));
-    page.report.list(files);
-    page.report.subsection("Settings");
-    page.report.code(to_toml(&run.settings.with_files_here())?);
+    page.report.folded("Files beside this report", |inner| {
+        inner.list(files);
+        Ok::<(), Error>(())
+    })?;
     Ok(())
 }

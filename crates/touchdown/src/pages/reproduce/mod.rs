@@ -26,10 +26,12 @@ use crate::results::Results;
 /// # Errors
 /// Files that cannot be written, or figures that cannot be drawn.
 pub fn reproduce(run: &Run, results: &Results, out: &Path) -> Result<()> {
-    let mut page = Page::new("Landing with an identified ground effect", out);
+    let mut page = Page::new(
+        "Landing with an identified ground effect",
+        "The paper's four experiments on a virtual rig and a virtual vehicle, and landings at sea",
+        out,
+    );
     page.report
-        .subtitle("The paper's four experiments on a virtual rig and a virtual vehicle, and landings at sea")
-        .fact("Version", results.version)
         .fact("Seed", results.seed.to_string())
         .fact("Landings of each method", results.trials.to_string());
     if results.quick {

@@ -1,10 +1,12 @@
 //! IV-B.1: throttle to thrust.
 
+use touchdown_model::Form;
 use touchdown_report::{Cell, Color, Figure, Panel, Series, Table};
 use touchdown_trial::Trial;
 
+use super::super::colors::{DECK, INPUT, MEASURED, PUBLISHED, TRUTH, of_form};
 use super::super::front;
-use super::super::page::{MEASURED, Page, errors, minus, show};
+use super::super::page::{Page, errors, minus, show};
 use super::coefficients::{self, Column};
 use crate::error::Result;
 use crate::experiments::Run;
@@ -15,17 +17,24 @@ use crate::score::Errors;
 const ERROR_SHOWN_N: f64 = 0.4;
 /// Names of [`MODELS`] in tables and legends.
 const TITLES: [&str; 3] = ["eq. (8)", "eq. (7)", "eq. (8), as published"];
-const COLORS: [Color; 3] = [Color::Cycle(0), Color::Cycle(1), Color::Cycle(3)];
+/// Their colours: eq. (8) and eq. (7) by form, and one for the published procedure.
+fn color(model: usize) -> Color {
+    match model {
+        0 => of_form(Form::Library),
+        1 => of_form(Form::FirstOrder),
+        _ => PUBLISHED,
+    }
+}
 
 pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
     let [present, removed] = &run.thrust;
     page.report.section("Throttle to thrust (IV-B.1)");
     page.text(
-        "`x = √T` is the root of the thrust T in newtons, `s` the throttle in [0, 1]. Eq. (7) is `x' = (c0 s + c1 - x)/T_m`. Eq. (8) is \
-         `x' = Θ(x, s) ξ` with the eight terms of the printed eq. (11), chosen by SR3 with l0 (eq. 6) on Savitzky-Golay derivatives. \
-         \"As published\" stops there; its coefficients are least squares on the terms that SR3 keeps. The other two \
-         are refined in free run; for eq. (8) the dead time of the load cell is estimated first, as the shift at which the library explains the \
-         derivative best. Trained on ramps and sines of the throttle, judged on a ramp and a sine never trained on.",
+        "`x = √T` is the root of the thrust T in newtons, and `s` is the throttle in [0, 1]. Eq. (7) is `x' = (c0 s + c1 - x)/T_m`. Eq. (8) is \
+         `x' = Θ(x, s) ξ` with the eight terms of the printed eq. (11). SR3 with l0 (eq. 6) chooses among them on Savitzky-Golay derivatives. \
+         \"As published\" stops there: least squares give its coefficients. A free run refines the other two. For eq. (8), the dead time \
+         of the load cell is estimated first. It is the shift at which the library explains the derivative best. Ramps and sines of the \
+         throttle train the models; a ramp and a sine that none of them has seen judge them.",
     );
     page.table(errors_table(run))?;
     page.text(elimination(
@@ -56,39 +65,40 @@ pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
             found,
         ))?;
     }
-    page.report.subsection("Coefficients");
+    page.folded_tables(
+        "Coefficients of eq. (8) and eq. (7)",
+        coefficient_tables(run)?,
+    )
+}
+
+fn coefficient_tables(run: &Run) -> Result<Vec<Table>> {
+    let [present, removed] = &run.thrust;
     let eq_11 = coefficients::eq_11()?;
-    let card = |state: &'_ PlateState, model: usize| state.models[model].card.clone();
-    let cards = [card(removed, 0), card(present, 0), card(removed, 2)];
-    let titles = ["Plate removed", "Plate at 0.75 m", "As published, removed"];
-    let mut columns: Vec<Column<'_>> = titles
+    let column =
+        |title, state: &'_ PlateState, model: usize| (title, state.models[model].card.clone());
+    let cards = [
+        column("Plate removed", removed, 0),
+        column("Plate at 0.75 m", present, 0),
+        column("As published, removed", removed, 2),
+        ("Printed eq. (11)", eq_11),
+    ];
+    let columns: Vec<Column<'_>> = cards
         .iter()
-        .zip(&cards)
         .map(|(title, card)| Column { title, card })
         .collect();
-    columns.push(Column {
-        title: "Printed eq. (11)",
-        card: &eq_11,
-    });
-    page.table(
-        coefficients::table("Eq. (8): coefficients ± half the 95 % interval, in √N/s over the unit of the term.", &columns)
-            .note("`dead_time` [s] is that of the load cell. The printed model belongs to another rig.")
-            .note("x, x³ and sin(x) s are nearly collinear on these data: single coefficients differ more than their intervals say, their sum does not."),
-    )?;
-    let columns = [
-        Column {
-            title: "Plate removed",
-            card: &removed.models[1].card,
-        },
-        Column {
-            title: "Plate at 0.75 m",
-            card: &present.models[1].card,
-        },
-    ];
-    page.table(coefficients::table(
+    let eq_8 = coefficients::table("Eq. (8): coefficients ± half the 95 % interval, in √N/s over the unit of the term.", &columns)
+        .note("`dead_time` [s] is that of the load cell. The printed model belongs to another rig.")
+        .note("x, x³ and sin(x) s are nearly collinear on these data. Single coefficients differ more than their intervals say; their sum does not.");
+    let columns =
+        [("Plate removed", removed), ("Plate at 0.75 m", present)].map(|(title, state)| Column {
+            title,
+            card: &state.models[1].card,
+        });
+    let eq_7 = coefficients::table(
         "Eq. (7): c0 and c1 [√N], lag T_m [s], ± half the 95 % interval.",
         &columns,
-    ))
+    );
+    Ok(vec![eq_8, eq_7])
 }
 
 fn errors_table(run: &Run) -> Table {
@@ -144,21 +154,16 @@ fn fig4(state: &PlateState, index: usize, kind: &str) -> Result<Figure> {
     let mut thrust = Panel::new("Time (s)", "Thrust (N)")
         .height_weight(1.5)
         .series(Series::line("measured", t, trial.require("thrust_n")?).color(MEASURED))
-        .series(
-            Series::line("truth", t, truth)
-                .color(Color::BLACK)
-                .width(2.4),
-        );
+        .series(Series::line("truth", t, truth).color(TRUTH).width(2.4));
     let mut error =
         Panel::new("Time (s)", "Predicted − truth (N)").y_range(-ERROR_SHOWN_N, ERROR_SHOWN_N);
     for model in 0..MODELS.len() {
         let predicted = &state.runs[model][index].predicted_n;
-        let dashed = Series::dashed(TITLES[model], t, predicted).color(COLORS[model]);
+        let dashed = Series::dashed(TITLES[model], t, predicted).color(color(model));
         thrust = thrust.series(dashed);
         // The error of eq. (7) would flatten the others; the panel above shows it.
         if MODELS[model] != "eq7" {
-            let line =
-                Series::line(TITLES[model], t, &minus(predicted, truth)).color(COLORS[model]);
+            let line = Series::line(TITLES[model], t, &minus(predicted, truth)).color(color(model));
             error = error.series(line);
         }
     }
@@ -177,9 +182,9 @@ fn fig4(state: &PlateState, index: usize, kind: &str) -> Result<Figure> {
         .size(900, 680)
         .panel(
             Panel::new("Time (s)", "Throttle")
-.y_range(0.0, 1.0)
+                .y_range(0.0, 1.0)
                 .height_weight(0.6)
-                .series(Series::line("", t, trial.require("throttle")?).color(Color::Cycle(4))),
+                .series(Series::line("", t, trial.require("throttle")?).color(INPUT)),
         )
         .panel(thrust)
         .panel(error))
@@ -196,17 +201,9 @@ fn bias(present: &PlateState, removed: &PlateState) -> Result<(Figure, String)> 
         |values: &[f64], at: &[usize]| -> Vec<f64> { at.iter().map(|&i| values[i]).collect() };
     let mut panel = Panel::new("Throttle", "Thrust beyond free air (N)");
     let mut means = Vec::new();
-    for (state, name, color) in [
-        (
-            present,
-            "eq. (8) trained with the plate, minus truth",
-            Color::Cycle(1),
-        ),
-        (
-            removed,
-            "eq. (8) trained without it, minus truth",
-            Color::Cycle(0),
-        ),
+    for (state, name, of_state) in [
+        (present, "eq. (8) trained with the plate, minus truth", DECK),
+        (removed, "eq. (8) trained without it, minus truth", color(0)),
     ] {
         let trial = &state.validation[0];
         let at = ramp(trial)?;
@@ -217,7 +214,7 @@ fn bias(present: &PlateState, removed: &PlateState) -> Result<(Figure, String)> 
         let error = take(&error, &at);
         means.push(error.iter().sum::<f64>() / error.len().max(1) as f64);
         panel = panel.series(
-            Series::line(name, &take(trial.require("throttle")?, &at), &error).color(color),
+            Series::line(name, &take(trial.require("throttle")?, &at), &error).color(of_state),
         );
     }
     let trial = &present.validation[0];
@@ -233,7 +230,7 @@ fn bias(present: &PlateState, removed: &PlateState) -> Result<(Figure, String)> 
                 &take(trial.require("throttle")?, &at),
                 &take(&lift, &at),
             )
-            .color(Color::BLACK),
+            .color(TRUTH),
         )
         .series(Series::horizontal("", 0.0));
     let sentence = format!(

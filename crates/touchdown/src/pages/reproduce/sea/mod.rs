@@ -42,10 +42,7 @@ pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
             "`sea`: a work boat's deck in waves drawn anew for every trial (settings below)".into()
         }),
     ]);
-    page.table(outcomes(sea))?;
-    page.table(touches(sea))?;
-    page.table(planner(sea))?;
-    page.table(faults(sea))?;
+    page.figure(figures::success(sea))?;
     page.report.subsection("What holds and what does not");
     page.report.list(claims(sea));
     let none = Share::of(0, trials).map_or(1.0, |share| share.ci95[1]);
@@ -55,9 +52,12 @@ pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
          errors of sensors, sea and ship that these models of them do not have.",
         show(100.0 * none, 1)
     ));
-    page.figure(figures::success(sea))?;
     page.figure(figures::impact(sea))?;
-    page.figure(figures::track(&sea.track))
+    page.figure(figures::track(&sea.track))?;
+    for table in [outcomes(sea), touches(sea), planner(sea), faults(sea)] {
+        page.table(table)?;
+    }
+    Ok(())
 }
 
 fn of_decks(sea: &SeaExperiment) -> impl Iterator<Item = &SeaLandings> {
