@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use indicatif::ProgressBar;
 
+use crate::failure::failure;
 use crate::status::INTERRUPTED;
-use crate::terminal::failure;
 
 /// Says what a command has written so far.
 type Report = Box<dyn Fn() -> String + Send>;

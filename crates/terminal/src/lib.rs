@@ -8,6 +8,7 @@
 //!
 //! A command parses its arguments by [`parse`], runs with a [`Terminal`], and ends with [`Terminal::conclude`].
 
+mod failure;
 mod interrupt;
 pub mod manual;
 pub mod status;

@@ -10,6 +10,7 @@ use clap::error::ErrorKind;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
+use crate::failure::{failure, refusal};
 use crate::interrupt::Interrupt;
 use crate::status::{BAD_INPUT, Done, FAILED};
 
@@ -57,22 +58,6 @@ pub fn parse<A: clap::Parser>() -> Result<A, ExitCode> {
         let _ = error.print();
         ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(BAD_INPUT))
     })
-}
-
-/// The object of a command that fails.
-fn refusal(error: &str, outcome: &str) -> String {
-    format!(
-        "{:#}",
-        serde_json::json!({ "error": error, "outcome": outcome })
-    )
-}
-
-/// Prints why a command fails: text on standard error, and the object where JSON was asked for.
-pub(crate) fn failure(json: bool, error: &str, outcome: &str) {
-    let _ = writeln!(anstream::stderr(), "error: {error}");
-    if json {
-        let _ = writeln!(anstream::stdout(), "{}", refusal(error, outcome));
-    }
 }
 
 /// The terminal of a running command.

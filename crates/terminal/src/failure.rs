@@ -1,0 +1,19 @@
+//! What a command that fails prints.
+
+use std::io::Write as _;
+
+/// The object of a command that fails.
+pub(crate) fn refusal(error: &str, outcome: &str) -> String {
+    format!(
+        "{:#}",
+        serde_json::json!({ "error": error, "outcome": outcome })
+    )
+}
+
+/// Prints why a command fails: text on standard error, and the object where JSON was asked for.
+pub(crate) fn failure(json: bool, error: &str, outcome: &str) {
+    let _ = writeln!(anstream::stderr(), "error: {error}");
+    if json {
+        let _ = writeln!(anstream::stdout(), "{}", refusal(error, outcome));
+    }
+}
