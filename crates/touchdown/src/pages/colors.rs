@@ -5,7 +5,7 @@ use touchdown_report::Color;
 
 use crate::experiments::sea::SeaMethod;
 use crate::identify::settings::GroundEffectForm;
-use crate::pilot::Method;
+use touchdown_flight::Method;
 
 /// Raw measurements: seen, but behind everything else.
 pub(super) const MEASURED: Color = Color::Rgb(0xB8, 0xBE, 0xC6);

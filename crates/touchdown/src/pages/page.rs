@@ -10,7 +10,6 @@ use crate::error::{Error, Result};
 use crate::identify::settings::GroundEffectForm;
 use crate::score::Errors;
 use crate::statistics::{Share, Summary};
-use touchdown_flight::Method;
 
 /// A report and its figures.
 pub(super) struct Page {

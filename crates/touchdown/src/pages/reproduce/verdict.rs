@@ -4,8 +4,8 @@ use touchdown_report::{Callout, Cell, Figure, Panel, Series, Table};
 
 use super::super::colors::{PUBLISHED, of_method};
 use super::super::page::show;
-use crate::pilot::Method;
 use crate::statistics::Summary;
+use touchdown_flight::Method;
 
 /// Share of the paper's gain from which a size counts as reproduced.
 const SHARE_OF_GAIN: f64 = 0.75;
@@ -250,7 +250,7 @@ mod tests {
             verdict,
             words: String::new(),
         };
-        let (kind, text) = summary(&[
+        let (kind, text) = super::summary(&[
             claim(REPRODUCES),
             claim("direction, not size"),
             claim(FAILS),
@@ -260,7 +260,7 @@ mod tests {
             text.starts_with("1 of 3 claims") && text.contains("1 do not reproduce"),
             "{text}"
         );
-        assert_eq!(summary(&[claim(REPRODUCES)]).0, Callout::Success);
+        assert_eq!(super::summary(&[claim(REPRODUCES)]).0, Callout::Success);
     }
 
     #[test]
