@@ -1,20 +1,20 @@
 //! Thrust and ground effect from ordinary flight logs, without a force sensor.
 //!
 //! ```text
-//! trial ──Flight──> one clock ──Phases──> runs in flight ──cut──> pieces ──fit, choose, spread──> model, intervals, refusals
+//! trial ──Flight──> one clock ──Phases──> armed intervals ──cut──> segments ──fit, selection, resampling──> model, intervals, refusals
 //! ```
 //!
-//! The specific force of the accelerometer is thrust over mass. Throttle predicts it through the motors' lag, a scale and
-//! an error of height of each run, and the drift of thrust after the motors start; what is left near the ground is the
-//! ground effect. Nothing needs the mass: all is relative to hover out of ground effect.
+//! The specific force of the accelerometer is thrust over mass. The throttle predicts it through the lag of the motors, a
+//! scale and a height error of each armed interval, and the drift of thrust after the motors start. The residual near the
+//! ground is the ground effect. No step needs the mass: everything is relative to hover out of ground effect.
 //!
-//! | module | what it is |
+//! | module | what it holds |
 //! | --- | --- |
-//! | [`phases`], `stand`, [`pieces`] | motors on and off, contact, impacts; what is left of a log to fit, and what was left out and why |
-//! | [`model`], [`curve`], [`fit`], [`colour`] | the model of a flight, the laws of its ground effect, its least squares, and disturbances that last |
-//! | [`choose`], [`spread`] | models judged on flights left out; intervals from flights drawn anew |
-//! | [`hover`] | logs without specific force: hovers at rest, and the thrust that each takes |
-//! | [`ground`], [`numbers`], [`runs`], [`result`] | all of it: the ground effect, each run of the motors, and what the logs do not carry |
+//! | [`phases`], `stand`, [`segments`] | motors on and off, contact, impacts; the segments of a log to fit, and why others were dropped |
+//! | [`model`], [`curve`], [`fit`], [`coloured_noise`] | the model of a flight, the laws of its ground effect, its least squares, and correlated disturbances |
+//! | [`selection`], [`resampling`] | models judged on held-out flights; intervals by the bootstrap over flights |
+//! | [`hover`] | logs without specific force: hovers at rest, and the thrust of each |
+//! | [`ground`], [`numbers`], [`armed_intervals`], [`result`] | the whole identification: ground effect, each armed interval, refusals |
 
 mod armed_interval;
 pub mod armed_intervals;
