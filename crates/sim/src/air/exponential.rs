@@ -4,7 +4,7 @@
 //! C_b = 5.39 1/m are of the order measured on a 1.5 kg quadrotor with rotors
 //! of 0.12 m radius, normalised to hover far from the ground. z is the height
 //! of the vehicle's reference point. Nothing else is shared with the wake
-//! model of [`crate::ground`]: no images, no fountain, no dependence of the lag
+//! model of [`crate::air::ground`]: no images, no fountain, no dependence of the lag
 //! on height or thrust.
 
 use serde::{Deserialize, Serialize};

@@ -14,7 +14,7 @@
 //! less the vertical part of the wind, and act along the rotor's axis. Rotors that
 //! turn clockwise seen from above (front left, rear right) turn the body the other
 //! way. Left out: the rotors' own angular momentum (pairs cancel), and gradients of
-//! the wind over the vehicle. Level, centred and with equal rotors it is [`crate::vehicle`].
+//! the wind over the vehicle. Level, centred and with equal rotors it is [`crate::body::vertical`].
 
 mod kernel;
 mod state;

@@ -121,7 +121,7 @@ impl View {
     }
 
     /// The views of an exposure from this view to `shut`: at the middles of equal intervals in
-    /// which the image moves by at most [`INSTANT_PX`].
+    /// which the image moves by at most `INSTANT_PX`.
     ///
     /// # Errors
     /// A view is no pose ([`Self::validate`]).
