@@ -113,8 +113,8 @@ pub(super) fn summary(claims: &[Claim]) -> (Callout, String) {
     let count = |holds: fn(&str) -> bool| claims.iter().filter(|c| holds(c.verdict)).count();
     let full = count(|v| v.starts_with(REPRODUCES));
     let part = count(|v| v.starts_with("direction"));
-    let fails = count(|v| v == FAILS);
-    let open = claims.len() - full - part - fails;
+    let open = count(|v| v.starts_with("undecided") || v.starts_with("no figure"));
+    let fails = claims.len() - full - part - open;
     let kind = if full == claims.len() {
         Callout::Success
     } else {
