@@ -344,7 +344,7 @@ fn prop_bad_input_is_one_error_and_nothing_written() {
         .unwrap()
         .args(["reproduce", "--settings", "/no/such/file.toml"])
         .assert()
-        .code(1);
+        .code(2);
     Command::cargo_bin("touchdown")
         .unwrap()
         .args(["reproduce", "--colour"])
