@@ -314,7 +314,8 @@ fn numbers(result: &FlightResult) -> Table {
         ]);
     }
     table.note(format!(
-        "Intervals from {} {}, Student's t.",
+        "Intervals from {} {}, Student's t. The elasticity links throttle and thrust in hover. The extra thrust near the \
+         ground falls with height at the rate of the decay; amplitude and length are those of its exponential curve.",
         result.blocks,
         result.intervals_from.name()
     ))
