@@ -178,7 +178,10 @@ fn table(table: &Table, number: usize, words: &Words<'_>) -> Markup {
                     } }
                     tbody { @for row in &table.rows { tr {
                         @for (index, cell) in row.iter().enumerate() {
-                            td.(class(index)) { @if cell.is_bold() { b { (cell.shown()) } } @else { (cell.shown()) } }
+                            td.(class(index)) {
+                                @let shown = words.mark(&cell.shown().to_string());
+                                @if cell.is_bold() { b { (shown) } } @else { (shown) }
+                            }
                         }
                     } } }
                 }
