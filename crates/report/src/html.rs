@@ -179,7 +179,7 @@ fn table(table: &Table, number: usize, words: &Words<'_>) -> Markup {
                     tbody { @for row in &table.rows { tr {
                         @for (index, cell) in row.iter().enumerate() {
                             td.(class(index)) {
-                                @let shown = words.mark(&cell.shown().to_string());
+                                @let shown = words.mark(cell.shown());
                                 @if cell.is_bold() { b { (shown) } } @else { (shown) }
                             }
                         }
