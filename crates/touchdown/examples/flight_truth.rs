@@ -15,7 +15,7 @@
 mod flights;
 
 use flights::Flown;
-use touchdown::identify::flight::{Flight, FlightSettings, ground_effect};
+use touchdown_identify::flights::{Flight, FlightSettings, ground_effect};
 use touchdown_sim::body::plant::{GroundLaw, PlantSettings};
 
 /// Heights at which curves are judged, in rotor radii.

@@ -1,11 +1,11 @@
 //! The main job with its defaults, judged by what it promises: seeds 1 and 2, 40 landings of every method.
 
+use touchdown::experiments::results::Results;
 use touchdown::experiments::{self, Run, thrust};
-use touchdown::identify::settings::GroundEffectForm;
-use touchdown::progress::Silent;
-use touchdown::results::Results;
 use touchdown::settings::ReproduceSettings;
+use touchdown_campaign::progress::Silent;
 use touchdown_flight::Method;
+use touchdown_identify::settings::GroundEffectForm;
 use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
 fn run(seed: u64) -> Run {
@@ -149,7 +149,7 @@ fn book(results: &Results) {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/paper.md");
     let text = std::fs::read_to_string(path).unwrap();
     sparsity(results, &text);
-    let mean = |s: Option<touchdown::statistics::Summary>| s.unwrap().mean;
+    let mean = |s: Option<touchdown_campaign::statistics::Summary>| s.unwrap().mean;
     let ground = &results.ground_landing;
     let hover = format!("hovers at {:.3} m", mean(ground["feedback"].hover_height_m));
     assert!(text.contains(&hover), "docs/src/paper.md lacks: {hover}");

@@ -5,8 +5,8 @@ mod common;
 use std::path::PathBuf;
 
 use common::{data, fails, json, map, number, run, text};
-use touchdown::identify::flight::phases::{Phase, Phases};
-use touchdown::identify::flight::{Flight, FlightSettings, GroundEffect, ground_effect};
+use touchdown_identify::flights::phases::{Phase, Phases};
+use touchdown_identify::flights::{Flight, FlightSettings, GroundEffect, ground_effect};
 use touchdown_log::{Map, read_trial};
 
 /// The five flights of CrazyPAD's drone E9 (Masalimov et al., Data 9, 2024), and what is known of a Crazyflie.

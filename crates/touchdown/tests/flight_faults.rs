@@ -3,8 +3,8 @@
 mod common;
 
 use common::{data, fails, map};
-use touchdown::identify::flight::phases::{Phase, Phases};
-use touchdown::identify::flight::{
+use touchdown_identify::flights::phases::{Phase, Phases};
+use touchdown_identify::flights::{
     Flight, FlightSettings, GroundEffect, ground_effect, thrust_alone, with_thrust,
 };
 use touchdown_log::{Map, read_trial};

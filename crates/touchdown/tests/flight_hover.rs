@@ -5,8 +5,8 @@ mod common;
 mod flights;
 
 use common::{fails, json, number};
-use touchdown::identify::flight::hover::ThrustLaw;
-use touchdown::identify::flight::{Basis, Flight, FlightSettings, GroundEffect, ground_effect};
+use touchdown_identify::flights::hover::ThrustLaw;
+use touchdown_identify::flights::{Basis, Flight, FlightSettings, GroundEffect, ground_effect};
 use touchdown_sim::body::plant::GroundLaw;
 use touchdown_trial::Trial;
 

@@ -5,7 +5,7 @@ mod common;
 mod flights;
 
 use common::{json, number};
-use touchdown::identify::flight::{Flight, FlightSettings, ground_effect, thrust_alone};
+use touchdown_identify::flights::{Flight, FlightSettings, ground_effect, thrust_alone};
 use touchdown_sim::body::plant::GroundLaw;
 use touchdown_trial::Trial;
 

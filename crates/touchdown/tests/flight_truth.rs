@@ -5,8 +5,8 @@ mod common;
 mod flights;
 
 use flights::Flown;
-use touchdown::identify::flight::{Flight, FlightSettings, GroundEffect, ground_effect};
-use touchdown::identify::{IdentificationSettings, Origin};
+use touchdown_identify::flights::{Flight, FlightSettings, GroundEffect, ground_effect};
+use touchdown_identify::{IdentificationSettings, Origin};
 use touchdown_sim::body::plant::{GroundLaw, PlantSettings};
 
 /// Heights at which the curve is judged, in rotor radii.

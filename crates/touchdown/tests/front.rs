@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use common::json;
 use serde_json::Value;
-use touchdown::identify::{IdentificationSettings, Origin, thrust};
+use touchdown_identify::{IdentificationSettings, Origin, thrust};
 use touchdown_sim::rig::sets::{self, Extent};
 use touchdown_sim::rig::{self, RigSettings, RigTrial};
 

@@ -1,9 +1,9 @@
 //! A model has one meaning: the expression that judges a card and the flight model made from it agree.
 
-use touchdown::identify::ground_effect::GroundTrial;
-use touchdown::predict::{Columns, Predictor};
 use touchdown_flight::ground_effect::{GroundEffect as _, GroundEffectInput};
 use touchdown_flight::thrust::ThrustState;
+use touchdown_identify::prediction::{Columns, Predictor};
+use touchdown_identify::rig::GroundTrial;
 use touchdown_model::{Card, published};
 
 const DT: f64 = 1e-3;
@@ -62,9 +62,12 @@ fn largest_difference(card: &Card) -> f64 {
 #[test]
 fn prop_ground_effect_in_flight_is_the_card_s_expression() {
     let settings = touchdown::settings::ReproduceSettings::quick();
-    let cards =
-        touchdown::experiments::identify_cards(&settings.rig, 3, &touchdown::progress::Silent)
-            .unwrap();
+    let cards = touchdown::experiments::identify_cards(
+        &settings.rig,
+        3,
+        &touchdown_campaign::progress::Silent,
+    )
+    .unwrap();
     for card in [
         cards.empirical.as_ref().unwrap(),
         cards.dynamic.as_ref().unwrap(),
@@ -103,11 +106,14 @@ fn prop_thrust_in_flight_is_the_card_s_expression() {
 /// A static map with a box of heights, and no memory.
 fn static_card() -> Card {
     let settings = touchdown::settings::ReproduceSettings::quick();
-    let mut card =
-        touchdown::experiments::identify_cards(&settings.rig, 3, &touchdown::progress::Silent)
-            .unwrap()
-            .dynamic
-            .unwrap();
+    let mut card = touchdown::experiments::identify_cards(
+        &settings.rig,
+        3,
+        &touchdown_campaign::progress::Silent,
+    )
+    .unwrap()
+    .dynamic
+    .unwrap();
     card.form = touchdown_model::Form::Static;
     card.terms.retain(|t| t.of == "h");
     card.validity.inputs.insert("z".into(), [0.2, 0.4]);

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use touchdown::experiments::sea::{SeaCell, SeaMethod};
-use touchdown::progress::Silent;
 use touchdown::settings::ReproduceSettings;
-use touchdown::sweep;
+use touchdown_campaign::progress::Silent;
+use touchdown_campaign::sweep;
 use touchdown_flight::Method;
 use touchdown_lander::settings::DescentShape;
 use touchdown_sim::deck::rigid::RigidMotion;
@@ -76,7 +76,7 @@ fn prop_a_measured_motion_moves_the_deck_of_the_sea_alone() {
     let sum = |file: &str| {
         let text = text.replace("z.csv", file);
         let settings: ReproduceSettings = touchdown::settings::parse(&text, "s.toml").unwrap();
-        touchdown::results::settings_sha256(&settings).unwrap()
+        touchdown::experiments::results::settings_sha256(&settings).unwrap()
     };
     assert_eq!(sum("a.csv"), sum("/b/c.csv"));
 }

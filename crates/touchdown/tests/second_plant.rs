@@ -1,12 +1,12 @@
 //! A plant of another law (exponential ground effect, one lag) through the same pipeline: the models are not
 //! fitted to themselves.
 
-use touchdown::campaign::{self, LandingFigures};
 use touchdown::experiments;
-use touchdown::progress::Silent;
-use touchdown::results::Results;
+use touchdown::experiments::results::Results;
 use touchdown::settings::{LandSettings, ReproduceSettings};
+use touchdown_campaign::progress::Silent;
 use touchdown_campaign::vertical::controllers::controller;
+use touchdown_campaign::vertical::landings::{self, LandingFigures};
 use touchdown_flight::Method;
 use touchdown_sim::body::plant::PlantSettings;
 use touchdown_sim::rig::sets::VALIDATION_KINDS;
@@ -42,7 +42,7 @@ fn prop_cards_of_the_wrong_plant_still_land_or_say_that_they_did_not() {
     let mut land = LandSettings::deck();
     land.scenario.plant = PlantSettings::exponential();
     let pilot = controller(Method::Dynamic, &cards, &land, true).unwrap();
-    let landings = campaign::run(&land.scenario, &pilot, 5, 1, 0, &Silent).unwrap();
+    let landings = landings::run(&land.scenario, &pilot, 5, 1, 0, &Silent).unwrap();
     let figures = LandingFigures::of(&landings);
     // Too strong a model presses the vehicle down: it lands, and every trial has an outcome.
     assert_eq!(figures.trials, 5);

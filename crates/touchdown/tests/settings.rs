@@ -6,11 +6,11 @@ mod flights;
 
 use std::collections::BTreeMap;
 
-use touchdown::identify::flight::{Flight, ground_effect as from_flights};
-use touchdown::identify::ground_effect::{self, GroundTrial, levels};
-use touchdown::identify::settings::GroundEffectForm;
-use touchdown::identify::{FittedCard, IdentificationSettings, Origin, thrust};
 use touchdown::settings::parse;
+use touchdown_identify::flights::{Flight, ground_effect as from_flights};
+use touchdown_identify::rig::{self as ground_effect, GroundTrial, levels};
+use touchdown_identify::settings::GroundEffectForm;
+use touchdown_identify::{FittedCard, IdentificationSettings, Origin, thrust};
 use touchdown_sim::body::plant::GroundLaw;
 use touchdown_sim::rig::sets::{self, Extent};
 use touchdown_sim::rig::{self, RigSettings, RigTrial};
@@ -98,7 +98,7 @@ impl Data {
         let one = std::slice::from_ref(&self.staircase);
         match area {
             "flight" => {
-                let flown: touchdown::identify::Result<Vec<Flight>> = self
+                let flown: touchdown_identify::Result<Vec<Flight>> = self
                     .flights
                     .iter()
                     .map(|trial| Flight::of(trial, &settings.flight))
@@ -246,7 +246,7 @@ fn prop_every_key_changes_what_it_says() {
     let text = toml::to_string(&IdentificationSettings::default()).unwrap();
     keys(&toml::from_str(&text).unwrap(), "", &mut all);
     // Those without a default value stand in the printed settings as comments.
-    for line in touchdown::defaults::IDENTIFY.lines() {
+    for line in touchdown::settings::defaults::IDENTIFY.lines() {
         if let Some((name, _)) = line.strip_prefix("# ").and_then(|l| l.split_once(" = "))
             && !name.contains(' ')
         {

@@ -5,9 +5,9 @@ mod common;
 use std::path::Path;
 
 use serde_json::Value;
-use touchdown::recording;
 use touchdown::settings::parse;
-use touchdown::sweep::{Sweep, replay, rows};
+use touchdown_campaign::recording;
+use touchdown_campaign::sweep::{Sweep, replay, rows};
 use touchdown_log::Log;
 
 /// Starts low over a deck at rest, to be short.
@@ -159,7 +159,7 @@ fn sweep(more: &str) -> Result<Sweep, String> {
 fn prop_a_detector_that_looks_at_rendered_images_lands_the_vehicle() {
     let rendered = "[scenario.sensors]\ncamera = \"rendered\"\n";
     let seen = sweep(rendered).unwrap();
-    let row = rows(&seen, 0..1, &touchdown::progress::Silent)
+    let row = rows(&seen, 0..1, &touchdown_campaign::progress::Silent)
         .unwrap()
         .remove(0);
     assert!(row.landed_at_first(), "{row:?}");

@@ -1,11 +1,11 @@
 //! One table of colours: the same thing has the same colour in all panels of all pages.
 
+use touchdown_flight::Method;
+use touchdown_identify::settings::GroundEffectForm;
 use touchdown_model::Form;
 use touchdown_report::Color;
 
 use crate::experiments::sea::SeaMethod;
-use crate::identify::settings::GroundEffectForm;
-use touchdown_flight::Method;
 
 /// Raw measurements: seen, but behind everything else.
 pub(super) const MEASURED: Color = Color::Rgb(0xB8, 0xBE, 0xC6);

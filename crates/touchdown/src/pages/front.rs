@@ -1,11 +1,11 @@
 //! The Pareto front of a sparse fit, and the levels of identification, as tables, figures and sentences.
 
+use touchdown_identify::front::{Front, Size};
+use touchdown_identify::rig::levels::Level;
 use touchdown_report::{Cell, Color, Figure, Panel, Series, Table};
 
 use super::colors::{HELD_OUT, OWN_TERMS, TRAINING};
 use super::page::show;
-use crate::identify::front::{Front, Size};
-use crate::identify::ground_effect::levels::Level;
 
 /// The best subset of every size: terms and errors.
 pub(super) fn table(caption: &str, front: &Front) -> Table {
@@ -271,7 +271,7 @@ pub(super) fn levels(caption: &str, sets: &[(&str, &[Level])]) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identify::front::{Certificate, Standing};
+    use touchdown_identify::front::{Certificate, Standing};
 
     fn front(model: Standing) -> Front {
         let size = |k: usize, left_out: f64| Size {

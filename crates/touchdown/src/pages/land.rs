@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use touchdown_campaign::vertical::scenario::LandScenario;
 use touchdown_report::Callout;
 
 use super::colors::TRIALS;
@@ -9,7 +10,6 @@ use super::landings::{self, Cloud};
 use super::page::{Page, how_made, show};
 use crate::error::Result;
 use crate::experiments::landing::MethodLandings;
-use crate::scenario::LandScenario;
 use crate::settings::to_toml;
 
 /// Writes `figures/*.svg`, `figures/*.png` and `report.html` of the landings of `methods` into the folder `out`;
@@ -95,7 +95,7 @@ pub fn land(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::LandingFigures;
+    use touchdown_campaign::vertical::landings::LandingFigures;
     use touchdown_flight::Method;
     use touchdown_sim::landing::vertical::{Landing, LandingTrace, Outcome};
 

@@ -1,16 +1,16 @@
 //! Tables and figures of landings.
 
+use touchdown_campaign::statistics::Summary;
+use touchdown_campaign::vertical::landings::LandingFigures;
 use touchdown_flight::reference::Exponential;
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Series, Table};
 use touchdown_sim::landing::vertical::Landing;
 
 use super::colors::{PUBLISHED, REFERENCE, of_method};
 use super::page::{half_interval, show, spread};
-use crate::campaign::LandingFigures;
 use crate::experiments::landing::MethodLandings;
-use crate::results::PublishedFigures;
+use crate::experiments::results::PublishedFigures;
 use crate::settings::LandSettings;
-use crate::statistics::Summary;
 
 /// What counts as landed.
 pub(super) const SYMBOLS: &str = "Height `z` is that of the vehicle above the deck, and `v = dz/dt` is its relative velocity. A trial has landed when \

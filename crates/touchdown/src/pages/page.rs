@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use touchdown_campaign::statistics::{Share, Summary};
+use touchdown_identify::scores::Errors;
+use touchdown_identify::settings::GroundEffectForm;
 use touchdown_report::{Cell, Color, Figure, Report, Series, Table};
 
 use super::glossary::TERMS;
 use crate::error::{Error, Result};
-use crate::identify::settings::GroundEffectForm;
-use crate::score::Errors;
-use crate::statistics::{Share, Summary};
 
 /// A report and its figures.
 pub(super) struct Page {

@@ -1,6 +1,7 @@
 //! The report of `touchdown validate`.
 
 use rayon::prelude::*;
+use touchdown_campaign::progress::Progress;
 use touchdown_model::{Form, Kind};
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
@@ -8,7 +9,6 @@ use super::colors::{MEASURED, TRUTH, of_models};
 use super::identify::slug;
 use super::page;
 use crate::error::Result;
-use crate::progress::Progress;
 
 /// Samples that all figures of a report draw together, about: more make it slow to open.
 const DRAWN_SAMPLES: usize = 200_000;

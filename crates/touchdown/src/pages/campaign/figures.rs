@@ -2,6 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use touchdown_campaign::statistics::Share;
+use touchdown_campaign::sweep::{
+    CampaignResults, Figures, LandingRow, Sweep, WorstLanding, number, text,
+};
 use touchdown_report::{Color, Figure, Panel, Series};
 use touchdown_sim::landing::space::SpaceTrace;
 
@@ -9,8 +13,6 @@ use super::ended;
 use crate::pages::colors::of_controller;
 use crate::pages::page::{share_series, shares_below};
 use crate::pages::track::Track;
-use crate::statistics::Share;
-use crate::sweep::{CampaignResults, Figures, LandingRow, Sweep, WorstLanding, number, text};
 
 /// More points than this cannot be named on one axis.
 const NAMED: usize = 8;

@@ -4,18 +4,17 @@ mod figures;
 
 use std::path::Path;
 
+use figures::{distributions, success_map, time_series};
+use touchdown_campaign::statistics::Share;
+use touchdown_campaign::sweep::{
+    CampaignResults, Figures, LandingRow, PointFigures, SampleSummary, Sweep, WorstLanding,
+};
 use touchdown_report::{Callout, Cell, Table};
 use touchdown_sim::landing::space::SpaceTrace;
-
-use figures::{distributions, success_map, time_series};
 
 use super::page::{Page, half_interval, how_made, show, spread};
 use crate::error::Result;
 use crate::settings::to_toml;
-use crate::statistics::Share;
-use crate::sweep::{
-    CampaignResults, Figures, LandingRow, PointFigures, SampleSummary, Sweep, WorstLanding,
-};
 
 const SYMBOLS: &str = "A landing has landed when the vehicle stands on the deck with its rotors stopped, by the true state. \
      **First** counts landings without an aborted descent. **Lateral** is the distance from the deck's centre at the first touch. \

@@ -1,12 +1,12 @@
 //! The report of a ground effect from flights.
 
+use touchdown_identify::FittedCard;
+use touchdown_identify::flights::result::FlightResult;
+use touchdown_identify::flights::{Basis, Flight, GroundEffect};
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
 use super::{Overview, card_blocks, interval, runs, slug};
 use crate::error::Result;
-use crate::identify::FittedCard;
-use crate::identify::flight::result::FlightResult;
-use crate::identify::flight::{Basis, Flight, GroundEffect};
 use crate::pages::colors::{INPUT, TRUTH};
 use crate::pages::page::{put_table, show};
 
@@ -57,7 +57,7 @@ fn over_height(flights: &[Flight], found: &GroundEffect, result: &FlightResult) 
         panel = panel.series(dots);
     }
     let x: Vec<f64> = result.ratio.iter().map(|a| a.height_m).collect();
-    let of = |f: fn(&crate::identify::Estimate) -> f64| -> Vec<f64> {
+    let of = |f: fn(&touchdown_identify::Estimate) -> f64| -> Vec<f64> {
         result.ratio.iter().map(|a| f(&a.ratio)).collect()
     };
     panel = panel

@@ -1,14 +1,14 @@
 //! Figures and report of ground-effect models.
 
+use touchdown_identify::FittedCard;
+use touchdown_identify::rig::identifiability::Identifiability;
+use touchdown_identify::rig::levels::Level;
+use touchdown_identify::rig::{GroundTrial, predict};
 use touchdown_report::{Callout, Cell, Figure, Panel, Report, Series, Table};
 
 use super::super::front;
 use super::{Overview, card_blocks, front_figure, remarks, slug};
 use crate::error::Result;
-use crate::identify::FittedCard;
-use crate::identify::ground_effect::identifiability::Identifiability;
-use crate::identify::ground_effect::levels::Level;
-use crate::identify::ground_effect::{GroundTrial, predict};
 use crate::pages::colors::{MEASURED, of_form};
 use crate::pages::page::{minus, show};
 

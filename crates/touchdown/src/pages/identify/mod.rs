@@ -5,13 +5,13 @@ mod ground;
 mod runs;
 mod thrust;
 
+use touchdown_identify::FittedCard;
 use touchdown_model::Card;
 use touchdown_report::{Callout, Cell, Figure, Report, Table};
 
 use super::page::show;
 use super::{front, page};
 use crate::error::{Error, Result};
-use crate::identify::FittedCard;
 
 pub use super::page::write;
 pub use flight::{figures as flight_figures, report as flight_report};

@@ -1,8 +1,8 @@
 //! The table of the armed intervals.
 
+use touchdown_identify::flights::armed_intervals::ArmedIntervalResult;
 use touchdown_report::{Cell, Table};
 
-use crate::identify::flight::armed_intervals::ArmedIntervalResult;
 use crate::pages::page::show;
 
 /// A row for every armed interval. Columns that none of them fills do not stand.

@@ -1,18 +1,18 @@
 //! Figures and report of thrust models.
 
 use rayon::prelude::*;
+use touchdown_campaign::progress::Progress;
+use touchdown_identify::flights::result::FlightResult;
+use touchdown_identify::thrust::{self, plateau::Plateau};
+use touchdown_identify::{FittedCard, IdentificationSettings};
 use touchdown_model::Form;
 use touchdown_report::{Callout, Color, Figure, Panel, Report, Series};
 use touchdown_trial::Trial;
 
 use super::{Overview, card_blocks, remarks, runs, slug};
 use crate::error::Result;
-use crate::identify::flight::result::FlightResult;
-use crate::identify::thrust::{self, plateau::Plateau};
-use crate::identify::{FittedCard, IdentificationSettings};
 use crate::pages::colors::{MEASURED, TRUTH, of_form};
 use crate::pages::page::{put_table, show};
-use crate::progress::Progress;
 
 /// Points of the fitted curve.
 const CURVE: usize = 101;

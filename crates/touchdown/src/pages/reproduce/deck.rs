@@ -1,14 +1,14 @@
 //! IV-D: landing on the oscillating deck.
 
+use touchdown_campaign::vertical::landings::LandingFigures;
 use touchdown_report::{Cell, Color, Table};
 
 use super::super::landings::{self, Cloud};
 use super::super::page::{Page, show, spread};
 use super::verdict::{Ratio, ratio_text};
-use crate::campaign::LandingFigures;
 use crate::error::Result;
 use crate::experiments::Run;
-use crate::results::Results;
+use crate::experiments::results::Results;
 
 pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()> {
     let land = &run.settings.deck_landing;
@@ -124,8 +124,8 @@ fn ratios(results: &Results) -> Table {
         .number_column("Acceleration fed forward", "")
         .number_column("Not fed forward", "")
         .number_column("Paper", "");
-    type Pick = fn(&LandingFigures) -> Option<crate::statistics::Summary>;
-    type Printed = fn(&crate::results::PublishedFigures) -> Option<f64>;
+    type Pick = fn(&LandingFigures) -> Option<touchdown_campaign::statistics::Summary>;
+    type Printed = fn(&crate::experiments::results::PublishedFigures) -> Option<f64>;
     let quantities: [(&str, Pick, Printed); 3] = [
         ("T_L", |f| f.t_l_s, |p| p.t_l_s),
         ("V_L", |f| f.v_l_mps, |p| p.v_l_mps),

@@ -1,18 +1,18 @@
 //! The first page: what reproduces, what does not, what was calibrated and what is reconstructed.
 
+use touchdown_campaign::statistics::Summary;
+use touchdown_campaign::vertical::landings::LandingFigures;
+use touchdown_identify::scores::Errors;
+use touchdown_identify::settings::GroundEffectForm;
 use touchdown_report::Callout;
 
 use super::super::page::{Page, maybe, show};
 use super::printed;
 use super::verdict::{self, Beside, Claim, FAILS, REPRODUCES, Ratio, ratio_text, verdict};
-use crate::campaign::LandingFigures;
 use crate::error::{Error, Result};
 use crate::experiments::Run;
 use crate::experiments::ground_effect::kind_of;
-use crate::identify::settings::GroundEffectForm;
-use crate::results::Results;
-use crate::score::Errors;
-use crate::statistics::Summary;
+use crate::experiments::results::Results;
 
 /// Hover height counts as reproduced within this (m).
 const HOVER_TOLERANCE_M: f64 = 0.03;

@@ -1,5 +1,7 @@
 //! IV-B.2: the ground-effect models.
 
+use touchdown_identify::scores::Errors;
+use touchdown_identify::settings::GroundEffectForm;
 use touchdown_report::{Cell, Table};
 use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
@@ -11,9 +13,7 @@ use super::{ground_effect_figures as figures, identifiability, sparsity};
 use crate::error::Result;
 use crate::experiments::Run;
 use crate::experiments::ground_effect::{GroundEffectExperiment, kind_of};
-use crate::identify::settings::GroundEffectForm;
-use crate::results::Results;
-use crate::score::Errors;
+use crate::experiments::results::Results;
 
 pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()> {
     let ge = &run.ground_effect;

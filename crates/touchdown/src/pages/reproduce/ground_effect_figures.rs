@@ -1,6 +1,8 @@
 //! Fig. 1 and Fig. 5(a)(b) from our data, and residuals.
 
 use rayon::prelude::*;
+use touchdown_identify::rig::{GroundTrial, predict};
+use touchdown_identify::settings::GroundEffectForm;
 use touchdown_model::Card;
 use touchdown_report::{Figure, Panel, Series};
 
@@ -9,8 +11,6 @@ use super::super::page::{Page, block_means, form_title, minus};
 use super::coefficients;
 use crate::error::Result;
 use crate::experiments::ground_effect::{GroundEffectExperiment, kind_of};
-use crate::identify::ground_effect::{GroundTrial, predict};
-use crate::identify::settings::GroundEffectForm;
 
 /// Points of each trial in the figure over height.
 const POINTS_OF_TRIAL: usize = 60;

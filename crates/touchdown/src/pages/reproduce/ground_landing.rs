@@ -7,7 +7,7 @@ use super::super::page::{Page, show, spread};
 use super::verdict::{Ratio, ratio_text};
 use crate::error::Result;
 use crate::experiments::Run;
-use crate::results::Results;
+use crate::experiments::results::Results;
 
 pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()> {
     let land = &run.settings.ground_landing;

@@ -2,8 +2,8 @@
 
 use super::super::page::{Page, how_made};
 use crate::error::{Error, Result};
+use crate::experiments::results::Results;
 use crate::experiments::{Run, command};
-use crate::results::Results;
 use crate::settings::to_toml;
 
 pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()> {

@@ -19,7 +19,7 @@ use std::path::Path;
 use super::page::Page;
 use crate::error::Result;
 use crate::experiments::Run;
-use crate::results::Results;
+use crate::experiments::results::Results;
 
 /// Writes `figures/*.svg`, `figures/*.png` and `report.html` into the folder `out`.
 ///

@@ -1,6 +1,7 @@
 //! What becomes of the printed equations.
 
 use touchdown_flight::reference::Exponential;
+use touchdown_identify::settings::GroundEffectForm;
 use touchdown_model::Card;
 use touchdown_sim::body::plant::Plant;
 
@@ -9,7 +10,6 @@ use super::coefficients::{eq_11, eq_12};
 use super::verdict::Claim;
 use crate::error::Result;
 use crate::experiments::Run;
-use crate::identify::settings::GroundEffectForm;
 
 /// Coefficients agree within this relative difference.
 const COEFFICIENT_TOLERANCE: f64 = 0.25;

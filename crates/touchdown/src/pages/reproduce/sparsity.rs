@@ -1,12 +1,13 @@
 //! How many terms eq. (9) needs: the levels of identification side by side, the best subset of every size, and whether
 //! both velocities are needed.
 
+use touchdown_identify::rig::relative::RelativeVelocity;
+
 use super::super::front;
 use super::super::page::{Page, show};
 use super::identifiability::title;
 use crate::error::Result;
 use crate::experiments::ground_effect::GroundEffectExperiment;
-use crate::identify::ground_effect::relative::RelativeVelocity;
 
 pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> {
     page.report

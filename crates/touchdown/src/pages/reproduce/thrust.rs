@@ -1,5 +1,6 @@
 //! IV-B.1: throttle to thrust.
 
+use touchdown_identify::scores::Errors;
 use touchdown_model::Form;
 use touchdown_report::{Cell, Color, Figure, Panel, Series, Table};
 use touchdown_trial::Trial;
@@ -11,7 +12,6 @@ use super::coefficients::{self, Column};
 use crate::error::Result;
 use crate::experiments::Run;
 use crate::experiments::thrust::{KINDS, MODELS, PlateState};
-use crate::score::Errors;
 
 /// Errors are drawn up to here (N); a step leaves a peak beyond it where dead time is not known.
 const ERROR_SHOWN_N: f64 = 0.4;

@@ -1,5 +1,7 @@
 //! Figures of the landings at sea.
 
+use touchdown_campaign::statistics::Share;
+use touchdown_campaign::sweep::Figures;
 use touchdown_report::{Figure, Panel, Series};
 use touchdown_sim::landing::space::{Case, SpaceTrace};
 
@@ -8,8 +10,6 @@ use crate::experiments::sea::{SeaExperiment, SeaMethod};
 use crate::pages::colors::of_how;
 use crate::pages::page::{share_series, shares_below};
 use crate::pages::track::Track;
-use crate::statistics::Share;
-use crate::sweep::Figures;
 
 /// What a case is called on an axis.
 fn short(case: Case) -> &'static str {

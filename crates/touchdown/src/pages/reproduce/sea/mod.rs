@@ -2,6 +2,8 @@
 
 mod figures;
 
+use touchdown_campaign::statistics::{Share, Summary};
+use touchdown_campaign::sweep::Figures;
 use touchdown_report::{Cell, Table};
 use touchdown_sim::landing::space::Case;
 
@@ -11,8 +13,6 @@ use crate::error::Result;
 use crate::experiments::Run;
 use crate::experiments::sea::SeaMethod;
 use crate::experiments::sea::{SeaExperiment, SeaLandings};
-use crate::statistics::{Share, Summary};
-use crate::sweep::Figures;
 
 pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
     let sea = &run.sea;
