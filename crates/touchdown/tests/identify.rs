@@ -417,3 +417,54 @@ fn prop_ground_effect_needs_a_thrust_card_and_its_channels() {
     std::fs::write(&other, schema).unwrap();
     assert!(fails(2, ground(&other, &[])).contains("key `schema`: expected 1, found 7"));
 }
+
+/// Ctrl-C while files are written leaves whole files and no temporary ones, and says that some are missing.
+#[cfg(unix)]
+#[test]
+fn prop_an_interrupted_identification_says_what_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let logs: Vec<PathBuf> = (0..8)
+        .map(|k| folder.path().join(format!("log{k}.csv")))
+        .collect();
+    for (k, log) in logs.iter().enumerate() {
+        write_log(log, 600 + 10 * k, rotor_row);
+    }
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_touchdown"))
+        .args(["--json", "identify", "thrust"])
+        .args(&logs)
+        .arg("--out")
+        .arg(&out)
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Cards come first, then the figures, whose images take a while.
+    while !out.join("log7.toml").exists() && child.try_wait().unwrap().is_none() {
+        std::thread::yield_now();
+    }
+    let signal = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(signal.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{errors}");
+    let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(object["outcome"], "interrupted");
+    let expected = format!(
+        "interrupted: the files in {} are whole, but some are missing",
+        out.display()
+    );
+    assert!(errors.contains(&expected), "{errors}");
+    assert!(!out.join("results.json").exists());
+    for k in 0..8 {
+        Card::read(&out.join(format!("log{k}.toml"))).unwrap();
+    }
+    for folder in [&out, &out.join("figures")] {
+        let names = std::fs::read_dir(folder).into_iter().flatten();
+        let names = names.map(|entry| entry.unwrap().file_name());
+        let temporary = |name: &OsString| name.to_string_lossy().starts_with(".touchdown-");
+        assert_eq!(names.into_iter().find(temporary), None);
+    }
+}

@@ -7,6 +7,8 @@ use serde::Serialize;
 use touchdown_campaign::progress::Progress;
 use touchdown_terminal::Terminal;
 
+use super::output;
+
 /// The terminal, to which the library reports its progress.
 pub(crate) struct Context(pub(crate) Terminal);
 
@@ -14,11 +16,7 @@ impl Context {
     /// Files in `folder` are written from now on: an interrupted command says so.
     pub(crate) fn writes_into(&self, folder: &Path) {
         let folder = folder.display().to_string();
-        self.if_interrupted(move || {
-            format!(
-                "the files in {folder} are whole, but some are missing (results.json comes last); run the same command again"
-            )
-        });
+        self.if_interrupted(move || output::missing(&folder));
     }
 
     /// Ends a command that wrote a report into `folder`.

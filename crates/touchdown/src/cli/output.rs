@@ -40,6 +40,17 @@ pub(crate) fn results_folder(context: &Context, path: &Path) -> Result<()> {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::file(&old, e)),
         _ => {}
     }
-    context.writes_into(path);
+    let folder = path.display().to_string();
+    context.if_interrupted(move || match old.exists() {
+        true => format!("all files are in {folder}"),
+        false => missing(&folder),
+    });
     Ok(())
+}
+
+/// What an interrupted command says of a folder in which it did not write all files.
+pub(crate) fn missing(folder: &str) -> String {
+    format!(
+        "the files in {folder} are whole, but some are missing ({RESULTS} comes last); run the same command again"
+    )
 }

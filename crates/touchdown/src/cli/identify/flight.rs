@@ -1,4 +1,4 @@
-//! `touchdown identify ground-effect` from flights: logs with specific force in place of thrust.
+//! `touchdown identify ground-effect` from flights: logs without measured thrust.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -17,9 +17,10 @@ use touchdown_trial::Trial;
 
 use super::load::{self, Log, word};
 use super::show::{Fitted, Outcome, Summary};
-use super::{Command, Target, done, ground, origin, write_tables};
+use super::{Command, Target, ground, origin, write_card, write_tables};
 use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
+use crate::cli::output;
 use touchdown_terminal::Done;
 
 /// Whether a log is one of a flight: nothing measured its thrust.
@@ -42,16 +43,24 @@ pub(super) fn thrust_of_flight(
     Ok(log)
 }
 
-/// The thrust card of flights that have thrust by [`thrust_of_flight`], and what they say beside it.
+/// Trials as flights on one clock.
+fn flights_of<'a>(
+    trials: impl IntoIterator<Item = &'a Trial>,
+    settings: &IdentificationSettings,
+) -> Result<Vec<Flight>> {
+    let flights = trials.into_iter();
+    flights
+        .map(|trial| Ok(Flight::of(trial, &settings.flight)?))
+        .collect()
+}
+
+/// The thrust card of flights that have thrust by [`thrust_of_flight`], and the whole result.
 pub(super) fn thrust(
     trials: &[Trial],
     settings: &IdentificationSettings,
     origin: &Origin,
 ) -> Result<(FittedCard, FlightResult)> {
-    let flights: Vec<Flight> = trials
-        .iter()
-        .map(|trial| Ok(Flight::of(trial, &settings.flight)?))
-        .collect::<Result<_>>()?;
+    let flights = flights_of(trials, settings)?;
     let found = thrust_alone(&flights, &settings.flight)?;
     let mut made = found.thrust_of(settings, origin).ok_or_else(|| {
         Error::Arguments("thrust from flight needs the mass and the specific force".to_string())
@@ -64,11 +73,11 @@ pub(super) fn thrust(
     Ok((made, found.result(&flights, &settings.flight)))
 }
 
-/// Hovers and runs that are printed at most.
+/// Hovers and armed intervals that are printed at most.
 const SHOWN: usize = 12;
 
-/// What flights say: the numbers of the model, its runs and hovers, a line each.
-pub(super) fn told(result: &FlightResult) -> String {
+/// The result for people: the numbers of the model, armed intervals and hovers, a line each.
+pub(super) fn text(result: &FlightResult) -> String {
     let mut out = format!(
         "from {}: {} curve, intervals from {} {}\n",
         result.basis.name(),
@@ -89,7 +98,7 @@ pub(super) fn told(result: &FlightResult) -> String {
     if let Some(lift) = &result.extra_lift {
         let _ = writeln!(out, "  {lift}");
     }
-    out += &runs(&result.runs);
+    out += &armed_intervals(&result.runs);
     let lines = result.hovers.iter().map(|h| {
         format!(
             "hover at {:.3} m: {:.4} of the thrust out of ground effect ({}, {:.1} to {:.1} s)",
@@ -104,8 +113,8 @@ pub(super) fn told(result: &FlightResult) -> String {
     out
 }
 
-/// Every run of the motors, a line each.
-pub(super) fn runs(runs: &[ArmedIntervalResult]) -> String {
+/// The armed intervals, a line each.
+pub(super) fn armed_intervals(runs: &[ArmedIntervalResult]) -> String {
     let mut out = String::new();
     listed(&mut out, runs.iter().map(ToString::to_string), "runs");
     out
@@ -134,72 +143,31 @@ pub(super) fn run(
     let mut settings = settings.clone();
     settings.flight.mass_kg = settings.flight.mass_kg.or(map.and_then(Map::mass_kg));
     context.stage("fitting", 1);
-    let flights: Vec<Flight> = logs
-        .iter()
-        .map(|log| Ok(Flight::of(&log.trial, &settings.flight)?))
-        .collect::<Result<_>>()?;
-    let card = thrust.map(ground::thrust_card).transpose()?;
-    let found = ground_effect_with(&flights, &settings.flight, card.as_ref())?;
-    let recorded: Vec<Trial> = logs.iter().map(|l| l.trial.clone()).collect();
-    let mut origin = origin(&recorded, map, common, &settings)?;
-    let command = Command {
-        what: "ground-effect",
-        common,
-        more: thrust.map_or_else(Vec::new, |card| {
-            vec!["--thrust".into(), word(&card.display().to_string())]
-        }),
-    };
-    let out = common
-        .out
-        .as_ref()
-        .map_or_else(|| "CARD.toml".to_string(), |o| o.display().to_string());
-    origin.provenance.command = Some(command.text(&common.logs, &out));
+    let flights = flights_of(logs.iter().map(|log| &log.trial), &settings)?;
+    let thrust_card = thrust.map(ground::thrust_card).transpose()?;
+    let model = ground_effect_with(&flights, &settings.flight, thrust_card.as_ref())?;
+    let mut origin = origin(&load::trials(logs), map, common, &settings)?;
+    let out = common.out.as_deref().unwrap_or(Path::new("CARD.toml"));
+    origin.provenance.command = Some(command(common, thrust, out));
     if let Some(path) = thrust {
         origin.provenance.inputs.push(load::input(path)?);
     }
-    let made = found.card(&settings, &origin);
-    let of_thrust = found.thrust_card(&settings, &origin);
-    let result = found.result(&flights, &settings.flight);
+    let cards = Cards {
+        ground_effect: model.card(&settings, &origin),
+        thrust: model.thrust_card(&settings, &origin),
+    };
+    let result = model.result(&flights, &settings.flight);
     context.step();
 
-    let path = match target {
-        Target::None => None,
-        Target::File(card) => Some(card.clone()),
-        Target::Folder(folder) => Some(folder.join("ground-effect.toml")),
-    };
-    let label = match logs {
-        [one] => one.path.display().to_string(),
-        many => format!("{} logs together", many.len()),
-    };
-    let dropped = logs.iter().map(|l| l.findings.rows_dropped()).sum();
-    let mut fitted = Fitted::of(label, &made, path.as_deref(), dropped);
-    if card.is_some()
-        && !matches!(
-            found.basis,
-            Basis::Hovers {
-                law: ThrustLaw::Card,
-                ..
-            }
-        )
-    {
+    let path = target.card(GROUND_EFFECT);
+    let (label, dropped) = (load::label(&common.logs), load::rows_dropped(logs));
+    let mut fitted = Fitted::of(label, &cards.ground_effect, path.as_deref(), dropped);
+    if thrust.is_some() && !uses_thrust_card(model.basis) {
         let why = "the card of --thrust was not used: the logs have the specific force, or one from poses";
         fitted.warnings.push(why.into());
     }
-    let said = logs.iter().zip(&flights).flat_map(|(log, flight)| {
-        let notes = flight.notes.iter().map(|n| (log.path.clone(), n.clone()));
-        notes.chain(log.said()).collect::<Vec<_>>()
-    });
-    fitted.warnings.extend(load::once(said));
-    match &of_thrust {
-        Some(made) => fitted
-            .warnings
-            .extend(made.warnings.iter().map(|w| format!("thrust card: {w}"))),
-        None => fitted.warnings.push(
-            "no thrust card: it needs the mass ([flight] mass_kg), the accelerometer and the motors' lag (throttle logged \
-             fast enough)"
-                .into(),
-        ),
-    }
+    fitted.warnings.extend(warnings_of_logs(logs, &flights));
+    fitted.warnings.extend(cards.thrust_warnings());
     for warning in &fitted.warnings {
         context.warn(warning);
     }
@@ -208,42 +176,102 @@ pub(super) fn run(
     let summary = Summary::of(std::slice::from_ref(&outcome));
     match target {
         Target::None => {}
-        Target::File(card) => made.card.write(card)?,
+        Target::File(path) => write_card(context, path, &cards.ground_effect.card)?,
         Target::Folder(folder) => {
             context.stage("drawing", 1);
-            let overview = pages::identify::Overview {
-                title: "Ground effect from flights",
-                command: &command.text(&common.logs, &folder.display().to_string()),
-                header: summary.header(),
-                rows: summary.rows(),
-            };
-            let cards: Vec<&FittedCard> = std::iter::once(&made).chain(&of_thrust).collect();
-            let figures = pages::identify::flight_figures(&flights, &found, &result);
-            let report = pages::identify::flight_report(&overview, &result, &cards, &figures)?;
-            for (name, made) in [
-                ("ground-effect.toml", Some(&made)),
-                ("thrust.toml", of_thrust.as_ref()),
-            ] {
-                let path = folder.join(name);
-                match made {
-                    Some(made) => made.card.write(&path)?,
-                    // A card of other flights beside this one would fly with it.
-                    None if path.exists() => {
-                        std::fs::remove_file(&path).map_err(|e| Error::file(&path, e))?;
-                        context.warn(&format!(
-                            "{} is gone: it was of an earlier run",
-                            path.display()
-                        ));
-                    }
-                    None => {}
-                }
-            }
+            let command = command(common, thrust, folder);
+            let overview = summary.overview("Ground effect from flights", &command);
+            let figures = pages::identify::flight_figures(&flights, &model, &result);
+            let report =
+                pages::identify::flight_report(&overview, &result, &cards.all(), &figures)?;
+            output::results_folder(context, folder)?;
+            cards.write(context, folder)?;
             pages::identify::write(folder, &figures, &report)?;
             write_tables(folder, &outcome, &summary, &settings)?;
         }
     }
     context.finish();
     context.object(&outcome);
-    context.say(&format!("{}\n{}", summary.text(), told(&result).trim_end()));
-    Ok(done(logs.iter().any(|l| l.findings.is_lossy())))
+    context.say(&format!("{}\n{}", summary.text(), text(&result).trim_end()));
+    Ok(Done::with_loss(load::lossy(logs)))
+}
+
+/// The command that makes the cards again.
+fn command(common: &IdentifyCommon, thrust: Option<&Path>, out: &Path) -> String {
+    let command = Command {
+        what: "ground-effect",
+        common,
+        more: thrust.map_or_else(Vec::new, |card| {
+            vec!["--thrust".into(), word(&card.display().to_string())]
+        }),
+    };
+    command.text(&common.logs, &out.display().to_string())
+}
+
+/// Files of the cards in a folder.
+const GROUND_EFFECT: &str = "ground-effect.toml";
+const THRUST: &str = "thrust.toml";
+
+/// The cards of one vehicle.
+struct Cards {
+    ground_effect: FittedCard,
+    thrust: Option<FittedCard>,
+}
+
+impl Cards {
+    fn all(&self) -> Vec<&FittedCard> {
+        std::iter::once(&self.ground_effect)
+            .chain(&self.thrust)
+            .collect()
+    }
+
+    /// What a user should know of the thrust card.
+    fn thrust_warnings(&self) -> Vec<String> {
+        match &self.thrust {
+            Some(thrust) => {
+                let warnings = thrust.warnings.iter();
+                warnings.map(|w| format!("thrust card: {w}")).collect()
+            }
+            None => vec![
+                "no thrust card: it needs the mass ([flight] mass_kg), the accelerometer and the motors' lag (throttle logged \
+                 fast enough)"
+                    .into(),
+            ],
+        }
+    }
+
+    fn write(&self, context: &Context, folder: &Path) -> Result<()> {
+        self.ground_effect.card.write(&folder.join(GROUND_EFFECT))?;
+        let path = folder.join(THRUST);
+        match &self.thrust {
+            Some(thrust) => thrust.card.write(&path)?,
+            // A card of other flights beside this one would fly with it.
+            None if path.exists() => {
+                std::fs::remove_file(&path).map_err(|e| Error::file(&path, e))?;
+                let path = path.display();
+                context.warn(&format!("{path} is gone: it was of an earlier run"));
+            }
+            None => {}
+        }
+        Ok(())
+    }
+}
+
+/// Whether the identification took the thrust from the card of `--thrust`.
+fn uses_thrust_card(basis: Basis) -> bool {
+    matches!(
+        basis,
+        Basis::Hovers {
+            law: ThrustLaw::Card,
+            ..
+        }
+    )
+}
+
+/// Warnings of the logs and of the flights in them, each once.
+fn warnings_of_logs(logs: &[Log], flights: &[Flight]) -> Vec<String> {
+    load::once(logs.iter().zip(flights).flat_map(|(log, flight)| {
+        let notes = flight.notes.iter().map(|n| (log.path.clone(), n.clone()));
+        notes.chain(log.warnings_by_log()).collect::<Vec<_>>()
+    }))
 }

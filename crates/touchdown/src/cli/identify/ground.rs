@@ -1,6 +1,6 @@
 //! `touchdown identify ground-effect`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -13,13 +13,13 @@ use touchdown_identify::rig::{self as ground_effect, GroundTrial};
 use touchdown_identify::settings::GroundEffectForm;
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin};
 use touchdown_model::{Card, Kind};
-use touchdown_trial::Trial;
 
 use super::load::{self, Log, word};
 use super::show::{Failed, Fitted, Outcome, Summary};
-use super::{Command, Target, done, flight, origin, write_tables};
+use super::{Command, Target, flight, origin, write_card, write_tables};
 use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
+use crate::cli::output;
 use touchdown_terminal::Done;
 
 /// The channels in which a gap costs the row.
@@ -35,7 +35,7 @@ pub(crate) const CHANNELS: [&str; 5] = [
 const HELD_OUT_EVERY: usize = 5;
 const FEWEST_LOGS: usize = 5;
 
-/// Results with what the data can carry.
+/// The models, what the data identify, and the levels of identification.
 #[derive(Serialize)]
 struct Results<'a> {
     before: &'a Identifiability,
@@ -52,152 +52,168 @@ pub(super) fn run(
     settings: &IdentificationSettings,
 ) -> Result<Done> {
     let target = Target::of(common.out.as_deref())?;
-    let asked = !forms.is_empty();
     let map = load::map(common.map.as_deref())?;
     let logs = load::all_logs(context, &common.logs, map.as_ref())?;
     if logs.iter().all(flight::is_flight) {
         if let Some(form) = forms.first() {
             return Err(Error::Arguments(format!(
-                "--form {}: the form follows from the data where logs are of flights (no channel `thrust_n`)",
+                "--form {}: found logs of flights (no channel `thrust_n`), whose data decide the form; leave --form out",
                 form.name()
             )));
         }
-        return flight::run(
-            context,
-            common,
-            thrust,
-            settings,
-            map.as_ref(),
-            &logs,
-            &target,
-        );
+        let map = map.as_ref();
+        return flight::run(context, common, thrust, settings, map, &logs, &target);
     }
     let Some(thrust) = thrust else {
         return Err(Error::Arguments(
-            "expected --thrust CARD, for there are logs with the channel `thrust_n`: the thrust out of ground effect is taken \
-             off; found none (logs of flights have no such channel, and need no card)"
+            "expected --thrust CARD, found none: the logs have the channel `thrust_n`, and the card gives the thrust out of \
+             ground effect that is subtracted (logs of flights have no `thrust_n` and need no card)"
                 .to_string(),
         ));
     };
-    let forms = chosen(forms, &target)?;
-    let thrust_card = thrust_card(thrust)?;
-    let (trials, gaps) = prepare(&logs, &thrust_card)?;
-    let before = examine_trials(&trials, settings)?;
-
-    let recorded: Vec<Trial> = logs.iter().map(|l| l.trial.clone()).collect();
-    let mut origin = origin(&recorded, map.as_ref(), common, settings)?;
+    let asked = chosen(forms, &target)?;
+    let (trials, gaps) = prepare(&logs, &thrust_card(thrust)?)?;
+    let identifiability = examine_trials(&trials, settings)?;
+    let mut origin = origin(&load::trials(&logs), map.as_ref(), common, settings)?;
     origin.vehicle.rotor_radius_m = Some(settings.ground_effect.rotor_radius_m);
     origin.provenance.inputs.push(load::input(thrust)?);
-    let card_path = |form: GroundEffectForm| -> Option<PathBuf> {
-        match &target {
-            Target::None => None,
-            Target::File(card) => Some(card.clone()),
-            Target::Folder(folder) => Some(folder.join(format!("{}.toml", form.name()))),
-        }
+    let job = Job {
+        context,
+        common,
+        thrust,
+        settings,
+        target: &target,
+        trials: &trials,
+        identifiability: &identifiability,
+        origin,
     };
-    context.stage("fitting", forms.len() as u64);
-    let fits: Vec<Result<FittedCard>> = forms
-        .par_iter()
-        .map(|&form| {
-            let mut origin = origin.clone();
-            let command = Command {
-                what: "ground-effect",
-                common,
-                more: vec![
-                    "--thrust".into(),
-                    word(&thrust.display().to_string()),
-                    "--form".into(),
-                    form.name().into(),
-                ],
-            };
-            let card = format!("{}.toml", form.name());
-            origin.provenance.command = Some(command.text(&common.logs, &card));
-            let made = ground_effect::fit(form, &trials, settings, &origin)
-                .map_err(Error::from)
-                .and_then(finite);
-            context.step();
-            made
-        })
-        .collect();
-    let (forms, fits, failed) = sort_out(&forms, fits, asked)?;
-
+    let fits = sort_out(&asked, job.fit(&asked), !forms.is_empty())?;
     let mut of_logs = gaps;
-    of_logs.extend(load::once(logs.iter().flat_map(Log::said)));
-    of_logs.extend(before.advice.iter().cloned());
-    for warning in &of_logs {
-        context.warn(warning);
-    }
-    let dropped = logs.iter().map(|l| l.findings.rows_dropped()).sum();
-    let label = match &common.logs[..] {
-        [one] => one.display().to_string(),
-        many => format!("{} logs together", many.len()),
-    };
-    let mut outcomes: Vec<Outcome> = forms
-        .iter()
-        .zip(&fits)
-        .map(|(&form, made)| {
-            let mut fitted = Fitted::of(label.clone(), made, card_path(form).as_deref(), dropped);
-            for warning in &fitted.warnings {
-                context.warn(&format!("{}: {warning}", form.name()));
-            }
-            fitted.warnings.extend(of_logs.iter().cloned());
-            Outcome::Fitted(fitted)
-        })
-        .collect();
-    for (form, error) in &failed {
-        context.warn(&format!("{}: not fitted: {error}", form.name()));
-        let failed = Failed::of(label.clone(), Some(form.name()), error);
-        outcomes.push(Outcome::Failed(failed));
-    }
-    let summary = Summary::of(&outcomes);
+    of_logs.extend(load::once(logs.iter().flat_map(Log::warnings_by_log)));
+    of_logs.extend(identifiability.advice.iter().cloned());
+    let outcomes = job.outcomes(&fits, &of_logs, load::rows_dropped(&logs));
     match &target {
         Target::None => {}
-        Target::File(path) => fits[0].card.write(path)?,
-        Target::Folder(folder) => {
-            let command = Command {
-                what: "ground-effect",
-                common,
-                more: vec!["--thrust".into(), word(&thrust.display().to_string())],
-            };
-            let overview = pages::identify::Overview {
-                title: "Ground effect",
-                command: &command.text(&common.logs, &folder.display().to_string()),
-                header: summary.header(),
-                rows: summary.rows(),
-            };
-            // Forms that were asked for by name are all that is wanted.
-            let levels = if asked {
-                Vec::new()
-            } else {
-                levels(context, &trials, settings, &origin)?
-            };
-            let figures = pages::identify::ground_figures(&trials, &fits)?;
-            let report =
-                pages::identify::ground_report(&overview, &before, &fits, &levels, &figures)?;
-            let fronts: Vec<_> = fits
-                .iter()
-                .filter_map(pages::identify::front_figure)
-                .collect();
-            let results = Results {
-                before: &before,
-                levels: &levels,
-                models: &outcomes,
-            };
-            for (form, made) in forms.iter().zip(&fits) {
-                made.card
-                    .write(&folder.join(format!("{}.toml", form.name())))?;
-            }
-            pages::identify::write(folder, figures.iter().chain(&fronts), &report)?;
-            write_tables(folder, &results, &summary, settings)?;
-        }
+        Target::File(path) => write_card(context, path, &fits.cards[0].card)?,
+        // Forms that were asked for by name are all that is wanted.
+        Target::Folder(folder) => job.write(folder, &fits, &outcomes, forms.is_empty())?,
     }
     context.finish();
     match &outcomes[..] {
         [one] => context.object(one),
         all => context.object(&all),
     }
-    context.say(&summary.text());
-    Ok(done(logs.iter().any(|l| l.findings.is_lossy())))
+    context.say(&Summary::of(&outcomes).text());
+    Ok(Done::with_loss(load::lossy(&logs)))
+}
+
+/// The identification of all forms from the logs of a force rig.
+struct Job<'a> {
+    context: &'a Context,
+    common: &'a IdentifyCommon,
+    /// Path of the card of the thrust out of ground effect.
+    thrust: &'a Path,
+    settings: &'a IdentificationSettings,
+    target: &'a Target,
+    trials: &'a [GroundTrial],
+    identifiability: &'a Identifiability,
+    origin: Origin,
+}
+
+impl Job<'_> {
+    /// The command that makes all cards again, or the card of one form.
+    fn command(&self, form: Option<GroundEffectForm>, out: &str) -> String {
+        let mut more = vec!["--thrust".into(), word(&self.thrust.display().to_string())];
+        if let Some(form) = form {
+            more.extend(["--form".into(), form.name().into()]);
+        }
+        let command = Command {
+            what: "ground-effect",
+            common: self.common,
+            more,
+        };
+        command.text(&self.common.logs, out)
+    }
+
+    fn fit(&self, forms: &[GroundEffectForm]) -> Vec<Result<FittedCard>> {
+        self.context.stage("fitting", forms.len() as u64);
+        let fit = |&form: &GroundEffectForm| {
+            let mut origin = self.origin.clone();
+            origin.provenance.command = Some(self.command(Some(form), &card_file(form)));
+            let fitted = ground_effect::fit(form, self.trials, self.settings, &origin)
+                .map_err(Error::from)
+                .and_then(finite);
+            self.context.step();
+            fitted
+        };
+        forms.par_iter().map(fit).collect()
+    }
+
+    /// What is printed of every form, with the warnings; `of_logs` are those that all forms share.
+    fn outcomes(&self, fits: &FormFits, of_logs: &[String], dropped: usize) -> Vec<Outcome> {
+        for warning in of_logs {
+            self.context.warn(warning);
+        }
+        let label = load::label(&self.common.logs);
+        let mut outcomes = Vec::new();
+        for (&form, card) in fits.forms.iter().zip(&fits.cards) {
+            let path = self.target.card(&card_file(form));
+            let mut fitted = Fitted::of(label.clone(), card, path.as_deref(), dropped);
+            for warning in &fitted.warnings {
+                self.context.warn(&format!("{}: {warning}", form.name()));
+            }
+            fitted.warnings.extend(of_logs.iter().cloned());
+            outcomes.push(Outcome::Fitted(fitted));
+        }
+        for (form, error) in &fits.failed {
+            let name = form.name();
+            self.context.warn(&format!("{name}: not fitted: {error}"));
+            let failed = Failed::of(label.clone(), Some(name), error);
+            outcomes.push(Outcome::Failed(failed));
+        }
+        outcomes
+    }
+
+    /// Writes cards, tables, figures and the report.
+    fn write(
+        &self,
+        folder: &Path,
+        fits: &FormFits,
+        outcomes: &[Outcome],
+        compare_levels: bool,
+    ) -> Result<()> {
+        let summary = Summary::of(outcomes);
+        let command = self.command(None, &folder.display().to_string());
+        let overview = summary.overview("Ground effect", &command);
+        let levels = if compare_levels {
+            levels(self.context, self.trials, self.settings, &self.origin)?
+        } else {
+            Vec::new()
+        };
+        let (before, cards) = (self.identifiability, &fits.cards);
+        let figures = pages::identify::ground_figures(self.trials, cards)?;
+        let report = pages::identify::ground_report(&overview, before, cards, &levels, &figures)?;
+        let fronts: Vec<_> = cards
+            .iter()
+            .filter_map(pages::identify::front_figure)
+            .collect();
+        output::results_folder(self.context, folder)?;
+        for (&form, fitted) in fits.forms.iter().zip(cards) {
+            fitted.card.write(&folder.join(card_file(form)))?;
+        }
+        pages::identify::write(folder, figures.iter().chain(&fronts), &report)?;
+        let results = Results {
+            before,
+            levels: &levels,
+            models: outcomes,
+        };
+        write_tables(folder, &results, &summary, self.settings)
+    }
+}
+
+/// File of the card of a form, in a folder of cards.
+fn card_file(form: GroundEffectForm) -> String {
+    format!("{}.toml", form.name())
 }
 
 /// The levels of identification, fitted to four fifths of the logs and judged on the rest. Where the smaller part cannot
@@ -269,33 +285,34 @@ fn chosen(forms: &[GroundEffectForm], target: &Target) -> Result<Vec<GroundEffec
     }
 }
 
-/// Forms with their fits, and those that failed with why.
-type Sorted = (
-    Vec<GroundEffectForm>,
-    Vec<FittedCard>,
-    Vec<(GroundEffectForm, Error)>,
-);
+/// Forms with their cards side by side, and forms that could not be fitted, with the reason.
+#[derive(Default)]
+struct FormFits {
+    forms: Vec<GroundEffectForm>,
+    cards: Vec<FittedCard>,
+    failed: Vec<(GroundEffectForm, Error)>,
+}
 
 /// Of forms that were asked for by name, one that fails is an error. Of the default ones, the others are enough.
 fn sort_out(
     forms: &[GroundEffectForm],
     fits: Vec<Result<FittedCard>>,
-    asked: bool,
-) -> Result<Sorted> {
-    let (mut good, mut made, mut failed) = (Vec::new(), Vec::new(), Vec::new());
-    for (form, fit) in forms.iter().zip(fits) {
+    by_name: bool,
+) -> Result<FormFits> {
+    let mut sorted = FormFits::default();
+    for (&form, fit) in forms.iter().zip(fits) {
         match fit {
             Ok(fit) => {
-                good.push(*form);
-                made.push(fit);
+                sorted.forms.push(form);
+                sorted.cards.push(fit);
             }
-            Err(e) => failed.push((*form, e)),
+            Err(e) => sorted.failed.push((form, e)),
         }
     }
-    if (asked || made.is_empty()) && !failed.is_empty() {
-        return Err(failed.swap_remove(0).1);
+    if (by_name || sorted.cards.is_empty()) && !sorted.failed.is_empty() {
+        return Err(sorted.failed.swap_remove(0).1);
     }
-    Ok((good, made, failed))
+    Ok(sorted)
 }
 
 /// A fit whose coefficients are all finite.
@@ -325,7 +342,7 @@ pub(crate) fn thrust_card(path: &Path) -> Result<Card> {
     Ok(card)
 }
 
-/// Extracts the force from every log. Rows with a gap in a needed channel are left out, and told of.
+/// Extracts the force from every log. Rows with a gap in a needed channel are left out, with a warning.
 pub(crate) fn prepare(logs: &[Log], thrust: &Card) -> Result<(Vec<GroundTrial>, Vec<String>)> {
     let prepared: Vec<(GroundTrial, Option<String>)> = logs
         .par_iter()

@@ -39,7 +39,7 @@ impl Log {
     }
 
     /// The same, each with the log's path.
-    pub(crate) fn said(&self) -> Vec<(PathBuf, String)> {
+    pub(crate) fn warnings_by_log(&self) -> Vec<(PathBuf, String)> {
         let warnings = self.warnings().into_iter();
         warnings.map(|w| (self.path.clone(), w)).collect()
     }
@@ -82,9 +82,9 @@ pub(crate) fn input(path: &Path) -> Result<Input> {
 }
 
 /// Warnings of logs, each once: with its log, or with how many logs it is of.
-pub(crate) fn once(said: impl IntoIterator<Item = (PathBuf, String)>) -> Vec<String> {
+pub(crate) fn once(warnings: impl IntoIterator<Item = (PathBuf, String)>) -> Vec<String> {
     let mut each: Vec<(String, Vec<PathBuf>)> = Vec::new();
-    for (path, text) in said {
+    for (path, text) in warnings {
         match each.iter_mut().find(|(known, _)| *known == text) {
             Some((_, logs)) => logs.push(path),
             None => each.push((text, vec![path])),
@@ -155,6 +155,29 @@ pub(crate) fn all_logs(
     logs(context, paths, map)?.into_iter().collect()
 }
 
+/// The trials of logs.
+pub(crate) fn trials(logs: &[Log]) -> Vec<Trial> {
+    logs.iter().map(|log| log.trial.clone()).collect()
+}
+
+/// Rows that were dropped because something is wrong with them.
+pub(crate) fn rows_dropped(logs: &[Log]) -> usize {
+    logs.iter().map(|log| log.findings.rows_dropped()).sum()
+}
+
+/// Whether a log lost input.
+pub(crate) fn lossy(logs: &[Log]) -> bool {
+    logs.iter().any(|log| log.findings.is_lossy())
+}
+
+/// The name in tables of what one fit is of: the log, or how many logs.
+pub(crate) fn label(logs: &[PathBuf]) -> String {
+    match logs {
+        [one] => one.display().to_string(),
+        many => format!("{} logs together", many.len()),
+    }
+}
+
 /// Names for trials, cards and figures: the files' stems, with a number where two are alike.
 pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
     let mut taken = BTreeSet::new();
@@ -222,10 +245,10 @@ mod tests {
     }
 
     #[test]
-    fn analytic_what_all_logs_say_is_said_once() {
-        let said = [("a", "tilt"), ("b", "tilt"), ("b", "spikes"), ("c", "tilt")];
-        let said = said.map(|(path, text)| (PathBuf::from(path), text.to_string()));
-        assert_eq!(once(said), ["tilt (3 logs)", "b: spikes"]);
+    fn analytic_a_warning_of_several_logs_stands_once() {
+        let warnings = [("a", "tilt"), ("b", "tilt"), ("b", "spikes"), ("c", "tilt")];
+        let warnings = warnings.map(|(path, text)| (PathBuf::from(path), text.to_string()));
+        assert_eq!(once(warnings), ["tilt (3 logs)", "b: spikes"]);
     }
 
     #[test]

@@ -8,9 +8,11 @@ mod thrust;
 
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
 use touchdown::{Error, Result, settings};
 use touchdown_identify::{IdentificationSettings, Origin};
 use touchdown_log::Map;
+use touchdown_model::Card;
 use touchdown_model::card::Vehicle;
 use touchdown_trial::Trial;
 
@@ -18,6 +20,7 @@ use super::args::identify::{Identify, IdentifyArgs, IdentifyCommon};
 use super::context::Context;
 use super::output;
 use load::word;
+use show::Summary;
 use touchdown_terminal::Done;
 
 pub(crate) fn run(context: &Context, args: &IdentifyArgs) -> Result<Done> {
@@ -78,6 +81,15 @@ impl Target {
                 out.display()
             ))),
             (false, _) => Ok(Self::Folder(out.to_owned())),
+        }
+    }
+
+    /// Path of a card that is called `name` in a folder.
+    fn card(&self, name: &str) -> Option<PathBuf> {
+        match self {
+            Self::None => None,
+            Self::File(card) => Some(card.clone()),
+            Self::Folder(folder) => Some(folder.join(name)),
         }
     }
 }
@@ -145,21 +157,25 @@ fn origin(
     Ok(origin)
 }
 
+/// Writes one card; Ctrl-C before the end of the command says what became of it.
+fn write_card(context: &Context, path: &Path, card: &Card) -> Result<()> {
+    let file = path.display().to_string();
+    context.if_interrupted(move || {
+        format!("{file} is whole or as it was before; run the same command again")
+    });
+    Ok(card.write(path)?)
+}
+
 /// Writes the files of a folder that every kind of identification has: results, summary and settings.
-fn write_tables<T: serde::Serialize>(
+fn write_tables<T: Serialize>(
     folder: &Path,
     results: &T,
-    summary: &show::Summary,
+    summary: &Summary,
     settings: &IdentificationSettings,
 ) -> Result<()> {
-    output::folder(folder)?;
     output::write(&folder.join("summary.csv"), summary.csv().as_bytes())?;
     let text = settings::to_toml(settings)?;
     output::write(&folder.join("inputs/settings.toml"), text.as_bytes())?;
     // Last: where it stands, all else does.
     output::results(folder, results)
-}
-
-fn done(loss: bool) -> Done {
-    if loss { Done::WithLoss } else { Done::Whole }
 }

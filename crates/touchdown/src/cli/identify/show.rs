@@ -1,10 +1,11 @@
-//! What is told of a fit: the JSON object, and the summary table.
+//! How a fit is printed: the JSON object, and the summary table.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
 use touchdown::Error;
+use touchdown::pages::identify::Overview;
 use touchdown_identify::FittedCard;
 use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::front::Front;
@@ -201,12 +202,14 @@ impl Summary {
         }
     }
 
-    pub(crate) fn header(&self) -> &[String] {
-        &self.header
-    }
-
-    pub(crate) fn rows(&self) -> &[Vec<String>] {
-        &self.rows
+    /// What a report of these fits begins with.
+    pub(crate) fn overview<'a>(&'a self, title: &'a str, command: &'a str) -> Overview<'a> {
+        Overview {
+            title,
+            command,
+            header: &self.header,
+            rows: &self.rows,
+        }
     }
 
     /// As CSV.

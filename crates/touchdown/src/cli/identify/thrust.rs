@@ -1,9 +1,10 @@
 //! `touchdown identify thrust`.
 
 use std::path::{Path, PathBuf};
+use std::slice::from_ref;
 
 use rayon::prelude::*;
-use touchdown::pages;
+use touchdown::pages::{self, identify::ThrustFit};
 use touchdown::{Error, Result};
 use touchdown_campaign::progress::Progress as _;
 use touchdown_identify::flights::result::FlightResult;
@@ -13,9 +14,10 @@ use touchdown_trial::Trial;
 
 use super::load::{self, Log};
 use super::show::{Failed, Fitted, Outcome, Summary};
-use super::{Command, Target, done, flight, origin, write_tables};
+use super::{Command, Target, flight, origin, write_card, write_tables};
 use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
+use crate::cli::output;
 use touchdown_terminal::Done;
 
 pub(super) fn run(
@@ -38,7 +40,7 @@ pub(super) fn run(
     }
 }
 
-/// A card, and what flights say beside it.
+/// A card, and the result of the identification where the log is of a flight.
 type Fit = (FittedCard, Option<Box<FlightResult>>);
 
 struct Job<'a> {
@@ -49,7 +51,7 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// One card; `flights` says that no thrust was measured in them.
+    /// One card; `flights` if no thrust was measured.
     fn fit(&self, trials: &[Trial], logs: &[PathBuf], card: &str, flights: bool) -> Result<Fit> {
         let mut origin = origin(trials, self.map, self.common, self.settings)?;
         origin.provenance.command = Some(self.command().text(logs, card));
@@ -89,34 +91,25 @@ impl Job<'_> {
             .map(|log| flight::thrust_of_flight(log, self.settings, self.map))
             .collect::<Result<Vec<Log>>>()?;
         self.context.stage("fitting", 1);
-        let trials: Vec<Trial> = logs.iter().map(|l| l.trial.clone()).collect();
-        let (made, flight) = self.fit(
-            &trials,
-            &self.common.logs,
-            &card.display().to_string(),
-            flights,
-        )?;
-        made.card.write(card)?;
-        let label = match &logs[..] {
-            [one] => one.path.display().to_string(),
-            many => format!("{} logs together", many.len()),
-        };
-        let dropped = logs.iter().map(|l| l.findings.rows_dropped()).sum();
-        let mut fitted = Fitted::of(label, &made, Some(card), dropped);
-        fitted.flight = flight;
-        let said = logs.iter().flat_map(Log::said);
-        fitted.warnings.extend(load::once(said));
+        let paths = &self.common.logs;
+        let command_out = card.display().to_string();
+        let (fit, result) = self.fit(&load::trials(&logs), paths, &command_out, flights)?;
+        write_card(self.context, card, &fit.card)?;
+        let dropped = load::rows_dropped(&logs);
+        let mut fitted = Fitted::of(load::label(paths), &fit, Some(card), dropped);
+        fitted.flight = result;
+        let of_logs = logs.iter().flat_map(Log::warnings_by_log);
+        fitted.warnings.extend(load::once(of_logs));
         for warning in &fitted.warnings {
             self.context.warn(warning);
         }
         self.context.finish();
         self.context.object(&fitted);
-        let outcomes = [Outcome::Fitted(fitted)];
-        self.say(&outcomes);
-        Ok(done(logs.iter().any(|l| l.findings.is_lossy())))
+        self.say(&[Outcome::Fitted(fitted)]);
+        Ok(Done::with_loss(load::lossy(&logs)))
     }
 
-    /// The summary for people, with what flights say: all of it of one, the runs of the motors of several.
+    /// Prints the summary, with the results of flights: all of them for one log, the armed intervals for several.
     fn say(&self, outcomes: &[Outcome]) {
         let mut text = Summary::of(outcomes).text();
         for outcome in outcomes {
@@ -127,8 +120,8 @@ impl Job<'_> {
             {
                 text.push('\n');
                 text += match outcomes {
-                    [_] => flight::told(result),
-                    _ => flight::runs(&result.runs),
+                    [_] => flight::text(result),
+                    _ => flight::armed_intervals(&result.runs),
                 }
                 .trim_end();
             }
@@ -138,51 +131,27 @@ impl Job<'_> {
 
     /// A card for each log.
     fn apart(&self, folder: Option<&Path>) -> Result<Done> {
-        let logs = load::logs(self.context, &self.common.logs, self.map)?;
-        let several = logs.len() > 1;
         let names = load::names(&self.common.logs);
-        self.context.stage("fitting", logs.len() as u64);
-        let fits: Vec<Result<(Log, Fit)>> = logs
-            .into_par_iter()
-            .zip(&names)
-            .map(|(log, name)| {
-                let log = log?;
-                let of_flight = flight::is_flight(&log);
-                let log = flight::thrust_of_flight(log, self.settings, self.map)?;
-                let one = std::slice::from_ref(&log.trial);
-                let made = self.fit(
-                    one,
-                    std::slice::from_ref(&log.path),
-                    &format!("{name}.toml"),
-                    of_flight,
-                );
-                self.context.step();
-                let (mut made, flight) = made?;
-                made.card.name.clone_from(name);
-                Ok((log, (made, flight)))
-            })
-            .collect();
+        let fits = self.fit_each(&names)?;
         if fits.iter().all(Result::is_err) {
             return Err(first_error(fits));
         }
-        let card_of = |name: &str| folder.map(|f| f.join(format!("{name}.toml")));
-        let mut loss = false;
         let mut outcomes = Vec::new();
         let mut pages_of = Vec::new();
-        let mut said = Vec::new();
+        let mut warnings = Vec::new();
         for ((fit, name), path) in fits.iter().zip(&names).zip(&self.common.logs) {
             let label = path.display().to_string();
             match fit {
                 Ok((log, (made, flight))) => {
-                    loss |= log.findings.is_lossy();
+                    let card = folder.map(|folder| folder.join(card_file(name)));
                     let dropped = log.findings.rows_dropped();
-                    let mut fitted = Fitted::of(label, made, card_of(name).as_deref(), dropped);
+                    let mut fitted = Fitted::of(label, made, card.as_deref(), dropped);
                     fitted.flight.clone_from(flight);
                     fitted.warnings.extend(log.warnings());
-                    let warnings = fitted.warnings.iter().cloned();
-                    said.extend(warnings.map(|w| (path.clone(), w)));
+                    let of_log = fitted.warnings.iter().cloned();
+                    warnings.extend(of_log.map(|warning| (path.clone(), warning)));
                     outcomes.push(Outcome::Fitted(fitted));
-                    pages_of.push(pages::identify::ThrustFit {
+                    pages_of.push(ThrustFit {
                         name,
                         trial: &log.trial,
                         made,
@@ -190,39 +159,20 @@ impl Job<'_> {
                     });
                 }
                 Err(error) => {
-                    loss = true;
                     self.context.warn(&format!("{label}: not fitted: {error}"));
                     outcomes.push(Outcome::Failed(Failed::of(label, None, error)));
                 }
             }
         }
-        let said = if several {
-            load::once(said)
-        } else {
-            said.into_iter().map(|(_, warning)| warning).collect()
+        let warnings = match fits.len() {
+            1 => warnings.into_iter().map(|(_, warning)| warning).collect(),
+            _ => load::once(warnings),
         };
-        for warning in &said {
+        for warning in &warnings {
             self.context.warn(warning);
         }
-        let summary = Summary::of(&outcomes);
         if let Some(folder) = folder {
-            self.context.stage("drawing", pages_of.len() as u64);
-            let figures = pages::identify::thrust_figures(&pages_of, self.settings, self.context)?;
-            let command = self.command();
-            let overview = pages::identify::Overview {
-                title: "Throttle to thrust",
-                command: &command.text(&self.common.logs, &folder.display().to_string()),
-                header: summary.header(),
-                rows: summary.rows(),
-            };
-            let report = pages::identify::thrust_report(&overview, &pages_of, &figures)?;
-            for page in &pages_of {
-                page.made
-                    .card
-                    .write(&folder.join(format!("{}.toml", page.name)))?;
-            }
-            pages::identify::write(folder, figures.iter().flatten(), &report)?;
-            write_tables(folder, &outcomes, &summary, self.settings)?;
+            self.write(folder, &pages_of, &outcomes)?;
         }
         self.context.finish();
         match &outcomes[..] {
@@ -230,8 +180,50 @@ impl Job<'_> {
             all => self.context.object(&all),
         }
         self.say(&outcomes);
-        Ok(done(loss))
+        let lossy = |(log, _): &(Log, Fit)| log.findings.is_lossy();
+        let loss = fits.iter().any(|fit| fit.as_ref().map_or(true, lossy));
+        Ok(Done::with_loss(loss))
     }
+
+    /// Reads and fits every log; an error in place of a log that cannot be read or fitted.
+    fn fit_each(&self, names: &[String]) -> Result<Vec<Result<(Log, Fit)>>> {
+        let logs = load::logs(self.context, &self.common.logs, self.map)?;
+        self.context.stage("fitting", logs.len() as u64);
+        let fit = |(log, name): (Result<Log>, &String)| {
+            let log = log?;
+            let of_flight = flight::is_flight(&log);
+            let log = flight::thrust_of_flight(log, self.settings, self.map)?;
+            let (trials, paths) = (from_ref(&log.trial), from_ref(&log.path));
+            let fit = self.fit(trials, paths, &card_file(name), of_flight);
+            self.context.step();
+            let (mut made, flight) = fit?;
+            made.card.name.clone_from(name);
+            Ok((log, (made, flight)))
+        };
+        Ok(logs.into_par_iter().zip(names).map(fit).collect())
+    }
+
+    /// Writes cards, tables, figures and the report.
+    fn write(&self, folder: &Path, fits: &[ThrustFit<'_>], outcomes: &[Outcome]) -> Result<()> {
+        self.context.stage("drawing", fits.len() as u64);
+        let figures = pages::identify::thrust_figures(fits, self.settings, self.context)?;
+        let command = self.command();
+        let command = command.text(&self.common.logs, &folder.display().to_string());
+        let summary = Summary::of(outcomes);
+        let overview = summary.overview("Throttle to thrust", &command);
+        let report = pages::identify::thrust_report(&overview, fits, &figures)?;
+        output::results_folder(self.context, folder)?;
+        for fit in fits {
+            fit.made.card.write(&folder.join(card_file(fit.name)))?;
+        }
+        pages::identify::write(folder, figures.iter().flatten(), &report)?;
+        write_tables(folder, &outcomes, &summary, self.settings)
+    }
+}
+
+/// File of the card of a log, in a folder of cards.
+fn card_file(name: &str) -> String {
+    format!("{name}.toml")
 }
 
 /// Why nothing was fitted: the first log's error, and how many logs there are.
