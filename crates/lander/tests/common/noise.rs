@@ -1,6 +1,7 @@
 //! Normal numbers from a seed.
 
 /// SplitMix64 (Steele, Lea & Flood 2014) and Box–Muller.
+#[derive(Clone, Debug)]
 pub struct Noise(u64);
 
 impl Noise {

@@ -1,8 +1,11 @@
 //! The landing computer in flight: loss and return of what it sees, decks that move,
 //! headings, delays.
 
+#[path = "../common/mod.rs"]
+mod common;
 mod loop_delays;
 mod memory;
+mod recorded;
 mod watching;
 mod world;
 

@@ -18,6 +18,8 @@ use touchdown_lander::planner::Planner;
 use touchdown_lander::space_controller::{SpaceCommand, SpaceController};
 use touchdown_lander::state_machine::{OperatorRequest, StateMachine};
 
+use crate::common::noise::Noise;
+
 pub(crate) type State = ComputerState<f64, GuardedState<f64, GroundEffectState<f64>>>;
 
 pub(crate) const DT: f64 = 0.01;
@@ -100,6 +102,10 @@ const fn rate(every: usize, age: usize) -> Option<Rate> {
     Some(Rate { every, age })
 }
 
+fn vector(mut part: impl FnMut() -> f64) -> Vector<f64> {
+    Vector::new(part(), part(), part())
+}
+
 #[derive(Clone, Copy, Debug)]
 struct History {
     /// Relative to the deck.
@@ -121,6 +127,10 @@ pub(crate) struct World {
     pub(crate) tag: Option<Rate>,
     pub(crate) gnss: Option<Rate>,
     pub(crate) barometer: Option<Rate>,
+    /// Noise of all sensors, where there is one.
+    pub(crate) noise: Option<Noise>,
+    /// Age of range, tag and satellites that their stamps do not tell, s.
+    pub(crate) unstamped_s: f64,
     pub(crate) request: OperatorRequest,
     pub(crate) contact: Option<bool>,
     pub(crate) battery_share: f64,
@@ -147,6 +157,8 @@ impl World {
             tag: rate(3, 4),
             gnss: rate(10, 10),
             barometer: None,
+            noise: None,
+            unstamped_s: 0.0,
             request: OperatorRequest::None,
             contact: None,
             battery_share: 0.6,
@@ -215,29 +227,35 @@ impl World {
         let due = |rate: Option<Rate>| {
             let rate = rate.filter(|rate| step.is_multiple_of(rate.every))?;
             let past = self.past.get(rate.age)?;
-            Some((*past, rate.age as f64 * DT))
+            Some((*past, rate.age as f64 * DT - self.unstamped_s))
+        };
+        let noise = &mut self.noise;
+        let mut error = |sd: f64| noise.as_mut().map_or(0.0, |noise| sd * noise.normal());
+        let imu = ImuSample {
+            specific_force_mps2: imu.specific_force_mps2 + vector(|| error(0.1)),
+            ..imu
         };
         if let Some((past, age_s)) = due(self.range) {
-            let distance_m = past.position_m.z / past.attitude.up().z;
+            let distance_m = past.position_m.z / past.attitude.up().z + error(3e-3);
             readings.push(Reading::Range(RangeReading::level(distance_m, age_s)));
         }
         if let Some((past, age_s)) = due(self.tag) {
             let body = past.attitude.unrotate(-past.position_m);
             readings.push(Reading::Tag(TagReading {
-                position_m: camera.unrotate(body),
+                position_m: camera.unrotate(body) + vector(|| error(2e-3)),
                 covariance_m2: [[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0], [0.0, 0.0, 1e-6]],
                 age_s,
             }));
         }
         if let Some((past, age_s)) = due(self.gnss) {
             readings.push(Reading::Gnss(GnssVelocity {
-                velocity_mps: past.velocity_mps,
+                velocity_mps: past.velocity_mps + vector(|| error(0.03)),
                 age_s,
             }));
         }
         if let Some((past, age_s)) = due(self.barometer) {
             readings.push(Reading::Barometer(BarometerReading {
-                altitude_m: past.altitude_m,
+                altitude_m: past.altitude_m + error(0.1),
                 age_s,
             }));
         }
