@@ -1,7 +1,8 @@
-//! How well the deck estimator predicts: errors relative to the motion and the share of
-//! the truth within 1.96 standard deviations, for displacement, velocity, acceleration.
+//! Accuracy of the deck estimator's predictions of displacement, velocity, acceleration:
+//! errors relative to the motion, and how often the truth lies within 1.96 standard
+//! deviations.
 //!
-//! `cargo run --release -p touchdown-flight --example heave_prediction`
+//! `cargo run --release -p touchdown-lander --example heave_prediction`
 #![allow(clippy::print_stdout, unreachable_pub)]
 
 #[path = "../tests/common/deck.rs"]

@@ -24,9 +24,9 @@ pub(crate) struct Innovation<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Innovation<R, N> {
-    /// Residual squared over its variance: χ² of one degree of freedom where
-    /// the model holds. Nothing expected without error that comes out
-    /// differently is infinitely far.
+    /// Normalised innovation squared: the squared residual over its variance. It is
+    /// χ² distributed with one degree of freedom if the model holds. It is infinite
+    /// if a measurement without error contradicts an exact expectation.
     pub(crate) fn nis(&self) -> R {
         let square = self.residual * self.residual;
         if square > R::ZERO {
@@ -96,9 +96,9 @@ impl<R: Real, const N: usize> Gaussian<R, N> {
         }
     }
 
-    /// Takes a measurement in, by Joseph's form
+    /// Kalman correction in Joseph's form,
     /// `P ← (1 - K h) P (1 - K h)ᵀ + K noise Kᵀ`, which stays symmetric and
-    /// positive under rounding. One that is expected without error adds nothing.
+    /// positive under rounding. It changes nothing where the residual has no variance.
     pub(crate) fn correct(&mut self, innovation: &Innovation<R, N>) {
         if !(innovation.variance > R::ZERO) {
             return;
@@ -120,7 +120,7 @@ impl<R: Real, const N: usize> Gaussian<R, N> {
                 self.covariance[i][j] = c;
                 self.covariance[j][i] = c;
             }
-            // Rounding of a variance that vanishes.
+            // Rounding can make a vanishing variance negative.
             self.covariance[i][i] = self.covariance[i][i].max(R::ZERO);
         }
     }
@@ -138,7 +138,7 @@ impl<R: Real, const N: usize> Gaussian<R, N> {
             .sqrt()
     }
 
-    /// Every number is finite.
+    /// Whether all numbers are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.mean.iter().all(|c| c.is_finite())
             && self.covariance.iter().flatten().all(|c| c.is_finite())

@@ -1,8 +1,8 @@
-//! How much later the camera's readings come than their ages say.
+//! Unknown latency of the camera: the true age of its readings less the stamped age.
 //!
-//! A vehicle that hovers on readings that are older than it thinks swings: what its
-//! law damps is past. The same swing tells the delay. K observers of the horizontal
-//! place each believe another one, δ_k = k δ_max/(K - 1):
+//! Late readings make the vehicle oscillate in hover, because its control law damps a
+//! past velocity. This oscillation identifies the latency. K observers of the
+//! horizontal position each assume a different latency, δ_k = k δ_max/(K - 1):
 //!
 //! ```text
 //! p' = v,  v' = a - b,  b' = 0        a: measured acceleration of the time
@@ -10,29 +10,30 @@
 //! p += (1 - θ³) e,  v += 3/2 (1 - θ)² (1 + θ) e/Δ,  b -= (1 - θ)³ e/Δ²,   θ = exp(-Δ/τ)
 //! ```
 //!
-//! the polynomial filter of fading memory τ (Morrison 1969), Δ after the reading before:
-//! biases, levelling errors and a deck that surges are slower than τ and are followed,
-//! a swing is not. The reading is turned into the world's axes by the attitude of *its*
-//! time, that of δ_k as well: above a tag at the height h a wrong one shows as an error
-//! of place of the angle times h, mostly the larger part. Squares of e are summed up with
-//! a memory of `evidence_s`; the least sum J, refined by the parabola through its
-//! neighbours, is the delay.
+//! This is the polynomial filter of fading memory τ (Morrison 1969); Δ is the time since
+//! the previous reading. Biases, levelling errors and the deck's surge are slower than τ,
+//! so the filter follows them. It does not follow an oscillation.
 //!
-//! **Evidence.** With n counted readings, `n (J_k/J - 1)` is the logarithm of how much
-//! better the best one explains them (both axes, errors normal, of unknown variance).
-//! The delay is changed only where that exceeds `least_evidence` against the
-//! delay that is believed or against none: a vehicle at rest tells nothing, and what was
-//! learnt while it moved stays.
+//! The attitude of the assumed time turns each reading into world axes. At the height h
+//! above a tag, a wrong attitude adds a position error of the angle times h. This is
+//! usually the larger part of e.
 //!
-//! Reckoned from the inertial unit, whose own age is taken to be known. What else comes
-//! by the same way (a companion computer, a bus) comes as late; what does not, is not seen.
-//! Delays below zero are none.
+//! Each observer sums the squares of e with a memory of `evidence_s`. The latency is that
+//! of the least sum J, refined by the parabola through its neighbours.
 //!
-//! **Reach.** The [`RelativeState`] remembers N - 1 steps (0.31 s at 100 Hz). Delays for
-//! which a reading and the one before it are older than that are left out of the
-//! comparison: where readings are stamped 0.14 s old and come every 30 ms, the greatest one
-//! that is found is 0.14 s. One that was believed beyond them stays until one within
-//! them, not the greatest, is the best.
+//! **Evidence.** With n counted readings, `n (J_k/J - 1)` is the logarithm of the odds of
+//! the best latency against δ_k (both axes, normal errors of unknown variance). The
+//! estimate changes only if this exceeds `least_evidence`, against the present estimate or
+//! against zero. A vehicle at rest gives no evidence, so it keeps the estimate.
+//!
+//! **Limits.** The latency is relative to the inertial unit, whose own latency is assumed
+//! known. All sensors on the camera's path (a companion computer, a bus) are assumed to be
+//! late by the same time; others are not corrected. The latency cannot be negative.
+//!
+//! **Range.** The [`RelativeState`] remembers N - 1 steps (0.31 s at 100 Hz). A latency is
+//! compared only if this covers a reading and its predecessor at that latency. With
+//! readings stamped 0.14 s old every 30 ms, the largest identifiable latency is 0.14 s.
+//! An estimate beyond this range stays until a latency inside the range fits best.
 
 use crate::estimate::relative::{Reading, RelativeFilter, RelativeState, TagReading};
 use touchdown_flight::error::{SettingsError, positive, within};
@@ -40,63 +41,65 @@ use touchdown_flight::kernel::usable_dt;
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::Vector;
 
-/// Delays that are compared.
-const DELAYS: usize = 9;
+/// Number of latencies that are compared. With the default range they are 20 ms apart:
+/// less than one camera frame of 30 ms, so that the parabola interpolates well.
+const HYPOTHESES: usize = 9;
 
-/// Observers forget their start within this many of their memories.
+/// Memories τ after which an observer has forgotten its start: exp(-5) is below 1 %.
 const SETTLED: f64 = 5.0;
 
-/// Observers whose errors are of the same time are compared: to this share of the count.
-const COMMON: f64 = 0.9;
+/// Least share of the first observer's readings that another observer must have counted.
+/// Below it the sums cover different flight times, so they are not comparable.
+const LEAST_COMMON_SHARE: f64 = 0.9;
 
-/// Estimator of an unknown delay; see the [module](self).
+/// Estimator of an unknown latency; see the [module](self).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct LatencyEstimator<R> {
-    /// Greatest delay that is looked for, s.
+    /// Largest latency that is considered, s.
     pub greatest_s: R,
     /// Memory τ of the observers, s.
     pub memory_s: R,
-    /// Time for which errors count, s.
+    /// Memory of the sums of squared errors, s.
     pub evidence_s: R,
-    /// Logarithm of the odds from which a delay is believed.
+    /// Logarithm of the odds above which the estimate changes.
     pub least_evidence: R,
 }
 
-/// The horizontal place as it is if readings are late by a certain delay.
+/// Observer of the horizontal position under one assumed latency.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Believer<R> {
-    /// Age of the place, s.
+struct Hypothesis<R> {
+    /// Age of the position, s.
     age_s: R,
     place: Vector<R>,
     velocity: Vector<R>,
     bias: Vector<R>,
-    /// Time since it began; none before the first reading.
+    /// Time since the observer started, s; none before the first reading.
     followed_s: Option<R>,
-    /// Sum of squared errors, fading, m².
+    /// Sum of squared errors with fading memory, m².
     squares: R,
-    /// Number of them, fading alike.
+    /// Number of these errors, with the same memory.
     counted: R,
 }
 
 /// State of a [`LatencyEstimator`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatencyState<R> {
-    believers: [Believer<R>; DELAYS],
+    hypotheses: [Hypothesis<R>; HYPOTHESES],
     delay_s: R,
 }
 
 impl<R: Real> LatencyState<R> {
-    /// The delay that is believed, s.
+    /// The estimated latency, s.
     pub fn delay_s(&self) -> R {
         self.delay_s
     }
 }
 
 impl<R: Real> Default for LatencyEstimator<R> {
-    /// Up to 0.16 s in steps of 20 ms, memory 0.3 s, evidence of 6 s, odds of e²⁰: errors
-    /// of readings that follow each other are not independent.
+    /// Up to 0.16 s in steps of 20 ms, memory 0.3 s, evidence of 6 s, odds of e²⁰. The
+    /// odds are this high because errors of successive readings are correlated.
     fn default() -> Self {
         Self {
             greatest_s: r(0.16),
@@ -111,7 +114,7 @@ impl<R: Real> LatencyEstimator<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Times must be positive, the greatest delay at most 0.25 s.
+    /// Times must be positive and the largest latency at most 0.25 s.
     pub fn validate(&self) -> Result<(), SettingsError> {
         let greatest_s = self.greatest_s;
         within(
@@ -125,17 +128,17 @@ impl<R: Real> LatencyEstimator<R> {
         positive("latency.least_evidence", self.least_evidence)
     }
 
-    /// The state before any reading: no delay.
+    /// The state before any reading: zero latency.
     #[must_use]
     pub fn initial(&self) -> LatencyState<R> {
         LatencyState {
-            believers: [Believer::default(); DELAYS],
+            hypotheses: [Hypothesis::default(); HYPOTHESES],
             delay_s: R::ZERO,
         }
     }
 
-    /// `dt` seconds later, with the readings that have arrived, their ages as stamped.
-    /// `relative` has been stepped by the same IMU sample.
+    /// Advances by `dt` seconds with the readings that have arrived. Their ages are the
+    /// stamped ones. `relative` must have been stepped by the same IMU sample.
     pub fn step<const N: usize, const M: usize>(
         &self,
         state: &mut LatencyState<R>,
@@ -145,92 +148,97 @@ impl<R: Real> LatencyEstimator<R> {
         dt: R,
     ) {
         let dt = usable_dt(dt);
-        for believer in &mut state.believers {
-            believer.age_s += dt;
+        for hypothesis in &mut state.hypotheses {
+            hypothesis.age_s += dt;
         }
         for reading in readings.iter().filter(|reading| reading.is_finite()) {
             if let Reading::Tag(tag) = reading {
-                self.take(state, filter, relative, tag);
+                self.compare(state, filter, relative, tag);
             }
         }
     }
 
     fn delay(&self, k: usize) -> R {
-        self.greatest_s * r(k as f64 / (DELAYS - 1) as f64)
+        self.greatest_s * r(k as f64 / (HYPOTHESES - 1) as f64)
     }
 
-    fn take<const N: usize, const M: usize>(
+    /// Advances all observers to a tag reading and adds up their errors.
+    fn compare<const N: usize, const M: usize>(
         &self,
         state: &mut LatencyState<R>,
         filter: &RelativeFilter<R>,
         relative: &RelativeState<R, N, M>,
         tag: &TagReading<R>,
     ) {
-        // Readings come at the same times for all.
-        let first = &state.believers[0];
+        // The interval between readings is the same for all observers.
+        let first = &state.hypotheses[0];
         let step_s = first.age_s - tag.age_s;
         if first.followed_s.is_some() && step_s <= R::ZERO {
             return;
         }
         let gone = R::ONE - (-(step_s / self.memory_s)).exp();
-        // A gap as long as the memory leaves nothing to go on from.
+        // After a gap as long as the memory the observers start again.
         let gap = step_s >= self.memory_s;
-        let mut errors = [R::ZERO; DELAYS];
-        for (k, believer) in state.believers.iter_mut().enumerate() {
+        let mut errors = [R::ZERO; HYPOTHESES];
+        for (k, hypothesis) in state.hypotheses.iter_mut().enumerate() {
             let age_s = tag.age_s + self.delay(k);
             let attitude = filter.attitude_at(relative, age_s);
             let arm = filter.tag.position_m + filter.tag.attitude.rotate(tag.position_m);
             let place = -attitude.rotate(arm);
-            let moved = filter.moved(relative, believer.age_s, age_s);
-            let mut next = Believer {
+            let moved = filter.moved(relative, hypothesis.age_s, age_s);
+            let mut next = Hypothesis {
                 age_s,
-                followed_s: believer.followed_s.map(|so_far| so_far + step_s),
-                ..*believer
+                followed_s: hypothesis.followed_s.map(|so_far| so_far + step_s),
+                ..*hypothesis
             };
-            *believer = match moved.filter(|_| !gap && next.followed_s.is_some()) {
+            *hypothesis = match moved.filter(|_| !gap && next.followed_s.is_some()) {
                 Some(moved) => {
                     errors[k] = next.follow(place, moved, step_s, gone);
                     next
                 }
-                None => believer.begun(place, age_s),
+                None => hypothesis.restarted(place, age_s),
             };
-            if !believer.is_finite() {
-                *believer = believer.begun(place, age_s);
+            if !hypothesis.is_finite() {
+                *hypothesis = hypothesis.restarted(place, age_s);
             }
         }
-        // Where less is remembered than will be, the others begin later than the first by
-        // their delays, and the time to a reading.
+        // While the filter's memory still fills, the other observers start later than the
+        // first: by their latencies plus one interval between readings.
         let wait_s = self.greatest_s + step_s;
-        if self.is_settled(&state.believers[0], wait_s) {
+        if self.is_settled(&state.hypotheses[0], wait_s) {
             let kept = (-(step_s / self.evidence_s)).exp();
             for (k, error) in errors.into_iter().enumerate() {
-                let settled = self.is_settled(&state.believers[k], R::ZERO);
-                state.believers[k].count(error, settled, kept);
+                let settled = self.is_settled(&state.hypotheses[k], R::ZERO);
+                state.hypotheses[k].count(error, settled, kept);
             }
             self.conclude(state, filter.tag.noise_sd_m);
         }
     }
 
-    /// The start was forgotten `since_s` ago.
-    fn is_settled(&self, believer: &Believer<R>, since_s: R) -> bool {
+    /// Whether the observer forgot its start at least `since_s` ago.
+    fn is_settled(&self, hypothesis: &Hypothesis<R>, since_s: R) -> bool {
         let least_s = self.memory_s * r(SETTLED) + since_s;
-        believer.followed_s.is_some_and(|so_far| so_far >= least_s)
+        hypothesis
+            .followed_s
+            .is_some_and(|so_far| so_far >= least_s)
     }
 
     fn conclude(&self, state: &mut LatencyState<R>, noise_sd_m: R) {
-        let counted = state.believers[0].counted;
+        let counted = state.hypotheses[0].counted;
         let compared = state
-            .believers
+            .hypotheses
             .iter()
-            .take_while(|one| self.is_settled(one, R::ZERO) && one.counted >= counted * r(COMMON))
+            .take_while(|one| {
+                self.is_settled(one, R::ZERO) && one.counted >= counted * r(LEAST_COMMON_SHARE)
+            })
             .count();
-        // A parabola takes three.
+        // The parabola needs three points.
         if compared < 3 {
             return;
         }
         let last = compared - 1;
-        let mut squares = [R::ZERO; DELAYS];
-        for (mean, one) in squares.iter_mut().zip(&state.believers[..compared]) {
+        let mut squares = [R::ZERO; HYPOTHESES];
+        for (mean, one) in squares.iter_mut().zip(&state.hypotheses[..compared]) {
             *mean = one.squares / one.counted;
         }
         let mut best = 0;
@@ -243,13 +251,13 @@ impl<R: Real> LatencyEstimator<R> {
         if best == last && believed > r(last as f64) {
             return;
         }
-        // The least one is never in the middle at an end; it may lie beyond.
+        // At an end of the range the parabola is centred on the next latency inside.
         let middle = best.clamp(1, last - 1);
         let (before, after) = (squares[middle - 1], squares[middle + 1]);
         let bend = before + after - squares[middle] - squares[middle];
         let offset = (r::<R>(0.5) * (before - after) / bend).finite_or(R::ZERO);
         let place = (r::<R>(middle as f64) + offset).clamp(R::ZERO, r(last as f64));
-        // What is left over is at least the detector's own noise.
+        // The mean squared error of two axes is at least the detector's own noise.
         let floor = noise_sd_m * noise_sd_m + noise_sd_m * noise_sd_m;
         let unit = squares[best].max(floor) / counted;
         let evidence = |squares_m2: R| (squares_m2 - squares[best]) / unit;
@@ -264,9 +272,9 @@ impl<R: Real> LatencyEstimator<R> {
     }
 }
 
-impl<R: Real> Believer<R> {
-    /// Anew from a place seen; errors that count stay.
-    fn begun(&self, place: Vector<R>, age_s: R) -> Self {
+impl<R: Real> Hypothesis<R> {
+    /// Restarts at a measured position and keeps the sums of errors.
+    fn restarted(&self, place: Vector<R>, age_s: R) -> Self {
         Self {
             age_s,
             place,
@@ -277,7 +285,8 @@ impl<R: Real> Believer<R> {
         }
     }
 
-    /// One reading later, of which `kept` of what was counted is left.
+    /// Adds the squared error of a reading if it `counts`; the sums first fade to the
+    /// share `kept`.
     fn count(&mut self, error: R, counts: bool, kept: R) {
         self.squares *= kept;
         self.counted *= kept;
@@ -287,11 +296,11 @@ impl<R: Real> Believer<R> {
         }
     }
 
-    /// Goes on to where the vehicle has moved to within `step_s`, by which `gone` of the
-    /// memory fades, and compares that with the place seen; gives the squared error.
+    /// Advances by `step_s` with the measured motion, corrects by the measured position
+    /// and returns the squared error. `gone` is 1 - θ.
     fn follow(
         &mut self,
-        seen: Vector<R>,
+        measured: Vector<R>,
         [faster, farther]: [Vector<R>; 2],
         step_s: R,
         gone: R,
@@ -299,7 +308,7 @@ impl<R: Real> Believer<R> {
         let half = r::<R>(0.5);
         self.place += (self.velocity - self.bias * (half * step_s)) * step_s + farther;
         self.velocity += faster - self.bias * step_s;
-        let error = (seen - self.place).horizontal();
+        let error = (measured - self.place).horizontal();
         let theta = R::ONE - gone;
         self.place += error * (R::ONE - theta * theta * theta);
         self.velocity += error * (r::<R>(1.5) * gone * gone * (R::ONE + theta) / step_s);

@@ -1,13 +1,13 @@
-//! Estimators of a landing.
+//! Estimators that a landing needs.
 //!
 //! | module | what it estimates | from |
 //! | --- | --- | --- |
-//! | [`relative`] | place and velocity of the vehicle relative to the deck, the deck's vertical motion, accelerometer biases | IMU, range finder, tag, GNSS, barometer, each with its delay |
-//! | [`latency`] | how much later readings come than their ages say | the swing of the vehicle, as IMU and tag tell it |
-//! | [`deck`] | the deck's heave as harmonics of unknown frequency, and its future | displacement or velocity of the deck |
+//! | [`relative`] | position and velocity of the vehicle relative to the deck, the deck's vertical motion, accelerometer biases | IMU, range finder, tag, GNSS, barometer, each with its latency |
+//! | [`latency`] | the unknown latency of the camera | the vehicle's oscillation, as IMU and tag measure it |
+//! | [`deck`] | the deck's heave as harmonics of unknown frequency, and its prediction | displacement or velocity of the deck |
 //!
-//! An estimate is a mean with standard deviations. How far it can be trusted is
-//! said apart from it, by [`relative::Health`].
+//! An estimate is a mean with standard deviations. [`relative::Health`] reports
+//! separately whether the estimate can be trusted.
 
 pub mod deck;
 mod gaussian;

@@ -4,53 +4,60 @@
 //! p = o + Σ c_i    c_i' = -ω_i s_i - κ c_i    s_i' = ω_i c_i - κ s_i + w    ω_i' = 3 κ (Ω_i - ω_i) + w_ω
 //! ```
 //!
-//! An extended Kalman filter of the readings' constant o (with a rate, for
-//! displacements), place c, quadrature s and angular frequency ω of each harmonic,
-//! propagated by the exact rotation. Amplitude and phase are forgotten at the rate κ
-//! and driven by a white force that keeps the power; κ = 0 is a pure tone, and a sea
-//! of the relative width b has κ of the order of b ω. A tone's frequency is
-//! estimated by the filter; the less coherent the motion, the more it is drawn to
-//! the frequency Ω of the spectrum's peak, for an extended Kalman filter misjudges
-//! the frequency of a broad band (Ljung 1979).
+//! An extended Kalman filter estimates an offset o of the readings and, for each
+//! harmonic, place c, quadrature s and angular frequency ω. For displacements the
+//! offset has a rate. The rotation of (c, s) is propagated exactly.
 //!
-//! Why this and not another: a tone is predicted to the precision of its
-//! parameters, which a general linear predictor (autoregressive) reaches only at a
-//! high order; frequencies are states, so that their uncertainty, which decides
-//! how fast a prediction ages, enters the prediction's standard deviation; and the
-//! cost is that of eleven states. Its weakness, a frequency that starts too far off,
-//! is met in two ways:
+//! Amplitude and phase decay at the rate κ, and a white force w keeps the power: κ = 0
+//! is a pure tone, and a sea of the relative bandwidth b has κ of the order of b ω. The
+//! filter estimates the frequency of a tone. The less coherent the motion, the more the
+//! frequency is pulled to Ω, the peak of the spectrum: an extended Kalman filter
+//! estimates the frequency of a broad band with a bias (Ljung 1979).
 //!
-//! * **Start.** Frequencies need not be known. A least-squares fit of a constant and
-//!   a harmonic runs at 32 frequencies with a memory of 2.5 periods each, without
-//!   storing readings; when the best one has been seen for a period and explains
-//!   the velocity, a harmonic starts there. Further ones start where the search has
-//!   further peaks that have been seen for two periods and are not the line shape of
-//!   larger ones (frequencies a factor 1.5 apart); one whose amplitude is not told
-//!   from zero is dropped. A motion that no tones describe gets what is left of the
-//!   harmonics above its peak.
-//! * **Coherence.** κ is learnt: predictions over `check_horizon_s` are compared with
-//!   what became of them, and κ moves until squared errors are as large as the filter
-//!   says. A frequency that is wrong, a sea that is broad, a harmonic too few then
-//!   show as a larger standard deviation.
+//! Why this estimator:
 //!
-//! What it reaches (100 Hz, readings of 5 mm or 0.03 m/s; example `heave_prediction`):
-//! the paper's deck is found after one period (2 s); after 6 s it is predicted 1 s
-//! ahead to 4 % (10 % from velocities), after 20 s to 1 % (5 %). Two tones 1.7 apart are
-//! found within 15 s, mostly sooner. In a JONSWAP sea of 6 s, 0.5 m, predictions 1 s ahead
-//! leave 0.5 of the displacement, 0.7 of the velocity and of the acceleration, 2 s
-//! ahead 0.8 or more: three harmonics are few for a broad band. The truth lies within
-//! 1.96 standard deviations in 94 %, 93 % and 89 % of predictions over 1 s (in the first
-//! 30 s 91 %, 89 % and 85 %; in 99 % for tones): what is shorter than half the sea's period
-//! is not modelled, and its acceleration not counted. When a deck changes its period, ten
-//! periods of the new one pass until it is known as before; the standard deviation is
-//! large meanwhile.
+//! * A tone is predicted as precisely as its parameters are known. An autoregressive
+//!   predictor reaches this only at a high order.
+//! * Frequencies are states. So their uncertainty, which decides how fast predictions
+//!   lose their value, enters the standard deviation of a prediction.
+//! * It costs no more than eleven states.
 //!
-//! A step of three harmonics costs 0.5 µs in `f64` on a server core, 1.3 µs with that
-//! core shared, and a prediction 0.2 µs (`cargo bench -p touchdown-flight`).
+//! Its weakness is a start at a wrong frequency. Two parts prevent that:
 //!
-//! Readings are displacement (with any constant, as of
-//! [`super::relative::DeckSighting`]) or velocity, all of the same age. The chain
-//! goes one way: do not feed the result back into the readings' source.
+//! * **Start.** Frequencies need not be known. A recursive least-squares fit of a
+//!   constant and a harmonic runs at 32 frequencies, with a memory of 2.5 periods each.
+//!   A harmonic starts at the best frequency after one observed period, if it explains
+//!   the velocity. Further harmonics start at further peaks after two periods, if they
+//!   are not the line shape of larger peaks (a ratio of frequencies of 1.5 suffices). A
+//!   harmonic whose amplitude is not significant is dropped. If tones do not describe
+//!   the motion, the remaining harmonics are placed above its peak.
+//! * **Coherence.** κ is learnt. Predictions over `check_horizon_s` are compared with
+//!   the later estimates, and κ changes until squared errors equal the predicted
+//!   variances. A wrong frequency, a broad sea or too few harmonics then increase the
+//!   standard deviation.
+//!
+//! Accuracy (100 Hz, readings of 5 mm or 0.03 m/s; `cargo run -p touchdown-lander
+//! --example heave_prediction`):
+//!
+//! * The paper's deck is found after one period (2 s). After 6 s, predictions 1 s ahead
+//!   have errors of 4 % (10 % from velocities), after 20 s of 1 % (5 %).
+//! * Two tones with a frequency ratio of 1.7 are found within 15 s, mostly sooner.
+//! * In a JONSWAP sea of 6 s, 0.5 m, errors 1 s ahead are 0.5 of the displacement and 0.7
+//!   of velocity and acceleration. Errors 2 s ahead are 0.8 or more: three harmonics are
+//!   few for a broad band.
+//! * In that sea the truth lies within 1.96 standard deviations in 94 %, 93 % and 89 % of
+//!   predictions 1 s ahead (in the first 30 s 91 %, 89 % and 85 %; 99 % for tones). The
+//!   model contains no motion faster than half the sea's period, so the acceleration of
+//!   that motion is missing.
+//! * After a change of the deck's period, the estimator needs ten new periods. Its
+//!   standard deviation is large in the meantime.
+//!
+//! A step of three harmonics costs 0.5 µs in `f64` on a server core, 1.3 µs if that
+//! core is shared; a prediction costs 0.2 µs (`cargo bench -p touchdown-lander`).
+//!
+//! Readings are displacements (with any offset, as from
+//! [`super::relative::DeckSighting`]) or velocities, all of the same age. Do not feed
+//! the estimate back into the source of the readings.
 
 mod coherence;
 mod harmonics;
@@ -64,14 +71,14 @@ use touchdown_flight::error::{SettingsError, not_negative, ordered, positive, wi
 use touchdown_flight::kernel::usable_dt;
 use touchdown_flight::real::{Real, r};
 
-/// What readings show.
+/// Quantity that the readings measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Observed {
-    /// Height of the deck, m, up to a constant that may drift.
+    /// Height of the deck, m, with an offset that may drift.
     Displacement,
-    /// Velocity of the deck, m/s, up to a constant that may drift.
+    /// Velocity of the deck, m/s, with an offset that may drift.
     Velocity,
 }
 
@@ -80,32 +87,32 @@ pub enum Observed {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct DeckEstimator<R> {
-    /// What the readings show.
+    /// Quantity that the readings measure.
     pub observed: Observed,
     /// White noise of a reading, standard deviation, m or m/s.
     pub measurement_sd: R,
-    /// Age of the readings, s. Predictions are counted from now.
+    /// Age of the readings, s. Horizons of predictions count from now.
     pub delay_s: R,
-    /// Most harmonics, 1 to 3.
+    /// Largest number of harmonics, 1 to 3.
     pub harmonics: u8,
     /// Shortest period, s.
     pub shortest_period_s: R,
     /// Longest period, s.
     pub longest_period_s: R,
-    /// What the first reading differs by from the readings' mean, standard
-    /// deviation, m or m/s.
+    /// Offset of the readings' mean from the first reading, standard deviation, m or
+    /// m/s.
     pub offset_sd: R,
-    /// Its drift, m/√s or m/s/√s.
+    /// Random walk of the offset, m/√s or m/s/√s.
     pub offset_drift: R,
-    /// Displacement only: the rate of that constant at the start, standard deviation,
-    /// m/s; the error of the vehicle's velocity.
+    /// Displacement only: rate of the offset at the start, standard deviation, m/s. It
+    /// equals the error of the vehicle's velocity.
     pub offset_rate_sd: R,
-    /// Displacement only: its drift, m/s/√s; the noise density of the accelerometer.
+    /// Displacement only: random walk of that rate, m/s/√s. It equals the noise density
+    /// of the accelerometer.
     pub offset_rate_drift: R,
-    /// A reading further than this many standard deviations from what is expected
-    /// counts as that far.
+    /// Innovations are limited to this many standard deviations.
     pub gate_sd: R,
-    /// Time over which predictions are compared with what becomes of them, s.
+    /// Horizon of the predictions that are compared with later estimates, s.
     pub check_horizon_s: R,
 }
 
@@ -115,9 +122,10 @@ pub struct DeckEstimatorState<R> {
     harmonics: Harmonics<R>,
     spectrum: Spectrum<R>,
     learner: Learner<R>,
-    /// Peaks at which harmonics were started; further ones only fill a broad band.
+    /// Number of peaks at which harmonics were started. Further harmonics only fill a
+    /// broad band.
     started: usize,
-    /// Mean normalised innovation squared over a second: 1 where nothing is missing.
+    /// Normalised innovation squared, mean over a second: 1 if the model is complete.
     nis: R,
     /// Time since the harmonics were started, s.
     since_start_s: R,
@@ -125,9 +133,9 @@ pub struct DeckEstimatorState<R> {
     observed_s: R,
     /// Time since the last reading, s.
     unseen_s: R,
-    /// The first reading, from which the others are counted.
+    /// The first reading; it is subtracted from all readings.
     origin: Option<R>,
-    /// The last reading, from it.
+    /// The last reading, less the first one.
     last: R,
     not_finite: u32,
 }
@@ -149,25 +157,27 @@ pub struct DeckMotionPrediction<R> {
     pub acceleration_sd_mps2: R,
 }
 
-/// A harmonic as estimated.
+/// An estimated harmonic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Harmonic<R> {
     /// Amplitude, m.
     pub amplitude_m: R,
     /// Angular frequency, rad/s.
     pub angular_frequency: R,
-    /// Its standard deviation, rad/s.
+    /// Standard deviation of the angular frequency, rad/s.
     pub angular_frequency_sd: R,
 }
 
-/// Readings further from zero than this (m or m/s) are no deck's.
-const FARTHEST: f64 = 1e6;
+/// Largest credible reading, m or m/s. It only keeps the sums of squares finite in `f32`,
+/// so any value far above a deck's motion serves.
+const LARGEST_READING: f64 = 1e6;
 
 impl<R: Real> DeckEstimator<R> {
-    /// Three harmonics of 0.8 to 16 s; readings of `measurement_sd`, with a constant
-    /// of 1 (m or m/s) that drifts by 0.002 in a second and a rate of 0.02 m/s that
-    /// does by 0.002 m/s; not delayed; gate at four standard deviations; checks over
-    /// 1 s.
+    /// Three harmonics with periods of 0.8 to 16 s; no delay; a gate of four standard
+    /// deviations; checks of predictions over 1 s.
+    ///
+    /// The offset is 1 m or m/s and drifts by 0.002 in a second. Its rate is 0.02 m/s
+    /// and drifts by 0.002 m/s in a second.
     #[must_use]
     pub fn new(observed: Observed, measurement_sd: R) -> Self {
         Self {
@@ -189,7 +199,7 @@ impl<R: Real> DeckEstimator<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Names the first that is not usable.
+    /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         positive("deck_estimator.measurement_sd", self.measurement_sd)?;
         not_negative("deck_estimator.delay_s", self.delay_s)?;
@@ -239,7 +249,7 @@ impl<R: Real> DeckEstimator<R> {
         }
     }
 
-    /// Variances of the readings' constant and its rate.
+    /// Variances of the offset and its rate.
     fn offset_variance(&self) -> [R; 2] {
         let rate = match self.observed {
             Observed::Displacement => self.offset_rate_sd,
@@ -257,11 +267,11 @@ impl<R: Real> DeckEstimator<R> {
         state.learner.coherence(drift)
     }
 
-    /// Propagates over `dt` seconds and takes in the reading at their end, if there
-    /// is one; a reading that is not finite (or beyond 1e6) is counted and left out.
+    /// Propagates over `dt` seconds and corrects by the reading at their end, if there
+    /// is one. A reading that is not finite, or beyond 1e6, is counted and ignored.
     pub fn step(&self, state: &mut DeckEstimatorState<R>, reading: Option<R>, dt: R) {
         let dt = usable_dt(dt);
-        let finite = reading.filter(|y| y.abs() < r(FARTHEST));
+        let finite = reading.filter(|y| y.abs() < r(LARGEST_READING));
         let mut usable = finite.map(|y| y - *state.origin.get_or_insert(y));
         if reading.is_some() && finite.is_none() {
             state.not_finite = state.not_finite.saturating_add(1);
@@ -272,7 +282,7 @@ impl<R: Real> DeckEstimator<R> {
         state.unseen_s += dt;
         state.since_start_s += dt;
         if let Some(y) = usable {
-            self.count(state);
+            self.count_observed_time(state);
             state.last = y;
             let row = match self.observed {
                 Observed::Displacement => Row::Displacement,
@@ -282,7 +292,7 @@ impl<R: Real> DeckEstimator<R> {
             let (counted, nis) = state.harmonics.correct(row, y, noise, self.gate_sd);
             state.nis += dt.min(R::ONE) * (nis - state.nis);
             if state.harmonics.count() > 0 {
-                // The search does not see wild readings either.
+                // The search uses the limited reading, too.
                 usable = Some(counted);
             }
         }
@@ -298,8 +308,8 @@ impl<R: Real> DeckEstimator<R> {
         }
         if state.harmonics.count() > 0 && state.learner.due(dt, self.check_horizon_s) {
             let coherence = self.coherence(state);
-            // What is compared is what is read, with its rate of change.
-            let seen = |time: R| {
+            // The comparison uses the measured quantity and its rate of change.
+            let observable = |time: R| {
                 let motion = state.harmonics.predict(&coherence, time);
                 match self.observed {
                     Observed::Displacement => [
@@ -314,15 +324,15 @@ impl<R: Real> DeckEstimator<R> {
                     ],
                 }
             };
-            let (now, ahead) = (seen(R::ZERO), seen(self.check_horizon_s));
+            let (now, ahead) = (observable(R::ZERO), observable(self.check_horizon_s));
             state.learner.check(self.check_horizon_s, now, ahead);
         }
     }
 
-    /// The time up to a reading, if the deck was seen in it: readings up to half the
-    /// shortest period apart miss nothing. What was seen longer than the longest period
-    /// ago is over.
-    fn count(&self, state: &mut DeckEstimatorState<R>) {
+    /// Adds the time since the previous reading to the observed time, unless it exceeds
+    /// half the shortest period (sampling theorem). A gap longer than the longest period
+    /// resets the observed time.
+    fn count_observed_time(&self, state: &mut DeckEstimatorState<R>) {
         if state.unseen_s > self.longest_period_s {
             state.observed_s = R::ZERO;
         } else if state.unseen_s <= r::<R>(0.5) * self.shortest_period_s {
@@ -331,11 +341,12 @@ impl<R: Real> DeckEstimator<R> {
         state.unseen_s = R::ZERO;
     }
 
-    /// The motion `horizon_s` from now (`delay_s` more after the last reading).
+    /// The motion `horizon_s` from now, which is `horizon_s + delay_s` after the last
+    /// reading.
     ///
-    /// Before a harmonic is known the motion is zero with the spread, beyond the
-    /// noise, that the readings have shown. Before the deck has been seen for the
-    /// shortest period nothing is known: standard deviations are infinite.
+    /// Before the first harmonic starts, the predicted motion is zero, with the spread of
+    /// the readings beyond their noise as its standard deviation. Before the deck has
+    /// been observed for the shortest period, standard deviations are infinite.
     #[must_use]
     pub fn predict(&self, state: &DeckEstimatorState<R>, horizon_s: R) -> DeckMotionPrediction<R> {
         let time = (horizon_s + self.delay_s).max(R::ZERO);
@@ -360,13 +371,13 @@ impl<R: Real> DeckEstimator<R> {
 }
 
 impl<R: Real> DeckEstimatorState<R> {
-    /// Harmonics found.
+    /// Number of harmonics.
     #[must_use]
     pub fn count(&self) -> usize {
         self.harmonics.count()
     }
 
-    /// The k-th harmonic found, in no order.
+    /// The k-th harmonic; the order has no meaning.
     #[must_use]
     pub fn harmonic(&self, k: usize) -> Option<Harmonic<R>> {
         (k < self.harmonics.count()).then(|| Harmonic {
@@ -376,20 +387,20 @@ impl<R: Real> DeckEstimatorState<R> {
         })
     }
 
-    /// Rate κ at which amplitude and phase are forgotten, 1/s.
+    /// Decay rate κ of amplitude and phase, 1/s.
     #[must_use]
     pub fn forgetting_per_s(&self) -> R {
         self.learner.rate()
     }
 
-    /// Time for which the deck has been seen, s: gaps of more than half the shortest
-    /// period do not count, and after one of more than the longest it begins anew.
+    /// Time for which the deck has been observed, s. Gaps longer than half the shortest
+    /// period do not count; a gap longer than the longest period resets the time.
     #[must_use]
     pub fn observed_s(&self) -> R {
         self.observed_s
     }
 
-    /// Readings that were not finite.
+    /// Number of readings that were not finite.
     #[must_use]
     pub fn not_finite(&self) -> u32 {
         self.not_finite

@@ -1,34 +1,55 @@
-//! On-line search for a periodic part: least squares of a constant and a harmonic
+//! Recursive search for periodic motion: least squares of a constant and a harmonic
 //! at each frequency of a grid.
 //!
-//! At the frequency ω the velocities y_j of the times t_j are fitted by
-//! `o + c cos ω(t_j - t) - s sin ω(t_j - t)` with weights that fall off over 2.5
-//! periods (the floating-mean periodogram of Zechmeister & Kürster 2009, made
-//! recursive). What it needs are nine sums a frequency, which a new velocity turns
-//! by ω dt and adds to. A few frequencies are brought up to date at a step, with
-//! the mean of the readings since their last turn. Where readings are
-//! displacements, velocities are differences of such means: in displacements the
-//! slow error of an inertial altitude would outweigh the waves.
+//! At the frequency ω the velocities y_j at the times t_j are fitted by
+//! `o + c cos ω(t_j - t) - s sin ω(t_j - t)` with weights that decay over 2.5 periods.
+//! This is the floating-mean periodogram of Zechmeister & Kürster (2009) in recursive
+//! form. It needs nine sums for each frequency: a step rotates them by ω dt and adds
+//! the new velocity.
+//!
+//! Each step updates a few frequencies, with the mean of the readings since their last
+//! update. Displacements are differenced to velocities: the slow error of an inertial
+//! altitude would otherwise outweigh the waves.
+//!
+//! Comments on constants give the change of the relative prediction error, measured as in
+//! `search.rs`.
 
 use super::Observed;
 use super::harmonics::MOST;
 use touchdown_flight::real::{Real, r};
 
-/// Frequencies of the grid.
+/// Frequencies of the grid. Over periods of 0.8 to 16 s neighbours are 10 % apart, less
+/// than the line width that 2.5 periods resolve.
 const BINS: usize = 32;
-/// Steps after which a frequency has its turn again.
-const TURNS: usize = 8;
-/// Frequencies a step.
-const SHARE: usize = BINS / TURNS;
-/// Memory, in periods.
+/// Steps between two updates of a frequency. More steps cost less computing time, but
+/// at 100 Hz eight steps are already a tenth of the shortest period.
+const GROUPS: usize = 8;
+/// Frequencies that each step updates.
+const GROUP_SIZE: usize = BINS / GROUPS;
+/// Memory, in periods. It is a compromise: halved, two tones are found sooner (0.26 to
+/// 0.09), but a sea is predicted worse (0.44 to 0.53), as with the double value.
 const MEMORY: f64 = 2.5;
-/// Factor on the line shape of larger peaks.
+/// Safety factor on the line shape of larger peaks. Halved, the line shape of one tone
+/// starts false harmonics (0.06 to 0.14); doubled: changes of at most 0.07.
 const MARGIN: f64 = 3.0;
-/// Least phase, rad, by which a further peak must run away from a larger one within
-/// the memory to be told apart.
+/// Least phase difference, rad, that two separate peaks accumulate within the memory.
+/// Halved, one tone becomes two (0.06 to 0.12); doubled, a sea has too few (0.44 to 0.52).
 const SEPARATION: f64 = 4.5;
+/// Least sum of weights of a fit: twice its three unknowns.
+const LEAST_WEIGHT: f64 = 6.0;
+/// Least determinant of the normal equations, over the squared sum of weights. Over less
+/// than about half a period, constant, cosine and sine are not identifiable.
+const LEAST_DETERMINANT: f64 = 1e-3;
+/// Gain of the running mean of the velocity's noise: 50 updates, half a second at 100 Hz.
+const NOISE_GAIN: f64 = 0.02;
+/// Least variance of the motion before the first harmonic, over that of the noise. A
+/// smaller motion is not detectable.
+const LEAST_SIGNAL: f64 = 0.1;
+/// Share of the sum of squares above which a frequency counts as that of the motion. It
+/// equals the share at which the first harmonic starts.
+const CLEAR_SHARE: f64 = 0.35;
 
-/// Sums over the weighted readings, e = exp(i ω (t_j - t)).
+/// Sums over the weighted velocities, with e = exp(i ω (t_j - t)).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Bin<R> {
     /// Σ 1, Σ y, Σ y².
@@ -39,23 +60,23 @@ struct Bin<R> {
     e: [R; 2],
     ee: [R; 2],
     ye: [R; 2],
-    /// Share of the spread of y that the harmonic explains.
+    /// Share of the sum of squares of y that the harmonic explains.
     share: R,
 }
 
-/// Readings since a group's last turn.
+/// Readings since the last update of a group of frequencies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Gathered<R> {
+struct PendingReadings<R> {
     sum: R,
     count: R,
     time: R,
-    /// Sum, count and time of the turn before.
+    /// Sum, count and time of the previous interval.
     before: [R; 3],
 }
 
-impl<R: Real> Gathered<R> {
-    /// Velocity, how long before now it was, and its variance over that of a
-    /// reading; none without readings.
+impl<R: Real> PendingReadings<R> {
+    /// Velocity, its age, and its variance over that of a reading; none without
+    /// readings.
     fn velocity(&self, observed: Observed) -> Option<[R; 3]> {
         let half = r::<R>(0.5);
         let [sum, count, time] = self.before;
@@ -65,7 +86,7 @@ impl<R: Real> Gathered<R> {
                 [self.sum / self.count, age, R::ONE / self.count]
             }),
             Observed::Displacement => {
-                // From the middle of the last turn to the middle of this one.
+                // From the middle of the previous interval to the middle of this one.
                 let between = half * (self.time + time);
                 (self.count > R::ZERO && count > R::ZERO && between > R::ZERO).then(|| {
                     let rise = self.sum / self.count - sum / count;
@@ -77,8 +98,8 @@ impl<R: Real> Gathered<R> {
         }
     }
 
-    /// Begins the next turn.
-    fn turn(&mut self) {
+    /// Begins the next interval.
+    fn begin_next(&mut self) {
         *self = Self {
             before: [self.sum, self.count, self.time],
             ..Self::default()
@@ -86,31 +107,32 @@ impl<R: Real> Gathered<R> {
     }
 }
 
-/// The grid and what is known at its frequencies.
+/// The grid of frequencies and the fit at each of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spectrum<R> {
     /// rad/s.
     frequencies: [R; BINS],
     bins: [Bin<R>; BINS],
-    gathered: [Gathered<R>; TURNS],
-    turn: usize,
+    pending: [PendingReadings<R>; GROUPS],
+    /// The group that the next step updates.
+    group: usize,
     /// Variance of a velocity over that of a reading, a running mean.
     noise: R,
     /// Time since the start, s.
     time: R,
 }
 
-/// A harmonic that stands out: velocity `c cos ω(t_j - t) - s sin ω(t_j - t)`.
+/// A peak of the spectrum: velocity `c cos ω(t_j - t) - s sin ω(t_j - t)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Peak<R> {
     pub(super) angular_frequency: R,
     pub(super) c: R,
     pub(super) s: R,
-    /// Share of the spread that it explains.
+    /// Share of the sum of squares that it explains.
     pub(super) share: R,
-    /// What it explains, as a sum of squares over the variance of a reading.
+    /// Explained sum of squares over the variance of a reading.
     pub(super) explained: R,
-    /// Periods that have been seen.
+    /// Number of observed periods.
     pub(super) periods: R,
 }
 
@@ -119,7 +141,7 @@ fn times<R: Real>(a: [R; 2], b: [R; 2]) -> [R; 2] {
     [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
 
-/// Index of the largest.
+/// Index of the largest share.
 fn largest<R: Real>(shares: &[R; BINS]) -> usize {
     let mut best = 0;
     for k in 1..BINS {
@@ -131,7 +153,7 @@ fn largest<R: Real>(shares: &[R; BINS]) -> usize {
 }
 
 impl<R: Real> Bin<R> {
-    /// Forgets and turns over a time; takes in a velocity of some age.
+    /// Fades and rotates the sums over a time, then adds a velocity and its age.
     fn update(&mut self, w: R, time: R, velocity: Option<[R; 3]>) {
         let memory = r::<R>(MEMORY * core::f64::consts::TAU) / w;
         let keep = (-time / memory).exp();
@@ -160,14 +182,14 @@ impl<R: Real> Bin<R> {
         self.share = self.fit().map_or(R::ZERO, |fit| fit.share);
     }
 
-    /// Spread of the readings about their mean, as a weighted sum of squares.
+    /// Weighted sum of squares of the velocities about their mean.
     fn spread(&self) -> R {
         (self.yy - self.y * self.y / self.one).max(R::ZERO)
     }
 
     fn fit(&self) -> Option<Peak<R>> {
         let n = self.one;
-        if !(n > r(6.0)) {
+        if !(n > r(LEAST_WEIGHT)) {
             return None;
         }
         let half = r::<R>(0.5);
@@ -177,8 +199,7 @@ impl<R: Real> Bin<R> {
         let yc = self.ye[0] - self.y * self.e[0] / n;
         let ys = self.ye[1] - self.y * self.e[1] / n;
         let det = cc * ss - cs * cs;
-        // Shorter than about half a period the three cannot be told apart.
-        if !(det > r::<R>(1e-3) * n * n) {
+        if !(det > r::<R>(LEAST_DETERMINANT) * n * n) {
             return None;
         }
         let a = (ss * yc - cs * ys) / det;
@@ -202,47 +223,47 @@ impl<R: Real> Bin<R> {
 }
 
 impl<R: Real> Spectrum<R> {
-    /// A grid of equal ratios between neighbours.
+    /// A grid with a constant ratio between neighbours.
     pub(super) fn new(lowest: R, highest: R) -> Self {
         let step = (highest / lowest).ln() / r((BINS - 1) as f64);
         Self {
             frequencies: core::array::from_fn(|k| lowest * (step * r(k as f64)).exp()),
             bins: [Bin::default(); BINS],
-            gathered: [Gathered::default(); TURNS],
-            turn: 0,
+            pending: [PendingReadings::default(); GROUPS],
+            group: 0,
             noise: R::ZERO,
             time: R::ZERO,
         }
     }
 
-    /// Takes a reading in (or none) after `dt` seconds.
+    /// Advances by `dt` seconds and adds a reading, if there is one.
     pub(super) fn step(&mut self, observed: Observed, y: Option<R>, dt: R) {
         self.time += dt;
-        for gathered in &mut self.gathered {
-            gathered.time += dt;
+        for pending in &mut self.pending {
+            pending.time += dt;
             if let Some(y) = y {
-                gathered.sum += y;
-                gathered.count += R::ONE;
+                pending.sum += y;
+                pending.count += R::ONE;
             }
         }
-        let gathered = &mut self.gathered[self.turn];
-        let (time, velocity) = (gathered.time, gathered.velocity(observed));
-        gathered.turn();
+        let pending = &mut self.pending[self.group];
+        let (time, velocity) = (pending.time, pending.velocity(observed));
+        pending.begin_next();
         if let Some([_, _, noise]) = velocity {
-            self.noise += r::<R>(0.02) * (noise - self.noise);
+            self.noise += r::<R>(NOISE_GAIN) * (noise - self.noise);
         }
-        for k in (self.turn * SHARE)..((self.turn + 1) * SHARE) {
+        for k in (self.group * GROUP_SIZE)..((self.group + 1) * GROUP_SIZE) {
             self.bins[k].update(self.frequencies[k], time, velocity);
         }
-        self.turn = (self.turn + 1) % TURNS;
+        self.group = (self.group + 1) % GROUPS;
     }
 
-    /// Peaks, the largest first. What the line shape of those before spreads to a
-    /// frequency is taken off its share, with a margin, before the next is chosen.
+    /// Peaks, the largest first. Each peak's line shape, with a margin, is subtracted
+    /// from the shares before the next peak is chosen.
     pub(super) fn peaks(&self) -> [Option<Peak<R>>; MOST] {
         let mut peaks = [None; MOST];
         let mut shares = self.bins.map(|bin| bin.share);
-        // What is largest at the edge of the band lies outside.
+        // A maximum at the edge of the band belongs to a frequency outside.
         shares[0] = R::ZERO;
         shares[BINS - 1] = R::ZERO;
         for place in &mut peaks {
@@ -252,7 +273,7 @@ impl<R: Real> Spectrum<R> {
             };
             *place = Some(peak);
             for k in 0..BINS {
-                // |∫ exp(i Δω t) exp(-t/T) dt / T|², T the memory so far.
+                // |∫ exp(i Δω t) exp(-t/T) dt / T|², with T the memory so far.
                 let w = self.frequencies[k];
                 let memory = r::<R>(MEMORY * core::f64::consts::TAU) / w;
                 let phase = (w - peak.angular_frequency) * memory.min(self.time);
@@ -265,8 +286,8 @@ impl<R: Real> Spectrum<R> {
         peaks
     }
 
-    /// The fit at a frequency, which is refined by a parabola through its
-    /// neighbours.
+    /// The fit at a grid frequency. A parabola through the neighbours refines the
+    /// frequency.
     fn peak(&self, best: usize, share: R) -> Option<Peak<R>> {
         let fit = self.bins[best].fit()?;
         if !(share > R::ZERO) {
@@ -281,10 +302,10 @@ impl<R: Real> Spectrum<R> {
             let shift = (half * (below - above) / curvature).clamp(-half, half);
             w *= R::ONE + shift * (frequencies[best + 1] / frequencies[best] - R::ONE);
         }
-        // From the frequency's last turn to now.
-        let angle = w * self.gathered[best / SHARE].time;
+        // Rotation since this frequency's last update.
+        let angle = w * self.pending[best / GROUP_SIZE].time;
         let [c, s] = times([fit.c, fit.s], [angle.cos(), angle.sin()]);
-        // Less what larger peaks have spread to it.
+        // Without the part that is the line shape of larger peaks.
         let own = (share / fit.share).min(R::ONE);
         let amplitude = own.sqrt();
         Some(Peak {
@@ -297,15 +318,14 @@ impl<R: Real> Spectrum<R> {
         })
     }
 
-    /// Every frequency has had its turn since the last time this was true.
+    /// Whether all frequencies have been updated since this was last true.
     pub(super) fn round_done(&self) -> bool {
-        self.turn == 0
+        self.group == 0
     }
 
-    /// Variance of the velocity beyond that of its noise, over the longest memory,
-    /// and the frequency that explains most of it (the middle of the band where none
-    /// does). A tenth of the noise stays: that little cannot be told from none. None
-    /// before there are velocities.
+    /// Variance of the velocity without its noise, over the longest memory, and the
+    /// frequency that explains most of it. That frequency is the middle of the band if
+    /// none explains enough. None before there are velocities.
     pub(super) fn spread(&self, noise: R) -> Option<[R; 2]> {
         let best = largest(&self.bins.map(|bin| bin.share));
         let bin = &self.bins[0];
@@ -313,8 +333,8 @@ impl<R: Real> Spectrum<R> {
             return None;
         }
         let noise = noise * self.noise;
-        let variance = (bin.spread() / bin.one - noise).max(noise * r(0.1));
-        let clear = self.bins[best].share > r(0.35);
+        let variance = (bin.spread() / bin.one - noise).max(noise * r(LEAST_SIGNAL));
+        let clear = self.bins[best].share > r(CLEAR_SHARE);
         let likely = if clear { best } else { BINS / 2 };
         Some([variance, self.frequencies[likely]])
     }

@@ -1,4 +1,4 @@
-//! The distribution of the state and how time changes it.
+//! The distribution of the state and its propagation in time.
 
 use super::RelativeFilter;
 use crate::estimate::gaussian::Gaussian;
@@ -26,8 +26,8 @@ pub(super) const BX: usize = 3;
 pub(super) struct Belief<R> {
     pub(super) vertical: Gaussian<R, 6>,
     pub(super) horizontal: [Gaussian<R, 4>; 2],
-    /// What the velocity adds up to, m: the altitude without the jumps that readings
-    /// make in it.
+    /// Integral of the vertical velocity, m: the altitude without the steps of
+    /// corrections.
     pub(super) climbed: R,
 }
 
@@ -57,8 +57,8 @@ impl<R: Real> Belief<R> {
         }
     }
 
-    /// The vehicle's velocity is this, to a standard deviation on each axis, whatever
-    /// the rest is.
+    /// Sets the vehicle's velocity with a standard deviation on each axis, independent of
+    /// the other states.
     pub(super) fn know_velocity(&mut self, velocity: Vector<R>, sd: R) {
         let [x, y] = &mut self.horizontal;
         x.mean[VX] = velocity.x;
@@ -109,10 +109,11 @@ impl<R: Real> Belief<R> {
         Vector::new(x.mean[BX], y.mean[BX], self.vertical.mean[B])
     }
 
-    /// `t` seconds at a measured acceleration (world axes, gravity removed).
+    /// Propagates over `t` seconds at a measured acceleration (world axes, gravity
+    /// removed).
     ///
-    /// The transition is exact. The deck's noise enters as over an integrator:
-    /// its part of the covariance is right to order ω t.
+    /// The transition is exact. The covariance of the deck's noise is that of an
+    /// integrator, so it is correct to first order in ω t.
     pub(super) fn propagate(&mut self, filter: &RelativeFilter<R>, acceleration: Vector<R>, t: R) {
         if !(t > R::ZERO) {
             return;

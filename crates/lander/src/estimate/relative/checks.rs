@@ -17,7 +17,7 @@ impl<R: Real> ImuModel<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Names the first that is not usable.
+    /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         not_negative("relative.imu.noise_density", self.noise_density)?;
         not_negative("relative.imu.bias_sd_mps2", self.bias_sd_mps2)?;
@@ -32,7 +32,7 @@ impl<R: Real> RangeModel<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Names the first that is not usable.
+    /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         finite_vector("relative.range.position_m", self.position_m)?;
         finite_vector("relative.range.direction", self.direction)?;
@@ -63,7 +63,7 @@ impl<R: Real> TagModel<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Names the first that is not usable.
+    /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         finite_vector("relative.tag.position_m", self.position_m)?;
         not_negative("relative.tag.noise_sd_m", self.noise_sd_m)?;
@@ -76,7 +76,7 @@ impl<R: Real> GnssModel<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Names the first that is not usable.
+    /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         not_negative("relative.gnss.horizontal_sd_mps", self.horizontal_sd_mps)?;
         not_negative("relative.gnss.vertical_sd_mps", self.vertical_sd_mps)?;
@@ -88,7 +88,7 @@ impl<R: Real> BarometerModel<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Names the first that is not usable.
+    /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         not_negative("relative.barometer.noise_sd_m", self.noise_sd_m)?;
         not_negative("relative.barometer.drift", self.drift)?;
@@ -101,7 +101,7 @@ impl<R: Real> DeckPrior<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Names the first that is not usable.
+    /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         not_negative(
             "relative.deck.heave_velocity_sd_mps",
@@ -133,7 +133,7 @@ impl<R: Real> InitialSpread<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Names the first that is not usable.
+    /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         positive("relative.initial.position_sd_m", self.position_sd_m)?;
         not_negative("relative.initial.velocity_sd_mps", self.velocity_sd_mps)
@@ -144,7 +144,7 @@ impl<R: Real> Gate<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Names the first that is not usable.
+    /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         positive("relative.gate.gate_sd", self.gate_sd)?;
         within(

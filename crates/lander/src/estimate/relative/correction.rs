@@ -1,4 +1,4 @@
-//! How readings change the distribution of the state.
+//! Corrections of the state's distribution by readings.
 
 use super::belief::{Belief, H, P, VQ, VX, ZQ};
 use super::health::Fate;
@@ -7,9 +7,13 @@ use super::{DeckSighting, RelativeFilter};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
 
+/// Least vertical component of the deck's normal: a deck tilted by more than 60° is a
+/// false normal, and no ship's deck comes near this limit.
+const LEAST_NORMAL_Z: f64 = 0.5;
+
 impl<R: Real> Belief<R> {
-    /// Takes a reading of this time in. Gives what became of it, and the deck's
-    /// height as the reading shows it.
+    /// Corrects by a reading of the present time. Returns the result and the deck's
+    /// height that follows from the reading.
     pub(super) fn correct(
         &mut self,
         filter: &RelativeFilter<R>,
@@ -44,7 +48,7 @@ impl<R: Real> Belief<R> {
         };
         let cosine = -n.dot(attitude.rotate(beam));
         let distance_fits = distance >= model.least_m && distance <= model.greatest_m;
-        let angle_fits = cosine >= model.greatest_angle_rad.cos() && n.z > r(0.5);
+        let angle_fits = cosine >= model.greatest_angle_rad.cos() && n.z > r(LEAST_NORMAL_Z);
         if !(distance_fits && angle_fits) {
             return (Fate::Unusable, None);
         }
@@ -86,10 +90,10 @@ impl<R: Real> Belief<R> {
     ) -> (Fate<R>, Option<DeckSighting<R>>) {
         let model = &filter.tag;
         let camera = attitude * model.attitude;
-        let seen = attitude.rotate(model.position_m) + camera.rotate(reading.position_m);
-        let position = (-seen).to_array();
+        let to_deck = attitude.rotate(model.position_m) + camera.rotate(reading.position_m);
+        let position = (-to_deck).to_array();
         let speed = (self.velocity() - self.deck_velocity()).to_array();
-        let distance2 = seen.dot(seen);
+        let distance2 = to_deck.dot(to_deck);
         let axes = [
             Vector::new(R::ONE, R::ZERO, R::ZERO),
             Vector::new(R::ZERO, R::ONE, R::ZERO),
@@ -173,7 +177,7 @@ impl<R: Real> Belief<R> {
         let mut h = [R::ZERO; 6];
         h[ZQ] = R::ONE;
         let variance = model.noise_sd_m * model.noise_sd_m;
-        // The first reading that is trusted tells the level of the others.
+        // The first usable reading defines the barometer's zero.
         let altitude = reading.altitude_m;
         let value = altitude - *origin_m.get_or_insert(altitude - self.vertical.mean[ZQ]);
         let innovation = self.vertical.innovation(h, value, variance);

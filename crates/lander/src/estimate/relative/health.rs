@@ -1,38 +1,36 @@
-//! How far the estimate can be trusted.
+//! State of the sensors and consistency of the filter.
 
 use super::reading::Sensor;
 use super::settings::Gate;
 use touchdown_flight::real::{Real, r};
 
-/// What is known of one sensor.
+/// State of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorHealth<R> {
-    /// Time since the newest reading that was used had been taken, s; infinite
-    /// before the first.
+    /// Age of the newest reading that was used, s; infinite before the first.
     pub age_s: R,
     /// The age is below the sensor's limit.
     pub fresh: bool,
-    /// Running mean of the normalised innovation squared: 1 where readings come
-    /// as expected.
+    /// Running mean of the normalised innovation squared: 1 for a consistent filter.
     pub nis: R,
-    /// Readings left out in a row for being too far from what was expected.
+    /// Number of successive readings outside the gate.
     pub rejected_in_a_row: u32,
-    /// Readings that were used.
+    /// Number of readings that were used.
     pub used: u32,
-    /// Readings too far from what was expected.
+    /// Number of readings outside the gate.
     pub rejected: u32,
-    /// Readings with a number that is not finite.
+    /// Number of readings with a value that is not finite.
     pub not_finite: u32,
-    /// Readings older than the filter's memory.
+    /// Number of readings older than the filter's memory.
     pub too_old: u32,
-    /// Readings that found no room in the filter's memory.
+    /// Number of readings that found no room in the filter's memory.
     pub no_room: u32,
-    /// Readings outside the range in which the sensor is believed, and those that
-    /// say to be of the future.
+    /// Number of readings outside the sensor's usable range, and of readings stamped in
+    /// the future.
     pub unusable: u32,
 }
 
-/// What is known of the sensors and of the filter's consistency.
+/// State of the sensors and consistency of the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Health<R> {
     /// Inertial unit. Its NIS is not used.
@@ -45,23 +43,23 @@ pub struct Health<R> {
     pub gnss: SensorHealth<R>,
     /// Barometer.
     pub barometer: SensorHealth<R>,
-    /// Readings and expectations have parted: the mean NIS of range, tag or
-    /// GNSS is beyond its limit, or too many readings in a row were left out.
+    /// The filter has diverged: the mean NIS of range, tag or GNSS exceeds its limit, or
+    /// too many successive readings were rejected.
     pub diverged: bool,
 }
 
-/// What became of a reading.
+/// Result of a correction by a reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Fate<R> {
     /// Used, with its normalised innovation squared.
     Used(R),
-    /// Too far from what was expected.
+    /// Ignored: its innovation is outside the gate.
     Rejected,
-    /// Outside the range in which the sensor is believed.
+    /// Ignored: it is outside the sensor's usable range.
     Unusable,
 }
 
-/// The running account of one sensor.
+/// Monitor of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Monitor<R> {
     health: SensorHealth<R>,
@@ -111,7 +109,7 @@ impl<R: Real> Monitor<R> {
         count(&mut self.health.unusable);
     }
 
-    /// A reading of the age `age_s` was used or not.
+    /// Counts a reading of the age `age_s` and updates the mean NIS.
     pub(super) fn note(&mut self, fate: Fate<R>, age_s: R, gate: &Gate<R>) {
         let health = &mut self.health;
         let nis = match fate {
@@ -124,7 +122,7 @@ impl<R: Real> Monitor<R> {
             Fate::Rejected => {
                 count(&mut health.rejected);
                 count(&mut health.rejected_in_a_row);
-                // Counted as at the gate: one that is far off is as bad as ten.
+                // It counts as if at the gate, so that one outlier cannot decide.
                 gate.gate_sd * gate.gate_sd
             }
             Fate::Unusable => return self.unusable(),
@@ -132,13 +130,13 @@ impl<R: Real> Monitor<R> {
         health.nis += (nis - health.nis) / gate.memory;
     }
 
-    /// Forgets that readings and expectations had parted.
-    pub(super) fn forgive(&mut self) {
+    /// Forgets the inconsistency, after a restart of the filter.
+    pub(super) fn reset(&mut self) {
         self.health.nis = R::ONE;
         self.health.rejected_in_a_row = 0;
     }
 
-    pub(super) fn parted(&self, gate: &Gate<R>) -> bool {
+    pub(super) fn has_diverged(&self, gate: &Gate<R>) -> bool {
         self.health.nis > gate.nis_limit || self.health.rejected_in_a_row >= gate.rejections
     }
 
@@ -150,7 +148,7 @@ impl<R: Real> Monitor<R> {
     }
 }
 
-/// The accounts of all sensors.
+/// Monitors of all sensors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Monitors<R: Real> {
     pub(super) imu: Monitor<R>,

@@ -1,13 +1,11 @@
 //! Past states and the readings between them.
 //!
-//! A node is the state at the end of a step; readings stand between nodes at
-//! their own times. A late reading is put in its place, and everything from the
-//! node before it on is computed again: the result is that of readings taken in
-//! at the moments they were made.
+//! A node is the state at the end of a step. Readings are sorted between nodes by the
+//! time of measurement. After a late reading, all states from the node before it are
+//! computed again. So the result equals that of readings without delay.
 //!
-//! Where the log is full, its oldest reading leaves it, and with it the states
-//! from which it would have to be computed again: what arrives later and is older
-//! than that is too old.
+//! If the log is full, its oldest reading is dropped. States before that reading can
+//! then not be computed again, so readings that are older are rejected as too old.
 
 use super::DeckSighting;
 use super::RelativeFilter;
@@ -29,37 +27,40 @@ pub(super) struct Node<R> {
     pub(super) dt: R,
 }
 
+/// Share of a step below which two times are equal: the rounding of ages in `f32`.
+const ROUNDING: f64 = 1e-5;
+
 /// A reading and its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Entry<R> {
     /// Number of the node before it.
     node: u64,
-    /// Time since that node, s; zero: at the node.
+    /// Time since that node, s; zero for a reading at the node.
     offset: R,
     reading: Reading<R>,
-    /// Its age when it was taken in, s.
+    /// Age of the reading when it was first used, s.
     age_s: R,
-    /// Not yet in any state.
+    /// No state contains the reading yet.
     new: bool,
-    /// Outside the range in which the sensor is believed: it need not be kept.
+    /// The reading is outside the sensor's usable range and need not be kept.
     useless: bool,
 }
 
-/// What outlives the past states.
+/// Values that a restart of the states does not erase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Accounts<R: Real> {
     pub(super) monitors: Monitors<R>,
-    /// What the barometer shows at the altitude zero.
+    /// Reading of the barometer at zero altitude, m.
     pub(super) barometer_origin_m: Option<R>,
 }
 
-/// Where a reading was put.
-pub(super) enum Place {
-    /// Into the log.
+/// Result of the insertion of a reading.
+pub(super) enum Insertion {
+    /// The log contains the reading.
     Logged,
-    /// Nowhere: it is older than the oldest node.
+    /// Rejected: it is older than the oldest node.
     TooOld,
-    /// Nowhere: the log is full of readings that are in no state yet.
+    /// Rejected: the log is full of readings that no state contains yet.
     NoRoom,
 }
 
@@ -115,7 +116,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         self.oldest().max(self.complete)
     }
 
-    /// Adds a step. Its state is not computed yet.
+    /// Adds a step without computing its state.
     pub(super) fn push(&mut self, acceleration_mps2: Vector<R>, attitude: Attitude<R>, dt: R) {
         let last = self.head;
         let belief = self.newest().belief;
@@ -127,7 +128,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
             attitude,
             dt,
         };
-        // Readings that are newer than this step go on to the next.
+        // Readings that are newer than this step move on to the next.
         for entry in self.log.iter_mut().flatten() {
             if entry.new {
                 entry.age_s += dt;
@@ -137,7 +138,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
                 entry.offset -= dt;
             }
         }
-        // Readings before the first node are in its state.
+        // The state of the first node contains the readings before it.
         let first = self.first();
         self.retain(|entry| entry.node >= first && !entry.useless);
     }
@@ -157,8 +158,8 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         self.length = kept;
     }
 
-    /// Makes room by leaving out the oldest reading, if it is in a state that is
-    /// computed. Says if there is room.
+    /// Drops the oldest reading of a full log, if a computed state contains it. Returns
+    /// whether there is room.
     fn make_room(&mut self) -> bool {
         if self.length < M {
             return true;
@@ -178,20 +179,20 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         true
     }
 
-    /// Puts a reading in its place, `back` seconds before the newest node.
-    pub(super) fn insert(&mut self, reading: Reading<R>, back: R) -> Place {
+    /// Inserts a reading `back` seconds before the newest node.
+    pub(super) fn insert(&mut self, reading: Reading<R>, back: R) -> Insertion {
         let place = self.time_at(back);
         let within = |place: &(u64, R), first: u64| place.0 >= first;
         if !place.is_some_and(|place| within(&place, self.first())) {
-            return Place::TooOld;
+            return Insertion::TooOld;
         }
         if !self.make_room() {
-            return Place::NoRoom;
+            return Insertion::NoRoom;
         }
         let Some((node, offset)) = place.filter(|place| within(place, self.first())) else {
-            return Place::TooOld;
+            return Insertion::TooOld;
         };
-        // At one moment always in the order of the sensors, however they arrive.
+        // Readings of the same time are sorted by sensor, in any order of arrival.
         let sensor = reading.sensor();
         let later = |entry: &Entry<R>| {
             (entry.node, entry.offset, entry.reading.sensor()) > (node, offset, sensor)
@@ -211,18 +212,18 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
             useless: false,
         });
         self.length += 1;
-        // A reading at a node goes in together with the others there, in order.
+        // Readings at the same node are applied together, in order.
         let from = if offset > R::ZERO || node == self.first() {
             node
         } else {
             node - 1
         };
         self.dirty = self.dirty.min(from);
-        Place::Logged
+        Insertion::Logged
     }
 
-    /// The node at or before the time, and the time since it. A time within a
-    /// share of 1e-5 of a step from a node (rounding of ages) is the node's.
+    /// The node at or before a time, and the time since that node. Times closer to a node
+    /// than rounding count as the node's.
     fn time_at(&self, back: R) -> Option<(u64, R)> {
         let mut node = self.head;
         let mut left = back;
@@ -231,7 +232,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         }
         loop {
             let dt = self.nodes[Self::slot(node)].dt;
-            let close = dt * r(1e-5);
+            let close = dt * r(ROUNDING);
             if left <= close {
                 return Some((node, R::ZERO));
             }
@@ -260,9 +261,9 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         }
     }
 
-    /// What the acceleration adds to velocity and place between two times, `from` and
-    /// `to` seconds before the newest node; none where it is not remembered. It is
-    /// held beyond the newest node.
+    /// Change of velocity and position that the acceleration causes between two times,
+    /// `from` and `to` seconds before the newest node. None beyond the memory. The
+    /// acceleration is held after the newest node.
     pub(super) fn moved(&self, from: R, to: R) -> Option<[Vector<R>; 2]> {
         let (mut faster, mut farther) = (Vector::ZERO, Vector::ZERO);
         let mut add = |acceleration: Vector<R>, start: R, end: R| {
@@ -287,7 +288,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         (from >= to).then_some([faster, farther])
     }
 
-    /// Computes the states anew from the first that changed.
+    /// Computes the states again from the first changed one.
     pub(super) fn replay(
         &mut self,
         filter: &RelativeFilter<R>,
@@ -306,7 +307,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
                 if entry.offset > R::ZERO {
                     break;
                 }
-                // What stands at the first node is in its state, unless it is new.
+                // The state of the first node contains its readings, unless they are new.
                 if number > self.dirty || entry.new {
                     let seen = self.apply(next, filter, &mut belief, here.attitude, accounts);
                     sighting = clearer(sighting, seen);
@@ -378,7 +379,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
     }
 }
 
-/// The clearer of two sightings.
+/// The more precise of two sightings.
 pub(super) fn clearer<R: Real>(
     a: Option<DeckSighting<R>>,
     b: Option<DeckSighting<R>>,

@@ -1,4 +1,4 @@
-//! The vehicle relative to the deck, for landing.
+//! Kalman filter of the vehicle's motion relative to the deck.
 //!
 //! ```text
 //! vertical      h' = v_q - v_p    v_q' = a - b    z_q' = v_q
@@ -10,42 +10,41 @@
 //! h is the height above the deck's reference point, v_q and v_p the velocities
 //! of vehicle and deck, a the measured acceleration (specific force f in body
 //! axes turned by the attitude R), b its bias, z_q the altitude, p the horizontal
-//! place relative to the deck on each axis. Heave is expected as a process
-//! around ω in a band whose width ζ tells: [`DeckPrior`] (settings may be changed
-//! between steps, as when the period has been found; a known one halves the error
-//! of the relative velocity). The
-//! attitude is taken as given; its error enters as a horizontal bias and as an
-//! error of range and tag in proportion to the distance. Vertical and horizontal
-//! axes are filtered apart (their common errors, of the attitude, are counted in
-//! each). Biases are those of world axes: after a turn of heading the horizontal
-//! ones have to be learnt anew, within the drift that `bias_walk` allows.
+//! position relative to the deck on each axis. Heave is modelled as band-limited noise
+//! around ω with the damping ratio ζ ([`DeckPrior`]). Settings may change between steps:
+//! a known period halves the error of the relative velocity.
 //!
-//! **Delays.** A reading corrects the state of the time at which it was taken: a
-//! ring of the last N states with their inputs, and of the M readings between
-//! them, is computed again from there. The result is that of readings that arrive
-//! at once, whatever their order, as long as they are not older than N - 1 steps
-//! (those are counted and left out): N - 1 steps must be longer than the age of the
-//! oldest reading, 0.31 s at 100 Hz and N = 32, 0.155 s at 200 Hz. M must not be less
-//! than the readings that are taken in that age; where more come, the memory of
-//! readings, and with it the greatest age, gets shorter. Readings may fall between two
-//! steps and may be newer than the last IMU sample (`imu.delay_s`): they wait. Those
-//! stamped later than the step's end by more than a step are refused. Attitude is
-//! interpolated to the reading's time. One state takes 90 numbers, a reading
-//! about 18: with N = 32, M = 64 and `f64` 32 kB, with `f32` half of it. Replaying a
-//! step costs what the step costs.
+//! The filter does not estimate the attitude. Attitude errors enter as a horizontal bias,
+//! and as errors of range and tag in proportion to the distance. Vertical and horizontal
+//! axes have separate filters; each of them counts the attitude error. Biases hold for
+//! world axes. After a change of heading the filter must learn the horizontal biases
+//! again, as fast as `bias_walk` allows.
 //!
-//! **Trust.** A reading whose innovation lies outside the gate is left out. The
-//! running mean of the normalised innovation squared and the number of readings
-//! left out in a row tell whether filter and sensors have parted
-//! ([`Health::diverged`]); then [`RelativeFilter::restart`] begins anew. Readings
-//! that are not finite are counted and change nothing; while IMU samples are not,
-//! the last acceleration and attitude are held.
+//! **Delays.** A reading corrects the state at the time of measurement. The filter keeps
+//! the last N states with their inputs, and the M readings between them, and computes
+//! again from the reading on. The result equals that of readings without delay, in any
+//! order of arrival.
 //!
-//! What it cannot see: without GNSS velocity (and near the ground, where the
-//! barometer is left out) only the prior tells the vehicle's own velocity from
-//! that of the deck; their difference, by which one lands, is not affected. A
-//! rounding to whole centimetres is not white for a vehicle at rest above a deck
-//! at rest: the height then keeps an error of up to half a quantum.
+//! * Readings older than N - 1 steps are counted and ignored. So N - 1 steps must be
+//!   longer than the largest age: 0.31 s at 100 Hz and N = 32, 0.155 s at 200 Hz.
+//! * M must be at least the number of readings within that age. With more readings, the
+//!   filter keeps them for a shorter time, and the largest age decreases.
+//! * Readings may fall between two steps; the attitude is interpolated to their time.
+//!   Readings newer than the last IMU sample (`imu.delay_s`) wait. Readings stamped more
+//!   than a step after the step's end are rejected.
+//! * A state takes 90 numbers, a reading about 18: with N = 32, M = 64 and `f64` 32 kB,
+//!   with `f32` half of it. Computing a step again costs as much as the step.
+//!
+//! **Consistency.** A reading whose innovation lies outside the gate is ignored. The
+//! running mean of the normalised innovation squared and the number of successive
+//! rejections show whether the filter has diverged ([`Health::diverged`]). Then call
+//! [`RelativeFilter::restart`]. Readings that are not finite are counted and ignored.
+//! While IMU samples are not finite, the last acceleration and attitude are held.
+//!
+//! **Limits.** Without GNSS velocity, and near the ground without the barometer, only the
+//! prior separates the vehicle's own velocity from that of the deck. Their difference,
+//! which a landing needs, is not affected. If vehicle and deck are at rest, rounding to
+//! whole centimetres is not white: the height then keeps an error of up to half a quantum.
 
 mod belief;
 mod checks;
@@ -56,7 +55,7 @@ mod reading;
 mod settings;
 
 use belief::{AP, Belief, H, P, VD, VP, VQ, VX, ZQ};
-use history::{Accounts, History, Node, Place, clearer};
+use history::{Accounts, History, Insertion, Node, clearer};
 
 pub use health::{Health, SensorHealth};
 pub use reading::{
@@ -96,7 +95,7 @@ pub struct RelativeFilter<R> {
     pub gnss: GnssModel<R>,
     /// The barometer.
     pub barometer: BarometerModel<R>,
-    /// What is known of the deck beforehand.
+    /// Prior of the deck's motion.
     pub deck: DeckPrior<R>,
     /// Uncertainty before any reading.
     pub initial: InitialSpread<R>,
@@ -112,10 +111,9 @@ pub struct RelativeState<R: Real, const N: usize = 32, const M: usize = 64> {
     sighting: Option<DeckSighting<R>>,
 }
 
-/// The deck's height as one reading showed it: what the vehicle had climbed, as its
-/// estimated velocity adds up, less the height that was measured. The error is a
-/// constant and one of velocity that wanders with the noise of the accelerometer;
-/// what is faster is the deck's heave.
+/// The deck's height from one reading: the integral of the vehicle's estimated velocity,
+/// less the measured height. Its error is an offset with a slowly drifting rate (the
+/// noise of the accelerometer). Faster changes are the deck's heave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeckSighting<R> {
     /// Height of the deck, m.
@@ -221,14 +219,15 @@ impl<R: Real> RelativeFilter<R> {
         }
     }
 
-    /// Begins anew with the spread of the start, after a divergence; sensors keep
-    /// their counts, the vehicle its attitude.
+    /// Restarts with the initial spread, after a divergence. The counts of the sensors
+    /// and the attitude are kept.
     pub fn restart<const N: usize, const M: usize>(&self, state: &mut RelativeState<R, N, M>) {
         self.restart_from(state, Belief::initial(self));
     }
 
-    /// As [`Self::restart`], but with the vehicle's velocity as it was estimated, to
-    /// `velocity_sd_mps` on each axis: for a place that is lost rather than a motion.
+    /// As [`Self::restart`], but keeps the estimated velocity of the vehicle, with the
+    /// standard deviation `velocity_sd_mps` on each axis. Use it if the position is lost
+    /// but the velocity is not.
     pub fn restart_moving<const N: usize, const M: usize>(
         &self,
         state: &mut RelativeState<R, N, M>,
@@ -248,12 +247,12 @@ impl<R: Real> RelativeFilter<R> {
         state.history.restart(belief);
         state.accounts.barometer_origin_m = None;
         for monitor in state.accounts.monitors.each() {
-            monitor.forgive();
+            monitor.reset();
         }
     }
 
-    /// Propagates over `dt` seconds with an IMU sample and takes in the readings
-    /// that have arrived by their end. The estimate is that of the sample's time.
+    /// Propagates over `dt` seconds with an IMU sample and corrects by the readings that
+    /// have arrived since. The estimate is for the time of the sample.
     pub fn step<const N: usize, const M: usize>(
         &self,
         state: &mut RelativeState<R, N, M>,
@@ -265,7 +264,7 @@ impl<R: Real> RelativeFilter<R> {
         self.ahead(state, R::ZERO)
     }
 
-    /// [`Self::step`] with readings from anywhere, without the estimate.
+    /// [`Self::step`] with readings from an iterator; returns no estimate.
     pub fn step_with<const N: usize, const M: usize>(
         &self,
         state: &mut RelativeState<R, N, M>,
@@ -304,18 +303,18 @@ impl<R: Real> RelativeFilter<R> {
                 continue;
             }
             let back = reading.age_s() - self.imu.delay_s;
-            let mut place = state.history.insert(reading, back);
-            if matches!(place, Place::NoRoom) {
-                // Readings of this step fill the log: once they are in the states, the
-                // oldest can leave it.
+            let mut insertion = state.history.insert(reading, back);
+            if matches!(insertion, Insertion::NoRoom) {
+                // Readings of this step fill the log. Once the states contain them, the
+                // oldest one can leave the log.
                 sighting = clearer(sighting, state.history.replay(self, accounts));
-                place = state.history.insert(reading, back);
+                insertion = state.history.insert(reading, back);
             }
             let monitor = accounts.monitors.of(reading.sensor());
-            match place {
-                Place::Logged => {}
-                Place::TooOld => monitor.too_old(),
-                Place::NoRoom => monitor.no_room(),
+            match insertion {
+                Insertion::Logged => {}
+                Insertion::TooOld => monitor.too_old(),
+                Insertion::NoRoom => monitor.no_room(),
             }
         }
         state.sighting = clearer(sighting, state.history.replay(self, accounts));
@@ -354,8 +353,8 @@ impl<R: Real> RelativeFilter<R> {
         }
     }
 
-    /// The attitude of a reading of this age, from the IMU samples of its time; the
-    /// oldest that is remembered where it is older.
+    /// The attitude at the time of a reading of this age, interpolated between IMU
+    /// samples. For readings beyond the memory it is the oldest attitude.
     #[must_use]
     pub fn attitude_at<const N: usize, const M: usize>(
         &self,
@@ -365,9 +364,9 @@ impl<R: Real> RelativeFilter<R> {
         state.history.attitude(age_s - self.imu.delay_s)
     }
 
-    /// What the measured acceleration (gravity removed, with its bias) adds to the
-    /// vehicle's velocity and place from `from_s` to `to_s` ago, m/s and m; none where
-    /// that is not remembered.
+    /// Change of velocity (m/s) and position (m) that the measured acceleration causes
+    /// between `from_s` and `to_s` ago. Gravity is removed, the bias is not. None beyond
+    /// the memory.
     #[must_use]
     pub fn moved<const N: usize, const M: usize>(
         &self,
@@ -379,8 +378,8 @@ impl<R: Real> RelativeFilter<R> {
         state.history.moved(from_s - delay_s, to_s - delay_s)
     }
 
-    /// The deck's height as the readings of the last step showed it (of several,
-    /// the clearest), for a deck estimator; none where no range or tag came.
+    /// The deck's height from the most precise reading of the last step, for a deck
+    /// estimator. None if no range or tag reading arrived.
     #[must_use]
     pub fn deck_sighting<const N: usize, const M: usize>(
         &self,
@@ -389,23 +388,23 @@ impl<R: Real> RelativeFilter<R> {
         state.sighting
     }
 
-    /// How far the estimate can be trusted.
+    /// State of the sensors and consistency of the filter.
     #[must_use]
     pub fn health<const N: usize, const M: usize>(
         &self,
         state: &RelativeState<R, N, M>,
     ) -> Health<R> {
         let monitors = &state.accounts.monitors;
-        let parted = [&monitors.range, &monitors.tag, &monitors.gnss]
+        let diverged = [&monitors.range, &monitors.tag, &monitors.gnss]
             .iter()
-            .any(|monitor| monitor.parted(&self.gate));
+            .any(|monitor| monitor.has_diverged(&self.gate));
         Health {
             imu: monitors.imu.health(self.imu.stale_s),
             range: monitors.range.health(self.range.stale_s),
             tag: monitors.tag.health(self.tag.stale_s),
             gnss: monitors.gnss.health(self.gnss.stale_s),
             barometer: monitors.barometer.health(self.barometer.stale_s),
-            diverged: parted,
+            diverged,
         }
     }
 }

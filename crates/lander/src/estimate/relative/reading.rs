@@ -1,4 +1,4 @@
-//! What the sensors say.
+//! Readings of the sensors.
 
 use touchdown_flight::real::Real;
 use touchdown_flight::space::{Attitude, Vector};
@@ -14,23 +14,22 @@ use touchdown_flight::space::{Attitude, Vector};
     ))
 )]
 pub struct ImuSample<R> {
-    /// Specific force in body axes (at rest: g along the vertical, up), the mean
-    /// over the step, m/s².
+    /// Specific force in body axes, mean over the step, m/s². At rest it is g, upwards.
     pub specific_force_mps2: Vector<R>,
     /// Attitude at the end of the step.
     pub attitude: Attitude<R>,
 }
 
-/// A reading, with its age at the end of the step that takes it in.
+/// A reading, with its age at the end of the step that uses it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading<R> {
-    /// Of the range finder.
+    /// Reading of the range finder.
     Range(RangeReading<R>),
-    /// Of the camera.
+    /// Reading of the camera.
     Tag(TagReading<R>),
     /// Velocity by satellite navigation.
     Gnss(GnssVelocity<R>),
-    /// Of the barometer.
+    /// Reading of the barometer.
     Barometer(BarometerReading<R>),
 }
 
@@ -57,12 +56,12 @@ impl<R: Real> RangeReading<R> {
     }
 }
 
-/// The place of the deck's reference point as the camera sees it.
+/// The position of the deck's reference point, measured by the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TagReading<R> {
     /// The deck's reference point in camera axes, m.
     pub position_m: Vector<R>,
-    /// Its covariance in camera axes, m².
+    /// Covariance of the position in camera axes, m².
     pub covariance_m2: [[R; 3]; 3],
     /// Age, s.
     pub age_s: R,
@@ -77,7 +76,7 @@ pub struct GnssVelocity<R> {
     pub age_s: R,
 }
 
-/// Altitude by air pressure, above any level.
+/// Altitude by air pressure, above an arbitrary zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BarometerReading<R> {
     /// Altitude, m.
@@ -86,7 +85,7 @@ pub struct BarometerReading<R> {
     pub age_s: R,
 }
 
-/// The sensors that [`super::Health`] tells apart.
+/// The sensors of [`super::Health`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Sensor {
     /// Inertial unit.
@@ -108,7 +107,7 @@ impl<R: Real> ImuSample<R> {
 }
 
 impl<R: Real> Reading<R> {
-    /// Which sensor it is of.
+    /// The sensor that made the reading.
     #[must_use]
     pub fn sensor(&self) -> Sensor {
         match self {
@@ -119,7 +118,7 @@ impl<R: Real> Reading<R> {
         }
     }
 
-    /// Its age, s.
+    /// Age of the reading, s.
     #[must_use]
     pub fn age_s(&self) -> R {
         match self {
@@ -130,8 +129,8 @@ impl<R: Real> Reading<R> {
         }
     }
 
-    /// The same reading, had it been taken `late_s` before; altitudes by air pressure,
-    /// which do not come by the way of the others, stay.
+    /// The same reading with `late_s` added to its age. Barometer readings do not change,
+    /// because they do not come by the path of the others.
     #[must_use]
     pub fn older_by(self, late_s: R) -> Self {
         match self {
@@ -151,7 +150,7 @@ impl<R: Real> Reading<R> {
         }
     }
 
-    /// Every number is finite.
+    /// Whether all numbers are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         self.age_s().is_finite()

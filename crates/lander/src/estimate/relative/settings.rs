@@ -1,4 +1,7 @@
-//! What the filter is told of sensors and deck.
+//! Settings of the filter: error models of the sensors, prior of the deck, gate.
+//!
+//! The defaults are of the order of hobby-grade sensors: a MEMS inertial unit, a laser
+//! range finder in whole centimetres, GNSS without corrections.
 
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
@@ -15,8 +18,9 @@ pub struct ImuModel<R> {
     pub bias_sd_mps2: R,
     /// Drift of the bias, m/s²/√s.
     pub bias_walk: R,
-    /// Error of roll and pitch, standard deviation, rad. Times g it adds to the
-    /// horizontal biases, times the distance to the errors of range and tag.
+    /// Error of roll and pitch, standard deviation, rad. Multiplied by g it adds to the
+    /// horizontal biases; multiplied by the distance it adds to the errors of range and
+    /// tag.
     pub attitude_sd_rad: R,
     /// Age of a sample at the end of its step, s.
     pub delay_s: R,
@@ -29,22 +33,22 @@ pub struct ImuModel<R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct RangeModel<R> {
-    /// Place in body axes, from the vehicle's reference point, m.
+    /// Position in body axes, from the vehicle's reference point, m.
     pub position_m: Vector<R>,
     /// Direction of the beam in body axes.
     pub direction: Vector<R>,
     /// White noise, standard deviation, m.
     pub noise_sd_m: R,
-    /// Further noise as a share of the distance.
+    /// Additional noise as a share of the distance.
     pub noise_share: R,
-    /// Quantum of the readings, m; its rounding counts as noise of the variance
+    /// Resolution of the readings, m. Its rounding counts as noise with the variance
     /// quantum²/12.
     pub quantum_m: R,
-    /// Least distance that is believed, m.
+    /// Smallest usable distance, m.
     pub least_m: R,
-    /// Greatest distance that is believed, m.
+    /// Largest usable distance, m.
     pub greatest_m: R,
-    /// Greatest angle between the beam and the deck's normal, rad.
+    /// Largest usable angle between the beam and the deck's normal, rad.
     pub greatest_angle_rad: R,
     /// Jitter of the age, standard deviation, s.
     pub jitter_s: R,
@@ -52,7 +56,7 @@ pub struct RangeModel<R> {
     pub stale_s: R,
 }
 
-/// The camera and what sees the tag.
+/// The camera and the detection of the tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -64,12 +68,12 @@ pub struct RangeModel<R> {
     ))
 )]
 pub struct TagModel<R> {
-    /// Place of the camera in body axes, from the reference point, m.
+    /// Position of the camera in body axes, from the reference point, m.
     pub position_m: Vector<R>,
-    /// Turn from camera axes (x right, y down, z forward in the image's sense)
-    /// to body axes.
+    /// Rotation from camera axes (x right in the image, y down, z along the view) to body
+    /// axes.
     pub attitude: Attitude<R>,
-    /// Error beside the reading's own covariance, standard deviation on each
+    /// Error in addition to the reading's own covariance, standard deviation on each
     /// axis, m.
     pub noise_sd_m: R,
     /// Jitter of the age, standard deviation, s.
@@ -98,16 +102,16 @@ pub struct GnssModel<R> {
 pub struct BarometerModel<R> {
     /// Noise, standard deviation, m.
     pub noise_sd_m: R,
-    /// Drift of the pressure's level, m/√s.
+    /// Random walk of the barometer's zero, m/√s.
     pub drift: R,
-    /// Height above the deck below which readings are left out: there the
-    /// rotors' own pressure falsifies them.
+    /// Height above the deck below which readings are ignored, because the pressure field
+    /// of the rotors disturbs them.
     pub trusted_above_m: R,
     /// Age from which the last reading counts as stale, s.
     pub stale_s: R,
 }
 
-/// What is known of the deck beforehand.
+/// Prior of the deck's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -116,13 +120,13 @@ pub struct DeckPrior<R> {
     pub heave_velocity_sd_mps: R,
     /// Angular frequency around which heave is expected, rad/s.
     pub heave_angular_frequency: R,
-    /// Width of the band around it: damping ratio ζ of the process, in (0, 1];
-    /// 1 for heave of which nothing is known, 0.1 for a swell of known period.
+    /// Bandwidth of the heave: damping ratio ζ of the process, in (0, 1]. Use 1 for an
+    /// unknown period and 0.1 for a swell of known period.
     pub heave_damping_ratio: R,
-    /// Horizontal velocity at the start, standard deviation, m/s; 0 with no walk
-    /// for a deck that stays.
+    /// Horizontal velocity at the start, standard deviation, m/s. Use 0, and 0 for the
+    /// walk, for a deck at rest.
     pub horizontal_velocity_sd_mps: R,
-    /// Change of the horizontal velocity, m/s/√s.
+    /// Random walk of the horizontal velocity, m/s/√s.
     pub horizontal_velocity_walk: R,
 }
 
@@ -137,20 +141,20 @@ pub struct InitialSpread<R> {
     pub velocity_sd_mps: R,
 }
 
-/// When a reading is left out and when the filter counts as diverged.
+/// Limits for the rejection of readings and for divergence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Gate<R> {
-    /// A reading further than this many standard deviations from what is
-    /// expected is left out.
+    /// A reading whose innovation exceeds this many standard deviations is rejected.
     pub gate_sd: R,
-    /// Number of readings over which the consistency is averaged.
+    /// Number of readings in the running mean of the normalised innovation squared.
     pub memory: R,
-    /// Mean normalised innovation squared (1 where the model holds) from which
-    /// the filter counts as diverged.
+    /// Mean normalised innovation squared above which the filter counts as diverged. It
+    /// is 1 for a consistent filter.
     pub nis_limit: R,
-    /// Readings of one sensor left out in a row from which it does.
+    /// Number of successive rejections of one sensor after which the filter counts as
+    /// diverged.
     pub rejections: u32,
 }
 
@@ -258,8 +262,8 @@ impl<R: Real> Default for InitialSpread<R> {
 }
 
 impl<R: Real> Default for Gate<R> {
-    /// Five standard deviations; mean over 20 readings above 5, or 10 left out
-    /// in a row.
+    /// Five standard deviations; a mean above 5 over 20 readings, or 10 successive
+    /// rejections.
     fn default() -> Self {
         Self {
             gate_sd: r(5.0),
