@@ -9,28 +9,36 @@ use crate::node::{Binary, Id, Node, Unary, whole_exponent};
 use crate::program::{Instruction, Op, Operand, Program, Target};
 use crate::suggest::nearest;
 
-pub(crate) fn compile(exprs: &[Expr], inputs: &[&str]) -> Result<Program, CompileError> {
-    let mut place_of: HashMap<&str, u32> = HashMap::with_capacity(inputs.len());
-    for (place, name) in inputs.iter().enumerate() {
-        if let Some(first) = place_of.insert(name, place as u32) {
-            return Err(CompileError::DuplicateInput {
-                name: (*name).to_owned(),
-                first: first as usize,
-                second: place,
-            });
-        }
-    }
-    let mut values = Lowering::default();
-    let mut roots = Vec::with_capacity(exprs.len());
-    for expr in exprs {
-        for name in expr.variables() {
-            if !place_of.contains_key(name) {
-                return Err(unknown(name, expr, inputs));
+impl Program {
+    /// Compiles expressions; `inputs` names the columns in the order in which they
+    /// will be given. Inputs that no expression uses are allowed.
+    ///
+    /// # Errors
+    /// [`CompileError::UnknownName`] if an expression uses a name that is not an
+    /// input, [`CompileError::DuplicateInput`] if an input is listed twice.
+    pub fn compile(exprs: &[Expr], inputs: &[&str]) -> Result<Self, CompileError> {
+        let mut place_of: HashMap<&str, u32> = HashMap::with_capacity(inputs.len());
+        for (place, name) in inputs.iter().enumerate() {
+            if let Some(first) = place_of.insert(name, place as u32) {
+                return Err(CompileError::DuplicateInput {
+                    name: (*name).to_owned(),
+                    first: first as usize,
+                    second: place,
+                });
             }
         }
-        roots.push(values.expression(expr));
+        let mut values = Lowering::default();
+        let mut roots = Vec::with_capacity(exprs.len());
+        for expr in exprs {
+            for name in expr.variables() {
+                if !place_of.contains_key(name) {
+                    return Err(unknown(name, expr, inputs));
+                }
+            }
+            roots.push(values.expression(expr));
+        }
+        Ok(Allocation::new(&values.builder, &roots, &place_of).finish(inputs, roots.len()))
     }
-    Ok(Allocation::new(&values.builder, &roots, &place_of).finish(inputs, roots.len()))
 }
 
 fn unknown(name: &str, expr: &Expr, inputs: &[&str]) -> CompileError {

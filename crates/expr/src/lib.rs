@@ -49,6 +49,7 @@
 //! of magnitude at most 64 is evaluated by multiplications only, in the fixed
 //! order x²ᵏ = xᵏ·xᵏ, x²ᵏ⁺¹ = x²ᵏ·x, with x⁻ⁿ = 1/xⁿ and x⁰ = 1.
 
+mod algebra;
 mod arena;
 mod code;
 mod compile;

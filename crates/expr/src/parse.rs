@@ -1,5 +1,7 @@
 //! Tokens to expressions, by precedence climbing.
 
+use std::str::FromStr;
+
 use crate::arena::Builder;
 use crate::error::ParseError;
 use crate::expr::Expr;
@@ -29,6 +31,24 @@ pub(crate) mod level {
 
 type Parsed<T> = Result<T, Box<ParseError>>;
 
+impl Expr {
+    /// Parses a text. The language is described at the [crate] root.
+    ///
+    /// # Errors
+    /// [`ParseError`] with the place, what was expected there and what was found.
+    pub fn parse(text: &str) -> Result<Self, ParseError> {
+        parse(text).map_err(|error| *error)
+    }
+}
+
+impl FromStr for Expr {
+    type Err = ParseError;
+
+    fn from_str(text: &str) -> Result<Self, ParseError> {
+        Self::parse(text)
+    }
+}
+
 struct Parser<'t> {
     text: &'t str,
     lexer: Lexer<'t>,
@@ -37,7 +57,7 @@ struct Parser<'t> {
     nesting: usize,
 }
 
-pub(crate) fn parse(text: &str) -> Parsed<Expr> {
+fn parse(text: &str) -> Parsed<Expr> {
     if text.len() > MAX_TEXT_BYTES {
         let expected = format!("at most {MAX_TEXT_BYTES} bytes of text");
         return Err(ParseError::new(

@@ -1,8 +1,5 @@
 //! Compiled expressions and their evaluation.
 
-use crate::compile::compile;
-use crate::error::CompileError;
-use crate::expr::Expr;
 use crate::node::{Binary, Unary, is_true};
 
 /// Rows that one instruction handles before the next takes its turn: small
@@ -75,16 +72,6 @@ impl Scratch {
 }
 
 impl Program {
-    /// Compiles expressions; `inputs` names the columns in the order in which they
-    /// will be given. Inputs that no expression uses are allowed.
-    ///
-    /// # Errors
-    /// [`CompileError::UnknownName`] if an expression uses a name that is not an
-    /// input, [`CompileError::DuplicateInput`] if an input is listed twice.
-    pub fn compile(exprs: &[Expr], inputs: &[&str]) -> Result<Self, CompileError> {
-        compile(exprs, inputs)
-    }
-
     /// Number of outputs: one for each expression.
     #[must_use]
     pub fn outputs(&self) -> usize {

@@ -1,6 +1,6 @@
 //! Curves as polylines: steps, gaps, and what is visible of them.
 
-use crate::canvas::Rect;
+use crate::shape::Rect;
 
 /// Adds the corner of each step: a value holds until the next sample.
 pub(crate) fn steps(samples: impl Iterator<Item = Option<[f64; 2]>>) -> Vec<Option<[f64; 2]>> {

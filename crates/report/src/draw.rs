@@ -1,6 +1,6 @@
 //! A figure as a canvas: grid, series, axes, words.
 
-use crate::canvas::{Anchor, Canvas, Ink, Rect, Type};
+use crate::canvas::{Anchor, Canvas, Ink, Type};
 use crate::figure::{Figure, Kind, Panel, Series};
 use crate::font::{self, Weight};
 use crate::layout::{
@@ -9,6 +9,7 @@ use crate::layout::{
 use crate::raster;
 use crate::scale::Tick;
 use crate::series::{BAND_ALPHA, LEAST_DOT, View, has_points, line, stroke};
+use crate::shape::Rect;
 use crate::svg::{self, About};
 use crate::{Error, Result, files};
 use std::path::{Path, PathBuf};

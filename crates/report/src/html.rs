@@ -1,5 +1,7 @@
 //! The page of a report.
 
+use std::path::Path;
+
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -8,6 +10,7 @@ use crate::font;
 use crate::report::{Block, Callout, Report};
 use crate::table::{Align, Table};
 use crate::words::Words;
+use crate::{Result, files};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -18,37 +21,47 @@ const PLOTLY: &str = include_str!("../plotly/plotly-basic.min.js");
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
                       img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'";
 
-/// The whole page.
-pub(crate) fn page(report: &Report) -> String {
-    let interactive = report
-        .blocks
-        .iter()
-        .any(|block| matches!(block, Block::Figure(_)));
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                link rel="icon" href="data:,";
-                title { (report.title) }
-                style { (PreEscaped(typefaces())) (PreEscaped(STYLE)) }
-            }
-            body {
-                (head(report))
-                div.columns {
-                    (contents(report))
-                    main { (body(report)) }
+impl Report {
+    /// The whole page.
+    pub fn html(&self) -> String {
+        let interactive = self
+            .blocks
+            .iter()
+            .any(|block| matches!(block, Block::Figure(_)));
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta http-equiv="Content-Security-Policy" content=(POLICY);
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    link rel="icon" href="data:,";
+                    title { (self.title) }
+                    style { (PreEscaped(typefaces())) (PreEscaped(STYLE)) }
                 }
-                @if interactive {
-                    script { (PreEscaped(PLOTLY)) }
-                    script { (PreEscaped(SCRIPT)) }
+                body {
+                    (head(self))
+                    div.columns {
+                        (contents(self))
+                        main { (body(self)) }
+                    }
+                    @if interactive {
+                        script { (PreEscaped(PLOTLY)) }
+                        script { (PreEscaped(SCRIPT)) }
+                    }
                 }
             }
-        }
-    };
-    page.into_string()
+        };
+        page.into_string()
+    }
+
+    /// Writes the page, whole or not at all.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
+        files::write_atomic(path.as_ref(), self.html().as_bytes())
+    }
 }
 
 fn typefaces() -> String {

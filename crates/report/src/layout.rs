@@ -1,10 +1,10 @@
 //! Where everything stands: panels one below the other with common left and right edges, legends above each.
 
-use crate::canvas::Rect;
 use crate::figure::{Figure, Panel, Series};
 use crate::font::{self, Weight};
 use crate::ranges::{equal_scale, ranges};
 use crate::scale::Axis;
+use crate::shape::Rect;
 
 /// Sizes of letters in pixels.
 pub(crate) const TITLE_SIZE: f32 = 16.0;

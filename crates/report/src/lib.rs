@@ -54,6 +54,7 @@ mod raster;
 mod report;
 mod scale;
 mod series;
+mod shape;
 mod svg;
 mod table;
 mod words;

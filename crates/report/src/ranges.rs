@@ -1,8 +1,8 @@
 //! Which part of the plane every panel shows.
 
-use crate::canvas::Rect;
 use crate::figure::{Figure, Kind, Panel};
 use crate::scale::{extent, limits};
+use crate::shape::Rect;
 
 /// Lower and upper limit.
 pub(crate) type Range = (f64, f64);

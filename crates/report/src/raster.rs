@@ -5,8 +5,9 @@ use tiny_skia::{
     Stroke as SkiaStroke, StrokeDash, Transform,
 };
 
-use crate::canvas::{Canvas, Ink, Item, Rect, Segment, Stroke};
+use crate::canvas::{Canvas, Ink, Item, Stroke};
 use crate::font;
+use crate::shape::{Rect, Segment};
 
 /// The picture at `scale` pixels to the CSS pixel, as PNG; `Err` says why not.
 pub(crate) fn png(canvas: &Canvas, scale: f32) -> Result<Vec<u8>, String> {

@@ -1,12 +1,10 @@
 //! A report: blocks of text, tables and figures in reading order.
 
-use std::path::Path;
-
+use crate::Result;
 use crate::chart::Chart;
 use crate::figure::Figure;
 use crate::table::Table;
 use crate::words::Term;
-use crate::{Result, files, html};
 
 /// A report in the making. Every call adds a block below the last one.
 ///
@@ -167,19 +165,6 @@ impl Report {
     /// As [`Figure::svg`].
     pub fn figure(&mut self, figure: &Figure) -> Result<&mut Self> {
         Ok(self.push(Block::Figure(Box::new(Chart::of(figure)?))))
-    }
-
-    /// The whole page.
-    pub fn html(&self) -> String {
-        html::page(self)
-    }
-
-    /// Writes the page, whole or not at all.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
-        files::write_atomic(path.as_ref(), self.html().as_bytes())
     }
 
     fn push(&mut self, block: Block) -> &mut Self {

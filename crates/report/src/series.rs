@@ -1,11 +1,12 @@
 //! The data of one series as shapes on the canvas.
 
-use crate::canvas::{Canvas, Ink, Rect, Stroke};
+use crate::canvas::{Canvas, Ink, Stroke};
 use crate::curve::{neighbours, steps, visible_runs};
 use crate::decimate::keep;
 use crate::figure::{Kind, Series};
 use crate::layout::PanelLayout;
 use crate::ranges::spacing;
+use crate::shape::Rect;
 
 /// Radius of a dot in a legend at least (px): one of a pixel shows no colour.
 pub(crate) const LEAST_DOT: f64 = 3.0;

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use crate::canvas::{Canvas, Ink, Item, Rect, Segment, Stroke};
+use crate::canvas::{Canvas, Ink, Item, Stroke};
 use crate::font::{self, Glyph};
+use crate::shape::{Rect, Segment};
 
 /// Glyph outlines are stored once, at this many units to the em, and scaled where they are used.
 const GLYPH_EM: f32 = 1000.0;

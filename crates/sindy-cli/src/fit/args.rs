@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::{TableArgs, name};
 use crate::error::{Error, Result};
+use crate::table::TableArgs;
+use crate::table::args::name;
 
 /// Find the equations behind measured trajectories.
 ///

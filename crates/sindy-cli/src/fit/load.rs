@@ -6,8 +6,7 @@ use sindy::Dataset;
 
 use super::args::FitArgs;
 use crate::error::{Error, Result};
-use crate::past;
-use crate::trajectories::{self, FileReport, Trajectory, Wanted};
+use crate::trajectories::{self, FileReport, Trajectory, Wanted, past};
 use touchdown_terminal::Terminal;
 
 /// Trajectories to fit.

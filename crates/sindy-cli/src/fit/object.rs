@@ -7,8 +7,8 @@ use sindy::identify::{Candidate, Choice, Equation, Identification};
 use sindy::model::Term;
 
 use super::score::TestObject;
-use super::show::significant;
 use crate::named::Named;
+use crate::numbers::significant;
 use crate::trajectories::FileReport;
 
 /// The result of a fit.

@@ -1,5 +1,6 @@
 //! `sindy simulate`.
 
+pub(crate) mod args;
 pub(crate) mod figure;
 pub(crate) mod object;
 pub(crate) mod setup;
@@ -7,10 +8,10 @@ pub(crate) mod setup;
 use sindy::model::{History, Limits, Run, RunOutcome, Simulation, Time};
 use sindy::{Model, SindyError};
 
-use crate::args::SimulateArgs;
 use crate::drawing;
 use crate::error::{Error, Result};
 use crate::output;
+use args::SimulateArgs;
 use object::{RunObject, SimulateObject};
 use setup::Task;
 use touchdown_terminal::Done;

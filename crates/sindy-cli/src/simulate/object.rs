@@ -8,7 +8,7 @@ use sindy::model::RunOutcome;
 
 use super::Simulated;
 use crate::named::Named;
-use crate::past;
+use crate::trajectories::past;
 
 /// The object of `simulate --json`.
 #[derive(Serialize)]

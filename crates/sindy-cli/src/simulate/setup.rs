@@ -4,10 +4,9 @@ use sindy::Model;
 use sindy::data::gaps::{GapSettings, segments};
 use sindy::model::{Inputs, Interpolation, Time};
 
-use crate::args::{Between, SimulateArgs};
+use super::args::{Between, SimulateArgs};
 use crate::error::{Error, Result};
-use crate::past;
-use crate::trajectories::{self, Trajectory, Wanted};
+use crate::trajectories::{self, Trajectory, Wanted, past};
 
 /// Rows that a result may have.
 const MOST_ROWS: f64 = 1e8;

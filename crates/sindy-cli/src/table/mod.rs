@@ -1,5 +1,6 @@
 //! Tables from files: text with a header, Parquet, NumPy arrays; the first bytes of a file decide which it is.
 
+pub(crate) mod args;
 mod labels;
 mod lines;
 mod npy;
@@ -14,6 +15,7 @@ use std::path::Path;
 
 use touchdown_log::Findings;
 
+pub(crate) use args::TableArgs;
 pub(crate) use rows::{Header, Rows};
 
 use crate::error::{Error, Result};

@@ -6,9 +6,9 @@ use sindy::model::{Past, Term, Time};
 use sindy::trajectory::shift::{Delay, chain, past};
 use sindy::{Model, Samples, SindyError};
 
+use super::Trajectory;
 use crate::error::{Error, Result};
-use crate::fit::show::significant;
-use crate::trajectories::Trajectory;
+use crate::numbers::significant;
 
 /// Names that no column of a table has.
 const TIME: &str = "(time)";
