@@ -257,6 +257,19 @@ fn regress_a_deck_that_is_too_fast_and_then_is_not() {
 }
 
 #[test]
+fn regress_an_approach_from_afar_with_weak_rotors() {
+    let mut flight = Flight::new(by_default(|_| ()), (0.05, 2.0), 7);
+    flight.seconds = 30;
+    // The force sideways is limited on the way, and the thrust when the rotors fade.
+    flight.world.position_m.x = 3.0;
+    flight.world.position_m.y = -2.0;
+    flight.events = |t, world| {
+        world.thrust_scale = if (9.0..11.0).contains(&t) { 0.6 } else { 1.0 };
+    };
+    flight.compare("afar");
+}
+
+#[test]
 fn regress_every_method_and_straight_descents() {
     for (k, method) in Method::ALL.into_iter().enumerate() {
         let mut flight = Flight::new(
