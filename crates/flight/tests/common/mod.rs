@@ -5,6 +5,8 @@
     reason = "each test file uses its own part"
 )]
 
+pub mod recorded;
+
 use touchdown_flight::control::{Composite, Law};
 use touchdown_flight::ground_effect::{
     GroundEffectModel, Guarded, Lag, Ratio, StaticMap, Validity,

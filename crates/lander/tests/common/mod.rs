@@ -9,5 +9,3 @@ pub mod deck;
 #[path = "../../../flight/tests/common/mod.rs"]
 pub mod flight;
 pub mod noise;
-#[path = "../../../flight/tests/common/recorded.rs"]
-pub mod recorded;

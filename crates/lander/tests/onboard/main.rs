@@ -5,7 +5,6 @@
 mod common;
 mod loop_delays;
 mod memory;
-mod recorded;
 mod watching;
 mod world;
 

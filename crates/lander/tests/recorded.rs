@@ -1,6 +1,11 @@
 //! Whole flights of the computer, compared with recorded ones: whatever changes a command, an
 //! estimate or a phase shows here.
 
+mod common;
+#[allow(dead_code, reason = "other tests use the rest of the world")]
+#[path = "onboard/world.rs"]
+mod world;
+
 use std::f64::consts::PI;
 
 use touchdown_flight::Vector;
@@ -11,8 +16,8 @@ use touchdown_lander::models::FlightModels;
 use touchdown_lander::settings::{ControlSettings, LoopTiming, SensorNumbers, VehicleNumbers};
 use touchdown_lander::state_machine::OperatorRequest;
 
+use crate::common::flight::recorded::Means;
 use crate::common::noise::Noise;
-use crate::common::recorded::Means;
 use crate::world::{DT, Rate, State, World, computer};
 
 const COLUMNS: [&str; 37] = [
