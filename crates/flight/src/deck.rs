@@ -4,14 +4,14 @@ use crate::error::{SettingsError, not_negative, positive};
 use crate::kernel::{Sum, usable_dt};
 use crate::real::{Real, r};
 
-/// Kalman filter of a harmonic heave, `p'' = -ω² p`, from the velocity of the
-/// deck as sensed, `v_q - v`.
+/// Kalman filter of a harmonic heave, `p'' = -ω² p`, from the measured velocity of the
+/// deck, `v_q - v`.
 ///
-/// States are the displacement p (about the deck's mean) and its velocity; they
-/// are propagated by the exact rotation. The process noise is white in
-/// acceleration and, scaled by `1/ω`, in velocity, so that it has no preferred
-/// phase. The outputs are predicted ahead by `lead_s` (sensing delay, command
-/// delay and the rotors' lag), and zero before `enable_after_s`.
+/// The states are the displacement p about the deck's mean and its velocity, propagated
+/// by the exact rotation. The process noise is white in acceleration and, scaled by
+/// `1/ω`, in velocity, so that it has no preferred phase. The outputs are predicted ahead
+/// by `lead_s` (sensing delay, command delay and the rotors' lag). They are zero before
+/// `enable_after_s`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -20,12 +20,11 @@ pub struct HarmonicFilter<R> {
     pub angular_frequency: R,
     /// Standard deviation of the measured velocity, m/s.
     pub measurement_sd: R,
-    /// Process noise: what the velocity's standard deviation gains in a second,
-    /// m/s/√s.
+    /// Process noise: growth of the velocity's standard deviation in a second, m/s/√s.
     pub process_sd: R,
     /// Time before the outputs are used, s.
     pub enable_after_s: R,
-    /// Time that the outputs look ahead, s.
+    /// Time by which the outputs are predicted ahead, s.
     pub lead_s: R,
 }
 
@@ -71,7 +70,7 @@ impl<R: Real> HarmonicFilter<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Frequency and measurement noise must be positive, the rest not negative.
+    /// Frequency and measurement noise must be positive, the other settings not negative.
     pub fn validate(&self) -> Result<(), SettingsError> {
         positive("deck.angular_frequency", self.angular_frequency)?;
         positive("deck.measurement_sd", self.measurement_sd)?;
@@ -93,8 +92,8 @@ impl<R: Real> HarmonicFilter<R> {
         }
     }
 
-    /// Propagates over `dt` seconds and takes in the deck velocity measured at
-    /// their end; a measurement that is not finite is left out.
+    /// Propagates over `dt` seconds and corrects by the deck velocity measured at their
+    /// end. A measurement that is not finite is ignored.
     pub fn step(&self, state: &mut HarmonicState<R>, deck_velocity_mps: R, dt: R) -> DeckMotion<R> {
         let mut next = *state;
         self.propagate(&mut next, usable_dt(dt));

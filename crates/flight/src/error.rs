@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::real::Real;
 
-/// A setting that was refused, with its key and the offending number.
+/// An invalid setting, with its key and value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SettingsError {
@@ -12,7 +12,7 @@ pub enum SettingsError {
     NotFinite {
         /// The setting.
         key: &'static str,
-        /// What was found.
+        /// The value found.
         found: f64,
     },
     /// A number lies outside its range.
@@ -21,18 +21,18 @@ pub enum SettingsError {
         key: &'static str,
         /// The range, in words.
         expected: &'static str,
-        /// What was found.
+        /// The value found.
         found: f64,
     },
     /// Two numbers are in the wrong order.
     Order {
         /// The setting that must be the smaller one.
         lower_key: &'static str,
-        /// What was found there.
+        /// The value of that setting.
         lower: f64,
         /// The setting that must be the larger one.
         upper_key: &'static str,
-        /// What was found there.
+        /// The value of that setting.
         upper: f64,
     },
 }
@@ -99,7 +99,7 @@ pub fn not_negative<R: Real>(key: &'static str, value: R) -> Result<(), Settings
     within(key, value, value >= R::ZERO, "a finite number not below 0")
 }
 
-/// Accepts a finite `value` that its caller has `accepted`.
+/// Accepts a finite `value` if the caller's condition `accepted` holds.
 ///
 /// # Errors
 /// Names `key`, the range that was `expected` and the value.

@@ -12,7 +12,7 @@ use crate::touchdown::{TouchdownDetector, TouchdownState};
 ///   reversal has the height descended).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LandingMetrics<R: Real> {
-    /// What counts as touchdown.
+    /// Detector of the touchdown.
     pub detector: TouchdownDetector<R>,
 }
 
@@ -38,7 +38,7 @@ pub struct LandingFigures<R> {
 }
 
 impl<R: Real> LandingMetrics<R> {
-    /// Takes in the sample `dt` seconds after the one before; see
+    /// Adds the sample `dt` seconds after the previous one; see
     /// [`TouchdownDetector::step`].
     pub fn step(
         &self,

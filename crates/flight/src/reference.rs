@@ -25,7 +25,7 @@ pub struct Exponential<R> {
     pub c_per_s: R,
     /// Height at the start z0, m.
     pub start_height_m: R,
-    /// Height approached h, m.
+    /// Final height h, m.
     pub end_height_m: R,
 }
 
@@ -80,7 +80,7 @@ impl<R: Real> Exponential<R> {
 
 /// Quintic to a terminal sink rate: from rest at the start height to the end
 /// height at `duration_s` with velocity `-sink_rate_mps` and no acceleration,
-/// then on at that rate.
+/// then further at that rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -148,7 +148,7 @@ impl<R: Real> Terminal<R> {
     }
 }
 
-/// A reference trajectory of any kind.
+/// A reference trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]

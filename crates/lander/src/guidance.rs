@@ -10,12 +10,12 @@
 //! | `Rest` | | thrust as it is |
 //! | `Disarm` | | off |
 //!
-//! In the world's frame only velocities are used (IMU and GNSS): the place relative
-//! to the deck is not. The plan is followed with known delays made up for: place
-//! and velocity as they were when the measurement was taken, acceleration as it
-//! is to be when the rotors have taken up the command. After its end it goes on
-//! downward at its sink rate, so that a vehicle that floats is pressed down, until
-//! `press_m` below. The heading is that of the first step.
+//! In the world's frame only velocities are used (IMU and GNSS), not the position
+//! relative to the deck. The plan compensates known delays: it gives position and
+//! velocity for the time of the measurement, and acceleration for the time when the
+//! rotors follow the command. After its end the plan continues downwards at its sink
+//! rate, to `press_m` below, so that a floating vehicle is pressed down. The heading is
+//! that of the first step.
 
 use crate::space_controller::{Motion, Target};
 use crate::state_machine::{Frame, Maneuver};
@@ -25,22 +25,22 @@ use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::{Reference, ReferencePoint};
 use touchdown_flight::space::Vector;
 
-/// Rates and delays of the guidance.
+/// Guidance: its rates and delays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Guidance<R> {
     /// Vertical speed towards a hover and away from the deck, m/s.
     pub climb_mps: R,
-    /// Acceleration with which that speed is taken up and given up, m/s².
+    /// Acceleration to and from that speed, m/s².
     pub climb_mps2: R,
-    /// Acceleration away from the deck when a landing is broken off, m/s².
+    /// Acceleration away from the deck in a go-around, m/s².
     pub away_mps2: R,
-    /// Rate at which the thrust is taken back on the deck, N/s.
+    /// Rate at which the thrust decreases on the deck, N/s.
     pub idle_n_per_s: R,
-    /// How far below its end a plan presses on, m.
+    /// Distance below its end to which a plan continues, m.
     pub press_m: R,
-    /// Age of place and velocity when the controller gets them, s.
+    /// Age of position and velocity when the controller gets them, s.
     pub sensing_s: R,
     /// Time from a command to the rotors' force, s.
     pub acting_s: R,
@@ -49,21 +49,21 @@ pub struct Guidance<R> {
 /// State of a [`Guidance`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GuidanceState<R> {
-    /// Height and vertical velocity of the reference now, while it hovers or climbs:
-    /// the velocity relative to the deck, or of the vehicle.
+    /// Present height and vertical velocity of the reference in a hover or climb. The
+    /// frame says whether the velocity is relative to the deck.
     slew: Option<(Frame, R, R)>,
-    /// The plan that is flown, and for how long.
+    /// The present plan and the time since its start, s.
     plan: Option<(Reference<R>, Sum<R>)>,
-    /// The heading that is kept, rad.
+    /// Constant heading, rad.
     heading_rad: Option<R>,
 }
 
-/// What a guidance orders.
+/// Order of the guidance to the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GuidanceCommand<R> {
     /// Fly to a target ([`SpaceController::step`](crate::space_controller::SpaceController::step)).
     Track(Target<R>),
-    /// Take the thrust back ([`SpaceController::idle`](crate::space_controller::SpaceController::idle)).
+    /// Reduce the thrust ([`SpaceController::idle`](crate::space_controller::SpaceController::idle)).
     Idle {
         /// Rate, N/s.
         rate_n_per_s: R,
@@ -91,7 +91,7 @@ impl<R: Real> Guidance<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Rates must be positive, the rest not negative.
+    /// Rates must be positive, the other settings not negative.
     pub fn validate(&self) -> Result<(), SettingsError> {
         positive("guidance.climb_mps", self.climb_mps)?;
         positive("guidance.climb_mps2", self.climb_mps2)?;
@@ -102,17 +102,16 @@ impl<R: Real> Guidance<R> {
         not_negative("guidance.acting_s", self.acting_s)
     }
 
-    /// The state before anything was flown.
+    /// The state before the first step.
     #[must_use]
     pub fn initial(&self) -> GuidanceState<R> {
         GuidanceState::default()
     }
 
-    /// What to do for the next `dt` seconds. `plan` is the descent to fly if one
-    /// begins now, such as the planner's; it is taken when a descent begins. A
-    /// descent that was never planned is a hover.
+    /// The order for the next `dt` seconds. `plan` is used if a descent begins in this
+    /// step. Without a plan, a descent is a hover.
     ///
-    /// `deck_acceleration_mps2` is predicted to when the thrust will act.
+    /// `deck_acceleration_mps2` is predicted to the time when the thrust acts.
     pub fn step(
         &self,
         state: &mut GuidanceState<R>,
@@ -195,8 +194,8 @@ impl<R: Real> Guidance<R> {
         }
     }
 
-    /// A reference that moves to a height above the deck within the climb rate and
-    /// acceleration, from where the vehicle is.
+    /// A reference from the vehicle's height to a height above the deck, within climb
+    /// rate and acceleration.
     fn slew(
         &self,
         state: &mut GuidanceState<R>,
@@ -210,8 +209,8 @@ impl<R: Real> Guidance<R> {
             _ => (motion.position_m.z, motion.relative_velocity_mps.z),
         };
         let left_m = height_m - z;
-        // The speed from which the height is still reached: √(2 a s), and s per
-        // step in the end.
+        // The speed from which the reference can stop within the distance s: √(2 a s), and
+        // s per step at the end.
         let speed = (r::<R>(2.0) * self.climb_mps2 * left_m.abs())
             .sqrt()
             .min(self.climb_mps)
@@ -228,8 +227,7 @@ impl<R: Real> Guidance<R> {
         }
     }
 
-    /// Stops horizontally, and moves vertically at a speed, taken up at a rate, whatever
-    /// the deck does.
+    /// Stops horizontally and accelerates to a vertical speed, independent of the deck.
     fn in_the_world(
         &self,
         state: &mut GuidanceState<R>,
@@ -246,7 +244,8 @@ impl<R: Real> Guidance<R> {
         let climb_mps = climb_mps.clamp(v - change, v + change).finite_or(R::ZERO);
         let acceleration_mps2 = ((climb_mps - v) / dt).finite_or(R::ZERO);
         state.slew = Some((Frame::World, R::ZERO, climb_mps));
-        // No error of place; an error of relative velocity that is the vehicle's own.
+        // The position error is zero, and the error of the relative velocity is that of
+        // the vehicle's own velocity.
         let deck_mps = motion.vehicle_velocity_mps - motion.relative_velocity_mps;
         GuidanceCommand::Track(Target {
             vertical: ReferencePoint {

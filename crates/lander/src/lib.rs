@@ -10,11 +10,11 @@
 //! | [`estimate`] | the vehicle relative to the deck; heave of unknown frequency; latency |
 //! | [`planner`] | when to descend onto a moving deck, and how |
 //! | [`state_machine`] | phases of a landing, with aborts and go-arounds |
-//! | [`guidance`] | from what the state machine wants flown to the controller's targets |
+//! | [`guidance`] | from the state machine's manoeuvres to the controller's targets |
 //! | [`control`] | horizontal law, disturbance observer, adaptation |
 //! | [`space_controller`] | motion in, thrust and attitude out |
-//! | [`computer`] | all of these on board: readings in, commands out |
-//! | [`settings`], [`models`] | tuned defaults and fitted models, and the computer put together from them |
+//! | [`computer`] | the landing computer: readings in, commands out |
+//! | [`settings`], [`models`] | tuned defaults and fitted models; the computer built from them |
 #![no_std]
 #![forbid(unsafe_code)]
 

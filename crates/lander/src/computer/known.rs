@@ -1,4 +1,4 @@
-//! What of an estimate is known, and what is done where it is not.
+//! Checks whether an estimate is precise enough, and the restart of the estimator.
 
 use super::sightings::Sightings;
 use super::{Computer, ComputerState};
@@ -10,8 +10,8 @@ use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
 
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
-    /// The motion as estimated; over a deck that is at rest horizontally where no more is
-    /// known of it.
+    /// The estimated motion. The deck counts as at rest horizontally while its velocity
+    /// is not known.
     pub(super) fn motion(
         &self,
         estimate: &RelativeEstimate<R>,
@@ -28,21 +28,22 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         motion
     }
 
-    /// The vehicle's own velocity is known.
+    /// Whether the vehicle's own velocity is known.
     pub(super) fn moves_known(&self, estimate: &RelativeEstimate<R>) -> bool {
         let sd = estimate.velocity_sd_mps.to_array();
         sd.iter().all(|&sd| sd <= self.known_sd_mps)
     }
 
-    /// Place and velocity relative to the deck are known: what it takes to land.
+    /// Whether position and velocity relative to the deck are known, as a landing
+    /// requires.
     pub(super) fn is_known(&self, estimate: &RelativeEstimate<R>) -> bool {
         let below = |sd: Vector<R>, most: R| sd.to_array().iter().all(|&sd| sd <= most);
         below(estimate.position_sd_m, self.known_sd_m)
             && below(estimate.relative_velocity_sd_mps, self.known_sd_mps)
     }
 
-    /// An estimator that stays apart from its readings begins anew.
-    pub(super) fn begin_anew(
+    /// Restarts an estimator that stays diverged.
+    pub(super) fn restart_diverged(
         &self,
         state: &mut ComputerState<R, G::State>,
         health: &Health<R>,
@@ -54,7 +55,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         } else {
             R::ZERO
         };
-        // On the deck nothing is gained by it.
+        // A restart on the deck has no use.
         let landed = matches!(phase, Phase::Touchdown | Phase::Disarmed);
         if state.apart_s >= self.restart_s && !landed {
             let estimate = self.relative.ahead(&state.relative, R::ZERO);

@@ -6,41 +6,38 @@
 //!                                            └── health ──┴──────────> state machine ─> guidance ─> controller
 //! ```
 //!
-//! What is put together here, beyond the parts:
+//! The computer adds these rules to its parts:
 //!
-//! * **Deck heights** that the relative estimator reads off range and tag have
-//!   different ages; they wait until all are `deck.delay_s` old, so that the deck
-//!   estimator gets them evenly late. Where they come later than that, the estimator
-//!   falls behind by as much, and predicts farther.
-//! * **The deck's band**: once harmonics are known, the relative estimator expects heave
-//!   around their mean frequency, of their power, in a band as wide as they are
-//!   apart and uncertain; before, what its settings say. Phases are not handed on: an
-//!   estimator that is told what to expect by one that listens to it ends up
-//!   believing itself.
-//! * **A descent begins** only after the deck has been seen for `watch_s`
-//!   ([`DeckEstimatorState::observed_s`]). The planner's patience is that of all waiting
-//!   since the approach, however often it was interrupted.
-//! * **The deck's normal** follows what the camera sees of it with the time constant
-//!   `normal_filter_s`; the largest tilt seen fades with `tilt_memory_s`.
-//! * **The deck's speed**, by which the state machine judges it, is that of all its
-//!   harmonics at once, before any is known two standard deviations of what was seen,
-//!   and not less than the estimated one of now. It is infinite before the deck was seen.
-//! * **Position and velocity** are predicted by `lead_s` (the age of the IMU) to now;
-//!   the deck's acceleration to when the rotors will act ([`Guidance::acting_s`]).
-//! * **An estimate is known** once the standard deviations of place and velocity relative
-//!   to the deck are below `known_sd_m` and `known_sd_mps`. Until then the vehicle hovers
-//!   level at the thrust of its weight
-//!   (once it has been in control, only while its own velocity is not known either),
-//!   and the state machine is told that the estimator has diverged, as it is when
-//!   readings and expectations part. Models of rotors and ground effect go on meanwhile.
-//!   An estimator that stays apart from its readings for `restart_s` begins anew; if it
-//!   knew the vehicle's own velocity, with that, to half of `known_sd_mps`, so that a
-//!   go-around goes on climbing. If that does not bring them together, all is forgotten.
-//!   Without satellites the vehicle's own horizontal velocity gets less and less certain;
-//!   it takes none to land. Beyond `known_sd_mps` the deck counts as at rest horizontally:
-//!   a climb away from it goes up from where it is.
-//! * **Observer and adaptation** stand still below `contact_height_m`: the legs'
-//!   force is no lift.
+//! * **Deck heights** from range and tag have different ages. They wait until all are
+//!   `deck.delay_s` old, so that the deck estimator gets them with a constant age. If they
+//!   arrive later, this age grows, and the deck estimator predicts farther ahead.
+//! * **The deck's band.** Once harmonics are known, they set the prior of the relative
+//!   estimator: its centre is their mean frequency, its power theirs, its width their
+//!   spread and uncertainty. Before, the settings hold. Phases are not passed on: the deck
+//!   estimator listens to the relative estimator, so the loop would confirm itself.
+//! * **A descent begins** only after the deck has been observed for `watch_s`
+//!   ([`DeckEstimatorState::observed_s`]). The planner's waiting time counts from the
+//!   approach on, over all interruptions.
+//! * **The deck's normal** follows the camera with the time constant `normal_filter_s`.
+//!   The largest tilt fades with `tilt_memory_s`.
+//! * **The deck's speed**, which the state machine limits, is the sum of all harmonics'
+//!   greatest speeds, and at least the estimated speed. Before harmonics are known it is
+//!   two standard deviations of the observed motion; before any reading it is infinite.
+//! * **Position and velocity** are predicted to now, by `lead_s` (the age of the IMU).
+//!   The deck's acceleration is predicted to when the rotors act ([`Guidance::acting_s`]).
+//! * **An estimate is known** if the standard deviations of position and velocity
+//!   relative to the deck are below `known_sd_m` and `known_sd_mps`. Otherwise the state
+//!   machine gets the same report as after a divergence. Until the estimate is first
+//!   known, the vehicle hovers level at the thrust of its weight; later it does so only
+//!   if its own velocity is not known either. Models of rotors and ground effect run on.
+//! * **A diverged estimator** restarts after `restart_s`. If it knew the vehicle's own
+//!   velocity, it keeps that with half of `known_sd_mps` as its standard deviation, so
+//!   that a go-around continues to climb. The next restart keeps nothing.
+//! * **Without satellites** the vehicle's own horizontal velocity becomes uncertain; a
+//!   landing does not need it. Beyond `known_sd_mps` the deck counts as at rest
+//!   horizontally, so that a go-around climbs straight up.
+//! * **Observer and adaptation** pause below `contact_height_m`, because the legs' force
+//!   is not lift.
 
 mod known;
 mod sightings;
@@ -64,14 +61,14 @@ use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::Reference;
 use touchdown_flight::space::Vector;
 
-/// How a descent is chosen.
+/// Choice of the descent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Descent<R> {
     /// The planner waits for a window and plans the descent.
     Planned(Planner<R>),
-    /// Straight down by this reference (from wherever the hover is) as soon as the
+    /// The descent follows this reference, from the height of the hover, as soon as the
     /// vehicle is ready.
     Straight(Reference<R>),
 }
@@ -90,45 +87,45 @@ pub enum Descent<R> {
 pub struct Computer<R: Real, G = Guarded<R>> {
     /// Estimator of the vehicle relative to the deck.
     pub relative: RelativeFilter<R>,
-    /// Estimator of a delay that readings do not tell, where one is used.
+    /// Estimator of an unknown latency, if one is used.
     pub latency: Option<LatencyEstimator<R>>,
     /// Estimator of the deck's heave, of displacements of the age `deck.delay_s`.
     pub deck: DeckEstimator<R>,
-    /// How a descent is chosen.
+    /// Choice of the descent.
     pub descent: Descent<R>,
     /// State machine.
     pub state_machine: StateMachine<R>,
-    /// From what is to be flown to targets.
+    /// Guidance, from manoeuvres to targets.
     pub guidance: Guidance<R>,
     /// The controller.
     pub controller: SpaceController<R, G>,
     /// Whether the deck's estimated acceleration is fed forward.
     pub deck_acceleration: bool,
-    /// Age of the estimate that is made up for, s.
+    /// Age of the estimate, by which it is predicted to now, s.
     pub lead_s: R,
-    /// Standard deviation of the place on any axis below which it is known, m.
+    /// Largest standard deviation of a known position, on each axis, m.
     pub known_sd_m: R,
-    /// Standard deviation of the velocity on any axis below which it is known, m/s.
+    /// Largest standard deviation of a known velocity, on each axis, m/s.
     pub known_sd_mps: R,
-    /// Time apart from its readings after which the estimator begins anew, s.
+    /// Time after which a diverged estimator restarts, s.
     pub restart_s: R,
-    /// Height below which observer and adaptation stand still, m.
+    /// Height below which observer and adaptation pause, m.
     pub contact_height_m: R,
-    /// Time for which the deck is seen before a descent, s.
+    /// Time for which the deck is observed before a descent, s.
     pub watch_s: R,
-    /// Least heave velocity of a deck that moves, standard deviation, m/s.
+    /// Least heave velocity in the prior of a moving deck, standard deviation, m/s.
     pub deck_known_mps: R,
-    /// Least width of the band in which it is expected to, as a damping ratio.
+    /// Least bandwidth in that prior, as a damping ratio.
     pub least_damping_ratio: R,
     /// Time constant of the deck's normal, s.
     pub normal_filter_s: R,
     /// Time constant with which the largest tilt of the deck fades, s.
     pub tilt_memory_s: R,
-    /// Time between two looks of the planner, s.
+    /// Time between two steps of the planner, s.
     pub planner_period_s: R,
 }
 
-/// The deck's normal as the camera sees it.
+/// The deck's normal, measured by the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalReading<R> {
     /// The normal, camera axes.
@@ -137,21 +134,21 @@ pub struct NormalReading<R> {
     pub age_s: R,
 }
 
-/// What has been sensed by the beginning of a step.
+/// Input of a step: readings of the sensors and the operator's request.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensed<'a, R: Real> {
-    /// The IMU since the last step.
+    /// Sample of the IMU since the last step.
     pub imu: ImuSample<R>,
-    /// Readings that have arrived since the last step. The deck's normal in ranges is
-    /// filled in.
+    /// Readings that have arrived since the last step. The computer replaces the deck's
+    /// normal in ranges by its own.
     pub readings: &'a [Reading<R>],
-    /// The deck's normal, where the camera has seen it.
+    /// The deck's normal, if the camera has measured it.
     pub deck_normal: Option<NormalReading<R>>,
-    /// Energy left in the battery, share of 1.
+    /// Remaining energy of the battery, in [0, 1].
     pub battery_share: R,
-    /// Contact switch in the legs, where there is one.
+    /// Contact switch in the legs, if there is one.
     pub contact: Option<bool>,
-    /// What the operator wants.
+    /// The operator's request.
     pub request: OperatorRequest,
 }
 
@@ -160,7 +157,7 @@ pub struct Sensed<'a, R: Real> {
 pub struct ComputerState<R: Real, S> {
     relative: RelativeState<R>,
     latency: LatencyState<R>,
-    /// Time since it changed, s.
+    /// Time since the estimated latency changed, s.
     mistimed_s: R,
     deck: DeckEstimatorState<R>,
     sightings: Sightings<R>,
@@ -171,36 +168,36 @@ pub struct ComputerState<R: Real, S> {
     controller: Option<SpaceControllerState<R, S>>,
     hover_throttle: R,
     normal: Vector<R>,
-    /// Time since the normal was seen, s.
+    /// Time since the normal was measured, s.
     normal_age_s: R,
     tilt_rad: R,
     apart_s: R,
-    /// The estimator began anew with the velocity it had, and is not known again yet.
+    /// The estimator restarted with its last velocity, and is not known again yet.
     carried_over: bool,
     hurry: bool,
     command: SpaceCommand<R>,
 }
 
-/// What a step of a [`Computer`] gives.
+/// Output of a step of a [`Computer`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComputerOutput<R: Real> {
     /// Thrust and attitude; none for rotors off.
     pub command: Option<SpaceCommand<R>>,
     /// The state machine.
     pub state_machine: MachineOutput<R>,
-    /// Place and motion now.
+    /// Present position and motion.
     pub estimate: RelativeEstimate<R>,
-    /// How far it can be trusted.
+    /// State of the sensors and consistency of the estimate.
     pub health: Health<R>,
-    /// The deck now.
+    /// Present motion of the deck.
     pub deck: DeckMotionPrediction<R>,
-    /// The descent that begins in this step, where it was planned.
+    /// The planned descent that begins in this step.
     pub plan: Option<Plan<R>>,
-    /// How much later readings come than their ages say, s.
+    /// Estimated latency of the readings beyond their stamped ages, s.
     pub latency_s: R,
-    /// Where the controller is to fly; none where it is not flying to a target.
+    /// The controller's target; none if the manoeuvre has no target.
     pub target: Option<Target<R>>,
-    /// Force that no model explains, N.
+    /// Estimated disturbance: the force that no model explains, N.
     pub disturbance_n: Vector<R>,
 }
 
@@ -235,7 +232,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         positive("computer.planner_period_s", self.planner_period_s)
     }
 
-    /// The deck's heave `horizon_s` from now, as far as it is known.
+    /// The predicted heave of the deck `horizon_s` from now.
     #[must_use]
     pub fn forecast(
         &self,
@@ -275,12 +272,12 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 }
 
 impl<R: Real, S> ComputerState<R, S> {
-    /// Where the landing is.
+    /// The phase of the landing.
     pub fn phase(&self) -> Phase {
         self.state_machine.phase()
     }
 
-    /// State of the vertical channel, once there is one.
+    /// State of the vertical channel; none before the controller has started.
     pub fn vertical(&self) -> Option<&VerticalState<R, S>> {
         self.controller
             .as_ref()

@@ -1,19 +1,19 @@
-//! Heights of the deck that wait until they are evenly old.
+//! Queue that gives the deck's heights a constant age.
 
 use crate::estimate::relative::DeckSighting;
 use touchdown_flight::real::{Real, r};
 
-/// Most sightings that wait: one a step, 0.64 s at 100 Hz.
+/// Largest number of waiting sightings: one for each step, 0.64 s at 100 Hz.
 const MOST: usize = 64;
 
-/// A queue by age. What leaves it is of the age `delay_s + behind_s`; where sightings
-/// come later than that, it falls behind to where they are.
+/// A queue by age. Sightings leave it at the age `delay_s + behind_s`. If they arrive
+/// later than that, `behind_s` grows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sightings<R> {
     waiting: [Option<DeckSighting<R>>; MOST],
-    /// How much older than asked for sightings leave, s.
+    /// Additional age at which sightings leave, s.
     behind_s: R,
-    /// How much older they have to.
+    /// Additional age that late sightings require, s.
     wanted_s: R,
 }
 
@@ -28,10 +28,10 @@ impl<R: Real> Default for Sightings<R> {
 }
 
 impl<R: Real> Sightings<R> {
-    /// `dt` seconds later, with a new sighting, if there is one: the clearest
-    /// height of those that have reached the age `delay_s + behind_s` (to half a step),
-    /// and the time from what left before to it. While the queue falls behind that
-    /// stands still.
+    /// Advances by `dt` seconds and adds a sighting, if there is one. Returns the most
+    /// precise height of those that have reached the age `delay_s + behind_s` (to half a
+    /// step), and the time since the previous one left. That time does not advance while
+    /// `behind_s` grows.
     pub(super) fn step(
         &mut self,
         new: Option<DeckSighting<R>>,
@@ -57,7 +57,7 @@ impl<R: Real> Sightings<R> {
         for slot in &mut self.waiting {
             if let Some(sighting) = slot.filter(|sighting| sighting.age_s >= due) {
                 *slot = None;
-                // One that is older than the queue yet waits for it to fall behind.
+                // A sighting older than the queue's age waits until that age has grown.
                 if sighting.age_s > due + dt {
                     continue;
                 }
@@ -69,7 +69,7 @@ impl<R: Real> Sightings<R> {
         (best.map(|sighting| sighting.displacement_m), dt - stands_s)
     }
 
-    /// How much older than asked for sightings leave, s.
+    /// Additional age at which sightings leave, s.
     pub(super) fn behind_s(&self) -> R {
         self.behind_s
     }

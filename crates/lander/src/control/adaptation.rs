@@ -1,38 +1,38 @@
-//! One-parameter adaptation of the ground-effect model's strength.
+//! Adaptation of the scale factor of the ground-effect model.
 
 use super::observer::Felt;
 use touchdown_flight::error::{SettingsError, ordered, positive};
 use touchdown_flight::kernel::{lag_share, lag_step, usable_dt};
 use touchdown_flight::real::{Real, r};
 
-/// Strength θ of the ground effect against its model, by regression of the force
-/// felt beyond thrust, d, on the model's force f^:
+/// Scale factor θ of the ground effect, by regression of the measured force beyond
+/// thrust, d, on the model's force f^:
 ///
 /// ```text
 /// θ = (<(d - d0) f^> + w) / (<f^²> + w)         w: weight of θ = 1, N²
 /// ```
 ///
-/// with averages that forget exponentially. Out of the ground effect (`f^/T` below
-/// `active_ratio`) both averages are frozen; well out of it (below
-/// `baseline_ratio`) d - θ f^ is averaged to d0, what a wrong thrust scale and
-/// wind give there, and elsewhere d0 is frozen. The scaled model is `θ f^`.
+/// The averages <> have an exponential memory. Out of ground effect (`f^/T` below
+/// `active_ratio`) both are frozen. Far out of it (below `baseline_ratio`) d - θ f^ is
+/// averaged to the offset d0, which a wrong thrust scale or wind causes; elsewhere d0 is
+/// frozen. The scaled model is `θ f^`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Adaptation<R> {
     /// Memory of the averages, s.
     pub memory_s: R,
-    /// Weight w of the model as it is, N².
+    /// Weight w of the unscaled model (θ = 1), N².
     pub prior_n2: R,
-    /// Least strength.
+    /// Smallest scale factor.
     pub strength_min: R,
-    /// Greatest strength.
+    /// Largest scale factor.
     pub strength_max: R,
-    /// Ratio of the model's lift to thrust from which on it is adapted.
+    /// Ratio of the model's lift to thrust above which the scale factor is adapted.
     pub active_ratio: R,
-    /// Ratio of the model's lift to thrust up to which d0 is learnt.
+    /// Ratio of the model's lift to thrust below which d0 is learnt.
     pub baseline_ratio: R,
-    /// Memory of what is felt out of the ground effect, s.
+    /// Memory of d0, s.
     pub baseline_s: R,
 }
 
@@ -48,8 +48,8 @@ pub struct AdaptationState<R> {
 }
 
 impl<R: Real> Default for Adaptation<R> {
-    /// Memory 2 s, prior weight 0.05 N², strength within 0.2 to 2.5, active from
-    /// a ratio of 0.03, baseline up to a ratio of 0.01 over 0.5 s.
+    /// Memory 2 s, prior weight 0.05 N², scale factor within 0.2 to 2.5, active above a
+    /// ratio of 0.03, d0 below a ratio of 0.01 over 0.5 s.
     fn default() -> Self {
         Self {
             memory_s: r(2.0),
@@ -67,8 +67,8 @@ impl<R: Real> Adaptation<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Times, weight and limits must be positive, the least strength lie below the
-    /// greatest, and the baseline's ratio below the one of activity.
+    /// Times, weight and limits must be positive. `strength_min` must be below
+    /// `strength_max`, and `baseline_ratio` below `active_ratio`.
     pub fn validate(&self) -> Result<(), SettingsError> {
         positive("adaptation.memory_s", self.memory_s)?;
         positive("adaptation.prior_n2", self.prior_n2)?;
@@ -88,7 +88,7 @@ impl<R: Real> Adaptation<R> {
         positive("adaptation.baseline_s", self.baseline_s)
     }
 
-    /// The state before anything was felt.
+    /// The state before the first step.
     #[must_use]
     pub fn initial(&self) -> AdaptationState<R> {
         AdaptationState {
@@ -98,14 +98,14 @@ impl<R: Real> Adaptation<R> {
         }
     }
 
-    /// The strength θ.
+    /// The scale factor θ.
     #[must_use]
     pub fn strength(&self, state: &AdaptationState<R>) -> R {
         ((state.product_n2 + self.prior_n2) / (state.square_n2 + self.prior_n2))
             .clamp(self.strength_min, self.strength_max)
     }
 
-    /// Takes in what was felt over `dt` seconds.
+    /// Updates the averages with the measured force over `dt` seconds.
     pub(crate) fn step(&self, state: &mut AdaptationState<R>, felt: &Felt<R>, dt: R) {
         let dt = usable_dt(dt);
         let f = felt.model_n;

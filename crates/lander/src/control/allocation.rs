@@ -1,13 +1,13 @@
-//! From a force in the world to collective thrust and attitude.
+//! Allocation of a force in world axes to collective thrust and attitude.
 
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
 
-/// Least vertical force that a direction of thrust is reckoned with, share of
-/// the weight: a vehicle that is let down must not lie down.
+/// Least vertical force for the direction of thrust, as a share of the weight. In a fast
+/// descent the vertical force vanishes, and the attitude would otherwise become horizontal.
 const VERTICAL_SHARE_MIN: f64 = 0.5;
 
-/// An attitude, and whether it gives less horizontal force than asked for.
+/// An attitude, and whether its horizontal force is less than the demanded one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Allocated<R> {
     pub(crate) attitude: Attitude<R>,
@@ -17,9 +17,9 @@ pub(crate) struct Allocated<R> {
 /// The attitude at heading `yaw_rad` in which a force along the rotors' axis has
 /// the vertical part `vertical_n` and the horizontal part `horizontal_n`.
 ///
-/// The vertical part comes first: where the axis can give no more than
-/// `greatest_n`, the horizontal part gets what is left, `√(F² - V²)`; and the
-/// tilt stays within its limit. None where a number is not finite.
+/// The vertical part has priority: within the greatest force F = `greatest_n`, the
+/// horizontal part gets at most `√(F² - V²)`. The tilt stays within its limit. None if a
+/// number is not finite.
 pub(crate) fn allocate<R: Real>(
     horizontal_n: Vector<R>,
     vertical_n: R,
@@ -32,7 +32,7 @@ pub(crate) fn allocate<R: Real>(
     let wanted_n = horizontal_n.horizontal();
     let norm_n = wanted_n.norm();
     let by_thrust = (greatest_n * greatest_n - up_n * up_n).max(R::ZERO).sqrt();
-    // tan α is at least α: most of the time no tangent is needed.
+    // tan α is at least α, so most steps need no tangent.
     let given = if norm_n <= (up_n * tilt_limit_rad).min(by_thrust) {
         wanted_n
     } else {

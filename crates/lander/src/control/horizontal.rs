@@ -32,9 +32,9 @@ pub struct Horizontal<R> {
     pub integral_limit_mps2: R,
     /// Greatest speed towards the target, m/s.
     pub speed_limit_mps: R,
-    /// Greatest acceleration asked for, m/s².
+    /// Greatest demanded acceleration, m/s².
     pub acceleration_limit_mps2: R,
-    /// Greatest tilt asked for, rad, below 1.
+    /// Greatest demanded tilt, rad, below 1.
     pub tilt_limit_rad: R,
 }
 
@@ -45,16 +45,16 @@ pub struct HorizontalState<R> {
     pub integral_mps2: Vector<R>,
 }
 
-/// Place and motion relative to the deck, horizontal components; z is not used.
+/// Position and motion relative to the deck, horizontal components; z is not used.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Errors<R> {
     pub(crate) position_m: Vector<R>,
     pub(crate) velocity_mps: Vector<R>,
-    /// Acceleration of deck and reference, less what disturbances give, m/s².
+    /// Acceleration of deck and reference, less that of the disturbance, m/s².
     pub(crate) forward_mps2: Vector<R>,
 }
 
-/// An acceleration, and whether it is less than what was wanted.
+/// A demanded acceleration, and whether a limit has reduced it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Asked<R> {
     pub(crate) acceleration_mps2: Vector<R>,
@@ -104,7 +104,7 @@ impl<R: Real> Horizontal<R> {
         )
     }
 
-    /// The acceleration asked for.
+    /// The demanded acceleration.
     pub(crate) fn demand(&self, state: &HorizontalState<R>, errors: &Errors<R>) -> Asked<R> {
         let towards = (errors.position_m.horizontal()
             * -(self.position_per_s2 / self.velocity_per_s))
@@ -121,8 +121,8 @@ impl<R: Real> Horizontal<R> {
         }
     }
 
-    /// Integrates over `dt` seconds. Where less acceleration is flown than
-    /// wanted, only what asks for less.
+    /// Integrates over `dt` seconds. While a limit acts, the integral may only decrease
+    /// the demand (anti-windup).
     pub(crate) fn advance(
         &self,
         state: &mut HorizontalState<R>,

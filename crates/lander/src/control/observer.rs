@@ -1,4 +1,5 @@
-//! Disturbance observer on the IMU, and what both it and the adaptation read.
+//! Disturbance observer on the IMU, and the record of model forces that it shares with
+//! the adaptation.
 
 use touchdown_flight::error::{SettingsError, not_negative, positive, within};
 use touchdown_flight::ground_effect::Lift;
@@ -6,30 +7,29 @@ use touchdown_flight::kernel::{Delay, lag_share, usable_dt};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::Vector;
 
-/// Steps that the record of forces reaches back.
+/// Length of the record of forces, in control steps: 0.31 s at 100 Hz, more than the sum
+/// of delays in any loop that flies.
 const STEPS: usize = 32;
 
-/// How late the parts of the loop are.
+/// Delays of the control loop.
 ///
-/// The record reaches back 31 control steps; a longer sum of delays than that
-/// is read as 31 steps.
+/// The record covers 31 control steps, so a longer sum of delays counts as 31 steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Delays<R> {
-    /// Age of the acceleration when the controller gets it (of the middle of the time
-    /// over which it is a mean), s.
+    /// Age of the acceleration when the controller gets it, s. It counts from the middle
+    /// of the averaging interval.
     pub sensing_s: R,
-    /// Age of the attitude when the controller gets it, s; not more than `sensing_s`.
-    /// An attitude by which the acceleration was turned into the world's axes is as old
-    /// as that.
+    /// Age of the attitude when the controller gets it, s; at most `sensing_s`. It equals
+    /// `sensing_s` if this attitude turned the acceleration into world axes.
     pub attitude_s: R,
-    /// Time from a command to the rotors taking it up, s.
+    /// Time from a command to its start at the rotors, s.
     pub command_s: R,
 }
 
 impl<R: Real> Default for Delays<R> {
-    /// Acceleration 20 ms, attitude of now, commands 10 ms.
+    /// Acceleration 20 ms, attitude without delay, commands 10 ms.
     fn default() -> Self {
         Self {
             sensing_s: r(0.02),
@@ -61,27 +61,27 @@ impl<R: Real> Delays<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axial<R> {
     thrust_n: R,
-    /// Ground effect as the model says.
+    /// Ground effect of the model, N.
     model_n: R,
-    /// Ground effect as it was used, scaled by the adaptation.
+    /// Ground effect scaled by the adaptation, N.
     used_n: R,
 }
 
-/// The last forces and directions of thrust, as the models have them.
+/// Record of the last modelled forces and thrust directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Record<R> {
     axial: Delay<R, Axial<R>, STEPS>,
     up: Delay<R, Vector<R>, STEPS>,
 }
 
-/// What the IMU felt, beside what the models explain of that time.
+/// Force measured by the IMU, compared with the models at the time of measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Felt<R> {
     /// `m (a + g e_z)` less thrust and used ground effect, world axes, N.
     pub(crate) unexplained_n: Vector<R>,
     /// Force along the rotors' axis less thrust alone, N.
     pub(crate) beyond_thrust_n: R,
-    /// Ground effect as the model says, N.
+    /// Ground effect of the model, N.
     pub(crate) model_n: R,
     /// Thrust, N.
     pub(crate) thrust_n: R,
@@ -100,7 +100,7 @@ impl<R: Real> Record<R> {
         self.up.push(up, dt);
     }
 
-    /// For an acceleration that comes now.
+    /// Compares an acceleration that arrives now with the models.
     pub(crate) fn felt(
         &self,
         delays: &Delays<R>,
@@ -114,7 +114,7 @@ impl<R: Real> Record<R> {
         let model_n = between(|axial| axial.model_n);
         let used_n = between(|axial| axial.used_n);
         let (a, b, share) = self.up.around(delays.sensing_s - delays.attitude_s);
-        // Between two steps the axis turns by little: the chord is the arc.
+        // The axis turns little between two steps, so a linear interpolation suffices.
         let up = a + (b - a) * share;
         let force_n = (acceleration_mps2 + Vector::UP * gravity_mps2) * mass_kg;
         Felt {
@@ -135,24 +135,24 @@ fn axial<R: Real>(thrust_n: R, lift: Lift<R>, strength: R) -> Axial<R> {
     }
 }
 
-/// Disturbance observer: force felt less force explained, through a low-pass,
+/// Disturbance observer: measured force less modelled force, through a low-pass filter,
 ///
 /// ```text
 /// d' = (m (a + g e_z) - b_z (T^ + f^) - d) / τ
 /// ```
 ///
-/// with thrust T^, ground effect f^ and direction b_z those of the time at which
-/// the acceleration a was sensed ([`Delays`]). The estimate is limited in
-/// length. Laws subtract it from the force they ask for; one that does cancels
-/// constant disturbances (wind, a wrong thrust scale, ground effect beyond the
-/// model) without an integral of the tracking error. On the deck it would take
-/// the legs' force for lift: hold it there.
+/// with thrust T^, ground effect f^ and direction b_z at the time when the acceleration a
+/// was measured ([`Delays`]). The length of the estimate is limited.
+///
+/// A law that subtracts the estimate from its demanded force cancels constant
+/// disturbances (wind, a wrong thrust scale, ground effect beyond the model) without an
+/// integral of the tracking error. On the deck the observer would mistake the legs' force
+/// for lift, so it must be held there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Observer<R> {
-    /// Time constant τ, s. Several times the time by which the delays may be
-    /// wrong.
+    /// Time constant τ, s. It should be several times the error of the delays.
     pub filter_s: R,
     /// Greatest disturbance, N.
     pub limit_n: R,

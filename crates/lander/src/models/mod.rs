@@ -1,4 +1,4 @@
-//! The models that controllers count on.
+//! The fitted models that the controllers use by default.
 
 mod fitted;
 
@@ -8,7 +8,7 @@ use touchdown_flight::ground_effect::{
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::thrust::{Library, ThrustModel};
 
-/// The models that controllers count on, as identified beforehand.
+/// Fitted models of thrust and ground effect for the controllers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -29,8 +29,8 @@ pub struct FlightModels<R: Real> {
 }
 
 impl<R: Real> Default for FlightModels<R> {
-    /// As identified on the virtual rig's rich data of the default plant (seed 1); see
-    /// `fitted.rs` for the command.
+    /// The models identified from the virtual rig's rich data of the default plant
+    /// (seed 1). `fitted.rs` names the command.
     fn default() -> Self {
         let lag = Lag {
             map: StaticMap::new(fitted::LAG_H.map(r)),

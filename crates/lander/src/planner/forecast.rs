@@ -1,9 +1,9 @@
-//! What is known of the deck ahead of time.
+//! Prediction of the deck's motion for the planner.
 
 use crate::estimate::deck::DeckMotionPrediction;
 use touchdown_flight::real::Real;
 
-/// The deck at a time ahead, with standard deviations.
+/// The deck at a future time, with standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -23,8 +23,8 @@ pub struct DeckOutlook<R> {
 }
 
 impl<R: Real> DeckOutlook<R> {
-    /// The heave as the deck estimator predicts it, with a tilt and its standard
-    /// deviation, which it knows nothing of.
+    /// The predicted heave of the deck estimator, together with a tilt and its standard
+    /// deviation, which that estimator does not provide.
     #[must_use]
     pub fn from_heave(heave: &DeckMotionPrediction<R>, tilt_rad: R, tilt_sd_rad: R) -> Self {
         Self {
@@ -38,7 +38,7 @@ impl<R: Real> DeckOutlook<R> {
     }
 }
 
-/// A prediction of the deck's motion; any function of the time ahead is one.
+/// A prediction of the deck's motion. Any function of the time ahead implements it.
 pub trait DeckForecast<R> {
     /// The deck `ahead_s` seconds from now.
     fn at(&self, ahead_s: R) -> DeckOutlook<R>;

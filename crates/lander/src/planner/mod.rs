@@ -1,9 +1,9 @@
-//! When to descend onto a moving deck, and how.
+//! Planner of the descent onto a moving deck: its start and its duration.
 //!
-//! The descent is the `terminal` reference, a quintic that ends at touchdown; its
-//! duration T is free within limits. So the planner reads the prediction of the
-//! deck at the times at which a descent that starts now could end, and says go
-//! with the best of them that is *quiescent*; while there is none it waits.
+//! The descent is the `terminal` reference, a quintic that ends at touchdown. Its
+//! duration T is free within limits. So the planner reads the predicted deck motion at
+//! all times at which a descent from now could end. It starts the best descent whose end
+//! is *quiescent*, and waits if there is none.
 //!
 //! ```text
 //! now       duration_min      duration_max                    horizon
@@ -11,19 +11,18 @@
 //!                 └ go with the best   └ worth waiting for?
 //! ```
 //!
-//! **Severity** of a touchdown time: the largest share of any limit in
-//! [`Quiescence`] that is used within `dwell_s` around it; up to 1 is quiescent.
-//! A prediction that is not finite is never touched down on. Among quiescent
-//! times that with the least `severity + cost_per_s · T` is taken.
+//! **Severity** of a touchdown time: the largest ratio of a predicted value to its limit
+//! in [`Quiescence`], within `dwell_s` around that time. Up to 1 the deck is quiescent. A
+//! time without a finite prediction is never chosen. Among quiescent times the planner
+//! chooses the least `severity + cost_per_s · T`.
 //!
-//! **Waiting** ends after `wait_s`. As long as the deadline is farther away than
-//! the look-ahead, only a quiescent time will do. Then the best of what is in
-//! sight before the deadline is taken, quiescent or not: the planner goes as soon as
-//! nothing better is left to wait for, and at the deadline with the best that is
-//! in reach. Without a usable prediction it never goes.
+//! **Waiting** ends after `wait_s`. While this deadline lies beyond the horizon, only a
+//! quiescent time is chosen. After that, the planner chooses the best time before the
+//! deadline, quiescent or not. It starts as soon as no later time is better, and at the
+//! latest at the deadline. Without a usable prediction it never starts.
 //!
-//! **Limits of the descent** hold for the reference: its greatest speed, and its
-//! greatest acceleration together with the greatest of the deck on the way.
+//! **Limits of the descent** hold for the reference's greatest speed, and for the sum of
+//! its greatest acceleration and that of the deck during the descent.
 
 mod forecast;
 mod quintic;
@@ -36,7 +35,8 @@ use touchdown_flight::kernel::{Sum, usable_dt};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::Terminal;
 
-/// Steps in which the horizon is looked at.
+/// Steps of the horizon: 78 ms at the default of 10 s, well below the shortest dwell of
+/// 0.2 s. More steps cost computing time in proportion.
 const STEPS: usize = 128;
 
 /// State of a [`Planner`].
@@ -64,7 +64,7 @@ pub struct Plan<R> {
     pub quiescent: bool,
 }
 
-/// What a planner says.
+/// Decision of a planner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -73,18 +73,18 @@ pub enum Verdict<R> {
     Go(Plan<R>),
     /// Wait for a better moment.
     Wait {
-        /// Time until a descent to a predicted window can start, s; none where no
-        /// window is in sight.
+        /// Time until a descent to a predicted window can start, s; none if the horizon
+        /// contains no window.
         window_in_s: Option<R>,
     },
-    /// No prediction in reach is usable.
+    /// No prediction at the end of a possible descent is usable.
     Blind,
     /// No descent from this height is within the limits now.
     OutOfReach,
 }
 
 impl<R: Copy> Verdict<R> {
-    /// The plan, where it says go.
+    /// The plan, if the decision is to descend.
     pub fn plan(&self) -> Option<Plan<R>> {
         match self {
             Self::Go(plan) => Some(*plan),
@@ -93,14 +93,14 @@ impl<R: Copy> Verdict<R> {
     }
 }
 
-/// What is in sight, by touchdown time.
+/// Assessment of the horizon by touchdown time.
 struct Sight<R> {
     step_s: R,
-    /// Severity at each time, infinite where nothing is known.
+    /// Severity at each time; infinite without a prediction.
     severity: [R; STEPS + 1],
-    /// Sink rate of a descent that ends then; none where none within limits does.
+    /// Sink rate of a descent that ends at this time; none if no descent is possible.
     sink_rate_mps: [Option<R>; STEPS + 1],
-    /// Something is known of the deck at the end of a descent.
+    /// The prediction is usable at the end of at least one descent.
     known: bool,
 }
 
@@ -111,7 +111,7 @@ impl<R: Real> Planner<R> {
         PlannerState::default()
     }
 
-    /// Waits `dt` seconds and says what to do now, see [`Self::assess`].
+    /// Adds `dt` seconds of waiting and decides; see [`Self::assess`].
     pub fn step(
         &self,
         state: &mut PlannerState<R>,
@@ -124,8 +124,8 @@ impl<R: Real> Planner<R> {
         self.assess(state.waited.value(), start_height_m, hurry, forecast)
     }
 
-    /// What to do after waiting for `waited_s`, from a hover at `start_height_m`
-    /// above the deck. In a hurry, the best in reach will do.
+    /// The decision after waiting for `waited_s`, in a hover at `start_height_m` above the
+    /// deck. With `hurry`, the best possible descent starts now.
     #[must_use]
     pub fn assess(
         &self,
@@ -179,8 +179,8 @@ impl<R: Real> Planner<R> {
         }
     }
 
-    /// The touchdown time of least cost that a descent can reach from now: the
-    /// quiescent ones first.
+    /// The touchdown time of least cost for a descent from now. Quiescent times have
+    /// priority.
     fn best_now(&self, sight: &Sight<R>) -> Option<(usize, R)> {
         let mut best: Option<((bool, R), (usize, R))> = None;
         for (i, sink_rate_mps) in sight.sink_rate_mps.iter().enumerate() {
@@ -199,7 +199,7 @@ impl<R: Real> Planner<R> {
         best.map(|(_, found)| found)
     }
 
-    /// Reads the forecast over the horizon.
+    /// Assesses the forecast over the horizon.
     fn look(&self, start_height_m: R, forecast: &impl DeckForecast<R>) -> Sight<R> {
         let unknown = R::ONE / R::ZERO;
         let mut sight = Sight {
@@ -228,7 +228,7 @@ impl<R: Real> Planner<R> {
             };
             sight.sink_rate_mps[i] = self.allows(&reference, deck_mps2).then_some(sink_rate_mps);
         }
-        // The worst of the dwell around each time.
+        // The largest severity within the dwell around each time.
         let half = (r::<R>(0.5) * self.quiescence.dwell_s / sight.step_s).to_f64();
         let half = (libm::ceil(half - 1e-6).max(0.0) as usize).min(STEPS);
         for i in 0..=STEPS {
@@ -240,14 +240,14 @@ impl<R: Real> Planner<R> {
         sight
     }
 
-    /// Sink rate for what is known of the deck.
+    /// Sink rate at touchdown, which grows with the uncertainty of the deck's velocity.
     fn sink_rate(&self, outlook: &DeckOutlook<R>) -> R {
         let descent = &self.descent;
         (descent.sink_rate_mps + descent.sink_per_sd * outlook.velocity_sd_mps)
             .min(descent.sink_rate_max_mps)
     }
 
-    /// The largest share of a limit that is used.
+    /// The largest ratio of a predicted value to its limit.
     fn severity(&self, outlook: &DeckOutlook<R>, sink_rate_mps: R) -> R {
         let q = &self.quiescence;
         let k = q.confidence;
@@ -265,8 +265,8 @@ impl<R: Real> Planner<R> {
         shares.into_iter().fold(R::ZERO, R::max)
     }
 
-    /// Whether a descent is within its limits, the deck accelerating by up to
-    /// `deck_mps2` on the way.
+    /// Whether a descent is within its limits while the deck accelerates by up to
+    /// `deck_mps2`.
     fn allows(&self, reference: &Terminal<R>, deck_mps2: R) -> bool {
         let descent = &self.descent;
         let t = reference.duration_s;
@@ -287,7 +287,7 @@ impl<R: Real> Sight<R> {
 }
 
 impl<R: Real> DeckOutlook<R> {
-    /// Finite, and with standard deviations that are ones.
+    /// Whether all values are finite and no standard deviation is negative.
     fn is_usable(&self) -> bool {
         let means = [self.velocity_mps, self.acceleration_mps2, self.tilt_rad];
         let sds = [

@@ -43,8 +43,8 @@ pub(super) fn peaks<R: Real>(reference: &Terminal<R>) -> (R, R) {
         ];
         (u * (a - u * (b - u * c))).abs()
     };
-    // c - b u + a u² = 0 in the form that does not cancel; b > 0 for w < 15/7, and
-    // beyond it a < 0: the root keeps its sign.
+    // c - b u + a u² = 0, solved without cancellation: b > 0 for w < 15/7, and beyond
+    // that a < 0, so the root keeps its sign.
     let (a, b, c) = (
         n(30.0) - n(15.0) * w,
         n(30.0) - n(14.0) * w,

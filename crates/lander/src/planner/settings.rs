@@ -3,11 +3,11 @@
 use touchdown_flight::error::{SettingsError, not_negative, ordered, positive, within};
 use touchdown_flight::real::{Real, r};
 
-/// What the deck may do at touchdown.
+/// Limits of the deck's motion at touchdown.
 ///
-/// Predictions count with `confidence` standard deviations against them. Limits
-/// on velocity and acceleration together choose the phase of the motion: a
-/// crest is little velocity and negative acceleration.
+/// `confidence` standard deviations are added to each predicted value. The limits of
+/// velocity and acceleration together select the phase of the motion: at a crest the
+/// velocity is small and the acceleration negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -22,16 +22,16 @@ pub struct Quiescence<R> {
     pub tilt_rad: R,
     /// Greatest speed of the vehicle relative to the deck, m/s.
     pub relative_speed_mps: R,
-    /// How much of the deck's acceleration the vehicle fails to follow, as a time:
-    /// an acceleration a costs `response_s · a` of relative speed.
+    /// Time by which the vehicle lags behind the deck's acceleration, s: an acceleration
+    /// a causes a relative speed of `response_s · a`.
     pub response_s: R,
-    /// Standard deviations that predictions count with.
+    /// Number of standard deviations that are added to predictions.
     pub confidence: R,
-    /// Time around the touchdown in which all this must hold, s.
+    /// Time around the touchdown in which all limits must hold, s.
     pub dwell_s: R,
 }
 
-/// What a descent may be.
+/// Limits of a descent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -40,8 +40,8 @@ pub struct Descent<R> {
     pub end_height_m: R,
     /// Least rate of descent at touchdown, m/s.
     pub sink_rate_mps: R,
-    /// What it is raised by, per standard deviation of the deck's velocity: a
-    /// vehicle that sinks more slowly than it errs touches more than once.
+    /// Increase of that rate per standard deviation of the deck's velocity. A vehicle
+    /// whose sink rate is below its velocity error touches more than once.
     pub sink_per_sd: R,
     /// Greatest rate of descent at touchdown, m/s.
     pub sink_rate_max_mps: R,
@@ -51,24 +51,24 @@ pub struct Descent<R> {
     pub duration_max_s: R,
     /// Greatest rate of descent, relative to the deck, m/s.
     pub speed_mps: R,
-    /// Greatest acceleration, that of the deck on the way included, m/s².
+    /// Greatest acceleration, including that of the deck during the descent, m/s².
     pub acceleration_mps2: R,
 }
 
-/// Picks the moment to descend, and the descent; see the [module](super).
+/// Planner of the descent; see the [module](super).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Planner<R> {
-    /// What the deck may do at touchdown.
+    /// Limits of the deck's motion at touchdown.
     pub quiescence: Quiescence<R>,
-    /// What a descent may be.
+    /// Limits of a descent.
     pub descent: Descent<R>,
-    /// How far predictions are looked at, s.
+    /// Horizon of the predictions, s.
     pub horizon_s: R,
     /// Greatest time to wait for a window, s.
     pub wait_s: R,
-    /// What a second of descent weighs against severity.
+    /// Cost of a second of descent, in units of severity.
     pub cost_per_s: R,
 }
 
@@ -166,9 +166,9 @@ impl<R: Real> Planner<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Limits must be positive and in their order, the horizon reach beyond the
-    /// longest descent and fine enough to resolve the durations, and the sink
-    /// rate at touchdown lie within the relative speed that is allowed.
+    /// Limits must be positive and in their order. The horizon must be longer than the
+    /// longest descent, and its steps must resolve the range of durations. The sink rate
+    /// at touchdown must be within the relative speed.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.quiescence.validate()?;
         self.descent.validate()?;

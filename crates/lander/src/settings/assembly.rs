@@ -1,4 +1,4 @@
-//! The landing computer, put together from settings and the numbers of its vehicle.
+//! Builds the landing computer from settings and the parameters of its vehicle.
 
 use core::f64::consts::TAU;
 
@@ -17,7 +17,7 @@ use crate::estimate::relative::RelativeFilter;
 use crate::models::FlightModels;
 use crate::space_controller::SpaceController;
 
-// Reasons are physical; what halving or doubling moves was not measured.
+// The reasons below are physical. The effect of halving or doubling was not measured.
 
 /// Standard deviation below which position (m) and velocity (m/s) count as known: about the
 /// closing speed that the state machine allows at the deck, 0.35 m/s.
@@ -35,7 +35,7 @@ const TILT_MEMORY_S: f64 = 10.0;
 /// (`quiescence.dwell_s`, 0.2 s).
 const PLANNER_PERIOD_S: f64 = 0.1;
 
-/// The vehicle's numbers.
+/// Parameters of the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VehicleNumbers<R> {
     /// Mass, kg.
@@ -46,24 +46,24 @@ pub struct VehicleNumbers<R> {
     pub rotor_radius_m: R,
 }
 
-/// The numbers of the sensors that the estimators reckon with.
+/// Parameters of the sensors that the estimators need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorNumbers<R> {
     /// Latency of specific force and attitude, s.
     pub imu_latency_s: R,
-    /// Place of the range finder, body axes, m.
+    /// Position of the range finder, body axes, m.
     pub range_position_m: Vector<R>,
-    /// Its quantum, m; 0 for none.
+    /// Resolution of the range finder, m; 0 for none.
     pub range_quantum_m: R,
-    /// The least and the greatest distance that it reads, m.
+    /// Smallest and largest distance of the range finder, m.
     pub range_limits_m: [R; 2],
-    /// The scale of its half-normal jitter, s.
+    /// Scale of the range finder's half-normal jitter, s.
     pub range_jitter_s: R,
-    /// Place of the camera, body axes, m.
+    /// Position of the camera, body axes, m.
     pub camera_position_m: Vector<R>,
-    /// Turn of the camera about the body's z axis, rad.
+    /// Rotation of the camera about the body's z axis, rad.
     pub camera_turn_rad: R,
-    /// The scale of its half-normal jitter, s.
+    /// Scale of the camera's half-normal jitter, s.
     pub camera_jitter_s: R,
 }
 
@@ -88,8 +88,8 @@ impl<R: Real> Default for VehicleNumbers<R> {
 }
 
 impl<R: Real> Default for SensorNumbers<R> {
-    /// An inertial unit 20 ms late; range finder at the reference point, in whole
-    /// centimetres from 0.02 to 12 m; camera 2 cm below it.
+    /// An inertial unit with a latency of 20 ms; a range finder at the reference point,
+    /// in whole centimetres from 0.02 to 12 m; a camera 2 cm below it.
     fn default() -> Self {
         Self {
             imu_latency_s: r(0.02),
@@ -105,7 +105,7 @@ impl<R: Real> Default for SensorNumbers<R> {
 }
 
 impl<R: Real> Default for LoopTiming<R> {
-    /// 100 Hz, commands 10 ms late.
+    /// 100 Hz, commands with a delay of 10 ms.
     fn default() -> Self {
         Self {
             period_s: r(0.01),
@@ -167,7 +167,7 @@ impl<R: Real> ControlSettings<R> {
         [relative.range.least_m, relative.range.greatest_m] = sensors.range_limits_m;
         relative.range.jitter_s = sensors.range_jitter_s;
         relative.tag.position_m = sensors.camera_position_m;
-        // The camera's turn comes on top of the attitude that the settings give it.
+        // The camera's rotation follows after the attitude in the settings.
         relative.tag.attitude = Attitude::from_yaw(sensors.camera_turn_rad) * relative.tag.attitude;
         relative.tag.jitter_s = sensors.camera_jitter_s;
         relative
@@ -215,7 +215,7 @@ impl<R: Real> ControlSettings<R> {
             ),
             Feedforward::Dynamic => models.dynamic,
         };
-        // Attitude and acceleration come together, the mean over a period.
+        // Attitude and acceleration arrive together, as the mean over a period.
         let sensing_s = imu_latency_s + r::<R>(0.5) * timing.period_s;
         SpaceController {
             mass_kg: vehicle.mass_kg,

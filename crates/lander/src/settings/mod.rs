@@ -21,14 +21,14 @@ use crate::state_machine::StateMachine;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum DescentShape {
-    /// Critically damped (eq. 13), begun as soon as the vehicle is ready.
+    /// Critically damped (eq. 13); it begins as soon as the vehicle is ready.
     Exponential,
     /// A quintic to a terminal sink rate.
     #[default]
     Terminal,
 }
 
-/// Everything of the landing computer that can be set.
+/// All settings of the landing computer.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -45,10 +45,10 @@ pub struct ControlSettings<R: Real> {
     pub method: Method,
     /// The descent's shape.
     pub reference: DescentShape,
-    /// Whether the planner waits for a window and plans the descent (`terminal`
-    /// only); else it goes straight down as soon as the vehicle is ready.
+    /// Whether the planner waits for a window and plans the descent (`terminal` only).
+    /// Otherwise the descent begins as soon as the vehicle is ready.
     pub planner: bool,
-    /// Whether the strength of the ground-effect model is adapted.
+    /// Whether the scale factor of the ground-effect model is adapted.
     pub adaptation: bool,
     /// Whether the deck's estimated acceleration is fed forward.
     pub deck_acceleration: bool,
@@ -56,9 +56,9 @@ pub struct ControlSettings<R: Real> {
     pub exponential_per_s: R,
     /// Duration of a terminal descent without planner, s.
     pub terminal_s: R,
-    /// Its sink rate at touchdown, m/s.
+    /// Sink rate at touchdown of a terminal descent without planner, m/s.
     pub terminal_sink_mps: R,
-    /// Frequency that `imbc` is built for, Hz.
+    /// Frequency of the deck motion that `imbc` rejects, Hz.
     pub imbc_hz: R,
     /// Gains of the composite law.
     pub gains: Gains<R>,
@@ -75,22 +75,22 @@ pub struct ControlSettings<R: Real> {
     pub state_machine: StateMachine<R>,
     /// Planner.
     pub planning: Planner<R>,
-    /// Relative estimator; places, turns and quanta of sensors are filled in from the
-    /// sensors' settings.
+    /// Relative estimator. The assembly replaces positions, rotations and resolutions of
+    /// sensors by those of the sensors' settings.
     pub relative: RelativeFilter<R>,
-    /// Whether a delay of range, tag and GNSS that their stamps do not tell is looked for.
+    /// Whether an unknown latency of range, tag and GNSS is estimated.
     pub finds_latency: bool,
-    /// How it is.
+    /// Estimator of that latency.
     pub latency: LatencyEstimator<R>,
     /// Deck estimator.
     pub deck: DeckEstimator<R>,
-    /// Height below which observer and adaptation stand still, m.
+    /// Height below which observer and adaptation pause, m.
     pub contact_height_m: R,
-    /// Time for which the deck is watched before a descent, s.
+    /// Time for which the deck is observed before a descent, s.
     pub watch_s: R,
-    /// Least heave velocity of a deck that moves, standard deviation, m/s.
+    /// Least heave velocity in the prior of a moving deck, standard deviation, m/s.
     pub deck_known_mps: R,
-    /// Least width of the band of its heave, as a damping ratio.
+    /// Least bandwidth in that prior, as a damping ratio.
     pub least_damping_ratio: R,
 }
 
@@ -106,9 +106,9 @@ impl<R: Real> Default for ControlSettings<R> {
             terminal_s: r(2.5),
             terminal_sink_mps: r(0.03),
             imbc_hz: r(0.5),
-            // Stiffer than published: errors of the deck's predicted acceleration and
-            // of the ground-effect model show less. Much stiffer, and a latency that is
-            // not known makes the hover swing.
+            // Stiffer than published, so that errors of the deck's predicted acceleration
+            // and of the ground-effect model matter less. With much stiffer gains an
+            // unknown latency makes the hover oscillate.
             gains: Gains {
                 k_p: r(8.0),
                 gamma: r(2.5),
@@ -118,25 +118,24 @@ impl<R: Real> Default for ControlSettings<R> {
             observer: Observer::default(),
             adapting: Adaptation::default(),
             guidance: Guidance {
-                // The computer predicts to now.
+                // The computer predicts position and velocity to now.
                 sensing_s: R::ZERO,
                 ..Guidance::default()
             },
             state_machine: StateMachine {
-                // Contact at 0.1 m and four standard deviations of the height: a
-                // vehicle that floats a centimetre above the deck is not let fall.
+                // Contact at 0.1 m plus four standard deviations of the height. A vehicle
+                // that floats a centimetre above the deck then keeps its thrust.
                 touchdown_height_m: r(0.108),
-                // The next reading of a range finder that is 0.1 s late and now and then
-                // misses one.
+                // A range finder with a latency of 0.1 s that sometimes misses a reading.
                 range_age_s: r(0.2),
                 ..StateMachine::default()
             },
             planning: Planner {
                 descent: planner::Descent {
-                    // A centimetre above contact: tilt and errors of the height do not
-                    // make it touch while it still brakes.
+                    // A centimetre above contact, so that tilt and height errors do not
+                    // cause contact while the vehicle still brakes.
                     end_height_m: r(0.11),
-                    // Touches are judged at 0.108 m: none is missed for being slow.
+                    // Contact counts from 0.108 m on, so even a slow touch is detected.
                     sink_per_sd: r(0.1),
                     duration_min_s: r(2.0),
                     ..planner::Descent::default()
@@ -164,7 +163,7 @@ impl<R: Real> Default for ControlSettings<R> {
             latency: LatencyEstimator::default(),
             deck: DeckEstimator {
                 delay_s: r(0.09),
-                // The vehicle's own velocity wanders with GNSS and accelerometer bias.
+                // GNSS and accelerometer bias make the vehicle's estimated velocity drift.
                 offset_drift: r(0.005),
                 offset_rate_drift: r(0.03),
                 ..DeckEstimator::new(Observed::Displacement, r(0.006))

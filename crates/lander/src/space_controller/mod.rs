@@ -1,5 +1,5 @@
-//! The whole controller in space: place and motion relative to the deck in,
-//! thrust and attitude out.
+//! The controller in space: from position and motion relative to the deck to thrust and
+//! attitude.
 
 mod motion;
 
@@ -23,17 +23,17 @@ use touchdown_flight::types::Limits;
 /// A landing controller in three dimensions: the vector law of eq. (10),
 /// `f_u = m v_r' - K_P s - K_I ∫ s dt - m g - f_a^`.
 ///
-/// Vertically it is the
-/// [`VerticalController`](touchdown_flight::vertical_controller::VerticalController), by the
-/// same code; horizontally [`Horizontal`]. The vertical force comes first: thrust is
-/// raised by what the tilt costs (ground effect acts along the rotors' axis as
-/// thrust does), and the horizontal force gets what limits of tilt and thrust
-/// leave. The ground-effect model is given the height along the deck's normal.
+/// The vertical law runs the same code as the
+/// [`VerticalController`](touchdown_flight::vertical_controller::VerticalController); the
+/// horizontal law is [`Horizontal`]. The vertical force has priority: the thrust grows to
+/// compensate the tilt, and the horizontal force stays within the remaining limits of
+/// tilt and thrust. Ground effect acts along the rotors' axis, as thrust does. The
+/// ground-effect model uses the height along the deck's normal.
 ///
-/// [`Method`](touchdown_flight::Method) says which law, model and observer a method has.
+/// [`Method`](touchdown_flight::Method) lists law, model and observer of each method.
 ///
-/// An observer or an adaptation needs the IMU's acceleration; only
-/// [`Law::Composite`] makes use of their vertical part.
+/// An observer or an adaptation needs the IMU's acceleration. Only [`Law::Composite`]
+/// uses their vertical part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -57,11 +57,11 @@ pub struct SpaceController<R: Real, G = Guarded<R>> {
     pub thrust: ThrustModel<R>,
     /// The ground effect.
     pub ground_effect: G,
-    /// Disturbance observer, where one is used.
+    /// Disturbance observer, if one is used.
     pub observer: Option<Observer<R>>,
-    /// Adaptation of the ground effect's strength, where it is used.
+    /// Adaptation of the ground effect's scale factor, if it is used.
     pub adaptation: Option<Adaptation<R>>,
-    /// Delays that observer and adaptation reckon with.
+    /// Delays that observer and adaptation compensate.
     pub delays: Delays<R>,
     /// Limits of the actuators.
     pub limits: Limits<R>,
@@ -74,15 +74,15 @@ pub struct SpaceControllerState<R: Real, S> {
     pub vertical: VerticalState<R, S>,
     /// Horizontal law.
     pub horizontal: HorizontalState<R>,
-    /// Force that no model explains, world axes, N; zero without an observer.
+    /// Estimated disturbance, world axes, N; zero without an observer.
     pub disturbance_n: Vector<R>,
-    /// The adaptation, where there is one.
+    /// State of the adaptation, if one is used.
     pub adaptation: Option<AdaptationState<R>>,
     record: Record<R>,
     /// The last motion and target, with every value finite.
     motion: Motion<R>,
     target: Target<R>,
-    /// The last attitude asked for.
+    /// The last commanded attitude.
     attitude: Attitude<R>,
 }
 
@@ -114,8 +114,8 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         }
     }
 
-    /// The state in a hover at `motion`: rotors and air at rest at `throttle`,
-    /// which is being sent. What is not finite counts as zero.
+    /// The state in a hover at `motion`: rotors and air in the steady state of `throttle`,
+    /// the present command. Values that are not finite count as zero.
     pub fn initial(&self, motion: &Motion<R>, throttle: R) -> SpaceControllerState<R, G::State> {
         let motion = motion.or_previous(&Motion::default());
         let ground = self.ground(&motion);
@@ -144,16 +144,16 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
             record: Record::new(thrust_n, lift, motion.attitude.up()),
             motion,
             target,
-            // Level: what is asked for is never more than the tilt limit, whatever is.
+            // Level, so that no command exceeds the tilt limit.
             attitude: Attitude::from_yaw(target.yaw_rad),
         }
     }
 
-    /// One control period: takes the motion at its beginning, gives the command to
-    /// hold for its `dt` seconds.
+    /// One control period: from the motion at its beginning to the command for its `dt`
+    /// seconds.
     ///
-    /// Values that are not finite are replaced by the last ones that were; the
-    /// command is always finite and within the limits.
+    /// Values that are not finite are replaced by the last finite ones. The command is
+    /// always finite and within the limits.
     pub fn step(
         &self,
         state: &mut SpaceControllerState<R, G::State>,
@@ -166,7 +166,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         let motion = motion.or_previous(&state.motion);
         let target = target.or_previous(&state.target);
         (state.motion, state.target) = (motion, target);
-        let lift = self.listen(state, &motion, sensed && !target.hold_estimates, dt);
+        let lift = self.advance_estimates(state, &motion, sensed && !target.hold_estimates, dt);
 
         let up = motion.attitude.up();
         let channel = self.channel();
@@ -210,9 +210,9 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         }
     }
 
-    /// Takes the thrust back by `rate_n_per_s` over `dt` seconds, down to the
-    /// least, along the deck's normal: for a vehicle that stands on the deck.
-    /// Observer and adaptation stand still.
+    /// Reduces the thrust at `rate_n_per_s` over `dt` seconds, down to the least thrust,
+    /// along the deck's normal. It is for a vehicle on the deck; observer and adaptation
+    /// pause.
     pub fn idle(
         &self,
         state: &mut SpaceControllerState<R, G::State>,
@@ -223,7 +223,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         let dt = usable_dt(dt);
         let motion = motion.or_previous(&state.motion);
         state.motion = motion;
-        let lift = self.listen(state, &motion, false, dt);
+        let lift = self.advance_estimates(state, &motion, false, dt);
         let last_n = state.vertical.command.thrust_n;
         let thrust_n = self
             .limits
@@ -246,8 +246,8 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         }
     }
 
-    /// Keeps models and record up with a command that is not this controller's, which is
-    /// being sent for the next `dt` seconds. Observer and adaptation stand still.
+    /// Advances models and record with another controller's command for the next `dt`
+    /// seconds. Observer and adaptation pause.
     pub fn follow(
         &self,
         state: &mut SpaceControllerState<R, G::State>,
@@ -257,7 +257,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
     ) {
         let motion = motion.or_previous(&state.motion);
         state.motion = motion;
-        let lift = self.listen(state, &motion, false, usable_dt(dt));
+        let lift = self.advance_estimates(state, &motion, false, usable_dt(dt));
         let last = &mut state.vertical.command;
         let thrust_n = command.thrust_n.finite_or(last.thrust_n);
         last.thrust_n = self.limits.thrust(thrust_n);
@@ -270,9 +270,9 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         }
     }
 
-    /// Advances models, record, observer and adaptation; gives the lift to count
-    /// on.
-    fn listen(
+    /// Advances models, record, observer and adaptation. Returns the scaled lift of the
+    /// ground effect.
+    fn advance_estimates(
         &self,
         state: &mut SpaceControllerState<R, G::State>,
         motion: &Motion<R>,

@@ -1,4 +1,4 @@
-//! What a controller is told, and what it gives.
+//! Input and output of the controller in space.
 
 use crate::estimate::relative::RelativeEstimate;
 use touchdown_flight::real::Real;
@@ -6,8 +6,8 @@ use touchdown_flight::reference::ReferencePoint;
 use touchdown_flight::space::{Attitude, Vector};
 use touchdown_flight::types::Measurement;
 
-/// Place and motion of the vehicle. World axes; position and velocity relative to
-/// the deck's landing point.
+/// Position and motion of the vehicle, in world axes. The position is relative to the
+/// deck's landing point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion<R: Real> {
     /// Position relative to the deck, m; z is the height.
@@ -20,28 +20,28 @@ pub struct Motion<R: Real> {
     pub acceleration_mps2: Vector<R>,
     /// Attitude of the vehicle.
     pub attitude: Attitude<R>,
-    /// The deck's normal; zero where it is not known, which stands for level.
+    /// The deck's normal. A zero vector means unknown and counts as level.
     pub deck_normal: Vector<R>,
 }
 
-/// What to fly to.
+/// Target of the controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Target<R> {
     /// Height above the deck, and its motion.
     pub vertical: ReferencePoint<R>,
-    /// Horizontal place relative to the deck, m; z is not used.
+    /// Horizontal position relative to the deck, m; z is not used.
     pub position_m: Vector<R>,
-    /// Its velocity, m/s.
+    /// Velocity of that position, m/s.
     pub velocity_mps: Vector<R>,
-    /// Acceleration of the deck, predicted to when the thrust will act, m/s².
+    /// Acceleration of the deck, predicted to the time when the thrust acts, m/s².
     pub deck_acceleration_mps2: Vector<R>,
     /// Heading, rad.
     pub yaw_rad: R,
-    /// Observer and adaptation stand still: legs may be touching.
+    /// Observer and adaptation pause, because the legs may touch.
     pub hold_estimates: bool,
 }
 
-/// What a [`SpaceController`](super::SpaceController) asks for.
+/// Command of a [`SpaceController`](super::SpaceController).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -54,20 +54,20 @@ pub struct Target<R> {
 pub struct SpaceCommand<R: Real> {
     /// Collective free-air thrust along the rotors' axis, N.
     pub thrust_n: R,
-    /// Throttle that gives it at rest.
+    /// Throttle that gives this thrust in the steady state.
     pub throttle: R,
-    /// Attitude wanted.
+    /// Commanded attitude.
     pub attitude: Attitude<R>,
-    /// The ground-effect force now, as estimated and used by the law, N.
+    /// Present ground-effect force that the law uses, N.
     pub ground_effect_n: R,
-    /// More thrust is asked for than the rotors give.
+    /// The demanded thrust exceeds that of the rotors.
     pub saturated: bool,
-    /// Less horizontal force is given than asked for.
+    /// A limit has reduced the horizontal force.
     pub limited: bool,
 }
 
 impl<R: Real> Motion<R> {
-    /// The motion as estimated, with an attitude and the deck's normal.
+    /// The motion of an estimate, with an attitude and the deck's normal.
     #[must_use]
     pub fn from_estimate(
         estimate: &RelativeEstimate<R>,

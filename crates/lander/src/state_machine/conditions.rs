@@ -1,9 +1,9 @@
-//! What a step's input says, in the words of the table of transitions.
+//! Conditions of the table of transitions, from the input of a step.
 
 use super::{Funnel, MachineInput, Reason, StateMachine};
 use touchdown_flight::real::Real;
 
-/// What can be said of an input alone, without memory.
+/// Conditions that follow from one input, without memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Conditions {
     /// Why height and velocity above the deck are not known.
@@ -14,7 +14,7 @@ pub(super) struct Conditions {
     pub(super) unready: Option<Reason>,
     /// The first limit of the vehicle's motion that is exceeded.
     pub(super) beyond: Option<Reason>,
-    /// Nearing the deck too fast, as far as that is known.
+    /// The closing speed exceeds its limit; false while the speed is not known.
     pub(super) sinking: bool,
     /// The deck is not within its limits.
     pub(super) rough_deck: bool,
@@ -24,7 +24,7 @@ pub(super) struct Conditions {
     pub(super) over_pad: bool,
     pub(super) at_commit_height: bool,
     pub(super) above_commit_height: bool,
-    /// As high as the hover, or higher.
+    /// The vehicle is at or above the hover height.
     pub(super) up: bool,
     pub(super) touching: bool,
     pub(super) evidence: bool,
@@ -56,7 +56,7 @@ impl<R: Real> MachineInput<R> {
         estimates.iter().all(|value| value.is_finite())
     }
 
-    /// Every number is finite.
+    /// Whether all numbers are finite.
     fn is_finite(&self) -> bool {
         let others = [
             self.tag_age_s,

@@ -1,35 +1,36 @@
-//! What the state machine is told.
+//! Input of the state machine.
 
-/// What the operator wants, for as long as it is set.
+/// Request of the operator; it holds as long as it is set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum OperatorRequest {
-    /// Nothing: land.
+    /// No request: land.
     #[default]
     None,
     /// Do not land: climb away and hold.
     Abort,
-    /// Begin anew after giving up or a landing. Taken once, when it is newly set:
-    /// a request that stays set does not start the rotors after a touchdown.
+    /// Start again after a landing or after giving up. It acts only in the step in which
+    /// it is set, so that a request that stays set cannot start the rotors after a
+    /// touchdown.
     Restart,
     /// Stop the rotors now, wherever the vehicle is.
     Disarm,
 }
 
-/// What is seen in a step. Numbers may be NaN: they then count as bad.
+/// Input of a step. A NaN counts as a violated condition.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct MachineInput<R> {
-    /// Age of the last tag detection that was used, s. An age below zero is a
-    /// wrong clock and counts as stale.
+    /// Age of the last tag detection that was used, s. A negative age means a wrong clock
+    /// and counts as stale.
     pub tag_age_s: R,
     /// Age of the last range that was used, s.
     pub range_age_s: R,
     /// Age of the last IMU sample, s.
     pub imu_age_s: R,
-    /// The relative estimator no longer believes itself.
+    /// The relative estimator has diverged.
     pub diverged: bool,
     /// Height of the vehicle above the deck, m.
     pub height_m: R,
@@ -41,23 +42,23 @@ pub struct MachineInput<R> {
     pub lateral_speed_mps: R,
     /// Tilt of the vehicle, rad.
     pub tilt_rad: R,
-    /// The rotors are being asked for more than they give (thrust or attitude).
+    /// The demanded thrust or attitude exceeds what the rotors give.
     pub saturated: bool,
-    /// Tilt of the deck, the greatest that is expected, rad.
+    /// Greatest expected tilt of the deck, rad.
     pub deck_tilt_rad: R,
-    /// Vertical speed of the deck, the greatest that is expected, m/s.
+    /// Greatest expected vertical speed of the deck, m/s.
     pub deck_speed_mps: R,
-    /// Energy left in the battery, share of 1.
+    /// Remaining energy of the battery, in [0, 1].
     pub battery_share: R,
-    /// Thrust commanded last, share of the weight.
+    /// Last commanded thrust, over the weight.
     pub thrust_share: R,
-    /// Specific force along the body's z axis as felt by the IMU, over gravity:
-    /// 1 at rest, 0 in free fall.
+    /// Measured specific force along the body's z axis, over gravity: 1 at rest, 0 in
+    /// free fall.
     pub load_factor: R,
-    /// Contact switch in the legs, where there is one.
+    /// Contact switch in the legs, if there is one.
     pub contact: Option<bool>,
-    /// The planner says that now is the moment to descend.
+    /// The planner decides to descend now.
     pub go: bool,
-    /// What the operator wants.
+    /// The operator's request.
     pub request: OperatorRequest,
 }

@@ -7,12 +7,12 @@ use super::{
 use touchdown_flight::kernel::{Sum, usable_dt};
 use touchdown_flight::real::Real;
 
-/// For how long a condition has held without a break.
+/// Time for which a condition has held without interruption.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct HoldTimer<R>(Option<R>);
 
 impl<R: Real> HoldTimer<R> {
-    /// The first step with the condition counts nothing; nor does a gap.
+    /// The first step with the condition does not count, nor does a gap.
     fn update(&mut self, holds: bool, dt: R, gap: bool) {
         self.0 = match self.0 {
             Some(so_far) if holds && !gap => Some(so_far + dt),
@@ -32,9 +32,9 @@ pub struct MachineState<R> {
     reason: Option<Reason>,
     go_arounds: u8,
     last_request: OperatorRequest,
-    /// Time in this phase and those that share its limit.
+    /// Time in this phase and in those that share its limit, s.
     clock: Sum<R>,
-    /// Time in Approach, Hold and Wait since the last descent.
+    /// Time in Approach, Hold and Wait since the last descent, s.
     waited: Sum<R>,
     ready: HoldTimer<R>,
     touching: HoldTimer<R>,
@@ -47,7 +47,7 @@ pub struct MachineState<R> {
 }
 
 impl<R> MachineState<R> {
-    /// Where the landing is.
+    /// The phase of the landing.
     pub fn phase(&self) -> Phase {
         self.phase
     }
@@ -73,7 +73,7 @@ impl Phase {
     }
 }
 
-/// What of the past the table of transitions asks for.
+/// Conditions of the table of transitions that depend on the past.
 struct History {
     stop: bool,
     restart: bool,
@@ -95,8 +95,8 @@ impl<R: Real> StateMachine<R> {
         MachineState::default()
     }
 
-    /// One step, `dt` seconds after the one before. A `dt` that is not a
-    /// positive number counts as no time.
+    /// One step, `dt` seconds after the previous one. A `dt` that is not positive counts
+    /// as zero.
     pub fn step(
         &self,
         state: &mut MachineState<R>,
@@ -120,8 +120,8 @@ impl<R: Real> StateMachine<R> {
             }
             Phase::Descend => Maneuver::Descend,
             Phase::Commit => Maneuver::Commit,
-            // Where the deck is not felt, the thrust is not taken back further, nor
-            // raised before it is a bounce.
+            // Without contact the thrust is neither reduced further nor, before the
+            // contact counts as a bounce, increased.
             Phase::Touchdown if conditions.touching => Maneuver::Idle,
             Phase::Touchdown => Maneuver::Rest,
             Phase::GoAround => Maneuver::ClimbAway,
@@ -163,7 +163,7 @@ impl<R: Real> StateMachine<R> {
         match state.phase {
             _ if seen.request == OperatorRequest::Disarm => because(Disarmed, Reason::Operator),
 
-            // A hover that sinks is not left alone with it, whatever else is wanted.
+            // A sinking hover climbs first, before any other request.
             Approach | Hold | Wait if past.sinks => because(GoAround, Reason::ClosingSpeed),
             Hold | Wait if now.at_commit_height => because(GoAround, Reason::Height),
 
@@ -224,7 +224,7 @@ impl<R: Real> StateMachine<R> {
         }
     }
 
-    /// Advances the times that conditions have held.
+    /// Advances the times for which conditions have held.
     fn remember(
         &self,
         state: &mut MachineState<R>,
@@ -270,7 +270,7 @@ impl<R: Real> StateMachine<R> {
         past
     }
 
-    /// Takes over the new phase.
+    /// Enters the new phase.
     fn enter(
         &self,
         state: &mut MachineState<R>,
@@ -289,7 +289,7 @@ impl<R: Real> StateMachine<R> {
         if restart && ended && phase == Phase::Approach {
             state.go_arounds = 0;
         }
-        // What the operator holds is not held against the landing.
+        // The waiting time does not count while the operator holds the vehicle.
         let held = phase == Phase::Hold && stop;
         if phase.stage() != state.phase.stage() || held {
             state.clock = Sum::default();

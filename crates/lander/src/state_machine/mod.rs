@@ -14,8 +14,8 @@
 //!
 //! # Transitions
 //!
-//! In every step the first row that applies is taken; where none does, the
-//! phase stays. [`StateMachine::step`] runs them in this order.
+//! In every step the first row whose condition holds is applied, in this order. If no
+//! condition holds, the phase stays.
 //!
 //! | from | when | to |
 //! | --- | --- | --- |
@@ -58,69 +58,67 @@
 //! | `GivenUp` | battery critical, everything fresh, operator does not abort | `Approach` |
 //! | `Disarmed` | operator restarts | `Approach`, go-arounds forgotten |
 //!
-//! # Words
+//! # Conditions
 //!
-//! - *blind*: the estimate is not finite or has diverged, or IMU or range
-//!   finder are older than their limits. *Fresh*: not blind, and the tag is
-//!   young enough as well.
+//! - *blind*: the estimate is not finite or has diverged, or the last reading of IMU or
+//!   range finder is older than its limit. *Fresh*: not blind, and the last tag reading is
+//!   within its limit, too.
 //! - *astray*: tilt, lateral error or closing speed beyond its limit for
 //!   `excess_s`. Lateral error and closing speed are limited by a [`Funnel`].
 //!   *Sinking*: closing speed beyond its limit for `excess_s`, outside a descent.
-//! - *saturated*: the rotors have been asked for more than they give for
-//!   `saturation_s`.
-//! - *ready*: fresh, every number finite, at the hold height and over the pad, slower
-//!   than `hold_speed_mps` relative to the deck, nothing beyond its limit, the rotors not
-//!   asked for more than they give, the battery not low, the deck within its limits
-//!   (unless the battery is critical).
-//! - *touching*: not blind, height, relative velocity and lateral speed in the
-//!   deck's frame within those of a touchdown, and no contact switch that says
-//!   no. *Evidence*: touching, and either the contact switch says yes, or the
-//!   thrust is down to `idle_thrust_share` of the weight and the IMU still feels
-//!   `supported_load_factor`: something else carries the vehicle. *Not
-//!   supported*: thrust down and the IMU feels less.
-//! - *battery low*: a landing is no longer begun, so that what is left can be
-//!   used to go elsewhere. *Critical*: too little is left to go anywhere; then
-//!   the count of go-arounds, the deck's limits and the planner's patience
-//!   ([`MachineOutput::hurry`]) stop mattering. Critical is not low.
-//! - *climbed*: fresh, and as high as the hover less its tolerance.
-//! - *go-arounds* that are counted are those out of a descent. *Patience*: time in
-//!   Approach, Hold and Wait together since the last one. *Late*: too long in
-//!   Descend, Commit and Touchdown together, or in GoAround.
+//! - *saturated*: the demand has exceeded what the rotors give for `saturation_s`.
+//! - *ready*: all of these hold. The input is fresh and finite. The vehicle is at the hold
+//!   height and over the pad, and slower than `hold_speed_mps` relative to the deck. No
+//!   limit is exceeded, the rotors are not saturated, and the battery is not low. The deck
+//!   is within its limits, unless the battery is critical.
+//! - *touching*: not blind; height, relative velocity and lateral speed in the deck's
+//!   frame are within the limits of a touchdown; no contact switch is open.
+//! - *evidence*: touching, and one of two. Either the contact switch is closed, or the
+//!   thrust is at most `idle_thrust_share` of the weight while the IMU measures at least
+//!   `supported_load_factor`, so that something else carries the vehicle. *Not supported*:
+//!   the thrust is as low, but the IMU measures less.
+//! - *battery low*: no landing begins, so that the remaining energy can be used to fly
+//!   elsewhere. *Critical*: the energy does not suffice to fly elsewhere. Then the number
+//!   of go-arounds, the deck's limits and the planner's waiting time
+//!   ([`MachineOutput::hurry`]) no longer matter. Critical excludes low.
+//! - *climbed*: fresh, and at least at the hover height less its tolerance.
+//! - *go-arounds*: only those from a descent count. *Patience*: the limit of the time in
+//!   Approach, Hold and Wait together since the last descent. *Late*: the time in Descend,
+//!   Commit and Touchdown together, or in GoAround, exceeds its limit.
 //!
-//! Anything not finite fails the condition that would let the landing go on. A
-//! step longer than `greatest_step_s` counts in full as delay, but not as time
-//! for which something good has held.
+//! A value that is not finite fails every condition that would continue the landing. A
+//! step longer than `greatest_step_s` counts in full towards time limits, but not towards
+//! the time for which a condition has held.
 //!
 //! # Below the commit height
 //!
-//! The tag leaves the view of a camera near the deck, and a vehicle this low is
-//! safer on the deck than climbing away from it: from there a lost tag is coasted
-//! on IMU and range finder. Deck and battery no longer matter.
+//! Near the deck the tag leaves the camera's view, and landing is safer than climbing
+//! away. So below the commit height the vehicle continues without the tag, on IMU and
+//! range finder. Deck and battery no longer matter.
 //!
-//! # What lying sensors can still do
+//! # Remaining failures by wrong sensors
 //!
-//! The machine believes ages and values that are finite and plausible:
+//! The machine accepts ages and values that are finite and plausible:
 //!
-//! - A range finder that is stuck below the touchdown height while the vehicle
-//!   flies at that speed relative to the deck opens `Touchdown`, where the thrust
-//!   is taken back. The IMU then feels the fall and the machine goes around after
-//!   `fall_s`, having dropped by `g/2 · fall_s²` and what the climb takes: disarming
-//!   needs IMU, range, velocity and thrust to agree.
-//! - A range finder that reads too high lets the vehicle touch the deck at the
-//!   speed of the descent; the touchdown is not recognised, the time limit of
-//!   the descent runs out and it takes off again, up to the number of go-arounds.
-//! - A tag at another place than the map says, or someone else's tag, is landed on.
-//! - Stamps that are always "now" make old data fresh.
-//! - A contact switch that is stuck closed replaces thrust and IMU as evidence:
-//!   with a range finder stuck low as well, the rotors stop in the air. One that
-//!   is stuck open prevents disarming; the landing ends given up, in the air.
-//! - An IMU that reads 1 g whatever happens, with a stuck range finder, does the same.
-//! - A battery gauge that reads too high ends in an unpowered fall; one that reads
-//!   zero makes every deck acceptable.
-//! - An estimator that is wrong but content (its innovations within their gates)
-//!   is believed.
-//! - Without ever seeing the deck the machine never lands: what an empty battery
-//!   means then is for the flight stack's own failsafe.
+//! - A range finder stuck below the touchdown height, in a slow flight over the deck,
+//!   leads to `Touchdown`, where the thrust decreases. The IMU then measures the fall, and
+//!   the machine goes around after `fall_s`. The vehicle drops by `g/2 · fall_s²` plus the
+//!   height that the climb needs. Disarming requires IMU, range, velocity and thrust to
+//!   agree.
+//! - With a range finder that reads too high, the vehicle touches the deck at the speed of
+//!   the descent. The machine does not detect the touchdown. At the time limit of the
+//!   descent it takes off again, up to the number of go-arounds.
+//! - The vehicle lands on a tag that is not where the map says, and on a foreign tag.
+//! - Time stamps that are always "now" make old data fresh.
+//! - A contact switch stuck closed replaces thrust and IMU as evidence. If the range
+//!   finder is stuck low as well, the rotors stop in the air. A switch stuck open prevents
+//!   disarming; the machine then gives up in the air.
+//! - An IMU stuck at 1 g, together with a stuck range finder, also stops the rotors.
+//! - A battery gauge that reads too high ends in an unpowered fall. One that reads zero
+//!   makes every deck acceptable.
+//! - A wrong estimate whose innovations stay within their gates is accepted.
+//! - If the deck is never observed, the machine never lands. The failsafe of the flight
+//!   stack must then react to an empty battery.
 
 mod conditions;
 mod input;
@@ -131,39 +129,39 @@ pub use input::{MachineInput, OperatorRequest};
 pub use machine::MachineState;
 pub use settings::{Funnel, StateMachine};
 
-/// Where a landing is.
+/// Phase of a landing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Phase {
-    /// On the way to the place above the pad.
+    /// Flying to the position above the pad.
     #[default]
     Approach,
-    /// Above the pad, until everything has been in order for a while.
+    /// Hovering above the pad until the vehicle has been ready for `settle_s`.
     Hold,
-    /// Ready, waiting for the planner's word.
+    /// Ready; waiting for the planner.
     Wait,
-    /// On the way down, ready to abort.
+    /// Descending, ready to abort.
     Descend,
     /// Too low to abort for a lost tag.
     Commit,
-    /// On the deck as far as can be told, thrust being taken back.
+    /// Probably on the deck; the thrust decreases.
     Touchdown,
     /// Rotors off.
     Disarmed,
     /// Climbing away.
     GoAround,
-    /// Holding above the deck (or the place), landing given up.
+    /// The landing is given up; the vehicle holds its position.
     GivenUp,
 }
 
-/// Why a landing did not simply go on.
+/// Reason why a landing was interrupted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Reason {
-    /// The operator wanted it.
+    /// The operator's request.
     Operator,
     /// A number is not finite.
     NotFinite,
@@ -173,15 +171,15 @@ pub enum Reason {
     ImuStale,
     /// The range finder's last sample is too old.
     RangeStale,
-    /// The tag has not been seen for too long.
+    /// The last detection of the tag is too old.
     TagLost,
     /// Tilted too far.
     Tilt,
     /// Too far from the axis above the pad.
     LateralError,
-    /// Nearing the deck too fast.
+    /// The closing speed to the deck is too high.
     ClosingSpeed,
-    /// The rotors do not give what is asked for.
+    /// The demand exceeds what the rotors give.
     Saturated,
     /// The deck moves or tilts too much.
     Deck,
@@ -191,22 +189,22 @@ pub enum Reason {
     Height,
     /// Moving too fast relative to the deck to begin a descent.
     Unsteady,
-    /// It took too long.
+    /// A time limit is exceeded.
     Late,
-    /// The thrust was taken back and nothing carries the vehicle.
+    /// The thrust was reduced, but nothing carries the vehicle.
     NotSupported,
     /// The vehicle left the deck again.
     Bounce,
 }
 
-/// In which frame a hover is to be held.
+/// Frame of a hover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Frame {
     /// Above the pad, following the deck.
     Deck,
-    /// Where the vehicle is: what is known of the deck is not to be used.
+    /// At the vehicle's position; the estimate of the deck is not used.
     World,
 }
 
@@ -219,35 +217,35 @@ pub enum Maneuver<R> {
     Hover {
         /// Height above the deck, m.
         height_m: R,
-        /// Whether above the deck, or where the vehicle is.
+        /// Frame of the hover: the deck's or the world's.
         frame: Frame,
     },
     /// The planned descent.
     Descend,
-    /// The planned descent, horizontally as well as is known.
+    /// The planned descent, with the horizontal estimate that is available.
     Commit,
-    /// Up, away from the deck, by IMU alone if need be.
+    /// Climb away from the deck, with the IMU alone if necessary.
     ClimbAway,
-    /// Take the thrust back.
+    /// Reduce the thrust.
     Idle,
-    /// Leave the thrust as it is.
+    /// Keep the thrust.
     Rest,
     /// Rotors off.
     Disarm,
 }
 
-/// What a step of a [`StateMachine`] gives.
+/// Output of a step of a [`StateMachine`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MachineOutput<R> {
-    /// Where the landing is.
+    /// Phase of the landing.
     pub phase: Phase,
     /// The manoeuvre to fly.
     pub maneuver: Maneuver<R>,
-    /// Why the phase is not the next one of a landing without trouble.
+    /// Reason why the landing was interrupted.
     pub reason: Option<Reason>,
-    /// Aborted descents so far, the operator's left out.
+    /// Number of aborted descents, without those that the operator aborted.
     pub go_arounds: u8,
-    /// The planner should not wait for a better moment.
+    /// The planner must not wait for a better moment.
     pub hurry: bool,
 }

@@ -3,43 +3,43 @@
 use touchdown_flight::error::{SettingsError, not_negative, ordered, positive, within};
 use touchdown_flight::real::{Real, r};
 
-/// A limit that opens with height, `at_deck + per_m · height`.
+/// A limit that increases with height, `at_deck + per_m · height`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Funnel<R> {
     /// The limit at height zero.
     pub at_deck: R,
-    /// How much it opens, per metre of height.
+    /// Increase of the limit per metre of height.
     pub per_m: R,
 }
 
 impl<R: Real> Funnel<R> {
-    /// The limit at a height; below zero, that at zero.
+    /// The limit at a height. Negative heights count as zero.
     #[must_use]
     pub fn at(&self, height_m: R) -> R {
         self.at_deck + self.per_m * height_m.max(R::ZERO)
     }
 }
 
-/// The landing's state machine; see the [module](super) for what it does.
+/// State machine of a landing; see the [module](super).
 ///
 /// | setting | default | what it bounds |
 /// | --- | --- | --- |
 /// | `hold_height_m`, `hold_tolerance_m` | 0.8, 0.15 | height of the hover, and how exactly it is held before a descent |
 /// | `hold_lateral_m`, `hold_speed_mps` | 0.15, 0.25 | lateral error, speed relative to the deck at the start of a descent |
-/// | `commit_height_m`, `commit_margin_m` | 0.30, 0.10 | from where down a lost tag is coasted; how far above that the promise ends |
-/// | `touchdown_height_m` | 0.12 | greatest height in touchdown: that of contact, and the noise of the height |
+/// | `commit_height_m`, `commit_margin_m` | 0.30, 0.10 | height below which the vehicle continues without a tag; hysteresis above it |
+/// | `touchdown_height_m` | 0.12 | greatest height in touchdown: that of contact plus the noise of the height |
 /// | `touchdown_speed_mps`, `touchdown_lateral_mps` | 0.12, 0.25 | greatest speeds relative to the deck in touchdown |
-/// | `idle_thrust_share`, `supported_load_factor` | 0.5, 0.7 | proof of being carried |
+/// | `idle_thrust_share`, `supported_load_factor` | 0.5, 0.7 | evidence that the deck carries the vehicle |
 /// | `tag_age_s`, `range_age_s`, `imu_age_s` | 0.3, 0.15, 0.05 | greatest ages |
 /// | `tilt_rad` | 0.35 | tilt of the vehicle |
 /// | `lateral_m`, `closing_mps` | 0.10 + 0.25 z, 0.35 + 1.0 z | lateral error, speed towards the deck |
 /// | `deck_tilt_rad`, `deck_speed_mps` | 0.14, 1.0 | the deck |
-/// | `battery_low`, `battery_critical` | 0.2, 0.08 | shares of energy |
+/// | `battery_low`, `battery_critical` | 0.2, 0.08 | remaining energy |
 /// | `go_arounds` | 2 | aborted descents before giving up: one more gives up |
 /// | `settle_s` | 0.5 | being ready before waiting for the planner |
-/// | `contact_s`, `confirm_s` | 0.5, 0.5 | touching before thrust is taken back (the time in which the descent's last centimetres are flown, not dropped); evidence before disarming |
+/// | `contact_s`, `confirm_s` | 0.5, 0.5 | contact before the thrust decreases, so that the last centimetres of the descent are flown; evidence before disarming |
 /// | `bounce_s`, `fall_s` | 0.2, 0.05 | not touching, not supported |
 /// | `excess_s`, `saturation_s` | 0.15, 0.3 | beyond a limit |
 /// | `patience_s`, `landing_s`, `climb_s` | 120, 30, 5 | time limits of the phases |
@@ -54,12 +54,12 @@ pub struct StateMachine<R> {
     pub hold_tolerance_m: R,
     /// Greatest lateral error at the start of a descent, m.
     pub hold_lateral_m: R,
-    /// Greatest speed relative to the deck at the start of a descent, m/s: a hover that
-    /// swings does not get better on the way down.
+    /// Greatest speed relative to the deck at the start of a descent, m/s. An oscillating
+    /// hover does not improve during the descent.
     pub hold_speed_mps: R,
-    /// Height below which a lost tag is coasted, m.
+    /// Height below which the vehicle continues without a tag, m.
     pub commit_height_m: R,
-    /// How far above the commit height the vehicle is no longer committed, m.
+    /// Hysteresis above the commit height, m.
     pub commit_margin_m: R,
     /// Greatest height in touchdown, m.
     pub touchdown_height_m: R,
@@ -69,7 +69,7 @@ pub struct StateMachine<R> {
     pub touchdown_lateral_mps: R,
     /// Greatest thrust in touchdown, share of the weight.
     pub idle_thrust_share: R,
-    /// Least load factor of a vehicle that is carried.
+    /// Least load factor of a vehicle that the deck carries.
     pub supported_load_factor: R,
     /// Greatest age of the tag, s.
     pub tag_age_s: R,
@@ -87,21 +87,21 @@ pub struct StateMachine<R> {
     pub deck_tilt_rad: R,
     /// Greatest vertical speed of the deck, m/s.
     pub deck_speed_mps: R,
-    /// Share of energy at and below which no landing is begun.
+    /// Remaining energy at and below which no landing begins, in [0, 1].
     pub battery_low: R,
-    /// Share of energy at and below which landing comes first.
+    /// Remaining energy at and below which the vehicle must land, in [0, 1].
     pub battery_critical: R,
-    /// Aborted descents after which the landing is tried again.
+    /// Number of aborted descents after which the machine still tries again.
     pub go_arounds: u8,
-    /// Time of being ready before the planner is waited for, s.
+    /// Time for which the vehicle must be ready before the planner decides, s.
     pub settle_s: R,
-    /// Time of touching before the thrust is taken back, s.
+    /// Time of contact before the thrust decreases, s.
     pub contact_s: R,
     /// Time of evidence before the rotors stop, s.
     pub confirm_s: R,
-    /// Time of not touching after which the touchdown was a bounce, s.
+    /// Time without contact after which the touchdown counts as a bounce, s.
     pub bounce_s: R,
-    /// Time of not being supported before climbing away, s.
+    /// Time without support before the vehicle climbs away, s.
     pub fall_s: R,
     /// Time beyond a limit before it counts, s.
     pub excess_s: R,
@@ -165,9 +165,9 @@ impl<R: Real> StateMachine<R> {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Limits and times must be positive; touchdown, commit (with its margin) and
-    /// hold heights rise in this order; the idle thrust lies below the load factor
-    /// that proves support, and that below one; battery shares lie in [0, 1], the
+    /// Limits and times must be positive. The heights of touchdown, commit (with its
+    /// hysteresis) and hold must increase in this order. `idle_thrust_share` must be below
+    /// `supported_load_factor`, and that below 1. Battery limits must be in [0, 1], the
     /// critical one below the low one.
     pub fn validate(&self) -> Result<(), SettingsError> {
         for (key, value) in self.positive_settings() {
@@ -185,7 +185,7 @@ impl<R: Real> StateMachine<R> {
             "lander.hold_height_m - hold_tolerance_m",
             self.hold_height_m - self.hold_tolerance_m,
         )?;
-        // Rotors at the idle share alone must not pass for support.
+        // The idle thrust alone must not count as support.
         ordered(
             "lander.idle_thrust_share",
             self.idle_thrust_share,

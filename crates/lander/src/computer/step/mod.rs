@@ -14,15 +14,18 @@ use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::Reference;
 use touchdown_flight::space::{Attitude, Vector};
 
-/// A change of the latency by which everything seen so far was seen at another time, s.
+/// Least change of the estimated latency after which past observations of the deck are
+/// dropped, s: 1.5 times the spacing of the compared latencies (20 ms), so that a step to a
+/// neighbour keeps them.
 const MISTIMED_S: f64 = 0.03;
 
-/// Time after it in which the vehicle's own motion is not yet known by the right times, s.
+/// Time after such a change until the vehicle's own motion has been estimated with the new
+/// latency, s: three times the memory of the relative estimator.
 const RETIMED_S: f64 = 1.0;
 
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
-    /// One control period of `dt` seconds: takes what has been sensed by its
-    /// beginning, gives what to do during it.
+    /// One control period of `dt` seconds: from the readings at its beginning to the
+    /// command for its duration.
     pub fn step(
         &self,
         state: &mut ComputerState<R, G::State>,
@@ -66,11 +69,11 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state.hurry = state_machine.hurry;
         let begins = state_machine.phase == Phase::Descend && before != Phase::Descend;
         state.carried_over &= !known || health.diverged;
-        self.begin_anew(state, &health, state_machine.phase, dt);
+        self.restart_diverged(state, &health, state_machine.phase, dt);
 
-        // Once in control, velocities are enough: the state machine is told that the
-        // place is not known, and has the vehicle flown in the world's frame (in
-        // touchdown the thrust is held or taken back).
+        // After the controller has started, velocities suffice. The state machine gets the
+        // report that the position is not known and orders a flight in the world's frame
+        // (in touchdown it holds or reduces the thrust).
         let moving = state.controller.is_some() && self.moves_known(&estimate);
         let (command, target) = if known || moving || state_machine.maneuver == Maneuver::Disarm {
             self.act(
@@ -140,8 +143,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
-    /// The deck's acceleration when the rotors will act; a deck that would be faster than any
-    /// that is landed on counts as that fast.
+    /// The deck's acceleration at the time when the rotors act. It is limited to that of
+    /// the fastest deck on which the vehicle may land.
     fn deck_acceleration_ahead(&self, state: &ComputerState<R, G::State>) -> R {
         let ahead = self.deck_ahead(state, self.guidance.acting_s);
         let fastest = harmonics_mps(&state.deck);
@@ -169,7 +172,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         command
     }
 
-    /// The deck some time from now.
+    /// The predicted motion of the deck.
     pub(in crate::computer) fn deck_ahead(
         &self,
         state: &ComputerState<R, G::State>,
@@ -179,8 +182,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         self.deck.predict(&state.deck, ahead_s + behind_s)
     }
 
-    /// The estimators, and the deck's normal; says if all readings so far were taken for
-    /// younger or older than they were.
+    /// Steps the estimators and the filter of the deck's normal. Returns whether the
+    /// latency changed, so that all past readings had wrong ages.
     fn estimate(
         &self,
         state: &mut ComputerState<R, G::State>,
@@ -204,7 +207,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             relative.deck = band;
         }
         relative.step_with(&mut state.relative, &sensed.imu, readings, dt);
-        let mistimed = self.listen_for_latency(state, sensed.readings, dt);
+        let mistimed = self.estimate_latency(state, sensed.readings, dt);
         let sighting = self.relative.deck_sighting(&state.relative);
         let (height, elapsed_s) = state.sightings.step(sighting, self.deck.delay_s, dt);
         if elapsed_s > R::ZERO {
@@ -218,7 +221,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             let age_s = seen.age_s + late_s;
             let attitude = self.relative.attitude_at(&state.relative, age_s);
             if let Some(normal) = attitude.rotate(body).direction().filter(|n| n.z > R::ZERO) {
-                // After a gap one reading does not stand for all that were missed.
+                // After a gap, one reading does not replace all the missing ones.
                 let elapsed_s = state.normal_age_s.min(self.normal_filter_s);
                 state.normal_age_s = R::ZERO;
                 let follow = |now, seen| lag_step(now, seen, self.normal_filter_s, elapsed_s);
@@ -235,9 +238,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         mistimed
     }
 
-    /// The latency, but while the legs may touch. Where it turns out to be another one, what
-    /// the deck did has been seen at wrong times, and is forgotten.
-    fn listen_for_latency(
+    /// Estimates the latency, except while the legs may touch. If it changes, the deck was
+    /// observed at wrong times, so the deck estimator restarts. Returns that change.
+    fn estimate_latency(
         &self,
         state: &mut ComputerState<R, G::State>,
         readings: &[Reading<R>],
@@ -273,7 +276,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         mistimed
     }
 
-    /// What the relative estimator is to expect of a deck whose harmonics are known.
+    /// The prior of the deck's heave that follows from the known harmonics.
     fn band(&self, deck: &DeckEstimatorState<R>) -> Option<DeckPrior<R>> {
         let harmonics = || (0..deck.count()).filter_map(|k| deck.harmonic(k));
         let (mut power, mut sum, mut squares) = (R::ZERO, R::ZERO, R::ZERO);
@@ -300,8 +303,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         prior.validate().is_ok().then_some(prior)
     }
 
-    /// The fastest the deck is expected to move: all harmonics at once, or before any is
-    /// known two standard deviations; what is estimated now at least.
+    /// Greatest expected speed of the deck, m/s: the sum over all harmonics, or two
+    /// standard deviations before a harmonic is known; at least the present estimate.
     fn greatest_deck_speed(
         &self,
         state: &ComputerState<R, G::State>,
@@ -335,7 +338,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             Descent::Planned(planner) => {
                 let phase = state.state_machine.phase();
                 if phase != Phase::Wait {
-                    // A hold between two waits is no new approach.
+                    // A hold between two waits does not reset the waiting time.
                     if phase != Phase::Hold {
                         state.planner = planner.initial();
                     }
@@ -367,7 +370,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     }
 }
 
-/// The speed of a deck whose harmonics all are at their fastest at once, m/s.
+/// Sum of the harmonics' greatest speeds, m/s.
 fn harmonics_mps<R: Real>(deck: &DeckEstimatorState<R>) -> R {
     let harmonics = (0..deck.count()).filter_map(|k| deck.harmonic(k));
     harmonics.fold(R::ZERO, |sum, harmonic| {

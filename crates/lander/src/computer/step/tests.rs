@@ -123,18 +123,18 @@ fn prop_a_change_of_latency_forgets_the_deck_for_a_second() {
     // Half a second after a change nothing that is seen is kept.
     state.deck = deck;
     state.mistimed_s = 0.5;
-    assert!(!computer.listen_for_latency(&mut state, &[], DT));
+    assert!(!computer.estimate_latency(&mut state, &[], DT));
     assert_eq!((state.deck.count(), state.deck.observed_s()), (0, 0.0));
     assert!((state.mistimed_s - 0.51).abs() < 1e-12);
     // After the second it is.
     state.deck = deck;
     state.mistimed_s = 0.995;
-    computer.listen_for_latency(&mut state, &[], DT);
+    computer.estimate_latency(&mut state, &[], DT);
     assert_eq!(state.deck.count(), deck.count());
     // At the start nothing was mistimed.
     let mut fresh: State = computer.initial(0.5);
     fresh.deck = deck;
-    computer.listen_for_latency(&mut fresh, &[], DT);
+    computer.estimate_latency(&mut fresh, &[], DT);
     assert_eq!(fresh.deck.count(), deck.count());
 }
 
@@ -171,7 +171,7 @@ fn analytic_a_latency_that_is_found_is_reported_once_and_forgets_the_deck() {
                 age_s,
             })
         });
-        changes += u32::from(computer.listen_for_latency(&mut state, seen.as_slice(), DT));
+        changes += u32::from(computer.estimate_latency(&mut state, seen.as_slice(), DT));
         if changes == 0 {
             assert_eq!(state.deck.count(), deck.count(), "{t}");
         }
