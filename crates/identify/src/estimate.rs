@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use sindy::statistics::regression::Clusters;
+use sindy::trajectory::shooting::Refined;
 use touchdown_model::card::Term;
 
 /// A value with its standard error and 95 % confidence interval; both are NaN where they are not known.
@@ -32,6 +33,12 @@ impl Estimate {
             std_error,
             ci95: clusters.interval(value, std_error).unwrap_or([f64::NAN; 2]),
         }
+    }
+
+    /// The parameters of a search by shooting.
+    pub(super) fn refined(refined: &Refined, clusters: Clusters) -> impl Iterator<Item = Self> {
+        let parameters = refined.parameters.iter().zip(&refined.std_errors);
+        parameters.map(move |(&value, &error)| Self::clustered(value, error, clusters))
     }
 
     /// Whether the interval lies on one side of zero.

@@ -1,8 +1,9 @@
-//! What every fit hands over: a card, and what a report wants to say beside it.
+//! What every fit returns: a card, and what a report shows beside it.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+use sindy::trajectory::shooting::Refined;
 use touchdown_model::card::{Card, Input, Provenance, SCHEMA, Score, Status, Validity, Vehicle};
 use touchdown_model::{Form, Kind};
 use touchdown_trial::{Source, Trial};
@@ -28,6 +29,25 @@ pub struct FittedCard {
     pub front: Option<Front>,
     /// What a user should know.
     pub warnings: Vec<Warning>,
+}
+
+impl FittedCard {
+    /// A card with the root mean square residual of its fit and the rows that were used; without lag, front and warnings.
+    pub(super) fn new(
+        card: Card,
+        (rmse, rmse_unit): (f64, &'static str),
+        rows_used: usize,
+    ) -> Self {
+        Self {
+            card,
+            rmse,
+            rmse_unit,
+            rows_used,
+            lag_s: None,
+            front: None,
+            warnings: Vec::new(),
+        }
+    }
 }
 
 /// What the fits of one data set have in common.
@@ -119,6 +139,11 @@ pub fn score(trial: &str, seen: bool, kind: &str, errors: Errors, unit: &str) ->
         worst: errors.worst,
         unit: unit.to_string(),
     }
+}
+
+/// How a search by shooting ended.
+pub(super) fn outcome(refined: &Refined) -> String {
+    format!("{:?} after {} steps", refined.outcome, refined.iterations)
 }
 
 /// Notes of a method, by name.

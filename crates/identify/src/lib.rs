@@ -11,6 +11,7 @@
 //! | [`warning`] | what a user should know of a fit |
 //! | [`settings`] | the settings of all of them |
 
+mod delayed;
 pub mod error;
 pub mod estimate;
 pub mod fitted;

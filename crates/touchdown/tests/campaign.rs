@@ -300,7 +300,6 @@ fn prop_a_killed_campaign_is_completed_to_the_same_bytes() {
 #[test]
 fn prop_an_interrupted_campaign_says_how_to_resume() {
     if common::ignores_interrupts() {
-        eprintln!("skipped: this process, a job in the background, ignores Ctrl-C");
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -423,7 +423,6 @@ fn prop_ground_effect_needs_a_thrust_card_and_its_channels() {
 #[test]
 fn prop_an_interrupted_identification_says_what_is_missing() {
     if common::ignores_interrupts() {
-        eprintln!("skipped: this process, a job in the background, ignores Ctrl-C");
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -10,7 +10,7 @@
 
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
-use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use rand_pcg::rand_core::SeedableRng as _;
 use touchdown_model::Card;
 
 use super::drift::{Drift, drift_name};
@@ -21,7 +21,7 @@ use super::selection::{Candidate, ModelSelection};
 use super::ground::{Basis, GroundEffect, Refusal};
 use super::model::{Curve, ModelTerms, Segment};
 use super::phases::Phases;
-use super::resampling::{Resampling, ResamplingUnit};
+use super::resampling::{Resampling, ResamplingUnit, below};
 use super::rest::{REST_MPS, SHORTEST_S, hovers, roots};
 use super::segments::{Excluded, left_out};
 use super::{Flight, FlightSettings};
@@ -323,10 +323,6 @@ fn drawn(piece: &Segment, random: &mut Pcg64) -> Segment {
         force: pick(&piece.force),
         ..piece.clone()
     }
-}
-
-fn below(random: &mut Pcg64, n: usize) -> usize {
-    (random.next_u64() % n as u64) as usize
 }
 
 /// What hovers say nothing of.

@@ -5,6 +5,7 @@
 //! one lag it is that.
 
 use rayon::prelude::*;
+use sindy::numerics::golden_section;
 
 use super::fit::{Fit, SegmentOffsets};
 use super::model::{ModelValues, Segment};
@@ -53,21 +54,8 @@ fn equivalent_s(values: &ModelValues, pieces: &[Segment], locals: &[SegmentOffse
             })
             .sum()
     };
-    // Golden section in the logarithm.
-    let [mut lo, mut hi] = BOUNDS_S.map(f64::ln);
-    let inner = 0.5 * (3.0 - 5.0_f64.sqrt());
-    let mut at = [lo + inner * (hi - lo), hi - inner * (hi - lo)];
-    let mut of = at.map(|l| missed(l.exp()));
-    while hi - lo > CLOSE {
-        if of[0] < of[1] {
-            (hi, at[1], of[1]) = (at[1], at[0], of[0]);
-            at[0] = lo + inner * (hi - lo);
-            of[0] = missed(at[0].exp());
-        } else {
-            (lo, at[0], of[0]) = (at[0], at[1], of[1]);
-            at[1] = hi - inner * (hi - lo);
-            of[1] = missed(at[1].exp());
-        }
-    }
+    // In the logarithm.
+    let missed = |log: f64| missed(log.exp());
+    let [lo, hi] = golden_section(BOUNDS_S.map(f64::ln), |lo, hi| hi - lo > CLOSE, missed);
     (0.5 * (lo + hi)).exp()
 }

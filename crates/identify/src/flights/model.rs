@@ -17,6 +17,7 @@ pub use super::shape::{ModelTerms, Parameter};
 
 use super::curve::{MOST, psi};
 use super::drift::Drift;
+use crate::delayed::DelayedSignal;
 use crate::thrust::plateau::median;
 
 /// Least and greatest √T relative to hover that a command gives.
@@ -173,11 +174,7 @@ impl Segment {
         let n = self.time_s.len();
         let mut out = Vec::with_capacity(self.rows.len());
         let mut next = self.rows.iter().copied().peekable();
-        let mut late = DelayedSignal {
-            time: &self.time_s,
-            values: &self.throttle,
-            at: 0,
-        };
+        let mut late = DelayedSignal::new(&self.time_s, &self.throttle);
         let grounded = v.curve != Curve::Free && !self.height.is_empty();
         let mut x = v.root(self.throttle[0]);
         let mut before = x;
@@ -283,27 +280,6 @@ impl Segment {
                 [dt, values.at_rest(z + bias), lift]
             })
             .collect()
-    }
-}
-
-/// A signal at earlier times, on lines between its samples; times must not fall.
-struct DelayedSignal<'a> {
-    time: &'a [f64],
-    values: &'a [f64],
-    at: usize,
-}
-
-impl DelayedSignal<'_> {
-    fn at(&mut self, t: f64) -> f64 {
-        let (time, values) = (self.time, self.values);
-        while self.at + 1 < time.len() && time[self.at + 1] <= t {
-            self.at += 1;
-        }
-        let k = self.at;
-        if k + 1 >= time.len() || t <= time[k] {
-            return values[k];
-        }
-        values[k] + (t - time[k]) / (time[k + 1] - time[k]) * (values[k + 1] - values[k])
     }
 }
 

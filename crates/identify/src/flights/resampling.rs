@@ -275,6 +275,7 @@ pub(super) fn correlation_inflation(fit: &Fit, pieces: &[Segment]) -> f64 {
     1.0 + 2.0 * positive.sum::<f64>()
 }
 
-fn below(random: &mut Pcg64, n: usize) -> usize {
+/// A number below `n`, each as likely but for one part in 2^64 / n.
+pub(super) fn below(random: &mut Pcg64, n: usize) -> usize {
     (random.next_u64() % n as u64) as usize
 }

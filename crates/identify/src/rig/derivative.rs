@@ -1,5 +1,8 @@
 //! Eq. (9): Savitzky–Golay derivative of the force, regressed on the library by SR3.
 
+use std::collections::BTreeMap;
+
+use nalgebra::DVector;
 use sindy::statistics::regression::{Clusters, cluster_errors};
 use sindy::{Gram, Library, Samples, SavitzkyGolay};
 use touchdown_model::{Form, Kind};
@@ -9,8 +12,8 @@ use crate::error::Result;
 use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method};
 use crate::front::Front;
-use crate::settings::IdentificationSettings;
-use crate::sparse_fit::sparse_fit;
+use crate::settings::{IdentificationSettings, SmoothingSettings as Smoothing};
+use crate::sparse_fit::{SparseFit, sparse_fit};
 use crate::unit;
 use crate::warning::Warning;
 
@@ -54,76 +57,96 @@ pub(super) fn live_library(
     Ok((library, grams))
 }
 
+/// Terms of the settings that are not in the library, for they are zero throughout the data.
+pub(super) fn zero_terms(library: &Library, settings: &IdentificationSettings) -> Vec<String> {
+    let all = settings.ground_effect.library.iter();
+    let zero = all.filter(|term| !library.names().contains(term));
+    zero.cloned().collect()
+}
+
 /// Groups with data, and terms that are kept.
-pub(super) fn clusters(grams: &[Gram], support: &[bool]) -> Clusters {
+fn clusters(grams: &[Gram], support: &[bool]) -> Clusters {
     Clusters {
         groups: grams.iter().filter(|g| g.rows > 0).count(),
         coefficients: support.iter().filter(|s| **s).count(),
     }
 }
 
-pub(super) fn fit(
-    trials: &[GroundTrial],
-    settings: &IdentificationSettings,
-    origin: &Origin,
-) -> Result<FittedCard> {
-    let samples = samples(trials, settings)?;
-    let (library, grams) = live_library(&samples, settings)?;
-    let chosen = sparse_fit(&grams, settings)?;
-    let front = Front::of(("f'", "N/s"), &library, &grams, &chosen, settings)?;
-    let total = Gram::total(&grams);
-    let (xi, support) = (&chosen.fit.coefficients, &chosen.fit.support);
-    let errors = cluster_errors(&grams, xi, support);
-    let clusters = clusters(&grams, support);
-    let mut card = origin.card(
-        "ground-effect-derivative",
-        Kind::GroundEffect,
-        Form::Derivative,
-        "f' = Θ(f, s, z, v_p, v_q) ξ, f [N], s throttle, z height above the deck [m], v_p, v_q velocities of deck and vehicle [m/s]",
-    );
-    for (j, name) in library
-        .names()
-        .iter()
-        .enumerate()
-        .filter(|(j, _)| support[*j])
-    {
-        let estimate =
-            Estimate::clustered(xi[j], errors.as_ref().map_or(f64::NAN, |e| e[j]), clusters);
-        let unit = unit::of_coefficient("f'", name);
-        card.terms.push(term("f'", name, estimate, &unit));
+/// Eq. (9), fitted.
+pub(super) struct Derivative {
+    library: Library,
+    sparse: SparseFit,
+    std_errors: Option<DVector<f64>>,
+    clusters: Clusters,
+    front: Option<Front>,
+    /// Share of the derivative's variance that is explained.
+    r_squared: f64,
+    rows: usize,
+}
+
+impl Derivative {
+    pub(super) fn fit(trials: &[GroundTrial], settings: &IdentificationSettings) -> Result<Self> {
+        let samples = samples(trials, settings)?;
+        let (library, grams) = live_library(&samples, settings)?;
+        let sparse = sparse_fit(&grams, settings)?;
+        let front = Front::of(("f'", "N/s"), &library, &grams, &sparse, settings)?;
+        let total = Gram::total(&grams);
+        let (xi, support) = (&sparse.fit.coefficients, &sparse.fit.support);
+        Ok(Self {
+            std_errors: cluster_errors(&grams, xi, support),
+            clusters: clusters(&grams, support),
+            front,
+            r_squared: total.r_squared(xi),
+            rows: total.rows,
+            library,
+            sparse,
+        })
     }
-    let zero: Vec<String> = settings
-        .ground_effect
-        .library
-        .iter()
-        .filter(|t| !library.names().contains(t))
-        .cloned()
-        .collect();
-    let mut warnings = Vec::new();
-    if !zero.is_empty() {
-        warnings.push(Warning::ZeroTerms(zero));
+
+    pub(super) fn card(&self, settings: &IdentificationSettings, origin: &Origin) -> FittedCard {
+        let mut card = origin.card(
+            "ground-effect-derivative",
+            Kind::GroundEffect,
+            Form::Derivative,
+            "f' = Θ(f, s, z, v_p, v_q) ξ, f [N], s throttle, z height above the deck [m], v_p, v_q velocities of deck and vehicle [m/s]",
+        );
+        let fit = &self.sparse.fit;
+        for (j, name) in self.library.names().iter().enumerate() {
+            if fit.support[j] {
+                let error = self.std_errors.as_ref().map_or(f64::NAN, |e| e[j]);
+                let estimate = Estimate::clustered(fit.coefficients[j], error, self.clusters);
+                let unit = unit::of_coefficient("f'", name);
+                card.terms.push(term("f'", name, estimate, &unit));
+            }
+        }
+        card.provenance.method = self.method(&settings.smoothing);
+        let pole_per_s = card.coefficient("f'", "f");
+        FittedCard {
+            lag_s: (pole_per_s < 0.0).then(|| -1.0 / pole_per_s),
+            front: self.front.clone(),
+            warnings: self.warnings(pole_per_s, settings),
+            ..FittedCard::new(card, (self.sparse.training_rmse, "N/s"), self.rows)
+        }
     }
-    let pole = card.coefficient("f'", "f");
-    warnings.push(Warning::Attenuated {
-        pole_per_s: pole,
-        r_squared: total.r_squared(xi),
-    });
-    let mut notes = vec![(
-        "derivative",
-        format!(
+
+    /// How it was fitted, by key.
+    fn method(&self, smoothing: &Smoothing) -> BTreeMap<String, String> {
+        let derivative = format!(
             "Savitzky–Golay, window {}, degree {}",
-            settings.smoothing.window, settings.smoothing.degree
-        ),
-    )];
-    notes.extend(chosen.notes.iter().cloned());
-    card.provenance.method = method(&notes);
-    Ok(FittedCard {
-        card,
-        rmse: chosen.training_rmse,
-        rmse_unit: "N/s",
-        rows_used: total.rows,
-        lag_s: (pole < 0.0).then(|| -1.0 / pole),
-        front,
-        warnings,
-    })
+            smoothing.window, smoothing.degree
+        );
+        let mut notes = vec![("derivative", derivative)];
+        notes.extend(self.sparse.notes.iter().cloned());
+        method(&notes)
+    }
+
+    fn warnings(&self, pole_per_s: f64, settings: &IdentificationSettings) -> Vec<Warning> {
+        let zero = zero_terms(&self.library, settings);
+        let zero = (!zero.is_empty()).then_some(Warning::ZeroTerms(zero));
+        let attenuated = Warning::Attenuated {
+            pole_per_s,
+            r_squared: self.r_squared,
+        };
+        zero.into_iter().chain([attenuated]).collect()
+    }
 }

@@ -1,15 +1,16 @@
-//! Before the fit: what the data can carry, and what to record to cure what they cannot.
+//! Before the fit: what the data identify, and what to record to cure what they do not.
 
-use serde::Serialize;
+use std::fmt;
+
+use serde::{Serialize, Serializer};
 use sindy::statistics::regression::least_squares;
 use sindy::trajectory::delay::{apparent_delay, first_order_lag};
 use sindy::uncertainty::identifiability::{self, examine};
 use sindy::{Gram, Library, Samples};
 
 use super::GroundTrial;
-use super::derivative::{live_library, samples};
-use super::statics::{map_coefficients, psi};
-use crate::error::Result;
+use super::derivative::{live_library, samples, zero_terms};
+use super::statics::{StaticMap, psi};
 use crate::settings::IdentificationSettings;
 use crate::thrust::plateau::median;
 
@@ -26,7 +27,7 @@ const CONDITION_FROM: f64 = 30.0;
 /// Five nominal lags; longer shifts find the period of the motion instead.
 const LONGEST_DELAY_S: f64 = 1.0;
 
-/// What the data can carry.
+/// What the data identify.
 #[derive(Clone, Debug, Serialize)]
 pub struct Identifiability {
     /// The library of eq. (9) on these data.
@@ -42,7 +43,31 @@ pub struct Identifiability {
     /// which height moves (s).
     pub force_delay_s: Option<f64>,
     /// What to record to cure what is missing.
-    pub advice: Vec<String>,
+    pub advice: Vec<Advice>,
+}
+
+/// What to record to cure what is missing, with the figure that shows the need; a sentence in results.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Advice {
+    /// Terms in v_q are zero throughout the data.
+    MoveVehicle,
+    /// An input hardly moves.
+    Vary {
+        /// Its name.
+        input: String,
+        /// Its standard deviation.
+        sd: f64,
+    },
+    /// Lag and deck velocity are confounded.
+    AddMultiSine {
+        /// Variance inflation of the lag by the velocity terms.
+        lag_inflation: f64,
+    },
+    /// Coefficients of eq. (9) trade off against each other.
+    RecordIndependently {
+        /// Condition of its library on these data.
+        condition: f64,
+    },
 }
 
 /// Examines `trials` before anything is fitted.
@@ -52,56 +77,76 @@ pub struct Identifiability {
 pub fn examine_trials(
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
-) -> Result<Identifiability> {
+) -> crate::Result<Identifiability> {
     let samples = samples(trials, settings)?;
     let (library, grams) = live_library(&samples, settings)?;
     let report = examine(&library, &Gram::total(&grams), &samples)?;
-    let left_out: Vec<String> = settings
-        .ground_effect
-        .library
-        .iter()
-        .filter(|t| !library.names().contains(t))
-        .cloned()
-        .collect();
+    let left_out = zero_terms(&library, settings);
     let lengths = settings.ground_effect.lengths_m;
-    let (h, ..) = map_coefficients(trials, lengths)?;
+    let h = StaticMap::fit(trials, lengths)?.h;
     let lag_inflation = lag_inflation(trials, h, lengths)?;
-    let confounded = !(lag_inflation < CONFOUNDED_FROM);
-    let mut advice = Vec::new();
-    if left_out.iter().any(|t| t.contains("v_q")) {
-        advice.push(
-            "the vehicle never moved: terms in v_q cannot be identified on this rig; move the vehicle, or \
-             treat v_q as an approximation in flight"
-                .to_string(),
-        );
-    }
-    for input in report.inputs.iter().filter(|i| i.hardly_excited) {
-        advice.push(format!(
-            "`{}` hardly moved (sd {:.3}): vary it",
-            input.name, input.sd
-        ));
-    }
-    if confounded {
-        advice.push(format!(
-            "lag and deck velocity are confounded (variance inflation {lag_inflation:.0}): add multi-sine deck \
-             motion, 0.6 to 7 rad/s, so that fast and slow motion at the same height differ"
-        ));
-    }
-    if report.condition > CONDITION_FROM {
-        advice.push(format!(
-            "the library of eq. (9) has condition {:.0}: its single coefficients mean little, only their sum \
-             does; use bounded functions of height, or record more heights and throttles independently",
-            report.condition
-        ));
-    }
-    Ok(Identifiability {
+    let mut found = Identifiability {
         library: report,
         left_out,
         lag_inflation,
-        confounded,
+        confounded: !(lag_inflation < CONFOUNDED_FROM),
         force_delay_s: force_delay(trials, h, lengths),
-        advice,
-    })
+        advice: Vec::new(),
+    };
+    found.advice = found.advice();
+    Ok(found)
+}
+
+impl Identifiability {
+    fn advice(&self) -> Vec<Advice> {
+        let mut advice = Vec::new();
+        if self.left_out.iter().any(|t| t.contains("v_q")) {
+            advice.push(Advice::MoveVehicle);
+        }
+        let inputs = self.library.inputs.iter().filter(|i| i.hardly_excited);
+        advice.extend(inputs.map(|i| Advice::Vary {
+            input: i.name.clone(),
+            sd: i.sd,
+        }));
+        if self.confounded {
+            advice.push(Advice::AddMultiSine {
+                lag_inflation: self.lag_inflation,
+            });
+        }
+        let condition = self.library.condition;
+        if condition > CONDITION_FROM {
+            advice.push(Advice::RecordIndependently { condition });
+        }
+        advice
+    }
+}
+
+impl fmt::Display for Advice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::MoveVehicle => f.write_str(
+                "the vehicle never moved: terms in v_q cannot be identified on this rig; move the vehicle, or treat v_q as an \
+                 approximation in flight",
+            ),
+            Self::Vary { input, sd } => write!(f, "`{input}` hardly moved (sd {sd:.3}): vary it"),
+            Self::AddMultiSine { lag_inflation } => write!(
+                f,
+                "lag and deck velocity are confounded (variance inflation {lag_inflation:.0}): add multi-sine deck motion, \
+                 0.6 to 7 rad/s, so that fast and slow motion at the same height differ"
+            ),
+            Self::RecordIndependently { condition } => write!(
+                f,
+                "the library of eq. (9) has condition {condition:.0}: its single coefficients mean little, only their sum \
+                 does; use bounded functions of height, or record more heights and throttles independently"
+            ),
+        }
+    }
+}
+
+impl Serialize for Advice {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
 }
 
 fn static_ratio(h: [f64; 4], lengths: [f64; 3], z: f64) -> f64 {
@@ -112,7 +157,7 @@ fn static_ratio(h: [f64; 4], lengths: [f64; 3], z: f64) -> f64 {
 
 /// Variance inflation of the lag: the sensitivity of the lagged static map to its lag, regressed on the
 /// velocity terms and on the sensitivities to the map's own coefficients.
-fn lag_inflation(trials: &[GroundTrial], h: [f64; 4], lengths: [f64; 3]) -> Result<f64> {
+fn lag_inflation(trials: &[GroundTrial], h: [f64; 4], lengths: [f64; 3]) -> crate::Result<f64> {
     let mut samples = Samples::new(&["z", "v_p", "by_lag"]);
     let step = 0.05 * NOMINAL_LAG_S;
     for t in trials {

@@ -15,6 +15,10 @@ mod trial;
 
 pub use trial::{GroundTrial, predict, prepare};
 
+use derivative::Derivative;
+use dynamic::DynamicForm;
+use statics::{Empirical, StaticMap};
+
 use crate::error::Result;
 use crate::fitted::{FittedCard, Origin};
 use crate::settings::{GroundEffectForm, IdentificationSettings};
@@ -30,14 +34,25 @@ pub fn fit(
     settings: &IdentificationSettings,
     origin: &Origin,
 ) -> Result<FittedCard> {
-    let mut made = match form {
-        GroundEffectForm::Empirical => statics::empirical(trials, settings, origin),
-        GroundEffectForm::Static => statics::map(trials, settings, origin),
-        GroundEffectForm::Derivative => derivative::fit(trials, settings, origin),
-        GroundEffectForm::Ratio => dynamic::ratio(trials, settings, origin),
-        GroundEffectForm::Lag => dynamic::lag(trials, settings, origin),
-    }?;
-    trial::validity(&mut made.card, trials, settings);
-    made.card.warnings.extend(sentences(&made.warnings));
-    Ok(made)
+    let lengths_m = settings.ground_effect.lengths_m;
+    let mut fitted = match form {
+        GroundEffectForm::Empirical => {
+            let radius_m = origin.vehicle.rotor_radius_m;
+            let radius_m = radius_m.unwrap_or(settings.ground_effect.rotor_radius_m);
+            Empirical::fit(trials, settings, radius_m)?.card(origin)
+        }
+        GroundEffectForm::Static => StaticMap::fit(trials, lengths_m)?.card(origin),
+        GroundEffectForm::Derivative => Derivative::fit(trials, settings)?.card(settings, origin),
+        GroundEffectForm::Ratio => {
+            let form = DynamicForm::ratio(trials, settings)?;
+            form.fit(trials, settings)?.card(settings, origin)
+        }
+        GroundEffectForm::Lag => {
+            let form = DynamicForm::lag(trials, settings)?;
+            form.fit(trials, settings)?.card(settings, origin)
+        }
+    };
+    trial::validity(&mut fitted.card, trials, settings);
+    fitted.card.warnings.extend(sentences(&fitted.warnings));
+    Ok(fitted)
 }

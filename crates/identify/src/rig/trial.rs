@@ -2,9 +2,12 @@
 
 use sindy::SavitzkyGolay;
 use sindy::derivative::savgol::Smoothed;
+use sindy::statistics::regression::Clusters;
+use sindy::trajectory::shooting::Record;
 use touchdown_model::card::{Card, Form};
 use touchdown_trial::Trial;
 
+use crate::delayed::delayed;
 use crate::error::{Error, Result};
 use crate::fitted::range;
 use crate::prediction::{Columns, Predictor};
@@ -63,7 +66,7 @@ pub fn prepare(trial: &Trial, thrust_card: &Card) -> Result<GroundTrial> {
     };
     // The load cell is as late for the ground effect as it was for the thrust.
     let dead_time_s = thrust::dead_time_s(thrust_card);
-    let late = |values: &[f64]| thrust::delayed(trial.time_s(), values, dead_time_s);
+    let late = |values: &[f64]| delayed(trial.time_s(), values, dead_time_s);
     let or_zero = |name| trial.channel(name).map_or_else(|| zeros.clone(), late);
     Ok(GroundTrial {
         name: trial.name().to_string(),
@@ -139,6 +142,36 @@ impl GroundTrial {
     pub fn reference_n(&self) -> &[f64] {
         self.truth_n.as_deref().unwrap_or(&self.force_n)
     }
+}
+
+/// A record of each trial for shooting, with the inputs that `pick` takes from it and its course of states to start from;
+/// every trial is a group for standard errors.
+pub(super) fn records<'a, const N: usize>(
+    trials: &'a [GroundTrial],
+    starts: Option<&'a [Vec<f64>]>,
+    pick: impl Fn(&'a GroundTrial) -> [&'a [f64]; N],
+) -> Vec<Record<'a>> {
+    let record = |(group, trial): (usize, &'a GroundTrial)| Record {
+        time: &trial.time_s,
+        inputs: pick(trial).to_vec(),
+        measured: &trial.force_n,
+        start: starts.iter().map(|s| s[group].as_slice()).collect(),
+        group,
+    };
+    trials.iter().enumerate().map(record).collect()
+}
+
+/// Every trial is a group.
+pub(super) fn clusters(trials: &[GroundTrial], coefficients: usize) -> Clusters {
+    Clusters {
+        groups: trials.len(),
+        coefficients,
+    }
+}
+
+/// Rows of all trials.
+pub(super) fn rows(trials: &[GroundTrial]) -> usize {
+    trials.iter().map(|t| t.time_s.len()).sum()
 }
 
 /// Sets a card's validity box to what the trials covered.

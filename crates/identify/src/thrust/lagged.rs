@@ -4,7 +4,7 @@
 use sindy::statistics::regression::{Clusters, cluster_errors, least_squares};
 use sindy::trajectory::delay::first_order_lag;
 use sindy::{Gram, Library, Samples};
-use touchdown_model::card::Card;
+use touchdown_model::card::{Card, Term};
 use touchdown_model::{Form, Kind};
 use touchdown_trial::Trial;
 
@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method, range, score};
 use crate::scores::Errors;
-use crate::settings::IdentificationSettings;
+use crate::settings::ThrustSettings;
 use crate::unit;
 use crate::warning::Warning;
 
@@ -25,13 +25,13 @@ const PIECES: usize = 20;
 const SHORTEST_S: f64 = 1e-3;
 
 /// A trial's rows without gaps in the throttles.
-struct StandRecord {
+struct MotorRecord {
     time: Vec<f64>,
     motors: Vec<Vec<f64>>,
     thrust: Vec<f64>,
 }
 
-impl StandRecord {
+impl MotorRecord {
     fn of(trial: &Trial) -> Result<Self> {
         let motors = super::motors(trial)?;
         let thrust = trial.require("thrust_n")?;
@@ -76,12 +76,12 @@ fn names(degree: usize) -> Vec<String> {
     (0..=degree).map(|k| format!("p{k}")).collect()
 }
 
-fn gram(rows: &[StandRecord], lag_s: f64, degree: usize) -> Result<Gram> {
+fn gram(records: &[MotorRecord], lag_s: f64, degree: usize) -> Result<Gram> {
     let names = names(degree);
     let mut all: Vec<&str> = names.iter().map(String::as_str).collect();
     all.push("y");
     let mut samples = Samples::new(&all);
-    for r in rows {
+    for r in records {
         let mut columns = r.powers(lag_s, degree);
         columns.push(r.thrust.clone());
         samples.push_group(columns)?;
@@ -93,96 +93,112 @@ fn gram(rows: &[StandRecord], lag_s: f64, degree: usize) -> Result<Gram> {
     )?))
 }
 
-pub(super) fn fit(
-    trials: &[Trial],
-    settings: &IdentificationSettings,
-    origin: &Origin,
-) -> Result<FittedCard> {
-    let rows: Vec<StandRecord> = trials.iter().map(StandRecord::of).collect::<Result<_>>()?;
-    let degree = settings.thrust.degree;
-    let all = vec![true; degree + 1];
-    let cost = |lag_s: f64| {
-        gram(&rows, lag_s, degree)
-            .map_or(f64::INFINITY, |g| g.residual_sum(&least_squares(&g, &all)))
-    };
-    let lag_s = minimise(SHORTEST_S, settings.thrust.max_lag_s, cost);
-    let total = gram(&rows, lag_s, degree)?;
-    let xi = least_squares(&total, &all);
-    let (lag_error, errors) = standard_errors(&rows, lag_s, xi.as_slice())?;
-
-    let mut card = origin.card(
-        "thrust-lagged-motors",
-        Kind::Thrust,
-        Form::LaggedMotors,
-        "T = Σ_i (c0 + c1 u_i + c2 u_i^2 + …) [N], T_m u_i' = s_i - u_i, s_i throttle of motor i in [0, 1]",
-    );
-    card.constants.insert(
-        "motors".into(),
-        rows.first().map_or(0, |r| r.motors.len()) as f64,
-    );
-    let estimate = |value, std_error| {
-        Estimate::clustered(
-            value,
-            std_error,
-            Clusters {
-                groups: PIECES * rows.len(),
-                coefficients: degree + 2,
-            },
-        )
-    };
-    card.terms
-        .push(term("T_m", "1", estimate(lag_s, lag_error), "s"));
-    for k in 0..=degree {
-        let expression = power(k);
-        let unit = unit::of_coefficient("T", &expression);
-        card.terms
-            .push(term("T", &expression, estimate(xi[k], errors[k]), &unit));
-    }
-    let throttles = rows.iter().flat_map(|r| r.motors.iter().flatten().copied());
-    if let Some(r) = range(throttles) {
-        card.validity.inputs.insert("s".into(), r);
-    }
-    if let Some(r) = range(rows.iter().flat_map(|r| r.thrust.iter().copied())) {
-        card.validity.output = Some(r);
-    }
-    let mut scores = Vec::new();
-    for (trial, r) in trials.iter().zip(&rows) {
-        if let Some(e) = Errors::of(&evaluate(r, lag_s, xi.as_slice()), &r.thrust) {
-            card.scores
-                .push(score(trial.name(), true, "free_run", e, "N"));
-            scores.push(e);
-        }
-    }
-    let mut warnings = Vec::new();
-    if lag_s > 0.99 * settings.thrust.max_lag_s || lag_s < 1.01 * SHORTEST_S {
-        warnings.push(Warning::LagAtBound { lag_s });
-    }
-    card.provenance.method = method(&[(
-        "fit",
-        format!(
-            "least squares in free run over the lag and the polynomial; standard errors over {PIECES} stretches a log"
-        ),
-    )]);
-    Ok(FittedCard {
-        card,
-        rmse: Errors::pool(&scores).map_or(f64::NAN, |e| e.rmse),
-        rmse_unit: "N",
-        rows_used: total.rows,
-        lag_s: Some(lag_s),
-        front: None,
-        warnings,
-    })
+/// The lag of the motors and the polynomial of their thrust, fitted to records.
+pub(super) struct LaggedMotors {
+    records: Vec<MotorRecord>,
+    lag_s: f64,
+    lag_error_s: f64,
+    /// Coefficients of `1`, `u`, `u^2`, …
+    coefficients: Vec<f64>,
+    std_errors: Vec<f64>,
+    rows: usize,
 }
 
-fn evaluate(rows: &StandRecord, lag_s: f64, xi: &[f64]) -> Vec<f64> {
-    let powers = rows.powers(lag_s, xi.len() - 1);
-    (0..rows.time.len())
+impl LaggedMotors {
+    /// Least squares in free run over the lag and the polynomial.
+    pub(super) fn fit(trials: &[Trial], settings: &ThrustSettings) -> Result<Self> {
+        let records: Vec<MotorRecord> =
+            trials.iter().map(MotorRecord::of).collect::<Result<_>>()?;
+        let degree = settings.degree;
+        let all = vec![true; degree + 1];
+        let cost = |lag_s: f64| {
+            gram(&records, lag_s, degree)
+                .map_or(f64::INFINITY, |g| g.residual_sum(&least_squares(&g, &all)))
+        };
+        let lag_s = minimise(SHORTEST_S, settings.max_lag_s, cost);
+        let total = gram(&records, lag_s, degree)?;
+        let coefficients = least_squares(&total, &all).as_slice().to_vec();
+        let (lag_error_s, std_errors) = standard_errors(&records, lag_s, &coefficients)?;
+        Ok(Self {
+            records,
+            lag_s,
+            lag_error_s,
+            coefficients,
+            std_errors,
+            rows: total.rows,
+        })
+    }
+
+    pub(super) fn card(
+        &self,
+        trials: &[Trial],
+        settings: &ThrustSettings,
+        origin: &Origin,
+    ) -> FittedCard {
+        let mut card = origin.card(
+            "thrust-lagged-motors",
+            Kind::Thrust,
+            Form::LaggedMotors,
+            "T = Σ_i (c0 + c1 u_i + c2 u_i^2 + …) [N], T_m u_i' = s_i - u_i, s_i throttle of motor i in [0, 1]",
+        );
+        let motors = self.records.first().map_or(0, |r| r.motors.len());
+        card.constants.insert("motors".into(), motors as f64);
+        card.terms.extend(self.terms());
+        let throttles = self.records.iter().flat_map(|r| r.motors.iter().flatten());
+        if let Some(r) = range(throttles.copied()) {
+            card.validity.inputs.insert("s".into(), r);
+        }
+        card.validity.output = range(self.records.iter().flat_map(|r| r.thrust.iter().copied()));
+        let mut errors = Vec::new();
+        for (trial, r) in trials.iter().zip(&self.records) {
+            let predicted = evaluate(r, self.lag_s, &self.coefficients);
+            if let Some(e) = Errors::of(&predicted, &r.thrust) {
+                card.scores
+                    .push(score(trial.name(), true, "free_run", e, "N"));
+                errors.push(e);
+            }
+        }
+        let fit = format!(
+            "least squares in free run over the lag and the polynomial; standard errors over {PIECES} stretches a log"
+        );
+        card.provenance.method = method(&[("fit", fit)]);
+        let rmse = Errors::pool(&errors).map_or(f64::NAN, |e| e.rmse);
+        let at_bound = self.lag_s > 0.99 * settings.max_lag_s || self.lag_s < 1.01 * SHORTEST_S;
+        let lag_s = self.lag_s;
+        FittedCard {
+            lag_s: Some(lag_s),
+            warnings: Vec::from_iter(at_bound.then_some(Warning::LagAtBound { lag_s })),
+            ..FittedCard::new(card, (rmse, "N"), self.rows)
+        }
+    }
+
+    /// Lag and coefficients as terms of a card.
+    fn terms(&self) -> Vec<Term> {
+        let clusters = Clusters {
+            groups: PIECES * self.records.len(),
+            coefficients: self.coefficients.len() + 1,
+        };
+        let lag = Estimate::clustered(self.lag_s, self.lag_error_s, clusters);
+        let mut terms = vec![term("T_m", "1", lag, "s")];
+        let coefficients = self.coefficients.iter().zip(&self.std_errors);
+        terms.extend(coefficients.enumerate().map(|(k, (&value, &error))| {
+            let (expression, estimate) = (power(k), Estimate::clustered(value, error, clusters));
+            let unit = unit::of_coefficient("T", &expression);
+            term("T", &expression, estimate, &unit)
+        }));
+        terms
+    }
+}
+
+fn evaluate(record: &MotorRecord, lag_s: f64, xi: &[f64]) -> Vec<f64> {
+    let powers = record.powers(lag_s, xi.len() - 1);
+    (0..record.time.len())
         .map(|i| powers.iter().zip(xi).map(|(p, c)| p[i] * c).sum())
         .collect()
 }
 
 /// Standard errors of the lag and of the coefficients, from the linearised fit, over stretches of the logs.
-fn standard_errors(rows: &[StandRecord], lag_s: f64, xi: &[f64]) -> Result<(f64, Vec<f64>)> {
+fn standard_errors(records: &[MotorRecord], lag_s: f64, xi: &[f64]) -> Result<(f64, Vec<f64>)> {
     let degree = xi.len() - 1;
     let mut terms = names(degree);
     terms.push("by_lag".into());
@@ -190,7 +206,7 @@ fn standard_errors(rows: &[StandRecord], lag_s: f64, xi: &[f64]) -> Result<(f64,
     all.push("y");
     let mut samples = Samples::new(&all);
     let step = 0.01 * lag_s;
-    for r in rows {
+    for r in records {
         let mut columns = r.powers(lag_s, degree);
         let (more, less) = (evaluate(r, lag_s + step, xi), evaluate(r, lag_s - step, xi));
         columns.push(
@@ -229,13 +245,13 @@ pub(super) fn predict(
             motors.len().to_string(),
         ));
     }
-    let rows = StandRecord {
+    let record = MotorRecord {
         time,
         motors,
         thrust: Vec::new(),
     };
     Ok(evaluate(
-        &rows,
+        &record,
         card.coefficient("T_m", "1"),
         &polynomial(card)?,
     ))

@@ -1,19 +1,25 @@
 //! Throttle to thrust: static maps, lags, eq. (7) and eq. (8).
 
-mod dynamic;
+mod first_order;
 mod lagged;
+mod library;
 pub mod plateau;
+mod record;
 mod rotor;
 mod search;
 mod statics;
 
-pub use dynamic::{first_order, library};
+pub use first_order::first_order;
+pub use library::library;
 pub use statics::steady_points;
+
+use lagged::LaggedMotors;
 
 use touchdown_model::Card;
 use touchdown_model::card::{Form, Kind};
 use touchdown_trial::Trial;
 
+use crate::delayed::delayed;
 use crate::error::{Error, Result};
 use crate::fitted::{FittedCard, Origin};
 use crate::prediction::{Columns, Predictor};
@@ -67,7 +73,10 @@ pub fn fit(
         ThrustForm::StaticSqrt | ThrustForm::StaticThrust => {
             statics::fit(trials, settings, form, origin)
         }
-        ThrustForm::LaggedMotors => lagged::fit(trials, settings, origin),
+        ThrustForm::LaggedMotors => {
+            let motors = LaggedMotors::fit(trials, &settings.thrust)?;
+            Ok(motors.card(trials, &settings.thrust, origin))
+        }
         ThrustForm::FirstOrder => first_order(trials, settings, origin),
         ThrustForm::Library => library(trials, settings, origin),
     }?;
@@ -127,28 +136,6 @@ pub fn throttle(trial: &Trial) -> Result<Vec<f64>> {
     Ok((0..trial.len())
         .map(|i| each.iter().map(|c| c[i]).sum::<f64>() / n)
         .collect())
-}
-
-/// A signal `delay_s` later: interpolated linearly, held at its first value before that.
-#[must_use]
-pub fn delayed(time: &[f64], values: &[f64], delay_s: f64) -> Vec<f64> {
-    if delay_s == 0.0 {
-        return values.to_vec();
-    }
-    let mut k = 0;
-    time.iter()
-        .map(|&now| {
-            let t = now - delay_s;
-            while k + 1 < time.len() && time[k + 1] <= t {
-                k += 1;
-            }
-            if t <= time[0] || k + 1 >= time.len() {
-                return values[k];
-            }
-            let share = (t - time[k]) / (time[k + 1] - time[k]);
-            values[k] + share * (values[k + 1] - values[k])
-        })
-        .collect()
 }
 
 /// The dead time of a thrust card (s); zero where it has none.

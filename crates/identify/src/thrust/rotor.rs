@@ -17,7 +17,7 @@ const ANSWER_S: f64 = 0.6;
 /// Longest dead time, and shortest lag, that are looked for (s).
 /// Longer ones are not of a command line but of a logger's clock.
 const LONGEST_DEAD_TIME_S: f64 = 0.15;
-/// As in `dynamic`.
+/// As in `first_order`.
 const SHORTEST_LAG_S: f64 = 2e-3;
 /// Smallest step of rotor speed, as a share of the largest, that is used.
 /// A smaller step is of the order of what a speed sensor scatters.

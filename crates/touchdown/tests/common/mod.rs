@@ -69,12 +69,16 @@ pub fn fails<S: AsRef<std::ffi::OsStr>>(status: i32, args: impl IntoIterator<Ite
 }
 
 /// Whether Ctrl-C (SIGINT) is ignored here and in every process started from here, as in a job
-/// that a script runs in the background. False where `/proc` does not say.
+/// that a script runs in the background; the test that asked is then passed over. False where `/proc` does not say.
 pub fn ignores_interrupts() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|l| l.strip_prefix("SigIgn:"));
     let mask = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    mask.is_some_and(|mask| mask & 0b10 != 0)
+    let ignores = mask.is_some_and(|mask| mask & 0b10 != 0);
+    if ignores {
+        eprintln!("skipped: this process, a job in the background, ignores Ctrl-C");
+    }
+    ignores
 }
 
 /// Bytes as text.

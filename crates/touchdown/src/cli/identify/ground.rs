@@ -90,7 +90,7 @@ pub(super) fn run(
     let fits = sort_out(&asked, job.fit(&asked), !forms.is_empty())?;
     let mut of_logs = gaps;
     of_logs.extend(load::once(logs.iter().flat_map(Log::warnings_by_log)));
-    of_logs.extend(identifiability.advice.iter().cloned());
+    of_logs.extend(identifiability.advice.iter().map(ToString::to_string));
     let outcomes = job.outcomes(&fits, &of_logs, load::rows_dropped(&logs));
     match &target {
         Target::None => {}

@@ -198,7 +198,7 @@ fn identifiability(report: &mut Report, before: &Identifiability) -> Result<()> 
     }
     if !before.advice.is_empty() {
         report.paragraph("Record for a better model:");
-        report.list(before.advice.iter().cloned());
+        report.list(before.advice.iter().map(ToString::to_string));
     }
     let mut table = Table::new("Inputs of eq. (9).")
         .text_column("input")

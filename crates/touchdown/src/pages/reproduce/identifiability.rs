@@ -90,7 +90,7 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
                 title(set).to_lowercase()
             ));
             page.report
-                .list(set.before.advice.iter().map(|a| sentence(a)));
+                .list(set.before.advice.iter().map(|a| sentence(&a.to_string())));
         }
     }
     Ok(())
