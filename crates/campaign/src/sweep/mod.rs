@@ -16,9 +16,9 @@
 //! | `summary`, `csv` | figures of every point |
 
 mod check;
-mod csv;
 mod draw;
 mod keys;
+mod point_table;
 mod points;
 mod recent;
 mod row;

@@ -14,10 +14,10 @@
 //! | [`model`], [`curve`], [`fit`], [`coloured_noise`] | the model of a flight, the laws of its ground effect, its least squares, and correlated disturbances |
 //! | [`selection`], [`resampling`] | models judged on held-out flights; intervals by the bootstrap over flights |
 //! | [`hover`] | logs without specific force: hovers at rest, and the thrust of each |
-//! | [`ground`], [`numbers`], [`armed_intervals`], [`result`] | the whole identification: ground effect, each armed interval, refusals |
+//! | [`ground`], [`numbers`], [`armed_interval_result`], [`result`] | the whole identification: ground effect, each armed interval, refusals |
 
-mod armed_interval;
-pub mod armed_intervals;
+pub mod armed_interval;
+pub mod armed_interval_result;
 mod card;
 pub mod coloured_noise;
 pub mod curve;

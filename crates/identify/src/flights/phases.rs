@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-pub use super::armed_interval::ArmedInterval;
+use super::armed_interval::ArmedInterval;
 use super::record::HALF_WINDOW_S;
 use super::stand::{clear_m, stands_after, stood};
 use super::{Flight, FlightSettings, ForceFrom};

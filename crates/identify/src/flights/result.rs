@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::armed_intervals::{ArmedIntervalResult, ExtraLift};
+use super::armed_interval_result::{ArmedIntervalResult, ExtraLift};
 use super::ground::{Basis, GroundEffect, Refusal};
 use super::hover::Hover;
 use super::model::Curve;

@@ -16,7 +16,7 @@ use touchdown_model::{Card, Kind};
 
 use super::load::{self, Log, word};
 use super::show::{Failed, Fitted, Outcome, Summary};
-use super::{Command, Target, flight, origin, write_card, write_tables};
+use super::{Command, Target, flights, origin, write_card, write_tables};
 use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
 use crate::cli::output;
@@ -54,7 +54,7 @@ pub(super) fn run(
     let target = Target::of(common.out.as_deref())?;
     let map = load::map(common.map.as_deref())?;
     let logs = load::all_logs(context, &common.logs, map.as_ref())?;
-    if logs.iter().all(flight::is_flight) {
+    if logs.iter().all(flights::is_flight) {
         if let Some(form) = forms.first() {
             return Err(Error::Arguments(format!(
                 "--form {}: found logs of flights (no channel `thrust_n`), whose data decide the form; leave --form out",
@@ -62,7 +62,7 @@ pub(super) fn run(
             )));
         }
         let map = map.as_ref();
-        return flight::run(context, common, thrust, settings, map, &logs, &target);
+        return flights::run(context, common, thrust, settings, map, &logs, &target);
     }
     let Some(thrust) = thrust else {
         return Err(Error::Arguments(

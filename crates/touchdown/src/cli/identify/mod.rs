@@ -1,6 +1,6 @@
 //! `touchdown identify`.
 
-mod flight;
+mod flights;
 pub(super) mod ground;
 pub(super) mod load;
 pub(super) mod show;

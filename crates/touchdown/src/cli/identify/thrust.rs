@@ -14,7 +14,7 @@ use touchdown_trial::Trial;
 
 use super::load::{self, Log};
 use super::show::{Failed, Fitted, Outcome, Summary};
-use super::{Command, Target, flight, origin, write_card, write_tables};
+use super::{Command, Target, flights, origin, write_card, write_tables};
 use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
 use crate::cli::output;
@@ -56,7 +56,7 @@ impl Job<'_> {
         let mut origin = origin(trials, self.map, self.common, self.settings)?;
         origin.provenance.command = Some(self.command().text(logs, card));
         if flights && self.settings.thrust.form.is_none() {
-            let (made, flight) = flight::thrust(trials, self.settings, &origin)?;
+            let (made, flight) = flights::thrust(trials, self.settings, &origin)?;
             return Ok((made, Some(Box::new(flight))));
         }
         Ok((thrust::fit(trials, self.settings, &origin)?, None))
@@ -85,10 +85,10 @@ impl Job<'_> {
     /// One card from all logs.
     fn together(&self, card: &Path) -> Result<Done> {
         let logs = load::all_logs(self.context, &self.common.logs, self.map)?;
-        let flights = logs.iter().all(flight::is_flight);
+        let flights = logs.iter().all(flights::is_flight);
         let logs = logs
             .into_iter()
-            .map(|log| flight::thrust_of_flight(log, self.settings, self.map))
+            .map(|log| flights::thrust_of_flight(log, self.settings, self.map))
             .collect::<Result<Vec<Log>>>()?;
         self.context.stage("fitting", 1);
         let paths = &self.common.logs;
@@ -120,8 +120,8 @@ impl Job<'_> {
             {
                 text.push('\n');
                 text += match outcomes {
-                    [_] => flight::text(result),
-                    _ => flight::armed_intervals(&result.runs),
+                    [_] => flights::text(result),
+                    _ => flights::armed_intervals(&result.runs),
                 }
                 .trim_end();
             }
@@ -191,8 +191,8 @@ impl Job<'_> {
         self.context.stage("fitting", logs.len() as u64);
         let fit = |(log, name): (Result<Log>, &String)| {
             let log = log?;
-            let of_flight = flight::is_flight(&log);
-            let log = flight::thrust_of_flight(log, self.settings, self.map)?;
+            let of_flight = flights::is_flight(&log);
+            let log = flights::thrust_of_flight(log, self.settings, self.map)?;
             let (trials, paths) = (from_ref(&log.trial), from_ref(&log.path));
             let fit = self.fit(trials, paths, &card_file(name), of_flight);
             self.context.step();

@@ -1,8 +1,8 @@
 //! The report of `touchdown identify`.
 
-mod flight;
+mod armed_intervals;
+mod flights;
 mod ground;
-mod runs;
 mod thrust;
 
 use touchdown_identify::FittedCard;
@@ -14,7 +14,7 @@ use super::{front, page};
 use crate::error::{Error, Result};
 
 pub use super::page::write;
-pub use flight::{figures as flight_figures, report as flight_report};
+pub use flights::{figures as flight_figures, report as flight_report};
 pub use ground::{figures as ground_figures, report as ground_report};
 pub use thrust::{ThrustFit, figures as thrust_figures, report as thrust_report};
 

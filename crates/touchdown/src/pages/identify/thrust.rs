@@ -9,7 +9,7 @@ use touchdown_model::Form;
 use touchdown_report::{Callout, Color, Figure, Panel, Report, Series};
 use touchdown_trial::Trial;
 
-use super::{Overview, card_blocks, remarks, runs, slug};
+use super::{Overview, armed_intervals, card_blocks, remarks, slug};
 use crate::error::Result;
 use crate::pages::colors::{MEASURED, TRUTH, of_form};
 use crate::pages::page::{put_table, show};
@@ -215,7 +215,7 @@ pub fn report(
         report.section(fit.name);
         card_blocks(&mut report, fit.made)?;
         if let Some(flight) = fit.flight {
-            put_table(&mut report, runs::table(&flight.runs))?;
+            put_table(&mut report, armed_intervals::table(&flight.runs))?;
         }
         for figure in figures.iter().skip(usize::from(index == 0)) {
             report.figure(figure)?;

@@ -5,7 +5,7 @@ use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::flights::{Basis, Flight, GroundEffect};
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
-use super::{Overview, card_blocks, interval, runs, slug};
+use super::{Overview, armed_intervals, card_blocks, interval, slug};
 use crate::error::Result;
 use crate::pages::colors::{INPUT, TRUTH};
 use crate::pages::page::{put_table, show};
@@ -259,7 +259,7 @@ pub fn report(
     if let Some(lift) = &result.extra_lift {
         report.paragraph(format!("By the static curve: {lift}."));
     }
-    put_table(&mut report, runs::table(&result.runs))?;
+    put_table(&mut report, armed_intervals::table(&result.runs))?;
     logs(&mut report, result, &of_logs)?;
     report.section("Models tried");
     report.table(tried(result))?;

@@ -5,9 +5,10 @@ use std::fmt;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
+use super::armed_interval::ArmedInterval;
 use super::ground::{CURVE_NEAR_RADII, GroundEffect};
 use super::model::{Curve, Segment};
-use super::phases::{ArmedInterval, Phase, Phases};
+use super::phases::{Phase, Phases};
 use super::resampling::correlation_inflation;
 use super::rest::{ENDS_S, REST_MPS};
 use super::segments::HOVER_FORCE;

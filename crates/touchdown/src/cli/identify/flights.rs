@@ -6,7 +6,7 @@ use std::path::Path;
 use touchdown::pages;
 use touchdown::{Error, Result};
 use touchdown_campaign::progress::Progress as _;
-use touchdown_identify::flights::armed_intervals::ArmedIntervalResult;
+use touchdown_identify::flights::armed_interval_result::ArmedIntervalResult;
 use touchdown_identify::flights::hover::ThrustLaw;
 use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::flights::{Basis, Flight, ground_effect_with, thrust_alone, with_thrust};

@@ -1,6 +1,6 @@
 //! The table of the armed intervals.
 
-use touchdown_identify::flights::armed_intervals::ArmedIntervalResult;
+use touchdown_identify::flights::armed_interval_result::ArmedIntervalResult;
 use touchdown_report::{Cell, Table};
 
 use crate::pages::page::show;
