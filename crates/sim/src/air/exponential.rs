@@ -2,10 +2,9 @@
 //!
 //! `T_IGE/T_OGE = 1 + y`, `y' = (k C_a e^(-C_b z) - y)/τ`. C_a = 0.111 and
 //! C_b = 5.39 1/m are of the order measured on a 1.5 kg quadrotor with rotors
-//! of 0.12 m radius, normalised to hover far from the ground. z is the height
-//! of the vehicle's reference point. Nothing else is shared with the wake
-//! model of [`crate::air::ground`]: no images, no fountain, no dependence of the lag
-//! on height or thrust.
+//! of 0.12 m radius, normalised to hover far from the ground. z is the height of the
+//! vehicle's reference point. The law shares nothing with the wake model of
+//! [`crate::air::ground`]: it has no images and no fountain, and its lag is constant.
 
 use serde::{Deserialize, Serialize};
 

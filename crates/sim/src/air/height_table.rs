@@ -1,4 +1,4 @@
-//! What depends on a rotor's height alone, tabulated once for a deck.
+//! Table of the deck's functions of the rotor height.
 
 use std::sync::Arc;
 
@@ -7,11 +7,12 @@ use crate::number::Number;
 
 /// Spacing of the table, m.
 const SPACING_M: f64 = 0.005;
-/// Number of intervals: up to 2.55 m; beyond, the formulas are evaluated.
+/// Number of intervals: the table ends at 2.55 m, where the ground effect is below 0.1 % of
+/// the thrust. Above it the formulas are evaluated, which only costs time.
 const INTERVALS: usize = 500;
 
-/// Added and taken away again, it rounds to whole numbers: from here on, up to twice this, f64 has
-/// no others.
+/// Adding and subtracting 1.5 · 2⁵² rounds an f64 to a whole number, because numbers of this
+/// size have no fraction.
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 
 /// P(z) and the solid angle of the plate from a rotor of the centred vehicle,

@@ -13,8 +13,8 @@ pub struct Turbulence {
 }
 
 impl Turbulence {
-    /// A process of the correlation time τ, stepped by `step_s`, that starts in
-    /// its stationary distribution of the standard deviation `sd_n`.
+    /// A process with the correlation time τ and steps of `step_s`. It starts in its
+    /// stationary distribution with the standard deviation `sd_n`.
     #[must_use]
     pub fn new(mut stream: Stream, correlation_s: f64, step_s: f64, sd_n: f64) -> Self {
         let decay = (-step_s / correlation_s).exp();
@@ -27,7 +27,7 @@ impl Turbulence {
         }
     }
 
-    /// The force now, N.
+    /// The present force, N.
     #[must_use]
     pub fn value_n(&self) -> f64 {
         self.value_n
@@ -41,7 +41,9 @@ impl Turbulence {
     }
 }
 
-/// Correlation of the turbulent forces on two rotors (an assumption).
+/// Correlation of the turbulent forces on two rotors, an assumption: eddies are as large as
+/// the vehicle, so that half of the variance is common. The variance of the vertical force
+/// does not depend on it. A larger value reduces the roll and pitch torques.
 pub const TURBULENCE_CORRELATION: f64 = 0.5;
 
 /// Turbulent forces on four rotors: the process of [`Turbulence`] for each,
@@ -55,7 +57,7 @@ pub struct RotorTurbulence {
 }
 
 impl RotorTurbulence {
-    /// Stationary processes of the correlation time τ, stepped by `step_s`.
+    /// Stationary processes with the correlation time τ and steps of `step_s`.
     #[must_use]
     pub fn new(mut stream: Stream, correlation_s: f64, step_s: f64, sd_n: [f64; 4]) -> Self {
         let noise = Self::noise(&mut stream);
@@ -68,13 +70,13 @@ impl RotorTurbulence {
         }
     }
 
-    /// What is left of a force after a step, and what noise of a standard deviation of 1 adds.
+    /// Factors of a step: of the previous force, and of the noise per standard deviation.
     pub(crate) fn decay_and_gain(correlation_s: f64, step_s: f64) -> (f64, f64) {
         let decay = (-step_s / correlation_s).exp();
         (decay, (1.0 - decay * decay).sqrt())
     }
 
-    /// The noise of the next step, for one who takes the forces on himself.
+    /// The noise of the next step, for callers that integrate the forces themselves.
     pub(crate) fn draw(&mut self) -> [f64; 4] {
         Self::noise(&mut self.stream)
     }
@@ -87,7 +89,7 @@ impl RotorTurbulence {
         std::array::from_fn(|_| common + own * stream.normal())
     }
 
-    /// The forces now, N.
+    /// The present forces, N.
     #[must_use]
     pub fn values_n(&self) -> [f64; 4] {
         self.values_n

@@ -1,7 +1,7 @@
 //! Wind: steady, Dryden turbulence, and a single gust.
 //!
-//! Dryden spectra of MIL-F-8785C as forming filters of white noise, with the
-//! time scale τ = L/V of a field that is carried past the vehicle at the speed V:
+//! Forming filters of white noise for the Dryden spectra of MIL-F-8785C. The time scale is
+//! τ = L/V: a frozen field passes the vehicle at the speed V.
 //!
 //! ```text
 //! along    H_u = σ_u √(2τ) / (1 + τ s)
@@ -9,8 +9,8 @@
 //! ```
 //!
 //! (for white noise of unit two-sided intensity, so that the variances are σ²).
-//! They are stepped exactly: the distribution does not depend on the step. The
-//! first direction is the steady wind's, or x without one.
+//! The discrete filters are exact: the distribution does not depend on the step. The first
+//! direction is that of the steady wind, or x without steady wind.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ use crate::error::SimError;
 use crate::number::vector::{Vector, add, scale};
 use crate::random::{Purpose, Stream};
 
-/// Dryden turbulence: along the wind, across it, vertical.
+/// Dryden turbulence with components along the wind, across it and vertical.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DrydenSettings {
@@ -65,7 +65,7 @@ pub struct GustSettings {
     pub start_s: f64,
     /// Time of the rise, and of the fall, s.
     pub rise_s: f64,
-    /// Time in between, s.
+    /// Time at full speed between rise and fall, s.
     #[serde(default)]
     pub hold_s: f64,
 }
@@ -141,7 +141,7 @@ impl Filter {
     fn new(sd: f64, time_s: f64, across: bool, step_s: f64, stream: &mut Stream) -> Self {
         let r = step_s / time_s;
         let decay = (-r).exp();
-        // Stationary covariance less what a step keeps of it: P - Φ P Φᵀ with
+        // Covariance of the noise that keeps the process stationary: P - Φ P Φᵀ with
         // Φ = e^-r [[1, 0], [r, 1]].
         let d2 = decay * decay;
         let aa = 1.0 - d2;
@@ -197,7 +197,7 @@ pub struct Wind {
 }
 
 impl Wind {
-    /// Checks the settings and starts the wind at t = 0, its turbulence in its
+    /// Checks the settings and starts the wind at t = 0. The turbulence starts in its
     /// stationary distribution.
     ///
     /// # Errors
@@ -234,7 +234,7 @@ impl Wind {
         })
     }
 
-    /// Velocity of the air now, world axes, m/s.
+    /// Present velocity of the air, world axes, m/s.
     #[inline]
     #[must_use]
     pub fn velocity_mps(&self) -> [f64; 3] {
@@ -250,13 +250,13 @@ impl Wind {
         wind
     }
 
-    /// Whether it is ever another than now.
+    /// Whether the wind changes over time.
     #[must_use]
     pub fn changes(&self) -> bool {
         self.filters.is_some() || self.settings.gust.is_some()
     }
 
-    /// One step on.
+    /// Advances the wind by one step.
     #[inline]
     pub fn step(&mut self) {
         self.steps += 1;

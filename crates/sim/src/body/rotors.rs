@@ -10,12 +10,12 @@
 //! F_i   = T_i + T_i (G_i - 1) - (k_v/4) (x_i/√W) (w_i - P(z_i) ρ_i u_i)
 //! ```
 //!
-//! z_i is the height of rotor i along the deck's normal, z_c the mean of the
-//! four, ρ_i the share of the plate that it sees ([`DeckSurface::edge_share`]), ρ_c
-//! the mean of the four; w_i is its speed along the normal less the vertical
-//! wind, u_i the speed of the deck point below. The battery is one: it sags with
-//! the mean throttle. The second plant's law takes the height less that of the
-//! rotor plane and ρ_i the same way.
+//! z_i is the height of rotor i along the deck's normal, z_c the mean of the four. ρ_i is
+//! the rotor's share of the plate's solid angle ([`DeckSurface::edge_share`]), ρ_c the mean
+//! of the four. w_i is the rotor's speed along the normal less the vertical wind, u_i the
+//! speed of the deck point below. All motors share a battery, whose voltage sags with the
+//! mean throttle. The second plant's law uses the height without that of the rotor plane,
+//! and the same ρ_i.
 //!
 //! Rotors are numbered front left, rear left, rear right, front right.
 //!
@@ -29,13 +29,14 @@ use crate::number::Number;
 
 use crate::air::turbulence::TURBULENCE_CORRELATION;
 
-/// Least √(4 T_i) in ratios of induced speeds, √N.
+/// Least √(4 T_i) in ratios of induced speeds, √N: 3 % of the value in hover. It only
+/// keeps the ratio finite for a rotor that stands still.
 const LEAST_ROOT: f64 = 0.1;
 
 /// State of four rotors and the air around them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RotorsState<N = f64> {
-    /// x_i = √(4 T_i): each rotor on the scale of the whole vehicle, √N.
+    /// x_i = √(4 T_i), each rotor on the scale of the whole vehicle, √N.
     pub root_thrust: [N; 4],
     /// Lagged inflow q1_i of each rotor; the lift ratio G_i - 1 of the second plant.
     pub inflow: [N; 4],
@@ -43,10 +44,10 @@ pub struct RotorsState<N = f64> {
     pub fountain: N,
 }
 
-/// Where a rotor is and how it moves, relative to the deck.
+/// Position and speeds of a rotor relative to the deck.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RotorPlace {
-    /// Place of the hub in the deck's axes: forward, port, height along the normal, m.
+    /// Position of the hub in the deck's axes: forward, port, height along the normal, m.
     pub place_m: [f64; 3],
     /// Speed along the deck's normal less the vertical wind w_i, m/s.
     pub climb_mps: f64,
@@ -54,20 +55,20 @@ pub struct RotorPlace {
     pub deck_mps: f64,
 }
 
-/// Inflow at rest, and what the deck's air does to a rotor.
+/// Steady inflow and upwash of the rotors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RotorsTarget<N = f64> {
-    /// q1*_i (the lift ratio at rest of the second plant).
+    /// q1*_i (the steady lift ratio of the second plant).
     pub inflow: [N; 4],
     /// q2*.
     pub fountain: N,
     /// P(z_i) ρ_i.
     pub upwash: [N; 4],
-    /// z_c, held at 0.05 m or more.
+    /// z_c, at least 0.05 m.
     pub mean_height_m: N,
 }
 
-/// What rotors have of the plate by where they are over it.
+/// Each rotor's share of the plate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shares<N = f64> {
     /// ρ_i.
@@ -76,12 +77,12 @@ pub(crate) struct Shares<N = f64> {
     pub(crate) upwash: [N; 4],
 }
 
-/// What the deck does to the rotors: where the inflow goes, how fast, and how the
-/// air below moves. HeldRotors over a step of the integration.
+/// Effect of the deck on the rotors, constant over a step of the integration: steady
+/// inflow, rates of the lags, and upwash.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HeldRotors<N> {
     pub(crate) target: RotorsTarget<N>,
-    /// Pace of each rotor's lag, and of the fountain's.
+    /// Rate of each rotor's lag, and of the fountain's.
     rotor_pace: [N; 4],
     fountain_pace: N,
     /// P(z_i) ρ_i u_i, m/s.
@@ -97,7 +98,7 @@ pub struct RotorForces<N = f64> {
     pub ground_effect_n: [N; 4],
 }
 
-/// Four rotors: the plant, and where they are.
+/// Four rotors: the plant and the positions of the hubs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rotors {
     plant: Plant,
@@ -144,7 +145,7 @@ impl Rotors {
         self
     }
 
-    /// ρ where 1/S0 is known.
+    /// ρ from a known 1/S0.
     #[inline(always)]
     fn plate<N: Number>(&self, places_m: &[[N; 3]; 4], inverse_angle: [N; 4]) -> [N; 4] {
         let mut shares = inverse_angle;
@@ -159,7 +160,7 @@ impl Rotors {
         shares
     }
 
-    /// What rotors at `places_m` in the deck's axes have of the plate.
+    /// Shares of the plate of rotors at `places_m` in the deck's axes.
     #[inline(always)]
     pub(crate) fn shares<N: Number>(&self, places_m: &[[N; 3]; 4]) -> Shares<N> {
         let heights = places_m.map(|place| place[2]);
@@ -176,7 +177,7 @@ impl Rotors {
         Shares { plate, upwash }
     }
 
-    /// Inflow at rest at the places of the rotors.
+    /// Steady inflow at the positions of the rotors.
     #[must_use]
     pub fn target(&self, root_thrust: &[f64; 4], places: &[RotorPlace; 4]) -> RotorsTarget {
         let deck_mps = places.map(|rotor| rotor.deck_mps);
@@ -186,8 +187,8 @@ impl Rotors {
             .target
     }
 
-    /// What the deck does to rotors at `places_m` in its axes that have `shares` of the plate,
-    /// with the scale γ of the ground effect and speeds `deck_mps` of the points below.
+    /// Effect of the deck on rotors at `places_m` in its axes with `shares` of the plate,
+    /// for the scale γ of the ground effect and speeds `deck_mps` of the points below.
     #[inline(always)]
     pub(crate) fn held<N: Number>(
         &self,
@@ -246,7 +247,7 @@ impl Rotors {
         held
     }
 
-    /// Rate of the state; throttles are held to [0, 1].
+    /// Rate of the state. Throttles are limited to [0, 1].
     #[must_use]
     pub fn derivative(
         &self,
@@ -271,7 +272,7 @@ impl Rotors {
         self.rate(state, &held, &self.drive(throttle))
     }
 
-    /// What throttles, held to [0, 1], drive the motors with.
+    /// Drive of the motors by throttles, which are limited to [0, 1].
     #[inline(always)]
     pub(crate) fn drive<N: Number>(&self, throttle: &[N; 4]) -> [N; 4] {
         let mut s = *throttle;
@@ -295,7 +296,7 @@ impl Rotors {
         rate
     }
 
-    /// Rate of the state under what drives the motors.
+    /// Rate of the state under a drive of the motors.
     #[inline(always)]
     pub(crate) fn rate<N: Number>(
         &self,

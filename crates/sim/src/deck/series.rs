@@ -31,13 +31,13 @@ pub struct Channel {
     pub factor: f64,
 }
 
-/// What a table's columns mean, and what its numbers may be.
+/// Meaning of a table's columns, and limits of its values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SeriesFormat {
-    /// Columns that add up to the time in s (for example hours, minutes, s).
+    /// Columns whose sum is the time in s (for example hours, minutes, seconds).
     pub time: Vec<Column>,
-    /// The coordinates; those that are not named are zero.
+    /// The coordinates. A coordinate without a column is zero.
     pub channels: Vec<Channel>,
     /// Longest time between two rows, s; a longer one is a gap and an error.
     pub longest_step_s: f64,
@@ -107,9 +107,9 @@ impl MotionSeries {
     /// with `#`).
     ///
     /// # Errors
-    /// A missing column, a field that is no number, times that do not increase,
-    /// a gap, and values that cannot be in the unit stated name the key, the
-    /// row of data (from 1) and the value.
+    /// A missing column, a field that is not a number, times that do not increase, a gap,
+    /// or a value that is impossible in the stated unit. The error names the key, the row
+    /// of data (from 1) and the value.
     pub fn read_csv(table: impl Read, format: &SeriesFormat) -> Result<Self, SimError> {
         format.validate()?;
         let mut reader = csv::ReaderBuilder::new()
@@ -245,7 +245,7 @@ impl MotionSeries {
         let latest = self.duration_s() - duration_s;
         check::positive("duration_s", duration_s)?;
         check::within("start_s", start_s, 0.0, latest)?;
-        // One row beyond at either end.
+        // The window includes one more row at each end.
         let from = self.times_s.partition_point(|&t| t <= start_s) - 1;
         let to = self.times_s.partition_point(|&t| t < start_s + duration_s);
         let to = to.min(self.rows() - 1);
@@ -266,7 +266,7 @@ impl MotionSeries {
         self.window(share * (self.duration_s() - duration_s), duration_s)
     }
 
-    /// The deck that moves so: natural cubic splines through the rows.
+    /// The deck with this motion: natural cubic splines through the rows.
     #[must_use]
     pub fn deck(&self) -> RigidDeck {
         let mut knots = vec![DeckCoordinates::default(); self.rows()];

@@ -25,7 +25,7 @@ use super::wave::Wave;
 use crate::check;
 use crate::error::SimError;
 
-/// Size and roll of the ship, and where its deck is.
+/// Size and roll of the ship, and position of its deck.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ShipSettings {
@@ -39,7 +39,7 @@ pub struct ShipSettings {
     pub roll_period_s: f64,
     /// Damping ratio of roll.
     pub roll_damping: f64,
-    /// Place of the deck's centre from the ship's centre (forward, port, up), m.
+    /// Position of the deck's centre from the ship's centre (forward, port, up), m.
     pub deck_place_m: [f64; 3],
 }
 

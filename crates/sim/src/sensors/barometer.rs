@@ -10,26 +10,30 @@ use crate::check;
 use crate::error::SimError;
 use crate::random::Stream;
 
-/// Height over which the rotors' pressure under the vehicle falls by e, m (an assumption: 2.5 rotor radii).
+/// Height over which the pressure of the rotors under the vehicle decreases by the factor
+/// e, m: 2.5 rotor radii, an assumption. The landing computer ignores the barometer below
+/// 3 m by default, so the value does not affect landings.
 const PRESSURE_DECAY_M: f64 = 0.3;
 
 /// The barometer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BarometerSettings {
-    /// When readings come.
+    /// Rate and latency of the readings.
     pub schedule: Schedule,
     /// White noise, standard deviation, m.
     pub noise_sd_m: f64,
-    /// Slow drift, standard deviation of its change, m/√s.
+    /// Random walk of the zero, m/√s.
     pub drift: f64,
-    /// How much lower it reads on the deck, for the rotors' pressure under the
-    /// vehicle, m; falls off with height as exp(-z/0.3 m).
+    /// Error of the reading on the deck, m: the pressure of the rotors under the vehicle
+    /// makes it read lower. It decays with height as exp(-z/0.3 m).
     pub ground_effect_m: f64,
 }
 
 impl Default for BarometerSettings {
-    /// 20 Hz, 30 ms and 2 ms; 0.12 m, 0.02 m/√s, 1.5 m too low on the deck.
+    /// A MEMS barometer by order of magnitude: 20 Hz, latency 30 ms, jitter 2 ms, noise
+    /// 0.12 m, drift 0.02 m/√s. On the deck it reads 1.5 m too low: 18 Pa, a quarter of the
+    /// rotors' disc loading of 74 Pa.
     fn default() -> Self {
         Self {
             schedule: Schedule::new(20.0, 0.03, 0.002),
@@ -67,7 +71,7 @@ impl Barometer {
         }
     }
 
-    /// The reading of a step, if one is due, and its way.
+    /// The reading of a step, if one is due, and its transit.
     pub(super) fn read(&mut self, truth: &Truth<'_>) -> Option<(Message, Transit)> {
         if !self.clock.due(truth.time_s()) {
             return None;

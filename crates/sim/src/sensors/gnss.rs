@@ -14,20 +14,22 @@ use crate::random::Stream;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GnssSettings {
-    /// When readings come.
+    /// Rate and latency of the readings.
     pub schedule: Schedule,
     /// Horizontal noise on each axis, standard deviation, m/s.
     pub horizontal_sd_mps: f64,
     /// Vertical noise, standard deviation, m/s.
     pub vertical_sd_mps: f64,
-    /// Error on each axis that wanders: standard deviation, m/s.
+    /// Slowly varying error on each axis, standard deviation, m/s.
     pub wander_sd_mps: f64,
-    /// Its correlation time, s.
+    /// Correlation time of the slowly varying error, s.
     pub wander_s: f64,
 }
 
 impl Default for GnssSettings {
-    /// 10 Hz, 100 ms and 5 ms; 0.05 and 0.08 m/s, and 0.03 m/s within 10 s.
+    /// A receiver without corrections, by the order of its data sheets: 10 Hz, latency
+    /// 100 ms, jitter 5 ms; noise 0.05 m/s and 0.08 m/s; slowly varying error 0.03 m/s with
+    /// a correlation time of 10 s.
     fn default() -> Self {
         Self {
             schedule: Schedule::new(10.0, 0.1, 0.005),
@@ -73,7 +75,7 @@ impl Gnss {
         }
     }
 
-    /// The reading of a step, if one is due, and its way.
+    /// The reading of a step, if one is due, and its transit.
     pub(super) fn read(&mut self, truth: &Truth<'_>) -> Option<(Message, Transit)> {
         if !self.clock.due(truth.time_s()) {
             return None;

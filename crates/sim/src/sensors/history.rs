@@ -3,12 +3,12 @@
 /// A ring of the last values.
 pub(crate) struct History<T> {
     values: Vec<T>,
-    /// Place of the oldest, where the next one goes.
+    /// Index of the oldest value, which the next one replaces.
     next: usize,
 }
 
 impl<T: Copy> History<T> {
-    /// Remembers so many steps, as if all before the first had been alike.
+    /// A history of `steps` values, all equal to the first.
     pub(crate) fn new(steps: usize, first: T) -> Self {
         Self {
             values: vec![first; steps],
@@ -16,7 +16,7 @@ impl<T: Copy> History<T> {
         }
     }
 
-    /// Takes in the value of a step.
+    /// Adds the value of a step.
     pub(crate) fn push(&mut self, value: T) {
         self.values[self.next] = value;
         self.next = (self.next + 1) % self.values.len();

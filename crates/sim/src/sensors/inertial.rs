@@ -18,21 +18,21 @@ use crate::random::{Purpose, Stream};
 /// Steps between two samples of the inertial unit in a log: 250 Hz, as autopilots log.
 pub(crate) const LOG_STEPS: u64 = 4;
 
-/// Inertial unit and the attitude that is made of it.
+/// Inertial unit and its attitude estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImuSettings {
     /// Specific force, white noise, m/s²/√Hz.
     pub noise_density: f64,
-    /// Its bias on each axis, constant over a landing: standard deviation, m/s².
+    /// Specific force, bias on each axis, constant over a landing: standard deviation, m/s².
     pub bias_sd_mps2: f64,
     /// Age of specific force and attitude when the landing computer gets them, s.
     pub latency_s: f64,
     /// Error of roll and pitch, constant over a landing: standard deviation, rad.
     pub tilt_bias_sd_rad: f64,
-    /// Error of roll and pitch that wanders: standard deviation, rad.
+    /// Slowly varying error of roll and pitch, standard deviation, rad.
     pub tilt_wander_sd_rad: f64,
-    /// Its correlation time, s.
+    /// Correlation time of the slowly varying error, s.
     pub tilt_wander_s: f64,
     /// Error of heading, constant over a landing: standard deviation, rad.
     pub yaw_bias_sd_rad: f64,
@@ -41,8 +41,13 @@ pub struct ImuSettings {
 }
 
 impl Default for ImuSettings {
-    /// 0.015 m/s²/√Hz (0.15 m/s² over 10 ms), bias 0.03 m/s², 20 ms old; tilt to
-    /// 5 mrad and 2 mrad in 1 s, heading to 20 mrad, rates to 10 mrad/s.
+    /// A MEMS unit on a vibrating airframe, by order of magnitude.
+    ///
+    /// - Noise 0.015 m/s²/√Hz: 0.15 m/s² over 10 ms, ten times a data sheet's noise, for
+    ///   the vibration of the rotors.
+    /// - Bias 0.03 m/s², which remains after calibration; latency 20 ms of filters and bus.
+    /// - Errors of the attitude: 5 mrad of tilt, 2 mrad varying within 1 s, 20 mrad of
+    ///   heading; rates 10 mrad/s.
     fn default() -> Self {
         Self {
             noise_density: 0.015,
@@ -73,18 +78,18 @@ impl ImuSettings {
 /// The inertial unit during one landing.
 pub(crate) struct InertialUnit {
     settings: ImuSettings,
-    /// Steps of a control period, of which a sample is the mean.
+    /// Steps of a control period; a sample is their mean.
     control_steps: usize,
     stream: Stream,
     bias_mps2: [f64; 3],
-    /// Steps by which the unit is late.
+    /// Latency of the unit, in steps.
     delay_steps: usize,
     /// Specific forces in body axes, and attitudes.
     forces_mps2: History<[f64; 3]>,
     attitudes: History<[f64; 4]>,
     attitude: Stream,
     tilt_wander: [Wander; 2],
-    /// Error of the attitude, a small turn about world axes, rad.
+    /// Error of the attitude, a small rotation about world axes, rad.
     turn: [f64; 3],
     turn_bias: [f64; 3],
 }
@@ -127,7 +132,7 @@ impl InertialUnit {
         }
     }
 
-    /// Takes in the motion of a step.
+    /// Adds the motion of a step.
     pub(super) fn observe(
         &mut self,
         state: &RigidState,
@@ -140,8 +145,8 @@ impl InertialUnit {
         self.attitudes.push(state.attitude);
     }
 
-    /// Mean specific force over a control period and the attitude at its end, both
-    /// as late as the unit is.
+    /// Mean specific force over a control period and the attitude at its end, both with
+    /// the unit's latency.
     pub(super) fn sample(&mut self, nan: &NanReadings) -> ImuSample<f64> {
         let count = self.control_steps;
         let mean = mean(&self.forces_mps2, self.delay_steps, count);
@@ -162,7 +167,7 @@ impl InertialUnit {
         }
     }
 
-    /// Mean specific force over what is logged as a sample, without its noise.
+    /// Mean specific force over the interval of a logged sample, without noise.
     pub(crate) fn logged_force_mps2(&self) -> [f64; 3] {
         add(
             mean(&self.forces_mps2, 0, LOG_STEPS as usize),

@@ -14,15 +14,15 @@ pub struct LoadCellSettings {
     pub rate_hz: f64,
     /// White noise, standard deviation, N.
     pub noise_sd_n: f64,
-    /// Quantum, N (0.1 gram-force by default; 0 for none).
+    /// Resolution, N (0.1 gram-force by default; 0 for none).
     pub quantum_n: f64,
-    /// Range: readings stay within ± this, N.
+    /// Range: readings are limited to ± this force, N.
     pub range_n: f64,
-    /// Age of every sample, s.
+    /// Latency of every sample, s.
     pub latency_s: f64,
-    /// Further age, half-normal, its scale, s.
+    /// Scale of the additional half-normal latency, s.
     pub jitter_s: f64,
-    /// Share of samples that get lost (a gap in the record).
+    /// Share of lost samples, each of which is a gap in the record.
     pub loss_share: f64,
 }
 
@@ -61,7 +61,7 @@ impl LoadCellSettings {
         self.latency_s + self.jitter_s * stream.normal().abs()
     }
 
-    /// What the cell reads for a force; a gap (NaN) when the sample is lost.
+    /// Reading of a force, or a gap (NaN) if the sample is lost.
     pub(crate) fn read(&self, force_n: f64, stream: &mut Stream) -> f64 {
         let noisy = force_n + self.noise_sd_n * stream.normal();
         let lost = stream.uniform() < self.loss_share;

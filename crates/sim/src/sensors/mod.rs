@@ -25,14 +25,14 @@ pub use range_finder::{RangeRow, RangeSettings};
 pub use schedule::Schedule;
 pub use vertical::FlightSensorSettings;
 
-/// How tags are found.
+/// Model of the tag detection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CameraMode {
-    /// Without images, with the errors that a detector makes.
+    /// No images; poses have the measured errors of a detector.
     #[default]
     Fast,
-    /// By a detector in rendered images; needs a [`camera::pipeline::PipelineFactory`].
+    /// A detector runs on rendered images. It needs a [`camera::pipeline::PipelineFactory`].
     Rendered,
 }
 
@@ -40,7 +40,7 @@ pub enum CameraMode {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorSettings {
-    /// How tags are found.
+    /// Model of the tag detection.
     pub camera: CameraMode,
     /// Inertial unit.
     pub imu: ImuSettings,
@@ -59,7 +59,7 @@ pub struct SensorSettings {
 }
 
 impl Default for SensorSettings {
-    /// All of them.
+    /// All sensors, with their own defaults.
     fn default() -> Self {
         Self {
             camera: CameraMode::default(),
@@ -75,7 +75,7 @@ impl Default for SensorSettings {
 }
 
 impl SensorSettings {
-    /// The same sensors without noise, bias, jitter, losses and quantum; rates and
+    /// The same sensors without noise, bias, jitter, losses and rounding. Rates and
     /// latencies stay.
     #[must_use]
     pub fn perfect(mut self) -> Self {

@@ -15,23 +15,23 @@ use crate::random::Stream;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RangeSettings {
-    /// When readings come.
+    /// Rate and latency of the readings.
     pub schedule: Schedule,
-    /// Place in body axes, m; the beam is against the body's z axis.
+    /// Position in body axes, m. The beam points against the body's z axis.
     pub place_m: [f64; 3],
     /// White noise, standard deviation, m.
     pub noise_sd_m: f64,
-    /// Quantum, m; 0 for none.
+    /// Resolution, m; 0 for none.
     pub quantum_m: f64,
-    /// Least distance that is read, m.
+    /// Smallest measurable distance, m.
     pub least_m: f64,
-    /// Greatest distance that is read, m.
+    /// Largest measurable distance, m.
     pub greatest_m: f64,
 }
 
 impl Default for RangeSettings {
-    /// 50 Hz, 20 ms and 2 ms; at the reference point; 5 mm, whole centimetres, 0.02 to
-    /// 12 m.
+    /// A small laser range finder, by the order of its data sheets: 50 Hz, latency 20 ms,
+    /// jitter 2 ms; at the reference point; noise 5 mm, whole centimetres, 0.02 to 12 m.
     fn default() -> Self {
         Self {
             schedule: Schedule::new(50.0, 0.02, 0.002),
@@ -64,10 +64,10 @@ impl RangeSettings {
     }
 }
 
-/// A reading of the range finder, as it is logged.
+/// A logged reading of the range finder.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RangeRow {
-    /// When it was taken, s.
+    /// Time of the measurement, s.
     pub time_s: f64,
     /// Distance along the beam, m.
     pub distance_m: f64,
@@ -77,7 +77,7 @@ pub struct RangeRow {
 pub(crate) struct RangeFinder {
     settings: RangeSettings,
     clock: Clock,
-    /// Readings since they were last taken for a log, where there is one.
+    /// Readings for the log since its last access, if there is a log.
     pub(crate) log: Option<Vec<RangeRow>>,
 }
 
@@ -90,7 +90,7 @@ impl RangeFinder {
         }
     }
 
-    /// The reading of a step, if one is due, and its way.
+    /// The reading of a step, if one is due, and its transit.
     pub(super) fn read(&mut self, truth: &Truth<'_>) -> Option<(Message, Transit)> {
         if !self.clock.due(truth.time_s()) {
             return None;

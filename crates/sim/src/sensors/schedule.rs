@@ -1,4 +1,4 @@
-//! When a sensor samples, when its readings arrive, and errors that wander.
+//! Sampling times, latencies and slowly varying errors of sensors.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,18 +7,18 @@ use crate::check;
 use crate::error::SimError;
 use crate::random::Stream;
 
-/// How the readings of a sensor come.
+/// Rate, latency and losses of a sensor's readings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Schedule {
     /// Readings per second, Hz.
     pub rate_hz: f64,
-    /// Time from the moment that is measured to the arrival, s.
+    /// Time from measurement to arrival, s.
     pub latency_s: f64,
-    /// Further latency, half-normal, its scale, s. Its mean is known to the
-    /// vehicle, the rest is an error of a reading's age.
+    /// Scale of the additional half-normal latency, s. The vehicle knows its mean; the
+    /// deviation from the mean is an error of the reading's age.
     pub jitter_s: f64,
-    /// Share of readings that get lost.
+    /// Share of lost readings.
     pub loss_share: f64,
 }
 
@@ -49,7 +49,7 @@ impl Schedule {
 /// Mean of the half-normal distribution over its scale, √(2/π).
 const HALF_NORMAL_MEAN: f64 = 0.797_884_560_802_865_4;
 
-/// When a sensor samples, and what it draws from.
+/// Sampling times and random stream of a sensor.
 #[derive(Clone, Debug)]
 pub(crate) struct Clock {
     schedule: Schedule,
@@ -69,7 +69,7 @@ impl Clock {
 
     /// Whether it samples at this step.
     pub(crate) fn due(&mut self, time_s: f64) -> bool {
-        // Half a step early is on time.
+        // The nearest step is due.
         let due = time_s + 0.5 * STEP_S >= self.next_s;
         if due {
             self.next_s += 1.0 / self.schedule.rate_hz;
@@ -77,7 +77,7 @@ impl Clock {
         due
     }
 
-    /// The way of the next reading, under a further latency of which a part is known.
+    /// Transit of the next reading, with an additional latency, part of which is known.
     pub(crate) fn transit(&mut self, extra_s: f64, known_s: f64) -> Transit {
         let schedule = &self.schedule;
         let delay_s = schedule.latency_s + schedule.jitter_s * self.stream.normal().abs() + extra_s;
@@ -91,18 +91,18 @@ impl Clock {
     }
 }
 
-/// The way of a reading from the sensor to the landing computer.
+/// Transit of a reading from the sensor to the landing computer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Transit {
     /// Time from the measurement to the arrival, s.
     pub(crate) delay_s: f64,
-    /// The same as far as the vehicle knows, s.
+    /// The part of that time that the vehicle knows, s.
     pub(crate) age_s: f64,
-    /// It never arrives.
+    /// The reading never arrives.
     pub(crate) lost: bool,
 }
 
-/// A first-order process that wanders.
+/// A slowly varying error: a first-order Gauss–Markov process.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wander {
     sd: f64,

@@ -1,8 +1,7 @@
-//! All sensors of one landing, and the readings that are on their way.
+//! All sensors of one landing, and their readings in transit.
 //!
-//! Every sensor has a random stream of its own, from which it draws as many
-//! numbers a sample whatever happens: a fault or a switch in one leaves the others
-//! as they are.
+//! Every sensor has its own random stream and draws a constant number of values for each
+//! sample. So a fault or a switched-off sensor does not change the others.
 
 use touchdown_flight::Vector;
 use touchdown_lander::computer::NormalReading;
@@ -26,17 +25,17 @@ use crate::random::{Purpose, Stream};
 /// Faults of the sensors at a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SensorFaults {
-    /// No tag is found.
+    /// The camera detects no tag.
     pub(crate) tag_lost: bool,
-    /// Share of range readings that are missing, beside the sensor's own losses.
+    /// Share of missing range readings, in addition to the sensor's own losses.
     pub(crate) range_missing_share: f64,
-    /// Further latency of range, tag and GNSS, and the part of it that the vehicle knows, s.
+    /// Additional latency of range, tag and GNSS, and the part that the vehicle knows, s.
     pub(crate) extra_latency_s: f64,
     pub(crate) known_extra_latency_s: f64,
     pub(crate) nan: NanReadings,
 }
 
-/// Sensors whose readings are not numbers.
+/// Sensors whose readings are NaN.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct NanReadings {
     pub(crate) specific_force: bool,
@@ -48,7 +47,10 @@ pub(crate) struct NanReadings {
     pub(crate) barometer: bool,
 }
 
-/// What is true at a step.
+/// Rounding error of the sum of two times, s; far below the step of 1 ms.
+const ROUNDING_S: f64 = 1e-9;
+
+/// True state of vehicle and deck at a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Truth<'a> {
     pub(crate) step: u64,
@@ -75,7 +77,7 @@ impl Truth<'_> {
     }
 }
 
-/// What arrives at the landing computer in a control step.
+/// Readings that arrive at the landing computer in a control step.
 #[derive(Clone, Debug)]
 pub(crate) struct Arrivals {
     pub(crate) imu: ImuSample<f64>,
@@ -83,7 +85,7 @@ pub(crate) struct Arrivals {
     pub(crate) normal: Option<NormalReading<f64>>,
 }
 
-/// A reading, of which the age is not known yet.
+/// A reading whose age at arrival is not set yet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Message {
     Reading(Reading<f64>),
@@ -91,12 +93,12 @@ pub(crate) enum Message {
     Tag(TagReading<f64>, Vector<f64>),
 }
 
-/// A reading on its way.
+/// A reading in transit.
 #[derive(Clone, Copy, Debug)]
 struct Pending {
     arrives_s: f64,
     message: Message,
-    /// Age at arrival as far as the vehicle knows, s.
+    /// Age at arrival that the vehicle knows, s.
     age_s: f64,
 }
 
@@ -133,7 +135,7 @@ impl SensorSuite {
         }
     }
 
-    /// Takes the samples that are due at a step; to be called at every one.
+    /// Takes the samples that are due at a step. It must be called at every step.
     pub(crate) fn observe(&mut self, truth: &Truth<'_>, gravity_mps2: f64) {
         self.inertial
             .observe(truth.state, truth.acceleration_mps2, gravity_mps2);
@@ -152,14 +154,13 @@ impl SensorSuite {
         }));
     }
 
-    /// The readings that have arrived by a control step; to be called at every one.
+    /// The readings that have arrived by a control step. It must be called at every step.
     pub(crate) fn arrivals(&mut self, truth: &Truth<'_>) -> Arrivals {
         let now_s = truth.time_s();
         let imu = self.inertial.sample(&truth.faults.nan);
         let (mut readings, mut normal) = (Vec::with_capacity(4), None);
         self.pending.retain(|pending| {
-            // A rounding error of the sum of two times is no delay.
-            if pending.arrives_s > now_s + 1e-9 {
+            if pending.arrives_s > now_s + ROUNDING_S {
                 return true;
             }
             let age_s = pending.age_s + (now_s - pending.arrives_s);

@@ -1,10 +1,10 @@
-//! The law for four rotors at once, with few divisions.
+//! The wake law for four rotors together, with few divisions.
 
 use super::{IMAGE_LIMIT, Surface, TOTAL_LIMIT, WakeLag};
 use crate::number::{Number, inverses};
 
-/// What the four rotors' own inflow goes to, before the share of the plate that each sees,
-/// and its pace.
+/// Steady inflow of the four rotors, without the factor of the plate, and the rates of its
+/// lags.
 pub(crate) struct RotorInflow<N> {
     pub(crate) target: [N; 4],
     pub(crate) pace: [N; 4],
@@ -64,7 +64,7 @@ impl WakeLag {
         }
     }
 
-    /// The four rotors at places whose heights are at least the least of the laws.
+    /// Steady inflow of four rotors whose heights are at least the least height of the laws.
     #[inline(always)]
     pub(crate) fn rotors_at<N: Number>(
         &self,
@@ -87,8 +87,8 @@ impl WakeLag {
         RotorInflow { target, pace }
     }
 
-    /// What the fountain goes to at the mean height of the rotors, before the share of the plate
-    /// that they see, and its pace.
+    /// Steady fountain at the mean height of the rotors, without the factor of the plate, and
+    /// the rate of its lag.
     #[inline(always)]
     pub(crate) fn fountain_at<N: Number>(&self, scale: N, mean_height_m: N) -> (N, N) {
         let z = mean_height_m.at_least(self.deck.least_m);

@@ -17,9 +17,9 @@
 //! * Lags: the rotor's own images settle fast, the fountain slowly; both with
 //!   the height and with the induced speed (√T).
 //!
-//! Heights here are those of the rotor plane and are held at 0.05 m or more. Lengths in the lags, that
-//! least height and the least √T of the lags are those of rotors of 0.12 m under a vehicle of 1.37 kg; those of other
-//! vehicles are in proportion, the least ones never larger.
+//! Heights are those of the rotor plane, and at least 0.05 m. This least height, the lengths
+//! in the lags and the least √T of the lags belong to rotors of 0.12 m and a vehicle of
+//! 1.37 kg. They scale with the vehicle; the least values never increase.
 
 mod four_rotors;
 mod surface;
@@ -30,22 +30,34 @@ use crate::number::Number;
 
 pub use surface::{DeckSurface, Surface};
 
-/// Rotor radius that the lengths below belong to, m.
+/// Rotor radius of the paper's quadrotor, to which the lengths below belong, m.
 const STANDARD_RADIUS_M: f64 = 0.12;
-/// Least height of the rotor plane in the laws, m.
+/// Least height of the rotor plane in the laws, m: that of the default vehicle whose
+/// reference point is on the deck. Landed vehicles are higher by their legs of 0.1 m, so
+/// the value matters only in the vertical plant.
 const LEAST_ROTOR_HEIGHT_M: f64 = 0.05;
-/// Lengths l, L of the lags `τ (z + l)/L`: of the rotor's own images, of the fountain, m.
+/// Lengths l, L of the lag `τ (z + l)/L` of the rotor's own images, m. The lag grows with
+/// the wake's length z; l is about the distance over which the wake turns. L makes τ the
+/// lag at z = 0.2 m, as it does for the fountain. An assumption.
 const ROTOR_LAG_M: [f64; 2] = [0.2, 0.4];
+/// Lengths l, L of the lag of the fountain, m. l is the longer way from four rotors to the
+/// middle and up, so this lag depends less on the height. An assumption.
 const FOUNTAIN_LAG_M: [f64; 2] = [0.6, 0.8];
-/// Least √T in the lags, √N; at most this share of that in hover, which is 1 for a vehicle of 1.37 kg.
+/// Least √T in the lags, √N. It keeps the lags finite while the rotors stand still, and
+/// matters only below 7 % of the hover thrust.
 const LEAST_LAG_ROOT: f64 = 1.0;
+/// Largest ratio of that least value to √T in hover: exactly 1 √N for 1.37 kg, less for
+/// lighter vehicles.
 const LEAST_LAG_SHARE: f64 = 0.2728;
-/// Greatest share of the image sources.
+/// Largest reduction of the induced speed by the image sources, because Cheeseman and
+/// Bennett's formula diverges at the ground. The default vehicle reaches 0.38 at the least
+/// height, so the limit acts only for rotors closer to the ground or to each other.
 const IMAGE_LIMIT: f64 = 0.5;
-/// Greatest share of image sources and fountain together.
+/// Largest reduction by image sources and fountain together: the thrust in ground effect is
+/// at most 2.5 times that in free air. The default vehicle reaches 0.41 at the least height.
 const TOTAL_LIMIT: f64 = 0.6;
 
-/// What the wake law is built from: rotors, surface, weight, and gains and lags of the air.
+/// Settings of the wake law: rotors, surface, weight, gains and lags of the air.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WakeSettings {
     /// The surface below.
@@ -145,7 +157,7 @@ impl WakeLag {
         0.25 * self.radius_m * self.radius_m * sum
     }
 
-    /// γ: what the targets are multiplied by.
+    /// γ, the scale of the ground effect.
     #[must_use]
     pub fn scale(&self) -> f64 {
         self.scale
@@ -205,7 +217,8 @@ impl WakeLag {
         self.lag_pace[1] / (z + self.lag_m[1])
     }
 
-    /// Rate of a lag at the pace of [`Self::rotor_pace`] or [`Self::fountain_pace`].
+    /// Rate of change of a lagged inflow, with `pace` from [`Self::rotor_pace`] or
+    /// [`Self::fountain_pace`].
     #[inline(always)]
     pub(crate) fn lag_rate<N: Number>(&self, q: N, target: N, pace: N, root_thrust: N) -> N {
         (target - q) * (root_thrust.at_least(self.least_root) * pace)

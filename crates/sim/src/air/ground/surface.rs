@@ -1,4 +1,4 @@
-//! The surface below the rotors: share of an unbounded plane, upwash, solid angle.
+//! The surface below the rotors: finite-plate factor, upwash, solid angle.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ pub enum Surface {
     Plate,
     /// Unbounded ground: E = 1 and P = 1.
     Ground,
-    /// Nothing: free air.
+    /// No surface: free air.
     Absent,
 }
 
@@ -30,7 +30,7 @@ pub struct DeckSurface {
 }
 
 impl DeckSurface {
-    /// The deck of the settings; a square plate counts as the disc of its area.
+    /// The deck of the settings. A disc of the same area replaces a square plate.
     ///
     /// # Errors
     /// The plate's side must be positive.
@@ -51,7 +51,7 @@ impl DeckSurface {
         self.least_m
     }
 
-    /// E(z): 1 above unbounded ground, 0 where there is no surface.
+    /// E(z): 1 above unbounded ground, 0 without a surface.
     #[inline(always)]
     #[must_use]
     pub fn finite_plate<N: Number>(&self, rotor_height_m: N) -> N {
@@ -67,7 +67,7 @@ impl DeckSurface {
         }
     }
 
-    /// P(z): the share of the deck's velocity that the air at rotor height has.
+    /// P(z): velocity of the air at rotor height over that of the deck.
     #[inline]
     #[must_use]
     pub fn upwash(&self, rotor_height_m: f64) -> f64 {
@@ -81,7 +81,7 @@ impl DeckSurface {
         }
     }
 
-    /// Half the side of a plate, m; none where the surface has no edge.
+    /// Half the side of a plate, m; none for a surface without edge.
     #[must_use]
     pub fn half_side_m(&self) -> Option<f64> {
         (self.surface == Surface::Plate).then_some(self.half_side_m)
@@ -119,7 +119,8 @@ impl DeckSurface {
         for i in 0..K {
             let ([x, y, _], angle) = (places_m[i], angles[i]);
             let beside = x.abs().above(l) | y.abs().above(l);
-            // Beside the plate below π: rounding must not turn nothing into a full circle.
+            // Beside the plate the angle is near 0. Rounding may make it slightly negative,
+            // which must not become a full circle.
             let raised = N::select(angle.below(0.0), angle + std::f64::consts::TAU, angle);
             angles[i] = N::select(beside, angle.at_least(0.0), raised);
         }

@@ -1,17 +1,17 @@
-//! What legs and deck have done to each other so far.
+//! Record of the contact between legs and deck.
 
 use serde::Serialize;
 
 use super::{DEEPEST_M, Foot, LegSettings};
 
-/// What happened between legs and deck, step by step.
+/// Record of the contact between legs and deck, updated in every step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ContactLog {
     /// Time of the first touch, s.
     pub first_touch_s: Option<f64>,
-    /// Times all feet have left the deck again after a touch.
+    /// Number of times that all feet left the deck after a touch.
     pub bounces: u32,
-    /// Way that feet have slid, the greatest of the four, m.
+    /// Distance that a foot has slid, the largest of the four, m.
     pub slide_m: f64,
     /// Greatest normal force on a foot, N.
     pub greatest_normal_n: f64,
@@ -19,14 +19,14 @@ pub struct ContactLog {
     pub greatest_tilt_rad: f64,
     /// Time at which the tilt passed the limit: the vehicle has tipped over, s.
     pub tipped_s: Option<f64>,
-    /// Time at which a vehicle that had touched had no foot on the deck and one
-    /// more than [`DEEPEST_M`] below its plane, s: it fell off.
+    /// Time at which the vehicle fell off the deck, s: after a touch, no foot was on the
+    /// deck and one was more than [`DEEPEST_M`] below its plane.
     pub fell_s: Option<f64>,
-    /// Way slid by each foot, m.
+    /// Distance that each foot has slid, m.
     pub slid_m: [f64; 4],
-    /// Feet on the deck at the last step.
+    /// Number of feet on the deck at the last step.
     pub feet_down: u32,
-    /// Where feet were at the last step, and whether on the deck.
+    /// Positions of the feet on the deck at the last step.
     #[serde(skip)]
     before: [Option<[f64; 2]>; 4],
 }

@@ -27,7 +27,7 @@ pub struct PlantState {
 pub struct Force {
     /// Thrust in free air T = x², N.
     pub free_air_n: f64,
-    /// Everything else: ground effect and climb damping f, N.
+    /// Ground effect and climb damping f, N.
     pub ground_effect_n: f64,
 }
 
@@ -45,7 +45,7 @@ pub(crate) enum Law {
     Exponential(Exponential),
 }
 
-/// What is held over a step of the integration.
+/// Values that are constant over a step of the integration.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HeldPlant {
     target: [f64; 2],
@@ -54,7 +54,7 @@ pub(crate) struct HeldPlant {
     pub(crate) air_mps: f64,
 }
 
-/// Rotors and air with coefficients that do not change.
+/// Model of rotors and air; its coefficients are constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
     pub(crate) motor: Motor,
@@ -90,7 +90,7 @@ impl Plant {
             weight_n < full_n,
             "mass_kg",
             &format!(
-                "below {:.4} kg, what full throttle lifts",
+                "below {:.4} kg, the mass that full throttle lifts",
                 full_n / settings.gravity_mps2
             ),
             settings.mass_kg,
@@ -132,7 +132,7 @@ impl Plant {
         self.turbulence_correlation_s
     }
 
-    /// Inflow at rest at the height z.
+    /// Steady inflow at the height z.
     #[inline]
     #[must_use]
     pub fn target(&self, height_m: f64) -> [f64; 2] {
@@ -143,7 +143,7 @@ impl Plant {
         }
     }
 
-    /// State at rest for a throttle and a height.
+    /// Steady state for a throttle and a height.
     #[must_use]
     pub fn rest(&self, throttle: f64, height_m: f64) -> PlantState {
         PlantState {
@@ -170,15 +170,15 @@ impl Plant {
         self
     }
 
-    /// Rate of the state. The throttle is held to [0, 1].
+    /// Rate of the state. The throttle is limited to [0, 1].
     #[inline]
     #[must_use]
     pub fn derivative(&self, state: &PlantState, throttle: f64, height_m: f64) -> PlantState {
         self.rate(state, throttle, &self.held(height_m, 0.0))
     }
 
-    /// What the deck does to the rotors at a height, as
-    /// [`Rotors::held`](crate::body::rotors::Rotors) for four.
+    /// Effect of the deck on the rotors at a height; see
+    /// [`Rotors::held`](crate::body::rotors::Rotors) for four rotors.
     #[inline]
     pub(crate) fn held(&self, height_m: f64, deck_velocity_mps: f64) -> HeldPlant {
         let rotor_height_m = height_m + self.rotor_height_m;
@@ -195,7 +195,7 @@ impl Plant {
         }
     }
 
-    /// [`Self::derivative`] with the surroundings known.
+    /// [`Self::derivative`] for a known effect of the deck.
     #[inline]
     pub(crate) fn rate(&self, state: &PlantState, throttle: f64, held: &HeldPlant) -> PlantState {
         let (x, [q1, q2]) = (state.root_thrust, state.inflow);
@@ -248,7 +248,7 @@ impl Plant {
         }
     }
 
-    /// v_q - P v_p: climb through the air that the deck moves.
+    /// v_q - P v_p: climb rate relative to the air that the deck moves.
     #[inline]
     fn air_speed(&self, height_m: f64, vehicle_velocity_mps: f64, deck_velocity_mps: f64) -> f64 {
         vehicle_velocity_mps - self.deck.upwash(height_m + self.rotor_height_m) * deck_velocity_mps
@@ -262,16 +262,16 @@ impl Plant {
         self.turbulence_at(state.root_thrust, self.target(height_m))
     }
 
-    /// The same from the inflow at rest.
+    /// [`Self::turbulence_sd_n`] from the steady inflow.
     #[inline(always)]
     pub(crate) fn turbulence_at<N: Number>(&self, root_thrust: N, target: [N; 2]) -> N {
         let share = 0.2 + (target[0] + target[1]) * (1.0 / 0.15);
         self.turbulence * root_thrust * root_thrust * share
     }
 
-    /// The state at rest in which the vertical force, with thrust in error by
-    /// `thrust_scale_error` (so that the force is `x² (1 + ε) + f`), equals the
-    /// weight, and the throttle that holds it.
+    /// The steady state in which the vertical force equals the weight, and its throttle.
+    /// The thrust has the relative error ε = `thrust_scale_error`, so the force is
+    /// `x² (1 + ε) + f`.
     #[must_use]
     pub fn balanced(
         &self,

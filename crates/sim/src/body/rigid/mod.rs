@@ -9,12 +9,14 @@
 //! ```
 //!
 //! Body axes: x forward, y left, z up; world axes: x, y horizontal, z up; q
-//! turns body into world coordinates. ω is in body axes. Rotor axes are the
-//! body's z; the climb damping and the upwash are those along the deck's normal,
-//! less the vertical part of the wind, and act along the rotor's axis. Rotors that
-//! turn clockwise seen from above (front left, rear right) turn the body the other
-//! way. Left out: the rotors' own angular momentum (pairs cancel), and gradients of
-//! the wind over the vehicle. Level, centred and with equal rotors it is [`crate::body::vertical`].
+//! turns body into world coordinates. ω is in body axes. Rotor axes are parallel to the
+//! body's z. Climb damping and upwash follow from speeds along the deck's normal, less the
+//! vertical wind, and act along the rotor's axis. Rotors that turn clockwise seen from
+//! above (front left, rear right) turn the body the other way.
+//!
+//! The model omits the rotors' own angular momentum, which cancels in pairs, and gradients
+//! of the wind over the vehicle. A level, centred vehicle with equal rotors is
+//! [`crate::body::vertical`].
 
 mod kernel;
 mod state;
@@ -35,7 +37,7 @@ pub(crate) use state::{MotionState, SIZE};
 /// Sign of the reaction torque of each rotor.
 pub(crate) const SPIN: [f64; 4] = [1.0, -1.0, 1.0, -1.0];
 
-/// What disturbs the vehicle during a step.
+/// Disturbances of the vehicle during a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disturbance {
     /// Velocity of the air, world axes, m/s.
@@ -44,7 +46,7 @@ pub struct Disturbance {
     pub turbulence_n: [f64; 4],
 }
 
-/// What acted at the start of a step.
+/// Forces and accelerations at the start of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loads {
     /// Acceleration of the reference point, world axes, m/s².
@@ -55,7 +57,7 @@ pub struct Loads {
     pub rotor_n: [f64; 4],
     /// Ground effect and climb damping of each rotor f_i, N.
     pub ground_effect_n: [f64; 4],
-    /// Inflow at rest, from which the turbulence follows.
+    /// Steady inflow, from which the turbulence follows.
     pub target: RotorsTarget,
 }
 
@@ -84,7 +86,7 @@ impl Loads {
     }
 }
 
-/// The vehicle with coefficients that do not change.
+/// Model of the vehicle; its coefficients are constant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidVehicle {
     rotors: Rotors,
@@ -115,7 +117,7 @@ impl RigidVehicle {
         })
     }
 
-    /// The same vehicle on legs; without them it passes through the deck.
+    /// The same vehicle with legs. Without legs it passes through the deck.
     ///
     /// # Errors
     /// Names the first bad key, what is expected and the offending number.
@@ -128,8 +130,8 @@ impl RigidVehicle {
         Ok(self)
     }
 
-    /// The same vehicle with rotors that give `1 + error` times their nominal
-    /// thrust: a spread of motors, or (-0.2) one that has lost a fifth.
+    /// The same vehicle with rotors that give `1 + error` times their nominal thrust, for
+    /// example -0.2 for a rotor that has lost a fifth.
     #[must_use]
     pub fn with_thrust_scale_error(mut self, error: [f64; 4]) -> Self {
         self.thrust_scale_error = error;
@@ -147,7 +149,7 @@ impl RigidVehicle {
         Ok(self)
     }
 
-    /// By how much the rotors' thrust differs from the nominal, as a share.
+    /// Relative error of each rotor's thrust.
     #[must_use]
     pub fn thrust_scale_error(&self) -> [f64; 4] {
         self.thrust_scale_error
@@ -171,8 +173,8 @@ impl RigidVehicle {
         self.mass_kg
     }
 
-    /// Places and speeds of the rotors relative to the deck, with the air
-    /// moving at `wind_mps`.
+    /// Positions and speeds of the rotors relative to the deck, in air that moves at
+    /// `wind_mps`.
     #[inline]
     #[must_use]
     pub fn places(
@@ -182,7 +184,7 @@ impl RigidVehicle {
         wind_mps: [f64; 3],
     ) -> [RotorPlace; 4] {
         let axes = state.axes();
-        // Over a leaning deck the wind blows along it: only its vertical part climbs.
+        // The wind follows a tilted deck, so only its vertical part changes the climb rate.
         let climb = dot(deck.axes[2], state.velocity_mps) - wind_mps[2];
         let heave = dot(deck.axes[2], deck.velocity_mps);
         let turning = along(&deck.axes, deck.angular_velocity);
@@ -206,7 +208,7 @@ impl RigidVehicle {
         }
     }
 
-    /// What acts in a state.
+    /// Forces and accelerations in a state.
     #[must_use]
     pub fn loads(&self, state: &RigidState, deck: &DeckPose, disturbance: &Disturbance) -> Loads {
         let (kind, moving) = (self.kind(), state.moving());
@@ -232,7 +234,7 @@ impl RigidVehicle {
         legs.near(&state.body(&axes), deck).then_some(legs)
     }
 
-    /// The feet as they stand; all in the air for a vehicle without legs.
+    /// Contact of the feet; all are in the air for a vehicle without legs.
     #[must_use]
     pub fn feet(&self, state: &RigidState, deck: &DeckPose) -> [Foot; 4] {
         let axes = state.axes();
@@ -248,7 +250,7 @@ impl RigidVehicle {
         self.legs.as_ref().map_or(0.0, of)
     }
 
-    /// Adds the state after a step to what is known of the contact.
+    /// Adds the state after a step to the record of the contact.
     pub fn log_contact(
         &self,
         log: &mut ContactLog,
@@ -268,13 +270,14 @@ impl RigidVehicle {
     /// One Runge–Kutta step of `dt`; `deck` is the deck at the start, the middle
     /// and the end of the step. Returns the loads at its start.
     ///
-    /// HeldRotors within the step, as they are in its middle at the place that velocities
-    /// lead to: where the inflow goes (q1*, q2*), how fast it follows (t1, t2), what a
-    /// rotor sees of the plate (ρ), the upwash (P ρ u), and the deck's normal. The
-    /// error is of second order in the step, `dt²/(12 t1)` of the targets' rate: as
-    /// if the lag of 30 ms were 3 µs longer. Against steps of 0.1 ms it moves a
-    /// vehicle that descends into the ground effect at 0.4 m/s by 0.03 µm, and one that
-    /// crosses the edge of the deck at 2 m/s by less than a micrometre.
+    /// The effect of the deck is constant within the step: steady inflow (q1*, q2*), lags
+    /// (t1, t2), shares of the plate (ρ), upwash (P ρ u) and the deck's normal. It is
+    /// evaluated at the predicted position in the middle of the step.
+    ///
+    /// The error is of second order in the step, `dt²/(12 t1)` of the targets' rate, as if
+    /// the lag of 30 ms were 3 µs longer. Compared with steps of 0.1 ms, a vehicle that
+    /// descends into ground effect at 0.4 m/s moves by 0.03 µm, and one that crosses the
+    /// edge of the deck at 2 m/s by less than a micrometre.
     #[inline]
     pub fn step(
         &self,
@@ -299,9 +302,9 @@ impl RigidVehicle {
         Loads::of(acting, held.target)
     }
 
-    /// Level and in relative rest `height_m` above the centre of the deck, with
-    /// forces in balance there as over a level deck and the air at rest; and the
-    /// throttle that holds it. Heading is along the deck's.
+    /// The level state at relative rest `height_m` above the centre of the deck, and the
+    /// throttle that holds it. Forces are in balance as over a level deck in still air. The
+    /// heading is that of the deck.
     #[must_use]
     pub fn balanced(&self, height_m: f64, deck: &DeckPose) -> (RigidState, f64) {
         let heave = deck.velocity_mps[2];

@@ -7,10 +7,10 @@ use crate::check::that;
 use crate::error::SimError;
 use touchdown_lander::settings::DescentShape;
 
-/// Greatest rate of a mode of the legs over one step, rad: Runge–Kutta is stable up to
-/// 2.8, and heave, tilt and sliding act together.
+/// Largest phase of a mode of the legs in one step, rad. Runge–Kutta of order four is
+/// stable up to 2.8; half of it leaves room for heave, tilt and sliding together.
 const MOST_TURN: f64 = 1.4;
-/// How far the height at which the vehicle has landed may be from that of its feet, m.
+/// Largest difference between the touchdown height of the settings and that of the feet, m.
 const LANDED_M: f64 = 0.01;
 
 /// Checks what no part can check by itself; every part is valid.

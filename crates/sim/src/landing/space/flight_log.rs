@@ -10,7 +10,8 @@ use crate::STEP_S;
 use crate::sensors::RangeSettings;
 use crate::sensors::{LOG_STEPS, RangeRow, suite::nan_if};
 
-/// Voltage of a full battery of four cells. Under load it sags as the motors' drive does.
+/// Voltage of a full battery of four lithium-polymer cells (4.2 V each). Under load it sags
+/// as the motors' drive does.
 const FULL_V: f64 = 16.8;
 
 /// A sample of the inertial unit, and what the motors do then.

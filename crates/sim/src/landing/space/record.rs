@@ -10,7 +10,8 @@ use crate::STEP_S;
 use crate::number::vector::{along, dot, sub};
 use crate::sensors::suite::{steps, tilt_from};
 
-/// Time for which a vehicle that gave up is watched, s.
+/// Time for which the simulation continues after the vehicle gave up, s. It shows whether
+/// the vehicle holds its position; a longer time costs only computing time.
 const GIVEN_UP_S: f64 = 2.0;
 
 impl Flight<'_> {

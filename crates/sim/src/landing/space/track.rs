@@ -3,19 +3,19 @@
 use crate::deck::rigid::{DeckPose, RigidDeck};
 use crate::error::SimError;
 
-/// Greatest step of the knots, s.
+/// Largest distance between knots, s.
 const KNOTS_S: f64 = 0.1;
-/// Greatest angle that the fastest wave turns between two knots, rad: the spline is then
-/// off by less than 1e-5 of the wave's amplitude, and by less than 3e-4 of that of its
-/// acceleration.
+/// Largest phase of the fastest wave between two knots, rad. The error of the spline is then
+/// below 1e-5 of the wave's amplitude, and below 3e-4 of that of its acceleration.
 const KNOT_RAD: f64 = 0.8;
-/// Knots of a piece.
+/// Number of knots in a piece of the spline, which is computed at once.
 const PIECE: f64 = 100.0;
-/// Waves from which on the spline may be off by that much.
+/// Number of waves from which on the spline may have that error. With fewer waves each of
+/// them carries a larger part of the motion.
 const MANY: usize = 5;
-/// The angle for fewer waves, rad: off by 1e-10 of the amplitude.
+/// Largest phase between two knots for fewer waves, rad: an error of 1e-10 of the amplitude.
 const FEW_RAD: f64 = 0.13;
-/// Step of the knots below which the spline of a few waves is not cheaper, s.
+/// Distance of knots below which direct evaluation of a few waves costs less, s.
 const LEAST_KNOTS_S: f64 = 0.01;
 
 /// The deck over time; waves as a spline, piece by piece.

@@ -17,7 +17,8 @@ use crate::sensors::history::History;
 
 pub use scenario::{LandingScenario, NominalStart, SpreadSettings};
 
-/// Time at the end over which a hover height is the mean, s.
+/// Averaging time of the hover height at the end of a landing, s: 33 correlation times of
+/// the turbulence, so that it averages out. The value does not affect the landing itself.
 pub const HOVER_WINDOW_S: f64 = 5.0;
 
 /// How a trial ended.

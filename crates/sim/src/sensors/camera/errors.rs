@@ -1,9 +1,9 @@
 //! Errors of a detector at the corners of a tag, as tables.
 //!
-//! Over the mean size of the tag's cells and its motion during the exposure, both
-//! in pixels, the tables hold how often a tag in view is found, and the errors of
-//! its corners; tags that stand inside another one have tables of their own. The eight coordinates of four corners are written in modes, each
-//! of unit length, that act differently on a pose:
+//! The tables hold the share of detected tags and the errors of their corners. Their axes
+//! are the mean size of the tag's cells and its motion during the exposure, both in pixels.
+//! Tags inside another tag have separate tables. The eight coordinates of four corners are
+//! decomposed into modes of unit length, which act differently on a pose:
 //!
 //! | mode | corners move | the pose |
 //! | --- | --- | --- |
@@ -40,10 +40,10 @@ const COLUMNS: [&str; 10] = [
 /// The measured model.
 const FITTED: &str = include_str!("errors.csv");
 
-/// What is known of one size and motion.
+/// Errors at one size and motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CornerErrors {
-    /// Share of tags in view that are found.
+    /// Share of detected tags among those in view.
     pub found: f64,
     /// Mean of the mode "scale", px.
     pub scale_mean_px: f64,
@@ -56,7 +56,7 @@ pub struct CornerErrors {
 pub struct ErrorModel {
     cell_px: Vec<f64>,
     motion_px: Vec<f64>,
-    /// Of tags by themselves, then of nested ones.
+    /// Tables of single tags, then of nested ones.
     nodes: [Vec<CornerErrors>; 2],
 }
 
@@ -64,7 +64,7 @@ impl ErrorModel {
     /// The model that comes with this crate; its file is read once.
     ///
     /// # Errors
-    /// None but those of [`Self::from_csv`], which its file does not have.
+    /// Those of [`Self::from_csv`]; the file of this crate has none.
     pub fn fitted() -> Result<Self, SimError> {
         static MODEL: LazyLock<Result<ErrorModel, SimError>> =
             LazyLock::new(|| ErrorModel::from_csv(FITTED));

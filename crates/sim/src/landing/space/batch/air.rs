@@ -7,7 +7,8 @@ use crate::air::turbulence::RotorTurbulence;
 use crate::body::rigid::Input;
 use crate::number::{MOST_LANES, Number};
 
-/// Steps whose air is computed at once, for locality of memory; divides the steps between two knots.
+/// Steps whose air is computed together, for locality of memory; it divides the number of
+/// steps between two knots. The value affects only computing time.
 pub(super) const BLOCK_STEPS: u64 = 20;
 
 /// A value of each lane.

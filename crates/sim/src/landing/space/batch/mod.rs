@@ -62,7 +62,7 @@ const KNOT_STEPS: u64 = 100;
 /// Steps over which the rotors' shares of the plate are held; divides [`KNOT_STEPS`].
 const HELD_STEPS: u64 = 10;
 
-/// How far the spline of a deck may be off, as a share of its waves' amplitudes.
+/// Largest error of a deck's spline, relative to the amplitude of its waves.
 const MOST_OFF: f64 = 1e-4;
 
 /// A scenario whose trials are flown by the lane.

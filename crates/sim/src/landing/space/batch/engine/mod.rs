@@ -25,7 +25,8 @@ use crate::landing::space::outcome::SpaceLanding;
 use crate::number::vector::axes_of;
 use crate::number::{MOST_LANES, Number};
 
-/// Time for which half the lanes wait for the others, in steps.
+/// Steps for which half of the SIMD lanes wait for the others. The value affects only
+/// computing time: a lane computes the same landing in any company.
 const WAIT_STEPS: u64 = 400;
 
 /// Landings in the lanes of a number.
