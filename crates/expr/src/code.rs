@@ -192,7 +192,7 @@ fn emit(expr: &Expr, dialect: Dialect, name: impl Fn(&str) -> String) -> String 
 fn pieces(nodes: &[Node], id: Id, want: Want, dialect: Dialect) -> (u8, Vec<Piece>) {
     use Piece::{Node as Child, Owned, Text};
     use Want::{Number, Truth};
-    use level::{AND, ANY, ATOM, COMPARE, NEGATE, OR, PRODUCT, SUM};
+    use level::{ANY, ATOM, NEGATE, OR, PRODUCT};
     let node = &nodes[id as usize];
     let is_c = dialect == Dialect::C;
     match (want, is_truth(node)) {
@@ -201,28 +201,11 @@ fn pieces(nodes: &[Node], id: Id, want: Want, dialect: Dialect) -> (u8, Vec<Piec
             return (ATOM, vec![Text(cast), Child(id, Truth, ANY), Text(")")]);
         }
         (Truth, false) => {
-            return (
-                ATOM,
-                vec![Text("sindy_true("), Child(id, Number, ANY), Text(")")],
-            );
+            let test = vec![Text("sindy_true("), Child(id, Number, ANY), Text(")")];
+            return (ATOM, test);
         }
         _ => {}
     }
-    let call = |function: String, arguments: &[Id]| {
-        let mut pieces = vec![Owned(function), Text("(")];
-        for (i, &argument) in arguments.iter().enumerate() {
-            pieces.extend((i > 0).then_some(Text(", ")));
-            pieces.push(Child(argument, Number, ANY));
-        }
-        pieces.push(Text(")"));
-        (ATOM, pieces)
-    };
-    let infix = |own: u8, a, sign, b, want, left, right| {
-        (
-            own,
-            vec![Child(a, want, left), Text(sign), Child(b, want, right)],
-        )
-    };
     match *node {
         Node::Const(bits) => {
             let value = f64::from_bits(bits);
@@ -241,7 +224,10 @@ fn pieces(nodes: &[Node], id: Id, want: Want, dialect: Dialect) -> (u8, Vec<Piec
             let whole = nodes[n as usize].as_const().and_then(whole_exponent);
             let is_variable = matches!(nodes[a as usize], Node::Var(_));
             match whole {
-                Some(2) if is_variable => infix(PRODUCT, a, "*", a, Number, ATOM, ATOM),
+                Some(2) if is_variable => {
+                    let factor = || Child(a, Number, ATOM);
+                    (PRODUCT, vec![factor(), Text("*"), factor()])
+                }
                 Some(n) => {
                     let tail = Owned(format!(", {n})"));
                     (ATOM, vec![Text("sindy_powi("), Child(a, Number, ANY), tail])
@@ -249,26 +235,13 @@ fn pieces(nodes: &[Node], id: Id, want: Want, dialect: Dialect) -> (u8, Vec<Piec
                 None => call(if is_c { "pow" } else { "f64::powf" }.to_owned(), &[a, n]),
             }
         }
-        Node::Binary(op, a, b) => match op {
-            Binary::Add => infix(SUM, a, " + ", b, Number, SUM, PRODUCT),
-            Binary::Sub => infix(SUM, a, " - ", b, Number, SUM, PRODUCT),
-            Binary::Mul => infix(PRODUCT, a, "*", b, Number, PRODUCT, NEGATE),
-            Binary::Div => infix(PRODUCT, a, "/", b, Number, PRODUCT, NEGATE),
-            Binary::Lt => infix(COMPARE, a, " < ", b, Number, SUM, SUM),
-            Binary::Le => infix(COMPARE, a, " <= ", b, Number, SUM, SUM),
-            Binary::Gt => infix(COMPARE, a, " > ", b, Number, SUM, SUM),
-            Binary::Ge => infix(COMPARE, a, " >= ", b, Number, SUM, SUM),
-            Binary::Eq => infix(COMPARE, a, " == ", b, Number, SUM, SUM),
-            Binary::And => infix(AND, a, " && ", b, Truth, COMPARE, COMPARE),
-            Binary::Or => infix(OR, a, " || ", b, Truth, COMPARE, COMPARE),
-            Binary::Ne => call("sindy_ne".to_owned(), &[a, b]),
-            Binary::Min => call("sindy_min".to_owned(), &[a, b]),
-            Binary::Max => call("sindy_max".to_owned(), &[a, b]),
-            Binary::Pow | Binary::Hypot | Binary::Atan2 => {
-                let path = if is_c { "" } else { "f64::" };
-                call(format!("{path}{}", op.name()), &[a, b])
-            }
-        },
+        Node::Binary(op, a, b) => {
+            let Some((sign, own, want, left, right)) = infix(op) else {
+                return call(binary_function(op, is_c), &[a, b]);
+            };
+            let sides = [Child(a, want, left), Text(sign), Child(b, want, right)];
+            (own, sides.into())
+        }
         Node::If(condition, a, b) if is_c => (
             ANY,
             vec![
@@ -292,6 +265,39 @@ fn pieces(nodes: &[Node], id: Id, want: Want, dialect: Dialect) -> (u8, Vec<Piec
             ],
         ),
     }
+}
+
+/// A function with its arguments.
+fn call(function: String, arguments: &[Id]) -> (u8, Vec<Piece>) {
+    let mut pieces = vec![Piece::Owned(function), Piece::Text("(")];
+    for (i, &argument) in arguments.iter().enumerate() {
+        pieces.extend((i > 0).then_some(Piece::Text(", ")));
+        pieces.push(Piece::Node(argument, Want::Number, level::ANY));
+    }
+    pieces.push(Piece::Text(")"));
+    (level::ATOM, pieces)
+}
+
+/// An infix operator with its spaces, how tightly it binds, what its sides are, and the levels that they need.
+fn infix(op: Binary) -> Option<(&'static str, u8, Want, u8, u8)> {
+    use Want::{Number, Truth};
+    use level::{AND, COMPARE, NEGATE, OR, PRODUCT, SUM};
+    Some(match op {
+        Binary::Add => (" + ", SUM, Number, SUM, PRODUCT),
+        Binary::Sub => (" - ", SUM, Number, SUM, PRODUCT),
+        Binary::Mul => ("*", PRODUCT, Number, PRODUCT, NEGATE),
+        Binary::Div => ("/", PRODUCT, Number, PRODUCT, NEGATE),
+        Binary::Lt => (" < ", COMPARE, Number, SUM, SUM),
+        Binary::Le => (" <= ", COMPARE, Number, SUM, SUM),
+        Binary::Gt => (" > ", COMPARE, Number, SUM, SUM),
+        Binary::Ge => (" >= ", COMPARE, Number, SUM, SUM),
+        Binary::Eq => (" == ", COMPARE, Number, SUM, SUM),
+        Binary::And => (" && ", AND, Truth, COMPARE, COMPARE),
+        Binary::Or => (" || ", OR, Truth, COMPARE, COMPARE),
+        Binary::Ne | Binary::Min | Binary::Max | Binary::Pow | Binary::Hypot | Binary::Atan2 => {
+            return None;
+        }
+    })
 }
 
 /// Whether the node is a truth value in C and Rust.
@@ -321,6 +327,15 @@ fn unary_function(op: Unary, is_c: bool) -> String {
         (Unary::IsNan, false) => "f64::is_nan".to_owned(),
         (_, true) => op.name().to_owned(),
         (_, false) => format!("f64::{}", op.name()),
+    }
+}
+
+fn binary_function(op: Binary, is_c: bool) -> String {
+    match op {
+        Binary::Ne => "sindy_ne".to_owned(),
+        Binary::Min | Binary::Max => format!("sindy_{}", op.name()),
+        _ if is_c => op.name().to_owned(),
+        _ => format!("f64::{}", op.name()),
     }
 }
 

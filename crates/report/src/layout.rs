@@ -2,7 +2,7 @@
 
 use crate::figure::{Figure, Panel, Series};
 use crate::font::{self, Weight};
-use crate::ranges::{equal_scale, ranges};
+use crate::ranges::{Range, equal_scale, ranges};
 use crate::scale::Axis;
 use crate::shape::Rect;
 
@@ -94,35 +94,14 @@ fn arrange(figure: &Figure, headings: bool, left_expected: f32) -> Layout {
             .map(|(i, header)| header + footer(i))
             .sum::<f32>()
         + MARGIN;
-    let weights: f64 = figure.panels.iter().map(|p| p.height_weight).sum();
-    let lightest = figure
-        .panels
-        .iter()
-        .map(|p| p.height_weight)
-        .fold(f64::INFINITY, f64::min);
-    let unit = ((figure.wanted_height_px() as f32 - fixed) / weights as f32)
-        .max(LOWEST_PANEL / lightest as f32);
-
+    let heights = panel_heights(figure, fixed);
     let [xs, mut ys] = ranges(figure);
-    let heights: Vec<f32> = figure
-        .panels
-        .iter()
-        .map(|p| unit * p.height_weight as f32)
-        .collect();
-    let y_ticks = |height: f32| ((height / 34.0) as usize).clamp(2, 10);
-    let y_axes: Vec<Axis> = (0..=last)
-        .map(|i| Axis::new(ys[i], figure.panels[i].log_y, y_ticks(heights[i])))
-        .collect();
-    let widest = y_axes
-        .iter()
-        .flat_map(|axis| &axis.ticks)
-        .map(|tick| tick_width(&tick.label))
-        .fold(0.0, f32::max);
     let y_labels: Vec<Vec<String>> = (0..=last)
         .map(|i| y_label(&figure.panels[i].y_label, heights[i]))
         .collect();
     let label_lines = y_labels.iter().map(Vec::len).max().unwrap_or(0);
-    let left = (MARGIN + label_lines as f32 * 17.0 + widest.min(0.3 * width) + 10.0).round() + 0.5;
+    let numbers = widest_y_number(figure, &ys, &heights).min(0.3 * width);
+    let left = (MARGIN + label_lines as f32 * 17.0 + numbers + 10.0).round() + 0.5;
     let right = (width - 24.0).round() + 0.5;
 
     let mut top = MARGIN + title.len() as f32 * 22.0;
@@ -160,8 +139,31 @@ fn arrange(figure: &Figure, headings: bool, left_expected: f32) -> Layout {
     }
 }
 
+/// Heights of the plots, where titles, legends and labels of x take `fixed` pixels.
+fn panel_heights(figure: &Figure, fixed: f32) -> Vec<f32> {
+    let panel_weights = || figure.panels.iter().map(|p| p.height_weight);
+    let weights: f64 = panel_weights().sum();
+    let lightest = panel_weights().fold(f64::INFINITY, f64::min);
+    let unit = ((figure.wanted_height_px() as f32 - fixed) / weights as f32)
+        .max(LOWEST_PANEL / lightest as f32);
+    panel_weights().map(|weight| unit * weight as f32).collect()
+}
+
+/// Width of the widest number beside the panels.
+fn widest_y_number(figure: &Figure, ys: &[Range], heights: &[f32]) -> f32 {
+    let panels = figure.panels.iter().zip(ys).zip(heights);
+    panels
+        .flat_map(|((panel, y), height)| Axis::new(*y, panel.log_y, y_ticks(*height)).ticks)
+        .map(|tick| tick_width(&tick.label))
+        .fold(0.0, f32::max)
+}
+
+fn y_ticks(height: f32) -> usize {
+    ((height / 34.0) as usize).clamp(2, 10)
+}
+
 /// As many ticks as their labels leave room for.
-fn x_axis(panel: &Panel, range: (f64, f64), width: f32) -> Axis {
+fn x_axis(panel: &Panel, range: Range, width: f32) -> Axis {
     if !panel.categories.is_empty() {
         return Axis::new(range, false, 2).with_categories(&panel.categories);
     }

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::color::Color;
 use crate::decimate::keep;
 use crate::figure::{Kind, Panel, Series};
 use crate::scale::Axis;
@@ -120,20 +121,7 @@ impl Sheet<'_> {
                 json!({ "color": color.hex(), "size": 3.0 * width }),
             );
         }
-        let dash = match series.kind {
-            Kind::Dashed => "dash",
-            Kind::Dotted => "dot",
-            _ => "solid",
-        };
-        let shape = if series.kind == Kind::Steps {
-            "hv"
-        } else {
-            "linear"
-        };
-        put(
-            "line",
-            json!({ "color": color.hex(), "width": width, "dash": dash, "shape": shape }),
-        );
+        put("line", line_style(series, color));
         put("connectgaps", json!(false));
         Value::Object(trace)
     }
@@ -177,6 +165,21 @@ impl Sheet<'_> {
             .map(shape)
             .collect()
     }
+}
+
+/// Colour, width, dashes and shape of a line.
+fn line_style(series: &Series, color: Color) -> Value {
+    let dash = match series.kind {
+        Kind::Dashed => "dash",
+        Kind::Dotted => "dot",
+        _ => "solid",
+    };
+    let shape = if series.kind == Kind::Steps {
+        "hv"
+    } else {
+        "linear"
+    };
+    json!({ "color": color.hex(), "width": series.width, "dash": dash, "shape": shape })
 }
 
 /// Closed outlines of a band, one for each run without a gap, nulls between.

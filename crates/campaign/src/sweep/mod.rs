@@ -9,12 +9,13 @@
 //! | module | what it holds |
 //! | --- | --- |
 //! | `settings` | the sweep file |
-//! | `keys`, `draw` | dotted keys, distributions |
+//! | `axes`, `keys`, `draw` | what is varied: dotted keys, distributions |
 //! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
 //! | `row`, `store` | landings as rows, blocks as files, merging |
 //! | `run` | flying what is missing |
 //! | `summary`, `csv` | figures of every point |
 
+mod axes;
 mod check;
 mod draw;
 mod keys;

@@ -10,19 +10,16 @@ use touchdown_sim::deck::rigid::{RigidDeck, RigidMotion};
 use touchdown_sim::deck::series::MotionSeries;
 use touchdown_sim::landing::space::{SpaceLander, SpaceScenario};
 
+use super::axes::{Axes, LANDINGS};
 use super::draw::Distribution;
-use super::keys::{distributions, lists, set};
+use super::keys::set;
 use super::recent::RecentlyUsed;
-use super::settings::SweepSettings;
+use super::settings::{SeriesSettings, SweepSettings};
 use crate::error::{Error, Result};
 use crate::settings_file::{check_seed, read, to_toml};
 
 /// Name of a measured motion in the folder of a campaign or run.
 pub const SERIES: &str = "series.csv";
-/// The most points of a grid.
-const POINTS: u64 = 100_000;
-/// The most landings of a campaign.
-const LANDINGS: u64 = 100_000_000;
 
 /// A sweep that has been checked.
 #[derive(Clone, Debug)]
@@ -74,11 +71,11 @@ impl Sweep {
     }
 
     fn unchecked(mut settings: SweepSettings, folder: &Path, file: String) -> Result<Self> {
+        check_seed(settings.seed, &file)?;
         let bad = |key: &str, message: &str| Error::Settings {
             file: file.clone(),
             message: format!("key `{key}`: {message}"),
         };
-        check_seed(settings.seed, &file)?;
         for (key, value, most) in [
             ("trials", settings.trials, LANDINGS),
             ("block", settings.block, 1_000_000),
@@ -89,76 +86,23 @@ impl Sweep {
         }
         let cards = std::mem::take(&mut settings.cards).from(folder);
         cards.put_into(&mut settings.scenario.models)?;
-        let mut grid = Vec::new();
-        lists("", &settings.grid, &mut grid)
-            .map_err(|(key, message)| bad(&format!("grid.{key}"), &message))?;
-        let mut random = Vec::new();
-        distributions("", &settings.random, &mut random)
-            .map_err(|(key, message)| bad(&format!("random.{key}"), &message))?;
-        grid.sort_by(|a, b| a.0.cmp(&b.0));
-        random.sort_by(|a, b| a.0.cmp(&b.0));
-        let keys: Vec<&String> = grid
-            .iter()
-            .map(|g| &g.0)
-            .chain(random.iter().map(|r| &r.0))
-            .collect();
-        for (i, key) in keys.iter().enumerate() {
-            let clashes = |other: &&&String| {
-                key == *other
-                    || key.starts_with(&format!("{other}."))
-                    || other.starts_with(&format!("{key}."))
-            };
-            if let Some(other) = keys[..i].iter().find(clashes) {
-                return Err(bad(key, &format!("is swept twice, by `{other}` as well")));
-            }
-        }
-        let points = grid
-            .iter()
-            .try_fold(1_u64, |n, (_, values)| n.checked_mul(values.len() as u64));
-        if points.is_none_or(|n| n > POINTS) {
-            let found = points.map_or("more".to_string(), |n| n.to_string());
-            return Err(bad(
-                "grid",
-                &format!("expected at most {POINTS} points, found {found}"),
-            ));
-        }
-        let landings = points.and_then(|n| n.checked_mul(settings.trials));
-        if landings.is_none_or(|n| n > LANDINGS) {
-            return Err(bad(
-                "trials",
-                &format!(
-                    "expected at most {LANDINGS} landings in all, found {} at each of {} points",
-                    settings.trials,
-                    points.unwrap_or(0)
-                ),
-            ));
-        }
+        let axes = Axes::of(&settings, &bad)?;
+        axes.check_size(settings.trials, &bad)?;
         let mut series = None;
         let mut deck = None;
         if let Some(given) = &mut settings.series {
-            if settings.scenario.deck != RigidMotion::default()
-                || keys.iter().any(|k| *k == "deck" || k.starts_with("deck."))
-            {
+            if settings.scenario.deck != RigidMotion::default() || axes.set_the_deck() {
                 return Err(bad(
                     "series",
                     "the deck moves as measured: `scenario.deck` and its keys are not to be set",
                 ));
             }
-            let at = folder.join(&given.file);
-            let bytes = std::fs::read(&at).map_err(|e| Error::file(&at, e))?;
-            let unfit = |e: touchdown_sim::SimError| Error::Settings {
-                file: at.display().to_string(),
-                message: e.to_string(),
-            };
-            let mut motion =
-                MotionSeries::read_csv(bytes.as_slice(), &given.format).map_err(unfit)?;
-            if let Some(height) = given.significant_height_m {
-                motion = motion.scaled_to(height).map_err(unfit)?;
-            }
-            deck = Some(motion.deck());
+            let (motion, bytes) = measured_deck(given, folder)?;
+            deck = Some(motion);
             series = Some(bytes);
             given.file = SERIES.into();
         }
+        let Axes { grid, random } = axes;
         settings.grid = grid
             .iter()
             .map(|(key, values)| (key.clone(), Value::Array(values.clone())))
@@ -170,15 +114,7 @@ impl Sweep {
             .map_err(|e| bad("random", &e.to_string()))?;
         let base =
             Table::try_from(&settings.scenario).map_err(|e| bad("scenario", &e.to_string()))?;
-        let mut hash = Sha256::new();
-        hash.update(env!("CARGO_PKG_VERSION"));
-        hash.update(to_toml(&settings)?);
-        hash.update(Sha256::digest(series.as_deref().unwrap_or_default()));
-        let sha256 = hash
-            .finalize()
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect();
+        let sha256 = sha256(&settings, series.as_deref().unwrap_or_default())?;
         Ok(Self {
             settings,
             base,
@@ -372,4 +308,29 @@ impl Sweep {
             .collect();
         self.bad("scenario", &format!("with {}: {message}", at.join(", ")))
     }
+}
+
+/// The deck that moves as measured, and the bytes of its file.
+fn measured_deck(series: &SeriesSettings, folder: &Path) -> Result<(RigidDeck, Vec<u8>)> {
+    let at = folder.join(&series.file);
+    let bytes = std::fs::read(&at).map_err(|e| Error::file(&at, e))?;
+    let unfit = |e: touchdown_sim::SimError| Error::Settings {
+        file: at.display().to_string(),
+        message: e.to_string(),
+    };
+    let mut motion = MotionSeries::read_csv(bytes.as_slice(), &series.format).map_err(unfit)?;
+    if let Some(height) = series.significant_height_m {
+        motion = motion.scaled_to(height).map_err(unfit)?;
+    }
+    Ok((motion.deck(), bytes))
+}
+
+/// Identifies a sweep: version, settings and measured motion.
+fn sha256(settings: &SweepSettings, series: &[u8]) -> Result<String> {
+    let mut hash = Sha256::new();
+    hash.update(env!("CARGO_PKG_VERSION"));
+    hash.update(to_toml(settings)?);
+    hash.update(Sha256::digest(series));
+    let bytes = hash.finalize();
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

@@ -1,13 +1,6 @@
 //! IV-B.2: the ground-effect models on the paper's data and on richer data, judged in free run.
 
 use rayon::prelude::*;
-use touchdown_model::Card;
-use touchdown_sim::body::plant::Plant;
-use touchdown_sim::rig::sets::{self, VALIDATION_KINDS};
-use touchdown_trial::Trial;
-
-use crate::error::{Error, Result};
-use crate::settings::ReproduceSettings;
 use touchdown_campaign::progress::Progress;
 use touchdown_identify::fitted::score;
 use touchdown_identify::rig::levels::{self, Fitted, Level};
@@ -16,6 +9,14 @@ use touchdown_identify::rig::{self, GroundTrial, identifiability};
 use touchdown_identify::scores::Errors;
 use touchdown_identify::settings::GroundEffectForm;
 use touchdown_identify::{FittedCard, Origin};
+use touchdown_model::Card;
+use touchdown_sim::body::plant::Plant;
+use touchdown_sim::rig::RigTrial;
+use touchdown_sim::rig::sets::{self, VALIDATION_KINDS};
+use touchdown_trial::Trial;
+
+use crate::error::{Error, Result};
+use crate::settings::ReproduceSettings;
 
 /// One data set with the models fitted to it.
 #[derive(Clone, Debug)]
@@ -127,52 +128,70 @@ pub fn run(
             )
         })
         .collect::<Result<_>>()?;
-    let [paper, rich] = training.map(|(name, trials)| -> Result<DataSet> {
-        let recorded = super::record(&trials, settings, progress)?;
-        let prepared = prepare(&recorded, thrust_card)?;
-        let origin = &origin.with_inputs(&recorded);
-        let identification = &settings.identification;
+    let job = Job {
+        settings,
+        thrust_card,
+        origin,
+        progress,
+    };
+    let [paper, rich] = training.map(|(name, trials)| job.data_set(name, &trials, &validation));
+    Ok(GroundEffectExperiment {
+        sets: [paper?, rich?],
+        moving: job.moving(&moving, &moving_unseen)?,
+        recorded,
+        validation,
+        floor,
+    })
+}
+
+/// What every part of the experiment needs.
+struct Job<'a> {
+    settings: &'a ReproduceSettings,
+    thrust_card: &'a Card,
+    origin: &'a Origin,
+    progress: &'a dyn Progress,
+}
+
+impl Job<'_> {
+    /// Records trials, fits every form to them and judges each by the validation trials.
+    fn data_set(
+        &self,
+        name: &'static str,
+        trials: &[RigTrial],
+        validation: &[GroundTrial],
+    ) -> Result<DataSet> {
+        let identification = &self.settings.identification;
+        let recorded = super::record(trials, self.settings, self.progress)?;
+        let prepared = prepare(&recorded, self.thrust_card)?;
+        let origin = &self.origin.with_inputs(&recorded);
         let before = identifiability::examine_trials(&prepared, identification)?;
-        progress.step();
+        self.progress.step();
         let fitted: Vec<(FittedCard, Vec<Judged>)> = GroundEffectForm::ALL
             .into_par_iter()
             .map(|form| {
                 let mut made = rig::fit(form, &prepared, identification, origin)?;
                 made.card.name =
                     format!("ground-effect-{}-{}", form.name(), name.replace('_', "-"));
-                let judged: Vec<Judged> = validation
-                    .iter()
-                    .map(|t| judge(&made.card, t))
-                    .collect::<Result<_>>()?;
-                for (trial, judged) in validation.iter().zip(&judged) {
-                    made.card
-                        .scores
-                        .push(score(&trial.name, false, "free_run", judged.truth, "N"));
-                }
-                progress.step();
+                let judged = judge_all(&mut made.card, validation)?;
+                self.progress.step();
                 Ok((made, judged))
             })
             .collect::<Result<_>>()?;
         let (mut models, errors): (Vec<FittedCard>, Vec<Vec<Judged>>) = fitted.into_iter().unzip();
         for made in &mut models {
-            run_freely(made, &spread(&validation))?;
+            run_freely(made, &spread(validation))?;
         }
-        let rmse = |judged: &Vec<Judged>| {
-            let truth: Vec<Errors> = judged.iter().map(|j| j.truth).collect();
-            let pooled = Errors::pool(&truth)?;
-            pooled.rmse.is_finite().then_some(pooled.rmse)
-        };
         let fits: Vec<Fitted<'_>> = GroundEffectForm::ALL
             .into_iter()
             .zip(models.iter().zip(&errors))
             .map(|(form, (made, judged))| Fitted {
                 form,
                 made,
-                free_run_rmse_n: rmse(judged),
+                free_run_rmse_n: pooled_rmse_n(judged),
             })
             .collect();
-        let levels = levels::compare(&prepared, &validation, &fits, identification)?;
-        progress.step();
+        let levels = levels::compare(&prepared, validation, &fits, identification)?;
+        self.progress.step();
         Ok(DataSet {
             name,
             recorded,
@@ -181,33 +200,28 @@ pub fn run(
             errors,
             levels,
         })
-    });
-    let moving = {
-        let recorded = super::record(&moving, settings, progress)?;
-        let unseen = super::record(&moving_unseen, settings, progress)?;
-        let prepared = prepare(&recorded, thrust_card)?;
-        let origin = &origin.with_inputs(&recorded);
-        let identification = &settings.identification;
+    }
+
+    /// Fits eq. (9) to trials in which vehicle and plate both move.
+    fn moving(&self, trials: &[RigTrial], unseen: &[RigTrial]) -> Result<Moving> {
+        let identification = &self.settings.identification;
+        let recorded = super::record(trials, self.settings, self.progress)?;
+        let unseen = super::record(unseen, self.settings, self.progress)?;
+        let prepared = prepare(&recorded, self.thrust_card)?;
+        let origin = &self.origin.with_inputs(&recorded);
         let form = GroundEffectForm::Derivative;
         let mut made = rig::fit(form, &prepared, identification, origin)?;
         made.card.name = "ground-effect-derivative-moving-data".to_string();
-        run_freely(&mut made, &prepare(&unseen, thrust_card)?)?;
-        progress.step();
-        Moving {
+        run_freely(&mut made, &prepare(&unseen, self.thrust_card)?)?;
+        self.progress.step();
+        Ok(Moving {
             relative: relative::of_trials(&prepared, identification)?,
             printed: relative::of_printed()?,
             recorded,
             unseen,
             made,
-        }
-    };
-    Ok(GroundEffectExperiment {
-        sets: [paper?, rich?],
-        moving,
-        recorded,
-        validation,
-        floor,
-    })
+        })
+    }
 }
 
 fn prepare(trials: &[Trial], thrust_card: &Card) -> Result<Vec<GroundTrial>> {
@@ -241,6 +255,26 @@ fn run_freely(made: &mut FittedCard, unseen: &[GroundTrial]) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Errors of a card on every validation trial; those against the truth become scores of the card.
+fn judge_all(card: &mut Card, validation: &[GroundTrial]) -> Result<Vec<Judged>> {
+    let judged: Vec<Judged> = validation
+        .iter()
+        .map(|t| judge(card, t))
+        .collect::<Result<_>>()?;
+    for (trial, judged) in validation.iter().zip(&judged) {
+        card.scores
+            .push(score(&trial.name, false, "free_run", judged.truth, "N"));
+    }
+    Ok(judged)
+}
+
+/// Root mean square error against the truth over all trials.
+fn pooled_rmse_n(judged: &[Judged]) -> Option<f64> {
+    let truth: Vec<Errors> = judged.iter().map(|j| j.truth).collect();
+    let rmse = Errors::pool(&truth)?.rmse;
+    rmse.is_finite().then_some(rmse)
 }
 
 fn judge(card: &Card, trial: &GroundTrial) -> Result<Judged> {

@@ -11,7 +11,9 @@ use touchdown_flight::ground_effect::{GroundEffect as _, GroundEffectInput, Grou
 use touchdown_model::Card;
 use touchdown_sim::body::motor::Motor;
 use touchdown_sim::body::plant::{Plant, PlantSettings};
+use touchdown_sim::landing::vertical::LandingScenario;
 
+use self::motor::MotorFit;
 use super::scenario::LandScenario;
 use crate::error::Result;
 use touchdown_flight::Method;
@@ -50,16 +52,10 @@ pub fn follow(
     if scenario.scenario.plant != standard || flies_dynamic && dynamic.is_none() {
         return Ok(None);
     }
-    let one = |of: fn(&Card) -> Option<f64>| -> Option<f64> {
-        let found = [thrust, dynamic].map(|card| card.and_then(of));
-        match found {
-            [Some(a), Some(b)] if !same(a, b) => None,
-            [a, b] => a.or(b).filter(|v| v.is_finite() && *v > 0.0),
-        }
-    };
+    let common = |value: fn(&Card) -> Option<f64>| common_value([thrust, dynamic], value);
     let (Some(mass_kg), Some(rotor_radius_m)) = (
-        one(|c| c.vehicle.mass_kg),
-        one(|c| c.vehicle.rotor_radius_m),
+        common(|c| c.vehicle.mass_kg),
+        common(|c| c.vehicle.rotor_radius_m),
     ) else {
         return Ok(None);
     };
@@ -81,49 +77,74 @@ pub fn follow(
     let size = rotor_radius_m / standard.rotor_radius_m;
     let mut own = scenario.clone();
     own.control = control(&scenario.control, &plant, size, full_n);
-    let (land, default) = (&mut own.scenario, LandScenario::default().scenario);
-    land.plant = plant;
-    let highest_m = land.deck.highest_m();
-    follows(&mut land.landed_height_m, default.landed_height_m, |v| {
-        v * size
-    });
-    // In proportion the start is above four rotor radii; a small vehicle also starts well above the deck's swing.
-    follows(&mut land.start_height_m, default.start_height_m, |v| {
-        (v * size).max(3.0 * highest_m)
-    });
-    let start_height_m = land.start_height_m;
-    follows(&mut land.ceiling_m, default.ceiling_m, |v| {
-        v.max(3.0 * start_height_m)
-    });
-    let text = format!(
-        "simulated vehicle: the cards', {mass_kg} kg, rotor radius {rotor_radius_m} m (the default one, {} kg and {} m, in \
-         proportion); motors of card `{}` within {:.1} % of thrust over throttle {:.2} to {:.2}; ground effect {}; starts at \
-         {:.3} m, has landed at {:.3} m",
-        standard.mass_kg,
-        standard.rotor_radius_m,
-        card.name,
-        100.0 * fit.worst,
-        fit.throttles[0],
-        fit.throttles[1],
-        strength.map_or_else(
-            || "as the default one's".to_string(),
-            |s| {
-                let like = if STRENGTH.contains(&s) {
-                    "as near to the card's as is taken"
-                } else {
-                    "as the card's"
-                };
-                format!("{s:.2} times the default one's, {like}")
-            }
-        ),
-        land.start_height_m,
-        land.landed_height_m,
-    );
+    own.scenario.plant = plant;
+    scale_heights(&mut own.scenario, size);
+    let text = description(&card.name, &own.scenario, &fit, strength);
     Ok(Some(VehicleOfCards {
         scenario: own,
         size,
         text,
     }))
+}
+
+/// The value that the cards have in common; none where they differ or none has it.
+fn common_value(cards: [Option<&Card>; 2], value: fn(&Card) -> Option<f64>) -> Option<f64> {
+    match cards.map(|card| card.and_then(value)) {
+        [Some(a), Some(b)] if !same(a, b) => None,
+        [a, b] => a.or(b).filter(|v| v.is_finite() && *v > 0.0),
+    }
+}
+
+/// Start, touchdown and ceiling of the vehicle, where the scenario leaves them at their defaults.
+fn scale_heights(landing: &mut LandingScenario, size: f64) {
+    let default = LandScenario::default().scenario;
+    let highest_m = landing.deck.highest_m();
+    follows(&mut landing.landed_height_m, default.landed_height_m, |v| {
+        v * size
+    });
+    // In proportion the start is above four rotor radii; a small vehicle also starts well above the deck's swing.
+    follows(&mut landing.start_height_m, default.start_height_m, |v| {
+        (v * size).max(3.0 * highest_m)
+    });
+    let start_height_m = landing.start_height_m;
+    follows(&mut landing.ceiling_m, default.ceiling_m, |v| {
+        v.max(3.0 * start_height_m)
+    });
+}
+
+/// What is flown, in one line.
+fn description(
+    card: &str,
+    landing: &LandingScenario,
+    fit: &MotorFit,
+    strength: Option<f64>,
+) -> String {
+    let standard = PlantSettings::default();
+    let ground_effect = strength.map_or_else(
+        || "as the default one's".to_string(),
+        |s| {
+            let like = if STRENGTH.contains(&s) {
+                "as near to the card's as is taken"
+            } else {
+                "as the card's"
+            };
+            format!("{s:.2} times the default one's, {like}")
+        },
+    );
+    format!(
+        "simulated vehicle: the cards', {} kg, rotor radius {} m (the default one, {} kg and {} m, in proportion); motors of \
+         card `{card}` within {:.1} % of thrust over throttle {:.2} to {:.2}; ground effect {ground_effect}; starts at \
+         {:.3} m, has landed at {:.3} m",
+        landing.plant.mass_kg,
+        landing.plant.rotor_radius_m,
+        standard.mass_kg,
+        standard.rotor_radius_m,
+        100.0 * fit.worst,
+        fit.throttles[0],
+        fit.throttles[1],
+        landing.start_height_m,
+        landing.landed_height_m,
+    )
 }
 
 /// What is to be told of cards that are of another vehicle than the plant: one line for each.

@@ -13,6 +13,14 @@ pub(super) struct Stretch<'a> {
     pub(super) len: usize,
 }
 
+impl Stretch<'_> {
+    /// The record's guess of the states at the window's start.
+    pub(super) fn guess(&self) -> DVector<f64> {
+        let start = self.record.start.iter().map(|c| c[self.first]);
+        DVector::from_iterator(self.record.start.len(), start)
+    }
+}
+
 /// What one window contributes.
 pub(super) struct Part {
     pub(super) h: DMatrix<f64>,

@@ -82,11 +82,7 @@ impl Shooting {
         if stretches.is_empty() {
             return Err(SindyError::too_short(2, 0));
         }
-        let n = model.states.len();
-        let guess: Vec<DVector<f64>> = stretches
-            .iter()
-            .map(|s| DVector::from_iterator(n, s.record.start.iter().map(|c| c[s.first])))
-            .collect();
+        let guess: Vec<DVector<f64>> = stretches.iter().map(Stretch::guess).collect();
         let clamp = |v: DVector<f64>| {
             DVector::from_fn(v.len(), |j, _| {
                 v[j].clamp(parameters[j].min, parameters[j].max)
@@ -141,14 +137,14 @@ impl Shooting {
             }
         }
         let (std_errors, correlation) = reduce(&at).errors(&stretches, parameters, &at.theta);
-        let count: usize = at.parts.iter().map(|p| p.count).sum();
+        let residuals: usize = at.parts.iter().map(|p| p.count).sum();
         let squares: f64 = at.parts.iter().map(|p| p.squares).sum();
         Ok(Refined {
             parameters: at.theta.as_slice().to_vec(),
             std_errors,
             correlation,
-            rmse: (squares / count.max(1) as f64).sqrt(),
-            residuals: count,
+            rmse: (squares / residuals.max(1) as f64).sqrt(),
+            residuals,
             iterations,
             outcome,
         })

@@ -1,5 +1,7 @@
 //! What the data identify, before anything is fitted.
 
+use std::borrow::Borrow;
+
 use touchdown_report::{Cell, Table};
 
 use super::super::page::{Page, show};
@@ -27,19 +29,12 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
         })
     };
     let quiet = |set: &DataSet| {
-        let names: Vec<&str> = set
-            .before
-            .library
-            .inputs
-            .iter()
+        let inputs = set.before.library.inputs.iter();
+        let names: Vec<&str> = inputs
             .filter(|i| i.hardly_excited)
             .map(|i| i.name.as_str())
             .collect();
-        Cell::text(if names.is_empty() {
-            "none".to_string()
-        } else {
-            names.join(", ")
-        })
+        names_or_none(&names)
     };
     let mut table = Table::new("Identifiability.").text_column("Question");
     for set in &ge.sets {
@@ -50,9 +45,7 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
         .row(row("rows of the library of eq. (9)", &|s| Cell::count(s.before.library.rows)))
         .row(row("its condition, columns scaled", &|s| Cell::number(s.before.library.condition, 0)))
         .row(row("terms that trade off against each other (condition)", &groups))
-        .row(row("terms that are zero throughout, left out", &|s| {
-            Cell::text(if s.before.left_out.is_empty() { "none".into() } else { s.before.left_out.join(", ") })
-        }))
+        .row(row("terms that are zero throughout, left out", &|s| names_or_none(&s.before.left_out)))
         .row(row("inputs that were hardly excited", &quiet))
         .row(row("variance inflation of the lag by the deck's velocity", &|s| {
             Cell::number(s.before.lag_inflation, 1)
@@ -63,6 +56,31 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
         }))
         .note("Confounded from a variance inflation of 10, judged at a lag of 0.2 s. The apparent delay holds dead time and lag together.");
     page.table(table)?;
+    page.folded_tables("Inputs of eq. (9)", vec![input_table(ge)])?;
+    for set in &ge.sets {
+        if !set.before.advice.is_empty() {
+            page.text(format!(
+                "What to record, after the {}:",
+                title(set).to_lowercase()
+            ));
+            page.report
+                .list(set.before.advice.iter().map(|a| sentence(&a.to_string())));
+        }
+    }
+    Ok(())
+}
+
+/// Names with commas between them.
+fn names_or_none<S: Borrow<str>>(names: &[S]) -> Cell {
+    Cell::text(if names.is_empty() {
+        "none".to_string()
+    } else {
+        names.join(", ")
+    })
+}
+
+/// Mean, scatter and range of every input of eq. (9).
+fn input_table(ge: &GroundEffectExperiment) -> Table {
     let mut inputs = Table::new("Inputs of eq. (9).")
         .text_column("Data")
         .text_column("Input")
@@ -82,18 +100,7 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
             ]);
         }
     }
-    page.folded_tables("Inputs of eq. (9)", vec![inputs])?;
-    for set in &ge.sets {
-        if !set.before.advice.is_empty() {
-            page.text(format!(
-                "What to record, after the {}:",
-                title(set).to_lowercase()
-            ));
-            page.report
-                .list(set.before.advice.iter().map(|a| sentence(&a.to_string())));
-        }
-    }
-    Ok(())
+    inputs
 }
 
 /// What a data set is called.
