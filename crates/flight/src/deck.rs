@@ -10,8 +10,8 @@ use crate::real::{Real, r};
 /// The states are the displacement p about the deck's mean and its velocity, propagated
 /// by the exact rotation. The process noise is white in acceleration and, scaled by
 /// `1/ω`, in velocity, so that it has no preferred phase. The outputs are predicted ahead
-/// by `lead_s` (sensing delay, command delay and the rotors' lag). They are zero before
-/// `enable_after_s`.
+/// by `lead_s` (latency of the sensors, delay of the command, lag of the rotors). They
+/// are zero before `enable_after_s`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]

@@ -171,7 +171,8 @@ pub struct VerticalSettings<R: Real> {
     pub ssc_phi_mps: R,
     /// Time constant of the smoothing filter, s.
     pub ssc_filter_s: R,
-    /// Time by which the deck's motion is predicted ahead, s: sensing, command and rotor delays.
+    /// Time by which the deck's motion is predicted ahead, s: latency of the sensors, delay of
+    /// the command, lag of the rotors.
     pub deck_lead_s: R,
     /// Limits of the actuators.
     pub limits: Limits<R>,

@@ -3,7 +3,7 @@
 use crate::error::{SettingsError, not_negative, ordered, within};
 use crate::real::{Real, r};
 
-/// One set of vertical measurements, as sensed (and therefore late).
+/// One set of vertical measurements, as sensed: older than now by the latency of the sensors.
 ///
 /// z is up. Height is that of the vehicle's reference point above the deck,
 /// `z = z_q - z_p`, and `v = dz/dt = v_q - v_p`.

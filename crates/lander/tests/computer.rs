@@ -46,7 +46,7 @@ fn computer<R: Real>() -> Computer<R> {
             limits: Limits::default(),
         },
         deck_acceleration: true,
-        lead_s: R::ZERO,
+        imu_latency_s: R::ZERO,
         known_sd_m: n(0.3),
         known_sd_mps: n(0.3),
         restart_s: n(0.5),

@@ -68,7 +68,7 @@ fn found_of_age<R: Real>(
         });
         estimator.step(&mut state, &filter, &relative, seen.as_slice(), n(DT));
     }
-    state.delay_s().to_f64()
+    state.latency_s().to_f64()
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn prop_gaps_disorder_and_numbers_that_are_none_are_borne() {
             _ => vec![],
         };
         estimator.step(&mut state, &filter, &relative, &readings, DT);
-        assert_eq!(state.delay_s(), 0.0, "{step}");
+        assert_eq!(state.latency_s(), 0.0, "{step}");
     }
 }
 

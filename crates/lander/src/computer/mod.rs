@@ -23,7 +23,7 @@
 //! * **The deck's speed**, which the state machine limits, is the sum of all harmonics'
 //!   greatest speeds, and at least the estimated speed. Before harmonics are known it is
 //!   two standard deviations of the observed motion; before any reading it is infinite.
-//! * **Position and velocity** are predicted to now, by `lead_s` (the age of the IMU).
+//! * **Position and velocity** are predicted to now, by the age of the estimate (`imu_latency_s`).
 //!   The deck's acceleration is predicted to when the rotors act ([`Guidance::acting_s`]).
 //! * **An estimate is known** if the standard deviations of position and velocity
 //!   relative to the deck are below `known_sd_m` and `known_sd_mps`. Otherwise the state
@@ -101,8 +101,9 @@ pub struct Computer<R: Real, G = Guarded<R>> {
     pub controller: SpaceController<R, G>,
     /// Whether the deck's estimated acceleration is fed forward.
     pub deck_acceleration: bool,
-    /// Age of the estimate, by which it is predicted to now, s.
-    pub lead_s: R,
+    /// Latency of the IMU, by which the estimate is predicted to now, s.
+    #[cfg_attr(feature = "serde", serde(rename = "lead_s"))]
+    pub imu_latency_s: R,
     /// Largest standard deviation of a known position, on each axis, m.
     pub known_sd_m: R,
     /// Largest standard deviation of a known velocity, on each axis, m/s.
@@ -219,7 +220,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         self.state_machine.validate()?;
         self.guidance.validate()?;
         self.controller.validate()?;
-        not_negative("computer.lead_s", self.lead_s)?;
+        not_negative("computer.lead_s", self.imu_latency_s)?;
         positive("computer.known_sd_m", self.known_sd_m)?;
         positive("computer.known_sd_mps", self.known_sd_mps)?;
         positive("computer.restart_s", self.restart_s)?;

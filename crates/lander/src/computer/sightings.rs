@@ -6,53 +6,48 @@ use touchdown_flight::real::{Real, r};
 /// Largest number of waiting sightings: one for each step, 0.64 s at 100 Hz.
 const MOST: usize = 64;
 
-/// A queue by age. Sightings leave it at the age `delay_s + behind_s`. If they arrive
-/// later than that, `behind_s` grows.
+/// A queue by age. Sightings leave it at the age `age_s + extra_age_s`. If they arrive
+/// later than that, `extra_age_s` grows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sightings<R> {
     waiting: [Option<DeckSighting<R>>; MOST],
     /// Additional age at which sightings leave, s.
-    behind_s: R,
-    /// Additional age that late sightings require, s.
-    wanted_s: R,
+    extra_age_s: R,
+    /// Additional age that sightings with a higher latency require, s.
+    wanted_extra_age_s: R,
 }
 
 impl<R: Real> Default for Sightings<R> {
     fn default() -> Self {
         Self {
             waiting: [None; MOST],
-            behind_s: R::ZERO,
-            wanted_s: R::ZERO,
+            extra_age_s: R::ZERO,
+            wanted_extra_age_s: R::ZERO,
         }
     }
 }
 
 impl<R: Real> Sightings<R> {
     /// Advances by `dt` seconds and adds a sighting, if there is one. Returns the most
-    /// precise height of those that have reached the age `delay_s + behind_s` (to half a
+    /// precise height of those that have reached the age `age_s + extra_age_s` (to half a
     /// step), and the time since the previous one left. That time does not advance while
-    /// `behind_s` grows.
-    pub(super) fn step(
-        &mut self,
-        new: Option<DeckSighting<R>>,
-        delay_s: R,
-        dt: R,
-    ) -> (Option<R>, R) {
+    /// `extra_age_s` grows.
+    pub(super) fn step(&mut self, new: Option<DeckSighting<R>>, age_s: R, dt: R) -> (Option<R>, R) {
         let half = r::<R>(0.5) * dt;
         for waiting in self.waiting.iter_mut().flatten() {
             waiting.age_s += dt;
         }
         if let Some(new) = new {
-            if new.age_s > delay_s + self.wanted_s + half {
-                self.wanted_s = new.age_s - delay_s;
+            if new.age_s > age_s + self.wanted_extra_age_s + half {
+                self.wanted_extra_age_s = new.age_s - age_s;
             }
             if let Some(free) = self.waiting.iter_mut().find(|w| w.is_none()) {
                 *free = Some(new);
             }
         }
-        let stands_s = (self.wanted_s - self.behind_s).min(dt);
-        self.behind_s += stands_s;
-        let due = delay_s + self.behind_s - half;
+        let grown_s = (self.wanted_extra_age_s - self.extra_age_s).min(dt);
+        self.extra_age_s += grown_s;
+        let due = age_s + self.extra_age_s - half;
         let mut best: Option<DeckSighting<R>> = None;
         for slot in &mut self.waiting {
             if let Some(sighting) = slot.filter(|sighting| sighting.age_s >= due) {
@@ -66,12 +61,12 @@ impl<R: Real> Sightings<R> {
                 }
             }
         }
-        (best.map(|sighting| sighting.displacement_m), dt - stands_s)
+        (best.map(|sighting| sighting.displacement_m), dt - grown_s)
     }
 
     /// Additional age at which sightings leave, s.
-    pub(super) fn behind_s(&self) -> R {
-        self.behind_s
+    pub(super) fn extra_age_s(&self) -> R {
+        self.extra_age_s
     }
 }
 
@@ -102,31 +97,31 @@ mod tests {
         // Both are 50 ms old: the clearer one.
         assert_eq!(step(None), Some(2.0));
         assert_eq!(step(None), None);
-        assert_eq!(queue.behind_s(), 0.0);
+        assert_eq!(queue.extra_age_s(), 0.0);
     }
 
     #[test]
     fn analytic_where_sightings_come_later_the_queue_falls_behind_once() {
-        // The height is the time at which it was taken; from 0.5 s on 0.12 s late, once 0.14 s.
+        // The height is the time at which it was taken; from 0.5 s on 0.12 s old, once 0.14 s.
         let mut queue = Sightings::default();
         let (mut now, mut clock) = (0.0, -0.05);
         for i in 0..200 {
             now += 0.01;
-            let late = match i {
+            let age_s = match i {
                 0..50 => 0.03,
                 100 => 0.14,
                 _ => 0.12,
             };
-            let new = sighting(late, now - late, 0.002);
+            let new = sighting(age_s, now - age_s, 0.002);
             let (height, elapsed_s) = queue.step(Some(new), 0.05, 0.01);
             clock += elapsed_s;
             // What leaves is of the time that the clock tells, to half a step.
-            assert!((now - clock - 0.05 - queue.behind_s()).abs() < 1e-9);
+            assert!((now - clock - 0.05 - queue.extra_age_s()).abs() < 1e-9);
             if let Some(height) = height {
                 assert!((height - clock).abs() < 0.0051, "{i} {height} {clock}");
             }
         }
-        assert!((queue.behind_s() - 0.09).abs() < 1e-9);
+        assert!((queue.extra_age_s() - 0.09).abs() < 1e-9);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Unknown latency of the camera: the true age of its readings less the stamped age.
 //!
-//! Late readings make the vehicle oscillate in hover, because its control law damps a
+//! Old readings make the vehicle oscillate in hover, because its control law damps a
 //! past velocity. This oscillation identifies the latency. K observers of the
 //! horizontal position each assume a different latency, δ_k = k δ_max/(K - 1):
 //!
@@ -27,8 +27,8 @@
 //! against zero. A vehicle at rest gives no evidence, so it keeps the estimate.
 //!
 //! **Limits.** The latency is relative to the inertial unit, whose own latency is assumed
-//! known. All sensors on the camera's path (a companion computer, a bus) are assumed to be
-//! late by the same time; others are not corrected. The latency cannot be negative.
+//! known. All sensors on the camera's path (a companion computer, a bus) are assumed to
+//! have this latency; others are not corrected. The latency cannot be negative.
 //!
 //! **Range.** The [`RelativeState`] remembers N - 1 steps (0.31 s at 100 Hz). A latency is
 //! compared only if this covers a reading and its predecessor at that latency. With
@@ -87,13 +87,13 @@ struct Hypothesis<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatencyState<R> {
     hypotheses: [Hypothesis<R>; HYPOTHESES],
-    delay_s: R,
+    latency_s: R,
 }
 
 impl<R: Real> LatencyState<R> {
     /// The estimated latency, s.
-    pub fn delay_s(&self) -> R {
-        self.delay_s
+    pub fn latency_s(&self) -> R {
+        self.latency_s
     }
 }
 
@@ -133,7 +133,7 @@ impl<R: Real> LatencyEstimator<R> {
     pub fn initial(&self) -> LatencyState<R> {
         LatencyState {
             hypotheses: [Hypothesis::default(); HYPOTHESES],
-            delay_s: R::ZERO,
+            latency_s: R::ZERO,
         }
     }
 
@@ -158,7 +158,7 @@ impl<R: Real> LatencyEstimator<R> {
         }
     }
 
-    fn delay(&self, k: usize) -> R {
+    fn latency(&self, k: usize) -> R {
         self.greatest_s * r(k as f64 / (HYPOTHESES - 1) as f64)
     }
 
@@ -181,7 +181,7 @@ impl<R: Real> LatencyEstimator<R> {
         let gap = step_s >= self.memory_s;
         let mut errors = [R::ZERO; HYPOTHESES];
         for (k, hypothesis) in state.hypotheses.iter_mut().enumerate() {
-            let age_s = tag.age_s + self.delay(k);
+            let age_s = tag.age_s + self.latency(k);
             let attitude = filter.attitude_at(relative, age_s);
             let arm = filter.tag.position_m + filter.tag.attitude.rotate(tag.position_m);
             let place = -attitude.rotate(arm);
@@ -247,7 +247,7 @@ impl<R: Real> LatencyEstimator<R> {
                 best = k;
             }
         }
-        let believed = state.delay_s / self.delay(1);
+        let believed = state.latency_s / self.latency(1);
         if best == last && believed > r(last as f64) {
             return;
         }
@@ -267,7 +267,7 @@ impl<R: Real> LatencyEstimator<R> {
         let share = (believed - r(lower as f64)).min(R::ONE);
         let there = squares[lower] + share * (squares[lower + 1] - squares[lower]);
         if evidence(squares[0]).max(evidence(there)) > self.least_evidence {
-            state.delay_s = place * self.delay(1);
+            state.latency_s = place * self.latency(1);
         }
     }
 }

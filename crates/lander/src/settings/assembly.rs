@@ -137,7 +137,7 @@ impl<R: Real> ControlSettings<R> {
             guidance: self.guidance,
             controller: self.controller(models, vehicle, imu_latency_s, timing),
             deck_acceleration: self.deck_acceleration,
-            lead_s: imu_latency_s,
+            imu_latency_s,
             known_sd_m: r(KNOWN_SD),
             known_sd_mps: r(KNOWN_SD),
             restart_s: r(RESTART_S),

@@ -77,7 +77,7 @@ pub(crate) fn computer() -> Computer<f64> {
             limits: Limits::default(),
         },
         deck_acceleration: true,
-        lead_s: IMU_S,
+        imu_latency_s: IMU_S,
         known_sd_m: 0.3,
         known_sd_mps: 0.3,
         restart_s: 0.5,

@@ -175,7 +175,7 @@ struct History {
 impl History {
     /// The value `age_s` before `time_s`, linear between steps; the first value
     /// before the start.
-    fn late(values: &[f64], time_s: f64, age_s: f64) -> f64 {
+    fn at_age(values: &[f64], time_s: f64, age_s: f64) -> f64 {
         let position = ((time_s - age_s) / STEP_S).max(0.0);
         let below = (position as usize).min(values.len() - 1);
         let above = (below + 1).min(values.len() - 1);
@@ -247,10 +247,10 @@ fn simulate(
 
 /// Runs one trial and records it.
 ///
-/// Channels: `throttle`, `thrust_n` (the load cell: late, jittered, noisy),
+/// Channels: `throttle`, `thrust_n` (the load cell: with latency, jitter and noise),
 /// `vehicle_velocity_mps`, and with the plate `height_m`, `deck_height_m`
 /// and `deck_velocity_mps`, all at their stamps. Beside them the truth without
-/// turbulence and sensor noise, late by the nominal latency only:
+/// turbulence and sensor noise, with the nominal latency only:
 /// `truth_thrust_n` (x² + f) and `truth_free_air_n` (x²). The difference of
 /// `thrust_n` and `truth_thrust_n` is the noise floor of the measurement.
 ///
@@ -326,11 +326,11 @@ fn channels(
         .iter()
         .map(|&t| {
             let age_s = cell.age_s(&mut sensor);
-            cell.read(History::late(&history.measured_n, t, age_s), &mut sensor)
+            cell.read(History::at_age(&history.measured_n, t, age_s), &mut sensor)
         })
         .collect();
-    let late = |values: &[f64]| -> Vec<f64> {
-        let at = |&t: &f64| History::late(values, t, cell.latency_s);
+    let at_nominal_latency = |values: &[f64]| -> Vec<f64> {
+        let at = |&t: &f64| History::at_age(values, t, cell.latency_s);
         time_s.iter().map(at).collect()
     };
     let sampled = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { time_s.iter().map(|&t| f(t)).collect() };
@@ -350,7 +350,7 @@ fn channels(
     }
     let vehicle_velocity_mps = |t| signals.at(t).vehicle_velocity_mps;
     channels.push(("vehicle_velocity_mps", sampled(&vehicle_velocity_mps)));
-    channels.push(("truth_thrust_n", late(&history.truth_n)));
-    channels.push(("truth_free_air_n", late(&history.free_air_n)));
+    channels.push(("truth_thrust_n", at_nominal_latency(&history.truth_n)));
+    channels.push(("truth_free_air_n", at_nominal_latency(&history.free_air_n)));
     (time_s, channels)
 }

@@ -22,10 +22,10 @@ impl<T: Copy> History<T> {
         self.next = (self.next + 1) % self.values.len();
     }
 
-    /// The value that is `delay` steps older than the newest.
-    pub(crate) fn at(&self, delay: usize) -> T {
+    /// The value that is `age` steps older than the newest.
+    pub(crate) fn at(&self, age: usize) -> T {
         let n = self.values.len();
-        self.values[(self.next + n - 1 - delay) % n]
+        self.values[(self.next + n - 1 - age) % n]
     }
 }
 
@@ -36,10 +36,10 @@ mod tests {
     #[test]
     fn analytic_a_ring_holds_the_last_values() {
         let mut history = History::new(3, 0);
-        assert_eq!([0, 1, 2].map(|delay| history.at(delay)), [0; 3]);
+        assert_eq!([0, 1, 2].map(|age| history.at(age)), [0; 3]);
         for step in 1..=7 {
             history.push(step);
         }
-        assert_eq!([0, 1, 2].map(|delay| history.at(delay)), [7, 6, 5]);
+        assert_eq!([0, 1, 2].map(|age| history.at(age)), [7, 6, 5]);
     }
 }

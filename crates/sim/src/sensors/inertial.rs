@@ -83,7 +83,7 @@ pub(crate) struct InertialUnit {
     stream: Stream,
     bias_mps2: [f64; 3],
     /// Latency of the unit, in steps.
-    delay_steps: usize,
+    latency_steps: usize,
     /// Specific forces in body axes, and attitudes.
     forces_mps2: History<[f64; 3]>,
     attitudes: History<[f64; 4]>,
@@ -114,15 +114,15 @@ impl InertialUnit {
             Wander::new(sd, time_s, control_period_s, &mut attitude)
         });
         let control_steps = steps(control_period_s);
-        let delay_steps = steps(settings.latency_s);
-        let remembered = (delay_steps + control_steps).max(LOG_STEPS as usize);
+        let latency_steps = steps(settings.latency_s);
+        let remembered = (latency_steps + control_steps).max(LOG_STEPS as usize);
         let level = along(&start.axes(), [0.0, 0.0, gravity_mps2]);
         Self {
             settings: *settings,
             control_steps,
             stream: imu,
             bias_mps2,
-            delay_steps,
+            latency_steps,
             forces_mps2: History::new(remembered, level),
             attitudes: History::new(remembered, start.attitude),
             attitude,
@@ -149,14 +149,14 @@ impl InertialUnit {
     /// the unit's latency.
     pub(super) fn sample(&mut self, nan: &NanReadings) -> ImuSample<f64> {
         let count = self.control_steps;
-        let mean = mean(&self.forces_mps2, self.delay_steps, count);
+        let mean = mean(&self.forces_mps2, self.latency_steps, count);
         let sd = self.settings.noise_density / (count as f64 * STEP_S).sqrt();
         let force: [f64; 3] =
             std::array::from_fn(|k| mean[k] + self.bias_mps2[k] + sd * self.stream.normal());
         for k in 0..2 {
             self.turn[k] = self.turn_bias[k] + self.tilt_wander[k].step(&mut self.attitude);
         }
-        let measured = self.believed(self.attitudes.at(self.delay_steps));
+        let measured = self.believed(self.attitudes.at(self.latency_steps));
         ImuSample {
             specific_force_mps2: vector(force.map(|f| nan_if(nan.specific_force, f))),
             attitude: if nan.attitude {
@@ -188,9 +188,9 @@ impl InertialUnit {
     }
 }
 
-/// Mean of the `count` values of which the newest is `delay` steps old.
-fn mean(history: &History<[f64; 3]>, delay: usize, count: usize) -> [f64; 3] {
-    let steps = (delay..delay + count).rev();
+/// Mean of the `count` values of which the newest is `age` steps old.
+fn mean(history: &History<[f64; 3]>, age: usize, count: usize) -> [f64; 3] {
+    let steps = (age..age + count).rev();
     let sum = steps.fold([0.0; 3], |sum, back| add(sum, history.at(back)));
     sum.map(|sum| sum / count as f64)
 }

@@ -80,11 +80,12 @@ impl Clock {
     /// Transit of the next reading, with an additional latency, part of which is known.
     pub(crate) fn transit(&mut self, extra_s: f64, known_s: f64) -> Transit {
         let schedule = &self.schedule;
-        let delay_s = schedule.latency_s + schedule.jitter_s * self.stream.normal().abs() + extra_s;
+        let latency_s =
+            schedule.latency_s + schedule.jitter_s * self.stream.normal().abs() + extra_s;
         let lost = self.stream.uniform() < schedule.loss_share;
         let age_s = schedule.latency_s + HALF_NORMAL_MEAN * schedule.jitter_s + known_s;
         Transit {
-            delay_s,
+            latency_s,
             age_s,
             lost,
         }
@@ -95,7 +96,7 @@ impl Clock {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Transit {
     /// Time from the measurement to the arrival, s.
-    pub(crate) delay_s: f64,
+    pub(crate) latency_s: f64,
     /// The part of that time that the vehicle knows, s.
     pub(crate) age_s: f64,
     /// The reading never arrives.

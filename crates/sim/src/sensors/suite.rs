@@ -148,7 +148,7 @@ impl SensorSuite {
         ];
         let sent = readings.into_iter().flatten();
         self.pending.extend(sent.map(|(message, transit)| Pending {
-            arrives_s: time_s + transit.delay_s,
+            arrives_s: time_s + transit.latency_s,
             message,
             age_s: transit.age_s,
         }));

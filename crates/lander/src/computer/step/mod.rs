@@ -34,7 +34,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     ) -> ComputerOutput<R> {
         let dt = usable_dt(dt);
         let mistimed = self.estimate(state, sensed, dt);
-        let estimate = self.relative.ahead(&state.relative, self.lead_s);
+        let estimate = self.relative.ahead(&state.relative, self.imu_latency_s);
         let health = self.relative.health(&state.relative);
         let known = self.is_known(&estimate);
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
@@ -98,7 +98,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             health,
             deck,
             plan: plan.filter(|_| begins),
-            latency_s: state.latency.delay_s(),
+            latency_s: state.latency.latency_s(),
             target,
             disturbance_n,
         }
@@ -178,8 +178,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state: &ComputerState<R, G::State>,
         ahead_s: R,
     ) -> DeckMotionPrediction<R> {
-        let behind_s = state.sightings.behind_s();
-        self.deck.predict(&state.deck, ahead_s + behind_s)
+        let extra_age_s = state.sightings.extra_age_s();
+        self.deck.predict(&state.deck, ahead_s + extra_age_s)
     }
 
     /// Steps the estimators and the filter of the deck's normal. Returns whether the
@@ -190,12 +190,12 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         sensed: &Sensed<'_, R>,
         dt: R,
     ) -> bool {
-        let late_s = state.latency.delay_s();
+        let latency_s = state.latency.latency_s();
         let normal = state.normal;
         let readings = sensed
             .readings
             .iter()
-            .map(|reading| match reading.older_by(late_s) {
+            .map(|reading| match reading.older_by(latency_s) {
                 Reading::Range(range) => Reading::Range(RangeReading {
                     deck_normal: normal,
                     ..range
@@ -218,7 +218,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state.tilt_rad = lag_step(state.tilt_rad, R::ZERO, self.tilt_memory_s, dt);
         if let Some(seen) = sensed.deck_normal {
             let body = self.relative.tag.attitude.rotate(seen.normal);
-            let age_s = seen.age_s + late_s;
+            let age_s = seen.age_s + latency_s;
             let attitude = self.relative.attitude_at(&state.relative, age_s);
             if let Some(normal) = attitude.rotate(body).direction().filter(|n| n.z > R::ZERO) {
                 // After a gap, one reading does not replace all the missing ones.
@@ -255,7 +255,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         ) {
             return false;
         }
-        let before_s = state.latency.delay_s();
+        let before_s = state.latency.latency_s();
         latency.step(
             &mut state.latency,
             &self.relative,
@@ -263,7 +263,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             readings,
             dt,
         );
-        let mistimed = (state.latency.delay_s() - before_s).abs() > r(MISTIMED_S);
+        let mistimed = (state.latency.latency_s() - before_s).abs() > r(MISTIMED_S);
         state.mistimed_s = if mistimed {
             R::ZERO
         } else {
@@ -351,9 +351,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 }
                 let waited_s = state.since_plan_s;
                 state.since_plan_s = R::ZERO;
-                let (tilt_rad, behind_s) = (state.tilt_rad, state.sightings.behind_s());
+                let (tilt_rad, extra_age_s) = (state.tilt_rad, state.sightings.extra_age_s());
                 let forecast = |ahead_s: R| {
-                    let heave = self.deck.predict(&state.deck, ahead_s + behind_s);
+                    let heave = self.deck.predict(&state.deck, ahead_s + extra_age_s);
                     DeckOutlook::from_heave(&heave, tilt_rad, R::ZERO)
                 };
                 let verdict = planner.step(

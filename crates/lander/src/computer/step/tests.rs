@@ -176,7 +176,7 @@ fn analytic_a_latency_that_is_found_is_reported_once_and_forgets_the_deck() {
             assert_eq!(state.deck.count(), deck.count(), "{t}");
         }
     }
-    assert!((state.latency.delay_s() - hidden_s).abs() < 0.01);
+    assert!((state.latency.latency_s() - hidden_s).abs() < 0.01);
     // From none to 0.1 s: one change above 30 ms; what the deck did before it is forgotten.
     assert_eq!(changes, 1);
     assert_eq!(state.deck.count(), 0);

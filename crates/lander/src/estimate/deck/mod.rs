@@ -173,7 +173,7 @@ pub struct Harmonic<R> {
 const LARGEST_READING: f64 = 1e6;
 
 impl<R: Real> DeckEstimator<R> {
-    /// Three harmonics with periods of 0.8 to 16 s; no delay; a gate of four standard
+    /// Three harmonics with periods of 0.8 to 16 s; readings of age zero; a gate of four standard
     /// deviations; checks of predictions over 1 s.
     ///
     /// The offset is 1 m or m/s and drifts by 0.002 in a second. Its rate is 0.02 m/s

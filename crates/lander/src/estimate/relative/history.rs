@@ -1,8 +1,8 @@
 //! Past states and the readings between them.
 //!
 //! A node is the state at the end of a step. Readings are sorted between nodes by the
-//! time of measurement. After a late reading, all states from the node before it are
-//! computed again. So the result equals that of readings without delay.
+//! time of measurement. After an old reading, all states from the node before it are
+//! computed again. So the result equals that of readings without latency.
 //!
 //! If the log is full, its oldest reading is dropped. States before that reading can
 //! then not be computed again, so readings that are older are rejected as too old.

@@ -22,7 +22,7 @@
 //!
 //! **Delays.** A reading corrects the state at the time of measurement. The filter keeps
 //! the last N states with their inputs, and the M readings between them, and computes
-//! again from the reading on. The result equals that of readings without delay, in any
+//! again from the reading on. The result equals that of readings without latency, in any
 //! order of arrival.
 //!
 //! * Readings older than N - 1 steps are counted and ignored. So N - 1 steps must be
@@ -320,17 +320,17 @@ impl<R: Real> RelativeFilter<R> {
         state.sighting = clearer(sighting, state.history.replay(self, accounts));
     }
 
-    /// The estimate `lead_s` after the last IMU sample, its acceleration and
+    /// The estimate `age_s` after the last IMU sample, its acceleration and
     /// attitude held.
     #[must_use]
     pub fn ahead<const N: usize, const M: usize>(
         &self,
         state: &RelativeState<R, N, M>,
-        lead_s: R,
+        age_s: R,
     ) -> RelativeEstimate<R> {
         let node = state.history.newest();
         let mut belief = node.belief;
-        belief.propagate(self, node.acceleration_mps2, lead_s);
+        belief.propagate(self, node.acceleration_mps2, age_s);
         let (vertical, [x, y]) = (&belief.vertical, &belief.horizontal);
         let bias_mps2 = belief.bias();
         RelativeEstimate {

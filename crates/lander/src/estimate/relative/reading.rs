@@ -129,21 +129,21 @@ impl<R: Real> Reading<R> {
         }
     }
 
-    /// The same reading with `late_s` added to its age. Barometer readings do not change,
+    /// The same reading with `latency_s` added to its age. Barometer readings do not change,
     /// because they do not come by the path of the others.
     #[must_use]
-    pub fn older_by(self, late_s: R) -> Self {
+    pub fn older_by(self, latency_s: R) -> Self {
         match self {
             Self::Range(reading) => Self::Range(RangeReading {
-                age_s: reading.age_s + late_s,
+                age_s: reading.age_s + latency_s,
                 ..reading
             }),
             Self::Tag(reading) => Self::Tag(TagReading {
-                age_s: reading.age_s + late_s,
+                age_s: reading.age_s + latency_s,
                 ..reading
             }),
             Self::Gnss(reading) => Self::Gnss(GnssVelocity {
-                age_s: reading.age_s + late_s,
+                age_s: reading.age_s + latency_s,
                 ..reading
             }),
             Self::Barometer(_) => self,

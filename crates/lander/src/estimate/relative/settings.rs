@@ -22,7 +22,7 @@ pub struct ImuModel<R> {
     /// horizontal biases; multiplied by the distance it adds to the errors of range and
     /// tag.
     pub attitude_sd_rad: R,
-    /// Age of a sample at the end of its step, s.
+    /// Latency of the IMU: age of a sample at the end of its step, s.
     pub delay_s: R,
     /// Age from which the last sample counts as stale, s.
     pub stale_s: R,
@@ -159,7 +159,7 @@ pub struct Gate<R> {
 }
 
 impl<R: Real> Default for ImuModel<R> {
-    /// 0.02 m/s²/√Hz, bias 0.05 m/s², walk 0.002, attitude 0.01 rad, no delay,
+    /// 0.02 m/s²/√Hz, bias 0.05 m/s², walk 0.002, attitude 0.01 rad, no latency,
     /// stale after 0.05 s.
     fn default() -> Self {
         Self {

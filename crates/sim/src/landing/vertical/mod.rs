@@ -169,7 +169,7 @@ struct Flight<'a> {
     /// Snapshots over the latency of the sensors.
     past: History<Snapshot>,
     /// Age of a measurement in steps.
-    sensor_delay: usize,
+    latency_steps: usize,
     rest_throttle: f64,
     control_steps: usize,
     /// The throttles of all control periods so far.
@@ -197,7 +197,7 @@ impl<'a> Flight<'a> {
         } else {
             scenario.sensors.without_noise()
         };
-        let sensor_delay = steps_of(sensors.latency_s);
+        let latency_steps = steps_of(sensors.latency_s);
         let deck = draw.deck.at(0.0);
         let (state, rest_throttle) = vehicle.balanced(scenario.start_height_m, deck);
         let turbulence = scenario.noise.then(|| {
@@ -219,8 +219,8 @@ impl<'a> Flight<'a> {
             sensor_stream: Stream::new(seed, trial_index, Purpose::Sensor),
             turbulence,
             now,
-            past: History::new(sensor_delay + 1, now),
-            sensor_delay,
+            past: History::new(latency_steps + 1, now),
+            latency_steps,
             rest_throttle,
             control_steps: steps_of(scenario.control_period_s),
             commands: Vec::new(),
@@ -239,7 +239,7 @@ impl<'a> Flight<'a> {
             &self.vehicle,
             &self.sensors,
             self.draw.acceleration_bias_mps2,
-            &self.past.at(self.sensor_delay),
+            &self.past.at(self.latency_steps),
             &mut self.sensor_stream,
         );
         let command = pilot(&measurement);
