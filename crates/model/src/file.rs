@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sindy_expr::Expr;
 
-use crate::card::{Card, SCHEMA};
+use crate::card::{Card, SCHEMA, Term};
 use crate::error::CardError;
 
 impl Card {
@@ -81,20 +81,9 @@ impl Card {
     /// # Errors
     /// The first value that makes no sense, with its key.
     pub fn check(&self, file: &str) -> Result<(), CardError> {
-        let bad = |key: String, expected: &str, found: String| {
-            Err(CardError::Value {
-                card: file.to_string(),
-                key,
-                expected: expected.into(),
-                found,
-            })
-        };
         if self.name.is_empty() || self.name.contains(['/', '\\']) {
-            return bad(
-                "name".into(),
-                "a name without slashes",
-                format!("`{}`", self.name),
-            );
+            let found = format!("`{}`", self.name);
+            return bad(file, "name", "a name without slashes", found);
         }
         for (key, value) in [
             ("mass_kg", self.vehicle.mass_kg),
@@ -103,11 +92,8 @@ impl Card {
             if let Some(v) = value
                 && !(v > 0.0 && v.is_finite())
             {
-                return bad(
-                    format!("vehicle.{key}"),
-                    "a finite number above 0",
-                    v.to_string(),
-                );
+                let key = format!("vehicle.{key}");
+                return bad(file, key, "a finite number above 0", v);
             }
         }
         for (name, range) in &self.validity.inputs {
@@ -118,70 +104,73 @@ impl Card {
         }
         for (name, value) in &self.constants {
             if !value.is_finite() {
-                return bad(
-                    format!("constants.{name}"),
-                    "a finite number",
-                    value.to_string(),
-                );
+                return bad(file, format!("constants.{name}"), "a finite number", value);
             }
         }
         if self.terms.is_empty() {
-            return bad("terms".into(), "at least one term", "none".into());
+            return bad(file, "terms", "at least one term", "none");
         }
         for (i, term) in self.terms.iter().enumerate() {
-            if !term.value.is_finite() {
-                return bad(
-                    format!("terms[{i}].value"),
-                    "a finite number",
-                    term.value.to_string(),
-                );
-            }
-            if let Some(se) = term.std_error
-                && !(se >= 0.0 && se.is_finite())
-            {
-                return bad(
-                    format!("terms[{i}].std_error"),
-                    "a finite number, at least 0",
-                    se.to_string(),
-                );
-            }
-            if let Some([low, high]) = term.ci95
-                && !(low.is_finite() && high.is_finite() && (low..=high).contains(&term.value))
-            {
-                return bad(
-                    format!("terms[{i}].ci95"),
-                    "[low, high], finite, with the value between them",
-                    format!("[{low}, {high}]"),
-                );
-            }
+            check_term(file, &format!("terms[{i}]"), term)?;
         }
-        let expressions = self
-            .terms
-            .iter()
-            .enumerate()
-            .map(|(i, t)| (format!("terms[{i}].expression"), &t.expression))
-            .chain(
-                self.definitions
-                    .iter()
-                    .map(|(k, v)| (format!("definitions.{k}"), v)),
-            );
-        for (key, text) in expressions {
-            if let Err(e) = Expr::parse(text) {
-                return bad(key, "an expression", format!("`{text}`: {e}"));
-            }
+        for (i, term) in self.terms.iter().enumerate() {
+            check_expression(file, format!("terms[{i}].expression"), &term.expression)?;
+        }
+        for (name, text) in &self.definitions {
+            check_expression(file, format!("definitions.{name}"), text)?;
         }
         Ok(())
     }
+}
+
+fn bad(
+    file: &str,
+    key: impl Into<String>,
+    expected: &str,
+    found: impl ToString,
+) -> Result<(), CardError> {
+    Err(CardError::Value {
+        card: file.to_string(),
+        key: key.into(),
+        expected: expected.into(),
+        found: found.to_string(),
+    })
 }
 
 fn check_range(file: &str, key: &str, [lo, hi]: [f64; 2]) -> Result<(), CardError> {
     if lo.is_finite() && hi.is_finite() && lo <= hi {
         return Ok(());
     }
-    Err(CardError::Value {
-        card: file.to_string(),
-        key: key.to_string(),
-        expected: "[min, max] with min <= max, finite".into(),
-        found: format!("[{lo}, {hi}]"),
-    })
+    let found = format!("[{lo}, {hi}]");
+    bad(file, key, "[min, max] with min <= max, finite", found)
+}
+
+fn check_term(file: &str, key: &str, term: &Term) -> Result<(), CardError> {
+    if !term.value.is_finite() {
+        return bad(file, format!("{key}.value"), "a finite number", term.value);
+    }
+    if let Some(se) = term.std_error
+        && !(se >= 0.0 && se.is_finite())
+    {
+        let key = format!("{key}.std_error");
+        return bad(file, key, "a finite number, at least 0", se);
+    }
+    if let Some([low, high]) = term.ci95
+        && !(low.is_finite() && high.is_finite() && (low..=high).contains(&term.value))
+    {
+        return bad(
+            file,
+            format!("{key}.ci95"),
+            "[low, high], finite, with the value between them",
+            format!("[{low}, {high}]"),
+        );
+    }
+    Ok(())
+}
+
+fn check_expression(file: &str, key: String, text: &str) -> Result<(), CardError> {
+    match Expr::parse(text) {
+        Ok(_) => Ok(()),
+        Err(e) => bad(file, key, "an expression", format!("`{text}`: {e}")),
+    }
 }
