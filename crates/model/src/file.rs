@@ -1,5 +1,6 @@
 //! Reading, checking and writing cards.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use sindy_expr::Expr;
@@ -83,7 +84,7 @@ impl Card {
     pub fn check(&self, file: &str) -> Result<(), CardError> {
         if self.name.is_empty() || self.name.contains(['/', '\\']) {
             let found = format!("`{}`", self.name);
-            return bad(file, "name", "a name without slashes", found);
+            return bad(file, "name", "a name without slashes", &found);
         }
         for (key, value) in [
             ("mass_kg", self.vehicle.mass_kg),
@@ -93,7 +94,7 @@ impl Card {
                 && !(v > 0.0 && v.is_finite())
             {
                 let key = format!("vehicle.{key}");
-                return bad(file, key, "a finite number above 0", v);
+                return bad(file, key, "a finite number above 0", &v);
             }
         }
         for (name, range) in &self.validity.inputs {
@@ -108,7 +109,7 @@ impl Card {
             }
         }
         if self.terms.is_empty() {
-            return bad(file, "terms", "at least one term", "none");
+            return bad(file, "terms", "at least one term", &"none");
         }
         for (i, term) in self.terms.iter().enumerate() {
             check_term(file, &format!("terms[{i}]"), term)?;
@@ -127,7 +128,7 @@ fn bad(
     file: &str,
     key: impl Into<String>,
     expected: &str,
-    found: impl ToString,
+    found: &dyn Display,
 ) -> Result<(), CardError> {
     Err(CardError::Value {
         card: file.to_string(),
@@ -142,18 +143,18 @@ fn check_range(file: &str, key: &str, [lo, hi]: [f64; 2]) -> Result<(), CardErro
         return Ok(());
     }
     let found = format!("[{lo}, {hi}]");
-    bad(file, key, "[min, max] with min <= max, finite", found)
+    bad(file, key, "[min, max] with min <= max, finite", &found)
 }
 
 fn check_term(file: &str, key: &str, term: &Term) -> Result<(), CardError> {
     if !term.value.is_finite() {
-        return bad(file, format!("{key}.value"), "a finite number", term.value);
+        return bad(file, format!("{key}.value"), "a finite number", &term.value);
     }
     if let Some(se) = term.std_error
         && !(se >= 0.0 && se.is_finite())
     {
         let key = format!("{key}.std_error");
-        return bad(file, key, "a finite number, at least 0", se);
+        return bad(file, key, "a finite number, at least 0", &se);
     }
     if let Some([low, high]) = term.ci95
         && !(low.is_finite() && high.is_finite() && (low..=high).contains(&term.value))
@@ -162,7 +163,7 @@ fn check_term(file: &str, key: &str, term: &Term) -> Result<(), CardError> {
             file,
             format!("{key}.ci95"),
             "[low, high], finite, with the value between them",
-            format!("[{low}, {high}]"),
+            &format!("[{low}, {high}]"),
         );
     }
     Ok(())
@@ -171,6 +172,6 @@ fn check_term(file: &str, key: &str, term: &Term) -> Result<(), CardError> {
 fn check_expression(file: &str, key: String, text: &str) -> Result<(), CardError> {
     match Expr::parse(text) {
         Ok(_) => Ok(()),
-        Err(e) => bad(file, key, "an expression", format!("`{text}`: {e}")),
+        Err(e) => bad(file, key, "an expression", &format!("`{text}`: {e}")),
     }
 }

@@ -258,7 +258,7 @@ fn regress_every_motion_of_a_deck() {
     let sea = SeaSettings::default();
     let quartering = SeaSettings {
         heading_rad: 0.8,
-        ..sea.clone()
+        ..sea
     };
     let triangle = RigidMotion::Triangle {
         amplitude_m: 0.2,
