@@ -4,7 +4,7 @@ use std::io;
 use thiserror::Error;
 use touchdown_trial::TrialError;
 
-/// Why nothing could be read, mapped or written.
+/// Error of reading, mapping or writing.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LogError {
@@ -16,7 +16,7 @@ pub enum LogError {
         /// The system's reason.
         source: io::Error,
     },
-    /// The file could not be written; nothing is left of it.
+    /// The file could not be written; no part of it remains.
     #[error("{path}: cannot be written: {source}")]
     Write {
         /// The file.
@@ -24,13 +24,13 @@ pub enum LogError {
         /// The system's reason.
         source: io::Error,
     },
-    /// The file holds nothing.
+    /// The file is empty.
     #[error("{path}: expected a header and rows, found an empty file")]
     Empty {
         /// The file.
         path: String,
     },
-    /// The file is no text table.
+    /// The file is not a text table.
     #[error("{path}: expected a text table in UTF-8, found {found}")]
     NotText {
         /// The file.
@@ -50,15 +50,15 @@ pub enum LogError {
         /// The row.
         found: String,
     },
-    /// No row is left to work with.
+    /// The file has no usable row.
     #[error("{path}: no usable rows: {reason}")]
     NoUsableRows {
         /// The file.
         path: String,
-        /// Where they went.
+        /// Why no row is usable.
         reason: String,
     },
-    /// The file is no whole log of its format.
+    /// The file is not a complete log of its format.
     #[error("{path}: no usable log: {found}")]
     NotALog {
         /// The file.
@@ -76,12 +76,12 @@ pub enum LogError {
         /// The system's reason.
         source: io::Error,
     },
-    /// A map is no TOML, or has an unknown, missing or ill-typed key.
+    /// A map is not TOML, or has an unknown or missing key or a wrong type.
     #[error("{at}: {message}")]
     MapToml {
         /// Where.
         at: Box<Place>,
-        /// What was expected and what was found.
+        /// The expected and the found content.
         message: String,
     },
     /// A value in a map is out of range.
@@ -89,7 +89,7 @@ pub enum LogError {
     MapValue {
         /// Where.
         at: Box<Place>,
-        /// What the value may be.
+        /// The allowed values.
         expected: String,
         /// The offending value.
         found: String,
@@ -113,10 +113,10 @@ pub enum LogError {
         found: String,
         /// The column with the most similar name.
         nearest: Option<String>,
-        /// The columns that there are.
+        /// The columns of the table.
         available: Vec<String>,
     },
-    /// An expression in a map names a column of text.
+    /// An expression in a map uses a column of text.
     #[error("{at}: column {found:?} of {table} holds text, such as {example:?}, not numbers")]
     TextColumn {
         /// Where.
@@ -136,12 +136,12 @@ pub enum LogError {
     NeedsMap {
         /// The file.
         path: String,
-        /// The columns that there are.
+        /// The columns of the table.
         columns: Vec<String>,
         /// The text of a map to start from.
         suggested: String,
     },
-    /// The mapped channels make no trial.
+    /// The mapped channels do not form a valid trial.
     #[error("{path}: {source}")]
     Trial {
         /// The file.
@@ -179,7 +179,7 @@ impl fmt::Display for Place {
 pub enum ErrorKind {
     /// A file is missing or unreadable, or holds no usable rows.
     Unreadable,
-    /// A map, or what it asks for, is wrong.
+    /// A map is wrong, or asks for a column that does not exist.
     BadInput,
     /// The result cannot be written.
     Unwritable,

@@ -1,10 +1,11 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Largest part of the rows that may be dropped before input counts as lost.
+/// Largest share of dropped rows that is not a loss. A logger on a vehicle repeats or swaps a
+/// few stamps in a thousand; the value only decides between exit status 0 and 3.
 const TOLERATED_LOSS: f64 = 0.01;
 
-/// What a reader counted, dropped and warned of.
+/// Counts and warnings of a reader.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Findings {
     /// Data rows found, whole or not; blank lines and comments do not count.
@@ -15,7 +16,7 @@ pub struct Findings {
     pub empty_rows: usize,
     /// Rows with too few or too many cells, or with text in a column of numbers; dropped.
     pub corrupt_rows: usize,
-    /// Whether the last row breaks off; it is dropped.
+    /// Whether the last row is incomplete; it is dropped.
     pub truncated: bool,
     /// Rows whose stamp repeats an earlier one; dropped.
     pub duplicate_stamps: usize,
@@ -23,9 +24,9 @@ pub struct Findings {
     pub backward_stamps: usize,
     /// Rows without a stamp; dropped.
     pub absent_stamps: usize,
-    /// Rows that the map's filter left out.
+    /// Rows that the map's filter removed.
     pub rows_filtered: usize,
-    /// Rows outside of the map's windows.
+    /// Rows outside the map's windows.
     pub rows_outside_windows: usize,
     /// Values that an expression made infinite; they became gaps.
     pub infinite_values: usize,
@@ -33,12 +34,12 @@ pub struct Findings {
     pub empty_cells: BTreeMap<String, usize>,
     /// Columns of text.
     pub text_columns: Vec<String>,
-    /// What a person should know, one sentence each.
+    /// Warnings, one sentence each.
     pub warnings: Vec<String>,
 }
 
 impl Findings {
-    /// Rows that were dropped because something is wrong with them.
+    /// Rows that were dropped because they are faulty.
     #[must_use]
     pub fn rows_dropped(&self) -> usize {
         self.corrupt_rows
@@ -57,7 +58,7 @@ impl Findings {
             || self.rows_dropped() as f64 > TOLERATED_LOSS * self.rows_read as f64
     }
 
-    /// The loss in one sentence; `None` where nothing was lost.
+    /// The loss in one sentence; `None` without a loss.
     #[must_use]
     pub fn loss(&self) -> Option<String> {
         self.is_lossy().then(|| {
@@ -74,8 +75,8 @@ impl Findings {
         })
     }
 
-    /// The findings of two steps on the same input, this one first: rows read are this step's,
-    /// rows used the later step's, all else adds up.
+    /// Combines the findings of two steps on the same input, this one first. Rows read are
+    /// those of this step, rows used those of the later step; all other counts add up.
     #[must_use]
     pub fn then(mut self, later: Self) -> Self {
         self.rows_used = later.rows_used;

@@ -1,12 +1,12 @@
-//! SHA-256 of a file on the way of its bytes to a reader.
+//! SHA-256 of a file, computed while a reader uses its bytes.
 
 use sha2::{Digest, Sha256};
 use std::io::{self, Read};
 
-/// Bytes that are read at once where nobody else reads them.
+/// Bytes that are read at once if no reader needs them. The value affects only speed.
 const BLOCK: usize = 1 << 18;
 
-/// Hands bytes on, and hashes them if that is wanted.
+/// A reader that passes bytes on and hashes them on request.
 pub(crate) struct Hashing<R> {
     input: R,
     hash: Option<Sha256>,
@@ -18,7 +18,8 @@ impl<R: Read> Hashing<R> {
         Self { input, hash }
     }
 
-    /// Reads what is left; the hash in lower-case hexadecimal, empty where it was not wanted.
+    /// Reads the remaining bytes. Returns the hash in lower-case hexadecimal, or an empty text
+    /// if none was requested.
     pub(crate) fn finish(mut self) -> io::Result<String> {
         if self.hash.is_some() {
             let mut block = vec![0; BLOCK];
@@ -46,7 +47,7 @@ impl<R: Read> Read for Hashing<R> {
     }
 }
 
-/// SHA-256 of all that can be read.
+/// SHA-256 of a whole input.
 #[cfg(feature = "parquet")]
 pub(crate) fn sha256_of(input: impl Read) -> io::Result<String> {
     Hashing::new(input, true).finish()

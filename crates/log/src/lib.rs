@@ -9,17 +9,17 @@
 //!   semicolon or tab, quoted cells, empty cells and `nan`, date-time stamps. It never guesses a
 //!   unit.
 //! * A [`Map`] is a small TOML file that states how the channels of a [`Trial`] follow from the
-//!   columns: each is an expression, with windows, a row filter and resampling beside. Data are
-//!   never edited.
-//! * Every reading gives [`Findings`] beside its result: what was counted, dropped and warned
-//!   of. [`Findings::is_lossy`] states whether input was lost.
+//!   columns: each is an expression. A map can also hold windows, a row filter and resampling.
+//!   Data are never edited.
+//! * Every reader returns [`Findings`] with its result: counts of read and dropped rows, and
+//!   warnings. [`Findings::is_lossy`] states whether input was lost.
 //! * With the feature `flight-logs` a `Log` is a PX4 ULog, an ArduPilot DataFlash log, an MCAP
-//!   recording or a bag of ROS 1, recognised by its content: `Log::survey` lists its topics, rates
-//!   and gaps, `Log::trial` makes a trial by a map, or by the built-in one of its autopilot. Tables may
-//!   be Parquet files as well.
+//!   recording or a bag of ROS 1, recognised by its content. `Log::survey` lists its topics, rates
+//!   and gaps. `Log::trial` makes a trial by a map, or by the built-in map of its autopilot. Tables
+//!   may be Parquet files as well.
 //! * [`read_trial`] does both steps, [`write_csv`] writes a trial so that it reads back bit for
-//!   bit, [`inspect`] summarises a table and suggests a map, [`inspect_file`] does it in
-//!   memory that does not grow with the file (of Parquet, with its row groups).
+//!   bit. [`inspect`] summarises a table and suggests a map; [`inspect_file`] does so in bounded
+//!   memory (for Parquet, in that of one row group).
 //!
 //! ```
 //! use touchdown_log::{Map, apply, parse_csv};
@@ -45,7 +45,7 @@ mod error;
 mod findings;
 mod hashing;
 mod inspection;
-// Maps describe topics, which only logs have.
+// Maps also describe topics, which only logs have.
 #[cfg_attr(not(feature = "flight-logs"), allow(dead_code))]
 mod map;
 mod read;

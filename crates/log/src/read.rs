@@ -1,14 +1,14 @@
-//! From a file to a trial in one step.
+//! Reads a file into a trial in one step.
 
 use crate::{Findings, LogError, Map, apply, read_table};
 use std::path::Path;
 use touchdown_trial::Trial;
 
-/// Reads a file and makes its trial: by the map, or as it is where the columns have our own names.
+/// Reads a file and makes its trial, by the map or directly if the columns have our channel names.
 #[cfg_attr(
     feature = "flight-logs",
     doc = "",
-    doc = "The format is told by the content. A log with topics and without a map is read by the",
+    doc = "The content decides the format. A log with topics and without a map is read by the",
     doc = "[built-in map](Map::built_in) that fits it."
 )]
 ///

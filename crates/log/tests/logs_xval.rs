@@ -138,7 +138,7 @@ fn xval_hover_of_a_copter() {
     };
     assert!(told("height_m: left out"), "{findings:?}");
     assert!(
-        told("rotor_rpm: left out, for there is no ESC"),
+        told("rotor_rpm: omitted, because there is no ESC"),
         "{findings:?}"
     );
     assert!(trial.channel("height_m").is_none() && trial.channel("rotor_rpm").is_none());

@@ -135,7 +135,7 @@ fn analytic_implausible_values_are_asked_about_and_kept() {
         findings.warnings,
         [
             "time_s: the median step is 1000 s; is it in milliseconds?",
-            "throttle: 5 values lie outside of 0 to 1 (from 1000 to 2000)"
+            "throttle: 5 values lie outside 0 to 1 (from 1000 to 2000)"
         ]
     );
 }

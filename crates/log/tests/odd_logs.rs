@@ -104,7 +104,7 @@ fn analytic_heights_that_are_no_numbers_are_gaps() {
         findings
             .warnings
             .iter()
-            .any(|w| w == "height_m: left out, for it has no value")
+            .any(|w| w == "height_m: omitted, because it has no value")
     );
     assert!(trial.channel("throttle").is_none(), "it never flew");
     let (survey, _) = log.survey().unwrap();
@@ -231,7 +231,7 @@ fn prop_a_type_of_field_that_is_not_known_costs_no_other_topic() {
         let twice = 2 * good.topic(topic).unwrap().messages;
         assert_eq!(survey.topic(topic).unwrap().messages, twice, "{topic}");
     }
-    let note = "NEW: fields from number 3 on are left out, for the type 'x' is not known";
+    let note = "NEW: fields from number 3 on are omitted, because the type 'x' is not known";
     assert!(findings.warnings.iter().any(|w| w == note), "{findings:?}");
 }
 

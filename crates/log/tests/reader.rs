@@ -48,7 +48,7 @@ fn analytic_delimiters() {
     assert_eq!(values(&table, "a"), [1.5, 2.5]);
     assert_eq!(
         findings.warnings,
-        ["2 cells have a decimal comma and were read so"]
+        ["2 cells have a decimal comma; it was read as a decimal point"]
     );
     // One column has no delimiter at all.
     assert_eq!(values(&read("a\n1\n2\n").0, "a"), [1.0, 2.0]);
@@ -119,7 +119,7 @@ fn analytic_a_row_of_units_is_passed_over() {
     assert_eq!((findings.rows_read, findings.corrupt_rows), (2, 0));
     assert_eq!(
         findings.warnings,
-        ["line 2 holds no number and was taken for a row of units"]
+        ["line 2 holds no number; it was read as a row of units"]
     );
     // Farther down it is a defect.
     assert!(read("t,f\n0,1\ns,N\n1,2\n").1.is_lossy());
@@ -140,7 +140,7 @@ fn analytic_files_that_are_no_table() {
     let only_header = fails(b"a,b\n");
     assert_eq!(
         only_header.to_string(),
-        "t.csv: no usable rows: there is only a header"
+        "t.csv: no usable rows: the file contains only a header"
     );
     let headless = fails(b"1,2\n3,4\n");
     assert_eq!(

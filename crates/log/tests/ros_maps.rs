@@ -144,7 +144,7 @@ fn analytic_numbers_that_cannot_be_throttles_or_ranges_are_none() {
     let (trial, findings) = odd.log().trial(None).unwrap();
     assert!(trial.channel("throttle").is_none() && trial.channel("height_m").is_none());
     for channel in ["throttle", "height_m"] {
-        let told = format!("{channel}: left out, for it has no value");
+        let told = format!("{channel}: omitted, because it has no value");
         assert!(findings.warnings.contains(&told), "{findings:?}");
     }
 }

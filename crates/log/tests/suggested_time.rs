@@ -30,7 +30,7 @@ fn time_line(header: &str, row: impl Fn(i64) -> String) -> (String, Option<f64>)
 
 #[test]
 fn regress_a_column_that_rises_is_the_time_in_the_unit_of_its_name_or_size() {
-    const NAME: &str = "a guess by its name, as it rises";
+    const NAME: &str = "a guess from its name and its increasing values";
     // Every row is 10 ms after the one before: from, step, factor, and what is said of the unit.
     for (name, from, step, factor, unit) in [
         ("stamp", 0, 10, "1e-3 * ", "; in ms by its steps"),
@@ -112,7 +112,7 @@ fn analytic_a_name_that_speaks_of_time_comes_before_others_that_rise() {
     // Nothing but its steps speaks for a column: that is asked about.
     assert_eq!(
         line("ramp,up,other"),
-        "time_s = '1e-3 * \"ramp\"'  # a guess, as it rises evenly (is it the time?); in ms by its steps"
+        "time_s = '1e-3 * \"ramp\"'  # a guess from its even steps (is it the time?); in ms by its steps"
     );
     // Stamps of every other row, some out of order, and gaps between them.
     let (line, _) = time_line("v,stamp", |i| match i {

@@ -100,7 +100,7 @@ fn analytic_a_time_in_another_unit_is_told_with_the_line_of_a_map() {
         ("time_s,x", 20.0, "ms", r#"time_s = '1e-3 * "time_s"'"#),
     ] {
         let (seen, trial) = table(header, |i| format!("{},1", step * i));
-        let told = format!("median step of {step}, as if it were in {unit}");
+        let told = format!("median step of {step}, which suggests {unit}");
         let is_told = |w: &String| w.contains(&told) && w.ends_with(line);
         assert!(seen.warnings.iter().any(is_told), "{:?}", seen.warnings);
         // Without a map the columns are channels already.

@@ -48,7 +48,7 @@ fn regress_the_clocks_own_messages_count_by_valid_as_well() {
     assert_eq!((all.len(), highest(&all)), (50, 40.0));
     let (some, findings) = trial("range", "'range.distance <= range.farthest'");
     assert_eq!((some.len(), highest(&some)), (40, 1.0));
-    let told = "range: 10 messages that do not count by valid make no row";
+    let told = "range: 10 messages that `valid` excludes make no row";
     assert!(
         findings.warnings.iter().any(|w| w == told) && !findings.is_lossy(),
         "{findings:?}"
@@ -89,7 +89,8 @@ fn regress_names_that_valid_cannot_have_are_told() {
     ] {
         let (trial, findings) = trial("imu", valid);
         assert_eq!(highest(&trial), 40.0, "{valid}");
-        let told = format!("m.toml, line 10, topics.range.valid: {name}; all its messages count");
+        let told =
+            format!("m.toml, line 10, topics.range.valid: {name}; all its messages are used");
         assert_eq!(findings.warnings, [told], "{valid}");
     }
 }

@@ -7,13 +7,12 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes of a part of a text table, about.
+/// Approximate size of a part of a text table, bytes.
 const PART: usize = 4 << 20;
 
-/// Summarises the table in a file, as [`inspect`](crate::inspect()) does of one in memory, in
-/// memory that does not grow with the file.
+/// Summarises the table in a file as [`inspect`](crate::inspect()) does, in bounded memory.
 ///
-/// What a column of a text table holds is settled by the first 4 MB in which it holds anything.
+/// The type of a column in a text table is that of the first 4 MB in which it has values.
 #[cfg_attr(
     feature = "parquet",
     doc = "",

@@ -5,32 +5,33 @@ use crate::{Column, Table};
 use serde::Serialize;
 use touchdown_trial::{Source, TIME_CHANNEL, Trial, unit_of};
 
-/// Part of the stamps that may be out of order in a column that is taken for the time.
+/// Largest share of stamps out of order in a time column. In a column with more than half
+/// out of order, the rates that follow from it have no meaning.
 const TOLERATED_DISORDER: f64 = 0.5;
 
-/// What a table or a trial holds.
+/// Summary of a table or a trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Inspection {
     /// The file, or the trial's name.
     pub path: String,
-    /// SHA-256 of the file, where it is known.
+    /// SHA-256 of the file, if known.
     pub sha256: Option<String>,
     /// Number of rows.
     pub rows: usize,
-    /// The time base, where one is known.
+    /// The time base, if known.
     pub time: Option<TimeBase>,
     /// Every column in order.
     pub columns: Vec<ColumnSummary>,
-    /// What a person should know, one sentence each.
+    /// Warnings, one sentence each.
     pub warnings: Vec<String>,
     /// The text of a map to start from, for a table without `time_s` or with a column that seems
     /// to be a channel of another name.
     pub suggested_map: Option<String>,
 }
 
-/// The time base that rates refer to. Steps are those from a stamp to a later one in the next row
-/// that has one. Of more than 65,536 steps, median and percentile are those of as many, drawn
-/// evenly.
+/// The time base of the rates. A step leads from a stamp to a later one in the next row that
+/// has one. With more than 65,536 steps, median and percentile are those of a random sample of
+/// that size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TimeBase {
     /// The column.
@@ -49,19 +50,19 @@ pub struct TimeBase {
     pub longest_step_s: Option<f64>,
     /// 95th percentile of the steps' distance from the median step, in s.
     pub jitter_s: Option<f64>,
-    /// Rows without a stamp, or with one that is not after the one before.
+    /// Rows without a stamp, or whose stamp is not after the previous one.
     pub bad_stamps: usize,
     /// Largest stamp, in units of the column.
     #[serde(skip)]
     pub(crate) largest: f64,
-    /// The warning of a column that is the time by a guess.
+    /// The warning, if the column is a guess.
     #[serde(skip)]
     pub(crate) guess: Option<&'static str>,
 }
 
 impl TimeBase {
-    /// The unit that the stamps suggest, such as ms, where another one was taken: because the column's
-    /// name states none, or states seconds that are far too long.
+    /// The unit that the stamps suggest, such as ms, if it differs from the assumed one: the
+    /// column's name states no unit, or states seconds that are far too long.
     pub(crate) fn likely_unit(&self) -> Option<LikelyUnit> {
         let step = self.period_s? / self.unit_s;
         let is_likely = self.unit_stated && (self.unit_s != 1.0 || step <= LONG_STEP_S);
@@ -69,15 +70,15 @@ impl TimeBase {
     }
 }
 
-/// What one column holds. Figures are absent where there is no value. Of more than 65,536 values
-/// the medians are those of as many, drawn evenly; fewer where there are more than 64 columns.
+/// Summary of one column; figures are absent without values. With more than 65,536 values (fewer
+/// if there are more than 64 columns), medians are those of a random sample of that size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ColumnSummary {
     /// The name.
     pub name: String,
     /// The unit that the name states, for a trial's channel.
     pub unit: Option<String>,
-    /// Values that are no gaps.
+    /// Number of values that are not gaps.
     pub count: usize,
     /// Gaps.
     pub gaps: usize,
@@ -95,8 +96,9 @@ pub struct ColumnSummary {
     pub text: Option<String>,
 }
 
-/// Tells what a table holds. The time base is `time_column`, or else the first column that its
-/// name or its date-time stamps give away, or one that rises as time does; it serves the rates only, and converts nothing.
+/// Summarises a table. The time base is `time_column`, or else the first column that its name or
+/// its date-time stamps identify, or one that increases as time does. It only serves the rates;
+/// no values are converted.
 #[must_use]
 pub fn inspect(table: &Table, time_column: Option<&str>) -> Inspection {
     let mut looking = Inspector::new(time_column);
@@ -104,7 +106,7 @@ pub fn inspect(table: &Table, time_column: Option<&str>) -> Inspection {
     looking.finish(&table.path, Some(table.sha256.clone()))
 }
 
-/// A table that is looked at part by part.
+/// Summary of a table that is read in parts.
 pub(crate) struct Inspector<'a> {
     time_column: Option<&'a str>,
     tally: Option<Tally>,
@@ -175,7 +177,7 @@ impl<'a> Inspector<'a> {
     }
 }
 
-/// Tells what a trial holds.
+/// Summarises a trial.
 #[must_use]
 pub fn inspect_trial(trial: &Trial) -> Inspection {
     let mut tally = Tally::new(Some(TimeColumn {
@@ -224,13 +226,13 @@ fn warn_of_time(base: &TimeBase, warnings: &mut Vec<String>) {
         Some(LikelyUnit {
             name: unit, unit_s, ..
         }) => warnings.push(format!(
-            "{:?} has a median step of {}, as if it were in {unit}; rates take it as seconds. In a map: time_s = '{}'",
+            "{:?} has a median step of {}, which suggests {unit}; rates assume seconds. In a map: time_s = '{}'",
             base.column,
             base.period_s.unwrap_or_default() / base.unit_s,
             suggest::scaled(&base.column, unit_s)
         )),
         None if !base.unit_stated => warnings.push(format!(
-            "{:?} does not tell its unit; rates take it as seconds",
+            "{:?} does not state its unit; rates assume seconds",
             base.column
         )),
         None => {}

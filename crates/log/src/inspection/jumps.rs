@@ -1,9 +1,10 @@
-//! Jumps of time in a table: far from one row to the next, forward or back.
+//! Jumps of time in a table: long steps from one row to the next, forward or back.
 
 /// Jumps longer than this, in s, are reported together: a minute, and an hour for slow tables.
 const LIMITS_S: [f64; 2] = [60.0, 3600.0];
 const NAMES: [&str; 2] = ["a minute", "an hour"];
-/// A step of fewer median steps than this is none.
+/// Least length of a jump, in median steps. Without it every step of a slow table would be a
+/// jump.
 const MEDIAN_STEPS: f64 = 100.0;
 
 /// Counts jumps, row by row.
@@ -18,13 +19,13 @@ pub(crate) struct Jumps {
 #[derive(Debug, Clone, Default)]
 struct Level {
     count: usize,
-    /// Row before the first, its time since the table's first stamp, and how far it goes.
+    /// The first jump: the row before it, its time since the table's first stamp, its length.
     first: Option<(usize, f64, f64)>,
     farthest_s: f64,
 }
 
 impl Jumps {
-    /// The next row of the file with its stamp, in s. Rows without a stamp are passed over.
+    /// Adds the next row of the file with its stamp, in s. Rows without a stamp are skipped.
     pub(crate) fn push(&mut self, row: usize, stamp_s: f64) {
         if !stamp_s.is_finite() {
             return;
@@ -45,9 +46,9 @@ impl Jumps {
         self.row = row;
     }
 
-    /// How many there are, where the first is, and how far they go, for a table of this median step
-    /// in s.
-    pub(crate) fn told(&self, column: &str, median_s: f64) -> Option<String> {
+    /// The warning for a table with this median step in s: number of jumps, place of the first,
+    /// length.
+    pub(crate) fn warning(&self, column: &str, median_s: f64) -> Option<String> {
         let at = LIMITS_S
             .iter()
             .position(|limit_s| MEDIAN_STEPS * median_s <= *limit_s)?;
@@ -57,7 +58,7 @@ impl Jumps {
             1 => ("once".to_owned(), String::new()),
             count => (
                 format!("{count} times"),
-                format!(", the farthest by {:.0} s", level.farthest_s),
+                format!(", the longest by {:.0} s", level.farthest_s),
             ),
         };
         Some(format!(
@@ -76,7 +77,7 @@ mod tests {
         for (row, t) in times.enumerate() {
             jumps.push(row, t);
         }
-        jumps.told("t", median_s)
+        jumps.warning("t", median_s)
     }
 
     #[test]
@@ -91,7 +92,7 @@ mod tests {
         let back = |i: i32| hour(i) - if i >= 70 { 7200.0 } else { 0.0 };
         let text = told((0..100).map(back), 0.1).unwrap();
         assert!(
-            text.contains("2 times") && text.ends_with("the farthest by 7200 s"),
+            text.contains("2 times") && text.ends_with("the longest by 7200 s"),
             "{text}"
         );
         // A row every ten minutes is no jump; a day's pause is none by the minute.

@@ -1,5 +1,5 @@
-//! What a table or a trial holds, which column seems to be the time, and which channels the columns
-//! seem to be. Guesses are for messages and suggested maps only: nothing is read by them.
+//! Summary of a table or a trial, with guesses at the time column and at the channels. Guesses only
+//! serve messages and suggested maps; no reader uses them.
 
 mod file;
 mod inspect;

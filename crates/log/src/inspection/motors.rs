@@ -1,10 +1,10 @@
-//! Commands and speeds of motors, one for all or one of each.
+//! Recognises commands and speeds of motors, common or one for each motor.
 
 use super::recognise::{Guess, plain};
 use super::suggest::{base_and_unit, quoted};
 use crate::ColumnSummary;
 
-/// Names of commands of motors: of all together, and of each with a number behind it.
+/// Names of motor commands. With a number at its end, a name means one motor.
 const MOTORS: [&str; 14] = [
     "throttle",
     "thr",
@@ -34,12 +34,13 @@ const NUMBERED: [&str; 11] = [
     "actuator",
     "actuators",
 ];
-/// Those among them that may be forces.
+/// Those of the names that may also be forces.
 const FORCES: [&str; 2] = ["thrustcmd", "actuatorthrust"];
-/// Motors of most vehicles: of more outputs some may lead nowhere.
+/// Number of motors of most vehicles. Autopilots log eight or more outputs, of which some are
+/// not connected.
 const USUAL: usize = 4;
 
-/// Those of numbered outputs that lead to a motor: of many, some that stand still are not connected.
+/// Numbered outputs that have a motor. With many outputs, constant ones count as not connected.
 fn connected(group: Vec<usize>, columns: &[ColumnSummary]) -> Vec<usize> {
     let vary = group.iter().copied().filter(|&i| !columns[i].constant);
     let vary: Vec<usize> = vary.collect();
@@ -128,7 +129,7 @@ pub(crate) fn motors(at: usize, columns: &[ColumnSummary]) -> Option<Guess> {
     let is_force = FORCES.contains(&name.as_str());
     let (low, range, what) = match most {
         _ if least < 0.0 => return None,
-        // What could as well be newtons or another command has to be of a size that leaves no doubt.
+        // A column that may also be in newtons counts only if its size excludes that.
         _ if is_force && most > 1.0 && most <= 20_000.0 => return None,
         _ if name == "cmd" && (least < 800.0 || most > 2300.0) => return None,
         ..=0.0 => return None,

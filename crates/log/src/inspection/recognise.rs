@@ -1,15 +1,15 @@
-//! Which channels the columns of a table seem to be, by their names, units and sizes.
+//! Recognises channels among the columns of a table, by their names, units and sizes.
 
 use super::motors::{motors, rotors};
 use super::suggest::{base_and_unit, quoted};
 use crate::ColumnSummary;
 
-/// A channel that columns seem to hold.
+/// A guess: a channel and the columns that contain it.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Guess {
     pub(crate) channel: &'static str,
     pub(crate) expression: String,
-    /// What a person has to check, if it is more than a name and a unit.
+    /// Remark for the user to check, if the guess needs more than a name and a unit.
     pub(crate) check: Option<String>,
     /// The columns, by their places.
     pub(crate) columns: Vec<usize>,
@@ -72,7 +72,7 @@ const WORDS: [(&[&str], &str, &str, &str); 16] = [
     ),
 ];
 
-/// Whole names, letters and digits of them only, and their channel.
+/// Whole names, reduced to letters and digits, and their channel.
 const NAMES: [(&[&str], &str); 4] = [
     (
         &[
@@ -152,12 +152,12 @@ const UNITS: [(&str, &str, &str); 11] = [
     ("vehicle_velocity_mps", "mps", ""),
     ("vehicle_velocity_mps", "cm/s", "0.01 * "),
 ];
-/// Words in the names of what looks down.
+/// Words in the names of range finders.
 const RANGES: [&str; 3] = ["range", "distance", "lidar"];
-/// Names of what looks down as well, but often in cm, and no farther than this in m.
+/// Names of short-range sensors, which often read in cm and at most `SHORT_M`.
 const SHORT: [&str; 2] = ["sonar", "tof"];
 const SHORT_M: f64 = 10.0;
-/// The channels that columns of numbers seem to be, each once, in the order of the columns.
+/// Guesses at the channels among columns of numbers, each channel once, in the order of columns.
 pub(crate) fn channels(columns: &[ColumnSummary]) -> Vec<Guess> {
     let mut found: Vec<Guess> = Vec::new();
     for at in 0..columns.len() {
@@ -240,7 +240,7 @@ fn by_name(at: usize, column: &ColumnSummary) -> Option<Guess> {
             (channel, factor, Some(format!("in {what} by its size")))
         }
     };
-    // Up is positive, gravity felt as well.
+    // Channels are positive upwards, and the specific force contains gravity.
     let is_down = match channel {
         "specific_force_mps2" | "height_m" => column.median < Some(0.0),
         _ => false,
@@ -261,7 +261,7 @@ fn by_name(at: usize, column: &ColumnSummary) -> Option<Guess> {
     })
 }
 
-/// Factor and unit by which the values are likely ones.
+/// Factor and unit with which the values have a plausible size.
 fn by_size(channel: &str, column: &ColumnSummary) -> Option<(&'static str, &'static str)> {
     let (min, median, max) = (column.min?, column.median?.abs(), column.max?);
     let largest = min.abs().max(max.abs());
@@ -272,7 +272,7 @@ fn by_size(channel: &str, column: &ColumnSummary) -> Option<(&'static str, &'sta
         "specific_force_mps2" if (4.0..20.0).contains(&median) => Some(("", "m/s²")),
         "height_m" if SHORT.contains(&name.as_str()) => (largest <= SHORT_M).then_some(("", "m")),
         "height_m" if largest <= 100.0 => Some(("", "m")),
-        // What looks down reaches so far; an altitude above the sea is no height.
+        // Range finders read at most 10 m here; an altitude above the sea is not a height.
         "height_m" if largest <= 10_000.0 && is_range => Some(("1e-3 * ", "mm")),
         "vehicle_velocity_mps" if largest <= 30.0 => Some(("", "m/s")),
         "battery_v" if (2.0..100.0).contains(&median) => Some(("", "V")),

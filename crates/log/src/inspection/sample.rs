@@ -1,7 +1,7 @@
 //! A sample of any number of values in bounded memory, for medians and percentiles.
 
-/// All values up to a number, and then that many of them, each as likely as another; the same ones
-/// every time.
+/// Reservoir sample: all values up to a number, and then a uniform random sample of that size. The
+/// generator is seeded, so the sample is reproducible.
 #[derive(Debug, Clone)]
 pub(crate) struct Sample {
     values: Vec<f64>,
@@ -27,7 +27,7 @@ impl Sample {
             self.values.push(value);
             return;
         }
-        // Knuth's MMIX generator; its high bits, scaled to the values seen.
+        // Knuth's MMIX generator; its high bits are scaled to the number of values so far.
         let state = self.state.wrapping_mul(6_364_136_223_846_793_005);
         self.state = state.wrapping_add(1_442_695_040_888_963_407);
         let at = (u128::from(self.state) * u128::from(self.seen)) >> 64;
@@ -45,7 +45,7 @@ impl Sample {
     }
 }
 
-/// Of values in order.
+/// Median of sorted values.
 pub(crate) fn median(sorted: &[f64]) -> Option<f64> {
     let upper = *sorted.get(sorted.len() / 2)?;
     if sorted.len().is_multiple_of(2) {

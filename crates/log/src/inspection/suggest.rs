@@ -1,4 +1,4 @@
-//! Guesses from column names, for messages and suggested maps only: nothing is read by them.
+//! Guesses from column names. They only serve messages and suggested maps; no reader uses them.
 
 use super::recognise::{Guess, channels};
 use crate::{ColumnSummary, TimeBase};
@@ -73,10 +73,10 @@ pub(crate) fn scaled(name: &str, factor: f64) -> String {
     }
 }
 
-/// The text of a map to start from. Channels that names, units or sizes suggest are filled in, those
-/// by size with a comment to check it; all other columns stand below as comments, and so does the time
-/// where no column is. A table that has
-/// our own names already gets none, unless a column seems to be a channel of another name.
+/// The text of a map to start from. It contains the channels that names, units or sizes suggest;
+/// those by size have a comment to check them. All other columns follow as comments, and so does the
+/// time if no column contains it. A table with our own names gets no map, unless a column seems to
+/// be a channel of another name.
 pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Option<String> {
     let guesses = channels(columns);
     let is_named = |guess: &Guess| columns.iter().any(|column| column.name == guess.channel);
@@ -105,7 +105,7 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
                 check,
             );
         }
-        // A comment, so that the map is refused until someone has stated the period.
+        // It is a comment, so that the map is invalid until the user states the period.
         None => text.push_str(
             "# time_s = 'row * 0.01'  # no column looks like the time: what is the period?\n",
         ),

@@ -1,13 +1,14 @@
-//! What columns hold, counted part by part in memory that does not grow with the rows.
+//! Counts and samples of columns, part by part in bounded memory.
 
 use super::jumps::Jumps;
 use super::sample::{Sample, median};
 use super::{ColumnSummary, TimeBase};
 use crate::{Column, ColumnKind};
 
-/// Most values that medians are taken of, over all columns: 32 MB of them, and as much of steps.
+/// Largest number of values in the samples of all columns: 32 MB, and as much for steps.
 const MOST_VALUES: usize = 1 << 22;
-/// And of one column.
+/// Largest number of values in the sample of one column: the standard error of its median is 0.5 %
+/// of the spread.
 const MOST_OF_ONE: usize = 1 << 16;
 
 /// A column's next values.
@@ -49,7 +50,7 @@ pub(crate) struct Tally {
     clock: Option<Clock>,
 }
 
-/// One column so far.
+/// Counts of one column so far.
 struct Counted {
     name: String,
     text: Option<String>,
@@ -82,7 +83,7 @@ impl Steps {
     }
 }
 
-/// The time base so far, and its jumps by the unit that was taken and by those that may be meant.
+/// The time base so far, and its jumps in the assumed unit and in other possible units.
 struct Clock {
     steps: Steps,
     ends_s: Option<(f64, f64)>,
@@ -105,7 +106,7 @@ impl Tally {
         }
     }
 
-    /// The next rows; `numbers` are theirs in the file.
+    /// Adds rows; `numbers` are their row numbers in the file.
     pub(crate) fn part(&mut self, columns: &[View<'_>], numbers: &[usize]) {
         let most = (MOST_VALUES / columns.len().max(1)).clamp(16, MOST_OF_ONE);
         let steps = || Steps {
@@ -190,11 +191,11 @@ impl Tally {
             .map_or(1.0, |likely| likely.unit_s / base.unit_s);
         let jumps = clock.jumps.iter().find(|(of, _)| *of == scale);
         let median_s = period_s.unwrap_or_default() * scale;
-        let told = jumps.and_then(|(_, jumps)| jumps.told(&time.name, median_s));
+        let told = jumps.and_then(|(_, jumps)| jumps.warning(&time.name, median_s));
         Some((base, told))
     }
 
-    /// Every column in order; rates are left out where the time is none.
+    /// Every column in order; without a time there are no rates.
     pub(crate) fn columns(&self, has_time: bool) -> Vec<ColumnSummary> {
         let finite = |value: f64| value.is_finite().then_some(value);
         let summary = |counted: &Counted| ColumnSummary {
@@ -236,7 +237,7 @@ impl Counted {
 }
 
 impl Clock {
-    /// The stamp, or NaN where it is none.
+    /// Adds a stamp. Returns it, or NaN if it is out of order.
     fn push(&mut self, row: usize, stamp_s: f64) -> f64 {
         if !stamp_s.is_finite() {
             self.bad += 1;

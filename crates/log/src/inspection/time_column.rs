@@ -1,17 +1,16 @@
-//! Which column of a table seems to be the time, and in which unit.
+//! Recognises the time column of a table and its unit.
 
 use super::recognise::channels;
 use super::suggest::base_and_unit;
 use super::tally::{Tally, TimeColumn, View};
 use crate::{Column, ColumnKind};
 
-/// Words that speak of time; in a name that begins or ends with `time`, or ends with `stamp`, they
-/// do as well.
+/// Words for time. A name that begins or ends with `time`, or ends with `stamp`, counts as well.
 const WORDS: [&str; 12] = [
     "t", "ts", "clock", "elapsed", "epoch", "unix", "uptime", "zeit", "tijd", "tiempo", "tempo",
     "czas",
 ];
-/// Last words that are units; those from `sec` on speak of time by themselves.
+/// Units as the last word of a name, and their seconds. Those from `sec` on suffice as a name.
 const UNITS: [(&str, f64); 19] = [
     ("s", 1.0),
     ("ms", 1e-3),
@@ -33,17 +32,17 @@ const UNITS: [(&str, f64); 19] = [
     ("nsecs", 1e-9),
     ("nanoseconds", 1e-9),
 ];
-/// Units of time that are none of these: what has them is not guessed at.
+/// Long units of time; a column with one of them is not a guess.
 const LONG_UNITS: [&str; 9] = [
     "min", "mins", "minutes", "h", "hr", "hours", "day", "days", "week",
 ];
-/// Words of what counts rows or turns, whatever else the name says.
+/// Words for counters of rows or turns, which exclude a column.
 const COUNTS: [&str; 12] = [
     "seq", "sequence", "index", "idx", "id", "count", "counter", "cnt", "step", "steps",
     "timestep", "number",
 ];
-/// Words of what may rise evenly and is no time, unless the name speaks of time as well; a number
-/// behind them does not count.
+/// Words for other quantities that may increase evenly. They exclude a column unless its name also
+/// contains a word for time. A number at their end is ignored.
 const OTHERS: [&str; 108] = [
     "row",
     "rows",
@@ -154,24 +153,27 @@ const OTHERS: [&str; 108] = [
     "gy",
     "gz",
 ];
-/// Fewest stamps that show that a column rises.
+/// Least number of stamps of an increasing column. Fewer values increase by chance.
 const FEWEST: usize = 10;
-/// Part of the steps that may go back, as where stamps come out of order.
+/// Largest share of negative steps, for stamps out of order. It is the loss that [`Findings`]
+/// tolerates.
+///
+/// [`Findings`]: crate::Findings
 const BACKWARD: f64 = 0.01;
 /// Part of the stamps that may be like the one before, where the name speaks of time or its unit,
 /// and where nothing but the steps does.
 const ALIKE: [f64; 2] = [0.5, 0.1];
-/// Part of the steps that are between half the median step and twice as much in what rises evenly.
+/// Least share of steps between half and twice the median step in an evenly increasing column.
 const EVEN: f64 = 0.9;
 
-/// The column that seems to be the time: by a name or stamps that leave no doubt, or else one that
-/// rises as time does, rather one whose name speaks of time.
+/// The likely time column: the first with a clear name or date-time stamps, or else one that
+/// increases as time does, with preference for a name that contains a word for time.
 pub(crate) fn time_among(columns: &[Column], numbers: &[usize]) -> Option<TimeColumn> {
     let named = columns.iter().find_map(time_of);
     named.or_else(|| rising(columns, numbers))
 }
 
-/// The time column, where its name or its date-time stamps leave no doubt.
+/// The time column, if its name or its date-time stamps are clear.
 pub(crate) fn time_of(column: &Column) -> Option<TimeColumn> {
     let found = |unit_s, stated| {
         Some(TimeColumn {
@@ -198,7 +200,7 @@ pub(crate) fn time_of(column: &Column) -> Option<TimeColumn> {
     }
 }
 
-/// Of the columns that rise like a time, the one whose name suggests a time most; the first of equals.
+/// Among the columns that increase as time does, the one with the clearest name; the first of equals.
 fn rising(columns: &[Column], numbers: &[usize]) -> Option<TimeColumn> {
     let mut tally = Tally::new(None);
     let views: Vec<View<'_>> = columns.iter().map(View::of).collect();
@@ -215,13 +217,13 @@ fn rising(columns: &[Column], numbers: &[usize]) -> Option<TimeColumn> {
     best.map(|(_, column)| column)
 }
 
-/// What a column's name suggests about a time.
+/// Hint of a column's name at a time.
 struct NameHint {
     speaks: bool,
     unit_s: Option<f64>,
 }
 
-/// Nothing for the name of another thing.
+/// The hint of a name; none for the name of another quantity.
 fn named(name: &str) -> Option<NameHint> {
     let words = words(name);
     let is_one_of = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
@@ -236,7 +238,7 @@ fn named(name: &str) -> Option<NameHint> {
     };
     let speaks =
         is_one_of(&WORDS) || words.iter().any(of_time) || unit.is_some_and(|unit| unit >= 4);
-    // What stands in brackets is a unit, or the place in an array.
+    // Brackets contain a unit, or an index of an array.
     let bracketed = name.trim_end().ends_with([')', ']']);
     let is_place = last.chars().all(|c| c.is_ascii_digit());
     let of_other = |word: &String| {
@@ -268,7 +270,7 @@ fn words(name: &str) -> Vec<String> {
     words
 }
 
-/// How much its name tells, for a column that rises like a time.
+/// Clearness of the name of a column that increases as time does; none for other columns.
 fn rises(column: &Column) -> Option<(u8, TimeColumn)> {
     if column.is_text() {
         return None;
@@ -289,24 +291,25 @@ fn rises(column: &Column) -> Option<(u8, TimeColumn)> {
     let is_told = speaks || unit_s.is_some();
     let whole = stamps.iter().all(|stamp| stamp.fract() == 0.0);
     let is_rising = if is_told {
-        // A column that restarts, as the nanoseconds of a second do, ends far below the sum of its steps.
+        // A column that restarts, such as the nanoseconds of a second, ends far below the sum of its
+        // positive steps.
         let gained = stamps[stamps.len() - 1] - stamps[0];
         part(backward) <= BACKWARD && gained >= 0.9 * forward.iter().sum::<f64>()
     } else {
         let even = |step: &&f64| (0.5 * median..=2.0 * median).contains(*step);
         let even = forward.iter().filter(even).count();
-        // A step of one is that of a number of rows.
+        // Whole numbers with a step of one are row numbers.
         backward == 0 && part(even + alike) >= EVEN && !(whole && median == 1.0)
     };
-    // Whole seconds with more rows than one in each are too coarse.
+    // Whole seconds with several rows in each are too coarse.
     let is_coarse = unit_s == Some(1.0) && whole && alike > 0;
     if !is_rising || is_coarse || part(alike) > ALIKE[usize::from(!is_told)] {
         return None;
     }
     let guess = if is_told {
-        "a guess by its name, as it rises"
+        "a guess from its name and its increasing values"
     } else {
-        "a guess, as it rises evenly (is it the time?)"
+        "a guess from its even steps (is it the time?)"
     };
     let column = TimeColumn {
         name: column.name.clone(),
@@ -317,7 +320,8 @@ fn rises(column: &Column) -> Option<(u8, TimeColumn)> {
     Some((2 * u8::from(speaks) + u8::from(unit_s.is_some()), column))
 }
 
-/// A median step above this, in s, is asked about: it may be in milliseconds.
+/// Median step above which a message asks about milliseconds, s. A log slower than 0.1 Hz is too slow
+/// for any identification here.
 pub(crate) const LONG_STEP_S: f64 = 10.0;
 
 /// A unit that stamps suggest.
@@ -325,14 +329,14 @@ pub(crate) const LONG_STEP_S: f64 = 10.0;
 pub(crate) struct LikelyUnit {
     pub(crate) name: &'static str,
     pub(crate) unit_s: f64,
-    /// Which figures.
+    /// The figures that suggest the unit.
     pub(crate) by: &'static str,
 }
 
-/// Steps of a column of unknown unit that are likely ones in ms, us and ns: from so many on.
+/// Least median step of a column of unknown unit that suggests ms, us or ns.
 const LIKELY: [(f64, &str, f64); 3] = [(1.0, "ms", 1e-3), (400.0, "us", 1e-6), (4e5, "ns", 1e-9)];
-/// Times since 1970 from 2001 to 2096 begin with these, in s, ms, us and ns; and the longest steps
-/// with which they are not rather shorter units since the start of a computer.
+/// Times since 1970 in s, ms, us and ns: the least value, of the year 2001 (2096 is four times as
+/// much), and the longest step. A longer step suggests a shorter unit since the start of a computer.
 const UNIX: [(f64, f64, &str, f64); 4] = [
     (1e9, 60.0, "s", 1.0),
     (1e12, 6e4, "ms", 1e-3),
@@ -340,8 +344,8 @@ const UNIX: [(f64, f64, &str, f64); 4] = [
     (1e18, f64::INFINITY, "ns", 1e-9),
 ];
 
-/// The unit that stamps of this size and with this median step suggest, where seconds are not
-/// likely: since 1970, or else at rates between 2.5 Hz and 2.5 kHz.
+/// The unit that stamps of this size and median step suggest, if seconds are not likely: a time since
+/// 1970, or else a rate between 2.5 Hz and 2.5 kHz.
 pub(crate) fn likely_unit(step: f64, largest: f64) -> Option<LikelyUnit> {
     let unix = |&&(from, longest, ..): &&(f64, f64, &str, f64)| {
         (from..4.0 * from).contains(&largest) && step <= longest

@@ -8,24 +8,29 @@ use sindy_expr::{Expr, Program, Scratch};
 use std::path::Path;
 use touchdown_trial::{Provenance, Source, TIME_CHANNEL, Trial, TrialError};
 
-/// Throttles may leave `[0, 1]` by rounding.
+/// Tolerance of throttles at the limits of `[0, 1]`, for rounding. It only decides on a warning.
 const THROTTLE_SLACK: f64 = 1e-9;
-/// Rows that are evaluated at once.
+/// Rows that are evaluated at once, for the processor's caches. The value affects only speed.
 const BLOCK: usize = 4096;
 /// The name under which expressions know the row's number.
 const ROW: &str = "row";
 /// The name under which expressions know the vehicle's mass.
 const MASS: &str = "mass_kg";
 
-/// Makes the trial that the map describes, and counts what was left out on the way.
+/// Makes the trial that the map describes, and counts the rows that it drops.
 ///
-/// In this order: every expression is evaluated in every row; rows that the filter does not keep
-/// are left out; rows without a stamp or with a stamp out of order are dropped and counted; running
-/// medians; windows; resampling. The trial is named after the file.
+/// The steps, in this order:
+///
+/// 1. Every expression is evaluated in every row.
+/// 2. The filter removes rows.
+/// 3. Rows without a stamp or with a stamp out of order are dropped and counted.
+/// 4. Running medians, windows and resampling are applied.
+///
+/// The trial is named after the file.
 ///
 /// # Errors
 /// [`LogError::UnknownColumn`] or [`LogError::TextColumn`] for what an expression names;
-/// [`LogError::NoUsableRows`] where no row is left; [`LogError::Trial`].
+/// [`LogError::NoUsableRows`] if no row remains; [`LogError::Trial`].
 pub fn apply(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
     let mut rows = TableRows(table);
     let known = |name: &str| is_known(map, name) || rows.place(name).is_some();
@@ -35,13 +40,13 @@ pub fn apply(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
     Ok((trial, findings))
 }
 
-/// Whether expressions know the name whatever the table holds.
+/// Whether expressions know the name for any table.
 pub(crate) fn is_known(map: &Map, name: &str) -> bool {
     name == ROW || (name == MASS && map.mass_kg().is_some())
 }
 
-/// As [`apply`] for a map without alternatives and definitions. Of the channels `not_empty` those without a value
-/// are left out.
+/// As [`apply`] for a map without alternatives and definitions. Channels in `not_empty` are omitted
+/// if they have no value.
 pub(crate) fn apply_resolved(
     source: &mut dyn Rows,
     map: &Map,
@@ -72,7 +77,7 @@ pub(crate) fn apply_resolved(
     for (name, values) in columns {
         let mut values = take(values);
         if not_empty.contains(&name) && values.iter().all(|value| value.is_nan()) {
-            let text = format!("{name}: left out, for it has no value");
+            let text = format!("{name}: omitted, because it has no value");
             findings.warnings.push(text);
             continue;
         }
@@ -91,7 +96,7 @@ pub(crate) fn apply_resolved(
         return Err(LogError::NoUsableRows {
             path: path.to_owned(),
             reason: format!(
-                "of {} rows {} were filtered out, {} have bad stamps, {} lie outside of the windows",
+                "of {} rows {} were removed by the filter, {} have bad stamps, {} lie outside the windows",
                 source.len(),
                 findings.rows_filtered,
                 findings.rows_dropped(),
@@ -109,7 +114,7 @@ pub(crate) fn apply_resolved(
     Ok((trial.with_provenance(provenance), findings))
 }
 
-/// Makes gaps of infinite values, and counts them.
+/// Replaces infinite values by gaps, and counts them.
 fn gaps_for_infinite(columns: &mut [(String, Vec<f64>)], findings: &mut Findings) {
     for (name, values) in columns {
         let infinite = values.iter_mut().filter(|value| value.is_infinite());
@@ -144,7 +149,7 @@ fn rows_to_take(
     Some(kept.rows)
 }
 
-/// A value that an expression takes in every row.
+/// The values of an expression, one for each row.
 enum Input {
     Row,
     Mass,
@@ -207,8 +212,8 @@ fn evaluate(source: &mut dyn Rows, map: &Map) -> Result<Vec<(String, Vec<f64>)>,
     Ok(columns)
 }
 
-/// The parts of the trial that lie in the map's windows, in order of time, not overlapping; `None`
-/// where the trial is used whole.
+/// The parts of the trial inside the map's windows, in order of time and without overlap; `None` if
+/// the whole trial is used.
 fn windows(
     trial: &Trial,
     map: &Map,
@@ -305,7 +310,7 @@ fn warn_of_values(trial: &Trial, findings: &mut Findings) {
             let low = values.iter().copied().fold(f64::INFINITY, f64::min);
             let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             findings.warnings.push(format!(
-                "{name}: {count} values lie outside of 0 to 1 (from {low} to {high})"
+                "{name}: {count} values lie outside 0 to 1 (from {low} to {high})"
             ));
         }
     }
@@ -317,7 +322,10 @@ fn notes(map: &Map, findings: &Findings) -> Vec<String> {
         notes.push(format!("mapped by {}", map.path));
     }
     if findings.rows_filtered > 0 {
-        notes.push(format!("{} rows filtered out", findings.rows_filtered));
+        notes.push(format!(
+            "{} rows removed by the filter",
+            findings.rows_filtered
+        ));
     }
     if findings.rows_dropped() > 0 {
         notes.push(format!(
@@ -330,7 +338,7 @@ fn notes(map: &Map, findings: &Findings) -> Vec<String> {
     }
     if findings.rows_outside_windows > 0 {
         notes.push(format!(
-            "{} rows outside of the windows left out",
+            "{} rows outside the windows removed",
             findings.rows_outside_windows
         ));
     }

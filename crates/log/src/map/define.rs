@@ -1,8 +1,8 @@
-//! Definitions, put in where they are used.
+//! Substitution of definitions in expressions.
 
 use sindy_expr::Expr;
 
-/// The map's own names and their expressions, in which no name of the map's own is left.
+/// The map's own names and their expressions, in which all definitions are substituted.
 #[derive(Default)]
 pub(super) struct Definitions(Vec<(String, Expr)>);
 
@@ -11,14 +11,14 @@ impl Definitions {
         self.0.iter().any(|(known, _)| known == name)
     }
 
-    /// Of one name the latest counts.
+    /// The latest definition of a name counts.
     pub(super) fn insert(&mut self, name: &str, expr: Expr) {
         self.0.retain(|(known, _)| known != name);
         self.0.push((name.to_owned(), expr));
     }
 
-    /// The expression with all definitions put in at once: what one of them names is not taken
-    /// for another.
+    /// The expression with all definitions substituted simultaneously, so that a name inside one
+    /// definition is not replaced by another.
     pub(super) fn expand(&self, expr: &Expr) -> Expr {
         let used = expr.variables();
         let used: Vec<&(String, Expr)> = self
@@ -26,7 +26,7 @@ impl Definitions {
             .iter()
             .filter(|(name, _)| used.contains(&name.as_str()))
             .collect();
-        // Names that stand nowhere keep apart what is to be put in from what has been.
+        // Unique placeholder names separate substituted parts from names still to be substituted.
         let taken = |name: &str| {
             let mut all = used.iter().map(|(_, by)| by).chain([expr]);
             all.any(|expr| expr.variables().contains(&name))

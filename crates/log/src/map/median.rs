@@ -1,7 +1,7 @@
 //! A running median against single-sample dropouts.
 
-/// Replaces each value that is no gap by the median of the `samples` values around it, gaps passed
-/// over. Towards the ends fewer values are taken, as many on either side.
+/// Replaces each value by the median of the `samples` values around it, without gaps. Near the ends
+/// the window shrinks symmetrically.
 pub(crate) fn running_median(values: &mut [f64], samples: usize) {
     let rows: Vec<usize> = (0..values.len()).filter(|&i| !values[i].is_nan()).collect();
     let known: Vec<f64> = rows.iter().map(|&i| values[i]).collect();

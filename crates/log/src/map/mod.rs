@@ -43,16 +43,14 @@ use touchdown_trial::TIME_CHANNEL;
 /// mass_kg = 0.027                  # known to the expressions as mass_kg
 /// ```
 ///
-/// A channel may be a list of expressions: the first whose names are all there is taken. A channel
-/// in the list `optional` is left out, with a warning, where none of its expressions can be
-/// taken. `[define]` holds expressions under names of their own, for use in those below them and
-/// in the channels.
+/// A channel may be a list of expressions: the first one whose names all exist is used. A channel in
+/// the list `optional` is omitted, with a warning, if none of its expressions can be used.
+/// `[define]` holds named expressions, for use in later definitions and in the channels.
 ///
-/// For a log with topics, such as a PX4 ULog, a name is `topic.field`, in quotes where there are
-/// brackets or slashes in it: `vehicle_local_position.vz`, `"vehicle_attitude.q[0]"`; `topic#1`
-/// is the second instance of a topic. `param.NAME` is a parameter of the vehicle. One row is made
-/// for each message of the topic `clock`, and `time_s` is its stamp; the other topics are brought
-/// to it:
+/// For a log with topics, such as a PX4 ULog, a name is `topic.field`, in quotes if it contains
+/// brackets or slashes: `vehicle_local_position.vz`, `"vehicle_attitude.q[0]"`. `topic#1` is the
+/// second instance of a topic, `param.NAME` a parameter of the vehicle. Each message of the topic
+/// `clock` gives a row, and `time_s` is its stamp. The other topics are interpolated to it:
 ///
 /// ```toml
 /// schema = 1
@@ -75,10 +73,10 @@ use touchdown_trial::TIME_CHANNEL;
 /// limit_s = 2.0                    # farther apart is a gap; ten median steps or 0.05 s by default
 /// ```
 ///
-/// The expressions know the columns by name, `row` (the row's number in the file from 0) and,
-/// if given, `mass_kg`; a column of one of these names comes before them. Windows with a `file`
-/// hold for that file only; a file for which no window holds is used whole. Each window is
-/// resampled on a grid of its own, so that nothing is joined across its ends.
+/// The expressions know the columns by name, `row` (the row's number in the file from 0) and, if
+/// stated, `mass_kg`. A column with one of these names replaces them. Windows with a `file` apply to
+/// that file only; a file without a window is used whole. Each window is resampled on a separate
+/// grid, so that no value is interpolated across its ends.
 #[derive(Debug, Clone)]
 pub struct Map {
     pub(crate) path: String,
@@ -97,7 +95,7 @@ pub struct Map {
     mass_kg: Option<f64>,
 }
 
-/// One expression and where it stands.
+/// One expression and its place in the map.
 #[derive(Debug, Clone)]
 pub(crate) struct Rule {
     /// The channel; empty for the row filter.
@@ -106,23 +104,24 @@ pub(crate) struct Rule {
     pub(crate) expr: Expr,
 }
 
-/// How the values of a topic come to the stamps of the clock.
+/// Rules that bring the values of a topic to the stamps of the clock.
 #[derive(Debug, Clone)]
 pub(crate) struct Topic {
     pub(crate) name: String,
     pub(crate) join: Join,
-    /// Which messages count: the first expression whose names are all fields of it decides.
+    /// Conditions for using a message. The first expression whose names are all fields of the topic
+    /// decides.
     pub(crate) valid: Vec<Rule>,
     pub(crate) offset_s: f64,
     pub(crate) limit_s: Option<f64>,
 }
 
-/// How a value between two stamps is made.
+/// Interpolation between two stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Join {
-    /// On the line between its neighbours.
+    /// Linear.
     Linear,
-    /// The latest.
+    /// The latest value is held.
     Hold,
 }
 
@@ -167,8 +166,8 @@ impl Map {
         Source { path, text }.map()
     }
 
-    /// The map of a table that has our own channel names: every column of numbers is the channel
-    /// of its name, as it is.
+    /// The map of a table with our own channel names: every column of numbers is the channel of its
+    /// name, without conversion.
     ///
     /// # Errors
     /// [`LogError::NeedsMap`] with a map to start from, if there is no column `time_s` of numbers.

@@ -1,4 +1,4 @@
-//! Which of a map's expressions can be taken.
+//! Choice among a map's alternative expressions.
 
 use super::define::Definitions;
 use super::{Map, Rule};
@@ -6,37 +6,39 @@ use crate::Place;
 use sindy_expr::Expr;
 use std::collections::BTreeSet;
 
-/// A map without alternatives and definitions: what is left is all to be evaluated, and names
-/// only what is there.
+/// A map without alternatives and definitions: all of its expressions are evaluated, and all of their
+/// names exist.
 pub(crate) struct Resolved {
     pub(crate) map: Map,
-    /// Optional channels that cannot be made, and a name that they miss.
+    /// Optional channels that cannot be evaluated, and the name that is missing.
     pub(crate) left_out: Vec<(String, String)>,
 }
 
 impl Resolved {
-    /// What was left out, one sentence each.
+    /// The omitted channels, one sentence each.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let sentence = |(channel, cause): &(String, String)| {
-            format!("{channel}: left out, for there is no {cause}")
+            format!("{channel}: omitted, because there is no {cause}")
         };
         self.left_out.iter().map(sentence).collect()
     }
 }
 
 impl Map {
-    /// Takes the first expression of each channel and definition whose names are all known, and
-    /// puts in the numbers that names such as `param.THR_MDL_FAC` stand for, and the definitions.
-    /// Where none can be taken an optional channel is left out, and the first expression of any
-    /// other stays, to be told as an error when it is evaluated. Of what tells which messages
-    /// count all alternatives stay: which of them a topic bears out is for its reader.
+    /// Chooses the first expression of each channel and definition whose names are all known. It
+    /// substitutes definitions and parameters such as `param.THR_MDL_FAC`.
+    ///
+    /// If no expression can be used, an optional channel is omitted. Any other channel keeps its
+    /// first expression, whose evaluation then reports the error. All alternatives of `valid` are
+    /// kept, because only the topic's reader knows its fields.
     pub(crate) fn resolve(
         &self,
         known: &dyn Fn(&str) -> bool,
         constant: &dyn Fn(&str) -> Option<f64>,
     ) -> Resolved {
         let mut defined = Definitions::default();
-        // With those that miss something, for which stands what they miss.
+        // It includes definitions that cannot be used; each of them is represented by its missing
+        // name.
         let mut all = Definitions::default();
         let missing = |rule: &Rule, defined: &Definitions| {
             let names = rule.expr.variables();
@@ -49,7 +51,7 @@ impl Map {
             rule.expr = by.expand(&filled(&rule.expr, constant));
             rule
         };
-        // An error shall name what is not there, and not the definition.
+        // An error names the missing name, not the definition.
         let put_in_or_tell =
             |rule: &Rule, defined: &Definitions, all: &Definitions| match missing(rule, defined) {
                 None => put_in(rule, defined),

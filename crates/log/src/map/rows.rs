@@ -1,4 +1,4 @@
-//! Rows of named numbers, for expressions to be evaluated on.
+//! Rows of named numbers, the input of expressions.
 
 use super::Rule;
 use crate::inspection::suggest::nearest;
@@ -18,7 +18,7 @@ pub(crate) trait Rows {
     fn place(&self, name: &str) -> Option<usize>;
     /// The values of a column from row `first` on. Blocks are asked for in order.
     fn fill(&mut self, place: usize, first: usize, into: &mut [f64]);
-    /// Why a rule cannot have a column.
+    /// The error of a rule that uses an unavailable column.
     fn lacks(&self, rule: &Rule, name: &str) -> LogError;
 }
 

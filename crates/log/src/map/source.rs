@@ -1,4 +1,4 @@
-//! The text of a map, checked.
+//! Checks the text of a map.
 
 use super::{Join, Map, Resample, Rule, Topic, Window};
 use crate::{LogError, Place};
@@ -12,7 +12,7 @@ use touchdown_trial::TIME_CHANNEL;
 
 /// The version of the map's format that this crate reads.
 const SCHEMA: i64 = 1;
-/// Longest running median, in samples.
+/// Longest running median, in samples: a second at 1 kHz. A longer one is a typing error.
 const LONGEST_MEDIAN: i64 = 1001;
 
 /// The row filter, and running medians in samples by channel.
@@ -109,7 +109,7 @@ impl<'de> Deserialize<'de> for OneOrMore {
     }
 }
 
-/// The text of a map, for telling places in it.
+/// The text of a map, for the places in errors.
 pub(super) struct Source<'a> {
     pub(super) path: &'a str,
     pub(super) text: &'a str,
@@ -172,7 +172,7 @@ impl Source<'_> {
         })
     }
 
-    /// The expressions of a table in the map, in its order; alternatives follow each other.
+    /// The expressions of a table in the map, in its order, with alternatives together.
     fn rules(
         &self,
         table: &str,
@@ -251,7 +251,7 @@ impl Source<'_> {
     fn toml_error(&self, error: &toml::de::Error) -> LogError {
         let start = error.span().map_or(0, |span| span.start);
         let mut at = self.place(start, "");
-        // The key that the line sets; the message names a key itself where that is at fault.
+        // The key that the line sets. If the key itself is wrong, the message names it.
         let line = self.text.lines().nth(at.line - 1).unwrap_or_default();
         if let Some((key, _)) = line.split_once('=') {
             at.key = key.trim().to_owned();

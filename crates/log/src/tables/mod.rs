@@ -1,4 +1,4 @@
-//! Tables: named columns of numbers, as a file holds them, nothing converted.
+//! Tables: named columns of numbers from a file, without conversion.
 
 pub(crate) mod csv;
 #[cfg(feature = "parquet")]
@@ -16,7 +16,8 @@ pub use parquet::{
 };
 pub use table::{Column, ColumnKind, Table};
 
-/// Reads a table, whatever the name of its file ends with: text as [`read_csv`] does.
+/// Reads a table. The content of the file decides its format, not its name; text is read by
+/// [`read_csv`].
 #[cfg_attr(
     feature = "parquet",
     doc = "",

@@ -18,8 +18,8 @@ pub(crate) fn is_increasing(time_s: &[f64]) -> bool {
 
 /// Keeps rows (of `rows`, in order) with strictly increasing stamps.
 ///
-/// A row whose stamp is not after the latest kept one is dropped. Where one stray late stamp would
-/// so cost the rows after it, the fewest rows are dropped instead.
+/// A row whose stamp is not after the latest kept one is dropped. If a single late stamp would
+/// cost all rows after it, the smallest number of rows is dropped instead.
 pub(crate) fn increasing(time_s: &[f64], rows: &[usize]) -> KeptRows {
     let mut kept = KeptRows::default();
     let stamped: Vec<usize> = rows
@@ -56,7 +56,7 @@ fn longest_increasing(time_s: &[f64], rows: &[usize]) -> Vec<usize> {
         let length = tails.partition_point(|&tail| time_s[rows[tail]] < time_s[row]);
         before[position] = length.checked_sub(1).map(|shorter| tails[shorter]);
         match tails.get_mut(length) {
-            // Of equal stamps the first stays.
+            // The first of equal stamps is kept.
             Some(tail) if time_s[rows[*tail]] > time_s[row] => *tail = position,
             Some(_) => {}
             None => tails.push(position),
@@ -72,7 +72,7 @@ fn longest_increasing(time_s: &[f64], rows: &[usize]) -> Vec<usize> {
     chain
 }
 
-/// How many rows that were dropped repeat the stamp of a kept one.
+/// Number of dropped rows that repeat the stamp of a kept one.
 fn count_duplicates(time_s: &[f64], stamped: &[usize], kept: &[usize]) -> usize {
     let mut next = 0;
     stamped

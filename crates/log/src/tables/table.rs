@@ -1,4 +1,4 @@
-/// A table as it was found: named columns of numbers, nothing converted.
+/// A table of a file: named columns of numbers, without conversion.
 #[derive(Debug, Clone)]
 pub struct Table {
     pub(crate) path: String,
@@ -15,11 +15,11 @@ pub struct Column {
     pub(crate) values: Vec<f64>,
 }
 
-/// What a column holds.
+/// Type of a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ColumnKind {
-    /// Numbers in the source's own unit; NaN is a gap. A column of empty cells is one of these.
+    /// Numbers in the source's unit; NaN is a gap. A column of empty cells counts as numbers.
     Number,
     /// Date-time stamps, turned into seconds from the first.
     Stamp,
@@ -31,7 +31,7 @@ pub enum ColumnKind {
 }
 
 impl Table {
-    /// The file's path as it was given.
+    /// The path by which the file was opened.
     #[must_use]
     pub fn path(&self) -> &str {
         &self.path
@@ -49,7 +49,7 @@ impl Table {
         self.row_numbers.len()
     }
 
-    /// Whether there is no row. A table that a reader gave has at least one.
+    /// Whether there is no row. A table from a reader has at least one.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.row_numbers.is_empty()
@@ -85,13 +85,13 @@ impl Column {
         &self.name
     }
 
-    /// What the column holds.
+    /// The column's type.
     #[must_use]
     pub fn kind(&self) -> &ColumnKind {
         &self.kind
     }
 
-    /// One value a row, NaN for a gap. For a column of text all are NaN.
+    /// One value for each row, NaN for a gap. For a column of text all are NaN.
     #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values

@@ -1,4 +1,4 @@
-//! The maps that come with the crate, and which of them fits a log.
+//! The built-in maps, and the choice among them for a log.
 
 use super::LogFormat;
 use super::survey::{Survey, Topic};
@@ -8,11 +8,11 @@ use crate::map::Rule;
 use std::sync::LazyLock;
 use touchdown_trial::TIME_CHANNEL;
 
-/// A map that comes with the crate.
+/// A built-in map.
 struct BuiltIn {
     name: &'static str,
     text: &'static str,
-    /// The channel that it has to make, beside finding its clock, to fit.
+    /// A channel that the map must produce to fit; it must also find its clock.
     needs: &'static str,
 }
 
@@ -71,12 +71,12 @@ impl Map {
         MAPS.get(at)
     }
 
-    /// Those that logs of this format may be made trials by.
+    /// The built-in maps for logs of a format.
     pub(super) fn built_in_for(format: LogFormat) -> impl Iterator<Item = &'static Self> {
         of_format(format).map(|(_, map)| map)
     }
 
-    /// The text of the built-in map of this name, to start an own one from.
+    /// The text of the built-in map of this name, as a start for one's own.
     #[must_use]
     pub fn built_in_text(name: &str) -> Option<&'static str> {
         let mut all = BUILT_IN.iter();
@@ -85,8 +85,8 @@ impl Map {
 }
 
 impl Survey {
-    /// The name of the built-in map for the log: the one whose clock it has and what else that
-    /// cannot do without, such as the attitude for PX4 and the motors for ArduPilot.
+    /// The name of the built-in map that fits the log: the log has its clock and its necessary
+    /// channel, such as the attitude for PX4 and the motors for ArduPilot.
     #[must_use]
     pub fn recommended_map(&self) -> Option<&'static str> {
         Some(self.fitting()?.0.name)
@@ -105,7 +105,7 @@ impl Survey {
         !left_out.iter().any(|(name, _)| name == channel)
     }
 
-    /// How many rows the map makes of the log at most: the messages of its clock.
+    /// Largest number of rows that the map can produce: the messages of its clock.
     #[must_use]
     pub fn rows_by(&self, map: &Map) -> usize {
         let clocks = map.clocks().map_or(&[][..], |(_, clocks)| clocks);
@@ -114,8 +114,8 @@ impl Survey {
         clock.map_or_else(|| most().unwrap_or(0), |topic| topic.messages)
     }
 
-    /// What the log lacks for thrust and ground effect to be found from it by the built-in map of
-    /// its kind, one sentence each.
+    /// Data that the log lacks for the identification of thrust and ground effect by its built-in
+    /// map, one sentence each.
     #[must_use]
     pub fn lacks(&self) -> Vec<String> {
         let Some(map) = Map::built_in(self).or_else(|| Map::built_in_for(self.format).last())
@@ -131,7 +131,7 @@ impl Survey {
             .collect()
     }
 
-    /// Why the map cannot make a channel.
+    /// The reason why the map cannot produce a channel.
     fn cause(&self, map: &Map, channel: &str) -> String {
         let missed = self.missed(map, &map.defines, &rules_of(&map.channels, channel));
         let (topics, names): (Vec<&MissingName>, Vec<&MissingName>) =
@@ -150,7 +150,7 @@ impl Survey {
         let many = topics.iter().map(of_kind).find(|topics| topics.len() > 1);
         match many {
             Some(many) => format!(
-                "it is not known which of {} to take; a map has to say it",
+                "the choice among {} is not clear; name one of them in a map",
                 many.join(", ")
             ),
             None if topics.is_empty() => format!("there is no {}", list(&names)),
@@ -163,8 +163,8 @@ impl Survey {
         }
     }
 
-    /// What the log lacks for any of the rules to be taken; nothing where one can. A rule that
-    /// misses all that another one misses, and more, does not count.
+    /// The names that the log lacks for each of the rules; none if one rule can be used. A rule that
+    /// lacks all names of another rule, and more, is ignored.
     fn missed(&self, map: &Map, defines: &[Rule], rules: &[&Rule]) -> Vec<MissingName> {
         let each: Vec<Vec<MissingName>> = rules
             .iter()
@@ -197,7 +197,7 @@ impl Survey {
         if self.knows(map, name) || self.parameter(name).is_some() {
             return Vec::new();
         }
-        // Those above it only, so that this ends.
+        // Only definitions above it, so that the recursion ends.
         let first = defines.iter().position(|rule| rule.channel == name);
         if let Some(first) = first {
             return self.missed(map, &defines[..first], &rules_of(defines, name));
@@ -231,7 +231,7 @@ impl Survey {
     }
 }
 
-/// A topic that is not there, or a field of one that is, or a parameter.
+/// A missing topic, field or parameter.
 #[derive(Clone, PartialEq)]
 struct MissingName {
     name: String,
@@ -242,8 +242,8 @@ fn rules_of<'a>(rules: &'a [Rule], name: &str) -> Vec<&'a Rule> {
     rules.iter().filter(|rule| rule.channel == name).collect()
 }
 
-/// The topic in a name such as `sensor_msgs/Imu.orientation.x`: what the map says of topics tells
-/// where there are dots in theirs.
+/// The topic in a name such as `sensor_msgs/Imu.orientation.x`. The map's tables of topics tell
+/// which topic names contain dots.
 fn topic_of<'a>(map: &Map, name: &'a str) -> &'a str {
     let said = map.topics.iter().map(|topic| topic.name.as_str());
     let within = |topic: &&str| {

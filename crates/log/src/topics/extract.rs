@@ -1,4 +1,4 @@
-//! The columns that maps name, gathered in the same pass that surveys the topics.
+//! Extracts the columns that maps name, in the same pass that surveys the topics.
 
 use super::log::is_alike;
 use super::resets::RESET_S;
@@ -8,10 +8,10 @@ use crate::map::Rule;
 use sindy_expr::{Program, Scratch};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Values in as little memory as keeps them exactly.
+/// Values, stored exactly in the smallest possible type.
 #[derive(Debug, Clone)]
 pub(super) enum Values {
-    /// All are numbers of single precision, as most of what sensors say.
+    /// All are numbers of single precision, as most sensor values.
     Narrow(Vec<f32>),
     Wide(Vec<f64>),
 }
@@ -57,7 +57,7 @@ impl Values {
         }
     }
 
-    /// Whether there is no gap, and nothing infinite.
+    /// Whether all values are finite.
     pub(super) fn is_finite(&self) -> bool {
         match self {
             Self::Narrow(values) => values.iter().all(|value| value.is_finite()),
@@ -87,24 +87,26 @@ pub(super) struct Series {
     pub(super) time_s: Vec<f64>,
     pub(super) fields: Vec<String>,
     pub(super) columns: Vec<Values>,
-    /// Messages without a stamp, which are left out.
+    /// Number of messages without a stamp, which are dropped.
     pub(super) absent: usize,
-    /// How many messages there were each time when the stamps of any topic went far back; the
-    /// same times for all topics.
+    /// Number of messages at each time when the stamps of any topic went far back. These times are
+    /// the same for all topics.
     pub(super) breaks: Vec<usize>,
-    /// How many messages there were when the stamps were last moved.
+    /// Number of messages when the stamps were last shifted.
     pub(super) settled: usize,
 }
 
-/// Most times that stamps may go far back and all topics are looked at.
+/// Largest number of steps back for which all topics are examined. It bounds the time for a
+/// damaged file; a real log has a few restarts.
 const MOST_BREAKS: usize = 256;
 
 impl Series {
-    /// Leaves out the messages in which the first of the rules is 0 or NaN whose names are all
-    /// fields of the topic, and tells how many; `field` tells the field that a name means.
+    /// Drops the messages that a rule of `valid` excludes (0 or NaN) and returns their number. The
+    /// rule is the first one whose names are all fields of the topic; `field` returns the field of a
+    /// name.
     ///
     /// # Errors
-    /// The first rule and the first name in it that is no field, where that holds for all rules.
+    /// The first rule and its first unknown name, if every rule has an unknown name.
     pub(super) fn keep<'r>(
         &mut self,
         rules: &'r [Rule],
@@ -146,7 +148,7 @@ impl Series {
         Ok(left_out)
     }
 
-    /// Leaves out all other messages.
+    /// Drops all other messages.
     pub(super) fn pick(&mut self, rows: &[usize]) {
         self.time_s = rows.iter().map(|&row| self.time_s[row]).collect();
         for column in &mut self.columns {
@@ -155,12 +157,12 @@ impl Series {
     }
 }
 
-/// Collects the columns that any of the names may mean, and surveys the topics.
+/// Collects all columns that the names may mean, and surveys the topics.
 pub(super) struct Extractor<'a> {
     surveyor: Surveyor,
     /// Names such as `topic.field`, at every dot.
     fields: BTreeSet<(&'a str, &'a str)>,
-    /// Topics whose stamps are wanted in any case.
+    /// Topics whose stamps are always collected.
     clocks: BTreeSet<&'a str>,
     keys: Vec<String>,
     series: Vec<Series>,
@@ -170,7 +172,7 @@ pub(super) struct Extractor<'a> {
 
 struct Plan {
     series: usize,
-    /// For each value handed over, its column.
+    /// The column of each value that the reader passes on.
     columns: Vec<usize>,
 }
 
@@ -220,7 +222,7 @@ impl Sink for Extractor<'_> {
             .resize_with(self.plans.len().max(id + 1), || None);
         self.plans[id] = None;
         let fields = layout.fields.iter().enumerate();
-        // Of fields of one name the first counts.
+        // The first of several fields with one name counts.
         let fields: Vec<(usize, &String)> = fields
             .filter(|(_, field)| named.remove(field.as_str()))
             .collect();

@@ -30,11 +30,12 @@ impl FieldSums {
     }
 }
 
-/// Most names of the fields of one topic that several sources tell of.
+/// Largest number of field names of one topic with several sources. It bounds the memory for
+/// recordings whose JSON messages all have new names.
 const MOST_NAMES: usize = 1 << 16;
 
-/// Adds the names that are new, and returns the place of each, or `usize::MAX` where there are too
-/// many; `None` where they are the first ones.
+/// Adds new names and returns the index of each name, or `usize::MAX` if there are too many. `None`
+/// if these are the topic's first names.
 pub(super) fn unite(known: &mut Vec<String>, names: &[String]) -> Option<Vec<usize>> {
     if names.starts_with(known) {
         known.extend_from_slice(&names[known.len()..]);

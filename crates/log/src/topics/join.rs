@@ -1,4 +1,4 @@
-//! Brings the columns of a topic to the stamps of another.
+//! Interpolates the columns of a topic at the stamps of another.
 
 use super::extract::{Series, Values};
 use super::resets::{median_step, unwrap};
@@ -6,21 +6,21 @@ use crate::map::Join;
 use crate::tables::stamps::{increasing, is_increasing};
 use std::rc::Rc;
 
-/// Values are joined across this many median steps of their topic, unless the map sets a limit. Half as
-/// many turns jitter of a slow topic into gaps; twice as many bridges real ones.
+/// Longest interval over which values are interpolated, in median steps of their topic, unless the map
+/// sets a limit. Half of it turns jitter of a slow topic into gaps; twice of it bridges real gaps.
 const JOINED_STEPS: f64 = 10.0;
-/// No limit is shorter than this, in s.
+/// Least such limit, s. Below it, a topic at 1 kHz would have gaps whenever the logger pauses.
 const SHORTEST_LIMIT_S: f64 = 0.05;
 
-/// What was put right in the stamps of a topic.
+/// Repairs of the stamps of a topic.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Repairs {
     pub(super) resets: usize,
     pub(super) dropped: usize,
 }
 
-/// Lets time go on where a clock was set back for good, and drops what is still out of order.
-/// The clock's own rows are only unwrapped: whoever makes the trial drops and counts them.
+/// Shifts the stamps after a clock was set back permanently, and drops messages that are still out of
+/// order. The clock's own rows are only shifted; the code that makes the trial drops and counts them.
 pub(super) fn repair(series: &mut Series, is_clock: bool) -> Repairs {
     let resets = unwrap(&mut series.time_s);
     if is_clock || is_increasing(&series.time_s) {
@@ -33,13 +33,13 @@ pub(super) fn repair(series: &mut Series, is_clock: bool) -> Repairs {
     Repairs { resets, dropped }
 }
 
-/// The longest time across which values are joined where the map sets no limit, in s.
+/// The longest interval of interpolation without a limit in the map, s.
 pub(super) fn usual_limit_s(time_s: &[f64]) -> f64 {
     let step_s = median_step(time_s).unwrap_or(0.0);
     (JOINED_STEPS * step_s).max(SHORTEST_LIMIT_S)
 }
 
-/// Between which stamps of a topic the stamps of a clock lie, block by block.
+/// Neighbouring stamps of a topic for each stamp of a clock, block by block.
 #[derive(Debug)]
 pub(super) struct Stamps {
     time_s: Rc<Vec<f64>>,
@@ -48,10 +48,10 @@ pub(super) struct Stamps {
     /// The first stamp after the clock's latest.
     next: usize,
     latest_s: f64,
-    /// For each stamp of the block the value before it, and the part of the way to the one after;
-    /// `usize::MAX` where none is near enough.
+    /// For each stamp of the block: the index of the value before it, and the fraction of the interval
+    /// to the next value. The index is `usize::MAX` if no value is near enough.
     places: Vec<(usize, f64)>,
-    /// Which block that is.
+    /// Number of the block.
     block: Option<usize>,
 }
 

@@ -1,4 +1,4 @@
-//! Columns of topics, brought to the stamps of one of them.
+//! Columns of several topics, interpolated at the stamps of one of them.
 
 use super::extract::{Series, Values};
 use super::join::{self, Stamps};
@@ -25,15 +25,15 @@ pub(super) struct Joined<'a> {
     names: Vec<(String, usize)>,
 }
 
-/// Where a column's values come from.
+/// Source of a column's values.
 struct Source {
     values: Values,
-    /// The stamps that they have; `None` for those of the clock itself.
+    /// The stamps of the values; `None` for the clock's own columns.
     stamps: Option<usize>,
 }
 
 impl<'a> Joined<'a> {
-    /// Joins the gathered columns as the map prescribes.
+    /// Joins the extracted columns by the rules of the map.
     pub(super) fn new(
         file: (&'a str, &'a str),
         survey: &'a Survey,
@@ -59,12 +59,12 @@ impl<'a> Joined<'a> {
                 names.push((field, name.to_owned()));
             }
         }
-        // Columns that no expression takes are dropped first, to free their memory.
+        // Columns that no expression uses are dropped first, to free their memory.
         series.retain(|key, _| wanted.contains_key(key));
         let resets = resets::align(&mut series, clock);
         if resets > 0 {
             findings.warnings.push(format!(
-                "{clock}: {resets} times the clock was set back; time goes on there, by one shift for all topics"
+                "{clock}: {resets} times the clock was set back; the log continues there with shifted time, by one shift for all topics"
             ));
         }
         for (key, names) in wanted {
@@ -86,7 +86,8 @@ impl<'a> Joined<'a> {
                 let (topic, field) = survey.resolve(name)?;
                 (topic == key).then_some(field)
             };
-            // Of all messages, whether they count or not; the clock's own are not joined.
+            // The limit follows from all messages, also from those that `valid` excludes. The clock's
+            // own columns are not interpolated.
             let limit_s = match said.and_then(|topic| topic.limit_s) {
                 Some(limit_s) => limit_s,
                 None if is_clock => 0.0,
@@ -98,7 +99,7 @@ impl<'a> Joined<'a> {
                     // Rows that the trial loses are reported.
                     if is_clock && left_out > 0 {
                         findings.warnings.push(format!(
-                            "{key}: {left_out} messages that do not count by valid make no row"
+                            "{key}: {left_out} messages that `valid` excludes make no row"
                         ));
                     }
                 }
@@ -136,7 +137,7 @@ impl<'a> Joined<'a> {
                 self.sources.push(Source { values, stamps });
                 continue;
             }
-            // Gaps are joined across like the time between messages; a command that ends is held.
+            // Gaps are bridged like the time between messages. The last value of a command is held.
             let (values, stamps) = if how == Join::Hold || values.is_finite() {
                 let stamps = *whole.get_or_insert_with(|| {
                     let time_s = Rc::clone(&time_s);
@@ -218,18 +219,18 @@ fn not_valid(survey: &Survey, key: &str, (rule, name): (&Rule, &str)) -> String 
     let near = nearest(name, names.iter().map(String::as_str));
     let near = near.map_or_else(String::new, |near| format!(" (did you mean {near:?}?)"));
     format!(
-        "{}: {name:?} is neither a field of {key} nor a parameter{near}; all its messages count",
+        "{}: {name:?} is neither a field of {key} nor a parameter{near}; all its messages are used",
         rule.place
     )
 }
 
 fn warn(findings: &mut Findings, key: &str, series: &Series, repairs: join::Repairs) {
     for (count, what) in [
-        (series.absent, "messages without a stamp were left out"),
-        (repairs.dropped, "messages out of order were left out"),
+        (series.absent, "messages without a stamp were dropped"),
+        (repairs.dropped, "messages out of order were dropped"),
         (
             repairs.resets,
-            "times the clock was set back; time goes on there",
+            "times the clock was set back; the log continues there with shifted time",
         ),
     ] {
         if count > 0 {

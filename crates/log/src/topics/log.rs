@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Bytes at the start of a file that suffice to recognise its format.
 const LOOK: usize = 64;
 
-/// A log with topics, opened.
+/// An opened log with topics.
 #[derive(Debug, Clone)]
 pub struct Log {
     path: String,
@@ -20,7 +20,7 @@ pub struct Log {
     input: Input,
 }
 
-/// What one pass gave.
+/// Result of one pass over a log.
 pub(super) struct Gathered {
     pub(super) survey: Survey,
     /// By the topic's key.
@@ -36,7 +36,7 @@ enum Input {
 }
 
 impl Log {
-    /// Opens a file if it is a log with topics, whatever its name ends with.
+    /// Opens a file if its content is a log with topics. Its name does not matter.
     ///
     /// # Errors
     /// [`LogError::Read`].
@@ -77,7 +77,7 @@ impl Log {
         &self.path
     }
 
-    /// Reads the whole log and summarises its content, in memory that does not grow with the log.
+    /// Reads the whole log and summarises its content, in bounded memory.
     ///
     /// # Errors
     /// [`LogError::Read`] or [`LogError::NotALog`].
@@ -87,7 +87,7 @@ impl Log {
         self.surveyed(surveyor, &loss)
     }
 
-    /// The topics and the columns that any of the names may mean, in one pass.
+    /// The topics, and all columns that the names may mean, in one pass.
     pub(super) fn gather<'a>(
         &self,
         names: impl Iterator<Item = &'a str>,
@@ -134,12 +134,12 @@ impl Log {
             ..Findings::default()
         };
         if loss.truncated {
-            let text = "the file breaks off inside of a record; all before it is used".to_owned();
+            let text = "the file ends inside a record; all records before it are used".to_owned();
             findings.warnings.push(text);
         }
         if loss.corrupt > 0 {
             findings.warnings.push(format!(
-                "{} damaged stretches were passed over, {} bytes in all",
+                "{} damaged sections were skipped, {} bytes in all",
                 loss.corrupt, loss.skipped_bytes
             ));
         }
@@ -152,7 +152,7 @@ impl Log {
         findings
     }
 
-    /// Reads all of it, and returns its SHA-256 if that is wanted.
+    /// Reads the whole log, and returns its SHA-256 on request.
     fn read(&self, sink: &mut dyn Sink, hashed: bool) -> Result<(Loss, String), LogError> {
         let read = match &self.input {
             Input::Bytes(bytes) => self.dispatch(bytes.as_slice(), sink, hashed),
@@ -183,9 +183,12 @@ impl Log {
 }
 
 impl Survey {
-    /// The topic of this key; or the only one whose name ends so after a `/`, as in
-    /// `/fmu/out/vehicle_attitude`, with or without a version such as `_v1`; or the only one with
-    /// messages of this type, such as `sensor_msgs/Imu`.
+    /// The topic of a name. It is one of these:
+    ///
+    /// - the topic with this key;
+    /// - the only topic whose name ends with it after a `/`, as in `/fmu/out/vehicle_attitude`, with or
+    ///   without a version such as `_v1`;
+    /// - the only topic with messages of this type, such as `sensor_msgs/Imu`.
     pub(super) fn topic_like(&self, key: &str) -> Option<&super::survey::Topic> {
         let only = |alike: &dyn Fn(&super::survey::Topic) -> bool| {
             let mut alike = self.topics.iter().filter(|topic| alike(topic));

@@ -1,9 +1,9 @@
 //! Readers of logs with topics, behind one interface.
 //!
-//! A reader walks a file once, in the order of its bytes, and tells a [`sink::Sink`] what it
-//! finds: topics, messages, parameters, and at the end what was lost. Two sinks serve all formats:
-//! the [`survey`] of what there is, and the [`extract`]ion of the columns that a map names, which
-//! are then [`join`]ed to one clock.
+//! A reader passes over a file once, in the order of its bytes, and reports to a [`sink::Sink`]:
+//! topics, messages, parameters, and at the end the losses. Two sinks serve all formats: the
+//! [`survey`] of the topics, and the [`extract`]ion of the columns that a map names, which are then
+//! [`join`]ed to one clock.
 
 mod built_in;
 mod extract;

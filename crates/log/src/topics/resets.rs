@@ -1,31 +1,32 @@
-//! Clocks of logs that are set back: where that happened, and how time goes on for all topics.
+//! Finds where clocks of a log were set back, and shifts the later stamps of all topics.
 
 use super::extract::Series;
 use std::collections::BTreeMap;
 
-/// Lasting steps back of more than this, in s, are a clock that was set back. Messages out of order are
-/// late by less; a vehicle that restarts is back by more.
+/// Least permanent step back of a clock that was set back, s. Messages out of order are late by less;
+/// a vehicle that restarts sets its clock back by more.
 pub(super) const RESET_S: f64 = 10.0;
-/// Messages in a row that have to go on from a step back.
+/// Number of successive messages that must continue from the earlier time. A single stray stamp must
+/// not shift the rest of the log.
 const LASTING: usize = 5;
 
-/// A row from which on a topic's stamps are shifted, beyond what they were before.
+/// A row from which on a topic's stamps are shifted further.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Reset {
     row: usize,
     shift_s: f64,
 }
 
-/// Lets time go on in all topics where the stamps of one were set back for good: by the shift that
-/// puts one median step between that topic's rows, so that simultaneous messages stay
-/// simultaneous. Returns how often that was.
+/// Shifts the stamps of all topics where those of one topic were set back permanently. The shift puts
+/// one median step between that topic's rows, and is the same for all topics, so that simultaneous
+/// messages stay simultaneous. Returns the number of shifts.
 pub(super) fn align(series: &mut BTreeMap<String, Series>, by: &str) -> usize {
     let Some(first) = series.get_mut(by) else {
         return 0;
     };
     let resets = find(&mut first.time_s);
     let breaks = std::mem::take(&mut first.breaks);
-    // Where in the file: before which row of each topic.
+    // The place in the file, as a row of each topic.
     let places: Vec<Option<usize>> = resets
         .iter()
         .map(|reset| breaks.iter().rposition(|&row| row == reset.row))
@@ -47,7 +48,7 @@ pub(super) fn align(series: &mut BTreeMap<String, Series>, by: &str) -> usize {
     resets.len()
 }
 
-/// The row at which a topic's stamps are set back, which is about this one.
+/// The row near this one at which a topic's stamps are set back.
 fn start(time_s: &[f64], backs: &[usize], about: usize) -> usize {
     let is_near = |row: &usize| {
         let between = &time_s[about.min(*row)..about.max(*row)];
@@ -58,14 +59,14 @@ fn start(time_s: &[f64], backs: &[usize], about: usize) -> usize {
     near.min_by_key(|row| row.abs_diff(about)).unwrap_or(about)
 }
 
-/// Rows whose stamp lies far before that of the row before.
+/// Rows whose stamp is far before that of the previous row.
 fn backs(time_s: &[f64]) -> impl Iterator<Item = usize> {
     let pairs = time_s.windows(2).enumerate();
     pairs.filter_map(|(row, pair)| (pair[1] < pair[0] - RESET_S).then_some(row + 1))
 }
 
-/// Where one topic's clock steps back for good, all that follows in it is shifted so that one
-/// median step lies between. Tells how often that was.
+/// Shifts the later stamps of one topic after each permanent step back, so that one median step lies
+/// between. Returns the number of shifts.
 pub(super) fn unwrap(time_s: &mut [f64]) -> usize {
     find(time_s).len()
 }
@@ -91,7 +92,7 @@ fn find(time_s: &mut [f64]) -> Vec<Reset> {
             shift_s += by_s;
         }
         time_s[row] += shift_s;
-        // A single stray stamp far ahead is no time to go on from.
+        // The log must not continue from a single stray stamp far ahead.
         let stray = row + 1 < time_s.len() && time_s[row + 1] + shift_s < time_s[row] - RESET_S;
         let lasting_stray = stray && time_s[row] - latest_s > RESET_S;
         if !lasting_stray {

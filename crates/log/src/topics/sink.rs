@@ -1,4 +1,4 @@
-//! What readers of logs hand over, whatever the format.
+//! Interface between the readers of logs and their sinks, for all formats.
 
 use super::LogFormat;
 
@@ -6,9 +6,9 @@ use super::LogFormat;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Layout {
     pub(crate) name: String,
-    /// The type of its messages, such as `sensor_msgs/Imu`; empty where the format knows none.
+    /// The type of its messages, such as `sensor_msgs/Imu`; empty if the format states none.
     pub(crate) kind: String,
-    /// Counts the sources of one kind.
+    /// Number of the source among those of one kind.
     pub(crate) instance: u32,
     /// Names of the fields that hold numbers.
     pub(crate) fields: Vec<String>,
@@ -16,12 +16,12 @@ pub(crate) struct Layout {
     pub(crate) texts: Vec<String>,
 }
 
-/// What a sink wants of a topic.
+/// Data of a topic that a sink requests.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Wanted {
-    /// Nothing at all.
+    /// No data.
     Nothing,
-    /// That there was a message, and when.
+    /// Only the stamps of its messages.
     Stamps,
     /// Stamps and the values of these fields, in this order.
     Fields(Vec<usize>),
@@ -32,54 +32,55 @@ pub(super) fn short_kind(kind: &str) -> String {
     kind.replacen("/msg/", "/", 1)
 }
 
-/// Takes what a reader finds, in the order of the file.
+/// Receives the content of a log from its reader, in the order of the file.
 pub(crate) trait Sink {
-    /// A topic, before its first message, and again whenever its fields have become more. `id`
-    /// counts topics from 0.
+    /// A topic, before its first message, and again whenever it has new fields. `id` counts topics
+    /// from 0.
     fn topic(&mut self, id: usize, layout: &Layout) -> Wanted;
-    /// A message with its stamp in ns since the log's own zero, and the values wanted.
+    /// A message with its stamp in ns since the log's own zero, and the requested values.
     fn message(&mut self, id: usize, stamp_ns: Option<i64>, values: &[f64]);
-    /// The stamps of all messages of these topics since they were last moved are to be moved by
-    /// this.
+    /// Shifts the stamps of all messages of these topics since their last shift.
     fn shift(&mut self, ids: &[usize], by_ns: i64);
     /// A parameter of the vehicle.
     fn parameter(&mut self, name: &str, value: f64);
 }
 
-/// What a reader could not read.
+/// Data that a reader could not read.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Loss {
-    /// Whether the file breaks off inside of a record.
+    /// Whether the file ends inside a record.
     pub(crate) truncated: bool,
-    /// Stretches of bytes that are no record.
+    /// Number of damaged sections: bytes that are not records.
     pub(crate) corrupt: usize,
-    /// Bytes in them, and in the record that breaks off.
+    /// Bytes in damaged sections, and in the incomplete last record.
     pub(crate) skipped_bytes: u64,
     /// Messages that do not fit their definition.
     pub(crate) undecodable: usize,
-    /// What else a person should know, one sentence each.
+    /// Further warnings, one sentence each.
     pub(crate) notes: Vec<String>,
 }
 
-/// Most sentences that are kept.
+/// Largest number of stored sentences, so that the report of a damaged file stays readable.
 const MOST_NOTES: usize = 32;
 
 impl Loss {
-    /// Keeps a sentence, as long as there are not too many.
+    /// Stores a sentence, unless there are too many.
     pub(crate) fn note(&mut self, text: String) {
         match self.notes.len() {
             ..MOST_NOTES => self.notes.push(text),
-            MOST_NOTES => self.notes.push("and more of this kind".to_owned()),
+            MOST_NOTES => self
+                .notes
+                .push("further messages of this kind were omitted".to_owned()),
             _ => {}
         }
     }
 }
 
-/// Why a reader gives up.
+/// Error of a reader.
 #[derive(Debug)]
 pub(crate) enum ReadError {
     Io(std::io::Error),
-    /// The file is none of its format, or holds nothing of it.
+    /// The file is not of this format, or contains none of its records.
     Broken(String),
 }
 
@@ -121,7 +122,7 @@ impl Scalar {
         }
     }
 
-    /// The number that starts at `at`; NaN where the bytes end before.
+    /// The number that starts at `at`; NaN if the bytes end before.
     #[inline]
     pub(crate) fn read(self, bytes: &[u8], at: usize) -> f64 {
         fn take<const N: usize>(bytes: &[u8], at: usize) -> Option<[u8; N]> {

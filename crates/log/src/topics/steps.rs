@@ -1,4 +1,4 @@
-//! Steps between stamps, in little memory for any number of them.
+//! Histogram of the steps between stamps, in constant memory.
 
 /// Bins to a doubling.
 const FINE: f64 = 8.0;
@@ -6,9 +6,9 @@ const FINE: f64 = 8.0;
 const SHORTEST_NS: f64 = 64.0;
 /// Bins: from 64 ns to 64 ns · 2⁴⁶, a month and a half.
 const BINS: usize = 46 * 8;
-/// A step of this many median steps is a gap.
+/// Least length of a gap, in median steps. It equals the limit of interpolation in `join.rs`.
 const GAP_STEPS: f64 = 10.0;
-/// No step shorter than this is a gap, in s.
+/// Least length of a gap, s, as in `join.rs`.
 const SHORTEST_GAP_S: f64 = 0.05;
 
 /// Counts and sums of steps by their size.
@@ -18,7 +18,7 @@ pub(crate) struct Steps {
     sum_s: Vec<f64>,
     longest_s: f64,
     total: u64,
-    /// Stamps not after the one before.
+    /// Number of stamps that are not after the previous one.
     pub(crate) backward: usize,
     last_ns: Option<i64>,
 }
@@ -39,7 +39,7 @@ impl Default for Steps {
 /// Rate and gaps of a topic's stamps.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct StepsSummary {
-    /// Messages a second outside of gaps.
+    /// Messages per second, without the gaps.
     pub(crate) rate_hz: Option<f64>,
     pub(crate) longest_s: Option<f64>,
     pub(crate) gaps: usize,
@@ -56,7 +56,7 @@ impl Steps {
         let step_ns = stamp_ns.saturating_sub(last);
         if step_ns <= 0 {
             self.backward += 1;
-            // A single stray stamp far ahead must not make all that follows count as backward.
+            // After a single stray stamp far ahead, later stamps must not count as backward.
             self.last_ns = Some(stamp_ns);
             return;
         }

@@ -1,4 +1,4 @@
-//! What a log holds, counted in a pass over all of it.
+//! Survey of a log: topics, rates, gaps and ranges of values, counted in one pass.
 
 use super::LogFormat;
 use super::fields::{FieldSums, unite};
@@ -14,27 +14,27 @@ pub struct Topic {
     pub name: String,
     /// Counts the sources of one kind from 0.
     pub instance: u32,
-    /// How expressions in a map name it: the name, with `#` and the instance if that is not 0.
+    /// Its name in the expressions of a map: the name, with `#` and the instance if that is not 0.
     pub key: String,
     /// The type of its messages, such as `sensor_msgs/Imu`, where the format states it.
     pub kind: Option<String>,
-    /// How many there are.
+    /// Number of messages.
     pub messages: usize,
     /// Stamp of the first, in s from the log's zero.
     pub first_s: Option<f64>,
     /// Stamp of the last, in s from the log's zero.
     pub last_s: Option<f64>,
-    /// Messages a second, gaps left out.
+    /// Messages per second, without the gaps.
     pub rate_hz: Option<f64>,
     /// Longest time between two messages, in s.
     pub longest_step_s: Option<f64>,
     /// Steps ten times as long as the median and longer than 0.05 s.
     pub gaps: usize,
-    /// Their sum, in s.
+    /// Sum of the gaps, in s.
     pub gaps_s: f64,
-    /// Messages without a stamp.
+    /// Number of messages without a stamp.
     pub absent_stamps: usize,
-    /// Messages whose stamp is not after the one before.
+    /// Number of messages whose stamp is not after the previous one.
     pub backward_stamps: usize,
     /// The fields that hold numbers.
     pub fields: Vec<Field>,
@@ -47,9 +47,9 @@ pub struct Topic {
 pub struct Field {
     /// The name in the topic.
     pub name: String,
-    /// Values that are finite.
+    /// Number of finite values.
     pub count: usize,
-    /// Their sum.
+    /// Sum of the finite values.
     pub sum: f64,
     /// The smallest.
     pub min: Option<f64>,
@@ -57,25 +57,25 @@ pub struct Field {
     pub max: Option<f64>,
 }
 
-/// What a log holds.
+/// Summary of a log.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Survey {
     /// The file.
     pub path: String,
     /// Its format, recognised by its content.
     pub format: LogFormat,
-    /// What stamps count from.
+    /// The zero of the stamps.
     pub zero: String,
     /// From the first stamp to the last, in s.
     pub duration_s: f64,
     /// The topics, in the order of their names.
     pub topics: Vec<Topic>,
-    /// The vehicle's parameters as they were at first.
+    /// The vehicle's parameters, with their first values.
     pub parameters: BTreeMap<String, f64>,
 }
 
 impl Survey {
-    /// The topic that expressions name so.
+    /// The topic with this name in expressions.
     #[must_use]
     pub fn topic(&self, key: &str) -> Option<&Topic> {
         self.topics.iter().find(|topic| topic.key == key)
@@ -96,7 +96,7 @@ impl Topic {
     }
 }
 
-/// How expressions name a topic.
+/// The name of a topic in expressions.
 pub(super) fn key(name: &str, instance: u32) -> String {
     match instance {
         0 => name.to_owned(),
@@ -108,7 +108,7 @@ struct TopicCounts {
     layout: Layout,
     messages: usize,
     absent: usize,
-    /// How many messages had a stamp when the stamps were last moved.
+    /// Number of messages with a stamp when the stamps were last shifted.
     settled: usize,
     first_ns: Option<i64>,
     last_ns: Option<i64>,
@@ -116,21 +116,22 @@ struct TopicCounts {
     fields: Vec<FieldSums>,
 }
 
-/// What a topic of a reader is here, where several may be of one name.
+/// Link from a reader's topic to a topic of the survey. Several topics of a reader may share a name.
 #[derive(Clone, Default)]
 struct Source {
     /// Place in `topics`.
     topic: usize,
-    /// For each of its fields that in the topic; `None` where they are the topic's first.
+    /// Index in the topic of each of its fields; `None` if these are the topic's first fields.
     fields: Option<Vec<usize>>,
 }
 
-/// Most parameters that are kept.
+/// Largest number of stored parameters: PX4 has about 2000, ArduPilot 1500. It bounds the memory for
+/// a damaged file.
 const MOST_PARAMETERS: usize = 20_000;
 
-/// Surveys what a reader hands over.
+/// The sink that makes the survey.
 pub(super) struct Surveyor {
-    /// Whether values are looked at, or only names and numbers of messages.
+    /// Whether values are counted, or only names and numbers of messages.
     deep: bool,
     topics: Vec<TopicCounts>,
     /// By the reader's number.
@@ -143,7 +144,7 @@ pub(super) struct Surveyor {
     longest_jump_ns: i64,
 }
 
-/// Stamps of neighbours in the file that are farther apart jump, in ns: one minute.
+/// Least jump between the stamps of neighbouring messages that is reported, ns: one minute.
 const JUMP_NS: i64 = 60_000_000_000;
 
 impl Surveyor {
@@ -161,7 +162,7 @@ impl Surveyor {
         }
     }
 
-    /// What a person should know, one sentence each.
+    /// Warnings, one sentence each.
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.jumps > 0 {

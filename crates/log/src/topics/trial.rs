@@ -1,4 +1,4 @@
-//! From a log to a trial.
+//! Makes a trial of a log.
 
 use super::joined::Joined;
 use super::log::{Gathered, Log};
@@ -11,9 +11,9 @@ use crate::{Findings, LogError};
 use std::collections::{BTreeMap, BTreeSet};
 use touchdown_trial::{TIME_CHANNEL, Trial};
 
-/// Memory of a trial above which a warning states it, in bytes.
+/// Memory of a trial above which a warning states it, in bytes: an hour of ten channels at 350 Hz.
 const LARGE: usize = 100_000_000;
-/// Names that an error lists at most.
+/// Largest number of names in an error, so that it fits on a screen.
 const LISTED: usize = 40;
 
 impl Log {
@@ -65,7 +65,7 @@ impl Log {
         let mut told = Findings::default();
         let clock = clock(&resolved.map, survey, &mut told)?;
         if !gathered.series.contains_key(&clock) {
-            // A map of stamps only, which names no clock.
+            // The map uses only stamps and names no clock.
             gathered = self.gather(std::iter::empty(), std::iter::once(clock.as_str()))?;
         }
         let Gathered {
@@ -84,7 +84,7 @@ impl Log {
         let bytes = size_of::<f64>() * trial.len() * (1 + trial.channels().len());
         if bytes > LARGE {
             notes.push(format!(
-                "{} rows of {} channels take {} MB of memory, however small the rest of the log",
+                "{} rows of {} channels take {} MB of memory",
                 trial.len(),
                 trial.channels().len(),
                 bytes / 1_000_000
@@ -96,19 +96,19 @@ impl Log {
 }
 
 impl Survey {
-    /// Whether the map's expressions can have a value of this name.
+    /// Whether the log has a value of this name for expressions.
     pub(super) fn knows(&self, map: &Map, name: &str) -> bool {
         is_known(map, name) || name == TIME_CHANNEL || self.resolve(name).is_some()
     }
 
-    /// The map without what cannot be taken from the log.
+    /// The map with only those expressions that the log supports.
     pub(super) fn resolved(&self, map: &Map) -> Resolved {
         map.resolve(&|name| self.knows(map, name), &|name| self.parameter(name))
     }
 }
 
-/// The topic whose stamps are the rows: the first that the map names and the log has; without
-/// one in the map, that with most messages among the topics in use.
+/// The topic whose messages are the rows: the first clock of the map that the log has. If the map
+/// names no clock, it is the used topic with most messages.
 fn clock(map: &Map, survey: &Survey, findings: &mut Findings) -> Result<String, LogError> {
     let Some((place, clocks)) = map.clocks() else {
         let names = map.names().into_iter();
@@ -141,7 +141,7 @@ fn clock(map: &Map, survey: &Survey, findings: &mut Findings) -> Result<String, 
     })
 }
 
-/// There is no such topic, or no such field in it, or no such parameter.
+/// The error of a missing topic, field or parameter.
 pub(super) fn no_field(survey: &Survey, rule: &Rule, name: &str) -> LogError {
     let topic = name.match_indices('.').rev();
     let mut topics = topic.filter_map(|(dot, _)| survey.topic_like(&name[..dot]));

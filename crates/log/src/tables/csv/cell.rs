@@ -1,6 +1,6 @@
 //! One cell of a text table: gap, number, date-time stamp or text.
 
-/// What a cell holds.
+/// Content of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Cell {
     Gap,
@@ -12,7 +12,7 @@ pub(crate) enum Cell {
     Text,
 }
 
-/// Words for a missing value, beside those that parse as NaN.
+/// Words for a missing value, in addition to those that parse as NaN.
 const GAP_WORDS: [&str; 10] = [
     "na",
     "n/a",

@@ -1,13 +1,13 @@
-//! How a text table is laid out: lines, header, delimiter.
+//! Layout of a text table: lines, header, delimiter.
 
 use super::cell::{Cell, classify};
 use crate::LogError;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
-/// Lines that take part in finding the delimiter.
+/// Number of lines that decide the delimiter.
 const SAMPLED_LINES: usize = 20;
-/// Delimiters in the order in which they win a draw.
+/// Delimiters, in the order of preference between equals.
 const DELIMITERS: [u8; 4] = [b',', b';', b'\t', b'|'];
 
 /// A line that is not blank.
@@ -159,8 +159,8 @@ fn is_row_of_numbers(line: &[u8], delimiter: u8) -> bool {
     kinds.iter().all(|kind| *kind != Cell::Text) && kinds.iter().any(|kind| *kind != Cell::Gap)
 }
 
-/// The delimiter that cuts most lines into as many cells as the first, and into more than one;
-/// of equals the one that gives more cells.
+/// The delimiter with which most lines have as many cells as the first, and more than one. Between
+/// equals, the one with more cells.
 fn sniff(lines: &[Line<'_>]) -> u8 {
     let Some((header, rows)) = lines.split_first() else {
         return DELIMITERS[0];
@@ -188,10 +188,10 @@ fn sniff(lines: &[Line<'_>]) -> u8 {
     best.2
 }
 
-/// Cuts a line into cells without the spaces around them. `false` where quotes do not pair up.
+/// Splits a line into cells without the spaces around them. `false` if quotes do not pair up.
 ///
-/// A quoted cell ends with its line at the latest. So a stray quote in a corrupt section costs
-/// its own row, and not all that follows up to the next quote.
+/// A quoted cell ends with its line at the latest. So a stray quote in a corrupt section costs only
+/// its own row, not all rows up to the next quote.
 pub(crate) fn split<'a>(line: &'a [u8], delimiter: u8, cells: &mut Vec<Cow<'a, [u8]>>) -> bool {
     cells.clear();
     if !line.contains(&b'"') {
@@ -229,8 +229,8 @@ pub(crate) fn split<'a>(line: &'a [u8], delimiter: u8, cells: &mut Vec<Cow<'a, [
     }
 }
 
-/// The cell that starts after an opening quote, whether it is closed, and how far it reaches with
-/// its closing quote. A doubled quote is one quote.
+/// The cell after an opening quote, whether it is closed, and its length including the closing
+/// quote. A doubled quote counts as one quote.
 fn unquote(text: &[u8]) -> (Vec<u8>, bool, usize) {
     let mut cell = Vec::new();
     let mut at = 0;
@@ -250,7 +250,7 @@ fn unquote(text: &[u8]) -> (Vec<u8>, bool, usize) {
     (cell, false, text.len())
 }
 
-/// Column names, unique and not empty, but for an empty last one that a trailing delimiter makes.
+/// Column names, unique and not empty. Only the last one may be empty, after a trailing delimiter.
 fn names(header: &[u8], delimiter: u8, warnings: &mut Vec<String>) -> Vec<String> {
     let mut cells = Vec::new();
     if !split(header, delimiter, &mut cells) {

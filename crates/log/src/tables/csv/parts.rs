@@ -1,4 +1,4 @@
-//! Text tables part by part, in memory that does not grow with the file.
+//! Text tables part by part, in bounded memory.
 
 use super::layout::{layout, not_text, rows};
 use super::read::{TablePart, TableReader};
@@ -6,10 +6,10 @@ use crate::hashing::Hashing;
 use crate::{Findings, LogError};
 use std::io::{self, Read};
 
-/// Bytes of a line at most.
+/// Longest line, bytes. It bounds the memory for a file without line ends.
 const LONGEST: usize = 64 << 20;
 
-/// Hands over the rows part by part, `part` bytes at once, and returns the SHA-256 of all bytes.
+/// Passes the rows on in parts of `part` bytes, and returns the SHA-256 of the file.
 pub(crate) fn each_part(
     path: &str,
     input: impl Read,
@@ -27,7 +27,7 @@ pub(crate) fn each_part(
         let read = input.by_ref().take(part as u64).read_to_end(&mut bytes);
         let read = read.map_err(of_read)?;
         let ends = read < part;
-        // The last line waits for what follows it, for the file's last one may break off.
+        // The last line waits for the next part, because only the file's last line may be incomplete.
         let inner = &bytes[..bytes.len().saturating_sub(1)];
         let end = |byte: u8| inner.iter().rposition(|&b| b == byte);
         let length = match end(b'\n').or_else(|| end(b'\r')) {

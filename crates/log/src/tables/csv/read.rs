@@ -8,22 +8,25 @@ use std::path::Path;
 /// Longest example of a text cell that is kept, in characters.
 const EXAMPLE_CHARS: usize = 40;
 
-/// Reads a text table with a header, and counts what was found on the way.
+/// Reads a text table with a header, and counts faulty rows and gaps.
 ///
-/// Read without a warning: a UTF-8 byte-order mark; line ends LF, CRLF, CR or mixed; a header that
-/// starts with `#` and other comment lines that do; spaces around names and cells; quoted cells;
-/// comma, semicolon, tab or `|` as delimiter; empty cells, `nan` and words such as `n/a` as gaps;
-/// `true` and `false` as 1 and 0; a delimiter at the end of every line.
+/// These are read without a warning:
+///
+/// - a UTF-8 byte-order mark; line ends LF, CRLF, CR or mixed;
+/// - a header or comment lines that start with `#`;
+/// - comma, semicolon, tab or `|` as delimiter, also at the end of every line;
+/// - spaces around names and cells; quoted cells;
+/// - empty cells, `nan` and words such as `n/a` as gaps; `true` and `false` as 1 and 0.
 ///
 /// Date-time stamps such as `2019-11-07 18:45:58:868` become seconds from the first one. A column
 /// with more text than numbers is kept as text, without values. Decimal commas are read where a
 /// comma does not separate cells, with a warning.
 ///
-/// A row of units below the header is passed over with a warning.
+/// A row of units below the header is skipped with a warning.
 ///
-/// A row with the wrong number of cells, or with text where the column holds numbers, is corrupt:
-/// it is dropped and counted. If it is the last one and breaks off, it is truncated. A row that
-/// breaks off inside its very last number looks like a whole one.
+/// A row with the wrong number of cells, or with text in a column of numbers, is corrupt: it is
+/// dropped and counted. An incomplete last row counts as truncated. A row that ends inside its last
+/// number cannot be recognised as incomplete.
 ///
 /// # Errors
 /// [`LogError::Read`], [`LogError::Empty`], [`LogError::NotText`], [`LogError::NoHeader`] or
@@ -55,7 +58,7 @@ pub fn parse_csv(path: &str, bytes: &[u8]) -> Result<(Table, Findings), LogError
     Ok((table, findings))
 }
 
-/// A cell that is no plain number.
+/// A cell that is not a plain number.
 enum OtherCell {
     Stamp(i64),
     Text(String),
@@ -71,7 +74,7 @@ struct RawColumn {
     odd: Vec<(usize, OtherCell)>,
 }
 
-/// What a column is known to hold; of stamps also the first, in ns.
+/// Type of a column, if known; for stamps also the first one, in ns.
 #[derive(Clone, Copy, PartialEq)]
 enum ColumnContent {
     Numbers,
@@ -84,20 +87,20 @@ pub(crate) struct TableReader {
     names: Vec<String>,
     delimiter: u8,
     held: Vec<Option<ColumnContent>>,
-    /// PartReader so far, whole or not.
+    /// Rows so far, complete or not.
     rows: usize,
     comma_numbers: usize,
     first_fault: Option<String>,
     findings: Findings,
 }
 
-/// PartReader of a table, and their numbers in the file.
+/// Rows of a table, and their numbers in the file.
 pub(crate) struct TablePart {
     pub(crate) row_numbers: Vec<usize>,
     pub(crate) columns: Vec<Column>,
 }
 
-/// The rows of a part on their way.
+/// The rows of a part while it is read.
 struct PartReader<'a> {
     reading: &'a mut TableReader,
     columns: Vec<RawColumn>,
@@ -124,8 +127,8 @@ impl TableReader {
         }
     }
 
-    /// Reads the next lines, without comments and blank ones; `ends` is true if they are the
-    /// last. What a column holds is settled by the first part in which it holds anything.
+    /// Reads the next lines, without comments and blank ones; `ends` is true for the last lines. The
+    /// first part with values of a column decides its type.
     pub(crate) fn part(&mut self, lines: &[Line<'_>], ends: bool) -> TablePart {
         let first = self.rows;
         self.rows += lines.len();
@@ -156,7 +159,7 @@ impl TableReader {
         ));
     }
 
-    /// What was counted in all parts.
+    /// The counts of all parts.
     pub(crate) fn conclude(mut self, path: &str) -> Result<Findings, LogError> {
         if let Some(fault) = &self.first_fault {
             self.findings.warnings.push(format!(
@@ -166,7 +169,7 @@ impl TableReader {
         }
         if self.findings.rows_used == 0 {
             let reason = match (&self.first_fault, self.findings.rows_read) {
-                (_, 0) => "there is only a header".to_owned(),
+                (_, 0) => "the file contains only a header".to_owned(),
                 (Some(fault), read) => format!("all {read} rows are corrupt, the first in {fault}"),
                 (None, read) => format!("{read} rows, all empty or broken off"),
             };
@@ -175,7 +178,7 @@ impl TableReader {
         }
         if self.comma_numbers > 0 {
             self.findings.warnings.push(format!(
-                "{} cells have a decimal comma and were read so",
+                "{} cells have a decimal comma; it was read as a decimal point",
                 self.comma_numbers
             ));
         }
@@ -202,7 +205,7 @@ impl PartReader<'_> {
             self.reading.findings.empty_rows += 1;
             return;
         }
-        // A row can break off just after its last delimiter.
+        // A row can end just after its last delimiter.
         let last_empty = cells.last().is_some_and(|cell| cell.is_empty());
         let cut_at_end = is_last && !line.ended && last_empty && !self.last_cell_empty;
         if !paired || cells.len() != width || cut_at_end {
@@ -241,7 +244,7 @@ impl PartReader<'_> {
             .zip(known)
             .map(|(raw, (name, held))| raw.finish(name.clone(), held, &mut bad))
             .collect();
-        // Only a delimiter at the line's end makes a column without a name, and it holds nothing.
+        // Only a delimiter at the line's end makes a column without a name, which is always empty.
         columns.retain(|column| !column.name.is_empty() || column.has_content());
         for (index, column) in columns.iter_mut().enumerate() {
             if column.name.is_empty() {
@@ -254,7 +257,7 @@ impl PartReader<'_> {
             if position == 0 && self.first_is_text {
                 self.reading.findings.rows_read -= 1;
                 self.reading.findings.warnings.push(format!(
-                    "line {line} holds no number and was taken for a row of units"
+                    "line {line} holds no number; it was read as a row of units"
                 ));
             } else if last.is_some_and(|last| last.number == line && !last.ended) {
                 self.reading.breaks_off(line);
@@ -300,8 +303,8 @@ impl RawColumn {
         self.values.push(value);
     }
 
-    /// Settles what the column holds, unless that is known; notes in `bad` what is wrong with rows
-    /// that do not fit.
+    /// Decides the type of the column, unless it is known. Notes in `bad` the faults of rows that do
+    /// not match it.
     fn finish(
         mut self,
         name: String,
@@ -342,7 +345,7 @@ impl RawColumn {
                     match odd {
                         OtherCell::Stamp(stamp) => {
                             let origin = *origin.get_or_insert(*stamp);
-                            // Centuries apart are more nanoseconds than an i64 holds.
+                            // Stamps centuries apart differ by more nanoseconds than an i64 can hold.
                             let since = i128::from(*stamp) - i128::from(origin);
                             self.values[*position] = since as f64 / 1e9;
                         }

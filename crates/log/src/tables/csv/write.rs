@@ -4,7 +4,7 @@ use std::path::Path;
 use touchdown_files::write_whole;
 use touchdown_trial::{TIME_CHANNEL, Trial};
 
-/// Writes a trial: `time_s`, then its channels in order; gaps are empty cells, and numbers are the
+/// Writes a trial: `time_s`, then its channels in order. Gaps are empty cells. Numbers are the
 /// shortest text that reads back to the same bits.
 ///
 /// The file appears whole or not at all: it is written under a temporary name in the same folder,
@@ -24,7 +24,7 @@ pub fn write_csv(trial: &Trial, path: impl AsRef<Path>) -> Result<(), LogError> 
 #[must_use]
 pub fn to_csv(trial: &Trial) -> Vec<u8> {
     let mut text = Vec::new();
-    // A vector takes every write.
+    // Writing into a vector cannot fail.
     let _ = rows(trial, &mut text);
     text
 }

@@ -1,4 +1,4 @@
-//! A file for the reader of Parquet that believes no length beyond its end.
+//! A file for the Parquet reader that rejects lengths beyond its end.
 
 use bytes::Bytes;
 use parquet::errors::{ParquetError, Result};

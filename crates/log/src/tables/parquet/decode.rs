@@ -8,10 +8,11 @@ use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::RowGroupReader;
 use parquet::schema::types::ColumnDescPtr;
 
-/// Values that are decoded at once: 64 KB, which stay in the processor's caches until they are used.
+/// Values that are decoded at once: 64 KB, which stay in the processor's caches. The value affects
+/// only speed.
 const BLOCK: usize = 8192;
 
-/// What the values of a column are.
+/// Type of a column's values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Content {
     Number,
@@ -19,7 +20,7 @@ pub(super) enum Content {
     /// Time stamps, with so many units to the second.
     Stamp(f64),
     Text,
-    /// Nothing that a table could hold.
+    /// A type that a table cannot hold.
     Other,
 }
 
@@ -75,7 +76,7 @@ pub(super) fn numbers(
 ) -> Result<usize> {
     let mut whole = |value: Option<i64>, narrow: bool| match (value, content) {
         (None, _) => f64::NAN,
-        // The difference of whole numbers is exact where that of seconds is not.
+        // The difference of whole numbers is exact; that of seconds would be rounded.
         (Some(v), Content::Stamp(unit)) => v.wrapping_sub(*origin.get_or_insert(v)) as f64 / unit,
         (Some(v), Content::Unsigned) if narrow => f64::from(v as u32),
         (Some(v), Content::Unsigned) => v as u64 as f64,

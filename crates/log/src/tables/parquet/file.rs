@@ -64,7 +64,7 @@ impl ParquetColumn {
 }
 
 impl ParquetFile {
-    /// Opens a file. Columns of lists are left out.
+    /// Opens a file. Columns of lists are omitted.
     ///
     /// # Errors
     /// [`LogError::Read`], and [`LogError::NotALog`] for a file without its last part, which holds the
@@ -96,7 +96,7 @@ impl ParquetFile {
         })
     }
 
-    /// The path as it was given.
+    /// The path by which the file was opened.
     #[must_use]
     pub fn path(&self) -> &str {
         &self.path
@@ -115,7 +115,7 @@ impl ParquetFile {
         usize::try_from(rows).unwrap_or(0)
     }
 
-    /// What the file says under a key beside its table.
+    /// The file's metadata under a key.
     #[must_use]
     pub fn note(&self, key: &str) -> Option<&str> {
         let notes = self.reader.metadata().file_metadata();
@@ -151,7 +151,7 @@ impl ParquetFile {
         self.reader.get_row_group(group)
     }
 
-    /// The file cannot be read as it states it can.
+    /// The error of a file whose content contradicts its table of contents.
     pub(super) fn broken(&self, error: &ParquetError) -> LogError {
         broken(&self.path, error)
     }

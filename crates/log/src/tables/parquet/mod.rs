@@ -1,8 +1,7 @@
 //! Parquet files: tables of any size, read by column and written whole.
 //!
-//! * [`read_parquet`] makes a [`Table`](crate::Table); it leaves damaged row groups out and counts them.
-//! * [`ParquetFile`] is for who needs a few columns, text as well, or the rows block by block; what is
-//!   damaged is an error.
+//! * [`read_parquet`] makes a [`Table`](crate::Table); it skips damaged row groups and counts them.
+//! * [`ParquetFile`] reads single columns, also text, and rows block by block; damage is an error.
 //! * [`to_parquet`] gives the bytes of a file.
 
 mod bounded;
@@ -26,7 +25,8 @@ pub use write::to_parquet;
 /// How a file starts and ends.
 const MAGIC: [u8; 4] = *b"PAR1";
 
-/// Whether the first bytes are those of a Parquet file. What cannot be opened is for its reader to report.
+/// Whether the first bytes are those of a Parquet file. A file that cannot be opened is not; its
+/// reader reports the error.
 pub(crate) fn is_parquet(path: &Path) -> bool {
     let mut start = [0; 4];
     let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));

@@ -1,10 +1,10 @@
-//! Pages of a column of Parquet that stand behind the dictionary that they need.
+//! Pages of a Parquet column, checked to follow their dictionary.
 
 use parquet::basic::Encoding;
 use parquet::column::page::{Page, PageMetadata, PageReader};
 use parquet::errors::{ParquetError, Result};
 
-/// Pages in order; one whose dictionary is missing is an error, which decoders take for granted.
+/// Pages in order. A page without its dictionary is an error here, because decoders do not check it.
 pub(super) struct Pages {
     pages: Box<dyn PageReader>,
     has_dictionary: bool,

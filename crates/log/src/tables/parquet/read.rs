@@ -1,4 +1,4 @@
-//! Reads Parquet files into tables, row group by row group, only the columns that are asked for.
+//! Reads requested columns of Parquet files into tables, row group by row group.
 
 use super::decode::{Content, numbers, texts};
 use super::file::{ParquetColumn, ParquetFile};
@@ -9,12 +9,12 @@ use std::fs::File;
 use std::ops::Range;
 use std::path::Path;
 
-/// Most rows that a file may state for each of its bytes, and rows that any file may state beside. Plain
-/// numbers take bytes a row, but repeated ones less than a bit: smaller limits refuse files that compress
-/// well, larger ones let a damaged count take more memory.
+/// Largest number of rows that a file may state per byte, and in addition. Plain numbers take bytes
+/// for each row, repeated ones less than a bit. Smaller limits reject files that compress well; larger
+/// ones let a damaged count use more memory.
 const ROWS_A_BYTE: u64 = 64;
 const ROWS_ANYWAY: u64 = 1 << 20;
-/// Longest example of a text cell that is kept, in characters: as much as fits into a message.
+/// Longest stored example of a text cell, in characters, so that a message stays readable.
 const EXAMPLE_CHARS: usize = 40;
 
 /// A column whose row groups are read one after the other.
@@ -26,11 +26,11 @@ struct PartialColumn {
     example: Option<String>,
 }
 
-/// Reads a Parquet file into a table: columns of numbers as they are, stamps in seconds from the
-/// first one, nulls as gaps; nested columns are left out. With `wanted`, only those columns are
+/// Reads a Parquet file into a table: columns of numbers without conversion, stamps in seconds from
+/// the first one, nulls as gaps. Columns of lists are omitted. With `wanted`, only those columns are
 /// read.
 ///
-/// A row group that is damaged is left out and counted as corrupt rows.
+/// A damaged row group is skipped, and its rows count as corrupt.
 ///
 /// # Errors
 /// [`LogError::Read`], [`LogError::NotALog`] for a file without its last part, which holds the
@@ -49,7 +49,7 @@ pub fn read_parquet(
         }
         for (column, more) in columns.iter_mut().zip(group) {
             column.values.extend(more.values);
-            // The first text may come late.
+            // The first text may be in a later row group.
             column.kind = more.kind;
         }
     })?;
@@ -62,7 +62,7 @@ pub fn read_parquet(
     Ok((table, findings))
 }
 
-/// Hands over the row groups that are whole with their rows' numbers, and returns the file's SHA-256.
+/// Passes on the undamaged row groups with their row numbers, and returns the file's SHA-256.
 pub(crate) fn each_group(
     path: &Path,
     wanted: Option<&dyn Fn(&str) -> bool>,
@@ -79,7 +79,7 @@ pub(crate) fn each_group(
     let lists = file.lists.iter();
     let mut findings = Findings {
         warnings: lists
-            .map(|label| format!("{label}: left out, for it holds lists"))
+            .map(|label| format!("{label}: omitted, because it holds lists"))
             .collect(),
         ..Findings::default()
     };
@@ -95,7 +95,7 @@ pub(crate) fn each_group(
     for group in 0..file.groups() {
         let stated = file.rows_of(group);
         let rows = usize::try_from(stated).unwrap_or(0);
-        // A number of rows that a file of this size cannot hold must not take memory, and does not count.
+        // An impossible number of rows must not allocate memory, and does not count as lost rows.
         let is_borne_out = (findings.rows_used as u64).saturating_add(rows as u64) <= most_rows;
         let rows = if is_borne_out { rows } else { 0 };
         let first = findings.rows_read;
@@ -103,7 +103,7 @@ pub(crate) fn each_group(
         let read = if is_borne_out {
             read_group(&file, group, &mut columns, rows)
         } else {
-            let text = "there are not that many in a file of its size".to_owned();
+            let text = "a file of this size cannot hold that many rows".to_owned();
             Err(ParquetError::General(text))
         };
         match read {

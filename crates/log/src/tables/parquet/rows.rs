@@ -71,13 +71,13 @@ impl ParquetRows {
         })
     }
 
-    /// The rows that were read, as a share of all.
+    /// The share of rows that have been read.
     #[must_use]
     pub fn share(&self) -> f64 {
         self.done as f64 / self.file.rows().max(1) as f64
     }
 
-    /// The next rows, `most` at most; none at the end.
+    /// The next rows, at most `most`; none at the end.
     ///
     /// # Errors
     /// [`LogError::NotALog`] for a damaged file, or one with more or fewer rows than it states.
@@ -86,7 +86,7 @@ impl ParquetRows {
         read.map_err(|error| self.file.broken(&error))
     }
 
-    /// A column without a value for each that is read.
+    /// An empty buffer for each column that is read.
     pub(super) fn empty(&self) -> Vec<ParquetValues> {
         self.columns.iter().map(ParquetValues::empty).collect()
     }
@@ -133,7 +133,7 @@ impl ParquetRows {
         }
     }
 
-    /// Whether there was one more.
+    /// Opens the next row group; whether there was one.
     fn open_group(&mut self) -> Result<bool, ParquetError> {
         if self.group == self.file.groups() {
             return Ok(false);

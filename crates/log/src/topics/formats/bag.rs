@@ -1,7 +1,8 @@
 //! Reads bags of ROS 1, format 2.0.
 //!
-//! A file is records of a head and data, each with its length; most lie in chunks, compressed or
-//! not. The index is not needed, so a bag that was not closed is read like any other.
+//! A file is a sequence of records, each with a head and data of stated lengths. Most records are in
+//! chunks, compressed or not. The reader does not need the index, so it also reads a bag that was not
+//! closed.
 
 use super::channel::{Channel, MOST_FIELDS_IN_ALL, unpack, unpack_prefix};
 use super::clocks::Clocks;
@@ -12,7 +13,7 @@ use crate::topics::sink::{Loss, ReadError, Sink};
 use std::collections::HashMap;
 use std::io::Read;
 
-/// How a file starts.
+/// First bytes of a file.
 const MAGIC: [u8; 13] = *b"#ROSBAG V2.0\n";
 /// Longest record that is read, and longest chunk when it is unpacked.
 const LONGEST: usize = 64 << 20;
@@ -59,7 +60,7 @@ fn read(input: &mut dyn Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
     Ok(bag.loss)
 }
 
-/// Head and data of a record, as far as they are there.
+/// Head and data of a record, as far as the file has them.
 struct Record<'a> {
     head: &'a [u8],
     data: &'a [u8],
@@ -134,7 +135,7 @@ impl Bag<'_> {
         }
     }
 
-    /// Uses what there is of a chunk that is cut.
+    /// Uses the existing part of a truncated chunk.
     fn broken_off(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
         self.loss.truncated = true;
         let left = stream.window();
@@ -149,7 +150,7 @@ impl Bag<'_> {
         Ok(())
     }
 
-    /// The records of a chunk; `None` where they are not whole.
+    /// The records of a chunk; `None` if they are not complete.
     fn records(&mut self, bytes: &[u8]) -> Option<()> {
         let mut cursor = Cursor::new(bytes);
         while !cursor.rest().is_empty() {

@@ -1,5 +1,4 @@
-//! Channels of recordings: messages of one type on one topic, decoded by what the file states about
-//! them.
+//! Channels of recordings: messages of one type on one topic, decoded by the definition in the file.
 
 use super::clocks::Clocks;
 use super::ros::{Encoding, Message};
@@ -18,11 +17,11 @@ const OWN_CLOCK: &str = "px4_msgs/";
 enum Decoder {
     Ros(Message),
     Json,
-    /// The file carries no definition that can be used.
+    /// The file has no usable definition.
     Unknown,
 }
 
-/// Where a message carries its own time.
+/// Place of the time inside a message.
 #[derive(Clone, Copy, PartialEq)]
 enum Stamp {
     None,
@@ -89,7 +88,7 @@ impl Channel {
         };
         let decoder = decoder.unwrap_or_else(|| {
             loss.note(format!(
-                "{topic}: messages of {encoding:?} with a definition of {of:?} are counted only"
+                "{topic}: messages of {encoding:?} with a definition of {of:?} cannot be decoded; they are only counted"
             ));
             Decoder::Unknown
         });
@@ -115,7 +114,7 @@ impl Channel {
         }
     }
 
-    /// Decodes a message as far as it is wanted, and hands it over.
+    /// Decodes the requested part of a message, and passes it on.
     pub(super) fn message(
         &mut self,
         recorded_ns: u64,
@@ -129,7 +128,7 @@ impl Channel {
         }
         let whole = match &self.decoder {
             Decoder::Unknown => Some(()),
-            // Nobody wants its values or its stamp.
+            // No sink requested its values or its stamp.
             Decoder::Ros(_) if self.wanted == Wanted::Stamps && self.stamp == Stamp::None => {
                 Some(())
             }
@@ -174,7 +173,7 @@ impl Channel {
         let mut next = 0;
         flatten(&object, String::new(), &mut |name, value| match value {
             Some(value) => {
-                // Messages of one kind have their fields in one order.
+                // Messages of one type usually have their fields in the same order.
                 let known = match layout.fields.get(next) {
                     Some(field) if *field == name => Some(next),
                     _ => layout.fields.iter().position(|field| *field == name),
@@ -204,7 +203,7 @@ impl Channel {
     }
 }
 
-/// Tells every number below, and of every text that there is one.
+/// Reports every number below a JSON value, and the presence of every text.
 fn flatten(value: &Value, name: String, tell: &mut dyn FnMut(String, Option<f64>)) {
     match value {
         Value::Null => {}
@@ -229,7 +228,7 @@ fn flatten(value: &Value, name: String, tell: &mut dyn FnMut(String, Option<f64>
     }
 }
 
-/// Compressed bytes, unpacked; `None` where they are damaged or more than `most`.
+/// Decompresses bytes; `None` if they are damaged or more than `most`.
 pub(super) fn unpack(bytes: &[u8], compression: &str, most: usize) -> Option<Vec<u8>> {
     let (whole, unpacked) = unpack_prefix(bytes, compression, most);
     whole.then_some(unpacked)

@@ -1,9 +1,9 @@
-//! The clocks of a recording: the recorder's, those in messages' headers, and an autopilot's own.
+//! The clocks of a recording: those of the recorder, of message headers and of an autopilot.
 
 use crate::topics::sink::{Loss, Sink};
 
-/// Stamps in a message's header that lie within this of the recorder's are used, in ns; and an
-/// autopilot's clock that is farther off than it was has been set anew.
+/// Largest difference between a header's stamp and the recorder's for the header's stamp to be used,
+/// ns. An autopilot's clock that changes by more has been restarted.
 const PLAUSIBLE_NS: i64 = 10_000_000_000;
 
 /// Stamps of messages in ns since the first message that was recorded.
@@ -13,12 +13,12 @@ pub(super) struct Clocks {
     own: Option<AutopilotClock>,
     /// Topics that are stamped by the autopilot's clock.
     owned: Vec<usize>,
-    /// How often that clock restarted.
+    /// Number of restarts of that clock.
     restarts: usize,
 }
 
-/// What the recorder's clock shows beyond the autopilot's, in ns, since that was last set: as it
-/// was at the first message, and the least there was.
+/// Difference of the recorder's clock to the autopilot's since its last restart, ns: at the first
+/// message, and the smallest so far.
 #[derive(Debug, Clone, Copy)]
 struct AutopilotClock {
     first_ns: i64,
@@ -26,14 +26,13 @@ struct AutopilotClock {
 }
 
 impl Clocks {
-    /// By the recorder's clock.
+    /// The stamp of the recorder's clock.
     pub(super) fn recorded(&mut self, recorded_ns: u64) -> i64 {
         let zero_ns = *self.zero_ns.get_or_insert(recorded_ns);
         recorded_ns.wrapping_sub(zero_ns).cast_signed()
     }
 
-    /// By the stamp in a header, which counts from where the recorder's does, or else by the
-    /// recorder's.
+    /// The stamp in a header, if it has the same zero as the recorder's clock, or else the recorder's.
     pub(super) fn header(&mut self, recorded_ns: u64, header_ns: u64) -> i64 {
         let recorded = self.recorded(recorded_ns);
         let header = self.recorded(header_ns);
@@ -44,9 +43,9 @@ impl Clocks {
         }
     }
 
-    /// By the clock of an autopilot, which counts from its own start: the message that came with
-    /// the least delay tells where that lies. Where it has started anew, that is told of what came
-    /// before.
+    /// The stamp of an autopilot's clock, which counts from the autopilot's start. The message with the
+    /// least delay aligns this clock with the recorder's. After a restart, the messages before it are
+    /// aligned first.
     pub(super) fn own(
         &mut self,
         id: usize,
@@ -81,15 +80,15 @@ impl Clocks {
         own_ns.saturating_add(own.first_ns)
     }
 
-    /// Moves what has been stamped by the autopilot's clock since that was last set to where the
-    /// least delay says.
+    /// Shifts the messages with stamps of the autopilot's clock since its last restart, by the least
+    /// delay.
     fn settle(&self, sink: &mut dyn Sink) {
         if let Some(own) = self.own {
             sink.shift(&self.owned, own.least_ns.saturating_sub(own.first_ns));
         }
     }
 
-    /// Settles what is left, and reports it.
+    /// Aligns the remaining messages, and reports the alignment.
     pub(super) fn finish(&self, sink: &mut dyn Sink, loss: &mut Loss) {
         if self.own.is_none() {
             return;
@@ -97,11 +96,11 @@ impl Clocks {
         self.settle(sink);
         let anew = match self.restarts {
             0 => String::new(),
-            1 => ", and anew after it started again".to_owned(),
-            restarts => format!(", and anew each of the {restarts} times it started again"),
+            1 => ", again after its restart".to_owned(),
+            restarts => format!(", again after each of its {restarts} restarts"),
         };
         loss.notes.push(format!(
-            "{} topics are stamped by the autopilot's own clock; it was brought to the recorder's by the message with the least delay{anew}",
+            "{} topics are stamped by the autopilot's own clock; it was aligned with the recorder's clock by the message with the least delay{anew}",
             self.owned.len()
         ));
     }
@@ -149,7 +148,7 @@ mod tests {
         assert_eq!(shifts.0, [(7, -28_000_000)]);
         clocks.finish(&mut shifts, &mut loss);
         assert_eq!(shifts.0, [(7, -28_000_000), (7, -3_000_000)]);
-        assert!(loss.notes[0].ends_with("least delay, and anew after it started again"));
+        assert!(loss.notes[0].ends_with("least delay, again after its restart"));
         // No stamp, and one out of this world.
         assert_eq!(clocks.own(7, epoch + 1000, 0, &mut shifts), 1000);
         assert_eq!(clocks.own(7, epoch + 1000, u64::MAX, &mut shifts), 1000);

@@ -1,11 +1,11 @@
-//! What damaged chunks of an MCAP recording took along, as far as their heads and the indexes behind
-//! them tell it.
+//! Messages lost in damaged chunks of an MCAP recording, as far as their heads and the indexes after
+//! them state it.
 
 use super::clocks::Clocks;
 use super::cursor::Cursor;
 use crate::topics::sink::Loss;
 
-/// Most damaged chunks that are reported one by one.
+/// Largest number of damaged chunks that are reported one by one.
 const MOST: usize = 16;
 /// The longest credible time span of a chunk, in ns: a day. A longer one is part of the damage.
 const LONGEST_NS: u64 = 86_400_000_000_000;
@@ -15,7 +15,7 @@ const ENTRY: usize = 16;
 #[derive(Default)]
 pub(super) struct LostChunks {
     chunks: Vec<Chunk>,
-    /// Whether what follows is of the last of them.
+    /// Whether the following indexes belong to the last of them.
     is_open: bool,
 }
 
@@ -23,14 +23,14 @@ struct Chunk {
     bytes: usize,
     /// The recorder's time of its first message and of its last, in ns.
     span_ns: Option<(u64, u64)>,
-    /// Messages that were found in it.
+    /// Number of messages that were read from it.
     found: usize,
-    /// Messages that its indexes list.
+    /// Number of messages that its indexes list.
     told: usize,
 }
 
 impl LostChunks {
-    /// A chunk of so many bytes in all and this body, of which some messages were found.
+    /// Adds a chunk of this length and body, from which some messages were read.
     pub(super) fn push(&mut self, bytes: usize, body: &[u8], found: usize) {
         self.is_open = self.chunks.len() < MOST;
         if self.is_open {
@@ -48,7 +48,7 @@ impl LostChunks {
         self.is_open = false;
     }
 
-    /// An index of the messages of a channel. What is damaged of it is no loss.
+    /// Adds an index of the messages of a channel. Damage of the index itself is not a loss.
     pub(super) fn index(&mut self, cursor: &mut Cursor<'_>) {
         let entries = cursor.take(2).and_then(|_| cursor.sized());
         if let (Some(chunk), Some(entries)) = (self.chunks.last_mut(), entries)
@@ -58,7 +58,7 @@ impl LostChunks {
         }
     }
 
-    /// A sentence for each.
+    /// One sentence for each damaged chunk.
     pub(super) fn tell(&self, clocks: &mut Clocks, loss: &mut Loss) {
         for chunk in &self.chunks {
             let count = match chunk.told.saturating_sub(chunk.found) {
@@ -71,14 +71,14 @@ impl LostChunks {
                 format!(" of {from_s:.3} s to {to_s:.3} s")
             });
             loss.note(format!(
-                "a damaged chunk of {} bytes is left out, and with it {count}{span}",
+                "a damaged chunk of {} bytes was skipped, with {count}{span}",
                 chunk.bytes
             ));
         }
     }
 }
 
-/// The times in a chunk's head, unless they cannot be.
+/// The times in a chunk's head, if they are plausible.
 fn span(cursor: &mut Cursor<'_>) -> Option<(u64, u64)> {
     let (first, last) = (cursor.u64()?, cursor.u64()?);
     let is_short = last.checked_sub(first)? < LONGEST_NS;

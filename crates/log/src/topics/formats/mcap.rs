@@ -1,7 +1,8 @@
 //! Reads MCAP: recordings of ROS 1, ROS 2 and of anything in JSON.
 //!
-//! A file is records of a type, a length and so many bytes; most lie in chunks, compressed or
-//! not. A damaged chunk is left out and reported; a file that breaks off is used up to there.
+//! A file is a sequence of records, each with a type, a length and that number of bytes. Most records
+//! are in chunks, compressed or not. A damaged chunk is skipped and reported. An incomplete file is
+//! used up to its end.
 
 use super::channel::{Channel, MOST_FIELDS_IN_ALL, unpack, unpack_prefix};
 use super::clocks::Clocks;
@@ -13,7 +14,7 @@ use crate::topics::sink::{Loss, ReadError, Sink};
 use std::collections::HashMap;
 use std::io::Read;
 
-/// How a file starts and ends.
+/// First and last bytes of a file.
 const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 /// Longest record that is read, and longest chunk when it is unpacked.
 const LONGEST: usize = 64 << 20;
@@ -29,7 +30,7 @@ const CHUNK: u8 = 6;
 const MESSAGE_INDEX: u8 = 7;
 const FOOTER: u8 = 2;
 const DATA_END: u8 = 0x0f;
-/// Opcodes that are known: what else there is makes a record suspect.
+/// Known opcodes. A record with another opcode is suspect.
 const KNOWN: std::ops::RangeInclusive<u8> = 1..=0x0f;
 
 struct Schema {
@@ -47,7 +48,7 @@ struct Mcap<'s> {
     fields_left: usize,
     clocks: Clocks,
     loss: Loss,
-    /// Messages that were found, decodable or not.
+    /// Number of messages, decodable or not.
     messages: usize,
     lost: LostChunks,
 }
@@ -98,7 +99,7 @@ impl Mcap<'_> {
                 self.loss.corrupt += 1;
                 let left = stream.skip(u64::MAX)?;
                 self.loss.skipped_bytes += left;
-                let text = "a record of no known type ends what can be read".to_owned();
+                let text = "a record of unknown type ends the readable part of the file".to_owned();
                 self.loss.notes.push(text);
                 return Ok(());
             }
@@ -132,7 +133,7 @@ impl Mcap<'_> {
         }
     }
 
-    /// Passes over the tables of what was read, and counts what follows the file's end.
+    /// Skips the tables after the data, and counts the bytes after the end of the recording.
     fn end(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
         loop {
             let Some(head) = stream.peek(9)? else {
@@ -159,7 +160,7 @@ impl Mcap<'_> {
         Ok(())
     }
 
-    /// Uses what there is of a chunk that is cut.
+    /// Uses the existing part of a truncated chunk.
     fn broken_off(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
         self.loss.truncated = true;
         let left = stream.window();
@@ -174,7 +175,7 @@ impl Mcap<'_> {
         Ok(())
     }
 
-    /// The records of a chunk; `None` where they are not whole.
+    /// The records of a chunk; `None` if they are not complete.
     fn records(&mut self, bytes: &[u8]) -> Option<()> {
         let mut cursor = Cursor::new(bytes);
         while !cursor.rest().is_empty() {
@@ -285,7 +286,7 @@ impl Mcap<'_> {
     }
 }
 
-/// Checksum and compression; what is left are the records.
+/// Reads checksum and compression. The rest of the bytes are the records.
 fn chunk_head<'a>(cursor: &mut Cursor<'a>) -> Option<(u32, &'a str)> {
     cursor.take(24)?;
     let checksum = cursor.u32()?;

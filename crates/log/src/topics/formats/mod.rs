@@ -38,7 +38,7 @@ pub enum LogFormat {
 /// The reader of every format, in the order of [`LogFormat`].
 static READERS: [Reader; 4] = [ulog::READER, dataflash::READER, mcap::READER, bag::READER];
 
-/// How the logs of a format are recognised and read.
+/// Recognition and reading of the logs of a format.
 pub(super) struct Reader {
     format: LogFormat,
     /// The format's usual name.
@@ -49,7 +49,7 @@ pub(super) struct Reader {
     pub(super) stamps_since: &'static str,
     /// Names of the built-in maps for its logs. The first that fits a log is taken.
     pub(super) maps: &'static [&'static str],
-    /// Hands the whole log over.
+    /// Reads the whole log into a sink.
     pub(super) read: fn(&mut dyn Read, &mut dyn Sink) -> Result<Loss, ReadError>,
 }
 
@@ -60,7 +60,7 @@ impl LogFormat {
         self.reader().name
     }
 
-    /// The format of a file that starts so.
+    /// The format of a file with these first bytes.
     #[must_use]
     pub fn of(start: &[u8]) -> Option<Self> {
         let reader = READERS.iter().find(|r| start.starts_with(r.magic))?;

@@ -1,4 +1,4 @@
-//! Bytes of a file in order, through a window that holds what is looked at.
+//! Bytes of a file in order, through a sliding window.
 
 use crate::topics::LogFormat;
 use crate::topics::sink::ReadError;
@@ -29,7 +29,7 @@ impl<'r> Stream<'r> {
         }
     }
 
-    /// Goes past the bytes that a file of this format starts with.
+    /// Skips the first bytes of this format.
     pub(super) fn begin(&mut self, magic: &[u8], format: LogFormat) -> Result<(), ReadError> {
         if self.peek(magic.len())? != Some(magic) {
             return Err(ReadError::broken(format, "without its first bytes"));
@@ -48,8 +48,8 @@ impl<'r> Stream<'r> {
         &self.buffer[self.start..self.end]
     }
 
-    /// Tries to fill the window with `length` bytes, and returns how many there are. Memory grows
-    /// with the bytes that are there, not with those that are asked for.
+    /// Tries to fill the window with `length` bytes, and returns its size. Memory grows with the bytes
+    /// of the file, not with the requested length.
     pub(crate) fn fill(&mut self, length: usize) -> io::Result<usize> {
         while self.end - self.start < length && !self.ended {
             if self.buffer.len() - self.end < BLOCK / 2 {
@@ -70,7 +70,7 @@ impl<'r> Stream<'r> {
         Ok(self.end - self.start)
     }
 
-    /// The first `length` bytes of the window, or `None` where the file ends before.
+    /// The first `length` bytes of the window, or `None` if the file ends before.
     #[inline]
     pub(crate) fn peek(&mut self, length: usize) -> io::Result<Option<&[u8]>> {
         if self.end - self.start < length && self.fill(length)? < length {
@@ -79,7 +79,7 @@ impl<'r> Stream<'r> {
         Ok(Some(&self.buffer[self.start..self.start + length]))
     }
 
-    /// Slides the window forward by bytes that are in it.
+    /// Slides the window forward by bytes inside it.
     #[inline]
     pub(crate) fn advance(&mut self, length: usize) {
         let length = length.min(self.end - self.start);
@@ -87,7 +87,7 @@ impl<'r> Stream<'r> {
         self.position += length as u64;
     }
 
-    /// Slides the window forward by any number of bytes; returns how many the file had.
+    /// Slides the window forward by any number of bytes; returns how many the file contained.
     pub(crate) fn skip(&mut self, length: u64) -> io::Result<u64> {
         let mut left = length;
         while left > 0 {

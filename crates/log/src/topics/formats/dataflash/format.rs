@@ -2,11 +2,11 @@
 
 use crate::topics::sink::{Scalar, Wanted};
 
-/// How the bytes of one field become a number.
+/// Type of a field's bytes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum FieldType {
     Number(Scalar),
-    /// A whole number, and how many of it make the unit.
+    /// A whole number, and its factor to the unit.
     Parts(Scalar, f64),
     /// A floating-point number of 16 bits.
     Half,
@@ -89,7 +89,7 @@ pub(super) struct Format {
     pub(super) stamp: Option<(Scalar, usize, i64)>,
     /// Name, kind and place of each field, also those of text.
     pub(super) fields: Vec<(String, FieldType, usize)>,
-    /// The letter that no kind of field has; the places of this field and of later ones are unknown.
+    /// A letter of unknown type. The places of this field and of later ones are then unknown.
     pub(super) unknown: Option<char>,
     /// Where the number of the instance is.
     pub(super) instance: Option<usize>,
@@ -97,8 +97,8 @@ pub(super) struct Format {
 }
 
 impl Format {
-    /// Of the bytes after a head; `None` for a format that cannot be. The length of the records
-    /// is told beside the letters of their fields, so letters that are not known do no more harm.
+    /// Reads a format from the bytes after a head; `None` for an impossible format. The format states
+    /// the length of its records separately, so unknown letters do not affect other records.
     pub(super) fn parse(body: &[u8]) -> Option<(u8, Self)> {
         let (kind, length) = (*body.first()?, usize::from(*body.get(1)?));
         let (name, letters) = (text(body.get(2..6)?), text(body.get(6..22)?));
@@ -164,7 +164,7 @@ impl Format {
         (named && fits).then_some((kind, format))
     }
 
-    /// FieldType and place of a field.
+    /// Type and place of a field.
     pub(super) fn field(&self, name: &str) -> Option<(FieldType, usize)> {
         let mut fields = self.fields.iter();
         fields.find_map(|&(ref known, kind, at)| (known == name).then_some((kind, at)))

@@ -1,8 +1,8 @@
 //! Reads ArduPilot's DataFlash logs.
 //!
-//! A record is `A3 95`, a type and so many bytes as the format of that type says; formats are
-//! records themselves. Damage is found where a record of no known type stands; reading goes on
-//! where two records in a row are whole again.
+//! A record is `A3 95`, a type and the number of bytes that the format of that type states. Formats
+//! are records themselves. A record of unknown type means damage. Reading continues at the next two
+//! complete records in succession.
 
 mod format;
 
@@ -16,11 +16,12 @@ const HEAD: [u8; 2] = [0xa3, 0x95];
 /// The type of the records that define formats, and their length.
 const FMT: u8 = 128;
 const FMT_LENGTH: usize = 89;
-/// A file starts with the format of formats.
+/// First bytes of a file: the format of formats.
 const MAGIC: [u8; 3] = [HEAD[0], HEAD[1], FMT];
-/// Most topics of one log; a type with many instances is several.
+/// Largest number of topics of one log. Each instance of a type is a topic.
 const MOST_TOPICS: usize = 4096;
-/// Records in a row that have to be whole for reading to go on after damage.
+/// Number of complete records in succession after which reading continues behind damage. With one,
+/// random bytes pass too often; more would lose short undamaged parts.
 const WHOLE_IN_A_ROW: usize = 2;
 
 struct DataFlash<'s> {
@@ -97,7 +98,7 @@ impl DataFlash<'_> {
         Ok(())
     }
 
-    /// The length of the record that starts so.
+    /// The length of the record with this head.
     fn length(&self, head: &[u8]) -> Option<usize> {
         if head[..2] != HEAD {
             return None;
@@ -108,7 +109,7 @@ impl DataFlash<'_> {
         }
     }
 
-    /// Passes over damage; zeros at the end of a file are none.
+    /// Skips damage. Zeros at the end of a file do not count as damage.
     fn resynchronise(&mut self, stream: &mut Stream<'_>) -> io::Result<()> {
         let (mut skipped, mut blank) = (0, true);
         loop {
@@ -212,7 +213,7 @@ impl DataFlash<'_> {
         if !known.as_ref().is_some_and(same) {
             if let Some(letter) = format.unknown {
                 self.loss.note(format!(
-                    "{}: fields from number {} on are left out, for the type {letter:?} is not known",
+                    "{}: fields from number {} on are omitted, because the type {letter:?} is not known",
                     format.name,
                     format.fields.len() + 1
                 ));

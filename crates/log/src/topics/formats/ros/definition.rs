@@ -40,7 +40,7 @@ pub(super) enum NodeContent {
 }
 
 impl Node {
-    /// Fewest bytes that it can have.
+    /// Least possible number of bytes.
     fn least(&self) -> usize {
         match &self.kind {
             NodeContent::Scalar(scalar) => scalar.size(),
@@ -55,7 +55,7 @@ impl Node {
     }
 }
 
-/// A definition, ready to decode by.
+/// A definition, prepared for decoding.
 #[derive(Debug)]
 pub(super) struct Definition {
     pub(super) root: Node,
@@ -253,7 +253,7 @@ impl Builder<'_, '_> {
         if matches!(field.array, Array::One) {
             return Some(element);
         }
-        // Elements without a byte would cost time and no message; nor is there one so long.
+        // Elements without bytes would allow arrays of any length, which cost only time.
         let least = element.least();
         let fits = |length: usize| length.saturating_mul(least) <= LONGEST;
         if least == 0 || matches!(field.array, Array::Fixed(length) if !fits(length)) {

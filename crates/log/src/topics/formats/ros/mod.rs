@@ -1,4 +1,4 @@
-//! Messages of ROS, by the definitions that their files carry.
+//! Messages of ROS, decoded by the definitions in their files.
 
 mod definition;
 
@@ -6,7 +6,7 @@ use crate::topics::formats::cursor::Cursor;
 use crate::topics::sink::Scalar;
 use definition::{Definition, Node, NodeContent};
 
-/// How the bytes of a message lie.
+/// Encoding of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ros1,
@@ -30,7 +30,7 @@ struct Wire {
 }
 
 impl Message {
-    /// By the definition's text; `None` where it cannot be used.
+    /// Reads the text of a definition; `None` if it cannot be used.
     pub(super) fn new(kind: &str, text: &str, encoding: Encoding) -> Option<Self> {
         let definition = definition::parse(kind, text, encoding == Encoding::Ros1)?;
         Some(Self {
@@ -47,8 +47,8 @@ impl Message {
         &self.definition.texts
     }
 
-    /// The numbers of a message, NaN for elements that it lacks; `None` for one that is cut or
-    /// does not fit.
+    /// The numbers of a message, NaN for elements that it lacks; `None` for a message that is truncated
+    /// or does not match its definition.
     pub(super) fn decode(&self, bytes: &[u8], values: &mut Vec<f64>) -> Option<()> {
         let mut wire = Wire {
             align: 1,

@@ -11,7 +11,7 @@ const MOST_FIELDS: usize = 1 << 16;
 /// Most bytes of formats of one log.
 const MOST_BYTES: usize = 2 << 20;
 
-/// Formats by name, as they are written.
+/// Formats by name, as text.
 #[derive(Debug, Default)]
 pub(super) struct Formats {
     known: HashMap<String, Vec<Field>>,
@@ -26,12 +26,12 @@ struct Field {
     length: Option<usize>,
 }
 
-/// Where the numbers of a message lie, from its first byte after the message's number.
+/// Places of the numbers of a message, counted from the first byte after the message's number.
 #[derive(Debug, Default)]
 pub(super) struct Places {
     pub(super) names: Vec<String>,
     pub(super) places: Vec<(Scalar, usize)>,
-    /// Bytes of a message, with and without the padding at its end, which may be left out.
+    /// Bytes of a message, with and without the optional padding at its end.
     pub(super) longest: usize,
     pub(super) shortest: usize,
     /// Where the stamp is.
@@ -39,7 +39,7 @@ pub(super) struct Places {
 }
 
 impl Formats {
-    /// Takes a definition, or returns what is wrong with it.
+    /// Adds a definition, or returns its error.
     pub(super) fn define(&mut self, text: &[u8]) -> Result<(), &'static str> {
         let text = std::str::from_utf8(text).map_err(|_| "a format that is no text")?;
         let (name, fields) = text.split_once(':').ok_or("a format without a name")?;
@@ -51,7 +51,7 @@ impl Formats {
         let fields = fields.ok_or("a format whose fields cannot be read")?;
         let bytes = self.bytes + text.len();
         if bytes > MOST_BYTES {
-            return Err("a format beyond the many that there are");
+            return Err("one format too many");
         }
         self.bytes = bytes;
         self.known.insert(name.to_owned(), fields);

@@ -1,8 +1,8 @@
 //! Reads PX4's ULog.
 //!
-//! A file is a header of 16 bytes, then messages of a length, a type and so many bytes. Damage is
-//! found where a message has no known type or not the size of its format; reading goes on where
-//! three messages in a row are whole again.
+//! A file is a header of 16 bytes, then messages, each with a length, a type and that number of bytes.
+//! A message of unknown type, or of another size than its format, means damage. Reading continues at
+//! the next three complete messages in succession.
 
 mod format;
 mod write;
@@ -14,12 +14,13 @@ use format::{Formats, Places};
 use std::io::{self, Read};
 pub use write::{UlogTopic, UlogWriter};
 
-/// How a file starts.
+/// First bytes of a file.
 const MAGIC: [u8; 7] = [0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35];
-/// What the messages that mark places to go on at hold.
+/// Content of synchronisation messages, at which reading can continue after damage.
 const SYNC: [u8; 8] = [0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
 const HEADER: usize = 16;
-/// Messages in a row that have to be whole for reading to go on after damage.
+/// Number of complete messages in succession after which reading continues behind damage. ULog has no
+/// mark at the start of a message, so it needs more than DataFlash.
 const WHOLE_IN_A_ROW: usize = 3;
 /// Most fields of all topics of one log.
 const MOST_FIELDS: usize = 1 << 18;
@@ -39,7 +40,7 @@ pub(super) struct Ulog<'s> {
     formats: Formats,
     subscriptions: Vec<Option<Subscription>>,
     topics: usize,
-    /// Topics that were left out, each of which may have taken time to look at.
+    /// Number of topics that were omitted. It is limited, because each of them takes time to check.
     refused: usize,
     fields: usize,
     /// Messages of any type.
@@ -117,7 +118,7 @@ impl Ulog<'_> {
                 Some(head) => 3 + usize::from(u16::from_le_bytes([head[0], head[1]])),
                 None => 3,
             };
-            // What was appended after a crash follows a message that may be cut.
+            // Data appended after a crash follow a message that may be truncated.
             if let Some(at) = appended.filter(|&at| position + length as u64 > at) {
                 stream.skip(at.saturating_sub(position))?;
                 self.appended.pop();
@@ -146,7 +147,7 @@ impl Ulog<'_> {
         }
     }
 
-    /// Passes over damage.
+    /// Skips damage.
     fn resynchronise(&mut self, stream: &mut Stream<'_>) -> io::Result<()> {
         self.loss.corrupt += 1;
         loop {
@@ -161,7 +162,7 @@ impl Ulog<'_> {
         }
     }
 
-    /// Whether whole messages follow, the last of which may be cut by the file's end if `cut`.
+    /// Whether complete messages follow. If `cut`, the file's end may truncate the last of them.
     fn goes_on(&self, window: &[u8], cut: bool) -> bool {
         let mut rest = window;
         for row in 0..WHOLE_IN_A_ROW {
@@ -183,7 +184,7 @@ impl Ulog<'_> {
         true
     }
 
-    /// Whether type and size of a message agree with what is known.
+    /// Whether type and size of a message agree with the known formats.
     fn is_whole(&self, message: &[u8]) -> bool {
         let body = &message[3..];
         match message[2] {
@@ -203,7 +204,7 @@ impl Ulog<'_> {
             b'F' | b'A' => {
                 body.len() > 3 && body[3..].iter().take(64).all(|b| (b' '..=b'~').contains(b))
             }
-            // These flags state how the rest is read, and come before all of it.
+            // These flags state how to read the rest, and precede it.
             b'B' => body.len() >= 40 && self.taken == 0,
             b'P' | b'Q' => body.len() > 6,
             b'L' | b'C' => body.len() >= 9,
@@ -219,7 +220,7 @@ impl Ulog<'_> {
             b'F' => {
                 if let Err(what) = self.formats.define(body) {
                     self.loss.corrupt += 1;
-                    self.loss.note(format!("{what} was passed over"));
+                    self.loss.note(format!("{what} was skipped"));
                 }
             }
             b'A' => self.subscribe(body),
@@ -231,7 +232,8 @@ impl Ulog<'_> {
             b'B' => {
                 let unknown = body[8] & !1 != 0 || body[9..16].iter().any(|&b| b != 0);
                 if unknown {
-                    let what = "with a mark of something that is not known, without which it cannot be read";
+                    let what =
+                        "with an unknown incompatibility flag, so its data cannot be decoded";
                     return Err(ReadError::broken(LogFormat::Ulog, what));
                 }
                 let offset = |k: usize| {
@@ -310,7 +312,7 @@ impl Ulog<'_> {
             .stamp
             .and_then(|at| data.get(at..at + 8)?.try_into().ok())
             .map_or(0, u64::from_le_bytes);
-        // A message that was never stamped holds 0. One may be older than the log.
+        // A message without a stamp has 0. A message may be older than the log.
         let since_us = stamp_us.wrapping_sub(self.start_us).cast_signed();
         let stamp_ns = (stamp_us != 0).then(|| since_us.saturating_mul(1000));
         self.values.clear();

@@ -58,8 +58,8 @@ impl<W: Write> UlogWriter<W> {
         Ok(writer)
     }
 
-    /// Defines the fields of topics of this name, such as `float[3] xyz;uint8_t valid`. The stamp
-    /// comes before them of itself.
+    /// Defines the fields of topics of this name, such as `float[3] xyz;uint8_t valid`. The writer adds
+    /// the stamp before them.
     ///
     /// # Errors
     /// [`io::ErrorKind::InvalidInput`] for fields that cannot be read, and once there are topics.
@@ -76,18 +76,18 @@ impl<W: Write> UlogWriter<W> {
         self.put(b'F', text.as_bytes())
     }
 
-    /// Tells a parameter of the vehicle.
+    /// Writes a parameter of the vehicle.
     ///
     /// # Errors
-    /// What the output refuses.
+    /// Errors of the output.
     pub fn parameter(&mut self, name: &str, value: f32) -> io::Result<()> {
         self.keyed(b'P', &format!("float {name}"), &value.to_le_bytes())
     }
 
-    /// Tells something of the log, such as `sys_name`.
+    /// Writes a property of the log, such as `sys_name`.
     ///
     /// # Errors
-    /// What the output refuses.
+    /// Errors of the output.
     pub fn info(&mut self, name: &str, text: &str) -> io::Result<()> {
         let key = format!("char[{}] {name}", text.len());
         self.keyed(b'I', &key, text.as_bytes())
@@ -154,10 +154,10 @@ impl<W: Write> UlogWriter<W> {
         self.out.write_all(body)
     }
 
-    /// Ends the log, and gives the output back.
+    /// Ends the log, and returns the output.
     ///
     /// # Errors
-    /// What the output refuses.
+    /// Errors of the output.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)
