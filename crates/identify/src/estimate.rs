@@ -1,9 +1,13 @@
 //! A fitted number with its standard error and interval, and the card's term that it becomes.
 
+use nalgebra::DVector;
 use serde::Serialize;
-use sindy::statistics::regression::Clusters;
+use sindy::Gram;
+use sindy::statistics::regression::{Clusters, cluster_errors};
 use sindy::trajectory::shooting::Refined;
 use touchdown_model::card::Term;
+
+use crate::unit;
 
 /// A value with its standard error and 95 % confidence interval; both are NaN where they are not known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -35,6 +39,23 @@ impl Estimate {
         }
     }
 
+    /// The coefficients of a regression on the terms of `support`, in their order; every group with data is a cluster.
+    pub(super) fn of_regression(
+        grams: &[Gram],
+        coefficients: &DVector<f64>,
+        support: &[bool],
+    ) -> Vec<Self> {
+        let errors = cluster_errors(grams, coefficients, support);
+        let error = |j: usize| errors.as_ref().map_or(f64::NAN, |e| e[j]);
+        let kept: Vec<usize> = (0..support.len()).filter(|&j| support[j]).collect();
+        let clusters = Clusters {
+            groups: grams.iter().filter(|g| g.rows > 0).count(),
+            coefficients: kept.len(),
+        };
+        let of = |j| Self::clustered(coefficients[j], error(j), clusters);
+        kept.into_iter().map(of).collect()
+    }
+
     /// The parameters of a search by shooting.
     pub(super) fn refined(refined: &Refined, clusters: Clusters) -> impl Iterator<Item = Self> {
         let parameters = refined.parameters.iter().zip(&refined.std_errors);
@@ -63,4 +84,21 @@ pub(super) fn term(of: &str, expression: &str, estimate: Estimate, unit: &str) -
         ci95: ci95.iter().all(|v| v.is_finite()).then_some(ci95),
         unit: unit.to_string(),
     }
+}
+
+/// The terms of the equation `of`; their units follow from the expressions.
+pub(super) fn terms(of: &str, expressions: &[String], estimates: &[Estimate]) -> Vec<Term> {
+    let pairs = expressions.iter().zip(estimates);
+    pairs
+        .map(|(expression, estimate)| {
+            let unit = unit::of_coefficient(of, expression);
+            term(of, expression, *estimate, &unit)
+        })
+        .collect()
+}
+
+/// The names of the terms in `support`.
+pub(super) fn kept(names: &[String], support: &[bool]) -> Vec<String> {
+    let pairs = names.iter().zip(support).filter(|(_, kept)| **kept);
+    pairs.map(|(name, _)| name.clone()).collect()
 }

@@ -8,6 +8,7 @@
 //! | [`front`] | the best subset of every size, with its proof |
 //! | [`prediction`] | free-run prediction from a card |
 //! | [`scores`] | errors of a prediction |
+//! | [`refusal`] | what flights do not identify, and what to record |
 //! | [`warning`] | what a user should know of a fit |
 //! | [`settings`] | the settings of all of them |
 
@@ -18,6 +19,7 @@ pub mod fitted;
 pub mod flights;
 pub mod front;
 pub mod prediction;
+pub mod refusal;
 pub mod rig;
 pub mod scores;
 pub mod settings;

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::refusal::Refusal;
+
 /// What a user should know of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Warning {
@@ -64,7 +66,7 @@ pub enum Warning {
     /// The card takes the vehicle's climb for the deck's velocity.
     ClimbForDeckVelocity,
     /// A quantity that the flights do not identify.
-    NotIdentified(String),
+    NotIdentified(Refusal),
     /// Errors that all flights share are not in the intervals.
     PosesShareErrors,
     /// Thrust at one throttle differs from one armed interval to the next.
@@ -84,8 +86,19 @@ pub enum Warning {
         /// Relative change for each volt.
         share_per_v: f64,
     },
-    /// What reading the log changed.
-    Log(String),
+    /// A log without throttle has the speed of the rotors.
+    SpeedForThrottle,
+    /// Poses are too noisy for an acceleration.
+    NoisyPoses {
+        /// Standard deviation that it would have (gravities).
+        noise_g: f64,
+        /// The greatest that is used.
+        most_g: f64,
+    },
+    /// Heights that were dropped as spikes of the sensor.
+    HeightSpikes(usize),
+    /// In all data the vehicle stood still.
+    VehicleStoodStill,
 }
 
 impl fmt::Display for Warning {
@@ -145,7 +158,23 @@ impl fmt::Display for Warning {
                 "k is the climb damping of the vehicle, the same at all heights; the card uses it for the deck's velocity, \
                  reversed: an approximation where the deck moves",
             ),
-            Self::NotIdentified(text) | Self::Log(text) => f.write_str(text),
+            Self::NotIdentified(refusal) => refusal.fmt(f),
+            Self::SpeedForThrottle => f.write_str(
+                "no throttle: the speed of the rotors over its greatest value stands in its place",
+            ),
+            Self::NoisyPoses { noise_g, most_g } => write!(
+                f,
+                "no acceleration from poses: their noise would be {noise_g:.2} g in it, above {most_g} g"
+            ),
+            Self::HeightSpikes(count) => write!(
+                f,
+                "{count} heights leap away and back faster than anything flies: spikes of the sensor, left out"
+            ),
+            Self::VehicleStoodStill => f.write_str(
+                "The vehicle stood still in all data, so only the deck's velocity v_p was identified. In flight \
+                 `negative_relative` feeds v_p - v_q in its place: an approximation, for the deck's upwash decays with height \
+                 and the damping of the vehicle's own climb does not.",
+            ),
             Self::PosesShareErrors => f.write_str(
                 "intervals hold what differs from flight to flight; they do not hold what the smoothing of poses and a pilot's \
                  answers to disturbances change alike in all flights: about a tenth of the curve",

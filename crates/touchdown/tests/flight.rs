@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use common::{data, fails, json, map, number, run, text};
 use touchdown_identify::flights::phases::{Phase, Phases};
-use touchdown_identify::flights::{Flight, FlightSettings, GroundEffect, ground_effect};
+use touchdown_identify::flights::{Flight, FlightSettings, GroundEffect, Refusal, ground_effect};
 use touchdown_log::{Map, read_trial};
 
 /// The five flights of CrazyPAD's drone E9 (Masalimov et al., Data 9, 2024), and what is known of a Crazyflie.
@@ -93,7 +93,7 @@ fn xval_ground_effect_of_five_flights() {
         found.numbers()
     );
     // Take-offs pass each height once, at one speed: neither a lag nor an effect of climb can be told apart there.
-    let refused: Vec<&str> = found.refused.iter().map(|r| r.what.as_str()).collect();
+    let refused: Vec<&str> = found.refused.iter().map(Refusal::what).collect();
     assert_eq!(refused.len(), 2, "{refused:?}");
     assert!(
         refused[0].contains("lag") && refused[1].contains("climb"),

@@ -88,7 +88,10 @@ fn regress_faults_that_leave_the_number_alone() {
         if name == "height_m" && spike { 28.0 } else { z }
     });
     let notes = &flights(&spiked)[0].notes;
-    assert!(notes.iter().any(|n| n.contains("spikes")), "{notes:?}");
+    assert!(
+        notes.iter().any(|n| n.to_string().contains("spikes")),
+        "{notes:?}"
+    );
     let found = identify(&spiked);
     assert!(
         (extra(&found) - clean).abs() < 0.01,
@@ -330,7 +333,7 @@ fn xval_thrust_of_five_flights_with_its_delay() {
         found
             .refused
             .iter()
-            .any(|r| r.what.contains("lag") && r.found.contains("0.099")),
+            .any(|r| r.what().contains("lag") && r.found().contains("0.099")),
         "{:?}",
         found.refused
     );

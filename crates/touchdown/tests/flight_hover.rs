@@ -6,7 +6,9 @@ mod flights;
 
 use common::{fails, json, number};
 use touchdown_identify::flights::hover::ThrustLaw;
-use touchdown_identify::flights::{Basis, Flight, FlightSettings, GroundEffect, ground_effect};
+use touchdown_identify::flights::{
+    Basis, Flight, FlightSettings, GroundEffect, Refusal, ground_effect,
+};
 use touchdown_sim::body::plant::GroundLaw;
 use touchdown_trial::Trial;
 
@@ -135,7 +137,7 @@ fn analytic_hovers_by_rotor_speed_three_times_a_second() {
     let (held, worst) = judge(&found, truth);
     // A thousandth of thrust, of 0.14: noise of rotor speeds over some telegrams each.
     assert!(worst < 0.08 && held >= 5, "{held} of 6, {worst}");
-    let refused: Vec<&str> = found.refused.iter().map(|r| r.what.as_str()).collect();
+    let refused: Vec<&str> = found.refused.iter().map(Refusal::what).collect();
     assert!(refused.len() == 2 && refused[0].contains("lag") && refused[1].contains("climb"));
     assert!(found.lag_s().is_none() && found.delay_s().is_none());
     for hover in &found.hovers {
@@ -151,7 +153,12 @@ fn prop_a_rotor_speed_is_not_told_as_a_throttle() {
         .map(|k| without(&staircase(k, 0.0, 25.0), &["throttle"]))
         .map(|trial| Flight::of(&trial, &settings).unwrap())
         .collect();
-    assert!(flights[0].notes.iter().any(|n| n.contains("no throttle")));
+    assert!(
+        flights[0]
+            .notes
+            .iter()
+            .any(|n| n.to_string().contains("no throttle"))
+    );
     let found = ground_effect(&flights, &settings).unwrap();
     let runs = found.result(&flights, &settings).runs;
     let hover = runs[0].hover.expect("a hover out of ground effect");
@@ -186,7 +193,7 @@ fn analytic_hovers_by_throttle_know_that_its_law_is_not_known() {
         found
             .refused
             .iter()
-            .any(|r| r.what == "thrust by throttle" && r.record.contains("--thrust"))
+            .any(|r| r.what() == "thrust by throttle" && r.record().contains("--thrust"))
     );
 }
 
@@ -206,7 +213,7 @@ fn analytic_an_accelerometer_beside_a_slow_throttle_has_its_hovers_judged() {
     assert!(worst < 0.08 && held >= 5, "{held} of 6, {worst}");
     let lag = &found.refused[0];
     assert!(
-        lag.found.contains("throttle logged every 0.") && lag.record.contains("40 Hz"),
+        lag.found().contains("throttle logged every 0.") && lag.record().contains("40 Hz"),
         "{lag:?}"
     );
     assert!(found.lag_s().is_none());
@@ -272,7 +279,7 @@ fn analytic_poses_of_a_simulated_vehicle_stand_for_its_accelerometer() {
     assert_eq!(found.basis, Basis::Poses);
     let (held, worst) = judge(&found, |radii| flights::true_ratio(&plant, radii * R));
     assert!(held >= 4 && worst < 0.15, "{held} of 6, {worst}");
-    let refused: Vec<&str> = found.refused.iter().map(|r| r.what.as_str()).collect();
+    let refused: Vec<&str> = found.refused.iter().map(Refusal::what).collect();
     assert!(refused.len() == 2 && refused[0].contains("lag") && refused[1].contains("climb"));
     assert!(
         found

@@ -67,7 +67,7 @@ fn judge(mass_kg: f64, rotor_radius_m: f64, law: GroundLaw, lag_s: f64) {
     assert!(held >= least, "{held} of 8 intervals hold the truth");
     // An effect of climb near the ground, which this vehicle does not have, is not found.
     assert!(
-        found.refused.iter().any(|r| r.what.contains("climb")),
+        found.refused.iter().any(|r| r.what().contains("climb")),
         "{:?}",
         found.refused
     );
@@ -103,10 +103,10 @@ fn prop_a_throttle_logged_at_10_hz_gives_no_lag() {
     let plant = flights::vehicle(1.4, 0.12, GroundLaw::Exponential, 0.15);
     let found = identify(&plant, &fly(&plant, 10.0));
     assert!(found.lag_s().is_none());
-    let refused = found.refused.iter().find(|r| r.what.contains("lags"));
+    let refused = found.refused.iter().find(|r| r.what().contains("lags"));
     let refused = refused.expect("a refusal of the lags");
     assert!(
-        refused.found.contains("throttle logged every 0.1") && refused.record.contains("40 Hz"),
+        refused.found().contains("throttle logged every 0.1") && refused.record().contains("40 Hz"),
         "{refused:?}"
     );
     // What is left are hovers, with thrust by an unknown power of throttle: the intervals say so.

@@ -1,4 +1,4 @@
-//! One run of the motors.
+//! An armed interval: one run of the motors.
 
 use serde::Serialize;
 

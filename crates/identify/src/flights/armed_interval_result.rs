@@ -1,4 +1,4 @@
-//! What is told of every run of the motors.
+//! The result of every armed interval.
 
 use std::fmt;
 

@@ -21,7 +21,7 @@ const POINTS: usize = 60;
 /// Factors of the standard lengths that are tried.
 /// Steps of √2, from a third to three times the standard lengths.
 const STRETCH: [f64; 7] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8];
-/// A curve that is missed by more than this share of its greatest value is told of.
+/// A curve that is missed by more than this share of its greatest value is warned of.
 /// Curves of ten flights are known to some 10 %: the card may add half of that in silence.
 const MISSED: f64 = 0.05;
 
@@ -71,7 +71,7 @@ impl GroundEffect {
             self.put_dynamics(&mut card);
             warnings.push(Warning::ClimbForDeckVelocity);
         }
-        let refused = self.refused.iter().map(ToString::to_string);
+        let refused = self.refused.iter().cloned();
         warnings.extend(refused.map(Warning::NotIdentified));
         if self.basis == Basis::Poses {
             warnings.push(Warning::PosesShareErrors);

@@ -1,7 +1,7 @@
 //! Slow disturbances: turbulence that outlasts a sample, beside the white noise of the accelerometer.
 //!
 //! A pilot answers a disturbance with the throttle. While it lasts, throttle and disturbance go together, and least
-//! squares take one for the other. Errors of prediction one step ahead do not: what is left of the disturbance then is
+//! squares take one for the other. Errors of prediction one step ahead do not: the residual of the disturbance then is
 //! new. So residuals and their slopes pass through the innovations filter of
 //!
 //! ```text
@@ -35,7 +35,7 @@ const LEAST_SHARE: f64 = 0.01;
 /// Gives a variance to 6 %; fewer take the ratio of all heights.
 const FEWEST_ROWS: f64 = 500.0;
 
-/// Disturbances are stronger near the ground: heights (in R) between which they are told apart.
+/// Disturbances are stronger near the ground: heights (in R) between which they are distinguished.
 /// Doubling heights: turbulence near the ground changes with height relative to the radius.
 const EDGES: [f64; 3] = [1.0, 2.0, 4.0];
 

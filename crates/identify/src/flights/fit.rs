@@ -44,15 +44,15 @@ pub struct Fit {
     pub locals: Vec<SegmentOffsets>,
     /// Standard deviation of the residual, in gravities.
     pub sigma: f64,
-    /// The disturbance that outlasts a row, if the fit was told of one.
+    /// The disturbance that outlasts a row, if the fit accounts for one.
     pub colour: Option<ColouredNoise>,
     /// Rows that counted.
     pub rows: usize,
     /// Steps taken.
     pub steps: usize,
-    /// Whether the steps came to rest.
+    /// Whether the steps converged.
     pub converged: bool,
-    /// Numbers that rest at a bound.
+    /// Numbers at their bound.
     pub(super) held: Vec<usize>,
     pub(super) reduced: Vec<ReducedEquations>,
 }
@@ -104,7 +104,7 @@ impl Fit {
             .collect()
     }
 
-    /// The same model told of the disturbance that its residuals show: thrice, for the better the model, the clearer the
+    /// The same model with the disturbance that its residuals show: thrice, for the better the model, the clearer the
     /// disturbance.
     pub(super) fn coloured(&self, pieces: &[Segment]) -> Self {
         let step_s = median(pieces.iter().map(Segment::step_s)).unwrap_or(1.0);
@@ -170,7 +170,7 @@ pub fn fit(pieces: &[Segment], shape: ModelTerms, from: Option<&Fit>) -> Fit {
         steps += 1;
         search.step(&system);
     }
-    // Where the steps came to rest, which the last of them may have reached.
+    // Where the steps converged, which the last of them may have reached.
     let (gradient, _) = total(&search.now, &parameters, &search.theta);
     let held = at_bounds(&parameters, &search.theta, &gradient);
     Fit {
@@ -250,7 +250,7 @@ impl Search {
             .collect()
     }
 
-    /// The residual's standard deviation settles with the fit: the equations are weighed anew where it moves by more than
+    /// The residual's standard deviation settles with the fit: the equations are weighted again where it moves by more than
     /// one per cent.
     fn settle_sigma(&mut self, system: &FitSystem<'_>, then: Vec<NormalEquations>) {
         let (rows, square) = then

@@ -1,24 +1,23 @@
-//! Ground effect from flights: what the logs carry, with intervals; what they do not carry is refused.
-
-use std::fmt;
+//! Ground effect from flights: what the logs identify, with intervals; what they do not identify is refused.
 
 use serde::Serialize;
 use touchdown_model::Card;
 
 use super::fit::Fit;
-use super::hover::{self, Hover, NoForce, ThrustLaw};
+use super::hover::{self, Hover, ThrustLaw};
 use super::lag::lag;
 use super::model::{Curve, ModelTerms, Segment};
 use super::phases::Phases;
 use super::record::forces_from;
 use super::resampling::Resampling;
-use super::resolve::{climb_near_ground, of_poses, resolve_lag, wants_lag};
+use super::resolve::{climb_near_ground, resolve_lag, wants_lag};
 use super::segments::{Excluded, cut};
 use super::selection::{Candidate, ModelSelection};
 use super::thrust::follows;
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
 use crate::estimate::Estimate;
+use crate::refusal::{NoForce, Refusal};
 
 /// A curve needs heights below so many rotor radii, where the effect is several per cent of thrust. Half refuses vehicles
 /// with long legs; twice accepts flights without ground effect, which fail later.
@@ -32,28 +31,6 @@ const LEAST_SPREAD_RADII: f64 = 0.5;
 /// Least time out of ground effect (s).
 /// Sixteen lags of the motors, so that the scale is of settled thrust.
 const LEAST_FAR_S: f64 = 1.0;
-
-/// What the logs do not carry.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Refusal {
-    /// What cannot be identified.
-    pub what: String,
-    /// Why.
-    pub found: String,
-    /// What to record to cure that.
-    pub record: String,
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            what,
-            found,
-            record,
-        } = self;
-        write!(f, "{what} not identified: {found}; record {record}")
-    }
-}
 
 /// What a ground effect was identified from.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
@@ -126,7 +103,7 @@ pub struct GroundEffect {
     pub tried: Vec<Candidate>,
     /// Rows that were not used.
     pub left_out: Vec<Excluded>,
-    /// What the logs do not carry.
+    /// What the logs do not identify.
     pub refused: Vec<Refusal>,
     /// Least and greatest height of the rows that count (m).
     pub heights_m: [f64; 2],
@@ -138,7 +115,7 @@ pub struct GroundEffect {
 /// quick enough; else by acceleration from their poses, or by hovers at rest.
 ///
 /// # Errors
-/// Logs that carry no ground effect: the message says why, and what to record.
+/// Logs that identify no ground effect: the message says why, and what to record.
 pub fn ground_effect(flights: &[Flight], settings: &FlightSettings) -> Result<GroundEffect> {
     ground_effect_with(flights, settings, None)
 }
@@ -174,17 +151,14 @@ pub fn ground_effect_with(
             return from_force(flights, settings, rotor_radius_m, Basis::Accelerometer);
         }
         // Between its samples a slow throttle is not known: what moves then is no answer to what was logged.
-        let why = NoForce {
-            found: format!("throttle logged every {slowest:.3} s"),
-            record: format!("throttle at {} Hz or more", settings.least_rate_hz),
+        let why = NoForce::SlowThrottle {
+            period_s: slowest,
+            least_rate_hz: settings.least_rate_hz,
         };
-        return hover::ground_effect(flights, settings, rotor_radius_m, card, &why);
+        return hover::ground_effect(flights, settings, rotor_radius_m, card, why);
     }
-    let why = NoForce {
-        found: "no specific force".into(),
-        record: "the accelerometer, and the throttle at 100 Hz or more".into(),
-    };
-    let by_hovers = || hover::ground_effect(flights, settings, rotor_radius_m, card, &why);
+    let why = NoForce::NotMeasured;
+    let by_hovers = || hover::ground_effect(flights, settings, rotor_radius_m, card, why);
     if from != ForceFrom::Poses {
         return by_hovers();
     }
@@ -246,7 +220,7 @@ fn from_force(
         refused,
         heights_m,
     };
-    found.told(&name, settings)?;
+    found.check_significant(&name, settings)?;
     Ok(found)
 }
 
@@ -267,8 +241,7 @@ fn select<'a>(
     choice.offer_motors(drift_of_time);
     if basis == Basis::Poses {
         choice.curves();
-        refused.push(of_poses("lags of motors and wake"));
-        refused.push(of_poses("effect of climb and sink on the ground effect"));
+        refused.extend([Refusal::LagsFromPoses, Refusal::ClimbFromPoses]);
         return choice;
     }
     // A pilot who answers disturbances hides a lag from a model that does not know of them: so first with it, until the
@@ -291,8 +264,8 @@ fn select<'a>(
 }
 
 impl GroundEffect {
-    /// A ground effect is one where thrust near the ground is greater than out of its effect beyond doubt.
-    pub(super) fn told(&self, name: &str, settings: &FlightSettings) -> Result<()> {
+    /// Checks that thrust near the ground is significantly greater than out of ground effect.
+    pub(super) fn check_significant(&self, name: &str, settings: &FlightSettings) -> Result<()> {
         let lowest = (self.heights_m[0] / self.rotor_radius_m).max(0.5);
         let height_m = lowest * self.rotor_radius_m;
         let extra = self.of_curve(|v| v.at_rest(lowest) - v.at_rest(settings.reference_radii));

@@ -18,7 +18,7 @@ use super::fit::{Fit, fit};
 pub use super::rest::{Hover, ThrustLaw};
 use super::selection::{Candidate, ModelSelection};
 
-use super::ground::{Basis, GroundEffect, Refusal};
+use super::ground::{Basis, GroundEffect};
 use super::model::{Curve, ModelTerms, Segment};
 use super::phases::Phases;
 use super::resampling::{Resampling, ResamplingUnit, below};
@@ -26,6 +26,7 @@ use super::rest::{REST_MPS, SHORTEST_S, hovers, roots};
 use super::segments::{Excluded, left_out};
 use super::{Flight, FlightSettings};
 use crate::error::{Error, Result};
+use crate::refusal::{NoForce, Refusal};
 use crate::thrust::plateau::median;
 
 /// Hovers below so many rotor radii are near the ground: more than for a curve, for each
@@ -44,14 +45,6 @@ const KNOWN: f64 = 1e-3;
 /// The standard error is then known to 4 %; four times the draws, and the time, give 2 %.
 const MOST_DRAWS: usize = 400;
 
-/// Why hovers at rest are all that counts.
-pub(super) struct NoForce {
-    /// What was found.
-    pub(super) found: String,
-    /// What to record to have more.
-    pub(super) record: String,
-}
-
 /// Identifies the ground effect from hovers at rest. `card` gives the thrust out of ground effect; without it, rotor speed
 /// does, and without that throttle, by a power that is hardly known.
 ///
@@ -62,7 +55,7 @@ pub(super) fn ground_effect(
     settings: &FlightSettings,
     rotor_radius_m: f64,
     card: Option<&Card>,
-    why: &NoForce,
+    why: NoForce,
 ) -> Result<GroundEffect> {
     let name = super::ground::label(flights);
     let phases: Vec<Phases> = flights.iter().map(|f| Phases::of(f, settings)).collect();
@@ -95,7 +88,7 @@ pub(super) fn ground_effect(
         heights_m: range.unwrap_or([0.0, 0.0]),
         hovers,
     };
-    found.told(&name, settings)?;
+    found.check_significant(&name, settings)?;
     Ok(found)
 }
 
@@ -217,7 +210,7 @@ fn check(
     hovers: &[Hover],
     rotor_radius_m: f64,
     settings: &FlightSettings,
-    why: &NoForce,
+    why: NoForce,
 ) -> Result<()> {
     let m = |radii: f64| radii * rotor_radius_m;
     let reference_m = m(settings.reference_radii);
@@ -248,15 +241,15 @@ fn check(
              that counts: record some seconds of hover at 0.5, 1, 2 and {} rotor radii in one flight, or {}",
             m(HOVER_NEAR_RADII),
             settings.reference_radii,
-            why.found,
+            why.found(),
             settings.reference_radii + 2.0,
-            why.record
+            why.record()
         ),
         found,
     ))
 }
 
-/// Flights drawn anew (hovers, where there are fewer than three flights), and the exponent within what is known of it; each
+/// Resampled flights (hovers, where there are fewer than three flights), and the exponent within what is known of it; each
 /// draw is fitted.
 fn spread(
     found: &Fit,
@@ -309,7 +302,7 @@ fn spread(
     Resampling::from_draws(blocks, count, draws)
 }
 
-/// A run with its hovers drawn anew.
+/// An armed interval with its hovers resampled.
 fn drawn(piece: &Segment, random: &mut Pcg64) -> Segment {
     let n = piece.rows.len();
     let mut rows: Vec<usize> = (0..n).map(|_| below(random, n)).collect();
@@ -325,36 +318,17 @@ fn drawn(piece: &Segment, random: &mut Pcg64) -> Segment {
     }
 }
 
-/// What hovers say nothing of.
-fn refused(law: ThrustLaw, why: &NoForce) -> Vec<Refusal> {
-    let still = format!("hovers at rest only, for the logs have {}", why.found);
-    let mut out = vec![
-        Refusal {
-            what: "lags of motors and wake".into(),
-            found: still.clone(),
-            record: why.record.clone(),
-        },
-        Refusal {
-            what: "effect of climb and sink on the ground effect".into(),
-            found: still,
-            record: format!(
-                "{}, in climbs and descents below two rotor radii",
-                why.record
-            ),
-        },
-    ];
+/// What hovers do not identify.
+fn refused(law: ThrustLaw, why: NoForce) -> Vec<Refusal> {
+    let mut refused = vec![Refusal::LagsFromHovers(why), Refusal::ClimbFromHovers(why)];
     if law == ThrustLaw::Throttle {
-        out.push(Refusal {
-            what: "thrust by throttle".into(),
-            found: format!(
-                "no law of it: thrust was taken to go with throttle to the power {} with a standard deviation of {}, which stands in \
-                 all intervals",
-                EXPONENT[0], EXPONENT[1]
-            ),
-            record: "rotor speeds (`rotor_rpm`), or give --thrust CARD from a thrust stand".into(),
+        let [exponent, exponent_sd] = EXPONENT;
+        refused.push(Refusal::ThrustLawAssumed {
+            exponent,
+            exponent_sd,
         });
     }
-    out
+    refused
 }
 
 /// What was not used: what is not flight, and flight that is not at rest.

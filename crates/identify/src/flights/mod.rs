@@ -44,7 +44,8 @@ mod smooth;
 mod stand;
 mod thrust;
 
+pub use crate::refusal::{NoForce, Refusal};
 pub use crate::settings::FlightSettings;
-pub use ground::{Basis, GroundEffect, Refusal, ground_effect, ground_effect_with};
+pub use ground::{Basis, GroundEffect, ground_effect, ground_effect_with};
 pub use record::{Flight, ForceFrom};
 pub use thrust::{thrust_alone, with_thrust};

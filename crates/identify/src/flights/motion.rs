@@ -1,12 +1,12 @@
 //! Climb rates from heights, climb rates and accelerations together: all are measurements of one motion.
 //!
-//! Climb damping and the wake's lag stand for each other near the ground, so a bias of one is a bias of the other. Two
+//! Climb damping and the wake's lag are confounded near the ground, so a bias of one is a bias of the other. Two
 //! things bias a coefficient of the climb rate:
 //!
 //! - noise in it, which pulls the coefficient to zero (errors in variables; W. A. Fuller, "Measurement Error Models",
 //!   1987). So all measurements count, each with its own noise;
 //! - smoothing over what comes after. A disturbance accelerates the vehicle, and a climb rate that holds some of that
-//!   acceleration goes along with the very force that is to be explained. So a Kalman filter looks back only.
+//!   acceleration is correlated with the very force that is to be explained. So a Kalman filter looks back only.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Vector3};
 /// One lets noise of the very force that is to be explained into the climb rate; more make it older than need be.
 const BEHIND: usize = 2;
 /// Vertical acceleration where none was measured, standard deviation (m/s²).
-/// Half a gravity covers what multirotors do without an accelerometer that says so.
+/// Half a gravity covers what multirotors do without an accelerometer that shows it.
 const UNKNOWN_MPS2: f64 = 5.0;
 /// What accelerometers miss of the vertical motion: a walk of the climb rate (m/s/√s) and of their own error (m/s²/√s).
 /// Vibration and rounding; with it, a climb rate of 0.02 m/s noise is known to 0.005 m/s (Riccati).
@@ -134,7 +134,7 @@ mod tests {
         let mut later = up.clone();
         later[999] += 3.0;
         let moved = climb(&time, [&[], &measured], &later);
-        // The noise of the whole record is told from a single value more: one in 2000, a hundredth of its weight.
+        // The noise of the whole record is estimated with a single value more: one in 2000, a hundredth of its weight.
         let apart = |i: usize| (moved[i] - whole[i]).abs();
         assert!((0..1000).all(|i| apart(i) < 2e-3), "{}", apart(1000));
         assert!(apart(1002) > 5e-3, "{}", apart(1002));

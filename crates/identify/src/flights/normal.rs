@@ -34,7 +34,7 @@ impl NormalEquations {
     }
 }
 
-/// Takes numbers that rest at a bound out of a system: their step is zero, and the others do not reckon with it.
+/// Takes numbers at their bound out of a system: their step is zero, and the others do not reckon with it.
 pub(super) fn hold(matrix: &mut DMatrix<f64>, vector: &mut DVector<f64>, held: &[usize]) {
     for &i in held {
         matrix.row_mut(i).fill(0.0);

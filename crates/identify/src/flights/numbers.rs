@@ -82,7 +82,7 @@ impl GroundEffect {
             .estimate(&self.fit, |theta, _| theta[lag] + theta[dead])
     }
 
-    /// All numbers of the model with their intervals, but those that rest at a bound; heights in metres.
+    /// All numbers of the model with their intervals, but those at their bound; heights in metres.
     #[must_use]
     pub fn numbers(&self) -> Vec<Number> {
         let r = self.rotor_radius_m;

@@ -58,7 +58,7 @@ impl GroundEffect {
         let parameters = fit.shape.parameters();
         let (matrix, _) = prior(fit);
         let matrix = fit.reduced.iter().fold(matrix, |sum, r| sum + &r.matrix);
-        // The other numbers follow the lag along the valley of the squares, but those that rest at a bound.
+        // The other numbers follow the lag along the valley of the squares, but those at their bound.
         let free = |i: &usize| *i != at && !fit.held.contains(i);
         let others: Vec<usize> = (0..fit.theta.len()).filter(free).collect();
         let n = others.len();

@@ -8,6 +8,7 @@ use super::smooth::{bump, filled, local_parabola, without_spikes};
 use super::{FlightSettings, motion};
 use crate::error::{Error, Result};
 use crate::thrust::{plateau::median, throttle};
+use crate::warning::Warning;
 
 /// Finest step that is kept; faster logs are averaged (s). Motors and wakes take several such steps.
 /// An eighth of the motors' lag. Half changes nothing at 100 Hz; twice moves lags by 4 % (measured).
@@ -92,7 +93,7 @@ pub struct Flight {
     /// Median time between two values of the throttle while the motors run (s).
     pub throttle_period_s: f64,
     /// What was done to the log that its reader should know.
-    pub notes: Vec<String>,
+    pub notes: Vec<Warning>,
 }
 
 impl Flight {
@@ -108,10 +109,7 @@ impl Flight {
         let time = trial.time_s();
         let mut notes = Vec::new();
         if by_speed {
-            notes.push(
-                "no throttle: the speed of the rotors over its greatest value stands in its place"
-                    .to_string(),
-            );
+            notes.push(Warning::SpeedForThrottle);
         }
         let height_m = heights(trial, &mut notes);
         let velocity = without_gaps(trial, "vehicle_velocity_mps");
@@ -190,9 +188,10 @@ impl Flight {
             _ => sd * (180.0 / (4.0 * n)).sqrt() / (HALF_WINDOW_S * HALF_WINDOW_S),
         } / gravity;
         if !(noise <= NOISIEST) {
-            self.notes.push(format!(
-                "no acceleration from poses: their noise would be {noise:.2} g in it, above {NOISIEST} g"
-            ));
+            self.notes.push(Warning::NoisyPoses {
+                noise_g: noise,
+                most_g: NOISIEST,
+            });
             return;
         }
         self.force = rise
@@ -310,16 +309,14 @@ fn throttle_period_s(trial: &Trial, throttle: &[f64], settings: &FlightSettings)
 }
 
 /// Heights without spikes, short gaps filled; empty where none is known.
-fn heights(trial: &Trial, notes: &mut Vec<String>) -> Vec<f64> {
+fn heights(trial: &Trial, notes: &mut Vec<Warning>) -> Vec<f64> {
     let time = trial.time_s();
     let mut height_m = trial
         .channel("height_m")
         .map_or_else(Vec::new, <[f64]>::to_vec);
     let spikes = without_spikes(time, &mut height_m);
     if spikes > 0 {
-        notes.push(format!(
-            "{spikes} heights leap away and back faster than anything flies: spikes of the sensor, left out"
-        ));
+        notes.push(Warning::HeightSpikes(spikes));
     }
     if !height_m.iter().any(|z| z.is_finite()) {
         height_m.clear();

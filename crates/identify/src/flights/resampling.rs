@@ -1,4 +1,4 @@
-//! How sure the numbers are: whole flights drawn anew.
+//! Confidence intervals of the numbers, by resampling whole flights (bootstrap).
 
 use nalgebra::{DMatrix, DVector};
 use rand_distr::{Distribution as _, StandardNormal};
@@ -12,11 +12,11 @@ use super::model::{ModelValues, Segment};
 use super::normal::hold;
 use crate::estimate::Estimate;
 
-/// Fewest flights (or runs) that are drawn anew.
+/// Fewest flights (or armed intervals) that are resampled.
 /// Two blocks have one degree of freedom, for which Student's t is 12.7: no interval is worth that.
 const FEWEST: usize = 3;
 
-/// What the uncertainty rests on.
+/// What is resampled for the uncertainty.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ResamplingUnit {
@@ -155,7 +155,7 @@ impl Resampling {
 
     /// A function of the shared numbers with its uncertainty; `None` where a draw gives no number.
     ///
-    /// Flights drawn anew do not show a bias that all of them have. Where a pilot answers disturbances, least squares are
+    /// Resampled flights do not show a bias that all of them have. Where a pilot answers disturbances, least squares are
     /// off by one, and the filter of [`super::coloured_noise`] takes it away, as far as its model of the disturbance holds. What is
     /// left is taken to be anything up to what it took away, Δ: a rectangular distribution of standard deviation Δ/√3
     /// (JCGM 100:2008, 4.3.7), beside that of the drawing.
@@ -253,8 +253,8 @@ pub(super) fn moved(fit: &Fit, step: &DVector<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// How much less correlated residuals say than as many independent ones: `1 + 2 Σ ρ_k`, summed up to the first
-/// correlation that is not positive.
+/// How much less information correlated residuals contain than as many independent ones: `1 + 2 Σ ρ_k`, summed up to the
+/// first correlation that is not positive.
 pub(super) fn correlation_inflation(fit: &Fit, pieces: &[Segment]) -> f64 {
     let residuals = fit.residuals(pieces);
     let product = |lag: usize| -> f64 {

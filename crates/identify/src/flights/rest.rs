@@ -124,7 +124,7 @@ pub(super) fn hovers(
             if long_s < SHORTEST_S {
                 continue;
             }
-            // The ends are not at rest yet: motors, and speeds of rotors told three times a second, come after.
+            // The ends are not at rest yet: motors, and rotor speeds reported three times a second, come after.
             let ends_s = ENDS_S.min(0.5 * (long_s - 0.5 * SHORTEST_S));
             let inner = |i: &usize| (time[from] + ends_s..=time[to] - ends_s).contains(&time[*i]);
             let (Some(from), Some(to)) = ((from..=to).find(inner), (from..=to).rfind(inner)) else {

@@ -1,9 +1,9 @@
-//! What is told of an identification from flights, beside the card.
+//! The result of an identification from flights, beside the card.
 
 use serde::Serialize;
 
 use super::armed_interval_result::{ArmedIntervalResult, ExtraLift};
-use super::ground::{Basis, GroundEffect, Refusal};
+use super::ground::{Basis, GroundEffect};
 use super::hover::Hover;
 use super::model::Curve;
 use super::numbers::Number;
@@ -12,6 +12,7 @@ use super::segments::Excluded;
 use super::selection::Candidate;
 use super::{Flight, FlightSettings};
 use crate::estimate::Estimate;
+use crate::refusal::Refusal;
 
 /// Heights at which the curve is printed.
 const POINTS: usize = 49;
@@ -26,7 +27,7 @@ pub struct At {
     pub ratio: Estimate,
 }
 
-/// All that flights said.
+/// The whole result of an identification from flights.
 #[derive(Clone, Debug, Serialize)]
 pub struct FlightResult {
     /// What it was identified from.
@@ -39,9 +40,9 @@ pub struct FlightResult {
     pub numbers: Vec<Number>,
     /// The static curve.
     pub ratio: Vec<At>,
-    /// What intervals rest on, and how many there are of it.
+    /// What was resampled for the intervals.
     pub intervals_from: ResamplingUnit,
-    /// Count of those.
+    /// How many of them there are.
     pub blocks: usize,
     /// Extra lift near the ground by the static curve; absent where none was identified.
     pub extra_lift: Option<ExtraLift>,
@@ -58,7 +59,7 @@ pub struct FlightResult {
 }
 
 impl GroundEffect {
-    /// All that is told; `flights` and `settings` are those that it was identified from and by.
+    /// The whole result; `flights` and `settings` are those that it was identified from and by.
     #[must_use]
     pub fn result(&self, flights: &[Flight], settings: &FlightSettings) -> FlightResult {
         let [lo, hi] = self.heights_m;

@@ -1,4 +1,4 @@
-//! Flights taken apart into runs that a model is fitted to, and what was left out and why.
+//! The segments of flights that a model is fitted to, and what was left out and why.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use crate::thrust::plateau::median;
 /// Fewest rows in flight of a run that is used.
 /// Some seven rows for each number of the plain model. Half admits segments whose own scale is noise; twice loses short hops.
 pub(super) const FEWEST_ROWS: usize = 50;
-/// Drift of the height on the ground before a take-off beyond which it says nothing of heights near the ground (in R).
+/// Drift of the height on the ground before a take-off beyond which heights near the ground are not known (in R).
 /// The effect about halves over one radius. On logs without drift nothing moves (measured).
 const MOST_DRIFT: f64 = 1.0;
 /// Climb rate up to which a vehicle hovers (m/s).
@@ -48,7 +48,7 @@ pub struct Segments {
 
 impl Segments {
     /// Takes time for the drift where not all segments have a voltage, for batteries discharge whether that is logged or
-    /// not; says whether it did.
+    /// not; returns whether it did.
     pub(super) fn drifts_with_time(&mut self, flights: &[Flight]) -> bool {
         if self.pieces.iter().all(|p| p.drift != Drift::Unknown) {
             return false;

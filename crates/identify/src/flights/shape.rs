@@ -87,7 +87,7 @@ impl ModelTerms {
     /// The numbers to fit, in the order of their values.
     ///
     /// Starts are the middle of what multirotors show. Prior standard deviations are at least as wide as what is plausible:
-    /// they decide only where the data say nothing, and a number that rests on its prior alone has an interval as wide.
+    /// they decide only where the data contain no information; a number known by its prior alone has an interval as wide.
     /// Bounds keep a step from where the model has no sense; a number at its bound is reported without an interval.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {

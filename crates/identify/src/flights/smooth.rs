@@ -225,7 +225,7 @@ mod tests {
         let seen = local_parabola(&time, &height, 0.1, 2);
         let smoothed = bump(&time, &truth, 0.1, 2);
         for i in 40..360 {
-            // Sums over 41 samples stand for integrals: a few per cent.
+            // Sums over 41 samples approximate integrals: a few per cent.
             assert!(
                 (seen[i] - smoothed[i]).abs() < 0.04 * 400.0,
                 "{i}: {} {}",

@@ -3,7 +3,7 @@
 use touchdown_trial::Trial;
 
 use super::fit::Fit;
-use super::ground::{Basis, GroundEffect, Refusal, label, slowest_throttle_s};
+use super::ground::{Basis, GroundEffect, label, slowest_throttle_s};
 use super::model::{Curve, ModelTerms, Segment};
 use super::phases::{Phase, Phases};
 use super::record::forces_from;
@@ -12,6 +12,8 @@ use super::segments::cut;
 use super::selection::ModelSelection;
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
+use crate::refusal::Refusal;
+use crate::warning::sentences;
 
 /// The trial with `thrust_n` from specific force and mass. On the ground, around impacts, leaning, and in ground effect
 /// (where height and rotor radius are known) thrust is a gap. How many rows are left is noted in the provenance.
@@ -33,7 +35,7 @@ pub fn with_thrust(
     let flight = Flight::of(trial, settings)?;
     if flight.force.is_empty() {
         let mut found = vec!["neither".to_string()];
-        found.extend(flight.notes.iter().cloned());
+        found.extend(sentences(&flight.notes));
         return Err(Error::data(
             trial.name(),
             format!(
@@ -106,7 +108,7 @@ const ROTORS: [f64; 2] = [0.6, 3.0];
 const LEAST_EXPLAINED: f64 = 0.02;
 
 /// Identifies throttle to thrust from flights, out of ground effect where heights and rotor radius are known: elasticity,
-/// lag and dead time of the motors, battery, climb; with what the logs do not carry.
+/// lag and dead time of the motors, battery, climb; with what the logs do not identify.
 ///
 /// # Errors
 /// Logs without flight, some with and some without accelerometer, or thrust that does not follow the throttle.
@@ -198,53 +200,32 @@ fn lag(
     settings: &FlightSettings,
     refused: &mut Vec<Refusal>,
 ) {
-    let mut refuse = |found: String, record: String| {
-        refused.push(Refusal {
-            what: "lag of the motors".into(),
-            found,
-            record,
-        });
-    };
-    let rate = format!(
-        "throttle and accelerometer at {} Hz or more",
-        settings.least_rate_hz
-    );
+    let least_rate_hz = settings.least_rate_hz;
     match poses {
-        None => return refuse(format!("throttle logged every {slowest:.3} s"), rate),
-        // It stays in the model: the smoothing takes a part in it, so that it is no lag of the motors alone.
-        Some(true) => {
-            return refuse(
-                "specific force from poses, smoothed over 0.2 s".into(),
-                rate,
-            );
+        None => {
+            return refused.push(Refusal::MotorLagSlowThrottle {
+                period_s: slowest,
+                least_rate_hz,
+            });
         }
+        // It stays in the model: the smoothing takes a part in it, so that it is no lag of the motors alone.
+        Some(true) => return refused.push(Refusal::MotorLagFromPoses { least_rate_hz }),
         Some(false) => {
-            let found = choice.estimate("T_m", settings);
-            let most = choice
-                .best
-                .shape
-                .parameters()
-                .iter()
-                .find(|p| p.name == "T_m")
-                .map_or(1.0, |p| p.max);
-            let Some(t) = found else { return };
-            if t.ci95[0] > 0.0 && t.std_error < RESOLVED * t.value && t.value < 0.98 * most {
+            let Some(t) = choice.estimate("T_m", settings) else {
+                return;
+            };
+            let parameters = choice.best.shape.parameters();
+            let bound_s = parameters.iter().find(|p| p.name == "T_m");
+            let bound_s = bound_s.map_or(1.0, |p| p.max);
+            let within = t.value < 0.98 * bound_s;
+            if t.ci95[0] > 0.0 && t.std_error < RESOLVED * t.value && within {
                 return;
             }
-            let found = if t.value < 0.98 * most {
-                format!(
-                    "{:.3} s, 95 % interval {:.3} to {:.3} s",
-                    t.value, t.ci95[0], t.ci95[1]
-                )
+            refused.push(if within {
+                Refusal::MotorLagUnresolved(t)
             } else {
-                format!(
-                    "none up to {most} s that fits: slow changes of thrust go with the throttle, quick ones do not"
-                )
-            };
-            refuse(
-                found,
-                "quick throttle pulses out of ground effect, a second up and a second down".into(),
-            );
+                Refusal::MotorLagAtBound { bound_s }
+            });
         }
     }
     let before = choice.best.clone();
@@ -297,7 +278,7 @@ pub(super) fn follows(
                 e.value, e.ci95[0], e.ci95[1]
             )
         });
-        // A lag that disturbances hide took the elasticity with it: without them both are told, but nothing of how sure.
+        // A lag that disturbances hide took the elasticity with it: without an interval, both are reported alone.
         let advice = with_lag
             .filter(|e| fit.index("T_m").is_none() && of_rotors(*e))
             .map_or_else(String::new, |e| {

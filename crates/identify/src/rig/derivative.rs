@@ -2,19 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DVector;
-use sindy::statistics::regression::{Clusters, cluster_errors};
 use sindy::{Gram, Library, Samples, SavitzkyGolay};
 use touchdown_model::{Form, Kind};
 
 use super::GroundTrial;
-use crate::error::Result;
-use crate::estimate::{Estimate, term};
+use crate::error::{Error, Result};
+use crate::estimate::{Estimate, kept, terms};
 use crate::fitted::{FittedCard, Origin, method};
 use crate::front::Front;
 use crate::settings::{IdentificationSettings, SmoothingSettings as Smoothing};
 use crate::sparse_fit::{SparseFit, sparse_fit};
-use crate::unit;
 use crate::warning::Warning;
 
 /// The columns of eq. (9), smoothed, with the derivative of the force.
@@ -64,20 +61,12 @@ pub(super) fn zero_terms(library: &Library, settings: &IdentificationSettings) -
     zero.cloned().collect()
 }
 
-/// Groups with data, and terms that are kept.
-fn clusters(grams: &[Gram], support: &[bool]) -> Clusters {
-    Clusters {
-        groups: grams.iter().filter(|g| g.rows > 0).count(),
-        coefficients: support.iter().filter(|s| **s).count(),
-    }
-}
-
 /// Eq. (9), fitted.
 pub(super) struct Derivative {
     library: Library,
     sparse: SparseFit,
-    std_errors: Option<DVector<f64>>,
-    clusters: Clusters,
+    /// Of the terms that are kept.
+    coefficients: Vec<Estimate>,
     front: Option<Front>,
     /// Share of the derivative's variance that is explained.
     r_squared: f64,
@@ -89,12 +78,18 @@ impl Derivative {
         let samples = samples(trials, settings)?;
         let (library, grams) = live_library(&samples, settings)?;
         let sparse = sparse_fit(&grams, settings)?;
+        if !sparse.fit.support.contains(&true) {
+            return Err(Error::data(
+                trials.first().map_or("no trial", |t| &t.name),
+                "data that support a term of eq. (9)",
+                "none",
+            ));
+        }
         let front = Front::of(("f'", "N/s"), &library, &grams, &sparse, settings)?;
         let total = Gram::total(&grams);
         let (xi, support) = (&sparse.fit.coefficients, &sparse.fit.support);
         Ok(Self {
-            std_errors: cluster_errors(&grams, xi, support),
-            clusters: clusters(&grams, support),
+            coefficients: Estimate::of_regression(&grams, xi, support),
             front,
             r_squared: total.r_squared(xi),
             rows: total.rows,
@@ -110,15 +105,8 @@ impl Derivative {
             Form::Derivative,
             "f' = Θ(f, s, z, v_p, v_q) ξ, f [N], s throttle, z height above the deck [m], v_p, v_q velocities of deck and vehicle [m/s]",
         );
-        let fit = &self.sparse.fit;
-        for (j, name) in self.library.names().iter().enumerate() {
-            if fit.support[j] {
-                let error = self.std_errors.as_ref().map_or(f64::NAN, |e| e[j]);
-                let estimate = Estimate::clustered(fit.coefficients[j], error, self.clusters);
-                let unit = unit::of_coefficient("f'", name);
-                card.terms.push(term("f'", name, estimate, &unit));
-            }
-        }
+        let expressions = kept(self.library.names(), &self.sparse.fit.support);
+        card.terms = terms("f'", &expressions, &self.coefficients);
         card.provenance.method = self.method(&settings.smoothing);
         let pole_per_s = card.coefficient("f'", "f");
         FittedCard {
@@ -148,5 +136,38 @@ impl Derivative {
             r_squared: self.r_squared,
         };
         zero.into_iter().chain([attenuated]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_noise_supports_no_term() {
+        let rows = 400;
+        let wave = |amplitude: f64, pace: f64| -> Vec<f64> {
+            let of = |i| amplitude * (1.0 + (pace * f64::from(i)).sin());
+            (0..rows).map(of).collect()
+        };
+        let trials: Vec<GroundTrial> = (1..5)
+            .map(|k| GroundTrial {
+                name: format!("noise {k}"),
+                time_s: (0..rows).map(|i| 0.01 * f64::from(i)).collect(),
+                throttle: wave(0.25, 0.013 * f64::from(k)),
+                height_m: wave(0.3, 0.021),
+                deck_velocity_mps: wave(0.1, 0.017),
+                vehicle_velocity_mps: vec![0.0; rows as usize],
+                free_air_thrust_n: vec![10.0; rows as usize],
+                // The square of the row turns faster and faster: no smooth quantity goes with it.
+                force_n: (0..rows)
+                    .map(|i| (f64::from(k) + 0.7 * f64::from(i * i)).sin())
+                    .collect(),
+                truth_n: None,
+            })
+            .collect();
+        let fitted = Derivative::fit(&trials, &IdentificationSettings::default());
+        let error = fitted.err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(error.contains("term of eq. (9)"), "{error}");
     }
 }

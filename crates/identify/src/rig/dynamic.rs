@@ -75,7 +75,7 @@ impl DynamicForm {
     /// `y' = Θ(y, z, v_p) ξ`, `f = T y`; the search starts at the static map.
     pub(super) fn ratio(trials: &[GroundTrial], settings: &IdentificationSettings) -> Result<Self> {
         let lengths = settings.ground_effect.lengths_m;
-        let h = StaticMap::fit(trials, lengths)?.h;
+        let h = StaticMap::fit(trials, lengths)?.coefficients();
         let [p1, p2, p3] = psi(lengths);
         let rate = START_RATE;
         let [lo, hi] = settings.ground_effect.lag_bounds_s;
@@ -118,7 +118,7 @@ impl DynamicForm {
     /// `y = G + k(z) v_p`, `G' = (h(z) - G)/tau`, `f = T y`; the search starts at the static map.
     pub(super) fn lag(trials: &[GroundTrial], settings: &IdentificationSettings) -> Result<Self> {
         let lengths = settings.ground_effect.lengths_m;
-        let h = StaticMap::fit(trials, lengths)?.h;
+        let h = StaticMap::fit(trials, lengths)?.coefficients();
         let [p1, p2, p3] = psi(lengths);
         let [lo, hi] = settings.ground_effect.lag_bounds_s;
         let tau = Parameter::free((1.0 / START_RATE).clamp(lo, hi)).within(lo, hi);

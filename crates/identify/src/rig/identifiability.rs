@@ -34,7 +34,7 @@ pub struct Identifiability {
     pub library: identifiability::Identifiability,
     /// Library terms that are zero throughout and left out.
     pub left_out: Vec<String>,
-    /// Variance inflation of the lag by the velocity terms: how much less the data say about the lag once
+    /// Variance inflation of the lag by the velocity terms: how much less information the data contain on the lag once
     /// the velocity terms are fitted as well.
     pub lag_inflation: f64,
     /// Whether lag and deck velocity are confounded.
@@ -83,7 +83,7 @@ pub fn examine_trials(
     let report = examine(&library, &Gram::total(&grams), &samples)?;
     let left_out = zero_terms(&library, settings);
     let lengths = settings.ground_effect.lengths_m;
-    let h = StaticMap::fit(trials, lengths)?.h;
+    let h = StaticMap::fit(trials, lengths)?.coefficients();
     let lag_inflation = lag_inflation(trials, h, lengths)?;
     let mut found = Identifiability {
         library: report,

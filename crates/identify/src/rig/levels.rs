@@ -1,7 +1,7 @@
 //! The three levels of identification side by side, on trials that none of them has seen.
 //!
 //! 1. As published: eq. (9) by SR3 to the letter, unscaled, the sparse vector taken as it is.
-//! 2. SR3 done right: scaled columns, λ and ν chosen on trials left out, refit; the best subset by exact search; the
+//! 2. SR3 done right: scaled columns, λ and ν chosen on held-out trials, refit; the best subset by exact search; the
 //!    weak form, which needs no derivative.
 //! 3. Judged by free run: the terms of level 2 refined by multiple shooting, the ratio form, the lag form.
 //!
@@ -52,7 +52,7 @@ pub struct Fitted<'a> {
 }
 
 /// Fits what is missing to `training` and judges everything on `unseen`. Forms that `fitted` lacks are left out, as
-/// are eq. (9)'s rows where the data do not carry it.
+/// are eq. (9)'s rows where the data do not identify it.
 ///
 /// # Errors
 /// A card that does not run on the unseen trials, or unseen trials that cannot be differentiated.

@@ -42,7 +42,7 @@ pub struct Errors {
     pub terms: usize,
     /// Root mean square residual on the data of the fit.
     pub training_rmse_n_per_s: f64,
-    /// Root mean square error on trials left out.
+    /// Root mean square error on held-out trials.
     pub left_out_rmse_n_per_s: Option<f64>,
 }
 

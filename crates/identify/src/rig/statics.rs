@@ -1,6 +1,6 @@
 //! Forms without memory: eq. (2) with fitted mu, and the static map `f = T h(z)`.
 
-use sindy::statistics::regression::{Clusters, cluster_errors, least_squares};
+use sindy::statistics::regression::least_squares;
 use sindy::trajectory::shooting::{OdeModel, Parameter, Refined};
 use sindy::{Gram, Library, Samples};
 use touchdown_model::flight::psi_definitions;
@@ -78,12 +78,10 @@ pub(super) fn psi(lengths_m: [f64; 3]) -> [String; 3] {
 /// `f = T (h0 + h1 psi1 + h2 psi2 + h3 psi3)` by least squares on the force.
 pub(super) struct StaticMap {
     /// `h0` to `h3`.
-    pub(super) h: [f64; 4],
-    std_errors: [f64; 4],
+    h: Vec<Estimate>,
     lengths_m: [f64; 3],
     rmse_n: f64,
     rows: usize,
-    clusters: Clusters,
 }
 
 impl StaticMap {
@@ -98,15 +96,17 @@ impl StaticMap {
         let grams = Gram::accumulate(&Library::parse(&terms)?, "f", &samples)?;
         let total = Gram::total(&grams);
         let h = least_squares(&total, &[true; 4]);
-        let errors = cluster_errors(&grams, &h, &[true; 4]);
         Ok(Self {
-            h: std::array::from_fn(|k| h[k]),
-            std_errors: std::array::from_fn(|k| errors.as_ref().map_or(f64::NAN, |e| e[k])),
+            h: Estimate::of_regression(&grams, &h, &[true; 4]),
             lengths_m,
             rmse_n: (total.residual_sum(&h) / total.rows.max(1) as f64).sqrt(),
             rows: total.rows,
-            clusters: clusters(trials, h.len()),
         })
+    }
+
+    /// `h0` to `h3`.
+    pub(super) fn coefficients(&self) -> [f64; 4] {
+        std::array::from_fn(|k| self.h[k].value)
     }
 
     pub(super) fn card(&self, origin: &Origin) -> FittedCard {
@@ -117,9 +117,8 @@ impl StaticMap {
             "f = T h(z), z height above the deck [m]",
         );
         (card.constants, card.definitions) = psi_definitions(self.lengths_m);
-        for (k, expression) in ["1", "psi1", "psi2", "psi3"].into_iter().enumerate() {
-            let h = Estimate::clustered(self.h[k], self.std_errors[k], self.clusters);
-            card.terms.push(term("h", expression, h, "1"));
+        for (expression, h) in ["1", "psi1", "psi2", "psi3"].into_iter().zip(&self.h) {
+            card.terms.push(term("h", expression, *h, "1"));
         }
         card.provenance.method = method(&[("fit", FIT.into())]);
         FittedCard::new(card, (self.rmse_n, "N"), self.rows)

@@ -13,6 +13,7 @@ use crate::fitted::range;
 use crate::prediction::{Columns, Predictor};
 use crate::settings::IdentificationSettings;
 use crate::thrust;
+use crate::warning::Warning;
 
 /// A trial with the ground-effect force extracted.
 #[derive(Clone, Debug)]
@@ -49,8 +50,8 @@ pub fn prepare(trial: &Trial, thrust_card: &Card) -> Result<GroundTrial> {
     let throttle = trial.require("throttle")?;
     let height = trial.require("height_m")?;
     let zeros = vec![0.0; trial.len()];
-    // The load cell holds ground effect as well, so the run cannot start from what it says: it starts
-    // from rest at the first throttle.
+    // The load cell measures the ground effect as well, so the run cannot start from its reading. It starts from rest at
+    // the first throttle.
     let free_air_thrust_n = thrust::free_air(thrust_card, trial.name(), trial.time_s(), throttle)?;
     let force_n = measured
         .iter()
@@ -203,11 +204,6 @@ pub(super) fn validity(card: &mut Card, trials: &[GroundTrial], settings: &Ident
         .any(|t| t.of == "k" || t.expression.contains("v_p"));
     if uses_velocity && !moves {
         card.validity.velocity_input = Some(settings.ground_effect.velocity_input);
-        card.warnings.push(
-            "The vehicle stood still in all data, so only the deck's velocity v_p was identified. In flight \
-             `negative_relative` feeds v_p - v_q in its place: an approximation, for the deck's upwash decays \
-             with height and the damping of the vehicle's own climb does not."
-                .to_string(),
-        );
+        card.warnings.push(Warning::VehicleStoodStill.to_string());
     }
 }

@@ -24,7 +24,7 @@ pub enum SolverName {
 #[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CriterionName {
-    /// The fewest terms whose error on trials left out is within one standard error of the smallest.
+    /// The fewest terms whose error on held-out trials is within one standard error of the smallest.
     #[default]
     LeftOut,
     /// Akaike's criterion.
@@ -38,7 +38,7 @@ pub enum CriterionName {
 }
 
 impl CriterionName {
-    /// The information criterion; none for the error on trials left out.
+    /// The information criterion; none for the error on held-out trials.
     #[must_use]
     pub fn criterion(self) -> Option<Criterion> {
         match self {
@@ -63,7 +63,7 @@ pub struct ChoiceSettings {
     pub folds: usize,
     /// Seed of the dealing.
     pub seed: u64,
-    /// Rows that stand for correlated ones in criteria; absent: all rows count.
+    /// Rows that replace correlated ones in criteria; absent: all rows count.
     pub effective_rows: Option<f64>,
 }
 

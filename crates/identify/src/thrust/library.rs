@@ -1,103 +1,24 @@
 //! Eq. (8): a sparse library for `x = √T`.
 
-use sindy::statistics::regression::{Clusters, cluster_errors};
-use sindy::trajectory::shooting::{OdeModel, Parameter};
+use std::collections::BTreeMap;
+
+use sindy::trajectory::shooting::{OdeModel, Parameter, Refined};
 use sindy::{Gram, Library};
 use touchdown_model::{Card, Form, Kind};
 use touchdown_trial::Trial;
 
 use super::record::StandRecords;
 use crate::error::Result;
-use crate::estimate::{Estimate, term};
+use crate::estimate::{Estimate, kept, terms};
 use crate::fitted::{FittedCard, Origin, method, outcome};
 use crate::front::Front;
-use crate::settings::IdentificationSettings;
-use crate::sparse_fit::sparse_fit;
-use crate::unit;
+use crate::settings::{IdentificationSettings, SmoothingSettings};
+use crate::sparse_fit::{SparseFit, sparse_fit};
 use crate::warning::Warning;
 
 /// Least standard deviation of the prior on a coefficient of eq. (8): one that regression puts near zero stays free to
 /// grow to the size of a small term.
 const LEAST_PRIOR_SD: f64 = 0.1;
-/// The coefficients of a sparse fit of eq. (8), by term of the library.
-struct Coefficients {
-    /// Places of the terms in the library.
-    support: Vec<usize>,
-    values: Vec<f64>,
-    std_errors: Vec<f64>,
-    clusters: Clusters,
-}
-
-impl Coefficients {
-    /// Those of a regression on derivatives.
-    fn of_regression(grams: &[Gram], fit: &sindy::Fit) -> Self {
-        let support: Vec<usize> = (0..fit.support.len()).filter(|&j| fit.support[j]).collect();
-        let errors = cluster_errors(grams, &fit.coefficients, &fit.support);
-        let error = |&j: &usize| errors.as_ref().map_or(f64::NAN, |e| e[j]);
-        Self {
-            values: support.iter().map(|&j| fit.coefficients[j]).collect(),
-            std_errors: support.iter().map(error).collect(),
-            clusters: Clusters {
-                groups: grams.iter().filter(|g| g.rows > 0).count(),
-                coefficients: support.len(),
-            },
-            support,
-        }
-    }
-
-    /// The same terms fitted in free run, and how that ended.
-    fn refined(
-        self,
-        library: &Library,
-        records: &StandRecords,
-        settings: &IdentificationSettings,
-    ) -> Result<(Self, String)> {
-        let names: Vec<String> = (0..self.support.len()).map(|k| format!("c{k}")).collect();
-        let rhs: Vec<String> = self
-            .support
-            .iter()
-            .zip(&names)
-            .map(|(&j, n)| format!("{n}*({})", library.names()[j]))
-            .collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let model = OdeModel::new(&["x"], &["s"], &names, &[&rhs.join(" + ")], "x*abs(x)")?;
-        // The library is nearly collinear. A prior of the coefficients' own size keeps the search from wandering along
-        // directions that the data do not identify.
-        let parameters: Vec<Parameter> = self
-            .values
-            .iter()
-            .map(|&v| Parameter::free(v).prior(v.abs().max(LEAST_PRIOR_SD)))
-            .collect();
-        let (refined, clusters) = records.free_run(&model, &parameters, settings)?;
-        let note = format!(
-            "free run over long stretches, each with its own start: {}",
-            outcome(&refined)
-        );
-        let refined = Self {
-            values: refined.parameters,
-            std_errors: refined.std_errors,
-            clusters,
-            ..self
-        };
-        Ok((refined, note))
-    }
-
-    fn card(&self, library: &Library, origin: &Origin) -> Card {
-        let mut card = origin.card(
-            "thrust-library",
-            Kind::Thrust,
-            Form::Library,
-            "x' = Θ(x, s) ξ, x = √T [√N], s throttle in [0, 1]",
-        );
-        for (k, &j) in self.support.iter().enumerate() {
-            let name = &library.names()[j];
-            let estimate = Estimate::clustered(self.values[k], self.std_errors[k], self.clusters);
-            let unit = unit::of_coefficient("x'", name);
-            card.terms.push(term("x'", name, estimate, &unit));
-        }
-        card
-    }
-}
 
 /// Eq. (8): `x' = Θ(x, s) ξ` by Savitzky–Golay derivatives and SR3 with λ and ν chosen by
 /// cross-validation; then, if the settings ask for it, refined in free run.
@@ -111,31 +32,93 @@ pub fn library(
 ) -> Result<FittedCard> {
     let records = StandRecords::of(trials, settings, true)?;
     let library = Library::parse(&settings.thrust.library)?;
-    let grams = Gram::accumulate(&library, "x_dot", &records.samples()?)?;
-    let sparse = sparse_fit(&grams, settings)?;
-    let front = Front::of(("x'", "√N/s"), &library, &grams, &sparse, settings)?;
-    let mut coefficients = Coefficients::of_regression(&grams, &sparse.fit);
-    let mut notes = vec![(
-        "derivative",
-        format!(
-            "Savitzky–Golay, window {} at 100 Hz, degree {}",
-            settings.smoothing.thrust_window, settings.smoothing.degree
-        ),
-    )];
-    notes.extend(sparse.notes.iter().cloned());
+    let mut fitted = SparseLibrary::fit(&records, &library, settings)?;
     if settings.thrust.refine {
-        let (refined, note) = coefficients.refined(&library, &records, settings)?;
-        coefficients = refined;
-        notes.push(("refinement", note));
+        fitted.refine(&records, settings)?;
     }
-    let mut card = coefficients.card(&library, origin);
-    card.provenance.method = method(&notes);
+    let card = fitted.card(&settings.smoothing, origin);
     let terms = library.len();
-    let none_eliminated = coefficients.support.len() == terms;
-    let warning = none_eliminated.then_some(Warning::NoTermEliminated { terms });
+    let none_eliminated = fitted.terms.len() == terms;
     Ok(FittedCard {
-        front,
-        warnings: warning.into_iter().collect(),
+        front: fitted.front,
+        warnings: Vec::from_iter(none_eliminated.then_some(Warning::NoTermEliminated { terms })),
         ..records.finish(card, trials)?
     })
+}
+
+/// Eq. (8), fitted.
+struct SparseLibrary {
+    /// The terms that are kept.
+    terms: Vec<String>,
+    coefficients: Vec<Estimate>,
+    /// How the search in free run ended, if there was one.
+    refined: Option<Refined>,
+    sparse: SparseFit,
+    front: Option<Front>,
+}
+
+impl SparseLibrary {
+    /// Regression on derivatives.
+    fn fit(
+        records: &StandRecords,
+        library: &Library,
+        settings: &IdentificationSettings,
+    ) -> Result<Self> {
+        let grams = Gram::accumulate(library, "x_dot", &records.samples()?)?;
+        let sparse = sparse_fit(&grams, settings)?;
+        let (xi, support) = (&sparse.fit.coefficients, &sparse.fit.support);
+        Ok(Self {
+            terms: kept(library.names(), support),
+            coefficients: Estimate::of_regression(&grams, xi, support),
+            refined: None,
+            front: Front::of(("x'", "√N/s"), library, &grams, &sparse, settings)?,
+            sparse,
+        })
+    }
+
+    /// Fits the same terms in free run.
+    fn refine(&mut self, records: &StandRecords, settings: &IdentificationSettings) -> Result<()> {
+        let names: Vec<String> = (0..self.terms.len()).map(|k| format!("c{k}")).collect();
+        let products = names.iter().zip(&self.terms);
+        let rhs: Vec<String> = products.map(|(n, term)| format!("{n}*({term})")).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let model = OdeModel::new(&["x"], &["s"], &names, &[&rhs.join(" + ")], "x*abs(x)")?;
+        // The library is nearly collinear. A prior of the coefficients' own size keeps the search from wandering along
+        // directions that the data do not identify.
+        let start =
+            |c: &Estimate| Parameter::free(c.value).prior(c.value.abs().max(LEAST_PRIOR_SD));
+        let parameters: Vec<Parameter> = self.coefficients.iter().map(start).collect();
+        let (refined, clusters) = records.free_run(&model, &parameters, settings)?;
+        self.coefficients = Estimate::refined(&refined, clusters).collect();
+        self.refined = Some(refined);
+        Ok(())
+    }
+
+    fn card(&self, smoothing: &SmoothingSettings, origin: &Origin) -> Card {
+        let mut card = origin.card(
+            "thrust-library",
+            Kind::Thrust,
+            Form::Library,
+            "x' = Θ(x, s) ξ, x = √T [√N], s throttle in [0, 1]",
+        );
+        card.terms = terms("x'", &self.terms, &self.coefficients);
+        card.provenance.method = self.method(smoothing);
+        card
+    }
+
+    /// How it was fitted, by key.
+    fn method(&self, smoothing: &SmoothingSettings) -> BTreeMap<String, String> {
+        let derivative = format!(
+            "Savitzky–Golay, window {} at 100 Hz, degree {}",
+            smoothing.thrust_window, smoothing.degree
+        );
+        let mut notes = vec![("derivative", derivative)];
+        notes.extend(self.sparse.notes.iter().cloned());
+        notes.extend(self.refined.iter().map(|refined| {
+            let outcome = outcome(refined);
+            let text = format!("free run over long stretches, each with its own start: {outcome}");
+            ("refinement", text)
+        }));
+        method(&notes)
+    }
 }

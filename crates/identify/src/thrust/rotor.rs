@@ -119,7 +119,7 @@ pub(super) fn fit(trials: &[Trial], settings: &IdentificationSettings) -> Result
     })
 }
 
-/// Lag and dead time by eye: the median times after which a tenth, and 1 - 1/e, of the way is gone.
+/// Start values of lag and dead time: the median times after which a tenth, and 1 - 1/e, of the way is gone.
 fn first_guess(steps: &[Step]) -> (f64, f64) {
     let gone = |share: f64| {
         let times = steps.iter().filter_map(|s| {

@@ -1,7 +1,6 @@
 //! Static maps: √T or T as a polynomial of throttle, with an optional battery term.
 
-use nalgebra::DVector;
-use sindy::statistics::regression::{Clusters, cluster_errors, least_squares};
+use sindy::statistics::regression::least_squares;
 use sindy::{Gram, Library, Samples};
 use touchdown_model::{Card, Form, Kind};
 use touchdown_trial::Trial;
@@ -9,11 +8,10 @@ use touchdown_trial::Trial;
 use super::plateau::{self, Plateau};
 use super::rotor;
 use crate::error::{Error, Result};
-use crate::estimate::{Estimate, term};
+use crate::estimate::{Estimate, terms};
 use crate::fitted::{FittedCard, Origin, method, range, score};
 use crate::scores::Errors;
 use crate::settings::{IdentificationSettings, ThrustForm, ThrustSettings};
-use crate::unit;
 use crate::warning::Warning;
 
 /// Sampling period from which the lag of a rotor cannot be seen (s): lags of small rotors are 0.03 to 0.1 s.
@@ -31,8 +29,7 @@ struct StaticMap {
     degree: usize,
     battery: bool,
     terms: Vec<String>,
-    coefficients: DVector<f64>,
-    std_errors: DVector<f64>,
+    coefficients: Vec<Estimate>,
     points: Vec<Plateau>,
     /// Whether the points are plateaus of a staircase, or single rows.
     by_plateau: bool,
@@ -113,15 +110,13 @@ impl StaticMap {
         let grams = Gram::accumulate(&library, "y", &samples)?;
         let all = vec![true; terms.len()];
         let coefficients = least_squares(&Gram::total(&grams), &all);
-        let std_errors = cluster_errors(&grams, &coefficients, &all)
-            .unwrap_or_else(|| DVector::from_element(coefficients.len(), f64::NAN));
+        let coefficients = Estimate::of_regression(&grams, &coefficients, &all);
         Ok(Self {
             root,
             degree,
             battery,
             terms,
             coefficients,
-            std_errors,
             points,
             by_plateau,
         })
@@ -134,12 +129,13 @@ impl StaticMap {
 
     /// The fitted value at a point.
     fn at(&self, p: &Plateau) -> f64 {
-        let (s, xi) = (p.throttle, &self.coefficients);
+        let s = p.throttle;
+        let xi = |k: usize| self.coefficients[k].value;
         let mut y = (0..=self.degree)
-            .map(|k| xi[k] * s.powi(k as i32))
+            .map(|k| xi(k) * s.powi(k as i32))
             .sum::<f64>();
         if self.battery {
-            y += xi[self.degree + 1] * s * p.battery_v.unwrap_or(f64::NAN);
+            y += xi(self.degree + 1) * s * p.battery_v.unwrap_or(f64::NAN);
         }
         y
     }
@@ -179,15 +175,7 @@ impl StaticMap {
         if self.battery {
             card.equation.push_str(", u battery voltage [V]");
         }
-        let clusters = Clusters {
-            groups: self.points.len(),
-            coefficients: self.terms.len(),
-        };
-        for (j, text) in self.terms.iter().enumerate() {
-            let estimate = Estimate::clustered(self.coefficients[j], self.std_errors[j], clusters);
-            let unit = unit::of_coefficient(of, text);
-            card.terms.push(term(of, text, estimate, &unit));
-        }
+        card.terms = terms(of, &self.terms, &self.coefficients);
         if let Some(r) = range(self.points.iter().map(|p| p.throttle)) {
             card.validity.inputs.insert("s".into(), r);
         }

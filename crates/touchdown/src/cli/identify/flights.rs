@@ -9,7 +9,9 @@ use touchdown_campaign::progress::Progress as _;
 use touchdown_identify::flights::armed_interval_result::ArmedIntervalResult;
 use touchdown_identify::flights::hover::ThrustLaw;
 use touchdown_identify::flights::result::FlightResult;
-use touchdown_identify::flights::{Basis, Flight, ground_effect_with, thrust_alone, with_thrust};
+use touchdown_identify::flights::{
+    Basis, Flight, Refusal, ground_effect_with, thrust_alone, with_thrust,
+};
 use touchdown_identify::warning::{Warning, sentences};
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin};
 use touchdown_log::Map;
@@ -65,10 +67,10 @@ pub(super) fn thrust(
     let mut made = found.thrust_of(settings, origin).ok_or_else(|| {
         Error::Arguments("thrust from flight needs the mass and the specific force".to_string())
     })?;
-    let refused = found.refused.iter().map(ToString::to_string);
+    let refused = found.refused.iter().cloned();
     made.warnings.extend(refused.map(Warning::NotIdentified));
     let notes = flights.iter().flat_map(|f| f.notes.iter().cloned());
-    made.warnings.extend(notes.map(Warning::Log));
+    made.warnings.extend(notes);
     made.card.warnings = sentences(&made.warnings);
     Ok((made, found.result(&flights, &settings.flight)))
 }
@@ -106,7 +108,7 @@ pub(super) fn text(result: &FlightResult) -> String {
         )
     });
     listed(&mut out, lines, "hovers");
-    let refused: Vec<&str> = result.refused.iter().map(|r| r.what.as_str()).collect();
+    let refused: Vec<&str> = result.refused.iter().map(Refusal::what).collect();
     if !refused.is_empty() {
         let _ = writeln!(out, "  not identified: {}", refused.join("; "));
     }
@@ -271,7 +273,10 @@ fn uses_thrust_card(basis: Basis) -> bool {
 /// Warnings of the logs and of the flights in them, each once.
 fn warnings_of_logs(logs: &[Log], flights: &[Flight]) -> Vec<String> {
     load::once(logs.iter().zip(flights).flat_map(|(log, flight)| {
-        let notes = flight.notes.iter().map(|n| (log.path.clone(), n.clone()));
+        let notes = flight
+            .notes
+            .iter()
+            .map(|n| (log.path.clone(), n.to_string()));
         notes.chain(log.warnings_by_log()).collect::<Vec<_>>()
     }))
 }

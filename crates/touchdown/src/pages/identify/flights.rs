@@ -2,7 +2,7 @@
 
 use touchdown_identify::FittedCard;
 use touchdown_identify::flights::result::FlightResult;
-use touchdown_identify::flights::{Basis, Flight, GroundEffect};
+use touchdown_identify::flights::{Basis, Flight, GroundEffect, Refusal};
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
 use super::{Overview, armed_intervals, card_blocks, interval, slug};
@@ -286,7 +286,7 @@ fn verdict(result: &FlightResult) -> (Callout, String) {
         }
         None => "These flights do not identify a ground effect.".to_string(),
     };
-    let refused: Vec<&str> = result.refused.iter().map(|r| r.what.as_str()).collect();
+    let refused: Vec<&str> = result.refused.iter().map(Refusal::what).collect();
     match refused.as_slice() {
         [] if result.extra_lift.is_some() => (Callout::Success, lift),
         [] => (Callout::Warning, lift),
