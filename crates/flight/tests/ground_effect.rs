@@ -159,6 +159,16 @@ fn analytic_empirical() {
 }
 
 #[test]
+fn analytic_limits_of_a_force_go_with_the_thrust() {
+    let model = Polynomial::<f64>::published();
+    for (force_n, limited_n) in [(100.0, 6.0), (-100.0, -1.0), (2.5, 2.5)] {
+        let mut state = force_n;
+        model.limit(&mut state, 10.0, -0.1, 0.6);
+        assert_eq!(state, limited_n);
+    }
+}
+
+#[test]
 fn analytic_guard_clamps_and_fades() {
     let map = StaticMap::new([0.0, 0.05, 0.12, 0.04]);
     let validity = Validity {

@@ -76,6 +76,66 @@ fn derivatives_agree(at: impl Fn(f64) -> touchdown_flight::reference::ReferenceP
 }
 
 #[test]
+fn prop_settings_out_of_range_are_named() {
+    let good = Terminal {
+        start_height_m: 0.8,
+        end_height_m: 0.1,
+        sink_rate_mps: 0.03,
+        duration_s: 2.5,
+    };
+    good.validate().unwrap();
+    // 0.28 m/s is the mean rate; a terminal rate of 2.5 times that is the limit.
+    for (bad, key) in [
+        (
+            Terminal {
+                sink_rate_mps: 0.701,
+                ..good
+            },
+            "reference.terminal.sink_rate_mps",
+        ),
+        (
+            Terminal {
+                sink_rate_mps: -0.01,
+                ..good
+            },
+            "reference.terminal.sink_rate_mps",
+        ),
+        (
+            Terminal {
+                duration_s: 0.0,
+                ..good
+            },
+            "reference.terminal.duration_s",
+        ),
+        (
+            Terminal {
+                end_height_m: 0.9,
+                ..good
+            },
+            "reference.terminal.end_height_m",
+        ),
+    ] {
+        let error = bad.validate().unwrap_err().to_string();
+        assert!(error.contains(key), "{error}");
+    }
+    let filter = HarmonicFilter::new(3.0_f64);
+    filter.validate().unwrap();
+    for bad in [
+        HarmonicFilter {
+            lead_s: -0.1,
+            ..filter
+        },
+        HarmonicFilter {
+            lead_s: f64::NAN,
+            ..filter
+        },
+        HarmonicFilter::new(0.0),
+    ] {
+        assert!(bad.validate().is_err(), "{bad:?}");
+    }
+}
+
+#[test]
 fn analytic_harmonic_filter_finds_the_acceleration() {
     let w = core::f64::consts::PI; // 0.5 Hz
     let filter = HarmonicFilter {

@@ -49,6 +49,29 @@ fn analytic_a_third_of_a_turn() {
 }
 
 #[test]
+fn analytic_a_quaternion_and_its_negative_are_one_attitude() {
+    let turn = Vector::new(0.4, -0.2, 0.7);
+    let q = Attitude::from_rotation_vector(turn).to_quaternion();
+    for sign in [1.0, -1.0] {
+        let same = Attitude::from_quaternion(q.map(|part: f64| sign * part)).unwrap();
+        // A few roundings of numbers below one.
+        assert!((same.rotation_vector() - turn).norm() < 1e-15, "{sign}");
+    }
+}
+
+#[test]
+fn analytic_lengths_at_the_ends_of_the_range() {
+    for scale in [1e-200, 1e-13, 1.0, 1e16, 1e200] {
+        let length = Vector::new(3.0 * scale, -4.0 * scale, 12.0 * scale).norm();
+        assert!((length / (13.0 * scale) - 1.0).abs() < 1e-15, "{length}");
+    }
+    let infinite = f64::INFINITY;
+    assert_eq!(Vector::new(infinite, -infinite, infinite).norm(), infinite);
+    assert_eq!(Vector::<f64>::ZERO.norm(), 0.0);
+    assert!(Vector::new(0.0, f64::NAN, 1.0).norm().is_nan());
+}
+
+#[test]
 fn analytic_level_is_exact() {
     assert_eq!(A::from_thrust_direction(V::UP, 0.0), Some(A::LEVEL));
     assert_eq!(A::from_thrust_direction(V::UP * 13.4, 0.0), Some(A::LEVEL));

@@ -12,10 +12,12 @@ use touchdown_flight::Vector;
 use touchdown_flight::method::Method;
 use touchdown_flight::reference::{Exponential, Reference};
 use touchdown_lander::computer::{Computer, ComputerOutput, Descent, NormalReading, Sensed};
+use touchdown_lander::estimate::deck::{DeckEstimator, Observed};
 use touchdown_lander::models::FlightModels;
 use touchdown_lander::settings::{ControlSettings, LoopTiming, SensorNumbers, VehicleNumbers};
 use touchdown_lander::state_machine::OperatorRequest;
 
+use crate::common::deck::Sines;
 use crate::common::flight::recorded::Means;
 use crate::common::noise::Noise;
 use crate::world::{DT, Rate, State, World, computer};
@@ -250,7 +252,15 @@ fn regress_an_operator_who_changes_his_mind_and_a_battery_that_empties() {
 
 #[test]
 fn regress_a_deck_that_is_too_fast_and_then_is_not() {
-    let mut flight = Flight::new(by_default(|_| ()), (0.3, 2.5), 6);
+    let mut flight = Flight::new(
+        by_default(|settings| {
+            // A planner in a hurry, for a deck that may fall faster than it rises.
+            settings.planning.cost_per_s = 0.4;
+            settings.planning.quiescence.acceleration_max_mps2 = 0.7;
+        }),
+        (0.3, 2.5),
+        6,
+    );
     flight.seconds = 60;
     flight.events = |t, world| {
         if t > 30.0 {
@@ -302,8 +312,84 @@ fn regress_every_method_and_straight_descents() {
         (0.03, 4.0),
         20,
     );
+    // Readings that are late for guidance, too; an offset of the deck that is known well.
+    flight.computer.guidance.sensing_s = 0.04;
+    flight.computer.deck.offset_sd = 0.3;
     // Without satellites, and the legs tell of contact.
     flight.world.gnss = None;
     flight.events = |_, world| world.contact = Some(world.height_m() < 0.1);
     flight.compare("straight");
+}
+
+const DECK: [&str; 12] = [
+    "count",
+    "amplitude_m",
+    "angular_frequency",
+    "angular_frequency_sd",
+    "forgetting",
+    "now_m",
+    "now_mps2",
+    "now_sd_mps",
+    "soon_m",
+    "soon_mps",
+    "soon_sd_m",
+    "late_sd_mps2",
+];
+
+/// Runs a deck estimator on the first deck, and after half of the time on the second, and compares.
+fn compare_estimator(name: &str, observed: Observed, decks: [&Sines; 2]) {
+    let sd = match observed {
+        Observed::Displacement => 0.005,
+        Observed::Velocity => 0.03,
+    };
+    let estimator = DeckEstimator {
+        offset_sd: 0.3,
+        offset_rate_sd: 0.02,
+        ..DeckEstimator::new(observed, sd)
+    };
+    let mut state = estimator.initial();
+    let (mut noise, mut means) = (Noise::new(7), Means::new(&DECK, 400));
+    for i in 0..8000 {
+        let motion = decks[i / 4000].at(DT * i as f64);
+        let reading = match observed {
+            Observed::Displacement => 0.4 + motion[0],
+            Observed::Velocity => 0.02 + motion[1],
+        } + sd * noise.normal();
+        // Gaps of half a second every ten.
+        let seen = (i % 1000 < 950).then_some(reading);
+        estimator.step(&mut state, seen, DT);
+        let harmonics = || (0..state.count()).filter_map(|k| state.harmonic(k));
+        let [now, soon, late] = [0.0, 0.7, 4.0].map(|ahead| estimator.predict(&state, ahead));
+        means.add(&[
+            state.count() as f64,
+            harmonics().map(|one| one.amplitude_m).sum(),
+            harmonics().map(|one| one.angular_frequency).sum(),
+            harmonics().map(|one| one.angular_frequency_sd).sum(),
+            state.forgetting_per_s(),
+            now.displacement_m,
+            now.acceleration_mps2,
+            now.velocity_sd_mps.min(1e3),
+            soon.displacement_m,
+            soon.velocity_mps,
+            soon.displacement_sd_m.min(1e3),
+            late.acceleration_sd_mps2.min(1e3),
+        ]);
+    }
+    means.compare(env!("CARGO_MANIFEST_DIR"), name);
+}
+
+#[test]
+fn regress_the_deck_estimator_on_tones_and_seas_that_change() {
+    let tones = Sines(vec![[0.1, 1.3, 0.2], [0.05, 2.1, 1.0], [0.03, 3.4, 2.0]]);
+    let near = Sines(vec![[0.1, 1.3, 0.2], [0.08, 1.5, 0.5]]);
+    let slow = Sines(vec![[0.2, 0.6, 0.0]]);
+    let sea = Sines::jonswap(0.4, 5.0, 3);
+    for (name, observed, decks) in [
+        ("deck_tones", Observed::Displacement, [&tones, &slow]),
+        ("deck_tones_velocity", Observed::Velocity, [&tones, &near]),
+        ("deck_sea", Observed::Displacement, [&sea, &tones]),
+        ("deck_sea_velocity", Observed::Velocity, [&near, &sea]),
+    ] {
+        compare_estimator(name, observed, decks);
+    }
 }

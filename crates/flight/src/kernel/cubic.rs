@@ -104,6 +104,9 @@ mod tests {
         for near in [0.01, 0.29, 0.4, 0.45, f64::NAN, -1.0, 2.0] {
             assert!((first_rise(p, near) - 0.3).abs() < 1e-14, "{near}");
         }
+        // (s - 0.6)(0.7 - s)(s + 1): zero or above between 0.6 and 0.7 only.
+        let narrow = [-0.42_f64, 0.88, 0.3, -1.0];
+        assert!((first_rise(narrow, 0.5) - 0.6).abs() < 1e-14);
         // Negated: at 0 it is already positive.
         assert!(first_rise(p.map(|c: f64| -c), 0.5) == 0.0);
         // Linear, and constant below zero: the first end with the greatest value.

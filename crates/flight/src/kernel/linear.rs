@@ -44,7 +44,7 @@ pub fn lag_step<R: Real>(y: R, target: R, tau: R, dt: R) -> R {
 
 #[cfg(test)]
 mod tests {
-    use super::{lag_step, linear_rest, linear_step};
+    use super::{lag_share, lag_step, linear_rest, linear_step};
 
     #[test]
     fn analytic_exponentials() {
@@ -54,6 +54,7 @@ mod tests {
         assert!((linear_step(y0, a, b, t) - exact).abs() < 1e-15);
         assert!((linear_rest(a, b) - 0.7 / 3.0).abs() < 1e-15);
         assert!((linear_step(y0, a, 0.0, t) - (y0 + a * t)).abs() < 1e-15);
+        assert!((lag_share(0.5_f64, 0.2) - (1.0 - (-0.4_f64).exp())).abs() < 1e-15);
         assert!((lag_step(y0, 1.0, 0.5, 0.5) - (1.0 - 0.8 * (-1.0_f64).exp())).abs() < 1e-15);
         assert!(linear_step(y0, f64::NAN, b, t) == y0);
     }
