@@ -9,6 +9,7 @@ use touchdown_model::{Form, Kind};
 use touchdown_trial::{Source, Trial};
 
 use super::front::Front;
+use crate::error::{Error, Result};
 use crate::scores::Errors;
 use crate::warning::Warning;
 
@@ -46,6 +47,21 @@ impl FittedCard {
             lag_s: None,
             front: None,
             warnings: Vec::new(),
+        }
+    }
+
+    /// Refuses data that give no finite coefficients.
+    pub(super) fn check_finite(&self) -> Result<()> {
+        match self.card.terms.iter().find(|t| !t.value.is_finite()) {
+            None => Ok(()),
+            Some(term) => Err(Error::data(
+                &self.card.name,
+                "data that a finite fit follows from (time in seconds, forces in newtons)",
+                format!(
+                    "a coefficient `{}:{}` of {}",
+                    term.of, term.expression, term.value
+                ),
+            )),
         }
     }
 }

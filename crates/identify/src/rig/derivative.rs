@@ -80,7 +80,7 @@ impl Derivative {
         let sparse = sparse_fit(&grams, settings)?;
         if !sparse.fit.support.contains(&true) {
             return Err(Error::data(
-                trials.first().map_or("no trial", |t| &t.name),
+                "all trials",
                 "data that support a term of eq. (9)",
                 "none",
             ));

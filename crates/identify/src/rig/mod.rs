@@ -52,6 +52,7 @@ pub fn fit(
             form.fit(trials, settings)?.card(settings, origin)
         }
     };
+    fitted.check_finite()?;
     trial::validity(&mut fitted.card, trials, settings);
     fitted.card.warnings.extend(sentences(&fitted.warnings));
     Ok(fitted)

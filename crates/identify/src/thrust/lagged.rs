@@ -216,10 +216,8 @@ fn standard_errors(records: &[MotorRecord], lag_s: f64, xi: &[f64]) -> Result<(f
                 .collect(),
         );
         columns.push(r.thrust.clone());
-        let size = r.time.len().div_ceil(PIECES);
-        for start in (0..r.time.len()).step_by(size) {
-            let end = (start + size).min(r.time.len());
-            samples.push_group(columns.iter().map(|c| c[start..end].to_vec()).collect())?;
+        for span in super::pieces(r.time.len(), PIECES) {
+            samples.push_group(columns.iter().map(|c| c[span.clone()].to_vec()).collect())?;
         }
     }
     let grams = Gram::accumulate(&Library::parse(&terms)?, "y", &samples)?;

@@ -15,6 +15,8 @@ pub use statics::steady_points;
 
 use lagged::LaggedMotors;
 
+use std::ops::Range;
+
 use touchdown_model::Card;
 use touchdown_model::card::{Form, Kind};
 use touchdown_trial::Trial;
@@ -69,7 +71,7 @@ pub fn fit(
         Some(form) => form,
         None => choose(trials, settings)?,
     };
-    let mut made = match form {
+    let mut fitted = match form {
         ThrustForm::StaticSqrt | ThrustForm::StaticThrust => {
             statics::fit(trials, settings, form, origin)
         }
@@ -80,18 +82,9 @@ pub fn fit(
         ThrustForm::FirstOrder => first_order(trials, settings, origin),
         ThrustForm::Library => library(trials, settings, origin),
     }?;
-    if let Some(term) = made.card.terms.iter().find(|t| !t.value.is_finite()) {
-        return Err(Error::data(
-            trials.first().map_or("no trial", Trial::name),
-            "data that a finite fit follows from (time in seconds, thrust in newtons)",
-            format!(
-                "a coefficient `{}:{}` of {}",
-                term.of, term.expression, term.value
-            ),
-        ));
-    }
-    made.card.warnings.extend(sentences(&made.warnings));
-    Ok(made)
+    fitted.check_finite()?;
+    fitted.card.warnings.extend(sentences(&fitted.warnings));
+    Ok(fitted)
 }
 
 fn choose(trials: &[Trial], settings: &IdentificationSettings) -> Result<ThrustForm> {
@@ -275,6 +268,13 @@ fn thrust_at_start(trial: &Trial, from_s: f64) -> Result<f64> {
         0 => known.map(|(_, f)| *f).next().unwrap_or(0.0),
         n => near.iter().sum::<f64>() / n as f64,
     })
+}
+
+/// The rows of a record, in at most `count` pieces of one length.
+fn pieces(rows: usize, count: usize) -> impl Iterator<Item = Range<usize>> {
+    let size = rows.div_ceil(count);
+    let starts = (0..rows).step_by(size);
+    starts.map(move |start| start..(start + size).min(rows))
 }
 
 /// Throttle that stands still teaches nothing of its effect.

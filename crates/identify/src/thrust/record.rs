@@ -27,7 +27,7 @@ const RESIDUALS_HZ: f64 = 50.0;
 /// Longest step of the integration (s), for slow logs and holes.
 /// A third of the usual lag of rotors, where a fourth-order step errs by less than 1e-4.
 const LONGEST_STEP_S: f64 = 0.02;
-/// Longest dead time that is searched for (s), and the shortest that is told from none.
+/// Shortest and longest dead time that is searched for (s); a shorter one is none.
 const DEAD_TIME_S: [f64; 2] = [1e-3, 0.2];
 
 /// Unbroken rows with throttle and thrust; the root of thrust is smoothed.
@@ -47,8 +47,8 @@ pub(super) struct StandRecords {
 }
 
 impl StandRecords {
-    /// The records of `trials`; the dead time is estimated if the settings ask for it or, without a word there,
-    /// `by_default`.
+    /// The records of `trials`; the dead time is estimated if the settings ask for it or leave that to the form, which
+    /// decides `by_default`.
     pub(super) fn of(
         trials: &[Trial],
         settings: &IdentificationSettings,
@@ -79,9 +79,7 @@ impl StandRecords {
         // Groups are what is left out in turn: a single record is cut in pieces.
         let pieces = if self.records.len() == 1 { PIECES } else { 1 };
         for r in &self.records {
-            let size = r.time.len().div_ceil(pieces);
-            for start in (0..r.time.len()).step_by(size) {
-                let span = start..(start + size).min(r.time.len());
+            for span in super::pieces(r.time.len(), pieces) {
                 let columns = [&r.root, &r.throttle, &r.root_rate];
                 samples.push_group(columns.map(|c| c[span.clone()].to_vec()).into())?;
             }
@@ -99,9 +97,7 @@ impl StandRecords {
         let pieces = PIECES.div_ceil(self.records.len());
         let mut records = Vec::new();
         for r in &self.records {
-            let size = r.time.len().div_ceil(pieces);
-            for start in (0..r.time.len()).step_by(size) {
-                let span = start..(start + size).min(r.time.len());
+            for span in super::pieces(r.time.len(), pieces) {
                 records.push(Record {
                     time: &r.time[span.clone()],
                     inputs: vec![&r.throttle[span.clone()]],

@@ -140,11 +140,9 @@ impl Job<'_> {
         let fit = |&form: &GroundEffectForm| {
             let mut origin = self.origin.clone();
             origin.provenance.command = Some(self.command(Some(form), &card_file(form)));
-            let fitted = ground_effect::fit(form, self.trials, self.settings, &origin)
-                .map_err(Error::from)
-                .and_then(finite);
+            let fitted = ground_effect::fit(form, self.trials, self.settings, &origin);
             self.context.step();
-            fitted
+            Ok(fitted?)
         };
         forms.par_iter().map(fit).collect()
     }
@@ -313,21 +311,6 @@ fn sort_out(
         return Err(sorted.failed.swap_remove(0).1);
     }
     Ok(sorted)
-}
-
-/// A fit whose coefficients are all finite.
-fn finite(made: FittedCard) -> Result<FittedCard> {
-    match made.card.terms.iter().find(|t| !t.value.is_finite()) {
-        None => Ok(made),
-        Some(term) => Err(Error::data(
-            &made.card.name,
-            "data that a finite fit follows from",
-            format!(
-                "a coefficient `{}:{}` of {}",
-                term.of, term.expression, term.value
-            ),
-        )),
-    }
 }
 
 /// Reads the card that gives the free-air thrust.
