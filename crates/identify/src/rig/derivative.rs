@@ -6,7 +6,7 @@ use sindy::{Gram, Library, Samples, SavitzkyGolay};
 use touchdown_model::{Form, Kind};
 
 use super::GroundTrial;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::estimate::{Estimate, kept, terms};
 use crate::fitted::{FittedCard, Origin, method};
 use crate::front::Front;
@@ -78,13 +78,6 @@ impl Derivative {
         let samples = samples(trials, settings)?;
         let (library, grams) = live_library(&samples, settings)?;
         let sparse = sparse_fit(&grams, settings)?;
-        if !sparse.fit.support.contains(&true) {
-            return Err(Error::data(
-                "all trials",
-                "data that support a term of eq. (9)",
-                "none",
-            ));
-        }
         let front = Front::of(("f'", "N/s"), &library, &grams, &sparse, settings)?;
         let total = Gram::total(&grams);
         let (xi, support) = (&sparse.fit.coefficients, &sparse.fit.support);
@@ -136,38 +129,5 @@ impl Derivative {
             r_squared: self.r_squared,
         };
         zero.into_iter().chain([attenuated]).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn prop_noise_supports_no_term() {
-        let rows = 400;
-        let wave = |amplitude: f64, pace: f64| -> Vec<f64> {
-            let of = |i| amplitude * (1.0 + (pace * f64::from(i)).sin());
-            (0..rows).map(of).collect()
-        };
-        let trials: Vec<GroundTrial> = (1..5)
-            .map(|k| GroundTrial {
-                name: format!("noise {k}"),
-                time_s: (0..rows).map(|i| 0.01 * f64::from(i)).collect(),
-                throttle: wave(0.25, 0.013 * f64::from(k)),
-                height_m: wave(0.3, 0.021),
-                deck_velocity_mps: wave(0.1, 0.017),
-                vehicle_velocity_mps: vec![0.0; rows as usize],
-                free_air_thrust_n: vec![10.0; rows as usize],
-                // The square of the row turns faster and faster: no smooth quantity goes with it.
-                force_n: (0..rows)
-                    .map(|i| (f64::from(k) + 0.7 * f64::from(i * i)).sin())
-                    .collect(),
-                truth_n: None,
-            })
-            .collect();
-        let fitted = Derivative::fit(&trials, &IdentificationSettings::default());
-        let error = fitted.err().map(|e| e.to_string()).unwrap_or_default();
-        assert!(error.contains("term of eq. (9)"), "{error}");
     }
 }

@@ -142,7 +142,7 @@ impl Job<'_> {
             origin.provenance.command = Some(self.command(Some(form), &card_file(form)));
             let fitted = ground_effect::fit(form, self.trials, self.settings, &origin);
             self.context.step();
-            Ok(fitted?)
+            with_terms(fitted?)
         };
         forms.par_iter().map(fit).collect()
     }
@@ -313,6 +313,15 @@ fn sort_out(
     Ok(sorted)
 }
 
+/// Refuses a fit that kept no term: its card predicts nothing.
+fn with_terms(fitted: FittedCard) -> Result<FittedCard> {
+    if fitted.card.terms.is_empty() {
+        let name = &fitted.card.name;
+        return Err(Error::data(name, "data that support a term", "none"));
+    }
+    Ok(fitted)
+}
+
 /// Reads the card that gives the free-air thrust.
 pub(crate) fn thrust_card(path: &Path) -> Result<Card> {
     let card = Card::read(path)?;
@@ -343,4 +352,25 @@ pub(crate) fn prepare(logs: &[Log], thrust: &Card) -> Result<(Vec<GroundTrial>, 
         .collect::<Result<_>>()?;
     let (trials, warnings): (Vec<_>, Vec<_>) = prepared.into_iter().unzip();
     Ok((trials, warnings.into_iter().flatten().collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use touchdown_model::{Form, Kind};
+
+    #[test]
+    fn analytic_a_card_without_terms_is_refused() {
+        let fitted = FittedCard {
+            card: Origin::default().card("none", Kind::GroundEffect, Form::Derivative, ""),
+            rmse: 0.0,
+            rmse_unit: "N/s",
+            rows_used: 0,
+            lag_s: None,
+            front: None,
+            warnings: Vec::new(),
+        };
+        let error = with_terms(fitted).unwrap_err().to_string();
+        assert_eq!(error, "none: expected data that support a term, found none");
+    }
 }
