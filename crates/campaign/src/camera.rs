@@ -42,7 +42,7 @@ fn unfit(error: VisionError) -> SimError {
         },
         other => SimError::Setting {
             key: "camera".to_owned(),
-            expected: "images in which tags can be looked for".to_owned(),
+            expected: "images of a size in which tags can be detected".to_owned(),
             found: other.to_string(),
         },
     }

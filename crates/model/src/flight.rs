@@ -62,7 +62,7 @@ impl Card {
             }),
             other => {
                 return Err(self.not_for_flight(&format!(
-                    "form {other:?} is not carried in flight; first_order, library and static_sqrt are"
+                    "form {other:?} has no flight model; first_order, library and static_sqrt have"
                 )));
             }
         };

@@ -456,7 +456,7 @@ fn prop_an_interrupted_identification_says_what_is_missing() {
     let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(object["outcome"], "interrupted");
     let expected = format!(
-        "interrupted: the files in {} are whole, but some are missing",
+        "interrupted: the files in {} are complete, but some are missing",
         out.display()
     );
     assert!(errors.contains(&expected), "{errors}");

@@ -210,7 +210,7 @@ fn xval_a_flight_judges_the_card_of_another() {
         judged["warnings"][0]
             .as_str()
             .unwrap()
-            .contains("say nothing of unseen data")
+            .contains("are not those on unseen data")
     );
     // The same free run on the same rows as in the fit.
     let difference = number(&first["measured"]["rmse"]) - number(&own["rmse"]["value"]);

@@ -40,7 +40,10 @@ impl Axes {
                     || other.starts_with(&format!("{key}."))
             };
             if let Some(other) = keys[..i].iter().find(clashes) {
-                return Err(bad(key, &format!("is swept twice, by `{other}` as well")));
+                return Err(bad(
+                    key,
+                    &format!("is swept twice; `{other}` sweeps it as well"),
+                ));
             }
         }
         Ok(axes)

@@ -94,7 +94,7 @@ impl Sweep {
             if settings.scenario.deck != RigidMotion::default() || axes.set_the_deck() {
                 return Err(bad(
                     "series",
-                    "the deck moves as measured: `scenario.deck` and its keys are not to be set",
+                    "the deck moves as measured: remove `scenario.deck` and its keys",
                 ));
             }
             let (motion, bytes) = measured_deck(given, folder)?;

@@ -249,7 +249,7 @@ pub(super) fn decode(
 ) -> Result<Vec<LandingRow>> {
     let at = path.display().to_string();
     let broken = |error: LogError| {
-        let expected = "a block of landings (Parquet; without the file, --resume flies them anew)";
+        let expected = "a block of landings (Parquet; without the file, --resume runs them again)";
         match error {
             LogError::Read { source, .. } => Error::file(path, source),
             LogError::NotALog { found, .. } => Error::data(&at, expected, found),

@@ -36,7 +36,7 @@ impl Store {
             let there = Sweep::load(&at, None, None)?;
             if there.sha256() != sweep.sha256() {
                 return Err(Error::Arguments(format!(
-                    "{}: holds a campaign of other settings (SHA-256 {}, these are {}); choose another folder",
+                    "{}: contains a campaign of other settings (SHA-256 {}, these are {}); choose another folder",
                     out.display(),
                     there.sha256(),
                     sweep.sha256()
@@ -45,7 +45,7 @@ impl Store {
         }
         if !resume && !store.present()?.is_empty() {
             return Err(Error::Arguments(format!(
-                "{}: holds landings of this campaign already; --resume completes it",
+                "{}: contains landings of this campaign already; --resume completes it",
                 out.display()
             )));
         }
@@ -221,7 +221,7 @@ pub fn merge(shards: &[PathBuf], out: &Path) -> Result<(Sweep, Store)> {
     if !holes.is_empty() {
         let shown = holes[..holes.len().min(10)].join(", ");
         return Err(Error::Arguments(format!(
-            "{} of {} blocks are missing: {shown}{}; fly them with --shard or --resume",
+            "{} of {} blocks are missing: {shown}{}; run them with --shard or --resume",
             holes.len(),
             sweep.blocks(),
             if holes.len() > 10 { ", …" } else { "" }
@@ -236,7 +236,7 @@ pub fn merge(shards: &[PathBuf], out: &Path) -> Result<(Sweep, Store)> {
         let path = from.path(block);
         if present.binary_search(&block).is_ok() && bytes(&there.path(block))? != bytes(&path)? {
             return Err(Error::Arguments(format!(
-                "{}: holds another block {block} than {}; choose another folder",
+                "{}: contains another block {block} than {}; choose another folder",
                 out.display(),
                 shard.display()
             )));

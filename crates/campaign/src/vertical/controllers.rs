@@ -34,7 +34,7 @@ pub fn controller(
 ) -> Result<VerticalController<f64>> {
     if !Method::VERTICAL.contains(&method) {
         return Err(Error::Arguments(format!(
-            "method `{}` needs an inertial unit and flies in six degrees of freedom only",
+            "method `{}` needs an inertial unit, which only flights in six degrees of freedom have (--space)",
             method.name()
         )));
     }
@@ -46,8 +46,7 @@ pub fn controller(
     };
     if acceleration && matches!(scenario.deck, DeckMotion::Triangle { .. }) {
         return Err(Error::Arguments(
-            "the harmonic filter needs a deck that moves in a sine; this one moves in a triangle"
-                .into(),
+            "the harmonic filter needs a sinusoidal deck motion; this one is a triangle".into(),
         ));
     }
     let landing = VerticalLanding {

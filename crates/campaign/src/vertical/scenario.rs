@@ -88,7 +88,7 @@ impl LandScenario {
             return Err(bad(
                 "controllers",
                 format!(
-                    "`{}` flies in six degrees of freedom only; expected some of {}",
+                    "`{}` needs six degrees of freedom (--space); expected some of {}",
                     method.name(),
                     names.join(", ")
                 ),

@@ -132,7 +132,7 @@ pub fn ground_effect_with(
 ) -> Result<GroundEffect> {
     let Some(rotor_radius_m) = settings.rotor_radius_m else {
         return Err(Error::Arguments(
-            "the ground effect goes with the rotor radius: expected `rotor_radius_m` in the table [flight] of --settings, \
+            "the ground effect scales with the rotor radius: expected `rotor_radius_m` in the table [flight] of --settings, \
              found none"
                 .to_string(),
         ));
@@ -197,8 +197,8 @@ fn from_force(
     if !fit.converged || fit.theta.iter().any(|v| !v.is_finite()) {
         return Err(Error::data(
             name,
-            "data that a model follows from",
-            format!("no rest after {} steps", fit.steps),
+            "data that identify a model",
+            format!("no convergence after {} steps", fit.steps),
         ));
     }
     let tried = choice.tried;
@@ -275,7 +275,7 @@ impl GroundEffect {
         let [lo, hi] = near.ci95.map(|v| 100.0 * v);
         Err(Error::data(
             name,
-            "flights that tell a ground effect from none: record hovers and slow passes at 0.5, 1, 2 and 6 rotor radii in \
+            "flights with a significant ground effect: record hovers and slow passes at 0.5, 1, 2 and 6 rotor radii in \
              several flights",
             format!(
                 "extra lift of {:.1} % at {height_m:.3} m, 95 % interval {lo:.1} to {hi:.1} %",

@@ -113,7 +113,7 @@ fn all_hovers(
     Err(Error::data(
         super::ground::label(flights),
         "rotor speeds in all logs or in none",
-        "some with and some without: identify them apart",
+        "some with and some without: identify them separately",
     ))
 }
 
@@ -186,8 +186,8 @@ fn select(
     }
     Err(Error::data(
         name,
-        "hovers that a model follows from",
-        format!("no rest after {} steps", fit.steps),
+        "hovers that identify a model",
+        format!("no convergence after {} steps", fit.steps),
     ))
 }
 

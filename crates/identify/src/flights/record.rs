@@ -54,7 +54,7 @@ pub(super) fn forces_from(flights: &[Flight]) -> Result<ForceFrom> {
         Err(Error::data(
             label(flights),
             "values of `specific_force_mps2` in all logs or in none",
-            "some with and some without: identify them apart",
+            "some with and some without: identify them separately",
         ))
     } else if all(ForceFrom::Poses) {
         Ok(ForceFrom::Poses)

@@ -254,7 +254,7 @@ pub(super) fn follows(
         ))
     };
     if !fit.converged || fit.theta.iter().any(|v| !v.is_finite()) {
-        return fault(format!("no rest after {} steps", fit.steps));
+        return fault(format!("no convergence after {} steps", fit.steps));
     }
     let (mut left, mut all) = (0.0, 0.0);
     for (piece, residual) in pieces.iter().zip(fit.residuals(pieces)) {
@@ -305,7 +305,7 @@ fn no_flight(name: &str, flight: &Flight, phases: &Phases, above_m: Option<f64>)
     let share = |phase| 100.0 * phases.count(phase) as f64 / phases.rows.len().max(1) as f64;
     let blind = flight.height_m.iter().filter(|z| !z.is_finite()).count();
     let mut found = format!(
-        "none: motors off {:.0} % of the time, on the ground or spinning up {:.0} %, leaning or hit {:.0} %, in flight {:.0} %",
+        "none: motors off {:.0} % of the time, on the ground or spinning up {:.0} %, tilted or in impact {:.0} %, in flight {:.0} %",
         share(Phase::Off),
         share(Phase::Contact),
         share(Phase::Tilted) + share(Phase::Impact),

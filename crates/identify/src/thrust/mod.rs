@@ -200,7 +200,7 @@ pub fn predict(card: &Card, trial: &Trial) -> Result<Vec<f64>> {
         return Err(Error::data(
             &card.name,
             "a thrust model",
-            "a model of something else",
+            "a model of another quantity",
         ));
     }
     let inputs = inputs(card, trial)?;

@@ -65,7 +65,7 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
     let (blocks, written) = (sweep.blocks(), Arc::clone(&store));
     context.if_interrupted(move || {
         let there = written.present().map_or(0, |blocks| blocks.len());
-        format!("{there} of {blocks} blocks of landings are in {out}; `{resume}` flies the others")
+        format!("{there} of {blocks} blocks of landings are in {out}; `{resume}` runs the others")
     });
     let there = sweep::fly(&sweep, &store, shard, context)?;
     if there == sweep.blocks() {
@@ -74,12 +74,12 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
     context.finish();
     if args.mcap.is_some() {
         context.warn(
-            "--mcap: a shard writes no records, for only the whole campaign knows its worst landings; `touchdown campaign \
+            "--mcap: a shard writes no records, because only the whole campaign knows its worst landings; `touchdown campaign \
              merge --mcap` writes them",
         );
     }
     context.say(&format!(
-        "shard {shard}: {there} of {blocks} blocks of landings are in {}; `touchdown campaign merge` puts shards together",
+        "shard {shard}: {there} of {blocks} blocks of landings are in {}; `touchdown campaign merge` combines the shards",
         args.out.display()
     ));
     context.object(&Part {

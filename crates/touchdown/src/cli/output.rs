@@ -51,6 +51,6 @@ pub(crate) fn results_folder(context: &Context, path: &Path) -> Result<()> {
 /// What an interrupted command says of a folder in which it did not write all files.
 pub(crate) fn missing(folder: &str) -> String {
     format!(
-        "the files in {folder} are whole, but some are missing ({RESULTS} comes last); run the same command again"
+        "the files in {folder} are complete, but some are missing ({RESULTS} is written last); run the same command again"
     )
 }

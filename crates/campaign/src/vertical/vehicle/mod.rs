@@ -163,7 +163,7 @@ pub fn mismatches(cards: &[Option<&Card>], plant: &PlantSettings) -> Vec<String>
         let wrong: Vec<String> = wrong.into_iter().flatten().collect();
         (!wrong.is_empty()).then(|| {
             format!(
-                "card `{}` is of another vehicle than the one that is flown: {}; set `scenario.plant` to the card's vehicle, \
+                "card `{}` is of another vehicle than the simulated one: {}; set `scenario.plant` to the card's vehicle, \
                  or (without --space) leave it out and give a thrust and a ground-effect card of one vehicle",
                 card.name,
                 wrong.join("; ")

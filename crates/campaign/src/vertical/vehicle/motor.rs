@@ -29,7 +29,7 @@ pub(super) fn fit(card: &Card, weight_n: f64) -> Result<MotorFit> {
     let hover = model.throttle_for(weight_n);
     if (model.rest(hover).powi(2) / weight_n - 1.0).abs() > 0.01 {
         return Err(Error::Arguments(format!(
-            "thrust card `{}`: no throttle gives the {weight_n:.3} N that its vehicle weighs, the nearest is {:.3} N",
+            "thrust card `{}`: no throttle gives the weight of its vehicle, {weight_n:.3} N; the nearest thrust is {:.3} N",
             card.name,
             model.rest(hover).powi(2)
         )));

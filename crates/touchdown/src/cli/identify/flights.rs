@@ -65,7 +65,10 @@ pub(super) fn thrust(
     let flights = flights_of(trials, settings)?;
     let found = thrust_alone(&flights, &settings.flight)?;
     let mut made = found.thrust_of(settings, origin).ok_or_else(|| {
-        Error::Arguments("thrust from flight needs the mass and the specific force".to_string())
+        Error::Arguments(
+            "expected the mass and the specific force for thrust from flights, found none"
+                .to_string(),
+        )
     })?;
     let refused = found.refused.iter().cloned();
     made.warnings.extend(refused.map(Warning::NotIdentified));
@@ -165,7 +168,7 @@ pub(super) fn run(
     let (label, dropped) = (load::label(&common.logs), load::rows_dropped(logs));
     let mut fitted = Fitted::of(label, &cards.ground_effect, path.as_deref(), dropped);
     if thrust.is_some() && !uses_thrust_card(model.basis) {
-        let why = "the card of --thrust was not used: the logs have the specific force, or one from poses";
+        let why = "the card of --thrust is not used, because the logs have the specific force, measured or from poses";
         fitted.warnings.push(why.into());
     }
     fitted.warnings.extend(warnings_of_logs(logs, &flights));
@@ -251,7 +254,9 @@ impl Cards {
             None if path.exists() => {
                 std::fs::remove_file(&path).map_err(|e| Error::file(&path, e))?;
                 let path = path.display();
-                context.warn(&format!("{path} is gone: it was of an earlier run"));
+                context.warn(&format!(
+                    "{path} was removed: it was the card of an earlier run"
+                ));
             }
             None => {}
         }

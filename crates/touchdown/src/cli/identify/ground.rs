@@ -57,7 +57,7 @@ pub(super) fn run(
     if logs.iter().all(flights::is_flight) {
         if let Some(form) = forms.first() {
             return Err(Error::Arguments(format!(
-                "--form {}: found logs of flights (no channel `thrust_n`), whose data decide the form; leave --form out",
+                "--form {}: found logs of flights (no channel `thrust_n`), whose data decide the form; remove --form",
                 form.name()
             )));
         }
@@ -165,7 +165,8 @@ impl Job<'_> {
         }
         for (form, error) in &fits.failed {
             let name = form.name();
-            self.context.warn(&format!("{name}: not fitted: {error}"));
+            self.context
+                .warn(&format!("{name}: the fit failed: {error}"));
             let failed = Failed::of(label.clone(), Some(name), error);
             outcomes.push(Outcome::Failed(failed));
         }
@@ -258,7 +259,7 @@ fn levels(
             Ok(levels::compare(&training, &unseen, &fits, settings)?)
         });
     found.or_else(|e| {
-        context.warn(&format!("the levels were not compared: {e}"));
+        context.warn(&format!("the comparison of the levels failed: {e}"));
         Ok(Vec::new())
     })
 }
@@ -342,7 +343,7 @@ pub(crate) fn prepare(logs: &[Log], thrust: &Card) -> Result<(Vec<GroundTrial>, 
             let (whole, gaps) = load::without_gaps(&log.trial, &CHANNELS)?;
             let warning = (gaps > 0).then(|| {
                 format!(
-                    "{}: {gaps} of {} rows have a gap in a channel that is needed and are left out",
+                    "{}: {gaps} of {} rows have a gap in a necessary channel and are not used",
                     log.path.display(),
                     log.trial.len()
                 )

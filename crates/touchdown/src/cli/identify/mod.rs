@@ -161,7 +161,7 @@ fn origin(
 fn write_card(context: &Context, path: &Path, card: &Card) -> Result<()> {
     let file = path.display().to_string();
     context.if_interrupted(move || {
-        format!("{file} is whole or as it was before; run the same command again")
+        format!("{file} is complete or unchanged; run the same command again")
     });
     Ok(card.write(path)?)
 }

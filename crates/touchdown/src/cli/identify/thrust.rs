@@ -159,7 +159,8 @@ impl Job<'_> {
                     });
                 }
                 Err(error) => {
-                    self.context.warn(&format!("{label}: not fitted: {error}"));
+                    self.context
+                        .warn(&format!("{label}: the fit failed: {error}"));
                     outcomes.push(Outcome::Failed(Failed::of(label, None, error)));
                 }
             }

@@ -176,7 +176,9 @@ fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
             Ok(Ok(applied)) => Some(applied),
             // Columns can be shown that make no trial.
             Ok(Err(e)) => {
-                columns.warnings.push(format!("not usable as it is: {e}"));
+                columns
+                    .warnings
+                    .push(format!("not usable without a map: {e}"));
                 None
             }
             Err(_) => None,
@@ -203,7 +205,7 @@ fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
 fn look_at_large(path: &Path) -> Result<Seen> {
     let (columns, mut findings) = touchdown_log::inspect_file(path)?;
     findings.warnings.push(format!(
-        "a table of more than {} MB: medians are of values drawn evenly, channels and plots are made with --map only",
+        "a table of more than {} MB: medians are those of a random sample; use --map for channels and plots",
         LARGE / 1_000_000
     ));
     Ok(Seen {
@@ -244,7 +246,7 @@ fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<Seen> {
             Err(error) if map.is_some() => return Err(error.into()),
             Err(error) => findings
                 .warnings
-                .push(format!("not usable as it is: {error}")),
+                .push(format!("not usable without a map: {error}")),
         }
     }
     Ok(Seen {

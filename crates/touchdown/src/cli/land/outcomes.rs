@@ -56,7 +56,7 @@ pub(super) fn why_none_landed(m: &MethodLandings) -> Option<String> {
     }
     let hover = m.figures.hover_height_m.map_or_else(String::new, |h| {
         format!(
-            "; those that timed out hovered at {:.3} m on average",
+            "; landings that timed out hovered at {:.3} m on average",
             h.mean
         )
     });

@@ -161,7 +161,7 @@ fn method(name: &str) -> Result<Method> {
     found.ok_or_else(|| {
         let names = Method::VERTICAL.map(Method::name).join(", ");
         Error::Arguments(format!(
-            "--controller: `{name}` flies in six degrees of freedom only (--space); expected some of {names}"
+            "--controller: `{name}` needs six degrees of freedom (--space); expected some of {names}"
         ))
     })
 }

@@ -36,7 +36,7 @@ pub(super) fn judge_thrust(card: &Card, trial: &Trial) -> Result<Judged> {
     let gaps = predicted.iter().filter(|p| p.is_nan()).count();
     if gaps > 0 {
         warnings.push(format!(
-            "{gaps} of {} rows have a gap in an input and are not judged",
+            "{gaps} of {} rows have a gap in an input; they do not enter the errors",
             trial.len()
         ));
     }
@@ -118,6 +118,6 @@ fn leaves_box(card: &Card, symbol: &str, name: &str, values: &[f64]) -> Vec<Stri
         return Vec::new();
     }
     vec![format!(
-        "{name} of {low:.3} to {high:.3} leaves the card's box of {lo:.3} to {hi:.3}"
+        "{name} of {low:.3} to {high:.3} is outside the card's validity box of {lo:.3} to {hi:.3}"
     )]
 }

@@ -155,7 +155,7 @@ fn finish(
         let (card, path) = (given.path.display(), log.path.display());
         if seen == Some(true) {
             warnings.push(format!(
-                "{path} is among the logs that {card} was fitted to: its errors there say nothing of unseen data"
+                "{path} is among the logs that {card} was fitted to: its errors there are not those on unseen data; use other logs"
             ));
         }
         let ok = judged.as_ref().ok();

@@ -39,7 +39,8 @@ pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
         "`strong`: the same, and ground effect 60 % stronger than the models say".to_string(),
         "`heave`: 0.3 m at 0.2 Hz, with 3° of roll".to_string(),
         measured.unwrap_or_else(|| {
-            "`sea`: a work boat's deck in waves drawn anew for every trial (settings below)".into()
+            "`sea`: a work boat's deck in waves that are random in every trial (settings below)"
+                .into()
         }),
     ]);
     page.figure(figures::success(sea))?;
