@@ -1,16 +1,16 @@
-//! Progress of long work, told to whoever wants to show it.
+//! Progress of long work, reported to the caller.
 
-/// Told about progress; called from many threads.
+/// Receiver of progress reports; called from many threads.
 pub trait Progress: Sync {
     /// A stage of `steps` steps begins.
     fn stage(&self, name: &str, steps: u64);
     /// One step of the stage is done.
     fn step(&self);
-    /// Something is done for good, such as a file that is written: for logs, where no bar is drawn.
+    /// A step is complete, such as a written file. It serves logs without a progress bar.
     fn done(&self, _what: &str) {}
 }
 
-/// Tells nobody.
+/// Reports to no one.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 

@@ -95,7 +95,7 @@ impl Expr {
     }
 }
 
-/// An identifier for C and Rust that stands for a variable's name.
+/// An identifier for C and Rust that replaces a variable's name.
 ///
 /// ASCII letters, digits and `_` stay, `.` becomes `__`, any other character `_u`,
 /// its code point in hexadecimal, `_`. A name that starts with a digit gets `_` in
@@ -188,7 +188,7 @@ fn emit(expr: &Expr, dialect: Dialect, name: impl Fn(&str) -> String) -> String 
     out
 }
 
-/// What a node is written as, and how tightly that binds.
+/// The text of a node and its binding strength.
 fn pieces(nodes: &[Node], id: Id, want: Want, dialect: Dialect) -> (u8, Vec<Piece>) {
     use Piece::{Node as Child, Owned, Text};
     use Want::{Number, Truth};

@@ -59,7 +59,7 @@ fn unknown(name: &str, expr: &Expr, inputs: &[&str]) -> CompileError {
     }
 }
 
-/// Takes so many characters and then refuses.
+/// A writer that fails after a limit of characters.
 struct Shortened {
     text: String,
     left: usize,
@@ -151,7 +151,7 @@ struct Allocation<'p> {
     order: Vec<Id>,
     /// Position in `order` after which a value is not read again.
     last_use: HashMap<Id, usize>,
-    /// Outputs that a value goes to.
+    /// Outputs that receive a value.
     sinks: HashMap<Id, Vec<u32>>,
     place_of: &'p HashMap<&'p str, u32>,
 }

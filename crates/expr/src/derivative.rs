@@ -25,7 +25,7 @@ impl Expr {
         let tidy = self.simplify();
         let mut b = Builder::default();
         let place = b.import_all(&tidy);
-        // `None` stands for a derivative that is identically zero.
+        // `None` means a derivative that is identically zero.
         let mut slopes: Vec<Option<Id>> = Vec::with_capacity(place.len());
         for node in tidy.nodes() {
             let at = |id: Id| place[id as usize];

@@ -18,9 +18,9 @@ pub struct ParseError {
     pub position: usize,
     /// Character number of the place, from 1.
     pub column: usize,
-    /// What could have stood there.
+    /// What was expected there.
     pub expected: String,
-    /// What stands there.
+    /// What was found there.
     pub found: String,
     /// The text around the place, on one line.
     pub excerpt: String,
@@ -73,12 +73,12 @@ pub enum CompileError {
         /// The known name that looks most like it, if any does.
         nearest: Option<String>,
     },
-    /// The same name is given to two inputs.
+    /// Two inputs have the same name.
     #[error(
         "input `{name}` is listed twice, at places {first} and {second}; expected distinct names"
     )]
     DuplicateInput {
-        /// The name found twice.
+        /// The repeated name.
         name: String,
         /// Its first place, from 0.
         first: usize,

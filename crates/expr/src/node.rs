@@ -53,7 +53,7 @@ impl Node {
     }
 }
 
-/// The whole number that a constant exponent stands for, if it is a small one.
+/// The value of a constant exponent, if it is a small whole number.
 pub(crate) fn whole_exponent(value: f64) -> Option<i32> {
     let limit = f64::from(MAX_WHOLE_EXPONENT);
     (value.trunc() == value && value.abs() <= limit).then_some(value as i32)

@@ -110,7 +110,7 @@ impl Parser<'_> {
         Ok(left)
     }
 
-    /// The binary operator that stands next, if one does.
+    /// The next binary operator, if there is one.
     fn operator(&self) -> Option<Binary> {
         match self.next.token {
             Token::Operator(op) => Some(op),

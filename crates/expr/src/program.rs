@@ -225,7 +225,7 @@ fn select(condition: f64, a: f64, b: f64) -> f64 {
     if is_true(condition) { a } else { b }
 }
 
-/// What the operands of one chunk refer to.
+/// Data that the operands of one chunk refer to.
 struct View<'a> {
     inputs: &'a [&'a [f64]],
     slots: &'a [Vec<f64>],

@@ -57,7 +57,7 @@ impl Expr {
     }
 }
 
-/// What is written as a chain of binary operators, and gathered as one.
+/// A chain of binary operators, collected as one sum or product.
 #[derive(Clone, Copy, PartialEq)]
 enum Chain {
     Sum,
@@ -76,7 +76,7 @@ struct Simplifier<'e> {
     source: &'e [Node],
     /// Source nodes that their parent gathers.
     deferred: Vec<bool>,
-    /// Where each source node went; unused for deferred ones.
+    /// New index of each source node; unused for deferred ones.
     place: Vec<Id>,
     builder: Builder,
     /// New products as number times rest.

@@ -30,7 +30,7 @@ impl Estimate {
         }
     }
 
-    /// A value whose standard error rests on `clusters`: the interval is Student's t over them.
+    /// A value whose standard error comes from `clusters`: the interval is Student's t over them.
     pub(super) fn clustered(value: f64, std_error: f64, clusters: Clusters) -> Self {
         Self {
             value,
@@ -69,7 +69,7 @@ impl Estimate {
     }
 }
 
-/// A term of a card; a standard error or an interval that is not known is left out.
+/// A term of a card. An unknown standard error or interval is omitted.
 pub(super) fn term(of: &str, expression: &str, estimate: Estimate, unit: &str) -> Term {
     let Estimate {
         value,

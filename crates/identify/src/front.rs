@@ -24,7 +24,7 @@ pub struct Front {
     pub library: Vec<String>,
     /// Rows of data.
     pub rows: usize,
-    /// Trials (or folds of them) that were left out in turn.
+    /// Trials (or folds of them) of the cross-validation.
     pub groups: usize,
     /// What is proven.
     pub certificate: Certificate,
@@ -45,7 +45,7 @@ pub struct Certificate {
     pub subsets: f64,
     /// Nodes of the search tree that were looked at to rule out the others.
     pub nodes: u64,
-    /// Whether no subset of any size fits better than the one that is shown.
+    /// Whether it is proven that no subset of any size fits better than the one shown.
     pub proven: bool,
     /// Ridge of the search, share of the scaled Gram matrix's diagonal; zero unless the terms are dependent.
     pub ridge: f64,
@@ -60,7 +60,7 @@ pub struct Size {
     pub coefficients: Vec<f64>,
     /// Root mean square residual on the data of the fit, in the unit of the equation.
     pub training_rmse: f64,
-    /// Root mean square error on trials left out; the search is repeated without each of them.
+    /// Root mean square error on held-out trials; the search is repeated without each of them.
     pub left_out_rmse: Option<f64>,
     /// Whether it is proven that no other subset of this size fits better.
     pub proven: bool,
@@ -77,7 +77,7 @@ pub struct Standing {
     pub terms: usize,
     /// Root mean square residual of least squares on them.
     pub training_rmse: f64,
-    /// Root mean square error of the solver on trials left out.
+    /// Root mean square error of the solver on held-out trials.
     pub left_out_rmse: Option<f64>,
     /// Whether they are the best subset of their size.
     pub best_of_its_size: bool,

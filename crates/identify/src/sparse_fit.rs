@@ -19,7 +19,7 @@ pub(super) struct SparseFit {
     pub(super) fit: Fit,
     /// Root mean square residual of that.
     pub(super) training_rmse: f64,
-    /// Root mean square error on trials left out.
+    /// Root mean square error on held-out trials.
     pub(super) left_out_rmse: Option<f64>,
     /// Solver, choice and outcome, in words.
     pub(super) notes: [(&'static str, String); 3],
@@ -36,7 +36,7 @@ pub(super) fn rule(settings: &IdentificationSettings) -> Rule {
     }
 }
 
-/// What is left out in turn: each group, or folds that they are dealt into.
+/// Folds of the cross-validation: each group, or sets of groups.
 ///
 /// # Errors
 /// More folds than groups.

@@ -81,7 +81,7 @@ pub enum Warning {
         /// Time (s).
         over_s: f64,
     },
-    /// Thrust goes with the battery's voltage.
+    /// Thrust depends on the battery's voltage.
     DriftWithVoltage {
         /// Relative change for each volt.
         share_per_v: f64,

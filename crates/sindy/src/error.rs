@@ -91,9 +91,9 @@ pub enum SindyError {
         text: String,
         /// Character number of the place, from 1.
         column: usize,
-        /// What could have stood there.
+        /// What was expected there.
         expected: String,
-        /// What stands there.
+        /// What was found there.
         found: String,
     },
     /// A linear system without a unique solution.
@@ -168,7 +168,7 @@ pub(crate) fn above_zero(key: &'static str, value: f64) -> Result<f64, SindyErro
     require(allowed, key, "a finite number above 0", value).map(|()| value)
 }
 
-/// Refuses another size than the one that fits.
+/// Checks that a size is the expected one.
 pub(crate) fn same_size(
     what: &'static str,
     expected: usize,

@@ -1,4 +1,4 @@
-//! The toolkit's error: what went wrong, and the exit status that it stands for.
+//! The toolkit's error and its exit status.
 
 use std::path::{Path, PathBuf};
 

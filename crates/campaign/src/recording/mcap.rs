@@ -105,7 +105,7 @@ const TOPICS: [(&str, &str, Message<TraceRow>); 10] = [
     ),
 ];
 
-/// What the sensors said, at the rate of the inertial unit.
+/// Readings of the sensors, at the rate of the inertial unit.
 const SENSED: [(&str, &str, Message<ImuRow>); 3] = [
     ("/imu", "sensor_msgs/msg/Imu", |r| {
         json!({

@@ -1,6 +1,6 @@
 //! Landings as logs: MCAP for Foxglove and PlotJuggler, ULog as PX4 writes it.
 //!
-//! Both hold, besides the truth, what the sensors said, as an autopilot would have logged it: `touchdown inspect` and
+//! Both contain the truth, and the readings of the sensors as an autopilot would have logged them: `touchdown inspect` and
 //! `touchdown identify` read them as they do any flight's, and what they find can be held against the truth.
 
 mod mcap;

@@ -119,7 +119,7 @@ fn written(trace: &SpaceTrace) -> io::Result<Vec<u8>> {
     writer.finish()
 }
 
-/// A sample of the inertial unit, and what goes with it.
+/// A sample of the inertial unit, and the channels that are logged with it.
 fn sample(
     writer: &mut UlogWriter<Vec<u8>>,
     topics: &[UlogTopic],

@@ -15,7 +15,7 @@ pub(super) const LANDINGS: u64 = 100_000_000;
 /// The error of a key of the sweep file.
 pub(super) type KeyError<'a> = dyn Fn(&str, &str) -> Error + 'a;
 
-/// What is swept: keys with all their values, and keys with the distribution that they are drawn from, both sorted.
+/// The axes of a sweep: keys with all their values, and keys with the distribution of their random values, both sorted.
 pub(super) struct Axes {
     pub(super) grid: Vec<(String, Vec<Value>)>,
     pub(super) random: Vec<(String, Distribution)>,

@@ -1,10 +1,10 @@
-//! Values drawn for a trial.
+//! Random values of a trial.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use statrs::distribution::{ContinuousCDF as _, Normal};
 
-/// A distribution that a setting is drawn from, anew for every trial.
+/// Distribution of a setting whose value is random in every trial.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Distribution {

@@ -152,12 +152,12 @@ impl Sweep {
         &self.grid
     }
 
-    /// The drawn keys.
+    /// The random keys.
     pub fn drawn(&self) -> impl Iterator<Item = &str> {
         self.random.iter().map(|(key, _)| key.as_str())
     }
 
-    /// Whether everything that the k-th drawn key can be is a number.
+    /// Whether all values of the k-th random key are numbers.
     pub(super) fn draws_numbers(&self, k: usize) -> bool {
         match &self.random[k].1 {
             Distribution::Choice { of } => of.iter().all(|v| super::row::number(v).is_some()),
@@ -300,7 +300,7 @@ impl Sweep {
         }
     }
 
-    /// An error at a point or a draw: its values say where.
+    /// An error at a point or for a random value. Its values name the place.
     fn at(&self, values: &[(&str, &Value)], message: &dyn std::fmt::Display) -> Error {
         let at: Vec<String> = values
             .iter()

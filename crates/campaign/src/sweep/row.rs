@@ -33,7 +33,7 @@ const COUNTS: [&str; 4] = ["descents", "aborts", "bounces", "steps"];
 const WHOLES: [&str; 5] = ["landing", COUNTS[0], COUNTS[1], COUNTS[2], COUNTS[3]];
 /// Names of the columns of text.
 const TEXTS: [&str; 3] = ["outcome", "why", "abort_reasons"];
-/// Under this key, a file says which sweep it belongs to.
+/// Key of the metadata that names the file's sweep.
 const SWEEP: &str = "touchdown.sweep_sha256";
 
 /// A landing of a campaign.
@@ -163,7 +163,7 @@ impl LandingRow {
     }
 }
 
-/// A swept or drawn setting, as numbers where all that it can be are numbers.
+/// A swept or random setting, as numbers if all of its values are numbers.
 fn setting(numeric: bool, values: impl Iterator<Item = Value>) -> ParquetValues {
     if numeric {
         ParquetValues::Numbers(values.map(|v| number(&v).unwrap_or(f64::NAN)).collect())

@@ -62,7 +62,7 @@ impl Store {
             // One of several runs, if there are any.
             let _ = lock.lock_shared();
         }
-        // What is there says the same already, perhaps in its author's words.
+        // The present file has the same content, perhaps in another form.
         if !at.exists() {
             if let Some(series) = &sweep.series {
                 write(&out.join(SERIES), series)?;

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::progress::Progress;
 use crate::statistics::Summary;
 
-/// Figures of one method over its trials. Absent where no trial carries one.
+/// Figures of one method over its trials; absent if no trial has one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LandingFigures {
     /// Trials.

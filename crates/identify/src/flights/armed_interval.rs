@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// One run of the motors.
+/// One armed interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ArmedInterval {
     /// Motors on (s); absent where the log begins with running motors.

@@ -16,7 +16,7 @@ use super::{Flight, FlightSettings};
 use crate::estimate::Estimate;
 use crate::fitted::range;
 
-/// Shortest hover that is steady (s); its ends are left out as those of hovers at rest are.
+/// Shortest steady hover (s). Its ends are excluded, as those of hovers at rest are.
 /// Its ends take 0.7 s: shorter hovers leave no rows.
 const STEADY_S: f64 = 1.0;
 /// Fewest rows near the ground, and far from it, that a mean is taken of.
@@ -84,7 +84,7 @@ impl fmt::Display for ExtraLift {
     }
 }
 
-/// One run of the motors.
+/// One armed interval.
 #[derive(Clone, Debug, Serialize)]
 pub struct ArmedIntervalResult {
     /// The log.
@@ -94,7 +94,7 @@ pub struct ArmedIntervalResult {
     /// Motors on and off, stand before.
     #[serde(flatten)]
     pub run: ArmedInterval,
-    /// Rows that counted; none where the run was left out.
+    /// Number of rows used; zero for an unused interval.
     pub rows_used: usize,
     /// Specific force at the throttle of hover, in gravities.
     pub thrust_scale: Option<f64>,
@@ -120,7 +120,7 @@ impl fmt::Display for ArmedIntervalResult {
             None => write!(f, "; no steady hover out of ground effect")?,
         }
         match &self.extra_lift {
-            // How sure it is the flights together say.
+            // All flights together give the confidence interval.
             Some(lift) => write!(f, "; {}", lift.words()),
             None => Ok(()),
         }
@@ -163,7 +163,7 @@ impl GroundEffect {
         })
     }
 
-    /// Every run of the motors.
+    /// All armed intervals.
     pub(super) fn runs(
         &self,
         flights: &[Flight],

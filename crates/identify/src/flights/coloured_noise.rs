@@ -29,7 +29,7 @@ const FIRST_STEP: f64 = 0.3;
 /// One per cent, well below the standard error of a correlation time.
 const LAST_STEP: f64 = 0.01;
 /// A disturbance with less than this share of the residual's power is left in the noise.
-/// The standard error of a correlation over ten thousand rows: less cannot be seen in a few flights.
+/// The standard error of a correlation over ten thousand rows; a smaller one is not significant in a few flights.
 const LEAST_SHARE: f64 = 0.01;
 /// Fewest rows from which the disturbance at some heights is taken.
 /// Gives a variance to 6 %; fewer take the ratio of all heights.

@@ -40,7 +40,7 @@ impl Drift {
     }
 }
 
-/// What a drift of thrust goes with, in words.
+/// The quantity with which thrust drifts, in words.
 pub(super) fn drift_name(of_time: bool) -> &'static str {
     if of_time {
         "drift with time"

@@ -19,13 +19,13 @@ use crate::error::{Error, Result};
 use crate::estimate::Estimate;
 use crate::refusal::{NoForce, Refusal};
 
-/// A curve needs heights below so many rotor radii, where the effect is several per cent of thrust. Half refuses vehicles
+/// A curve needs heights below this number of rotor radii, where the effect is several per cent of thrust. Half refuses vehicles
 /// with long legs; twice accepts flights without ground effect, which fail later.
 pub(super) const CURVE_NEAR_RADII: f64 = 2.0;
 /// Least time near the ground (s): a few take-offs.
 /// Half is a single bounce; twice refuses quick take-offs that do identify the effect together.
 const LEAST_NEAR_S: f64 = 0.5;
-/// Heights near the ground must differ by so many rotor radii.
+/// Least spread of heights near the ground, in rotor radii.
 /// The effect falls by a quarter to a third over it. Half leaves slope and height error confounded.
 const LEAST_SPREAD_RADII: f64 = 0.5;
 /// Least time out of ground effect (s).
@@ -285,7 +285,7 @@ impl GroundEffect {
     }
 }
 
-/// The longest period of a throttle. One that never changes has none: motors off, which is told elsewhere.
+/// The longest sampling period of a throttle. A constant throttle has none: the motors are off, which is reported elsewhere.
 pub(super) fn slowest_throttle_s(flights: &[Flight]) -> f64 {
     let periods = flights.iter().map(|f| f.throttle_period_s);
     periods.filter(|p| p.is_finite()).fold(0.0, f64::max)

@@ -1,11 +1,11 @@
-//! Ground effect from hovers at rest, for logs without specific force: there thrust is weight, so what the motors are asked
+//! Ground effect from hovers at rest, for logs without specific force. In hover thrust is weight, so what the motors are asked
 //! for at a height, against what they are asked for far above, is the ratio of thrusts.
 //!
 //! ```text
 //! T0(u) (1 + G(z)) = m g (1 + a/g)/cos(tilt),    T0 ∝ n² (rotor speed), a thrust card's, or s^e (throttle)
 //! ```
 //!
-//! Scale and height error of each run of the motors are free, as everywhere in [`super`]. Neither a lag nor an effect of
+//! Scale and height error of each armed interval are free, as everywhere in [`super`]. Neither a lag nor an effect of
 //! climb shows in hovers: they are refused.
 
 use rand_distr::{Distribution as _, StandardNormal};
@@ -29,7 +29,7 @@ use crate::error::{Error, Result};
 use crate::refusal::{NoForce, Refusal};
 use crate::thrust::plateau::median;
 
-/// Hovers below so many rotor radii are near the ground: more than for a curve, for each
+/// Hovers below this number of rotor radii are near the ground: more than for a curve, for each
 /// hover gives a single height. Half would leave vehicles with legs one height at most.
 const HOVER_NEAR_RADII: f64 = 3.0;
 /// Two hovers this far apart are at different heights (R).
@@ -331,7 +331,7 @@ fn refused(law: ThrustLaw, why: NoForce) -> Vec<Refusal> {
     refused
 }
 
-/// What was not used: what is not flight, and flight that is not at rest.
+/// The unused rows: those without flight, and flight that is not at rest.
 fn outside(flights: &[Flight], phases: &[Phases], hovers: &[Hover]) -> Vec<Excluded> {
     let mut out = Vec::new();
     for (index, (flight, phases)) in flights.iter().zip(phases).enumerate() {

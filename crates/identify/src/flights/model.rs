@@ -10,7 +10,7 @@
 //! ρ is the share of the motors' load in hover that goes with the square of their speed, the drag of the rotors; the rest
 //! goes with the speed itself. Motors with drag are quicker at speed, and thrust rises less steeply with throttle there.
 //!
-//! Thrust scale `k` and height error `b` belong to one run of the motors, all else to the vehicle.
+//! Thrust scale `k` and height error `b` belong to one armed interval, all other parameters to the vehicle.
 
 pub use super::curve::{Curve, LENGTHS};
 pub use super::shape::{ModelTerms, Parameter};
@@ -80,7 +80,7 @@ impl ModelValues {
         }
     }
 
-    /// √T relative to hover that a throttle relative to that of hover gives at rest.
+    /// Steady √T relative to hover, for a throttle relative to that of hover.
     #[must_use]
     pub fn root(&self, throttle: f64) -> f64 {
         let r = throttle - 1.0;
@@ -94,7 +94,7 @@ impl ModelValues {
         root.clamp(ROOT[0], ROOT[1])
     }
 
-    /// √T one step on, while what it would rest at goes on a line: exact where that stands still, of second order where not.
+    /// √T after one step while its steady value changes linearly: exact for a constant value, otherwise of second order.
     /// Without a lag, the end of the line itself.
     fn motors(&self, root: f64, [from, to]: [f64; 2], dt: f64) -> f64 {
         if !(self.t_m_s > 0.0) {
@@ -107,7 +107,7 @@ impl ModelValues {
         target + a * y * keep / (a + self.drag * y * (1.0 - keep))
     }
 
-    /// The ratio at rest `h`, at a height in R.
+    /// The steady ratio `h` at a height in R.
     #[must_use]
     pub fn at_rest(&self, height: f64) -> f64 {
         self.curve.lift(self.parts(height))
@@ -133,7 +133,7 @@ impl ModelValues {
     }
 }
 
-/// One run of the motors, ready to be simulated.
+/// One armed interval, prepared for simulation.
 #[derive(Clone, Debug)]
 pub struct Segment {
     /// Index of the flight that it is of.
@@ -150,7 +150,7 @@ pub struct Segment {
     pub climb_mps: Vec<f64>,
     /// What thrust may drift with.
     pub drift: Drift,
-    /// Start of the motors (s), where it was seen.
+    /// Start of the motors (s), if the log contains it.
     pub on_s: Option<f64>,
     /// Specific force in gravities.
     pub force: Vec<f64>,
@@ -221,7 +221,7 @@ impl Segment {
     }
 }
 
-/// The parts of a ground effect, lagged and at rest; rows without a height are passed over.
+/// The parts of a ground effect, lagged and steady. Rows without a height are skipped.
 #[derive(Clone, Copy, Debug, Default)]
 struct WakeState {
     lagged: [f64; 2],
@@ -251,7 +251,7 @@ impl WakeState {
     }
 }
 
-/// A lag over one step along which the input goes on a line; without a lag, the input itself.
+/// A lag over one step with linearly changing input; without a lag, the input itself.
 pub(super) fn follow(state: f64, [from, to]: [f64; 2], dt: f64, lag_s: f64) -> f64 {
     if lag_s > 0.0 && dt > 0.0 {
         let behind = (to - from) / dt * lag_s;

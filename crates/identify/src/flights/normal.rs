@@ -1,8 +1,8 @@
-//! Normal equations of one run of the motors, in which its own scale and height error are eliminated.
+//! Normal equations of one armed interval, in which its own scale and height error are eliminated.
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-/// Residuals beyond so many standard deviations count less and less (Huber).
+/// Residuals beyond this number of standard deviations have decreasing weight (Huber).
 /// Normal noise keeps an efficiency above 0.999, yet impacts that slipped through weigh little. Half costs 1 % of it.
 pub(super) const HUBER: f64 = 4.0;
 

@@ -88,7 +88,7 @@ impl GroundEffect {
         let r = self.rotor_radius_m;
         let shown = |name: &str| match self.basis {
             Basis::Accelerometer => true,
-            // The smoothing goes into what the motors' lag would be.
+            // The smoothing would be part of the estimated motor lag.
             Basis::Poses => !matches!(name, "T_m" | "dead_time"),
             Basis::Hovers { law } => name != "elasticity" || law == ThrustLaw::Throttle,
         };

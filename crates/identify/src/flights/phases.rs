@@ -23,7 +23,7 @@ const SPIN_UP_S: f64 = 0.3;
 /// From the start of a record in flight to the first row that counts (s): the rotors' state is not known before.
 /// Seven lags of the motors: 0.1 % of the unknown state is left.
 const SETTLE_S: f64 = 0.4;
-/// Rows this close to an impact are left out (s).
+/// Rows this close to an impact are excluded (s).
 /// Legs ring for as long. Twice loses the lowest heights of every landing.
 const AROUND_IMPACT_S: f64 = 0.15;
 /// A change of the specific force by so much within this time is an impact (gravities, s).
@@ -39,7 +39,7 @@ const VIBRATIONS: f64 = 10.0;
 pub(super) const IDLING: f64 = 0.5;
 const CARRIED: f64 = 0.05;
 const IDLING_S: f64 = 0.3;
-/// Lean of the rotor axis beyond which heights mean little (rad).
+/// Tilt of the rotor axis beyond which heights are unreliable (rad).
 /// At 20 degrees a range finder reads 6 % too much and the wake leaves the vehicle. Half loses every turn.
 const STEEPEST_RAD: f64 = 0.35;
 /// Share of the throttle of flight from which a vehicle has taken off, and below which it has landed, where no height tells.
@@ -60,7 +60,7 @@ pub enum Phase {
     Contact,
     /// An impact, a drop, or a leap in the data.
     Impact,
-    /// Leaning too far.
+    /// Tilted too far.
     Tilted,
     /// In flight.
     Airborne,
@@ -71,7 +71,7 @@ pub enum Phase {
 pub struct Phases {
     /// Every row.
     pub rows: Vec<Phase>,
-    /// Runs of the motors, in order.
+    /// Armed intervals, in order.
     pub runs: Vec<ArmedInterval>,
 }
 
@@ -130,7 +130,7 @@ fn runs(flight: &Flight, settings: &FlightSettings) -> Vec<ArmedInterval> {
             let (stood_m, drift_m) = stood(flight, stand);
             let stood_m = stood_m.or_else(|| stands_after(flight, [a, b], end, settings));
             ArmedInterval {
-                // Across a hole nobody knows.
+                // Across a gap the state is unknown.
                 on_s: (seen > 0 && time[a] - time[a - 1] <= LONGEST_HOLE_S).then(|| time[a]),
                 off_s: (throttle.get(b + 1).is_some_and(|s| s.is_finite())
                     && time[b + 1] - time[b] <= LONGEST_HOLE_S)
@@ -283,7 +283,7 @@ fn idling(flight: &Flight, run: &ArmedInterval) -> Vec<usize> {
     out
 }
 
-/// Rows from the start of the motors to the lift-off, where no height tells: up to the first throttle of flight.
+/// Rows from the start of the motors to the lift-off, without a height: up to the first throttle of flight.
 fn before_lift(flight: &Flight, run: &ArmedInterval) -> usize {
     if run.on_s.is_none() {
         return 0;
@@ -295,7 +295,7 @@ fn before_lift(flight: &Flight, run: &ArmedInterval) -> usize {
         .unwrap_or(0)
 }
 
-/// Rows from the last throttle of flight to the stop of the motors, where no height tells.
+/// Rows from the last throttle of flight to the stop of the motors, without a height.
 fn after_landing(flight: &Flight, run: &ArmedInterval) -> usize {
     if run.off_s.is_none() {
         return 0;

@@ -1,4 +1,4 @@
-//! Error of a fit against one of its lags: how sharply the data tell it.
+//! Error of a fit as a function of one of its lags (profile): how well the data identify it.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -13,7 +13,7 @@ const POINTS: usize = 31;
 /// The least and the greatest of them, over the fitted one.
 /// Wide enough to show both walls of the valley for lags that are resolved; it only scales a figure.
 const FACTORS: [f64; 2] = [0.25, 3.0];
-/// Errors beyond so many standard deviations count as that.
+/// Errors are limited to this number of standard deviations.
 /// As in the choice of the model, which it explains.
 const CLIP: f64 = 4.0;
 

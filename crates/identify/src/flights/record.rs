@@ -297,7 +297,7 @@ fn throttle_period_s(trial: &Trial, throttle: &[f64], settings: &FlightSettings)
     }
     let time = trial.time_s();
     let running = |i: &usize| throttle[*i] > settings.idle_throttle;
-    // A reader holds what a slow logger wrote: only changes tell its rate.
+    // A reader holds the values of a slow logger, so only changes show its rate.
     let changes: Vec<f64> = rows
         .iter()
         .zip(rows.iter().skip(1))

@@ -22,7 +22,7 @@ const FEWEST: usize = 3;
 pub enum ResamplingUnit {
     /// Whole flights.
     Flights,
-    /// Runs of the motors, of fewer than three flights.
+    /// Armed intervals, for fewer than three flights.
     Runs,
     /// Correlated residuals of fewer than three runs.
     Residuals,
@@ -46,7 +46,7 @@ impl ResamplingUnit {
 /// Draws of all shared numbers.
 #[derive(Clone, Debug)]
 pub struct Resampling {
-    /// What was drawn.
+    /// The resampled units.
     pub blocks: ResamplingUnit,
     /// How many there are of them.
     pub count: usize,

@@ -1,4 +1,4 @@
-//! Hovers at rest: stretches of flight in which thrust is weight.
+//! Hovers at rest: segments of flight in which thrust equals weight.
 
 use serde::Serialize;
 use touchdown_model::Card;
@@ -16,7 +16,7 @@ pub(super) const REST_MPS: f64 = 0.1;
 pub(super) const SHORTEST_S: f64 = 0.8;
 /// A longer hover gives several points, which keeps slow drifts out of one mean. It changes weights, not means.
 const LONGEST_S: f64 = 3.0;
-/// Left out at both ends of a hover (s), less where it is short.
+/// Time excluded at both ends of a hover (s), less if the hover is short.
 /// Four lags of the motors (0.06 s) and one period of a slow speed sensor. Half leaves a tenth of the transient.
 pub(super) const ENDS_S: f64 = 0.35;
 /// Heights of one hover: within this of the first ones' mean, the greater of both (m, R).
@@ -28,11 +28,11 @@ const BAND_RADII: f64 = 0.2;
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ThrustLaw {
-    /// Thrust goes with the square of the rotor speed.
+    /// Thrust is proportional to the square of the rotor speed.
     RotorSpeed,
     /// A thrust card.
     Card,
-    /// Thrust goes with a power of throttle that is not known: 1.5, with a standard deviation of 0.3.
+    /// Thrust is proportional to an unknown power of throttle: 1.5, with a standard deviation of 0.3.
     Throttle,
 }
 
@@ -44,7 +44,7 @@ pub struct Hover {
     /// Index of the flight.
     #[serde(skip)]
     pub flight: usize,
-    /// Index of the run of the motors.
+    /// Index of the armed interval.
     #[serde(skip)]
     pub run: usize,
     /// From (s).

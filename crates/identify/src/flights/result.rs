@@ -46,7 +46,7 @@ pub struct FlightResult {
     pub blocks: usize,
     /// Extra lift near the ground by the static curve; absent where none was identified.
     pub extra_lift: Option<ExtraLift>,
-    /// Runs of the motors.
+    /// Armed intervals.
     pub runs: Vec<ArmedIntervalResult>,
     /// Hovers at rest, if it was identified from them.
     pub hovers: Vec<Hover>,
@@ -54,7 +54,7 @@ pub struct FlightResult {
     pub tried: Vec<Candidate>,
     /// What was not identified, why, and what to record.
     pub refused: Vec<Refusal>,
-    /// Rows that were left out, and why.
+    /// Unused rows, with the reason.
     pub left_out: Vec<Excluded>,
 }
 

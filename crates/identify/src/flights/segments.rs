@@ -42,7 +42,7 @@ pub struct Segments {
     pub pieces: Vec<Segment>,
     /// Throttle in hover.
     pub hover_throttle: f64,
-    /// What was left out.
+    /// The unused rows.
     pub left_out: Vec<Excluded>,
 }
 

@@ -11,7 +11,7 @@ pub struct ModelTerms {
     pub exponent: [f64; 2],
     /// Motor lag and dead time.
     pub motor_lag: bool,
-    /// Motors whose load goes partly with the square of their speed.
+    /// Motors whose load is partly proportional to the square of their speed.
     pub drag: bool,
     /// A second term of throttle.
     pub curvature: bool,
@@ -66,7 +66,7 @@ const fn p(
 }
 
 impl ModelTerms {
-    /// Motors and climb damping, and a curve at rest.
+    /// Motors, climb damping, and a steady curve.
     #[must_use]
     pub fn plain(curve: Curve, damping: bool, motor_lag: bool) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Where the feet stand before a run of the motors, and after it.
+//! Height of the feet on the ground before and after an armed interval.
 
 use super::phases::{IDLING, flying};
 use super::{Flight, FlightSettings};
@@ -61,7 +61,7 @@ pub(super) fn stands_after(
             .then(|| median(known()))
             .flatten()
     };
-    // A throttle that is not known any more tells of motors that stopped only where they were about to.
+    // A throttle that ends in a gap means stopped motors only if they were about to stop.
     let stops = idles > 0 || flight.throttle.get(b + 1).is_some_and(|s| s.is_finite());
     // Not the first moments, in which the legs take up the landing.
     let from = (b + 1..end).find(|&i| stops && time[i] - time[b] > 0.5 * STANDS_S);

@@ -32,7 +32,7 @@ const LONGEST_DELAY_S: f64 = 1.0;
 pub struct Identifiability {
     /// The library of eq. (9) on these data.
     pub library: identifiability::Identifiability,
-    /// Library terms that are zero throughout and left out.
+    /// Library terms that are zero throughout the data and therefore removed.
     pub left_out: Vec<String>,
     /// Variance inflation of the lag by the velocity terms: how much less information the data contain on the lag once
     /// the velocity terms are fitted as well.

@@ -1,4 +1,4 @@
-//! The three levels of identification side by side, on trials that none of them has seen.
+//! The three levels of identification side by side, on unseen trials.
 //!
 //! 1. As published: eq. (9) by SR3 to the letter, unscaled, the sparse vector taken as it is.
 //! 2. SR3 done right: scaled columns, λ and ν chosen on held-out trials, refit; the best subset by exact search; the

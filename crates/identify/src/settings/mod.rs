@@ -202,9 +202,9 @@ pub struct ThrustSettings {
     pub degree: usize,
     /// Whether static maps get a battery-voltage term (`s*u`, u in volts).
     pub battery: bool,
-    /// A plateau's first seconds that are left out.
+    /// First seconds of a plateau that are not used.
     pub settle_s: f64,
-    /// Thrust below which plateaus are left out of static maps (N).
+    /// Thrust below which plateaus are not used for static maps (N).
     pub min_thrust_n: f64,
     /// Candidate terms of eq. (8), in the state `x = √T` and the throttle `s`.
     pub library: Vec<String>,

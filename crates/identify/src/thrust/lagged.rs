@@ -255,7 +255,7 @@ pub(super) fn predict(
     ))
 }
 
-/// Thrust at rest with the same throttle on all motors.
+/// Steady thrust with the same throttle on all motors.
 pub(super) fn at_rest(card: &Card, throttle: &[f64]) -> Result<Vec<f64>> {
     let (motors, xi) = (motors_of(card), polynomial(card)?);
     let of_motor = |s: f64| xi.iter().rev().fold(0.0, |sum, c| sum * s + c);

@@ -137,7 +137,7 @@ pub fn dead_time_s(card: &Card) -> f64 {
     card.coefficient("dead_time", "1")
 }
 
-/// The free-air thrust (N) of a card along a throttle, from rest at its first value.
+/// The free-air thrust (N) of a card along a throttle, from the steady state of its first value.
 ///
 /// # Errors
 /// A card that does not run on throttle alone, or an empty or gappy throttle.
@@ -164,10 +164,10 @@ pub fn free_air(card: &Card, name: &str, time: &[f64], throttle: &[f64]) -> Resu
     Predictor::new(card)?.run(name, time, &columns, start)
 }
 
-/// The thrust (N) of a card at rest, for each throttle (and battery voltage, where the card has a term of it).
+/// The steady thrust (N) of a card, for each throttle (and battery voltage, where the card has a term of it).
 ///
 /// # Errors
-/// A form that has no rest, or a card that is not of thrust.
+/// A form without a steady state, or a card that is not of thrust.
 pub fn at_rest(card: &Card, throttle: &[f64], battery_v: &[f64]) -> Result<Vec<f64>> {
     match card.form {
         Form::StaticSqrt | Form::StaticThrust => {

@@ -76,7 +76,7 @@ impl StandRecords {
     /// The columns `x`, `s` and `x_dot` for regression.
     pub(super) fn samples(&self) -> Result<Samples> {
         let mut samples = Samples::new(&["x", "s", "x_dot"]);
-        // Groups are what is left out in turn: a single record is cut in pieces.
+        // Groups are the folds of the cross-validation, so a single record is cut into pieces.
         let pieces = if self.records.len() == 1 { PIECES } else { 1 };
         for r in &self.records {
             for span in super::pieces(r.time.len(), pieces) {

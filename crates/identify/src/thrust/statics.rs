@@ -14,7 +14,7 @@ use crate::scores::Errors;
 use crate::settings::{IdentificationSettings, ThrustForm, ThrustSettings};
 use crate::warning::Warning;
 
-/// Sampling period from which the lag of a rotor cannot be seen (s): lags of small rotors are 0.03 to 0.1 s.
+/// Sampling period above which the lag of a rotor is not identifiable (s): lags of small rotors are 0.03 to 0.1 s.
 const SLOWEST_PERIOD_S: f64 = 0.05;
 /// Share of the largest thrust by which it must fall at full throttle to be warned of: the noise of a mean of load-cell
 /// readings is well below it, half of it would warn of that noise.

@@ -24,7 +24,7 @@ pub trait BlockSource {
     /// Calls `visit` with every block, in a fixed order.
     fn for_each_block(&self, visit: &mut dyn FnMut(Block<'_>));
     /// Why the last pass came to its end before all rows, if it did: a file that could not be read on, a stream
-    /// that can be passed over only once. Whoever passes over a source asks afterwards.
+    /// that can be read only once. Callers ask after each pass.
     fn failure(&self) -> Option<SindyError> {
         None
     }

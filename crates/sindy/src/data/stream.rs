@@ -61,7 +61,7 @@ impl<I: Iterator<Item = Result<OwnedBlock, SindyError>>> Stream<I> {
             .borrow_mut()
             .take()
             .ok_or_else(|| SindyError::Source {
-                reason: "a stream can be passed over only once".to_string(),
+                reason: "a stream can be read only once".to_string(),
             })?;
         for block in blocks {
             let OwnedBlock { group, columns } = block?;

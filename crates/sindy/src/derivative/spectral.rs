@@ -35,7 +35,7 @@ pub enum Ends {
 pub enum Cutoff {
     /// All.
     None,
-    /// Those up to so many cycles per unit of time.
+    /// Those up to this number of cycles per unit of time.
     Frequency(f64),
     /// As many as generalised cross-validation finds.
     CrossValidated,

@@ -103,7 +103,7 @@ impl IdentificationRun<'_> {
         progress: &mut dyn FnMut(Progress),
     ) -> Option<FollowedModel> {
         let mut best = None;
-        // Scores of differently cut arcs do not compare: each length begins anew.
+        // Scores of arcs of different lengths are not comparable, so each length starts again.
         for longest in LONGEST {
             best = self.best_of_starts(search, longest, progress);
             let follows = |best: &FollowedModel| self.misfit(&best.fit) <= FOLLOWS;

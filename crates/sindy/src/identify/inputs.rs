@@ -17,7 +17,7 @@ const ROUGH: f64 = 0.25;
 /// What each input is taken for.
 pub(super) struct Choice {
     pub between: Vec<Interpolation>,
-    /// The second best guess, where neither lines nor cubics foretell an input.
+    /// The second best guess, where neither lines nor cubics predict an input.
     pub second: Option<Vec<Interpolation>>,
 }
 
@@ -46,7 +46,7 @@ pub(super) fn choose(stretches: &[Stretch<'_>], states: usize, setting: Between)
     }
 }
 
-/// One input, and whether neither lines nor cubics foretell it.
+/// One input, and whether neither lines nor cubics predict it.
 fn one(stretches: &[Stretch<'_>], column: usize) -> (Interpolation, bool) {
     let (mut rows, mut sum, mut square) = (0.0, 0.0, 0.0);
     let mut steps = Vec::new();

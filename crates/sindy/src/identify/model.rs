@@ -264,7 +264,7 @@ fn front(total: &Gram, fit: &Fit, names: &[String]) -> Result<Vec<FrontPoint>, S
     Ok(subsets.sizes.iter().map(point).collect())
 }
 
-/// So many of a thing.
+/// A count with its noun.
 fn count(n: usize, thing: &str) -> String {
     match n {
         1 => format!("1 {thing}"),

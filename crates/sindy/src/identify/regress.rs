@@ -24,7 +24,7 @@ use crate::weak::WeakForm;
 const EXACT: usize = 40;
 /// Terms of a best subset, at most. Equations of more terms are found by SR3, which has no limit.
 const MOST_TERMS: usize = 14;
-/// Terms of the sparser starts, at most: where data hardly tell terms apart, a criterion keeps far too many.
+/// Terms of the sparser starts, at most: where data hardly distinguish terms, a criterion keeps far too many.
 const SPARSE: usize = 4;
 /// Nodes of a branch and bound, at most, for a start (some milliseconds; the output error mends what it misses) and for a
 /// front (a fraction of a second; beyond it the front is reported as not proven).

@@ -78,7 +78,7 @@ impl<'a> IdentificationRun<'a> {
             |regression| RankedModel::new(regression, &self.system, yardstick, &self.noise.sigma);
         let mut ranked: Vec<RankedModel> = regressions.into_iter().map(rank).collect();
         if !ranked.iter().any(|r| r.free_run.is_finite()) {
-            // Criteria keep too many terms where data hardly tell them apart.
+            // Criteria keep too many terms where data hardly distinguish them.
             for statistics in statistics {
                 ranked.extend(regress::sparse(statistics)?.into_iter().map(rank));
             }
@@ -122,7 +122,7 @@ impl<'a> IdentificationRun<'a> {
             self.add(&slopes, &self.stretches, &mut statistics, progress)?;
             return Ok((slopes, statistics));
         }
-        // Where most of the data rest, what moves comes first, with a smoothing of its own.
+        // If most of the data rest, the moving part is fitted first, with its own smoothing.
         let moving = prepare::moving(&self.stretches, n, &self.noise);
         let mut first = None;
         for (index, part) in moving.iter().chain([&self.stretches]).enumerate() {

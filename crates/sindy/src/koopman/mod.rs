@@ -8,7 +8,7 @@
 //! Edmdc   z[k+1] = A z[k] + B v[k],   z = ψ(x),  v = φ(x, u),  x ≈ C z
 //! ```
 //!
-//! They are the baselines that a sparse nonlinear model should beat on data that it has not seen. A, B
+//! They are the baselines that a sparse nonlinear model should beat on unseen data. A, B
 //! and C are in the units of the data; the sampling period is the caller's statement, the same for all
 //! trajectories, and serves only continuous-time eigenvalues and the time of a run.
 //!
@@ -55,7 +55,7 @@ const ITERATIONS: usize = 100_000;
 pub enum Rank {
     /// All above rounding: `σ > ε max(rows, columns) σ₁`.
     Full,
-    /// The largest so many (fewer if those above rounding are fewer), at least 1.
+    /// This number of the largest ones (fewer if fewer exceed the rounding), at least 1.
     Given(usize),
     /// Those above the optimal hard threshold for unknown noise, `σ > ω(β) median(σ)` with β the
     /// snapshots' aspect ratio and `ω(β) ≈ 0.56 β³ - 0.95 β² + 1.82 β + 1.43`; at least one. Meant for

@@ -112,7 +112,7 @@ impl Libraries {
                 .find(reads)
                 .ok_or_else(|| SindyError::Expression {
                     text: term.to_string(),
-                    reason: "cannot be told from a library when written as text".into(),
+                    reason: "is also the name of a library; its text would be ambiguous".into(),
                 })
         });
         Ok(Self::shared(texts.collect::<Result<Vec<String>, _>>()?))

@@ -78,7 +78,7 @@ impl Library {
         }
     }
 
-    /// The same without the terms of the given indices.
+    /// The library without the terms of these indices.
     #[must_use]
     pub fn without(&self, indices: &[usize]) -> Self {
         let kept = || (0..self.len()).filter(|j| !indices.contains(j));

@@ -129,7 +129,7 @@ fn segment(
             }
             s.emit(wanted, t, h, end, run);
             let proposed = h * s.accepted_factor(error);
-            // A step cut short by the end says little about the next.
+            // A step that the end shortens does not predict the next step's length.
             let grown = if rejected { proposed.min(h) } else { proposed };
             s.step = if reaches_end {
                 grown.max(s.step)

@@ -4,7 +4,7 @@ use super::Model;
 use crate::data::samples::position;
 use crate::error::{SindyError, require};
 
-/// The states in which a run goes on.
+/// Range of states in which a simulation continues.
 ///
 /// By default every state up to a magnitude of 10¹²; ranges of single states can be added, such as those
 /// that the training data covered.

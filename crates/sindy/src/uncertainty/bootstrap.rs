@@ -62,7 +62,7 @@ pub enum Resampling {
     /// are at most 400, and short enough that there are at least 10 (then they may be too short for the
     /// correlation, see [`Intervals::correlation_rows`]).
     Automatic,
-    /// Blocks of so many consecutive rows.
+    /// Blocks of this number of consecutive rows.
     Rows(usize),
     /// Whole groups (trajectories). Intervals need some ten of them, better thirty.
     Groups,
@@ -96,7 +96,7 @@ pub struct Intervals {
 }
 
 impl Bootstrap {
-    /// So many replicates from this seed; blocks by the correlation, 95 % intervals.
+    /// This number of replicates from this seed; block lengths from the correlation, 95 % intervals.
     ///
     /// # Errors
     /// Fewer than two replicates.

@@ -26,7 +26,7 @@ pub fn counts(rng: &mut Pcg64, n: usize) -> Vec<u32> {
     counts
 }
 
-/// How often each row is drawn, chunk of rows after chunk: the draws that fall into a chunk are binomial given
+/// Number of draws of each row, chunk by chunk: the number of draws in a chunk is binomial given
 /// those that are left, and uniform within it, so that all together are `n` draws of `n` rows with
 /// replacement.
 pub(super) struct RowDraws {

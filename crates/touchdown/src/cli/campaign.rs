@@ -19,7 +19,7 @@ use super::land::outcomes;
 use super::output;
 use touchdown_terminal::Done;
 
-/// What a run says that did not complete the campaign.
+/// Report of a run that did not complete the campaign.
 #[derive(Serialize)]
 struct Part<'a> {
     schema: u32,

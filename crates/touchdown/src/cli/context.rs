@@ -13,7 +13,7 @@ use super::output;
 pub(crate) struct Context(pub(crate) Terminal);
 
 impl Context {
-    /// Files in `folder` are written from now on: an interrupted command says so.
+    /// Files in `folder` are written from now on. An interrupted command reports it.
     pub(crate) fn writes_into(&self, folder: &Path) {
         let folder = folder.display().to_string();
         self.if_interrupted(move || output::missing(&folder));

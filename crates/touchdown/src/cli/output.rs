@@ -9,7 +9,7 @@ use super::context::Context;
 
 pub(crate) use touchdown_campaign::files::{folder, write};
 
-/// The file of results; commands write it last, so that its presence says that all is there.
+/// The file of results. Commands write it last, so its presence means that all files are complete.
 const RESULTS: &str = "results.json";
 
 /// Writes the results into their folder, as pretty JSON with a newline at its end.
@@ -48,7 +48,7 @@ pub(crate) fn results_folder(context: &Context, path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What an interrupted command says of a folder in which it did not write all files.
+/// Report of an interrupted command about an incomplete folder.
 pub(crate) fn missing(folder: &str) -> String {
     format!(
         "the files in {folder} are complete, but some are missing ({RESULTS} is written last); run the same command again"

@@ -53,7 +53,7 @@ fn load(args: &ReproduceArgs) -> Result<ReproduceSettings> {
     Ok(settings)
 }
 
-/// Writes everything; `results.json` last, so that its presence says that all is there.
+/// Writes all files; `results.json` comes last, so its presence means that all files are complete.
 fn write(context: &Context, run: &Run, results: &Results, out: &Path) -> Result<()> {
     output::results_folder(context, out)?;
     let cards = cards(run);

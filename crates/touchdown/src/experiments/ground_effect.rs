@@ -246,7 +246,7 @@ fn spread(validation: &[GroundTrial]) -> Vec<GroundTrial> {
     out
 }
 
-/// Runs the best subset of every size freely over trials that it has not seen.
+/// Free run of the best subset of every size over unseen trials.
 fn run_freely(made: &mut FittedCard, unseen: &[GroundTrial]) -> Result<()> {
     if let Some(front) = &mut made.front {
         for terms in 0..front.sizes.len() {

@@ -30,7 +30,7 @@ impl<'a> Track<'a> {
         Series::line(name, &self.time_s, &self.column(pick)).color(color)
     }
 
-    /// A value of the estimated state; none until the deck was seen.
+    /// A value of the estimated state; none until the deck was observed.
     fn estimate(&self, name: &str, pick: impl Fn(&TraceRow) -> f64) -> Series {
         self.line(name, ESTIMATED, |r| {
             if r.estimated_sd_m[2] < KNOWN_M {

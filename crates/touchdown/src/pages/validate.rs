@@ -151,7 +151,7 @@ fn figure(
     .caption(format!(
         "Free run of the models, started from {start}, never corrected by what is measured after; below, the error against the {to}.{}",
         if every > 1 {
-            format!(" One in {every} samples is drawn.")
+            format!(" One in {every} samples is shown.")
         } else {
             String::new()
         }
@@ -203,7 +203,7 @@ pub fn report(overview: &Overview<'_>, figures: &[Figure]) -> Result<Report> {
     Ok(report)
 }
 
-/// Which card has the smallest error on the logs that it has not seen.
+/// The card with the smallest error on its unseen logs.
 fn verdict(overview: &Overview<'_>) -> (Callout, String) {
     // Cards, seen and the mean absolute error stand at the head of each row; a last row of each card is over all its logs.
     let unseen = overview.rows.iter().filter(|row| row[3] != "yes");
@@ -217,7 +217,7 @@ fn verdict(overview: &Overview<'_>) -> (Callout, String) {
     let Some((card, log, mae_n)) = best else {
         return (
             Callout::Warning,
-            "No card is judged by a log that it has not seen.".into(),
+            "No log is unseen by a card; all errors are those on training data.".into(),
         );
     };
     let rank = match of_cards.len() {

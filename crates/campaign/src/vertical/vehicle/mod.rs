@@ -147,7 +147,7 @@ fn description(
     )
 }
 
-/// What is to be told of cards that are of another vehicle than the plant: one line for each.
+/// Warnings about cards of another vehicle than the plant: one line for each.
 #[must_use]
 pub fn mismatches(cards: &[Option<&Card>], plant: &PlantSettings) -> Vec<String> {
     let told = |card: &Card| {
@@ -271,7 +271,7 @@ fn control(
     own
 }
 
-/// How strong the plant's ground effect must be to have the card's ratio at rest, by least squares over 0.3 to 2 rotor
+/// Scale factor of the plant's ground effect that gives the card's steady ratio, by least squares over 0.3 to 2 rotor
 /// radii within the card's heights; none for forms whose state at rest is not known.
 fn strength(card: &Card, plant: &PlantSettings) -> Result<Option<f64>> {
     let model = card.ground_effect()?;

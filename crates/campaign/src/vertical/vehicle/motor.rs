@@ -1,4 +1,4 @@
-//! The motor law of the plant that a thrust card tells.
+//! The motor law of the plant that follows from a thrust card.
 
 use touchdown_model::Card;
 use touchdown_sim::body::motor::{Motor, MotorSettings};
@@ -15,7 +15,7 @@ const LEAST: f64 = 1e-6;
 /// A motor law in a card's place.
 pub(super) struct MotorFit {
     pub motor: MotorSettings,
-    /// Greatest share by which thrust at rest differs over the range.
+    /// Largest relative difference of the steady thrust over the range.
     pub worst: f64,
     /// The range of throttle.
     pub throttles: [f64; 2],

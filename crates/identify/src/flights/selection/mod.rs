@@ -1,4 +1,4 @@
-//! Which model: flights left out in turn decide.
+//! Selection of the model by cross-validation over flights.
 
 mod motors;
 
@@ -20,14 +20,14 @@ const CLIP: f64 = 4.0;
 /// Odds of 150 to 1. Half is odds of 12 to 1, which chance reaches among the many curves that are tried.
 const VERY_STRONG: f64 = 10.0;
 
-/// Error of one candidate on flights that it has not seen.
+/// Error of one candidate on held-out flights.
 #[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
     /// What it has beside the plain model.
     pub name: String,
     /// Its shape.
     pub shape: ModelTerms,
-    /// Root mean square error on flights left out, over all rows (gravities).
+    /// Root mean square error on held-out flights, over all rows (g).
     pub rmse: f64,
     /// The same in ground effect; absent where no row is.
     pub rmse_near: Option<f64>,
@@ -154,13 +154,13 @@ impl<'a> ModelSelection<'a> {
         }
     }
 
-    /// Takes a richer shape if flights left out are predicted better by more than one standard error of the difference.
-    /// With fewer than two flights or runs nothing can be left out, and nothing is added.
+    /// Accepts a richer shape if it predicts held-out flights better by more than one standard error of the difference.
+    /// With fewer than two flights or armed intervals there is no cross-validation, and no term is added.
     pub(super) fn offer(&mut self, name: &str, shape: ModelTerms, near_only: bool) -> bool {
         self.offer_for(name, shape, near_only, 0.0)
     }
 
-    /// The same for an effect that others can stand for: only with very strong evidence.
+    /// The same for an effect that other terms approximate: it requires very strong evidence.
     pub(super) fn offer_sternly(&mut self, name: &str, shape: ModelTerms, near_only: bool) -> bool {
         self.offer_for(name, shape, near_only, VERY_STRONG)
     }
@@ -173,7 +173,7 @@ impl<'a> ModelSelection<'a> {
         self.consider(name, richer, of_richer, take)
     }
 
-    /// Takes a poorer shape unless flights left out are predicted worse by more than one standard error of the difference.
+    /// Accepts a poorer shape unless it predicts held-out flights worse by more than one standard error of the difference.
     pub(super) fn do_without(&mut self, name: &str, shape: ModelTerms, near_only: bool) -> bool {
         let poorer = fit(self.pieces, shape, Some(&self.best));
         let of_poorer = unseen(&poorer, self.pieces, self.near, self.clip);
@@ -182,7 +182,7 @@ impl<'a> ModelSelection<'a> {
         self.consider(name, poorer, of_poorer, take)
     }
 
-    /// Notes what was tried, and goes on from it where it is taken.
+    /// Records a candidate, and continues from it if it is accepted.
     fn consider(&mut self, name: &str, tried: Fit, unseen: HeldOutErrors, take: bool) -> bool {
         let candidate = self.candidate(name, tried.shape, &unseen, take);
         if take {
@@ -246,12 +246,12 @@ impl<'a> ModelSelection<'a> {
         }
     }
 
-    /// Twice the logarithm of the ratio of likelihoods on flights left out, from the mean gain of squares in a flight.
+    /// Twice the logarithm of the likelihood ratio on held-out flights, from the mean gain of squares in a flight.
     fn evidence(&self, gain: f64) -> f64 {
         gain * self.unseen.of.len() as f64 / self.best.sigma.powi(2)
     }
 
-    /// Goes to another shape, whatever flights left out say.
+    /// Changes to another shape without cross-validation.
     pub(super) fn replace(&mut self, name: &str, shape: ModelTerms, from: &Fit) {
         self.best = fit(self.pieces, shape, Some(from));
         self.unseen = unseen(&self.best, self.pieces, self.near, self.clip);
@@ -262,7 +262,7 @@ impl<'a> ModelSelection<'a> {
         self.tried.push(candidate);
     }
 
-    /// Tells the model of the disturbance that its residuals show.
+    /// Adds the disturbance of the residuals to the model.
     pub(super) fn colour(&mut self) {
         self.best = self.best.coloured(self.pieces);
         self.unseen = unseen(&self.best, self.pieces, self.near, self.clip);

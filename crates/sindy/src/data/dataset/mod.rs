@@ -28,7 +28,7 @@ use crate::error::{SindyError, require, same_size};
 use crate::numerics::nearest_quantile;
 pub(crate) use bridge::{BRIDGED, bridge};
 
-/// One trajectory as it was given.
+/// One trajectory of the caller's data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     /// What messages call it: a file, a flight.

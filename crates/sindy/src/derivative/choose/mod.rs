@@ -29,7 +29,7 @@ use crate::error::{SindyError, require};
 
 /// Series with fewer samples are refused: windows would have no room.
 const FEWEST: usize = 25;
-/// Evaluated samples, spread evenly over the data: means over so many are known to about 2 %.
+/// Number of evaluated samples, spread evenly over the data. Means over them have a standard error of about 2 %.
 const EVALUATED: usize = 8192;
 
 /// The range of a search, checked when built.

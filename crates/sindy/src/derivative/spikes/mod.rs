@@ -46,7 +46,7 @@ const LONGEST: usize = 40;
 const MOST: usize = 8;
 /// A larger share of spikes is something else: a second regime, or heavy-tailed noise.
 const SHARE: f64 = 0.05;
-/// Neighbourhoods after which a signal is given up of which hardly any can be cured: a limit of time alone.
+/// Number of neighbourhoods after which the search stops if hardly any can be corrected. It only limits computing time.
 const PATIENCE: usize = 1000;
 /// Steps of the signal's resolution that may be due to it: rounding errs by one, its differences by two.
 const STEPS: f64 = 3.0;

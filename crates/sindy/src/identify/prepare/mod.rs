@@ -15,7 +15,7 @@ use crate::trajectory::output_error::Piece;
 const SMOOTHED: usize = 25;
 /// Parts of a stretch that are looked at for motion, at most: the resolution of the moving part is a thirtieth.
 const PARTS: usize = 32;
-/// Something moves where a state scatters by so many times its noise, whose scatter over 25 rows is within 1.5.
+/// A state moves if its scatter exceeds this multiple of its noise. Over 25 rows the scatter of noise is within 1.5.
 const MOVES: f64 = 2.0;
 /// The least noise that is believed, as a share of a state's scatter: the rounding of six printed digits.
 const FLOOR: f64 = 1e-6;

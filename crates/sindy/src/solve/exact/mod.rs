@@ -149,7 +149,7 @@ impl BestSubset {
         }
     }
 
-    /// At most so many nodes.
+    /// Limits the search to this number of nodes.
     #[must_use]
     pub fn node_limit(self, nodes: u64) -> Self {
         Self {
@@ -185,7 +185,7 @@ impl BestSubset {
         self.solve_while(gram, &mut || true)
     }
 
-    /// Searches as long as `keep_going` says so; it is asked every 1024 nodes, so that a caller may
+    /// Searches as long as `keep_going` returns true; it is called every 1024 nodes, so that a caller may
     /// impose a time limit.
     ///
     /// # Errors

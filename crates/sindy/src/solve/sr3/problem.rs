@@ -1,4 +1,4 @@
-//! What SR3 solves on given statistics, once for each support.
+//! The problem that SR3 solves on statistics, once for each support.
 
 use std::collections::HashMap;
 

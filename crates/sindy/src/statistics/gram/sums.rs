@@ -57,7 +57,7 @@ impl Sums {
         }
     }
 
-    /// Whether no rows have been seen, not even such that were left out.
+    /// Whether no rows have been added, not even rows that were dropped.
     pub(super) fn is_empty(&self) -> bool {
         self.rows + self.skipped == 0
     }

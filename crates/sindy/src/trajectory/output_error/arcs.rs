@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use super::follow::{Follow, Sensitivity};
 use super::record::Record;
 
-/// Columns of residuals are added to the normal equations so many rows at a time.
+/// Rows of residuals that are added to the normal equations at once. The value affects only speed.
 const CHUNK: usize = 192;
 
 /// The normal equations over the coefficients of all candidates, arcs' starts eliminated, and the sums

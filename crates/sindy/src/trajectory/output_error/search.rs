@@ -16,7 +16,7 @@ const MOST_SUBSTEPS: usize = 32;
 /// Error of the integrator from one node to the next that is accepted, in units of the noise: over a hundred nodes it adds
 /// up to at most a third of the noise.
 const INTEGRATION: f64 = 0.003;
-/// Nodes of the first arcs: short enough that a regression's model follows them, long enough to tell terms apart.
+/// Nodes of the first arcs: short enough that a regression's model follows them, long enough to distinguish terms.
 const FIRST_ARC: usize = 4;
 /// By how much longer the next arcs are. Twofold growth takes twice as many stages to the same end.
 const ARC_GROWTH: usize = 4;
@@ -27,7 +27,7 @@ const SETTLED: f64 = 0.1;
 /// Change of a coefficient, in standard errors, below which the search is done: a tenth of what two printed digits of a
 /// standard error show. Half of it takes a step more.
 const DONE: f64 = 0.01;
-/// The penalty of a term and the variance of the residuals depend on each other; so many rounds settle both.
+/// Rounds of the iteration between the penalty of a term and the variance of the residuals, which depend on each other.
 const PENALTY_ROUNDS: usize = 4;
 /// Weight of a defect against a residual when a step is judged: steps that close defects at the cost of residuals pass.
 const DEFECT: f64 = 10.0;
@@ -156,7 +156,7 @@ impl State<'_> {
         self.cut.substeps > before
     }
 
-    /// Chooses terms in the linearisation and goes there, as far as the trajectories follow.
+    /// Chooses terms in the linearisation, then steps there as far as the trajectories follow.
     fn step(
         &mut self,
         normal: &Normal,

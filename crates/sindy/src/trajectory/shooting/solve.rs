@@ -16,7 +16,7 @@ const LANES: usize = 32;
 
 /// A full step that lowers the cost by less than this share ends the search: far below what a standard error resolves.
 const CONVERGED: f64 = 1e-9;
-/// A rejected step below this share of every parameter cannot be told from rounding in the cost, whose minimum is flat.
+/// A rejected step below this share of every parameter is within the rounding of the cost, whose minimum is flat.
 const SMALL_STEP: f64 = 1e-7;
 /// Size that counts as that of a parameter near zero.
 const SMALL_PARAMETER: f64 = 1e-3;

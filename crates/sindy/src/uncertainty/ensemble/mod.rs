@@ -103,7 +103,7 @@ impl Ensemble {
         Self { resample, ..self }
     }
 
-    /// The same with so many terms left out of each replicate's library, at random.
+    /// The ensemble with this number of terms omitted from each replicate's library, at random.
     #[must_use]
     pub fn omit(self, terms: usize) -> Self {
         Self {

@@ -31,7 +31,7 @@ pub(crate) const CHANNELS: [&str; 5] = [
     "vehicle_velocity_mps",
 ];
 
-/// Of so many logs one is held out when levels are compared, and fewer are not split.
+/// One of this number of logs is held out when levels are compared. Fewer logs are not split.
 const HELD_OUT_EVERY: usize = 5;
 const FEWEST_LOGS: usize = 5;
 

@@ -157,7 +157,7 @@ fn origin(
     Ok(origin)
 }
 
-/// Writes one card; Ctrl-C before the end of the command says what became of it.
+/// Writes one card. After Ctrl-C the command reports the state of the file.
 fn write_card(context: &Context, path: &Path, card: &Card) -> Result<()> {
     let file = path.display().to_string();
     context.if_interrupted(move || {

@@ -32,7 +32,7 @@ pub(crate) struct Fitted {
     pub(crate) rows_dropped: usize,
     /// The best subset of every size beside the fit's own terms; null for forms that choose none.
     pub(crate) front: Option<Box<Front>>,
-    /// What flights say beside the card; absent where thrust was measured.
+    /// Results of flights in addition to the card; absent if thrust was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) flight: Option<Box<FlightResult>>,
     /// What a user should know.

@@ -236,7 +236,7 @@ fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<Seen> {
         // A pass of its own: only now is it known that the columns fit into memory.
         match log.trial(map) {
             Ok((trial, applied)) => {
-                // Both passes tell what was lost.
+                // Both passes report the losses.
                 let mut told = std::mem::replace(&mut findings, applied).warnings;
                 told.retain(|warning| !findings.warnings.contains(warning));
                 findings.warnings.splice(0..0, told);

@@ -22,7 +22,7 @@ pub(super) struct Judged {
     pub(super) warnings: Vec<String>,
 }
 
-/// Share of a range by which an input may leave the card's box before it is told of.
+/// Share of a range by which an input may leave the card's validity box without a warning.
 const SLACK: f64 = 0.01;
 
 pub(super) fn judge_thrust(card: &Card, trial: &Trial) -> Result<Judged> {
@@ -103,7 +103,7 @@ fn finish(
     })
 }
 
-/// Says where an input leaves the card's box.
+/// Warns if an input leaves the card's validity box.
 fn leaves_box(card: &Card, symbol: &str, name: &str, values: &[f64]) -> Vec<String> {
     let Some([lo, hi]) = card.validity.inputs.get(symbol) else {
         return Vec::new();

@@ -31,7 +31,7 @@ pub(super) struct Given {
 struct Results<'a> {
     /// A card on a log.
     results: &'a [Row],
-    /// A card on all logs that it has not seen.
+    /// A card on all unseen logs.
     unseen: Vec<Pooled>,
     /// What a user should know.
     warnings: &'a [String],
@@ -52,7 +52,7 @@ struct Row {
     truth: Option<Errors>,
     /// The measurement against the truth.
     noise_floor: Option<Errors>,
-    /// Why there are no errors to tell of.
+    /// The reason why there are no errors.
     error: Option<String>,
 }
 
@@ -150,7 +150,7 @@ fn finish(
     for (&(c, l), judged) in found.pairs.iter().zip(&found.judged) {
         let (given, log) = (&cards[c], &logs[l]);
         let inputs = &given.card.provenance.inputs;
-        // A card that names no inputs does not say what it has seen.
+        // A card without input files does not state its training logs.
         let seen = (!inputs.is_empty()).then(|| inputs.iter().any(|i| i.sha256 == log.sha256()));
         let (card, path) = (given.path.display(), log.path.display());
         if seen == Some(true) {
@@ -225,7 +225,7 @@ fn split(args: &ValidateArgs) -> Result<(Vec<Given>, Vec<PathBuf>)> {
     Ok((cards, logs))
 }
 
-/// The errors of every card over the logs that it has not seen; `rows` holds a card's logs side by side.
+/// The errors of every card over its unseen logs; `rows` contains a card's logs side by side.
 fn pool(cards: &[Given], rows: &[Row]) -> Vec<Pooled> {
     let logs = rows.len() / cards.len().max(1);
     cards

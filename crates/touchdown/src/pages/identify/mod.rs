@@ -73,7 +73,7 @@ const COLUMNS: usize = 8;
 /// The summary: a row for each fit, or a column where few fits have many figures.
 fn all_fits(header: &[String], rows: &[Vec<String>]) -> Table {
     let mut table = Table::new("All fits.");
-    // What tells the fits apart stands above them.
+    // The heading names the difference between the fits.
     let apart = (0..header.len()).find(|&k| {
         let mut values: Vec<&String> = rows.iter().map(|row| &row[k]).collect();
         values.sort();

@@ -26,7 +26,7 @@ pub struct ThrustFit<'a> {
     pub trial: &'a Trial,
     /// The fit.
     pub made: &'a FittedCard,
-    /// What it says as a log of flights; absent where thrust was measured.
+    /// Results of flights; absent if thrust was measured.
     pub flight: Option<&'a FlightResult>,
 }
 
@@ -58,7 +58,7 @@ pub fn figures(
         .collect()
 }
 
-/// The fitted curve at rest, over the throttles of the log.
+/// The fitted steady curve, over the throttles of the log.
 fn curve(fit: &ThrustFit<'_>, battery_v: Option<f64>) -> Option<(Vec<f64>, Vec<f64>)> {
     let [lo, hi] = *fit.made.card.validity.inputs.get("s")?;
     let throttle: Vec<f64> = (0..CURVE)

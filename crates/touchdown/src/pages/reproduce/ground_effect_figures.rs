@@ -47,7 +47,7 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
     page.figure(over_height(ge)?)
 }
 
-/// The trial of a kind whose name says the thrust nearest to `thrust_n`.
+/// The trial of a kind whose name states the thrust nearest to `thrust_n`.
 fn nearest<'a>(
     ge: &'a GroundEffectExperiment,
     kind: &str,

@@ -45,7 +45,7 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
         .row(row("rows of the library of eq. (9)", &|s| Cell::count(s.before.library.rows)))
         .row(row("its condition, columns scaled", &|s| Cell::number(s.before.library.condition, 0)))
         .row(row("terms that trade off against each other (condition)", &groups))
-        .row(row("terms that are zero throughout, left out", &|s| names_or_none(&s.before.left_out)))
+        .row(row("terms that are zero throughout the data, removed", &|s| names_or_none(&s.before.left_out)))
         .row(row("inputs that were hardly excited", &quiet))
         .row(row("variance inflation of the lag by the deck's velocity", &|s| {
             Cell::number(s.before.lag_inflation, 1)

@@ -14,7 +14,7 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
         .subsection("Levels of identification side by side");
     page.text(
         "Level 1 is the published procedure to the letter: SR3 of eq. (6) on unscaled sums. The paper prints neither λ nor ν, so those of the \
-         settings stand in, by default PySINDy's (a threshold of 0.1, ν = 1). Level 2 scales the columns, chooses λ and ν on trials left out and refits; beside it \
+         settings stand in, by default PySINDy's (a threshold of 0.1, ν = 1). Level 2 scales the columns, chooses λ and ν on held-out trials and refits; beside it \
          the best subset by exact search, and the weak form, which needs no derivative. Level 3 is judged by free run: the terms of level 2 refined by \
          multiple shooting, and the forms with bounded functions of height.",
     );
@@ -31,7 +31,7 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
         .subsection("How many terms: the best subset of every size");
     page.text(
         "A library of p terms has 2^p subsets. For each number of terms an exact search by branch and bound finds the subset that fits f' best, and proves \
-         that there is no better one. The rig holds the vehicle still, so eight of the eleven terms can be told from zero. On a third set of trials \
+         that there is no better one. The rig holds the vehicle still, so eight of the eleven terms are identifiable. On a third set of trials \
          the vehicle moves on its carriage as well as the plate below it, and all eleven can be. Free runs are those of the validation trials at the least, \
          the middle and the largest thrust; of the third set, trials at other throttles.",
     );

@@ -45,7 +45,7 @@ impl Ratio {
         })
     }
 
-    /// What the ratio says about the paper's, which is below one.
+    /// Comparison of the ratio with the paper's, which is below one.
     pub(super) fn beside(self, paper: f64) -> Comparison {
         let enough = 1.0 - SHARE_OF_GAIN * (1.0 - paper);
         let [low, high] = [self.value - self.half, self.value + self.half];
@@ -184,7 +184,7 @@ pub(super) fn figure(ratios: &[Beside]) -> Figure {
 }
 
 pub(super) fn table(claims: &[Claim]) -> Table {
-    let mut table = Table::new("What the paper says, and what these runs give.")
+    let mut table = Table::new("Results of the paper and of these runs.")
         .text_column("Compared")
         .text_column("Paper")
         .text_column("Here")
