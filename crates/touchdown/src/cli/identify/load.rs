@@ -137,7 +137,7 @@ fn different<'a>(logs: impl Iterator<Item = &'a Log>) -> Result<()> {
     for log in logs {
         if let Some(first) = seen.insert(log.sha256(), &log.path) {
             return Err(Error::Arguments(format!(
-                "expected logs with different content, because each log counts once; found {} and {} with the same content",
+                "expected different logs, because each log counts once; found {} and {} with the same content",
                 first.display(),
                 log.path.display()
             )));
