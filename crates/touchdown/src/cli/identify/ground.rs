@@ -242,7 +242,7 @@ fn levels(
     let found = forms
         .into_par_iter()
         .map(|form| {
-            let made = ground_effect::fit(form, &training, settings, origin)?;
+            let made = with_terms(ground_effect::fit(form, &training, settings, origin)?)?;
             context.step();
             Ok((form, made))
         })
