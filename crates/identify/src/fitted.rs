@@ -130,18 +130,10 @@ fn input(trial: &Trial) -> Option<Input> {
         }),
         Source::VirtualRig { .. } => Some(Input {
             name: format!("{}.csv", trial.name()),
-            sha256: sha256(&touchdown_log::to_csv(trial)),
+            sha256: touchdown_log::sha256(&touchdown_log::to_csv(trial)),
         }),
         _ => None,
     }
-}
-
-/// Lower-case hexadecimal SHA-256.
-#[must_use]
-pub fn sha256(bytes: &[u8]) -> String {
-    use sha2::Digest as _;
-    let digest = sha2::Sha256::digest(bytes);
-    digest.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// A score.

@@ -30,5 +30,5 @@ pub mod warning;
 
 pub use error::{Error, Result};
 pub use estimate::Estimate;
-pub use fitted::{FittedCard, Origin, sha256};
+pub use fitted::{FittedCard, Origin};
 pub use settings::IdentificationSettings;

@@ -53,7 +53,12 @@ pub(crate) fn sha256_of(input: impl Read) -> io::Result<String> {
     Hashing::new(input, true).finish()
 }
 
-/// Lower-case hexadecimal.
-pub(crate) fn hex(digest: &[u8]) -> String {
+/// SHA-256 in lower-case hexadecimal.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+fn hex(digest: &[u8]) -> String {
     digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }

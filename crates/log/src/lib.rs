@@ -55,6 +55,7 @@ mod topics;
 
 pub use error::{ErrorKind, LogError, Place};
 pub use findings::Findings;
+pub use hashing::sha256;
 pub use inspection::{ColumnSummary, Inspection, TimeBase, inspect, inspect_file, inspect_trial};
 pub use map::{Map, apply};
 pub use read::read_trial;

@@ -43,11 +43,15 @@ impl Color {
         }
     }
 
-    /// `#rrggbb`.
+    /// See [`hex`].
     pub(crate) fn hex(self) -> String {
-        let [r, g, b] = self.rgb();
-        format!("#{r:02x}{g:02x}{b:02x}")
+        hex(self.rgb())
     }
+}
+
+/// `#rrggbb`.
+pub(crate) fn hex([r, g, b]: [u8; 3]) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 #[cfg(test)]

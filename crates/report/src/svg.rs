@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use crate::canvas::{Canvas, Ink, Item, Stroke};
+use crate::color::hex;
 use crate::font::{self, Glyph};
 use crate::shape::{Rect, Segment};
 
@@ -229,10 +230,6 @@ impl std::fmt::Display for Number {
         };
         f.write_str(if text == "-0" { "0" } else { text })
     }
-}
-
-fn hex([r, g, b]: [u8; 3]) -> String {
-    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 /// Text as it may stand in XML, in elements and in quoted attributes. Characters that XML forbids are left out.

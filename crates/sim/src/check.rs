@@ -1,5 +1,6 @@
 //! Checks of single settings, with the offending number in the error.
 
+use crate::STEP_S;
 use crate::error::SimError;
 
 /// The error of a setting.
@@ -53,4 +54,16 @@ pub(crate) fn within(key: &str, value: f64, low: f64, high: f64) -> Result<(), S
 /// A finite number of any sign.
 pub(crate) fn finite(key: &str, value: f64) -> Result<(), SimError> {
     that(value.is_finite(), key, "a finite number", value)
+}
+
+/// A period from one step of the plant to `most`, in whole steps.
+pub(crate) fn period(key: &str, value: f64, most: f64) -> Result<(), SimError> {
+    within(key, value, STEP_S, most)?;
+    let steps = value / STEP_S;
+    that(
+        (steps - steps.round()).abs() < 1e-6,
+        key,
+        "a multiple of 0.001 s",
+        value,
+    )
 }

@@ -77,13 +77,8 @@ impl Gnss {
 
     /// The reading of a step, if one is due, and its transit.
     pub(super) fn read(&mut self, truth: &Truth<'_>) -> Option<(Message, Transit)> {
-        if !self.clock.due(truth.time_s()) {
-            return None;
-        }
+        let transit = self.clock.reading(truth)?;
         let faults = &truth.faults;
-        let transit = self
-            .clock
-            .transit(faults.extra_latency_s, faults.known_extra_latency_s);
         let [across, up] = [
             self.settings.horizontal_sd_mps,
             self.settings.vertical_sd_mps,

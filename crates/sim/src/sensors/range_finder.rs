@@ -92,13 +92,8 @@ impl RangeFinder {
 
     /// The reading of a step, if one is due, and its transit.
     pub(super) fn read(&mut self, truth: &Truth<'_>) -> Option<(Message, Transit)> {
-        if !self.clock.due(truth.time_s()) {
-            return None;
-        }
+        let transit = self.clock.reading(truth)?;
         let faults = &truth.faults;
-        let transit = self
-            .clock
-            .transit(faults.extra_latency_s, faults.known_extra_latency_s);
         let noise = self.clock.stream.normal();
         let missing = self.clock.stream.uniform() < faults.range_missing_share;
         let distance_m = self.distance(truth, noise)?;

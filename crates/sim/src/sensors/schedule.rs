@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::suite::Truth;
 use crate::STEP_S;
 use crate::check;
 use crate::error::SimError;
@@ -75,6 +76,13 @@ impl Clock {
             self.next_s += 1.0 / self.schedule.rate_hz;
         }
         due
+    }
+
+    /// Transit of the reading of this step, if one is due, with the additional latency of the faults.
+    pub(crate) fn reading(&mut self, truth: &Truth<'_>) -> Option<Transit> {
+        let faults = &truth.faults;
+        self.due(truth.time_s())
+            .then(|| self.transit(faults.extra_latency_s, faults.known_extra_latency_s))
     }
 
     /// Transit of the next reading, with an additional latency, part of which is known.

@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use crate::error::{SindyError, require, same_size};
-use crate::numerics::nearest_quantile;
+use crate::numerics::{nearest_quantile, upper_median};
 
 /// How a trajectory is split, checked when built.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,11 +116,7 @@ pub fn segments(
         .filter(|&i| there[i] && there[i - 1])
         .map(|i| time[i] - time[i - 1])
         .collect();
-    let middle = steps.len() / 2;
-    let longest = match steps.is_empty() {
-        true => f64::INFINITY,
-        false => settings.hole * *steps.select_nth_unstable_by(middle, f64::total_cmp).1,
-    };
+    let longest = upper_median(&mut steps).map_or(f64::INFINITY, |step| settings.hole * step);
     let mut out = Segments {
         ranges: Vec::new(),
         missing_rows: there.iter().filter(|t| !**t).count(),

@@ -21,6 +21,7 @@
 
 use crate::data::grid;
 use crate::error::SindyError;
+use crate::numerics::upper_median;
 
 /// The highest order of difference that is tried; each order removes a power of time from the signal.
 const HIGHEST: usize = 10;
@@ -60,8 +61,7 @@ pub fn noise_level(time: &[f64], y: &[f64]) -> Result<NoiseLevel, SindyError> {
             })
             .collect();
         let mean_square = size.iter().map(|d| d * d).sum::<f64>() / size.len() as f64;
-        let middle = size.len() / 2;
-        let median = *size.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let median = upper_median(&mut size).unwrap_or(0.0);
         // 0.6745 is the median of |N(0, 1)|.
         // Differences of whole steps are zero but for the rounding of decimal digits.
         levels.push(if median > 1e-4 * quantum {

@@ -3,6 +3,7 @@
 use super::Between;
 use crate::data::dataset::Stretch;
 use crate::model::Interpolation;
+use crate::numerics::upper_median;
 
 /// An input of which at least this share of the steps is none holds its values, if it jumps when it moves. Held inputs
 /// stand still for nearly all steps and measured ones for hardly any, so that any share between decides alike.
@@ -65,9 +66,8 @@ fn one(stretches: &[Stretch<'_>], column: usize) -> (Interpolation, bool) {
     }
     let variance = (square / rows - (sum / rows).powi(2)).max(0.0);
     let mut jumps: Vec<f64> = steps.iter().copied().filter(|s| *s > 0.0).collect();
-    jumps.sort_by(f64::total_cmp);
     let still = 1.0 - jumps.len() as f64 / steps.len().max(1) as f64;
-    let jump = jumps.get(jumps.len() / 2).copied().unwrap_or(0.0);
+    let jump = upper_median(&mut jumps).unwrap_or(0.0);
     if still >= STILL && jump > JUMP * variance.sqrt() {
         return (Interpolation::ZeroOrderHold, false);
     }

@@ -5,6 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector, SVD, Schur};
 use super::jacobian::Jacobian;
 use super::{Model, Time};
 use crate::error::{SindyError, finite, require, same_size};
+use crate::numerics::upper_median;
 
 /// A Newton step below this part of the box's width ends an iteration.
 const STEP: f64 = 1e-10;
@@ -268,8 +269,7 @@ impl<'m> Problem<'m> {
                 .map(|v| v[j].abs())
                 .filter(|v| v.is_finite() && *v > 0.0)
                 .collect();
-            sizes.sort_by(f64::total_cmp);
-            self.scale[j] = sizes.get(sizes.len() / 2).copied().unwrap_or(1.0);
+            self.scale[j] = upper_median(&mut sizes).unwrap_or(1.0);
         }
     }
 

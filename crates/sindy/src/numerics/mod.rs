@@ -5,5 +5,5 @@ mod quantile;
 
 pub use golden_section::golden_section;
 pub(crate) use golden_section::minimum_on_grid;
-pub(crate) use quantile::nearest_quantile;
 pub use quantile::quantile;
+pub(crate) use quantile::{nearest_quantile, upper_median};

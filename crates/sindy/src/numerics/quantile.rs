@@ -20,3 +20,9 @@ pub(crate) fn nearest_quantile(values: &mut [f64], q: f64) -> f64 {
     let place = ((values.len() - 1) as f64 * q).round() as usize;
     *values.select_nth_unstable_by(place, f64::total_cmp).1
 }
+
+/// The median, in any order; of an even number the upper of the two in the middle, none of none.
+pub(crate) fn upper_median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}

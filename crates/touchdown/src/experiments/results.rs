@@ -152,7 +152,7 @@ impl SeaResults {
         Self {
             decks,
             faults,
-            series_sha256: sea.series.as_deref().map(touchdown_identify::sha256),
+            series_sha256: sea.series.as_deref().map(touchdown_log::sha256),
         }
     }
 }
@@ -222,7 +222,7 @@ impl Published {
 /// # Errors
 /// Settings that TOML cannot hold.
 pub fn settings_sha256(settings: &ReproduceSettings) -> Result<String> {
-    Ok(touchdown_identify::sha256(
+    Ok(touchdown_log::sha256(
         to_toml(&settings.with_files_here())?.as_bytes(),
     ))
 }

@@ -1,8 +1,7 @@
 use super::cell::{Cell, classify};
 use super::layout::{Layout, Line, layout, split};
-use crate::hashing::hex;
+use crate::hashing::sha256;
 use crate::{Column, ColumnKind, Findings, LogError, Table};
-use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// Longest example of a text cell that is kept, in characters.
@@ -51,7 +50,7 @@ pub fn parse_csv(path: &str, bytes: &[u8]) -> Result<(Table, Findings), LogError
     let findings = reading.conclude(path)?;
     let table = Table {
         path: path.to_owned(),
-        sha256: hex(&Sha256::digest(bytes)),
+        sha256: sha256(bytes),
         row_numbers: part.row_numbers,
         columns: part.columns,
     };

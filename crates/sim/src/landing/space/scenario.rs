@@ -150,14 +150,7 @@ impl SpaceScenario {
         )?;
         check::within("timeout_s", self.timeout_s, STEP_S, 3600.0)?;
         check::within("watch_s", self.watch_s, 0.0, 60.0)?;
-        check::within("control_period_s", self.control_period_s, STEP_S, 0.1)?;
-        let steps = self.control_period_s / STEP_S;
-        check::that(
-            (steps - steps.round()).abs() < 1e-6,
-            "control_period_s",
-            "a multiple of 0.001 s",
-            self.control_period_s,
-        )?;
+        check::period("control_period_s", self.control_period_s, 0.1)?;
         check::within("command_delay_s", self.command_delay_s, 0.0, 0.5)?;
         check::within("battery_share", self.battery_share, 0.0, 1.0)?;
         check::positive("battery_s", self.battery_s)?;

@@ -48,13 +48,8 @@ impl TagCamera {
         truth: &Truth<'_>,
         inertial: &InertialUnit,
     ) -> Option<(Message, Transit)> {
-        if !self.clock.due(truth.time_s()) {
-            return None;
-        }
+        let transit = self.clock.reading(truth)?;
         let faults = &truth.faults;
-        let transit = self
-            .clock
-            .transit(faults.extra_latency_s, faults.known_extra_latency_s);
         let (mut tag, mut normal) = self.see(truth, inertial)?;
         if transit.lost || faults.tag_lost {
             return None;

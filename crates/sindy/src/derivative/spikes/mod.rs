@@ -29,6 +29,7 @@ use super::noise::quantum;
 use super::noise_level;
 use crate::data::grid;
 use crate::error::SindyError;
+use crate::numerics::upper_median;
 
 /// Neighbours that a sample is compared with: a polynomial through three on each side.
 const NEIGHBOURS: usize = 6;
@@ -324,8 +325,7 @@ impl Search<'_> {
                 against(self.time, self.y, row(i), &nodes)
             };
             let mut around: Vec<f64> = (END..END + AROUND).map(|i| compared(i, &[]).z()).collect();
-            let middle = around.len() / 2;
-            let median = *around.select_nth_unstable_by(middle, f64::total_cmp).1;
+            let median = upper_median(&mut around).unwrap_or(0.0);
             // 0.6745 is the median of |N(0, 1)|.
             let bound = FAR * self.sigma.max(median / 0.674_489_750_196_081_7);
             for i in (0..END).rev() {

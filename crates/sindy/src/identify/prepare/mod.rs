@@ -9,6 +9,7 @@ use crate::derivative::{
 };
 use crate::error::SindyError;
 use crate::model::Interpolation;
+use crate::numerics::upper_median;
 use crate::trajectory::output_error::Piece;
 
 /// Rows below which a stretch is differenced, not smoothed: the choice of a window needs some windows' worth of rows.
@@ -91,8 +92,7 @@ pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
             .filter_map(|s| noise_level(s.time, s.columns[i]).ok())
             .map(|l| l.sigma)
             .collect();
-        levels.sort_by(f64::total_cmp);
-        let level = levels.get(levels.len() / 2).copied().unwrap_or(0.0);
+        let level = upper_median(&mut levels).unwrap_or(0.0);
         out.floor.push(floor);
         out.sigma.push(level.max(floor));
         out.tolerated.push(level.max(TOLERATED * scale));

@@ -8,6 +8,7 @@ use crate::derivative::{
 };
 use crate::error::SindyError;
 use crate::identify::{Settings, Smoothing};
+use crate::numerics::upper_median;
 use crate::weak::choose_half_width;
 
 /// Rows below which a stretch does not identify its smoothing.
@@ -175,11 +176,7 @@ pub(super) fn choose(
         steps.extend(time.windows(2).map(|w| w[1] - w[0]));
         periods.push(uniform_period(time));
     }
-    let middle = steps.len() / 2;
-    let period = match steps.is_empty() {
-        true => f64::NAN,
-        false => *steps.select_nth_unstable_by(middle, f64::total_cmp).1,
-    };
+    let period = upper_median(&mut steps).unwrap_or(f64::NAN);
     let uniform = periods.iter().all(|p| alike(*p, period));
     let mut plan = Plan {
         slopes: Vec::new(),

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::data::samples::{BlockSource, Samples};
 use crate::error::{SindyError, above_zero};
+use crate::numerics::upper_median;
 
 /// The largest part of the period by which a step may differ from it: the jitter of printed times.
 const TOLERANCE: f64 = 1e-3;
@@ -161,7 +162,5 @@ fn check_order(name: &str, time: &[f64]) -> Result<(), SindyError> {
 
 fn median_step(times: &[&[f64]]) -> Option<f64> {
     let steps = times.iter().flat_map(|t| t.windows(2).map(|w| w[1] - w[0]));
-    let mut steps: Vec<f64> = steps.filter(|s| !s.is_nan()).collect();
-    let middle = steps.len() / 2;
-    (!steps.is_empty()).then(|| *steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+    upper_median(&mut steps.filter(|s| !s.is_nan()).collect::<Vec<f64>>())
 }

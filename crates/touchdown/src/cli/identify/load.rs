@@ -66,7 +66,7 @@ pub(crate) fn map_input(path: Option<&Path>) -> Result<Option<Input>> {
     match built_in(Some(path)).and_then(Map::built_in_text) {
         Some(text) => Ok(Some(Input {
             name: file_name(path),
-            sha256: touchdown_identify::sha256(text.as_bytes()),
+            sha256: touchdown_log::sha256(text.as_bytes()),
         })),
         None => input(path).map(Some),
     }
@@ -77,7 +77,7 @@ pub(crate) fn input(path: &Path) -> Result<Input> {
     let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
     Ok(Input {
         name: file_name(path),
-        sha256: touchdown_identify::sha256(&bytes),
+        sha256: touchdown_log::sha256(&bytes),
     })
 }
 

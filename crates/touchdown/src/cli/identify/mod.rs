@@ -153,7 +153,7 @@ fn origin(
         .inputs
         .extend(load::map_input(common.map.as_deref())?);
     let text = settings::to_toml(settings)?;
-    origin.provenance.settings_sha256 = Some(touchdown_identify::sha256(text.as_bytes()));
+    origin.provenance.settings_sha256 = Some(touchdown_log::sha256(text.as_bytes()));
     Ok(origin)
 }
 
