@@ -94,7 +94,7 @@ impl Trial {
     fn on_grid(
         &self,
         period_s: f64,
-        joined: impl Fn(&Known, f64, f64, bool) -> bool,
+        joined: impl Fn(&KnownValues, f64, f64, bool) -> bool,
     ) -> Result<Self, TrialError> {
         let rows = (self.duration_s() / period_s + GRID_SLACK).floor() + 1.0;
         if !(period_s > 0.0 && period_s.is_finite() && rows <= MOST_ROWS) {
@@ -113,7 +113,7 @@ impl Trial {
         let channels = self
             .channels()
             .map(|(name, values)| {
-                let known = Known::of(&self.time_s, values);
+                let known = KnownValues::of(&self.time_s, values);
                 (name.to_owned(), known.at(&grid, period_s, &joined))
             })
             .collect();
@@ -137,14 +137,14 @@ impl Trial {
 }
 
 /// The values of one channel that are no gaps.
-struct Known {
+struct KnownValues {
     time_s: Vec<f64>,
     value: Vec<f64>,
     row: Vec<usize>,
     median_step: Option<f64>,
 }
 
-impl Known {
+impl KnownValues {
     fn of(time_s: &[f64], values: &[f64]) -> Self {
         let row: Vec<usize> = (0..values.len()).filter(|&i| !values[i].is_nan()).collect();
         let known_s: Vec<f64> = row.iter().map(|&i| time_s[i]).collect();

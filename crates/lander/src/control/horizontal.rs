@@ -56,7 +56,7 @@ pub(crate) struct Errors<R> {
 
 /// A demanded acceleration, and whether a limit has reduced it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Asked<R> {
+pub(crate) struct AccelerationDemand<R> {
     pub(crate) acceleration_mps2: Vector<R>,
     pub(crate) limited: bool,
     /// v - w, m/s.
@@ -105,7 +105,11 @@ impl<R: Real> Horizontal<R> {
     }
 
     /// The demanded acceleration.
-    pub(crate) fn demand(&self, state: &HorizontalState<R>, errors: &Errors<R>) -> Asked<R> {
+    pub(crate) fn demand(
+        &self,
+        state: &HorizontalState<R>,
+        errors: &Errors<R>,
+    ) -> AccelerationDemand<R> {
         let towards = (errors.position_m.horizontal()
             * -(self.position_per_s2 / self.velocity_per_s))
             .limited(self.speed_limit_mps);
@@ -114,7 +118,7 @@ impl<R: Real> Horizontal<R> {
             - sliding_mps * self.velocity_per_s
             - state.integral_mps2;
         let acceleration_mps2 = wanted.limited(self.acceleration_limit_mps2);
-        Asked {
+        AccelerationDemand {
             acceleration_mps2,
             limited: acceleration_mps2 != wanted,
             sliding_mps,
@@ -126,7 +130,7 @@ impl<R: Real> Horizontal<R> {
     pub(crate) fn advance(
         &self,
         state: &mut HorizontalState<R>,
-        asked: &Asked<R>,
+        asked: &AccelerationDemand<R>,
         limited: bool,
         dt: R,
     ) {

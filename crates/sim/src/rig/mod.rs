@@ -147,17 +147,17 @@ struct Signals {
 
 /// Where the vehicle and the plate are at one time.
 #[derive(Clone, Copy)]
-struct Place {
+struct RigMotion {
     height_m: f64,
     vehicle_velocity_mps: f64,
     deck_velocity_mps: f64,
 }
 
 impl Signals {
-    fn at(&self, time_s: f64) -> Place {
+    fn at(&self, time_s: f64) -> RigMotion {
         let (below_m, falling_mps) = self.plate.at(time_s);
         let (up_m, rising_mps) = self.carriage.at(time_s);
-        Place {
+        RigMotion {
             height_m: below_m + up_m,
             vehicle_velocity_mps: rising_mps,
             deck_velocity_mps: -falling_mps,
@@ -192,7 +192,7 @@ fn simulate(
     turbulence: Option<Stream>,
 ) -> History {
     let throttle = &signals.throttle;
-    let force = |state: &PlantState, at: Place| -> Force {
+    let force = |state: &PlantState, at: RigMotion| -> Force {
         plant.force(
             state,
             at.height_m,

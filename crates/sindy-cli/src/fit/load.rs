@@ -6,7 +6,7 @@ use sindy::Dataset;
 
 use super::args::FitArgs;
 use crate::error::{Error, Result};
-use crate::trajectories::{self, FileReport, Trajectory, Wanted, past};
+use crate::trajectories::{self, FileReport, Trajectory, WantedColumns, past};
 use touchdown_terminal::Terminal;
 
 /// Trajectories to fit.
@@ -88,10 +88,10 @@ pub(super) fn test(terminal: &Terminal, args: &FitArgs) -> Result<Option<Test>> 
 }
 
 /// The columns that the arguments ask for.
-pub(super) fn wanted<'a>(args: &'a FitArgs, weights: Option<&'a str>) -> Wanted<'a> {
+pub(super) fn wanted<'a>(args: &'a FitArgs, weights: Option<&'a str>) -> WantedColumns<'a> {
     let states = args.states.iter().map(|n| (n.as_str(), "--states"));
     let inputs = args.inputs.iter().map(|n| (n.as_str(), "--inputs"));
-    Wanted {
+    WantedColumns {
         columns: states.chain(inputs).collect(),
         weights,
         table: &args.table,

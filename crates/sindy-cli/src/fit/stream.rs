@@ -13,7 +13,7 @@ use super::args::FitArgs;
 use super::load::wanted;
 use crate::error::{Error, Result};
 use crate::table::{Header, Rows};
-use crate::trajectories::{FileReport, TOLERATED, Wanted, time_column};
+use crate::trajectories::{FileReport, TOLERATED, WantedColumns, time_column};
 use touchdown_terminal::Terminal;
 
 /// The name of the time column in the stream; no column of a table can be both this and a state.
@@ -79,7 +79,7 @@ struct Shared {
 /// The blocks of all files.
 struct Blocks<'a> {
     terminal: &'a Terminal,
-    wanted: &'a Wanted<'a>,
+    wanted: &'a WantedColumns<'a>,
     files: &'a [PathBuf],
     /// Bytes of each file.
     sizes: Vec<u64>,
@@ -172,7 +172,7 @@ fn stage(share: f64, rows: usize, file: &str) -> String {
 }
 
 impl Open {
-    fn new(path: &std::path::Path, wanted: &Wanted<'_>) -> Result<Self> {
+    fn new(path: &std::path::Path, wanted: &WantedColumns<'_>) -> Result<Self> {
         let header = Header::open(path, &wanted.table.columns)?;
         let time = time_column(header.path(), header.names(), wanted)?;
         let mut places = Vec::new();
@@ -205,7 +205,11 @@ impl Open {
     }
 
     /// The next rows as blocks of their trajectories; none at the end.
-    fn part(&mut self, wanted: &Wanted<'_>, groups: &mut usize) -> Result<Option<Vec<OwnedBlock>>> {
+    fn part(
+        &mut self,
+        wanted: &WantedColumns<'_>,
+        groups: &mut usize,
+    ) -> Result<Option<Vec<OwnedBlock>>> {
         let Some((columns, labels)) = self.rows.next()? else {
             return Ok(None);
         };
@@ -262,7 +266,7 @@ impl Open {
         &mut self,
         label: Option<&str>,
         row: usize,
-        wanted: &Wanted<'_>,
+        wanted: &WantedColumns<'_>,
         groups: &mut usize,
     ) -> Result<()> {
         let first = self.report.trajectories.is_empty();

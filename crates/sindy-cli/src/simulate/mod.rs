@@ -13,13 +13,13 @@ use crate::error::{Error, Result};
 use crate::output;
 use args::SimulateArgs;
 use object::{RunObject, SimulateObject};
-use setup::Task;
+use setup::RunTask;
 use touchdown_terminal::Done;
 use touchdown_terminal::Terminal;
 
 /// A run, and what it is compared with.
 pub(crate) struct Simulated {
-    pub(crate) task: Task,
+    pub(crate) task: RunTask,
     pub(crate) run: Run,
 }
 
@@ -90,7 +90,7 @@ fn read_model(args: &SimulateArgs) -> Result<Model> {
 }
 
 /// The run of a task.
-pub(crate) fn simulate(model: &Model, task: &Task, how: &Simulation) -> Result<Run> {
+pub(crate) fn simulate(model: &Model, task: &RunTask, how: &Simulation) -> Result<Run> {
     let run = match model.time() {
         Time::Continuous if !model.past().is_empty() => {
             history(task).and_then(|h| model.simulate_past(&h, &task.time, &task.inputs, how))
@@ -102,7 +102,7 @@ pub(crate) fn simulate(model: &Model, task: &Task, how: &Simulation) -> Result<R
 }
 
 /// The states up to the start: as measured, or constant.
-fn history(task: &Task) -> std::result::Result<History, SindyError> {
+fn history(task: &RunTask) -> std::result::Result<History, SindyError> {
     let Some(before) = &task.before else {
         return Ok(History::constant(&task.start));
     };
@@ -116,7 +116,7 @@ fn history(task: &Task) -> std::result::Result<History, SindyError> {
     History::sampled(&before.time, &states)
 }
 
-fn iterate(model: &Model, task: &Task) -> std::result::Result<Run, SindyError> {
+fn iterate(model: &Model, task: &RunTask) -> std::result::Result<Run, SindyError> {
     let steps = task.time.len() - 1;
     let mut columns = vec![Vec::with_capacity(steps); model.inputs().len()];
     if !columns.is_empty() {

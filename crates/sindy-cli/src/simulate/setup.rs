@@ -6,13 +6,13 @@ use sindy::model::{Inputs, Interpolation, Time};
 
 use super::args::{Between, SimulateArgs};
 use crate::error::{Error, Result};
-use crate::trajectories::{self, Trajectory, Wanted, past};
+use crate::trajectories::{self, Trajectory, WantedColumns, past};
 
 /// Rows that a result may have.
 const MOST_ROWS: f64 = 1e8;
 
 /// One run.
-pub(crate) struct Task {
+pub(crate) struct RunTask {
     pub(crate) name: String,
     pub(crate) start: Vec<f64>,
     /// At least two times, increasing.
@@ -32,7 +32,7 @@ pub(crate) struct Before {
 
 /// All runs, and what was found on the way.
 pub(crate) struct Setup {
-    pub(crate) tasks: Vec<Task>,
+    pub(crate) tasks: Vec<RunTask>,
     pub(crate) warnings: Vec<String>,
     /// Whether input was lost.
     pub(crate) lossy: bool,
@@ -41,7 +41,7 @@ pub(crate) struct Setup {
 pub(crate) fn of(model: &Model, args: &SimulateArgs) -> Result<Setup> {
     match &args.data {
         Some(path) => {
-            let wanted = Wanted {
+            let wanted = WantedColumns {
                 columns: model
                     .states()
                     .iter()
@@ -127,7 +127,7 @@ pub(crate) fn stretches<'t>(
 
 impl Stretch<'_> {
     /// A run beside the stretch, from its first row.
-    pub(crate) fn task(&self, model: &Model, between: &[Interpolation]) -> Result<Task> {
+    pub(crate) fn task(&self, model: &Model, between: &[Interpolation]) -> Result<RunTask> {
         let (states, inputs) = self.columns.split_at(model.states().len());
         let given = model.inputs().iter().zip(inputs).zip(between);
         let outside =
@@ -135,7 +135,7 @@ impl Stretch<'_> {
         let (outside, between): (Vec<&[f64]>, Vec<Interpolation>) =
             outside.map(|((_, column), how)| (*column, *how)).unzip();
         let inputs = sampled(model, &self.name, self.time, &outside, &between)?;
-        Ok(Task {
+        Ok(RunTask {
             name: self.name.clone(),
             before: self.before(model)?,
             start: states.iter().map(|c| c[0]).collect(),
@@ -257,7 +257,7 @@ fn own(model: &Model, args: &SimulateArgs) -> Result<Setup> {
     let table = match &args.inputs_from {
         None => None,
         Some(path) => {
-            let wanted = Wanted {
+            let wanted = WantedColumns {
                 columns: outside
                     .iter()
                     .map(|n| (n.as_str(), "an input of the model"))
@@ -300,7 +300,7 @@ fn own(model: &Model, args: &SimulateArgs) -> Result<Setup> {
         }
         None => formulas(&outside, &args.inputs)?,
     };
-    setup.tasks.push(Task {
+    setup.tasks.push(RunTask {
         name: "run".to_owned(),
         start,
         time,

@@ -21,7 +21,7 @@ const TIME_NAMES: [&[&str]; 2] = [
 ];
 
 /// The columns to read.
-pub(crate) struct Wanted<'a> {
+pub(crate) struct WantedColumns<'a> {
     /// States, then inputs, each with the argument that asks for it.
     pub(crate) columns: Vec<(&'a str, &'static str)>,
     /// A column of weights.
@@ -81,7 +81,7 @@ impl FileReport {
 pub(crate) fn time_column(
     at: &str,
     names: &[String],
-    wanted: &Wanted<'_>,
+    wanted: &WantedColumns<'_>,
 ) -> Result<Option<usize>> {
     if let Some(name) = &wanted.table.time {
         return find(at, names, name, "--time").map(Some);

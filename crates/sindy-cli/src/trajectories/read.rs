@@ -3,12 +3,15 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-use super::{FileReport, TOLERATED, Trajectory, Wanted, past, time_column};
+use super::{FileReport, TOLERATED, Trajectory, WantedColumns, past, time_column};
 use crate::error::{Error, Result};
 use crate::table::Table;
 
 /// Reads the trajectories of one file.
-pub(crate) fn read(path: &Path, wanted: &Wanted<'_>) -> Result<(Vec<Trajectory>, FileReport)> {
+pub(crate) fn read(
+    path: &Path,
+    wanted: &WantedColumns<'_>,
+) -> Result<(Vec<Trajectory>, FileReport)> {
     let table = Table::open(path, &wanted.table.columns)?;
     let time_place = time_column(table.path(), table.names(), wanted)?;
     let here = |name: &str| table.find(name, "").is_ok();
@@ -39,7 +42,7 @@ pub(crate) fn read(path: &Path, wanted: &Wanted<'_>) -> Result<(Vec<Trajectory>,
     if let Some(weights) = &weights {
         check_weights(&table, wanted.weights.unwrap_or_default(), weights)?;
     }
-    let rows = Rows {
+    let rows = FileRows {
         time_name: time_place.map(|p| table.names()[p].clone()),
         dt: wanted.table.dt.unwrap_or(1.0),
         time,
@@ -125,7 +128,7 @@ fn groups(table: &Table, column: Option<&str>) -> Result<Vec<(Option<String>, Ve
 }
 
 /// All rows of a file.
-struct Rows {
+struct FileRows {
     time_name: Option<String>,
     dt: f64,
     time: Option<Vec<f64>>,
@@ -133,7 +136,7 @@ struct Rows {
     weights: Option<Vec<f64>>,
 }
 
-impl Rows {
+impl FileRows {
     fn empty_cells(&self, table: &Table, places: &[usize]) -> BTreeMap<String, usize> {
         let count = |column: &Vec<f64>| column.iter().filter(|v| v.is_nan()).count();
         self.columns

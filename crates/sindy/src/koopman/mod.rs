@@ -71,7 +71,7 @@ struct Regression {
 }
 
 /// The result of the regression: `targets ≈ regressors · coefficients`.
-struct Solved {
+struct RegressionSolution {
     /// Regressors x targets.
     coefficients: DMatrix<f64>,
     singular_values: Vec<f64>,
@@ -98,7 +98,7 @@ impl Regression {
         rhs: &DMatrix<f64>,
         rows: usize,
         scaled: bool,
-    ) -> Result<Solved, SindyError> {
+    ) -> Result<RegressionSolution, SindyError> {
         let p = r.ncols();
         if let Rank::Given(rank) = self.rank
             && rank > p
@@ -133,7 +133,7 @@ impl Regression {
         for (mut row, s) in coefficients.row_iter_mut().zip(&scale) {
             row /= *s;
         }
-        Ok(Solved {
+        Ok(RegressionSolution {
             coefficients,
             singular_values: sigma.to_vec(),
             rank,

@@ -21,7 +21,7 @@ use touchdown_terminal::Done;
 
 /// Report of a run that did not complete the campaign.
 #[derive(Serialize)]
-struct Part<'a> {
+struct PartialCampaign<'a> {
     schema: u32,
     version: &'static str,
     sweep_sha256: &'a str,
@@ -82,7 +82,7 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
         "shard {shard}: {there} of {blocks} blocks of landings are in {}; `touchdown campaign merge` combines the shards",
         args.out.display()
     ));
-    context.object(&Part {
+    context.object(&PartialCampaign {
         schema: 1,
         version: env!("CARGO_PKG_VERSION"),
         sweep_sha256: sweep.sha256(),

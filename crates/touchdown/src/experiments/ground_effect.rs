@@ -30,14 +30,14 @@ pub struct DataSet {
     /// The models, in the order of [`GroundEffectForm::ALL`].
     pub models: Vec<FittedCard>,
     /// Errors `[model][validation trial]`.
-    pub errors: Vec<Vec<Judged>>,
+    pub errors: Vec<Vec<ValidationErrors>>,
     /// The levels of identification side by side.
     pub levels: Vec<Level>,
 }
 
 /// Eq. (9) on trials in which vehicle and plate both move.
 #[derive(Clone, Debug)]
-pub struct Moving {
+pub struct MovingTrials {
     /// The recorded trials.
     pub recorded: Vec<Trial>,
     /// Trials at other throttles, never trained on.
@@ -52,7 +52,7 @@ pub struct Moving {
 
 /// Errors of one model on one validation trial.
 #[derive(Clone, Copy, Debug)]
-pub struct Judged {
+pub struct ValidationErrors {
     /// Against the plant's own force with turbulence and sensor noise off.
     pub truth: Errors,
     /// Against the raw measurement.
@@ -65,7 +65,7 @@ pub struct GroundEffectExperiment {
     /// The paper's data, then the rich data.
     pub sets: [DataSet; 2],
     /// Vehicle and plate both in motion.
-    pub moving: Moving,
+    pub moving: MovingTrials,
     /// The recorded validation trials.
     pub recorded: Vec<Trial>,
     /// The same, prepared.
@@ -128,7 +128,7 @@ pub fn run(
             )
         })
         .collect::<Result<_>>()?;
-    let job = Job {
+    let job = Inputs {
         settings,
         thrust_card,
         origin,
@@ -145,14 +145,14 @@ pub fn run(
 }
 
 /// What every part of the experiment needs.
-struct Job<'a> {
+struct Inputs<'a> {
     settings: &'a ReproduceSettings,
     thrust_card: &'a Card,
     origin: &'a Origin,
     progress: &'a dyn Progress,
 }
 
-impl Job<'_> {
+impl Inputs<'_> {
     /// Records trials, fits every form to them and judges each by the validation trials.
     fn data_set(
         &self,
@@ -166,7 +166,7 @@ impl Job<'_> {
         let origin = &self.origin.with_inputs(&recorded);
         let before = identifiability::examine_trials(&prepared, identification)?;
         self.progress.step();
-        let fitted: Vec<(FittedCard, Vec<Judged>)> = GroundEffectForm::ALL
+        let fitted: Vec<(FittedCard, Vec<ValidationErrors>)> = GroundEffectForm::ALL
             .into_par_iter()
             .map(|form| {
                 let mut made = rig::fit(form, &prepared, identification, origin)?;
@@ -177,7 +177,8 @@ impl Job<'_> {
                 Ok((made, judged))
             })
             .collect::<Result<_>>()?;
-        let (mut models, errors): (Vec<FittedCard>, Vec<Vec<Judged>>) = fitted.into_iter().unzip();
+        let (mut models, errors): (Vec<FittedCard>, Vec<Vec<ValidationErrors>>) =
+            fitted.into_iter().unzip();
         for made in &mut models {
             run_freely(made, &spread(validation))?;
         }
@@ -203,7 +204,7 @@ impl Job<'_> {
     }
 
     /// Fits eq. (9) to trials in which vehicle and plate both move.
-    fn moving(&self, trials: &[RigTrial], unseen: &[RigTrial]) -> Result<Moving> {
+    fn moving(&self, trials: &[RigTrial], unseen: &[RigTrial]) -> Result<MovingTrials> {
         let identification = &self.settings.identification;
         let recorded = super::record(trials, self.settings, self.progress)?;
         let unseen = super::record(unseen, self.settings, self.progress)?;
@@ -214,7 +215,7 @@ impl Job<'_> {
         made.card.name = "ground-effect-derivative-moving-data".to_string();
         run_freely(&mut made, &prepare(&unseen, self.thrust_card)?)?;
         self.progress.step();
-        Ok(Moving {
+        Ok(MovingTrials {
             relative: relative::of_trials(&prepared, identification)?,
             printed: relative::of_printed()?,
             recorded,
@@ -258,8 +259,8 @@ fn run_freely(made: &mut FittedCard, unseen: &[GroundTrial]) -> Result<()> {
 }
 
 /// Errors of a card on every validation trial; those against the truth become scores of the card.
-fn judge_all(card: &mut Card, validation: &[GroundTrial]) -> Result<Vec<Judged>> {
-    let judged: Vec<Judged> = validation
+fn judge_all(card: &mut Card, validation: &[GroundTrial]) -> Result<Vec<ValidationErrors>> {
+    let judged: Vec<ValidationErrors> = validation
         .iter()
         .map(|t| judge(card, t))
         .collect::<Result<_>>()?;
@@ -271,15 +272,15 @@ fn judge_all(card: &mut Card, validation: &[GroundTrial]) -> Result<Vec<Judged>>
 }
 
 /// Root mean square error against the truth over all trials.
-fn pooled_rmse_n(judged: &[Judged]) -> Option<f64> {
+fn pooled_rmse_n(judged: &[ValidationErrors]) -> Option<f64> {
     let truth: Vec<Errors> = judged.iter().map(|j| j.truth).collect();
     let rmse = Errors::pool(&truth)?.rmse;
     rmse.is_finite().then_some(rmse)
 }
 
-fn judge(card: &Card, trial: &GroundTrial) -> Result<Judged> {
+fn judge(card: &Card, trial: &GroundTrial) -> Result<ValidationErrors> {
     let predicted = rig::predict(card, trial)?;
-    Ok(Judged {
+    Ok(ValidationErrors {
         truth: compare(&trial.name, &predicted, trial.reference_n())?,
         raw: compare(&trial.name, &predicted, &trial.force_n)?,
     })
@@ -307,7 +308,7 @@ impl GroundEffectExperiment {
         set: usize,
         model: usize,
         kind: &str,
-        pick: fn(&Judged) -> Errors,
+        pick: fn(&ValidationErrors) -> Errors,
     ) -> Option<Errors> {
         let of_kind: Vec<Errors> = self
             .validation

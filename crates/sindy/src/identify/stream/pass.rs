@@ -3,7 +3,7 @@
 use super::Columns;
 use super::slopes::{Plan, alike, choose};
 use super::sums::{RegressionTarget, Shared, Sums, shared};
-use super::window::{Part, Window};
+use super::window::{Window, WindowStretch};
 use crate::data::dataset::{DataReport, FEWEST};
 use crate::data::grid::uniform_period;
 use crate::derivative::savgol::Smoothed;
@@ -329,7 +329,7 @@ impl<'a> Pass<'a> {
     }
 
     /// Keeps evenly spread pieces; with too many rows, every other of them.
-    fn keep(&mut self, columns: &[&[f64]], smooth: &[Smoothed], part: &Part) {
+    fn keep(&mut self, columns: &[&[f64]], smooth: &[Smoothed], part: &WindowStretch) {
         let from = part.rows.start;
         let own = part.own.start - from..part.own.end - from;
         for start in own.clone().step_by(PIECE) {

@@ -20,7 +20,7 @@ pub(super) struct Window {
 
 /// A stretch without gaps in a window.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Part {
+pub(super) struct WindowStretch {
     /// Its rows in the window.
     pub rows: Range<usize>,
     /// Those of them that belong to this window, and to no other.
@@ -30,7 +30,7 @@ pub(super) struct Part {
     pub ends: bool,
 }
 
-impl Part {
+impl WindowStretch {
     /// The own rows without those at the ends of a stretch whose slopes err more, where enough is left without them.
     pub(super) fn inner(&self, edge: usize) -> Range<usize> {
         let whole = self.begins && self.ends;
@@ -109,7 +109,7 @@ impl Window {
         overlap: usize,
         more: bool,
         report: &mut DataReport,
-    ) -> Result<Vec<Part>, SindyError> {
+    ) -> Result<Vec<WindowStretch>, SindyError> {
         let time = &self.columns[0];
         let columns: Vec<&[f64]> = self.columns[1..=data].iter().map(Vec::as_slice).collect();
         let found =
@@ -141,7 +141,7 @@ impl Window {
             if !long {
                 report.short_rows += own.len();
             } else if !own.is_empty() {
-                parts.push(Part {
+                parts.push(WindowStretch {
                     rows,
                     own,
                     begins,

@@ -21,7 +21,12 @@ pub(super) fn all_products(columns: &[f64], rows: usize, out: &mut [Lanes]) {
 }
 
 /// Adds the products that `runs` asks for, one after the other in `out`.
-pub(super) fn some_products(columns: &[f64], rows: usize, runs: &[Run], out: &mut [Lanes]) {
+pub(super) fn some_products(
+    columns: &[f64],
+    rows: usize,
+    runs: &[ColumnProducts],
+    out: &mut [Lanes],
+) {
     Arch::new().dispatch(Chosen {
         columns,
         rows,
@@ -37,7 +42,7 @@ pub(super) fn total(s: &Lanes) -> f64 {
 
 /// One column, and the columns whose products with it are wanted.
 #[derive(Clone, Debug)]
-pub(super) struct Run {
+pub(super) struct ColumnProducts {
     pub(super) column: usize,
     pub(super) with: Vec<usize>,
 }
@@ -155,7 +160,7 @@ impl All<'_> {
 struct Chosen<'a> {
     columns: &'a [f64],
     rows: usize,
-    runs: &'a [Run],
+    runs: &'a [ColumnProducts],
     out: &'a mut [Lanes],
 }
 
@@ -267,7 +272,12 @@ mod tests {
         out
     }
 
-    fn some_with<S: Simd>(simd: S, columns: &[f64], rows: usize, runs: &[Run]) -> Vec<Lanes> {
+    fn some_with<S: Simd>(
+        simd: S,
+        columns: &[f64],
+        rows: usize,
+        runs: &[ColumnProducts],
+    ) -> Vec<Lanes> {
         let mut out = vec![[0.0; LANES]; runs.iter().map(|r| r.with.len()).sum()];
         let chosen = Chosen {
             columns,
@@ -303,8 +313,8 @@ mod tests {
                 }
             }
             // The same products asked for one by one.
-            let run = |j: usize| Run { column: j, with: (0..=j).collect() };
-            let runs: Vec<Run> = (0..m).map(run).collect();
+            let run = |j: usize| ColumnProducts { column: j, with: (0..=j).collect() };
+            let runs: Vec<ColumnProducts> = (0..m).map(run).collect();
             let mut some = vec![[0.0; LANES]; best.len()];
             some_products(&columns, rows, &runs, &mut some);
             prop_assert_eq!(&best, &some);

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use sindy_expr::{Expr, Program};
 
-use super::kernel::{self, Run};
+use super::kernel::{self, ColumnProducts};
 use crate::data::samples::position;
 use crate::error::SindyError;
 use crate::library::Library;
@@ -30,7 +30,7 @@ pub(crate) struct Plan {
     /// Number of terms.
     pub(super) p: usize,
     /// Pairs that are multiplied, in the order of their sums; `None` for all pairs.
-    pub(super) runs: Option<Vec<Run>>,
+    pub(super) runs: Option<Vec<ColumnProducts>>,
     /// The sum that belongs to the columns `i <= j`, terms before targets, at `kernel::place(i, j)`.
     pub(super) sum_of: Vec<u32>,
     /// The columns of each different product, then those of the targets' sums.
@@ -105,7 +105,7 @@ impl Plan {
             }
             sums += with.len() as u32;
             if !with.is_empty() {
-                runs.push(Run { column: j, with });
+                runs.push(ColumnProducts { column: j, with });
             }
         }
         for j in p..m {
@@ -115,10 +115,10 @@ impl Plan {
                 sum_of[kernel::place(i, j)] = sums + k as u32;
             }
             sums += with.len() as u32;
-            runs.push(Run { column: j, with });
+            runs.push(ColumnProducts { column: j, with });
         }
         if f64::from(sums) <= WORTHWHILE * sum_of.len() as f64 {
-            let pairs = |run: &Run| -> Vec<(usize, Option<usize>)> {
+            let pairs = |run: &ColumnProducts| -> Vec<(usize, Option<usize>)> {
                 run.with.iter().map(|&i| (i, Some(run.column))).collect()
             };
             self.factors = runs.iter().flat_map(pairs).collect();

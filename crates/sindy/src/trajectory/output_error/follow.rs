@@ -10,7 +10,7 @@ const TRIED: usize = 200;
 
 /// How arcs are cut and simulated.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cut {
+pub(super) struct ArcSettings {
     /// An arc ends where a change of its start has grown by this factor.
     pub growth: f64,
     /// Nodes of an arc, at most.
@@ -27,7 +27,7 @@ pub(super) struct Follow<'a> {
     pub coefficients: &'a [f64],
     /// Noise of each state.
     pub sigma: &'a [f64],
-    pub cut: Cut,
+    pub cut: ArcSettings,
 }
 
 /// `M` and `d`: how a point of the trajectory moves with the arc's start and the coefficients.

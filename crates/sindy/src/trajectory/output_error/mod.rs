@@ -37,7 +37,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 
-use follow::{Cut, Follow};
+use follow::{ArcSettings, Follow};
 use record::Record;
 pub(crate) use search::irrelevant;
 pub use search::search;
@@ -170,7 +170,7 @@ pub fn free_run(system: &System, pieces: &[Piece<'_>], coefficients: &[f64], sig
         system,
         coefficients,
         sigma,
-        cut: Cut {
+        cut: ArcSettings {
             growth: f64::INFINITY,
             longest: FREE_NODES,
             substeps: 1,

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::arcs::{Normal, linearise};
-use super::follow::{Cut, Follow};
+use super::follow::{ArcSettings, Follow};
 use super::record::Record;
 use super::select::Search;
 use super::system::System;
@@ -46,7 +46,7 @@ struct State<'a> {
     records: Vec<Record>,
     xi: DVector<f64>,
     sigma: Vec<f64>,
-    cut: Cut,
+    cut: ArcSettings,
 }
 
 /// The result of a step.
@@ -90,7 +90,7 @@ pub fn search(
         records,
         xi: DVector::from_column_slice(&start.coefficients),
         sigma: start.sigma.clone(),
-        cut: Cut {
+        cut: ArcSettings {
             growth: settings.growth,
             longest: FIRST_ARC.min(nodes),
             substeps: 1,
@@ -394,7 +394,7 @@ mod tests {
                 records: vec![Record::new(&piece)],
                 xi: DVector::from_vec(vec![-1.0]),
                 sigma: vec![1e-3],
-                cut: Cut {
+                cut: ArcSettings {
                     growth: 1e3,
                     longest: usize::MAX,
                     substeps: 1,

@@ -22,7 +22,7 @@ impl Stretch<'_> {
 }
 
 /// What one window contributes.
-pub(super) struct Part {
+pub(super) struct WindowEquations {
     pub(super) h: DMatrix<f64>,
     pub(super) h0: DMatrix<f64>,
     pub(super) h0p: DMatrix<f64>,
@@ -32,7 +32,7 @@ pub(super) struct Part {
     pub(super) count: usize,
 }
 
-impl Part {
+impl WindowEquations {
     pub(super) fn zeros(n: usize, p: usize) -> Self {
         Self {
             h: DMatrix::zeros(p, p),

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::Record;
 use super::model::OdeModel;
-use super::normal::{Back, Part, Reduced, Stretch};
+use super::normal::{Back, Reduced, Stretch, WindowEquations};
 use super::propagate::{self, Window};
 use super::settings::{Parameter, Shooting};
 use crate::error::SindyError;
@@ -27,10 +27,10 @@ const LEAST_DAMPING: f64 = 1e-12;
 const MOST_DAMPING: f64 = 1e9;
 
 /// Parameters and window starts, with their linearisation and cost.
-struct Point {
+struct Iterate {
     theta: DVector<f64>,
     starts: Vec<DVector<f64>>,
-    parts: Vec<Part>,
+    parts: Vec<WindowEquations>,
     cost: f64,
 }
 
@@ -92,7 +92,7 @@ impl Shooting {
             parameters[j].start
         }));
         let evaluate = |theta: DVector<f64>, starts: Vec<DVector<f64>>| {
-            let mut at = Point {
+            let mut at = Iterate {
                 parts: self.linearise(model, &stretches, &theta, &starts),
                 theta,
                 starts,
@@ -101,7 +101,7 @@ impl Shooting {
             at.cost = self.cost(&at, parameters, &guess);
             at
         };
-        let reduce = |at: &Point| self.reduce(at, parameters, &guess);
+        let reduce = |at: &Iterate| self.reduce(at, parameters, &guess);
         let mut at = evaluate(theta, guess.clone());
         let mut damping = LEAST_USED_DAMPING;
         let mut outcome = Outcome::IterationLimit;
@@ -180,11 +180,11 @@ impl Shooting {
         stretches: &[Stretch<'_>],
         theta: &DVector<f64>,
         starts: &[DVector<f64>],
-    ) -> Vec<Part> {
+    ) -> Vec<WindowEquations> {
         let (n, p) = (model.states.len(), theta.len());
         let chunks: Vec<(&[Stretch<'_>], &[DVector<f64>])> =
             stretches.chunks(LANES).zip(starts.chunks(LANES)).collect();
-        let parts: Vec<Vec<Part>> = chunks
+        let parts: Vec<Vec<WindowEquations>> = chunks
             .into_par_iter()
             .map(|(stretches, starts)| {
                 let lanes = stretches.len();
@@ -211,7 +211,8 @@ impl Shooting {
                 for (lane, x) in starts.iter().enumerate() {
                     (0..n).for_each(|i| x0[i * lanes + lane] = x[i]);
                 }
-                let mut parts: Vec<Part> = (0..lanes).map(|_| Part::zeros(n, p)).collect();
+                let mut parts: Vec<WindowEquations> =
+                    (0..lanes).map(|_| WindowEquations::zeros(n, p)).collect();
                 let mut row = vec![0.0; p + n];
                 let sink: propagate::Sink<'_> = &mut |k, y, dy_p, dy_0| {
                     if !k.is_multiple_of(self.every) {
@@ -236,8 +237,8 @@ impl Shooting {
         parts.into_iter().flatten().collect()
     }
 
-    fn cost(&self, at: &Point, parameters: &[Parameter], guess: &[DVector<f64>]) -> f64 {
-        let Point {
+    fn cost(&self, at: &Iterate, parameters: &[Parameter], guess: &[DVector<f64>]) -> f64 {
+        let Iterate {
             parts,
             theta,
             starts,
@@ -268,8 +269,8 @@ impl Shooting {
     }
 
     /// Eliminates the starts: `(H - H₀ᵀ A⁻¹ H₀) δ = -(g - H₀ᵀ A⁻¹ g₀)`, `A = H₀₀ + prior`.
-    fn reduce(&self, at: &Point, parameters: &[Parameter], guess: &[DVector<f64>]) -> Reduced {
-        let Point {
+    fn reduce(&self, at: &Iterate, parameters: &[Parameter], guess: &[DVector<f64>]) -> Reduced {
+        let Iterate {
             parts,
             theta,
             starts,

@@ -24,7 +24,7 @@ use touchdown_terminal::Done;
 const LARGE: u64 = 64_000_000;
 
 /// What one log holds.
-struct Seen {
+struct InspectedLog {
     path: PathBuf,
     content: Content,
     mapped: Option<(Trial, Inspection)>,
@@ -45,11 +45,11 @@ enum Content {
 
 /// What is printed of a log.
 #[derive(Serialize)]
-struct Told<'a> {
+struct LogSummary<'a> {
     log: String,
     /// What is in the file.
     #[serde(flatten)]
-    content: ToldContent<'a>,
+    content: ContentSummary<'a>,
     /// Channels as the map makes them, or the columns where they are channels already; null where neither is, or
     /// where the table is too large to be held.
     channels: Option<&'a Inspection>,
@@ -58,7 +58,7 @@ struct Told<'a> {
 
 #[derive(Serialize)]
 #[serde(untagged)]
-enum ToldContent<'a> {
+enum ContentSummary<'a> {
     /// Columns as they are in the file.
     Table(&'a Inspection),
     /// Topics as they are in the file.
@@ -74,7 +74,7 @@ enum ToldContent<'a> {
 
 /// A log that cannot be read.
 #[derive(Serialize)]
-struct Failed {
+struct UnreadableLog {
     log: String,
     error: String,
 }
@@ -82,8 +82,8 @@ struct Failed {
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Outcome<'a> {
-    Told(Box<Told<'a>>),
-    Failed(Failed),
+    Summary(Box<LogSummary<'a>>),
+    Unreadable(UnreadableLog),
 }
 
 #[derive(Serialize)]
@@ -95,7 +95,7 @@ pub(crate) fn run(context: &Context, args: &InspectArgs) -> Result<Done> {
     output::must_not_be_a_file(args.out.as_deref())?;
     let map = load::map(args.map.as_deref())?;
     context.stage("reading", args.logs.len() as u64);
-    let mut seen: Vec<Result<Seen>> = args
+    let mut seen: Vec<Result<InspectedLog>> = args
         .logs
         .par_iter()
         .map(|path| {
@@ -117,11 +117,11 @@ pub(crate) fn run(context: &Context, args: &InspectArgs) -> Result<Done> {
         .iter()
         .zip(&seen)
         .map(|(path, seen)| match seen {
-            Ok(seen) => Outcome::Told(Box::new(Told {
+            Ok(seen) => Outcome::Summary(Box::new(LogSummary {
                 log: path.display().to_string(),
                 content: match &seen.content {
-                    Content::Table { columns, .. } => ToldContent::Table(columns),
-                    Content::Topics(survey) => ToldContent::Topics {
+                    Content::Table { columns, .. } => ContentSummary::Table(columns),
+                    Content::Topics(survey) => ContentSummary::Topics {
                         survey,
                         recommended_map: survey.recommended_map(),
                         suggested_map: topics::map_text(survey),
@@ -130,7 +130,7 @@ pub(crate) fn run(context: &Context, args: &InspectArgs) -> Result<Done> {
                 channels: seen.mapped.as_ref().map(|(_, i)| i),
                 findings: &seen.findings,
             })),
-            Err(error) => Outcome::Failed(Failed {
+            Err(error) => Outcome::Unreadable(UnreadableLog {
                 log: path.display().to_string(),
                 error: error.to_string(),
             }),
@@ -161,7 +161,7 @@ pub(crate) fn run(context: &Context, args: &InspectArgs) -> Result<Done> {
     Ok(if loss { Done::WithLoss } else { Done::Whole })
 }
 
-fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
+fn look(path: &Path, map: Option<&Map>) -> Result<InspectedLog> {
     if let Some(log) = Log::open(path)? {
         return look_at_topics(path, &log, map);
     }
@@ -189,7 +189,7 @@ fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
         let channels = touchdown_log::inspect_trial(&trial);
         (trial, channels)
     });
-    Ok(Seen {
+    Ok(InspectedLog {
         path: path.to_owned(),
         content: Content::Table {
             table: Some(table),
@@ -202,13 +202,13 @@ fn look(path: &Path, map: Option<&Map>) -> Result<Seen> {
 }
 
 /// What a table holds that is not held in memory as a whole.
-fn look_at_large(path: &Path) -> Result<Seen> {
+fn look_at_large(path: &Path) -> Result<InspectedLog> {
     let (columns, mut findings) = touchdown_log::inspect_file(path)?;
     findings.warnings.push(format!(
         "a table of more than {} MB: medians are those of a random sample; use --map for channels and plots",
         LARGE / 1_000_000
     ));
-    Ok(Seen {
+    Ok(InspectedLog {
         path: path.to_owned(),
         content: Content::Table {
             table: None,
@@ -220,7 +220,7 @@ fn look_at_large(path: &Path) -> Result<Seen> {
     })
 }
 
-fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<Seen> {
+fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<InspectedLog> {
     let (survey, mut findings) = log.survey()?;
     let mut mapped = None;
     if map.is_none() {
@@ -249,7 +249,7 @@ fn look_at_topics(path: &Path, log: &Log, map: Option<&Map>) -> Result<Seen> {
                 .push(format!("not usable without a map: {error}")),
         }
     }
-    Ok(Seen {
+    Ok(InspectedLog {
         path: path.to_owned(),
         content: Content::Topics(survey),
         mapped,
@@ -271,7 +271,7 @@ fn too_large(survey: &Survey, map: &Map) -> Option<String> {
     })
 }
 
-fn warnings(seen: &Seen) -> Vec<String> {
+fn warnings(seen: &InspectedLog) -> Vec<String> {
     let mut all = match &seen.content {
         Content::Table { columns, .. } => columns.warnings.clone(),
         Content::Topics(_) => Vec::new(),
@@ -286,7 +286,7 @@ fn warnings(seen: &Seen) -> Vec<String> {
 
 /// A log as text: how much it is, then its topics or columns, its channels, or a map to start
 /// from.
-fn text(seen: &Seen) -> String {
+fn text(seen: &InspectedLog) -> String {
     let path = seen.path.display();
     let mut out = match &seen.content {
         Content::Table { columns, .. } => {
@@ -318,7 +318,7 @@ fn text(seen: &Seen) -> String {
 }
 
 /// The channels, or else the columns of a table.
-fn shown(seen: &Seen) -> Option<(&'static str, &Inspection)> {
+fn shown(seen: &InspectedLog) -> Option<(&'static str, &Inspection)> {
     match (&seen.mapped, &seen.content) {
         (Some((_, channels)), _) => Some(("channels", channels)),
         (None, Content::Table { columns, .. }) => Some(("columns", columns.as_ref())),
@@ -327,7 +327,7 @@ fn shown(seen: &Seen) -> Option<(&'static str, &Inspection)> {
 }
 
 /// A map to start from, where none was used.
-fn suggested_map(seen: &Seen) -> Option<String> {
+fn suggested_map(seen: &InspectedLog) -> Option<String> {
     match (&seen.mapped, &seen.content) {
         _ if seen.by_map => None,
         (_, Content::Table { columns, .. }) => columns.suggested_map.clone(),
@@ -341,7 +341,7 @@ fn write(
     args: &InspectArgs,
     folder: &Path,
     results: &Results<'_>,
-    seen: &[Result<Seen>],
+    seen: &[Result<InspectedLog>],
 ) -> Result<()> {
     context.stage("drawing", seen.len() as u64);
     let names = load::names(&args.logs);

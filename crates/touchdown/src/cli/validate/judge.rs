@@ -8,7 +8,7 @@ use touchdown_model::Card;
 use touchdown_trial::Trial;
 
 /// A free run with its errors (N).
-pub(super) struct Judged {
+pub(super) struct FreeRun {
     pub(super) time_s: Vec<f64>,
     pub(super) measured_n: Vec<f64>,
     pub(super) truth_n: Option<Vec<f64>>,
@@ -25,7 +25,7 @@ pub(super) struct Judged {
 /// Share of a range by which an input may leave the card's validity box without a warning.
 const SLACK: f64 = 0.01;
 
-pub(super) fn judge_thrust(card: &Card, trial: &Trial) -> Result<Judged> {
+pub(super) fn judge_thrust(card: &Card, trial: &Trial) -> Result<FreeRun> {
     let predicted = thrust::predict(card, trial)?;
     let measured = trial.require("thrust_n")?;
     let noise_floor = trial
@@ -51,7 +51,7 @@ pub(super) fn judge_thrust(card: &Card, trial: &Trial) -> Result<Judged> {
     )
 }
 
-pub(super) fn judge_ground(card: &Card, ground: &GroundTrial, trial: &Trial) -> Result<Judged> {
+pub(super) fn judge_ground(card: &Card, ground: &GroundTrial, trial: &Trial) -> Result<FreeRun> {
     let noise_floor = match (trial.channel("thrust_n"), trial.channel("truth_thrust_n")) {
         (Some(measured), Some(truth)) => Errors::of(measured, truth),
         _ => None,
@@ -77,7 +77,7 @@ fn finish(
     predicted_n: Vec<f64>,
     noise_floor: Option<Errors>,
     mut warnings: Vec<String>,
-) -> Result<Judged> {
+) -> Result<FreeRun> {
     // A gap in the inputs is a gap in the prediction: there is nothing to compare.
     let against = |reference: &[f64]| {
         let known = predicted_n
@@ -91,7 +91,7 @@ fn finish(
     if !measured.worst.is_finite() {
         warnings.push("the free run diverges".to_string());
     }
-    Ok(Judged {
+    Ok(FreeRun {
         truth: truth_n.as_deref().and_then(against),
         measured,
         noise_floor,

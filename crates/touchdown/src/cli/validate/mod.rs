@@ -17,11 +17,11 @@ use super::context::Context;
 use super::identify::ground::{prepare, thrust_card};
 use super::identify::{load, show};
 use super::output;
-use judge::{Judged, judge_ground, judge_thrust};
+use judge::{FreeRun, judge_ground, judge_thrust};
 use touchdown_terminal::Done;
 
 /// A card and where it lies.
-pub(super) struct Given {
+pub(super) struct CardFile {
     path: PathBuf,
     card: Card,
 }
@@ -105,7 +105,7 @@ pub(crate) fn run(context: &Context, args: &ValidateArgs) -> Result<Done> {
     let pairs: Vec<(usize, usize)> = (0..cards.len())
         .flat_map(|c| (0..logs.len()).map(move |l| (c, l)))
         .collect();
-    let mut judged: Vec<Result<Judged>> = pairs
+    let mut judged: Vec<Result<FreeRun>> = pairs
         .par_iter()
         .map(|&(c, l)| {
             let card = &cards[c].card;
@@ -121,7 +121,7 @@ pub(crate) fn run(context: &Context, args: &ValidateArgs) -> Result<Done> {
         // There is at least one card and one log.
         return judged.swap_remove(0).map(|_| Done::Whole);
     }
-    let found = Found {
+    let found = FreeRuns {
         cards,
         logs,
         pairs,
@@ -131,18 +131,18 @@ pub(crate) fn run(context: &Context, args: &ValidateArgs) -> Result<Done> {
 }
 
 /// All free runs.
-struct Found {
-    cards: Vec<Given>,
+struct FreeRuns {
+    cards: Vec<CardFile>,
     logs: Vec<load::Log>,
     /// Card and log of every run, by their places in the lists.
     pairs: Vec<(usize, usize)>,
-    judged: Vec<Result<Judged>>,
+    judged: Vec<Result<FreeRun>>,
 }
 
 fn finish(
     context: &Context,
     args: &ValidateArgs,
-    found: &Found,
+    found: &FreeRuns,
     mut warnings: Vec<String>,
 ) -> Result<Done> {
     let (cards, logs) = (&found.cards, &found.logs);
@@ -195,17 +195,17 @@ fn finish(
 }
 
 /// Cards end in `.toml`; all other files are logs.
-fn split(args: &ValidateArgs) -> Result<(Vec<Given>, Vec<PathBuf>)> {
+fn split(args: &ValidateArgs) -> Result<(Vec<CardFile>, Vec<PathBuf>)> {
     let is_card = |p: &&PathBuf| {
         p.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
     };
-    let cards: Vec<Given> = args
+    let cards: Vec<CardFile> = args
         .files
         .iter()
         .filter(is_card)
         .map(|path| {
-            Ok(Given {
+            Ok(CardFile {
                 path: path.clone(),
                 card: Card::read(path)?,
             })
@@ -226,7 +226,7 @@ fn split(args: &ValidateArgs) -> Result<(Vec<Given>, Vec<PathBuf>)> {
 }
 
 /// The errors of every card over its unseen logs; `rows` contains a card's logs side by side.
-fn pool(cards: &[Given], rows: &[Row]) -> Vec<Pooled> {
+fn pool(cards: &[CardFile], rows: &[Row]) -> Vec<Pooled> {
     let logs = rows.len() / cards.len().max(1);
     cards
         .iter()
@@ -306,10 +306,10 @@ fn write(
     args: &ValidateArgs,
     folder: &Path,
     results: &Results<'_>,
-    found: &Found,
+    found: &FreeRuns,
     (header, table): (&[String], &[Vec<String>]),
 ) -> Result<()> {
-    let Found {
+    let FreeRuns {
         cards,
         logs,
         pairs,

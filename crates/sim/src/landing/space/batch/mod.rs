@@ -158,7 +158,7 @@ impl Batch {
     /// # Errors
     /// None that [`Self::new`] has not found.
     pub fn land(&self, trials: Range<u64>, seed: u64) -> Result<Vec<SpaceLanding>, SimError> {
-        Arch::new().dispatch(Run {
+        Arch::new().dispatch(BatchRun {
             batch: self,
             trials,
             seed,
@@ -199,13 +199,13 @@ fn spline_off(deck: &RigidDeck) -> f64 {
 }
 
 /// What is dispatched to the processor's vectors.
-struct Run<'a> {
+struct BatchRun<'a> {
     batch: &'a Batch,
     trials: Range<u64>,
     seed: u64,
 }
 
-impl WithSimd for Run<'_> {
+impl WithSimd for BatchRun<'_> {
     type Output = Result<Vec<SpaceLanding>, SimError>;
 
     #[inline(always)]
