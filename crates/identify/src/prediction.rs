@@ -2,12 +2,11 @@
 
 use sindy::OdeModel;
 use sindy_expr::Expr;
-use touchdown_model::card::{Card, Form};
+use touchdown_model::CardError;
+use touchdown_model::card::Card;
+use touchdown_model::catalogue::Start;
 
 use crate::error::{Error, Result};
-
-/// Height of the saturation of eq. (2): as in flight.
-const EMPIRICAL_MAX: &str = "0.6";
 
 /// Longest step of an integration (s), whatever the card says: its nonlinear terms may be faster than its linear one.
 /// A third of the usual lag of rotors, where a fourth-order step errs by less than 1e-4.
@@ -21,19 +20,6 @@ pub struct Predictor {
     inputs: Vec<String>,
     clamps: Vec<Option<[f64; 2]>>,
     start: Start,
-}
-
-/// How the state at the start follows from the measured output there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Start {
-    /// No state.
-    None,
-    /// `x = √T`.
-    RootOfThrust,
-    /// The force itself.
-    Force,
-    /// Force over free-air thrust, less what the model gives without memory.
-    Ratio,
 }
 
 /// The columns that predictions can be asked for, by the symbols of the cards.
@@ -67,105 +53,6 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// The equations of a card as expressions in its parameters `p0`, `p1`, ….
-struct Equations {
-    /// The state's name; none for maps without memory.
-    state: Option<&'static str>,
-    /// Its rate.
-    rhs: Option<String>,
-    /// Thrust or force (N).
-    output: String,
-    start: Start,
-}
-
-impl Equations {
-    /// A form whose state is `x = √T`.
-    fn of_root(rhs: String) -> Self {
-        Self {
-            state: Some("x"),
-            rhs: Some(rhs),
-            output: "x*abs(x)".to_string(),
-            start: Start::RootOfThrust,
-        }
-    }
-
-    /// A form without memory.
-    fn at_rest(output: String) -> Self {
-        Self {
-            state: None,
-            rhs: None,
-            output,
-            start: Start::None,
-        }
-    }
-
-    fn with_memory(state: &'static str, rhs: String, output: String, start: Start) -> Self {
-        Self {
-            state: Some(state),
-            rhs: Some(rhs),
-            output,
-            start,
-        }
-    }
-
-    fn of(parts: &mut Parts<'_>) -> Result<Self> {
-        let card = parts.card;
-        Ok(match card.form {
-            // Eq. (8).
-            Form::Library => Self::of_root(parts.sum("x'")?),
-            // Eq. (7).
-            Form::FirstOrder => {
-                let (c0, c1, t_m) = (
-                    parts.single("c0")?,
-                    parts.single("c1")?,
-                    parts.single("T_m")?,
-                );
-                Self::of_root(format!("({c0}*s + {c1} - x)/{t_m}"))
-            }
-            Form::StaticSqrt => {
-                let map = parts.sum("x")?;
-                if card.terms_of("T_m").next().is_some() {
-                    let t_m = parts.single("T_m")?;
-                    Self::of_root(format!("({map} - x)/{t_m}"))
-                } else {
-                    Self::at_rest(format!("({map})*abs({map})"))
-                }
-            }
-            Form::StaticThrust => Self::at_rest(parts.sum("T")?),
-            // Eq. (2).
-            Form::Empirical => {
-                let mu = parts.single("mu")?;
-                let constant = |name: &str| card.constants.get(name).copied().unwrap_or(0.0);
-                let (r, h_r) = (constant("r"), constant("h_r"));
-                let q = format!("min({mu}*({r}/(4*(z + {h_r})))^2, {EMPIRICAL_MAX})");
-                Self::at_rest(format!("T*{q}/(1 - {q})"))
-            }
-            Form::Static => Self::at_rest(format!("T*({})", parts.sum("h")?)),
-            // Eq. (9).
-            Form::Derivative => {
-                let rhs = parts.sum("f'")?;
-                Self::with_memory("f", rhs, "f".to_string(), Start::Force)
-            }
-            Form::Ratio => {
-                let rhs = parts.sum("y'")?;
-                Self::with_memory("y", rhs, "T*y".to_string(), Start::Ratio)
-            }
-            Form::Lag => {
-                let (tau, h, k) = (parts.single("tau")?, parts.sum("h")?, parts.sum("k")?);
-                let output = format!("T*(g + ({k})*v_p)");
-                Self::with_memory("g", format!("({h} - g)/{tau}"), output, Start::Ratio)
-            }
-            Form::LaggedMotors | Form::RotorLag => {
-                return Err(Error::data(
-                    &card.name,
-                    "a form that predicts from one throttle",
-                    format!("{:?}", card.form),
-                ));
-            }
-        })
-    }
-}
-
 impl Predictor {
     /// Prepares a card.
     ///
@@ -173,19 +60,20 @@ impl Predictor {
     /// A form that is not predicted from throttle, height and velocities, or a term with a name that
     /// means nothing.
     pub fn new(card: &Card) -> Result<Self> {
-        let mut parts = Parts {
-            card,
-            parameters: Vec::new(),
-        };
-        let equations = Equations::of(&mut parts)?;
+        let equations = card.equations().map_err(|error| match error {
+            CardError::Value {
+                expected, found, ..
+            } => Error::data(&card.name, expected, found),
+            other => other.into(),
+        })?;
         let parse = |text: &str| {
             Expr::parse(text)
-                .map(|e| parts.expand(&e))
+                .map(|e| expand(card, &e))
                 .map_err(|e| Error::data(&card.name, "an expression", format!("`{text}`: {e}")))
         };
         let output = parse(&equations.output)?;
-        let rhs = equations.rhs.as_deref().map(parse).transpose()?;
-        let names: Vec<String> = (0..parts.parameters.len())
+        let rhs = equations.rate.as_deref().map(parse).transpose()?;
+        let names: Vec<String> = (0..equations.parameters.len())
             .map(|i| format!("p{i}"))
             .collect();
         let mut inputs: Vec<String> = rhs
@@ -218,7 +106,7 @@ impl Predictor {
         let model = model.with_max_step(max_step_s(card))?;
         Ok(Self {
             model,
-            parameters: parts.parameters,
+            parameters: equations.parameters,
             inputs,
             clamps,
             start: equations.start,
@@ -282,55 +170,18 @@ fn as_strs(names: &[String]) -> Vec<&str> {
     names.iter().map(String::as_str).collect()
 }
 
-/// The terms of a card, as text with a parameter in place of each value.
-struct Parts<'a> {
-    card: &'a Card,
-    parameters: Vec<f64>,
-}
-
-impl Parts<'_> {
-    fn parameter(&mut self, value: f64) -> String {
-        self.parameters.push(value);
-        format!("p{}", self.parameters.len() - 1)
-    }
-
-    fn single(&mut self, of: &str) -> Result<String> {
-        let values: Vec<f64> = self.card.terms_of(of).map(|t| t.value).collect();
-        match values[..] {
-            [value] => Ok(self.parameter(value)),
-            _ => Err(Error::data(
-                &self.card.name,
-                format!("one term of `{of}`"),
-                values.len().to_string(),
-            )),
+/// Replaces a card's definitions, then its constants.
+fn expand(card: &Card, expr: &Expr) -> Expr {
+    let mut out = expr.clone();
+    for (name, text) in &card.definitions {
+        if let Ok(by) = Expr::parse(text) {
+            out = out.substitute(name, &by);
         }
     }
-
-    fn sum(&mut self, of: &str) -> Result<String> {
-        let card = self.card;
-        let terms: Vec<String> = card
-            .terms_of(of)
-            .map(|t| format!("{}*({})", self.parameter(t.value), t.expression))
-            .collect();
-        if terms.is_empty() {
-            return Err(Error::data(&card.name, format!("terms of `{of}`"), "none"));
-        }
-        Ok(format!("({})", terms.join(" + ")))
+    for (name, value) in &card.constants {
+        out = out.substitute(name, &Expr::constant(*value));
     }
-
-    /// Replaces definitions, then constants.
-    fn expand(&self, expr: &Expr) -> Expr {
-        let mut out = expr.clone();
-        for (name, text) in &self.card.definitions {
-            if let Ok(by) = Expr::parse(text) {
-                out = out.substitute(name, &by);
-            }
-        }
-        for (name, value) in &self.card.constants {
-            out = out.substitute(name, &Expr::constant(*value));
-        }
-        out
-    }
+    out
 }
 
 /// Half of the fastest time constant that a card names (s): what one step of the integration may span.

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 pub use touchdown_flight::ground_effect::{Outside, VelocityInput};
 
+pub use crate::catalogue::Form;
+
 /// The schema version that this crate writes and reads.
 pub const SCHEMA: u32 = 1;
 
@@ -57,34 +59,6 @@ pub enum Kind {
     Thrust,
     /// Ground-effect force.
     GroundEffect,
-}
-
-/// The form of a model.
-#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Form {
-    /// Thrust: a static polynomial for `√T`.
-    StaticSqrt,
-    /// Thrust: a static polynomial for `T`.
-    StaticThrust,
-    /// Thrust: one lag on each motor's throttle, then a polynomial for each motor's `T`, summed.
-    LaggedMotors,
-    /// Rotor speed: a polynomial of the command through dead time and a first-order lag.
-    RotorLag,
-    /// Thrust: eq. (7), `x' = (c0 s + c1 - x)/T_m`, `x = √T`.
-    FirstOrder,
-    /// Thrust: eq. (8), `x' = Θ(x, s) ξ`.
-    Library,
-    /// Ground effect: eq. (2), a function of height with one coefficient.
-    Empirical,
-    /// Ground effect: `f = T h(z)`.
-    Static,
-    /// Ground effect: eq. (9), `f' = Θ(f, s, z, v_p, v_q) ξ`.
-    Derivative,
-    /// Ground effect: `y = f/T`, `y' = Θ(y, z, v_p) ξ`.
-    Ratio,
-    /// Ground effect: `y = f/T = G + k(z) v_p`, `G' = (h(z) - G)/τ`.
-    Lag,
 }
 
 /// Where a model comes from.

@@ -2,11 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use touchdown_flight::ground_effect::{
-    Empirical, GroundEffect as _, GroundEffectModel, Guarded, Lag, Polynomial, Ratio, StaticMap,
-    Validity,
-};
-use touchdown_flight::thrust::{FirstOrder, Library, StaticThrust, ThrustModel};
+use touchdown_flight::ground_effect::{GroundEffect as _, Guarded, StaticMap, Validity};
+use touchdown_flight::thrust::ThrustModel;
 
 use crate::card::{Card, Form, Kind};
 use crate::error::CardError;
@@ -47,25 +44,7 @@ impl Card {
                 self.not_for_flight("a thrust card is expected, this is one of ground effect")
             );
         }
-        let model = match self.form {
-            Form::FirstOrder => ThrustModel::FirstOrder(FirstOrder {
-                c0: self.single("c0")?,
-                c1: self.single("c1")?,
-                t_m_s: self.single("T_m")?,
-            }),
-            Form::Library => ThrustModel::Library(Library::from_array(
-                self.collect("x'", &Library::<f64>::TERMS)?,
-            )),
-            Form::StaticSqrt => ThrustModel::Static(StaticThrust {
-                coefficients: self.collect("x", &["1", "s", "s^2", "s^3"])?,
-                t_m_s: self.single("T_m")?,
-            }),
-            other => {
-                return Err(self.not_for_flight(&format!(
-                    "form {other:?} has no flight model; first_order, library and static_sqrt have"
-                )));
-            }
-        };
+        let model = self.thrust_kernel()?;
         model
             .validate()
             .map_err(|e| self.not_for_flight(&e.to_string()))?;
@@ -82,31 +61,7 @@ impl Card {
                 self.not_for_flight("a ground-effect card is expected, this is one of thrust")
             );
         }
-        let model = match self.form {
-            Form::Empirical => GroundEffectModel::Empirical(Empirical {
-                mu: self.single("mu")?,
-                rotor_radius_m: self.constant("r")?,
-                rotor_offset_m: self.constants.get("h_r").copied().unwrap_or(0.0),
-            }),
-            Form::Static => GroundEffectModel::StaticMap(self.map()?),
-            Form::Derivative => GroundEffectModel::Polynomial(Polynomial {
-                theta: self.collect("f'", &Polynomial::<f64>::TERMS)?,
-            }),
-            Form::Ratio => GroundEffectModel::Ratio(Ratio {
-                xi: self.collect("y'", &Ratio::<f64>::TERMS)?,
-                length_m: self.lengths()?,
-            }),
-            Form::Lag => GroundEffectModel::Lag(Lag {
-                map: self.map()?,
-                k: self.collect("k", &["1", "psi3"])?,
-                tau_s: self.single("tau")?,
-            }),
-            other => {
-                return Err(
-                    self.not_for_flight(&format!("form {other:?} is no ground-effect form"))
-                );
-            }
-        };
+        let model = self.ground_effect_kernel()?;
         let [height_min_m, height_max_m] =
             *self.validity.inputs.get("z").ok_or_else(|| {
                 self.not_for_flight("the validity box has no range of heights `z`")
@@ -132,14 +87,14 @@ impl Card {
         Ok(guarded)
     }
 
-    fn map(&self) -> Result<StaticMap<f64>, CardError> {
+    pub(crate) fn map(&self) -> Result<StaticMap<f64>, CardError> {
         Ok(StaticMap {
             h: self.collect("h", &StaticMap::<f64>::TERMS)?,
             length_m: self.lengths()?,
         })
     }
 
-    fn lengths(&self) -> Result<[f64; 3], CardError> {
+    pub(crate) fn lengths(&self) -> Result<[f64; 3], CardError> {
         let mut out = [0.0; 3];
         for (value, (psi, length)) in out.iter_mut().zip(PSI) {
             if self.definitions.get(psi).map(String::as_str) != Some(psi_text(length).as_str()) {
@@ -156,7 +111,7 @@ impl Card {
         Ok(out)
     }
 
-    fn constant(&self, name: &str) -> Result<f64, CardError> {
+    pub(crate) fn constant(&self, name: &str) -> Result<f64, CardError> {
         self.constants
             .get(name)
             .copied()
@@ -164,7 +119,7 @@ impl Card {
     }
 
     /// The one coefficient of the part `of`.
-    fn single(&self, of: &str) -> Result<f64, CardError> {
+    pub(crate) fn single(&self, of: &str) -> Result<f64, CardError> {
         let mut terms = self.terms_of(of);
         match (terms.next(), terms.next()) {
             (Some(term), None) if term.expression == "1" => Ok(term.value),
@@ -173,7 +128,11 @@ impl Card {
     }
 
     /// The coefficients of the part `of` in the order of `slots`; every term must have a slot.
-    fn collect<const N: usize>(&self, of: &str, slots: &[&str; N]) -> Result<[f64; N], CardError> {
+    pub(crate) fn collect<const N: usize>(
+        &self,
+        of: &str,
+        slots: &[&str; N],
+    ) -> Result<[f64; N], CardError> {
         let mut out = [0.0; N];
         for term in self.terms_of(of) {
             let slot = slots
@@ -191,7 +150,7 @@ impl Card {
         Ok(out)
     }
 
-    fn not_for_flight(&self, reason: &str) -> CardError {
+    pub(crate) fn not_for_flight(&self, reason: &str) -> CardError {
         CardError::NotForFlight {
             card: self.name.clone(),
             reason: reason.to_string(),

@@ -18,11 +18,15 @@
 //! | module | what it is |
 //! | --- | --- |
 //! | [`card`] | the schema |
+//! | [`catalogue`] | the forms: equation, parts, state, rate, output, flight kernel |
+//! | [`equations`] | a card as expressions, for prediction |
 //! | [`file`](mod@file) | reading and writing, with errors that name file, line and key |
 //! | [`flight`] | card to flight model |
 //! | [`published`] | the published models that ship with the toolkit |
 
 pub mod card;
+pub mod catalogue;
+pub mod equations;
 mod error;
 pub mod file;
 pub mod flight;

@@ -4,9 +4,6 @@ use super::{GroundEffect, GroundEffectInput, Lift};
 use crate::error::{SettingsError, finite, not_negative, positive};
 use crate::real::{Real, r};
 
-/// Greatest q: keeps clear of the singularity at `q = 1`.
-const Q_MAX: f64 = 0.6;
-
 /// Eq. (2), `f = q / (1 - q) T` with `q = μ (R / 4z)²`, at most 0.6.
 ///
 /// `μ = 1` is a single rotor over unbounded ground (Cheeseman and Bennett
@@ -28,11 +25,14 @@ pub struct Empirical<R> {
 }
 
 impl<R: Real> Empirical<R> {
+    /// Greatest q: keeps clear of the singularity at `q = 1`.
+    pub const Q_MAX: f64 = 0.6;
+
     /// `q` for a height of the rotor plane.
     fn q(&self, rotor_height_m: R) -> R {
         let floor = r::<R>(1e-3) * self.rotor_radius_m;
         let u = self.rotor_radius_m / (r::<R>(4.0) * rotor_height_m.max(floor));
-        (self.mu * u * u).min(r(Q_MAX))
+        (self.mu * u * u).min(r(Self::Q_MAX))
     }
 }
 

@@ -1,0 +1,266 @@
+//! The catalogue of forms: for each its name, equation, parts, state, rate, output and flight kernel.
+//!
+//! Prediction fills the expressions of a form with a card's terms ([`Card::equations`]). Flight takes
+//! the terms that the form's kernel holds ([`Part::terms`]). A test compares the two
+//! (`tests/catalogue.rs`). A new form is one variant, one entry and, where it flies, one kernel here.
+//!
+//! | form | equation | state |
+//! | --- | --- | --- |
+//! | [`Form::StaticSqrt`] | `√T = Θ(s) ξ`, with a lag `T_m` where it has one | `x = √T` or none |
+//! | [`Form::StaticThrust`] | `T = Θ(s, u) ξ` | – |
+//! | [`Form::FirstOrder`] | (7) | `x = √T` |
+//! | [`Form::Library`] | (8) | `x = √T` |
+//! | [`Form::Empirical`] | (2) | – |
+//! | [`Form::Static`] | `f = T h(z)` | – |
+//! | [`Form::Derivative`] | (9) | `f` |
+//! | [`Form::Ratio`] | `y' = Θ(y, z, v_p) ξ`, `f = T y` | `y` |
+//! | [`Form::Lag`] | `G' = (h(z) - G)/τ`, `f = T (G + k(z) v_p)` | `g` |
+
+use serde::{Deserialize, Serialize};
+use touchdown_flight::ground_effect::{
+    Empirical, GroundEffectModel, Lag, Polynomial, Ratio, StaticMap,
+};
+use touchdown_flight::thrust::{FirstOrder, Library, StaticThrust, ThrustModel};
+
+use crate::card::Card;
+use crate::error::CardError;
+
+/// The form of a model.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Form {
+    /// Thrust: a static polynomial for `√T`.
+    StaticSqrt,
+    /// Thrust: a static polynomial for `T`.
+    StaticThrust,
+    /// Thrust: one lag on each motor's throttle, then a polynomial for each motor's `T`, summed.
+    LaggedMotors,
+    /// Rotor speed: a polynomial of the command through dead time and a first-order lag.
+    RotorLag,
+    /// Thrust: eq. (7), `x' = (c0 s + c1 - x)/T_m`, `x = √T`.
+    FirstOrder,
+    /// Thrust: eq. (8), `x' = Θ(x, s) ξ`.
+    Library,
+    /// Ground effect: eq. (2), a function of height with one coefficient.
+    Empirical,
+    /// Ground effect: `f = T h(z)`.
+    Static,
+    /// Ground effect: eq. (9), `f' = Θ(f, s, z, v_p, v_q) ξ`.
+    Derivative,
+    /// Ground effect: `y = f/T`, `y' = Θ(y, z, v_p) ξ`.
+    Ratio,
+    /// Ground effect: `y = f/T = G + k(z) v_p`, `G' = (h(z) - G)/τ`.
+    Lag,
+}
+
+/// A part of a form: a sum of terms with coefficients, or a single coefficient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// The name, the `of` of a card's terms.
+    pub name: &'static str,
+    /// The terms that the kernel of flight holds; empty where there is no kernel. `1` alone is
+    /// a single coefficient.
+    pub terms: &'static [&'static str],
+    /// Whether a card may lack the part; [`Entry::at_rest`] holds then.
+    pub optional: bool,
+}
+
+impl Part {
+    const fn sum(name: &'static str, terms: &'static [&'static str]) -> Self {
+        Self {
+            name,
+            terms,
+            optional: false,
+        }
+    }
+
+    const fn single(name: &'static str) -> Self {
+        Self::sum(name, &["1"])
+    }
+}
+
+/// How the state at the start follows from the measured output there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// There is no state.
+    None,
+    /// `x = √T`.
+    RootOfThrust,
+    /// The force itself.
+    Force,
+    /// Force over free-air thrust, less what the model gives without memory.
+    Ratio,
+}
+
+/// A form of the catalogue. Parts and constants stand in braces in its expressions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Entry {
+    /// The number of its equation in the paper, where it has one.
+    pub equation: Option<&'static str>,
+    /// The parts, in the order of parameters.
+    pub parts: &'static [Part],
+    /// The state, where there is one.
+    pub state: Option<&'static str>,
+    /// The state's rate.
+    pub rate: Option<&'static str>,
+    /// Thrust or force, N.
+    pub output: &'static str,
+    /// Thrust or force of a card that lacks the optional part, N.
+    pub at_rest: Option<&'static str>,
+    /// The state at the start.
+    pub start: Start,
+}
+
+/// `x²` with the sign of x, for `x = √T`.
+const SQUARE: &str = "x*abs(x)";
+
+const LIBRARY: Entry = Entry {
+    equation: Some("(8)"),
+    parts: &[Part::sum("x'", &Library::<f64>::TERMS)],
+    state: Some("x"),
+    rate: Some("{x'}"),
+    output: SQUARE,
+    at_rest: None,
+    start: Start::RootOfThrust,
+};
+const FIRST_ORDER: Entry = Entry {
+    equation: Some("(7)"),
+    parts: &[Part::single("c0"), Part::single("c1"), Part::single("T_m")],
+    rate: Some("({c0}*s + {c1} - x)/{T_m}"),
+    ..LIBRARY
+};
+const STATIC_SQRT: Entry = Entry {
+    equation: None,
+    parts: &[
+        Part::sum("x", &["1", "s", "s^2", "s^3"]),
+        Part {
+            optional: true,
+            ..Part::single("T_m")
+        },
+    ],
+    rate: Some("({x} - x)/{T_m}"),
+    at_rest: Some("({x})*abs({x})"),
+    ..LIBRARY
+};
+const STATIC_THRUST: Entry = Entry {
+    equation: None,
+    parts: &[Part::sum("T", &[])],
+    state: None,
+    rate: None,
+    output: "{T}",
+    at_rest: None,
+    start: Start::None,
+};
+const EMPIRICAL: Entry = Entry {
+    equation: Some("(2)"),
+    parts: &[Part::single("mu")],
+    output: "T*min({mu}*({r}/(4*(z + {h_r})))^2, {q_max})/(1 - min({mu}*({r}/(4*(z + {h_r})))^2, {q_max}))",
+    ..STATIC_THRUST
+};
+const STATIC: Entry = Entry {
+    parts: &[Part::sum("h", &StaticMap::<f64>::TERMS)],
+    output: "T*({h})",
+    ..STATIC_THRUST
+};
+const DERIVATIVE: Entry = Entry {
+    equation: Some("(9)"),
+    parts: &[Part::sum("f'", &Polynomial::<f64>::TERMS)],
+    state: Some("f"),
+    rate: Some("{f'}"),
+    output: "f",
+    at_rest: None,
+    start: Start::Force,
+};
+const RATIO: Entry = Entry {
+    equation: None,
+    parts: &[Part::sum("y'", &Ratio::<f64>::TERMS)],
+    state: Some("y"),
+    rate: Some("{y'}"),
+    output: "T*y",
+    start: Start::Ratio,
+    ..DERIVATIVE
+};
+const LAG: Entry = Entry {
+    parts: &[
+        Part::single("tau"),
+        Part::sum("h", &StaticMap::<f64>::TERMS),
+        Part::sum("k", &["1", "psi3"]),
+    ],
+    state: Some("g"),
+    rate: Some("({h} - g)/{tau}"),
+    output: "T*(g + ({k})*v_p)",
+    ..RATIO
+};
+
+impl Form {
+    /// The entry of the catalogue; none for forms that need more than one throttle.
+    #[must_use]
+    pub fn entry(self) -> Option<&'static Entry> {
+        Some(match self {
+            Self::Library => &LIBRARY,
+            Self::FirstOrder => &FIRST_ORDER,
+            Self::StaticSqrt => &STATIC_SQRT,
+            Self::StaticThrust => &STATIC_THRUST,
+            Self::Empirical => &EMPIRICAL,
+            Self::Static => &STATIC,
+            Self::Derivative => &DERIVATIVE,
+            Self::Ratio => &RATIO,
+            Self::Lag => &LAG,
+            Self::LaggedMotors | Self::RotorLag => return None,
+        })
+    }
+}
+
+impl Card {
+    /// The flight kernel of a thrust form with this card's coefficients.
+    pub(crate) fn thrust_kernel(&self) -> Result<ThrustModel<f64>, CardError> {
+        Ok(match self.form {
+            Form::FirstOrder => ThrustModel::FirstOrder(FirstOrder {
+                c0: self.single("c0")?,
+                c1: self.single("c1")?,
+                t_m_s: self.single("T_m")?,
+            }),
+            Form::Library => ThrustModel::Library(Library::from_array(
+                self.collect("x'", &Library::<f64>::TERMS)?,
+            )),
+            Form::StaticSqrt => ThrustModel::Static(StaticThrust {
+                coefficients: self.collect("x", &["1", "s", "s^2", "s^3"])?,
+                t_m_s: self.single("T_m")?,
+            }),
+            other => {
+                return Err(self.not_for_flight(&format!(
+                    "form {other:?} has no flight model; first_order, library and static_sqrt have"
+                )));
+            }
+        })
+    }
+
+    /// The flight kernel of a ground-effect form with this card's coefficients.
+    pub(crate) fn ground_effect_kernel(&self) -> Result<GroundEffectModel<f64>, CardError> {
+        Ok(match self.form {
+            Form::Empirical => GroundEffectModel::Empirical(Empirical {
+                mu: self.single("mu")?,
+                rotor_radius_m: self.constant("r")?,
+                rotor_offset_m: self.constants.get("h_r").copied().unwrap_or(0.0),
+            }),
+            Form::Static => GroundEffectModel::StaticMap(self.map()?),
+            Form::Derivative => GroundEffectModel::Polynomial(Polynomial {
+                theta: self.collect("f'", &Polynomial::<f64>::TERMS)?,
+            }),
+            Form::Ratio => GroundEffectModel::Ratio(Ratio {
+                xi: self.collect("y'", &Ratio::<f64>::TERMS)?,
+                length_m: self.lengths()?,
+            }),
+            Form::Lag => GroundEffectModel::Lag(Lag {
+                map: self.map()?,
+                k: self.collect("k", &["1", "psi3"])?,
+                tau_s: self.single("tau")?,
+            }),
+            other => {
+                return Err(
+                    self.not_for_flight(&format!("form {other:?} is no ground-effect form"))
+                );
+            }
+        })
+    }
+}

@@ -1,0 +1,177 @@
+//! Each form of the catalogue against its kernel in flight.
+
+use sindy_expr::Expr;
+use touchdown_flight::ground_effect::{GroundEffect as _, GroundEffectInput, GroundEffectState};
+use touchdown_model::card::{Card, Form, Kind, Provenance, Status, Term, Validity, Vehicle};
+use touchdown_model::flight::psi_definitions;
+
+/// A card with every term that the kernel of a form holds; no coefficient is round.
+fn card(form: Form, kind: Kind) -> Card {
+    let (mut constants, definitions) = psi_definitions([0.08, 0.20, 0.45]);
+    constants.extend([("r".to_string(), 0.12), ("h_r".to_string(), 0.05)]);
+    let parts = form.entry().unwrap().parts;
+    let names = parts
+        .iter()
+        .flat_map(|p| p.terms.iter().map(|t| (p.name, *t)));
+    let terms = names.enumerate().map(|(i, (of, expression))| Term {
+        of: of.into(),
+        expression: expression.into(),
+        // Falling with the state, as every form that flies does.
+        value: if matches!(expression, "y" | "f" | "x") {
+            -2.3
+        } else {
+            0.137 + 0.0713 * i as f64
+        },
+        std_error: None,
+        ci95: None,
+        unit: String::new(),
+    });
+    Card {
+        schema: 1,
+        name: "test".into(),
+        kind,
+        form,
+        status: Status::Fitted,
+        equation: String::new(),
+        description: String::new(),
+        warnings: Vec::new(),
+        vehicle: Vehicle::default(),
+        validity: Validity {
+            inputs: [("z".to_string(), [0.05, 2.0])].into(),
+            output: Some([-0.9, 100.0]),
+            ..Validity::default()
+        },
+        constants,
+        definitions,
+        provenance: Provenance::default(),
+        terms: terms.collect(),
+        scores: Vec::new(),
+    }
+}
+
+/// The value of an expression of a card's equations.
+fn value(card: &Card, text: &str, parameters: &[f64], of: &[(&str, f64)]) -> f64 {
+    let mut expr = Expr::parse(text).unwrap();
+    for (name, by) in &card.definitions {
+        expr = expr.substitute(name, &Expr::parse(by).unwrap());
+    }
+    let constants = card.constants.iter().map(|(n, v)| (n.clone(), *v));
+    let parameters = parameters
+        .iter()
+        .enumerate()
+        .map(|(i, v)| (format!("p{i}"), *v));
+    let given = of.iter().map(|(n, v)| ((*n).to_string(), *v));
+    for (name, v) in constants.chain(parameters).chain(given) {
+        expr = expr.substitute(&name, &Expr::constant(v));
+    }
+    expr.simplify().as_constant().unwrap()
+}
+
+#[test]
+fn prop_ground_effect_forms_are_their_kernels() {
+    let state = 0.31;
+    let input = GroundEffectInput {
+        thrust_n: 12.7,
+        throttle: 0.47,
+        height_m: 0.23,
+        vehicle_velocity_mps: -0.11,
+        deck_velocity_mps: 0.19,
+        ..GroundEffectInput::default()
+    };
+    for form in [
+        Form::Empirical,
+        Form::Static,
+        Form::Derivative,
+        Form::Ratio,
+        Form::Lag,
+    ] {
+        let card = card(form, Kind::GroundEffect);
+        let equations = card.equations().unwrap();
+        let name = form.entry().unwrap().state.unwrap_or("none");
+        let of = [
+            (name, state),
+            ("T", input.thrust_n),
+            ("s", input.throttle),
+            ("z", input.height_m),
+            ("v_q", input.vehicle_velocity_mps),
+            ("v_p", input.deck_velocity_mps),
+        ];
+        let value = |text: &str| value(&card, text, &equations.parameters, &of);
+        let kernel = card.ground_effect().unwrap().model;
+        let at = match form {
+            Form::Derivative => GroundEffectState::Polynomial(state),
+            Form::Ratio => GroundEffectState::Ratio(state),
+            Form::Lag => GroundEffectState::Lag(state),
+            _ => GroundEffectState::Static,
+        };
+        let force_n = kernel.lift(&at, &input).total_n(input.thrust_n);
+        // Roundings of sums of a dozen terms of order one.
+        let found = value(&equations.output);
+        assert!(
+            (found - force_n).abs() < 1e-12,
+            "{form:?} {found} {force_n}"
+        );
+        let Some(rate) = &equations.rate else {
+            assert_eq!(at, GroundEffectState::Static);
+            continue;
+        };
+        // An exact step over h moves by h y' (1 + h y''/2 + ...): half of 2.3e-6 relatively.
+        let h = 1e-6;
+        let mut next = at;
+        kernel.advance(&mut next, &input, h);
+        let (GroundEffectState::Polynomial(y)
+        | GroundEffectState::Ratio(y)
+        | GroundEffectState::Lag(y)) = next
+        else {
+            panic!("a form with a state")
+        };
+        let (found, slope) = (value(rate), (y - state) / h);
+        assert!(
+            (found - slope).abs() < 1e-5 * found.abs(),
+            "{form:?} {found} {slope}"
+        );
+    }
+}
+
+#[test]
+fn prop_thrust_forms_are_their_kernels() {
+    let (x, s) = (3.1, 0.47);
+    for form in [Form::FirstOrder, Form::Library, Form::StaticSqrt] {
+        let card = card(form, Kind::Thrust);
+        let equations = card.equations().unwrap();
+        let of = [("x", x), ("s", s)];
+        let value = |text: &str| value(&card, text, &equations.parameters, &of);
+        let kernel = card.thrust_model().unwrap();
+        let (found, rate) = (
+            value(equations.rate.as_ref().unwrap()),
+            kernel.derivative(x, s),
+        );
+        assert!(
+            (found - rate).abs() < 1e-12 * (1.0 + rate.abs()),
+            "{form:?} {found} {rate}"
+        );
+        assert!((value(&equations.output) - x * x).abs() < 1e-14);
+    }
+    // Without its lag the static root is a map.
+    let mut map = card(Form::StaticSqrt, Kind::Thrust);
+    map.terms.retain(|t| t.of != "T_m");
+    let equations = map.equations().unwrap();
+    assert!(equations.rate.is_none() && equations.state.is_none());
+    let root = value(&map, &equations.output, &equations.parameters, &[("s", s)]).sqrt();
+    let p = |i: usize| map.terms[i].value;
+    assert!((root - (p(0) + s * (p(1) + s * (p(2) + s * p(3))))).abs() < 1e-14);
+}
+
+#[test]
+fn prop_equation_numbers_and_what_has_none() {
+    let number = |form: Form| form.entry().and_then(|entry| entry.equation);
+    assert_eq!(number(Form::Empirical), Some("(2)"));
+    assert_eq!(number(Form::FirstOrder), Some("(7)"));
+    assert_eq!(number(Form::Library), Some("(8)"));
+    assert_eq!(number(Form::Derivative), Some("(9)"));
+    assert_eq!((number(Form::Lag), number(Form::RotorLag)), (None, None));
+    let mut card = card(Form::Lag, Kind::GroundEffect);
+    card.terms.retain(|t| t.of != "tau");
+    let error = card.equations().unwrap_err().to_string();
+    assert!(error.contains("one term of `tau`, found 0"), "{error}");
+}
