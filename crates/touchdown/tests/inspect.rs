@@ -257,7 +257,7 @@ fn analytic_a_px4_log_whatever_its_name() {
     assert_eq!(number(&channel("specific_force_mps2")["max"]), 9.75);
     assert_eq!(number(&channel("tilt_rad")["max"]), 0.0);
     let warnings = one["findings"]["warnings"].to_string();
-    assert!(warnings.contains("height_m: left out"), "{warnings}");
+    assert!(warnings.contains("height_m: omitted"), "{warnings}");
 
     // The built-in map by name, the report, and a log that is cut.
     let out = folder.path().join("out");
