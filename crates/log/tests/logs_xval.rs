@@ -136,7 +136,7 @@ fn xval_hover_of_a_copter() {
             .iter()
             .any(|warning| warning.contains(text))
     };
-    assert!(told("height_m: left out"), "{findings:?}");
+    assert!(told("height_m: omitted"), "{findings:?}");
     assert!(
         told("rotor_rpm: omitted, because there is no ESC"),
         "{findings:?}"
