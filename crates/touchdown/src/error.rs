@@ -23,6 +23,9 @@ pub enum Error {
     /// Landings that cannot be flown, stored or read.
     #[error(transparent)]
     Campaign(#[from] touchdown_campaign::Error),
+    /// A flight that cannot begin, or a replay that cannot be run.
+    #[error(transparent)]
+    Link(#[from] touchdown_link::LinkError),
     /// A simulation whose settings make no sense.
     #[error(transparent)]
     Simulation(#[from] touchdown_sim::SimError),
@@ -95,6 +98,10 @@ impl Error {
             Self::Campaign(e) => e.exit_status(),
             Self::File { .. } | Self::Data { .. } | Self::Trial(_) => 1,
             Self::Card(touchdown_model::CardError::Write { .. }) | Self::Report(_) => 1,
+            Self::Link(
+                touchdown_link::LinkError::Link { .. }
+                | touchdown_link::LinkError::Recording { .. },
+            ) => 1,
             Self::Log(e) => match e.kind() {
                 ErrorKind::Unreadable | ErrorKind::Unwritable => 1,
                 _ => 2,

@@ -36,7 +36,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 
     /// Whether position and velocity relative to the deck are known, as a landing
     /// requires.
-    pub(super) fn is_known(&self, estimate: &RelativeEstimate<R>) -> bool {
+    #[must_use]
+    pub fn knows(&self, estimate: &RelativeEstimate<R>) -> bool {
         let below = |sd: Vector<R>, most: R| sd.to_array().iter().all(|&sd| sd <= most);
         below(estimate.position_sd_m, self.known_sd_m)
             && below(estimate.relative_velocity_sd_mps, self.known_sd_mps)

@@ -264,10 +264,28 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             apart_s: R::ZERO,
             carried_over: false,
             hurry: false,
-            command: SpaceCommand {
-                thrust_n: self.controller.mass_kg * self.controller.gravity_mps2,
-                ..SpaceCommand::default()
-            },
+            command: self.weight(),
+        }
+    }
+
+    /// Starts the landing again with the present estimates: planner, state machine,
+    /// guidance and controller forget what they did. Called before every step, it keeps
+    /// the integrals at zero while somebody else flies.
+    pub fn restart_landing(&self, state: &mut ComputerState<R, G::State>) {
+        state.planner = PlannerState::default();
+        state.since_plan_s = self.planner_period_s;
+        state.state_machine = self.state_machine.initial();
+        state.guidance = self.guidance.initial();
+        state.controller = None;
+        state.hurry = false;
+        state.command = self.weight();
+    }
+
+    /// The command before the first step: the weight as thrust.
+    fn weight(&self) -> SpaceCommand<R> {
+        SpaceCommand {
+            thrust_n: self.controller.mass_kg * self.controller.gravity_mps2,
+            ..SpaceCommand::default()
         }
     }
 }

@@ -3,6 +3,7 @@
 mod args;
 mod campaign;
 mod context;
+mod fly;
 mod identify;
 mod inspect;
 mod land;
@@ -40,6 +41,7 @@ fn dispatch(context: &Context, command: Command) -> Result<Done> {
         Command::Validate(args) => validate::run(context, &args),
         Command::Land(args) => land::run(context, &args),
         Command::Campaign(args) => campaign::run(context, &args),
+        Command::Fly(args) => fly::run(context, &args),
         Command::Settings(args) => settings::run(context, &args),
         Command::Completions { shell } => {
             manual::completions::<Arguments>(context, shell);

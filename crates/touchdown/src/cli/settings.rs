@@ -7,6 +7,7 @@ use touchdown::settings::rig::RigScenario;
 use touchdown_campaign::sweep::SweepSettings;
 use touchdown_campaign::vertical::scenario::LandScenario;
 use touchdown_identify::IdentificationSettings;
+use touchdown_link::settings::FlightSettings;
 
 use super::args::{SettingsArgs, SettingsOf};
 use super::context::Context;
@@ -20,9 +21,10 @@ pub(crate) fn run(context: &Context, args: &SettingsArgs) -> Result<Done> {
             SettingsOf::Land => context.object(&LandScenario::default()),
             SettingsOf::Campaign => context.object(&SweepSettings::default()),
             SettingsOf::Identify => context.object(&IdentificationSettings::default()),
+            SettingsOf::Fly => context.object(&FlightSettings::default()),
         }
     } else {
-        let campaign;
+        let (campaign, fly);
         context.say(match args.of {
             SettingsOf::Reproduce => defaults::REPRODUCE,
             SettingsOf::Rig => defaults::RIG,
@@ -32,6 +34,10 @@ pub(crate) fn run(context: &Context, args: &SettingsArgs) -> Result<Done> {
                 &campaign
             }
             SettingsOf::Identify => defaults::IDENTIFY,
+            SettingsOf::Fly => {
+                fly = defaults::fly()?;
+                &fly
+            }
         });
     }
     Ok(Done::Whole)

@@ -1,6 +1,9 @@
 //! The default settings as commented TOML: what `touchdown settings` prints. Tests hold them equal to the
 //! defaults in code, key by key.
 
+use touchdown_lander::models::FlightModels;
+use touchdown_lander::settings::ControlSettings;
+
 /// Settings of `reproduce`.
 pub const REPRODUCE: &str = include_str!("../../settings/reproduce.toml");
 /// A rig scenario.
@@ -9,6 +12,9 @@ pub const RIG: &str = include_str!("../../settings/rig.toml");
 pub const LAND: &str = include_str!("../../settings/land.toml");
 /// Settings of identification.
 pub const IDENTIFY: &str = include_str!("../../settings/identify.toml");
+
+/// A flight beside an autopilot, without the settings of the landing computer.
+pub const FLY: &str = include_str!("../../settings/fly.toml");
 
 /// A sweep to start from.
 pub const CAMPAIGN: &str = include_str!("../../settings/campaign.toml");
@@ -25,14 +31,36 @@ pub fn campaign() -> crate::Result<String> {
     let defaults = super::to_toml(&Defaults {
         scenario: touchdown_sim::landing::space::SpaceScenario::default(),
     })?;
-    let mut text =
-        format!("{CAMPAIGN}\n# Every setting of a landing, with its default (SI units):\n");
+    let title = "Every setting of a landing";
+    Ok(format!("{CAMPAIGN}{}", as_comments(title, &defaults)))
+}
+
+/// A flight beside an autopilot, and beneath it every setting of the landing computer with its default, as comments.
+///
+/// # Errors
+/// None that a test would not have found.
+pub fn fly() -> crate::Result<String> {
+    #[derive(serde::Serialize)]
+    struct Defaults {
+        control: ControlSettings<f64>,
+        models: FlightModels<f64>,
+    }
+    let defaults = super::to_toml(&Defaults {
+        control: ControlSettings::default(),
+        models: FlightModels::default(),
+    })?;
+    let title = "Every setting of the landing computer, and the models";
+    Ok(format!("{FLY}{}", as_comments(title, &defaults)))
+}
+
+fn as_comments(title: &str, defaults: &str) -> String {
+    let mut text = format!("\n# {title}, with its default (SI units):\n");
     for line in defaults.lines() {
         text.push_str(if line.is_empty() { "#" } else { "# " });
         text.push_str(line);
         text.push('\n');
     }
-    Ok(text)
+    text
 }
 
 #[cfg(test)]
@@ -82,6 +110,40 @@ mod tests {
         same::<RigScenario>(super::RIG);
         same::<LandScenario>(super::LAND);
         same::<IdentificationSettings>(super::IDENTIFY);
+    }
+
+    #[test]
+    fn prop_printed_settings_of_a_flight_are_the_defaults_with_and_without_comments() {
+        use touchdown_link::settings::FlightSettings;
+        let (own, all) = (super::FLY, super::fly().unwrap());
+        assert_eq!(
+            toml::from_str::<FlightSettings>(own).unwrap(),
+            FlightSettings::default()
+        );
+        let hidden = all.strip_prefix(own).unwrap();
+        let hidden = hidden.split_once("units):\n").unwrap().1;
+        let bare: String = hidden
+            .lines()
+            .map(|l| format!("{}\n", l.strip_prefix("# ").unwrap_or("")))
+            .collect();
+        let whole = format!("{own}\n{bare}");
+        assert_eq!(
+            toml::from_str::<FlightSettings>(&whole).unwrap(),
+            FlightSettings::default()
+        );
+        let (mut printed, mut real) = (Vec::new(), Vec::new());
+        keys(&toml::from_str(&whole).unwrap(), "", &mut printed);
+        let defaults = toml::to_string(&FlightSettings::default()).unwrap();
+        keys(&toml::from_str(&defaults).unwrap(), "", &mut real);
+        printed.sort();
+        real.sort();
+        assert_eq!(printed, real);
+        let bare = |l: &&str| l.contains('=') && !l.contains('#') && !l.trim().starts_with('[');
+        assert_eq!(
+            own.lines().filter(bare).count(),
+            0,
+            "keys without a comment"
+        );
     }
 
     /// The tables of `[scenario]` that stand in the sweep as comments, each on its own.

@@ -36,7 +36,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let mistimed = self.estimate(state, sensed, dt);
         let estimate = self.relative.ahead(&state.relative, self.imu_latency_s);
         let health = self.relative.health(&state.relative);
-        let known = self.is_known(&estimate);
+        let known = self.knows(&estimate);
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
 

@@ -1,5 +1,6 @@
 //! All arguments.
 
+pub(crate) mod fly;
 pub(crate) mod identify;
 pub(crate) mod land;
 
@@ -8,6 +9,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use touchdown_terminal::{EXIT_STATUS, Output, Shell};
 
+use fly::FlyArgs;
 use identify::{IdentifyArgs, ValidateArgs};
 use land::{CampaignArgs, LandArgs};
 
@@ -76,6 +78,11 @@ pub(crate) enum Command {
     ///
     /// A sweep file names a scenario, lists of values and distributions. The campaign flies all combinations on all cores.
     Campaign(CampaignArgs),
+    /// Land a real vehicle: the companion beside PX4 or ArduPilot, over MAVLink
+    ///
+    /// Prints a checklist first. Control begins only when the pilot switches to OFFBOARD (PX4) or GUIDED (ArduPilot), and any
+    /// other mode ends it. No parameter is changed. No real vehicle has been flown with it yet.
+    Fly(FlyArgs),
     /// Print the default settings of a command as commented TOML
     Settings(SettingsArgs),
     /// Print the script that completes the command's arguments in a shell
@@ -189,6 +196,8 @@ pub(crate) enum SettingsOf {
     Campaign,
     /// Settings of identification
     Identify,
+    /// A flight beside an autopilot
+    Fly,
 }
 
 const COMPLETIONS: &str = "\

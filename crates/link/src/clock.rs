@@ -1,0 +1,175 @@
+//! The autopilot's clock, by `TIMESYNC`.
+//!
+//! Our request holds our time. The autopilot's answer holds both. Of the last sixteen answers the one with the shortest
+//! round trip gives the offset: what delays a message on its way makes the offset wrong by at most half of it.
+
+use std::collections::VecDeque;
+
+use serde::Serialize;
+
+/// Number of questions that wait for an answer.
+const ASKED: usize = 8;
+/// Number of answers that are kept.
+const KEPT: usize = 16;
+/// Difference that two answers may have beyond their round trips, µs: what crystals drift over a minute.
+const TOLERANCE_US: i64 = 10_000;
+/// Answers in a row that contradict the offset before the clock counts as stepped.
+const CONTRADICTIONS: u32 = 2;
+
+/// One answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Answer {
+    round_trip_us: i64,
+    offset_us: i64,
+}
+
+/// Synchronisation with the autopilot's clock.
+#[derive(Clone, Debug, Default)]
+pub struct ClockSync {
+    answers: Vec<Answer>,
+    next: usize,
+    /// Times of the questions that are not answered yet, µs.
+    asked: VecDeque<i64>,
+    contradictions: u32,
+    steps: u32,
+}
+
+/// State of the synchronisation, for people.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SyncReport {
+    /// Answers that are in use.
+    pub answers: usize,
+    /// Shortest round trip, s.
+    pub round_trip_s: f64,
+    /// The autopilot's time less ours, s.
+    pub offset_s: f64,
+    /// How often the autopilot's clock stepped.
+    pub steps: u32,
+}
+
+impl ClockSync {
+    /// We ask at `now_us`, our time, which the question must hold.
+    pub fn asks(&mut self, now_us: i64) {
+        if self.asked.len() == ASKED {
+            self.asked.pop_front();
+        }
+        self.asked.push_back(now_us);
+    }
+
+    /// An answer: when we asked and got it (our time), and the autopilot's time in it. Returns whether the autopilot's
+    /// clock has stepped. Answers that were not asked for, or that come twice, change nothing.
+    pub fn answered(&mut self, asked_us: i64, autopilot_us: i64, got_us: i64) -> bool {
+        let Some(index) = self.asked.iter().position(|asked| *asked == asked_us) else {
+            return false;
+        };
+        self.asked.remove(index);
+        let round_trip_us = got_us.saturating_sub(asked_us);
+        let offset_us = autopilot_us.saturating_sub(asked_us.saturating_add(round_trip_us / 2));
+        let answer = Answer {
+            round_trip_us,
+            offset_us,
+        };
+        let contradicts = self.best().is_some_and(|best| {
+            let apart = best.offset_us.saturating_sub(offset_us).saturating_abs();
+            apart > (best.round_trip_us + round_trip_us) / 2 + TOLERANCE_US
+        });
+        if contradicts {
+            self.contradictions += 1;
+            if self.contradictions < CONTRADICTIONS {
+                return false;
+            }
+            self.answers.clear();
+            self.next = 0;
+            self.steps += 1;
+        }
+        self.contradictions = 0;
+        if self.answers.len() < KEPT {
+            self.answers.push(answer);
+        } else {
+            self.answers[self.next] = answer;
+        }
+        self.next = (self.next + 1) % KEPT;
+        contradicts
+    }
+
+    fn best(&self) -> Option<Answer> {
+        self.answers
+            .iter()
+            .copied()
+            .min_by_key(|answer| answer.round_trip_us)
+    }
+
+    /// Our time of a stamp of the autopilot, µs.
+    #[must_use]
+    pub fn ours_us(&self, autopilot_us: i64) -> Option<i64> {
+        Some(autopilot_us.saturating_sub(self.best()?.offset_us))
+    }
+
+    /// The autopilot's time of one of ours, µs.
+    #[must_use]
+    pub fn theirs_us(&self, ours_us: i64) -> Option<i64> {
+        Some(ours_us.saturating_add(self.best()?.offset_us))
+    }
+
+    /// The state, once there is an answer.
+    #[must_use]
+    pub fn report(&self) -> Option<SyncReport> {
+        let best = self.best()?;
+        Some(SyncReport {
+            answers: self.answers.len(),
+            round_trip_s: best.round_trip_us as f64 * 1e-6,
+            offset_s: best.offset_us as f64 * 1e-6,
+            steps: self.steps,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A question and its answer.
+    fn exchange(clock: &mut ClockSync, asked_us: i64, autopilot_us: i64, got_us: i64) -> bool {
+        clock.asks(asked_us);
+        clock.answered(asked_us, autopilot_us, got_us)
+    }
+
+    #[test]
+    fn analytic_the_shortest_round_trip_decides() {
+        let mut clock = ClockSync::default();
+        // The autopilot's clock is 5 s ahead; the second answer waits 8 ms on its way back.
+        assert!(!exchange(&mut clock, 1_000_000, 6_001_000, 1_002_000));
+        assert!(!exchange(&mut clock, 2_000_000, 7_001_000, 2_010_000));
+        assert_eq!(clock.ours_us(8_000_000), Some(3_000_000));
+        assert_eq!(clock.theirs_us(3_000_000), Some(8_000_000));
+        let report = clock.report().unwrap();
+        assert_eq!((report.answers, report.round_trip_s), (2, 0.002));
+    }
+
+    #[test]
+    fn prop_a_step_of_the_clock_is_found_at_the_second_answer() {
+        let mut clock = ClockSync::default();
+        for k in 0..20 {
+            let asked = k * 200_000;
+            assert!(!exchange(&mut clock, asked, asked + 5_000_200, asked + 400));
+        }
+        // The autopilot restarted.
+        assert!(!exchange(&mut clock, 4_000_000, 100_000, 4_000_400));
+        assert!(exchange(&mut clock, 4_200_000, 300_000, 4_200_400));
+        assert_eq!(clock.report().unwrap().steps, 1);
+        assert_eq!(clock.ours_us(300_000), Some(4_200_200));
+    }
+
+    #[test]
+    fn prop_answers_that_nobody_asked_for_change_nothing() {
+        let mut clock = ClockSync::default();
+        assert!(!exchange(&mut clock, 1_000_000, 6_001_000, 1_002_000));
+        let before = clock.report();
+        assert!(!clock.answered(1_000_000, 9_000_000, 1_003_000), "twice");
+        assert_eq!(clock.report(), before);
+        let mut clock = ClockSync::default();
+        assert!(!clock.answered(10, 0, 5));
+        assert!(!clock.answered(i64::MIN, i64::MAX, i64::MAX));
+        assert!(clock.report().is_none());
+    }
+}

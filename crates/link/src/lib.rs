@@ -1,0 +1,33 @@
+//! The landing computer beside an autopilot: PX4 or ArduPilot, over MAVLink.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`settings`] | settings of a flight, as they stand in `FLIGHT.toml` |
+//! | [`companion`] | the control state machine: bytes and clock ticks in, bytes out |
+//! | [`checklist`] | what is judged before control |
+//! | [`replay`] | a recorded flight, run again and compared bit for bit |
+//! | [`recording`] | the MCAP file of a flight |
+//! | [`transport`] | serial, UDP and TCP |
+//! | [`axes`], [`thrust_curve`], [`clock`], [`readings`], [`wire`] | conversions of axes, thrust, time, readings and frames |
+//!
+//! The companion reads no clock and opens no socket. Its caller gives it every chunk of bytes with its arrival time, and
+//! a tick a hundred times a second. So a recorded flight runs the same code as the flight itself.
+#![forbid(unsafe_code)]
+
+pub mod address;
+mod autopilot;
+pub mod axes;
+pub mod checklist;
+pub mod clock;
+pub mod companion;
+mod error;
+pub mod readings;
+pub mod recording;
+pub mod replay;
+pub mod settings;
+pub mod thrust_curve;
+pub mod transport;
+pub mod wire;
+
+pub use autopilot::Autopilot;
+pub use error::LinkError;

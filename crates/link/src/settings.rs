@@ -1,0 +1,384 @@
+//! Settings of a flight, as they stand in `FLIGHT.toml`.
+
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use touchdown_flight::error::{SettingsError, not_negative, positive, within};
+use touchdown_flight::{Attitude, Vector};
+use touchdown_lander::computer::Computer;
+use touchdown_lander::models::FlightModels;
+use touchdown_lander::settings::{ControlSettings, LoopTiming, SensorNumbers, VehicleNumbers};
+
+/// The side of the autopilot's thrust curve on which the thrust card stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ThrottleSide {
+    /// The card maps the motors' signal to thrust.
+    #[default]
+    MotorSignal,
+    /// The card maps the autopilot's thrust setpoint to thrust.
+    ThrustSetpoint,
+}
+
+/// The vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct VehicleSettings {
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Acceleration of gravity, m/s².
+    pub gravity_mps2: f64,
+    /// Radius of a rotor, m.
+    pub rotor_radius_m: f64,
+    /// What the throttle of the thrust card is.
+    pub throttle: ThrottleSide,
+    /// Time from a command to the attitude control, s.
+    pub command_delay_s: f64,
+}
+
+impl Default for VehicleSettings {
+    /// The paper's quadrotor.
+    fn default() -> Self {
+        let numbers = VehicleNumbers::default();
+        Self {
+            mass_kg: numbers.mass_kg,
+            gravity_mps2: numbers.gravity_mps2,
+            rotor_radius_m: numbers.rotor_radius_m,
+            throttle: ThrottleSide::default(),
+            command_delay_s: LoopTiming::default().command_delay_s,
+        }
+    }
+}
+
+/// The sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SensorSettings {
+    /// Latency of specific force and attitude, s.
+    pub imu_latency_s: f64,
+    /// Longest gap between two of their messages that is bridged by the last one, s.
+    pub imu_gap_s: f64,
+    /// Position of the range finder from the vehicle's reference point, forward-left-up, m.
+    pub range_position_m: [f64; 3],
+    /// Smallest and largest distance of the range finder, m.
+    pub range_limits_m: [f64; 2],
+    /// Error of `LANDING_TARGET` on each axis, standard deviation, m.
+    pub target_sd_m: f64,
+    /// Age of a `LANDING_TARGET` without a time stamp, at its arrival, s.
+    pub target_latency_s: f64,
+    /// Least time between two velocities that are used, s. They come from the autopilot's own filter, so that faster ones
+    /// repeat each other's errors.
+    pub velocity_period_s: f64,
+    /// A reading older than this at its arrival is ignored, s.
+    pub greatest_age_s: f64,
+}
+
+impl Default for SensorSettings {
+    fn default() -> Self {
+        let numbers = SensorNumbers::default();
+        Self {
+            imu_latency_s: numbers.imu_latency_s,
+            imu_gap_s: 0.05,
+            range_position_m: numbers.range_position_m.to_array(),
+            range_limits_m: numbers.range_limits_m,
+            target_sd_m: 0.01,
+            target_latency_s: 0.05,
+            velocity_period_s: 0.1,
+            greatest_age_s: 0.3,
+        }
+    }
+}
+
+/// Rates that the autopilot is asked for, Hz.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RateSettings {
+    /// `ATTITUDE_QUATERNION`.
+    pub attitude_hz: f64,
+    /// `HIGHRES_IMU` of PX4, `SCALED_IMU` of ArduPilot.
+    pub imu_hz: f64,
+    /// `DISTANCE_SENSOR`.
+    pub range_hz: f64,
+    /// `LOCAL_POSITION_NED`.
+    pub velocity_hz: f64,
+    /// `LANDING_TARGET`: its sender is not asked, its rate is only judged.
+    pub target_hz: f64,
+    /// Least share of these rates with which control is possible.
+    pub least_share: f64,
+}
+
+impl Default for RateSettings {
+    fn default() -> Self {
+        Self {
+            attitude_hz: 100.0,
+            imu_hz: 100.0,
+            range_hz: 50.0,
+            velocity_hz: 30.0,
+            target_hz: 20.0,
+            least_share: 0.5,
+        }
+    }
+}
+
+/// Limits beyond which the companion gives the vehicle back.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LimitSettings {
+    /// Silence of the autopilot, s.
+    pub silent_s: f64,
+    /// Age of the newest attitude or specific force, s.
+    pub stale_s: f64,
+    /// Longest round trip of a time synchronisation before control, s.
+    pub round_trip_s: f64,
+    /// Greatest difference between the hover thrust of the thrust card and that of the autopilot.
+    pub hover_thrust: f64,
+    /// Longest time after which the autopilot leaves a setpoint that is not renewed, s.
+    pub failsafe_s: f64,
+}
+
+impl Default for LimitSettings {
+    fn default() -> Self {
+        Self {
+            silent_s: 0.3,
+            stale_s: 0.4,
+            round_trip_s: 0.02,
+            hover_thrust: 0.15,
+            failsafe_s: 1.0,
+        }
+    }
+}
+
+/// Model cards that replace the default models. Paths are relative to the settings file.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CardSettings {
+    /// Thrust.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thrust: Option<PathBuf>,
+    /// Ground effect of `empirical`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub empirical: Option<PathBuf>,
+    /// Ground effect of `dynamic` and `dynamic+observer`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dynamic: Option<PathBuf>,
+}
+
+/// All settings of a flight.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FlightSettings {
+    /// The link to the autopilot.
+    pub link: String,
+    /// System id of the vehicle; 0 for the first one that is heard.
+    pub system_id: u8,
+    /// Component id of the companion.
+    pub component_id: u8,
+    /// Model cards.
+    pub cards: CardSettings,
+    /// The vehicle.
+    pub vehicle: VehicleSettings,
+    /// The sensors.
+    pub sensors: SensorSettings,
+    /// The rates.
+    pub rates: RateSettings,
+    /// The limits.
+    pub limits: LimitSettings,
+    /// The landing computer.
+    pub control: ControlSettings<f64>,
+    /// The models of thrust and ground effect.
+    pub models: FlightModels<f64>,
+}
+
+impl Default for FlightSettings {
+    fn default() -> Self {
+        Self {
+            link: "udpin:0.0.0.0:14540".to_string(),
+            system_id: 0,
+            component_id: 191,
+            cards: CardSettings::default(),
+            vehicle: VehicleSettings::default(),
+            sensors: SensorSettings::default(),
+            rates: RateSettings::default(),
+            limits: LimitSettings::default(),
+            control: ControlSettings::default(),
+            models: FlightModels::default(),
+        }
+    }
+}
+
+/// Time between two ticks of the companion, s.
+pub const PERIOD_S: f64 = 0.01;
+
+impl FlightSettings {
+    /// Checks all settings and builds the landing computer, as campaigns do.
+    ///
+    /// # Errors
+    /// Names the first setting that is not usable.
+    pub fn computer(&self) -> Result<Computer<f64>, SettingsError> {
+        self.check()?;
+        let vehicle = VehicleNumbers {
+            mass_kg: self.vehicle.mass_kg,
+            gravity_mps2: self.vehicle.gravity_mps2,
+            rotor_radius_m: self.vehicle.rotor_radius_m,
+        };
+        let sensors = SensorNumbers {
+            imu_latency_s: self.sensors.imu_latency_s,
+            range_position_m: Vector::from_array(self.sensors.range_position_m),
+            range_limits_m: self.sensors.range_limits_m,
+            // Positions of the deck arrive relative to the vehicle's reference point, in body axes.
+            camera_position_m: Vector::ZERO,
+            camera_turn_rad: 0.0,
+            ..SensorNumbers::default()
+        };
+        let timing = LoopTiming {
+            period_s: PERIOD_S,
+            command_delay_s: self.vehicle.command_delay_s,
+        };
+        let mut control = self.control.clone();
+        control.relative.tag.attitude = Attitude::LEVEL;
+        let hold_height_m = control.state_machine.hold_height_m;
+        control.computer(&self.models, &vehicle, &sensors, &timing, hold_height_m)
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        self.vehicle.check()?;
+        self.sensors.check()?;
+        self.rates.check()?;
+        self.limits.check()
+    }
+}
+
+/// Accepts a value within its bounds, which `expected` names.
+fn between(
+    key: &'static str,
+    value: f64,
+    bounds: RangeInclusive<f64>,
+    expected: &'static str,
+) -> Result<(), SettingsError> {
+    within(key, value, bounds.contains(&value), expected)
+}
+
+impl VehicleSettings {
+    fn check(&self) -> Result<(), SettingsError> {
+        positive("vehicle.mass_kg", self.mass_kg)?;
+        positive("vehicle.gravity_mps2", self.gravity_mps2)?;
+        positive("vehicle.rotor_radius_m", self.rotor_radius_m)?;
+        let key = "vehicle.command_delay_s";
+        between(key, self.command_delay_s, 0.0..=0.5, "0 to 0.5 s")
+    }
+}
+
+impl SensorSettings {
+    fn check(&self) -> Result<(), SettingsError> {
+        let latency_s = self.imu_latency_s;
+        between("sensors.imu_latency_s", latency_s, 0.0..=0.2, "0 to 0.2 s")?;
+        between(
+            "sensors.imu_gap_s",
+            self.imu_gap_s,
+            0.01..=0.5,
+            "0.01 to 0.5 s",
+        )?;
+        let key = "sensors.range_limits_m";
+        let [least_m, greatest_m] = self.range_limits_m;
+        not_negative(key, least_m)?;
+        let above = greatest_m > least_m;
+        within(
+            key,
+            greatest_m,
+            above,
+            "a smallest distance and a larger one",
+        )?;
+        positive("sensors.target_sd_m", self.target_sd_m)?;
+        let latency_s = self.target_latency_s;
+        between(
+            "sensors.target_latency_s",
+            latency_s,
+            0.0..=0.3,
+            "0 to 0.3 s",
+        )?;
+        not_negative("sensors.velocity_period_s", self.velocity_period_s)?;
+        let key = "sensors.greatest_age_s";
+        between(key, self.greatest_age_s, 0.01..=1.0, "0.01 to 1 s")
+    }
+}
+
+impl RateSettings {
+    fn check(&self) -> Result<(), SettingsError> {
+        for (key, hz) in [
+            ("rates.attitude_hz", self.attitude_hz),
+            ("rates.imu_hz", self.imu_hz),
+            ("rates.range_hz", self.range_hz),
+            ("rates.velocity_hz", self.velocity_hz),
+            ("rates.target_hz", self.target_hz),
+        ] {
+            between(key, hz, 1.0..=1000.0, "1 to 1000 Hz")?;
+        }
+        between(
+            "rates.least_share",
+            self.least_share,
+            0.05..=1.0,
+            "0.05 to 1",
+        )
+    }
+}
+
+impl LimitSettings {
+    fn check(&self) -> Result<(), SettingsError> {
+        between("limits.silent_s", self.silent_s, 0.05..=1.0, "0.05 to 1 s")?;
+        between("limits.stale_s", self.stale_s, 0.05..=1.0, "0.05 to 1 s")?;
+        let round_trip_s = self.round_trip_s;
+        between(
+            "limits.round_trip_s",
+            round_trip_s,
+            0.001..=0.5,
+            "0.001 to 0.5 s",
+        )?;
+        between(
+            "limits.hover_thrust",
+            self.hover_thrust,
+            0.01..=1.0,
+            "0.01 to 1",
+        )?;
+        between(
+            "limits.failsafe_s",
+            self.failsafe_s,
+            0.1..=5.0,
+            "0.1 to 5 s",
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_the_defaults_can_be_flown() {
+        FlightSettings::default().computer().unwrap();
+    }
+
+    #[test]
+    fn prop_unknown_keys_and_absurd_values_are_refused() {
+        let error = toml::from_str::<FlightSettings>("[vehicle]\nmas_kg = 1.0\n").unwrap_err();
+        assert!(error.to_string().contains("mas_kg"), "{error}");
+        let mut settings = FlightSettings::default();
+        settings.vehicle.mass_kg = f64::NAN;
+        assert!(
+            settings
+                .computer()
+                .unwrap_err()
+                .to_string()
+                .contains("vehicle.mass_kg")
+        );
+        let mut settings = FlightSettings::default();
+        settings.limits.silent_s = 10.0;
+        assert!(
+            settings
+                .computer()
+                .unwrap_err()
+                .to_string()
+                .contains("limits.silent_s")
+        );
+    }
+}

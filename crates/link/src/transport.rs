@@ -1,0 +1,183 @@
+//! Bytes over serial, UDP and TCP.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{SocketAddr, TcpStream, UdpSocket};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use serialport::SerialPort;
+
+use crate::address::Address;
+use crate::error::LinkError;
+
+/// Longest wait of [`Receiver::receive`].
+const WAIT: Duration = Duration::from_millis(50);
+
+/// The receiving half of a link.
+pub struct Receiver(Incoming);
+
+enum Incoming {
+    Udp {
+        socket: UdpSocket,
+        /// The sender of the last datagram, if it decides where answers go.
+        peer: Option<Arc<Mutex<Option<SocketAddr>>>>,
+    },
+    Tcp(TcpStream),
+    Serial(Box<dyn SerialPort>),
+}
+
+/// The sending half of a link.
+pub struct Sender(Outgoing);
+
+enum Outgoing {
+    Udp {
+        socket: UdpSocket,
+        peer: Option<Arc<Mutex<Option<SocketAddr>>>>,
+    },
+    Tcp(TcpStream),
+    Serial(Box<dyn SerialPort>),
+}
+
+/// Opens a link.
+///
+/// # Errors
+/// A port, host or device that cannot be opened.
+pub fn open(address: &Address) -> Result<(Receiver, Sender), LinkError> {
+    halves(address).map_err(|source| LinkError::Link {
+        address: address.to_string(),
+        source,
+    })
+}
+
+fn halves(address: &Address) -> std::io::Result<(Receiver, Sender)> {
+    Ok(match address {
+        Address::UdpIn(place) => udp(UdpSocket::bind(place)?, Some(Arc::default()))?,
+        Address::UdpOut(place) => {
+            let socket = UdpSocket::bind(if place.starts_with('[') {
+                "[::]:0"
+            } else {
+                "0.0.0.0:0"
+            })?;
+            socket.connect(place)?;
+            udp(socket, None)?
+        }
+        Address::Tcp(place) => {
+            let stream = TcpStream::connect(place)?;
+            stream.set_nodelay(true)?;
+            stream.set_read_timeout(Some(WAIT))?;
+            stream.set_write_timeout(Some(WAIT))?;
+            let sending = stream.try_clone()?;
+            (
+                Receiver(Incoming::Tcp(stream)),
+                Sender(Outgoing::Tcp(sending)),
+            )
+        }
+        Address::Serial { device, baud } => {
+            let port = serialport::new(device, *baud).timeout(WAIT).open()?;
+            let sending = port.try_clone()?;
+            (
+                Receiver(Incoming::Serial(port)),
+                Sender(Outgoing::Serial(sending)),
+            )
+        }
+    })
+}
+
+fn udp(
+    socket: UdpSocket,
+    peer: Option<Arc<Mutex<Option<SocketAddr>>>>,
+) -> std::io::Result<(Receiver, Sender)> {
+    socket.set_read_timeout(Some(WAIT))?;
+    let sending = socket.try_clone()?;
+    let outgoing = Outgoing::Udp {
+        socket: sending,
+        peer: peer.clone(),
+    };
+    Ok((Receiver(Incoming::Udp { socket, peer }), Sender(outgoing)))
+}
+
+impl Receiver {
+    /// Waits for bytes, at most 50 ms. None is no error: nothing came.
+    ///
+    /// # Errors
+    /// A link that is closed or broken. A UDP port on which nobody listens yet is neither.
+    pub fn receive(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let received = match &mut self.0 {
+            Incoming::Udp { socket, peer } => socket.recv_from(buffer).map(|(length, from)| {
+                if let Some(peer) = peer {
+                    *peer.lock().unwrap_or_else(PoisonError::into_inner) = Some(from);
+                }
+                length
+            }),
+            Incoming::Tcp(stream) => match stream.read(buffer) {
+                Ok(0) => Err(ErrorKind::ConnectionAborted.into()),
+                other => other,
+            },
+            Incoming::Serial(port) => port.read(buffer),
+        };
+        quiet(received)
+    }
+}
+
+impl Sender {
+    /// Sends bytes. Over UDP they are lost while nobody has been heard.
+    ///
+    /// # Errors
+    /// A link that is closed or broken.
+    pub fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        let sent = match &mut self.0 {
+            Outgoing::Udp { socket, peer: None } => socket.send(bytes),
+            Outgoing::Udp {
+                socket,
+                peer: Some(peer),
+            } => match *peer.lock().unwrap_or_else(PoisonError::into_inner) {
+                Some(peer) => socket.send_to(bytes, peer),
+                None => Ok(0),
+            },
+            Outgoing::Tcp(stream) => stream.write_all(bytes).map(|()| bytes.len()),
+            Outgoing::Serial(port) => port.write_all(bytes).map(|()| bytes.len()),
+        };
+        quiet(sent).map(|_| ())
+    }
+}
+
+/// No bytes where nothing came in time, or nobody listens on a UDP port.
+fn quiet(result: std::io::Result<usize>) -> std::io::Result<usize> {
+    match result {
+        Err(e)
+            if matches!(
+                e.kind(),
+                ErrorKind::WouldBlock
+                    | ErrorKind::TimedOut
+                    | ErrorKind::Interrupted
+                    | ErrorKind::ConnectionRefused
+                    | ErrorKind::ConnectionReset
+            ) =>
+        {
+            Ok(0)
+        }
+        other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_udp_answers_go_to_the_last_sender() {
+        let free = UdpSocket::bind("127.0.0.1:0").unwrap();
+        let place = free.local_addr().unwrap().to_string();
+        drop(free);
+        let (mut here, mut back) = open(&Address::UdpIn(place.clone())).unwrap();
+        let (mut there, mut to) = open(&Address::UdpOut(place)).unwrap();
+        back.send(b"lost").unwrap();
+        let mut buffer = [0; 16];
+        to.send(b"hello").unwrap();
+        assert_eq!(here.receive(&mut buffer).unwrap(), 5);
+        back.send(b"you").unwrap();
+        assert_eq!(there.receive(&mut buffer).unwrap(), 3);
+        assert_eq!(&buffer[..3], b"you");
+        assert_eq!(there.receive(&mut buffer).unwrap(), 0, "nothing came");
+    }
+}
