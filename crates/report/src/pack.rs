@@ -1,5 +1,7 @@
 //! Long columns of a figure's description in few bytes.
 
+use std::collections::HashMap;
+
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
@@ -14,18 +16,27 @@ const GAP: u16 = u16::MAX;
 
 /// Replaces the long columns of all traces by `{ "low", "step", "packed" }`: 16-bit steps, little-endian, in base64.
 /// Columns on logarithmic axes stay as they are, because equal steps would be coarse at their small end.
+///
+/// Curves of one figure share their times: a packed column that equals an earlier one becomes `{ "trace", "axis" }` of it.
 pub(crate) fn pack(description: &mut Value) {
     let layout = description["layout"].take();
-    for trace in description["data"].as_array_mut().into_iter().flatten() {
+    let mut stored: HashMap<String, Value> = HashMap::new();
+    let traces = description["data"].as_array_mut().into_iter().flatten();
+    for (index, trace) in traces.enumerate() {
         for letter in ["x", "y"] {
             if on_log_axis(&layout, trace, letter) {
                 continue;
             }
-            if let Some(packed) = trace[letter]
-                .as_array()
-                .and_then(|column| pack_column(column))
-            {
-                trace[letter] = packed;
+            let column = trace[letter].as_array();
+            if let Some(packed) = column.and_then(|column| pack_column(column)) {
+                let place = json!({ "trace": index, "axis": letter });
+                trace[letter] = match stored.get(&packed.to_string()) {
+                    Some(earlier) => earlier.clone(),
+                    None => {
+                        stored.insert(packed.to_string(), place);
+                        packed
+                    }
+                };
             }
         }
     }
@@ -68,12 +79,18 @@ mod tests {
         y[7] = Value::Null;
         let short = json!([1.0, 2.0]);
         let mut description = json!({
-            "data": [{ "x": y, "y": y, "xaxis": "x2", "yaxis": "y" }, { "x": short, "y": short }],
+            "data": [
+                { "x": y, "y": y, "xaxis": "x2", "yaxis": "y" },
+                { "x": short, "y": short },
+                { "x": short, "y": y },
+            ],
             "layout": { "xaxis2": { "type": "log" }, "yaxis": { "type": "linear" } },
         });
         pack(&mut description);
         assert!(description["data"][0]["x"].is_array(), "logarithmic");
         assert_eq!(description["data"][1]["y"], short);
+        let again = json!({ "trace": 0, "axis": "y" });
+        assert_eq!(description["data"][2]["y"], again, "stored once");
         let column = &description["data"][0]["y"];
         let bytes = STANDARD.decode(column["packed"].as_str().unwrap()).unwrap();
         let codes: Vec<u16> = bytes

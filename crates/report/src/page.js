@@ -10,7 +10,11 @@
     if (figure.ready) return;
     const { data, layout } = JSON.parse(figure.querySelector("script").textContent);
     for (const trace of data) {
-      for (const axis of ["x", "y"]) if (trace[axis]?.packed) trace[axis] = unpack(trace[axis]);
+      for (const axis of ["x", "y"]) {
+        const column = trace[axis];
+        if (column?.packed) trace[axis] = unpack(column);
+        else if (column?.axis) trace[axis] = data[column.trace][column.axis]; // An earlier column, unpacked by now.
+      }
     }
     layout.showlegend = false; // The names above the chart are the legend.
     const config = {

@@ -128,8 +128,8 @@ impl Figure {
             let positions: Vec<usize> = (0..panel.categories.len()).collect();
             let names: Vec<String> = panel.categories.iter().map(|c| text(c)).collect();
             x.extend(object(json!({
-                // On a narrow page names turn: the axis then takes the room that they need.
-                "automargin": true,
+                // On a narrow page names turn, up to the right, and the axis takes the room that they need.
+                "automargin": true, "autotickangles": [0, -30, -90], "ticklabeloverflow": "allow",
                 "tickmode": "array", "tickvals": positions, "ticktext": names, "showgrid": false,
             })));
         }

@@ -278,7 +278,14 @@ fn analytic_inputs_test_model_and_figures() {
             number(&free["valid_time"]) > 0.1 * number(&free["length"]),
             "{free:#}"
         );
-        assert!(std::fs::metadata(&figure).unwrap().len() > 1000);
+        let bytes = std::fs::read(&figure).unwrap();
+        assert!((1000..1_700_000).contains(&bytes.len()), "{}", bytes.len());
+        if ending == "html" {
+            let page = String::from_utf8(bytes).unwrap();
+            let at = |part: &str| page.find(part).unwrap();
+            assert!(at("class=\"verdict") < at("<figure class=\"chart\""));
+            assert!(at("<figure class=\"chart\"") < at("<h2"));
+        }
     }
     // The model's file runs.
     let args = words("simulate {} --data {}", &[&model, &test]);

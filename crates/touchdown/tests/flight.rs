@@ -4,7 +4,7 @@ mod common;
 
 use std::path::PathBuf;
 
-use common::{data, fails, json, map, number, run, text};
+use common::{LARGE_PAGE, data, fails, json, map, number, page, run, text};
 use touchdown_identify::flights::phases::{Phase, Phases};
 use touchdown_identify::flights::{Flight, FlightSettings, GroundEffect, Refusal, ground_effect};
 use touchdown_log::{Map, read_trial};
@@ -241,6 +241,7 @@ fn prop_the_command_identifies_flights_and_writes_all_of_it() {
     ] {
         assert!(out.join(file).exists(), "{file}");
     }
+    page(&out, LARGE_PAGE);
     // The cards fly.
     let card = |name: &str| touchdown_model::Card::read(&out.join(name)).unwrap();
     let hover = card("thrust.toml")

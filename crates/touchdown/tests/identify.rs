@@ -9,7 +9,9 @@ mod common;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use common::{data, fails, json, map, number, rotor_row, run, text, write_log};
+use common::{
+    LARGE_PAGE, SMALL_PAGE, data, fails, json, map, number, page, rotor_row, run, text, write_log,
+};
 use touchdown_model::Card;
 
 const LOG10: &str = "flight-crazyflie-1khz-throttle/log10.csv";
@@ -84,6 +86,7 @@ fn xval_staircase_of_a_thrust_stand() {
     }
     let pictures = std::fs::read_dir(out.join("figures")).unwrap().count();
     assert_eq!(pictures, 4, "curve and course, each as SVG and PNG");
+    page(&out, SMALL_PAGE);
 }
 
 #[test]
@@ -164,7 +167,8 @@ fn prop_all_propellers_in_one_command() {
         !limited.iter().any(|l| l.contains("_7.csv")),
         "{limited:#?}"
     );
-    assert!(std::fs::metadata(out.join("report.html")).unwrap().len() < 15_000_000);
+    // 97 fits, each with its figures.
+    page(&out, 5 * LARGE_PAGE);
 }
 
 #[test]

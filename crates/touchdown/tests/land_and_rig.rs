@@ -1,5 +1,7 @@
 //! `touchdown land`, `rig` and `settings` as commands.
 
+mod common;
+
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
@@ -43,7 +45,7 @@ fn prop_shipped_scenarios_run() {
                 .unwrap();
         assert_eq!(results, written, "what is printed is what is written");
         assert_eq!(results["landing"]["dynamic"]["trials"], 2);
-        assert!(out.join("report.html").exists());
+        common::page(&out, common::SMALL_PAGE);
     }
 }
 

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
 use std::path::Path;
 
 use assert_cmd::Command;
@@ -206,7 +208,7 @@ fn at_sea(figures: &Value, trials: u64) {
 
 fn files(out: &Path) {
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
-    let report = read("report.html");
+    let report = common::page(out, common::LARGE_PAGE);
     for needed in [
         "Levels of identification side by side",
         "2048 subsets",

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use sindy::Model;
-use touchdown_report::{Color, Figure, Panel, Report, Series};
+use touchdown_report::{Callout, Color, Figure, Panel, Report, Series};
 
 use super::object::FitObject;
-use super::score::Test;
+use super::score::{self, Test};
 use super::show;
 use crate::drawing;
 use crate::error::Result;
+use crate::numbers::significant;
 use crate::simulate::figure::course;
 
 /// Writes the figure: a page of all, or one picture of the front and the first trajectory (a test one if there is). Training
@@ -49,17 +50,96 @@ fn page(
 ) -> touchdown_report::Result<Report> {
     let mut page = Report::new("Identification");
     page.fact("sindy", object.version);
+    let judged = test.or(fitted);
+    let (kind, verdict) = verdict(model, object, judged);
+    page.verdict(kind, verdict);
+    match judged.and_then(|judged| judged.runs.first()) {
+        Some(run) => page.figure(&course(model, run, 1))?,
+        None => page.figure(&front(object))?,
+    };
     page.section("Model").code(show::text(model, object));
-    page.section("Terms against error").figure(&front(object))?;
-    for (title, judged) in [("Training", fitted), ("Test", test)] {
-        let Some(judged) = judged else { continue };
+    for warning in &object.warnings {
+        page.callout(Callout::Warning, warning);
+    }
+    if judged.is_some() {
+        page.section("Terms against error").figure(&front(object))?;
+    }
+    for (title, part) in [("Training", fitted), ("Test", test)] {
+        let Some(part) = part else { continue };
         page.section(title);
-        for (i, run) in judged.runs.iter().enumerate() {
-            page.figure(&course(model, run, i + 1))?;
-            page.figure(&residuals(model, judged, i))?;
+        let shown = judged.is_some_and(|judged| std::ptr::eq(judged, part));
+        trajectory(&mut page, model, part, 0, shown)?;
+        if part.runs.len() > 1 {
+            page.folded("More trajectories", |inner| {
+                (1..part.runs.len()).try_for_each(|i| trajectory(inner, model, part, i, false))
+            })?;
         }
     }
     Ok(page)
+}
+
+/// The free run of a trajectory, where it is not `shown` already, and the slopes that the model leaves.
+fn trajectory(
+    page: &mut Report,
+    model: &Model,
+    part: &Test,
+    index: usize,
+    shown: bool,
+) -> touchdown_report::Result<()> {
+    if let Some(run) = part.runs.get(index).filter(|_| !shown) {
+        page.figure(&course(model, run, index + 1))?;
+    }
+    if part.slopes.get(index).is_some_and(Option::is_some) {
+        page.figure(&residuals(model, part, index))?;
+    }
+    Ok(())
+}
+
+/// Equations of more letters than this are counted in the verdict instead of quoted.
+const QUOTED: usize = 160;
+
+/// The equations, and how well their free run predicts.
+fn verdict(model: &Model, object: &FitObject, judged: Option<&Test>) -> (Callout, String) {
+    let equations = format!("{model:.4}");
+    let lines: Vec<String> = equations.lines().map(|line| format!("`{line}`")).collect();
+    let terms: usize = object.equations.iter().map(|(_, terms)| terms.len()).sum();
+    let found = match equations.len() {
+        0..=QUOTED => format!("The data follow {}.", lines.join(" and ")),
+        _ => format!(
+            "{} equations with {terms} terms in all describe the data.",
+            model.states().len()
+        ),
+    };
+    let worst = judged.and_then(worst_error);
+    let predicts = match worst {
+        Some((error, state)) => format!(
+            " In free run from the first row, without corrections, the error is at most {} % of the standard deviation (`{state}`).",
+            significant(100.0 * error, 2)
+        ),
+        None => String::new(),
+    };
+    let doubts = match object.warnings.len() {
+        0 => String::new(),
+        1 => " One warning below qualifies this.".into(),
+        n => format!(" {n} warnings below qualify this."),
+    };
+    let predicted = worst.is_none_or(|(error, _)| error < score::VALID);
+    let kind = if predicted && object.warnings.is_empty() {
+        Callout::Success
+    } else {
+        Callout::Warning
+    };
+    (kind, format!("{found}{predicts}{doubts}"))
+}
+
+/// The largest error of a state in free run over its standard deviation, root mean square, over all trajectories.
+fn worst_error(judged: &Test) -> Option<(f64, &str)> {
+    let runs = judged.object.free_run.iter();
+    let states = runs.filter_map(|free| free.run.relative.as_ref());
+    let errors = states.flat_map(|relative| relative.iter());
+    errors
+        .filter_map(|(state, error)| Some(((*error)?, state)))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 fn front(object: &FitObject) -> Figure {
@@ -97,7 +177,7 @@ fn residuals(model: &Model, judged: &Test, run: usize) -> Figure {
             let both = slopes.measured[i].iter().zip(&slopes.modelled[i]);
             let left: Vec<f64> = both.map(|(a, b)| a - b).collect();
             let panel = Panel::new("time", format!("{state}', data - model"))
-                .series(Series::line("", &slopes.time, &left))
+                .series(Series::line("", &slopes.time, &left).color(Color::Cycle(i)))
                 .series(Series::horizontal("", 0.0));
             figure = figure.panel(panel);
         }

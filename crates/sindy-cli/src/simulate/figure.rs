@@ -3,11 +3,14 @@
 use std::path::Path;
 
 use sindy::Model;
-use touchdown_report::{Figure, Panel, Report, Series};
+use touchdown_report::{Color, Figure, Panel, Report, Series};
 
 use super::Simulated;
 use crate::drawing;
 use crate::error::Result;
+
+/// Measurements stand behind everything else.
+const MEASURED: Color = Color::Rgb(0xB8, 0xBE, 0xC6);
 
 /// Writes the figure: all runs on a page, the first one in a picture.
 pub(crate) fn write(path: &Path, model: &Model, simulated: &[Simulated]) -> Result<()> {
@@ -39,9 +42,12 @@ pub(crate) fn course(model: &Model, simulated: &Simulated, number: usize) -> Fig
     for (i, name) in model.states().iter().enumerate() {
         let mut panel = Panel::new("time", name.clone());
         if let Some(measured) = &task.measured {
-            panel = panel.series(Series::line("measured", &task.time, &measured[i]));
+            let measured = Series::line("measured", &task.time, &measured[i]);
+            panel = panel.series(measured.color(MEASURED).width(3.0));
         }
-        panel = panel.series(Series::dashed("model", &run.time, &run.states[i]));
+        // A state has one colour in all figures.
+        panel =
+            panel.series(Series::line("model", &run.time, &run.states[i]).color(Color::Cycle(i)));
         figure = figure.panel(panel);
     }
     figure

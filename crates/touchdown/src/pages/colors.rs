@@ -20,13 +20,13 @@ pub(super) const ESTIMATED: Color = Color::Cycle(4);
 /// What a predictor on board returns.
 pub(super) const FORECAST: Color = Color::Cycle(3);
 /// The deck or plate.
-pub(super) const DECK: Color = Color::Cycle(5);
+pub(super) const DECK: Color = Color::Rgb(0x6B, 0x8E, 0x23);
 /// Inputs that the reader needs for orientation: throttle, height.
 pub(super) const INPUT: Color = Color::GREY;
 /// Force of the feet on the deck.
 pub(super) const FEET: Color = Color::Cycle(13);
-/// Trials of one method in figures whose axis names the method.
-pub(super) const TRIALS: Color = Color::Cycle(5);
+/// Trials of any method, in figures whose axis names the method.
+pub(super) const TRIALS: Color = Color::Rgb(0x5A, 0x6B, 0x7D);
 /// Errors on the data of the fit.
 pub(super) const TRAINING: Color = Color::GREY;
 /// Errors on held-out trials.
@@ -80,7 +80,7 @@ pub(super) fn of_form(form: Form) -> Color {
         Form::Derivative => Color::Cycle(11),
         Form::Ratio | Form::RotorLag => Color::Cycle(2),
         Form::Library => Color::Cycle(9),
-        Form::FirstOrder => Color::Cycle(12),
+        Form::FirstOrder => Color::Rgb(0xC0, 0x20, 0xA0),
         Form::LaggedMotors => Color::Cycle(3),
     }
 }
@@ -112,6 +112,18 @@ pub(super) fn of_models(forms: &[Form]) -> Vec<Color> {
     taken
 }
 
+/// Flights that colours tell apart; more have one colour.
+pub(super) const FLIGHTS: usize = 16;
+
+/// The colour of the `index`-th of several flights: no method and no form has it.
+pub(super) fn of_flight(index: usize, flights: usize) -> Color {
+    match flights {
+        0..=1 => shade(0.25),
+        2..=FLIGHTS => shade(index as f64 / (flights - 1) as f64),
+        _ => shade(0.25),
+    }
+}
+
 /// From cool and dark to warm and light, for a quantity that runs from 0 to 1 (after the map viridis, without its lightest end).
 pub(super) fn shade(share: f64) -> Color {
     const STOPS: [[f64; 3]; 5] = [
@@ -141,6 +153,11 @@ mod tests {
         let colors = Method::ALL.map(of_method);
         for (i, color) in colors.iter().enumerate() {
             assert!(!colors[..i].contains(color) && *color != Color::GREY);
+        }
+        let others = [DECK, TRIALS, REFERENCE, ESTIMATED, FEET, of_flight(0, 1)];
+        let flights = (0..FLIGHTS).map(|i| of_flight(i, FLIGHTS));
+        for other in others.into_iter().chain(flights) {
+            assert!(!colors.contains(&other), "{other:?}");
         }
     }
 

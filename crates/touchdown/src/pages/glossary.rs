@@ -33,6 +33,10 @@ pub(super) const TERMS: &[Term] = &[
         &["Wilson"],
         "The Wilson interval is the 95 % confidence interval of a share; it stays between 0 and 100 %.",
     ),
+    term(
+        &["aborted descent", "aborted descents"],
+        "The landing computer breaks a descent off and climbs when a quantity leaves its limits, such as the lateral error.",
+    ),
     // Methods.
     term(
         &["feedback"],

@@ -148,32 +148,48 @@ pub fn report(command: &str, sections: &[Section]) -> Result<Report> {
     if let Some(first) = figures.next() {
         report.figure(first)?;
     }
-    for (index, section) in sections.iter().enumerate() {
-        report.section(&section.title).paragraph(&section.about);
-        for warning in &section.warnings {
-            report.callout(Callout::Warning, warning);
+    if let Some((first, others)) = sections.split_first() {
+        report.section(&first.title);
+        of_log(&mut report, first, first.figures.iter().skip(1))?;
+        if !others.is_empty() {
+            report.section("The other logs");
         }
-        if let Some((header, rows)) = &section.topics {
-            page::put_table(&mut report, table("Topics.", header, rows, 1..7))?;
-        }
-        if !section.header.is_empty() {
-            page::put_table(
-                &mut report,
-                table("Columns.", &section.header, &section.rows, 2..8),
-            )?;
-        }
-        if let Some(map) = &section.suggested_map {
-            report.folded("A map to start from", |inner| {
-                inner.code(map);
-                Ok::<(), Error>(())
+        for section in others {
+            report.folded(&section.title, |inner| {
+                of_log(inner, section, section.figures.iter())
             })?;
-        }
-        for figure in section.figures.iter().skip(usize::from(index == 0)) {
-            report.figure(figure)?;
         }
     }
     page::how_made(&mut report, command, None)?;
     Ok(report)
+}
+
+/// What a log holds: warnings, topics, columns, a map to start from, and plots.
+fn of_log<'a>(
+    report: &mut Report,
+    section: &Section,
+    mut figures: impl Iterator<Item = &'a Figure>,
+) -> Result<()> {
+    report.paragraph(&section.about);
+    for warning in &section.warnings {
+        report.callout(Callout::Warning, warning);
+    }
+    if let Some((header, rows)) = &section.topics {
+        page::put_table(report, table("Topics.", header, rows, 1..7))?;
+    }
+    if !section.header.is_empty() {
+        page::put_table(
+            report,
+            table("Columns.", &section.header, &section.rows, 2..8),
+        )?;
+    }
+    if let Some(map) = &section.suggested_map {
+        report.folded("A map to start from", |inner| {
+            inner.code(map);
+            Ok::<(), Error>(())
+        })?;
+    }
+    figures.try_for_each(|figure| Ok(report.figure(figure).map(drop)?))
 }
 
 /// How much was read and how many warnings there are.
@@ -196,7 +212,7 @@ fn verdict(sections: &[Section]) -> (Callout, String) {
         _ => (
             Callout::Warning,
             format!(
-                "{read} {} below say what was found.",
+                "{read} Read the {} below before you use them.",
                 page::count(warnings, "warning")
             ),
         ),

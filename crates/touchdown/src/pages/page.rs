@@ -59,14 +59,7 @@ impl Page {
         figures: impl Iterator<Item = Figure>,
     ) -> Result<()> {
         let figures: Vec<Figure> = figures.collect();
-        if figures.is_empty() {
-            return Ok(());
-        }
-        self.report.folded(summary, |inner| {
-            figures
-                .iter()
-                .try_for_each(|figure| inner.figure(figure).map(drop))
-        })?;
+        folded_figures(&mut self.report, summary, figures.iter())?;
         self.figures.extend(figures);
         Ok(())
     }
@@ -109,6 +102,21 @@ pub(super) fn put_table(report: &mut Report, mut table: Table) -> Result<()> {
     );
     table.caption.clear();
     report.folded(summary, |inner| inner.table(table).map(drop))?;
+    Ok(())
+}
+
+/// Adds figures behind a line; nothing where there are none.
+pub(super) fn folded_figures<'a>(
+    report: &mut Report,
+    summary: &str,
+    figures: impl Iterator<Item = &'a Figure>,
+) -> Result<()> {
+    let mut figures = figures.peekable();
+    if figures.peek().is_some() {
+        report.folded(summary, |inner| {
+            figures.try_for_each(|figure| inner.figure(figure).map(drop))
+        })?;
+    }
     Ok(())
 }
 

@@ -60,7 +60,7 @@ impl<'a> Track<'a> {
     }
 
     pub(super) fn velocity(&self) -> Panel {
-        panel("v along the normal (m/s)")
+        panel("Velocity v (m/s)")
             .series(self.line("", TRUTH, |r| r.relative_mps[2]))
             .series(self.estimate("", |r| r.estimated_mps[2]))
             .series(self.target("", 1))

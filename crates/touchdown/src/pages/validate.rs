@@ -13,7 +13,7 @@ use crate::error::Result;
 /// Samples that all figures of a report draw together, about: more make it slow to open.
 const DRAWN_SAMPLES: usize = 200_000;
 
-/// Columns of words at the head of the table of errors: card, form, log, seen.
+/// Columns of words at the head of the tables of errors: card, form, log, seen.
 const WORDS: usize = 4;
 
 /// One free run.
@@ -42,12 +42,31 @@ pub struct Drawn<'a> {
 pub struct Overview<'a> {
     /// The command that redoes it.
     pub command: &'a str,
-    /// Head of the table of errors.
+    /// Head of the tables of errors.
     pub header: &'a [String],
-    /// Its rows.
+    /// Errors of each card on each log.
     pub rows: &'a [Vec<String>],
+    /// Errors of each card over all logs that it has not seen.
+    pub pooled_rows: &'a [Vec<String>],
+    /// The cards, for the verdict.
+    pub cards: &'a [UnseenError],
     /// What a reader should know.
     pub warnings: &'a [String],
+}
+
+/// The error of a card over the logs that it has not seen.
+#[derive(Clone, Debug)]
+pub struct UnseenError {
+    /// The card's file.
+    pub card: String,
+    /// What it models.
+    pub kind: Kind,
+    /// The number of logs.
+    pub logs: usize,
+    /// Mean absolute error against the measurement (N).
+    pub mae_n: Option<f64>,
+    /// The measurement's own (N), where the truth is known.
+    pub noise_mae_n: Option<f64>,
 }
 
 /// A figure for each log and kind of model: measured and predicted, error below.
@@ -178,72 +197,81 @@ pub fn report(overview: &Overview<'_>, figures: &[Figure]) -> Result<Report> {
         report.figure(first)?;
     }
     report.section("Errors");
-    let mut table = Table::new("Errors in newtons.");
-    for (i, name) in overview.header.iter().enumerate() {
-        table = if i < WORDS {
-            table.text_column(name)
-        } else {
-            table.number_column(name, "")
-        };
+    if !overview.pooled_rows.is_empty() {
+        let caption = "Errors over all logs that a card has not seen.";
+        report.table(errors(caption, overview.header, overview.pooled_rows))?;
     }
-    for row in overview.rows {
-        table = table.row(row.iter().map(Cell::text));
-    }
-    page::put_table(&mut report, table)?;
+    let of_logs = errors("Errors on each log.", overview.header, overview.rows);
+    page::put_table(&mut report, of_logs)?;
     for warning in overview.warnings {
         report.callout(Callout::Warning, warning);
     }
-    if figures.len() > 1 {
-        report.section("More free runs");
-    }
-    for figure in figures.iter().skip(1) {
-        report.figure(figure)?;
-    }
+    page::folded_figures(
+        &mut report,
+        "Free runs on the other logs",
+        figures.iter().skip(1),
+    )?;
     page::how_made(&mut report, overview.command, None)?;
     Ok(report)
 }
 
-/// The card with the smallest error on its unseen logs.
-fn verdict(overview: &Overview<'_>) -> (Callout, String) {
-    // Cards, seen and the mean absolute error stand at the head of each row; a last row of each card is over all its logs.
-    let unseen = overview.rows.iter().filter(|row| row[3] != "yes");
-    let judged = unseen.filter_map(|row| Some((row, row[WORDS].parse::<f64>().ok()?)));
-    let mut of_cards: Vec<(&str, &str, f64)> = Vec::new();
-    for (row, mae_n) in judged {
-        of_cards.retain(|(card, ..)| *card != row[0]);
-        of_cards.push((&row[0], &row[2], mae_n));
+/// A table of errors. A name that ends in ` N` is that of a force.
+fn errors(caption: &str, header: &[String], rows: &[Vec<String>]) -> Table {
+    let mut table = Table::new(caption);
+    for (i, name) in header.iter().enumerate() {
+        table = match name.strip_suffix(" N") {
+            _ if i < WORDS => table.text_column(name),
+            Some(name) => table.number_column(name, "N"),
+            None => table.number_column(name, ""),
+        };
     }
-    let best = of_cards.iter().min_by(|a, b| a.2.total_cmp(&b.2));
-    let Some((card, log, mae_n)) = best else {
+    for row in rows {
+        table = table.row(row.iter().map(Cell::text));
+    }
+    table.note(
+        "Seen: whether the log was part of the card's fit. Worst: the largest absolute error. Truth: the force without sensor noise and turbulence, \
+         which a virtual rig knows. Noise: the error of the measurement itself.",
+    )
+}
+
+/// Which card of each kind has the smallest error on the logs that it has not seen.
+fn verdict(overview: &Overview<'_>) -> (Callout, String) {
+    let kinds = [
+        (Kind::Thrust, "thrust"),
+        (Kind::GroundEffect, "ground-effect"),
+    ];
+    let best =
+        kinds.map(|(kind, name)| best(name, overview.cards.iter().filter(|c| c.kind == kind)));
+    let sentences: Vec<String> = best.into_iter().flatten().collect();
+    if sentences.is_empty() {
         return (
             Callout::Warning,
             "No log is unseen by a card; all errors are those on training data.".into(),
         );
-    };
-    let rank = match of_cards.len() {
-        1 => format!("`{card}` predicts"),
-        n => format!("Of {n} cards, `{card}` predicts best:"),
-    };
-    let found = match of_cards.len() {
-        1 => format!(
-            "{rank} `{log}` with a mean absolute error of {} N in free run.",
-            page::show(*mae_n, 3)
-        ),
-        _ => format!(
-            "{rank} its mean absolute error in free run is {} N on `{log}`.",
-            page::show(*mae_n, 3)
-        ),
-    };
+    }
     let kind = if overview.warnings.is_empty() {
         Callout::Success
     } else {
         Callout::Warning
     };
-    (
-        kind,
-        format!(
-            "{found}{}",
-            super::identify::remarks(overview.warnings.len())
-        ),
-    )
+    let remarks = super::identify::remarks(overview.warnings.len());
+    (kind, format!("{}{remarks}", sentences.join(" ")))
+}
+
+/// The card with the smallest error, in a sentence.
+fn best<'a>(kind: &str, cards: impl Iterator<Item = &'a UnseenError>) -> Option<String> {
+    let judged: Vec<(&UnseenError, f64)> = cards.filter_map(|c| Some((c, c.mae_n?))).collect();
+    let (card, mae_n) = judged.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let rank = match judged.len() {
+        1 => format!("`{}` predicts the {kind} force:", card.card),
+        n => format!("Of {n} {kind} cards, `{}` predicts best:", card.card),
+    };
+    let noise = card.noise_mae_n.map_or_else(String::new, |noise_n| {
+        format!(" The sensor's noise alone is {} N.", page::show(noise_n, 3))
+    });
+    Some(format!(
+        "{rank} its mean absolute error in free run is {} N over {}.{noise}",
+        page::show(*mae_n, 3),
+        page::count(card.logs, "unseen log")
+    ))
 }

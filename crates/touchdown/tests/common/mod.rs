@@ -30,6 +30,30 @@ pub fn map(name: &str) -> PathBuf {
     root().join("examples/maps").join(name)
 }
 
+/// Bytes of a page with one figure or a few, at most: plotly.js and the typefaces are 1.3 MB of it.
+pub const SMALL_PAGE: usize = 1_700_000;
+/// Bytes of a page with many figures, at most.
+pub const LARGE_PAGE: usize = 3_000_000;
+
+/// The page in a folder of results: its size is bounded, and its verdict stands before its first figure and section.
+pub fn page(folder: &Path, bytes: usize) -> String {
+    let html = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(
+        html.len() <= bytes,
+        "{}: {} bytes",
+        folder.display(),
+        html.len()
+    );
+    let at = |part: &str| html.find(part).unwrap_or(html.len());
+    let (verdict, figure) = (at("class=\"verdict"), at("<figure class=\"chart\""));
+    assert!(
+        verdict < figure && figure < at("<h2"),
+        "{}",
+        folder.display()
+    );
+    html
+}
+
 /// Runs the command.
 pub fn run<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> Output {
     Command::cargo_bin("touchdown")

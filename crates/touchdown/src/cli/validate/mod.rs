@@ -352,10 +352,24 @@ fn write(
         }
     }
     add("--out ", folder);
+    let pooled = results.unseen.iter().filter(|p| p.logs > 1).count();
+    let (rows, pooled_rows) = table.split_at(table.len() - pooled);
+    let of_cards = results.unseen.iter().zip(cards);
+    let errors: Vec<pages::validate::UnseenError> = of_cards
+        .map(|(pooled, given)| pages::validate::UnseenError {
+            card: load::file_name(&given.path),
+            kind: given.card.kind,
+            logs: pooled.logs,
+            mae_n: pooled.measured.map(|e| e.mae),
+            noise_mae_n: pooled.noise_floor.map(|e| e.mae),
+        })
+        .collect();
     let overview = pages::validate::Overview {
         command: &command,
         header,
-        rows: table,
+        rows,
+        pooled_rows,
+        cards: &errors,
         warnings: results.warnings,
     };
     let report = pages::validate::report(&overview, &figures)?;

@@ -261,7 +261,11 @@ pub(super) fn time_series(rank: usize, worst: &WorstLanding, trace: &SpaceTrace)
         format!("worst-{rank:02}"),
         format!("Landing {}: {}", worst.landing, ended(worst)),
     )
-    .caption(format!("{}, trial {}.", worst.of.label(), worst.trial))
+    .caption(format!(
+        "{}, trial {}. Height z and velocity v are relative to the deck, along its normal.",
+        worst.of.label(),
+        worst.trial
+    ))
     .share_x()
     .size(900, 960)
     .panel(track.height())

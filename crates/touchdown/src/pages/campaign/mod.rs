@@ -2,6 +2,7 @@
 
 mod figures;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use figures::{distributions, success_map, time_series};
@@ -42,8 +43,11 @@ pub fn campaign(
     );
     page.report
         .fact("Seed", results.seed.to_string())
-        .fact("Landings at each point", results.trials.to_string())
-        .fact("Landings", results.landings.to_string());
+        .fact("Trials at each point", results.trials.to_string())
+        .fact("Trials", results.landings.to_string());
+    if let Some(controller) = one_controller(results) {
+        page.report.fact("Controller", controller);
+    }
     let (kind, verdict) = verdict(results);
     page.report.verdict(kind, verdict);
     let map = success_map(sweep, results);
@@ -54,6 +58,7 @@ pub fn campaign(
     page.report.section("Points");
     page.text(SYMBOLS);
     page.table(outcomes(results))?;
+    aborts(results).map_or(Ok(()), |table| page.table(table))?;
     page.table(quantities(results))?;
     let random: Vec<String> = sweep.drawn().map(|key| format!("`{key}`")).collect();
     if !random.is_empty() {
@@ -72,13 +77,12 @@ pub fn campaign(
         page.figure(drawn(landing))?;
     }
     page.folded_figures("More of the worst landings", worst.map(drawn))?;
-    page.report
-        .fact("Sweep (SHA-256)", results.sweep_sha256.clone());
     how_made(
         &mut page.report,
         "touchdown campaign sweep.toml --out DIR",
         Some(("sweep.toml", to_toml(sweep.settings())?)),
     )?;
+    page.text(format!("SHA-256 of the sweep: `{}`.", results.sweep_sha256));
     page.finish()
 }
 
@@ -98,9 +102,20 @@ fn verdict(results: &CampaignResults) -> (Callout, String) {
         (false, _) => Callout::Failure,
     };
     let all = format!(
-        "{landed} of {} landings land, {} of them in the first descent; {crashed} crash.",
-        results.landings,
-        total(|f| f.landed_at_first)
+        "{}, {} in the first descent; {}.",
+        match landed == results.landings {
+            true => format!("All {landed} trials land"),
+            false => format!("{landed} of {} trials land", results.landings),
+        },
+        match total(|f| f.landed_at_first) {
+            first if first == landed => "all".to_string(),
+            first => format!("{first} of them"),
+        },
+        match crashed {
+            0 => "none crashes".to_string(),
+            1 => "1 crashes".to_string(),
+            _ => format!("{crashed} crash"),
+        }
     );
     let share = |p: &&PointFigures| p.figures.landed.map_or(0.0, |s| s.share);
     let by_share = |a: &&PointFigures, b: &&PointFigures| share(a).total_cmp(&share(b));
@@ -138,36 +153,45 @@ fn share(share: Option<Share>) -> Cell {
 fn outcomes(results: &CampaignResults) -> Table {
     let mut table = Table::new("Outcomes.")
         .text_column("Point")
-        .text_column("Controller")
-        .number_column("Trials", "")
         .number_column("Landed", "%")
         .number_column("First", "%")
         .number_column("Crashed", "%")
-        .number_column("Waiting", "s")
-        .text_column("Aborts");
+        .number_column("Waiting", "s");
     for p in &results.points {
-        let aborts: Vec<String> = p
-            .figures
-            .aborts
-            .iter()
-            .map(|(reason, count)| format!("{reason} {count}"))
-            .collect();
         table = table.row([
             Cell::text(p.of.label()),
-            Cell::text(p.of.controller.clone()),
-            Cell::text(p.figures.trials.to_string()),
             share(p.figures.landed),
             share(p.figures.landed_at_first),
             share(p.figures.crashed),
             spread(p.figures.waited_s.summary(), 1),
-            if aborts.is_empty() {
-                Cell::missing()
-            } else {
-                Cell::text(aborts.join(", "))
-            },
         ]);
     }
-    table.note("In brackets: 95 % interval of the share (Wilson). Waiting: mean ± standard deviation over all landings.")
+    table.note("In brackets: 95 % interval of the share (Wilson). Waiting: mean ± standard deviation over all trials.")
+}
+
+/// Aborted descents: a row for each point, a column for each reason; none where no descent was aborted.
+fn aborts(results: &CampaignResults) -> Option<Table> {
+    let reasons = results.points.iter().flat_map(|p| p.figures.aborts.keys());
+    let reasons: BTreeSet<&String> = reasons.collect();
+    let mut table = Table::new("Aborted descents by reason.").text_column("Point");
+    for reason in &reasons {
+        table = table.number_column(reason.replace('_', " "), "");
+    }
+    for p in &results.points {
+        let of = |reason: &&String| p.figures.aborts.get(*reason).copied().unwrap_or(0);
+        let counts = reasons.iter().map(|r| Cell::text(of(r).to_string()));
+        table = table.row([Cell::text(p.of.label())].into_iter().chain(counts));
+    }
+    (!reasons.is_empty()).then(|| {
+        table.note("A trial may abort several descents. The limits of each reason stand in the settings below.")
+    })
+}
+
+/// The controller of all points, where it is one.
+fn one_controller(results: &CampaignResults) -> Option<String> {
+    let mut all = results.points.iter().map(|p| &p.of.controller);
+    let first = all.next()?;
+    all.all(|other| other == first).then(|| first.clone())
 }
 
 type Pick = fn(&PointFigures) -> &SampleSummary;

@@ -3,17 +3,16 @@
 use touchdown_identify::FittedCard;
 use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::flights::{Basis, Flight, GroundEffect, Refusal};
+use touchdown_model::Form;
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
 use super::{Overview, armed_intervals, card_blocks, interval, slug};
 use crate::error::Result;
-use crate::pages::colors::{INPUT, TRUTH};
-use crate::pages::page::{put_table, show};
+use crate::pages::colors::{FLIGHTS, INPUT, TRUTH, of_flight, of_form};
+use crate::pages::page::{folded_figures, put_table, show};
 
 /// Logs drawn over time at most.
 const DRAWN: usize = 8;
-/// Flights that colours tell apart.
-const COLOURS: usize = 16;
 /// Heights drawn, in R.
 const HIGHEST: f64 = 8.0;
 
@@ -24,7 +23,8 @@ pub fn figures(flights: &[Flight], found: &GroundEffect, result: &FlightResult) 
     out.extend(over_lag(found));
     let residuals = found.fit.residuals(&found.pieces);
     for (index, flight) in flights.iter().enumerate().take(DRAWN) {
-        out.push(over_time(index, flight, found, &residuals));
+        let color = of_flight(index, flights.len());
+        out.push(over_time(index, color, flight, found, &residuals));
     }
     out
 }
@@ -32,8 +32,8 @@ pub fn figures(flights: &[Flight], found: &GroundEffect, result: &FlightResult) 
 fn over_height(flights: &[Flight], found: &GroundEffect, result: &FlightResult) -> Figure {
     let r = found.rotor_radius_m;
     let ratios = found.measured_ratios();
-    let told_apart = flights.len() <= COLOURS;
-    let each = if told_apart {
+    let distinct = flights.len() <= FLIGHTS;
+    let each = if distinct {
         ", each flight in its colour,"
     } else {
         ""
@@ -46,13 +46,13 @@ fn over_height(flights: &[Flight], found: &GroundEffect, result: &FlightResult) 
             .filter(|[z, _]| *z < HIGHEST)
             .map(|[z, ratio]| (z * r, *ratio))
             .unzip();
-        let (name, color) = match (told_apart, index) {
-            (true, _) => (flight.name.as_str(), index),
-            (false, 0) => ("measured", 0),
-            (false, _) => ("", 0),
+        let name = match (distinct, index) {
+            (true, _) => flight.name.as_str(),
+            (false, 0) => "measured",
+            (false, _) => "",
         };
         let dots = Series::points(name, &x, &y)
-            .color(Color::Cycle(color))
+            .color(of_flight(index, flights.len()))
             .width(if found.hovers.is_empty() { 0.8 } else { 4.0 });
         panel = panel.series(dots);
     }
@@ -94,14 +94,14 @@ fn over_lag(found: &GroundEffect) -> Option<Figure> {
         "Root mean square error of the specific force over the lag of the motors and over that of the wake, all else fitted to each. \
          Dashed lines: the fitted lag and its 95 % interval. A wake without them has no identified lag: the error hardly depends on it.",
     );
-    for (index, profile) in profiles.iter().enumerate() {
+    for profile in &profiles {
         let mg: Vec<f64> = profile.rmse.iter().map(|r| 1e3 * r).collect();
-        let mut panel = Panel::new(format!("Lag of the {} (s)", profile.name), "Error (mg)")
-            .series(Series::line("", &profile.lag_s, &mg).color(Color::Cycle(index)));
-        let sure = match profile.name {
-            "motors" => found.spread.number(&found.fit, "T_m"),
-            _ => found.lag_s(),
+        let (form, sure) = match profile.name {
+            "motors" => (Form::LaggedMotors, found.spread.number(&found.fit, "T_m")),
+            _ => (Form::Lag, found.lag_s()),
         };
+        let mut panel = Panel::new(format!("Lag of the {} (s)", profile.name), "Error (mg)")
+            .series(Series::line("", &profile.lag_s, &mg).color(of_form(form)));
         if let Some(sure) = sure.filter(|_| profile.taken) {
             for (x, name, color) in [
                 (sure.value, "fitted", Color::BLACK),
@@ -138,12 +138,12 @@ struct Used {
 }
 
 /// The hovers of a log, with the ratio of thrusts.
-fn hovers(index: usize, found: &GroundEffect) -> Vec<Used> {
+fn hovers(index: usize, color: Color, found: &GroundEffect) -> Vec<Used> {
     let ours = found.hovers.iter().filter(|h| h.flight == index);
     ours.enumerate()
         .map(|(k, h)| Used {
             name: if k == 0 { "hovers used" } else { "" }.into(),
-            color: Color::Cycle(index),
+            color,
             time_s: vec![h.from_s, h.to_s],
             throttle: vec![h.throttle; 2],
             height_m: vec![h.height_m; 2],
@@ -153,7 +153,12 @@ fn hovers(index: usize, found: &GroundEffect) -> Vec<Used> {
 }
 
 /// The runs of a log, with the residual of the specific force.
-fn runs_used(index: usize, found: &GroundEffect, residuals: &[Vec<f64>]) -> Vec<Used> {
+fn runs_used(
+    index: usize,
+    color: Color,
+    found: &GroundEffect,
+    residuals: &[Vec<f64>],
+) -> Vec<Used> {
     let all = found.pieces.iter().zip(residuals);
     all.filter(|(piece, _)| piece.flight == index)
         .map(|(piece, residual)| {
@@ -161,7 +166,7 @@ fn runs_used(index: usize, found: &GroundEffect, residuals: &[Vec<f64>]) -> Vec<
             let gaps = || vec![f64::NAN; piece.time_s.len()];
             let mut used = Used {
                 name: if piece.run == 0 { "used" } else { "" }.into(),
-                color: Color::Cycle(index),
+                color,
                 time_s: piece.time_s.clone(),
                 throttle: gaps(),
                 height_m: gaps(),
@@ -180,20 +185,21 @@ fn runs_used(index: usize, found: &GroundEffect, residuals: &[Vec<f64>]) -> Vec<
 /// A log over time with what was used of it.
 fn over_time(
     index: usize,
+    color: Color,
     flight: &Flight,
     found: &GroundEffect,
     residuals: &[Vec<f64>],
 ) -> Figure {
     let (used, label, middle, width, caption) = match found.basis {
         Basis::Hovers { .. } => (
-            hovers(index, found),
+            hovers(index, color, found),
             "Thrust over free air",
             1.0,
             3.0,
             "Throttle and height, with the hovers at rest that were used in colour; below, the ratio of thrusts at each.",
         ),
         Basis::Accelerometer | Basis::Poses => (
-            runs_used(index, found, residuals),
+            runs_used(index, color, found, residuals),
             "Measured − model (g)",
             0.0,
             1.75,
@@ -268,6 +274,7 @@ pub fn report(
         report.subsection(&made.card.name);
         card_blocks(&mut report, made)?;
     }
+    overview.all_fits(&mut report)?;
     overview.end(&mut report)?;
     Ok(report)
 }
@@ -352,12 +359,7 @@ fn logs(report: &mut Report, result: &FlightResult, of_logs: &[&Figure]) -> Resu
     }
     if let Some((first, rest)) = of_logs.split_first() {
         report.figure(first)?;
-        if !rest.is_empty() {
-            report.folded("More logs over time", |inner| {
-                rest.iter()
-                    .try_for_each(|figure| inner.figure(figure).map(drop))
-            })?;
-        }
+        folded_figures(report, "More logs over time", rest.iter().copied())?;
     }
     if !result.hovers.is_empty() {
         let mut table = Table::new("Hovers at rest, and thrust over that out of ground effect.")

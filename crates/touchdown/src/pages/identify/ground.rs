@@ -10,7 +10,7 @@ use super::super::front;
 use super::{Overview, card_blocks, front_figure, remarks, slug};
 use crate::error::Result;
 use crate::pages::colors::{MEASURED, of_form};
-use crate::pages::page::{minus, show};
+use crate::pages::page::{folded_figures, minus, show};
 
 /// Trials that are drawn over time at most; all are in the figures over height.
 const DRAWN_TRIALS: usize = 6;
@@ -134,10 +134,12 @@ pub fn report(
             report.figure(&figure)?;
         }
     }
-    report.section("Free runs");
-    for figure in of_trials.iter().skip(1) {
-        report.figure(figure)?;
-    }
+    folded_figures(
+        &mut report,
+        "Free runs on more logs",
+        of_trials.iter().skip(1),
+    )?;
+    overview.all_fits(&mut report)?;
     overview.end(&mut report)?;
     Ok(report)
 }
@@ -216,6 +218,9 @@ fn identifiability(report: &mut Report, before: &Identifiability) -> Result<()> 
             Cell::text(excited),
         ]);
     }
-    report.table(table)?;
+    report.table(table.note(
+        "f: ground-effect force (N); s: throttle, 0 to 1; z: height above the plate (m); v_p and v_q: velocities of plate and vehicle, up (m/s). \
+         An input that hardly varies identifies no term.",
+    ))?;
     Ok(())
 }

@@ -48,10 +48,14 @@ impl Overview<'_> {
         Ok(report)
     }
 
-    /// Ends a page with the table of all fits and the command.
-    fn end(&self, report: &mut Report) -> Result<()> {
+    /// The table of all fits.
+    fn all_fits(&self, report: &mut Report) -> Result<()> {
         report.section("All fits");
-        page::put_table(report, all_fits(self.header, self.rows))?;
+        page::put_table(report, all_fits(self.header, self.rows))
+    }
+
+    /// Ends a page with the command.
+    fn end(&self, report: &mut Report) -> Result<()> {
         page::how_made(report, self.command, None)?;
         report.paragraph("The settings stand in `inputs/settings.toml` beside this report.");
         Ok(())

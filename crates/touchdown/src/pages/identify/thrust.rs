@@ -211,18 +211,42 @@ pub fn report(
 ) -> Result<Report> {
     let first = figures.first().and_then(|figures| figures.first());
     let mut report = overview.begin(verdict(fits, overview.rows.len()), first)?;
+    // Of many fits, the table says more than one after the other.
+    if fits.len() > 1 {
+        overview.all_fits(&mut report)?;
+    }
     for (index, (fit, figures)) in fits.iter().zip(figures).enumerate() {
-        report.section(fit.name);
-        card_blocks(&mut report, fit.made)?;
-        if let Some(flight) = fit.flight {
-            put_table(&mut report, armed_intervals::table(&flight.runs))?;
+        match index {
+            0 => {
+                report.section(fit.name);
+                of_fit(&mut report, fit, figures.iter().skip(1))?;
+            }
+            _ => {
+                if index == 1 {
+                    report.section("The other logs");
+                }
+                report.folded(fit.name, |inner| of_fit(inner, fit, figures.iter()))?;
+            }
         }
-        for figure in figures.iter().skip(usize::from(index == 0)) {
-            report.figure(figure)?;
-        }
+    }
+    if fits.len() <= 1 {
+        overview.all_fits(&mut report)?;
     }
     overview.end(&mut report)?;
     Ok(report)
+}
+
+/// Coefficients, errors and figures of one log's fit.
+fn of_fit<'a>(
+    report: &mut Report,
+    fit: &ThrustFit<'_>,
+    mut figures: impl Iterator<Item = &'a Figure>,
+) -> Result<()> {
+    card_blocks(report, fit.made)?;
+    if let Some(flight) = fit.flight {
+        put_table(report, armed_intervals::table(&flight.runs))?;
+    }
+    figures.try_for_each(|figure| Ok(report.figure(figure).map(drop)?))
 }
 
 /// How well thrust follows from throttle, and how many logs could not be fitted.

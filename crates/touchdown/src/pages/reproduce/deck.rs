@@ -3,6 +3,7 @@
 use touchdown_campaign::vertical::landings::LandingFigures;
 use touchdown_report::{Cell, Color, Table};
 
+use super::super::colors::TRIALS;
 use super::super::landings::{self, Cloud};
 use super::super::page::{Page, show, spread};
 use super::verdict::{Ratio, ratio_text};
@@ -54,7 +55,7 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
         Cloud {
             name: "with acceleration",
             methods: &landing.with_acceleration,
-            color: Color::Rgb(0x5A, 0x6B, 0x7D),
+            color: TRIALS,
         },
         Cloud {
             name: "without",
