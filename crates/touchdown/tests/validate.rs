@@ -5,7 +5,7 @@ mod common;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use common::{SMALL_PAGE, data, fails, json, map, number, page, rotor_row, run, text, write_log};
+use common::{LARGE_PAGE, data, fails, json, map, number, page, rotor_row, run, text, write_log};
 use serde_json::Value;
 use touchdown_sim::body::plant::{Plant, PlantSettings};
 use touchdown_sim::rig::sets::{self, Extent};
@@ -108,8 +108,8 @@ fn whole_path(plant: PlantSettings) -> (Value, Value) {
             "{file}"
         );
     }
-    page(&models, SMALL_PAGE);
-    page(&judged, SMALL_PAGE);
+    page(&models, LARGE_PAGE);
+    page(&judged, LARGE_PAGE);
     let written: Value =
         serde_json::from_str(&std::fs::read_to_string(judged.join("results.json")).unwrap())
             .unwrap();
