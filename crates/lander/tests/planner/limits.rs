@@ -72,8 +72,9 @@ proptest! {
                 prop_assert!((d - hole).abs() > 0.3);
                 prop_assert!(plan.severity.is_finite());
                 prop_assert_eq!(plan.quiescent, plan.severity <= 1.0);
-                // Something other than quiet only at the end of patience.
-                prop_assert!(plan.quiescent || hurry || waited > 23.0);
+                // Something other than quiet only when the end of patience, 30 s, is within the
+                // horizon: 10 s less a descent of at least 2.2 s, and a step of the grid.
+                prop_assert!(plan.quiescent || hurry || waited > 22.2 - 10.0 / 128.0);
             }
             Verdict::Wait { .. } => prop_assert!(!hurry && waited < 30.0),
             Verdict::Blind | Verdict::OutOfReach => {}
