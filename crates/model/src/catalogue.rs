@@ -1,6 +1,6 @@
 //! The catalogue of forms: for each its name, equation, parts, state, rate, output and flight kernel.
 //!
-//! Prediction fills the expressions of a form with a card's terms ([`Card::equations`]). Flight takes
+//! Prediction fills the expressions of a form with a card's terms ([`Card::equations`](crate::Card::equations)). Flight takes
 //! the terms that the form's kernel holds ([`Part::terms`]). A test compares the two
 //! (`tests/catalogue.rs`). A new form is one variant, one entry and, where it flies, one kernel here.
 //!
@@ -22,7 +22,6 @@ use touchdown_flight::ground_effect::{
 };
 use touchdown_flight::thrust::{FirstOrder, Library, StaticThrust, ThrustModel};
 
-use crate::card::Card;
 use crate::error::CardError;
 
 /// The form of a model.
@@ -211,54 +210,81 @@ impl Form {
     }
 }
 
-impl Card {
-    /// The flight kernel of a thrust form with this card's coefficients.
-    pub(crate) fn thrust_kernel(&self) -> Result<ThrustModel<f64>, CardError> {
-        Ok(match self.form {
+/// The terms of a card, as a flight kernel takes them.
+pub(crate) trait Terms {
+    /// The one coefficient of the part `of`.
+    fn single(&self, of: &str) -> Result<f64, CardError>;
+    /// The coefficients of the part `of` in the order of `slots`.
+    fn collect<const N: usize>(&self, of: &str, slots: &[&str; N]) -> Result<[f64; N], CardError>;
+    /// A constant.
+    fn constant(&self, name: &str) -> Result<f64, CardError>;
+    /// A constant that a card may lack; zero then.
+    fn constant_or_zero(&self, name: &str) -> f64;
+    /// The lengths of the bounded functions of height.
+    fn lengths(&self) -> Result<[f64; 3], CardError>;
+    /// A refusal.
+    fn not_for_flight(&self, reason: &str) -> CardError;
+
+    /// The map of height `h`.
+    fn map(&self) -> Result<StaticMap<f64>, CardError> {
+        Ok(StaticMap {
+            h: self.collect("h", &StaticMap::<f64>::TERMS)?,
+            length_m: self.lengths()?,
+        })
+    }
+}
+
+impl Form {
+    /// The flight kernel of a thrust form with the coefficients of `card`.
+    pub(crate) fn thrust_kernel(self, card: &impl Terms) -> Result<ThrustModel<f64>, CardError> {
+        Ok(match self {
             Form::FirstOrder => ThrustModel::FirstOrder(FirstOrder {
-                c0: self.single("c0")?,
-                c1: self.single("c1")?,
-                t_m_s: self.single("T_m")?,
+                c0: card.single("c0")?,
+                c1: card.single("c1")?,
+                t_m_s: card.single("T_m")?,
             }),
             Form::Library => ThrustModel::Library(Library::from_array(
-                self.collect("x'", &Library::<f64>::TERMS)?,
+                card.collect("x'", &Library::<f64>::TERMS)?,
             )),
             Form::StaticSqrt => ThrustModel::Static(StaticThrust {
-                coefficients: self.collect("x", &["1", "s", "s^2", "s^3"])?,
-                t_m_s: self.single("T_m")?,
+                coefficients: card.collect("x", &["1", "s", "s^2", "s^3"])?,
+                t_m_s: card.single("T_m")?,
             }),
             other => {
-                return Err(self.not_for_flight(&format!(
+                return Err(card.not_for_flight(&format!(
                     "form {other:?} has no flight model; first_order, library and static_sqrt have"
                 )));
             }
         })
     }
 
-    /// The flight kernel of a ground-effect form with this card's coefficients.
-    pub(crate) fn ground_effect_kernel(&self) -> Result<GroundEffectModel<f64>, CardError> {
-        Ok(match self.form {
+    /// The flight kernel of a ground-effect form with the coefficients of `card`.
+    pub(crate) fn ground_effect_kernel(
+        self,
+        card: &impl Terms,
+    ) -> Result<GroundEffectModel<f64>, CardError> {
+        Ok(match self {
             Form::Empirical => GroundEffectModel::Empirical(Empirical {
-                mu: self.single("mu")?,
-                rotor_radius_m: self.constant("r")?,
-                rotor_offset_m: self.constants.get("h_r").copied().unwrap_or(0.0),
+                mu: card.single("mu")?,
+                rotor_radius_m: card.constant("r")?,
+                rotor_offset_m: card.constant_or_zero("h_r"),
             }),
-            Form::Static => GroundEffectModel::StaticMap(self.map()?),
+            Form::Static => GroundEffectModel::StaticMap(card.map()?),
             Form::Derivative => GroundEffectModel::Polynomial(Polynomial {
-                theta: self.collect("f'", &Polynomial::<f64>::TERMS)?,
+                theta: card.collect("f'", &Polynomial::<f64>::TERMS)?,
             }),
             Form::Ratio => GroundEffectModel::Ratio(Ratio {
-                xi: self.collect("y'", &Ratio::<f64>::TERMS)?,
-                length_m: self.lengths()?,
+                xi: card.collect("y'", &Ratio::<f64>::TERMS)?,
+                length_m: card.lengths()?,
             }),
             Form::Lag => GroundEffectModel::Lag(Lag {
-                map: self.map()?,
-                k: self.collect("k", &["1", "psi3"])?,
-                tau_s: self.single("tau")?,
+                map: card.map()?,
+                k: card.collect("k", &["1", "psi3"])?,
+                tau_s: card.single("tau")?,
             }),
             other => {
                 return Err(
-                    self.not_for_flight(&format!("form {other:?} is no ground-effect form"))
+                    card.not_for_flight(&format!("form {other:?} is no ground-effect form"))
                 );
             }
         })

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use touchdown_flight::ground_effect::{GroundEffect as _, Guarded, StaticMap, Validity};
+use touchdown_flight::ground_effect::{GroundEffect as _, Guarded, Validity};
 use touchdown_flight::thrust::ThrustModel;
 
 use crate::card::{Card, Form, Kind};
+use crate::catalogue::Terms;
 use crate::error::CardError;
 
 /// Names of the bounded functions of height, `psi_i = 1/(1 + (z/l_i)²)`, and of their lengths.
@@ -44,7 +45,7 @@ impl Card {
                 self.not_for_flight("a thrust card is expected, this is one of ground effect")
             );
         }
-        let model = self.thrust_kernel()?;
+        let model = self.form.thrust_kernel(self)?;
         model
             .validate()
             .map_err(|e| self.not_for_flight(&e.to_string()))?;
@@ -61,7 +62,7 @@ impl Card {
                 self.not_for_flight("a ground-effect card is expected, this is one of thrust")
             );
         }
-        let model = self.ground_effect_kernel()?;
+        let model = self.form.ground_effect_kernel(self)?;
         let [height_min_m, height_max_m] =
             *self.validity.inputs.get("z").ok_or_else(|| {
                 self.not_for_flight("the validity box has no range of heights `z`")
@@ -86,15 +87,10 @@ impl Card {
             .map_err(|e| self.not_for_flight(&e.to_string()))?;
         Ok(guarded)
     }
+}
 
-    pub(crate) fn map(&self) -> Result<StaticMap<f64>, CardError> {
-        Ok(StaticMap {
-            h: self.collect("h", &StaticMap::<f64>::TERMS)?,
-            length_m: self.lengths()?,
-        })
-    }
-
-    pub(crate) fn lengths(&self) -> Result<[f64; 3], CardError> {
+impl Terms for Card {
+    fn lengths(&self) -> Result<[f64; 3], CardError> {
         let mut out = [0.0; 3];
         for (value, (psi, length)) in out.iter_mut().zip(PSI) {
             if self.definitions.get(psi).map(String::as_str) != Some(psi_text(length).as_str()) {
@@ -111,15 +107,18 @@ impl Card {
         Ok(out)
     }
 
-    pub(crate) fn constant(&self, name: &str) -> Result<f64, CardError> {
+    fn constant(&self, name: &str) -> Result<f64, CardError> {
         self.constants
             .get(name)
             .copied()
             .ok_or_else(|| self.not_for_flight(&format!("it has no constant `{name}`")))
     }
 
-    /// The one coefficient of the part `of`.
-    pub(crate) fn single(&self, of: &str) -> Result<f64, CardError> {
+    fn constant_or_zero(&self, name: &str) -> f64 {
+        self.constants.get(name).copied().unwrap_or(0.0)
+    }
+
+    fn single(&self, of: &str) -> Result<f64, CardError> {
         let mut terms = self.terms_of(of);
         match (terms.next(), terms.next()) {
             (Some(term), None) if term.expression == "1" => Ok(term.value),
@@ -127,12 +126,8 @@ impl Card {
         }
     }
 
-    /// The coefficients of the part `of` in the order of `slots`; every term must have a slot.
-    pub(crate) fn collect<const N: usize>(
-        &self,
-        of: &str,
-        slots: &[&str; N],
-    ) -> Result<[f64; N], CardError> {
+    /// Every term must have a slot.
+    fn collect<const N: usize>(&self, of: &str, slots: &[&str; N]) -> Result<[f64; N], CardError> {
         let mut out = [0.0; N];
         for term in self.terms_of(of) {
             let slot = slots
@@ -150,7 +145,7 @@ impl Card {
         Ok(out)
     }
 
-    pub(crate) fn not_for_flight(&self, reason: &str) -> CardError {
+    fn not_for_flight(&self, reason: &str) -> CardError {
         CardError::NotForFlight {
             card: self.name.clone(),
             reason: reason.to_string(),
