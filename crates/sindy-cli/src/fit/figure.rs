@@ -136,7 +136,7 @@ fn verdict(model: &Model, object: &FitObject, judged: Option<&Test>) -> (Callout
 fn worst_error(judged: &Test) -> Option<(f64, &str)> {
     let runs = judged.object.free_run.iter();
     let states = runs.filter_map(|free| free.run.relative.as_ref());
-    let errors = states.flat_map(|relative| relative.iter());
+    let errors = states.flat_map(super::super::named::Named::iter);
     errors
         .filter_map(|(state, error)| Some(((*error)?, state)))
         .max_by(|a, b| a.0.total_cmp(&b.0))
