@@ -5,6 +5,8 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use touchdown_files::TomlError;
+
 use crate::error::{Error, Result};
 
 /// Checks a seed: TOML has 64-bit signed numbers.
@@ -41,7 +43,7 @@ pub fn read<T: Default + DeserializeOwned + Serialize>(path: &Path) -> Result<T>
 pub fn parse<T: Default + DeserializeOwned + Serialize>(text: &str, file: &str) -> Result<T> {
     let bad = |e: toml::de::Error| Error::Settings {
         file: file.to_string(),
-        message: e.to_string().trim_end().to_string(),
+        message: TomlError::new(text, &e).to_string(),
     };
     let given: toml::Table = toml::from_str(text).map_err(bad)?;
     let mut whole: toml::Table = toml::from_str(&to_toml(&T::default())?).map_err(bad)?;

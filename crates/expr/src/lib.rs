@@ -72,3 +72,4 @@ pub use expr::Expr;
 pub use factors::Factor;
 pub use parse::{MAX_NESTING, MAX_TEXT_BYTES};
 pub use program::{Program, Scratch};
+pub use suggest::nearest;

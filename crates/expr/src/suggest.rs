@@ -1,18 +1,30 @@
 //! The known name nearest to an unknown one.
 
-/// The name at the smallest edit distance, if that is at most a third of the
-/// word (at least 1); differences of case count nothing. The first wins a tie.
-pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+/// The name at the smallest edit distance, if that is at most a third of the word (at least 1). Differences of case
+/// count nothing. A name that begins with the word, such as one with a unit after it, counts as one edit. The first
+/// wins a tie.
+#[must_use]
+pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     const LONGEST: usize = 64;
+    /// Shorter words begin too many names.
+    const SHORTEST_BEGINNING: usize = 3;
     let fold = |s: &str| s.chars().flat_map(char::to_lowercase).collect::<Vec<_>>();
     let word = fold(word);
-    if word.len() > LONGEST {
+    if word.is_empty() || word.len() > LONGEST {
         return None;
     }
+    let edits = |name: &[char]| {
+        let begins = word.len() >= SHORTEST_BEGINNING && name.starts_with(&word);
+        if begins && name.len() > word.len() {
+            1
+        } else {
+            distance(&word, name)
+        }
+    };
     known
         .into_iter()
         .filter(|name| name.len() <= 4 * LONGEST)
-        .map(|name| (distance(&word, &fold(name)), name))
+        .map(|name| (edits(&fold(name)), name))
         .min_by_key(|&(distance, _)| distance)
         .filter(|&(distance, _)| distance <= (word.len() / 3).max(1))
         .map(|(_, name)| name)
@@ -63,5 +75,13 @@ mod tests {
         );
         assert_eq!(nearest("Z", ["x", "z"]), Some("z"));
         assert_eq!(nearest("battery", ["x", "z"]), None);
+        assert_eq!(nearest("", ["x", "z"]), None);
+    }
+
+    #[test]
+    fn prop_a_name_without_its_unit_is_near() {
+        let known = ["mass_kg", "throttle", "battery_voltage_v"];
+        assert_eq!(nearest("battery", known), Some("battery_voltage_v"));
+        assert_eq!(nearest("ma", ["mass_kg"]), None);
     }
 }

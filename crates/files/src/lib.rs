@@ -1,4 +1,8 @@
-//! Files: written whole or not at all.
+//! Files: written whole or not at all; what is wrong with a TOML file, in one sentence.
+
+mod toml_error;
+
+pub use toml_error::TomlError;
 
 use std::io::{self, Write as _};
 use std::path::Path;

@@ -17,13 +17,13 @@
 //!
 //! | equation | what it is | where |
 //! | --- | --- | --- |
-//! | (1) | vertical motion of the vehicle, `m v_q' = T + f - m g` | the controllers invert it |
-//! | (2) | empirical ground effect | [`ground_effect::Empirical`] |
-//! | (7) | thrust, first-order lag | [`thrust::FirstOrder`] |
-//! | (8), (11) | thrust, sparse library; its printed coefficients | [`thrust::Library`] |
-//! | (9), (12) | ground effect, derivative form; its printed coefficients | [`ground_effect::Polynomial`] |
-//! | (10) | composite law | [`control::Composite`] |
-//! | (13) | exponential descent | [`reference::Exponential`] |
+//! | eq. (1) | vertical motion of the vehicle, `m v_q' = T + f - m g` | the controllers invert it |
+//! | eq. (2) | empirical ground effect | [`ground_effect::Empirical`] |
+//! | eq. (7) | thrust, first-order lag | [`thrust::FirstOrder`] |
+//! | eq. (8), eq. (11) | thrust, sparse library; its printed coefficients | [`thrust::Library`] |
+//! | eq. (9), eq. (12) | ground effect, derivative form; its printed coefficients | [`ground_effect::Polynomial`] |
+//! | eq. (10) | composite law | [`control::Composite`] |
+//! | eq. (13) | exponential descent | [`reference::Exponential`] |
 //! | Section IV-D | T_L, V_L, S_L | [`metrics`] |
 //!
 //! | module | what it holds |

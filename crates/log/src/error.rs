@@ -9,7 +9,7 @@ use touchdown_trial::TrialError;
 #[non_exhaustive]
 pub enum LogError {
     /// The file is missing or cannot be read.
-    #[error("{path}: cannot be read: {source}")]
+    #[error("{path}: cannot be read: {source}{}", next_step(.source))]
     Read {
         /// The file.
         path: String,
@@ -25,7 +25,9 @@ pub enum LogError {
         source: io::Error,
     },
     /// The file is empty.
-    #[error("{path}: expected a header and rows, found an empty file")]
+    #[error(
+        "{path}: expected a header and rows, found an empty file; copy or export the log again, or leave it out"
+    )]
     Empty {
         /// The file.
         path: String,
@@ -206,6 +208,18 @@ impl LogError {
             | Self::NeedsMap { .. }
             | Self::Trial { .. } => ErrorKind::BadInput,
         }
+    }
+}
+
+/// What to do about a file that cannot be read.
+fn next_step(source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::NotFound => {
+            "; check the path, which is relative to the folder in which the command runs"
+        }
+        io::ErrorKind::PermissionDenied => "; check who may read the file",
+        io::ErrorKind::IsADirectory => "; name the logs in the folder, such as FOLDER/*.csv",
+        _ => "",
     }
 }
 

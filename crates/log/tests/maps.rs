@@ -171,18 +171,21 @@ fn analytic_wrong_maps_tell_line_key_expected_and_found() {
             "schema = 2\n[channels]\ntime_s = 'row'\n",
             "m.toml, line 1, schema: expected 1, found 2",
         ),
-        ("[channels]\ntime_s = 'row'\n", "missing field `schema`"),
+        (
+            "[channels]\ntime_s = 'row'\n",
+            "expected the key `schema`, found none",
+        ),
         (
             "schema = 1\n[channels]\nx = 'row'\n",
             "channels.time_s: expected an expression for the time in seconds",
         ),
         (
             "schema = 1\n[channel]\ntime_s = 'row'\n",
-            "m.toml, line 2: unknown field `channel`, expected one of",
+            "m.toml, line 2, channel: unknown key; the nearest known key is `channels`",
         ),
         (
             "schema = 1\n[channels]\ntime_s = 3\n",
-            "m.toml, line 3, time_s: invalid type: integer `3`, expected a string",
+            "m.toml, line 3, channels.time_s: expected a string or a list of strings, found integer `3`",
         ),
         (
             "schema = 1\n[channels]\ntime_s = 'row +'\n",
@@ -206,7 +209,7 @@ fn analytic_wrong_maps_tell_line_key_expected_and_found() {
         ),
         (
             "schema = 1\n[channels]\ntime_s = 'row'\n[[windows]]\nfrom_s = 3\n",
-            "missing field `to_s`",
+            "windows: expected the key `to_s`, found none",
         ),
         (
             "schema = 1\n[channels]\ntime_s = 'row'\n[resample]\nperiod_s = 0\n",
@@ -218,7 +221,7 @@ fn analytic_wrong_maps_tell_line_key_expected_and_found() {
         ),
         (
             "schema = 1\n[channels]\ntime_s = 'row'\n[vehicle]\nmass = 1\n",
-            "m.toml, line 5, mass: unknown field `mass`, expected `mass_kg`",
+            "m.toml, line 5, vehicle.mass: unknown key; the nearest known key is `mass_kg`",
         ),
         ("schema = 1\n[channels\n", "m.toml, line 2"),
     ] {

@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::path::Path;
 
 use sindy_expr::Expr;
+use touchdown_files::TomlError;
 
 use crate::card::{Card, SCHEMA, Term};
 use crate::error::CardError;
@@ -29,7 +30,7 @@ impl Card {
     pub fn parse(text: &str, file: &str) -> Result<Self, CardError> {
         let text_error = |e: toml::de::Error| CardError::Text {
             file: file.to_string(),
-            message: e.to_string().trim_end().to_string(),
+            message: TomlError::new(text, &e).to_string(),
         };
         let table: toml::Table = toml::from_str(text).map_err(text_error)?;
         match table.get("schema").and_then(toml::Value::as_integer) {

@@ -40,12 +40,12 @@ fn prop_bad_sweeps_are_one_error_and_nothing_written() {
         (
             "[grid]\n\"wind.colour\" = [1]\n",
             2,
-            &["sweep.toml", "wind.colour", "unknown field"],
+            &["sweep.toml", "wind.colour", "unknown key"],
         ),
         (
             "[grid]\n\"timeout_s\" = [10.0, \"long\"]\n",
             2,
-            &["sweep.toml", "timeout_s", "long", "f64"],
+            &["sweep.toml", "timeout_s", "long", "a number"],
         ),
         (
             "[grid]\n\"timeout_s\" = [10.0, -1.0]\n",
@@ -56,7 +56,7 @@ fn prop_bad_sweeps_are_one_error_and_nothing_written() {
         (
             "[grid]\n\"deck.spectrum.significant_height_m\" = [0.3, 2.0]\n",
             2,
-            &["sweep.toml", "unknown field", "spectrum"],
+            &["sweep.toml", "unknown key", "spectrum"],
         ),
         (
             "[scenario.plant]\nmass_kg = nan\n",

@@ -131,6 +131,7 @@ fn prop_every_failure_has_its_status_and_an_object() {
             error.contains(said) || said.contains("subcommand"),
             "{command}: {said} / {error}"
         );
+        assert!(!said.contains('\n'), "{command}: {said}");
         assert!(
             !folder.path().join("out/results.json").exists(),
             "{command}"
@@ -224,4 +225,115 @@ fn prop_nothing_landed_is_an_outcome_that_says_why() {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert!(said.contains("none of 2 landings at"), "{said}");
     assert!(said.contains("landed: 2 "), "{said}");
+}
+
+/// What is wrong is one sentence with file, line, key and the nearest known key, in every kind of configuration.
+#[test]
+fn regress_an_unknown_key_is_one_sentence_and_comes_before_the_logs() {
+    let folder = tempfile::tempdir().unwrap();
+    write_files(folder.path());
+    let file = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    };
+    file("flight.toml", "[vehicle]\n\nmass_kgg = 1.2\n");
+    file("identify.toml", "[flight]\n\nmass_kgg = 1.2\n");
+    file("space.toml", "[scenario.plant]\n\nmass_kgg = 1.2\n");
+    let map = "schema = 1\nchannels = { time_s = 't' }\n[vehicle]\nmass_kgg = 1.2\n";
+    file("map.toml", map);
+    let card = touchdown_model::published::EQ_11.replace("\nname =", "\nnamee =");
+    file("card.toml", &card);
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (empty, ground) = (at("file"), at("ground.toml"));
+    // The log is empty in all of them: configuration is checked first.
+    let ground_effect = ["identify", "ground-effect", &empty];
+    let flown = ["--out", &at("out")];
+    let mass = "unknown key; the nearest known key is `mass_kg`";
+    for (name, command, key, expected) in [
+        (
+            "identify.toml",
+            [&ground_effect[..], &["--settings"]],
+            "line 3, key `flight.mass_kgg`",
+            mass,
+        ),
+        (
+            "map.toml",
+            [&ground_effect[..], &["--map"]],
+            "line 4, vehicle.mass_kgg",
+            mass,
+        ),
+        (
+            "map.toml",
+            [&["inspect", &empty], &["--map"]],
+            "line 4, vehicle.mass_kgg",
+            mass,
+        ),
+        (
+            "card.toml",
+            [&ground_effect[..], &["--thrust"]],
+            "key `namee`",
+            "unknown key; the nearest known key is `name`",
+        ),
+        (
+            "card.toml",
+            [&["validate", &ground, &empty], &["--thrust"]],
+            "key `namee`",
+            "`name`",
+        ),
+        (
+            "space.toml",
+            [&flown[..], &["campaign"]],
+            "line 3, key `scenario.plant.mass_kgg`",
+            mass,
+        ),
+        (
+            "space.toml",
+            [&flown[..], &["land", "--space"]],
+            "line 3, key `scenario.plant.mass_kgg`",
+            mass,
+        ),
+        (
+            "space.toml",
+            [&flown[..], &["land"]],
+            "line 3, key `scenario.plant.mass_kgg`",
+            mass,
+        ),
+        (
+            "flight.toml",
+            [&[], &["fly"]],
+            "line 3, key `vehicle.mass_kgg`",
+            mass,
+        ),
+    ] {
+        let [first, last] = command;
+        let path = at(name);
+        // `--out` stands after the command.
+        let words = match first {
+            ["--out", ..] => [last, &[&path], first].concat(),
+            _ => [first, last, &[&path]].concat(),
+        };
+        let output = run(&words);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {error}");
+        for part in [name, key, expected] {
+            assert!(error.contains(part), "{words:?}: {error}");
+        }
+        assert_eq!(error.trim_end().lines().count(), 1, "{words:?}: {error}");
+    }
+}
+
+#[test]
+fn regress_a_missing_or_empty_log_says_what_to_do_next() {
+    let folder = tempfile::tempdir().unwrap();
+    write_files(folder.path());
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    for (log, next) in [
+        ("none.csv", "check the path"),
+        ("file", "copy or export the log again"),
+    ] {
+        for command in [&["inspect"][..], &["identify", "thrust"]] {
+            let output = run(&[command, &[&at(log)]].concat());
+            let error = text(&output.stderr);
+            assert!(error.contains(next), "{command:?} {log}: {error}");
+        }
+    }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use sha2::{Digest as _, Sha256};
 use toml::{Table, Value};
+use touchdown_files::TomlError;
 use touchdown_sim::deck::rigid::{RigidDeck, RigidMotion};
 use touchdown_sim::deck::series::MotionSeries;
 use touchdown_sim::landing::space::{SpaceLander, SpaceScenario};
@@ -283,10 +284,9 @@ impl Sweep {
     }
 
     fn made(&self, table: Table, values: &[(&str, &Value)]) -> Result<SpaceScenario> {
-        table.try_into().map_err(|e: toml::de::Error| {
-            let message = e.message().to_string();
-            self.at(values, &message)
-        })
+        table
+            .try_into()
+            .map_err(|e: toml::de::Error| self.at(values, &TomlError::new("", &e)))
     }
 
     fn set(&self, table: &mut Table, section: &str, key: &str, value: &Value) -> Result<()> {

@@ -4,43 +4,6 @@ use super::recognise::{Guess, channels};
 use crate::{ColumnSummary, TimeBase};
 use touchdown_trial::TIME_CHANNEL;
 
-/// The name most similar to `name`, if any is similar at all.
-pub(crate) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
-    let wanted: Vec<char> = name.to_lowercase().chars().collect();
-    if wanted.is_empty() || wanted.len() > 200 {
-        return None;
-    }
-    known
-        .map(|candidate| {
-            let letters: Vec<char> = candidate.to_lowercase().chars().take(400).collect();
-            // A name without its unit is as good as a small slip.
-            let distance = if wanted.len() >= 3 && letters.starts_with(&wanted) {
-                1
-            } else {
-                edit_distance(&wanted, &letters)
-            };
-            (distance, candidate)
-        })
-        .min_by_key(|&(distance, _)| distance)
-        .filter(|&(distance, _)| distance <= (wanted.len() / 3).max(1))
-        .map(|(_, candidate)| candidate.to_owned())
-}
-
-/// Levenshtein's distance, one row of the table at a time.
-fn edit_distance(a: &[char], b: &[char]) -> usize {
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.iter().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(row[j + 1] + 1);
-        }
-    }
-    row[b.len()]
-}
-
 /// `Thrust (gf)`, `weight[g]`, `t_s` and `TimeUS` as what and unit, in lower case; `µ` is `u`.
 pub(crate) fn base_and_unit(name: &str) -> (String, String) {
     let name = name

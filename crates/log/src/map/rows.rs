@@ -1,8 +1,8 @@
 //! Rows of named numbers, the input of expressions.
 
 use super::Rule;
-use crate::inspection::suggest::nearest;
 use crate::{ColumnKind, LogError, Table};
+use sindy_expr::nearest;
 
 /// Rows of named columns, filled in block by block.
 pub(crate) trait Rows {
@@ -65,7 +65,8 @@ impl Rows for TableRows<'_> {
             _ => LogError::UnknownColumn {
                 at,
                 table,
-                nearest: nearest(name, self.0.columns.iter().map(|c| c.name.as_str())),
+                nearest: nearest(name, self.0.columns.iter().map(|c| c.name.as_str()))
+                    .map(str::to_owned),
                 found,
                 available: self.0.column_names(),
             },

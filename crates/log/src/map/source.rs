@@ -8,6 +8,7 @@ use sindy_expr::Expr;
 use std::collections::BTreeMap;
 use std::fmt;
 use toml::Spanned;
+use touchdown_files::TomlError;
 use touchdown_trial::TIME_CHANNEL;
 
 /// The version of the map's format that this crate reads.
@@ -119,7 +120,7 @@ impl Source<'_> {
     /// Checks the map.
     pub(super) fn map(&self) -> Result<Map, LogError> {
         let text = self.text.strip_prefix('\u{feff}').unwrap_or(self.text);
-        let raw: RawMap = toml::from_str(text).map_err(|error| self.toml_error(&error))?;
+        let raw: RawMap = toml::from_str(text).map_err(|error| self.toml_error(text, &error))?;
         self.check(&raw.schema, "schema", *raw.schema.get_ref() == SCHEMA, "1")?;
         if !raw.channels.contains_key(TIME_CHANNEL) {
             return Err(LogError::MapValue {
@@ -248,17 +249,15 @@ impl Source<'_> {
         }
     }
 
-    fn toml_error(&self, error: &toml::de::Error) -> LogError {
-        let start = error.span().map_or(0, |span| span.start);
-        let mut at = self.place(start, "");
-        // The key that the line sets. If the key itself is wrong, the message names it.
-        let line = self.text.lines().nth(at.line - 1).unwrap_or_default();
-        if let Some((key, _)) = line.split_once('=') {
-            at.key = key.trim().to_owned();
-        }
+    fn toml_error(&self, text: &str, error: &toml::de::Error) -> LogError {
+        let wrong = TomlError::new(text, error);
         LogError::MapToml {
-            at: Box::new(at),
-            message: error.message().trim_end().replace('\n', "; "),
+            at: Box::new(Place {
+                map: self.path.to_owned(),
+                line: wrong.line.unwrap_or(1),
+                key: wrong.key,
+            }),
+            message: wrong.message,
         }
     }
 

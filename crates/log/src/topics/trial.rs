@@ -3,11 +3,11 @@
 use super::joined::Joined;
 use super::log::{Gathered, Log};
 use super::survey::Survey;
-use crate::inspection::suggest::nearest;
 use crate::map::apply::{apply_resolved, is_known};
 use crate::map::resolve::Resolved;
 use crate::map::{Map, Rule};
 use crate::{Findings, LogError};
+use sindy_expr::nearest;
 use std::collections::{BTreeMap, BTreeSet};
 use touchdown_trial::{TIME_CHANNEL, Trial};
 
@@ -166,7 +166,7 @@ pub(super) fn no_field(survey: &Survey, rule: &Rule, name: &str) -> LogError {
         at: Box::new(rule.place.clone()),
         table: survey.path.clone(),
         found: name.to_owned(),
-        nearest: nearest(name, available.iter().map(String::as_str)),
+        nearest: nearest(name, available.iter().map(String::as_str)).map(str::to_owned),
         available: available.into_iter().take(LISTED).collect(),
     }
 }

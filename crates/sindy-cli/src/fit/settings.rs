@@ -7,6 +7,7 @@ use sindy::Libraries;
 
 use super::args::FitArgs;
 use crate::error::{Error, Result};
+use touchdown_files::TomlError;
 use touchdown_terminal::Done;
 use touchdown_terminal::Terminal;
 
@@ -53,7 +54,7 @@ fn read(path: &Path) -> Result<Settings> {
     let text = std::fs::read_to_string(path).map_err(Error::unread(path))?;
     toml::from_str(&text).map_err(|e| Error::Settings {
         file: path.display().to_string(),
-        message: e.to_string().trim_end().to_owned(),
+        message: TomlError::new(&text, &e).to_string(),
     })
 }
 

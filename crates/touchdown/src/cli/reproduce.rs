@@ -10,6 +10,7 @@ use touchdown::{Result, pages};
 use touchdown_campaign::progress::Progress as _;
 use touchdown_campaign::sweep::{LandingRow, SERIES};
 use touchdown_model::{Card, published};
+use touchdown_sim::landing::space::Case;
 use touchdown_trial::Trial;
 
 use super::args::ReproduceArgs;
@@ -204,11 +205,11 @@ fn summary(results: &Results) -> String {
     for (title, methods) in [
         ("landing on the ground", &results.ground_landing),
         (
-            "landing on the deck, its acceleration fed forward",
+            "landing on the deck, its acceleration fed forward (imbc takes no deck acceleration: its lines in both blocks are the same landings)",
             &results.deck_landing.with_acceleration,
         ),
         (
-            "landing on the deck, without",
+            "landing on the deck, its acceleration not fed forward",
             &results.deck_landing.without_acceleration,
         ),
     ] {
@@ -226,6 +227,7 @@ fn summary(results: &Results) -> String {
             ));
         }
     }
+    let mut cases = Vec::new();
     line("at sea, in six degrees of freedom, as planned".into());
     let decks = results.sea.decks.iter();
     let planned = decks.filter_map(|(deck, ways)| Some((deck, ways.get("planned")?)));
@@ -240,6 +242,11 @@ fn summary(results: &Results) -> String {
             number(f.v_l_mps.mean),
             number(f.lateral_m.mean)
         ));
+        cases.extend(Case::named(case));
+    }
+    line("  where".into());
+    for case in cases {
+        line(format!("    {:<13} {}", case.name(), case.description()));
     }
     out.pop();
     out

@@ -11,6 +11,7 @@ use touchdown_campaign::progress::Progress;
 use touchdown_campaign::settings_file::merge;
 use touchdown_campaign::sweep::{self, Figures, LandingRow, Sweep, SweepSettings};
 use touchdown_campaign::vertical::controllers::Cards;
+use touchdown_files::TomlError;
 use touchdown_flight::Method;
 use touchdown_lander::models::FlightModels;
 use touchdown_lander::settings::DescentShape;
@@ -175,7 +176,7 @@ fn with_keys(scenario: &SpaceScenario, keys: &Table) -> std::result::Result<Spac
     merge(&mut whole, keys.clone());
     Value::Table(whole)
         .try_into()
-        .map_err(|e: toml::de::Error| e.message().to_string())
+        .map_err(|e: toml::de::Error| TomlError::new("", &e).to_string())
 }
 
 /// Runs the experiment with the models of `cards`.

@@ -81,6 +81,25 @@ impl Case {
         }
     }
 
+    /// The case in a few words: what the deck does, or what goes wrong.
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Still => "deck at rest",
+            Self::Paper => "heave of 0.05 m at 0.5 Hz",
+            Self::Strong => "the same, with 60 % more ground effect than the models predict",
+            Self::Heave => "heave of 0.3 m at 0.2 Hz with 3° of roll",
+            Self::Sea => "a work boat in the default sea",
+            Self::TagLost => "tag lost for 1 s",
+            Self::RangeMissing => "10 % of range readings missing",
+            Self::Late => "100 ms more latency, stamped",
+            Self::LateUnknown => "100 ms more latency, unknown",
+            Self::Rotor => "a rotor at 80 %",
+            Self::Gust => "a gust of 8 m/s",
+            Self::Nan => "NaN from all sensors for 0.2 s",
+        }
+    }
+
     /// The case of a name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {

@@ -15,11 +15,12 @@ use touchdown_identify::flights::{
 use touchdown_identify::warning::{Warning, sentences};
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin};
 use touchdown_log::Map;
+use touchdown_model::Card;
 use touchdown_trial::Trial;
 
 use super::load::{self, Log, word};
 use super::show::{Fitted, Outcome, Summary};
-use super::{Command, Target, ground, origin, write_card, write_tables};
+use super::{Command, Target, origin, write_card, write_tables};
 use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
 use crate::cli::output;
@@ -139,7 +140,7 @@ fn listed(out: &mut String, lines: impl ExactSizeIterator<Item = String>, what: 
 pub(super) fn run(
     context: &Context,
     common: &IdentifyCommon,
-    thrust: Option<&Path>,
+    thrust: Option<(&Path, &Card)>,
     settings: &IdentificationSettings,
     map: Option<&Map>,
     logs: &[Log],
@@ -149,8 +150,8 @@ pub(super) fn run(
     settings.flight.mass_kg = settings.flight.mass_kg.or(map.and_then(Map::mass_kg));
     context.stage("fitting", 1);
     let flights = flights_of(logs.iter().map(|log| &log.trial), &settings)?;
-    let thrust_card = thrust.map(ground::thrust_card).transpose()?;
-    let model = ground_effect_with(&flights, &settings.flight, thrust_card.as_ref())?;
+    let (thrust, thrust_card) = thrust.unzip();
+    let model = ground_effect_with(&flights, &settings.flight, thrust_card)?;
     let mut origin = origin(&load::trials(logs), map, common, &settings)?;
     let out = common.out.as_deref().unwrap_or(Path::new("CARD.toml"));
     origin.provenance.command = Some(command(common, thrust, out));

@@ -52,7 +52,10 @@ pub(super) fn run(
     settings: &IdentificationSettings,
 ) -> Result<Done> {
     let target = Target::of(common.out.as_deref())?;
+    let asked = chosen(forms, &target)?;
     let map = load::map(common.map.as_deref())?;
+    // What the user configures is checked before the logs are read, which takes longer.
+    let card = thrust.map(thrust_card).transpose()?;
     let logs = load::all_logs(context, &common.logs, map.as_ref())?;
     if logs.iter().all(flights::is_flight) {
         if let Some(form) = forms.first() {
@@ -62,17 +65,17 @@ pub(super) fn run(
             )));
         }
         let map = map.as_ref();
+        let thrust = thrust.zip(card.as_ref());
         return flights::run(context, common, thrust, settings, map, &logs, &target);
     }
-    let Some(thrust) = thrust else {
+    let Some((thrust, card)) = thrust.zip(card) else {
         return Err(Error::Arguments(
             "expected --thrust CARD, found none: the logs have the channel `thrust_n`, and the card gives the thrust out of \
              ground effect that is subtracted (logs of flights have no `thrust_n` and need no card)"
                 .to_string(),
         ));
     };
-    let asked = chosen(forms, &target)?;
-    let (trials, gaps) = prepare(&logs, &thrust_card(thrust)?)?;
+    let (trials, gaps) = prepare(&logs, &card)?;
     let identifiability = examine_trials(&trials, settings)?;
     let mut origin = origin(&load::trials(&logs), map.as_ref(), common, settings)?;
     origin.vehicle.rotor_radius_m = Some(settings.ground_effect.rotor_radius_m);

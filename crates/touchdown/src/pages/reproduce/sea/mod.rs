@@ -236,7 +236,7 @@ fn faults(sea: &SeaExperiment) -> Table {
             .collect();
         let landed = f.landed.map_or(0, |s| s.count);
         table = table.row([
-            Cell::text(fault(l.case)),
+            Cell::text(l.case.description()),
             Cell::text(format!("{landed} of {}", f.trials)),
             count(f.landed_at_first),
             count(f.crashed),
@@ -254,19 +254,6 @@ fn faults(sea: &SeaExperiment) -> Table {
         "Faults begin with the first descent or shortly after it. Aborts: descents broken off and hovers climbed away from. Unwarned: crashed without an abort before. Those that \
          neither landed nor crashed gave up and hold, or still wait at the end of their time: how often is in `results.json`.",
     )
-}
-
-fn fault(case: Case) -> &'static str {
-    match case {
-        Case::TagLost => "tag lost for 1 s",
-        Case::RangeMissing => "10 % of range readings missing",
-        Case::Late => "100 ms more latency, stamped",
-        Case::LateUnknown => "100 ms more latency, unknown",
-        Case::Rotor => "a rotor at 80 %",
-        Case::Gust => "a gust of 8 m/s",
-        Case::Nan => "NaN from all sensors for 0.2 s",
-        other => other.name(),
-    }
 }
 
 /// Conditions on the figures, evaluated in every run.
