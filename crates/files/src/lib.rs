@@ -1,9 +1,11 @@
-//! Files: written whole or not at all; what is wrong with a TOML file, in one sentence.
+//! Files: written whole or not at all, and opened only where they can be read more than once; what is wrong with a
+//! TOML file, in one sentence.
 
 mod toml_error;
 
 pub use toml_error::TomlError;
 
+use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::{PoisonError, RwLock, RwLockWriteGuard};
@@ -13,6 +15,38 @@ pub const TEMPORARY_PREFIX: &str = ".touchdown-";
 
 /// Writers share it; whoever ends the process takes it alone, see [`pause`].
 static WRITERS: RwLock<()> = RwLock::new(());
+
+/// Opens a regular file for reading. A pipe would wait for its writer, ends after one reading and has no size; a
+/// device may never end. Neither is opened.
+///
+/// # Errors
+/// A file that is not there or cannot be read, a folder, a pipe and a device.
+pub fn open(path: &Path) -> io::Result<File> {
+    let kind = std::fs::metadata(path)?.file_type();
+    if kind.is_file() {
+        return File::open(path);
+    }
+    let found = if kind.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    } else if is_pipe(kind) {
+        "a pipe, which can be read only once; save its content to a file first"
+    } else {
+        "a device"
+    };
+    let text = format!("expected a file, found {found}");
+    Err(io::Error::new(io::ErrorKind::InvalidInput, text))
+}
+
+#[cfg(unix)]
+fn is_pipe(kind: std::fs::FileType) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+    kind.is_fifo() || kind.is_socket()
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: std::fs::FileType) -> bool {
+    true
+}
 
 /// Writes to a temporary file in the same folder, which must exist, then renames it: the file appears whole or not at
 /// all, with the rights that a new file usually gets.
@@ -77,6 +111,29 @@ mod tests {
         assert_eq!(
             (left(folder.path()), left(&folder.path().join("a"))),
             (1, 1)
+        );
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn prop_only_regular_files_are_opened() {
+        use std::os::unix::net::UnixListener;
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        write_whole(&file, b"one").unwrap();
+        assert!(open(&file).is_ok());
+        let reason = |path: &Path| open(path).unwrap_err().to_string();
+        let socket = folder.path().join("socket");
+        let _listener = UnixListener::bind(&socket).unwrap();
+        assert!(reason(&socket).contains("found a pipe"));
+        assert!(reason(Path::new("/dev/null")).contains("found a device"));
+        assert_eq!(
+            open(folder.path()).unwrap_err().kind(),
+            io::ErrorKind::IsADirectory
+        );
+        assert_eq!(
+            open(&folder.path().join("none")).unwrap_err().kind(),
+            io::ErrorKind::NotFound
         );
     }
 

@@ -1,3 +1,4 @@
+use crate::limits::Excess;
 use sindy_expr::ParseError;
 use std::fmt;
 use std::io;
@@ -66,6 +67,16 @@ pub enum LogError {
         /// The file.
         path: String,
         /// What it looks like.
+        found: String,
+    },
+    /// The file asks for more than a reader takes; the crate's documentation has the table of limits.
+    #[error("{path}: refused: expected at most {most}, found {found}")]
+    Excess {
+        /// The file.
+        path: String,
+        /// The limit.
+        most: String,
+        /// What the file asks for.
         found: String,
     },
     /// The file of a map is missing or cannot be read.
@@ -188,6 +199,15 @@ pub enum ErrorKind {
 }
 
 impl LogError {
+    /// The refusal of a file beyond a limit.
+    pub(crate) fn excess(path: &str, excess: Excess) -> Self {
+        Self::Excess {
+            path: path.to_owned(),
+            most: excess.most,
+            found: excess.found,
+        }
+    }
+
     /// The class of the error.
     #[must_use]
     pub fn kind(&self) -> ErrorKind {
@@ -197,6 +217,7 @@ impl LogError {
             | Self::NotText { .. }
             | Self::NoHeader { .. }
             | Self::NotALog { .. }
+            | Self::Excess { .. }
             | Self::NoUsableRows { .. } => ErrorKind::Unreadable,
             Self::Write { .. } => ErrorKind::Unwritable,
             Self::Map { .. }

@@ -1,5 +1,5 @@
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 /// Largest share of dropped rows that is not a loss. A logger on a vehicle repeats or swaps a
 /// few stamps in a thousand; the value only decides between exit status 0 and 3.
@@ -73,6 +73,12 @@ impl Findings {
                 self.absent_stamps
             )
         })
+    }
+
+    /// Keeps the first mention of each column of text; each part of a table mentions its own.
+    pub(crate) fn unite_text_columns(&mut self) {
+        let mut seen = HashSet::new();
+        self.text_columns.retain(|name| seen.insert(name.clone()));
     }
 
     /// Combines the findings of two steps on the same input, this one first. Rows read are

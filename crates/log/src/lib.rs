@@ -39,12 +39,39 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Limits
+//!
+//! A small file must not ask for much memory or time. A reader refuses a file beyond a limit with
+//! [`LogError::Excess`]. Each limit is far above the logs that vehicles and stands write.
+//!
+//! | what | at most | why |
+//! | --- | --- | --- |
+//! | one name, with its parents | 512 bytes | the longest of PX4, ArduPilot and ROS has 80 |
+//! | all names of a log | 16 MiB | a log of PX4 has 0.3 MB |
+//! | fields of all topics of a log | 262 144 | PX4 has 20 000 |
+//! | fields of one topic of JSON | 1024 | further fields are not read |
+//! | topics of a log | 4096 | PX4 has 200 |
+//! | depth of nested messages | 16 | ROS has 5; JSON may have 128 |
+//! | parts of all definitions of ROS | 1 048 576 | a recording of a robot has 10 000 |
+//! | columns of a table | 16 384 | spreadsheets have no more |
+//! | channels and definitions of a map | 1024, in 1 MiB of text | the largest built-in map has 50 |
+//! | one record, one line, one chunk | 64 MiB | a chunk of a recorder has 1 to 4 MiB |
+//! | one message of JSON | 8 MiB | it takes 32 times its size while it is read |
+//! | unpacked bytes | 64 MiB, and 100 for each packed byte | logs of flights shrink to a tenth |
+//! | memory of values | 256 MiB, and 64 bytes for each byte of the file | a number of a text table takes 4 |
+//!
+//! Time follows from these: every byte, unpacked or not, costs a bounded number of steps, because names and
+//! columns are found by hashing.
+//!
+//! A file must be a regular one. A pipe or a device is refused by name, because logs are read more than once.
+//!
 //! [`Trial`]: touchdown_trial::Trial
 
 mod error;
 mod findings;
 mod hashing;
 mod inspection;
+mod limits;
 // Maps also describe topics, which only logs have.
 #[cfg_attr(not(feature = "flight-logs"), allow(dead_code))]
 mod map;

@@ -3,7 +3,6 @@
 use super::inspect::Inspector;
 use crate::tables::csv::{TablePart, each_part};
 use crate::{Findings, Inspection, LogError};
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -28,7 +27,7 @@ pub fn inspect_file(path: impl AsRef<Path>) -> Result<(Inspection, Findings), Lo
         return inspect_parquet(path);
     }
     let name = path.display().to_string();
-    let file = File::open(path).map_err(|source| LogError::Read {
+    let file = touchdown_files::open(path).map_err(|source| LogError::Read {
         path: name.clone(),
         source,
     })?;
@@ -42,7 +41,7 @@ fn inspect_parquet(path: &Path) -> Result<(Inspection, Findings), LogError> {
         let row_numbers: Vec<usize> = rows.collect();
         looking.part(&columns, &row_numbers);
     };
-    let (sha256, findings) = crate::tables::parquet::each_group(path, None, visit)?;
+    let (sha256, findings) = crate::tables::parquet::each_group(path, None, None, visit)?;
     Ok((
         looking.finish(&path.display().to_string(), Some(sha256)),
         findings,

@@ -3,6 +3,7 @@
 use super::recognise::{Guess, plain};
 use super::suggest::{base_and_unit, quoted};
 use crate::ColumnSummary;
+use std::collections::HashMap;
 
 /// Names of motor commands. With a number at its end, a name means one motor.
 const MOTORS: [&str; 14] = [
@@ -40,6 +41,45 @@ const FORCES: [&str; 2] = ["thrustcmd", "actuatorthrust"];
 /// not connected.
 const USUAL: usize = 4;
 
+/// Columns of numbers whose names differ by a number.
+pub(crate) struct Groups {
+    /// By the name without its digits.
+    rotors: HashMap<String, Vec<usize>>,
+    /// By the name in letters and digits, without the number of one byte at its end.
+    motors: HashMap<String, Vec<usize>>,
+}
+
+impl Groups {
+    pub(crate) fn of(columns: &[ColumnSummary]) -> Self {
+        let mut groups = Self {
+            rotors: HashMap::new(),
+            motors: HashMap::new(),
+        };
+        for (at, column) in columns.iter().enumerate() {
+            if column.text.is_some() || column.count == 0 {
+                continue;
+            }
+            let stem = without_digits(&column.name);
+            groups.rotors.entry(stem).or_default().push(at);
+            let name = plain(&column.name);
+            if let Some(stem) = numbered(&name) {
+                groups.motors.entry(stem.to_owned()).or_default().push(at);
+            }
+        }
+        groups
+    }
+}
+
+fn without_digits(name: &str) -> String {
+    name.replace(|c: char| c.is_ascii_digit(), "")
+}
+
+/// The stem of a name that ends in a number of one byte.
+fn numbered(name: &str) -> Option<&str> {
+    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    name[stem.len()..].parse::<u8>().ok().map(|_| stem)
+}
+
 /// Numbered outputs that have a motor. With many outputs, constant ones count as not connected.
 fn connected(group: Vec<usize>, columns: &[ColumnSummary]) -> Vec<usize> {
     let vary = group.iter().copied().filter(|&i| !columns[i].constant);
@@ -53,10 +93,9 @@ fn connected(group: Vec<usize>, columns: &[ColumnSummary]) -> Vec<usize> {
 
 /// The mean speed of rotors whose columns differ by a number in their names, without those that
 /// never turn.
-pub(crate) fn rotors(at: usize, columns: &[ColumnSummary]) -> Option<Guess> {
-    let without_number = |name: &str| name.replace(|c: char| c.is_ascii_digit(), "");
+pub(crate) fn rotors(at: usize, columns: &[ColumnSummary], groups: &Groups) -> Option<Guess> {
     let own = &columns[at].name;
-    let stem = without_number(own);
+    let stem = without_digits(own);
     let (base, unit) = base_and_unit(&stem);
     let is_speed = base.contains("rpm") && matches!(unit.as_str(), "" | "rpm")
         || unit == "rpm"
@@ -66,14 +105,10 @@ pub(crate) fn rotors(at: usize, columns: &[ColumnSummary]) -> Option<Guess> {
     if stem == *own || !is_speed {
         return None;
     }
-    let alike = |&i: &usize| {
-        let column = &columns[i];
-        without_number(&column.name) == stem && column.text.is_none() && column.count > 0
-    };
-    let all: Vec<usize> = (0..columns.len()).filter(alike).collect();
+    let all = groups.rotors.get(&stem)?;
     let turn = |&i: &usize| columns[i].max > Some(0.0) || columns[i].min < Some(0.0);
     let turning: Vec<usize> = all.iter().copied().filter(turn).collect();
-    let group = if turning.is_empty() { &all } else { &turning };
+    let group = if turning.is_empty() { all } else { &turning };
     // Speeds whose sign is the sense of rotation would cancel.
     let has_sense = group.iter().any(|&i| columns[i].min < Some(0.0));
     let term = |&i: &usize| {
@@ -93,26 +128,19 @@ pub(crate) fn rotors(at: usize, columns: &[ColumnSummary]) -> Option<Guess> {
         channel: "rotor_rpm",
         expression,
         check: None,
-        columns: all,
+        columns: all.clone(),
     })
 }
 
 /// The mean of the commands of all motors, or the command of all.
-pub(crate) fn motors(at: usize, columns: &[ColumnSummary]) -> Option<Guess> {
+pub(crate) fn motors(at: usize, columns: &[ColumnSummary], groups: &Groups) -> Option<Guess> {
     let name = plain(&columns[at].name);
     let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let group: Vec<usize> = if stem.len() < name.len() {
-        if !NUMBERED.contains(&stem) || name[stem.len()..].parse::<u8>().is_err() {
+        if !NUMBERED.contains(&stem) || numbered(&name).is_none() {
             return None;
         }
-        let of_group = |column: &ColumnSummary| {
-            let name = plain(&column.name);
-            let number = name.strip_prefix(stem);
-            let is_number = number.is_some_and(|n| n.parse::<u8>().is_ok());
-            is_number && column.text.is_none() && column.count > 0
-        };
-        let group = (0..columns.len()).filter(|&i| of_group(&columns[i]));
-        connected(group.collect(), columns)
+        connected(groups.motors.get(stem)?.clone(), columns)
     } else if MOTORS.contains(&name.as_str()) || name.contains("throttle") {
         vec![at]
     } else {

@@ -1,6 +1,6 @@
 //! Recognises channels among the columns of a table, by their names, units and sizes.
 
-use super::motors::{motors, rotors};
+use super::motors::{Groups, motors, rotors};
 use super::suggest::{base_and_unit, quoted};
 use crate::ColumnSummary;
 
@@ -160,23 +160,23 @@ const SHORT_M: f64 = 10.0;
 /// Guesses at the channels among columns of numbers, each channel once, in the order of columns.
 pub(crate) fn channels(columns: &[ColumnSummary]) -> Vec<Guess> {
     let mut found: Vec<Guess> = Vec::new();
+    let mut taken = vec![false; columns.len()];
+    let groups = Groups::of(columns);
     for at in 0..columns.len() {
         let column = &columns[at];
-        if column.text.is_some() || column.count == 0 {
-            continue;
-        }
         // Of a group that is known already.
-        if found.iter().any(|guess| guess.columns.contains(&at)) {
+        if column.text.is_some() || column.count == 0 || taken[at] {
             continue;
         }
         let guess = ours(at, column)
-            .or_else(|| rotors(at, columns))
+            .or_else(|| rotors(at, columns, &groups))
             .or_else(|| by_word(at, column))
             .or_else(|| by_name(at, column))
-            .or_else(|| motors(at, columns));
+            .or_else(|| motors(at, columns, &groups));
         if let Some(guess) = guess
             && !found.iter().any(|known| known.channel == guess.channel)
         {
+            guess.columns.iter().for_each(|&at| taken[at] = true);
             found.push(guess);
         }
     }

@@ -2,6 +2,7 @@
 
 use super::recognise::{Guess, channels};
 use crate::{ColumnSummary, TimeBase};
+use std::collections::BTreeSet;
 use touchdown_trial::TIME_CHANNEL;
 
 /// `Thrust (gf)`, `weight[g]`, `t_s` and `TimeUS` as what and unit, in lower case; `µ` is `u`.
@@ -42,6 +43,10 @@ pub(crate) fn scaled(name: &str, factor: f64) -> String {
 /// be a channel of another name.
 pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Option<String> {
     let guesses = channels(columns);
+    let guessed: BTreeSet<usize> = guesses
+        .iter()
+        .flat_map(|guess| guess.columns.iter().copied())
+        .collect();
     let is_named = |guess: &Guess| columns.iter().any(|column| column.name == guess.channel);
     let numbers = |column: &&ColumnSummary| column.name == TIME_CHANNEL && column.text.is_none();
     if columns.iter().any(|column| numbers(&column)) && guesses.iter().all(is_named) {
@@ -83,7 +88,7 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
     }
     for (at, column) in columns.iter().enumerate() {
         let is_time = time.is_some_and(|base| base.column == column.name);
-        if is_time || guesses.iter().any(|guess| guess.columns.contains(&at)) {
+        if is_time || guessed.contains(&at) {
             continue;
         }
         let what = match (&column.text, column.count) {

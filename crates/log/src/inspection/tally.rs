@@ -108,6 +108,7 @@ impl Tally {
 
     /// Adds rows; `numbers` are their row numbers in the file.
     pub(crate) fn part(&mut self, columns: &[View<'_>], numbers: &[usize]) {
+        let first = self.columns.is_empty();
         let most = (MOST_VALUES / columns.len().max(1)).clamp(16, MOST_OF_ONE);
         let steps = || Steps {
             last_s: None,
@@ -133,8 +134,12 @@ impl Tally {
                     .map(|(value, &row)| clock.push(row, value * unit_s))
                     .collect()
             });
-        for column in columns {
-            let known = self.columns.iter().position(|c| c.name == column.name);
+        for (at, column) in columns.iter().enumerate() {
+            let known = if first {
+                None
+            } else {
+                self.place(at, column.name)
+            };
             let place = known.unwrap_or_else(|| {
                 self.columns.push(Counted {
                     name: column.name.to_owned(),
@@ -159,6 +164,17 @@ impl Tally {
             counted.push(column.values, stamps_s.as_deref());
         }
         self.rows += numbers.len();
+    }
+
+    /// The place of a column that is the `at`th of its part. Parts of one table have the same columns, but for
+    /// a last one without a name.
+    fn place(&self, at: usize, name: &str) -> Option<usize> {
+        let is_there = self
+            .columns
+            .get(at)
+            .is_some_and(|column| column.name == name);
+        let search = || self.columns.iter().position(|column| column.name == name);
+        is_there.then_some(at).or_else(search)
     }
 
     /// The time base, if there is one, and the warning of its jumps.

@@ -3,8 +3,9 @@ use super::rows::{Rows, TableRows};
 use super::{Rule, Window};
 use crate::inspection::LONG_STEP_S;
 use crate::tables::stamps::{increasing, is_increasing};
-use crate::{Findings, LogError, Map, Table};
+use crate::{Findings, LogError, Map, Table, limits};
 use sindy_expr::{Expr, Program, Scratch};
+use std::collections::HashSet;
 use std::path::Path;
 use touchdown_trial::{Provenance, Source, TIME_CHANNEL, Trial, TrialError};
 
@@ -32,7 +33,9 @@ const MASS: &str = "mass_kg";
 /// [`LogError::UnknownColumn`] or [`LogError::TextColumn`] for what an expression names;
 /// [`LogError::NoUsableRows`] if no row remains; [`LogError::Trial`].
 pub fn apply(table: &Table, map: &Map) -> Result<(Trial, Findings), LogError> {
-    let mut rows = TableRows(table);
+    let mut rows = TableRows::new(table);
+    limits::values(table.len(), 2 * map.channels.len(), table.bytes)
+        .map_err(|excess| LogError::excess(&table.path, excess))?;
     let known = |name: &str| is_known(map, name) || rows.place(name).is_some();
     let resolved = map.resolve(&known, &|_| None);
     let (trial, mut findings) = apply_resolved(&mut rows, &resolved.map, &[])?;
@@ -162,9 +165,10 @@ fn evaluate(source: &mut dyn Rows, map: &Map) -> Result<Vec<(String, Vec<f64>)>,
     // There is always one input, so that a constant expression knows its number of rows.
     let row = source.place(ROW).map_or(Input::Row, Input::Column);
     let mut inputs: Vec<(&str, Input)> = vec![(ROW, row)];
+    let mut known = HashSet::from([ROW]);
     for rule in &rules {
         for name in rule.expr.variables() {
-            if inputs.iter().any(|(known, _)| *known == name) {
+            if !known.insert(name) {
                 continue;
             }
             let input = match source.place(name) {

@@ -3,6 +3,7 @@
 use super::Rule;
 use crate::{ColumnKind, LogError, Table};
 use sindy_expr::nearest;
+use std::collections::HashMap;
 
 /// Rows of named columns, filled in block by block.
 pub(crate) trait Rows {
@@ -23,39 +24,52 @@ pub(crate) trait Rows {
 }
 
 /// The rows of a table.
-pub(crate) struct TableRows<'a>(pub(crate) &'a Table);
+pub(crate) struct TableRows<'a> {
+    table: &'a Table,
+    /// Columns of numbers by name; the first of one name.
+    places: HashMap<&'a str, usize>,
+}
+
+impl<'a> TableRows<'a> {
+    pub(crate) fn new(table: &'a Table) -> Self {
+        let mut places = HashMap::new();
+        for (place, column) in table.columns.iter().enumerate() {
+            places.entry(column.name.as_str()).or_insert(place);
+        }
+        places.retain(|_, place| !table.columns[*place].is_text());
+        Self { table, places }
+    }
+}
 
 impl Rows for TableRows<'_> {
     fn path(&self) -> &str {
-        &self.0.path
+        &self.table.path
     }
 
     fn sha256(&self) -> &str {
-        &self.0.sha256
+        &self.table.sha256
     }
 
     fn len(&self) -> usize {
-        self.0.len()
+        self.table.len()
     }
 
     fn row_number(&self, row: usize) -> usize {
-        self.0.row_numbers[row]
+        self.table.row_numbers[row]
     }
 
     fn place(&self, name: &str) -> Option<usize> {
-        let named = |column: &crate::Column| column.name == name;
-        let place = self.0.columns.iter().position(named)?;
-        (!self.0.columns[place].is_text()).then_some(place)
+        self.places.get(name).copied()
     }
 
     fn fill(&mut self, place: usize, first: usize, into: &mut [f64]) {
-        into.copy_from_slice(&self.0.columns[place].values[first..first + into.len()]);
+        into.copy_from_slice(&self.table.columns[place].values[first..first + into.len()]);
     }
 
     fn lacks(&self, rule: &Rule, name: &str) -> LogError {
         let at = Box::new(rule.place.clone());
-        let (found, table) = (name.to_owned(), self.0.path.clone());
-        match self.0.column(name).map(|column| &column.kind) {
+        let (found, table) = (name.to_owned(), self.table.path.clone());
+        match self.table.column(name).map(|column| &column.kind) {
             Some(ColumnKind::Text { example }) => LogError::TextColumn {
                 at,
                 table,
@@ -65,10 +79,10 @@ impl Rows for TableRows<'_> {
             _ => LogError::UnknownColumn {
                 at,
                 table,
-                nearest: nearest(name, self.0.columns.iter().map(|c| c.name.as_str()))
+                nearest: nearest(name, self.table.columns.iter().map(|c| c.name.as_str()))
                     .map(str::to_owned),
                 found,
-                available: self.0.column_names(),
+                available: self.table.column_names(),
             },
         }
     }

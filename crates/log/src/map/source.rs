@@ -1,6 +1,7 @@
 //! Checks the text of a map.
 
 use super::{Join, Map, Resample, Rule, Topic, Window};
+use crate::limits::{MAP_BYTES, MAP_RULES};
 use crate::{LogError, Place};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
@@ -120,6 +121,7 @@ impl Source<'_> {
     /// Checks the map.
     pub(super) fn map(&self) -> Result<Map, LogError> {
         let text = self.text.strip_prefix('\u{feff}').unwrap_or(self.text);
+        self.at_most("", text.len(), MAP_BYTES, "bytes of text")?;
         let raw: RawMap = toml::from_str(text).map_err(|error| self.toml_error(text, &error))?;
         self.check(&raw.schema, "schema", *raw.schema.get_ref() == SCHEMA, "1")?;
         if !raw.channels.contains_key(TIME_CHANNEL) {
@@ -179,6 +181,8 @@ impl Source<'_> {
         table: &str,
         texts: &BTreeMap<String, Spanned<OneOrMore>>,
     ) -> Result<Vec<Rule>, LogError> {
+        let count = texts.values().map(|texts| texts.get_ref().0.len()).sum();
+        self.at_most(table, count, MAP_RULES, "expressions")?;
         let mut named: Vec<(&String, &Spanned<OneOrMore>)> = texts.iter().collect();
         named.sort_by_key(|(_, texts)| texts.span().start);
         let mut rules = Vec::new();
@@ -275,6 +279,17 @@ impl Source<'_> {
             at: Box::new(self.place(value.span().start, key)),
             expected: expected.to_owned(),
             found: value.get_ref().to_string(),
+        })
+    }
+
+    fn at_most(&self, key: &str, found: usize, most: usize, what: &str) -> Result<(), LogError> {
+        if found <= most {
+            return Ok(());
+        }
+        Err(LogError::MapValue {
+            at: Box::new(self.place(0, key)),
+            expected: format!("at most {most} {what}"),
+            found: found.to_string(),
         })
     }
 

@@ -3,6 +3,8 @@
 pub struct Table {
     pub(crate) path: String,
     pub(crate) sha256: String,
+    /// The size of the file.
+    pub(crate) bytes: u64,
     pub(crate) row_numbers: Vec<usize>,
     pub(crate) columns: Vec<Column>,
 }

@@ -4,6 +4,7 @@ use super::log::is_alike;
 use super::resets::RESET_S;
 use super::sink::{Layout, Sink, Wanted};
 use super::survey::{Surveyor, key};
+use crate::limits::{self, Excess};
 use crate::map::Rule;
 use sindy_expr::{Program, Scratch};
 use std::collections::{BTreeMap, BTreeSet};
@@ -168,6 +169,9 @@ pub(super) struct Extractor<'a> {
     series: Vec<Series>,
     /// By the reader's number.
     plans: Vec<Option<Plan>>,
+    /// Bytes of the values so far, and how many they may be.
+    bytes: u64,
+    most_bytes: u64,
 }
 
 struct Plan {
@@ -180,6 +184,7 @@ impl<'a> Extractor<'a> {
     pub(super) fn new(
         names: impl Iterator<Item = &'a str>,
         clocks: impl Iterator<Item = &'a str>,
+        file_bytes: u64,
     ) -> Self {
         let split = |name: &'a str| {
             let dots = name.match_indices('.');
@@ -192,6 +197,8 @@ impl<'a> Extractor<'a> {
             keys: Vec::new(),
             series: Vec::new(),
             plans: Vec::new(),
+            bytes: 0,
+            most_bytes: limits::memory(file_bytes),
         }
     }
 
@@ -266,6 +273,11 @@ impl Sink for Extractor<'_> {
             self.series[plan.series].absent += 1;
             return;
         };
+        let numbers = 1 + self.series[plan.series].columns.len();
+        self.bytes += (numbers * size_of::<f64>()) as u64;
+        if self.bytes > self.most_bytes {
+            return;
+        }
         let stamp_s = stamp_ns as f64 * 1e-9;
         let latest = self.series[plan.series].time_s.last();
         if latest.is_some_and(|&latest_s| stamp_s < latest_s - RESET_S) {
@@ -303,6 +315,10 @@ impl Sink for Extractor<'_> {
     fn parameter(&mut self, name: &str, value: f64) {
         self.surveyor.parameter(name, value);
     }
+
+    fn excess(&self) -> Option<Excess> {
+        (self.bytes > self.most_bytes).then(|| limits::too_many_values(self.most_bytes))
+    }
 }
 
 #[cfg(test)]
@@ -332,7 +348,7 @@ mod tests {
             ..Layout::default()
         };
         let names = ["t.a", "t.b", "t.c"];
-        let mut extractor = Extractor::new(names.into_iter(), std::iter::empty());
+        let mut extractor = Extractor::new(names.into_iter(), std::iter::empty(), 1000);
         let wanted = extractor.topic(0, &layout(&["c", "b", "a"]));
         assert_eq!(wanted, Wanted::Fields(vec![0, 1, 2]));
         extractor.message(0, Some(0), &[3.0, 2.0, 1.0]);

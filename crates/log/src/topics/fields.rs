@@ -1,6 +1,6 @@
 //! Names and sums of the fields of a topic.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Sums of one field, in the order of the file.
 #[derive(Clone, Copy)]
@@ -34,27 +34,68 @@ impl FieldSums {
 /// recordings whose JSON messages all have new names.
 const MOST_NAMES: usize = 1 << 16;
 
-/// Adds new names and returns the index of each name, or `usize::MAX` if there are too many. `None`
-/// if these are the topic's first names.
-pub(super) fn unite(known: &mut Vec<String>, names: &[String]) -> Option<Vec<usize>> {
-    if names.starts_with(known) {
-        known.extend_from_slice(&names[known.len()..]);
+/// The names of a topic that has one source or several.
+#[derive(Default)]
+pub(super) struct UnitedNames {
+    names: Vec<String>,
+    places: HashMap<String, usize>,
+}
+
+impl UnitedNames {
+    /// Adds those names of a source that follow the ones with a place, and appends the place of each:
+    /// `usize::MAX` for one name too many.
+    pub(super) fn unite(&mut self, names: &[String], places: &mut Vec<usize>) {
+        for name in names.iter().skip(places.len()) {
+            let place = match self.places.get(name) {
+                Some(&place) => place,
+                None if self.names.len() < MOST_NAMES => {
+                    self.places.insert(name.clone(), self.names.len());
+                    self.names.push(name.clone());
+                    self.names.len() - 1
+                }
+                None => usize::MAX,
+            };
+            places.push(place);
+        }
     }
-    if known.starts_with(names) {
-        return None;
+
+    pub(super) fn len(&self) -> usize {
+        self.names.len()
     }
-    let mut places: HashMap<String, usize> = HashMap::new();
-    for (place, name) in known.iter().enumerate() {
-        places.entry(name.clone()).or_insert(place);
+
+    pub(super) fn into_names(self) -> Vec<String> {
+        self.names
     }
-    let place = |name: &String| {
-        *places.entry(name.clone()).or_insert_with(|| {
-            if known.len() >= MOST_NAMES {
-                return usize::MAX;
+}
+
+/// Numbers the names that occur before: the second `a` becomes `a#2`.
+pub(super) fn make_unique(names: &mut [String]) {
+    let mut taken: HashSet<String> = HashSet::with_capacity(names.len());
+    let mut repeats: HashMap<String, usize> = HashMap::new();
+    for name in names {
+        if taken.insert(name.clone()) {
+            continue;
+        }
+        let count = repeats.entry(name.clone()).or_insert(1);
+        let free = loop {
+            *count += 1;
+            let candidate = format!("{name}#{count}");
+            if taken.insert(candidate.clone()) {
+                break candidate;
             }
-            known.push(name.clone());
-            known.len() - 1
-        })
-    };
-    Some(names.iter().map(place).collect())
+        };
+        *name = free;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_repeated_names_are_numbered() {
+        let mut names = ["a", "b", "a", "a#2", "a"].map(str::to_owned);
+        make_unique(&mut names);
+        assert_eq!(names, ["a", "b", "a#2", "a#2#2", "a#3"]);
+    }
 }

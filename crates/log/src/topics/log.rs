@@ -5,7 +5,6 @@ use super::survey::{Survey, Surveyor};
 use crate::hashing::Hashing;
 use crate::{Findings, LogError};
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -44,7 +43,8 @@ impl Log {
         let file = path.as_ref().to_owned();
         let path = file.display().to_string();
         let mut start = Vec::new();
-        let read = File::open(&file).and_then(|f| f.take(LOOK as u64).read_to_end(&mut start));
+        let read =
+            touchdown_files::open(&file).and_then(|f| f.take(LOOK as u64).read_to_end(&mut start));
         if let Err(source) = read {
             return Err(LogError::Read { path, source });
         }
@@ -93,7 +93,7 @@ impl Log {
         names: impl Iterator<Item = &'a str>,
         clocks: impl Iterator<Item = &'a str>,
     ) -> Result<Gathered, LogError> {
-        let mut extractor = Extractor::new(names, clocks);
+        let mut extractor = Extractor::new(names, clocks, self.bytes()?);
         let (loss, sha256) = self.read(&mut extractor, true)?;
         let (surveyor, series) = extractor.finish();
         let (survey, findings) = self.surveyed(surveyor, &loss)?;
@@ -103,6 +103,20 @@ impl Log {
             findings,
             sha256,
         })
+    }
+
+    /// The size of the log.
+    pub(super) fn bytes(&self) -> Result<u64, LogError> {
+        match &self.input {
+            Input::Bytes(bytes) => Ok(bytes.len() as u64),
+            Input::File(file) => {
+                let metadata = std::fs::metadata(file).map_err(|source| LogError::Read {
+                    path: self.path.clone(),
+                    source,
+                })?;
+                Ok(metadata.len())
+            }
+        }
     }
 
     fn surveyed(&self, surveyor: Surveyor, loss: &Loss) -> Result<(Survey, Findings), LogError> {
@@ -156,7 +170,7 @@ impl Log {
     fn read(&self, sink: &mut dyn Sink, hashed: bool) -> Result<(Loss, String), LogError> {
         let read = match &self.input {
             Input::Bytes(bytes) => self.dispatch(bytes.as_slice(), sink, hashed),
-            Input::File(file) => match File::open(file) {
+            Input::File(file) => match touchdown_files::open(file) {
                 Ok(file) => self.dispatch(file, sink, hashed),
                 Err(error) => Err(ReadError::Io(error)),
             },
@@ -166,6 +180,7 @@ impl Log {
             match error {
                 ReadError::Io(source) => LogError::Read { path, source },
                 ReadError::Broken(found) => LogError::NotALog { path, found },
+                ReadError::Excess(excess) => LogError::excess(&path, excess),
             }
         })
     }

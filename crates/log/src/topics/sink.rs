@@ -1,6 +1,7 @@
 //! Interface between the readers of logs and their sinks, for all formats.
 
 use super::LogFormat;
+use crate::limits::Excess;
 
 /// A topic of a log, as a reader announces it.
 #[derive(Debug, Clone, Default)]
@@ -43,6 +44,10 @@ pub(crate) trait Sink {
     fn shift(&mut self, ids: &[usize], by_ns: i64);
     /// A parameter of the vehicle.
     fn parameter(&mut self, name: &str, value: f64);
+    /// What the log asks for beyond a limit of the sink. A reader asks after each record, and ends.
+    fn excess(&self) -> Option<Excess> {
+        None
+    }
 }
 
 /// Data that a reader could not read.
@@ -82,6 +87,14 @@ pub(crate) enum ReadError {
     Io(std::io::Error),
     /// The file is not of this format, or contains none of its records.
     Broken(String),
+    /// The file asks for more than a reader takes.
+    Excess(Excess),
+}
+
+impl From<Excess> for ReadError {
+    fn from(excess: Excess) -> Self {
+        Self::Excess(excess)
+    }
 }
 
 impl From<std::io::Error> for ReadError {

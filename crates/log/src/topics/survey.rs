@@ -1,7 +1,7 @@
 //! Survey of a log: topics, rates, gaps and ranges of values, counted in one pass.
 
 use super::LogFormat;
-use super::fields::{FieldSums, unite};
+use super::fields::{FieldSums, UnitedNames};
 use super::sink::{Layout, Sink, Wanted};
 use super::steps::Steps;
 use serde::Serialize;
@@ -105,7 +105,11 @@ pub(super) fn key(name: &str, instance: u32) -> String {
 }
 
 struct TopicCounts {
-    layout: Layout,
+    name: String,
+    kind: String,
+    instance: u32,
+    names: UnitedNames,
+    texts: UnitedNames,
     messages: usize,
     absent: usize,
     /// Number of messages with a stamp when the stamps were last shifted.
@@ -121,8 +125,12 @@ struct TopicCounts {
 struct Source {
     /// Place in `topics`.
     topic: usize,
-    /// Index in the topic of each of its fields; `None` if these are the topic's first fields.
-    fields: Option<Vec<usize>>,
+    /// Index in the topic of each of its fields.
+    fields: Vec<usize>,
+    /// Whether these are the topic's first fields, in their order.
+    in_order: bool,
+    /// Index in the topic of each of its texts.
+    texts: Vec<usize>,
 }
 
 /// Largest number of stored parameters: PX4 has about 2000, ArduPilot 1500. It bounds the memory for
@@ -196,13 +204,13 @@ impl Surveyor {
             }
             let steps = seen.steps.as_ref().map(|steps| steps.summary());
             let steps = steps.unwrap_or_default();
-            let fields = seen.layout.fields.into_iter().zip(&seen.fields);
+            let fields = seen.names.into_names().into_iter().zip(&seen.fields);
             let finite = |value: f64| value.is_finite().then_some(value);
             topics.push(Topic {
-                key: key(&seen.layout.name, seen.layout.instance),
-                kind: Some(seen.layout.kind).filter(|kind| !kind.is_empty()),
-                name: seen.layout.name,
-                instance: seen.layout.instance,
+                key: key(&seen.name, seen.instance),
+                kind: Some(seen.kind).filter(|kind| !kind.is_empty()),
+                name: seen.name,
+                instance: seen.instance,
                 messages: seen.messages,
                 first_s: seen.first_ns.map(s),
                 last_s: seen.last_ns.map(s),
@@ -221,7 +229,7 @@ impl Surveyor {
                         max: finite(running.max),
                     })
                     .collect(),
-                texts: seen.layout.texts,
+                texts: seen.texts.into_names(),
             });
         }
         topics.sort_by(|a, b| (&a.name, a.instance).cmp(&(&b.name, b.instance)));
@@ -245,10 +253,11 @@ impl Sink for Surveyor {
         let named = (layout.name.clone(), layout.instance);
         let place = *self.known.entry(named).or_insert_with(|| {
             self.topics.push(TopicCounts {
-                layout: Layout {
-                    fields: Vec::new(),
-                    ..layout.clone()
-                },
+                name: layout.name.clone(),
+                kind: layout.kind.clone(),
+                instance: layout.instance,
+                names: UnitedNames::default(),
+                texts: UnitedNames::default(),
                 messages: 0,
                 absent: 0,
                 settled: 0,
@@ -262,14 +271,14 @@ impl Sink for Surveyor {
         let known = self.sources.len().max(id + 1);
         self.sources.resize(known, Source::default());
         let seen = &mut self.topics[place];
-        unite(&mut seen.layout.texts, &layout.texts);
-        let fields = unite(&mut seen.layout.fields, &layout.fields);
-        seen.fields
-            .resize(seen.layout.fields.len(), FieldSums::EMPTY);
-        self.sources[id] = Source {
-            topic: place,
-            fields,
-        };
+        let source = &mut self.sources[id];
+        source.topic = place;
+        // A topic of a reader only ever gets more fields.
+        seen.names.unite(&layout.fields, &mut source.fields);
+        seen.texts.unite(&layout.texts, &mut source.texts);
+        let mut places = source.fields.iter().enumerate();
+        source.in_order = places.all(|(field, &place)| field == place);
+        seen.fields.resize(seen.names.len(), FieldSums::EMPTY);
         if self.deep {
             Wanted::Fields((0..layout.fields.len()).collect())
         } else {
@@ -300,17 +309,14 @@ impl Sink for Surveyor {
                 }
             }
         }
-        match &source.fields {
-            None => {
-                let fields = seen.fields.iter_mut().zip(values);
-                fields.for_each(|(running, &value)| running.push(value));
-            }
-            Some(places) => {
-                for (&place, &value) in places.iter().zip(values) {
-                    if let Some(running) = seen.fields.get_mut(place) {
-                        running.push(value);
-                    }
-                }
+        if source.in_order {
+            let fields = seen.fields.iter_mut().zip(values);
+            fields.for_each(|(running, &value)| running.push(value));
+            return;
+        }
+        for (&place, &value) in source.fields.iter().zip(values) {
+            if let Some(running) = seen.fields.get_mut(place) {
+                running.push(value);
             }
         }
     }

@@ -6,7 +6,7 @@ use super::survey::Survey;
 use crate::map::apply::{apply_resolved, is_known};
 use crate::map::resolve::Resolved;
 use crate::map::{Map, Rule};
-use crate::{Findings, LogError};
+use crate::{Findings, LogError, limits};
 use sindy_expr::nearest;
 use std::collections::{BTreeMap, BTreeSet};
 use touchdown_trial::{TIME_CHANNEL, Trial};
@@ -74,6 +74,10 @@ impl Log {
             findings,
             sha256,
         } = gathered;
+        let rows = series.get(&clock).map_or(0, |series| series.time_s.len());
+        // Twice, because the channels are picked from what was evaluated.
+        limits::values(rows, 2 * resolved.map.channels.len(), self.bytes()?)
+            .map_err(|excess| LogError::excess(self.path(), excess))?;
         let mut findings = findings.then(told);
         let file = (self.path(), sha256.as_str());
         let mut rows = Joined::new(file, &survey, &resolved.map, &clock, series, &mut findings);

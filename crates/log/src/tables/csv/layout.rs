@@ -2,6 +2,7 @@
 
 use super::cell::{Cell, classify};
 use crate::LogError;
+use crate::limits;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
@@ -9,6 +10,9 @@ use std::collections::{HashMap, HashSet};
 const SAMPLED_LINES: usize = 20;
 /// Delimiters, in the order of preference between equals.
 const DELIMITERS: [u8; 4] = [b',', b';', b'\t', b'|'];
+
+/// Largest number of columns whose new names are told one by one.
+const MOST_RENAMED: usize = 16;
 
 /// A line that is not blank.
 #[derive(Clone, Copy)]
@@ -77,6 +81,9 @@ pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogE
     }];
     sample.extend(table.iter().take(SAMPLED_LINES));
     let delimiter = told.unwrap_or_else(|| sniff(&sample));
+    let width = header_bytes.iter().filter(|&&b| b == delimiter).count() + 1;
+    let of_limit = |excess| LogError::excess(path, excess);
+    limits::columns(width).map_err(of_limit)?;
     if is_row_of_numbers(header_bytes, delimiter) {
         return Err(LogError::NoHeader {
             path: path.to_owned(),
@@ -90,6 +97,10 @@ pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogE
     table.retain(|line| !is_comment(line.bytes));
     let mut warnings = Vec::new();
     let names = names(header_bytes, delimiter, &mut warnings);
+    let mut long = names.iter().map(|name| limits::column_name(name));
+    long.find(Result::is_err)
+        .unwrap_or(Ok(()))
+        .map_err(of_limit)?;
     Ok(Layout {
         names,
         delimiter,
@@ -260,6 +271,7 @@ fn names(header: &[u8], delimiter: u8, warnings: &mut Vec<String>) -> Vec<String
     let mut names: Vec<String> = Vec::with_capacity(cells.len());
     let mut taken = HashSet::new();
     let mut repeats: HashMap<String, usize> = HashMap::new();
+    let mut renamed = Vec::new();
     let last = cells.len() - 1;
     for (index, cell) in cells.iter().enumerate() {
         let text = std::str::from_utf8(cell).map_or_else(
@@ -272,7 +284,7 @@ fn names(header: &[u8], delimiter: u8, warnings: &mut Vec<String>) -> Vec<String
         let mut name = text.trim().to_owned();
         if name.is_empty() && index < last {
             name = format!("column_{}", index + 1);
-            warnings.push(format!(
+            renamed.push(format!(
                 "column {} has no name; it is called {name:?}",
                 index + 1
             ));
@@ -287,12 +299,19 @@ fn names(header: &[u8], delimiter: u8, warnings: &mut Vec<String>) -> Vec<String
                     break candidate;
                 }
             };
-            warnings.push(format!(
+            renamed.push(format!(
                 "two columns are called {wanted:?}; column {} is called {name:?}",
                 index + 1
             ));
         }
         names.push(name);
+    }
+    let more = renamed.len().saturating_sub(MOST_RENAMED);
+    warnings.extend(renamed.into_iter().take(MOST_RENAMED));
+    if more > 0 {
+        warnings.push(format!(
+            "{more} further columns have no name or a repeated one"
+        ));
     }
     if latin {
         warnings.push("the header is not UTF-8; it was read as Latin-1".to_owned());

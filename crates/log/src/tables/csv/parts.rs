@@ -3,11 +3,9 @@
 use super::layout::{layout, not_text, rows};
 use super::read::{TablePart, TableReader};
 use crate::hashing::Hashing;
+use crate::limits::RECORD_BYTES as LONGEST;
 use crate::{Findings, LogError};
 use std::io::{self, Read};
-
-/// Longest line, bytes. It bounds the memory for a file without line ends.
-const LONGEST: usize = 64 << 20;
 
 /// Passes the rows on in parts of `part` bytes, and returns the SHA-256 of the file.
 pub(crate) fn each_part(

@@ -2,6 +2,7 @@ use super::cell::{Cell, classify};
 use super::layout::{Layout, Line, layout, split};
 use crate::hashing::sha256;
 use crate::{Column, ColumnKind, Findings, LogError, Table};
+use std::io::Read;
 use std::path::Path;
 
 /// Longest example of a text cell that is kept, in characters.
@@ -33,8 +34,9 @@ const EXAMPLE_CHARS: usize = 40;
 pub fn read_csv(path: impl AsRef<Path>) -> Result<(Table, Findings), LogError> {
     let path = path.as_ref();
     let name = path.display().to_string();
-    match std::fs::read(path) {
-        Ok(bytes) => parse_csv(&name, &bytes),
+    let mut bytes = Vec::new();
+    match touchdown_files::open(path).and_then(|mut file| file.read_to_end(&mut bytes)) {
+        Ok(_) => parse_csv(&name, &bytes),
         Err(source) => Err(LogError::Read { path: name, source }),
     }
 }
@@ -51,6 +53,7 @@ pub fn parse_csv(path: &str, bytes: &[u8]) -> Result<(Table, Findings), LogError
     let table = Table {
         path: path.to_owned(),
         sha256: sha256(bytes),
+        bytes: bytes.len() as u64,
         row_numbers: part.row_numbers,
         columns: part.columns,
     };
@@ -160,6 +163,7 @@ impl TableReader {
 
     /// The counts of all parts.
     pub(crate) fn conclude(mut self, path: &str) -> Result<Findings, LogError> {
+        self.findings.unite_text_columns();
         if let Some(fault) = &self.first_fault {
             self.findings.warnings.push(format!(
                 "{} of {} rows are corrupt and were dropped, the first in {fault}",
@@ -382,9 +386,7 @@ impl Column {
 
     pub(crate) fn count(&self, findings: &mut Findings) {
         if self.is_text() {
-            if !findings.text_columns.contains(&self.name) {
-                findings.text_columns.push(self.name.clone());
-            }
+            findings.text_columns.push(self.name.clone());
             // Earlier parts held only empty cells and counted them.
             findings.empty_cells.remove(&self.name);
             return;

@@ -5,16 +5,19 @@ use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::{ChunkReader, Length};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::sync::Arc;
 
 /// A file of known length.
+#[derive(Clone)]
 pub(super) struct Bounded {
-    file: File,
+    file: Arc<File>,
     length: u64,
 }
 
 impl Bounded {
     pub(super) fn new(file: File) -> io::Result<Self> {
         let length = file.metadata()?.len();
+        let file = Arc::new(file);
         Ok(Self { file, length })
     }
 

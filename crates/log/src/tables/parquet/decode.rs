@@ -102,19 +102,28 @@ pub(super) fn numbers(
     }
 }
 
-/// Appends the next texts, `most` at most, `None` for nulls, and returns their count.
+/// Appends the next texts, `most` at most, `None` for nulls, and returns their count. A dictionary may repeat a
+/// long text any number of times, so their bytes are limited, too.
 pub(super) fn texts(
     reader: &mut ColumnReader,
     column: &ColumnDescPtr,
-    most: usize,
+    (most, most_bytes): (usize, u64),
     out: &mut Vec<Option<String>>,
 ) -> Result<usize> {
     let ColumnReader::ByteArrayColumnReader(reader) = reader else {
         return Err(ParquetError::General("a column without text".to_owned()));
     };
-    each(reader, column, most, |text| {
+    let mut bytes = 0_u64;
+    let count = each(reader, column, most, |text| {
+        bytes += text.map_or(0, |text| text.data().len() as u64);
+        let text = text.filter(|_| bytes <= most_bytes);
         out.push(text.map(|text| String::from_utf8_lossy(text.data()).into_owned()));
-    })
+    })?;
+    if bytes > most_bytes {
+        let text = format!("more than {most_bytes} bytes of text in {}", column.path());
+        return Err(ParquetError::General(text));
+    }
+    Ok(count)
 }
 
 /// Hands over the next values of a column, `most` at most, `None` for nulls, and returns their count.

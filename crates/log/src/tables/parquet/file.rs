@@ -3,12 +3,12 @@
 use super::bounded::Bounded;
 use super::decode::{Content, column_reader};
 use super::rows::{ParquetRows, ParquetValues};
-use crate::LogError;
+use super::sizes::unpacked;
+use crate::{LogError, limits};
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
+use parquet::file::reader::{FileReader, Length as _, RowGroupReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescPtr;
-use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -16,6 +16,7 @@ use std::sync::Arc;
 #[derive(Clone)]
 pub struct ParquetFile {
     path: String,
+    source: Bounded,
     reader: Arc<SerializedFileReader<Bounded>>,
     columns: Vec<ParquetColumn>,
     pub(super) lists: Vec<String>,
@@ -57,8 +58,14 @@ impl ParquetColumn {
         }
     }
 
-    /// The reader of its values in a row group.
-    pub(super) fn reader(&self, group: &dyn RowGroupReader) -> Result<ColumnReader, ParquetError> {
+    /// The reader of its values in a row group of the file.
+    pub(super) fn reader(
+        &self,
+        file: &ParquetFile,
+        group: &dyn RowGroupReader,
+    ) -> Result<ColumnReader, ParquetError> {
+        // A page is unpacked only if its size is known, see `check`.
+        unpacked(&file.source, group.metadata().column(self.leaf))?;
         column_reader(group, self.leaf, &self.description)
     }
 }
@@ -71,13 +78,16 @@ impl ParquetFile {
     /// table of contents.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let name = path.as_ref().display().to_string();
-        let file = File::open(path).and_then(Bounded::new);
+        let file = touchdown_files::open(path.as_ref()).and_then(Bounded::new);
         let file = file.map_err(|source| LogError::Read {
             path: name.clone(),
             source,
         })?;
+        let source = file.clone();
         let reader = SerializedFileReader::new(file).map_err(|error| broken(&name, &error))?;
         let schema = reader.metadata().file_metadata().schema_descr();
+        let of_limit = |excess| LogError::excess(&name, excess);
+        limits::columns(schema.num_columns()).map_err(of_limit)?;
         let (lists, columns): (Vec<_>, Vec<_>) = schema
             .columns()
             .iter()
@@ -89,6 +99,7 @@ impl ParquetFile {
             })
             .partition(|column| column.description.max_rep_level() > 0);
         Ok(Self {
+            source,
             path: name,
             lists: lists.iter().map(ParquetColumn::name).collect(),
             columns,
@@ -136,6 +147,26 @@ impl ParquetFile {
             }
         }
         Ok(columns)
+    }
+
+    /// The size of the file.
+    pub(super) fn bytes(&self) -> u64 {
+        self.source.len()
+    }
+
+    /// Checks that these columns unpack to sizes within the limit. A row group whose pages cannot be read is
+    /// damaged, which its reader reports.
+    pub(super) fn check(&self, columns: &[ParquetColumn]) -> Result<(), LogError> {
+        let mut sum = 0_u64;
+        for group in self.reader.metadata().row_groups() {
+            let chunks = columns.iter().filter_map(|c| group.columns().get(c.leaf));
+            for chunk in chunks {
+                sum = sum.saturating_add(unpacked(&self.source, chunk).unwrap_or(0));
+                limits::unpacked(self.bytes(), sum)
+                    .map_err(|excess| LogError::excess(&self.path, excess))?;
+            }
+        }
+        Ok(())
     }
 
     pub(super) fn groups(&self) -> usize {

@@ -10,9 +10,9 @@ mod file;
 mod pages;
 mod read;
 mod rows;
+mod sizes;
 mod write;
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -29,6 +29,6 @@ const MAGIC: [u8; 4] = *b"PAR1";
 /// reader reports the error.
 pub(crate) fn is_parquet(path: &Path) -> bool {
     let mut start = [0; 4];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    let read = touchdown_files::open(path).and_then(|mut file| file.read_exact(&mut start));
     read.is_ok() && start == MAGIC
 }

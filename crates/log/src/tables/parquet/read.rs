@@ -3,9 +3,8 @@
 use super::decode::{Content, numbers, texts};
 use super::file::{ParquetColumn, ParquetFile};
 use crate::hashing::sha256_of;
-use crate::{Column, ColumnKind, Findings, LogError, Table};
+use crate::{Column, ColumnKind, Findings, LogError, Table, limits};
 use parquet::errors::ParquetError;
-use std::fs::File;
 use std::ops::Range;
 use std::path::Path;
 
@@ -41,7 +40,8 @@ pub fn read_parquet(
 ) -> Result<(Table, Findings), LogError> {
     let path = path.as_ref();
     let (mut columns, mut row_numbers): (Vec<Column>, Vec<usize>) = Default::default();
-    let (sha256, findings) = each_group(path, wanted, &mut |group, rows| {
+    let mut bytes = 0;
+    let (sha256, findings) = each_group(path, wanted, Some(&mut bytes), &mut |group, rows| {
         row_numbers.extend(rows);
         if columns.is_empty() {
             columns = group;
@@ -56,20 +56,24 @@ pub fn read_parquet(
     let table = Table {
         path: path.display().to_string(),
         sha256,
+        bytes,
         row_numbers,
         columns,
     };
     Ok((table, findings))
 }
 
-/// Passes on the undamaged row groups with their row numbers, and returns the file's SHA-256.
+/// Passes on the undamaged row groups with their row numbers, and returns the file's SHA-256. The whole table is
+/// to fit into memory if its file's size is asked for, otherwise each row group.
 pub(crate) fn each_group(
     path: &Path,
     wanted: Option<&dyn Fn(&str) -> bool>,
+    whole: Option<&mut u64>,
     visit: &mut dyn FnMut(Vec<Column>, Range<usize>),
 ) -> Result<(String, Findings), LogError> {
     let name = path.display().to_string();
-    let hashed = File::open(path).and_then(|file| Ok((sha256_of(&file)?, file.metadata()?.len())));
+    let hashed = touchdown_files::open(path)
+        .and_then(|file| Ok((sha256_of(&file)?, file.metadata()?.len())));
     let (sha256, bytes) = hashed.map_err(|source| LogError::Read {
         path: name.clone(),
         source,
@@ -92,12 +96,18 @@ pub(crate) fn each_group(
     };
     let columns = file.columns().iter().filter(is_wanted);
     let mut columns: Vec<PartialColumn> = columns.map(partial).collect();
+    let is_whole = whole.map(|size| *size = bytes).is_some();
+    let of_limit = |excess| LogError::excess(&name, excess);
+    let leaves: Vec<ParquetColumn> = columns.iter().map(|c| c.column.clone()).collect();
+    file.check(&leaves)?;
     for group in 0..file.groups() {
         let stated = file.rows_of(group);
         let rows = usize::try_from(stated).unwrap_or(0);
         // An impossible number of rows must not allocate memory, and does not count as lost rows.
         let is_borne_out = (findings.rows_used as u64).saturating_add(rows as u64) <= most_rows;
         let rows = if is_borne_out { rows } else { 0 };
+        let held = if is_whole { findings.rows_used } else { 0 };
+        limits::values(held + rows, columns.len(), bytes).map_err(of_limit)?;
         let first = findings.rows_read;
         findings.rows_read = findings.rows_read.saturating_add(rows);
         let read = if is_borne_out {
@@ -123,6 +133,7 @@ pub(crate) fn each_group(
             }
         }
     }
+    findings.unite_text_columns();
     if findings.rows_used == 0 {
         let reason = match findings.corrupt_rows {
             0 => "the file has none".to_owned(),
@@ -142,13 +153,13 @@ fn read_group(
 ) -> Result<(), ParquetError> {
     let group = file.group(group)?;
     for partial in columns {
-        let mut reader = partial.column.reader(group.as_ref())?;
+        let mut reader = partial.column.reader(file, group.as_ref())?;
         let description = &partial.column.description;
         match partial.column.content {
             Content::Text => {
                 if partial.example.is_none() {
                     let mut first = Vec::new();
-                    texts(&mut reader, description, 1, &mut first)?;
+                    texts(&mut reader, description, (1, u64::MAX), &mut first)?;
                     let first = first.pop().flatten();
                     partial.example = first.map(|text| text.chars().take(EXAMPLE_CHARS).collect());
                 }

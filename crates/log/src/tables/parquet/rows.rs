@@ -2,7 +2,7 @@
 
 use super::decode::{numbers, texts};
 use super::file::{ParquetColumn, ParquetFile};
-use crate::LogError;
+use crate::{LogError, limits};
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
 
@@ -61,6 +61,7 @@ impl ParquetRows {
             let text = format!("{name}: expected numbers or text, found {found}");
             return Err(file.broken(&ParquetError::General(text)));
         }
+        file.check(&columns)?;
         Ok(Self {
             file,
             origins: vec![None; columns.len()],
@@ -110,7 +111,10 @@ impl ParquetRows {
                 let (reader, column) = (&mut self.readers[k], &self.columns[k]);
                 let (description, origin) = (&column.description, &mut self.origins[k]);
                 counts.push(match values {
-                    ParquetValues::Texts(out) => texts(reader, description, most, out)?,
+                    ParquetValues::Texts(out) => {
+                        let most_bytes = limits::memory(self.file.bytes());
+                        texts(reader, description, (most, most_bytes), out)?
+                    }
                     ParquetValues::Numbers(out) => {
                         numbers(reader, description, column.content, origin, most, out)?
                     }
@@ -139,7 +143,8 @@ impl ParquetRows {
             return Ok(false);
         }
         let group = self.file.group(self.group)?;
-        let readers = self.columns.iter().map(|c| c.reader(group.as_ref()));
+        let file = &self.file;
+        let readers = self.columns.iter().map(|c| c.reader(file, group.as_ref()));
         self.readers = readers.collect::<Result<_, _>>()?;
         self.group += 1;
         Ok(true)

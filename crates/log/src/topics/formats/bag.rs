@@ -4,19 +4,18 @@
 //! chunks, compressed or not. The reader does not need the index, so it also reads a bag that was not
 //! closed.
 
-use super::channel::{Channel, MOST_FIELDS_IN_ALL, unpack, unpack_prefix};
+use super::channel::{Channel, Unpacking};
 use super::clocks::Clocks;
 use super::cursor::Cursor;
 use super::stream::Stream;
 use super::{LogFormat, Reader};
+use crate::limits::{NameBudget, RECORD_BYTES as LONGEST};
 use crate::topics::sink::{Loss, ReadError, Sink};
 use std::collections::HashMap;
 use std::io::Read;
 
 /// First bytes of a file.
 const MAGIC: [u8; 13] = *b"#ROSBAG V2.0\n";
-/// Longest record that is read, and longest chunk when it is unpacked.
-const LONGEST: usize = 64 << 20;
 /// Most connections of one log.
 const MOST_CONNECTIONS: usize = 4096;
 
@@ -29,7 +28,8 @@ struct Bag<'s> {
     /// By the connection's number; several may be of one topic.
     channels: HashMap<u32, Channel>,
     topics: usize,
-    fields_left: usize,
+    budget: NameBudget,
+    unpacking: Unpacking,
     clocks: Clocks,
     loss: Loss,
 }
@@ -51,7 +51,8 @@ fn read(input: &mut dyn Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
         sink,
         channels: HashMap::new(),
         topics: 0,
-        fields_left: MOST_FIELDS_IN_ALL,
+        budget: NameBudget::default(),
+        unpacking: Unpacking::default(),
         clocks: Clocks::default(),
         loss: Loss::default(),
     };
@@ -131,8 +132,16 @@ impl Bag<'_> {
                 self.loss.corrupt += 1;
                 self.loss.skipped_bytes += length;
             }
+            self.check()?;
             stream.advance(length as usize);
         }
+    }
+
+    /// Whether all that was asked for so far is within the limits.
+    fn check(&self) -> Result<(), ReadError> {
+        self.unpacking.check()?;
+        self.budget.check()?;
+        Ok(self.sink.excess().map_or(Ok(()), Err)?)
     }
 
     /// Uses the existing part of a truncated chunk.
@@ -144,10 +153,10 @@ impl Bag<'_> {
             && field(record.head, "op") == Some(&[CHUNK])
             && let Some(compression) = text(record.head, "compression")
         {
-            let (_, unpacked) = unpack_prefix(record.data, compression, LONGEST);
+            let (_, unpacked) = self.unpacking.unpack(record.data, compression);
             self.records(&unpacked);
         }
-        Ok(())
+        self.check()
     }
 
     /// The records of a chunk; `None` if they are not complete.
@@ -175,7 +184,7 @@ impl Bag<'_> {
                 if !self.channels.contains_key(&number) && self.topics < MOST_CONNECTIONS {
                     let schema = Some((kind, "ros1msg", definition));
                     let loss = &mut self.loss;
-                    let left = &mut self.fields_left;
+                    let left = &mut self.budget;
                     let channel =
                         Channel::new(self.topics, topic, "ros1", schema, self.sink, loss, left);
                     self.channels.insert(number, channel);
@@ -198,11 +207,15 @@ impl Bag<'_> {
                     data,
                     self.sink,
                     &mut self.loss,
+                    &mut self.budget,
                 );
             }
             CHUNK if outside => match text(head, "compression")? {
                 "none" => self.records(data)?,
-                compression => self.records(&unpack(data, compression, LONGEST)?)?,
+                compression => {
+                    let (whole, unpacked) = self.unpacking.unpack(data, compression);
+                    self.records(whole.then_some(&unpacked)?)?;
+                }
             },
             _ => {}
         }

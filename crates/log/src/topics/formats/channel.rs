@@ -2,12 +2,12 @@
 
 use super::clocks::Clocks;
 use super::ros::{Encoding, Message};
+use crate::limits::{self, Excess, JSON_BYTES, NameBudget, RECORD_BYTES};
 use crate::topics::sink::{Layout, Loss, Sink, Wanted, short_kind};
 use serde_json::Value;
+use std::collections::HashMap;
 
-/// Most fields of the topics of ROS of one log.
-pub(super) const MOST_FIELDS_IN_ALL: usize = 1 << 18;
-/// Most fields of one topic.
+/// Most fields of one topic of JSON.
 const MOST_FIELDS: usize = 1024;
 /// Longest array of JSON whose elements become fields.
 const LONGEST_ARRAY: usize = 64;
@@ -16,7 +16,8 @@ const OWN_CLOCK: &str = "px4_msgs/";
 
 enum Decoder {
     Ros(Message),
-    Json,
+    /// With the places of the numbers by name; texts have none.
+    Json(HashMap<String, Option<usize>>),
     /// The file has no usable definition.
     Unknown,
 }
@@ -71,19 +72,19 @@ impl Channel {
         schema: Option<(&str, &str, &[u8])>,
         sink: &mut dyn Sink,
         loss: &mut Loss,
-        fields_left: &mut usize,
+        budget: &mut NameBudget,
     ) -> Self {
+        let is_named = budget.name(topic).is_some();
         let mut ros = |encoding| {
-            let (kind, _, text) = schema?;
-            let message = Message::new(kind, std::str::from_utf8(text).ok()?, encoding)?;
-            *fields_left = fields_left.checked_sub(message.names().len())?;
-            Some(Decoder::Ros(message))
+            let (kind, _, text) = schema.filter(|_| is_named)?;
+            let text = std::str::from_utf8(text).ok()?;
+            Message::new(kind, text, encoding, budget).map(Decoder::Ros)
         };
         let of = schema.map_or("", |(_, encoding, _)| encoding);
         let decoder = match (encoding, of) {
             ("cdr", "ros2msg") => ros(Encoding::Cdr),
             ("ros1", "ros1msg") => ros(Encoding::Ros1),
-            ("json", _) => Some(Decoder::Json),
+            ("json", _) => Some(Decoder::Json(HashMap::new())),
             _ => None,
         };
         let decoder = decoder.unwrap_or_else(|| {
@@ -122,18 +123,19 @@ impl Channel {
         bytes: &[u8],
         sink: &mut dyn Sink,
         loss: &mut Loss,
+        budget: &mut NameBudget,
     ) {
         if self.wanted == Wanted::Nothing {
             return;
         }
-        let whole = match &self.decoder {
+        let whole = match &mut self.decoder {
             Decoder::Unknown => Some(()),
             // No sink requested its values or its stamp.
             Decoder::Ros(_) if self.wanted == Wanted::Stamps && self.stamp == Stamp::None => {
                 Some(())
             }
             Decoder::Ros(message) => message.decode(bytes, &mut self.all),
-            Decoder::Json => self.json(bytes, sink),
+            Decoder::Json(_) => self.json(bytes, sink, budget),
         };
         if whole.is_none() {
             loss.undecodable += 1;
@@ -163,39 +165,50 @@ impl Channel {
     }
 
     /// The numbers of a JSON object; fields that are new are announced.
-    fn json(&mut self, bytes: &[u8], sink: &mut dyn Sink) -> Option<()> {
+    fn json(&mut self, bytes: &[u8], sink: &mut dyn Sink, budget: &mut NameBudget) -> Option<()> {
+        let Decoder::Json(places) = &mut self.decoder else {
+            return None;
+        };
+        if bytes.len() > JSON_BYTES {
+            return None;
+        }
         let object: Value = serde_json::from_slice(bytes).ok()?;
         self.all.clear();
         self.all.resize(self.layout.fields.len(), f64::NAN);
-        let before = self.layout.fields.len();
-        let texts = self.layout.texts.len();
+        let before = places.len();
         let (layout, all) = (&mut self.layout, &mut self.all);
         let mut next = 0;
-        flatten(&object, String::new(), &mut |name, value| match value {
-            Some(value) => {
-                // Messages of one type usually have their fields in the same order.
-                let known = match layout.fields.get(next) {
-                    Some(field) if *field == name => Some(next),
-                    _ => layout.fields.iter().position(|field| *field == name),
-                };
-                match known {
-                    Some(place) => {
-                        next = place + 1;
-                        all[place] = value;
-                    }
-                    None if layout.fields.len() < MOST_FIELDS => {
-                        layout.fields.push(name);
-                        all.push(value);
-                    }
-                    None => {}
+        flatten(&object, &mut String::new(), &mut |name, value| {
+            // Messages of one type usually have their fields in the same order.
+            let is_next =
+                value.is_some() && layout.fields.get(next).is_some_and(|field| field == name);
+            let known = if is_next {
+                Some(Some(next))
+            } else {
+                places.get(name).copied()
+            };
+            match (known, value) {
+                (Some(Some(place)), Some(value)) => {
+                    next = place + 1;
+                    all[place] = value;
                 }
+                (Some(_), _) => {}
+                (None, Some(value)) if layout.fields.len() < MOST_FIELDS => {
+                    budget.name(name)?;
+                    places.insert(name.to_owned(), Some(all.len()));
+                    layout.fields.push(name.to_owned());
+                    all.push(value);
+                }
+                (None, None) if layout.texts.len() < MOST_FIELDS => {
+                    budget.name(name)?;
+                    places.insert(name.to_owned(), None);
+                    layout.texts.push(name.to_owned());
+                }
+                (None, _) => {}
             }
-            None if layout.texts.len() < MOST_FIELDS && !layout.texts.contains(&name) => {
-                layout.texts.push(name);
-            }
-            None => {}
-        });
-        if layout.fields.len() > before || layout.texts.len() > texts {
+            Some(())
+        })?;
+        if places.len() > before {
             self.wanted = sink.topic(self.id, &self.layout);
             self.stamp = Stamp::of(&self.layout);
         }
@@ -203,48 +216,76 @@ impl Channel {
     }
 }
 
-/// Reports every number below a JSON value, and the presence of every text.
-fn flatten(value: &Value, name: String, tell: &mut dyn FnMut(String, Option<f64>)) {
+/// Reports every number below a JSON value, and the presence of every text, until `tell` refuses one.
+/// `name` is that of the value; what is appended to it is removed again.
+fn flatten(
+    value: &Value,
+    name: &mut String,
+    tell: &mut dyn FnMut(&str, Option<f64>) -> Option<()>,
+) -> Option<()> {
+    let length = name.len();
     match value {
         Value::Null => {}
-        Value::Bool(yes) => tell(name, Some(f64::from(u8::from(*yes)))),
-        Value::Number(number) => tell(name, number.as_f64()),
-        Value::String(_) => tell(name, None),
+        Value::Bool(yes) => tell(name, Some(f64::from(u8::from(*yes))))?,
+        Value::Number(number) => tell(name, number.as_f64())?,
+        Value::String(_) => tell(name, None)?,
         Value::Array(elements) => {
             for (k, element) in elements.iter().take(LONGEST_ARRAY).enumerate() {
-                flatten(element, format!("{name}[{k}]"), tell);
+                name.push_str(&format!("[{k}]"));
+                flatten(element, name, tell)?;
+                name.truncate(length);
             }
         }
         Value::Object(fields) => {
             for (field, value) in fields {
-                let inner = if name.is_empty() {
-                    field.clone()
-                } else {
-                    format!("{name}.{field}")
-                };
-                flatten(value, inner, tell);
+                if !name.is_empty() {
+                    name.push('.');
+                }
+                name.push_str(field);
+                flatten(value, name, tell)?;
+                name.truncate(length);
             }
         }
     }
+    Some(())
 }
 
-/// Decompresses bytes; `None` if they are damaged or more than `most`.
-pub(super) fn unpack(bytes: &[u8], compression: &str, most: usize) -> Option<Vec<u8>> {
-    let (whole, unpacked) = unpack_prefix(bytes, compression, most);
-    whole.then_some(unpacked)
+/// Packed and unpacked bytes of a log, and whether they are within the limit.
+#[derive(Default)]
+pub(super) struct Unpacking {
+    packed: u64,
+    unpacked: u64,
 }
 
-/// As far as they are whole, and whether they are.
-pub(super) fn unpack_prefix(bytes: &[u8], compression: &str, most: usize) -> (bool, Vec<u8>) {
+impl Unpacking {
+    /// Decompresses bytes, as far as they are whole and within the limits, and tells whether they are whole.
+    pub(super) fn unpack(&mut self, bytes: &[u8], compression: &str) -> (bool, Vec<u8>) {
+        if let "" | "none" = compression {
+            return (true, bytes.to_vec());
+        }
+        self.packed += bytes.len() as u64;
+        let left = limits::allowance(self.packed).saturating_sub(self.unpacked);
+        let most = left.min(RECORD_BYTES as u64);
+        let (whole, unpacked) = unpack_prefix(bytes, compression, most);
+        self.unpacked += unpacked.len() as u64;
+        (whole, unpacked)
+    }
+
+    /// Whether the unpacked bytes are within the limit.
+    pub(super) fn check(&self) -> Result<(), Excess> {
+        limits::unpacked(self.packed, self.unpacked)
+    }
+}
+
+/// Decompresses bytes to one more than `most` at most, as far as they are whole, and tells whether they are.
+fn unpack_prefix(bytes: &[u8], compression: &str, most: u64) -> (bool, Vec<u8>) {
     use std::io::Read;
     let mut unpacked = Vec::new();
     let mut read = |input: &mut dyn Read| {
-        let limit = most as u64 + 1;
-        let read = input.take(limit).read_to_end(&mut unpacked);
-        read.is_ok_and(|read| read <= most)
+        let read = input.take(most + 1).read_to_end(&mut unpacked);
+        read.is_ok_and(|read| read as u64 <= most)
     };
     let whole = match compression {
-        "" | "none" => read(&mut { bytes }),
         "lz4" => read(&mut lz4_flex::frame::FrameDecoder::new(bytes)),
         "bz2" => read(&mut bzip2::read::BzDecoder::new(bytes)),
         "zstd" => zstd::stream::read::Decoder::new(bytes).is_ok_and(|mut input| read(&mut input)),

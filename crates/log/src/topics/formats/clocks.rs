@@ -6,13 +6,18 @@ use crate::topics::sink::{Loss, Sink};
 /// ns. An autopilot's clock that changes by more has been restarted.
 const PLAUSIBLE_NS: i64 = 10_000_000_000;
 
+/// Most restarts of an autopilot's clock that are followed. After them the recorder's stamps are used: a
+/// clock that never settles, or two autopilots in turn, would cost time for each message. A flight has none.
+const MOST_RESTARTS: usize = 1000;
+
 /// Stamps of messages in ns since the first message that was recorded.
 #[derive(Debug, Default)]
 pub(super) struct Clocks {
     zero_ns: Option<u64>,
     own: Option<AutopilotClock>,
-    /// Topics that are stamped by the autopilot's clock.
+    /// Topics that are stamped by the autopilot's clock, and whether each topic is one.
     owned: Vec<usize>,
+    is_owned: Vec<bool>,
     /// Number of restarts of that clock.
     restarts: usize,
 }
@@ -57,7 +62,7 @@ impl Clocks {
         let Ok(own_ns) = i64::try_from(own_ns) else {
             return recorded;
         };
-        if own_ns == 0 {
+        if own_ns == 0 || self.restarts == MOST_RESTARTS {
             return recorded;
         }
         let beyond_ns = recorded.saturating_sub(own_ns);
@@ -74,7 +79,10 @@ impl Clocks {
             least_ns: beyond_ns,
         });
         own.least_ns = own.least_ns.min(beyond_ns);
-        if !self.owned.contains(&id) {
+        if self.is_owned.len() <= id {
+            self.is_owned.resize(id + 1, false);
+        }
+        if !std::mem::replace(&mut self.is_owned[id], true) {
             self.owned.push(id);
         }
         own_ns.saturating_add(own.first_ns)

@@ -4,20 +4,19 @@
 //! are in chunks, compressed or not. A damaged chunk is skipped and reported. An incomplete file is
 //! used up to its end.
 
-use super::channel::{Channel, MOST_FIELDS_IN_ALL, unpack, unpack_prefix};
+use super::channel::{Channel, Unpacking};
 use super::clocks::Clocks;
 use super::cursor::Cursor;
 use super::lost::LostChunks;
 use super::stream::Stream;
 use super::{LogFormat, Reader};
+use crate::limits::{NameBudget, RECORD_BYTES as LONGEST};
 use crate::topics::sink::{Loss, ReadError, Sink};
 use std::collections::HashMap;
 use std::io::Read;
 
 /// First and last bytes of a file.
 const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
-/// Longest record that is read, and longest chunk when it is unpacked.
-const LONGEST: usize = 64 << 20;
 /// Most channels and definitions of one log.
 const MOST_CHANNELS: usize = 4096;
 /// Most bytes of definitions that are kept.
@@ -45,7 +44,8 @@ struct Mcap<'s> {
     schema_bytes: usize,
     channels: HashMap<u16, Channel>,
     topics: usize,
-    fields_left: usize,
+    budget: NameBudget,
+    unpacking: Unpacking,
     clocks: Clocks,
     loss: Loss,
     /// Number of messages, decodable or not.
@@ -72,7 +72,8 @@ fn read(input: &mut dyn Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
         schema_bytes: 0,
         channels: HashMap::new(),
         topics: 0,
-        fields_left: MOST_FIELDS_IN_ALL,
+        budget: NameBudget::default(),
+        unpacking: Unpacking::default(),
         clocks: Clocks::default(),
         loss: Loss::default(),
         messages: 0,
@@ -129,8 +130,16 @@ impl Mcap<'_> {
                     self.lost.push(length, body, self.messages - before);
                 }
             }
+            self.check()?;
             stream.advance(length);
         }
+    }
+
+    /// Whether all that was asked for so far is within the limits.
+    fn check(&self) -> Result<(), ReadError> {
+        self.unpacking.check()?;
+        self.budget.check()?;
+        Ok(self.sink.excess().map_or(Ok(()), Err)?)
     }
 
     /// Skips the tables after the data, and counts the bytes after the end of the recording.
@@ -168,11 +177,11 @@ impl Mcap<'_> {
         if left.len() > 9 && left[0] == CHUNK {
             let mut cursor = Cursor::new(&left[9..]);
             if let Some((_, compression)) = chunk_head(&mut cursor) {
-                let (_, unpacked) = unpack_prefix(cursor.rest(), compression, LONGEST);
+                let (_, unpacked) = self.unpacking.unpack(cursor.rest(), compression);
                 self.records(&unpacked);
             }
         }
-        Ok(())
+        self.check()
     }
 
     /// The records of a chunk; `None` if they are not complete.
@@ -203,8 +212,9 @@ impl Mcap<'_> {
                 let records = match compression {
                     "" => cursor.rest(),
                     compression => {
-                        unpacked = unpack(cursor.rest(), compression, LONGEST)?;
-                        &unpacked
+                        let whole;
+                        (whole, unpacked) = self.unpacking.unpack(cursor.rest(), compression);
+                        whole.then_some(&unpacked[..])?
                     }
                 };
                 if checksum != 0 && crc32fast::hash(records) != checksum {
@@ -257,7 +267,7 @@ impl Mcap<'_> {
             schema,
             self.sink,
             &mut self.loss,
-            &mut self.fields_left,
+            &mut self.budget,
         );
         self.channels.insert(id, channel);
         self.topics += 1;
@@ -278,6 +288,7 @@ impl Mcap<'_> {
                 cursor.rest(),
                 self.sink,
                 &mut self.loss,
+                &mut self.budget,
             ),
             // The record of the channel is lost, or there are too many.
             None => self.loss.undecodable += 1,

@@ -1,5 +1,6 @@
 //! Formats of records, which are records themselves.
 
+use crate::topics::fields::make_unique;
 use crate::topics::sink::{Scalar, Wanted};
 
 /// Type of a field's bytes.
@@ -156,6 +157,8 @@ impl Format {
             }
             at += field.size();
         }
+        make_unique(&mut format.names);
+        make_unique(&mut format.texts);
         let named = !format.name.is_empty();
         let fits = match format.unknown {
             Some(_) => format.length > at + 3,

@@ -8,9 +8,10 @@ mod format;
 
 use super::stream::Stream;
 use super::{LogFormat, Reader};
+use crate::limits::NameBudget;
 use crate::topics::sink::{Layout, Loss, ReadError, Scalar, Sink, Wanted};
 use format::{Format, text};
-use std::io::{self, Read};
+use std::io::Read;
 
 const HEAD: [u8; 2] = [0xa3, 0x95];
 /// The type of the records that define formats, and their length.
@@ -28,6 +29,7 @@ struct DataFlash<'s> {
     sink: &'s mut dyn Sink,
     formats: Vec<Option<Format>>,
     topics: usize,
+    budget: NameBudget,
     last_ns: Option<i64>,
     values: Vec<f64>,
     loss: Loss,
@@ -49,6 +51,7 @@ fn read(input: &mut dyn Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
         sink,
         formats: (0..256).map(|_| None).collect(),
         topics: 0,
+        budget: NameBudget::default(),
         last_ns: None,
         values: Vec::new(),
         loss: Loss::default(),
@@ -77,7 +80,7 @@ impl DataFlash<'_> {
         }
     }
 
-    fn run(&mut self, stream: &mut Stream<'_>) -> io::Result<()> {
+    fn run(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
         while let Some(head) = stream.peek(3)? {
             let Some(length) = self.length(head) else {
                 self.resynchronise(stream)?;
@@ -88,6 +91,7 @@ impl DataFlash<'_> {
             };
             let (kind, body) = (record[2], &record[3..]);
             self.take(kind, body);
+            self.budget.check()?;
             stream.advance(length);
         }
         let rest = stream.window();
@@ -110,7 +114,7 @@ impl DataFlash<'_> {
     }
 
     /// Skips damage. Zeros at the end of a file do not count as damage.
-    fn resynchronise(&mut self, stream: &mut Stream<'_>) -> io::Result<()> {
+    fn resynchronise(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
         let (mut skipped, mut blank) = (0, true);
         loop {
             let filler = stream
@@ -172,6 +176,10 @@ impl DataFlash<'_> {
         {
             Some(at) => at,
             None if self.topics < MOST_TOPICS => {
+                let mut names = format.names.iter().chain(&format.texts);
+                if names.any(|name| self.budget.name(name).is_none()) {
+                    return;
+                }
                 let layout = Layout {
                     name: format.name.clone(),
                     kind: String::new(),

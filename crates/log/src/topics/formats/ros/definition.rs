@@ -1,6 +1,8 @@
 //! Message definitions of ROS 1 and ROS 2: text such as `float64[3] position`, the definitions of
 //! inner messages below lines of `=`.
 
+use crate::limits::NameBudget;
+use crate::topics::fields::make_unique;
 use crate::topics::sink::Scalar;
 use std::collections::HashMap;
 
@@ -77,10 +79,56 @@ enum Array {
     Any,
 }
 
+/// The messages of a definition, by their full names.
+#[derive(Default)]
+struct Messages<'t> {
+    fields: HashMap<&'t str, Vec<Field<'t>>>,
+    /// Full names by their last part, in the order of the text.
+    by_last: HashMap<&'t str, Vec<&'t str>>,
+}
+
+impl<'t> Messages<'t> {
+    /// The fields of a message, which is known from now on.
+    fn of(&mut self, name: &'t str) -> &mut Vec<Field<'t>> {
+        self.fields.entry(name).or_insert_with(|| {
+            let last = name.rsplit('/').next().unwrap_or_default();
+            self.by_last.entry(last).or_default().push(name);
+            Vec::new()
+        })
+    }
+
+    /// The full name of a message that another of this package refers to.
+    fn full(&self, base: &str, package: &str) -> Option<&'t str> {
+        let candidates = [
+            base.to_owned(),
+            format!("{package}/{base}"),
+            format!("{package}/msg/{base}"),
+        ];
+        let exact = candidates
+            .iter()
+            .find_map(|name| self.fields.get_key_value(name.as_str()));
+        // `Header` means that of std_msgs, and `pkg/Type` means `pkg/msg/Type`.
+        let (owner, last) = base.rsplit_once('/').unwrap_or(("", base));
+        let owner = owner.trim_end_matches("/msg");
+        exact.map(|(name, _)| *name).or_else(|| {
+            let mut alike = self.by_last.get(last)?.iter().copied();
+            alike.find(|name| {
+                let within = name.strip_prefix(owner);
+                owner.is_empty() || within.is_some_and(|rest| rest.starts_with('/'))
+            })
+        })
+    }
+}
+
 /// Reads the definition of a message of this type; `None` where it is not whole, circular or
 /// oversize.
-pub(super) fn parse(kind: &str, text: &str, ros1: bool) -> Option<Definition> {
-    let mut messages: HashMap<&str, Vec<Field<'_>>> = HashMap::new();
+pub(super) fn parse(
+    kind: &str,
+    text: &str,
+    ros1: bool,
+    budget: &mut NameBudget,
+) -> Option<Definition> {
+    let mut messages = Messages::default();
     let mut current = Some(kind);
     for line in text.lines() {
         let line = line.trim();
@@ -88,31 +136,37 @@ pub(super) fn parse(kind: &str, text: &str, ros1: bool) -> Option<Definition> {
             current = None;
         } else if let Some(name) = line.strip_prefix("MSG:") {
             current = Some(name.trim());
-            messages.entry(name.trim()).or_default();
+            messages.of(name.trim());
         } else if let (Some(name), Some(field)) = (current, parse_field(line)?) {
-            messages.entry(name).or_default().push(field);
+            messages.of(name).push(field);
         }
     }
-    messages.entry(kind).or_default();
+    messages.of(kind);
     let mut builder = Builder {
         messages: &messages,
         ros1,
         left: MOST_NODES,
+        budget,
     };
     let root = builder.message(kind, package(kind), DEEPEST)?;
     if root.width > MOST_NUMBERS {
         return None;
     }
-    let (mut names, mut texts) = (Vec::new(), Vec::new());
-    name_all(
-        &messages,
-        kind,
-        package(kind),
+    let mut naming = Naming {
+        messages: &messages,
         ros1,
-        "",
-        &mut names,
-        &mut texts,
-    );
+        names: Vec::new(),
+        texts: Vec::new(),
+        budget,
+    };
+    naming.message(kind, package(kind), "")?;
+    let Naming {
+        mut names,
+        mut texts,
+        ..
+    } = naming;
+    make_unique(&mut names);
+    make_unique(&mut texts);
     (names.len() == root.width).then_some(Definition { root, names, texts })
 }
 
@@ -170,31 +224,6 @@ fn time(base: &str, ros1: bool) -> Option<[(&'static str, Scalar); 2]> {
     }
 }
 
-/// The full name of a message that another of this package refers to.
-fn full<'t>(
-    messages: &HashMap<&'t str, Vec<Field<'t>>>,
-    base: &str,
-    package: &str,
-) -> Option<&'t str> {
-    let candidates = [
-        base.to_owned(),
-        format!("{package}/{base}"),
-        format!("{package}/msg/{base}"),
-    ];
-    let exact = candidates
-        .iter()
-        .find_map(|name| messages.get_key_value(name.as_str()));
-    // `Header` means that of std_msgs, and `pkg/Type` means `pkg/msg/Type`.
-    let (owner, last) = base.rsplit_once('/').unwrap_or(("", base));
-    exact.map(|(name, _)| *name).or_else(|| {
-        messages.keys().copied().find(|name| {
-            name.rsplit('/').next() == Some(last)
-                && (owner.is_empty()
-                    || name.starts_with(&format!("{}/", owner.trim_end_matches("/msg"))))
-        })
-    })
-}
-
 fn told(array: Array, is_message: bool) -> usize {
     match array {
         Array::One => 1,
@@ -206,18 +235,20 @@ fn told(array: Array, is_message: bool) -> usize {
 }
 
 struct Builder<'m, 't> {
-    messages: &'m HashMap<&'t str, Vec<Field<'t>>>,
+    messages: &'m Messages<'t>,
     ros1: bool,
     left: usize,
+    budget: &'m mut NameBudget,
 }
 
 impl Builder<'_, '_> {
     fn message(&mut self, name: &str, package: &str, depth: usize) -> Option<Node> {
         let depth = depth.checked_sub(1)?;
-        let fields = self.messages.get(name)?;
-        let mut nodes = Vec::with_capacity(fields.len());
+        let fields = self.messages.fields.get(name)?;
+        let mut nodes = Vec::new();
         for field in fields {
             self.left = self.left.checked_sub(1)?;
+            self.budget.node()?;
             nodes.push(self.field(field, package, depth)?);
         }
         let width = nodes.iter().map(|node| node.width).sum();
@@ -247,7 +278,7 @@ impl Builder<'_, '_> {
                 width: 0,
             }
         } else {
-            let name = full(self.messages, field.base, owner)?;
+            let name = self.messages.full(field.base, owner)?;
             self.message(name, package(name), depth)?
         };
         if matches!(field.array, Array::One) {
@@ -276,45 +307,62 @@ impl Builder<'_, '_> {
 }
 
 /// Names in the order in which the nodes yield their numbers.
-fn name_all(
-    messages: &HashMap<&str, Vec<Field<'_>>>,
-    name: &str,
-    owner: &str,
+struct Naming<'m, 't> {
+    messages: &'m Messages<'t>,
     ros1: bool,
-    prefix: &str,
-    names: &mut Vec<String>,
-    texts: &mut Vec<String>,
-) {
-    for field in messages.get(name).into_iter().flatten() {
-        let mut push = |label: String| {
-            if scalar(field.base, ros1).is_some() {
-                names.push(label);
-            } else if let Some(parts) = time(field.base, ros1) {
-                names.extend(parts.iter().map(|(part, _)| format!("{label}.{part}")));
-            } else if field.base == "string" {
-                texts.push(label);
-            } else if let Some(inner) = full(messages, field.base, owner) {
-                let prefix = format!("{label}.");
-                name_all(messages, inner, package(inner), ros1, &prefix, names, texts);
-            }
-        };
-        let is_message = scalar(field.base, ros1).is_none();
-        let label = format!("{prefix}{}", field.name);
-        match field.array {
-            Array::One => push(label),
-            array => {
-                if field.base == "string" {
-                    push(format!("{label}[]"));
-                } else {
+    names: Vec<String>,
+    texts: Vec<String>,
+    budget: &'m mut NameBudget,
+}
+
+impl Naming<'_, '_> {
+    /// The names of a message's fields, with this before them; `None` if they are too many or too long.
+    fn message(&mut self, name: &str, owner: &str, prefix: &str) -> Option<()> {
+        for field in self.messages.fields.get(name).into_iter().flatten() {
+            let is_message = scalar(field.base, self.ros1).is_none();
+            let label = format!("{prefix}{}", field.name);
+            match field.array {
+                Array::One => {
+                    self.field(field, owner, label)?;
+                    continue;
+                }
+                _ if field.base == "string" => self.field(field, owner, format!("{label}[]"))?,
+                array => {
                     for k in 0..told(array, is_message) {
-                        push(format!("{label}[{k}]"));
+                        self.field(field, owner, format!("{label}[{k}]"))?;
                     }
                 }
-                if matches!(array, Array::Any) {
-                    names.push(format!("{label}.length"));
-                }
+            }
+            if matches!(field.array, Array::Any) {
+                self.number(format!("{label}.length"))?;
             }
         }
+        Some(())
+    }
+
+    /// The names of one element of a field.
+    fn field(&mut self, field: &Field<'_>, owner: &str, label: String) -> Option<()> {
+        if scalar(field.base, self.ros1).is_some() {
+            self.number(label)?;
+        } else if let Some(parts) = time(field.base, self.ros1) {
+            for (part, _) in parts {
+                self.number(format!("{label}.{part}"))?;
+            }
+        } else if field.base == "string" {
+            self.budget.name(&label)?;
+            self.texts.push(label);
+        } else if let Some(inner) = self.messages.full(field.base, owner) {
+            // A message without numbers and texts has a name for each of its elements all the same.
+            self.budget.node()?;
+            self.message(inner, package(inner), &format!("{label}."))?;
+        }
+        Some(())
+    }
+
+    fn number(&mut self, label: String) -> Option<()> {
+        self.budget.name(&label)?;
+        self.names.push(label);
+        Some(())
     }
 }
 
@@ -346,7 +394,13 @@ float32 z
 
     #[test]
     fn analytic_names_of_a_nested_definition() {
-        let found = parse("test_msgs/msg/Odometry", ODOMETRY, false).unwrap();
+        let found = parse(
+            "test_msgs/msg/Odometry",
+            ODOMETRY,
+            false,
+            &mut NameBudget::default(),
+        )
+        .unwrap();
         assert_eq!(
             found.names[..4],
             [
@@ -365,17 +419,18 @@ float32 z
 
     #[test]
     fn prop_what_is_circular_unknown_or_oversize_is_refused() {
-        assert!(parse("a/A", "A a", false).is_none());
-        assert!(parse("a/A", "B b\n===\nMSG: a/B\nA a", false).is_none());
-        assert!(parse("a/A", "Unknown b", false).is_none());
-        assert!(parse("a/A", "float32[x] b", false).is_none());
+        let parsed = |kind, text, ros1| parse(kind, text, ros1, &mut NameBudget::default());
+        assert!(parsed("a/A", "A a", false).is_none());
+        assert!(parsed("a/A", "B b\n===\nMSG: a/B\nA a", false).is_none());
+        assert!(parsed("a/A", "Unknown b", false).is_none());
+        assert!(parsed("a/A", "float32[x] b", false).is_none());
         let wide = "B[8] b\n===\nMSG: a/B\nC[8] c\n===\nMSG: a/C\nfloat32[65] x\nfloat32[65] y";
-        assert!(parse("a/A", wide, false).is_none());
+        assert!(parsed("a/A", wide, false).is_none());
         // Arrays of nothing would take time without end.
         let nothing = "B[18446744073709551615] b\n===\nMSG: a/B\n";
-        assert!(parse("a/A", nothing, true).is_none());
-        assert!(parse("a/A", "B[] b\n===\nMSG: a/B\nuint8[0] x", false).is_none());
-        assert!(parse("a/A", "float64[9000000] b", false).is_none());
-        assert!(parse("a/A", "", true).unwrap().names.is_empty());
+        assert!(parsed("a/A", nothing, true).is_none());
+        assert!(parsed("a/A", "B[] b\n===\nMSG: a/B\nuint8[0] x", false).is_none());
+        assert!(parsed("a/A", "float64[9000000] b", false).is_none());
+        assert!(parsed("a/A", "", true).unwrap().names.is_empty());
     }
 }

@@ -2,6 +2,7 @@
 
 mod definition;
 
+use crate::limits::NameBudget;
 use crate::topics::formats::cursor::Cursor;
 use crate::topics::sink::Scalar;
 use definition::{Definition, Node, NodeContent};
@@ -31,8 +32,13 @@ struct Wire {
 
 impl Message {
     /// Reads the text of a definition; `None` if it cannot be used.
-    pub(super) fn new(kind: &str, text: &str, encoding: Encoding) -> Option<Self> {
-        let definition = definition::parse(kind, text, encoding == Encoding::Ros1)?;
+    pub(super) fn new(
+        kind: &str,
+        text: &str,
+        encoding: Encoding,
+        budget: &mut NameBudget,
+    ) -> Option<Self> {
+        let definition = definition::parse(kind, text, encoding == Encoding::Ros1, budget)?;
         Some(Self {
             definition,
             encoding,
@@ -178,7 +184,8 @@ mod tests {
         cdr.extend(2.5_f64.to_le_bytes());
         cdr.extend([3, 0, 0, 0, b'h', b'i', 0, 0]);
         cdr.extend([2, 0, 0, 0, 255, 255, 5, 0, 9, 0, 0, 0]);
-        let message = Message::new("p/M", text, Encoding::Cdr).unwrap();
+        let budget = &mut NameBudget::default();
+        let message = Message::new("p/M", text, Encoding::Cdr, budget).unwrap();
         message.decode(&cdr, &mut values).unwrap();
         assert_eq!(message.texts(), ["s"]);
         let at = |name: &str| message.names().iter().position(|n| n == name).unwrap();
@@ -203,7 +210,7 @@ mod tests {
         packed.extend([
             2, 0, 0, 0, b'h', b'i', 2, 0, 0, 0, 255, 255, 5, 0, 9, 0, 0, 0,
         ]);
-        let message = Message::new("p/M", text, Encoding::Ros1).unwrap();
+        let message = Message::new("p/M", text, Encoding::Ros1, budget).unwrap();
         message.decode(&packed, &mut values).unwrap();
         assert_eq!(
             (values[at("b")], values[at("c[1]")], values[at("d")]),
@@ -213,7 +220,9 @@ mod tests {
 
     #[test]
     fn analytic_big_endian_and_arrays_longer_than_told() {
-        let message = Message::new("p/M", "uint16[] x\nint32 y", Encoding::Cdr).unwrap();
+        let text = "uint16[] x\nint32 y";
+        let budget = &mut NameBudget::default();
+        let message = Message::new("p/M", text, Encoding::Cdr, budget).unwrap();
         let mut bytes = vec![0, 0, 0, 0, 0, 0, 0, 30];
         for k in 0..30_u16 {
             bytes.extend(k.to_be_bytes());

@@ -1,5 +1,7 @@
 //! Message formats of ULog: text such as `esc_status:uint64_t timestamp;esc_report[8] esc;`.
 
+use crate::limits::NameBudget;
+use crate::topics::fields::make_unique;
 use crate::topics::sink::Scalar;
 use std::collections::HashMap;
 
@@ -59,10 +61,10 @@ impl Formats {
     }
 
     /// The places of all numbers of a message; `None` for unknown, circular or oversize formats,
-    /// and for those of more fields than this.
-    pub(super) fn flatten(&self, name: &str, most: usize) -> Option<Places> {
+    /// and for those beyond the limits of names.
+    pub(super) fn flatten(&self, name: &str, budget: &mut NameBudget) -> Option<Places> {
         let mut places = Places::default();
-        let mut left = most.min(MOST_FIELDS);
+        let mut left = MOST_FIELDS;
         let fields = self.known.get(name)?;
         for (index, field) in fields.iter().enumerate() {
             let last = index + 1 == fields.len();
@@ -70,7 +72,7 @@ impl Formats {
                 let size = scalar(&field.kind)?.size();
                 places.longest += size * field.length.unwrap_or(1);
             } else {
-                self.push(&mut places, "", field, DEEPEST, &mut left)?;
+                self.push(&mut places, "", field, DEEPEST, (&mut left, budget))?;
                 places.shortest = places.longest;
             }
         }
@@ -79,6 +81,7 @@ impl Formats {
             .map(|at| places.places[at])
             .filter(|(kind, _)| *kind == Scalar::U64)
             .map(|(_, offset)| offset);
+        make_unique(&mut places.names);
         (places.longest <= usize::from(u16::MAX) - 2).then_some(places)
     }
 
@@ -88,16 +91,18 @@ impl Formats {
         prefix: &str,
         field: &Field,
         depth: usize,
-        left: &mut usize,
+        (left, budget): (&mut usize, &mut NameBudget),
     ) -> Option<()> {
         for index in 0..field.length.unwrap_or(1) {
             *left = left.checked_sub(1)?;
+            budget.node()?;
             let name = match field.length {
                 Some(_) => format!("{prefix}{}[{index}]", field.name),
                 None => format!("{prefix}{}", field.name),
             };
             if let Some(scalar) = scalar(&field.kind) {
                 if !field.name.starts_with("_padding") {
+                    budget.name(&name)?;
                     places.names.push(name);
                     places.places.push((scalar, places.longest));
                 }
@@ -107,7 +112,7 @@ impl Formats {
             let depth = depth.checked_sub(1)?;
             let prefix = format!("{name}.");
             for inner in self.known.get(&field.kind)? {
-                self.push(places, &prefix, inner, depth, left)?;
+                self.push(places, &prefix, inner, depth, (left, budget))?;
             }
         }
         Some(())
@@ -168,7 +173,7 @@ mod tests {
             "esc:uint64_t timestamp;int16_t rpm;uint8_t[2] _padding0;",
             "all:uint64_t timestamp;esc[2] esc;bool ok;uint8_t[3] _padding0;",
         ]);
-        let places = formats.flatten("all", MOST_FIELDS).unwrap();
+        let places = formats.flatten("all", &mut NameBudget::default()).unwrap();
         assert_eq!(
             places.names,
             [
@@ -197,27 +202,27 @@ mod tests {
         // So many of 63 kB are 2 MiB.
         assert_eq!(kept, 33);
         // What was told before is known still.
-        assert!(formats.flatten("f0", MOST_FIELDS).is_some());
+        assert!(formats.flatten("f0", &mut NameBudget::default()).is_some());
     }
 
     #[test]
     fn prop_circular_and_oversize_formats_are_refused() {
         let circular = formats(&["a:b[2] x;", "b:a y;"]);
-        assert!(circular.flatten("a", MOST_FIELDS).is_none());
+        assert!(circular.flatten("a", &mut NameBudget::default()).is_none());
         let empty = formats(&["a:b[60000] x;", "b:c[60000] x;", "c:d[60000] x;", "d:"]);
-        assert!(empty.flatten("a", MOST_FIELDS).is_none());
+        assert!(empty.flatten("a", &mut NameBudget::default()).is_none());
         assert!(
             formats(&["a:uint64_t[9000] x;"])
-                .flatten("a", MOST_FIELDS)
+                .flatten("a", &mut NameBudget::default())
                 .is_none()
         );
         assert!(
             formats(&["a:unknown x;"])
-                .flatten("a", MOST_FIELDS)
+                .flatten("a", &mut NameBudget::default())
                 .is_none()
         );
-        let three = formats(&["a:int8_t[3] x;"]);
-        assert!(three.flatten("a", 3).is_some() && three.flatten("a", 2).is_none());
+        let long = formats(&[&format!("a:int8_t {};", "n".repeat(600))]);
+        assert!(long.flatten("a", &mut NameBudget::default()).is_none());
         for text in [
             "a",
             ":int8_t x;",

@@ -9,6 +9,7 @@ mod write;
 
 use super::stream::Stream;
 use super::{LogFormat, Reader};
+use crate::limits::NameBudget;
 use crate::topics::sink::{Layout, Loss, ReadError, Sink, Wanted};
 use format::{Formats, Places};
 use std::io::{self, Read};
@@ -22,8 +23,6 @@ const HEADER: usize = 16;
 /// Number of complete messages in succession after which reading continues behind damage. ULog has no
 /// mark at the start of a message, so it needs more than DataFlash.
 const WHOLE_IN_A_ROW: usize = 3;
-/// Most fields of all topics of one log.
-const MOST_FIELDS: usize = 1 << 18;
 /// Most topics of one log.
 const MOST_TOPICS: usize = 4096;
 /// Longest message with its head.
@@ -42,7 +41,7 @@ pub(super) struct Ulog<'s> {
     topics: usize,
     /// Number of topics that were omitted. It is limited, because each of them takes time to check.
     refused: usize,
-    fields: usize,
+    budget: NameBudget,
     /// Messages of any type.
     taken: usize,
     start_us: u64,
@@ -89,7 +88,7 @@ fn read(input: &mut dyn Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
         subscriptions: Vec::new(),
         topics: 0,
         refused: 0,
-        fields: 0,
+        budget: NameBudget::default(),
         taken: 0,
         start_us,
         appended: Vec::new(),
@@ -140,6 +139,7 @@ impl Ulog<'_> {
             if self.is_whole(message) {
                 let (kind, body) = (message[2], &message[3..]);
                 self.take(kind, body)?;
+                self.budget.check()?;
                 stream.advance(length);
             } else {
                 self.resynchronise(stream)?;
@@ -258,11 +258,11 @@ impl Ulog<'_> {
     fn subscribe(&mut self, body: &[u8]) {
         let number = usize::from(u16::from_le_bytes([body[1], body[2]]));
         let name = String::from_utf8_lossy(&body[3..]).into_owned();
-        let left = match (self.topics, self.refused) {
-            (..MOST_TOPICS, ..MOST_TOPICS) => MOST_FIELDS - self.fields,
-            _ => 0,
+        let places = match (self.topics, self.refused) {
+            (..MOST_TOPICS, ..MOST_TOPICS) => self.formats.flatten(&name, &mut self.budget),
+            _ => None,
         };
-        let Some(places) = self.formats.flatten(&name, left) else {
+        let Some(places) = places else {
             self.refused += 1;
             self.loss.corrupt += 1;
             self.loss.note(format!(
@@ -276,7 +276,6 @@ impl Ulog<'_> {
             self.subscribed(number, places, Wanted::Nothing);
             return;
         };
-        self.fields += places.names.len();
         let layout = Layout {
             name,
             kind: String::new(),

@@ -1,5 +1,6 @@
 use super::format::Formats;
 use super::{MAGIC, SYNC};
+use crate::limits::NameBudget;
 use std::io::{self, Write};
 
 /// Messages between two marks at which a reader of a damaged log can go on.
@@ -104,7 +105,7 @@ impl<W: Write> UlogWriter<W> {
     /// # Errors
     /// [`io::ErrorKind::InvalidInput`] without a usable format.
     pub fn topic(&mut self, name: &str, instance: u8) -> io::Result<UlogTopic> {
-        let places = self.formats.flatten(name, usize::MAX);
+        let places = self.formats.flatten(name, &mut NameBudget::default());
         let places =
             places.ok_or_else(|| invalid(format!("topic {name:?} has no usable format")))?;
         let number = u16::try_from(self.topics.len())
