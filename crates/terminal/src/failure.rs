@@ -2,17 +2,17 @@
 
 use std::io::Write as _;
 
+use crate::escape;
+
 /// The object of a command that fails.
 pub(crate) fn refusal(error: &str, outcome: &str) -> String {
-    format!(
-        "{:#}",
-        serde_json::json!({ "error": error, "outcome": outcome })
-    )
+    let object = serde_json::json!({ "error": error, "outcome": outcome });
+    escape::json(&format!("{object:#}")).into_owned()
 }
 
 /// Prints why a command fails: text on standard error, and the object where JSON was asked for.
 pub(crate) fn failure(json: bool, error: &str, outcome: &str) {
-    let _ = writeln!(anstream::stderr(), "error: {error}");
+    let _ = writeln!(anstream::stderr(), "error: {}", escape::text(error));
     if json {
         let _ = writeln!(anstream::stdout(), "{}", refusal(error, outcome));
     }

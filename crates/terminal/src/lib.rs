@@ -4,10 +4,12 @@
 //! | --- | --- |
 //! | [`status`] | the table of exit statuses |
 //! | [`terminal`] | text for people, JSON for programs, progress, and how a command ends |
+//! | [`escape`] | characters of names that command a terminal, shown as escapes |
 //! | [`manual`] | completions of shells, and manual pages |
 //!
 //! A command parses its arguments by [`parse`], runs with a [`Terminal`], and ends with [`Terminal::conclude`].
 
+pub mod escape;
 mod failure;
 mod interrupt;
 pub mod manual;

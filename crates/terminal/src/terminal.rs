@@ -10,6 +10,7 @@ use clap::error::ErrorKind;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
+use crate::escape;
 use crate::failure::{failure, refusal};
 use crate::interrupt::Interrupt;
 use crate::status::{BAD_INPUT, Done, FAILED};
@@ -54,8 +55,13 @@ pub fn parse<A: clap::Parser>() -> Result<A, ExitCode> {
                 let _ = writeln!(anstream::stdout(), "{}", refusal(text, "refused"));
             }
         }
-        // A reader that has gone away is no failure of ours.
-        let _ = error.print();
+        // A reader that has gone away is no failure of ours. Arguments that are shown again are escaped.
+        let text = error.render().to_string();
+        if escape::text(&text) == text {
+            let _ = error.print();
+        } else {
+            let _ = write!(anstream::stderr(), "{}", escape::text(&text));
+        }
         ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(BAD_INPUT))
     })
 }
@@ -107,7 +113,7 @@ impl Terminal {
         self.bar.reset();
         self.bar.set_length(steps);
         self.bar.set_position(0);
-        self.bar.set_message(name.to_owned());
+        self.bar.set_message(escape::line(name).into_owned());
     }
 
     /// One step of the stage is done.
@@ -119,7 +125,7 @@ impl Terminal {
     pub fn busy(&self, stage: &str) {
         self.style("{spinner} {elapsed}  {msg}");
         self.bar.enable_steady_tick(TICK);
-        self.bar.set_message(stage.to_owned());
+        self.bar.set_message(escape::line(stage).into_owned());
     }
 
     fn style(&self, template: &str) {
@@ -131,7 +137,7 @@ impl Terminal {
     /// A line of progress, for logs in which no bar is drawn.
     pub fn done(&self, what: &str) {
         if self.lines {
-            let _ = writeln!(anstream::stderr(), "{what}");
+            let _ = writeln!(anstream::stderr(), "{}", escape::line(what));
         }
     }
 
@@ -152,17 +158,22 @@ impl Terminal {
     /// Text for people on standard error.
     pub fn aside(&self, text: &str) {
         self.bar.suspend(|| {
-            let _ = writeln!(anstream::stderr(), "{text}");
+            let _ = writeln!(anstream::stderr(), "{}", escape::text(text));
         });
     }
 
     /// A warning, on standard error.
     pub fn warn(&self, text: &str) {
-        self.aside(&format!("warning: {text}"));
+        self.aside(&format!("warning: {}", escape::line(text)));
     }
 
     /// Text on standard output.
     pub fn print(&self, text: &str) {
+        self.write(&escape::text(text));
+    }
+
+    /// Text without characters that command a terminal, on standard output.
+    fn write(&self, text: &str) {
         let written = self.bar.suspend(|| {
             let mut out = anstream::stdout();
             out.write_all(text.as_bytes()).and_then(|()| out.flush())
@@ -179,7 +190,7 @@ impl Terminal {
     pub fn object<T: Serialize>(&self, object: &T) {
         if self.json {
             match serde_json::to_string_pretty(object) {
-                Ok(text) => self.print(&format!("{text}\n")),
+                Ok(text) => self.write(&format!("{}\n", escape::json(&text))),
                 Err(e) => self.did_not_print(format!("the result cannot be written as JSON: {e}")),
             }
         }

@@ -26,6 +26,26 @@ pub(crate) fn nested_definition() -> Vec<u8> {
     file.file()
 }
 
+/// Many topics with a definition of a kilobyte each, which has thousands of parts.
+pub(crate) fn wide_definitions() -> Vec<u8> {
+    let mut text = "M0 a\nM0 b\nM0 c\nM0 d\n".to_owned();
+    for depth in 0..6 {
+        let fields: String = ["a", "b", "c", "d"]
+            .map(|field| format!("M{} {field}\n", depth + 1))
+            .concat();
+        write!(text, "===\nMSG: a/M{depth}\n{fields}").unwrap();
+    }
+    text.push_str("===\nMSG: a/M6\n");
+    let mut file = Mcap::default();
+    let mut records = Mcap::default();
+    for id in 0..4000 {
+        records.topic(id, [&format!("/{id}"), "a/A", "ros2msg", &text, "cdr"]);
+    }
+    records.message(1, 1, &[0, 1, 0, 0, 1]);
+    file.chunk(&records.0);
+    file.file()
+}
+
 /// An object of JSON in which a long name stands before many short ones.
 pub(crate) fn nested_json() -> Vec<u8> {
     let inner: Vec<String> = (0..4000).map(|k| format!("\"{k}\":1")).collect();
@@ -118,9 +138,9 @@ pub(crate) fn wide_map() -> Vec<u8> {
 }
 
 /// A map of more channels than any vehicle has.
-pub(crate) fn endless_map() -> Vec<u8> {
+pub(crate) fn endless_map(channels: usize) -> Vec<u8> {
     let mut text = "schema = 1\n[channels]\ntime_s = 'time_s'\n".to_owned();
-    for k in 0..100_000 {
+    for k in 0..channels {
         writeln!(text, "c{k} = 'x + {k}'").unwrap();
     }
     text.into_bytes()
@@ -177,24 +197,96 @@ pub(crate) fn csv_without_names(columns: usize) -> Vec<u8> {
     format!("a{delimiters}b\n1{delimiters}2\n").into_bytes()
 }
 
-/// A ULog in which nested names multiply.
-pub(crate) fn ulog_names() -> Vec<u8> {
+/// A recording with a topic, a field and a parameter of this name.
+pub(crate) fn named_mcap(name: &str) -> Vec<u8> {
+    let mut file = Mcap::default();
+    file.topic(1, [name, name, "jsonschema", "{}", "json"]);
+    let field = name.replace('\u{1b}', "\\u001b").replace('\n', "\\n");
+    for stamp in 0..3 {
+        file.message(1, stamp, format!("{{\"{field}\":1}}").as_bytes());
+    }
+    // It cannot be decoded, which is told with its name.
+    file.topic(2, [name, name, name, name, name]);
+    file.file()
+}
+
+/// A log of ArduPilot with a field of this name, of 16 bytes at most.
+pub(crate) fn named_dataflash(name: &str) -> Vec<u8> {
+    let format = |kind: u8, length: u8, letters: &str, labels: &str| {
+        let mut body = [0; 86];
+        body[..2].copy_from_slice(&[kind, length]);
+        body[2..5].copy_from_slice(if kind == 128 { b"FMT" } else { b"ABC" });
+        body[6..6 + letters.len()].copy_from_slice(letters.as_bytes());
+        body[22..22 + labels.len()].copy_from_slice(labels.as_bytes());
+        [&[0xa3, 0x95, 128][..], &body].concat()
+    };
+    let mut bytes = format(128, 89, "BBnNZ", "Type,Length,Name,Format,Columns");
+    bytes.extend(format(129, 12, "QB", &format!("TimeUS,{name}")));
+    for stamp in 1..4_u64 {
+        bytes.extend([&[0xa3, 0x95, 129][..], &stamp.to_le_bytes(), &[7]].concat());
+    }
+    bytes
+}
+
+/// The messages of a ULog, after its head.
+fn ulog(messages: &[(u8, Vec<u8>)]) -> Vec<u8> {
     let mut bytes = b"\x55\x4c\x6f\x67\x01\x12\x35\x01".to_vec();
     bytes.extend(1_000_000_u64.to_le_bytes());
-    let mut message = |kind: u8, body: &[u8]| {
+    for (kind, body) in messages {
         bytes.extend((body.len() as u16).to_le_bytes());
-        bytes.push(kind);
+        bytes.push(*kind);
         bytes.extend(body);
-    };
-    let long = "n".repeat(60_000);
-    message(b'F', format!("a:uint64_t timestamp;b {long};").as_bytes());
-    message(b'F', b"b:int8_t[65000] x;");
-    for number in 0..2000_u16 {
-        message(b'A', &[&[0][..], &number.to_le_bytes(), b"a"].concat());
     }
-    message(
-        b'D',
-        &[&[0, 0][..], &1_u64.to_le_bytes(), &[0; 65_000]].concat(),
-    );
     bytes
+}
+
+/// A ULog with a parameter and a topic of this name, and one of another.
+pub(crate) fn named_ulog(name: &str) -> Vec<u8> {
+    let key = format!("float {name}");
+    let parameter = |value: f32| {
+        let length = [key.len() as u8];
+        let bytes = [&length[..], key.as_bytes(), &value.to_le_bytes()].concat();
+        (b'P', bytes)
+    };
+    let subscribe = |number: u16, topic: &str| {
+        let bytes = [&[0][..], &number.to_le_bytes(), topic.as_bytes()].concat();
+        (b'A', bytes)
+    };
+    ulog(&[
+        parameter(1.0),
+        (b'F', b"a:uint64_t timestamp;float x;".to_vec()),
+        (b'F', format!("abc{name}:uint64_t timestamp;").into_bytes()),
+        subscribe(0, "a"),
+        parameter(2.0),
+        (b'D', [&[0, 0][..], &1_u64.to_le_bytes(), &[0; 4]].concat()),
+    ])
+}
+
+/// A Parquet file with a column of this name.
+pub(crate) fn named_parquet(name: &str) -> Vec<u8> {
+    let page = [&page_head(1, 8, 8)[..], &1.0_f64.to_le_bytes()].concat();
+    let column = Column {
+        name: name.to_owned(),
+        kind: 5,
+        codec: 0,
+        unpacked: page.len() as i64,
+        page,
+    };
+    parquet(1, &[column])
+}
+
+/// A ULog in which nested names multiply.
+pub(crate) fn ulog_names() -> Vec<u8> {
+    let long = "n".repeat(60_000);
+    let mut messages = vec![
+        (b'F', format!("a:uint64_t timestamp;b {long};").into_bytes()),
+        (b'F', b"b:int8_t[65000] x;".to_vec()),
+    ];
+    for number in 0..2000_u16 {
+        let body = [&[0][..], &number.to_le_bytes(), b"a"].concat();
+        messages.push((b'A', body));
+    }
+    let stamp = 1_u64.to_le_bytes();
+    messages.push((b'D', [&[0, 0][..], &stamp, &[0; 65_000]].concat()));
+    ulog(&messages)
 }

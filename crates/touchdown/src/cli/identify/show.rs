@@ -10,6 +10,7 @@ use touchdown_identify::FittedCard;
 use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::front::Front;
 use touchdown_model::Card;
+use touchdown_terminal::escape;
 
 /// One fit, as it is printed and written.
 #[derive(Serialize)]
@@ -282,6 +283,13 @@ pub(crate) fn digits(value: f64) -> String {
 
 /// Columns side by side: numbers at the right, words at the left.
 pub(crate) fn text_table(header: &[String], rows: &[Vec<String>]) -> String {
+    // A cell may be a name from a file, and stays in its row.
+    let shown = |cells: &[String]| -> Vec<String> {
+        let cells = cells.iter().map(|cell| escape::line(cell).into_owned());
+        cells.collect()
+    };
+    let header = &shown(header)[..];
+    let rows: Vec<Vec<String>> = rows.iter().map(|row| shown(row)).collect();
     let length = |cell: &String| cell.chars().count();
     let widths: Vec<usize> = (0..header.len())
         .map(|i| {

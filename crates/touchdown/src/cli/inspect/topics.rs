@@ -1,5 +1,7 @@
 //! What is shown of a log with topics.
 
+use std::collections::HashSet;
+
 use touchdown_log::{Map, Survey, Topic};
 
 use crate::cli::identify::show;
@@ -52,6 +54,7 @@ pub(super) fn table(survey: &Survey) -> (Vec<String>, Vec<Vec<String>>) {
 /// The names of a topic's fields; elements of one array are told once.
 fn fields(topic: &Topic) -> String {
     let mut names: Vec<String> = Vec::new();
+    let mut seen = HashSet::new();
     for name in topic.fields.iter().map(|f| &f.name).chain(&topic.texts) {
         let mut short = String::new();
         let mut inside = false;
@@ -62,7 +65,7 @@ fn fields(topic: &Topic) -> String {
             }
             inside |= c == '[';
         }
-        if names.last() != Some(&short) && !names.contains(&short) {
+        if seen.insert(short.clone()) {
             names.push(short);
         }
     }
