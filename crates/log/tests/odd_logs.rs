@@ -301,3 +301,29 @@ fn analytic_motors_that_stop_are_not_held() {
         assert_eq!(throttle.is_nan(), *t >= 2.0, "{t} s: {throttle}");
     }
 }
+
+#[test]
+fn regress_a_format_with_one_label_twice_has_two_fields() {
+    // The first format of the type is taken back by one that names two fields alike.
+    let mut bytes = common::format(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
+    bytes.extend(common::format(129, 12, "ABC", "QB", "TimeUS,A"));
+    for (row, length) in [(1_u64, 1), (2, 1), (3, 2), (4, 2), (5, 2)] {
+        if row == 3 {
+            bytes.extend(common::format(129, 13, "ABC", "QBB", "TimeUS,A,A"));
+        }
+        bytes.extend([0xa3, 0x95, 129]);
+        bytes.extend(row.to_le_bytes());
+        bytes.extend(&[row as u8, 10 * row as u8][..length]);
+    }
+    let log = Log::from_bytes("log.bin", bytes).unwrap();
+    let (survey, _) = log.survey().unwrap();
+    let fields = &survey.topic("ABC").unwrap().fields;
+    let sums: Vec<_> = fields
+        .iter()
+        .map(|f| (f.name.as_str(), f.count, f.sum))
+        .collect();
+    assert_eq!(
+        sums,
+        [("TimeUS", 5, 15.0), ("A", 5, 15.0), ("A#2", 3, 120.0)]
+    );
+}
