@@ -23,6 +23,7 @@ pub(crate) use inertial::LOG_STEPS;
 pub use load_cell::LoadCellSettings;
 pub use range_finder::{RangeRow, RangeSettings};
 pub use schedule::Schedule;
+pub(crate) use schedule::Wander;
 pub use vertical::FlightSensorSettings;
 
 /// Model of the tag detection.

@@ -229,7 +229,7 @@ impl<'a> Flight<'a> {
     }
 
     /// Faults of the vehicle and its air.
-    fn strike(&mut self, step: u64) {
+    pub(super) fn strike(&mut self, step: u64) {
         let faults = &self.lander.scenario.faults;
         let since_s = self.since_s(step);
         if let Some(rotor) = faults
@@ -245,7 +245,7 @@ impl<'a> Flight<'a> {
     }
 
     /// Moves the vehicle over a step and judges it.
-    fn fly(&mut self, step: u64) -> Result<Option<SpaceOutcome>, SimError> {
+    pub(super) fn fly(&mut self, step: u64) -> Result<Option<SpaceOutcome>, SimError> {
         let t = step as f64 * STEP_S;
         let before = self.relative();
         let poses = [

@@ -23,6 +23,7 @@
 //! | `trial` | random differences between trials |
 //! | `outcome`, `record`, `touchdown` | the result of a landing, and how the true state decides on it |
 //! | `flight_log` | the log that an autopilot would write |
+//! | `motor_flight` | the world under an autopilot that is not simulated |
 //! | `batch` | many landings in SIMD lanes, with ideal sensors |
 
 mod batch;
@@ -33,6 +34,7 @@ mod faults;
 mod flight;
 mod flight_log;
 mod landing;
+mod motor_flight;
 mod outcome;
 mod record;
 mod scenario;
@@ -48,6 +50,9 @@ pub use faults::{
 };
 pub use flight_log::{FlightLog, ImuRow};
 pub use landing::{SpaceLander, land};
+pub use motor_flight::{
+    AutopilotReadings, DeckSighting, GnssFix, MotorFlight, MotorLanding, MotorSignals, VehicleTruth,
+};
 pub use outcome::{
     Abort, CrashCause, Impact, SpaceLanding, SpaceOutcome, SpaceTrace, Touch, TraceRow,
 };

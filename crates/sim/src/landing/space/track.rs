@@ -2,6 +2,7 @@
 
 use crate::deck::rigid::{DeckPose, RigidDeck};
 use crate::error::SimError;
+use crate::number::vector::{add, scale};
 
 /// Largest distance between knots, s.
 const KNOTS_S: f64 = 0.1;
@@ -18,9 +19,49 @@ const FEW_RAD: f64 = 0.13;
 /// Distance of knots below which direct evaluation of a few waves costs less, s.
 const LEAST_KNOTS_S: f64 = 0.01;
 
+/// Time in which a deck that was held speeds up to its motion, s: the deck then accelerates
+/// by at most 0.75 of its own speed per second, which disturbs a hover less than the motion itself. Half of it doubles that.
+const RELEASE_S: f64 = 2.0;
+
+/// How the deck's own time runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum DeckClock {
+    /// With the time of the landing.
+    #[default]
+    Running,
+    /// It stands.
+    Held,
+    /// It stood until this time of the landing, s, and then sped up within [`RELEASE_S`].
+    Released(f64),
+}
+
+impl DeckClock {
+    /// The deck's own time, its rate and the rate's derivative, s, 1 and 1/s.
+    fn at(self, time_s: f64) -> Option<[f64; 3]> {
+        match self {
+            Self::Running => None,
+            Self::Held => Some([0.0; 3]),
+            Self::Released(since_s) => {
+                let elapsed_s = (time_s - since_s).max(0.0);
+                let u = elapsed_s / RELEASE_S;
+                Some(if u < 1.0 {
+                    [
+                        RELEASE_S * u.powi(3) * (1.0 - 0.5 * u),
+                        u * u * (3.0 - 2.0 * u),
+                        6.0 * u * (1.0 - u) / RELEASE_S,
+                    ]
+                } else {
+                    [elapsed_s - 0.5 * RELEASE_S, 1.0, 0.0]
+                })
+            }
+        }
+    }
+}
+
 /// The deck over time; waves as a spline, piece by piece.
 pub(super) struct Track {
     deck: RigidDeck,
+    clock: DeckClock,
     /// Step of the knots, where there are waves.
     knots_s: Option<f64>,
     piece: Option<(f64, RigidDeck)>,
@@ -43,14 +84,43 @@ impl Track {
         };
         Self {
             deck,
+            clock: DeckClock::Running,
             knots_s,
             piece: None,
             shift_s,
         }
     }
 
+    /// Holds the deck where it is at the start.
+    pub(super) fn hold(&mut self) {
+        self.clock = DeckClock::Held;
+    }
+
+    /// Lets a deck that was held move from now on.
+    pub(super) fn release(&mut self, time_s: f64) {
+        self.clock = DeckClock::Released(time_s);
+    }
+
     /// The deck at a time of the trial.
     pub(super) fn at(&mut self, time_s: f64) -> Result<DeckPose, SimError> {
+        let Some([own_s, rate, gain]) = self.clock.at(time_s) else {
+            return self.moving_at(time_s);
+        };
+        let mut pose = self.moving_at(own_s)?;
+        // By the chain rule: velocities times the rate, accelerations times its square and velocities times its derivative.
+        let rates = |first: [f64; 3], second: [f64; 3]| {
+            let accelerations = add(scale(second, rate * rate), scale(first, gain));
+            (scale(first, rate), accelerations)
+        };
+        (pose.velocity_mps, pose.acceleration_mps2) =
+            rates(pose.velocity_mps, pose.acceleration_mps2);
+        (pose.angular_velocity, pose.angular_acceleration) =
+            rates(pose.angular_velocity, pose.angular_acceleration);
+        Ok(pose)
+    }
+
+    /// The deck at a time of its own.
+    fn moving_at(&mut self, time_s: f64) -> Result<DeckPose, SimError> {
         let time_s = time_s + self.shift_s;
         let Some(knots_s) = self.knots_s else {
             return Ok(self.deck.at(time_s));
@@ -74,6 +144,49 @@ impl Track {
 mod tests {
     use super::*;
     use crate::deck::rigid::{Axis, RigidMotion, Tone};
+
+    #[test]
+    fn analytic_a_held_deck_stands_and_then_moves_by_the_derivatives_of_its_place() {
+        let tones = [(Axis::Heave, 0.2, 0.4), (Axis::Roll, 0.1, 0.3)];
+        let motion = RigidMotion::Sines {
+            tones: tones
+                .map(|(axis, amplitude, frequency_hz)| Tone {
+                    axis,
+                    amplitude,
+                    frequency_hz,
+                    phase_rad: 0.7,
+                })
+                .to_vec(),
+        };
+        let deck = motion.build(9.81, 0, 0).unwrap();
+        let mut track = Track::new(deck.clone(), 5.0);
+        track.hold();
+        let held = track.at(3.0).unwrap();
+        assert_eq!(held.origin_m, deck.at(5.0).origin_m);
+        assert_eq!(
+            (held.velocity_mps, held.angular_velocity),
+            ([0.0; 3], [0.0; 3])
+        );
+        track.release(10.0);
+        let h = 1e-4;
+        for k in 0..40 {
+            let t = 10.05 + 0.1 * f64::from(k);
+            let [before, now, after] = [t - h, t, t + h].map(|t| track.at(t).unwrap());
+            // Central differences: errors of h² times the third derivative, and of rounding over h.
+            let velocity = (after.origin_m[2] - before.origin_m[2]) / (2.0 * h);
+            assert!((velocity - now.velocity_mps[2]).abs() < 1e-6, "{t}");
+            let acceleration = (after.velocity_mps[2] - before.velocity_mps[2]) / (2.0 * h);
+            assert!(
+                (acceleration - now.acceleration_mps2[2]).abs() < 1e-6,
+                "{t}"
+            );
+            let spin = (after.angular_velocity[0] - before.angular_velocity[0]) / (2.0 * h);
+            assert!((spin - now.angular_acceleration[0]).abs() < 1e-6, "{t}");
+        }
+        // Half of the ramp is lost.
+        let late = track.at(20.0).unwrap().origin_m[2];
+        assert!((late - deck.at(5.0 + 9.0).origin_m[2]).abs() < 1e-9);
+    }
 
     #[test]
     fn analytic_many_waves_of_any_frequency_are_their_sum() {
