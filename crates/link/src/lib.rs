@@ -7,6 +7,7 @@
 //! | [`checklist`] | what is judged before control |
 //! | [`replay`] | a recorded flight, run again and compared bit for bit |
 //! | [`recording`] | the MCAP file of a flight |
+//! | [`simulator`] | the simulator's side of an autopilot |
 //! | [`transport`] | serial, UDP and TCP |
 //! | [`axes`], [`thrust_curve`], [`clock`], [`readings`], [`wire`] | conversions of axes, thrust, time, readings and frames |
 //!
@@ -25,6 +26,7 @@ pub mod readings;
 pub mod recording;
 pub mod replay;
 pub mod settings;
+pub mod simulator;
 pub mod thrust_curve;
 pub mod transport;
 pub mod wire;

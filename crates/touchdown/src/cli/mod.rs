@@ -11,6 +11,7 @@ mod output;
 mod reproduce;
 mod rig;
 mod settings;
+mod simulator;
 mod validate;
 
 use std::process::ExitCode;
@@ -42,6 +43,7 @@ fn dispatch(context: &Context, command: Command) -> Result<Done> {
         Command::Land(args) => land::run(context, &args),
         Command::Campaign(args) => campaign::run(context, &args),
         Command::Fly(args) => fly::run(context, &args),
+        Command::Simulator(args) => simulator::run(context, &args),
         Command::Settings(args) => settings::run(context, &args),
         Command::Completions { shell } => {
             manual::completions::<Arguments>(context, shell);

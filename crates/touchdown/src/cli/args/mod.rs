@@ -3,6 +3,7 @@
 pub(crate) mod fly;
 pub(crate) mod identify;
 pub(crate) mod land;
+pub(crate) mod simulator;
 
 use std::path::PathBuf;
 
@@ -12,6 +13,7 @@ use touchdown_terminal::{EXIT_STATUS, Output, Shell};
 use fly::FlyArgs;
 use identify::{IdentifyArgs, ValidateArgs};
 use land::{CampaignArgs, LandArgs};
+use simulator::SimulatorArgs;
 
 /// From a thrust log to a soft touchdown on a moving deck.
 ///
@@ -83,6 +85,11 @@ pub(crate) enum Command {
     /// Prints a checklist first. Control begins only when the pilot switches to OFFBOARD (PX4) or GUIDED (ArduPilot), and any
     /// other mode ends it. No parameter is changed. No real vehicle has been flown with it yet.
     Fly(FlyArgs),
+    /// Put the simulated world under an unmodified PX4 or ArduPilot
+    ///
+    /// Deck, sea, wind, ground effect, faults and sensors are those of `touchdown land --space`; the autopilot is the real
+    /// program. With --with the companion of `touchdown fly` lands it, and the truth says how.
+    Simulator(SimulatorArgs),
     /// Print the default settings of a command as commented TOML
     Settings(SettingsArgs),
     /// Print the script that completes the command's arguments in a shell

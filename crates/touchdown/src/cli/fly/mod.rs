@@ -44,7 +44,7 @@ pub(crate) fn run(context: &Context, args: &FlyArgs) -> Result<Done> {
 }
 
 /// The settings, with their cards in place of the models.
-fn load(path: &Path) -> Result<FlightSettings> {
+pub(super) fn load(path: &Path) -> Result<FlightSettings> {
     let mut settings: FlightSettings = settings::read(path)?;
     let cards = std::mem::take(&mut settings.cards);
     let cards = CardPaths {

@@ -1,0 +1,77 @@
+//! Arguments of `touchdown simulator`.
+
+use std::path::PathBuf;
+
+use clap::builder::PossibleValuesParser;
+use clap::{Args, ValueEnum};
+use touchdown_flight::Method;
+
+const SIMULATOR: &str = "\
+Examples:
+  touchdown settings campaign > deck.toml; touchdown settings fly > fly.toml
+  touchdown simulator px4 deck.toml                                     your own PX4 and ground station
+  touchdown simulator px4 deck.toml --with fly.toml --autopilot ~/PX4-Autopilot/build/px4_sitl_default/bin/px4
+  touchdown simulator ardupilot deck.toml --own-landing --autopilot ~/ardupilot/build/sitl/bin/arducopter --trials 20
+
+With --autopilot the command starts the autopilot in a scratch folder, arms, takes off, and holds above a deck that stands.
+Then the deck moves, and the companion of --with (or the autopilot's own landing mode) lands. At the end the autopilot is
+stopped and its folder removed. The folder of --out gets landings.csv, results.json, and for each landing the truth
+(truth-0.parquet) and the companion's recording (flight-0.mcap, for `touchdown fly --replay`).
+
+Without --autopilot the command waits for an autopilot that you start:
+  PX4:       PX4_SYS_AUTOSTART=10016 ./bin/px4               connects to TCP port 4560
+  ArduPilot: arducopter --model JSON:127.0.0.1 --defaults ... sends to UDP port 9002
+The deck then moves as soon as the vehicle is half a metre above it. Ctrl-C ends the command.
+
+The autopilot is not part of the simulation's clockwork: its threads run as the machine lets them. Landings repeat to about
+a hundredth, not to the bit.";
+
+/// The autopilot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SimulatedAutopilot {
+    /// PX4 (tried with v1.17)
+    Px4,
+    /// ArduCopter (tried with 4.7-dev)
+    #[value(name = "ardupilot")]
+    ArduPilot,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = SIMULATOR)]
+pub(crate) struct SimulatorArgs {
+    /// Which autopilot
+    pub(crate) autopilot_kind: SimulatedAutopilot,
+    /// Scenario: a sweep without a grid, as of `touchdown land --space` (`touchdown settings campaign` prints one)
+    pub(crate) scenario: PathBuf,
+    /// The autopilot's program, which this command starts and stops
+    #[arg(long, value_name = "PROGRAM")]
+    pub(crate) autopilot: Option<PathBuf>,
+    /// Land with the companion of `touchdown fly` and these settings, whose `link` is not used
+    #[arg(long, value_name = "FLY.toml", requires = "autopilot")]
+    pub(crate) with: Option<PathBuf>,
+    /// Controller of the companion [default: that of --with]
+    #[arg(long, value_name = "NAME", requires = "with",
+          value_parser = PossibleValuesParser::new(Method::ALL.map(Method::name)))]
+    pub(crate) controller: Option<String>,
+    /// Land in the autopilot's own mode
+    #[arg(long, conflicts_with = "with", requires = "autopilot")]
+    pub(crate) own_landing: bool,
+    /// Simulated seconds in a second; 0 is as fast as the machine can
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    pub(crate) speed: f64,
+    /// Landings, one after the other, each with a fresh autopilot
+    #[arg(long, default_value_t = 1)]
+    pub(crate) trials: u64,
+    /// Seed of all random numbers [default: that of the scenario]
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// PX4's instance, whose ports are used where no --autopilot is given
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..10))]
+    pub(crate) instance: u16,
+    /// Keep the autopilot's scratch folder, with its console and logs
+    #[arg(long)]
+    pub(crate) keep: bool,
+    /// Folder for results
+    #[arg(long, default_value = "out/simulator")]
+    pub(crate) out: PathBuf,
+}

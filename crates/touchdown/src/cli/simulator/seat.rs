@@ -1,0 +1,96 @@
+//! The companion's seat in the simulation: the companion of `touchdown fly`, its recording, and its view of the deck.
+
+use std::path::Path;
+
+use touchdown::Result;
+use touchdown_flight::Vector;
+use touchdown_lander::state_machine::Phase;
+use touchdown_link::companion::{Companion, Event, Stage, Summary};
+use touchdown_link::recording::Recorder;
+use touchdown_link::settings::FlightSettings;
+use touchdown_link::simulator::sighting::Sightings;
+
+/// What a tick brought.
+pub(super) struct Said {
+    pub(super) stage: Stage,
+    pub(super) phase: Option<Phase>,
+    pub(super) notes: Vec<String>,
+}
+
+/// The companion and what it writes.
+pub(super) struct Seat {
+    companion: Companion,
+    recorder: Option<Recorder>,
+    sightings: Sightings,
+    /// Nothing is given to it before its first tick.
+    awake: bool,
+}
+
+impl Seat {
+    /// A companion that records into a file, and takes control by itself.
+    pub(super) fn new(settings: &FlightSettings, recording: &Path) -> Result<Self> {
+        Ok(Self {
+            companion: Companion::new(settings, true).map_err(touchdown_link::LinkError::from)?,
+            recorder: Some(Recorder::create(recording, settings, true)?),
+            sightings: Sightings::default(),
+            awake: false,
+        })
+    }
+
+    /// Bytes of the autopilot.
+    pub(super) fn receives(&mut self, now_us: u64, bytes: &[u8], out: &mut Vec<u8>) -> Result<()> {
+        if self.awake {
+            self.handle(now_us, Event::Received(bytes), out)?;
+        }
+        Ok(())
+    }
+
+    /// The deck in the camera, from the vehicle, body axes, m; when the image was taken by the autopilot's clock.
+    pub(super) fn sees(
+        &mut self,
+        now_us: u64,
+        system: u8,
+        position_m: [f64; 3],
+        taken_us: Option<u64>,
+    ) -> Result<()> {
+        let (Some(taken_us), true) = (taken_us, self.awake) else {
+            return Ok(());
+        };
+        let bytes = self
+            .sightings
+            .message(system, Vector::from_array(position_m), taken_us);
+        // A reading alone is answered by nothing.
+        self.handle(now_us, Event::Received(&bytes), &mut Vec::new())
+    }
+
+    /// A tick.
+    pub(super) fn tick(&mut self, now_us: u64, out: &mut Vec<u8>) -> Result<Said> {
+        self.awake = true;
+        self.handle(now_us, Event::Tick, out)?;
+        Ok(Said {
+            stage: self.companion.stage(),
+            phase: match self.companion.stage() {
+                Stage::InControl | Stage::Landed => self.companion.summary().phase,
+                _ => None,
+            },
+            notes: self.companion.take_notes(),
+        })
+    }
+
+    /// Ends the recording.
+    pub(super) fn finish(mut self) -> Result<Summary> {
+        if let Some(recorder) = self.recorder.take() {
+            recorder.finish()?;
+        }
+        Ok(self.companion.summary())
+    }
+
+    fn handle(&mut self, now_us: u64, event: Event<'_>, out: &mut Vec<u8>) -> Result<()> {
+        let before = out.len();
+        self.companion.handle(now_us, event, out);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.write(now_us, event, &out[before..])?;
+        }
+        Ok(())
+    }
+}
