@@ -26,6 +26,9 @@ pub const PORT: u16 = 9002;
 const WAIT: Duration = Duration::from_millis(200);
 /// Waits in vain, in a row, that are an error: 10 s of silence.
 const MOST_WAITS: u32 = 50;
+/// ArduPilot cuts the difference of two stamps to whole microseconds. With stamps that are half a millionth long, rounding
+/// never makes one of 2 ms a microsecond short.
+const NEVER_SHORT: f64 = 1.0 + 5e-7;
 const MAGIC_16: u16 = 18_458;
 const MAGIC_32: u16 = 29_569;
 const HEADER: usize = 8;
@@ -81,9 +84,9 @@ pub fn line(sensors: &SensorReport, state: &StateReport, out: &mut String) {
     let [w, x, y, z] = axes::quaternion(state.attitude).unwrap_or([1.0, 0.0, 0.0, 0.0]);
     let _ = write!(
         out,
-        "\n{{\"timestamp\":{:.6},\"imu\":{{\"gyro\":{},\"accel_body\":{}}},\"position\":{},\"velocity\":{},\
+        "\n{{\"timestamp\":{:.10},\"imu\":{{\"gyro\":{},\"accel_body\":{}}},\"position\":{},\"velocity\":{},\
          \"quaternion\":[{w:.9}, {x:.9}, {y:.9}, {z:.9}]",
-        sensors.time_us as f64 * 1e-6,
+        sensors.time_us as f64 * 1e-6 * NEVER_SHORT,
         triple(rates),
         triple(force),
         triple(axes::world(state.position_m)),
@@ -214,6 +217,133 @@ impl ArduPilot {
                 Ok(None)
             }
             Err(e) => Err(broken(e)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use touchdown_flight::{Attitude, Vector};
+
+    /// A datagram of motor signals.
+    fn datagram(count: u32, pulses: [u16; 4]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        bytes.extend(MAGIC_16.to_le_bytes());
+        bytes.extend(500_u16.to_le_bytes());
+        bytes.extend(count.to_le_bytes());
+        for k in 0..16 {
+            let pulse = pulses.get(k).copied().unwrap_or(0);
+            bytes.extend(pulse.to_le_bytes());
+        }
+        bytes
+    }
+
+    fn state() -> StateReport {
+        StateReport {
+            position_m: Vector::new(1.0, 2.0, 3.0),
+            velocity_mps: Vector::new(0.5, 0.25, -0.125),
+            acceleration_mps2: Vector::ZERO,
+            attitude: Attitude::LEVEL,
+            rates: Vector::ZERO,
+        }
+    }
+
+    fn report() -> SensorReport {
+        SensorReport {
+            time_us: 2_000,
+            specific_force_mps2: Some(Vector::new(0.5, 0.25, 9.75)),
+            rates: Some(Vector::new(0.125, 0.25, 0.5)),
+            range_m: Some(0.85),
+            ..SensorReport::default()
+        }
+    }
+
+    #[test]
+    fn analytic_pulses_become_signals_of_the_rotors() {
+        let frame = ServoFrame::read(&datagram(70_000, [1000, 1250, 1500, 2000])).unwrap();
+        assert_eq!((frame.rate_hz, frame.count), (500, 70_000));
+        assert_eq!(frame.motors(), Motors([0.5, 0.25, 1.0, 0.0]));
+    }
+
+    #[test]
+    fn analytic_a_line_is_json_in_north_east_down_that_a_search_for_its_keys_finds() {
+        let mut text = String::new();
+        line(&report(), &state(), &mut text);
+        assert!(text.starts_with('\n') && text.ends_with('\n'));
+        let json: serde_json::Value = serde_json::from_str(text.trim()).unwrap();
+        assert_eq!(json["position"].to_string(), "[2.0,1.0,-3.0]");
+        assert_eq!(json["velocity"].to_string(), "[0.25,0.5,0.125]");
+        assert_eq!(json["imu"]["gyro"].to_string(), "[0.125,-0.25,-0.5]");
+        assert_eq!(json["imu"]["accel_body"].to_string(), "[0.5,-0.25,-9.75]");
+        // Level and pointing east: a yaw of 90 degrees.
+        let half = 0.5_f64.sqrt();
+        for (component, expected) in [half, 0.0, 0.0, half].into_iter().enumerate() {
+            let found = json["quaternion"][component].as_f64().unwrap();
+            // Nine decimals are printed.
+            assert!((found - expected).abs() < 1e-9, "{json}");
+        }
+        assert_eq!(json["rng_1"], 0.85);
+        // ArduPilot's parser looks for the first occurrence of a key, after which the value must follow at once.
+        for key in ["position", "velocity", "quaternion", "gyro", "accel_body"] {
+            assert_eq!(text.matches(key).count(), 1, "{key}");
+            assert!(text.contains(&format!("\"{key}\":[")), "{key}");
+        }
+    }
+
+    #[test]
+    fn prop_stamps_of_2_ms_are_never_cut_to_less() {
+        let stamp = |step: u64| {
+            let sensors = SensorReport {
+                time_us: 2_000 * step,
+                ..report()
+            };
+            let mut text = String::new();
+            line(&sensors, &state(), &mut text);
+            let json: serde_json::Value = serde_json::from_str(text.trim()).unwrap();
+            json["timestamp"].as_f64().unwrap()
+        };
+        // From the start, and after an hour.
+        for step in (1..1000).chain(1_800_000..1_801_000) {
+            // What ArduPilot computes.
+            let cut_us = ((stamp(step + 1) - stamp(step)) * 1e6) as u64;
+            assert_eq!(cut_us, 2_000, "{step}");
+        }
+    }
+
+    #[test]
+    fn prop_a_repeated_frame_is_answered_again_and_a_restart_is_an_error() {
+        let mut ours = ArduPilot::bind(0).unwrap();
+        let port = ours.port().unwrap();
+        let theirs = UdpSocket::bind("127.0.0.1:0").unwrap();
+        let send = |bytes: &[u8]| theirs.send_to(bytes, ("127.0.0.1", port)).unwrap();
+        send(b"garbage");
+        assert_eq!(ours.connect().unwrap(), None);
+        send(&datagram(5, [1000; 4]));
+        assert_eq!(ours.connect().unwrap(), Some(Motors::default()));
+        send(&datagram(5, [1000; 4]));
+        send(&datagram(6, [1500; 4]));
+        let motors = ours.exchange(&report(), &state()).unwrap();
+        assert_eq!(motors, Motors([0.5; 4]));
+        assert_eq!((ours.repeated, ours.strays), (1, 1));
+        let mut buffer = [0; 2048];
+        let [first, again] = [0, 1].map(|_| theirs.recv(&mut buffer).unwrap());
+        assert_eq!(first, again);
+        send(&datagram(0, [1000; 4]));
+        assert!(ours.exchange(&report(), &state()).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn prop_any_datagram_is_signals_in_their_range_or_none(
+            bytes in proptest::collection::vec(any::<u8>(), 0..80), whole in any::<[u8; 36]>()) {
+            let _ = ServoFrame::read(&bytes);
+            let mut frame = MAGIC_16.to_le_bytes().to_vec();
+            frame.extend(whole);
+            frame.extend([0; 2]);
+            let frame = ServoFrame::read(&frame).unwrap();
+            prop_assert!(frame.motors().0.iter().all(|s| (0.0..=1.0).contains(s)));
         }
     }
 }

@@ -127,8 +127,10 @@ fn px4_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> Vec<(String, f64
             "EKF2_BARO_DELAY",
             1e3 * sensors.barometer.schedule.latency_s,
         ),
+        // One inertial unit, not three.
+        ("EKF2_MULTI_IMU", 0.0),
+        ("SENS_IMU_MODE", 1.0),
         ("SDLOG_BACKEND", 0.0),
-        ("IMU_GYRO_FFT_EN", 0.0),
     ]
     .map(|(name, value)| (name.to_string(), value))
     .to_vec();
@@ -183,14 +185,15 @@ pub(super) fn ardupilot(
     scenario: &SpaceScenario,
     keep: bool,
 ) -> Result<Launch> {
-    let (lat, lon, alt) = (place::LATITUDE_DEG, place::LONGITUDE_DEG, place::ALTITUDE_M);
+    let (lat, lon) = (place::LATITUDE_DEG, place::LONGITUDE_DEG);
     let mut arguments = vec![
         "--model".to_string(),
         "JSON:127.0.0.1".to_string(),
         "--wipe".to_string(),
         format!("--sim-port-out={simulator_port}"),
         format!("--rc-in-port={}", free_udp()?),
-        format!("--home={lat},{lon},{alt},90"),
+        // At sea level: higher up ArduPilot would raise its outputs for thin air.
+        format!("--home={lat},{lon},0,90"),
         "--defaults=touchdown.parm".to_string(),
         format!("--serial0=udpclient:127.0.0.1:{mavlink_port}"),
     ];
@@ -224,6 +227,9 @@ fn ardupilot_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> String {
             (tuning.hover - least) / (greatest - least),
         ),
         ("MOT_HOVER_LEARN", 0.0),
+        // Thrust is ours alone: no scaling by battery or tilt.
+        ("MOT_BAT_VOLT_MAX", 0.0),
+        ("ATC_ANGLE_BOOST", 0.0),
         ("MOT_PWM_MIN", 1000.0),
         ("MOT_PWM_MAX", 2000.0),
         // The range finder of the world.
@@ -236,6 +242,7 @@ fn ardupilot_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> String {
         ("FS_THR_ENABLE", 0.0),
         ("FS_GCS_ENABLE", 0.0),
         ("ARMING_CHECK", 0.0),
+        ("DISARM_DELAY", 0.0),
         ("SIM_RATE_HZ", 500.0),
         ("LOG_BACKEND_TYPE", 0.0),
         ("INS_GYRO_FILTER", scenario.cascade.gyro_cutoff_hz),

@@ -6,7 +6,7 @@
 
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use touchdown::{Error, Result};
@@ -433,6 +433,6 @@ pub(super) fn mavlink_port(port: u16) -> Result<UdpSocket> {
 }
 
 /// The file of a trial in the folder of results.
-pub(super) fn file(out: &Path, stem: &str, trial: u64, ending: &str) -> std::path::PathBuf {
+pub(super) fn file(out: &Path, stem: &str, trial: u64, ending: &str) -> PathBuf {
     out.join(format!("{stem}-{trial}.{ending}"))
 }

@@ -1,0 +1,159 @@
+//! `touchdown simulator` with an autopilot's side that shares no code with it: `peer/simulated.py`, made with pymavlink, which
+//! the command starts in place of PX4 or ArduPilot. Simulated time runs as fast as the machine can; nothing is asserted on
+//! real time.
+#![allow(clippy::print_stderr)]
+#![cfg(unix)]
+
+mod common;
+
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use common::{root, text};
+use serde_json::Value;
+
+/// A Python with pymavlink; `.ci/run` makes one.
+fn python() -> Option<PathBuf> {
+    let python = std::env::var_os("TOUCHDOWN_PEER_PYTHON").map(PathBuf::from);
+    if python.is_none() {
+        eprintln!("skipped: TOUCHDOWN_PEER_PYTHON names no Python with pymavlink");
+    }
+    python
+}
+
+/// The paper's deck; a landing that has not ended 40 s after the deck's release is over.
+const DECK: &str = r#"seed = 3
+[scenario]
+timeout_s = 40.0
+[scenario.deck]
+kind = "sines"
+[[scenario.deck.tones]]
+axis = "heave"
+amplitude = 0.05
+frequency_hz = 0.5
+"#;
+
+/// A busy machine delays what the peer sends beside the simulator's link: gaps are bridged.
+const FLY: &str = r#"
+[sensors]
+imu_gap_s = 0.2
+[rates]
+least_share = 0.3
+[limits]
+round_trip_s = 0.2
+silent_s = 0.8
+stale_s = 0.9
+[control]
+controller = "observer"
+planner = false
+finds_latency = false
+"#;
+
+/// A folder with the scenario, the companion's settings, and the peer where the command looks for the autopilot.
+fn prepared(python: &Path) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let [bin, etc] = ["bin", "etc"].map(|name| folder.path().join("px4").join(name));
+    std::fs::create_dir_all(&bin).unwrap();
+    std::fs::create_dir_all(etc).unwrap();
+    let peer = root().join("crates/touchdown/tests/peer/simulated.py");
+    let script = format!(
+        "#!/bin/sh\nexec '{}' '{}' \"$@\"\n",
+        python.display(),
+        peer.display()
+    );
+    let program = bin.join("px4");
+    std::fs::write(&program, script).unwrap();
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    std::fs::write(folder.path().join("deck.toml"), DECK).unwrap();
+    std::fs::write(folder.path().join("fly.toml"), FLY).unwrap();
+    folder
+}
+
+/// Runs the command in a folder whose temporary files are its own.
+fn simulated(folder: &Path, autopilot: &str, fault: &str, more: &[&str]) -> Output {
+    let scratch = folder.join("scratch");
+    std::fs::create_dir_all(&scratch).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_touchdown"));
+    command.args(["--json", "simulator", autopilot]);
+    command.arg(folder.join("deck.toml"));
+    command.arg("--autopilot").arg(folder.join("px4/bin/px4"));
+    command.arg("--out").arg(folder.join("out"));
+    command.args(["--speed", "0"]).args(more);
+    command.env("TMPDIR", &scratch).env("PEER_FAULT", fault);
+    let output = command.output().unwrap();
+    let left: Vec<_> = std::fs::read_dir(&scratch).unwrap().collect();
+    assert!(left.is_empty(), "left behind: {left:?}");
+    output
+}
+
+fn landed(output: &Output) -> Value {
+    let said = text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let results: Value =
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {said}"));
+    assert_eq!(results["reproducible_to_the_bit"], false);
+    let landing = results["landings"][0].clone();
+    assert_eq!(landing["outcome"], "landed", "{landing}: {said}");
+    landing
+}
+
+#[test]
+fn xval_the_companion_lands_over_both_autopilots_sides() {
+    let Some(python) = python() else { return };
+    for autopilot in ["px4", "ardupilot"] {
+        let folder = prepared(&python);
+        let fly = folder.path().join("fly.toml");
+        let output = simulated(folder.path(), autopilot, "none", &["--with", fly.to_str().unwrap()]);
+        let landing = landed(&output);
+        // The deck's greatest speed is 0.16 m/s: a landing that ignored it would touch at up to that plus its own descent.
+        assert!(landing["v_l_mps"].as_f64().unwrap() < 0.25, "{landing}");
+        assert!(landing["stopped_after_s"].as_f64().unwrap() < 2.0, "{landing}");
+        assert_eq!(landing["companion"]["ending"], "landed", "{landing}");
+        let out = folder.path().join("out");
+        assert!(out.join("truth-0.parquet").is_file());
+        let replayed = Command::new(env!("CARGO_BIN_EXE_touchdown"))
+            .args(["--json", "fly", "--replay"])
+            .arg(out.join("flight-0.mcap"))
+            .output()
+            .unwrap();
+        assert!(replayed.status.success(), "{}", text(&replayed.stderr));
+    }
+}
+
+#[test]
+fn xval_an_autopilot_lands_in_its_own_mode_amid_garbage_and_a_skipped_answer() {
+    let Some(python) = python() else { return };
+    for (autopilot, fault) in [("px4", "garbage"), ("ardupilot", "garbage"), ("px4", "skips"), ("ardupilot", "skips")] {
+        let folder = prepared(&python);
+        let landing = landed(&simulated(folder.path(), autopilot, fault, &["--own-landing"]));
+        // It descends at 0.3 m/s on a deck that moves at up to 0.16 m/s.
+        let speed_mps = landing["v_l_mps"].as_f64().unwrap();
+        assert!((0.05..0.55).contains(&speed_mps), "{landing}");
+        let missed = u64::from(fault == "skips");
+        assert!(landing["missed_answers"].as_u64().unwrap() >= missed, "{landing}");
+    }
+}
+
+#[test]
+fn prop_an_autopilot_that_ends_or_falls_silent_is_an_error_that_leaves_nothing() {
+    let Some(python) = python() else { return };
+    for (autopilot, fault) in [("px4", "ends"), ("px4", "silent"), ("ardupilot", "silent")] {
+        let folder = prepared(&python);
+        let output = simulated(folder.path(), autopilot, fault, &["--own-landing"]);
+        assert_eq!(output.status.code(), Some(1), "{autopilot} {fault}");
+        let said = text(&output.stderr);
+        assert!(said.contains("the autopilot"), "{said}");
+        if fault == "ends" {
+            assert!(said.contains("as a crashed autopilot does"), "{said}");
+        }
+    }
+}
+
+#[test]
+fn prop_a_program_that_is_none_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("deck.toml"), DECK).unwrap();
+    let output = simulated(folder.path(), "px4", "none", &["--own-landing"]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+}
