@@ -104,11 +104,19 @@ fn xval_the_companion_lands_over_both_autopilots_sides() {
     for autopilot in ["px4", "ardupilot"] {
         let folder = prepared(&python);
         let fly = folder.path().join("fly.toml");
-        let output = simulated(folder.path(), autopilot, "none", &["--with", fly.to_str().unwrap()]);
+        let output = simulated(
+            folder.path(),
+            autopilot,
+            "none",
+            &["--with", fly.to_str().unwrap()],
+        );
         let landing = landed(&output);
         // The deck's greatest speed is 0.16 m/s: a landing that ignored it would touch at up to that plus its own descent.
         assert!(landing["v_l_mps"].as_f64().unwrap() < 0.25, "{landing}");
-        assert!(landing["stopped_after_s"].as_f64().unwrap() < 2.0, "{landing}");
+        assert!(
+            landing["stopped_after_s"].as_f64().unwrap() < 2.0,
+            "{landing}"
+        );
         assert_eq!(landing["companion"]["ending"], "landed", "{landing}");
         let out = folder.path().join("out");
         assert!(out.join("truth-0.parquet").is_file());
@@ -124,14 +132,27 @@ fn xval_the_companion_lands_over_both_autopilots_sides() {
 #[test]
 fn xval_an_autopilot_lands_in_its_own_mode_amid_garbage_and_a_skipped_answer() {
     let Some(python) = python() else { return };
-    for (autopilot, fault) in [("px4", "garbage"), ("ardupilot", "garbage"), ("px4", "skips"), ("ardupilot", "skips")] {
+    for (autopilot, fault) in [
+        ("px4", "garbage"),
+        ("ardupilot", "garbage"),
+        ("px4", "skips"),
+        ("ardupilot", "skips"),
+    ] {
         let folder = prepared(&python);
-        let landing = landed(&simulated(folder.path(), autopilot, fault, &["--own-landing"]));
+        let landing = landed(&simulated(
+            folder.path(),
+            autopilot,
+            fault,
+            &["--own-landing"],
+        ));
         // It descends at 0.3 m/s on a deck that moves at up to 0.16 m/s.
         let speed_mps = landing["v_l_mps"].as_f64().unwrap();
         assert!((0.05..0.55).contains(&speed_mps), "{landing}");
         let missed = u64::from(fault == "skips");
-        assert!(landing["missed_answers"].as_u64().unwrap() >= missed, "{landing}");
+        assert!(
+            landing["missed_answers"].as_u64().unwrap() >= missed,
+            "{landing}"
+        );
     }
 }
 
