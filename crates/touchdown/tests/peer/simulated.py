@@ -61,18 +61,17 @@ class Controller:
         self.home = None
         self.take_off_m = 1.0 if px4 else None
         self.setpoint, self.setpoint_at = None, -9.0
+        self.touched_at = None
         self.guided = (6 << 16) if px4 else 4
         self.landing = ((4 << 16) | (6 << 24)) if px4 else 9
 
     def hold(self, height, climb=None):
         s = self.state
-        down = -(self.home[2] - height) if climb is None else None
         accelerate = [clamp(1.2 * (self.home[k] - s.position[k]) - 1.8 * s.velocity[k], 2.5) for k in (0, 1)]
         if climb is None:
             lift = 4.0 * (s.position[2] - (self.home[2] - height)) + 3.5 * s.velocity[2]
         else:
-            lift = 3.5 * (climb + s.velocity[2])
-        del down
+            lift = 12.0 * (climb + s.velocity[2])
         yaw = self.yaw
         n, e = accelerate
         forward, right = math.cos(yaw) * n + math.sin(yaw) * e, -math.sin(yaw) * n + math.cos(yaw) * e
@@ -94,8 +93,11 @@ class Controller:
                 q, signal = self.setpoint
         elif self.mode == self.landing:
             q, signal = self.hold(0.0, climb=-0.3)
-            if self.home[2] - s.position[2] < 0.03:
-                self.armed = False
+            if self.touched_at is None and s.range is not None and s.range < 0.115:
+                self.touched_at = s.t
+            if self.touched_at is not None:
+                signal = 0.0
+                self.armed = s.t - self.touched_at < 0.5
         elif self.take_off_m is None:
             return [0.05] * 4
         else:
