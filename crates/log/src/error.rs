@@ -41,18 +41,6 @@ pub enum LogError {
         /// What it looks like.
         found: &'static str,
     },
-    /// The first row holds numbers instead of column names.
-    #[error(
-        "{path}, line {line}: expected a header with column names, found a row of numbers: {found}"
-    )]
-    NoHeader {
-        /// The file.
-        path: String,
-        /// Line number from 1.
-        line: usize,
-        /// The row.
-        found: String,
-    },
     /// The file has no usable row.
     #[error("{path}: no usable rows: {reason}")]
     NoUsableRows {
@@ -215,7 +203,6 @@ impl LogError {
             Self::Read { .. }
             | Self::Empty { .. }
             | Self::NotText { .. }
-            | Self::NoHeader { .. }
             | Self::NotALog { .. }
             | Self::Excess { .. }
             | Self::NoUsableRows { .. } => ErrorKind::Unreadable,

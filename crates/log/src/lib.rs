@@ -71,6 +71,8 @@ mod error;
 mod findings;
 mod hashing;
 mod inspection;
+// Logs and Parquet have limits that text tables have not.
+#[cfg_attr(not(feature = "flight-logs"), allow(dead_code))]
 mod limits;
 // Maps also describe topics, which only logs have.
 #[cfg_attr(not(feature = "flight-logs"), allow(dead_code))]

@@ -142,11 +142,6 @@ fn analytic_files_that_are_no_table() {
         only_header.to_string(),
         "t.csv: no usable rows: the file contains only a header"
     );
-    let headless = fails(b"1,2\n3,4\n");
-    assert_eq!(
-        headless.to_string(),
-        "t.csv, line 1: expected a header with column names, found a row of numbers: 1,2"
-    );
     let ragged = fails(b"a,b,c\n1,2\n3,4\n");
     assert!(
         ragged
@@ -160,7 +155,7 @@ fn analytic_files_that_are_no_table() {
             .to_string()
             .starts_with("/nowhere/at/all.csv: cannot be read: ")
     );
-    for error in [only_header, headless, ragged, missing] {
+    for error in [only_header, ragged, missing] {
         assert_eq!(error.kind(), ErrorKind::Unreadable);
     }
 }
@@ -200,4 +195,48 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn analytic_tables_without_a_header_and_with_blanks() {
+    let read = |text: &str| {
+        let (table, findings) = parse_csv("t.txt", text.as_bytes()).unwrap();
+        let columns = table.columns().iter();
+        let columns = columns.map(|c| (c.name().to_owned(), c.values().to_vec()));
+        (columns.collect::<Vec<_>>(), findings.warnings)
+    };
+    let columns = |names: [&str; 2]| {
+        let [a, b] = names.map(str::to_owned);
+        vec![(a, vec![0.0, 1.0]), (b, vec![2.5, 3.5])]
+    };
+    let headless = "the table has no header; its columns are called c1 to c2".to_owned();
+    for text in [
+        "0,2.5\n1,3.5\n",
+        "0;2,5\n1;3,5\n",
+        "0 2.5\n1 3.5\n",
+        "  0.0   2.5\n  1.0\t3.5  \n",
+        "# a stand of 2024\n0,2.5\n1,3.5\n",
+        "# a stand of 2024\n0 2.5\n1 3.5\n",
+        "0,2.5,\n1,3.5,\n",
+    ] {
+        let (found, warnings) = read(text);
+        assert_eq!(found, columns(["c1", "c2"]), "{text:?}");
+        assert!(warnings.contains(&headless), "{text:?}: {warnings:?}");
+    }
+    for text in [
+        "t thrust\n0 2.5\n1 3.5\n",
+        "# t thrust\n0 2.5\n1 3.5\n",
+        "# made by hand\n# t,thrust\n0,2.5\n1,3.5\n",
+    ] {
+        assert_eq!(
+            read(text),
+            (columns(["t", "thrust"]), Vec::new()),
+            "{text:?}"
+        );
+    }
+    // Names that hold blanks themselves are not those of the columns.
+    let (found, warnings) = read("Time (s)  Thrust (N)\n0 2.5\n1 3.5\n");
+    assert_eq!(found, columns(["c1", "c2"]));
+    let what = "line 1 does not have a name for each column".to_owned();
+    assert_eq!(warnings, [what, headless]);
 }

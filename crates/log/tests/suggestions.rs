@@ -217,3 +217,78 @@ fn regress_names_of_vehicles_are_recognised_by_name_and_size() {
     );
     has(&trial.unwrap(), "throttle", 0.5);
 }
+
+/// The line of the suggested map for a channel.
+fn line(text: &str, channel: &str) -> Option<String> {
+    let (table, _) = touchdown_log::parse_csv("t.csv", text.as_bytes()).unwrap();
+    let map = inspect(&table, None).suggested_map.unwrap();
+    let of_channel = |line: &&str| line.starts_with(&format!("{channel} ="));
+    map.lines().find(of_channel).map(str::to_owned)
+}
+
+#[test]
+fn analytic_a_bench_table_gets_a_map_that_reads_it() {
+    let mut text = "Throttle (%),Load cell [g],rpm_mean,acc_up\n".to_owned();
+    for k in 1..=10 {
+        text += &format!("{},{},{},9.8\n", 10 * k, 12 * k * k, 1000 * k);
+    }
+    let thrust = line(&text, "thrust_n").unwrap();
+    assert_eq!(thrust, "thrust_n = '9.80665e-3 * \"Load cell [g]\"'");
+    assert_eq!(
+        line(&text, "rotor_rpm").unwrap(),
+        "rotor_rpm = '\"rpm_mean\"'"
+    );
+    let force = line(&text, "specific_force_mps2").unwrap();
+    assert!(
+        force.starts_with("specific_force_mps2 = '\"acc_up\"'"),
+        "{force}"
+    );
+    // Ten steady points have no time, and need none.
+    assert!(line(&text, "time_s").unwrap().starts_with("time_s = 'row'"));
+    let (table, _) = touchdown_log::parse_csv("t.csv", text.as_bytes()).unwrap();
+    let map = inspect(&table, None).suggested_map.unwrap();
+    let map = Map::parse("m.toml", &map).unwrap();
+    map.check_names().unwrap();
+    let (trial, _) = touchdown_log::apply(&table, &map).unwrap();
+    assert_eq!(trial.require("throttle").unwrap()[9], 1.0);
+    // 1.2 kg at full throttle.
+    assert!((trial.require("thrust_n").unwrap()[9] - 11.767_98).abs() < 1e-12);
+}
+
+#[test]
+fn analytic_thrust_upside_down_in_grams_and_commanded() {
+    let rows = |header: &str, row: &dyn Fn(f64) -> String| {
+        let rows: String = (0..80).map(|k| row(f64::from(k))).collect();
+        format!("{header}\n{rows}")
+    };
+    let down = rows("time_s,throttle,Thrust (gf)", &|k| {
+        format!("{k},{},{}\n", k / 80.0, -10.0 * k)
+    });
+    let found = line(&down, "thrust_n").unwrap();
+    assert_eq!(
+        found,
+        "thrust_n = '-9.80665e-3 * \"Thrust (gf)\"'  # turned to be up by its sign"
+    );
+    let grams = rows("time_s,throttle,Thrust (N)", &|k| {
+        format!("{k},{},{}\n", k / 80.0, 10.0 * k)
+    });
+    let found = line(&grams, "thrust_n").unwrap();
+    assert_eq!(
+        found,
+        "thrust_n = '9.80665e-3 * \"Thrust (N)\"'  # in g by its size"
+    );
+    // What was commanded is not what was measured, also where it comes first.
+    let both = "time (s),pwm,thrust_cmd (N),Thrust setpoint [g],thrust (N)";
+    let both = rows(both, &|k| format!("{k},{},{k},{k},{k}\n", 1000.0 + 5.0 * k));
+    assert_eq!(
+        line(&both, "thrust_n").unwrap(),
+        "thrust_n = '\"thrust (N)\"'"
+    );
+    // The third motor has a sensor and no rotor.
+    let rotors = "time_s,throttle,rpm1,rpm2,rpm3";
+    let rotors = rows(rotors, &|k| {
+        format!("{k},0.5,{0},{0},{1}\n", 100.0 * k, k % 2.0)
+    });
+    let found = line(&rotors, "rotor_rpm").unwrap();
+    assert_eq!(found, "rotor_rpm = '(\"rpm1\" + \"rpm2\") / 2'");
+}

@@ -7,6 +7,7 @@ pub mod plateau;
 mod record;
 mod rotor;
 mod search;
+mod sign;
 mod statics;
 
 pub use first_order::first_order;
@@ -48,24 +49,7 @@ pub fn fit(
     origin: &Origin,
 ) -> Result<FittedCard> {
     for trial in trials {
-        let thrust = trial.require("thrust_n")?.iter().copied();
-        let expected = |found: String| {
-            Err(Error::data(
-                trial.name(),
-                "values of `thrust_n` above 0",
-                found,
-            ))
-        };
-        match crate::fitted::range(thrust) {
-            None => return expected("gaps only".into()),
-            Some([_, most]) if most <= 0.0 => {
-                return expected(format!("{most} N at most: is its sign reversed?"));
-            }
-            Some(_) => {}
-        }
-        if !throttle(trial)?.iter().any(|s| s.is_finite()) {
-            return Err(Error::data(trial.name(), "values of throttle", "gaps only"));
-        }
+        sign::check(trial, &throttle(trial)?)?;
     }
     let form = match settings.thrust.form {
         Some(form) => form,

@@ -41,6 +41,10 @@ const FORCES: [&str; 2] = ["thrustcmd", "actuatorthrust"];
 /// not connected.
 const USUAL: usize = 4;
 
+/// Part of the greatest speed among rotors below which one is dead. Rotors of one vehicle that fly differ by less than
+/// a half; a sensor without a rotor gives a percent.
+const DEAD: f64 = 0.05;
+
 /// Columns of numbers whose names differ by a number.
 pub(crate) struct Groups {
     /// By the name without its digits.
@@ -106,7 +110,15 @@ pub(crate) fn rotors(at: usize, columns: &[ColumnSummary], groups: &Groups) -> O
         return None;
     }
     let all = groups.rotors.get(&stem)?;
-    let turn = |&i: &usize| columns[i].max > Some(0.0) || columns[i].min < Some(0.0);
+    // A rotor that never turns, or whose sensor gives noise about zero, would lower the mean.
+    let fastest = |i: usize| {
+        columns[i]
+            .max
+            .unwrap_or(0.0)
+            .max(-columns[i].min.unwrap_or(0.0))
+    };
+    let most = all.iter().map(|&i| fastest(i)).fold(0.0, f64::max);
+    let turn = |&i: &usize| fastest(i) > DEAD * most;
     let turning: Vec<usize> = all.iter().copied().filter(turn).collect();
     let group = if turning.is_empty() { all } else { &turning };
     // Speeds whose sign is the sense of rotation would cancel.

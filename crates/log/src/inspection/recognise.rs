@@ -27,27 +27,22 @@ const OURS: [&str; 8] = [
     "rotor_rpm",
 ];
 
+/// Words for a thrust.
+const THRUST: [&str; 6] = [
+    "thrust",
+    "force",
+    "weight",
+    "load cell",
+    "loadcell",
+    "load_cell",
+];
 /// Words in a column's name, its unit, the channel and the factor: `channel = factor * column`.
-const WORDS: [(&[&str], &str, &str, &str); 16] = [
-    (
-        &["thrust", "force", "weight"],
-        "gf",
-        "thrust_n",
-        "9.80665e-3 * ",
-    ),
-    (
-        &["thrust", "force", "weight"],
-        "g",
-        "thrust_n",
-        "9.80665e-3 * ",
-    ),
-    (
-        &["thrust", "force", "weight"],
-        "kgf",
-        "thrust_n",
-        "9.80665 * ",
-    ),
-    (&["thrust", "force"], "n", "thrust_n", ""),
+const WORDS: [(&[&str], &str, &str, &str); 17] = [
+    (&THRUST, "kg", "thrust_n", "9.80665 * "),
+    (&THRUST, "gf", "thrust_n", "9.80665e-3 * "),
+    (&THRUST, "g", "thrust_n", "9.80665e-3 * "),
+    (&THRUST, "kgf", "thrust_n", "9.80665 * "),
+    (&THRUST, "n", "thrust_n", ""),
     (&["torque"], "nm", "torque_n_m", ""),
     (&["volt", "bat"], "v", "battery_v", ""),
     (&["volt", "bat"], "mv", "battery_v", "1e-3 * "),
@@ -85,6 +80,10 @@ const NAMES: [(&[&str], &str); 4] = [
             "imuaccz",
             "imuaz",
             "imuup",
+            "accup",
+            "accelup",
+            "accelerationup",
+            "azup",
             "stateestimateaz",
         ],
         "specific_force_mps2",
@@ -157,6 +156,33 @@ const RANGES: [&str; 3] = ["range", "distance", "lidar"];
 /// Names of short-range sensors, which often read in cm and at most `SHORT_M`.
 const SHORT: [&str; 2] = ["sonar", "tof"];
 const SHORT_M: f64 = 10.0;
+/// Statistics at the end of a name.
+const STATISTICS: [&str; 6] = ["_mean", "_avg", "_average", "_median", " mean", " avg"];
+/// Words for what was commanded, not measured.
+const COMMANDS: [&str; 13] = [
+    "cmd",
+    "command",
+    "commanded",
+    "setpoint",
+    "sp",
+    "desired",
+    "des",
+    "target",
+    "ref",
+    "reference",
+    "demand",
+    "req",
+    "requested",
+];
+/// Newtons to a gram.
+const GRAMS: &str = "9.80665e-3 * ";
+/// Greatest thrust of a motor on a stand, N: those of drones that carry people have 1000, but theirs are no tables of
+/// unknown units. Half of it is within reach of large stands; twice of it is passed by 40 g in newtons.
+const MOST_N: f64 = 200.0;
+/// Times that thrust below zero exceeds thrust above it, if the sensor is mounted upside down. Noise about zero and
+/// the air behind a rotor give less than one.
+const UPSIDE_DOWN: f64 = 3.0;
+
 /// Guesses at the channels among columns of numbers, each channel once, in the order of columns.
 pub(crate) fn channels(columns: &[ColumnSummary]) -> Vec<Guess> {
     let mut found: Vec<Guess> = Vec::new();
@@ -168,10 +194,13 @@ pub(crate) fn channels(columns: &[ColumnSummary]) -> Vec<Guess> {
         if column.text.is_some() || column.count == 0 || taken[at] {
             continue;
         }
+        let measured = || {
+            rotors(at, columns, &groups)
+                .or_else(|| by_word(at, column))
+                .or_else(|| by_name(at, column))
+        };
         let guess = ours(at, column)
-            .or_else(|| rotors(at, columns, &groups))
-            .or_else(|| by_word(at, column))
-            .or_else(|| by_name(at, column))
+            .or_else(|| measured().filter(|_| !is_command(&column.name)))
             .or_else(|| motors(at, columns, &groups));
         if let Some(guess) = guess
             && !found.iter().any(|known| known.channel == guess.channel)
@@ -195,7 +224,7 @@ fn ours(at: usize, column: &ColumnSummary) -> Option<Guess> {
 }
 
 fn by_word(at: usize, column: &ColumnSummary) -> Option<Guess> {
-    let (base, unit) = base_and_unit(&column.name);
+    let (base, unit) = base_and_unit(without_statistic(&column.name));
     let quoted = quoted(&column.name);
     let (channel, expression) = if unit == "us" && (base.contains("esc") || base.contains("pwm")) {
         ("throttle", format!("({quoted} - 1000) / 1000"))
@@ -203,7 +232,7 @@ fn by_word(at: usize, column: &ColumnSummary) -> Option<Guess> {
         let alike =
             |words: &[&str], of: &str| unit == of && words.iter().any(|word| base.contains(word));
         let (.., channel, factor) = WORDS.iter().find(|(words, of, ..)| alike(words, of))?;
-        (*channel, format!("{factor}{quoted}"))
+        return Some(measured(at, column, channel, factor));
     };
     Some(Guess {
         channel,
@@ -211,6 +240,46 @@ fn by_word(at: usize, column: &ColumnSummary) -> Option<Guess> {
         check: None,
         columns: vec![at],
     })
+}
+
+/// A measured channel by a name with a unit. A thrust that is mostly below zero comes from a sensor that is mounted
+/// upside down, and one of hundreds of newtons is in grams.
+fn measured(at: usize, column: &ColumnSummary, channel: &'static str, factor: &str) -> Guess {
+    let (min, max) = (column.min.unwrap_or(0.0), column.max.unwrap_or(0.0));
+    let is_thrust = channel == "thrust_n";
+    let is_down = is_thrust && -min > UPSIDE_DOWN * max.max(0.0) && min < 0.0;
+    let is_grams = is_thrust && factor.is_empty() && max.max(-min) > MOST_N;
+    let factor = if is_grams { GRAMS } else { factor };
+    let sign = if is_down { "-" } else { "" };
+    let checks = [
+        is_grams.then_some("in g by its size"),
+        is_down.then_some("turned to be up by its sign"),
+    ];
+    let checks: Vec<&str> = checks.into_iter().flatten().collect();
+    Guess {
+        channel,
+        expression: format!("{sign}{factor}{}", quoted(&column.name)),
+        check: (!checks.is_empty()).then(|| checks.join(", and ")),
+        columns: vec![at],
+    }
+}
+
+/// A name without the statistic at its end: `rpm` for `rpm_mean`.
+fn without_statistic(name: &str) -> &str {
+    let cut = STATISTICS.iter().find_map(|end| {
+        let at = name.len().checked_sub(end.len())?;
+        let ending = name.get(at..)?;
+        ending.eq_ignore_ascii_case(end).then(|| &name[..at])
+    });
+    cut.unwrap_or(name)
+}
+
+/// Whether a name speaks of what was commanded. Only the throttle is a command.
+fn is_command(name: &str) -> bool {
+    let words = name.split(|c: char| !c.is_alphanumeric());
+    words
+        .map(str::to_lowercase)
+        .any(|word| COMMANDS.contains(&word.as_str()))
 }
 
 /// Letters and digits.

@@ -28,6 +28,10 @@ pub(crate) fn base_and_unit(name: &str) -> (String, String) {
     }
 }
 
+/// Rows of a table that is read as steady points. Tables of manufacturers have up to 40; a record of a second has more
+/// than 60. Identification takes such a table as a static curve.
+const FEW_ROWS: usize = 60;
+
 /// An expression for a column times a factor.
 pub(crate) fn scaled(name: &str, factor: f64) -> String {
     if factor == 1.0 {
@@ -73,6 +77,13 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
                 check,
             );
         }
+        // A table of steady points has no time: its rows only need an order.
+        None if is_bench_table(columns, &guesses) => line(
+            &mut text,
+            TIME_CHANNEL,
+            "row",
+            Some("no time: each row is taken as one steady point".to_owned()),
+        ),
         // It is a comment, so that the map is invalid until the user states the period.
         None => text.push_str(
             "# time_s = 'row * 0.01'  # no column looks like the time: what is the period?\n",
@@ -100,6 +111,13 @@ pub(crate) fn map_text(columns: &[ColumnSummary], time: Option<&TimeBase>) -> Op
         text.push_str(&format!("# {name}{what}\n"));
     }
     Some(text)
+}
+
+/// Whether a table has throttle and thrust in few rows.
+fn is_bench_table(columns: &[ColumnSummary], guesses: &[Guess]) -> bool {
+    let rows = columns.iter().map(|column| column.count + column.gaps);
+    let has = |channel: &str| guesses.iter().any(|guess| guess.channel == channel);
+    rows.max().is_some_and(|rows| rows <= FEW_ROWS) && has("throttle") && has("thrust_n")
 }
 
 /// A column's name as an expression writes it.

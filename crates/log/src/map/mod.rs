@@ -3,6 +3,7 @@
 pub(crate) mod apply;
 mod define;
 mod median;
+mod names;
 pub(crate) mod resolve;
 pub(crate) mod rows;
 mod source;

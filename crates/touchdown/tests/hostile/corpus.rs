@@ -132,7 +132,7 @@ pub(crate) fn tiny_messages_bag() -> Vec<u8> {
 pub(crate) fn wide_map() -> Vec<u8> {
     let mut text = "schema = 1\nclock = '/a'\n[channels]\ntime_s = 'time_s'\n".to_owned();
     for k in 0..40 {
-        writeln!(text, "c{k}_m = '\"/a.x\" + {k}'").unwrap();
+        writeln!(text, "throttle_{k} = '\"/a.x\" + {k}'").unwrap();
     }
     text.into_bytes()
 }

@@ -8,6 +8,8 @@ use std::collections::{HashMap, HashSet};
 
 /// Number of lines that decide the delimiter.
 const SAMPLED_LINES: usize = 20;
+/// The delimiter of tables whose cells are separated by any number of blanks.
+const BLANKS: u8 = b' ';
 /// Delimiters, in the order of preference between equals.
 const DELIMITERS: [u8; 4] = [b',', b';', b'\t', b'|'];
 
@@ -56,58 +58,141 @@ pub(crate) fn layout<'a>(path: &str, bytes: &'a [u8]) -> Result<Layout<'a>, LogE
         let path = path.to_owned();
         return Err(LogError::Empty { path });
     }
-    // Of comments that come first, the last one is the header if numbers follow it.
-    let first_is_header = lines.is_empty()
-        || body.first().is_some_and(|line| {
-            let delimiter = told.unwrap_or_else(|| sniff(&body));
-            !is_row_of_numbers(line.bytes, delimiter)
-        });
-    let mut table = body;
-    if !first_is_header && let Some(header) = lines.pop() {
-        table.insert(0, header);
-    }
-    let header = table.remove(0);
-    let header_bytes = header.bytes.trim_ascii_start();
-    let header_bytes = header_bytes.strip_prefix(b"#").unwrap_or(header_bytes);
-    if header_bytes
-        .iter()
-        .any(|b| b.is_ascii_control() && *b != b'\t')
-    {
+    let first = body.first().or(lines.last());
+    let first = first.map_or(&[][..], |line| line.bytes);
+    if first.iter().any(|b| b.is_ascii_control() && *b != b'\t') {
         return Err(not_text(path, "a binary file"));
     }
-    let mut sample = vec![Line {
-        bytes: header_bytes,
-        ..header
-    }];
-    sample.extend(table.iter().take(SAMPLED_LINES));
-    let delimiter = told.unwrap_or_else(|| sniff(&sample));
-    let width = header_bytes.iter().filter(|&&b| b == delimiter).count() + 1;
-    let of_limit = |excess| LogError::excess(path, excess);
-    limits::columns(width).map_err(of_limit)?;
-    if is_row_of_numbers(header_bytes, delimiter) {
-        return Err(LogError::NoHeader {
-            path: path.to_owned(),
-            line: header.number,
-            found: String::from_utf8_lossy(header_bytes)
-                .chars()
-                .take(120)
-                .collect(),
-        });
-    }
-    table.retain(|line| !is_comment(line.bytes));
     let mut warnings = Vec::new();
-    let names = names(header_bytes, delimiter, &mut warnings);
+    let Heading {
+        header,
+        delimiter,
+        mut rows,
+    } = heading(lines, body, told, &mut warnings);
+    let of_limit = |excess| LogError::excess(path, excess);
+    let width = |line: &[u8]| limits::columns(width(line, delimiter)).map_err(of_limit);
+    width(header.unwrap_or_default())?;
+    rows.retain(|line| !is_comment(line.bytes));
+    let names = match (header, rows.first()) {
+        (Some(header), _) => names(header, delimiter, &mut warnings),
+        (None, row) => numbered(
+            row.map_or(&[], |row| row.bytes),
+            delimiter,
+            &width,
+            &mut warnings,
+        )?,
+    };
     let mut long = names.iter().map(|name| limits::column_name(name));
-    long.find(Result::is_err)
-        .unwrap_or(Ok(()))
-        .map_err(of_limit)?;
+    let long = long.find(Result::is_err).unwrap_or(Ok(()));
+    long.map_err(of_limit)?;
     Ok(Layout {
         names,
         delimiter,
-        rows: table,
+        rows,
         warnings,
         next_number,
     })
+}
+
+/// The header of a table, if it has one, and its rows, with comments between them.
+struct Heading<'a> {
+    header: Option<&'a [u8]>,
+    delimiter: u8,
+    rows: Vec<Line<'a>>,
+}
+
+/// Finds the header: the first line with a word in it. Of comments that come first, the last one is the header if
+/// numbers follow it and it has as many cells. A row of numbers is never a header.
+fn heading<'a>(
+    mut comments: Vec<Line<'a>>,
+    mut body: Vec<Line<'a>>,
+    told: Option<u8>,
+    warnings: &mut Vec<String>,
+) -> Heading<'a> {
+    let of_body = told.or_else(|| of_numbers(&body));
+    let of_body = of_body.unwrap_or_else(|| sniff(&body));
+    let first = body.first().copied();
+    let is_headless = first.is_some_and(|line| is_row_of_numbers(line.bytes, of_body));
+    let header = match (is_headless, first) {
+        (false, Some(line)) => {
+            body.remove(0);
+            Some(line)
+        }
+        _ => comments.pop(),
+    };
+    let header = header.map(|line| Line {
+        bytes: uncommented(line.bytes),
+        ..line
+    });
+    let sample: Vec<Line<'_>> = header
+        .iter()
+        .chain(body.iter().take(SAMPLED_LINES))
+        .copied()
+        .collect();
+    let delimiter = told.unwrap_or_else(|| sniff(&sample));
+    let Some(header) = header else {
+        return Heading {
+            header: None,
+            delimiter: of_body,
+            rows: body,
+        };
+    };
+    let of_row = body.iter().find(|line| !is_comment(line.bytes));
+    let fits = |row: &Line<'_>| width(header.bytes, delimiter) == width(row.bytes, delimiter);
+    let is_header = match of_row {
+        Some(row) if is_headless || delimiter == BLANKS => fits(row),
+        _ => true,
+    };
+    if is_header && !is_row_of_numbers(header.bytes, delimiter) {
+        return Heading {
+            header: Some(header.bytes),
+            delimiter,
+            rows: body,
+        };
+    }
+    // A comment that is no header, or words that are not those of the columns.
+    if !is_headless {
+        warnings.push(format!(
+            "line {} does not have a name for each column",
+            header.number
+        ));
+    }
+    Heading {
+        header: None,
+        delimiter: if is_headless { of_body } else { delimiter },
+        rows: body,
+    }
+}
+
+/// A line without the sign of a comment before it.
+fn uncommented(line: &[u8]) -> &[u8] {
+    let line = line.trim_ascii_start();
+    line.strip_prefix(b"#").unwrap_or(line)
+}
+
+/// The names of columns that have none: `c1`, `c2`, ….
+fn numbered(
+    row: &[u8],
+    delimiter: u8,
+    check: &dyn Fn(&[u8]) -> Result<(), LogError>,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<String>, LogError> {
+    check(row)?;
+    let mut cells = Vec::new();
+    split(row, delimiter, &mut cells);
+    // A delimiter at the end of the line makes no column.
+    let count = cells.len() - usize::from(cells.last().is_some_and(|cell| cell.is_empty()));
+    warnings.push(format!(
+        "the table has no header; its columns are called c1 to c{count}"
+    ));
+    Ok((1..=count).map(|k| format!("c{k}")).collect())
+}
+
+/// The number of cells of a line.
+fn width(line: &[u8], delimiter: u8) -> usize {
+    let mut cells = Vec::new();
+    split(line, delimiter, &mut cells);
+    cells.len()
 }
 
 pub(crate) fn not_text(path: &str, found: &'static str) -> LogError {
@@ -196,7 +281,25 @@ fn sniff(lines: &[Line<'_>]) -> u8 {
             best = (alike + 1, width, delimiter);
         }
     }
-    best.2
+    // Words may hold blanks, rows of numbers may not.
+    match of_numbers(rows) {
+        Some(BLANKS) if best.0 == 0 => BLANKS,
+        _ => best.2,
+    }
+}
+
+/// The delimiter with which all of the first lines are rows of numbers of one width, of two columns at least.
+fn of_numbers(lines: &[Line<'_>]) -> Option<u8> {
+    let rows = lines.iter().take(SAMPLED_LINES);
+    let rows = rows.filter(|row| !is_comment(row.bytes));
+    let first = rows.clone().next()?;
+    DELIMITERS.into_iter().chain([BLANKS]).find(|&delimiter| {
+        let columns = width(first.bytes, delimiter);
+        let alike = |row: &Line<'_>| {
+            is_row_of_numbers(row.bytes, delimiter) && width(row.bytes, delimiter) == columns
+        };
+        columns > 1 && rows.clone().all(alike)
+    })
 }
 
 /// Splits a line into cells without the spaces around them. `false` if quotes do not pair up.
@@ -205,6 +308,11 @@ fn sniff(lines: &[Line<'_>]) -> u8 {
 /// its own row, not all rows up to the next quote.
 pub(crate) fn split<'a>(line: &'a [u8], delimiter: u8, cells: &mut Vec<Cow<'a, [u8]>>) -> bool {
     cells.clear();
+    if delimiter == BLANKS {
+        let words = line.split(u8::is_ascii_whitespace);
+        cells.extend(words.filter(|word| !word.is_empty()).map(Cow::Borrowed));
+        return true;
+    }
     if !line.contains(&b'"') {
         cells.extend(
             line.split(|&b| b == delimiter)

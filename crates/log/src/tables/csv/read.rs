@@ -8,7 +8,7 @@ use std::path::Path;
 /// Longest example of a text cell that is kept, in characters.
 const EXAMPLE_CHARS: usize = 40;
 
-/// Reads a text table with a header, and counts faulty rows and gaps.
+/// Reads a text table, and counts faulty rows and gaps.
 ///
 /// These are read without a warning:
 ///
@@ -22,6 +22,9 @@ const EXAMPLE_CHARS: usize = 40;
 /// with more text than numbers is kept as text, without values. Decimal commas are read where a
 /// comma does not separate cells, with a warning.
 ///
+/// The columns of a table without a header are called `c1`, `c2`, …, with a warning: a row of numbers is never a
+/// header. Rows of numbers may be separated by blanks.
+///
 /// A row of units below the header is skipped with a warning.
 ///
 /// A row with the wrong number of cells, or with text in a column of numbers, is corrupt: it is
@@ -29,7 +32,7 @@ const EXAMPLE_CHARS: usize = 40;
 /// number cannot be recognised as incomplete.
 ///
 /// # Errors
-/// [`LogError::Read`], [`LogError::Empty`], [`LogError::NotText`], [`LogError::NoHeader`] or
+/// [`LogError::Read`], [`LogError::Empty`], [`LogError::NotText`], [`LogError::Excess`] or
 /// [`LogError::NoUsableRows`].
 pub fn read_csv(path: impl AsRef<Path>) -> Result<(Table, Findings), LogError> {
     let path = path.as_ref();

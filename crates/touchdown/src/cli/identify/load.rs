@@ -50,7 +50,11 @@ pub(crate) fn map(path: Option<&Path>) -> Result<Option<Map>> {
     let built_in = built_in(path).and_then(Map::built_in_named);
     match (built_in, path) {
         (Some(map), _) => Ok(Some(map.clone())),
-        (None, path) => Ok(path.map(Map::load).transpose()?),
+        (None, path) => {
+            let map = path.map(Map::load).transpose()?;
+            map.as_ref().map_or(Ok(()), Map::check_names)?;
+            Ok(map)
+        }
     }
 }
 
