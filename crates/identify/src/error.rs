@@ -52,6 +52,16 @@ impl Error {
         }
     }
 
+    /// A form that is not fitted to forces.
+    pub(crate) fn not_fitted(form: touchdown_model::Form) -> Self {
+        let names = touchdown_model::Form::GROUND_EFFECT.map(touchdown_model::Form::name);
+        Self::Arguments(format!(
+            "expected one of the forms {}, found `{}`",
+            names.join(", "),
+            form.name()
+        ))
+    }
+
     /// The exit status: 1 for what cannot be read or written or holds no usable data, 2 for arguments,
     /// maps, settings and cards that are wrong.
     #[must_use]

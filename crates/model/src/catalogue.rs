@@ -2,7 +2,7 @@
 //!
 //! Prediction fills the expressions of a form with a card's terms ([`Card::equations`](crate::Card::equations)). Flight takes
 //! the terms that the form's kernel holds ([`Part::terms`]). A test compares the two
-//! (`tests/catalogue.rs`). A new form is one variant, one entry and, where it flies, one kernel here.
+//! (`tests/catalogue.rs`). A new form is one variant with its names, one entry and, where it flies, one kernel here.
 //!
 //! | form | equation | state |
 //! | --- | --- | --- |
@@ -192,6 +192,85 @@ const LAG: Entry = Entry {
 };
 
 impl Form {
+    /// The forms of ground-effect models that are fitted by name, in the order of tables.
+    pub const GROUND_EFFECT: [Self; 5] = [
+        Self::Empirical,
+        Self::Static,
+        Self::Derivative,
+        Self::Ratio,
+        Self::Lag,
+    ];
+
+    /// The name in cards, in results and on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::StaticSqrt => "static_sqrt",
+            Self::StaticThrust => "static_thrust",
+            Self::LaggedMotors => "lagged_motors",
+            Self::RotorLag => "rotor_lag",
+            Self::FirstOrder => "first_order",
+            Self::Library => "library",
+            Self::Empirical => "empirical",
+            Self::Static => "static",
+            Self::Derivative => "derivative",
+            Self::Ratio => "ratio",
+            Self::Lag => "lag",
+        }
+    }
+
+    /// What tables and legends call the form.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::StaticSqrt => "static map √T(s)",
+            Self::StaticThrust => "static map T(s)",
+            Self::LaggedMotors => "lagged motors",
+            Self::RotorLag => "rotor lag",
+            Self::FirstOrder => "eq. (7)",
+            Self::Library => "eq. (8), SR3",
+            Self::Empirical => "eq. (2), fitted μ",
+            Self::Static => "static map T h(z)",
+            Self::Derivative => "eq. (9), SR3",
+            Self::Ratio => "ratio form",
+            Self::Lag => "lag form",
+        }
+    }
+
+    /// The form and its fit in a line.
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::StaticSqrt => "√T as a polynomial of throttle, at rest",
+            Self::StaticThrust => "T as a polynomial of throttle, at rest",
+            Self::LaggedMotors => {
+                "One lag on every motor's own throttle, then a polynomial for its thrust, summed"
+            }
+            Self::RotorLag => {
+                "Rotor speed as a polynomial of the command, after a dead time and a lag"
+            }
+            Self::FirstOrder => "Eq. (7): x' = (c0 s + c1 - x)/T_m, x = √T, fitted in free run",
+            Self::Library => {
+                "Eq. (8): x' as a sparse sum of library terms, by SR3 on derivatives, refined in free run"
+            }
+            Self::Empirical => "Eq. (2) with a fitted coefficient mu",
+            Self::Static => "A static map f = T h(z)",
+            Self::Derivative => {
+                "Eq. (9): f' as a sparse sum of library terms, by SR3 on derivatives"
+            }
+            Self::Ratio => "y = f/T, y' as a sum of bounded terms, refined by multiple shooting",
+            Self::Lag => "y = G + k(z) v_p, G' = (h(z) - G)/tau, by multiple shooting",
+        }
+    }
+
+    /// The ground-effect form of a name.
+    #[must_use]
+    pub fn ground_effect_named(name: &str) -> Option<Self> {
+        Self::GROUND_EFFECT
+            .into_iter()
+            .find(|form| form.name() == name)
+    }
+
     /// The entry of the catalogue; none for forms that need more than one throttle.
     #[must_use]
     pub fn entry(self) -> Option<&'static Entry> {

@@ -175,3 +175,23 @@ fn prop_equation_numbers_and_what_has_none() {
     let error = card.equations().unwrap_err().to_string();
     assert!(error.contains("one term of `tau`, found 0"), "{error}");
 }
+
+#[test]
+fn prop_names_are_those_of_cards() {
+    let forms = [
+        Form::StaticSqrt,
+        Form::StaticThrust,
+        Form::LaggedMotors,
+        Form::RotorLag,
+        Form::FirstOrder,
+        Form::Library,
+    ];
+    for form in forms.into_iter().chain(Form::GROUND_EFFECT) {
+        let in_card = toml::Value::try_from(form).unwrap();
+        assert_eq!(in_card.as_str(), Some(form.name()));
+    }
+    for form in Form::GROUND_EFFECT {
+        assert_eq!(Form::ground_effect_named(form.name()), Some(form));
+    }
+    assert_eq!(Form::ground_effect_named("library"), None);
+}

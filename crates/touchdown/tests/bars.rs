@@ -5,7 +5,7 @@ use touchdown::experiments::{self, Run, thrust};
 use touchdown::settings::ReproduceSettings;
 use touchdown_campaign::progress::Silent;
 use touchdown_flight::Method;
-use touchdown_identify::settings::GroundEffectForm;
+use touchdown_model::Form;
 use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
 fn run(seed: u64) -> Run {
@@ -29,16 +29,9 @@ fn check(run: &Run) {
     // The lag form on the rich data, each kind of unseen trial: 0.03 N, a third of the turbulence there.
     let ge = &results.ground_effect;
     for kind in VALIDATION_KINDS {
-        let mae = |form: GroundEffectForm| ge.rich_data[form.name()][kind].mae_n.unwrap();
-        assert!(
-            mae(GroundEffectForm::Lag) <= 0.03,
-            "lag {kind}: {}",
-            mae(GroundEffectForm::Lag)
-        );
-        assert!(
-            mae(GroundEffectForm::Lag) < mae(GroundEffectForm::Empirical),
-            "{kind}"
-        );
+        let mae = |form: Form| ge.rich_data[form.name()][kind].mae_n.unwrap();
+        assert!(mae(Form::Lag) <= 0.03, "lag {kind}: {}", mae(Form::Lag));
+        assert!(mae(Form::Lag) < mae(Form::Empirical), "{kind}");
     }
     // The ground: feedback hovers where the paper's did, within 0.14..0.17 m; the model lands.
     let ground = &results.ground_landing;

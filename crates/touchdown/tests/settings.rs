@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use touchdown::settings::parse;
 use touchdown_identify::flights::{Flight, ground_effect as from_flights};
 use touchdown_identify::rig::{self as ground_effect, GroundTrial, levels};
-use touchdown_identify::settings::GroundEffectForm;
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin, thrust};
+use touchdown_model::Form;
 use touchdown_sim::body::plant::GroundLaw;
 use touchdown_sim::rig::sets::{self, Extent};
 use touchdown_sim::rig::{self, RigSettings, RigTrial};
@@ -118,9 +118,9 @@ impl Data {
             "eq7" => shown(thrust::first_order(&self.thrust, &settings, &origin).unwrap()),
             "eq8" => shown(thrust::library(&self.thrust, &settings, &origin).unwrap()),
             "levels" => {
-                let made = ground(GroundEffectForm::Derivative);
+                let made = ground(Form::Derivative);
                 let fitted = levels::Fitted {
-                    form: GroundEffectForm::Derivative,
+                    form: Form::Derivative,
                     made: &made,
                     free_run_rmse_n: None,
                 };
@@ -128,7 +128,7 @@ impl Data {
                 format!("{:?}", found.unwrap())
             }
             form => shown(ground(
-                GroundEffectForm::ALL
+                Form::GROUND_EFFECT
                     .into_iter()
                     .find(|f| f.name() == form)
                     .unwrap(),

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sindy::solve::sr3::Scaling;
 use sindy::{Gram, Library, Sr3};
+use touchdown_model::Form;
 
 use super::GroundTrial;
 use super::derivative::{live_library, samples};
@@ -21,7 +22,7 @@ use crate::fitted::FittedCard;
 use crate::front::with_terms;
 use crate::prediction::Predictor;
 use crate::scores::Errors;
-use crate::settings::{GroundEffectForm, IdentificationSettings};
+use crate::settings::IdentificationSettings;
 use crate::sparse_fit::sparse_fit;
 
 /// One way of identification.
@@ -44,7 +45,7 @@ pub struct Level {
 #[derive(Clone, Copy, Debug)]
 pub struct Fitted<'a> {
     /// The form.
-    pub form: GroundEffectForm,
+    pub form: Form,
     /// Its fit to the training trials.
     pub made: &'a FittedCard,
     /// Root mean square error in free run on the unseen trials (N).
@@ -64,7 +65,7 @@ pub fn compare(
 ) -> Result<Vec<Level>> {
     let of = |form| fitted.iter().find(|f| f.form == form);
     let mut out = Vec::new();
-    let simple = |level, form: GroundEffectForm| -> Result<Option<Level>> {
+    let simple = |level, form: Form| -> Result<Option<Level>> {
         let Some(f) = of(form) else { return Ok(None) };
         Ok(Some(Level {
             level,
@@ -77,12 +78,12 @@ pub fn compare(
             },
         }))
     };
-    out.extend(simple(0, GroundEffectForm::Static)?);
-    if let Some(f) = of(GroundEffectForm::Derivative) {
+    out.extend(simple(0, Form::Static)?);
+    if let Some(f) = of(Form::Derivative) {
         out.extend(of_derivative(training, unseen, f, settings)?);
     }
-    out.extend(simple(3, GroundEffectForm::Ratio)?);
-    out.extend(simple(3, GroundEffectForm::Lag)?);
+    out.extend(simple(3, Form::Ratio)?);
+    out.extend(simple(3, Form::Lag)?);
     Ok(out)
 }
 

@@ -16,41 +16,28 @@ mod trial;
 pub use trial::{GroundTrial, predict, prepare};
 
 use derivative::Derivative;
-use dynamic::DynamicForm;
-use statics::{Empirical, StaticMap};
+use touchdown_model::Form;
 
 use crate::error::Result;
 use crate::fitted::{FittedCard, Origin};
-use crate::settings::{GroundEffectForm, IdentificationSettings};
+use crate::settings::IdentificationSettings;
 use crate::warning::sentences;
 
 /// Fits one form to `trials`.
 ///
 /// # Errors
-/// Too few trials, or data that the form cannot be fitted to.
+/// Too few trials, a form that is none of the ground effect, or data that the form cannot be fitted to.
 pub fn fit(
-    form: GroundEffectForm,
+    form: Form,
     trials: &[GroundTrial],
     settings: &IdentificationSettings,
     origin: &Origin,
 ) -> Result<FittedCard> {
-    let lengths_m = settings.ground_effect.lengths_m;
+    let memory = form.entry().is_some_and(|entry| entry.state.is_some());
     let mut fitted = match form {
-        GroundEffectForm::Empirical => {
-            let radius_m = origin.vehicle.rotor_radius_m;
-            let radius_m = radius_m.unwrap_or(settings.ground_effect.rotor_radius_m);
-            Empirical::fit(trials, settings, radius_m)?.card(origin)
-        }
-        GroundEffectForm::Static => StaticMap::fit(trials, lengths_m)?.card(origin),
-        GroundEffectForm::Derivative => Derivative::fit(trials, settings)?.card(settings, origin),
-        GroundEffectForm::Ratio => {
-            let form = DynamicForm::ratio(trials, settings)?;
-            form.fit(trials, settings)?.card(settings, origin)
-        }
-        GroundEffectForm::Lag => {
-            let form = DynamicForm::lag(trials, settings)?;
-            form.fit(trials, settings)?.card(settings, origin)
-        }
+        Form::Derivative => Derivative::fit(trials, settings)?.card(settings, origin),
+        _ if memory => dynamic::fit(form, trials, settings, origin)?,
+        _ => statics::fit(form, trials, settings, origin)?,
     };
     fitted.check_finite()?;
     trial::validity(&mut fitted.card, trials, settings);

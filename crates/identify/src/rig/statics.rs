@@ -8,7 +8,7 @@ use touchdown_model::{Form, Kind};
 
 use super::GroundTrial;
 use super::trial::{clusters, records};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, Origin, method, outcome};
 use crate::settings::IdentificationSettings;
@@ -18,8 +18,32 @@ const FIT: &str = "least squares on the force, standard errors by trial";
 /// Largest `q` of eq. (2), at the smallest height of the data: its pole is at 1.
 const LARGEST_Q: f64 = 0.6;
 
+/// Fits a form without memory.
+///
+/// # Errors
+/// A form that is not here, or data that the form cannot be fitted to.
+pub(super) fn fit(
+    form: Form,
+    trials: &[GroundTrial],
+    settings: &IdentificationSettings,
+    origin: &Origin,
+) -> Result<FittedCard> {
+    match form {
+        Form::Empirical => {
+            let radius_m = origin.vehicle.rotor_radius_m;
+            let radius_m = radius_m.unwrap_or(settings.ground_effect.rotor_radius_m);
+            Ok(Empirical::fit(trials, settings, radius_m)?.card(origin))
+        }
+        Form::Static => {
+            let lengths_m = settings.ground_effect.lengths_m;
+            Ok(StaticMap::fit(trials, lengths_m)?.card(origin))
+        }
+        other => Err(Error::not_fitted(other)),
+    }
+}
+
 /// Eq. (2): `f = T q/(1 - q)`, `q = mu (R/(4 z))²`, by least squares on the force.
-pub(super) struct Empirical {
+struct Empirical {
     rotor_radius_m: f64,
     mu: Estimate,
     refined: Refined,
@@ -27,7 +51,7 @@ pub(super) struct Empirical {
 }
 
 impl Empirical {
-    pub(super) fn fit(
+    fn fit(
         trials: &[GroundTrial],
         settings: &IdentificationSettings,
         rotor_radius_m: f64,
@@ -55,7 +79,7 @@ impl Empirical {
         })
     }
 
-    pub(super) fn card(&self, origin: &Origin) -> FittedCard {
+    fn card(&self, origin: &Origin) -> FittedCard {
         let mut card = origin.card(
             "ground-effect-empirical",
             Kind::GroundEffect,
@@ -109,7 +133,7 @@ impl StaticMap {
         std::array::from_fn(|k| self.h[k].value)
     }
 
-    pub(super) fn card(&self, origin: &Origin) -> FittedCard {
+    fn card(&self, origin: &Origin) -> FittedCard {
         let mut card = origin.card(
             "ground-effect-static",
             Kind::GroundEffect,

@@ -8,6 +8,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 use sindy::trajectory::shooting::Shooting;
+use touchdown_model::Form;
 
 pub use flights::FlightSettings;
 pub use solver::{
@@ -129,32 +130,28 @@ impl ThrustForm {
         Self::Library,
     ];
 
+    /// The same form in a card.
+    #[must_use]
+    pub fn of_card(self) -> Form {
+        match self {
+            Self::StaticSqrt => Form::StaticSqrt,
+            Self::StaticThrust => Form::StaticThrust,
+            Self::LaggedMotors => Form::LaggedMotors,
+            Self::FirstOrder => Form::FirstOrder,
+            Self::Library => Form::Library,
+        }
+    }
+
     /// The name on the command line and in settings.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::StaticSqrt => "static_sqrt",
-            Self::StaticThrust => "static_thrust",
-            Self::LaggedMotors => "lagged_motors",
-            Self::FirstOrder => "first_order",
-            Self::Library => "library",
-        }
+        self.of_card().name()
     }
 
     /// The form in a line.
     #[must_use]
     pub fn description(self) -> &'static str {
-        match self {
-            Self::StaticSqrt => "√T as a polynomial of throttle, at rest",
-            Self::StaticThrust => "T as a polynomial of throttle, at rest",
-            Self::LaggedMotors => {
-                "One lag on every motor's own throttle, then a polynomial for its thrust, summed"
-            }
-            Self::FirstOrder => "Eq. (7): x' = (c0 s + c1 - x)/T_m, x = √T, fitted in free run",
-            Self::Library => {
-                "Eq. (8): x' as a sparse sum of library terms, by SR3 on derivatives, refined in free run"
-            }
-        }
+        self.of_card().description()
     }
 }
 
@@ -162,21 +159,12 @@ impl FromStr for ThrustForm {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        by_name(text, &Self::ALL, Self::name)
+        let found = Self::ALL.into_iter().find(|form| form.name() == text);
+        found.ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("expected one of {names}, found `{text}`")
+        })
     }
-}
-
-/// The value of that name.
-fn by_name<T: Copy>(
-    text: &str,
-    all: &[T],
-    name: fn(T) -> &'static str,
-) -> std::result::Result<T, String> {
-    let found = all.iter().find(|value| name(**value) == text);
-    found.copied().ok_or_else(|| {
-        let names: Vec<&str> = all.iter().map(|value| name(*value)).collect();
-        format!("expected one of {}, found `{text}`", names.join(", "))
-    })
 }
 
 /// What to do about dead time between throttle and measured thrust.
@@ -231,67 +219,6 @@ impl Default for ThrustSettings {
             max_lag_s: 1.0,
             dead_time: DeadTime::Auto,
         }
-    }
-}
-
-/// Form of a ground-effect model.
-#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum GroundEffectForm {
-    /// Eq. (2) with a fitted coefficient mu.
-    Empirical,
-    /// A static map f = T h(z).
-    Static,
-    /// Eq. (9): f' as a sparse sum of library terms, by SR3 on derivatives.
-    Derivative,
-    /// y = f/T, y' as a sum of bounded terms, refined by multiple shooting.
-    Ratio,
-    /// y = G + k(z) v_p, G' = (h(z) - G)/tau, by multiple shooting.
-    Lag,
-}
-
-impl GroundEffectForm {
-    /// All forms, in the order of tables.
-    pub const ALL: [Self; 5] = [
-        Self::Empirical,
-        Self::Static,
-        Self::Derivative,
-        Self::Ratio,
-        Self::Lag,
-    ];
-
-    /// The name in results and file names.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Empirical => "empirical",
-            Self::Static => "static",
-            Self::Derivative => "derivative",
-            Self::Ratio => "ratio",
-            Self::Lag => "lag",
-        }
-    }
-
-    /// The form in a line.
-    #[must_use]
-    pub fn description(self) -> &'static str {
-        match self {
-            Self::Empirical => "Eq. (2) with a fitted coefficient mu",
-            Self::Static => "A static map f = T h(z)",
-            Self::Derivative => {
-                "Eq. (9): f' as a sparse sum of library terms, by SR3 on derivatives"
-            }
-            Self::Ratio => "y = f/T, y' as a sum of bounded terms, refined by multiple shooting",
-            Self::Lag => "y = G + k(z) v_p, G' = (h(z) - G)/tau, by multiple shooting",
-        }
-    }
-}
-
-impl FromStr for GroundEffectForm {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        by_name(text, &Self::ALL, Self::name)
     }
 }
 

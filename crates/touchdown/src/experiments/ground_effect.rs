@@ -7,9 +7,8 @@ use touchdown_identify::rig::levels::{self, Fitted, Level};
 use touchdown_identify::rig::relative::{self, RelativeVelocity};
 use touchdown_identify::rig::{self, GroundTrial, identifiability};
 use touchdown_identify::scores::Errors;
-use touchdown_identify::settings::GroundEffectForm;
 use touchdown_identify::{FittedCard, Origin};
-use touchdown_model::Card;
+use touchdown_model::{Card, Form};
 use touchdown_sim::body::plant::Plant;
 use touchdown_sim::rig::RigTrial;
 use touchdown_sim::rig::sets::{self, VALIDATION_KINDS};
@@ -27,7 +26,7 @@ pub struct DataSet {
     pub recorded: Vec<Trial>,
     /// What the data can carry, found before the fit.
     pub before: identifiability::Identifiability,
-    /// The models, in the order of [`GroundEffectForm::ALL`].
+    /// The models, in the order of [`Form::GROUND_EFFECT`].
     pub models: Vec<FittedCard>,
     /// Errors `[model][validation trial]`.
     pub errors: Vec<Vec<ValidationErrors>>,
@@ -106,7 +105,7 @@ pub fn run(
     let moving = sets::ground_effect_moving(extent);
     let moving_unseen = sets::ground_effect_moving_validation(extent);
     // What the data carry, every form, and the levels.
-    let models = GroundEffectForm::ALL.len() + 2;
+    let models = Form::GROUND_EFFECT.len() + 2;
     let steps = training
         .iter()
         .map(|(_, t)| t.len() + models)
@@ -166,7 +165,7 @@ impl Inputs<'_> {
         let origin = &self.origin.with_inputs(&recorded);
         let before = identifiability::examine_trials(&prepared, identification)?;
         self.progress.step();
-        let fitted: Vec<(FittedCard, Vec<ValidationErrors>)> = GroundEffectForm::ALL
+        let fitted: Vec<(FittedCard, Vec<ValidationErrors>)> = Form::GROUND_EFFECT
             .into_par_iter()
             .map(|form| {
                 let mut made = rig::fit(form, &prepared, identification, origin)?;
@@ -182,7 +181,7 @@ impl Inputs<'_> {
         for made in &mut models {
             run_freely(made, &spread(validation))?;
         }
-        let fits: Vec<Fitted<'_>> = GroundEffectForm::ALL
+        let fits: Vec<Fitted<'_>> = Form::GROUND_EFFECT
             .into_iter()
             .zip(models.iter().zip(&errors))
             .map(|(form, (made, judged))| Fitted {
@@ -210,7 +209,7 @@ impl Inputs<'_> {
         let unseen = super::record(unseen, self.settings, self.progress)?;
         let prepared = prepare(&recorded, self.thrust_card)?;
         let origin = &self.origin.with_inputs(&recorded);
-        let form = GroundEffectForm::Derivative;
+        let form = Form::Derivative;
         let mut made = rig::fit(form, &prepared, identification, origin)?;
         made.card.name = "ground-effect-derivative-moving-data".to_string();
         run_freely(&mut made, &prepare(&unseen, self.thrust_card)?)?;
@@ -335,8 +334,8 @@ impl GroundEffectExperiment {
 
     /// The card of a form, fitted on a data set.
     #[must_use]
-    pub fn card(&self, set: usize, form: GroundEffectForm) -> Option<&Card> {
-        let model = GroundEffectForm::ALL.iter().position(|f| *f == form)?;
+    pub fn card(&self, set: usize, form: Form) -> Option<&Card> {
+        let model = Form::GROUND_EFFECT.iter().position(|f| *f == form)?;
         self.sets[set].models.get(model).map(|m| &m.card)
     }
 }

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use touchdown_campaign::progress::Progress;
 use touchdown_campaign::settings_file::check_seed;
 use touchdown_campaign::vertical::controllers::{self, Cards};
-use touchdown_identify::settings::GroundEffectForm;
 use touchdown_identify::{Origin, rig as force_rig, thrust as stand};
+use touchdown_model::Form;
 use touchdown_model::card::Vehicle;
 use touchdown_sim::rig::sets;
 use touchdown_sim::rig::{self, RigSettings, RigTrial};
@@ -55,8 +55,8 @@ pub fn run(settings: &ReproduceSettings, progress: &dyn Progress) -> Result<Run>
     };
     let cards = Cards {
         thrust: thrust_card,
-        empirical: Some(flown(GroundEffectForm::Empirical)?),
-        dynamic: Some(flown(GroundEffectForm::Lag)?),
+        empirical: Some(flown(Form::Empirical)?),
+        dynamic: Some(flown(Form::Lag)?),
     };
     let landing = landing::run(settings, &cards, progress)?;
     let sea = sea::run(settings, &cards, progress)?;
@@ -166,8 +166,8 @@ pub fn identify_cards(rig: &RigSettings, seed: u64, progress: &dyn Progress) -> 
         Ok(made.card)
     };
     Ok(Cards {
-        empirical: Some(fit(GroundEffectForm::Empirical)?),
-        dynamic: Some(fit(GroundEffectForm::Lag)?),
+        empirical: Some(fit(Form::Empirical)?),
+        dynamic: Some(fit(Form::Lag)?),
         thrust,
     })
 }

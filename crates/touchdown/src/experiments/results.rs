@@ -21,7 +21,7 @@ use touchdown_identify::rig::identifiability::Identifiability;
 use touchdown_identify::rig::levels::Level;
 use touchdown_identify::rig::relative::RelativeVelocity;
 use touchdown_identify::scores::Errors;
-use touchdown_identify::settings::GroundEffectForm;
+use touchdown_model::Form;
 
 /// Version of the shape.
 pub const SCHEMA: u32 = 1;
@@ -238,7 +238,7 @@ impl Results {
         let ge = &run.ground_effect;
         let landing = &run.landing;
         let lag_s = ge.sets.iter().map(|s| {
-            let of_form = GroundEffectForm::ALL
+            let of_form = Form::GROUND_EFFECT
                 .iter()
                 .zip(&s.models)
                 .map(|(f, m)| (f.name(), m.lag_s));
@@ -315,7 +315,7 @@ fn plate(state: &thrust::PlateState) -> Table {
 }
 
 fn forms(run: &Run, set: usize) -> Table {
-    GroundEffectForm::ALL
+    Form::GROUND_EFFECT
         .iter()
         .enumerate()
         .map(|(model, form)| {

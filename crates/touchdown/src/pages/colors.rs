@@ -1,7 +1,6 @@
 //! One table of colours: the same thing has the same colour in all panels of all pages.
 
 use touchdown_flight::Method;
-use touchdown_identify::settings::GroundEffectForm;
 use touchdown_model::Form;
 use touchdown_report::Color;
 
@@ -81,19 +80,9 @@ pub(super) fn of_form(form: Form) -> Color {
         Form::Ratio | Form::RotorLag => Color::Cycle(2),
         Form::Library => Color::Cycle(9),
         Form::FirstOrder => Color::Rgb(0xC0, 0x20, 0xA0),
-        Form::LaggedMotors => Color::Cycle(3),
+        // The form of lagged motors, and forms that have no colour of their own.
+        _ => Color::Cycle(3),
     }
-}
-
-/// The colour of a form of the ground effect.
-pub(super) fn of_ground_form(form: GroundEffectForm) -> Color {
-    of_form(match form {
-        GroundEffectForm::Lag => Form::Lag,
-        GroundEffectForm::Empirical => Form::Empirical,
-        GroundEffectForm::Static => Form::Static,
-        GroundEffectForm::Derivative => Form::Derivative,
-        GroundEffectForm::Ratio => Form::Ratio,
-    })
 }
 
 /// A colour for each of several models: its form's, or the next that none of them has where two share a form.

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use touchdown_campaign::statistics::{Share, Summary};
 use touchdown_identify::scores::Errors;
-use touchdown_identify::settings::GroundEffectForm;
 use touchdown_report::{Cell, Color, Figure, Report, Series, Table};
 
 use super::glossary::TERMS;
@@ -218,17 +217,6 @@ pub(super) fn half_interval(summary: Option<Summary>, decimals: usize) -> Cell {
         .map_or_else(Cell::missing, |[low, high]| {
             Cell::text(format!("±\u{a0}{}", show(0.5 * (high - low), decimals)))
         })
-}
-
-/// What a form is called in tables and legends.
-pub(super) fn form_title(form: GroundEffectForm) -> &'static str {
-    match form {
-        GroundEffectForm::Empirical => "eq. (2), fitted μ",
-        GroundEffectForm::Static => "static map T h(z)",
-        GroundEffectForm::Derivative => "eq. (9), SR3",
-        GroundEffectForm::Ratio => "ratio form",
-        GroundEffectForm::Lag => "lag form",
-    }
 }
 
 /// Means of `values` over consecutive blocks of `seconds`, and the middles of the blocks.

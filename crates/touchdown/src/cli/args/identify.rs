@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
-use touchdown_identify::settings::{GroundEffectForm, ThrustForm};
+use touchdown_identify::settings::ThrustForm;
+use touchdown_model::Form;
 
 #[derive(Args, Debug)]
 pub(crate) struct IdentifyArgs {
@@ -61,7 +62,7 @@ pub(crate) enum Identify {
         thrust: Option<PathBuf>,
         /// Forms; repeatable [default: all five; `lag` if --out is a single file]
         #[arg(long, value_parser = ground_effect_form())]
-        form: Vec<GroundEffectForm>,
+        form: Vec<Form>,
     },
 }
 
@@ -146,9 +147,8 @@ fn thrust_form() -> impl TypedValueParser<Value = ThrustForm> {
 }
 
 /// Forms of ground-effect models, by name.
-fn ground_effect_form() -> impl TypedValueParser<Value = GroundEffectForm> {
-    let described =
-        |form: GroundEffectForm| PossibleValue::new(form.name()).help(form.description());
-    PossibleValuesParser::new(GroundEffectForm::ALL.map(described))
-        .try_map(|name| name.parse::<GroundEffectForm>())
+fn ground_effect_form() -> impl TypedValueParser<Value = Form> {
+    let described = |form: Form| PossibleValue::new(form.name()).help(form.description());
+    PossibleValuesParser::new(Form::GROUND_EFFECT.map(described))
+        .try_map(|name| Form::ground_effect_named(&name).ok_or("no such form"))
 }

@@ -10,9 +10,8 @@ use touchdown_campaign::progress::Progress as _;
 use touchdown_identify::rig::identifiability::{Identifiability, examine_trials};
 use touchdown_identify::rig::levels::{self, Level};
 use touchdown_identify::rig::{self as ground_effect, GroundTrial};
-use touchdown_identify::settings::GroundEffectForm;
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin};
-use touchdown_model::{Card, Kind};
+use touchdown_model::{Card, Form, Kind};
 
 use super::load::{self, Log, word};
 use super::show::{Failed, Fitted, Outcome, Summary};
@@ -48,7 +47,7 @@ pub(super) fn run(
     context: &Context,
     common: &IdentifyCommon,
     thrust: Option<&Path>,
-    forms: &[GroundEffectForm],
+    forms: &[Form],
     settings: &IdentificationSettings,
 ) -> Result<Done> {
     let target = Target::of(common.out.as_deref())?;
@@ -125,7 +124,7 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// The command that makes all cards again, or the card of one form.
-    fn command(&self, form: Option<GroundEffectForm>, out: &str) -> String {
+    fn command(&self, form: Option<Form>, out: &str) -> String {
         let mut more = vec!["--thrust".into(), word(&self.thrust.display().to_string())];
         if let Some(form) = form {
             more.extend(["--form".into(), form.name().into()]);
@@ -138,9 +137,9 @@ impl Job<'_> {
         command.text(&self.common.logs, out)
     }
 
-    fn fit(&self, forms: &[GroundEffectForm]) -> Vec<Result<FittedCard>> {
+    fn fit(&self, forms: &[Form]) -> Vec<Result<FittedCard>> {
         self.context.stage("fitting", forms.len() as u64);
-        let fit = |&form: &GroundEffectForm| {
+        let fit = |&form: &Form| {
             let mut origin = self.origin.clone();
             origin.provenance.command = Some(self.command(Some(form), &card_file(form)));
             let fitted = ground_effect::fit(form, self.trials, self.settings, &origin);
@@ -214,7 +213,7 @@ impl Job<'_> {
 }
 
 /// File of the card of a form, in a folder of cards.
-fn card_file(form: GroundEffectForm) -> String {
+fn card_file(form: Form) -> String {
     format!("{}.toml", form.name())
 }
 
@@ -235,12 +234,7 @@ fn levels(
         of_part.map(|i| trials[i].clone()).collect()
     };
     let (training, unseen) = (part(false), part(true));
-    let forms = [
-        GroundEffectForm::Static,
-        GroundEffectForm::Derivative,
-        GroundEffectForm::Ratio,
-        GroundEffectForm::Lag,
-    ];
+    let forms = [Form::Static, Form::Derivative, Form::Ratio, Form::Lag];
     context.stage("levels", forms.len() as u64);
     let found = forms
         .into_par_iter()
@@ -268,21 +262,21 @@ fn levels(
 }
 
 /// The forms to fit: those asked for; else all of them, or the lag form where there is one file to write.
-fn chosen(forms: &[GroundEffectForm], target: &Target) -> Result<Vec<GroundEffectForm>> {
-    let mut unique: Vec<GroundEffectForm> = Vec::new();
+fn chosen(forms: &[Form], target: &Target) -> Result<Vec<Form>> {
+    let mut unique: Vec<Form> = Vec::new();
     for form in forms {
         if !unique.contains(form) {
             unique.push(*form);
         }
     }
     match (target, unique.len()) {
-        (Target::File(_), 0) => Ok(vec![GroundEffectForm::Lag]),
+        (Target::File(_), 0) => Ok(vec![Form::Lag]),
         (Target::File(card), 2..) => Err(Error::Arguments(format!(
             "--out {}: expected a folder for the cards of {} forms, found a file",
             card.display(),
             unique.len()
         ))),
-        (_, 0) => Ok(GroundEffectForm::ALL.to_vec()),
+        (_, 0) => Ok(Form::GROUND_EFFECT.to_vec()),
         _ => Ok(unique),
     }
 }
@@ -290,17 +284,13 @@ fn chosen(forms: &[GroundEffectForm], target: &Target) -> Result<Vec<GroundEffec
 /// Forms with their cards side by side, and forms that could not be fitted, with the reason.
 #[derive(Default)]
 struct FormFits {
-    forms: Vec<GroundEffectForm>,
+    forms: Vec<Form>,
     cards: Vec<FittedCard>,
-    failed: Vec<(GroundEffectForm, Error)>,
+    failed: Vec<(Form, Error)>,
 }
 
 /// Of forms that were asked for by name, one that fails is an error. Of the default ones, the others are enough.
-fn sort_out(
-    forms: &[GroundEffectForm],
-    fits: Vec<Result<FittedCard>>,
-    by_name: bool,
-) -> Result<FormFits> {
+fn sort_out(forms: &[Form], fits: Vec<Result<FittedCard>>, by_name: bool) -> Result<FormFits> {
     let mut sorted = FormFits::default();
     for (&form, fit) in forms.iter().zip(fits) {
         match fit {
@@ -361,7 +351,6 @@ pub(crate) fn prepare(logs: &[Log], thrust: &Card) -> Result<(Vec<GroundTrial>, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use touchdown_model::{Form, Kind};
 
     #[test]
     fn analytic_a_card_without_terms_is_refused() {

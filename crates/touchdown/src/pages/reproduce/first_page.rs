@@ -3,7 +3,7 @@
 use touchdown_campaign::statistics::Summary;
 use touchdown_campaign::vertical::landings::LandingFigures;
 use touchdown_identify::scores::Errors;
-use touchdown_identify::settings::GroundEffectForm;
+use touchdown_model::Form;
 use touchdown_report::Callout;
 
 use super::super::page::{Page, maybe, show};
@@ -118,7 +118,7 @@ fn highlights(run: &Run, results: &Results) -> [[String; 3]; 3] {
     let landings: u64 = run.sea.landings.iter().map(|l| l.figures.trials).sum();
     let crashed = run.sea.landings.iter().filter_map(|l| l.figures.crashed);
     let crashed: u64 = crashed.map(|share| share.count).sum();
-    let lag = all_kinds(run, 1, GroundEffectForm::Lag).map(|e| e.mae);
+    let lag = all_kinds(run, 1, Form::Lag).map(|e| e.mae);
     let floor = Errors::pool(&run.ground_effect.floor).map(|e| e.mae);
     [
         [
@@ -273,17 +273,17 @@ fn deck(results: &Results) -> [Claim; 3] {
 }
 
 /// Errors of a form over all validation trials.
-pub(super) fn all_kinds(run: &Run, set: usize, form: GroundEffectForm) -> Option<Errors> {
-    let model = GroundEffectForm::ALL.iter().position(|f| *f == form)?;
+pub(super) fn all_kinds(run: &Run, set: usize, form: Form) -> Option<Errors> {
+    let model = Form::GROUND_EFFECT.iter().position(|f| *f == form)?;
     let judged = &run.ground_effect.sets[set].errors[model];
     Errors::pool(&judged.iter().map(|j| j.truth).collect::<Vec<_>>())
 }
 
 fn models(run: &Run) -> [Claim; 2] {
     let ge = &run.ground_effect;
-    let eq_9 = GroundEffectForm::ALL
+    let eq_9 = Form::GROUND_EFFECT
         .iter()
-        .position(|f| *f == GroundEffectForm::Derivative);
+        .position(|f| *f == Form::Derivative);
     // The paper's bound is for each thrust level, on the approach and on the oscillation.
     let over_thrusts = |kind: &str| {
         let errors = eq_9.map_or(&[][..], |m| &ge.sets[0].errors[m]);
@@ -297,13 +297,9 @@ fn models(run: &Run) -> [Claim; 2] {
     let (oscillation, approach) = (over_thrusts("triangle_mid"), over_thrusts("approach"));
     let constant = super::ground_effect::constant(ge, "triangle_mid").map(|e| e.mae);
     let mae = |set, form| all_kinds(run, set, form).map_or(f64::NAN, |e| e.mae);
-    let [eq2, map, eq9] = [
-        GroundEffectForm::Empirical,
-        GroundEffectForm::Static,
-        GroundEffectForm::Derivative,
-    ]
-    .map(|form| mae(0, form));
-    let rich = [GroundEffectForm::Static, GroundEffectForm::Lag].map(|form| show(mae(1, form), 3));
+    let [eq2, map, eq9] =
+        [Form::Empirical, Form::Static, Form::Derivative].map(|form| mae(0, form));
+    let rich = [Form::Static, Form::Lag].map(|form| show(mae(1, form), 3));
     let map_is_as_good = map <= eq9;
     [
         Claim {

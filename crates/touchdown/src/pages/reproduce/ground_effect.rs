@@ -1,11 +1,11 @@
 //! IV-B.2: the ground-effect models.
 
 use touchdown_identify::scores::Errors;
-use touchdown_identify::settings::GroundEffectForm;
+use touchdown_model::Form;
 use touchdown_report::{Cell, Table};
 use touchdown_sim::rig::sets::VALIDATION_KINDS;
 
-use super::super::page::{Page, errors, form_title, maybe, show};
+use super::super::page::{Page, errors, maybe, show};
 use super::coefficients::{self, Column};
 use super::first_page::all_kinds;
 use super::identifiability::title;
@@ -42,7 +42,7 @@ pub(super) fn write(page: &mut Page, run: &Run, results: &Results) -> Result<()>
     figures::write(page, ge)?;
     identifiability::write(page, ge)?;
     sparsity::write(page, ge)?;
-    let of_forms = GroundEffectForm::ALL.map(|form| coefficients_of(run, results, form));
+    let of_forms = Form::GROUND_EFFECT.map(|form| coefficients_of(run, results, form));
     let of_forms = of_forms.into_iter().collect::<Result<Vec<Table>>>()?;
     page.folded_tables("Coefficients of all forms", of_forms)?;
     let of_trials = [0, 1].map(|set| every_trial(ge, set));
@@ -76,13 +76,13 @@ fn pooled(ge: &GroundEffectExperiment, set: usize) -> Table {
     }
     // The best mean of each kind in bold.
     let best = VALIDATION_KINDS.map(|kind| {
-        (0..GroundEffectForm::ALL.len())
+        (0..Form::GROUND_EFFECT.len())
             .filter_map(|model| ge.pooled(set, model, kind))
             .map(|e| e.mae)
             .fold(f64::INFINITY, f64::min)
     });
-    for (model, form) in GroundEffectForm::ALL.into_iter().enumerate() {
-        let mut row = vec![Cell::text(form_title(form))];
+    for (model, form) in Form::GROUND_EFFECT.into_iter().enumerate() {
+        let mut row = vec![Cell::text(form.title())];
         for (kind, best) in VALIDATION_KINDS.into_iter().zip(best) {
             let found = ge.pooled(set, model, kind);
             let cell = errors(found);
@@ -106,22 +106,19 @@ fn pooled(ge: &GroundEffectExperiment, set: usize) -> Table {
 }
 
 fn what_dynamics_add(run: &Run) -> String {
-    let sine = |set: usize, form: GroundEffectForm| {
-        let model = GroundEffectForm::ALL.iter().position(|f| *f == form)?;
+    let sine = |set: usize, form: Form| {
+        let model = Form::GROUND_EFFECT.iter().position(|f| *f == form)?;
         run.ground_effect.pooled(set, model, "sine").map(|e| e.mae)
     };
     let all = |form| all_kinds(run, 1, form).map(|e| e.mae);
-    let (map, lag) = (all(GroundEffectForm::Static), all(GroundEffectForm::Lag));
-    let (map_sine, lag_sine) = (
-        sine(1, GroundEffectForm::Static),
-        sine(1, GroundEffectForm::Lag),
-    );
+    let (map, lag) = (all(Form::Static), all(Form::Lag));
+    let (map_sine, lag_sine) = (sine(1, Form::Static), sine(1, Form::Lag));
     let times = |a: Option<f64>, b: Option<f64>| show(a.zip(b).map_or(f64::NAN, |(a, b)| a / b), 1);
     let lags = run.ground_effect.sets.iter().map(|set| {
-        let lag = GroundEffectForm::ALL
+        let lag = Form::GROUND_EFFECT
             .iter()
             .zip(&set.models)
-            .find(|(f, _)| **f == GroundEffectForm::Lag)
+            .find(|(f, _)| **f == Form::Lag)
             .and_then(|(_, m)| m.lag_s);
         format!("{} s on the {}", maybe(lag), title(set).to_lowercase())
     });
@@ -138,7 +135,7 @@ fn what_dynamics_add(run: &Run) -> String {
     )
 }
 
-fn coefficients_of(run: &Run, results: &Results, form: GroundEffectForm) -> Result<Table> {
+fn coefficients_of(run: &Run, results: &Results, form: Form) -> Result<Table> {
     let eq_12 = coefficients::eq_12()?;
     let ge = &run.ground_effect;
     let mut columns: Vec<Column<'_>> = ge
@@ -152,27 +149,21 @@ fn coefficients_of(run: &Run, results: &Results, form: GroundEffectForm) -> Resu
             })
         })
         .collect();
-    if form == GroundEffectForm::Derivative {
+    if form == Form::Derivative {
         columns.push(Column {
             title: "Printed eq. (12)",
             card: &eq_12,
         });
     }
     let mut table = coefficients::table(
-        &format!(
-            "{}: coefficients ± half the 95 % interval.",
-            form_title(form)
-        ),
+        &format!("{}: coefficients ± half the 95 % interval.", form.title()),
         &columns,
     );
     let [l1, l2, l3] = run.settings.identification.ground_effect.lengths_m;
     let bounded = format!("psi_i = 1/(1 + (z/l_i)²), l = {l1}, {l2}, {l3} m.");
     match form {
-        GroundEffectForm::Empirical => table = table.note("The paper prints no μ."),
-        GroundEffectForm::Static | GroundEffectForm::Ratio | GroundEffectForm::Lag => {
-            table = table.note(bounded);
-        }
-        GroundEffectForm::Derivative => {
+        Form::Empirical => table = table.note("The paper prints no μ."),
+        Form::Derivative => {
             let lag = |set: &str| {
                 let lag = results
                     .ground_effect
@@ -189,9 +180,10 @@ fn coefficients_of(run: &Run, results: &Results, form: GroundEffectForm) -> Resu
                 show(-1.0 / eq_12.coefficient("f'", "f"), 1)
             ));
         }
+        _ => table = table.note(bounded),
     }
     for set in &ge.sets {
-        let model = GroundEffectForm::ALL
+        let model = Form::GROUND_EFFECT
             .iter()
             .position(|f| *f == form)
             .unwrap_or(0);
@@ -208,8 +200,8 @@ fn every_trial(ge: &GroundEffectExperiment, set: usize) -> Table {
         title(&ge.sets[set])
     ))
     .text_column("Trial");
-    for form in GroundEffectForm::ALL {
-        table = table.number_column(form_title(form), "");
+    for form in Form::GROUND_EFFECT {
+        table = table.number_column(form.title(), "");
     }
     table = table.number_column("noise", "");
     for (i, trial) in ge.validation.iter().enumerate() {

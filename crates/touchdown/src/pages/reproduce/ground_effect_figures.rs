@@ -2,12 +2,11 @@
 
 use rayon::prelude::*;
 use touchdown_identify::rig::{GroundTrial, predict};
-use touchdown_identify::settings::GroundEffectForm;
-use touchdown_model::Card;
+use touchdown_model::{Card, Form};
 use touchdown_report::{Figure, Panel, Series};
 
-use super::super::colors::{INPUT, MEASURED, PUBLISHED, TRUTH, of_ground_form, shade};
-use super::super::page::{Page, block_means, form_title, minus};
+use super::super::colors::{INPUT, MEASURED, PUBLISHED, TRUTH, of_form, shade};
+use super::super::page::{Page, block_means, minus};
 use super::coefficients;
 use crate::error::Result;
 use crate::experiments::ground_effect::{GroundEffectExperiment, kind_of};
@@ -71,9 +70,9 @@ fn thrust(trial: &GroundTrial) -> Option<f64> {
         .ok()
 }
 
-fn card(ge: &GroundEffectExperiment, form: GroundEffectForm) -> Option<&Card> {
+fn card(ge: &GroundEffectExperiment, form: Form) -> Option<&Card> {
     // The paper's procedure on the paper's data; what is flown, on the rich data.
-    let set = usize::from(form != GroundEffectForm::Derivative);
+    let set = usize::from(form != Form::Derivative);
     ge.card(set, form)
 }
 
@@ -91,14 +90,9 @@ fn fig1(ge: &GroundEffectExperiment, trial: &GroundTrial) -> Result<Figure> {
                 .color(TRUTH)
                 .width(2.6),
         );
-    for form in [
-        GroundEffectForm::Empirical,
-        GroundEffectForm::Derivative,
-        GroundEffectForm::Lag,
-    ] {
+    for form in [Form::Empirical, Form::Derivative, Form::Lag] {
         if let Some(card) = card(ge, form) {
-            let line = Series::line(form_title(form), t, &predict(card, trial)?)
-                .color(of_ground_form(form));
+            let line = Series::line(form.title(), t, &predict(card, trial)?).color(of_form(form));
             force = force.series(line);
         }
     }
@@ -137,7 +131,7 @@ fn fig5(
     let mut force = Panel::new("Time (s)", "Ground-effect force f (N)")
         .height_weight(2.4)
         .x_range(0.0, end);
-    if let Some(card) = card(ge, GroundEffectForm::Lag) {
+    if let Some(card) = card(ge, Form::Lag) {
         for (i, trial) in trials.iter().enumerate().rev() {
             let color = shade(i as f64 / (trials.len().max(2) - 1) as f64);
             let [x, y] = block_means(&trial.time_s, &trial.force_n, block);
@@ -170,11 +164,7 @@ fn fig5(
     Ok(figure)
 }
 
-const JUDGED: [GroundEffectForm; 3] = [
-    GroundEffectForm::Derivative,
-    GroundEffectForm::Static,
-    GroundEffectForm::Lag,
-];
+const JUDGED: [Form; 3] = [Form::Derivative, Form::Static, Form::Lag];
 
 fn over_time(ge: &GroundEffectExperiment) -> Result<Figure> {
     let mut figure = Figure::new("residuals-time", "Residuals over time")
@@ -196,10 +186,10 @@ fn over_time(ge: &GroundEffectExperiment) -> Result<Figure> {
         for form in JUDGED {
             let Some(card) = card(ge, form) else { continue };
             let residual = minus(&predict(card, trial)?, trial.reference_n());
-            let name = if row == 0 { form_title(form) } else { "" };
+            let name = if row == 0 { form.title() } else { "" };
             panel = panel.series(
                 Series::line(name, &trial.time_s, &residual)
-                    .color(of_ground_form(form))
+                    .color(of_form(form))
                     .width(1.4),
             );
         }
@@ -240,8 +230,8 @@ fn over_height(ge: &GroundEffectExperiment) -> Result<Figure> {
         figure = figure.panel(
             Panel::new("Height z (m)", "Predicted − truth (N)")
                 .series(
-                    Series::points(form_title(form), &x, &y)
-                        .color(of_ground_form(form))
+                    Series::points(form.title(), &x, &y)
+                        .color(of_form(form))
                         .width(0.9),
                 )
                 .series(Series::horizontal("", 0.0)),

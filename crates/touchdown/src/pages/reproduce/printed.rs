@@ -1,8 +1,7 @@
 //! What becomes of the printed equations.
 
 use touchdown_flight::reference::Exponential;
-use touchdown_identify::settings::GroundEffectForm;
-use touchdown_model::Card;
+use touchdown_model::{Card, Form};
 use touchdown_sim::body::plant::Plant;
 
 use super::super::page::show;
@@ -21,7 +20,7 @@ const PRINTED_T_L_S: f64 = 5.1;
 
 pub(super) fn claims(run: &Run) -> Result<[Claim; 4]> {
     let (eq_11, eq_12) = (eq_11()?, eq_12()?);
-    let ground = run.ground_effect.card(0, GroundEffectForm::Derivative);
+    let ground = run.ground_effect.card(0, Form::Derivative);
     let pairs = [
         (Some(&run.thrust[1].models[2].card), &eq_11),
         (ground, &eq_12),
