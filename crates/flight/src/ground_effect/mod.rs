@@ -172,6 +172,16 @@ pub enum GroundEffectState<R> {
     Lag(R),
 }
 
+impl<R: Copy> GroundEffectState<R> {
+    /// The force or ratio that the state holds; none of a static model.
+    pub fn value(&self) -> Option<R> {
+        match *self {
+            Self::Static => None,
+            Self::Polynomial(value) | Self::Ratio(value) | Self::Lag(value) => Some(value),
+        }
+    }
+}
+
 /// Where a state belongs to another family, the model starts at rest.
 impl<R: Real> GroundEffect<R> for GroundEffectModel<R> {
     type State = GroundEffectState<R>;
