@@ -6,7 +6,8 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
 use super::armed_interval::ArmedInterval;
-use super::ground::{CURVE_NEAR_RADII, GroundEffect};
+use super::coverage::CURVE_NEAR_RADII;
+use super::ground::GroundEffect;
 use super::model::{Curve, Segment};
 use super::phases::{Phase, Phases};
 use super::resampling::correlation_inflation;

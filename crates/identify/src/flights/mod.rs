@@ -10,22 +10,26 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
-//! | [`phases`], `stand`, [`segments`] | motors on and off, contact, impacts; the segments of a log to fit, and why others were dropped |
+//! | `record`, `channels`, `smooth`, `motion` | one log with its channels on one clock |
+//! | [`phases`], `marking`, `stand`, [`segments`] | motors on and off, contact, impacts; the segments of a log to fit, and why others were dropped |
 //! | [`model`], [`curve`], [`fit`], [`coloured_noise`] | the model of a flight, the laws of its ground effect, its least squares, and correlated disturbances |
 //! | [`selection`], [`resampling`] | models judged on held-out flights; intervals by the bootstrap over flights |
 //! | [`hover`] | logs without specific force: hovers at rest, and the thrust of each |
-//! | [`ground`], [`numbers`], [`armed_interval_result`], [`result`] | the whole identification: ground effect, each armed interval, refusals |
+//! | [`ground`], `coverage`, [`numbers`], [`armed_interval_result`], [`result`] | the whole identification: ground effect, each armed interval, refusals |
 
 pub mod armed_interval;
 pub mod armed_interval_result;
 mod card;
+mod channels;
 pub mod coloured_noise;
+mod coverage;
 pub mod curve;
 pub mod drift;
 pub mod fit;
 pub mod ground;
 pub mod hover;
 mod lag;
+mod marking;
 pub mod model;
 mod motion;
 mod normal;

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use touchdown_trial::Trial;
 
+use super::channels::{effort, heights, held, median_step, throttle_period_s, without_gaps};
 use super::ground::label;
 use super::smooth::{bump, filled, local_parabola, without_spikes};
 use super::{FlightSettings, motion};
@@ -16,11 +17,6 @@ const FINEST_STEP_S: f64 = 0.008;
 /// Half of the window that climb rates are smoothed over (s).
 /// Noise of a slope goes with the window to the power -1.5, the smoothing of the motors' lag with its square.
 pub(super) const HALF_WINDOW_S: f64 = 0.1;
-/// Fewest values of a throttle: a third of a second of a slow log, fewer hold no flight at all.
-const FEWEST_THROTTLES: usize = 20;
-/// A throttle above this is in other units than those from 0 to 1.
-/// Normalised throttles overshoot 1 by little; microseconds and percent are far above.
-const MOST_THROTTLE: f64 = 1.5;
 /// Noise of an acceleration from poses beyond which it is none (gravities).
 /// Ground effect at one radius is about 0.1 g: noisier accelerations hide it.
 const NOISIEST: f64 = 0.1;
@@ -269,111 +265,6 @@ impl Flight {
     pub fn step_s(&self) -> f64 {
         median_step(&self.time_s)
     }
-}
-
-fn median_step(time: &[f64]) -> f64 {
-    median(time.windows(2).map(|p| p[1] - p[0])).unwrap_or(f64::INFINITY)
-}
-
-/// Median time between two values of the throttle while the motors run (s); checks that it is one.
-fn throttle_period_s(trial: &Trial, throttle: &[f64], settings: &FlightSettings) -> Result<f64> {
-    let rows: Vec<usize> = (0..trial.len())
-        .filter(|&i| throttle[i].is_finite())
-        .collect();
-    if rows.len() < FEWEST_THROTTLES {
-        return Err(Error::data(
-            trial.name(),
-            format!("at least {FEWEST_THROTTLES} rows with a throttle"),
-            rows.len().to_string(),
-        ));
-    }
-    let most = rows.iter().map(|&i| throttle[i]).fold(0.0, f64::max);
-    if most > MOST_THROTTLE {
-        return Err(Error::data(
-            trial.name(),
-            "a throttle from 0 to 1",
-            format!("values up to {most}: divide them in the map"),
-        ));
-    }
-    let time = trial.time_s();
-    let running = |i: &usize| throttle[*i] > settings.idle_throttle;
-    // A reader holds the values of a slow logger, so only changes show its rate.
-    let changes: Vec<f64> = rows
-        .iter()
-        .zip(rows.iter().skip(1))
-        .filter(|(a, b)| running(a) && running(b) && throttle[**a] != throttle[**b])
-        .map(|(_, b)| time[*b])
-        .collect();
-    let stamps: Vec<f64> = rows.iter().map(|&i| time[i]).collect();
-    Ok(median_step(&stamps).max(median_step(&changes)))
-}
-
-/// Heights without spikes, short gaps filled; empty where none is known.
-fn heights(trial: &Trial, notes: &mut Vec<Warning>) -> Vec<f64> {
-    let time = trial.time_s();
-    let mut height_m = trial
-        .channel("height_m")
-        .map_or_else(Vec::new, <[f64]>::to_vec);
-    let spikes = without_spikes(time, &mut height_m);
-    if spikes > 0 {
-        notes.push(Warning::HeightSpikes(spikes));
-    }
-    if !height_m.iter().any(|z| z.is_finite()) {
-        height_m.clear();
-    }
-    filled(time, &height_m, false)
-}
-
-/// A channel with its short gaps filled on lines; empty where there is no value.
-fn without_gaps(trial: &Trial, name: &str) -> Vec<f64> {
-    match trial.channel(name) {
-        Some(values) if values.iter().any(|v| v.is_finite()) => {
-            filled(trial.time_s(), values, false)
-        }
-        _ => Vec::new(),
-    }
-}
-
-/// Throttle and rotor speed; without throttle, the rotor speed over its greatest value in its place, and that it is that.
-pub(super) fn effort(trial: &Trial) -> Result<(Vec<f64>, Vec<f64>, bool)> {
-    let known = |c: &[f64]| c.iter().any(|v| v.is_finite());
-    let rpm = trial
-        .channel("rotor_rpm")
-        .filter(|c| known(c))
-        .map_or_else(Vec::new, |c| filled(trial.time_s(), c, false));
-    match throttle(trial) {
-        Ok(throttle) if known(&throttle) || rpm.is_empty() => Ok((throttle, rpm, false)),
-        Err(_) if rpm.is_empty() => Err(Error::data(
-            trial.name(),
-            "what the motors do, as `throttle` (0 to 1) or `rotor_rpm`: record motor commands or rotor speeds with the poses",
-            format!("channels {}", names(trial)),
-        )),
-        _ => {
-            let most = rpm.iter().copied().fold(0.0, f64::max);
-            Ok((rpm.iter().map(|r| r / most).collect(), rpm, true))
-        }
-    }
-}
-
-/// Gaps of a slow quantity held at the value before, those at the start at the first one; empty where there is none.
-fn held(values: &[f64]) -> Vec<f64> {
-    let Some(mut last) = values.iter().copied().find(|v| v.is_finite()) else {
-        return Vec::new();
-    };
-    let hold = |v: &f64| {
-        if v.is_finite() {
-            last = *v;
-        }
-        last
-    };
-    values.iter().map(hold).collect()
-}
-
-fn names(trial: &Trial) -> String {
-    let all: Vec<&str> = std::iter::once("time_s")
-        .chain(trial.channels().map(|(name, _)| name))
-        .collect();
-    all.join(", ")
 }
 
 #[cfg(test)]

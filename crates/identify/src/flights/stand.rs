@@ -1,6 +1,6 @@
 //! Height of the feet on the ground before and after an armed interval.
 
-use super::phases::{IDLING, flying};
+use super::marking::{IDLING, flying};
 use super::{Flight, FlightSettings};
 use crate::thrust::plateau::median;
 

@@ -84,7 +84,7 @@ pub fn with_thrust(
         "specific force"
     };
     // The motors' own throttles are kept; a mean is what a flight has at least.
-    let mean = super::record::effort(trial)?.0;
+    let mean = super::channels::effort(trial)?.0;
     let mut out = trial.clone();
     out.insert("thrust_n", thrust)?;
     if out.channel("throttle").is_none() {
