@@ -70,7 +70,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A landing, with any pilot that turns a measurement into a command:
+//! A landing, with any controller that turns a measurement into a command:
 //!
 //! ```
 //! use touchdown_flight::types::Command;
@@ -79,12 +79,12 @@
 //!
 //! let scenario = LandingScenario::default(); // from 0.8 m to a plate at rest
 //! let hover = scenario.nominal_start()?.throttle;
-//! let mut pilot = |m: &touchdown_flight::types::Measurement<f64>| Command {
+//! let mut controller = |m: &touchdown_flight::types::Measurement<f64>| Command {
 //!     // Sink at 0.2 m/s, down to a firm touchdown.
 //!     throttle: hover - 0.3 * (m.relative_velocity_mps + 0.2),
 //!     ..Command::default()
 //! };
-//! let landing = land(&scenario, 0, 1, &mut pilot, false)?;
+//! let landing = land(&scenario, 0, 1, &mut controller, false)?;
 //! assert_eq!(landing.outcome, Outcome::Landed);
 //! assert!(landing.v_l_mps.is_some_and(|v| v < 0.3));
 //! # Ok::<(), touchdown_sim::SimError>(())

@@ -83,7 +83,7 @@ impl Default for SeaSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum RigidMotion {
-    /// It does not: ground. (With braces, for then keys that it does not have are refused.)
+    /// The deck is the ground and does not move. (With braces, so that serde refuses unknown keys.)
     Still {},
     /// Sums of sines.
     Sines {
@@ -100,7 +100,7 @@ pub enum RigidMotion {
         #[serde(default)]
         phase_rad: f64,
     },
-    /// A ship in an irregular sea; waves are drawn from the seed.
+    /// A ship in an irregular sea; the seed determines the waves.
     Sea(SeaSettings),
 }
 
@@ -121,7 +121,7 @@ impl SeaSettings {
         Ok(spectrum)
     }
 
-    /// The ship's motion in waves that are drawn.
+    /// The ship's motion in one realisation of the waves.
     pub(crate) fn waves(
         &self,
         spectrum: &Spectrum,
@@ -237,7 +237,7 @@ impl<N: Number> DeckCoordinates<N> {
     }
 }
 
-/// A deck whose waves are drawn: a function of time.
+/// A deck with its waves realised: a function of time.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RigidDeck {
     /// Ground.
@@ -251,7 +251,7 @@ pub enum RigidDeck {
 }
 
 impl RigidMotion {
-    /// Checks the motion and draws its waves; `gravity_mps2` ties the length of
+    /// Checks the motion and realises its waves; `gravity_mps2` ties the length of
     /// waves to their period.
     ///
     /// # Errors

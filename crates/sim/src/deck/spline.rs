@@ -69,7 +69,7 @@ pub(crate) fn piece(h: f64, a: &DeckCoordinates, b: &DeckCoordinates) -> [[f64; 
     let mut piece = [[0.0; 5]; 6];
     for axis in 0..5 {
         let (v, r, c) = (a.value[axis], a.rate[axis], 0.5 * a.acceleration[axis]);
-        // What the quadratic leaves at the end, scaled to h = 1.
+        // The residual of the quadratic at the end, scaled to h = 1.
         let dv = b.value[axis] - (v + h * (r + h * c));
         let dr = h * (b.rate[axis] - (r + 2.0 * h * c));
         let da = h * h * (b.acceleration[axis] - 2.0 * c);

@@ -292,8 +292,8 @@ mod tests {
             };
             // The variance is m0 by construction: rounding only.
             assert!((4.0 * moment(0).sqrt() - 2.0).abs() < 1e-12);
-            // Frequencies are drawn within 1/400 of the energy each; what lies above 6 ω_p carries
-            // (to first order) 0.6 % of m1 and 4 % of m2.
+            // Each frequency is random within 1/400 of the energy. Frequencies above 6 ω_p, which are cut off,
+            // hold (to first order) 0.6 % of m1 and 4 % of m2.
             assert!((moment(1) / spectrum.moment(1) - 1.0).abs() < 0.01);
             let ratio = moment(2) / spectrum.moment(2);
             assert!(ratio < 1.0 && ratio > 0.93, "{ratio}");

@@ -15,8 +15,8 @@ pub struct GapSettings {
     shortest: usize,
 }
 
-/// A step of time above so many of the longer ones is a gap. Exponentially random steps exceed it once in eight thousand;
-/// at half of it, a single missing row splits a record.
+/// A time step longer than this multiple of the longer steps is a gap. Exponentially random steps exceed it once in eight
+/// thousand; at half the value, a single missing row splits a record.
 const HOLE: f64 = 3.0;
 
 /// The stretches of a trajectory without gaps.
@@ -45,8 +45,8 @@ impl Default for GapSettings {
 }
 
 impl GapSettings {
-    /// What [`crate::Dataset`] takes for a gap: steps of time above three times the 95th percentile of them all, so that
-    /// uneven and random sampling is none. Stretches of fewer than `shortest` rows are left out.
+    /// The default of [`crate::Dataset`]: a gap is a time step above three times the 95th percentile of all steps, so that
+    /// uneven and random sampling has no gaps. Stretches of fewer than `shortest` rows are dropped.
     ///
     /// # Errors
     /// As [`Self::new`].

@@ -41,7 +41,7 @@ pub struct Stream<I> {
 }
 
 impl<I: Iterator<Item = Result<OwnedBlock, SindyError>>> Stream<I> {
-    /// A stream of blocks with columns of these names, in so many groups.
+    /// A stream of blocks with columns of these names, in `groups` groups.
     pub fn new<S: AsRef<str>>(
         names: &[S],
         groups: usize,

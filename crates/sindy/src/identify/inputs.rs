@@ -8,8 +8,8 @@ use crate::numerics::upper_median;
 /// An input of which at least this share of the steps is none holds its values, if it jumps when it moves. Held inputs
 /// stand still for nearly all steps and measured ones for hardly any, so that any share between decides alike.
 const STILL: f64 = 0.5;
-/// A jump is at least so many of an input's standard deviations: more than the last digit of a sensor, less than a
-/// commanded step. Twice the value takes fine staircases for lines.
+/// Least size of a jump, in standard deviations of the input: more than the last digit of a sensor, less than a
+/// commanded step. Twice the value treats fine staircases as lines.
 const JUMP: f64 = 0.05;
 /// Straight lines that miss this share of an input's variance do not predict it; then a held input is tried as well.
 /// Half of it tries more often, which costs time alone.

@@ -32,7 +32,7 @@
 //!
 //! Weights of rows (the inverse of their noise's variance, to a factor) count in regressions on slopes, in free runs and in
 //! the output error. The noise estimate, smoothing and the weak form take all rows that have any weight alike: their
-//! results are then as free of bias, but not as accurate as they could be; a warning states it where weights differ.
+//! results are then equally unbiased, but less accurate than they could be. A warning states it where weights differ.
 //!
 //! [`Identification`] holds the choice, its reason, and every equation's front of terms against error.
 //! Random numbers are not used. Rows that do not fit into memory pass once through [`stream`].

@@ -3,8 +3,8 @@
 use super::regress::Regression;
 use crate::trajectory::output_error::{Piece, System, free_run};
 
-/// Rows that models are ranked on, about. The free-run error over so many scatters by about 1/√20 000 = 0.7 %; twice as
-/// many take twice the time for 0.5 %.
+/// Approximate number of rows on which models are ranked. Their free-run error scatters by about 1/√20 000 = 0.7 %. Twice
+/// as many rows take twice the time for 0.5 %.
 pub(super) const RANKED: usize = 10_000;
 
 /// Free-run errors that round to the same multiple of 1/50 of the noise count as alike, and fewer terms come first: a

@@ -195,8 +195,8 @@ fn relevant(total: &Gram, fit: &Fit, share: f64) -> Fit {
     Fit::on_support(total, support, fit.outcome, fit.iterations)
 }
 
-/// Best subsets, and SR3 over the whole grid of λ and ν. Judged by free run, every support that the grid comes
-/// to for all equations together is a model of its own; otherwise each equation's point is chosen by the score.
+/// Computes best subsets, and SR3 over the whole grid of λ and ν. Where free runs judge, every support that the grid
+/// gives for all equations together is a separate candidate model. Otherwise the score chooses each equation's point.
 pub(super) fn solve(
     statistics: &Statistics,
     settings: &Settings,

@@ -84,7 +84,7 @@ pub struct Equation {
     pub state: String,
     /// Estimated noise on it.
     pub noise: f64,
-    /// Root mean square of what the model leaves of it, as far as trajectories were followed.
+    /// Root mean square of its residual, as far as trajectories were followed.
     pub residual: Option<f64>,
     /// Terms against error, the other equations held.
     pub front: Vec<FrontPoint>,

@@ -73,9 +73,9 @@ impl Smoothing {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Between {
-    /// For each input from its samples: held where it stays as it is and then jumps; cubic where that
-    /// foretells samples left out better than straight lines do. An input that nothing foretells is tried held as
-    /// well.
+    /// Chosen for each input from its samples. An input that keeps its value and then jumps is held. It is cubic where a
+    /// cubic predicts held-out samples better than straight lines do. An input that neither predicts is also tried
+    /// held.
     #[default]
     Automatic,
     /// The value of the sample before.
@@ -94,7 +94,7 @@ pub enum Score {
     /// Short simulations against the measured states.
     #[default]
     FreeRun,
-    /// Error of the slope on blocks left out.
+    /// Error of the slope on held-out blocks.
     LeftOut,
     /// Akaike's criterion.
     Aic,
@@ -140,8 +140,8 @@ pub struct Settings {
     pub thresholds: Vec<f64>,
     /// Relaxations ν of SR3 that are tried.
     pub nus: Vec<f64>,
-    /// Folds of the cross-validation, at most: fewer trajectories are cut into blocks until there are so many (or blocks
-    /// are as short as twenty rows), more are dealt out to so many.
+    /// Greatest number of folds of the cross-validation. Fewer trajectories are cut into blocks until there are as many
+    /// blocks as folds (or blocks have only twenty rows). More trajectories are distributed over the folds.
     pub folds: usize,
     /// Weight of the penalty for each term; 1 is the extended Bayesian criterion.
     pub penalty: f64,

@@ -44,7 +44,7 @@ impl Library {
         let mut terms = Vec::new();
         for k in 1..=frequencies {
             let frequency = base * k as f64;
-            // Fifteen digits are all that a number is sure to keep when written and read.
+            // Fifteen digits survive writing and reading in every case.
             let frequency = format!("{frequency:.14e}").parse().unwrap_or(frequency);
             for name in variables {
                 let angle = scaled(frequency, name.as_ref());

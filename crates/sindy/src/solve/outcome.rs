@@ -17,9 +17,9 @@ pub enum Outcome {
     Infeasible,
     /// The search is complete: proven to be the best there is.
     Optimal,
-    /// The search came to its node limit first; what is left is stated as a gap.
+    /// The search reached its node limit first; the gap states the unproven part.
     NodeLimit,
-    /// The caller ended the search; what is left is stated as a gap.
+    /// The caller ended the search; the gap states the unproven part.
     Stopped,
     /// The search is complete, but only to the relative tolerance that was asked for.
     WithinTolerance,

@@ -6,7 +6,7 @@
 //! min over ξ_S   |y - Θ_S ξ_S|² + α |ξ_S|²
 //! ```
 //!
-//! then every term with `|ξ_j| < η` is dropped, until none is. Least squares on what is left gives the
+//! then every term with `|ξ_j| < η` is dropped, until none is. Least squares on the remaining terms gives the
 //! coefficients (unless [`Stlsq::refit`] is turned off).
 //!
 //! With [`Scaling::None`], η is in the coefficients' own units and α in those of the Gram matrix (sums over

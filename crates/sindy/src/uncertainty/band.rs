@@ -11,8 +11,8 @@ use crate::numerics::quantile;
 
 /// Pointwise bands: `lower[i][k]` is that of column i (a state) in row k, in its own unit.
 ///
-/// A band covers the uncertainty of the *coefficients*; noise of measurement and what the library lacks come on
-/// top. It holds for each point alone: a whole curve stays inside less often.
+/// A band covers the uncertainty of the *coefficients* only, without measurement noise and without missing terms of the
+/// library. It is pointwise: a whole curve stays inside less often.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
     /// The lower end.

@@ -2,8 +2,8 @@
 //!
 //! The residuals of a dynamical fit are correlated from row to row, and intervals that take the rows one by one
 //! come out too narrow, often by several times. [`Bootstrap`] resamples blocks of consecutive rows instead, each
-//! longer than the correlation lasts ([`block_length`], from what the coefficients are estimated from: the residual,
-//! and the residual times each kept term), or whole trajectories. Sums over blocks are made in one pass; a
+//! longer than the correlation lasts, or whole trajectories. [`block_length`] estimates that length from the residual
+//! and from the residual times each kept term. Sums over blocks are made in one pass; a
 //! replicate costs no other.
 //!
 //! With a solver that selects terms, every replicate selects again: inclusion and intervals then state what the

@@ -204,8 +204,8 @@ impl Directions {
     }
 }
 
-/// The members of a space of near dependence as groups that have nothing to do with each other: `vectors` are a basis of
-/// it, and `V Vᵀ` (which no choice of basis changes) couples those that have. Groups of one are left out.
+/// Splits the members of a nearly dependent space into uncoupled groups. `vectors` are a basis of the space, and its
+/// projector `V Vᵀ`, which does not depend on the basis, couples members of one group. Groups of one are omitted.
 fn together(members: &[usize], vectors: &DMatrix<f64>) -> Vec<Vec<usize>> {
     let part = |i: usize, j: usize| vectors.row(i).dot(&vectors.row(j));
     let coupled = |i: usize, j: usize| part(i, j).abs() > APART * (part(i, i) * part(j, j)).sqrt();

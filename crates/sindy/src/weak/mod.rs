@@ -40,8 +40,8 @@
 //! The best subsets of the right sizes are the true terms in all these runs. Van der Pol at 5 % shows the bias
 //! of noise in a cubic term, which smoothing before the terms are formed takes away.
 //!
-//! **Half-width.** Wider windows average more noise, but windows wider than the signal's fastest parts blur
-//! what tells the terms apart. Left unset, [`choose_half_width`] takes, per state and stretch, the frequency
+//! **Half-width.** Wider windows average more noise, but windows wider than the signal's fastest parts make
+//! terms confounded. If it is not set, [`choose_half_width`] takes, per state and stretch, the frequency
 //! `ω_c` at which cutting off the spectrum gives the least estimated error of the slope (Mallows's
 //! criterion: energy `ω² (|X|² - N)` that is cut off against noise `ω² N` that passes, `N` from
 //! [`noise_level`](crate::derivative::noise_level)), and the `H` at which averaging with `φ` leaves a tenth of

@@ -72,7 +72,7 @@ impl<'a> Track<'a> {
             .series(self.line("port", Color::Cycle(3), |r| r.relative_m[1]))
     }
 
-    /// The deck's heave. The computer reports zero until it has found a harmonic, which is left out.
+    /// The deck's heave. The computer reports zero until it has found a harmonic; those rows are omitted.
     pub(super) fn deck(&self) -> Panel {
         let known = |value: f64| if value == 0.0 { f64::NAN } else { value };
         panel("Deck's heave (m/s)")

@@ -31,13 +31,13 @@ pub struct Drawn<'a> {
     pub time_s: &'a [f64],
     /// Measured (N).
     pub measured_n: &'a [f64],
-    /// Without noise (N), where that is known.
+    /// The force without noise (N), where it is known.
     pub truth_n: Option<&'a [f64]>,
     /// Predicted (N).
     pub predicted_n: &'a [f64],
 }
 
-/// What the report begins with.
+/// The verdict at the head of the report.
 #[derive(Clone, Copy, Debug)]
 pub struct Overview<'a> {
     /// The command that redoes it.

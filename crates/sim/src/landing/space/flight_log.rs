@@ -14,7 +14,7 @@ use crate::sensors::{LOG_STEPS, RangeRow, suite::nan_if};
 /// as the motors' drive does.
 const FULL_V: f64 = 16.8;
 
-/// A sample of the inertial unit, and what the motors do then.
+/// A sample of the inertial unit, with throttles and rotor speeds at its time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ImuRow {
     /// Time at the end of the sample, s.

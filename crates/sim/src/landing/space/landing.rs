@@ -182,7 +182,7 @@ impl SpaceLander {
                 let (from_s, to_s) = spline.range_s();
                 from_s + phase * (to_s - from_s - scenario.timeout_s - 1.0)
             }
-            // Every trial has waves of its own.
+            // Every trial has different waves.
             _ if random_waves => 0.0,
             // Far more than a period of anything.
             _ => 1000.0 * phase,

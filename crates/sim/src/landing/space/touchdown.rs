@@ -153,7 +153,7 @@ mod tests {
         let touch = (1, standing(0.2, 0.01));
         let further = (3, standing(0.4, 0.05));
         assert_eq!(judged(&[air, touch, further]), (None, of(0.2, 0.05)));
-        // A bounce is a contact of its own; what rises has no speed towards the deck.
+        // A bounce is a separate contact. A rising vehicle has no speed towards the deck.
         let bounce = (1, standing(0.3, 0.02));
         let all = [touch, further, air, bounce];
         assert_eq!(judged(&all), (None, of(0.3, 0.05)));

@@ -11,8 +11,8 @@ const KNOTS_S: f64 = 0.1;
 const KNOT_RAD: f64 = 0.8;
 /// Number of knots in a piece of the spline, which is computed at once.
 const PIECE: f64 = 100.0;
-/// Number of waves from which on the spline may have that error. With fewer waves each of
-/// them carries a larger part of the motion.
+/// Least number of waves for which the spline may have that error. Each of fewer waves is a larger
+/// part of the motion.
 const MANY: usize = 5;
 /// Largest phase between two knots for fewer waves, rad: an error of 1e-10 of the amplitude.
 const FEW_RAD: f64 = 0.13;
@@ -206,7 +206,7 @@ mod tests {
             for k in 0..20_000 {
                 let t = 0.0013 * f64::from(k);
                 let (is, was) = (track.at(t).unwrap(), deck.at(t + 37.3));
-                // As said of `KNOT_RAD`.
+                // The tolerance is that of `KNOT_RAD`.
                 let apart = (is.origin_m[2] - was.origin_m[2]).abs();
                 assert!(apart < 1e-5 * 0.1, "{fastest_hz} Hz, {t} s: {apart} m");
                 let apart = (is.acceleration_mps2[2] - was.acceleration_mps2[2]).abs();

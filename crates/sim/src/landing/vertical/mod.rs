@@ -1,4 +1,4 @@
-//! One landing: vehicle, air, deck, sensors and delays around a pilot.
+//! One landing: vehicle, air, deck, sensors and delays around a controller.
 
 mod scenario;
 
@@ -54,7 +54,7 @@ pub struct Landing {
     pub trace: Option<LandingTrace>,
 }
 
-/// Record of a landing at the pilot's ticks.
+/// Record of a landing at the controller's ticks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LandingTrace {
     /// Time since the start, s.
@@ -74,7 +74,7 @@ pub struct LandingTrace {
     /// True force beyond free-air thrust (ground effect and climb damping,
     /// without turbulence), N.
     pub ground_effect_n: Vec<f64>,
-    /// The force that the pilot counted on, N.
+    /// The force that the controller counted on, N.
     pub ground_effect_estimate_n: Vec<f64>,
 }
 
@@ -229,8 +229,12 @@ impl<'a> Flight<'a> {
         })
     }
 
-    /// Measures, and calls the pilot where a control period begins.
-    fn control(&mut self, step: usize, pilot: &mut dyn FnMut(&Measurement<f64>) -> Command<f64>) {
+    /// Measures, and calls the controller where a control period begins.
+    fn control(
+        &mut self,
+        step: usize,
+        controller: &mut dyn FnMut(&Measurement<f64>) -> Command<f64>,
+    ) {
         self.past.push(self.now);
         if !step.is_multiple_of(self.control_steps) {
             return;
@@ -242,7 +246,7 @@ impl<'a> Flight<'a> {
             &self.past.at(self.latency_steps),
             &mut self.sensor_stream,
         );
-        let command = pilot(&measurement);
+        let command = controller(&measurement);
         let last = self.commands.last().copied();
         self.commands.push(if command.throttle.is_finite() {
             command.throttle.clamp(0.0, 1.0)
@@ -295,13 +299,13 @@ impl<'a> Flight<'a> {
 ///
 /// The vehicle starts at the start height above the deck, in relative rest with
 /// it (v_q = v_p), thrust and ground effect in balance with its weight and the
-/// air at rest. The pilot is called once every control period, first at t = 0,
+/// air at rest. The controller is called once every control period, first at t = 0,
 /// with a measurement that is `sensors.latency_s` old; its throttle reaches the
 /// motors `command_delay_s` later. A throttle that is not finite leaves the last
 /// one in place. Landing is judged by the true state, interpolated inside a step.
 ///
 /// The result is a pure function of the scenario, the seed and the index, given
-/// a pilot that is one.
+/// a controller that is a pure function as well.
 ///
 /// # Errors
 /// Those of [`LandingScenario::validate`].
@@ -309,7 +313,7 @@ pub fn land(
     scenario: &LandingScenario,
     trial_index: u64,
     seed: u64,
-    pilot: &mut dyn FnMut(&Measurement<f64>) -> Command<f64>,
+    controller: &mut dyn FnMut(&Measurement<f64>) -> Command<f64>,
     record: bool,
 ) -> Result<Landing, SimError> {
     let mut flight = Flight::new(scenario, trial_index, seed, record)?;
@@ -318,7 +322,7 @@ pub fn land(
     let mut hover_sum_m = 0.0;
     let mut end = None;
     for step in 0..steps {
-        flight.control(step, pilot);
+        flight.control(step, controller);
         end = flight.advance(step);
         if end.is_some() {
             break;

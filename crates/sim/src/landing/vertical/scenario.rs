@@ -72,9 +72,9 @@ pub struct LandingScenario {
     pub timeout_s: f64,
     /// Height above the deck beyond which the trial has diverged, m.
     pub ceiling_m: f64,
-    /// Time between two calls of the pilot, s; a multiple of 1 ms.
+    /// Time between two calls of the controller, s; a multiple of 1 ms.
     pub control_period_s: f64,
-    /// Time from the pilot's command to the motors, s.
+    /// Time from the controller's command to the motors, s.
     pub command_delay_s: f64,
     /// Whether air is turbulent and sensors noisy.
     pub noise: bool,
@@ -107,7 +107,7 @@ impl Default for LandingScenario {
     }
 }
 
-/// What a pilot may know before the first measurement.
+/// What a controller may know before the first measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NominalStart {
     /// Throttle that holds the nominal vehicle at the start height, with its

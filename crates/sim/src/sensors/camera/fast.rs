@@ -1,17 +1,16 @@
-//! The camera without images: fixes with the errors that a detector makes.
+//! The camera without images: poses with the errors of a detector.
 //!
 //! For every tag in view, the tables of an [`ErrorModel`] give the probability that it is found and
-//! the distribution of its corners' errors. The pose is then
-//! the one that explains these corners best, by weighted least squares from the
-//! true one,
+//! the distribution of its corners' errors. The pose is then fitted to these corners by weighted
+//! least squares, which starts from the true pose:
 //!
 //! ```text
 //! minimise χ² = Σ |corner - projection|²/σ²,   covariance = (Jᵀ W J)⁻¹ max(1, χ²/(2n - 6))
 //! ```
 //!
-//! so that errors over distance, tilt, place in the image and speed, and how
-//! they correlate, are those of the geometry. The model does not contain location's search for
-//! single wrong corners, nor poses mistaken for their mirror image.
+//! The geometry then determines how errors depend on distance, tilt, place in the image and speed,
+//! and how they correlate. The model contains neither the detector's search for single wrong corners
+//! nor poses mistaken for their mirror image.
 
 use serde::{Deserialize, Serialize};
 
@@ -67,7 +66,7 @@ pub struct LocationSettings {
     pub motion_free_px: f64,
     /// Further standard deviation for each pixel of motion beyond that.
     pub motion_gain: f64,
-    /// Tags with a corner nearer than this to the image's edge are left out, px.
+    /// Tags with a corner nearer than this to the image's edge are ignored, px.
     pub border_px: f64,
     /// A pose whose corners are further off than this (root mean square) is
     /// none, px.
@@ -290,7 +289,7 @@ impl FastCamera {
             let next = moved(&view, &step);
             match self.linearise(&next, seen) {
                 Some(there) if there.0 <= here.0 => {
-                    // Far below what the corners tell.
+                    // The step is far below the uncertainty of the corners.
                     let done = here.0 - there.0 < 1e-6 * (1.0 + here.0);
                     (view, here) = (next, there);
                     damping *= 0.1;

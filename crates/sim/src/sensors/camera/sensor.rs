@@ -1,4 +1,4 @@
-//! The camera as a sensor: when it looks, and what it reports of the deck.
+//! The camera as a sensor: the times of its frames, and the poses of the deck that it reports.
 
 use touchdown_flight::Vector;
 use touchdown_lander::estimate::relative::TagReading;
@@ -24,7 +24,7 @@ pub(crate) struct TagCamera {
     settings: TagSettings,
     clock: Clock,
     model: FastCamera,
-    /// Takes the model's place where images are rendered.
+    /// Replaces the error model where images are rendered.
     pub(crate) pipeline: Option<Box<dyn CameraPipeline>>,
 }
 
@@ -109,7 +109,7 @@ impl TagCamera {
     }
 }
 
-/// What the camera sees a little before or after, by the motion now.
+/// The camera's view a short time `t` before or after now, extrapolated from the present motion.
 fn view_at(camera: &CameraSettings, truth: &Truth<'_>, t: f64) -> View {
     let (mut state, mut deck) = (*truth.state, *truth.deck);
     let [p, q, r] = scale(state.rates, 0.5 * t);

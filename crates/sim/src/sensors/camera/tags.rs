@@ -10,9 +10,9 @@ use crate::sensors::camera::fast::{CELLS, DeckTag, FastCamera, LocationSettings}
 use crate::sensors::{CameraMode, Schedule};
 
 /// The camera and its detector in the fast mode of [`crate::sensors::camera::fast`]: the
-/// deck's pose with the errors that a detector was seen to make on rendered images.
-/// Those were rendered with the default blur, light and noise (`lens_sd_px`,
-/// `white_level`, `gradient`, `noise_sd`); others are refused, but where images are rendered.
+/// deck's pose with the errors of a detector, measured on rendered images.
+/// These images had the default blur, light and noise (`lens_sd_px`, `white_level`, `gradient`,
+/// `noise_sd`). Other values are refused, except where images are rendered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TagSettings {

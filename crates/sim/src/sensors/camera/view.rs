@@ -23,7 +23,7 @@ pub struct View {
 }
 
 impl View {
-    /// What the camera on the vehicle sees of the deck at one time.
+    /// The camera's view of the deck at one time.
     #[must_use]
     pub fn of(camera: &CameraSettings, vehicle: &RigidState, deck: &DeckPose) -> Self {
         let body = axes_of(vehicle.attitude);

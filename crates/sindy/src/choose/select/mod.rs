@@ -1,4 +1,4 @@
-//! Choosing one fit of a family, by what it leaves on data left out or by a criterion.
+//! Choosing one fit of a family, by its error on held-out data or by a criterion.
 //!
 //! A [`Family`] turns statistics into several fits: SR3 over a grid of λ and ν ([`sr3_points`]), STLSQ over
 //! thresholds ([`stlsq_thresholds`]), the best subset of every size ([`best_subsets`]), or any closure. Each group of

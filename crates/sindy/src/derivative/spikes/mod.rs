@@ -40,9 +40,9 @@ const FAR: f64 = 8.0;
 const AROUND: usize = 15;
 /// The least scale, as a share of the signal's spread: the rounding of six printed digits.
 const FLOOR: f64 = 1e-6;
-/// Samples in a row that may be left out; longer excursions are events of the system.
+/// Most consecutive samples that may be removed; longer excursions are events of the system.
 const IN_A_ROW: usize = 3;
-/// Samples of one suspicious neighbourhood (longer ones are no spikes), and those that may be left out of it.
+/// Most samples of one suspicious neighbourhood (longer ones are no spikes), and most of them that may be removed.
 const LONGEST: usize = 40;
 const MOST: usize = 8;
 /// A larger share of spikes is something else: a second regime, or heavy-tailed noise.
@@ -261,8 +261,8 @@ impl Search<'_> {
         sum
     }
 
-    /// The samples of a neighbourhood that have to be left out for nothing to be suspicious `around` it; `None` where
-    /// no few of them do.
+    /// The few samples of a neighbourhood without which nothing `around` it is suspicious; `None` if no few of them
+    /// suffice.
     fn cure(&self, (from, to): (usize, usize), around: Range<usize>) -> Option<Vec<Spike>> {
         let first = around.start;
         let bounds: Vec<f64> = around.map(|k| self.bound(k)).collect();

@@ -100,10 +100,10 @@ pub(super) fn noise(stretches: &[Stretch<'_>], states: usize) -> Noise {
     out
 }
 
-/// Each stretch from where something begins to move to where all comes to rest; `None` where that is nearly everything.
+/// The moving part of each stretch, from the first motion until all states rest; `None` if nearly everything moves.
 ///
-/// A record that rests for most of its length says of its resting part that the noise is all there is: a filter
-/// chosen for the whole of it flattens the little that moves.
+/// The resting part of a record contains nothing but noise. A filter that is chosen for the whole record then flattens
+/// the short part that moves.
 pub(super) fn moving<'a>(
     stretches: &[Stretch<'a>],
     states: usize,
@@ -339,7 +339,7 @@ pub(super) fn regression_samples(
     for (index, range) in blocks {
         let (s, smooth) = (&stretches[*index], &slopes.smoothed[*index]);
         let n = s.time.len();
-        // Ends are left out where enough is left without them.
+        // The ends are omitted if enough rows remain.
         let edge = if n > 4 * slopes.edge { slopes.edge } else { 0 };
         // In discrete time the last row has no successor.
         let n = n - usize::from(smooth[0].derivative[n - 1].is_nan());

@@ -136,8 +136,8 @@ fn statistics(pass: Pass<'_>, settings: &Settings) -> Result<Vec<Statistics>, Si
     Ok(all)
 }
 
-/// All regressions. Of more rows than [`Settings::rows`], best subsets are found once more with the penalty of so many
-/// rows: the errors of smoothing do not average out, and to enough rows each of them is worth a term.
+/// Solves all regressions. With more rows than [`Settings::rows`], best subsets are also found with the penalty of
+/// [`Settings::rows`] rows. The errors of smoothing do not average out, so with enough rows each of them justifies a term.
 fn solve(statistics: &Statistics, settings: &Settings) -> Result<Vec<Regression>, SindyError> {
     let mut all = regress::solve(statistics, settings)?;
     let rows: usize = statistics.grams[0].iter().map(|g| g.rows).sum();

@@ -14,7 +14,7 @@ use crate::weak::choose_half_width;
 /// Rows below which a stretch does not identify its smoothing.
 const SMOOTHED: usize = 48;
 /// Rows from the end of a window beyond which a spline or a Kalman smoother does not depend on it: their weights fall
-/// exponentially, to below rounding over so many.
+/// exponentially, to below rounding over this number of rows.
 const REACH: usize = 200;
 /// Rows at the ends of a stretch whose slopes by a spline or a Kalman smoother err more, and do not count.
 const EDGE: usize = 5;

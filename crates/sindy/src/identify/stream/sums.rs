@@ -143,7 +143,7 @@ impl Sums {
         }
         for k in 0..self.shared.len() {
             let mut parts = self.sums(k)?;
-            // What the first rows show of the condition holds for all: there is no second pass.
+            // The condition of the first rows decides for all rows, because there is no second pass.
             if !self.begun && matches!(self.kind, RegressionTarget::Slopes { .. }) {
                 let total = parts.first().map(|p| Gram::total(p));
                 if total.is_some_and(|t| t.condition() > CONDITION_LIMIT) {

@@ -64,7 +64,7 @@ fn analytic_known_systems_are_found_in_noise_without_being_told_anything() {
         assert_eq!(found.outcome, Outcome::Converged);
         for equation in &found.equations {
             assert!(equation.front.iter().filter(|p| p.chosen).count() == 1);
-            // The noise that was put in is what is left: 5000 samples or more scatter by 1 %.
+            // The residual is the noise that was added: 5000 samples or more scatter by 1 %.
             let left = equation.residual.unwrap() / equation.noise;
             assert!((left - 1.0).abs() < 0.15, "{left}");
         }

@@ -15,7 +15,7 @@
 //! ```
 //!
 //! where `λ` bounds the largest eigenvalue of the correlation matrix of the estimates of the free terms. A node
-//! is left out when these bounds rule it out for every size at once. The normal equations are carried as a triangular factor
+//! is pruned when these bounds exclude it for every size at once. The normal equations are carried as a triangular factor
 //! of the free terms only, downdated by plane rotations, so that a node costs a few hundred operations
 //! and no accuracy is lost on the way down.
 //!

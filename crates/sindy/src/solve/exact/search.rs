@@ -12,7 +12,7 @@ const ASK: u64 = 1024;
 pub(super) struct BestPerSize {
     /// By size: the smallest residual, and its subset.
     pub(super) best: Vec<(f64, u128)>,
-    /// By size: the smallest bound of all parts of the tree that were left out.
+    /// By size: the smallest bound of all pruned parts of the tree.
     pub(super) open: Vec<f64>,
     pub(super) nodes: u64,
     pub(super) stopped: Option<Outcome>,

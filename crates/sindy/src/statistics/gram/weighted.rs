@@ -44,8 +44,8 @@ impl Panel {
         }
     }
 
-    /// Adds the rows `range`, chunk by chunk; `fill` sets the weights of a chunk of so many rows, which are zero
-    /// before. Rows that are not finite are left out and counted.
+    /// Adds the rows `range`, chunk by chunk; `fill` sets the weights of the rows of a chunk, which are zero
+    /// before. Rows that are not finite are dropped and counted.
     pub(crate) fn add_rows(
         &mut self,
         plan: &Plan,

@@ -250,7 +250,7 @@ impl Sums {
         self.filled = 0;
     }
 
-    /// Eliminates the arc's start and adds what is left to `out`.
+    /// Eliminates the arc's start and adds the reduced equations to `out`.
     fn eliminate(&self, n: usize, out: &mut Normal) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let p = self.columns - n;
         let t = &self.total;

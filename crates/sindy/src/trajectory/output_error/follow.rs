@@ -82,8 +82,8 @@ impl Follow<'_> {
         self.advance(record, row, self.cut.substeps, x, scratch, None);
     }
 
-    /// Sum of squares of each state's residuals, and of the defects over the noise, over arcs of so many nodes
-    /// from the given ones of each record: `(record, first, nodes)`.
+    /// Sum of squares of each state's residuals, and of the defects over the noise, over the given arcs,
+    /// each with its record, first node and number of nodes: `(record, first, nodes)`.
     pub(super) fn judge(
         &self,
         records: &[Record],

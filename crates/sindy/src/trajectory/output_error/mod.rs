@@ -17,7 +17,7 @@
 //! a term stays if it lowers  Σ r²/σ²  by more than  s² (ln N + 2 ln P),     N values, P candidates,
 //! ```
 //!
-//! with `s²` the mean square of what the fit leaves. Trajectories run through nodes ten samples apart, whose
+//! with `s²` the mean square of the fit's residual. Trajectories run through nodes ten samples apart, whose
 //! defects the steps close (multiple shooting), and start afresh where chaos has amplified a change of the
 //! start a thousandfold, or after a given length.
 //!
@@ -87,7 +87,7 @@ pub struct Step<'a> {
     pub step: usize,
     /// Terms that are kept.
     pub terms: usize,
-    /// Root mean square of what is left of each state.
+    /// Root mean square of the residual of each state.
     pub sigma: &'a [f64],
 }
 
@@ -142,7 +142,7 @@ pub struct OutputErrorFit {
     pub evidence: Vec<f64>,
     /// The penalty in it: `ln N + 2 ln P`.
     pub penalty: f64,
-    /// Root mean square of what is left of each state.
+    /// Root mean square of the residual of each state.
     pub sigma: Vec<f64>,
     /// For each equation, the best terms of every number up to some more than were kept.
     pub fronts: Vec<Vec<Alternative>>,

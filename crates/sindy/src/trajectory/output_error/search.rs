@@ -173,7 +173,7 @@ impl State<'_> {
         let free = (normal.arcs() * n) as f64;
         let mut search = Search::new(&normal.xtx, &normal.xty, normal.yty, &self.xi, allowed);
         let mut variance = 0.0;
-        // The penalty and what is left depend on each other.
+        // The penalty and the residual depend on each other.
         for _ in 0..PENALTY_ROUNDS {
             let terms = search.support.iter().filter(|s| **s).count() as f64;
             // Less than one only where the noise is at its floor, which is all that is believed.

@@ -18,8 +18,8 @@ use crate::statistics::gram::Gram;
 const DEPENDENT: f64 = 1e-9;
 /// Nodes of a branch and bound, at most: a few milliseconds. A search that ends there is reported as not proven.
 const NODES: u64 = 4_000;
-/// Terms of an equation that are branched on: so many that gain most beside what is kept, and without it. The time grows
-/// with their number at worst as its power of two.
+/// Number of terms of an equation that the search branches on: those that lower the squares most, with the kept terms and
+/// without them. At worst the time doubles with each.
 const BRANCHED: usize = 16;
 /// Exchanges that are tried, most promising first; more cost time in proportion.
 const SWAPS: usize = 20;
@@ -30,9 +30,9 @@ const CHANGES: usize = 8;
 /// Relative rounding of residual sums that are compared.
 const ROUNDING: f64 = 1e-9;
 
-/// The swept matrix of `[X | r]`, columns of unit length, where `r` is what the coefficients `reference` leave.
+/// The swept matrix of `[X | r]`, columns of unit length, where `r` is the residual of the coefficients `reference`.
 ///
-/// Working on what is left, rather than on `y = r + X ξ`, keeps the digits: `r` is noise, `y` may be a million
+/// Working on the residual, rather than on `y = r + X ξ`, keeps the digits: `r` is noise, `y` may be a million
 /// times larger.
 #[derive(Clone)]
 pub(super) struct Search {

@@ -58,7 +58,7 @@ pub struct Shifted {
     pub added: Vec<String>,
     /// For each group, the group that it is a part of.
     pub origin: Vec<usize>,
-    /// Rows that were left out because what they ask for lies before the beginning, after the end or beyond
+    /// Rows that were dropped because their shifted sample lies before the beginning, after the end or beyond
     /// a gap.
     pub dropped: usize,
     /// Gaps in time at which groups were cut.

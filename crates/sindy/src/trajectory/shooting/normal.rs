@@ -1,4 +1,4 @@
-//! The normal equations: what each window contributes, and what is left when its start is eliminated.
+//! The normal equations: the contribution of each window, reduced by eliminating its start.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -230,7 +230,7 @@ mod tests {
         };
         let rows = [row("lag"), row("ratio")];
         let table = all_fits(&header, &rows);
-        // What tells the fits apart heads the columns; what none of them has is left out.
+        // The columns are headed by the settings in which the fits differ. Settings that no fit has are omitted.
         let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["c1", "lag", "ratio"]);
         assert_eq!(table.rows.len(), 2);

@@ -125,7 +125,7 @@ fn of_steady(
             .panel(over_throttle)
             .panel(residual.series(zero.clone())),
     ];
-    // Single rows are steady points, each at a time of its own choosing: they have no course.
+    // Single rows are steady points at unrelated times, so no line joins them.
     if by_plateau {
         let (with_model, _) = course(fit)?;
         out.push(

@@ -124,7 +124,7 @@ fn sparsity(run: &Run, pairs: [(Option<&Card>, &Card); 2]) -> Claim {
     }
 }
 
-/// What exact search says about the terms of eq. (12), where both velocities can be told from zero.
+/// The result of exact search for the terms of eq. (12), where both velocities differ significantly from zero.
 fn certificate(run: &Run) -> String {
     let Some(front) = &run.ground_effect.moving.made.front else {
         return String::new();

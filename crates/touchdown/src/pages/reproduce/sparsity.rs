@@ -69,7 +69,7 @@ pub(super) fn write(page: &mut Page, ge: &GroundEffectExperiment) -> Result<()> 
     Ok(())
 }
 
-/// What the two libraries leave, in words.
+/// The residuals of the two libraries in words.
 fn velocities(moving: &RelativeVelocity, printed: &RelativeVelocity) -> String {
     let number = |v: f64| show(v, 4);
     let left_out = |v: Option<f64>| number(v.unwrap_or(f64::NAN));

@@ -190,7 +190,7 @@ fn fig4(state: &PlateState, index: usize, kind: &str) -> Result<Figure> {
         .panel(error))
 }
 
-/// Over throttle, on the slow ramp: what each data set's eq. (8) is off by, and what the plate itself adds.
+/// Errors of each data set's eq. (8) over throttle on the slow ramp, and the force that the plate adds.
 fn bias(present: &PlateState, removed: &PlateState) -> Result<(Figure, String)> {
     let ramp = |trial: &Trial| -> Result<Vec<usize>> {
         // The ramp proper, without the rests before and after it.

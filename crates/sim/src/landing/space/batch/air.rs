@@ -14,7 +14,7 @@ pub(super) const BLOCK_STEPS: u64 = 20;
 /// A value of each lane.
 type Row = [f64; MOST_LANES];
 
-/// What the air does in the steps to come.
+/// Gusts and turbulence of the steps of a block.
 pub(super) struct Air {
     /// Whether there is turbulence, and whether the wind changes.
     turbulent: bool,
@@ -66,8 +66,8 @@ impl Air {
         }
     }
 
-    /// Takes the air of all on by one step of the block, `sd_n` being what the turbulence
-    /// would be at rest.
+    /// Advances the air of all lanes by one step of the block; `sd_n` is the standard deviation of the
+    /// turbulence force at rest.
     #[inline(always)]
     pub(super) fn act<N: Number>(
         &self,

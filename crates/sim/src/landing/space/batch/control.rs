@@ -31,8 +31,8 @@ impl Batch {
         };
         let throttle = flight.throttle();
         let memory = flight
-            .pilot
-            .get_or_insert_with(|| self.pilot.initial(&motion, throttle));
+            .controller
+            .get_or_insert_with(|| self.controller.initial(&motion, throttle));
         let deck_mps2 = vector(seen.deck_mps2);
         let plan = self.reference.starting_at(motion.position_m.z);
         let guidance = &mut flight.guidance;
@@ -48,10 +48,10 @@ impl Batch {
             GuidanceCommand::Track(mut target) => {
                 let height_m = dot(seen.normal, seen.place_m);
                 target.hold_estimates = height_m < self.lander.computer.contact_height_m;
-                self.pilot.step(memory, &motion, &target, dt)
+                self.controller.step(memory, &motion, &target, dt)
             }
             GuidanceCommand::Idle { .. } | GuidanceCommand::Off => {
-                self.pilot.idle(memory, &motion, f64::INFINITY, dt)
+                self.controller.idle(memory, &motion, f64::INFINITY, dt)
             }
         };
         ThrustCommand {

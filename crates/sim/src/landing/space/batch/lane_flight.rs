@@ -18,8 +18,9 @@ use crate::landing::space::outcome::{SpaceLanding, SpaceOutcome, Touch};
 use crate::landing::space::touchdown::{DeckState, TouchdownJudge};
 use crate::landing::space::trial::{TrialAir, TrialDraw, hover};
 
-/// State of the pilot that is simulated.
-pub(super) type PilotMemory = SpaceControllerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
+/// State of the simulated controller.
+pub(super) type ControllerMemory =
+    SpaceControllerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
 
 /// A landing in a lane.
 pub(super) struct LaneFlight {
@@ -34,7 +35,7 @@ pub(super) struct LaneFlight {
     pub(super) wind: Wind,
     pub(super) turbulence: Option<RotorTurbulence>,
     /// None before its first step.
-    pub(super) pilot: Option<PilotMemory>,
+    pub(super) controller: Option<ControllerMemory>,
     pub(super) guidance: GuidanceState<f64>,
     throttle: f64,
     touching: TouchdownJudge,
@@ -75,7 +76,7 @@ impl LaneFlight {
             knot,
             wind,
             turbulence,
-            pilot: None,
+            controller: None,
             guidance: batch.guidance.initial(),
             throttle,
             touching: TouchdownJudge::default(),

@@ -1,33 +1,33 @@
-//! Landings by the lane: many at once on one core, with ideal sensors.
+//! Landings in SIMD lanes: many at once on one core, with ideal sensors.
 //!
 //! ```text
-//! deck, wind ─> vehicles (1 kHz, one a lane) ─> truth ─> pilot (100 Hz) ─> cascade (500 Hz) ─> throttles
+//! deck, wind ─> vehicles (1 kHz, one per lane) ─> truth ─> controller (100 Hz) ─> cascade (500 Hz) ─> throttles
 //! ```
 //!
 //! Vehicle, legs, attitude control and the deck's splines are computed for as many
 //! landings at once as a vector of the processor holds (eight with AVX-512, four with
-//! AVX2, else one), by the very code that flies one; the [`SpaceController`] of the landing computer
-//! is stepped for each. What a [`SpaceLander`] has beyond is left out: sensors,
-//! estimators, planner and state machine. The descent begins at once, from relative
+//! AVX2, else one), by the same code that flies a single landing. The [`SpaceController`] of the landing
+//! computer is stepped for each. A batch has no sensors, estimators, planner or state machine, which a
+//! [`SpaceLander`] has. The descent begins at once, from relative
 //! rest, and the rotors stop at the first touch.
 //!
 //! A landing is a function of scenario, seed and index: bit for bit the same whatever
 //! processor it is flown on, whatever lanes fly beside it, and however trials are
 //! divided among calls ([`Batch::land`], [`Batch::land_one`]).
 //!
-//! Decks are splines with knots every 0.1 s: `(ω 0.1 s)⁶/46 080` of the amplitude off,
-//! 2e-8 at 0.5 Hz and 1e-6 at 1 Hz. Where that is more than 1e-4 of all waves of a
-//! coordinate together (a tone above 2 Hz), the deck is refused.
+//! Decks are splines with knots every 0.1 s. Their error is `(ω 0.1 s)⁶/46 080` of the amplitude:
+//! 2e-8 at 0.5 Hz and 1e-6 at 1 Hz. A deck is refused where the error exceeds 1e-4 of the sum of a
+//! coordinate's waves (a tone above 2 Hz).
 //!
-//! Within a step is held what
-//! [`RigidVehicle::step`](crate::body::rigid::RigidVehicle::step) holds, and over ten steps what
-//! only depends on where a rotor is over the plate, as it is in their middle at the place
-//! that velocities lead to: its share ρ of the plate and the upwash P ρ. Against shares of every
-//! step that moves a vehicle, up to its touch, by 7 µm (median of 200 landings each on the paper's
-//! deck, with turbulence and without, and at sea; 97 % of them by less than 25 µm) and V_L
-//! by less than 0.6 mm/s; T_L stays within 2 ms, but for one in 600 landings that was 8 ms and
-//! 0.3 mm off, as the pilot's estimates stood still a control period apart. Half the steps, half
-//! the error. `cargo test -p touchdown-sim --lib shares_held` flies such pairs.
+//! Each step holds constant the values that
+//! [`RigidVehicle::step`](crate::body::rigid::RigidVehicle::step) holds. Each rotor's share ρ of the
+//! plate and its upwash P ρ change slowly. They are recomputed every ten steps, at the position that
+//! the velocity predicts for the middle of those steps. Compared with shares of every step, this moves
+//! a vehicle up to its touchdown by 7 µm. (That is the median of 200 landings each on the paper's deck,
+//! with turbulence and without, and at sea; 97 % move by less than 25 µm.) V_L moves by less than
+//! 0.6 mm/s and T_L by less than 2 ms. One in 600 landings moved by 8 ms and 0.3 mm, because the
+//! controller froze its estimates one control period earlier. Half the steps give half the error.
+//! `cargo test -p touchdown-sim --lib shares_held` flies such pairs.
 
 mod air;
 mod control;
@@ -70,7 +70,7 @@ const MOST_OFF: f64 = 1e-4;
 pub struct Batch {
     lander: SpaceLander,
     legs: Legs,
-    pilot: SpaceController<f64>,
+    controller: SpaceController<f64>,
     guidance: Guidance<f64>,
     reference: Reference<f64>,
     steps: Steps,
@@ -89,7 +89,7 @@ struct Steps {
 }
 
 impl Batch {
-    /// Takes a scenario: its vehicle, deck, wind, turbulence, spread and pilot.
+    /// Takes a scenario: its vehicle, deck, wind, turbulence, spread and controller.
     ///
     /// # Errors
     /// Those of [`SpaceLander::new`]; faults, decks that are neither still nor waves or too
@@ -124,9 +124,11 @@ impl Batch {
             return Err(check::fail(&key, expected, &found));
         }
         // The truth has no age.
-        let mut pilot = lander.computer.controller;
-        (pilot.delays.sensing_s, pilot.delays.attitude_s) = (0.0, 0.0);
-        pilot.validate().map_err(|error| cannot_be_flown(&error))?;
+        let mut controller = lander.computer.controller;
+        (controller.delays.sensing_s, controller.delays.attitude_s) = (0.0, 0.0);
+        controller
+            .validate()
+            .map_err(|error| cannot_be_flown(&error))?;
         let reference = match &lander.computer.descent {
             Descent::Straight(reference) => *reference,
             Descent::Planned(planner) => Reference::Terminal(Terminal {
@@ -140,7 +142,7 @@ impl Batch {
             guidance: lander.computer.guidance,
             legs: Legs::new(&scenario.legs, &scenario.plant)?,
             lander,
-            pilot,
+            controller,
             reference,
             steps: Steps {
                 control: steps(scenario.control_period_s) as u64,

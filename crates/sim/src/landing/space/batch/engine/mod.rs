@@ -244,7 +244,7 @@ impl<'a, N: Number> Engine<'a, N> {
         }
     }
 
-    /// What the pilots ask for now.
+    /// The setpoints of the controllers in this step.
     fn ask(&mut self, within: u64) -> Setpoint<N> {
         let mut wanted = self
             .coming

@@ -62,9 +62,9 @@ fn prop_shares_held_move_no_landing() {
         // 7e-6 m and 3e-5 m/s are usual; the start of a block instead of its middle costs more.
         assert!(place_m[20] < 9e-6, "{name}: {place_m:?}");
         assert!(velocity_mps[20] < 4e-5, "{name}: {velocity_mps:?}");
-        // Now and then the pilot passes the height at which its estimates stand still a control
-        // period, 10 ms, earlier or later: below that everything may be off by what it then does
-        // otherwise in that period, at up to 0.05 m/s 0.5 mm, at up to 0.1 m/s² 1 mm/s.
+        // Below a certain height the controller freezes its estimates. In a few landings it passes that
+        // height one control period (10 ms) earlier or later. Below it, positions then differ by up to
+        // 0.05 m/s × 10 ms = 0.5 mm and velocities by up to 0.1 m/s² × 10 ms = 1 mm/s.
         assert!(place_m[39] < 5e-4, "{name}: {place_m:?}");
         assert!(velocity_mps[39] < 1e-3, "{name}: {velocity_mps:?}");
         assert!(t_l_s[39] < 0.0105, "{name}: {t_l_s:?}");
