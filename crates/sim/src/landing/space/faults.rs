@@ -49,7 +49,7 @@ pub struct TimeSpan {
     pub to_s: f64,
 }
 
-/// A time in which readings are not numbers.
+/// A time span in which readings are not numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NanBurst {
@@ -61,30 +61,30 @@ pub struct NanBurst {
     pub to_s: f64,
 }
 
-/// A rotor that gives less thrust in free air. Its torque, and the ground effect on it,
-/// stay those of the whole rotor: a blade that lost lift, not speed.
+/// A rotor that gives less thrust in free air. Its torque and its ground effect stay those of an
+/// undamaged rotor: its blades lost lift, not speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WeakRotor {
     /// Which rotor, 0 to 3.
     pub rotor: usize,
-    /// The share of its thrust that it gives.
+    /// Remaining share of its thrust.
     pub share: f64,
-    /// From when on, s.
+    /// Start of the fault, s.
     pub from_s: f64,
 }
 
-/// A gust that comes with the faults' clock; rise and fall are cosines.
+/// A gust at a time of the faults' clock; rise and fall are cosines.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FaultGust {
     /// Velocity at its height, world axes, m/s.
     pub velocity_mps: [f64; 3],
-    /// When it begins, s.
+    /// Its start, s.
     pub from_s: f64,
     /// Time of the rise, and of the fall, s.
     pub rise_s: f64,
-    /// Time in between, s.
+    /// Time between rise and fall, s.
     pub hold_s: f64,
 }
 
@@ -92,7 +92,7 @@ pub struct FaultGust {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FaultSettings {
-    /// From when the times below count.
+    /// Zero of the times below.
     pub since: FaultClock,
     /// No tag is found in these spans.
     pub tag_lost: Vec<TimeSpan>,
@@ -100,10 +100,10 @@ pub struct FaultSettings {
     pub range_missing_share: f64,
     /// Further latency of range, tag and GNSS, s.
     pub extra_latency_s: f64,
-    /// Whether the vehicle knows of it, as it does of readings that are stamped when
-    /// they are taken.
+    /// Whether the vehicle knows the further latency, as it does if readings are stamped at their
+    /// measurement.
     pub extra_latency_known: bool,
-    /// A rotor that gives less.
+    /// A rotor that gives less thrust.
     pub rotor: Option<WeakRotor>,
     /// A gust.
     pub gust: Option<FaultGust>,
@@ -112,7 +112,7 @@ pub struct FaultSettings {
 }
 
 impl Default for FaultSettings {
-    /// None; latency, if set, by stamped readings.
+    /// No faults. A latency that is set belongs to stamped readings.
     fn default() -> Self {
         Self {
             since: FaultClock::default(),
@@ -166,7 +166,7 @@ impl FaultSettings {
         Ok(())
     }
 
-    /// The first fault that is set, and to what.
+    /// The first fault that is set, with its value.
     pub(super) fn first(&self) -> Option<(&'static str, String)> {
         let spans = |count: usize| (count > 0).then(|| format!("{count} in a list"));
         let share = |of: f64| (of != 0.0).then(|| of.to_string());

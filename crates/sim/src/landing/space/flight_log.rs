@@ -1,7 +1,7 @@
-//! What an autopilot would log of a landing: inertial unit, motors and battery at 250 Hz, and every
-//! reading of the range finder at the time that it was taken.
+//! The log that an autopilot would write of a landing: inertial unit, motors and battery at 250 Hz, and
+//! every reading of the range finder at the time of its measurement.
 //!
-//! The samples have noise of their own: recording changes nothing of a landing.
+//! The noise of the samples has a separate random stream, so recording does not change a landing.
 
 use serde::Serialize;
 
@@ -31,7 +31,7 @@ pub struct ImuRow {
     pub battery_v: f64,
 }
 
-/// What was logged.
+/// The log of a landing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FlightLog {
     /// Samples of the inertial unit.
@@ -43,7 +43,7 @@ pub struct FlightLog {
 }
 
 impl Flight<'_> {
-    /// Logs what is due at a step, where there is a trace.
+    /// Logs the samples that are due at a step, if the landing is traced.
     pub(super) fn log_sample(&mut self, step: u64) {
         let since_s = self.since_s(step);
         let Some(trace) = &mut self.landing.trace else {

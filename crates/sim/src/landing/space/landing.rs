@@ -27,7 +27,7 @@ pub struct SpaceLander {
     pub(super) vehicle: RigidVehicle,
     pub(super) cascade: Cascade,
     pub(super) camera: FastCamera,
-    /// Builds what renders and detects, for rendered images.
+    /// Builds renderer and detector for rendered images.
     pub(super) pipelines: Option<PipelineFactory>,
     pub(super) half_side_m: Option<f64>,
     /// The sea's spectrum.
@@ -82,8 +82,8 @@ impl SpaceLander {
         })
     }
 
-    /// The same landings on a measured deck, at a random time of the series; without
-    /// a spread of the deck's phase, at its start.
+    /// The same landings on a measured deck. Each starts at a random time of the series or, without a spread
+    /// of the deck's phase, at its start.
     ///
     /// # Errors
     /// The series must be longer than a landing may take.
@@ -142,8 +142,8 @@ impl SpaceLander {
         &self.computer
     }
 
-    /// The reference point, at a place relative to the deck along its axes, has come down
-    /// to the landed height over it; beside it there is nothing to come down on.
+    /// Whether the reference point, at a place along the deck's axes, is over the deck and at or below the
+    /// landed height.
     pub(super) fn has_come_down(&self, [x, y, z]: [f64; 3]) -> bool {
         let beside = |l: f64| x.abs() > l || y.abs() > l;
         z <= self.scenario.landed_height_m && !self.half_side_m.is_some_and(beside)
@@ -184,7 +184,7 @@ impl SpaceLander {
             }
             // Every trial has different waves.
             _ if random_waves => 0.0,
-            // Far more than a period of anything.
+            // Far more than any period of the deck's motion.
             _ => 1000.0 * phase,
         };
         Ok((deck, shift_s))
@@ -193,11 +193,11 @@ impl SpaceLander {
     /// Flies one landing: a pure function of scenario, seed and index.
     ///
     /// The vehicle starts in relative rest with the deck, forces in balance. It has
-    /// landed when the computer has stopped the rotors and it then stands on the
+    /// landed when the computer has stopped the rotors and the vehicle then stands on the
     /// deck.
     ///
     /// # Errors
-    /// None that [`Self::new`] has not found, but for rendered images without a pipeline.
+    /// Rendered images without a pipeline. [`Self::new`] finds all other errors.
     pub fn land(&self, trial: u64, seed: u64, record: bool) -> Result<SpaceLanding, SimError> {
         let mut flight = Flight::new(self, trial, seed, record)?;
         let last = steps(self.scenario.timeout_s) as u64;

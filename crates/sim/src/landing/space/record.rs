@@ -99,7 +99,7 @@ impl Flight<'_> {
                 (_, Phase::Disarmed) => self.stopped = Some(step),
                 _ => {}
             }
-            // Whoever takes the landing up again has not given it up.
+            // A vehicle that resumes the landing has not given it up.
             self.gave_up = (phase == Phase::GivenUp).then_some((step, output.state_machine.reason));
             self.phase = phase;
         }

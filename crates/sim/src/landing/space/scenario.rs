@@ -1,4 +1,4 @@
-//! What a landing in space starts from.
+//! The scenario of a landing in space: vehicle, deck, wind, sensors, faults and landing computer.
 
 use serde::{Deserialize, Serialize};
 use touchdown_lander::models::FlightModels;
@@ -18,7 +18,7 @@ use crate::error::SimError;
 use crate::landing::vertical::SpreadSettings;
 use crate::sensors::SensorSettings;
 
-/// When a touchdown is a crash.
+/// Limits beyond which a touchdown is a crash.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CrashSettings {
@@ -47,13 +47,13 @@ impl Default for CrashSettings {
 pub struct SpaceScenario {
     /// Place at the start relative to the deck's centre, world axes, m.
     pub start_m: [f64; 3],
-    /// Its spread on each axis, standard deviation, m.
+    /// Standard deviation of that place on each axis, m.
     pub start_sd_m: [f64; 3],
     /// Height along the deck's normal at which the vehicle has landed, m.
     pub landed_height_m: f64,
-    /// A trial that has not ended by then is timed out, s.
+    /// Time at which an unfinished trial ends as timed out, s.
     pub timeout_s: f64,
-    /// Time that is watched after the rotors have stopped, s.
+    /// Time that the simulation continues after the rotors have stopped, s.
     pub watch_s: f64,
     /// Time between two steps of the landing computer, s; a multiple of 1 ms.
     pub control_period_s: f64,
@@ -61,7 +61,7 @@ pub struct SpaceScenario {
     pub command_delay_s: f64,
     /// Energy in the battery at the start, share of 1.
     pub battery_share: f64,
-    /// Time in which a full battery is used up, s.
+    /// Time in which a full battery is discharged, s.
     pub battery_s: f64,
     /// Whether the air is turbulent.
     pub turbulence: bool,
@@ -81,15 +81,15 @@ pub struct SpaceScenario {
     pub wind: WindSettings,
     /// Sensors.
     pub sensors: SensorSettings,
-    /// What goes wrong.
+    /// Faults.
     pub faults: FaultSettings,
     /// The landing computer.
     pub control: ControlSettings<f64>,
-    /// What it counts on.
+    /// The models that the landing computer flies.
     pub models: FlightModels<f64>,
     /// Differences between trials.
     pub spread: SpreadSettings,
-    /// What is a crash.
+    /// The limits of a crash.
     pub crash: CrashSettings,
 }
 
@@ -125,7 +125,7 @@ impl Default for SpaceScenario {
 }
 
 impl SpaceScenario {
-    /// No noise, no spread: every trial the same but for the deck's waves.
+    /// The same scenario without noise and spread: trials differ in the deck's waves only.
     #[must_use]
     pub fn without_noise(mut self) -> Self {
         self.turbulence = false;
@@ -135,7 +135,7 @@ impl SpaceScenario {
         self
     }
 
-    /// Checks what is not checked where it is built.
+    /// Checks the settings that no constructor checks.
     pub(super) fn check(&self) -> Result<(), SimError> {
         for k in 0..3 {
             check::finite("start_m", self.start_m[k])?;

@@ -1,4 +1,4 @@
-//! Touchdown, crash or miss, by the true state: of single landings and of those in SIMD lanes.
+//! Touchdown, crash or miss, judged by the true state, for single landings and SIMD lanes.
 
 use super::landing::SpaceLander;
 use super::outcome::{CrashCause, Impact, SpaceLanding, SpaceOutcome, Touch};
@@ -10,8 +10,9 @@ use crate::body::contact::ContactLog;
 pub(super) struct DeckState {
     /// Place relative to the deck's centre, along its axes, m.
     pub(super) place_m: [f64; 3],
-    /// Velocity relative to the deck, along its axes, m/s; that along its normal also before the step.
+    /// Velocity relative to the deck, along its axes, m/s.
     pub(super) velocity_mps: [f64; 3],
+    /// Velocity along the deck's normal before the step, m/s.
     pub(super) before_mps: f64,
     /// Tilt from the deck's normal, rad; needed near the deck only.
     pub(super) tilt_rad: f64,
@@ -27,12 +28,12 @@ pub(super) struct TouchdownJudge {
 }
 
 impl TouchdownJudge {
-    /// Whether a foot is on the deck, or the vehicle has come down to where it counts as landed.
+    /// Whether a foot is on the deck, or the vehicle is at or below the landed height.
     pub(super) fn is_near(&self, lander: &SpaceLander, place_m: [f64; 3]) -> bool {
         self.log.feet_down > 0 || lander.has_come_down(place_m)
     }
 
-    /// Judges a step, whose feet [`Self::log`] has taken in: whether the landing ends in it.
+    /// Whether the landing ends in this step, whose contacts [`Self::log`] has recorded.
     pub(super) fn judge(
         &mut self,
         scenario: &SpaceScenario,
@@ -42,7 +43,7 @@ impl TouchdownJudge {
         let crashed = |cause| Some(SpaceOutcome::Crashed { cause });
         let down = self.log.feet_down > 0;
         if down {
-            // As fast as before the legs took up any of it.
+            // The speed before the legs slowed the vehicle.
             let speed_mps = if self.was_down {
                 0.0
             } else {
@@ -76,7 +77,7 @@ impl TouchdownJudge {
         None
     }
 
-    /// How a landing ended whose rotors have been stopped and that was then watched.
+    /// The outcome of a landing, some time after its rotors have stopped.
     pub(super) fn settled(&self, attempts: u32) -> SpaceOutcome {
         if self.log.feet_down >= 3 {
             SpaceOutcome::Landed { attempts }
@@ -87,7 +88,7 @@ impl TouchdownJudge {
         }
     }
 
-    /// Enters what happened into a landing.
+    /// Writes outcome, times and impact into a landing.
     pub(super) fn enter(&self, landing: &mut SpaceLanding) {
         landing.bounces = self.log.bounces;
         landing.slide_m = self.log.slide_m;
@@ -97,13 +98,13 @@ impl TouchdownJudge {
 }
 
 impl DeckState {
-    /// A touch after a step that ends at `time_s`, `t_l_s` and a way of `path_m` after the descent began.
+    /// A touch in a step that ends at `time_s`, after `t_l_s` and a path of `path_m` since the start of the descent.
     pub(super) fn touch(&self, time_s: f64, t_l_s: f64, path_m: f64) -> Touch {
         let ([x, y, _], [u, v, _]) = (self.place_m, self.velocity_mps);
         Touch {
             time_s,
             t_l_s,
-            // Before the legs took up any of it.
+            // The speed before the legs slowed the vehicle.
             v_l_mps: self.before_mps.abs(),
             s_l_m: path_m,
             tilt_rad: self.tilt_rad,
