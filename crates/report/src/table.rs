@@ -134,13 +134,14 @@ impl Cell {
         Self::number(value.unwrap_or(f64::NAN), decimals)
     }
 
-    /// A value and its uncertainty; the value alone where the uncertainty is not finite.
+    /// A value and its uncertainty; the value alone where the uncertainty is not finite. A narrow page breaks it before
+    /// the sign.
     pub fn plus_minus(value: f64, uncertainty: f64, decimals: usize) -> Self {
         if !value.is_finite() || !uncertainty.is_finite() {
             return Self::number(value, decimals);
         }
         Self::text(format!(
-            "{}\u{a0}±\u{a0}{}",
+            "{} ±\u{a0}{}",
             number(value, decimals),
             number(uncertainty, decimals)
         ))
@@ -211,10 +212,7 @@ mod tests {
         assert_eq!(Cell::number(3.4e8, 2).shown(), "3.4×10⁸");
         assert_eq!(Cell::number(f64::NAN, 2).shown(), "–");
         assert_eq!(Cell::maybe(None, 2), Cell::missing());
-        assert_eq!(
-            Cell::plus_minus(1.0, 0.25, 2).shown(),
-            "1.00\u{a0}±\u{a0}0.25"
-        );
+        assert_eq!(Cell::plus_minus(1.0, 0.25, 2).shown(), "1.00 ±\u{a0}0.25");
         assert_eq!(Cell::plus_minus(1.0, f64::NAN, 1).shown(), "1.0");
     }
 

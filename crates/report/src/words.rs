@@ -75,7 +75,9 @@ impl<'a> Words<'a> {
         let Some((index, start, end)) = self.first_term(text) else {
             return html! { (text) };
         };
-        self.marked.borrow_mut().insert(index);
+        if !self.marked.borrow_mut().insert(index) {
+            return html! { (text[..end]) (self.mark(&text[end..])) };
+        }
         if self.explained.borrow_mut().insert(index) {
             self.waiting.borrow_mut().push(index);
         }
@@ -84,16 +86,16 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The term that stands first in a text and is not marked yet, with its place; the longest of those that begin there.
+    /// The term that stands first in a text, with its place; the longest of those that begin there.
     fn first_term(&self, text: &str) -> Option<(usize, usize, usize)> {
-        let marked = self.marked.borrow();
-        let open = (0..self.terms.len()).filter(|index| !marked.contains(index));
-        open.flat_map(|index| {
-            let names = self.terms[index].names.iter();
-            names.filter_map(move |name| Some((index, find_word(text, name)?, name.len())))
-        })
-        .min_by_key(|&(_, start, length)| (start, std::cmp::Reverse(length)))
-        .map(|(index, start, length)| (index, start, start + length))
+        let terms = self.terms.iter().enumerate();
+        terms
+            .flat_map(|(index, term)| {
+                let names = term.names.iter();
+                names.filter_map(move |name| Some((index, find_word(text, name)?, name.len())))
+            })
+            .min_by_key(|&(_, start, length)| (start, std::cmp::Reverse(length)))
+            .map(|(index, start, length)| (index, start, start + length))
     }
 }
 
@@ -133,7 +135,7 @@ fn alternate(
 mod tests {
     use super::*;
 
-    const TERMS: [Term; 2] = [
+    const TERMS: [Term; 3] = [
         Term {
             names: &["free run", "free runs"],
             meaning: "A simulation.",
@@ -141,6 +143,10 @@ mod tests {
         Term {
             names: &["T_L"],
             meaning: "A time.",
+        },
+        Term {
+            names: &["T_L+V_L"],
+            meaning: "A time and a speed.",
         },
     ];
 
@@ -170,5 +176,13 @@ mod tests {
         words.heading();
         assert!(set("free run").contains("<abbr"));
         assert_eq!(words.explanations().into_string(), "");
+    }
+
+    #[test]
+    fn regress_a_term_within_a_longer_one_is_not_marked() {
+        let words = Words::new(&TERMS);
+        assert!(words.mark("T_L+V_L").into_string().contains("<abbr"));
+        assert_eq!(words.mark("T_L+V_L").into_string(), "T_L+V_L");
+        assert!(words.mark("T_L").into_string().contains("A time."));
     }
 }

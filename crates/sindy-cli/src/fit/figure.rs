@@ -1,17 +1,18 @@
-//! The figure of a fit: terms against error, data against the model's free run, slopes that are left.
+//! The figure of a fit: terms against error, data against the model's free run, residual slopes.
 
 use std::path::Path;
 
 use sindy::Model;
-use touchdown_report::{Callout, Color, Figure, Panel, Report, Series};
+use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
 use super::object::FitObject;
-use super::score::{self, Test};
+use super::score::Test;
 use super::show;
 use crate::drawing;
 use crate::error::Result;
 use crate::numbers::significant;
 use crate::simulate::figure::course;
+use crate::simulate::object::{RunObject, VALID};
 
 /// Writes the figure: a page of all, or one picture of the front and the first trajectory (a test one if there is). Training
 /// trajectories that are not in memory are left out.
@@ -34,7 +35,7 @@ fn picture(model: &Model, object: &FitObject, judged: Option<&Test>) -> Figure {
     let Some(judged) = judged else {
         return figure;
     };
-    figure.title = "Terms against error (large: chosen), free run, slopes left".to_owned();
+    figure.title = "Terms against error (large: chosen), free run, residual slopes".to_owned();
     if let Some(run) = judged.runs.first() {
         figure.panels.extend(course(model, run, 1).panels);
     }
@@ -57,10 +58,15 @@ fn page(
         Some(run) => page.figure(&course(model, run, 1))?,
         None => page.figure(&front(object))?,
     };
-    page.section("Model").code(show::text(model, object));
+    page.section("Model").code(format!("{model:.5}"));
+    page.table(coefficients(object))?;
     for warning in &object.warnings {
         page.callout(Callout::Warning, warning);
     }
+    page.folded("Terms, choice and data as text", |inner| {
+        inner.code(show::text(model, object));
+        Ok::<(), touchdown_report::Error>(())
+    })?;
     if judged.is_some() {
         page.section("Terms against error").figure(&front(object))?;
     }
@@ -78,7 +84,28 @@ fn page(
     Ok(page)
 }
 
-/// The free run of a trajectory, where it is not `shown` already, and the slopes that the model leaves.
+fn coefficients(object: &FitObject) -> Table {
+    let [state, term, numbers @ ..] = show::COEFFICIENTS;
+    let mut table = Table::new("Coefficients.")
+        .text_column(state)
+        .text_column(term);
+    for name in numbers {
+        table = table.number_column(name, "");
+    }
+    for row in show::coefficient_rows(object) {
+        let cells = row.into_iter().enumerate();
+        table = table.row(cells.map(|(column, cell)| match cell.as_str() {
+            "-" => Cell::missing(),
+            number if column > 1 => number.replace('-', "−").into(),
+            _ => cell.into(),
+        }));
+    }
+    table.note(
+        "±: standard error. Inclusion: the share of resamplings (bootstrap) that keep the term.",
+    )
+}
+
+/// The free run of a trajectory, where it is not `shown` already, and its residual slopes.
 fn trajectory(
     page: &mut Report,
     model: &Model,
@@ -110,7 +137,8 @@ fn verdict(model: &Model, object: &FitObject, judged: Option<&Test>) -> (Callout
             model.states().len()
         ),
     };
-    let worst = judged.and_then(worst_error);
+    let free_runs = judged.iter().flat_map(|judged| &judged.object.free_run);
+    let worst = RunObject::worst_error(free_runs.map(|free| &free.run));
     let predicts = match worst {
         Some((error, state)) => format!(
             " In free run from the first row, without corrections, the error is at most {} % of the standard deviation (`{state}`).",
@@ -123,23 +151,13 @@ fn verdict(model: &Model, object: &FitObject, judged: Option<&Test>) -> (Callout
         1 => " One warning below qualifies this.".into(),
         n => format!(" {n} warnings below qualify this."),
     };
-    let predicted = worst.is_none_or(|(error, _)| error < score::VALID);
+    let predicted = worst.is_none_or(|(error, _)| error < VALID);
     let kind = if predicted && object.warnings.is_empty() {
         Callout::Success
     } else {
         Callout::Warning
     };
     (kind, format!("{found}{predicts}{doubts}"))
-}
-
-/// The largest error of a state in free run over its standard deviation, root mean square, over all trajectories.
-fn worst_error(judged: &Test) -> Option<(f64, &str)> {
-    let runs = judged.object.free_run.iter();
-    let states = runs.filter_map(|free| free.run.relative.as_ref());
-    let errors = states.flat_map(super::super::named::Named::iter);
-    errors
-        .filter_map(|(state, error)| Some(((*error)?, state)))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 fn front(object: &FitObject) -> Figure {
@@ -168,7 +186,7 @@ fn residuals(model: &Model, judged: &Test, run: usize) -> Figure {
     let name = judged.runs.get(run).map_or("", |r| r.task.name.as_str());
     let mut figure = Figure::new(
         format!("residual-{}", run + 1),
-        format!("{name}: slopes left"),
+        format!("{name}: residual slopes"),
     )
     .caption("Slope of the smoothed data minus slope of the model.")
     .share_x();

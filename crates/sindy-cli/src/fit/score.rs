@@ -8,14 +8,10 @@ use sindy::model::{Interpolation, Simulation, Time};
 
 use crate::error::{Error, Result};
 use crate::named::Named;
-use crate::simulate::object::{RunObject, deviation, rmse};
+use crate::simulate::object::{RunObject, VALID, deviation, rmse};
 use crate::simulate::setup::{Stretch, stretches};
 use crate::simulate::{Simulated, simulate};
 use crate::trajectories::Trajectory;
-
-/// Error of all states together, in standard deviations, up to which a free run counts as a prediction: the threshold
-/// that is usual for chaotic systems (Pathak et al., Phys. Rev. Lett. 120, 2018).
-pub(super) const VALID: f64 = 0.4;
 
 /// Part of a stretch at either end whose slopes are not judged, at least, and half a window of the filter if that is
 /// more: there they are least certain.

@@ -71,23 +71,27 @@ fn table(header: &[&str], rows: &[Vec<String>], left: &[usize]) -> String {
     out
 }
 
+/// Head of the table of coefficients.
+pub(super) const COEFFICIENTS: [&str; 7] = [
+    "state",
+    "term",
+    "coefficient",
+    "±",
+    "95 % from",
+    "to",
+    "inclusion",
+];
+
+/// State, term and numbers of every coefficient.
+pub(super) fn coefficient_rows(object: &FitObject) -> Vec<Vec<String>> {
+    let equations = object.equations.iter();
+    let rows =
+        equations.flat_map(|(state, terms)| terms.iter().map(move |t| coefficient(state, t)));
+    rows.collect()
+}
+
 fn coefficients(object: &FitObject) -> String {
-    let mut rows = Vec::new();
-    for (state, terms) in object.equations.iter() {
-        for term in terms {
-            rows.push(coefficient(state, term));
-        }
-    }
-    let header = [
-        "state",
-        "term",
-        "coefficient",
-        "±",
-        "95 % from",
-        "to",
-        "inclusion",
-    ];
-    table(&header, &rows, &[0, 1])
+    table(&COEFFICIENTS, &coefficient_rows(object), &[0, 1])
 }
 
 /// Numbers of a term, all to the place of the second digit of the standard error.

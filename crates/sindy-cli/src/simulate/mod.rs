@@ -65,7 +65,7 @@ pub(crate) fn run(terminal: &Terminal, args: &SimulateArgs) -> Result<Done> {
         output::write(path, object::csv(&model, &simulated).as_bytes())?;
     }
     if let Some(path) = &args.figure {
-        figure::write(path, &model, &simulated)?;
+        figure::write(path, &model, &simulated, &runs)?;
     }
     let text = object::text(&model, &runs);
     if to_stdout {

@@ -10,6 +10,10 @@ use super::Simulated;
 use crate::named::Named;
 use crate::trajectories::past;
 
+/// Error of all states together, in standard deviations, up to which a free run counts as a prediction: the threshold
+/// that is usual for chaotic systems (Pathak et al., Phys. Rev. Lett. 120, 2018).
+pub(crate) const VALID: f64 = 0.4;
+
 /// The object of `simulate --json`.
 #[derive(Serialize)]
 pub(crate) struct SimulateObject {
@@ -61,6 +65,15 @@ impl RunObject {
             rmse: errors.map(|e| Named::new(names, e)),
             relative,
         }
+    }
+
+    /// The largest error of a state over its standard deviation, root mean square, over all runs with measurements.
+    pub(crate) fn worst_error<'a>(runs: impl Iterator<Item = &'a Self>) -> Option<(f64, &'a str)> {
+        let states = runs.filter_map(|run| run.relative.as_ref());
+        let errors = states.flat_map(Named::iter);
+        errors
+            .filter_map(|(state, error)| Some(((*error)?, state)))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
     }
 }
 

@@ -44,7 +44,7 @@ pub(super) const TERMS: &[Term] = &[
     ),
     term(
         &["empirical"],
-        "The paper's Method II: eq. (10) with the ground effect of eq. (2) fed forward.",
+        "The ground effect of eq. (2), a function of the height alone. The paper's Method II feeds it forward.",
     ),
     term(
         &["dynamic"],

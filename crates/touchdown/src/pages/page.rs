@@ -87,6 +87,9 @@ pub(super) fn report(title: &str, subtitle: &str) -> Report {
 /// Tables with more rows than this are folded away: they fill a screen.
 const LONG: usize = 14;
 
+/// Commands of more letters than this are folded away: they fill half a screen.
+const LONG_COMMAND: usize = 1200;
+
 /// Adds a table, a long one behind its caption.
 pub(super) fn put_table(report: &mut Report, mut table: Table) -> Result<()> {
     if table.rows.len() <= LONG {
@@ -125,7 +128,15 @@ pub(super) fn how_made(
     command: &str,
     settings: Option<(&str, String)>,
 ) -> Result<()> {
-    report.section("How to redo this").code(command);
+    report.section("How to redo this");
+    if command.len() > LONG_COMMAND {
+        report.folded("The command, with all its logs", |inner| {
+            inner.code(command);
+            Ok::<(), Error>(())
+        })?;
+    } else {
+        report.code(command);
+    }
     if let Some((file, toml)) = settings {
         report.folded(format!("Settings: {file}"), |inner| {
             inner.code(toml);

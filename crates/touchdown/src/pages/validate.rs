@@ -15,6 +15,8 @@ const DRAWN_SAMPLES: usize = 200_000;
 
 /// Columns of words at the head of the tables of errors: card, form, log, seen.
 const WORDS: usize = 4;
+/// The first of them name the model.
+const NAMES: usize = 2;
 
 /// One free run.
 #[derive(Clone, Copy, Debug)]
@@ -142,7 +144,7 @@ fn figure(
     };
     let start = match (kind, first.truth_n) {
         (Kind::GroundEffect, Some(_)) => "the true force",
-        _ => "what is measured in the first moments",
+        _ => "the first measurements",
     };
     let mut below = Panel::new("Time (s)", format!("Predicted − {to} (N)"));
     for run in runs {
@@ -168,7 +170,7 @@ fn figure(
         log.to_string(),
     )
     .caption(format!(
-        "Free run of the models, started from {start}, never corrected by what is measured after; below, the error against the {to}.{}",
+        "Free run of the models: each starts from {start}, and no measurement corrects it. Below: its error against the {to}.{}",
         if every > 1 {
             format!(" One in {every} samples is shown.")
         } else {
@@ -215,10 +217,29 @@ pub fn report(overview: &Overview<'_>, figures: &[Figure]) -> Result<Report> {
     Ok(report)
 }
 
-/// A table of errors. A name that ends in ` N` is that of a force.
+/// Remarks on columns of the tables of errors, each by the beginning of the column's name.
+const REMARKS: [(&str, &str); 4] = [
+    ("seen", "Seen: whether the log was part of the card's fit."),
+    ("worst", "Worst: the largest absolute error."),
+    (
+        "MAE to truth",
+        "Truth: the force without sensor noise and turbulence, which a virtual rig knows.",
+    ),
+    ("noise", "Noise: the error of the measurement itself."),
+];
+
+/// A table of errors. A name that ends in ` N` is that of a force. Words that are the same in all rows stand in the
+/// caption once, not in a column.
 fn errors(caption: &str, header: &[String], rows: &[Vec<String>]) -> Table {
-    let mut table = Table::new(caption);
-    for (i, name) in header.iter().enumerate() {
+    let constant = |i: usize| i >= NAMES && i < WORDS && rows.iter().all(|r| r[i] == rows[0][i]);
+    let (common, shown): (Vec<usize>, Vec<usize>) =
+        (0..header.len()).partition(|&i| rows.len() > 1 && constant(i));
+    let common = common
+        .iter()
+        .map(|&i| format!(" {}: {}.", header[i], rows[0][i]));
+    let mut table = Table::new(caption.to_owned() + &common.collect::<String>());
+    for &i in &shown {
+        let name = &header[i];
         table = match name.strip_suffix(" N") {
             _ if i < WORDS => table.text_column(name),
             Some(name) => table.number_column(name, "N"),
@@ -226,11 +247,15 @@ fn errors(caption: &str, header: &[String], rows: &[Vec<String>]) -> Table {
         };
     }
     for row in rows {
-        table = table.row(row.iter().map(Cell::text));
+        table = table.row(shown.iter().map(|&i| Cell::text(&row[i])));
     }
+    let has = |start: &str| shown.iter().any(|&i| header[i].starts_with(start));
+    let remarks = REMARKS.iter().filter(|(start, _)| has(start));
     table.note(
-        "Seen: whether the log was part of the card's fit. Worst: the largest absolute error. Truth: the force without sensor noise and turbulence, \
-         which a virtual rig knows. Noise: the error of the measurement itself.",
+        remarks
+            .map(|(_, remark)| *remark)
+            .collect::<Vec<_>>()
+            .join(" "),
     )
 }
 
@@ -274,4 +299,34 @@ fn best<'a>(kind: &str, cards: impl Iterator<Item = &'a UnseenError>) -> Option<
         page::show(*mae_n, 3),
         page::count(card.logs, "unseen log")
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_words_that_all_rows_share_are_no_column() {
+        let words = |row: &[&str]| -> Vec<String> { row.iter().map(ToString::to_string).collect() };
+        let header = words(&["card", "form", "log", "seen", "MAE N", "noise MAE N"]);
+        let rows = [
+            words(&["lag.toml", "lag", "all 35 unseen", "no", "0.08", "0.07"]),
+            words(&[
+                "static.toml",
+                "static",
+                "all 35 unseen",
+                "no",
+                "0.09",
+                "0.07",
+            ]),
+        ];
+        let table = errors("Errors.", &header, &rows);
+        assert_eq!(table.caption, "Errors. log: all 35 unseen. seen: no.");
+        let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(names, ["card", "form", "MAE", "noise MAE"]);
+        assert_eq!(table.rows[1][2].shown(), "0.09");
+        assert_eq!(table.notes, ["Noise: the error of the measurement itself."]);
+        // A single row keeps its words.
+        assert_eq!(errors("Errors.", &header, &rows[..1]).columns.len(), 6);
+    }
 }

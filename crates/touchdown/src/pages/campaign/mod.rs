@@ -113,7 +113,7 @@ fn verdict(results: &CampaignResults) -> (Callout, String) {
         },
         match crashed {
             0 => "none crashes".to_string(),
-            1 => "1 crashes".to_string(),
+            1 => "one crashes".to_string(),
             _ => format!("{crashed} crash"),
         }
     );
@@ -125,14 +125,21 @@ fn verdict(results: &CampaignResults) -> (Callout, String) {
     ];
     let shown = |p: &PointFigures| format!("`{}` ({} %)", p.of.label(), show(100.0 * share(&p), 1));
     match best.zip(worst) {
-        Some((best, worst)) if share(&best) > share(&worst) => (
-            kind,
-            format!(
-                "{all} Most land with {}, fewest with {}.",
-                shown(best),
-                shown(worst)
-            ),
-        ),
+        Some((best, worst)) if share(&best) > share(&worst) => {
+            let interval = |p: &PointFigures| p.figures.landed.map_or([0.0, 1.0], |s| s.ci95);
+            let doubt = match interval(best)[0] <= interval(worst)[1] {
+                true => ", but their 95 % intervals overlap",
+                false => "",
+            };
+            (
+                kind,
+                format!(
+                    "{all} Most land with {}, fewest with {}{doubt}.",
+                    shown(best),
+                    shown(worst)
+                ),
+            )
+        }
         _ => (kind, all),
     }
 }
@@ -142,7 +149,7 @@ fn share(share: Option<Share>) -> Cell {
     share.map_or_else(Cell::missing, |s| {
         let percent = |v: f64| show(100.0 * v, 1);
         Cell::text(format!(
-            "{} ({} to {})",
+            "{} ({}\u{a0}to\u{a0}{})",
             percent(s.share),
             percent(s.ci95[0]),
             percent(s.ci95[1])

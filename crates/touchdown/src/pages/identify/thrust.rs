@@ -249,37 +249,69 @@ fn of_fit<'a>(
     figures.try_for_each(|figure| Ok(report.figure(figure).map(drop)?))
 }
 
+/// Root mean square residual over the greatest measured thrust above which a fit needs a warning. Close to the ground
+/// the ground effect adds 10 to 20 % of the thrust, and what a thrust model leaves enters the ground effect. With half
+/// of it, quadratic maps of good thrust stands need a warning; with twice as much, eq. (7) on fast sines needs none.
+const LARGE_RESIDUAL: f64 = 0.02;
+
+/// Root mean square residual (N) and its ratio to the greatest measured thrust, where both are known.
+fn residual(fit: &ThrustFit<'_>) -> Option<(f64, f64)> {
+    let mut scores = fit.made.card.scores.iter();
+    let rmse_n = scores.find(|s| s.seen && s.unit == "N")?.rmse;
+    let measured = fit.trial.channel("thrust_n")?.iter().copied();
+    let greatest_n = measured.filter(|n| n.is_finite()).fold(0.0, f64::max);
+    (greatest_n > 0.0).then_some((rmse_n, rmse_n / greatest_n))
+}
+
+/// The root mean square residual in words.
+fn residual_words(fit: &ThrustFit<'_>) -> String {
+    match residual(fit) {
+        Some((rmse_n, ratio)) => format!(
+            "{} N, {} % of the greatest thrust",
+            show(rmse_n, 3),
+            show(100.0 * ratio, 1)
+        ),
+        None => format!("{} {}", show(fit.made.rmse, 3), fit.made.rmse_unit),
+    }
+}
+
 /// How well thrust follows from throttle, and how many logs could not be fitted.
 fn verdict(fits: &[ThrustFit<'_>], logs: usize) -> (Callout, String) {
     let failed = logs.saturating_sub(fits.len());
     let warnings: usize = fits.iter().map(|fit| fit.made.card.warnings.len()).sum();
-    let rmse = |fit: &ThrustFit<'_>| format!("{} {}", show(fit.made.rmse, 3), fit.made.rmse_unit);
     let by_rmse = |a: &&ThrustFit<'_>, b: &&ThrustFit<'_>| a.made.rmse.total_cmp(&b.made.rmse);
-    let fitted = match (
-        fits,
-        fits.iter().min_by(by_rmse),
-        fits.iter().max_by(by_rmse),
-    ) {
-        ([], ..) => "No log could be fitted.".to_string(),
+    let [best, worst] = [fits.iter().min_by(by_rmse), fits.iter().max_by(by_rmse)];
+    let fitted = match (fits, best, worst) {
         ([one], ..) => format!(
-            "The card `{}` explains the thrust with a root mean square residual of {} over {} rows.",
+            "The card `{}` explains the thrust with a root mean square residual of {}.",
             one.made.card.name,
-            rmse(one),
-            one.made.rows_used
+            residual_words(one)
         ),
         (_, Some(best), Some(worst)) => format!(
-            "{} logs are fitted; the root mean square residual is {} ({}) to {} ({}).",
+            "{} logs are fitted. Their root mean square residuals are between {} ({}) and {} ({}).",
             fits.len(),
-            rmse(best),
+            residual_words(best),
             best.name,
-            rmse(worst),
+            residual_words(worst),
             worst.name
         ),
-        _ => String::new(),
+        _ => "No log could be fitted.".to_string(),
+    };
+    let large = fits
+        .iter()
+        .any(|fit| residual(fit).is_some_and(|(_, ratio)| ratio > LARGE_RESIDUAL));
+    let advice = match large {
+        true => {
+            " This is much beside a ground effect: fit several logs into one card, or choose another `--form`."
+        }
+        false => "",
     };
     match failed {
-        0 if warnings == 0 => (Callout::Success, fitted),
-        0 => (Callout::Warning, format!("{fitted}{}", remarks(warnings))),
+        0 if warnings == 0 && !large => (Callout::Success, fitted),
+        0 => (
+            Callout::Warning,
+            format!("{fitted}{advice}{}", remarks(warnings)),
+        ),
         _ if fits.is_empty() => (Callout::Failure, fitted),
         _ => (
             Callout::Failure,
