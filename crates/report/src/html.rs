@@ -170,6 +170,9 @@ fn highlights(items: &[[String; 3]], words: &Words<'_>) -> Markup {
     }
 }
 
+/// A cell of more letters than this may break within a word on a narrow page: lists of names have no blanks to break at.
+const LONG_CELL: usize = 40;
+
 fn table(table: &Table, number: usize, words: &Words<'_>) -> Markup {
     let class = |column: usize| match table.columns[column].align {
         Align::Left => "left",
@@ -191,7 +194,7 @@ fn table(table: &Table, number: usize, words: &Words<'_>) -> Markup {
                     } }
                     tbody { @for row in &table.rows { tr {
                         @for (index, cell) in row.iter().enumerate() {
-                            td.(class(index)) {
+                            td.(class(index)).long[cell.shown().len() > LONG_CELL] {
                                 @let shown = words.mark(cell.shown());
                                 @if cell.is_bold() { b { (shown) } } @else { (shown) }
                             }

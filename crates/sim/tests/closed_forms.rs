@@ -205,6 +205,10 @@ fn analytic_legs_in_the_air_hold_no_energy_and_touch_nothing() {
         vehicle.log_contact(&mut log, STEP_S, &high, &deck);
         assert_eq!(log, ContactLog::default());
     }
+    // A foot without force is not on the deck.
+    let mut log = ContactLog::default();
+    log.add(STEP_S, &[Foot::default(); 4], 0.1, &LegSettings::default());
+    assert_eq!(log, ContactLog::default());
 }
 
 #[test]

@@ -121,6 +121,11 @@ fn analytic_beside_measured_trajectories() {
     assert!(says(&args).contains("RMSE"));
     let page = std::fs::read_to_string(&page).unwrap();
     assert!(page.contains("Figure 2"), "every run is on the page");
+    // The second run is more than a standard deviation off.
+    let at = |part: &str| page.find(part).unwrap_or_else(|| panic!("{part}"));
+    assert!(at("class=\"verdict warning\"") < at("<figure class=\"chart\""));
+    assert!(at("<figure class=\"chart\"") < at("<h2"));
+    assert!(page.len() < 1_700_000, "{}", page.len());
 }
 
 #[test]

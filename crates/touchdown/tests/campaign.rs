@@ -107,7 +107,7 @@ fn prop_threads_and_shards_give_the_same_bytes() {
     for name in ["sweep.toml", "results.json", "summary.csv", "report.html"] {
         assert!(whole.contains_key(Path::new(name)), "{name}");
     }
-    common::page(&at("one"), common::LARGE_PAGE);
+    common::page(&at("one"), common::CAMPAIGN_PAGE);
     for shard in ["1/3", "2/3"] {
         flies(&["--shard", shard], &sweep, &at(&shard.replace('/', "of")));
     }

@@ -54,7 +54,7 @@ fn prop_landings_in_space_are_those_of_the_campaign_that_is_written_beside_them(
     let table = std::fs::read_to_string(out.join("landings.csv")).unwrap();
     assert_eq!(table.lines().count(), 1 + 4);
     assert!(table.starts_with("control.controller,trial,outcome,"));
-    common::page(&out, common::LARGE_PAGE);
+    common::page(&out, common::CAMPAIGN_PAGE);
     for landing in 0..4 {
         let bytes = std::fs::read(mcap.join(format!("landing-{landing:06}.mcap"))).unwrap();
         let messages = mcap::MessageStream::new(&bytes).unwrap();

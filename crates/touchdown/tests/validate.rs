@@ -109,7 +109,8 @@ fn whole_path(plant: PlantSettings) -> (Value, Value) {
         );
     }
     page(&models, LARGE_PAGE);
-    page(&judged, LARGE_PAGE);
+    let html = page(&judged, LARGE_PAGE);
+    assert!(html.contains("predicts best: its mean absolute error in"));
     let written: Value =
         serde_json::from_str(&std::fs::read_to_string(judged.join("results.json")).unwrap())
             .unwrap();

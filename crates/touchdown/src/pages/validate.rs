@@ -15,8 +15,10 @@ const DRAWN_SAMPLES: usize = 200_000;
 
 /// Columns of words at the head of the tables of errors: card, form, log, seen.
 const WORDS: usize = 4;
-/// The first of them name the model.
-const NAMES: usize = 2;
+/// That of the log, or of how many logs.
+const LOG: usize = 2;
+/// That of whether the log was part of the fit.
+const SEEN: usize = 3;
 
 /// One free run.
 #[derive(Clone, Copy, Debug)]
@@ -199,11 +201,23 @@ pub fn report(overview: &Overview<'_>, figures: &[Figure]) -> Result<Report> {
         report.figure(first)?;
     }
     report.section("Errors");
-    if !overview.pooled_rows.is_empty() {
-        let caption = "Errors over all logs that a card has not seen.";
-        report.table(errors(caption, overview.header, overview.pooled_rows))?;
+    if let Some(first) = overview.pooled_rows.first() {
+        let caption = match common(overview.pooled_rows, LOG) {
+            true => format!("Errors over {} logs.", first[LOG]),
+            false => "Errors over all logs that a card has not seen.".to_owned(),
+        };
+        report.table(errors(&caption, overview.header, overview.pooled_rows))?;
     }
-    let of_logs = errors("Errors on each log.", overview.header, overview.rows);
+    let seen = match overview.rows {
+        [first, ..] if common(overview.rows, SEEN) => match first[SEEN].as_str() {
+            "yes" => " All of them were part of the cards' fits.",
+            "no" => " None of them was part of a card's fit.",
+            _ => " The cards do not say which logs they were fitted to.",
+        },
+        _ => "",
+    };
+    let caption = format!("Errors on each log.{seen}");
+    let of_logs = errors(&caption, overview.header, overview.rows);
     page::put_table(&mut report, of_logs)?;
     for warning in overview.warnings {
         report.callout(Callout::Warning, warning);
@@ -228,16 +242,17 @@ const REMARKS: [(&str, &str); 4] = [
     ("noise", "Noise: the error of the measurement itself."),
 ];
 
-/// A table of errors. A name that ends in ` N` is that of a force. Words that are the same in all rows stand in the
-/// caption once, not in a column.
+/// Whether several rows have one value in a column.
+fn common(rows: &[Vec<String>], column: usize) -> bool {
+    rows.len() > 1 && rows.iter().all(|row| row[column] == rows[0][column])
+}
+
+/// A table of errors. A name that ends in ` N` is that of a force. Where all rows have the same log, or all were seen or
+/// unseen, the caption says so and the column is left out.
 fn errors(caption: &str, header: &[String], rows: &[Vec<String>]) -> Table {
-    let constant = |i: usize| i >= NAMES && i < WORDS && rows.iter().all(|r| r[i] == rows[0][i]);
-    let (common, shown): (Vec<usize>, Vec<usize>) =
-        (0..header.len()).partition(|&i| rows.len() > 1 && constant(i));
-    let common = common
-        .iter()
-        .map(|&i| format!(" {}: {}.", header[i], rows[0][i]));
-    let mut table = Table::new(caption.to_owned() + &common.collect::<String>());
+    let stated = |column: &usize| (LOG..=SEEN).contains(column) && common(rows, *column);
+    let shown: Vec<usize> = (0..header.len()).filter(|c| !stated(c)).collect();
+    let mut table = Table::new(caption);
     for &i in &shown {
         let name = &header[i];
         table = match name.strip_suffix(" N") {
@@ -321,7 +336,6 @@ mod tests {
             ]),
         ];
         let table = errors("Errors.", &header, &rows);
-        assert_eq!(table.caption, "Errors. log: all 35 unseen. seen: no.");
         let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["card", "form", "MAE", "noise MAE"]);
         assert_eq!(table.rows[1][2].shown(), "0.09");

@@ -6,7 +6,7 @@ use touchdown_identify::flights::{Basis, Flight, GroundEffect, Refusal};
 use touchdown_model::Form;
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
-use super::{Overview, armed_intervals, card_blocks, interval, slug};
+use super::{Overview, armed_intervals, card_blocks, parameters, slug};
 use crate::error::Result;
 use crate::pages::colors::{FLIGHTS, INPUT, TRUTH, of_flight, of_form};
 use crate::pages::page::{folded_figures, put_table, show};
@@ -251,7 +251,7 @@ pub fn report(
     let mut report = overview.begin(verdict(result), first.next())?;
     report.section("Ground effect");
     report.paragraph(format!("Identified from {}.", result.basis.name()));
-    report.table(numbers(result))?;
+    report.table(parameters::table(result))?;
     for figure in first {
         report.figure(figure)?;
     }
@@ -302,30 +302,6 @@ fn verdict(result: &FlightResult) -> (Callout, String) {
             format!("{lift} Not identified: {}.", what.join(", ")),
         ),
     }
-}
-
-fn numbers(result: &FlightResult) -> Table {
-    let mut table = Table::new("Parameters of the model, with 95 % intervals.")
-        .text_column("parameter")
-        .number_column("value", "")
-        .number_column("standard error", "")
-        .number_column("95 % interval", "")
-        .text_column("unit");
-    for n in &result.numbers {
-        table = table.row([
-            Cell::text(n.words()),
-            Cell::number(n.estimate.value, 4),
-            Cell::number(n.estimate.std_error, 4),
-            interval(n.estimate.ci95, 4),
-            Cell::text(&n.unit),
-        ]);
-    }
-    table.note(format!(
-        "Intervals from {} {}, Student's t. The elasticity links throttle and thrust in hover. The extra thrust near the \
-         ground falls with height at the rate of the decay; amplitude and length are those of its exponential curve.",
-        result.blocks,
-        result.intervals_from.name()
-    ))
 }
 
 fn tried(result: &FlightResult) -> Table {

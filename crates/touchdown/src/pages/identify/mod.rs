@@ -3,6 +3,7 @@
 mod armed_intervals;
 mod flights;
 mod ground;
+mod parameters;
 mod thrust;
 
 use touchdown_identify::FittedCard;

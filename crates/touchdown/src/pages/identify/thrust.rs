@@ -263,14 +263,10 @@ fn residual(fit: &ThrustFit<'_>) -> Option<(f64, f64)> {
     (greatest_n > 0.0).then_some((rmse_n, rmse_n / greatest_n))
 }
 
-/// The root mean square residual in words.
+/// The root mean square residual in words, in newtons where that is known.
 fn residual_words(fit: &ThrustFit<'_>) -> String {
     match residual(fit) {
-        Some((rmse_n, ratio)) => format!(
-            "{} N, {} % of the greatest thrust",
-            show(rmse_n, 3),
-            show(100.0 * ratio, 1)
-        ),
+        Some((rmse_n, _)) => format!("{} N", show(rmse_n, 3)),
         None => format!("{} {}", show(fit.made.rmse, 3), fit.made.rmse_unit),
     }
 }
@@ -280,42 +276,97 @@ fn verdict(fits: &[ThrustFit<'_>], logs: usize) -> (Callout, String) {
     let failed = logs.saturating_sub(fits.len());
     let warnings: usize = fits.iter().map(|fit| fit.made.card.warnings.len()).sum();
     let by_rmse = |a: &&ThrustFit<'_>, b: &&ThrustFit<'_>| a.made.rmse.total_cmp(&b.made.rmse);
-    let [best, worst] = [fits.iter().min_by(by_rmse), fits.iter().max_by(by_rmse)];
-    let fitted = match (fits, best, worst) {
+    let (best, worst) = (fits.iter().min_by(by_rmse), fits.iter().max_by(by_rmse));
+    let mut said = match (fits, best, worst) {
         ([one], ..) => format!(
-            "The card `{}` explains the thrust with a root mean square residual of {}.",
+            "The card `{}` explains the thrust with a root mean square residual of {}",
             one.made.card.name,
             residual_words(one)
         ),
         (_, Some(best), Some(worst)) => format!(
-            "{} logs are fitted. Their root mean square residuals are between {} ({}) and {} ({}).",
+            "{} logs are fitted one by one. The root mean square residual is {} ({}) to {} ({})",
             fits.len(),
             residual_words(best),
             best.name,
             residual_words(worst),
             worst.name
         ),
-        _ => "No log could be fitted.".to_string(),
+        _ => return (Callout::Failure, "No log could be fitted.".to_string()),
     };
-    let large = fits
-        .iter()
-        .any(|fit| residual(fit).is_some_and(|(_, ratio)| ratio > LARGE_RESIDUAL));
-    let advice = match large {
-        true => {
-            " This is much beside a ground effect: fit several logs into one card, or choose another `--form`."
-        }
-        false => "",
+    let ratios = fits.iter().filter_map(residual).map(|(_, ratio)| ratio);
+    let ratio = ratios.max_by(f64::total_cmp);
+    let most = if fits.len() > 1 { "at most " } else { "" };
+    said += &ratio.map_or_else(
+        || ".".to_string(),
+        |ratio| {
+            format!(
+                ", {most}{} % of the greatest thrust.",
+                show(100.0 * ratio, 1)
+            )
+        },
+    );
+    let large = ratio.is_some_and(|ratio| ratio > LARGE_RESIDUAL);
+    if large {
+        said += " That is too much to identify a ground effect with: fit all logs into one card, or choose another `--form`.";
+    }
+    if failed > 0 {
+        said += &format!(" {failed} of {logs} logs could not be fitted.");
+        return (Callout::Failure, said);
+    }
+    let kind = match warnings == 0 && !large {
+        true => Callout::Success,
+        false => Callout::Warning,
     };
-    match failed {
-        0 if warnings == 0 && !large => (Callout::Success, fitted),
-        0 => (
-            Callout::Warning,
-            format!("{fitted}{advice}{}", remarks(warnings)),
-        ),
-        _ if fits.is_empty() => (Callout::Failure, fitted),
-        _ => (
-            Callout::Failure,
-            format!("{fitted} {failed} of {logs} logs could not be fitted."),
-        ),
+    (kind, said + &remarks(warnings))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use touchdown_identify::Origin;
+
+    /// A slow sine of throttle, whose root of thrust follows `rest` with a lag of 0.1 s.
+    fn trial(rest: impl Fn(f64) -> f64) -> Trial {
+        const STEP_S: f64 = 0.01;
+        let time_s: Vec<f64> = (0..2_000).map(|i| STEP_S * f64::from(i)).collect();
+        let throttle: Vec<f64> = time_s.iter().map(|t| 0.5 + 0.3 * t.sin()).collect();
+        let mut x = rest(throttle[0]);
+        let thrust_n = throttle.iter().map(|&s| {
+            x += STEP_S / 0.1 * (rest(s) - x);
+            x * x
+        });
+        let thrust_n = thrust_n.collect();
+        let mut trial = Trial::new("sine", time_s).expect("increasing times");
+        trial.insert("throttle", throttle).expect("as many rows");
+        trial.insert("thrust_n", thrust_n).expect("as many rows");
+        trial
+    }
+
+    fn judged(rest: impl Fn(f64) -> f64) -> (Callout, String) {
+        let trial = trial(rest);
+        let settings = IdentificationSettings::default();
+        let trials = std::slice::from_ref(&trial);
+        let made = thrust::first_order(trials, &settings, &Origin::default()).expect("a fit");
+        let fit = ThrustFit {
+            name: "sine",
+            trial: &trial,
+            made: &made,
+            flight: None,
+        };
+        verdict(&[fit], 1)
+    }
+
+    #[test]
+    fn regress_a_large_residual_is_no_success() {
+        let (kind, words) = judged(|s| 2.0 + 3.0 * s);
+        assert_eq!(kind, Callout::Success, "{words}");
+        // The supply sags: the root of thrust saturates, which no line follows.
+        let (kind, words) = judged(|s| 5.0 * s - 4.0 * s * s);
+        assert_eq!(kind, Callout::Warning, "{words}");
+        assert!(
+            words.contains("too much to identify a ground effect"),
+            "{words}"
+        );
+        assert_eq!(verdict(&[], 1).0, Callout::Failure);
     }
 }
