@@ -173,7 +173,7 @@ fn outcomes(results: &CampaignResults) -> Table {
             spread(p.figures.waited_s.summary(), 1),
         ]);
     }
-    table.note("In brackets: 95 % interval of the share (Wilson). Waiting: mean ± standard deviation over all trials.")
+    table.note("In brackets: 95 % interval of the share (Wilson). Waiting: until the deck's motion is known and a window to land opens; mean ± standard deviation over all trials.")
 }
 
 /// Aborted descents: a row for each point, a column for each reason; none where no descent was aborted.

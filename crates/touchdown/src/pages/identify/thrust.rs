@@ -11,7 +11,7 @@ use touchdown_trial::Trial;
 
 use super::{Overview, armed_intervals, card_blocks, remarks, slug};
 use crate::error::Result;
-use crate::pages::colors::{MEASURED, TRUTH, of_form};
+use crate::pages::colors::{MEASURED, of_form};
 use crate::pages::page::{put_table, show};
 
 /// Points of the fitted curve.
@@ -111,7 +111,8 @@ fn of_steady(
             Some(u) if settings.thrust.battery => format!("fitted, at {u:.2} V"),
             _ => "fitted".to_string(),
         };
-        over_throttle = over_throttle.series(Series::line(name, &s, &t).color(TRUTH));
+        let color = of_form(fit.made.card.form);
+        over_throttle = over_throttle.series(Series::line(name, &s, &t).color(color));
     }
     let zero = Series::horizontal("", 0.0);
     let what = if by_plateau { "plateaus" } else { "rows" };

@@ -31,7 +31,7 @@ pub(super) fn success(sea: &SeaExperiment) -> Figure {
         ("At any attempt (%)", |f| f.landed),
     ];
     let mut figure = Figure::new("sea-success", "Share of landings that land")
-        .caption("Points: share of the trials; lines: its 95 % interval (Wilson). Faults stand above the paper's deck.")
+        .caption("Points: share of the trials; lines: its 95 % interval (Wilson). All faults are flown above the paper's deck; the last table explains each.")
         .size(900, 640);
     for (row, (label, pick)) in panels.into_iter().enumerate() {
         let mut panel = Panel::new("Deck or fault", label)

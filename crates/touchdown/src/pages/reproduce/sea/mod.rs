@@ -86,7 +86,7 @@ fn count(share: Option<Share>) -> Cell {
 fn percent(share: Option<Share>) -> Cell {
     share.map_or_else(Cell::missing, |s| {
         Cell::text(format!(
-            "{} ({} to {})",
+            "{} ({}\u{a0}to\u{a0}{})",
             s.count,
             (100.0 * s.ci95[0]).round(),
             (100.0 * s.ci95[1]).round()
