@@ -36,6 +36,16 @@ pub(crate) enum SimulatedAutopilot {
     ArduPilot,
 }
 
+/// A parameter's name and value.
+fn parameter(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text
+        .split_once('=')
+        .ok_or_else(|| format!("expected NAME=VALUE, found `{text}`"))?;
+    let number = value.parse::<f64>().ok().filter(|value| value.is_finite());
+    let number = number.ok_or_else(|| format!("{name}: expected a number, found `{value}`"))?;
+    Ok((name.to_string(), number))
+}
+
 #[derive(Args, Debug)]
 #[command(after_help = SIMULATOR)]
 pub(crate) struct SimulatorArgs {
@@ -56,6 +66,9 @@ pub(crate) struct SimulatorArgs {
     /// Land in the autopilot's own mode
     #[arg(long, conflicts_with = "with", requires = "autopilot")]
     pub(crate) own_landing: bool,
+    /// A parameter of the autopilot; repeatable
+    #[arg(long = "parameter", value_name = "NAME=VALUE", requires = "autopilot", value_parser = parameter)]
+    pub(crate) parameters: Vec<(String, f64)>,
     /// Simulated seconds in a second; 0 is as fast as the machine can
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     pub(crate) speed: f64,

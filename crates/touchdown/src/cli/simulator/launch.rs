@@ -20,6 +20,15 @@ const SPIN: [f64; 2] = [0.05, 1.0];
 /// Idle signal of ArduPilot's armed motors on the ground.
 const SPIN_ARMED: f64 = 0.03;
 
+/// What the companion's checklist asks of PX4.
+const PX4_OF_COMPANION: [(&str, f64); 3] = [
+    ("COM_OF_LOSS_T", 0.5),
+    ("COM_OBL_RC_ACT", 5.0),
+    ("EKF2_RNG_CTRL", 0.0),
+];
+/// What the companion's checklist asks of ArduPilot.
+const ARDUPILOT_OF_COMPANION: [(&str, f64); 2] = [("GUID_OPTIONS", 8.0), ("GUID_TIMEOUT", 0.5)];
+
 /// Numbers of the vehicle that its autopilot is tuned to.
 struct Tuning {
     /// Motor signal in hover.
@@ -61,14 +70,37 @@ impl Tuning {
     }
 }
 
-/// A PX4 to start, and its instance.
-pub(super) fn px4(
-    program: &Path,
-    instance: u16,
-    scenario: &SpaceScenario,
-    keep: bool,
-) -> Result<Launch> {
-    let program = absolute(program)?;
+/// What is asked of an autopilot that is started.
+pub(super) struct Wishes<'a> {
+    pub(super) program: &'a Path,
+    pub(super) scenario: &'a SpaceScenario,
+    /// Whether the companion lands, so that its checklist decides on parameters.
+    pub(super) companion: bool,
+    /// Parameters beside those that are listed here.
+    pub(super) parameters: &'a [(String, f64)],
+    pub(super) keep: bool,
+}
+
+impl Wishes<'_> {
+    /// The parameters with the wished ones, which come last.
+    fn parameters(
+        &self,
+        mut parameters: Vec<(String, f64)>,
+        of_companion: &[(&str, f64)],
+    ) -> Vec<(String, f64)> {
+        if self.companion {
+            let more = of_companion.iter();
+            parameters.extend(more.map(|(name, value)| (name.to_string(), *value)));
+        }
+        parameters.retain(|(name, _)| self.parameters.iter().all(|(wished, _)| wished != name));
+        parameters.extend_from_slice(self.parameters);
+        parameters
+    }
+}
+
+/// A PX4 to start as an instance.
+pub(super) fn px4(wishes: &Wishes<'_>, instance: u16) -> Result<Launch> {
+    let program = absolute(wishes.program)?;
     let etc = program
         .parent()
         .and_then(Path::parent)
@@ -79,8 +111,10 @@ pub(super) fn px4(
             program.display()
         )));
     };
-    let tuning = Tuning::of(scenario);
-    let environment = px4_parameters(&tuning, scenario)
+    let tuning = Tuning::of(wishes.scenario);
+    let parameters = px4_parameters(&tuning, wishes.scenario);
+    let environment = wishes
+        .parameters(parameters, &PX4_OF_COMPANION)
         .into_iter()
         .map(|(name, value)| (format!("PX4_PARAM_{name}"), value.to_string()))
         .chain([("PX4_SYS_AUTOSTART".to_string(), PX4_AIRFRAME.to_string())])
@@ -103,19 +137,15 @@ pub(super) fn px4(
             })
             .to_vec(),
         files: Vec::new(),
-        keep,
+        keep: wishes.keep,
     })
 }
 
 fn px4_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> Vec<(String, f64)> {
     let sensors = &scenario.sensors;
     let mut parameters: Vec<(String, f64)> = [
-        // What the companion's checklist asks for.
         ("THR_MDL_FAC", 0.0),
         ("MPC_THR_HOVER", tuning.hover),
-        ("COM_OF_LOSS_T", 0.5),
-        ("COM_OBL_RC_ACT", 5.0),
-        ("EKF2_RNG_CTRL", 0.0),
         // Nobody has sticks, and the ground station is this command.
         ("COM_RC_IN_MODE", 4.0),
         ("NAV_DLL_ACT", 0.0),
@@ -179,11 +209,9 @@ pub(super) fn free_instance() -> Result<u16> {
 
 /// An ArduCopter to start, which sends motor signals to one port and MAVLink to the other.
 pub(super) fn ardupilot(
-    program: &Path,
+    wishes: &Wishes<'_>,
     simulator_port: u16,
     mavlink_port: u16,
-    scenario: &SpaceScenario,
-    keep: bool,
 ) -> Result<Launch> {
     let (lat, lon) = (place::LATITUDE_DEG, place::LONGITUDE_DEG);
     let mut arguments = vec![
@@ -198,26 +226,28 @@ pub(super) fn ardupilot(
         format!("--serial0=udpclient:127.0.0.1:{mavlink_port}"),
     ];
     arguments.extend([1, 2].map(|k| format!("--serial{k}=none:{k}")));
-    let tuning = Tuning::of(scenario);
+    let tuning = Tuning::of(wishes.scenario);
+    let parameters = ardupilot_parameters(&tuning, wishes.scenario);
+    let mut text = String::new();
+    for (name, value) in wishes.parameters(parameters, &ARDUPILOT_OF_COMPANION) {
+        let _ = writeln!(text, "{name} {value}");
+    }
     Ok(Launch {
-        program: absolute(program)?,
+        program: absolute(wishes.program)?,
         arguments,
         environment: Vec::new(),
         leftovers: Vec::new(),
-        files: vec![("touchdown.parm", ardupilot_parameters(&tuning, scenario))],
-        keep,
+        files: vec![("touchdown.parm", text)],
+        keep: wishes.keep,
     })
 }
 
-fn ardupilot_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> String {
+fn ardupilot_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> Vec<(String, f64)> {
     let [least, greatest] = SPIN;
     let range = &scenario.sensors.range;
     let mut parameters: Vec<(String, f64)> = [
         ("FRAME_CLASS", 1.0),
         ("FRAME_TYPE", 1.0),
-        // What the companion's checklist asks for.
-        ("GUID_OPTIONS", 8.0),
-        ("GUID_TIMEOUT", 0.5),
         ("MOT_THST_EXPO", 0.0),
         ("MOT_SPIN_ARM", SPIN_ARMED),
         ("MOT_SPIN_MIN", least),
@@ -257,11 +287,7 @@ fn ardupilot_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> String {
             parameters.push((format!("ATC_RAT_{name}_{letter}"), gain));
         }
     }
-    let mut text = String::new();
-    for (name, value) in parameters {
-        let _ = writeln!(text, "{name} {value}");
-    }
-    text
+    parameters
 }
 
 fn absolute(program: &Path) -> Result<PathBuf> {

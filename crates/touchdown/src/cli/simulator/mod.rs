@@ -25,6 +25,7 @@ use touchdown_terminal::Done;
 use super::args::simulator::{SimulatedAutopilot, SimulatorArgs};
 use super::context::Context;
 use super::{fly, output};
+use launch::Wishes;
 use process::{AutopilotProcess, free_udp};
 use seat::Seat;
 use session::{Crew, Flown, Lands, Limits, Link, Session, mavlink_port};
@@ -190,11 +191,17 @@ fn crew(
     scenario: &touchdown_sim::landing::space::SpaceScenario,
     lands: Lands,
 ) -> Result<Crew> {
-    let keep = args.keep;
+    let wishes = |program| Wishes {
+        program,
+        scenario,
+        companion: matches!(lands, Lands::Companion(_)),
+        parameters: &args.parameters,
+        keep: args.keep,
+    };
     let (link, launch, mavlink) = match (args.autopilot_kind, &args.autopilot) {
         (SimulatedAutopilot::Px4, Some(program)) => {
             let instance = launch::free_instance()?;
-            let launch = launch::px4(program, instance, scenario, keep)?;
+            let launch = launch::px4(&wishes(program), instance)?;
             let mavlink = mavlink_port(14_540 + instance)?;
             (
                 Link::Px4Waiting(px4::listen(instance)?),
@@ -209,7 +216,7 @@ fn crew(
             let ardupilot = ArduPilot::bind(0)?;
             let port = free_udp()?;
             let mavlink = mavlink_port(port)?;
-            let launch = launch::ardupilot(program, ardupilot.port()?, port, scenario, keep)?;
+            let launch = launch::ardupilot(&wishes(program), ardupilot.port()?, port)?;
             (Link::ArduPilot(ardupilot), Some(launch), Some(mavlink))
         }
         (SimulatedAutopilot::ArduPilot, None) => (
