@@ -148,7 +148,8 @@ fn xval_an_autopilot_lands_in_its_own_mode_amid_garbage_and_a_skipped_answer() {
         // It descends at 0.3 m/s on a deck that moves at up to 0.16 m/s.
         let speed_mps = landing["v_l_mps"].as_f64().unwrap();
         assert!((0.05..0.55).contains(&speed_mps), "{landing}");
-        let missed = u64::from(fault == "skips");
+        // ArduPilot sends late what it withheld.
+        let missed = u64::from(fault == "skips" && autopilot == "px4");
         assert!(
             landing["missed_answers"].as_u64().unwrap() >= missed,
             "{landing}"
