@@ -11,7 +11,7 @@ const DEFAULT_BAUD: u32 = 921_600;
 /// Where the autopilot is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
-    /// `udpin:HOST:PORT`: wait on this port, and answer to the sender of the last datagram.
+    /// `udpin:HOST:PORT`: wait on this port, and answer to its last four senders.
     UdpIn(String),
     /// `udpout:HOST:PORT`: send to this port.
     UdpOut(String),

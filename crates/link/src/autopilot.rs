@@ -1,5 +1,7 @@
 //! The two autopilots: names, modes, parameters.
 
+use std::fmt;
+
 use mavlink::dialects::common::{MavAutopilot, MavType};
 use serde::Serialize;
 
@@ -11,6 +13,35 @@ pub enum Autopilot {
     Px4,
     /// ArduPilot.
     ArduPilot,
+}
+
+/// Version of a firmware.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct Firmware {
+    /// Major version.
+    pub major: u8,
+    /// Minor version.
+    pub minor: u8,
+    /// Patch.
+    pub patch: u8,
+}
+
+impl Firmware {
+    /// The version that `AUTOPILOT_VERSION.flight_sw_version` holds: major, minor, patch and type, a byte each.
+    pub(crate) fn of(flight_sw_version: u32) -> Self {
+        let [major, minor, patch, _] = flight_sw_version.to_be_bytes();
+        Self {
+            major,
+            minor,
+            patch,
+        }
+    }
+}
+
+impl fmt::Display for Firmware {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}.{}", self.major, self.minor, self.patch)
+    }
 }
 
 /// A mode as `MAV_CMD_DO_SET_MODE` has it: custom main mode and sub-mode.
@@ -47,6 +78,19 @@ impl Autopilot {
         match self {
             Self::Px4 => "PX4",
             Self::ArduPilot => "ArduPilot",
+        }
+    }
+
+    /// The oldest version for which parameters and modes were compared with this program.
+    pub(crate) fn oldest(self) -> Firmware {
+        let (major, minor) = match self {
+            Self::Px4 => (1, 17),
+            Self::ArduPilot => (4, 7),
+        };
+        Firmware {
+            major,
+            minor,
+            patch: 0,
         }
     }
 
@@ -120,6 +164,7 @@ impl Autopilot {
                 "EKF2_RNG_CTRL",
                 "MPC_LAND_SPEED",
                 "LNDMC_Z_VEL_MAX",
+                "MC_BAT_SCALE_EN",
             ],
             Self::ArduPilot => &[
                 "GUID_OPTIONS",
@@ -129,6 +174,8 @@ impl Autopilot {
                 "MOT_SPIN_MIN",
                 "MOT_SPIN_MAX",
                 "PLND_ENABLED",
+                "ATC_ANGLE_BOOST",
+                "MOT_BAT_VOLT_MAX",
             ],
         }
     }

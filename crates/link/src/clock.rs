@@ -19,12 +19,13 @@ const CONTRADICTIONS: u32 = 2;
 /// One answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Answer {
+    at_us: i64,
     round_trip_us: i64,
     offset_us: i64,
 }
 
 /// Synchronisation with the autopilot's clock.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct ClockSync {
     answers: Vec<Answer>,
     next: usize,
@@ -32,6 +33,22 @@ pub struct ClockSync {
     asked: VecDeque<i64>,
     contradictions: u32,
     steps: u32,
+    /// When the first answer since the last step came, and its offset, µs.
+    first: Option<(i64, i64)>,
+}
+
+impl Default for ClockSync {
+    /// With room for all that is kept, so that nothing allocates later.
+    fn default() -> Self {
+        Self {
+            answers: Vec::with_capacity(KEPT),
+            next: 0,
+            asked: VecDeque::with_capacity(ASKED),
+            contradictions: 0,
+            steps: 0,
+            first: None,
+        }
+    }
 }
 
 /// State of the synchronisation, for people.
@@ -43,6 +60,8 @@ pub struct SyncReport {
     pub round_trip_s: f64,
     /// The autopilot's time less ours, s.
     pub offset_s: f64,
+    /// Drift of the autopilot's clock against ours since the first answer, in parts per million.
+    pub drift_ppm: f64,
     /// How often the autopilot's clock stepped.
     pub steps: u32,
 }
@@ -66,6 +85,7 @@ impl ClockSync {
         let round_trip_us = got_us.saturating_sub(asked_us);
         let offset_us = autopilot_us.saturating_sub(asked_us.saturating_add(round_trip_us / 2));
         let answer = Answer {
+            at_us: got_us,
             round_trip_us,
             offset_us,
         };
@@ -81,7 +101,9 @@ impl ClockSync {
             self.answers.clear();
             self.next = 0;
             self.steps += 1;
+            self.first = None;
         }
+        self.first.get_or_insert((got_us, offset_us));
         self.contradictions = 0;
         if self.answers.len() < KEPT {
             self.answers.push(answer);
@@ -111,6 +133,17 @@ impl ClockSync {
         Some(ours_us.saturating_add(self.best()?.offset_us))
     }
 
+    fn drift_ppm(&self, best: Answer) -> f64 {
+        let Some((at_us, offset_us)) = self.first else {
+            return 0.0;
+        };
+        let elapsed_us = best.at_us.saturating_sub(at_us);
+        if elapsed_us <= 0 {
+            return 0.0;
+        }
+        best.offset_us.saturating_sub(offset_us) as f64 / elapsed_us as f64 * 1e6
+    }
+
     /// The state, once there is an answer.
     #[must_use]
     pub fn report(&self) -> Option<SyncReport> {
@@ -119,6 +152,7 @@ impl ClockSync {
             answers: self.answers.len(),
             round_trip_s: best.round_trip_us as f64 * 1e-6,
             offset_s: best.offset_us as f64 * 1e-6,
+            drift_ppm: self.drift_ppm(best),
             steps: self.steps,
         })
     }
@@ -144,6 +178,20 @@ mod tests {
         assert_eq!(clock.theirs_us(3_000_000), Some(8_000_000));
         let report = clock.report().unwrap();
         assert_eq!((report.answers, report.round_trip_s), (2, 0.002));
+    }
+
+    #[test]
+    fn analytic_a_clock_that_runs_fast_drifts() {
+        let mut clock = ClockSync::default();
+        for k in 0..50_i64 {
+            let asked = k * 200_000;
+            // 100 parts per million fast.
+            let theirs = 5_000_000 + asked + asked / 10_000;
+            exchange(&mut clock, asked, theirs, asked);
+        }
+        let drift = clock.report().unwrap().drift_ppm;
+        // The best of the last answers is the first of them; whole microseconds round by 1 in 7 s.
+        assert!((drift - 100.0).abs() < 0.5, "{drift}");
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! | `/tick` | nothing: a tick of the companion |
 //! | `/stop` | nothing: the companion was asked to end |
 //! | `/sent` | the bytes that the companion sent upon the event before |
+//! | `/mavlink/...` | what those bytes say, as JSON in SI units: for other readers, not for the replay |
 //!
 //! Times are those of the companion's clock, from its start. The metadata record `flight` holds the settings as TOML. No
 //! message waits for a chunk, and the file is flushed twice a second: a process that is killed loses at most what came
@@ -16,26 +17,40 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
+use mavlink::dialects::common::MavMessage;
 use mcap::read::{LinearReader, Options};
 use mcap::records::{MessageHeader, Metadata, Record};
 use mcap::{McapError, WriteOptions, Writer};
 
-use crate::companion::Event;
+use crate::companion::{Event, Session};
+use crate::decoded;
 use crate::error::LinkError;
 use crate::settings::FlightSettings;
+use crate::wire::Decoder;
+use crate::wire::signing::{Signing, SigningKey};
 
 const TOPICS: [&str; 4] = ["/received", "/tick", "/stop", "/sent"];
 const SENT: usize = 3;
+/// The objects of decoded topics have numbers only.
+const SCHEMA: &[u8] =
+    br#"{"type": "object", "additionalProperties": {"type": ["number", "null"]}}"#;
 /// Time between two flushes, µs.
 const FLUSH_US: u64 = 500_000;
-/// Name of the metadata record.
+/// Name of the metadata record, and of its entries beside the settings.
 const FLIGHT: &str = "flight";
+const TAKE_CONTROL: &str = "take_control";
+const SET_PARAMETERS: &str = "set_parameters";
+const SIGNED_LINK: &str = "signed_link";
+const SIGNED_START: &str = "signed_start";
 
 /// Writes a recording.
 pub struct Recorder {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
     channels: [u16; 4],
+    decoded: [u16; decoded::TOPICS.len()],
+    /// Decoders of what came and of what went.
+    decoders: [Decoder; 2],
     sequence: u32,
     flushed_us: u64,
 }
@@ -48,7 +63,7 @@ impl Recorder {
     pub fn create(
         path: &Path,
         settings: &FlightSettings,
-        take_control: bool,
+        session: &Session,
     ) -> Result<Self, LinkError> {
         let failed = |reason: String| LinkError::Recording {
             path: path.to_owned(),
@@ -56,6 +71,10 @@ impl Recorder {
         };
         let file = File::create(path).map_err(|e| failed(e.to_string()))?;
         let text = toml::to_string(settings).map_err(|e| failed(e.to_string()))?;
+        // The key is a secret; the rest is needed to make the same signatures again.
+        let signed = session.signing.map_or_else(Default::default, |signing| {
+            (signing.link_id.to_string(), signing.start.to_string())
+        });
         let open = || -> Result<_, McapError> {
             let mut writer = WriteOptions::new()
                 .use_chunks(false)
@@ -64,7 +83,13 @@ impl Recorder {
                 .create(BufWriter::new(file))?;
             let metadata = [
                 ("settings".to_string(), text),
-                ("take_control".to_string(), take_control.to_string()),
+                (TAKE_CONTROL.to_string(), session.take_control.to_string()),
+                (
+                    SET_PARAMETERS.to_string(),
+                    session.set_parameters.to_string(),
+                ),
+                (SIGNED_LINK.to_string(), signed.0),
+                (SIGNED_START.to_string(), signed.1),
             ];
             writer.write_metadata(&Metadata {
                 name: FLIGHT.to_string(),
@@ -74,14 +99,21 @@ impl Recorder {
             for (channel, topic) in channels.iter_mut().zip(TOPICS) {
                 *channel = writer.add_channel(0, topic, "mavlink", &BTreeMap::new())?;
             }
+            let schema = writer.add_schema("touchdown.Mavlink", "jsonschema", SCHEMA)?;
+            let mut decoded = [0; decoded::TOPICS.len()];
+            for (channel, topic) in decoded.iter_mut().zip(decoded::TOPICS) {
+                *channel = writer.add_channel(schema, topic, "json", &BTreeMap::new())?;
+            }
             writer.flush()?;
-            Ok((writer, channels))
+            Ok((writer, channels, decoded))
         };
-        let (writer, channels) = open().map_err(|e| failed(e.to_string()))?;
+        let (writer, channels, decoded) = open().map_err(|e| failed(e.to_string()))?;
         Ok(Self {
             path: path.to_owned(),
             writer,
             channels,
+            decoded,
+            decoders: Default::default(),
             sequence: 0,
             flushed_us: 0,
         })
@@ -101,10 +133,14 @@ impl Recorder {
             Event::Tick => (1, &[]),
             Event::Stop => (2, &[]),
         };
-        self.message(at_us, topic, bytes)?;
+        self.message(at_us, self.channels[topic], bytes)?;
         if !sent.is_empty() {
-            self.message(at_us, SENT, sent)?;
+            self.message(at_us, self.channels[SENT], sent)?;
         }
+        if let Event::Received(_) = event {
+            self.explain(at_us, 0, bytes)?;
+        }
+        self.explain(at_us, 1, sent)?;
         if at_us.saturating_sub(self.flushed_us) >= FLUSH_US {
             self.flushed_us = at_us;
             self.writer.flush()?;
@@ -112,10 +148,27 @@ impl Recorder {
         Ok(())
     }
 
-    fn message(&mut self, at_us: u64, topic: usize, bytes: &[u8]) -> Result<(), McapError> {
+    /// Writes what bytes say that came (0) or went (1).
+    fn explain(&mut self, at_us: u64, way: usize, bytes: &[u8]) -> Result<(), McapError> {
+        self.decoders[way].push(bytes);
+        while let Some(frame) = self.decoders[way].next_frame() {
+            // Our own heartbeat and those of other companions are not the vehicle's.
+            let heartbeat = matches!(frame.message, MavMessage::HEARTBEAT(_));
+            if heartbeat && (way == 1 || frame.component != 1) {
+                continue;
+            }
+            if let Some((topic, object)) = decoded::decoded(&frame.message) {
+                let text = object.to_string();
+                self.message(at_us, self.decoded[topic], text.as_bytes())?;
+            }
+        }
+        Ok(())
+    }
+
+    fn message(&mut self, at_us: u64, channel_id: u16, bytes: &[u8]) -> Result<(), McapError> {
         let time_ns = at_us.saturating_mul(1000);
         let header = MessageHeader {
-            channel_id: self.channels[topic],
+            channel_id,
             sequence: self.sequence,
             log_time: time_ns,
             publish_time: time_ns,
@@ -157,10 +210,13 @@ pub enum Entry {
 /// A recording that was read.
 #[derive(Clone, Debug)]
 pub struct Recording {
+    path: PathBuf,
     /// Settings of the flight.
     pub settings: FlightSettings,
-    /// Whether the companion switched the mode itself.
-    pub take_control: bool,
+    /// What the operator allowed, without signing.
+    unsigned: Session,
+    /// Id of the signed link and time of its start, if the link was signed.
+    signed: Option<(u8, u64)>,
     /// Times, µs, and entries.
     pub entries: Vec<(u64, Entry)>,
     /// Whether the file has no end, as after a kill.
@@ -168,6 +224,31 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// What the operator allowed.
+    ///
+    /// # Errors
+    /// A signed link whose key is not given.
+    pub fn session(&self, key: Option<SigningKey>) -> Result<Session, LinkError> {
+        let signing = match (self.signed, key) {
+            (None, _) => None,
+            (Some((link_id, start)), Some(key)) => Some(Signing {
+                key,
+                link_id,
+                start,
+            }),
+            (Some(_), None) => {
+                return Err(LinkError::Recording {
+                    path: self.path.clone(),
+                    reason: "the link was signed: `signing.key_file` must name the key".to_string(),
+                });
+            }
+        };
+        Ok(Session {
+            signing,
+            ..self.unsigned
+        })
+    }
+
     /// Reads a recording. One without an end is read as far as it goes.
     ///
     /// # Errors
@@ -218,9 +299,96 @@ impl Recording {
         };
         Ok(Self {
             settings: toml::from_str(of("settings")).map_err(|e| failed(e.to_string()))?,
-            take_control: of("take_control") == "true",
+            unsigned: Session {
+                take_control: of(TAKE_CONTROL) == "true",
+                set_parameters: of(SET_PARAMETERS) == "true",
+                signing: None,
+            },
+            signed: of(SIGNED_LINK)
+                .parse()
+                .ok()
+                .zip(of(SIGNED_START).parse().ok()),
+            path: path.to_owned(),
             entries,
             cut_off,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::Encoder;
+    use mavlink::dialects::common::{ATTITUDE_QUATERNION_DATA, HIGHRES_IMU_DATA};
+
+    /// Bytes of a reading of the inertial unit and an attitude.
+    fn bytes() -> Vec<u8> {
+        let (mut encoder, mut bytes) = (Encoder::new(7, 1), Vec::new());
+        let attitude = ATTITUDE_QUATERNION_DATA {
+            q1: 1.0,
+            ..ATTITUDE_QUATERNION_DATA::default()
+        };
+        encoder.write(&MavMessage::ATTITUDE_QUATERNION(attitude), 0, &mut bytes);
+        let imu = HIGHRES_IMU_DATA {
+            zacc: -9.75,
+            ..HIGHRES_IMU_DATA::default()
+        };
+        encoder.write(&MavMessage::HIGHRES_IMU(imu), 0, &mut bytes);
+        bytes
+    }
+
+    #[test]
+    fn prop_a_recording_comes_back_and_says_what_its_bytes_say() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flight.mcap");
+        let session = Session {
+            set_parameters: true,
+            ..Session::default()
+        };
+        let settings = FlightSettings::default();
+        let mut recorder = Recorder::create(&path, &settings, &session).unwrap();
+        let bytes = bytes();
+        recorder
+            .write(10, Event::Received(&bytes), b"answer")
+            .unwrap();
+        recorder.write(20, Event::Tick, &[]).unwrap();
+        recorder.write(30, Event::Stop, &[]).unwrap();
+        recorder.finish().unwrap();
+        let read = Recording::read(&path).unwrap();
+        let expected = vec![
+            (10, Entry::Received(bytes)),
+            (10, Entry::Sent(b"answer".to_vec())),
+            (20, Entry::Tick),
+            (30, Entry::Stop),
+        ];
+        assert_eq!((read.entries, read.cut_off), (expected, false));
+        assert_eq!((read.settings, read.unsigned), (settings, session));
+        let whole = std::fs::read(&path).unwrap();
+        let force = br#""specific_force_z_mps2":-9.75"#;
+        assert!(whole.windows(force.len()).any(|part| part == force));
+    }
+
+    #[test]
+    fn prop_a_recording_that_is_cut_anywhere_is_read_as_far_as_it_goes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flight.mcap");
+        let settings = FlightSettings::default();
+        let mut recorder = Recorder::create(&path, &settings, &Session::default()).unwrap();
+        let begins = std::fs::metadata(&path).unwrap().len() as usize;
+        for tick in 0..40 {
+            recorder
+                .write(tick, Event::Received(&bytes()), &[])
+                .unwrap();
+        }
+        recorder.finish().unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let mut before = 0;
+        for length in (begins..whole.len()).step_by(97) {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            let read = Recording::read(&path).unwrap();
+            assert!(read.entries.len() >= before && read.entries.len() <= 40);
+            before = read.entries.len();
+        }
+        assert_eq!(before, 40);
     }
 }

@@ -6,6 +6,7 @@ use crate::companion::{Companion, Event, Summary};
 use crate::error::LinkError;
 use crate::recording::{Entry, Recording};
 use crate::wire::Decoder;
+use crate::wire::signing::SigningKey;
 use mavlink::Message as _;
 
 /// The first event upon which the replay sends other bytes than the flight did.
@@ -38,12 +39,13 @@ pub struct Replay {
     pub flight: Summary,
 }
 
-/// Runs a recording through the companion and compares what it sends, bit for bit.
+/// Runs a recording through the companion and compares what it sends, bit for bit. A signed flight needs its key.
 ///
 /// # Errors
-/// Settings that cannot be flown.
-pub fn replay(recording: &Recording) -> Result<Replay, LinkError> {
-    let mut companion = Companion::new(&recording.settings, recording.take_control)?;
+/// Settings that cannot be flown, or a key that is missing.
+pub fn replay(recording: &Recording, key: Option<SigningKey>) -> Result<Replay, LinkError> {
+    let session = recording.session(key)?;
+    let mut companion = Companion::new(&recording.settings, &session)?;
     let (mut events, mut sent_bytes, mut difference) = (0, 0, None);
     let mut out = Vec::new();
     let mut entries = recording.entries.iter().peekable();

@@ -164,6 +164,39 @@ pub struct CardSettings {
     pub dynamic: Option<PathBuf>,
 }
 
+/// A deck that reports its own position, as another system on the link.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DeckSettings {
+    /// System id of the deck; 0 for none.
+    pub system_id: u8,
+    /// Age of its position at arrival, s.
+    pub latency_s: f64,
+    /// Error of the position relative to the vehicle on each axis, standard deviation, m.
+    pub sd_m: f64,
+}
+
+impl Default for DeckSettings {
+    fn default() -> Self {
+        Self {
+            system_id: 0,
+            latency_s: 0.05,
+            sd_m: 0.02,
+        }
+    }
+}
+
+/// Signatures of MAVLink 2.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SigningSettings {
+    /// File with the key: 64 hexadecimal digits, or a passphrase. Relative to the settings file. Without it nothing is signed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub key_file: Option<PathBuf>,
+    /// Id of this link.
+    pub link_id: u8,
+}
+
 /// All settings of a flight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -174,6 +207,10 @@ pub struct FlightSettings {
     pub system_id: u8,
     /// Component id of the companion.
     pub component_id: u8,
+    /// The deck, if it reports its own position.
+    pub deck: DeckSettings,
+    /// Signatures.
+    pub signing: SigningSettings,
     /// Model cards.
     pub cards: CardSettings,
     /// The vehicle.
@@ -196,6 +233,8 @@ impl Default for FlightSettings {
             link: "udpin:0.0.0.0:14540".to_string(),
             system_id: 0,
             component_id: 191,
+            deck: DeckSettings::default(),
+            signing: SigningSettings::default(),
             cards: CardSettings::default(),
             vehicle: VehicleSettings::default(),
             sensors: SensorSettings::default(),
@@ -245,6 +284,9 @@ impl FlightSettings {
         self.vehicle.check()?;
         self.sensors.check()?;
         self.rates.check()?;
+        let latency_s = self.deck.latency_s;
+        between("deck.latency_s", latency_s, 0.0..=0.3, "0 to 0.3 s")?;
+        positive("deck.sd_m", self.deck.sd_m)?;
         self.limits.check()
     }
 }

@@ -10,6 +10,26 @@ use serialport::SerialPort;
 use crate::address::Address;
 use crate::error::LinkError;
 
+/// Senders on a UDP port that get answers. A program that finds the pad may send to the same port as the autopilot: it gets
+/// a copy of what is sent.
+const PEERS: usize = 4;
+
+/// The last senders on a UDP port.
+#[derive(Default)]
+struct Peers {
+    known: [Option<SocketAddr>; PEERS],
+    next: usize,
+}
+
+impl Peers {
+    fn heard(&mut self, from: SocketAddr) {
+        if !self.known.contains(&Some(from)) {
+            self.known[self.next] = Some(from);
+            self.next = (self.next + 1) % PEERS;
+        }
+    }
+}
+
 /// Longest wait of [`Receiver::receive`].
 const WAIT: Duration = Duration::from_millis(50);
 
@@ -19,8 +39,8 @@ pub struct Receiver(Incoming);
 enum Incoming {
     Udp {
         socket: UdpSocket,
-        /// The sender of the last datagram, if it decides where answers go.
-        peer: Option<Arc<Mutex<Option<SocketAddr>>>>,
+        /// The last senders, if they decide where answers go.
+        peers: Option<Arc<Mutex<Peers>>>,
     },
     Tcp(TcpStream),
     Serial(Box<dyn SerialPort>),
@@ -32,7 +52,7 @@ pub struct Sender(Outgoing);
 enum Outgoing {
     Udp {
         socket: UdpSocket,
-        peer: Option<Arc<Mutex<Option<SocketAddr>>>>,
+        peers: Option<Arc<Mutex<Peers>>>,
     },
     Tcp(TcpStream),
     Serial(Box<dyn SerialPort>),
@@ -83,17 +103,14 @@ fn halves(address: &Address) -> std::io::Result<(Receiver, Sender)> {
     })
 }
 
-fn udp(
-    socket: UdpSocket,
-    peer: Option<Arc<Mutex<Option<SocketAddr>>>>,
-) -> std::io::Result<(Receiver, Sender)> {
+fn udp(socket: UdpSocket, peers: Option<Arc<Mutex<Peers>>>) -> std::io::Result<(Receiver, Sender)> {
     socket.set_read_timeout(Some(WAIT))?;
     let sending = socket.try_clone()?;
     let outgoing = Outgoing::Udp {
         socket: sending,
-        peer: peer.clone(),
+        peers: peers.clone(),
     };
-    Ok((Receiver(Incoming::Udp { socket, peer }), Sender(outgoing)))
+    Ok((Receiver(Incoming::Udp { socket, peers }), Sender(outgoing)))
 }
 
 impl Receiver {
@@ -103,9 +120,12 @@ impl Receiver {
     /// A link that is closed or broken. A UDP port on which nobody listens yet is neither.
     pub fn receive(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let received = match &mut self.0 {
-            Incoming::Udp { socket, peer } => socket.recv_from(buffer).map(|(length, from)| {
-                if let Some(peer) = peer {
-                    *peer.lock().unwrap_or_else(PoisonError::into_inner) = Some(from);
+            Incoming::Udp { socket, peers } => socket.recv_from(buffer).map(|(length, from)| {
+                if let Some(peers) = peers {
+                    peers
+                        .lock()
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .heard(from);
                 }
                 length
             }),
@@ -120,20 +140,30 @@ impl Receiver {
 }
 
 impl Sender {
-    /// Sends bytes. Over UDP they are lost while nobody has been heard.
+    /// Sends bytes. Over UDP they are lost while nobody has been heard, or the network is down.
     ///
     /// # Errors
     /// A link that is closed or broken.
     pub fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
         let sent = match &mut self.0 {
-            Outgoing::Udp { socket, peer: None } => socket.send(bytes),
+            // A network that is down for a moment is silence, which the companion watches.
             Outgoing::Udp {
                 socket,
-                peer: Some(peer),
-            } => match *peer.lock().unwrap_or_else(PoisonError::into_inner) {
-                Some(peer) => socket.send_to(bytes, peer),
-                None => Ok(0),
-            },
+                peers: None,
+            } => {
+                let _ = socket.send(bytes);
+                return Ok(());
+            }
+            Outgoing::Udp {
+                socket,
+                peers: Some(peers),
+            } => {
+                let known = peers.lock().unwrap_or_else(PoisonError::into_inner).known;
+                for peer in known.iter().flatten() {
+                    let _ = socket.send_to(bytes, peer);
+                }
+                return Ok(());
+            }
             Outgoing::Tcp(stream) => stream.write_all(bytes).map(|()| bytes.len()),
             Outgoing::Serial(port) => port.write_all(bytes).map(|()| bytes.len()),
         };
@@ -152,6 +182,9 @@ fn quiet(result: std::io::Result<usize>) -> std::io::Result<usize> {
                     | ErrorKind::Interrupted
                     | ErrorKind::ConnectionRefused
                     | ErrorKind::ConnectionReset
+                    | ErrorKind::NetworkDown
+                    | ErrorKind::NetworkUnreachable
+                    | ErrorKind::HostUnreachable
             ) =>
         {
             Ok(0)
@@ -165,12 +198,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn prop_udp_answers_go_to_the_last_sender() {
+    fn prop_udp_answers_go_to_all_of_the_last_senders() {
         let free = UdpSocket::bind("127.0.0.1:0").unwrap();
         let place = free.local_addr().unwrap().to_string();
         drop(free);
         let (mut here, mut back) = open(&Address::UdpIn(place.clone())).unwrap();
-        let (mut there, mut to) = open(&Address::UdpOut(place)).unwrap();
+        let (mut there, mut to) = open(&Address::UdpOut(place.clone())).unwrap();
         back.send(b"lost").unwrap();
         let mut buffer = [0; 16];
         to.send(b"hello").unwrap();
@@ -179,5 +212,12 @@ mod tests {
         assert_eq!(there.receive(&mut buffer).unwrap(), 3);
         assert_eq!(&buffer[..3], b"you");
         assert_eq!(there.receive(&mut buffer).unwrap(), 0, "nothing came");
+        // Another program sends to the same port: the first one still gets its answers.
+        let (mut elsewhere, mut other) = open(&Address::UdpOut(place)).unwrap();
+        other.send(b"pad").unwrap();
+        assert_eq!(here.receive(&mut buffer).unwrap(), 3);
+        back.send(b"both").unwrap();
+        assert_eq!(there.receive(&mut buffer).unwrap(), 4);
+        assert_eq!(elsewhere.receive(&mut buffer).unwrap(), 4);
     }
 }

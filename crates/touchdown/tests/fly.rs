@@ -95,7 +95,10 @@ fn finished(child: Child) -> Value {
     let output = child.wait_with_output().unwrap();
     let said = text(&output.stderr);
     assert!(output.status.success(), "{said}");
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {said}"))
+    // Objects of the flight's progress come before the last line.
+    let printed = text(&output.stdout);
+    let last = printed.lines().last().unwrap_or_default();
+    serde_json::from_str(last).unwrap_or_else(|e| panic!("{e}: {said}"))
 }
 
 fn replay(folder: &Path) -> Value {

@@ -2,8 +2,8 @@
 
 use mavlink::dialects::common::{
     AttitudeTargetTypemask, COMMAND_LONG_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavMessage,
-    MavModeFlag, MavState, MavType, PARAM_REQUEST_READ_DATA, SET_ATTITUDE_TARGET_DATA,
-    TIMESYNC_DATA,
+    MavModeFlag, MavParamType, MavState, MavType, PARAM_REQUEST_READ_DATA, PARAM_SET_DATA,
+    SET_ATTITUDE_TARGET_DATA, TIMESYNC_DATA,
 };
 
 use crate::autopilot::Mode;
@@ -40,6 +40,21 @@ pub(super) fn parameter(system: u8, name: &str) -> MavMessage {
         target_component: AUTOPILOT,
         param_id: name.into(),
     })
+}
+
+pub(super) fn set_parameter(system: u8, name: &str, value: f32, kind: MavParamType) -> MavMessage {
+    MavMessage::PARAM_SET(PARAM_SET_DATA {
+        param_value: value,
+        target_system: system,
+        target_component: AUTOPILOT,
+        param_id: name.into(),
+        param_type: kind,
+    })
+}
+
+/// A request for `AUTOPILOT_VERSION`.
+pub(super) fn version(system: u8) -> MavMessage {
+    command(system, MavCmd::MAV_CMD_REQUEST_MESSAGE, [148.0, 0.0, 0.0])
 }
 
 pub(super) fn message_interval(system: u8, message_id: u32, hz: f64) -> MavMessage {

@@ -1,9 +1,9 @@
 //! The control state machine of a companion: bytes with their arrival times and clock ticks go in, bytes to send come out.
 //!
 //! ```text
-//! Waiting ─> Checking ─> Checked <─> Ready ─> InControl ─> Landed ─> Ended
-//!                                                 │                   ^
-//!                                                 └──> HandingOver ───┘
+//! Waiting ─> Checking ─> Checked <─> Ready ─> InControl ─> Landed ──┬─> Restoring ─> Ended
+//!                                                 │                 │
+//!                                                 └──> HandingOver ─┘
 //! ```
 //!
 //! | from | when | to |
@@ -14,42 +14,57 @@
 //! | `Checked`, `Ready` | the checklist is refused | `Checking` |
 //! | `Ready` | disarmed, or the position is no longer known | `Checked` |
 //! | `Ready` | the pilot switches to OFFBOARD or GUIDED | `InControl` |
-//! | `InControl`, `Landed`, `HandingOver` | another mode | `Ended` |
-//! | `InControl` | disarmed by another | `Ended` |
+//! | `InControl`, `Landed`, `HandingOver` | another mode | over |
+//! | `InControl`, `HandingOver` | disarmed by another | over |
 //! | `InControl` | the landing computer has stopped the rotors | `Landed` |
-//! | `InControl` | silence, stale readings, a stepped clock, another autopilot, landing given up, a command that is not finite, Ctrl-C | `HandingOver` |
-//! | `Landed` | disarmed, or 5 s of silence | `Ended` |
-//! | `HandingOver` | 5 s | `Ended` |
+//! | `InControl` | a fault of [`Ending`], landing given up, Ctrl-C | `HandingOver` |
+//! | `Landed` | disarmed, 5 s of silence, 5 s after Ctrl-C | over |
+//! | `HandingOver` | 5 s | over |
+//!
+//! *Over* is `Restoring` if the companion has changed parameters, until all are written back or 5 s have passed, and
+//! then `Ended`.
 //!
 //! - A mode in which the vehicle already is does not count: the pilot must switch while the companion is `Ready`.
+//! - The mode is that of the newest heartbeat or `CURRENT_MODE`.
 //! - Setpoints are sent in `Ready` (PX4 demands a stream before the switch), `InControl` and `Landed` (thrust zero).
 //! - In `HandingOver` the companion sends no setpoint. It asks for a mode that holds the position, later for one that
-//!   holds the altitude. The autopilot's own failsafe acts at the same time, because setpoints have ended.
+//!   holds the altitude, as long as a mode report younger than 1.5 s says that nobody else has changed the mode. The
+//!   autopilot's own failsafe acts at the same time, because setpoints have ended.
+//! - The disarm in `Landed` is repeated under the same condition: a pilot who takes off again is not disarmed.
+//! - Parameters are written back only after the vehicle has left OFFBOARD or GUIDED, or is disarmed.
 //! - `Ended` is for good: nothing but heartbeats is sent.
 //!
 //! The landing computer runs from `Checking` on, so that it knows the deck when control begins. Until then its controller
 //! starts again in every step: its integrals do not wind up while the pilot flies.
 
+mod echo;
 mod messages;
+mod restore;
+mod send;
 mod step;
+mod summary;
 #[cfg(test)]
 mod tests;
 mod vehicle;
 
-use std::collections::BTreeMap;
+pub use summary::Summary;
 
 use mavlink::dialects::common::MavMessage;
 use serde::Serialize;
 use touchdown_flight::SettingsError;
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_lander::computer::{Computer, ComputerOutput, ComputerState};
+use touchdown_lander::state_machine::Phase;
 
-use crate::autopilot::Autopilot;
-use crate::checklist::{Checklist, Facts, Verdict};
-use crate::clock::{ClockSync, SyncReport};
-use crate::readings::{IgnoredReadings, Inbox};
+use crate::checklist::{Checklist, Facts, Thrust, Verdict};
+use crate::clock::ClockSync;
+use crate::parameters::Parameters;
+use crate::readings::Inbox;
 use crate::settings::FlightSettings;
-use crate::wire::{Decoder, Encoder, WireCounts};
+use crate::timing::Distribution;
+use crate::wire::signing::{Signer, Signing, Verifier};
+use crate::wire::{Decoder, Encoder};
+use echo::Echo;
 use vehicle::Vehicle;
 
 type Memory = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
@@ -72,6 +87,8 @@ pub enum Stage {
     Landed,
     /// The autopilot is asked to hold.
     HandingOver,
+    /// Changed parameters are written back.
+    Restoring,
     /// Over.
     Ended,
 }
@@ -88,12 +105,18 @@ pub enum Ending {
     Disarmed,
     /// The autopilot fell silent.
     Silent,
+    /// The autopilot talks, but its mode is no longer known.
+    ModeUnknown,
     /// Attitude or specific force fell silent.
     Stale,
     /// The autopilot's clock stepped, as after a restart.
     ClockStepped,
-    /// A heartbeat of another autopilot with the same system id.
+    /// The attitude jumped, as by a reset of the autopilot's estimator.
+    EstimatorReset,
+    /// Another autopilot with the same system id.
     OtherAutopilot,
+    /// The autopilot follows other setpoints than those that were sent.
+    Rejected,
     /// The landing computer gave up.
     GivenUp,
     /// The landing computer's command was not finite.
@@ -113,41 +136,21 @@ pub enum Event<'a> {
     Stop,
 }
 
-/// What is said of a flight at its end.
-#[derive(Clone, Debug, Serialize)]
-pub struct Summary {
-    /// The stage.
-    pub stage: Stage,
-    /// Why control ended, or was handed over.
-    pub ending: Option<Ending>,
-    /// The autopilot.
-    pub autopilot: Option<Autopilot>,
-    /// System id of the vehicle.
-    pub system_id: Option<u8>,
-    /// The checklist as it was last.
-    pub checklist: Checklist,
-    /// Synchronisation of the clocks.
-    pub time: Option<SyncReport>,
-    /// Time in control, s.
-    pub in_control_s: f64,
-    /// Setpoints sent while in control.
-    pub setpoints: u64,
-    /// Ticks that came more than 5 ms late.
-    pub late_ticks: u64,
-    /// Last phase of the landing computer in control.
-    pub phase: Option<touchdown_lander::state_machine::Phase>,
-    /// Frames on the wire.
-    pub wire: WireCounts,
-    /// Messages of other systems and components.
-    pub other_senders: u64,
-    /// Readings that were not used.
-    pub ignored_readings: IgnoredReadings,
+/// What an operator allows in a session.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Session {
+    /// Switch the vehicle to OFFBOARD or GUIDED, for simulators.
+    pub take_control: bool,
+    /// Change parameters that do not fit, and write them back at the end.
+    pub set_parameters: bool,
+    /// Sign what is sent, and ignore what is not signed.
+    pub signing: Option<Signing>,
 }
 
 /// The companion; see the [module](self).
 pub struct Companion {
     settings: FlightSettings,
-    take_control: bool,
+    session: Session,
     computer: Computer<f64>,
     memory: Memory,
     hover_throttle: f64,
@@ -156,7 +159,9 @@ pub struct Companion {
     clock: ClockSync,
     inbox: Inbox,
     vehicle: Option<Vehicle>,
-    parameters: BTreeMap<&'static str, f64>,
+    parameters: Parameters,
+    /// From the throttle of the card to the thrust setpoint, as judged before control.
+    thrust: Option<Thrust>,
     rates_hz: Option<[f64; 5]>,
     checklist: Checklist,
     stage: Stage,
@@ -164,10 +169,15 @@ pub struct Companion {
     notes: Vec<String>,
     other_senders: u64,
     times: Times,
+    echo: Echo,
     output: Option<ComputerOutput<f64>>,
     in_control_us: i64,
     setpoints: u64,
     late_ticks: u64,
+    /// Deviations of the period from a hundredth of a second.
+    jitter: Distribution,
+    /// Ages of the newest reading when a setpoint was sent.
+    reading_ages: Distribution,
     /// Requests for a holding mode so far.
     hold_requests: u32,
 }
@@ -184,8 +194,10 @@ struct Times {
     checklist: Option<i64>,
     /// When the present stage began.
     stage: i64,
-    /// The last command (mode or disarm).
+    /// The last command (mode, disarm or parameter).
     command: Option<i64>,
+    /// Ctrl-C.
+    stop: Option<i64>,
 }
 
 /// Whether `period_us` have passed since `last`, which then becomes now.
@@ -198,25 +210,27 @@ fn due(last: &mut Option<i64>, now: i64, period_us: i64) -> bool {
 }
 
 impl Companion {
-    /// A companion that has heard nothing yet. With `take_control` it switches the vehicle itself, for simulators.
+    /// A companion that has heard nothing yet.
     ///
     /// # Errors
     /// Names the first setting that is not usable.
-    pub fn new(settings: &FlightSettings, take_control: bool) -> Result<Self, SettingsError> {
+    pub fn new(settings: &FlightSettings, session: &Session) -> Result<Self, SettingsError> {
         let computer = settings.computer()?;
         let weight_n = settings.vehicle.mass_kg * settings.vehicle.gravity_mps2;
         let hover_throttle = settings.models.thrust.throttle_for(weight_n);
+        let encoder = Encoder::new(settings.system_id.max(1), settings.component_id);
         Ok(Self {
-            take_control,
+            session: *session,
             memory: computer.initial(hover_throttle),
             computer,
             hover_throttle,
-            decoder: Decoder::default(),
-            encoder: Encoder::new(settings.system_id.max(1), settings.component_id),
+            decoder: Decoder::new(session.signing.map(Verifier::new)),
+            encoder: encoder.signed(session.signing.map(Signer::new)),
             clock: ClockSync::default(),
             inbox: Inbox::new(settings),
             vehicle: None,
-            parameters: BTreeMap::new(),
+            parameters: Parameters::default(),
+            thrust: None,
             rates_hz: None,
             checklist: Checklist::default(),
             stage: Stage::Waiting,
@@ -224,10 +238,13 @@ impl Companion {
             notes: Vec::new(),
             other_senders: 0,
             times: Times::default(),
+            echo: Echo::default(),
             output: None,
             in_control_us: 0,
             setpoints: 0,
             late_ticks: 0,
+            jitter: Distribution::default(),
+            reading_ages: Distribution::default(),
             hold_requests: 0,
             settings: settings.clone(),
         })
@@ -266,34 +283,40 @@ impl Companion {
         std::mem::take(&mut self.notes)
     }
 
-    /// The bytes that ask for a holding mode, while the companion is in control: for a caller that fails.
+    /// Why control ended, or was handed over.
     #[must_use]
-    pub fn hold_bytes(&self) -> Option<Vec<u8>> {
-        let vehicle = self.vehicle.filter(|_| self.stage == Stage::InControl)?;
-        let mut bytes = Vec::new();
-        let mut encoder = self.encoder;
-        let mode = vehicle.autopilot.holding_modes()[0];
-        encoder.write(&messages::set_mode(vehicle.system, mode), &mut bytes);
-        Some(bytes)
+    pub fn ending(&self) -> Option<Ending> {
+        self.ending
     }
 
-    /// What is said of the flight.
+    /// Setpoints sent in control so far.
     #[must_use]
-    pub fn summary(&self) -> Summary {
-        Summary {
-            stage: self.stage,
-            ending: self.ending,
-            autopilot: self.vehicle.map(|vehicle| vehicle.autopilot),
-            system_id: self.vehicle.map(|vehicle| vehicle.system),
-            checklist: self.checklist.clone(),
-            time: self.clock.report(),
-            in_control_s: self.in_control_us as f64 * 1e-6,
-            setpoints: self.setpoints,
-            late_ticks: self.late_ticks,
-            phase: self.output.map(|output| output.state_machine.phase),
-            wire: self.decoder.counts,
-            other_senders: self.other_senders,
-            ignored_readings: self.inbox.ignored,
+    pub fn setpoints(&self) -> u64 {
+        self.setpoints
+    }
+
+    /// The phase of the landing, once the companion has been in control.
+    #[must_use]
+    pub fn phase(&self) -> Option<Phase> {
+        self.output.map(|output| output.state_machine.phase)
+    }
+
+    /// Height above the deck as the landing computer last estimated it in control, m.
+    #[must_use]
+    pub fn height_m(&self) -> Option<f64> {
+        self.output.map(|output| output.estimate.position_m.z)
+    }
+
+    /// Appends the request for a holding mode, while the companion is in control: for a caller that fails.
+    pub fn hold_bytes(&self, out: &mut Vec<u8>) {
+        if let (Some(vehicle), Stage::InControl) = (self.vehicle, self.stage) {
+            let mut encoder = self.encoder.clone();
+            let mode = vehicle.autopilot.holding_modes()[0];
+            encoder.write(
+                &messages::set_mode(vehicle.system, mode),
+                self.times.now,
+                out,
+            );
         }
     }
 
@@ -311,10 +334,15 @@ impl Companion {
         self.notes.push(note);
     }
 
-    /// Ends for good, because of `ending` or of what led to the hand-over before.
+    /// Flies no more, because of `ending` or of what led to the hand-over before.
     fn end(&mut self, ending: Ending) {
         self.ending.get_or_insert(ending);
-        self.enter(Stage::Ended);
+        let changed = self.parameters.unrestored().next().is_some();
+        self.enter(if changed {
+            Stage::Restoring
+        } else {
+            Stage::Ended
+        });
     }
 
     fn hand_over(&mut self, ending: Ending) {
@@ -323,22 +351,20 @@ impl Companion {
     }
 
     fn stop(&mut self, out: &mut Vec<u8>) {
+        self.times.stop.get_or_insert(self.times.now);
         match self.stage {
             Stage::InControl => {
                 self.hand_over(Ending::Stopped);
                 self.ask_to_hold(out);
             }
-            Stage::Landed => {
-                self.disarm(out);
-                self.end(Ending::Stopped);
-            }
-            Stage::HandingOver | Stage::Ended => {}
+            // Rotors that idle on the deck are disarmed first.
+            Stage::Landed | Stage::HandingOver | Stage::Restoring | Stage::Ended => {}
             _ => self.end(Ending::Stopped),
         }
     }
 
     fn send(&mut self, message: &MavMessage, out: &mut Vec<u8>) {
-        self.encoder.write(message, out);
+        self.encoder.write(message, self.times.now, out);
     }
 
     /// Judges the checklist anew.
@@ -346,14 +372,22 @@ impl Companion {
         let Some(vehicle) = self.vehicle else {
             return Verdict::Waiting;
         };
+        self.thrust = Thrust::of(
+            vehicle.autopilot,
+            self.settings.vehicle.throttle,
+            &self.parameters,
+        );
         self.checklist = Checklist::of(&Facts {
             settings: &self.settings,
             autopilot: vehicle.autopilot,
+            firmware: vehicle.firmware,
             parameters: &self.parameters,
             rates_hz: self.rates_hz,
             sync: self.clock.report(),
             battery: vehicle.battery,
             hover_throttle: self.hover_throttle,
+            hover_found: self.echo.hover(),
+            echoes: self.echo.heard(),
         });
         self.checklist.verdict()
     }

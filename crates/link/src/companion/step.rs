@@ -6,9 +6,9 @@ use touchdown_lander::state_machine::{OperatorRequest, Phase};
 
 use super::{Companion, Ending, Stage, due, messages};
 use crate::autopilot::Autopilot;
-use crate::axes;
-use crate::checklist::{Verdict, thrust_curve, thrust_setpoint};
+use crate::checklist::Verdict;
 use crate::readings::Source;
+use crate::settings::PERIOD_S;
 
 const SECOND_US: i64 = 1_000_000;
 /// Time between two questions for the autopilot's clock, µs.
@@ -25,8 +25,15 @@ const COMMAND_US: i64 = 200_000;
 const STREAM_US: i64 = SECOND_US;
 /// Longest hand-over, µs.
 const HAND_OVER_US: i64 = 5 * SECOND_US;
-/// Requests for a mode that holds the position; then for one that holds the altitude.
-const POSITION_REQUESTS: u32 = 5;
+/// Time without any report of the mode after which nobody knows whether the pilot has taken over, µs: two heartbeats of
+/// an autopilot that sends one a second are lost. Half of it takes a lost heartbeat for a fault.
+const MODE_UNKNOWN_US: i64 = 2_500_000;
+/// Time after Ctrl-C for which a landed vehicle is disarmed, µs.
+const LANDED_US: i64 = 5 * SECOND_US;
+/// Rate of heartbeats, Hz: a change of the mode is noticed within its period.
+const HEARTBEATS_HZ: f64 = 10.0;
+/// Rate of the setpoints that the autopilot follows, Hz: from a recording, thrust is identified by them.
+const ECHO_HZ: f64 = 50.0;
 /// Silence after which nobody waits for the disarming to be confirmed, s.
 const LANDED_SILENT_S: f64 = 5.0;
 /// A tick that is later than this is counted, µs.
@@ -50,6 +57,14 @@ impl Companion {
             self.continue_hand_over(out);
             return;
         }
+        if self.stage == Stage::Restoring {
+            self.restore(out);
+            return;
+        }
+        if matches!(self.stage, Stage::Ready | Stage::InControl) {
+            let period_us = (PERIOD_S * 1e6) as i64;
+            self.jitter.add(elapsed_us.abs_diff(period_us));
+        }
         if self.stage == Stage::Landed {
             if due(&mut self.times.command, now, COMMAND_US) {
                 self.disarm(out);
@@ -61,9 +76,17 @@ impl Companion {
         self.advance(&output);
         match self.stage {
             Stage::Ready => {
-                self.setpoint(output.command.map(|c| (c.attitude, c.throttle)), out);
+                let command = output
+                    .command
+                    .filter(|c| c.attitude.is_finite() && c.throttle.is_finite());
+                if let Some(command) = command {
+                    self.setpoint(Some((command.attitude, command.throttle)), out);
+                }
                 let streamed = now - self.times.stage >= STREAM_US;
-                if self.take_control && streamed && due(&mut self.times.command, now, SECOND_US) {
+                if self.session.take_control
+                    && streamed
+                    && due(&mut self.times.command, now, SECOND_US)
+                {
                     self.switch(out);
                 }
             }
@@ -90,26 +113,31 @@ impl Companion {
         if !checks || !due(&mut self.times.requests, now, REQUEST_US) {
             return;
         }
-        for name in vehicle.autopilot.parameters() {
-            if !self.parameters.contains_key(name) {
-                self.send(&messages::parameter(vehicle.system, name), out);
-            }
+        self.ask_for_parameters(out);
+        if vehicle.firmware.is_none() {
+            self.send(&messages::version(vehicle.system), out);
         }
         let rates = self.settings.rates;
         let imu = match vehicle.autopilot {
             Autopilot::Px4 => 105,
             Autopilot::ArduPilot => 26,
         };
-        // ATTITUDE_QUATERNION, the inertial unit, DISTANCE_SENSOR, LOCAL_POSITION_NED, SYS_STATUS.
+        // ATTITUDE_QUATERNION, the inertial unit, DISTANCE_SENSOR, LOCAL_POSITION_NED, SYS_STATUS, HEARTBEAT,
+        // ATTITUDE_TARGET.
         for (index, message_id, hz) in [
             (Some(0), 31, rates.attitude_hz),
             (Some(1), imu, rates.imu_hz),
             (Some(2), 132, rates.range_hz),
             (Some(3), 32, rates.velocity_hz),
             (None, 1, 1.0),
+            (None, 0, HEARTBEATS_HZ),
+            (None, 83, ECHO_HZ),
+            // GLOBAL_POSITION_INT, only for a deck that reports its own.
+            (None, 33, rates.velocity_hz),
         ] {
             let seen = self.rates_hz.zip(index).map(|(seen, index)| seen[index]);
-            if seen.is_none_or(|seen| seen < 0.8 * hz) {
+            let needed = message_id != 33 || self.settings.deck.system_id != 0;
+            if needed && seen.is_none_or(|seen| seen < 0.8 * hz) {
                 let request = messages::message_interval(vehicle.system, message_id, hz);
                 self.send(&request, out);
             }
@@ -139,29 +167,43 @@ impl Companion {
             .inbox
             .age_s(Source::Attitude, now)
             .max(self.inbox.age_s(Source::Imu, now));
+        let jumped = self.inbox.take_jump();
         if self.stage == Stage::InControl {
             if silent_s > limits.silent_s {
                 self.hand_over(Ending::Silent);
             } else if stale_s > limits.stale_s {
                 self.hand_over(Ending::Stale);
+            } else if now - vehicle.mode_us > MODE_UNKNOWN_US {
+                self.hand_over(Ending::ModeUnknown);
+            } else if jumped {
+                self.hand_over(Ending::EstimatorReset);
+            } else if self.echo.rejected(now) {
+                self.hand_over(Ending::Rejected);
             }
+        } else if self.stage == Stage::Landed
+            && self.times.stop.is_some_and(|stop| now - stop > LANDED_US)
+        {
+            self.end(Ending::Stopped);
         } else if self.stage == Stage::Landed && silent_s > LANDED_SILENT_S {
             self.end(Ending::Silent);
         } else if self.stage == Stage::Ready && (silent_s.max(stale_s) > limits.stale_s) {
             self.enter(Stage::Checked);
+        } else if jumped && matches!(self.stage, Stage::Checking | Stage::Checked | Stage::Ready) {
+            // What was estimated in the axes before is wrong in those after.
+            self.memory = self.computer.initial(self.hover_throttle);
         }
     }
 
     /// A step of the landing computer. Before control its landing starts again in every step.
     fn compute(&mut self, dt: f64) -> ComputerOutput<f64> {
-        let sensing = self.inbox.sense(self.times.now);
+        let imu = self.inbox.sense(self.times.now);
         if self.stage != Stage::InControl {
             self.computer.restart_landing(&mut self.memory);
         }
         let battery = self.vehicle.and_then(|vehicle| vehicle.battery);
         let sensed = Sensed {
-            imu: sensing.imu,
-            readings: &sensing.readings,
+            imu,
+            readings: self.inbox.ready(),
             deck_normal: None,
             battery_share: battery.unwrap_or(1.0),
             contact: None,
@@ -209,7 +251,6 @@ impl Companion {
             }
             _ => match output.command {
                 Some(command) if command.attitude.is_finite() && command.throttle.is_finite() => {
-                    self.setpoints += 1;
                     self.setpoint(Some((command.attitude, command.throttle)), out);
                 }
                 _ => {
@@ -217,56 +258,6 @@ impl Companion {
                     self.continue_hand_over(out);
                 }
             },
-        }
-    }
-
-    /// Sends attitude and throttle through the thrust curve; without them, level and thrust zero.
-    fn setpoint(
-        &mut self,
-        command: Option<(touchdown_flight::Attitude<f64>, f64)>,
-        out: &mut Vec<u8>,
-    ) {
-        let Some(vehicle) = self.vehicle else { return };
-        let Some(curve) = thrust_curve(vehicle.autopilot, &self.parameters) else {
-            return;
-        };
-        let (attitude, thrust) = match command {
-            Some((attitude, throttle)) => {
-                let side = self.settings.vehicle.throttle;
-                (attitude, thrust_setpoint(side, curve, throttle))
-            }
-            None => (self.inbox.level(), 0.0),
-        };
-        let Some(quaternion) = axes::quaternion(attitude) else {
-            return;
-        };
-        let theirs_us = self.clock.theirs_us(self.times.now).unwrap_or(0);
-        let boot_ms = u32::try_from(theirs_us / 1000).unwrap_or(0);
-        let message = messages::attitude_target(vehicle.system, boot_ms, quaternion, thrust);
-        self.send(&message, out);
-    }
-
-    fn switch(&mut self, out: &mut Vec<u8>) {
-        if let Some(vehicle) = self.vehicle {
-            let mode = vehicle.autopilot.following_mode();
-            self.send(&messages::set_mode(vehicle.system, mode), out);
-        }
-    }
-
-    pub(super) fn disarm(&mut self, out: &mut Vec<u8>) {
-        if let Some(vehicle) = self.vehicle {
-            self.send(&messages::disarm(vehicle.system), out);
-        }
-    }
-
-    pub(super) fn ask_to_hold(&mut self, out: &mut Vec<u8>) {
-        if let Some(vehicle) = self.vehicle {
-            let [position, altitude] = vehicle.autopilot.holding_modes();
-            let early = self.hold_requests < POSITION_REQUESTS;
-            let mode = if early { position } else { altitude };
-            self.hold_requests += 1;
-            self.times.command = Some(self.times.now);
-            self.send(&messages::set_mode(vehicle.system, mode), out);
         }
     }
 

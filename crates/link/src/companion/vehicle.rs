@@ -1,28 +1,67 @@
 //! Messages of the vehicle.
 
 use mavlink::dialects::common::{
-    HEARTBEAT_DATA, MavMessage, MavModeFlag, MavParamType, PARAM_VALUE_DATA, TIMESYNC_DATA,
+    COMMAND_ACK_DATA, HEARTBEAT_DATA, MavCmd, MavMessage, MavModeFlag, MavResult, TIMESYNC_DATA,
 };
 
 use super::{Companion, Ending, Stage, messages};
-use crate::autopilot::Autopilot;
+use crate::autopilot::{Autopilot, Firmware};
+use crate::readings::Source;
 use crate::wire::Frame;
 
 /// Component id of an autopilot.
 const AUTOPILOT: u8 = 1;
+/// Range above which a vehicle does not stand on its legs, m. Half of it is the height of long legs; with twice of it, a
+/// hover just above the hold height of a small pad would not count.
+const AIRBORNE_M: f64 = 0.4;
+/// Frames over which steps back of the sequence are counted: less than a second of streams.
+const FRAMES: u32 = 256;
+/// Steps back among them that one sender does not make. Two senders of the same id, of which each fills datagrams with up
+/// to 16 frames, step back so often; a replayed burst or swapped datagrams step back once each. Half of it is four such
+/// bursts in a second; with twice of it, senders that fill datagrams pass.
+const STEPS_BACK: u32 = 8;
 
 /// The vehicle that has been heard.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vehicle {
     pub(super) system: u8,
     pub(super) autopilot: Autopilot,
+    pub(super) firmware: Option<Firmware>,
     pub(super) armed: bool,
-    /// Whether the last heartbeat was in the mode that follows a companion.
+    /// Whether the newest report of the mode was the one that follows a companion.
     pub(super) following: bool,
+    /// When the mode was last reported, our time, µs.
+    pub(super) mode_us: i64,
     /// When the autopilot was last heard, our time, µs.
     pub(super) heard_us: i64,
     /// Remaining energy, in [0, 1].
     pub(super) battery: Option<f64>,
+    sequence: Sequence,
+}
+
+/// The numbers of a sender's frames.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sequence {
+    last: u8,
+    frames: u32,
+    steps_back: u32,
+}
+
+impl Sequence {
+    /// Takes the next number; whether two senders must be counting.
+    fn takes(&mut self, number: u8) -> bool {
+        let ahead = number.wrapping_sub(self.last);
+        self.last = number;
+        self.frames += 1;
+        // A number that repeats is a frame that came twice.
+        self.steps_back += u32::from(ahead > 128);
+        if self.frames < FRAMES {
+            return false;
+        }
+        let two = self.steps_back >= STEPS_BACK;
+        (self.frames, self.steps_back) = (0, 0);
+        two
+    }
 }
 
 impl Companion {
@@ -45,14 +84,36 @@ impl Companion {
             self.inbox.take(&frame.message, &self.clock, now);
             return;
         }
+        if frame.system == self.settings.deck.system_id && !same_system {
+            self.inbox.take_deck(&frame.message, now);
+            return;
+        }
+        if same_system && frame.component != AUTOPILOT && places_the_vehicle(&frame.message) {
+            self.inbox.take_external(&frame.message, now);
+            return;
+        }
         if !same_system || frame.component != AUTOPILOT {
             self.other_senders += 1;
             return;
         }
         vehicle.heard_us = now;
-        match &frame.message {
+        if vehicle.sequence.takes(frame.sequence) {
+            self.other_autopilot();
+        }
+        self.take(&frame.message, out);
+    }
+
+    /// A message of the autopilot.
+    fn take(&mut self, message: &MavMessage, out: &mut Vec<u8>) {
+        let now = self.times.now;
+        let Some(vehicle) = &mut self.vehicle else {
+            return;
+        };
+        match message {
             MavMessage::TIMESYNC(sync) => self.timesync(sync, out),
-            MavMessage::PARAM_VALUE(value) => self.parameter(value),
+            MavMessage::PARAM_VALUE(value) => {
+                self.parameters.take(vehicle.autopilot, value);
+            }
             MavMessage::SYS_STATUS(status) => {
                 let share = f64::from(status.battery_remaining) / 100.0;
                 vehicle.battery = (0.0..=1.0).contains(&share).then_some(share);
@@ -62,6 +123,15 @@ impl Companion {
                     self.notes.push(format!("autopilot: {text}"));
                 }
             }
+            MavMessage::AUTOPILOT_VERSION(version) => {
+                vehicle.firmware = Some(Firmware::of(version.flight_sw_version));
+            }
+            MavMessage::CURRENT_MODE(mode) => {
+                let armed = vehicle.armed;
+                self.mode(mode.custom_mode, armed);
+            }
+            MavMessage::ATTITUDE_TARGET(target) => self.echoed(f64::from(target.thrust)),
+            MavMessage::COMMAND_ACK(answer) => self.answered(answer),
             message => self.inbox.take(message, &self.clock, now),
         }
     }
@@ -77,32 +147,54 @@ impl Companion {
             self.other_senders += 1;
             return;
         };
-        let following = autopilot.follows(heartbeat.custom_mode);
+        let now = self.times.now;
         let armed = heartbeat
             .base_mode
             .contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
-        let before = self.vehicle;
-        self.vehicle = Some(Vehicle {
-            system: frame.system,
-            autopilot: before.map_or(autopilot, |vehicle| vehicle.autopilot),
-            armed,
-            following,
-            heard_us: self.times.now,
-            battery: before.and_then(|vehicle| vehicle.battery),
-        });
-        let Some(before) = before else {
+        let Some(vehicle) = &mut self.vehicle else {
+            self.vehicle = Some(Vehicle {
+                system: frame.system,
+                autopilot,
+                firmware: None,
+                armed,
+                following: autopilot.follows(heartbeat.custom_mode),
+                mode_us: now,
+                heard_us: now,
+                battery: None,
+                sequence: Sequence {
+                    last: frame.sequence,
+                    ..Sequence::default()
+                },
+            });
             self.encoder.system = frame.system;
             let (name, system) = (autopilot.name(), frame.system);
             self.notes.push(format!("{name}, system id {system}"));
             self.enter(Stage::Checking);
             return;
         };
-        if before.autopilot != autopilot {
+        vehicle.heard_us = now;
+        let two = vehicle.sequence.takes(frame.sequence);
+        if two || vehicle.autopilot != autopilot {
             self.other_autopilot();
             return;
         }
+        self.mode(heartbeat.custom_mode, armed);
+    }
+
+    /// The autopilot reports its mode.
+    fn mode(&mut self, custom_mode: u32, armed: bool) {
+        let now = self.times.now;
+        let Some(vehicle) = &mut self.vehicle else {
+            return;
+        };
+        let following = vehicle.autopilot.follows(custom_mode);
+        let switched = following && !vehicle.following;
+        (vehicle.following, vehicle.armed, vehicle.mode_us) = (following, armed, now);
         match self.stage {
-            Stage::Ready if following && !before.following && armed => self.enter(Stage::InControl),
+            Stage::Ready if switched && armed => {
+                self.echo.begin(now);
+                self.enter(Stage::InControl);
+            }
             Stage::InControl | Stage::HandingOver if !following => self.end(Ending::PilotTookOver),
             Stage::InControl | Stage::HandingOver if !armed => self.end(Ending::Disarmed),
             Stage::Landed if !armed => self.end(Ending::Landed),
@@ -111,11 +203,43 @@ impl Companion {
         }
     }
 
+    /// The autopilot reports the thrust that it follows.
+    fn echoed(&mut self, thrust: f64) {
+        let (Some(vehicle), now) = (self.vehicle, self.times.now) else {
+            return;
+        };
+        self.echo.hears(thrust, now);
+        let airborne = self.inbox.range_m().is_some_and(|range| range > AIRBORNE_M);
+        let fresh = self.inbox.age_s(Source::Imu, now) < self.settings.limits.stale_s;
+        if vehicle.armed && !vehicle.following && airborne && fresh {
+            let gravity = self.settings.vehicle.gravity_mps2;
+            self.echo.hovers(thrust, self.inbox.force_mps2() / gravity);
+        }
+    }
+
+    /// An answer to a command: what was refused is said.
+    fn answered(&mut self, answer: &COMMAND_ACK_DATA) {
+        let ours = [0, self.encoder.system].contains(&answer.target_system);
+        let refused = !matches!(
+            answer.result,
+            MavResult::MAV_RESULT_ACCEPTED | MavResult::MAV_RESULT_IN_PROGRESS
+        );
+        let told = matches!(
+            answer.command,
+            MavCmd::MAV_CMD_DO_SET_MODE | MavCmd::MAV_CMD_COMPONENT_ARM_DISARM
+        );
+        if ours && refused && told {
+            let (command, result) = (answer.command, answer.result);
+            self.notes
+                .push(format!("the autopilot answers {command:?} with {result:?}"));
+        }
+    }
+
     /// Two autopilots share a system id: nobody can say whose readings these are.
     fn other_autopilot(&mut self) {
         match self.stage {
             Stage::InControl => self.hand_over(Ending::OtherAutopilot),
-            Stage::HandingOver => {}
+            Stage::HandingOver | Stage::Restoring | Stage::Ended => {}
             _ => self.end(Ending::OtherAutopilot),
         }
     }
@@ -137,31 +261,20 @@ impl Companion {
             Stage::InControl => self.hand_over(Ending::ClockStepped),
             Stage::Waiting | Stage::Checking | Stage::Checked | Stage::Ready => {
                 // A restarted autopilot has forgotten rates, and maybe changed parameters.
-                self.parameters.clear();
+                self.parameters.forget();
                 self.rates_hz = None;
                 self.memory = self.computer.initial(self.hover_throttle);
                 self.enter(Stage::Checking);
             }
-            Stage::Landed | Stage::HandingOver | Stage::Ended => {}
+            Stage::Landed | Stage::HandingOver | Stage::Restoring | Stage::Ended => {}
         }
     }
+}
 
-    fn parameter(&mut self, value: &PARAM_VALUE_DATA) {
-        let (Some(vehicle), Ok(id)) = (self.vehicle, value.param_id.to_str()) else {
-            return;
-        };
-        let mut names = vehicle.autopilot.parameters().iter();
-        let Some(name) = names.find(|name| **name == id) else {
-            return;
-        };
-        let raw = value.param_value;
-        let number = match vehicle.autopilot {
-            // PX4 sends the bytes of an integer in the place of the float; ArduPilot its value.
-            Autopilot::Px4 if value.param_type == MavParamType::MAV_PARAM_TYPE_INT32 => {
-                f64::from(raw.to_bits().cast_signed())
-            }
-            _ => f64::from(raw),
-        };
-        self.parameters.insert(name, number);
-    }
+/// Whether a message of another component says where the vehicle is.
+fn places_the_vehicle(message: &MavMessage) -> bool {
+    matches!(
+        message,
+        MavMessage::VISION_POSITION_ESTIMATE(_) | MavMessage::ODOMETRY(_)
+    )
 }

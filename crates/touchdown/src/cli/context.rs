@@ -19,6 +19,13 @@ impl Context {
         self.if_interrupted(move || output::missing(&folder));
     }
 
+    /// One JSON object on a line of its own, if JSON was asked for.
+    pub(crate) fn line_object<T: Serialize>(&self, object: &T) {
+        if let (true, Ok(text)) = (self.wants_json(), serde_json::to_string(object)) {
+            self.print(&format!("{text}\n"));
+        }
+    }
+
     /// Ends a command that wrote a report into `folder`.
     pub(crate) fn reported<T: Serialize>(&self, text: &str, folder: &Path, results: &T) {
         self.finish();

@@ -36,6 +36,7 @@ PX4 = {
         "EKF2_RNG_CTRL": 0,
         "MPC_LAND_SPEED": 0.7,
         "LNDMC_Z_VEL_MAX": 0.25,
+        "MC_BAT_SCALE_EN": 0,
     },
 }
 ARDUPILOT = {
@@ -52,6 +53,8 @@ ARDUPILOT = {
         "MOT_SPIN_MIN": 0.15,
         "MOT_SPIN_MAX": 0.95,
         "PLND_ENABLED": 0,
+        "ATC_ANGLE_BOOST": 1,
+        "MOT_BAT_VOLT_MAX": 0,
     },
 }
 
@@ -101,6 +104,8 @@ class Vehicle:
         f, low, high = p.get("THR_MDL_FAC"), 0.0, 1.0
         if f is None:
             f, low, high = p["MOT_THST_EXPO"], p["MOT_SPIN_MIN"], p["MOT_SPIN_MAX"]
+        if p.get("ATC_ANGLE_BOOST"):
+            setpoint = min(1.0, setpoint / max(0.1, ned_rotate(self.wanted_q, (0.0, 0.0, -1.0))[2]))
         x = (f - 1 + math.sqrt((1 - f) ** 2 + 4 * f * setpoint)) / (2 * f)
         self.signal = low + x * (high - low)
 
@@ -160,6 +165,8 @@ class Autopilot:
         self.start = time.monotonic()
         self.due, self.every = {"heartbeat": 0.0, "target": 0.0, "ask": 0.0}, {}
         self.delayed = []
+        p = self.kind["parameters"]
+        self.thrust = p.get("MPC_THR_HOVER", p.get("MOT_THST_HOVER"))
         self.setpoint_at = -9.0
         self.said_pilot_at = None
         self.offboard_at = self.taken_at = None
@@ -210,6 +217,7 @@ class Autopilot:
             self.log["setpoints_in_offboard"] += 1
             self.vehicle.wanted_q = tuple(message.q)
             self.vehicle.motors(message.thrust)
+            self.thrust = message.thrust
 
     def parameter(self, name):
         value = self.kind["parameters"].get(name)
@@ -225,6 +233,9 @@ class Autopilot:
         if m.command == mav.MAV_CMD_SET_MESSAGE_INTERVAL:
             self.every[int(m.param1)] = m.param2 * 1e-6
             self.due.setdefault(int(m.param1), 0.0)
+        elif m.command == mav.MAV_CMD_REQUEST_MESSAGE and m.param1 == 148:
+            version = 0x011100FF if self.kind is PX4 else 0x040700FF
+            self.wire.mav.autopilot_version_send(0, version, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0)
         elif m.command == mav.MAV_CMD_DO_SET_MODE:
             self.log["mode_requests"] += 1
             main, sub = int(m.param2), int(m.param3)
@@ -249,7 +260,7 @@ class Autopilot:
             self.due[key] = max(self.due[key] + period, now - period)
             return True
 
-        if is_due("heartbeat", 1.0):
+        if is_due("heartbeat", self.every.get(0, 1.0)):
             base = mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
             base |= mav.MAV_MODE_FLAG_SAFETY_ARMED if self.armed else 0
             out.heartbeat_send(mav.MAV_TYPE_QUADROTOR, self.kind["name"], base, self.mode, 4)
@@ -275,6 +286,8 @@ class Autopilot:
             noise = [self.random.gauss(0, 0.03) for _ in range(3)]
             x, y, z = v.position
             out.local_position_ned_send(self.boot_ms(), y, x, -z, n + noise[0], e + noise[1], noise[2] - u)
+        if is_due(83, self.every.get(83, 1)):
+            out.attitude_target_send(self.boot_ms(), 0, v.wanted_q, 0, 0, 0, self.thrust)
         if is_due(1, self.every.get(1, 1)):
             out.sys_status_send(0, 0, 0, 0, 15000, -1, 80, 0, 0, 0, 0, 0, 0)
         if is_due("target", 1 / 30):

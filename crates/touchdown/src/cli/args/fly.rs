@@ -10,6 +10,7 @@ Examples:
   touchdown fly flight.toml --out flight-3.mcap
   touchdown fly --replay flight-3.mcap
 
+With --json, standard output has one object a second, each on a line, and the summary as the last one.
 The recording holds every byte that came and went. --replay runs it through the same code and reports the first difference.";
 
 #[derive(Args, Debug)]
@@ -24,6 +25,9 @@ pub(crate) struct FlyArgs {
     /// Switch the vehicle to OFFBOARD or GUIDED instead of waiting for the pilot: for simulators only
     #[arg(long, conflicts_with = "replay")]
     pub(crate) take_control: bool,
+    /// Change parameters that do not fit; each is named, and written back at the end
+    #[arg(long, conflicts_with = "replay")]
+    pub(crate) set_parameters: bool,
     /// Run a recording again and compare what is sent, bit for bit
     #[arg(long, value_name = "FLIGHT.mcap", conflicts_with = "settings")]
     pub(crate) replay: Option<PathBuf>,

@@ -1,21 +1,27 @@
 //! `touchdown fly`.
 
 mod flight;
+mod interrupt;
+mod pool;
 mod recorder;
+mod view;
 
 use std::path::Path;
+use std::time::SystemTime;
 
 use serde::Serialize;
 use touchdown::settings;
 use touchdown::{Error, Result};
 use touchdown_campaign::cards::CardPaths;
-use touchdown_link::companion::Summary;
+use touchdown_link::companion::{Session, Summary};
 use touchdown_link::recording::Recording;
 use touchdown_link::settings::FlightSettings;
+use touchdown_link::wire::signing::{Signing, SigningKey, signature_time};
 use touchdown_terminal::Done;
 
 use super::args::fly::FlyArgs;
 use super::context::Context;
+use interrupt::Interrupt;
 
 /// The object of `--json`.
 #[derive(Serialize)]
@@ -29,9 +35,15 @@ pub(crate) fn run(context: &Context, args: &FlyArgs) -> Result<Done> {
         (Some(recording), _) => replay(context, recording),
         (None, Some(path)) => {
             let settings = load(path)?;
-            let summary = flight::fly(context, &settings, &args.out, args.take_control)?;
-            context.say(&format!("recording: {}", args.out.display()));
-            context.object(&Flown {
+            let session = Session {
+                take_control: args.take_control,
+                set_parameters: args.set_parameters,
+                signing: signing(&settings)?,
+            };
+            let interrupt = Interrupt::watch(context, &args.out);
+            let summary = flight::fly(context, &settings, &session, &args.out, &interrupt)?;
+            context.say(&closing(&summary, &args.out));
+            context.line_object(&Flown {
                 recording: &args.out,
                 flight: &summary,
             });
@@ -53,13 +65,68 @@ pub(super) fn load(path: &Path) -> Result<FlightSettings> {
         dynamic: cards.dynamic,
     };
     let folder = path.parent().unwrap_or(Path::new("."));
+    if let Some(file) = &mut settings.signing.key_file {
+        *file = folder.join(&file);
+    }
     cards.from(folder).put_into(&mut settings.models)?;
     Ok(settings)
 }
 
+/// The key that the settings name.
+fn key(settings: &FlightSettings) -> Result<Option<SigningKey>> {
+    let Some(file) = &settings.signing.key_file else {
+        return Ok(None);
+    };
+    let text = std::fs::read_to_string(file)
+        .map_err(|e| Error::Arguments(format!("signing.key_file: {}: {e}", file.display())))?;
+    Ok(Some(SigningKey::from_text(&text)))
+}
+
+/// The signing of a flight that begins now.
+fn signing(settings: &FlightSettings) -> Result<Option<Signing>> {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    let unix_us = since.map_or(0, |since| since.as_micros());
+    let start = signature_time(u64::try_from(unix_us).unwrap_or(u64::MAX));
+    Ok(key(settings)?.map(|key| Signing {
+        key,
+        link_id: settings.signing.link_id,
+        start,
+    }))
+}
+
+/// What is said at the end.
+fn closing(summary: &Summary, out: &Path) -> String {
+    let mut lines = vec![match summary.ending {
+        Some(ending) => format!("ended: {ending:?}"),
+        None => "ended".to_string(),
+    }];
+    if summary.setpoints > 0 {
+        lines.push(format!(
+            "in control for {:.1} s, {} setpoints, {} late ticks",
+            summary.in_control_s, summary.setpoints, summary.late_ticks
+        ));
+    }
+    for (what, times) in [
+        ("deviation of the period from 10 ms", summary.jitter),
+        (
+            "age of the newest reading at a setpoint",
+            summary.reading_age,
+        ),
+    ] {
+        if let Some(times) = times {
+            lines.push(format!(
+                "{what}: median {:.2} ms, 99 % {:.2} ms, 99.9 % {:.2} ms, greatest {:.2} ms",
+                times.p50_ms, times.p99_ms, times.p999_ms, times.greatest_ms
+            ));
+        }
+    }
+    lines.push(format!("recording: {}", out.display()));
+    lines.join("\n")
+}
+
 fn replay(context: &Context, path: &Path) -> Result<Done> {
     let recording = Recording::read(path)?;
-    let replay = touchdown_link::replay::replay(&recording)?;
+    let replay = touchdown_link::replay::replay(&recording, key(&recording.settings)?)?;
     context.object(&replay);
     if replay.cut_off {
         context.warn("the recording has no end, as after a kill; what is whole was run");

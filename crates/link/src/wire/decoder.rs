@@ -1,26 +1,14 @@
-//! MAVLink frames: from bytes to messages and back.
+//! From bytes to messages.
 
 use mavlink::dialects::common::MavMessage;
-use mavlink::{
-    MAV_STX, MAV_STX_V2, MAVLinkV2MessageRaw, MavHeader, MavlinkVersion, Message, calculate_crc,
-};
+use mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message, calculate_crc};
 use serde::Serialize;
 
-/// Flag of a signed frame; no other flag is understood.
-const SIGNED: u8 = 1;
-const SIGNATURE: usize = 13;
-const CHECKSUM: usize = 2;
+use super::signing::Verifier;
+use super::{CHECKSUM, Frame, SIGNATURE, SIGNED};
 
-/// A message and who sent it.
-#[derive(Clone, Debug)]
-pub struct Frame {
-    /// System id of the sender.
-    pub system: u8,
-    /// Component id of the sender.
-    pub component: u8,
-    /// The message.
-    pub message: MavMessage,
-}
+/// Bytes that a decoder keeps room for, so that it does not allocate: a frame has at most 280, a datagram 64 KiB.
+const ROOM: usize = 1 << 17;
 
 /// What was found among the bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -33,17 +21,26 @@ pub struct WireCounts {
     pub corrupt: u64,
     /// Frames with a right checksum whose content makes no sense, such as an unknown value of an enumeration.
     pub malformed: u64,
+    /// Frames without a signature, with a wrong one, or signed at an older time than the one before: only on signed links.
+    pub unsigned: u64,
     /// Bytes outside of any frame.
     pub stray_bytes: u64,
 }
 
 /// Splits bytes into frames, whatever pieces they arrive in.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Decoder {
     buffer: Vec<u8>,
     start: usize,
+    verifier: Option<Verifier>,
     /// What was found so far.
     pub counts: WireCounts,
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self::new(None)
+    }
 }
 
 /// A frame's place in the buffer.
@@ -53,11 +50,23 @@ struct Layout {
     payload: usize,
     whole: usize,
     id: u32,
+    sequence: u8,
     system: u8,
     component: u8,
 }
 
 impl Decoder {
+    /// A decoder. With a verifier, frames that are not signed by its key are skipped and counted.
+    #[must_use]
+    pub fn new(verifier: Option<Verifier>) -> Self {
+        Self {
+            buffer: Vec::with_capacity(ROOM),
+            start: 0,
+            verifier,
+            counts: WireCounts::default(),
+        }
+    }
+
     /// Adds bytes that have arrived.
     pub fn push(&mut self, bytes: &[u8]) {
         self.buffer.drain(..self.start);
@@ -98,6 +107,13 @@ impl Decoder {
                 self.reject();
                 continue;
             }
+            if let Some(verifier) = &mut self.verifier
+                && !verifier.accepts(frame, end + CHECKSUM)
+            {
+                self.counts.unsigned += 1;
+                self.start += layout.whole;
+                continue;
+            }
             let parsed = MavMessage::parse(layout.version, layout.id, &frame[layout.header..end]);
             self.start += layout.whole;
             match parsed {
@@ -106,12 +122,19 @@ impl Decoder {
                     return Some(Frame {
                         system: layout.system,
                         component: layout.component,
+                        sequence: layout.sequence,
                         message,
                     });
                 }
                 Err(_) => self.counts.malformed += 1,
             }
         }
+    }
+
+    /// Bytes that wait for the rest of their frame.
+    #[must_use]
+    pub fn waiting(&self) -> usize {
+        self.buffer.len() - self.start
     }
 
     fn seek_marker(&mut self) -> Option<()> {
@@ -147,15 +170,15 @@ impl Layout {
             return Ok(None);
         }
         let payload = usize::from(bytes[1]);
-        let (signature, system, component, id) = match version {
-            MavlinkVersion::V1 => (0, bytes[3], bytes[4], u32::from(bytes[5])),
+        let (signature, [sequence, system, component], id) = match version {
+            MavlinkVersion::V1 => (0, [bytes[2], bytes[3], bytes[4]], u32::from(bytes[5])),
             MavlinkVersion::V2 => {
                 if bytes[2] & !SIGNED != 0 {
                     return Err(());
                 }
                 let signature = if bytes[2] == SIGNED { SIGNATURE } else { 0 };
                 let id = u32::from_le_bytes([bytes[7], bytes[8], bytes[9], 0]);
-                (signature, bytes[5], bytes[6], id)
+                (signature, [bytes[4], bytes[5], bytes[6]], id)
             }
         };
         let whole = header + payload + CHECKSUM + signature;
@@ -165,128 +188,9 @@ impl Layout {
             payload,
             whole,
             id,
+            sequence,
             system,
             component,
         }))
-    }
-}
-
-/// Writes messages as frames of MAVLink 2.
-#[derive(Clone, Copy, Debug)]
-pub struct Encoder {
-    /// System id of the sender.
-    pub system: u8,
-    /// Component id of the sender.
-    pub component: u8,
-    sequence: u8,
-}
-
-impl Encoder {
-    /// A sender.
-    #[must_use]
-    pub fn new(system: u8, component: u8) -> Self {
-        Self {
-            system,
-            component,
-            sequence: 0,
-        }
-    }
-
-    /// Appends the frame of a message.
-    pub fn write(&mut self, message: &MavMessage, out: &mut Vec<u8>) {
-        let header = MavHeader {
-            system_id: u32::from(self.system),
-            component_id: self.component,
-            sequence: self.sequence,
-        };
-        self.sequence = self.sequence.wrapping_add(1);
-        let mut raw = MAVLinkV2MessageRaw::new();
-        raw.serialize_message(header, message);
-        out.extend_from_slice(raw.raw_bytes());
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use mavlink::dialects::common::{ATTITUDE_QUATERNION_DATA, HEARTBEAT_DATA};
-    use proptest::prelude::*;
-
-    fn two() -> Vec<u8> {
-        let mut encoder = Encoder::new(7, 1);
-        let mut bytes = Vec::new();
-        let heartbeat = HEARTBEAT_DATA {
-            custom_mode: 0x0006_0000,
-            ..HEARTBEAT_DATA::default()
-        };
-        encoder.write(&MavMessage::HEARTBEAT(heartbeat), &mut bytes);
-        let attitude = ATTITUDE_QUATERNION_DATA {
-            time_boot_ms: 1,
-            q1: 1.0,
-            ..ATTITUDE_QUATERNION_DATA::default()
-        };
-        encoder.write(&MavMessage::ATTITUDE_QUATERNION(attitude), &mut bytes);
-        bytes
-    }
-
-    fn all(decoder: &mut Decoder) -> Vec<u32> {
-        std::iter::from_fn(|| decoder.next_frame())
-            .map(|frame| frame.message.message_id())
-            .collect()
-    }
-
-    #[test]
-    fn prop_frames_come_back_in_any_pieces() {
-        let bytes = two();
-        for piece in 1..bytes.len() {
-            let mut decoder = Decoder::default();
-            let mut ids = Vec::new();
-            for chunk in bytes.chunks(piece) {
-                decoder.push(chunk);
-                ids.extend(all(&mut decoder));
-            }
-            assert_eq!(ids, [0, 31], "pieces of {piece}");
-            assert_eq!(decoder.counts.corrupt, 0);
-        }
-    }
-
-    #[test]
-    fn prop_a_flipped_bit_never_becomes_a_message() {
-        let bytes = two();
-        for bit in 0..bytes.len() * 8 {
-            let mut wrong = bytes.clone();
-            wrong[bit / 8] ^= 1 << (bit % 8);
-            let mut decoder = Decoder::default();
-            decoder.push(&wrong);
-            // One of the two is hurt; a frame that seems longer may wait for more.
-            assert!(all(&mut decoder).len() <= 1, "bit {bit}");
-        }
-    }
-
-    #[test]
-    fn prop_unknown_messages_are_skipped_and_counted() {
-        let bytes = two();
-        let mut unknown = vec![
-            MAV_STX_V2, 3, 0, 0, 0, 1, 1, 0xb8, 0x01, 0x7f, 1, 2, 3, 9, 9,
-        ];
-        unknown.extend_from_slice(&bytes);
-        let mut decoder = Decoder::default();
-        decoder.push(&unknown);
-        assert_eq!(all(&mut decoder), [0, 31]);
-        assert_eq!(decoder.counts.unknown, 1);
-    }
-
-    proptest! {
-        #[test]
-        fn prop_any_bytes_are_read_without_panic(chunks in proptest::collection::vec(
-            proptest::collection::vec(prop_oneof![Just(MAV_STX), Just(MAV_STX_V2), any::<u8>()], 0..300), 0..6)) {
-            let mut decoder = Decoder::default();
-            for chunk in &chunks {
-                decoder.push(chunk);
-                let _ = all(&mut decoder);
-            }
-            // A frame has at most 280 bytes: more never waits.
-            prop_assert!(decoder.buffer.len() - decoder.start < 280);
-        }
     }
 }

@@ -5,14 +5,26 @@
 //! | `ATTITUDE_QUATERNION` | attitude | `time_boot_ms` |
 //! | `HIGHRES_IMU`, `SCALED_IMU` | specific force, mean over a tick | `time_usec`, `time_boot_ms` |
 //! | `DISTANCE_SENSOR` that looks down | range | `time_boot_ms` |
-//! | `LANDING_TARGET` in `MAV_FRAME_BODY_FRD` with a valid position | position of the deck | `time_usec`; if 0, the settings |
+//! | `LANDING_TARGET` in `MAV_FRAME_BODY_FRD` or `MAV_FRAME_LOCAL_NED` with a valid position | position of the deck | `time_usec`; if 0, the settings |
+//! | positions of vehicle and deck | position of the deck | see `deck.rs` |
 //! | `LOCAL_POSITION_NED` | velocity | `time_boot_ms` |
 //!
 //! Stamps are of the autopilot's clock. A reading is ignored and counted if it is not finite, older than
 //! `sensors.greatest_age_s`, stamped in the future, repeated, or of another frame; so is every stamped reading before the clocks are
 //! synchronised.
 
-use mavlink::dialects::common::{LANDING_TARGET_DATA, MavFrame, MavMessage, MavSensorOrientation};
+mod deck;
+mod source;
+#[cfg(test)]
+mod tests;
+
+pub use source::Source;
+
+use deck::Positions;
+
+use mavlink::dialects::common::{
+    LANDING_TARGET_DATA, LOCAL_POSITION_NED_DATA, MavFrame, MavMessage, MavSensorOrientation,
+};
 use serde::Serialize;
 use touchdown_flight::{Attitude, Vector};
 use touchdown_lander::estimate::relative::{
@@ -29,43 +41,11 @@ const FUTURE_US: i64 = 20_000;
 /// Readings that wait for the next tick; more are dropped.
 const MOST_PENDING: usize = 32;
 
-/// Kinds of readings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
-    /// Attitude.
-    Attitude,
-    /// Specific force.
-    Imu,
-    /// Range finder.
-    Range,
-    /// Velocity.
-    Velocity,
-    /// Position of the deck.
-    Target,
-}
-
-impl Source {
-    /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::Attitude,
-        Self::Imu,
-        Self::Range,
-        Self::Velocity,
-        Self::Target,
-    ];
-
-    /// The name of its message.
-    #[must_use]
-    pub fn message(self) -> &'static str {
-        match self {
-            Self::Attitude => "ATTITUDE_QUATERNION",
-            Self::Imu => "HIGHRES_IMU or SCALED_IMU",
-            Self::Range => "DISTANCE_SENSOR",
-            Self::Velocity => "LOCAL_POSITION_NED",
-            Self::Target => "LANDING_TARGET",
-        }
-    }
-}
+/// Greatest turn between two attitudes that no vehicle makes, rad, and rad/s: a multirotor turns at most at about 10 rad/s. Half
+/// of them would take a fast manoeuvre for a reset of the autopilot's estimator; with twice of them, resets of the heading
+/// by 20 degrees pass.
+const TURN_RAD: f64 = 0.2;
+const TURN_RAD_PER_S: f64 = 12.0;
 
 /// Readings that were not used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -80,6 +60,8 @@ pub struct IgnoredReadings {
     pub repeated: u64,
     /// In a frame that is not supported.
     pub other_frame: u64,
+    /// Positions of the deck while the vehicle's own position or attitude was not known.
+    pub without_position: u64,
     /// Before the clocks were synchronised.
     pub unsynchronised: u64,
 }
@@ -92,12 +74,20 @@ pub struct Inbox {
     target_latency_us: i64,
     velocity_period_us: i64,
     target_variance_m2: f64,
+    deck_latency_us: i64,
+    deck_variance_m2: f64,
+    positions: Positions,
     attitude: Option<(i64, Attitude<f64>)>,
     force: Option<(i64, Vector<f64>)>,
     sum: Vector<f64>,
     summed: u32,
     velocity_us: Option<i64>,
+    range_m: Option<f64>,
     pending: Vec<(i64, Reading<f64>)>,
+    /// The readings of the present step.
+    ready: Vec<Reading<f64>>,
+    /// Whether the attitude has jumped.
+    jumped: bool,
     /// Arrivals since the last look, by [`Source`].
     arrivals: [u32; 5],
     /// Newest usable reading of each source, our time, µs.
@@ -106,15 +96,6 @@ pub struct Inbox {
     stamps_us: [Option<i64>; 5],
     /// Readings that were not used.
     pub ignored: IgnoredReadings,
-}
-
-/// Readings for one step of the landing computer.
-#[derive(Clone, Debug)]
-pub struct Sensing {
-    /// Specific force and attitude; not finite where they are missing.
-    pub imu: ImuSample<f64>,
-    /// The other readings.
-    pub readings: Vec<Reading<f64>>,
 }
 
 fn micros(seconds: f64) -> i64 {
@@ -136,12 +117,18 @@ impl Inbox {
             target_latency_us: micros(sensors.target_latency_s),
             velocity_period_us: micros(sensors.velocity_period_s),
             target_variance_m2: sensors.target_sd_m * sensors.target_sd_m,
+            deck_latency_us: micros(settings.deck.latency_s),
+            deck_variance_m2: settings.deck.sd_m * settings.deck.sd_m,
+            positions: Positions::new(),
             attitude: None,
             force: None,
             sum: Vector::ZERO,
             summed: 0,
             velocity_us: None,
+            range_m: None,
             pending: Vec::with_capacity(MOST_PENDING),
+            ready: Vec::with_capacity(MOST_PENDING),
+            jumped: false,
             arrivals: [0; 5],
             newest_us: [None; 5],
             stamps_us: [None; 5],
@@ -157,7 +144,11 @@ impl Inbox {
                 if let Some(attitude) = axes::attitude(quaternion) {
                     let stamp = boot(m.time_boot_ms);
                     if let Some(at) = self.dated(Source::Attitude, stamp, clock, now_us) {
+                        self.jumped |= self
+                            .attitude
+                            .is_some_and(|before| jumps(before, at, attitude));
                         self.attitude = Some((at, attitude));
+                        self.positions.turns(at, attitude);
                     }
                 } else {
                     self.ignored.unusable += 1;
@@ -181,6 +172,7 @@ impl Inbox {
                     && (m.min_distance..=m.max_distance).contains(&m.current_distance);
                 let distance_m = f64::from(m.current_distance) * 0.01;
                 let reading = Reading::Range(RangeReading::level(distance_m, 0.0));
+                self.range_m = usable.then_some(distance_m);
                 self.queue(
                     Source::Range,
                     reading,
@@ -191,28 +183,40 @@ impl Inbox {
                 );
             }
             MavMessage::LANDING_TARGET(m) => self.take_target(m, clock, now_us),
-            MavMessage::LOCAL_POSITION_NED(m) => {
-                let velocity = Vector::new(f64::from(m.vx), f64::from(m.vy), f64::from(m.vz));
-                let reading = Reading::Gnss(GnssVelocity {
-                    velocity_mps: axes::world(velocity),
-                    age_s: 0.0,
-                });
-                self.queue(
-                    Source::Velocity,
-                    reading,
-                    true,
-                    boot(m.time_boot_ms),
-                    clock,
-                    now_us,
-                );
+            MavMessage::LOCAL_POSITION_NED(m) => self.take_velocity(m, clock, now_us),
+            MavMessage::GLOBAL_POSITION_INT(m) => {
+                let at = clock.ours_us(boot(m.time_boot_ms));
+                if let Some(at) = at.filter(|at| self.is_recent(*at, now_us)) {
+                    self.take_globe(at, [m.lat, m.lon], f64::from(m.alt) * 1e-3);
+                }
             }
             _ => {}
         }
     }
 
     fn take_target(&mut self, m: &LANDING_TARGET_DATA, clock: &ClockSync, now_us: i64) {
-        if m.frame != MavFrame::MAV_FRAME_BODY_FRD || m.position_valid.bits() == 0 {
+        let local = m.frame == MavFrame::MAV_FRAME_LOCAL_NED;
+        if !(local || m.frame == MavFrame::MAV_FRAME_BODY_FRD) || m.position_valid.bits() == 0 {
             self.ignored.other_frame += 1;
+            return;
+        }
+        let stamp = i64::try_from(m.time_usec).unwrap_or(i64::MAX);
+        if local {
+            // Its place in the body follows from the vehicle's own place at its time.
+            let unstamped = m.time_usec == 0;
+            let at = if unstamped {
+                Some(now_us - self.target_latency_us)
+            } else {
+                clock.ours_us(stamp)
+            };
+            let at = at.filter(|at| self.is_recent(*at, now_us));
+            match at.and_then(|at| Some((at, self.local_target(m, at)?))) {
+                Some((at, reading)) if unstamped => self.queue_at(Source::Target, reading, at),
+                Some((_, reading)) => {
+                    self.queue(Source::Target, reading, true, stamp, clock, now_us);
+                }
+                None => {}
+            }
             return;
         }
         let seen = Vector::new(f64::from(m.x), f64::from(m.y), f64::from(m.z));
@@ -230,9 +234,31 @@ impl Inbox {
             let at = now_us - self.target_latency_us;
             self.queue_at(Source::Target, reading, at);
         } else {
-            let stamp = i64::try_from(m.time_usec).unwrap_or(i64::MAX);
             self.queue(Source::Target, reading, true, stamp, clock, now_us);
         }
+    }
+
+    fn take_velocity(&mut self, m: &LOCAL_POSITION_NED_DATA, clock: &ClockSync, now_us: i64) {
+        let of = |[x, y, z]: [f32; 3]| Vector::new(f64::from(x), f64::from(y), f64::from(z));
+        let (position, velocity) = (of([m.x, m.y, m.z]), of([m.vx, m.vy, m.vz]));
+        let reading = Reading::Gnss(GnssVelocity {
+            velocity_mps: axes::world(velocity),
+            age_s: 0.0,
+        });
+        let stamp = boot(m.time_boot_ms);
+        let at = clock.ours_us(stamp);
+        if let (Some(at), true) = (
+            at.filter(|at| self.is_recent(*at, now_us)),
+            position.is_finite() && velocity.is_finite(),
+        ) {
+            self.positions.moves(at, position, velocity);
+        }
+        self.queue(Source::Velocity, reading, true, stamp, clock, now_us);
+    }
+
+    /// Whether a time is neither too old nor in the future.
+    fn is_recent(&self, at: i64, now_us: i64) -> bool {
+        (-FUTURE_US..=self.greatest_age_us).contains(&now_us.saturating_sub(at))
     }
 
     fn take_force(&mut self, force: [f64; 3], stamp_us: i64, clock: &ClockSync, now_us: i64) {
@@ -320,8 +346,9 @@ impl Inbox {
         }
     }
 
-    /// The readings for a step that ends at `now_us`.
-    pub fn sense(&mut self, now_us: i64) -> Sensing {
+    /// Prepares a step that ends at `now_us`: specific force and attitude, not finite where they are missing. The other
+    /// readings are then in [`Self::ready`].
+    pub fn sense(&mut self, now_us: i64) -> ImuSample<f64> {
         let missing = Vector::new(f64::NAN, f64::NAN, f64::NAN);
         let fresh = |at: i64| now_us - at <= self.imu_gap_us;
         let attitude = self.attitude.filter(|(at, _)| fresh(*at));
@@ -332,24 +359,51 @@ impl Inbox {
             _ => missing,
         };
         (self.sum, self.summed) = (Vector::ZERO, 0);
-        let readings = self
-            .pending
-            .drain(..)
-            .map(|(at, reading)| aged(reading, ((now_us - at).max(0)) as f64 * 1e-6))
-            .collect();
-        Sensing {
-            imu: ImuSample {
-                specific_force_mps2,
-                attitude: attitude.map(|(_, attitude)| attitude).unwrap_or_default(),
-            },
-            readings,
+        self.ready.clear();
+        let dated = self.pending.drain(..);
+        let age_s = |at: i64| (now_us - at).max(0) as f64 * 1e-6;
+        self.ready
+            .extend(dated.map(|(at, reading)| aged(reading, age_s(at))));
+        ImuSample {
+            specific_force_mps2,
+            attitude: attitude.map(|(_, attitude)| attitude).unwrap_or_default(),
         }
+    }
+
+    /// The readings of the step that [`Self::sense`] prepared.
+    #[must_use]
+    pub fn ready(&self) -> &[Reading<f64>] {
+        &self.ready
+    }
+
+    /// Whether the attitude has jumped since the last call, as by a reset of the autopilot's estimator.
+    pub fn take_jump(&mut self) -> bool {
+        std::mem::take(&mut self.jumped)
+    }
+
+    /// Age of the newest usable reading of any source, µs.
+    #[must_use]
+    pub fn newest_age_us(&self, now_us: i64) -> Option<i64> {
+        let newest = self.newest_us.iter().flatten().max();
+        newest.map(|at| (now_us - at).max(0))
     }
 
     /// Age of the newest usable reading of a source, s; infinite before the first.
     #[must_use]
     pub fn age_s(&self, source: Source, now_us: i64) -> f64 {
         self.newest_us[source as usize].map_or(f64::INFINITY, |at| (now_us - at) as f64 * 1e-6)
+    }
+
+    /// The newest range, m.
+    #[must_use]
+    pub fn range_m(&self) -> Option<f64> {
+        self.range_m
+    }
+
+    /// Size of the newest specific force, m/s²; zero before the first.
+    #[must_use]
+    pub fn force_mps2(&self) -> f64 {
+        self.force.map_or(0.0, |(_, force)| force.norm())
     }
 
     /// Level at the newest heading.
@@ -373,6 +427,8 @@ impl Inbox {
         (self.sum, self.summed) = (Vector::ZERO, 0);
         self.velocity_us = None;
         self.pending.clear();
+        self.jumped = false;
+        self.positions.forget();
         self.newest_us = [None; 5];
         self.stamps_us = [None; 5];
     }
@@ -387,116 +443,10 @@ fn aged(reading: Reading<f64>, age_s: f64) -> Reading<f64> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use mavlink::dialects::common::{DISTANCE_SENSOR_DATA, HIGHRES_IMU_DATA, MavBool};
-
-    /// A clock of the autopilot that is 5 s ahead of ours.
-    fn synchronised() -> ClockSync {
-        let mut clock = ClockSync::default();
-        clock.asks(0);
-        clock.answered(0, 5_000_000, 0);
-        clock
-    }
-
-    fn range(centimetres: u16, time_boot_ms: u32) -> MavMessage {
-        MavMessage::DISTANCE_SENSOR(DISTANCE_SENSOR_DATA {
-            time_boot_ms,
-            min_distance: 2,
-            max_distance: 1200,
-            current_distance: centimetres,
-            orientation: MavSensorOrientation::MAV_SENSOR_ROTATION_PITCH_270,
-            ..DISTANCE_SENSOR_DATA::default()
-        })
-    }
-
-    #[test]
-    fn analytic_the_age_of_a_reading_is_that_of_its_stamp() {
-        let mut inbox = Inbox::new(&FlightSettings::default());
-        inbox.take(&range(80, 6_000), &synchronised(), 1_030_000);
-        let sensing = inbox.sense(1_040_000);
-        let Reading::Range(reading) = sensing.readings[0] else {
-            panic!("{sensing:?}");
-        };
-        assert_eq!(reading.distance_m, 0.8);
-        assert!((reading.age_s - 0.04).abs() < 1e-12);
-        assert!(
-            !sensing.imu.specific_force_mps2.is_finite(),
-            "no sample has come"
-        );
-    }
-
-    #[test]
-    fn prop_old_future_repeated_and_absurd_readings_are_ignored_and_counted() {
-        let (mut inbox, clock) = (Inbox::new(&FlightSettings::default()), synchronised());
-        inbox.take(&range(80, 6_000), &ClockSync::default(), 1_000_000);
-        inbox.take(&range(80, 5_000), &clock, 1_000_000);
-        inbox.take(&range(80, 7_000), &clock, 1_000_000);
-        inbox.take(&range(1, 6_000), &clock, 1_000_000);
-        inbox.take(&range(65_535, 6_000), &clock, 1_000_000);
-        assert!(inbox.sense(1_000_000).readings.is_empty());
-        inbox.take(&range(80, 6_000), &clock, 1_000_000);
-        inbox.take(&range(80, 5_900), &clock, 1_000_000);
-        assert_eq!(inbox.sense(1_000_000).readings.len(), 1);
-        let expected = IgnoredReadings {
-            unusable: 2,
-            too_old: 1,
-            from_the_future: 1,
-            repeated: 1,
-            other_frame: 0,
-            unsynchronised: 1,
-        };
-        assert_eq!(inbox.ignored, expected);
-    }
-
-    #[test]
-    fn analytic_forces_are_averaged_and_a_gap_is_bridged_once() {
-        let (mut inbox, clock) = (Inbox::new(&FlightSettings::default()), synchronised());
-        let level = mavlink::dialects::common::ATTITUDE_QUATERNION_DATA {
-            time_boot_ms: 6_000,
-            q1: 1.0,
-            ..Default::default()
-        };
-        inbox.take(&MavMessage::ATTITUDE_QUATERNION(level), &clock, 1_000_000);
-        for (time_usec, zacc) in [(5_999_000, -9.0), (6_000_000, -11.0)] {
-            let sample = HIGHRES_IMU_DATA {
-                time_usec,
-                zacc,
-                ..HIGHRES_IMU_DATA::default()
-            };
-            inbox.take(&MavMessage::HIGHRES_IMU(sample), &clock, 1_000_000);
-        }
-        assert_eq!(inbox.sense(1_000_000).imu.specific_force_mps2.z, 10.0);
-        assert_eq!(inbox.sense(1_010_000).imu.specific_force_mps2.z, 11.0);
-        assert!(inbox.sense(1_060_000).imu.specific_force_mps2.z.is_nan());
-    }
-
-    #[test]
-    fn prop_a_target_in_another_frame_is_ignored() {
-        let (mut inbox, clock) = (Inbox::new(&FlightSettings::default()), synchronised());
-        let mut target = LANDING_TARGET_DATA {
-            frame: MavFrame::MAV_FRAME_LOCAL_NED,
-            z: 1.0,
-            position_valid: MavBool::MAV_BOOL_TRUE,
-            ..LANDING_TARGET_DATA::default()
-        };
-        inbox.take(
-            &MavMessage::LANDING_TARGET(target.clone()),
-            &clock,
-            1_000_000,
-        );
-        assert_eq!(inbox.ignored.other_frame, 1);
-        target.frame = MavFrame::MAV_FRAME_BODY_FRD;
-        inbox.take(&MavMessage::LANDING_TARGET(target), &clock, 1_000_000);
-        let sensing = inbox.sense(1_000_000);
-        let Reading::Tag(reading) = sensing.readings[0] else {
-            panic!("{sensing:?}");
-        };
-        assert_eq!(reading.position_m, Vector::new(0.0, -0.0, -1.0));
-        assert!(
-            (reading.age_s - 0.05).abs() < 1e-12,
-            "the age that the settings give"
-        );
-    }
+/// Whether no vehicle turns that fast.
+fn jumps(before: (i64, Attitude<f64>), at: i64, attitude: Attitude<f64>) -> bool {
+    let (a, b) = (before.1.to_quaternion(), attitude.to_quaternion());
+    let cosine: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+    let turn_rad = 2.0 * cosine.abs().min(1.0).acos();
+    turn_rad > TURN_RAD + TURN_RAD_PER_S * (at - before.0) as f64 * 1e-6
 }

@@ -1,0 +1,119 @@
+//! What is shown during a flight, by a thread of its own: a terminal that is stopped does not stop the flight.
+
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+
+use serde::Serialize;
+use touchdown_lander::state_machine::Phase;
+use touchdown_link::checklist::{Checklist, Verdict};
+use touchdown_link::companion::{Companion, Ending, Stage};
+
+use crate::cli::context::Context;
+
+/// News that wait for the terminal at most; more are not shown.
+const WAITING: usize = 256;
+/// Time between two states, µs.
+const PERIOD_US: u64 = 1_000_000;
+
+/// The state, once a second: an object of `--json`.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct State {
+    /// Time since the start, s.
+    time_s: f64,
+    stage: Stage,
+    ending: Option<Ending>,
+    phase: Option<Phase>,
+    /// Height above the deck, m.
+    height_m: Option<f64>,
+    /// Setpoints sent in control.
+    setpoints: u64,
+    /// The worst verdict of the checklist.
+    checklist: Verdict,
+}
+
+/// Something to show.
+enum News {
+    Note(String),
+    Checklist(Checklist),
+    State(State),
+}
+
+/// The loop's side.
+pub(super) struct View {
+    news: SyncSender<News>,
+    shown: Vec<Verdict>,
+    next_us: u64,
+}
+
+/// The terminal's side.
+pub(super) struct Shown(Receiver<News>);
+
+/// Both sides.
+pub(super) fn view() -> (View, Shown) {
+    let (news, shown) = sync_channel(WAITING);
+    let view = View {
+        news,
+        shown: Vec::with_capacity(WAITING),
+        next_us: 0,
+    };
+    (view, Shown(shown))
+}
+
+impl View {
+    /// Shows what is new.
+    pub(super) fn update(&mut self, companion: &mut Companion, at_us: u64) {
+        for note in companion.take_notes() {
+            self.tell(News::Note(note));
+        }
+        let list = companion.checklist();
+        let verdicts = || list.items.iter().map(|item| item.verdict);
+        if !verdicts().eq(self.shown.iter().copied()) {
+            self.shown.clear();
+            self.shown.extend(verdicts());
+            let list = list.clone();
+            self.tell(News::Checklist(list));
+        }
+        if at_us >= self.next_us {
+            self.next_us = at_us + PERIOD_US;
+            self.tell(News::State(State {
+                time_s: at_us as f64 * 1e-6,
+                stage: companion.stage(),
+                ending: companion.ending(),
+                phase: companion.phase(),
+                height_m: companion.height_m(),
+                setpoints: companion.setpoints(),
+                checklist: companion.checklist().verdict(),
+            }));
+        }
+    }
+
+    fn tell(&self, news: News) {
+        // A terminal that does not keep up misses some of them.
+        let _ = self.news.try_send(news);
+    }
+}
+
+impl Shown {
+    /// Shows everything until the flight has ended.
+    pub(super) fn show(self, context: &Context) {
+        for news in self.0 {
+            match news {
+                News::Note(note) => context.say(&note),
+                News::Checklist(list) => context.say(&list.text()),
+                News::State(state) => {
+                    context.busy(&line(&state));
+                    context.line_object(&state);
+                }
+            }
+        }
+        context.finish();
+    }
+}
+
+/// The state on a line.
+fn line(state: &State) -> String {
+    let stage = format!("{:?}", state.stage);
+    let (Some(phase), Some(height_m)) = (state.phase, state.height_m) else {
+        return stage;
+    };
+    format!("{stage}: {phase:?}, {height_m:.2} m above the deck")
+}
