@@ -1,7 +1,8 @@
 //! The autopilot's clock, by `TIMESYNC`.
 //!
-//! Our request holds our time. The autopilot's answer holds both. Of the last sixteen answers the one with the shortest
-//! round trip gives the offset: what delays a message on its way makes the offset wrong by at most half of it.
+//! Our request holds our time. The autopilot's answer holds both. Of the last five answers the one with the shortest
+//! round trip gives the offset: what delays a message on its way makes the offset wrong by at most half of it. A clock that
+//! slips, as that of a simulated autopilot on a busy machine, is followed; one that steps is reported.
 
 use std::collections::VecDeque;
 
@@ -9,12 +10,29 @@ use serde::Serialize;
 
 /// Number of questions that wait for an answer.
 const ASKED: usize = 8;
-/// Number of answers that are kept.
-const KEPT: usize = 16;
-/// Difference that two answers may have beyond their round trips, µs: what crystals drift over a minute.
-const TOLERANCE_US: i64 = 10_000;
+/// Number of answers that are kept: a second of them. Over twice of it a simulator that runs at 0.99 of real time slips by
+/// 20 ms; in half of it two slow answers in a row decide.
+const KEPT: usize = 5;
+/// Difference that two answers may have beyond their round trips, µs: rounding to milliseconds, and what clocks drift.
+const SLIP_US: i64 = 2_000;
+/// Difference beyond which a clock has stepped, µs: half of it is what a simulated autopilot on a busy machine slips at a
+/// time; twice of it is a third of the greatest age of a reading.
+const STEP_US: i64 = 50_000;
 /// Answers in a row that contradict the offset before the clock counts as stepped.
 const CONTRADICTIONS: u32 = 2;
+/// Difference between two answers to the same question that one clock does not make, µs.
+const TWO_CLOCKS_US: i64 = 1_000;
+
+/// What an answer says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Said {
+    /// Nothing new.
+    Nothing,
+    /// The autopilot's clock has stepped.
+    Stepped,
+    /// Two clocks answered the same question differently: there are two autopilots.
+    TwoClocks,
+}
 
 /// One answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +49,8 @@ pub struct ClockSync {
     next: usize,
     /// Times of the questions that are not answered yet, µs.
     asked: VecDeque<i64>,
+    /// The question that was answered last, and the autopilot's time in the answer, µs.
+    last: Option<(i64, i64)>,
     contradictions: u32,
     steps: u32,
     /// When the first answer since the last step came, and its offset, µs.
@@ -44,6 +64,7 @@ impl Default for ClockSync {
             answers: Vec::with_capacity(KEPT),
             next: 0,
             asked: VecDeque::with_capacity(ASKED),
+            last: None,
             contradictions: 0,
             steps: 0,
             first: None,
@@ -75,13 +96,21 @@ impl ClockSync {
         self.asked.push_back(now_us);
     }
 
-    /// An answer: when we asked and got it (our time), and the autopilot's time in it. Returns whether the autopilot's
-    /// clock has stepped. Answers that were not asked for, or that come twice, change nothing.
-    pub fn answered(&mut self, asked_us: i64, autopilot_us: i64, got_us: i64) -> bool {
+    /// An answer: when we asked and got it (our time), and the autopilot's time in it. Answers that were not asked for, or
+    /// that come twice, change nothing.
+    pub fn answered(&mut self, asked_us: i64, autopilot_us: i64, got_us: i64) -> Said {
         let Some(index) = self.asked.iter().position(|asked| *asked == asked_us) else {
-            return false;
+            let other = self.last.is_some_and(|(asked, answer)| {
+                asked == asked_us && answer.abs_diff(autopilot_us) > TWO_CLOCKS_US.unsigned_abs()
+            });
+            return if other {
+                Said::TwoClocks
+            } else {
+                Said::Nothing
+            };
         };
         self.asked.remove(index);
+        self.last = Some((asked_us, autopilot_us));
         let round_trip_us = got_us.saturating_sub(asked_us);
         let offset_us = autopilot_us.saturating_sub(asked_us.saturating_add(round_trip_us / 2));
         let answer = Answer {
@@ -89,19 +118,22 @@ impl ClockSync {
             round_trip_us,
             offset_us,
         };
-        let contradicts = self.best().is_some_and(|best| {
+        let beyond_us = self.best().map_or(0, |best| {
             let apart = best.offset_us.saturating_sub(offset_us).saturating_abs();
-            apart > (best.round_trip_us + round_trip_us) / 2 + TOLERANCE_US
+            apart - (best.round_trip_us + round_trip_us) / 2
         });
-        if contradicts {
+        let stepped = beyond_us > STEP_US;
+        if stepped {
             self.contradictions += 1;
             if self.contradictions < CONTRADICTIONS {
-                return false;
+                return Said::Nothing;
             }
-            self.answers.clear();
-            self.next = 0;
             self.steps += 1;
             self.first = None;
+        }
+        if beyond_us > SLIP_US {
+            self.answers.clear();
+            self.next = 0;
         }
         self.first.get_or_insert((got_us, offset_us));
         self.contradictions = 0;
@@ -111,7 +143,11 @@ impl ClockSync {
             self.answers[self.next] = answer;
         }
         self.next = (self.next + 1) % KEPT;
-        contradicts
+        if stepped {
+            Said::Stepped
+        } else {
+            Said::Nothing
+        }
     }
 
     fn best(&self) -> Option<Answer> {
@@ -162,10 +198,10 @@ impl ClockSync {
 mod tests {
     use super::*;
 
-    /// A question and its answer.
+    /// A question and its answer; whether the clock has stepped.
     fn exchange(clock: &mut ClockSync, asked_us: i64, autopilot_us: i64, got_us: i64) -> bool {
         clock.asks(asked_us);
-        clock.answered(asked_us, autopilot_us, got_us)
+        clock.answered(asked_us, autopilot_us, got_us) == Said::Stepped
     }
 
     #[test]
@@ -209,15 +245,36 @@ mod tests {
     }
 
     #[test]
+    fn prop_a_clock_that_slips_is_followed() {
+        let mut clock = ClockSync::default();
+        let mut slipped_us = 0;
+        for k in 0..50_i64 {
+            let asked = k * 200_000;
+            if k % 7 == 0 {
+                slipped_us += 30_000;
+            }
+            let theirs = asked + 5_000_000 - slipped_us;
+            assert!(!exchange(&mut clock, asked, theirs, asked + 100));
+            // Half of the round trip.
+            assert!((clock.theirs_us(asked).unwrap() - theirs).abs() <= 50);
+        }
+        assert_eq!(clock.report().unwrap().steps, 0);
+    }
+
+    #[test]
     fn prop_answers_that_nobody_asked_for_change_nothing() {
         let mut clock = ClockSync::default();
         assert!(!exchange(&mut clock, 1_000_000, 6_001_000, 1_002_000));
         let before = clock.report();
-        assert!(!clock.answered(1_000_000, 9_000_000, 1_003_000), "twice");
+        let again = clock.answered(1_000_000, 6_001_000, 1_003_000);
+        assert_eq!(again, Said::Nothing, "a packet that came twice");
+        let other = clock.answered(1_000_000, 9_000_000, 1_003_000);
+        assert_eq!(other, Said::TwoClocks);
         assert_eq!(clock.report(), before);
         let mut clock = ClockSync::default();
-        assert!(!clock.answered(10, 0, 5));
-        assert!(!clock.answered(i64::MIN, i64::MAX, i64::MAX));
+        assert_eq!(clock.answered(10, 0, 5), Said::Nothing);
+        let absurd = clock.answered(i64::MIN, i64::MAX, i64::MAX);
+        assert_eq!(absurd, Said::Nothing);
         assert!(clock.report().is_none());
     }
 }

@@ -69,7 +69,7 @@ pub enum LogError {
     },
     /// The file of a map is missing or cannot be read.
     #[error(
-        "{path}: cannot be read as a map: {source}; expected a TOML file or one of the built-in maps px4, ardupilot and ros"
+        "{path}: cannot be read as a map: {source}; expected a TOML file or one of the built-in maps px4, ardupilot, ros and fly"
     )]
     Map {
         /// The file.

@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::io::{BufRead, BufReader, Read};
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -23,9 +24,7 @@ fn python() -> Option<PathBuf> {
 
 /// Settings for the peer's vehicle, whose root of thrust follows 7.4 times the motors' signal with a lag of 0.05 s, and for
 /// two slow cores: gaps that a busy machine makes are bridged.
-fn settings(port: u16) -> String {
-    format!(
-        r#"link = "udpin:127.0.0.1:{port}"
+const SETTINGS: &str = r#"
 [sensors]
 imu_gap_s = 0.2
 [rates]
@@ -51,26 +50,121 @@ x3 = 0.0
 s3 = 0.0
 exp_neg_x_s = 0.0
 sin_x_s = 0.0
-"#
-    )
+"#;
+
+/// A flight against the peer.
+#[derive(Clone, Copy, Default)]
+struct Case<'a> {
+    /// Arguments of the peer.
+    peer: &'a [&'a str],
+    /// Arguments of `fly`.
+    ours: &'a [&'a str],
+    /// Lines of settings before the tables.
+    first: &'a str,
+    /// Tables of settings.
+    tables: &'a str,
+    /// Most bytes of the recording, in units of 1024.
+    disk: Option<u32>,
 }
 
-/// Our side and the peer's, until both have ended: the objects that they print.
-fn flight(python: &Path, folder: &Path, peer: &[&str]) -> (Value, Value) {
-    // Closed again at the end of the statement, so that ours can have the port.
-    let free = UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
-    let port = free.unwrap().port();
-    let file = folder.join("flight.toml");
-    std::fs::write(&file, settings(port)).unwrap();
-    let mut ours = Command::new(env!("CARGO_BIN_EXE_touchdown"));
-    ours.args(["--json", "fly"]).arg(&file);
-    ours.arg("--out").arg(folder.join("flight.mcap"));
-    let ours = started(&mut ours);
-    let mut theirs = Command::new(python);
-    theirs.arg(root().join("crates/touchdown/tests/peer/autopilot.py"));
-    theirs.args(["--port", &port.to_string()]).args(peer);
-    let theirs = finished(started(&mut theirs));
-    (finished(ended(ours)), theirs)
+/// What came of a flight: our exit status, the objects that both printed last, and what we said.
+struct Flown {
+    status: Option<i32>,
+    ours: Value,
+    theirs: Value,
+    said: String,
+    objects: usize,
+}
+
+impl Case<'_> {
+    /// Our side and the peer's, until both have ended.
+    fn fly(&self, python: &Path, folder: &Path) -> Flown {
+        let over_udp = !self.peer.contains(&"--link");
+        let mut theirs = Command::new(python);
+        theirs.arg(root().join("crates/touchdown/tests/peer/autopilot.py"));
+        theirs.args(self.peer);
+        if over_udp {
+            // Closed again at the end of the statement, so that ours can have the port.
+            let free = UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
+            let port = free.unwrap().port();
+            let link = format!("link = \"udpin:127.0.0.1:{port}\"\n");
+            let ours = self.start(folder, &link);
+            theirs.args(["--port", &port.to_string(), "--pid", &ours.id().to_string()]);
+            let theirs = started(&mut theirs);
+            return self.ended(ours, theirs, String::new());
+        }
+        let mut theirs = started(&mut theirs);
+        let mut address = String::new();
+        let mut lines = BufReader::new(theirs.stdout.take().unwrap());
+        lines.read_line(&mut address).unwrap();
+        let address: Value = serde_json::from_str(&address).unwrap();
+        let ours = self.start(folder, &format!("link = {}\n", address["address"]));
+        let mut rest = String::new();
+        lines.read_to_string(&mut rest).unwrap();
+        self.ended(ours, theirs, rest)
+    }
+
+    fn start(&self, folder: &Path, link: &str) -> Child {
+        let file = folder.join("flight.toml");
+        let content = format!("{link}{}{SETTINGS}{}", self.first, self.tables);
+        std::fs::write(&file, content).unwrap();
+        let command = env!("CARGO_BIN_EXE_touchdown");
+        let mut ours = match self.disk {
+            None => Command::new(command),
+            Some(kib) => {
+                let mut shell = Command::new("bash");
+                let limited = format!("ulimit -f {kib}; trap '' XFSZ; exec \"$@\"");
+                shell.args(["-c", &limited, "bash", command]);
+                shell
+            }
+        };
+        ours.args(["--json", "fly"]).arg(&file).args(self.ours);
+        ours.arg("--out").arg(folder.join("flight.mcap"));
+        started(&mut ours)
+    }
+
+    fn ended(&self, ours: Child, theirs: Child, printed: String) -> Flown {
+        let theirs = theirs.wait_with_output().unwrap();
+        assert!(theirs.status.success(), "{}", text(&theirs.stderr));
+        let ours = ended(ours).wait_with_output().unwrap();
+        let (out, said) = (text(&ours.stdout), text(&ours.stderr));
+        // Objects of the flight's progress come before the last line.
+        let last = |text: &str| -> Value {
+            let line = text.lines().last().unwrap_or_default();
+            serde_json::from_str(line).unwrap_or(Value::Null)
+        };
+        Flown {
+            status: ours.status.code(),
+            ours: last(&out),
+            theirs: last(&(text(&theirs.stdout) + &printed)),
+            said,
+            objects: out.lines().count(),
+        }
+    }
+}
+
+impl Flown {
+    fn ending(&self) -> &Value {
+        &self.ours["flight"]["ending"]
+    }
+
+    fn theirs(&self, key: &str) -> f64 {
+        self.theirs[key].as_f64().unwrap_or(f64::NAN)
+    }
+
+    /// For a failed assertion.
+    fn told(&self) -> String {
+        format!("{:?}\n{}\n{:#}", self.status, self.said, self.theirs)
+    }
+
+    fn landed(&self) {
+        assert_eq!(self.ending(), "landed", "{}", self.told());
+        assert_eq!(self.status, Some(0));
+        assert_eq!(self.theirs["armed"], false);
+        // Twice what the deck itself moves at: a touchdown, not a fall.
+        assert!(self.theirs("touch_mps") < 0.3, "{}", self.told());
+        assert!(self.theirs("offset_m") < 0.3, "{}", self.told());
+    }
 }
 
 /// A process that has ended, if need be by us: a companion whose vehicle did not land waits for it.
@@ -91,16 +185,6 @@ fn started(command: &mut Command) -> Child {
     piped.spawn().unwrap()
 }
 
-fn finished(child: Child) -> Value {
-    let output = child.wait_with_output().unwrap();
-    let said = text(&output.stderr);
-    assert!(output.status.success(), "{said}");
-    // Objects of the flight's progress come before the last line.
-    let printed = text(&output.stdout);
-    let last = printed.lines().last().unwrap_or_default();
-    serde_json::from_str(last).unwrap_or_else(|e| panic!("{e}: {said}"))
-}
-
 fn replay(folder: &Path) -> Value {
     let recording = folder.join("flight.mcap");
     json(
@@ -114,19 +198,31 @@ fn prop_a_vehicle_over_a_heaving_deck_is_landed_and_disarmed() {
     let Some(python) = python() else { return };
     for autopilot in ["px4", "ardupilot"] {
         let folder = tempfile::tempdir().unwrap();
-        let (ours, theirs) = flight(&python, folder.path(), &["--autopilot", autopilot]);
-        assert_eq!(ours["flight"]["ending"], "landed", "{ours:#} {theirs:#}");
-        assert_eq!(theirs["armed"], false);
-        let of = |key: &str| theirs[key].as_f64().unwrap();
-        assert!(of("touch_mps") < 0.3, "{theirs:#}");
-        assert!(of("offset_m") < 0.3, "{theirs:#}");
-        assert_eq!(of("parameters_set"), 0.0);
-        assert_eq!(of("mode_requests"), 0.0);
-        assert!(of("answered") > 0.0 && of("heartbeats") > 0.0);
+        let peer = ["--autopilot", autopilot];
+        let case = Case {
+            peer: &peer,
+            ..Case::default()
+        };
+        let flown = case.fly(&python, folder.path());
+        flown.landed();
+        assert_eq!(flown.theirs("parameters_set"), 0.0);
+        assert_eq!(flown.theirs("mode_requests"), 0.0);
+        assert!(flown.theirs("answered") > 0.0 && flown.theirs("heartbeats") > 0.0);
+        assert!(flown.objects > 5, "one a second");
+        for key in ["jitter", "reading_age"] {
+            assert!(flown.ours["flight"][key]["p999_ms"].is_number(), "{key}");
+        }
         let again = replay(folder.path());
         assert_eq!(again["difference"], Value::Null);
-        assert_eq!(again["flight"]["ending"], "landed");
-        assert_eq!(again["flight"], ours["flight"]);
+        assert_eq!(again["flight"], flown.ours["flight"]);
+        let inspected = json(
+            0,
+            [
+                "inspect".into(),
+                folder.path().join("flight.mcap").into_os_string(),
+            ],
+        );
+        assert!(inspected.to_string().contains("\"fly\""), "{inspected:#}");
     }
 }
 
@@ -134,12 +230,207 @@ fn prop_a_vehicle_over_a_heaving_deck_is_landed_and_disarmed() {
 fn prop_a_pilot_who_takes_over_gets_no_setpoint_any_more() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let (ours, theirs) = flight(&python, folder.path(), &["--pilot", "takes-over"]);
-    assert_eq!(ours["flight"]["ending"], "pilot_took_over", "{ours:#}");
-    assert_eq!(theirs["setpoints_after_take_over"], 0);
-    assert_eq!(theirs["mode_requests"], 0);
-    assert_eq!(theirs["armed"], true);
+    let case = Case {
+        peer: &["--pilot", "takes-over"],
+        ..Case::default()
+    };
+    let flown = case.fly(&python, folder.path());
+    assert_eq!(flown.ending(), "pilot_took_over", "{}", flown.told());
+    assert_eq!(flown.theirs["setpoints_after_take_over"], 0);
+    assert_eq!(flown.theirs["mode_requests"], 0);
+    assert_eq!(flown.theirs["armed"], true);
     assert_eq!(replay(folder.path())["difference"], Value::Null);
+}
+
+/// A fault in control, and what must come of it: the vehicle holds, by our request or by the autopilot's own failsafe.
+fn holds(faults: &[(&str, &str)]) {
+    let Some(python) = python() else { return };
+    for (fault, ending) in faults {
+        let folder = tempfile::tempdir().unwrap();
+        let peer = ["--fault", fault];
+        let case = Case {
+            peer: &peer,
+            ..Case::default()
+        };
+        let flown = case.fly(&python, folder.path());
+        assert_eq!(flown.ending(), ending, "{fault}: {}", flown.told());
+        assert_eq!(
+            flown.theirs["setpoints_after_fault"],
+            0,
+            "{fault}: {}",
+            flown.told()
+        );
+        assert_eq!(
+            flown.theirs["in_offboard"],
+            false,
+            "{fault}: {}",
+            flown.told()
+        );
+        assert_eq!(flown.theirs["armed"], true, "{fault}");
+        assert!(
+            flown.theirs("least_m") > 0.1,
+            "{fault}: it touched the deck"
+        );
+        assert_eq!(replay(folder.path())["difference"], Value::Null, "{fault}");
+    }
+}
+
+#[test]
+fn prop_a_link_that_is_cut_or_slow_makes_the_vehicle_hold() {
+    holds(&[("silent", "silent"), ("slow", "silent")]);
+}
+
+#[test]
+fn prop_a_clock_that_jumps_makes_the_vehicle_hold() {
+    holds(&[("restart", "clock_stepped"), ("jump", "clock_stepped")]);
+}
+
+#[test]
+fn prop_absurd_readings_make_the_vehicle_hold() {
+    holds(&[("nan", "stale"), ("yaw", "estimator_reset")]);
+}
+
+#[test]
+fn prop_rejected_setpoints_and_a_second_autopilot_make_the_vehicle_hold() {
+    holds(&[("reject", "rejected"), ("second", "other_autopilot")]);
+}
+
+#[test]
+fn prop_damaged_cut_and_replayed_packets_prevent_no_landing() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let case = Case {
+        peer: &["--fault", "damage"],
+        ..Case::default()
+    };
+    let flown = case.fly(&python, folder.path());
+    flown.landed();
+    let wire = &flown.ours["flight"]["wire"];
+    assert!(wire["corrupt"].as_f64().unwrap() > 10.0, "{wire}");
+}
+
+#[test]
+fn prop_ctrl_c_hands_the_vehicle_over_and_ends_with_130() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let case = Case {
+        peer: &["--fault", "interrupt", "--parameter", "COM_OF_LOSS_T=1.1"],
+        ours: &["--set-parameters"],
+        ..Case::default()
+    };
+    let flown = case.fly(&python, folder.path());
+    assert_eq!(flown.status, Some(130), "{}", flown.told());
+    assert!(flown.said.contains("interrupted"), "{}", flown.told());
+    assert!(flown.theirs("mode_requests") >= 1.0, "{}", flown.told());
+    assert_eq!(flown.theirs["in_offboard"], false);
+    assert_eq!(flown.theirs["setpoints_after_fault"], 0);
+    assert!(flown.theirs("parameters_set") >= 2.0, "{}", flown.told());
+    assert_eq!(
+        flown.theirs["parameters_as_before"],
+        true,
+        "{}",
+        flown.told()
+    );
+}
+
+#[test]
+fn prop_a_killed_companion_leaves_a_vehicle_that_holds_and_a_recording() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let case = Case {
+        peer: &["--fault", "kill"],
+        ..Case::default()
+    };
+    let flown = case.fly(&python, folder.path());
+    assert_eq!(flown.status, None, "a signal");
+    assert_eq!(flown.theirs["failsafe"], true, "{}", flown.told());
+    assert_eq!(flown.theirs["mode_requests"], 0);
+    let recording = folder.path().join("flight.mcap");
+    let again = json(
+        3,
+        ["fly".into(), "--replay".into(), recording.into_os_string()],
+    );
+    assert_eq!(again["difference"], Value::Null);
+    // The kill came 2 s after the switch, and a second at most is lost.
+    assert!(
+        again["flight"]["in_control_s"].as_f64().unwrap() > 0.9,
+        "{again:#}"
+    );
+}
+
+#[test]
+fn prop_a_full_disk_makes_the_vehicle_hold() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let case = Case {
+        // The peer lets go when nobody flies.
+        peer: &["--seconds", "25"],
+        disk: Some(500),
+        ..Case::default()
+    };
+    let flown = case.fly(&python, folder.path());
+    assert_eq!(flown.status, Some(1), "{}", flown.told());
+    assert_eq!(flown.theirs["armed"], true, "{}", flown.told());
+    assert_eq!(flown.theirs["in_offboard"], false, "{}", flown.told());
+}
+
+#[test]
+fn prop_tcp_and_a_serial_line_carry_a_flight_too() {
+    let Some(python) = python() else { return };
+    for link in ["tcp", "pty"] {
+        let folder = tempfile::tempdir().unwrap();
+        let peer = ["--link", link];
+        let case = Case {
+            peer: &peer,
+            ..Case::default()
+        };
+        case.fly(&python, folder.path()).landed();
+    }
+}
+
+#[test]
+fn prop_a_signed_link_flies_and_an_unsigned_one_does_not() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("key"), "correct horse\n").unwrap();
+    let tables = "[signing]\nkey_file = \"key\"\n";
+    let case = Case {
+        peer: &["--passphrase", "correct horse"],
+        tables,
+        ..Case::default()
+    };
+    case.fly(&python, folder.path()).landed();
+    assert_eq!(replay(folder.path())["difference"], Value::Null);
+    let case = Case {
+        peer: &["--seconds", "4"],
+        tables,
+        ..Case::default()
+    };
+    let flown = case.fly(&python, folder.path());
+    assert_eq!(flown.theirs("setpoints"), 0.0);
+    assert!(!flown.said.contains("Checking"), "{}", flown.told());
+}
+
+#[test]
+fn prop_two_processes_land_two_vehicles_at_once() {
+    let Some(python) = python() else { return };
+    std::thread::scope(|scope| {
+        for (system, first) in [("7", "system_id = 7\n"), ("8", "system_id = 8\n")] {
+            let python = &python;
+            scope.spawn(move || {
+                let folder = tempfile::tempdir().unwrap();
+                let peer = ["--system", system, "--seed", system];
+                let case = Case {
+                    peer: &peer,
+                    first,
+                    ..Case::default()
+                };
+                let flown = case.fly(python, folder.path());
+                flown.landed();
+                assert_eq!(flown.ours["flight"]["system_id"].to_string(), system);
+            });
+        }
+    });
 }
 
 #[test]

@@ -148,6 +148,7 @@ pub struct Session {
 }
 
 /// The companion; see the [module](self).
+#[derive(Clone)]
 pub struct Companion {
     settings: FlightSettings,
     session: Session,

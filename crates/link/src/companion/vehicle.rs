@@ -6,6 +6,7 @@ use mavlink::dialects::common::{
 
 use super::{Companion, Ending, Stage, messages};
 use crate::autopilot::{Autopilot, Firmware};
+use crate::clock::Said;
 use crate::readings::Source;
 use crate::wire::Frame;
 
@@ -17,9 +18,10 @@ const AIRBORNE_M: f64 = 0.4;
 /// Frames over which steps back of the sequence are counted: less than a second of streams.
 const FRAMES: u32 = 256;
 /// Steps back among them that one sender does not make. Two senders of the same id, of which each fills datagrams with up
-/// to 16 frames, step back so often; a replayed burst or swapped datagrams step back once each. Half of it is four such
-/// bursts in a second; with twice of it, senders that fill datagrams pass.
-const STEPS_BACK: u32 = 8;
+/// to four frames, step back so often; a replayed burst or swapped datagrams step back once each. Half of it is what a
+/// link that repeats every 16th frame makes; with twice of it, senders that fill datagrams pass. Those that pass are
+/// found by their clocks.
+const STEPS_BACK: u32 = 32;
 
 /// The vehicle that has been heard.
 #[derive(Clone, Copy, Debug)]
@@ -251,9 +253,13 @@ impl Companion {
             self.send(&answer, out);
             return;
         }
-        let stepped = self.clock.answered(sync.ts1 / 1000, sync.tc1 / 1000, now);
-        if !stepped {
-            return;
+        match self.clock.answered(sync.ts1 / 1000, sync.tc1 / 1000, now) {
+            Said::Nothing => return,
+            Said::TwoClocks => {
+                self.other_autopilot();
+                return;
+            }
+            Said::Stepped => {}
         }
         self.inbox.forget();
         self.notes.push("the autopilot's clock stepped".to_string());

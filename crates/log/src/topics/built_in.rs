@@ -16,7 +16,7 @@ struct BuiltIn {
     needs: &'static str,
 }
 
-static BUILT_IN: [BuiltIn; 3] = [
+static BUILT_IN: [BuiltIn; 4] = [
     BuiltIn {
         name: "px4",
         text: include_str!("../../maps/px4.toml"),
@@ -26,6 +26,11 @@ static BUILT_IN: [BuiltIn; 3] = [
         name: "ros",
         text: include_str!("../../maps/ros.toml"),
         needs: TIME_CHANNEL,
+    },
+    BuiltIn {
+        name: "fly",
+        text: include_str!("../../maps/fly.toml"),
+        needs: "tilt_rad",
     },
     BuiltIn {
         name: "ardupilot",
@@ -58,13 +63,14 @@ fn of_format(format: LogFormat) -> impl Iterator<Item = (&'static BuiltIn, &'sta
 }
 
 impl Map {
-    /// The built-in map that makes a trial of the log, if one does: that of PX4, of ArduPilot or of ROS.
+    /// The built-in map that makes a trial of the log, if one does: that of PX4, of ArduPilot, of ROS or of
+    /// `touchdown fly`.
     #[must_use]
     pub fn built_in(survey: &Survey) -> Option<&'static Self> {
         Some(survey.fitting()?.1)
     }
 
-    /// The built-in map of this name: `px4`, `ardupilot` or `ros`.
+    /// The built-in map of this name: `px4`, `ardupilot`, `ros` or `fly`.
     #[must_use]
     pub fn built_in_named(name: &str) -> Option<&'static Self> {
         let at = BUILT_IN.iter().position(|known| known.name == name)?;

@@ -5,15 +5,18 @@ follow the setpoints with a lag, and legs carry it 0.1 m above the deck. Axes in
 """
 
 import argparse
+import hashlib
 import json
 import math
 import os
 import random
+import signal
+import socket
 import struct
 import time
+import tty
 
 os.environ["MAVLINK20"] = "1"
-from pymavlink import mavutil  # noqa: E402
 from pymavlink.dialects.v20 import common as mav  # noqa: E402
 
 MASS, G = 1.37, 9.81
@@ -152,42 +155,119 @@ class Vehicle:
         return to_frd(self.q, mean)
 
 
+class Wire:
+    """Bytes over UDP, TCP or a pseudo terminal, and the faults of a link. The address is printed if the peer chose it."""
+
+    def __init__(self, args):
+        if args.link == "udp":
+            self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            self.socket.connect(("127.0.0.1", args.port))
+        elif args.link == "tcp":
+            listener = socket.socket()
+            listener.bind(("127.0.0.1", 0))
+            listener.listen(1)
+            print(json.dumps({"address": f"tcp:127.0.0.1:{listener.getsockname()[1]}"}), flush=True)
+            self.socket, _ = listener.accept()
+            self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        else:
+            self.socket, (self.terminal, end) = None, os.openpty()
+            tty.setraw(end)
+            os.set_blocking(self.terminal, False)
+            print(json.dumps({"address": f"serial:{os.ttyname(end)}:921600"}), flush=True)
+        if self.socket is not None:
+            self.socket.setblocking(False)
+        self.random = random.Random(args.seed)
+        self.mute, self.delay_s, self.damage, self.late, self.old = False, 0.0, False, [], []
+        self.mav = mav.MAVLink(self, srcSystem=args.system, srcComponent=1)
+        if args.passphrase:
+            self.mav.signing.secret_key = hashlib.sha256(args.passphrase.encode()).digest()
+            self.mav.signing.timestamp = int((time.time() - 1420070400) * 1e5)
+            self.mav.signing.sign_outgoing = True
+
+    def write(self, bytes_):
+        bytes_ = bytes(bytes_)
+        self.old = self.old[-99:] + [bytes_]
+        if self.mute:
+            return
+        if self.damage and self.random.random() < 0.2:
+            kind, spoiled = self.random.randrange(3), bytearray(bytes_)
+            if kind == 0:
+                spoiled[self.random.randrange(len(spoiled))] ^= 1 << self.random.randrange(8)
+                bytes_ = bytes(spoiled)
+            elif kind == 1:
+                bytes_ = bytes(spoiled[: self.random.randrange(1, len(spoiled))])
+            else:
+                bytes_ += self.old[0]
+        self.late.append((time.monotonic() + self.delay_s, bytes_))
+        self.flush()
+
+    def flush(self):
+        while self.late and self.late[0][0] <= time.monotonic():
+            _, bytes_ = self.late.pop(0)
+            try:
+                if self.socket is not None:
+                    self.socket.send(bytes_)
+                else:
+                    os.write(self.terminal, bytes_)
+            except OSError:
+                pass
+
+    def receive(self):
+        self.flush()
+        while True:
+            try:
+                bytes_ = self.socket.recv(4096) if self.socket is not None else os.read(self.terminal, 4096)
+            except OSError:
+                return
+            if not bytes_:
+                return
+            if not self.mute:
+                yield from self.mav.parse_buffer(bytes_) or []
+
+
 class Autopilot:
     def __init__(self, args):
         self.kind = PX4 if args.autopilot == "px4" else ARDUPILOT
         self.args = args
-        self.wire = mavutil.mavlink_connection(
-            f"udpout:127.0.0.1:{args.port}", source_system=7, source_component=1, dialect="common"
-        )
+        self.wire = Wire(args)
+        self.wire.mav.robust_parsing = True
+        self.other = mav.MAVLink(self.wire, srcSystem=args.system, srcComponent=1)
         self.vehicle = Vehicle(self.kind, args.amplitude)
         self.random = random.Random(args.seed)
         self.mode, self.armed = self.kind["pilot"], True
         self.start = time.monotonic()
         self.due, self.every = {"heartbeat": 0.0, "target": 0.0, "ask": 0.0}, {}
-        self.delayed = []
+        self.delayed, self.battery = [], 80
         p = self.kind["parameters"]
+        self.parameters = dict(p)
+        for change in args.parameter:
+            name, value = change.split("=")
+            self.parameters[name] = type(self.parameters[name])(float(value))
+        self.first = dict(self.parameters)
+        self.faulted_at, self.jump_s, self.yaw, self.force = None, 0.0, 0.0, 1.0
         self.thrust = p.get("MPC_THR_HOVER", p.get("MOT_THST_HOVER"))
         self.setpoint_at = -9.0
         self.said_pilot_at = None
         self.offboard_at = self.taken_at = None
         self.log = {
-            "setpoints": 0, "setpoints_in_offboard": 0, "setpoints_after_take_over": 0, "mode_requests": 0,
+            "setpoints": 0, "setpoints_in_offboard": 0, "setpoints_after_take_over": 0, "setpoints_after_fault": 0, "mode_requests": 0,
             "answered": 0, "heartbeats": 0, "failsafe": False, "parameters_set": 0, "disarmed_s": None,
         }
 
     def now(self):
         return time.monotonic() - self.start + BOOT_OFFSET_S
 
+    def stamp(self):
+        """The autopilot's own clock, which a restart sets back."""
+        return self.now() + self.jump_s
+
     def boot_ms(self, t=None):
-        return int((self.now() if t is None else t) * 1000)
+        return int((self.stamp() if t is None else t) * 1000)
 
     # -- what comes
 
     def receive(self):
-        while True:
-            message = self.wire.recv_match(blocking=False)
-            if message is None:
-                return
+        for message in self.wire.receive():
             kind = message.get_type()
             if kind == "SET_ATTITUDE_TARGET":
                 self.setpoint(message)
@@ -195,13 +275,21 @@ class Autopilot:
                 self.log["heartbeats"] += 1
             elif kind == "TIMESYNC":
                 if message.tc1 == 0:
-                    self.wire.mav.timesync_send(int(self.now() * 1e9), message.ts1)
+                    self.wire.mav.timesync_send(int(self.stamp() * 1e9), message.ts1)
+                    if self.faulted_at is not None and self.args.fault == "second":
+                        self.other.timesync_send(int((self.stamp() + 0.02) * 1e9), message.ts1)
                 else:
                     self.log["answered"] += 1
             elif kind == "PARAM_REQUEST_READ":
                 self.parameter(message.param_id)
             elif kind == "PARAM_SET":
                 self.log["parameters_set"] += 1
+                if message.param_id in self.parameters:
+                    value = message.param_value
+                    if message.param_type == mav.MAV_PARAM_TYPE_INT32 and self.kind is PX4:
+                        value = struct.unpack("<i", struct.pack("<f", value))[0]
+                    self.parameters[message.param_id] = value
+                self.parameter(message.param_id)
             elif kind == "COMMAND_LONG":
                 self.command(message)
 
@@ -211,16 +299,18 @@ class Autopilot:
         self.log["setpoints"] += 1
         if self.said_pilot_at is not None and now - self.said_pilot_at > 0.3:
             self.log["setpoints_after_take_over"] += 1
-        assert message.type_mask == 7 and message.target_system == 7
+        assert message.type_mask == 7 and message.target_system == self.args.system
         assert abs(sum(c * c for c in message.q) - 1) < 1e-3
-        if self.mode == self.kind["offboard"]:
+        if self.faulted_at is not None and now - self.faulted_at > 3.0:
+            self.log["setpoints_after_fault"] += 1
+        if self.mode == self.kind["offboard"] and not (self.faulted_at and self.args.fault == "reject"):
             self.log["setpoints_in_offboard"] += 1
             self.vehicle.wanted_q = tuple(message.q)
             self.vehicle.motors(message.thrust)
             self.thrust = message.thrust
 
     def parameter(self, name):
-        value = self.kind["parameters"].get(name)
+        value = self.parameters.get(name)
         if value is None:
             return
         kind = mav.MAV_PARAM_TYPE_REAL32
@@ -267,13 +357,13 @@ class Autopilot:
             if self.taken_at is not None and self.said_pilot_at is None:
                 self.said_pilot_at = now
         if is_due("ask", 0.5):
-            out.timesync_send(0, int(now * 1e9))
+            out.timesync_send(0, int(self.stamp() * 1e9))
         if is_due(31, self.every.get(31, 1)):
-            out.attitude_quaternion_send(self.boot_ms(), *v.q, 0, 0, 0)
+            out.attitude_quaternion_send(self.boot_ms(), *self.turned(v.q), 0, 0, 0)
         if is_due(self.kind["imu"], self.every.get(self.kind["imu"], 1)):
-            force = v.specific_force()
+            force = [f * self.force for f in v.specific_force()]
             if self.kind is PX4:
-                out.highres_imu_send(int(now * 1e6), *force, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7)
+                out.highres_imu_send(int(self.stamp() * 1e6), *force, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7)
             else:
                 milli = [int(round(f / 9.80665e-3)) for f in force]
                 out.scaled_imu_send(self.boot_ms(), *milli, 0, 0, 0, 0, 0, 0)
@@ -289,11 +379,11 @@ class Autopilot:
         if is_due(83, self.every.get(83, 1)):
             out.attitude_target_send(self.boot_ms(), 0, v.wanted_q, 0, 0, 0, self.thrust)
         if is_due(1, self.every.get(1, 1)):
-            out.sys_status_send(0, 0, 0, 0, 15000, -1, 80, 0, 0, 0, 0, 0, 0)
+            out.sys_status_send(0, 0, 0, 0, 15000, -1, self.battery, 0, 0, 0, 0, 0, 0)
         if is_due("target", 1 / 30):
             deck = (-v.position[0], -v.position[1], -v.height())
             seen = [c + self.random.gauss(0, 0.003) for c in to_frd(v.q, deck)]
-            self.delayed.append((now + 0.03, int(now * 1e6), seen))
+            self.delayed.append((now + 0.03, int(self.stamp() * 1e6), seen))
         while self.delayed and self.delayed[0][0] <= now:
             _, stamp, seen = self.delayed.pop(0)
             out.landing_target_send(stamp, 0, mav.MAV_FRAME_BODY_FRD, 0, 0, 0, 0, 0, *seen, (1, 0, 0, 0), 0, 1)
@@ -311,11 +401,54 @@ class Autopilot:
         if self.mode == self.kind["offboard"] and self.armed and now - self.setpoint_at > 0.5:
             self.mode, self.log["failsafe"] = self.kind["hold"], True
 
+    # -- what goes wrong, two seconds after the switch
+
+    def turned(self, q):
+        """The attitude after a reset of the heading."""
+        c, s = math.cos(0.5 * self.yaw), math.sin(0.5 * self.yaw)
+        w, x, y, z = q
+        return (c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w)
+
+    def fault(self):
+        if self.offboard_at is None or self.faulted_at is not None or self.now() - self.offboard_at < 2.0:
+            return
+        if self.args.fault is None:
+            return
+        self.faulted_at = self.now()
+        if self.args.fault == "silent":
+            self.wire.mute = True
+        elif self.args.fault == "slow":
+            self.wire.delay_s = 1.2
+        elif self.args.fault == "damage":
+            self.wire.damage = True
+        elif self.args.fault == "restart":
+            self.jump_s = -self.now()
+        elif self.args.fault == "jump":
+            self.jump_s = 0.5
+        elif self.args.fault == "nan":
+            self.force = math.nan
+        elif self.args.fault == "absurd":
+            self.force = 1e30
+        elif self.args.fault == "yaw":
+            self.yaw = 0.6
+        elif self.args.fault == "battery":
+            self.battery = 2
+        elif self.args.fault in ("kill", "interrupt"):
+            os.kill(self.args.pid, signal.SIGKILL if self.args.fault == "kill" else signal.SIGINT)
+
+    def second(self):
+        """Another autopilot with the same id, of the same kind."""
+        if self.faulted_at is not None and self.args.fault == "second":
+            for _ in range(2):
+                self.other.attitude_quaternion_send(self.boot_ms(), 1, 0, 0, 0, 0, 0, 0)
+
     def run(self):
         simulated = self.now()
         while self.now() - BOOT_OFFSET_S < self.args.seconds:
             self.receive()
             self.pilot()
+            self.fault()
+            self.second()
             while simulated < self.now():
                 if self.mode != self.kind["offboard"]:
                     self.vehicle.hover()
@@ -326,17 +459,26 @@ class Autopilot:
                 break
             if self.said_pilot_at is not None and self.now() - self.said_pilot_at > 3.0:
                 break
+            lasts = self.args.fault not in ("damage", "battery")
+            if self.faulted_at is not None and lasts and self.now() - self.faulted_at > 5.0:
+                break
             time.sleep(0.002)
         v = self.vehicle
         print(json.dumps({
-            **self.log, "armed": self.armed, "height_m": v.height(), "touch_mps": v.touch_mps, "least_m": v.least_m,
+            **self.log, "parameters_as_before": self.parameters == self.first, "armed": self.armed, "height_m": v.height(), "touch_mps": v.touch_mps, "least_m": v.least_m,
             "offset_m": math.hypot(v.position[0], v.position[1]), "in_offboard": self.mode == self.kind["offboard"],
         }))
 
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("--port", type=int, required=True)
+    parser.add_argument("--link", choices=["udp", "tcp", "pty"], default="udp")
+    parser.add_argument("--port", type=int)
+    parser.add_argument("--system", type=int, default=7)
+    parser.add_argument("--passphrase")
+    parser.add_argument("--parameter", action="append", default=[], help="NAME=VALUE at the start")
+    parser.add_argument("--fault")
+    parser.add_argument("--pid", type=int, help="of the companion, for the faults kill and interrupt")
     parser.add_argument("--autopilot", choices=["px4", "ardupilot"], default="px4")
     parser.add_argument("--pilot", choices=["switches", "takes-over", "none"], default="switches")
     parser.add_argument("--amplitude", type=float, default=0.05)

@@ -58,7 +58,7 @@ pub(super) const READER: Reader = Reader {
     name: "MCAP recording",
     magic: &MAGIC,
     stamps_since: "the first message",
-    maps: &["px4", "ros"],
+    maps: &["px4", "fly", "ros"],
     read,
 };
 

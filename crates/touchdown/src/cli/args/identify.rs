@@ -86,7 +86,7 @@ pub(crate) struct IdentifyCommon {
     /// Logs: CSV, Parquet, PX4 ULog, ArduPilot DataFlash, MCAP or ROS 1 bag
     #[arg(required = true)]
     pub(crate) logs: Vec<PathBuf>,
-    /// Map from columns to channels: a TOML file, or a built-in map (px4, ardupilot, ros)
+    /// Map from columns to channels: a TOML file, or a built-in map (px4, ardupilot, ros, fly)
     ///
     /// Logs of PX4 and ArduPilot, and tables whose columns are channels, need none.
     #[arg(long)]
@@ -128,7 +128,7 @@ pub(crate) struct ValidateArgs {
     /// Model cards (.toml) and logs (all other files), in any order
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
-    /// Map from the logs' columns to channels: a TOML file, or a built-in map (px4, ardupilot, ros)
+    /// Map from the logs' columns to channels: a TOML file, or a built-in map (px4, ardupilot, ros, fly)
     #[arg(long)]
     pub(crate) map: Option<PathBuf>,
     /// Card of the thrust out of ground effect; ground-effect cards need it

@@ -168,7 +168,7 @@ pub(crate) struct InspectArgs {
     /// Logs: CSV, Parquet, PX4 ULog, ArduPilot DataFlash, MCAP or ROS 1 bag; their content decides, not their name
     #[arg(required = true)]
     pub(crate) logs: Vec<PathBuf>,
-    /// Map from columns to channels: a TOML file, or a built-in map (px4, ardupilot, ros)
+    /// Map from columns to channels: a TOML file, or a built-in map (px4, ardupilot, ros, fly)
     #[arg(long)]
     pub(crate) map: Option<PathBuf>,
     /// Folder for plots of every channel and a report

@@ -123,7 +123,7 @@ impl Flight {
                 }
             }
         }
-        view.update(&mut self.companion, u64::MAX - 1);
+        view.end(&mut self.companion, at(Instant::now()));
         Ok(())
     }
 

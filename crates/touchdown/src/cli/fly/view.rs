@@ -59,6 +59,12 @@ pub(super) fn view() -> (View, Shown) {
 }
 
 impl View {
+    /// Shows the end.
+    pub(super) fn end(mut self, companion: &mut Companion, at_us: u64) {
+        self.next_us = at_us;
+        self.update(companion, at_us);
+    }
+
     /// Shows what is new.
     pub(super) fn update(&mut self, companion: &mut Companion, at_us: u64) {
         for note in companion.take_notes() {
@@ -73,7 +79,7 @@ impl View {
             self.tell(News::Checklist(list));
         }
         if at_us >= self.next_us {
-            self.next_us = at_us + PERIOD_US;
+            self.next_us = at_us.saturating_add(PERIOD_US);
             self.tell(News::State(State {
                 time_s: at_us as f64 * 1e-6,
                 stage: companion.stage(),
