@@ -53,6 +53,8 @@ pub struct ClockSync {
     last: Option<(i64, i64)>,
     contradictions: u32,
     steps: u32,
+    /// Answers since the last step.
+    count: u64,
     /// When the first answer since the last step came, and its offset, µs.
     first: Option<(i64, i64)>,
 }
@@ -67,6 +69,7 @@ impl Default for ClockSync {
             last: None,
             contradictions: 0,
             steps: 0,
+            count: 0,
             first: None,
         }
     }
@@ -75,8 +78,8 @@ impl Default for ClockSync {
 /// State of the synchronisation, for people.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SyncReport {
-    /// Answers that are in use.
-    pub answers: usize,
+    /// Answers since the start, or since the clock stepped.
+    pub answers: u64,
     /// Shortest round trip, s.
     pub round_trip_s: f64,
     /// The autopilot's time less ours, s.
@@ -129,6 +132,7 @@ impl ClockSync {
                 return Said::Nothing;
             }
             self.steps += 1;
+            self.count = 0;
             self.first = None;
         }
         if beyond_us > SLIP_US {
@@ -137,6 +141,7 @@ impl ClockSync {
         }
         self.first.get_or_insert((got_us, offset_us));
         self.contradictions = 0;
+        self.count += 1;
         if self.answers.len() < KEPT {
             self.answers.push(answer);
         } else {
@@ -185,7 +190,7 @@ impl ClockSync {
     pub fn report(&self) -> Option<SyncReport> {
         let best = self.best()?;
         Some(SyncReport {
-            answers: self.answers.len(),
+            answers: self.count,
             round_trip_s: best.round_trip_us as f64 * 1e-6,
             offset_s: best.offset_us as f64 * 1e-6,
             drift_ppm: self.drift_ppm(best),
@@ -258,7 +263,8 @@ mod tests {
             // Half of the round trip.
             assert!((clock.theirs_us(asked).unwrap() - theirs).abs() <= 50);
         }
-        assert_eq!(clock.report().unwrap().steps, 0);
+        let report = clock.report().unwrap();
+        assert_eq!((report.answers, report.steps), (50, 0));
     }
 
     #[test]

@@ -138,7 +138,6 @@ fn xval_a_signature_is_that_of_pymavlink() {
         system_status: mavlink::dialects::common::MavState::MAV_STATE_ACTIVE,
         base_mode: mavlink::dialects::common::MavModeFlag::empty(),
         mavlink_version: 3,
-        ..HEARTBEAT_DATA::default()
     };
     let mut bytes = Vec::new();
     encoder.write(&MavMessage::HEARTBEAT(heartbeat), 0, &mut bytes);

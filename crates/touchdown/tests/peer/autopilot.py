@@ -465,7 +465,7 @@ class Autopilot:
             time.sleep(0.002)
         v = self.vehicle
         print(json.dumps({
-            **self.log, "parameters_as_before": self.parameters == self.first, "armed": self.armed, "height_m": v.height(), "touch_mps": v.touch_mps, "least_m": v.least_m,
+            **self.log, "parameters_as_before": all(abs(v - self.first[k]) < 1e-6 for k, v in self.parameters.items()), "armed": self.armed, "height_m": v.height(), "touch_mps": v.touch_mps, "least_m": v.least_m,
             "offset_m": math.hypot(v.position[0], v.position[1]), "in_offboard": self.mode == self.kind["offboard"],
         }))
 
