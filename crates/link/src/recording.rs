@@ -328,12 +328,12 @@ mod tests {
             q1: 1.0,
             ..ATTITUDE_QUATERNION_DATA::default()
         };
-        encoder.write(&MavMessage::ATTITUDE_QUATERNION(attitude), 0, &mut bytes);
+        encoder.write(&MavMessage::ATTITUDE_QUATERNION(attitude), &mut bytes);
         let imu = HIGHRES_IMU_DATA {
             zacc: -9.75,
             ..HIGHRES_IMU_DATA::default()
         };
-        encoder.write(&MavMessage::HIGHRES_IMU(imu), 0, &mut bytes);
+        encoder.write(&MavMessage::HIGHRES_IMU(imu), &mut bytes);
         bytes
     }
 

@@ -313,7 +313,7 @@ impl Companion {
         if let (Some(vehicle), Stage::InControl) = (self.vehicle, self.stage) {
             let mut encoder = self.encoder.clone();
             let mode = vehicle.autopilot.holding_modes()[0];
-            encoder.write(
+            encoder.write_at(
                 &messages::set_mode(vehicle.system, mode),
                 self.times.now,
                 out,
@@ -365,7 +365,7 @@ impl Companion {
     }
 
     fn send(&mut self, message: &MavMessage, out: &mut Vec<u8>) {
-        self.encoder.write(message, self.times.now, out);
+        self.encoder.write_at(message, self.times.now, out);
     }
 
     /// Judges the checklist anew.

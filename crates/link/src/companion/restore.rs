@@ -63,7 +63,7 @@ impl Companion {
             for change in self.parameters.unrestored() {
                 let (value, kind) = change.back(vehicle.autopilot);
                 let message = messages::set_parameter(vehicle.system, change.name, value, kind);
-                self.encoder.write(&message, now, out);
+                self.encoder.write_at(&message, now, out);
             }
         }
     }

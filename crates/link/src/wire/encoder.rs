@@ -38,8 +38,13 @@ impl Encoder {
         Self { signer, ..self }
     }
 
+    /// Appends the frame of a message.
+    pub fn write(&mut self, message: &MavMessage, out: &mut Vec<u8>) {
+        self.write_at(message, 0, out);
+    }
+
     /// Appends the frame of a message that is sent at `now_us`, our time; only signatures hold it.
-    pub fn write(&mut self, message: &MavMessage, now_us: i64, out: &mut Vec<u8>) {
+    pub fn write_at(&mut self, message: &MavMessage, now_us: i64, out: &mut Vec<u8>) {
         let header = MavHeader {
             system_id: u32::from(self.system),
             component_id: self.component,

@@ -16,13 +16,13 @@ fn two_by(mut encoder: Encoder) -> Vec<u8> {
         custom_mode: 0x0006_0000,
         ..HEARTBEAT_DATA::default()
     };
-    encoder.write(&MavMessage::HEARTBEAT(heartbeat), 0, &mut bytes);
+    encoder.write(&MavMessage::HEARTBEAT(heartbeat), &mut bytes);
     let attitude = ATTITUDE_QUATERNION_DATA {
         time_boot_ms: 1,
         q1: 1.0,
         ..ATTITUDE_QUATERNION_DATA::default()
     };
-    encoder.write(&MavMessage::ATTITUDE_QUATERNION(attitude), 0, &mut bytes);
+    encoder.write(&MavMessage::ATTITUDE_QUATERNION(attitude), &mut bytes);
     bytes
 }
 
@@ -140,7 +140,7 @@ fn xval_a_signature_is_that_of_pymavlink() {
         mavlink_version: 3,
     };
     let mut bytes = Vec::new();
-    encoder.write(&MavMessage::HEARTBEAT(heartbeat), 0, &mut bytes);
+    encoder.write(&MavMessage::HEARTBEAT(heartbeat), &mut bytes);
     let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
     assert_eq!(
         hex,

@@ -153,7 +153,7 @@ fn prop_a_replayed_burst_is_ignored() {
             q3: 1.0,
             ..ATTITUDE_QUATERNION_DATA::default()
         };
-        encoder.write(&MavMessage::ATTITUDE_QUATERNION(old), 0, &mut burst);
+        encoder.write(&MavMessage::ATTITUDE_QUATERNION(old), &mut burst);
     }
     let before = bench.companion.summary().ignored_readings.repeated;
     bench.event(Event::Received(&burst));
@@ -176,7 +176,7 @@ fn prop_damaged_and_cut_frames_are_skipped_and_counted() {
     bench
         .encoder
         .clone()
-        .write(&MavMessage::HEARTBEAT(heartbeat), 0, &mut bytes);
+        .write(&MavMessage::HEARTBEAT(heartbeat), &mut bytes);
     let cut = &bytes[..bytes.len() - 3];
     let mut wrong = bytes.clone();
     wrong[12] ^= 4;

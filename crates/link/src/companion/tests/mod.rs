@@ -147,7 +147,8 @@ impl Bench {
             return;
         }
         let mut bytes = Vec::new();
-        self.encoder.write(message, self.now_us as i64, &mut bytes);
+        self.encoder
+            .write_at(message, self.now_us as i64, &mut bytes);
         self.event(Event::Received(&bytes));
     }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use touchdown::Result;
 use touchdown_flight::Vector;
 use touchdown_lander::state_machine::Phase;
-use touchdown_link::companion::{Companion, Event, Stage, Summary};
+use touchdown_link::companion::{Companion, Event, Session, Stage, Summary};
 use touchdown_link::recording::Recorder;
 use touchdown_link::settings::FlightSettings;
 use touchdown_link::simulator::sighting::Sightings;
@@ -29,9 +29,14 @@ pub(super) struct Seat {
 impl Seat {
     /// A companion that records into a file, and takes control by itself.
     pub(super) fn new(settings: &FlightSettings, recording: &Path) -> Result<Self> {
+        let session = Session {
+            take_control: true,
+            ..Session::default()
+        };
+        let companion = Companion::new(settings, &session);
         Ok(Self {
-            companion: Companion::new(settings, true).map_err(touchdown_link::LinkError::from)?,
-            recorder: Some(Recorder::create(recording, settings, true)?),
+            companion: companion.map_err(touchdown_link::LinkError::from)?,
+            recorder: Some(Recorder::create(recording, settings, &session)?),
             sightings: Sightings::default(),
             awake: false,
         })
