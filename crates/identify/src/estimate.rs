@@ -83,6 +83,8 @@ pub(super) fn term(of: &str, expression: &str, estimate: Estimate, unit: &str) -
         std_error: std_error.is_finite().then_some(std_error),
         ci95: ci95.iter().all(|v| v.is_finite()).then_some(ci95),
         unit: unit.to_string(),
+        mark: None,
+        upper_bound: None,
     }
 }
 

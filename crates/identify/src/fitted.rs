@@ -10,7 +10,9 @@ use touchdown_trial::{Source, Trial};
 
 use super::front::Front;
 use crate::error::{Error, Result};
+use crate::forms::FormScore;
 use crate::scores::Errors;
+
 use crate::warning::Warning;
 
 /// A fitted card and how the fit went.
@@ -26,6 +28,8 @@ pub struct FittedCard {
     pub rows_used: usize,
     /// The lag, where the form has one (s).
     pub lag_s: Option<f64>,
+    /// The forms that were tried and their errors on held-out parts; empty where the form was given.
+    pub forms: Vec<FormScore>,
     /// The best subset of every size beside the fit's own, where it is a sparse one.
     pub front: Option<Front>,
     /// What a user should know.
@@ -45,6 +49,7 @@ impl FittedCard {
             rmse_unit,
             rows_used,
             lag_s: None,
+            forms: Vec::new(),
             front: None,
             warnings: Vec::new(),
         }
@@ -111,6 +116,7 @@ impl Origin {
             equation: equation.to_string(),
             description: String::new(),
             warnings: Vec::new(),
+            diverged: false,
             vehicle: self.vehicle.clone(),
             validity: Validity::default(),
             constants: BTreeMap::new(),

@@ -5,6 +5,7 @@
 //! | [`thrust`] | throttle to thrust from stands: static maps, lags, eq. (7), eq. (8) |
 //! | [`rig`] | ground effect from force rigs: eq. (2), static map, eq. (9), ratio form, lag form |
 //! | [`flights`] | thrust and ground effect from flight logs, without a force sensor |
+//! | [`forms`] | the forms that a fit was chosen from |
 //! | [`front`] | the best subset of every size, with its proof |
 //! | [`prediction`] | free-run prediction from a card |
 //! | [`scores`] | errors of a prediction |
@@ -17,6 +18,7 @@ pub mod error;
 pub mod estimate;
 pub mod fitted;
 pub mod flights;
+pub mod forms;
 pub mod front;
 pub mod prediction;
 pub mod refusal;

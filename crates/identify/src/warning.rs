@@ -40,6 +40,23 @@ pub enum Warning {
         /// The lag (s).
         lag_s: f64,
     },
+    /// A lag that sampling and excitation do not resolve.
+    LagBelow {
+        /// Its 95 % upper bound (s).
+        bound_s: f64,
+    },
+    /// A dead time is at a bound of its search.
+    DeadTimeAtBound {
+        /// The dead time (s).
+        dead_time_s: f64,
+    },
+    /// A search ended before its minimum.
+    NotConverged,
+    /// A model whose free run leaves its data.
+    Diverged {
+        /// Greatest thrust of the free run (N).
+        most_n: f64,
+    },
     /// A lag and an effect of the deck's velocity are confounded.
     LagConfounded {
         /// The two parameters.
@@ -128,6 +145,21 @@ impl fmt::Display for Warning {
             Self::LagAtBound { lag_s } => write!(
                 f,
                 "the lag {lag_s:.4} s is at its bound: the data do not identify it"
+            ),
+            Self::LagBelow { bound_s } => write!(
+                f,
+                "the lag is below {bound_s:.4} s: sampling and excitation show no more. Log steps of throttle at 100 Hz or more"
+            ),
+            Self::DeadTimeAtBound { dead_time_s } => write!(
+                f,
+                "the dead time {dead_time_s:.4} s is at its bound: the data do not identify it"
+            ),
+            Self::NotConverged => f.write_str(
+                "the fit ended before its minimum: its coefficients have no intervals",
+            ),
+            Self::Diverged { most_n } => write!(
+                f,
+                "the model diverges in free run ({most_n:.3e} N): it does not fly"
             ),
             Self::LagConfounded {
                 pair: [a, b],

@@ -32,6 +32,9 @@ pub struct Card {
     /// What a user must know before relying on it.
     #[serde(default)]
     pub warnings: Vec<String>,
+    /// Whether the model's free run leaves the data that it was fitted to. Such a card never flies.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub diverged: bool,
     /// The vehicle.
     pub vehicle: Vehicle,
     /// Where it holds, and what happens outside.
@@ -155,6 +158,36 @@ pub struct Term {
     pub ci95: Option<[f64; 2]>,
     /// Unit of the coefficient (`1` for none).
     pub unit: String,
+    /// Why the coefficient has no interval, where the data do not determine it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mark: Option<Mark>,
+    /// 95 % upper bound of a coefficient that is marked [`Mark::UpperBound`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub upper_bound: Option<f64>,
+}
+
+/// Why a coefficient has no interval.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mark {
+    /// Sampling and excitation show no more than an upper bound; the value is the most likely one below it.
+    UpperBound,
+    /// At a bound of its search: the data do not identify it.
+    AtBound,
+    /// The fit ended before its minimum.
+    NotConverged,
+}
+
+impl Mark {
+    /// The mark in words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::UpperBound => "upper bound",
+            Self::AtBound => "at its bound",
+            Self::NotConverged => "not converged",
+        }
+    }
 }
 
 /// One score.

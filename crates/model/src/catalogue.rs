@@ -8,6 +8,7 @@
 //! | --- | --- | --- |
 //! | [`Form::StaticSqrt`] | `√T = Θ(s) ξ`, with a lag `T_m` where it has one | `x = √T` or none |
 //! | [`Form::StaticThrust`] | `T = Θ(s, u) ξ` | – |
+//! | [`Form::LaggedMotors`] | `T = Σ_i Θ(u_i) ξ`, `T_m u_i' = s_i - u_i` | `u_i` |
 //! | [`Form::FirstOrder`] | (7) | `x = √T` |
 //! | [`Form::Library`] | (8) | `x = √T` |
 //! | [`Form::Empirical`] | (2) | – |
@@ -20,9 +21,13 @@ use serde::{Deserialize, Serialize};
 use touchdown_flight::ground_effect::{
     Empirical, GroundEffectModel, Lag, Polynomial, Ratio, StaticMap,
 };
-use touchdown_flight::thrust::{FirstOrder, Library, StaticThrust, ThrustModel};
+use touchdown_flight::thrust::{FirstOrder, LaggedThrottle, Library, StaticThrust, ThrustModel};
 
 use crate::error::CardError;
+
+/// The lag of the motors in flight where a static card has none (s): lags of small rotors are 0.03 to 0.1 s. Half or twice
+/// of it changes how far a controller leads its throttle, not where it hovers.
+pub const ASSUMED_LAG_S: f64 = 0.05;
 
 /// The form of a model.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
@@ -293,6 +298,8 @@ impl Form {
 pub(crate) trait Terms {
     /// The one coefficient of the part `of`.
     fn single(&self, of: &str) -> Result<f64, CardError>;
+    /// The one coefficient of the part `of`, or `otherwise` where a card lacks the part.
+    fn single_or(&self, of: &str, otherwise: f64) -> Result<f64, CardError>;
     /// The coefficients of the part `of` in the order of `slots`.
     fn collect<const N: usize>(&self, of: &str, slots: &[&str; N]) -> Result<[f64; N], CardError>;
     /// A constant.
@@ -327,12 +334,22 @@ impl Form {
             )),
             Form::StaticSqrt => ThrustModel::Static(StaticThrust {
                 coefficients: card.collect("x", &["1", "s", "s^2", "s^3"])?,
-                t_m_s: card.single("T_m")?,
+                t_m_s: card.single_or("T_m", ASSUMED_LAG_S)?,
             }),
+            Form::StaticThrust => ThrustModel::LaggedThrottle(LaggedThrottle {
+                coefficients: card.collect("T", &["1", "s", "s^2", "s^3"])?,
+                t_m_s: ASSUMED_LAG_S,
+            }),
+            Form::LaggedMotors => {
+                let of_motor = card.collect("T", &["1", "u", "u^2", "u^3"])?;
+                let motors = card.constant("motors")?;
+                ThrustModel::LaggedThrottle(LaggedThrottle {
+                    coefficients: of_motor.map(|c| motors * c),
+                    t_m_s: card.single("T_m")?,
+                })
+            }
             other => {
-                return Err(card.not_for_flight(&format!(
-                    "form {other:?} has no flight model; first_order, library and static_sqrt have"
-                )));
+                return Err(card.not_for_flight(&format!("form {other:?} is no thrust form")));
             }
         })
     }

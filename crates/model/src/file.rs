@@ -157,6 +157,12 @@ fn check_term(file: &str, key: &str, term: &Term) -> Result<(), CardError> {
         let key = format!("{key}.std_error");
         return bad(file, key, "a finite number, at least 0", &se);
     }
+    if let Some(bound) = term.upper_bound
+        && !(bound.is_finite() && bound >= term.value)
+    {
+        let key = format!("{key}.upper_bound");
+        return bad(file, key, "a finite number, not below the value", &bound);
+    }
     if let Some([low, high]) = term.ci95
         && !(low.is_finite() && high.is_finite() && (low..=high).contains(&term.value))
     {

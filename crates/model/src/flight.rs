@@ -45,6 +45,11 @@ impl Card {
                 self.not_for_flight("a thrust card is expected, this is one of ground effect")
             );
         }
+        if self.diverged {
+            return Err(self.not_for_flight(
+                "its free run leaves the data that it was fitted to; identify it with another form",
+            ));
+        }
         let model = self.form.thrust_kernel(self)?;
         model
             .validate()
@@ -89,6 +94,17 @@ impl Card {
     }
 }
 
+impl Card {
+    /// The middle of the battery voltages that the card was fitted to (V).
+    fn battery_v(&self) -> Result<f64, CardError> {
+        let range = self.validity.inputs.get("u");
+        let [low, high] = range.ok_or_else(|| {
+            self.not_for_flight("the validity box has no range of battery voltages `u`")
+        })?;
+        Ok(0.5 * (low + high))
+    }
+}
+
 impl Terms for Card {
     fn lengths(&self) -> Result<[f64; 3], CardError> {
         let mut out = [0.0; 3];
@@ -126,21 +142,30 @@ impl Terms for Card {
         }
     }
 
-    /// Every term must have a slot.
+    fn single_or(&self, of: &str, otherwise: f64) -> Result<f64, CardError> {
+        match self.terms_of(of).next() {
+            Some(_) => self.single(of),
+            None => Ok(otherwise),
+        }
+    }
+
+    /// Every term must have a slot. A product of throttle and battery voltage counts at the middle of the card's voltages.
     fn collect<const N: usize>(&self, of: &str, slots: &[&str; N]) -> Result<[f64; N], CardError> {
         let mut out = [0.0; N];
         for term in self.terms_of(of) {
-            let slot = slots
-                .iter()
-                .position(|s| *s == term.expression)
-                .ok_or_else(|| {
-                    self.not_for_flight(&format!(
-                        "`{of}` has a term `{}` that the flight family lacks; it has {}",
-                        term.expression,
-                        slots.join(", ")
-                    ))
-                })?;
-            out[slot] += term.value;
+            let (expression, factor) = match term.expression.as_str() {
+                "s*u" => ("s", self.battery_v()?),
+                "u*battery_v" => ("u", self.battery_v()?),
+                other => (other, 1.0),
+            };
+            let slot = slots.iter().position(|s| *s == expression).ok_or_else(|| {
+                self.not_for_flight(&format!(
+                    "`{of}` has a term `{}` that the flight family lacks; it has {}",
+                    term.expression,
+                    slots.join(", ")
+                ))
+            })?;
+            out[slot] += factor * term.value;
         }
         Ok(out)
     }

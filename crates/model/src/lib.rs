@@ -32,5 +32,5 @@ pub mod file;
 pub mod flight;
 pub mod published;
 
-pub use card::{Card, Form, Kind, Status, Term};
+pub use card::{Card, Form, Kind, Mark, Status, Term};
 pub use error::CardError;

@@ -27,6 +27,7 @@ fn card(values: [f64; 7]) -> Card {
         equation: "y = G + k(z) v_p".into(),
         description: "a \"quoted\" text, with\nlines".into(),
         warnings: vec!["w".into()],
+        diverged: false,
         vehicle: Vehicle {
             name: "test".into(),
             mass_kg: Some(1.37),
@@ -57,6 +58,8 @@ fn card(values: [f64; 7]) -> Card {
                 std_error: Some(value.abs() / 7.0),
                 ci95: Some([value - value.abs() / 3.0, value + value.abs() / 3.0]),
                 unit: "1".into(),
+                mark: None,
+                upper_bound: None,
             })
             .collect(),
         scores: vec![Score {

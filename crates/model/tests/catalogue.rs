@@ -2,6 +2,7 @@
 
 use sindy_expr::Expr;
 use touchdown_flight::ground_effect::{GroundEffect as _, GroundEffectInput};
+use touchdown_flight::thrust::ThrustState;
 use touchdown_model::card::{Card, Form, Kind, Provenance, Status, Term, Validity, Vehicle};
 use touchdown_model::flight::psi_definitions;
 
@@ -25,6 +26,8 @@ fn card(form: Form, kind: Kind) -> Card {
         std_error: None,
         ci95: None,
         unit: String::new(),
+        mark: None,
+        upper_bound: None,
     });
     Card {
         schema: 1,
@@ -35,6 +38,7 @@ fn card(form: Form, kind: Kind) -> Card {
         equation: String::new(),
         description: String::new(),
         warnings: Vec::new(),
+        diverged: false,
         vehicle: Vehicle::default(),
         validity: Validity {
             inputs: [("z".to_string(), [0.05, 2.0])].into(),
@@ -148,6 +152,61 @@ fn prop_thrust_forms_are_their_kernels() {
     let root = value(&map, &equations.output, &equations.parameters, &[("s", s)]).sqrt();
     let p = |i: usize| map.terms[i].value;
     assert!((root - (p(0) + s * (p(1) + s * (p(2) + s * p(3))))).abs() < 1e-14);
+}
+
+#[test]
+fn prop_every_thrust_form_flies() {
+    let term = |of: &str, expression: &str, value: f64| Term {
+        of: of.into(),
+        expression: expression.into(),
+        value,
+        std_error: None,
+        ci95: None,
+        unit: "1".into(),
+        mark: None,
+        upper_bound: None,
+    };
+    let s = 0.47;
+    let mut motors = card(Form::StaticSqrt, Kind::Thrust);
+    motors.form = Form::LaggedMotors;
+    motors.constants.insert("motors".into(), 4.0);
+    motors.validity.inputs.insert("u".into(), [3.0, 4.0]);
+    motors.terms = vec![
+        term("T_m", "1", 0.06),
+        term("T", "1", 0.01),
+        term("T", "u", 0.2),
+        term("T", "u^2", 0.9),
+        term("T", "u*battery_v", 0.1),
+    ];
+    let kernel = motors.thrust_model().unwrap();
+    // Four motors at the middle of the battery's voltages.
+    let thrust_n = 4.0 * (0.01 + 0.2 * s + 0.9 * s * s + 0.1 * 3.5 * s);
+    assert!((kernel.rest(s).powi(2) - thrust_n).abs() < 1e-14);
+    // A step of throttle: u follows with the lag, thrust is the polynomial of u.
+    let mut state = ThrustState { x: kernel.rest(s) };
+    kernel.step(&mut state, 0.8, 0.06);
+    let u = 0.8 + (s - 0.8) * (-1.0_f64).exp();
+    // The search for u ends within its own tolerance of 1e-9.
+    assert!((state.x - kernel.rest(u)).abs() < 1e-7);
+    // Its rate, by a difference over a microsecond.
+    let h = 1e-6;
+    let mut next = state;
+    kernel.step(&mut next, 0.3, h);
+    let rate = kernel.derivative(state.x, 0.3);
+    assert!(((next.x - state.x) / h - rate).abs() < 1e-2 * rate.abs());
+    let mut still = motors.clone();
+    still.form = Form::StaticThrust;
+    still.terms = vec![
+        term("T", "1", 0.5),
+        term("T", "s", 3.0),
+        term("T", "s*u", 1.0),
+    ];
+    let kernel = still.thrust_model().unwrap();
+    assert!((kernel.rest(s).powi(2) - (0.5 + 6.5 * s)).abs() < 1e-13);
+    // What left its data in free run does not fly.
+    still.diverged = true;
+    let error = still.thrust_model().unwrap_err().to_string();
+    assert!(error.contains("leaves the data"), "{error}");
 }
 
 #[test]

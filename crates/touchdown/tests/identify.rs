@@ -21,6 +21,13 @@ fn words(args: &[&str], paths: &[&Path]) -> Vec<OsString> {
     args.chain(paths.iter().map(OsString::from)).collect()
 }
 
+/// Settings in which the lag takes the dead time in, as in the reference values.
+fn without_dead_time(folder: &Path) -> PathBuf {
+    let path = folder.join("none.toml");
+    std::fs::write(&path, "[thrust]\ndead_time = \"none\"\n").unwrap();
+    path
+}
+
 #[test]
 fn xval_staircase_of_a_thrust_stand() {
     let Some(log) = data("thrust-7in-rcbenchmark-staircase/Log_2019-11-09_181347.csv") else {
@@ -93,11 +100,14 @@ fn xval_staircase_of_a_thrust_stand() {
 fn xval_lagged_motors_in_flight() {
     let Some(log) = data(LOG10) else { return };
     let map = map("flight-crazyflie-1khz-throttle.toml");
-    let found = json(0, words(&["identify", "thrust", "--map"], &[&map, &log]));
-    assert_eq!(
-        found["form"], "lagged_motors",
-        "four throttles call for a lag on each"
-    );
+    let folder = tempfile::tempdir().unwrap();
+    let settings = without_dead_time(folder.path());
+    let args = ["identify", "thrust", "--form", "lagged_motors"];
+    let mut args = words(&args, &[]);
+    args.extend(words(&["--settings"], &[&settings]));
+    args.extend(words(&["--map"], &[&map, &log]));
+    let found = json(0, args);
+    assert_eq!(found["form"], "lagged_motors");
     // Reference values 0.0735 s and 0.01324 N, the lag on a grid of 0.5 ms; the bars are wider.
     assert!((number(&found["lag_s"]) - 0.0735).abs() <= 0.005, "{found}");
     assert!(
@@ -115,8 +125,12 @@ fn xval_lagged_motors_in_flight() {
 fn xval_first_order_in_flight() {
     let Some(log) = data(LOG10) else { return };
     let map = map("flight-crazyflie-1khz-throttle.toml");
-    let args = ["identify", "thrust", "--form", "first_order", "--map"];
-    let found = json(0, words(&args, &[&map, &log]));
+    let folder = tempfile::tempdir().unwrap();
+    let settings = without_dead_time(folder.path());
+    let args = ["identify", "thrust", "--form", "first_order", "--settings"];
+    let mut args = words(&args, &[&settings]);
+    args.extend(words(&["--map"], &[&map, &log]));
+    let found = json(0, args);
     // Reference values 0.080 s and 0.0160 N, the lag on a grid of 1 ms; the bars are wider.
     assert!(
         (number(&found["coefficients"]["T_m"]["value"]) - 0.080).abs() <= 0.006,
@@ -148,7 +162,19 @@ fn prop_all_propellers_in_one_command() {
     let all = found.as_array().unwrap();
     assert_eq!((all.len(), logs.len()), (96, 96));
     for one in all {
-        assert_eq!(one["form"], "static_sqrt");
+        // Held-out points decide between the root and the thrust; a table of eleven points shows no lag.
+        let form = one["form"].as_str().unwrap();
+        assert!(["static_sqrt", "static_thrust"].contains(&form), "{one}");
+        assert!(one["lag_s"].is_null());
+        let of = |f: &serde_json::Value| f["held_out_rmse_n"].as_f64();
+        let forms = one["forms"].as_array().unwrap();
+        let best = forms.iter().filter_map(of).fold(f64::INFINITY, f64::min);
+        let chosen: Vec<_> = forms.iter().filter(|f| f["chosen"] == true).collect();
+        // The rule of the choice.
+        assert!(
+            chosen.len() == 1 && of(chosen[0]).unwrap() <= 1.05 * best,
+            "{one}"
+        );
         // A quadratic in throttle leaves 0.01 √N where the supply holds; the worst file's supply gives in at 70 %.
         assert!(number(&one["rmse"]["value"]) < 0.12, "{one}");
         let card = Card::read(Path::new(one["card"].as_str().unwrap())).unwrap();

@@ -164,6 +164,8 @@ fn prop_inputs_of_a_ground_effect_trial_are_as_late_as_the_load_cell() {
         std_error: None,
         ci95: None,
         unit: "s".into(),
+        mark: None,
+        upper_bound: None,
     });
     let late = prepare(&card);
     // 25 samples of 1 ms; interpolated between stamps that carry rounding.

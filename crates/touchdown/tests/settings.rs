@@ -137,6 +137,9 @@ impl Data {
     }
 }
 
+/// Static maps alone have plateaus; without a form, free run decides.
+const STATIC: &str = "[thrust]\nform = \"static_sqrt\"\n";
+
 /// Key, what is changed, where it shows, and what the other settings are meanwhile.
 const CASES: &[(&str, &str, &str, &str)] = &[
     ("smoothing.window", "21", "derivative", ""),
@@ -178,10 +181,10 @@ const CASES: &[(&str, &str, &str, &str)] = &[
     ("shooting.noise_n", "3.0", "lag", ""),
     ("shooting.max_iterations", "1", "lag", ""),
     ("thrust.form", "\"static_thrust\"", "steps", ""),
-    ("thrust.degree", "1", "steps", ""),
-    ("thrust.battery", "true", "steps", ""),
-    ("thrust.settle_s", "0.1", "steps", ""),
-    ("thrust.min_thrust_n", "2.5", "steps", ""),
+    ("thrust.degree", "1", "steps", STATIC),
+    ("thrust.battery", "true", "steps", STATIC),
+    ("thrust.settle_s", "0.1", "steps", STATIC),
+    ("thrust.min_thrust_n", "2.5", "steps", STATIC),
     ("thrust.library", "[\"1\", \"x\", \"s\"]", "eq8", ""),
     ("thrust.refine", "false", "eq8", ""),
     ("thrust.max_lag_s", "0.03", "eq7", ""),

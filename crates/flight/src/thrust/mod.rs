@@ -1,12 +1,15 @@
-//! Free-air thrust of the rotors from throttle: eq. (7), eq. (8) and a static map with a lag.
+//! Free-air thrust of the rotors from throttle: eq. (7), eq. (8), a static map with a lag, and a cubic of
+//! lagged throttle.
 //!
 //! The state is `x = √T` (T in N); throttle is σ (`s`) in [0, 1].
 
 mod first_order;
+mod lagged_throttle;
 mod library;
 mod static_map;
 
 pub use first_order::FirstOrder;
+pub use lagged_throttle::LaggedThrottle;
 pub use library::Library;
 pub use static_map::StaticThrust;
 
@@ -46,6 +49,8 @@ pub enum ThrustModel<R> {
     Library(Library<R>),
     /// Cubic static map with a first-order lag.
     Static(StaticThrust<R>),
+    /// Cubic of lagged throttle for the thrust itself.
+    LaggedThrottle(LaggedThrottle<R>),
 }
 
 impl<R: Real> ThrustModel<R> {
@@ -64,6 +69,7 @@ impl<R: Real> ThrustModel<R> {
             Self::FirstOrder(model) => model.validate(),
             Self::Library(model) => model.validate(),
             Self::Static(model) => model.validate(),
+            Self::LaggedThrottle(model) => model.validate(),
         }
     }
 
@@ -73,6 +79,7 @@ impl<R: Real> ThrustModel<R> {
             Self::FirstOrder(model) => model.derivative(x, s),
             Self::Library(model) => model.derivative(x, s),
             Self::Static(model) => model.derivative(x, s),
+            Self::LaggedThrottle(model) => model.derivative(x, s),
         }
     }
 
@@ -92,6 +99,7 @@ impl<R: Real> ThrustModel<R> {
             Self::FirstOrder(model) => model.step(state.x, s, dt),
             Self::Library(model) => model.step(state.x, s, dt),
             Self::Static(model) => model.step(state.x, s, dt),
+            Self::LaggedThrottle(model) => model.step(state.x, s, dt),
         };
         state.x = limit(x.finite_or(state.x));
     }
@@ -104,6 +112,7 @@ impl<R: Real> ThrustModel<R> {
             Self::FirstOrder(model) => model.rest(s),
             Self::Library(model) => model.rest(s),
             Self::Static(model) => model.rest(s),
+            Self::LaggedThrottle(model) => model.rest(s),
         })
     }
 
@@ -121,6 +130,7 @@ impl<R: Real> ThrustModel<R> {
             Self::FirstOrder(model) => model.throttle_for(x, near),
             Self::Library(model) => model.throttle_for(x, near),
             Self::Static(model) => model.throttle_for(x, near),
+            Self::LaggedThrottle(model) => model.throttle_for(x, near),
         }
     }
 }

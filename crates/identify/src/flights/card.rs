@@ -181,6 +181,7 @@ impl GroundEffect {
             rmse_unit: unit,
             rows_used: self.fit.rows,
             lag_s,
+            forms: Vec::new(),
             front: None,
             warnings,
         }

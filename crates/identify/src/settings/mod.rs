@@ -171,13 +171,17 @@ impl FromStr for ThrustForm {
 #[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DeadTime {
-    /// Estimated for eq. (8), ignored by the other forms (where the lag takes it in).
+    /// As `estimate`.
     #[default]
     Auto,
     /// Ignored: the lag takes it in.
     None,
-    /// Estimated from the data.
+    /// Estimated in free run together with the lag, for every form that has one. It stays where it predicts held-out
+    /// parts better.
     Estimate,
+    /// For eq. (8): the shift at which the library explains the smoothed derivative best. Quick, and biased by noise and
+    /// slow sampling.
+    Regression,
 }
 
 /// Thrust models.

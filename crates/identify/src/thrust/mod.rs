@@ -1,8 +1,11 @@
 //! Throttle to thrust: static maps, lags, eq. (7) and eq. (8).
 
+mod choice;
 mod first_order;
+mod free_run;
 mod lagged;
 mod library;
+mod output_error;
 pub mod plateau;
 mod record;
 mod rotor;
@@ -14,7 +17,9 @@ pub use first_order::first_order;
 pub use library::library;
 pub use statics::steady_points;
 
-use lagged::LaggedMotors;
+use choice::Candidate;
+use free_run::signal::{Between, lagged as lagged_signal, unfolded};
+use output_error::{HELD, LagFit, LagForm};
 
 use std::ops::Range;
 
@@ -29,17 +34,13 @@ use crate::prediction::{Columns, Predictor};
 use crate::settings::{IdentificationSettings, ThrustForm};
 use crate::warning::sentences;
 
-/// Rows up to which a trial without plateaus is read as one steady point a row.
-/// Tables of manufacturers have up to 40 rows; a record of a second has more than 60.
-const FEW_ROWS: usize = 60;
-
 /// Smallest motion of the throttle that a dynamic model is fitted to.
 /// The resolution of a command in microseconds.
 const LEAST_MOTION: f64 = 1e-3;
 
-/// Fits one card to `trials` together, in the form of the settings or, without one, in the form that the
-/// data call for: plateaus give a static map, single motors' throttles a lag on each, several trials the
-/// library of eq. (8), one trial eq. (7).
+/// Fits one card to `trials` together, in the form of the settings or, without one, in the form that predicts held-out
+/// parts best in free run: a static curve, eq. (7), a root behind a lag, a lag on every motor, or eq. (8), each with and
+/// without the battery's voltage where that was measured. Of forms within one standard error, the simplest is taken.
 ///
 /// # Errors
 /// A channel that the form needs and that a trial lacks, or too few data.
@@ -51,41 +52,45 @@ pub fn fit(
     for trial in trials {
         sign::check(trial, &throttle(trial)?)?;
     }
-    let form = match settings.thrust.form {
-        Some(form) => form,
-        None => choose(trials, settings)?,
+    let (candidate, forms) = match settings.thrust.form {
+        Some(form) => {
+            let battery = settings.thrust.battery;
+            let lag = !matches!(form, ThrustForm::StaticSqrt | ThrustForm::StaticThrust);
+            (Candidate { form, lag, battery }, Vec::new())
+        }
+        None => {
+            let choice = choice::choose(trials, settings)?;
+            (choice.candidate, choice.scores)
+        }
     };
-    let mut fitted = match form {
-        ThrustForm::StaticSqrt | ThrustForm::StaticThrust => {
-            statics::fit(trials, settings, form, origin)
-        }
-        ThrustForm::LaggedMotors => {
-            let motors = LaggedMotors::fit(trials, &settings.thrust)?;
-            Ok(motors.card(trials, &settings.thrust, origin))
-        }
-        ThrustForm::FirstOrder => first_order(trials, settings, origin),
-        ThrustForm::Library => library(trials, settings, origin),
-    }?;
+    let mut fitted = fit_form(trials, settings, candidate, origin)?;
+    fitted.forms = forms;
     fitted.check_finite()?;
     fitted.card.warnings.extend(sentences(&fitted.warnings));
     Ok(fitted)
 }
 
-fn choose(trials: &[Trial], settings: &IdentificationSettings) -> Result<ThrustForm> {
-    let mut steady = true;
-    for trial in trials {
-        let found = plateau::find(trial, settings.thrust.settle_s)?;
-        steady &= found.len() >= statics::STAIRCASE || trial.len() <= FEW_ROWS;
+fn fit_form(
+    trials: &[Trial],
+    settings: &IdentificationSettings,
+    candidate: Candidate,
+    origin: &Origin,
+) -> Result<FittedCard> {
+    let Candidate { form, lag, battery } = candidate;
+    let mut settings = settings.clone();
+    settings.thrust.battery = battery;
+    match (form, lag) {
+        (ThrustForm::Library, _) => library(trials, &settings, origin),
+        (_, true) => {
+            let form = LagForm {
+                form,
+                degree: settings.thrust.degree,
+                battery,
+            };
+            LagFit::new(trials, &settings, form)?.card(trials, origin)
+        }
+        (_, false) => statics::fit(trials, &settings, form, origin),
     }
-    Ok(if steady {
-        ThrustForm::StaticSqrt
-    } else if trials.iter().all(|t| t.channel("throttle_1").is_some()) {
-        ThrustForm::LaggedMotors
-    } else if trials.len() > 1 {
-        ThrustForm::Library
-    } else {
-        ThrustForm::FirstOrder
-    })
 }
 
 /// The throttles of single motors (`throttle_1`, `throttle_2`, …), or the one `throttle`.
@@ -133,6 +138,10 @@ pub fn free_air(card: &Card, name: &str, time: &[f64], throttle: &[f64]) -> Resu
         let found = format!("a gap at {} s", time.get(row).unwrap_or(&f64::NAN));
         return Err(Error::data(name, "a throttle in every row", found));
     }
+    if card.form == Form::LaggedMotors {
+        let motors = vec![throttle.to_vec(); lagged::motors_of(card) as usize];
+        return lagged::predict(card, name, time, &motors, &[]);
+    }
     let dynamic = matches!(card.form, Form::Library | Form::FirstOrder)
         || card.form == Form::StaticSqrt && card.terms_of("T_m").next().is_some();
     let start = if dynamic {
@@ -140,12 +149,68 @@ pub fn free_air(card: &Card, name: &str, time: &[f64], throttle: &[f64]) -> Resu
     } else {
         0.0
     };
-    let late = delayed(time, throttle, dead_time_s(card));
+    run(card, name, time, throttle, &[], start)
+}
+
+/// The thrust (N) of a card of one throttle from `start_n`: exact where the card says what its throttle is between
+/// samples, otherwise integrated along straight lines.
+fn run(
+    card: &Card,
+    name: &str,
+    time: &[f64],
+    throttle: &[f64],
+    battery_v: &[f64],
+    start_n: f64,
+) -> Result<Vec<f64>> {
+    let dead_time_s = dead_time_s(card);
+    let held = card.constants.get(HELD).map(|held| *held != 0.0);
+    let has_lag = card.terms_of("T_m").next().is_some();
+    if let (Some(held), true) = (held, has_lag) {
+        let between = if held { Between::Held } else { Between::Linear };
+        let target = root_at_rest(card, throttle, battery_v)?;
+        let lag_s = card.coefficient("T_m", "1");
+        let x = lagged_signal(time, &target, between, lag_s, dead_time_s);
+        let (first, from_s) = (target[0], time[0]);
+        let offset = start_n.max(0.0).sqrt() - first;
+        let pairs = x.iter().zip(time);
+        return Ok(pairs
+            .map(|(x, t)| {
+                let x = x + offset * (-(t - from_s) / lag_s).exp();
+                x * x.abs()
+            })
+            .collect());
+    }
+    let predictor = Predictor::new(card)?;
+    if held == Some(true) {
+        let (times, s, rows) = unfolded(time, throttle, dead_time_s);
+        let columns = Columns {
+            throttle: &s,
+            ..Columns::default()
+        };
+        let all = predictor.run(name, &times, &columns, start_n)?;
+        let pairs = all.into_iter().zip(rows);
+        return Ok(pairs.filter_map(|(v, row)| row.map(|_| v)).collect());
+    }
+    let late = delayed(time, throttle, dead_time_s);
     let columns = Columns {
         throttle: &late,
+        battery_v,
         ..Columns::default()
     };
-    Predictor::new(card)?.run(name, time, &columns, start)
+    predictor.run(name, time, &columns, start_n)
+}
+
+/// The root of thrust that a card of one lag tends to, with its sign.
+fn root_at_rest(card: &Card, throttle: &[f64], battery_v: &[f64]) -> Result<Vec<f64>> {
+    if card.form == Form::FirstOrder {
+        let [c0, c1] = ["c0", "c1"].map(|of| card.coefficient(of, "1"));
+        return Ok(throttle.iter().map(|s| c0 * s + c1).collect());
+    }
+    let thrust = at_rest(card, throttle, battery_v)?;
+    Ok(thrust
+        .into_iter()
+        .map(|t| t.signum() * t.abs().sqrt())
+        .collect())
 }
 
 /// The steady thrust (N) of a card, for each throttle (and battery voltage, where the card has a term of it).
@@ -165,7 +230,7 @@ pub fn at_rest(card: &Card, throttle: &[f64], battery_v: &[f64]) -> Result<Vec<f
             };
             Predictor::new(&fixed)?.run(&card.name, &rows, &columns, 0.0)
         }
-        Form::LaggedMotors => lagged::at_rest(card, throttle),
+        Form::LaggedMotors => lagged::at_rest(card, throttle, battery_v),
         _ => {
             let model = card.thrust_model()?;
             Ok(throttle.iter().map(|s| model.rest(*s).powi(2)).collect())
@@ -201,18 +266,28 @@ pub fn predict(card: &Card, trial: &Trial) -> Result<Vec<f64>> {
     let pick = |c: &[f64]| rows.iter().map(|&i| c[i]).collect::<Vec<_>>();
     let time = pick(trial.time_s());
     let run = if card.form == Form::LaggedMotors {
-        let motors = inputs.iter().map(|c| pick(c)).collect();
-        lagged::predict(card, trial.name(), time, motors)?
-    } else {
-        let throttle = delayed(&time, &pick(&inputs[0]), dead_time_s(card));
-        let battery_v = inputs.get(1).map_or_else(Vec::new, |c| pick(c));
-        let columns = Columns {
-            throttle: &throttle,
-            battery_v: &battery_v,
-            ..Columns::default()
+        let count = lagged::motors_of(card) as usize;
+        let mut columns: Vec<Vec<f64>> = inputs.iter().map(|c| pick(c)).collect();
+        let battery_v = match has_battery(card) {
+            true => columns.pop().unwrap_or_default(),
+            false => Vec::new(),
         };
+        // One throttle drives all motors of the card.
+        if columns.len() == 1 {
+            columns = vec![columns.remove(0); count];
+        }
+        lagged::predict(card, trial.name(), &time, &columns, &battery_v)?
+    } else {
+        let battery_v = inputs.get(1).map_or_else(Vec::new, |c| pick(c));
         let start = thrust_at_start(trial, time[0])?;
-        Predictor::new(card)?.run(trial.name(), &time, &columns, start)?
+        run(
+            card,
+            trial.name(),
+            &time,
+            &pick(&inputs[0]),
+            &battery_v,
+            start,
+        )?
     };
     let mut out = vec![f64::NAN; trial.len()];
     for (row, value) in rows.into_iter().zip(run) {
@@ -223,17 +298,31 @@ pub fn predict(card: &Card, trial: &Trial) -> Result<Vec<f64>> {
 
 /// The channels that a card's free run needs: throttles, and battery voltage where a term has it.
 fn inputs(card: &Card, trial: &Trial) -> Result<Vec<Vec<f64>>> {
-    if card.form == Form::LaggedMotors {
-        return Ok(motors(trial)?.into_iter().map(<[f64]>::to_vec).collect());
-    }
-    let mut out = vec![throttle(trial)?];
-    let has_battery = card.terms.iter().any(|t| {
-        sindy_expr::Expr::parse(&t.expression).is_ok_and(|e| e.variables().contains(&"u"))
-    });
-    if has_battery && matches!(card.form, Form::StaticSqrt | Form::StaticThrust) {
-        out.push(trial.require("battery_v")?.to_vec());
+    let mut out = match card.form {
+        Form::LaggedMotors => motors(trial)?.into_iter().map(<[f64]>::to_vec).collect(),
+        _ => vec![throttle(trial)?],
+    };
+    if has_battery(card) {
+        let volts = trial.require("battery_v")?;
+        out.push(match card.constants.contains_key(HELD) {
+            // A lag runs on through the gaps of a slower channel.
+            true => free_run::filled(trial.time_s(), volts),
+            false => volts.to_vec(),
+        });
     }
     Ok(out)
+}
+
+/// Whether a term has the battery's voltage.
+fn has_battery(card: &Card) -> bool {
+    let name = match card.form {
+        Form::LaggedMotors => "battery_v",
+        Form::StaticSqrt | Form::StaticThrust => "u",
+        _ => return false,
+    };
+    card.terms.iter().any(|t| {
+        sindy_expr::Expr::parse(&t.expression).is_ok_and(|e| e.variables().contains(&name))
+    })
 }
 
 /// Mean thrust over the first 0.1 s from `from_s`, or the first that is known after.

@@ -6,14 +6,17 @@ use sindy::{Gram, Library, Samples, SavitzkyGolay};
 use touchdown_model::Card;
 use touchdown_trial::Trial;
 
+use super::free_run::signal::{Between, lagged, unfolded};
+use super::free_run::{FOLDS, HeldOut};
+use super::output_error::HELD;
 use super::search::minimise;
 use crate::delayed::delayed;
 use crate::error::{Error, Result};
-use crate::estimate::{Estimate, term};
 use crate::fitted::{FittedCard, range, score};
 use crate::prediction::{Columns, Predictor};
 use crate::scores::Errors;
 use crate::settings::{DeadTime, IdentificationSettings};
+use crate::warning::Warning;
 
 /// Pieces that the data are split into at least, for standard errors.
 /// Student's t is 2.26 then. More pieces are shorter, and the free start of each costs more of them.
@@ -30,9 +33,17 @@ const LONGEST_STEP_S: f64 = 0.02;
 /// Shortest and longest dead time that is searched for (s); a shorter one is none.
 const DEAD_TIME_S: [f64; 2] = [1e-3, 0.2];
 
+/// A free run beyond this multiple of the greatest measured thrust has left its data.
+/// A fit that errs by a few tenths stays far below it, a divergent one passes it within seconds.
+const DIVERGED: f64 = 5.0;
+
 /// Unbroken rows with throttle and thrust; the root of thrust is smoothed.
+#[derive(Clone)]
 struct StandRecord {
     time: Vec<f64>,
+    /// As it was logged.
+    command: Vec<f64>,
+    /// After the dead time.
     throttle: Vec<f64>,
     thrust: Vec<f64>,
     root: Vec<f64>,
@@ -43,34 +54,63 @@ struct StandRecord {
 /// The records of all trials on one clock: the throttle is shifted by the dead time.
 pub(super) struct StandRecords {
     records: Vec<StandRecord>,
-    dead_time_s: f64,
+    pub(super) dead_time_s: f64,
+    /// What the throttle is between its samples, in free run.
+    between: Between,
 }
 
+/// Rows in free run: times, throttle, and the row of the record for each (none for rows that a held throttle adds).
+type FreeRunRows = (Vec<f64>, Vec<f64>, Vec<Option<usize>>);
+
 impl StandRecords {
-    /// The records of `trials`; the dead time is estimated if the settings ask for it or leave that to the form, which
-    /// decides `by_default`.
-    pub(super) fn of(
-        trials: &[Trial],
-        settings: &IdentificationSettings,
-        by_default: bool,
-    ) -> Result<Self> {
-        let mut records = unbroken(trials, settings)?;
-        let estimate = match settings.thrust.dead_time {
-            DeadTime::Auto => by_default,
-            DeadTime::None => false,
-            DeadTime::Estimate => true,
+    /// The records of `trials`, without dead time. Regression takes the throttle for straight lines between its samples,
+    /// and so does a model that is not refined in free run.
+    pub(super) fn of(trials: &[Trial], settings: &IdentificationSettings) -> Result<Self> {
+        let records = unbroken(trials, settings)?;
+        let lines = !settings.thrust.refine || settings.thrust.dead_time == DeadTime::Regression;
+        let between = match lines {
+            true => Between::Linear,
+            false => Between::of(records.iter().map(|r| r.command.as_slice())),
         };
-        let mut dead_time_s = 0.0;
-        if estimate {
-            dead_time_s = estimate_dead_time(&records, settings)?;
-            for r in &mut records {
-                r.throttle = delayed(&r.time, &r.throttle, dead_time_s);
-            }
-        }
         Ok(Self {
             records,
-            dead_time_s,
+            dead_time_s: 0.0,
+            between,
         })
+    }
+
+    /// The same records behind a dead time.
+    pub(super) fn delayed_by(&self, dead_time_s: f64) -> Self {
+        let shift = |r: &StandRecord| match self.between {
+            Between::Held => lagged(&r.time, &r.command, Between::Held, 0.0, dead_time_s),
+            Between::Linear => delayed(&r.time, &r.command, dead_time_s),
+        };
+        let records = self.records.iter().map(|r| StandRecord {
+            throttle: shift(r),
+            ..r.clone()
+        });
+        Self {
+            records: records.collect(),
+            dead_time_s,
+            between: self.between,
+        }
+    }
+
+    /// Time between rows (s).
+    pub(super) fn period_s(&self) -> f64 {
+        let r = &self.records[0];
+        (r.time[r.time.len() - 1] - r.time[0]) / (r.time.len() - 1) as f64
+    }
+
+    /// The rows of a record in free run; lines between them are the delayed throttle.
+    fn rows(&self, r: &StandRecord) -> FreeRunRows {
+        match self.between {
+            Between::Held => unfolded(&r.time, &r.command, self.dead_time_s),
+            Between::Linear => {
+                let rows = (0..r.time.len()).map(Some).collect();
+                (r.time.clone(), r.throttle.clone(), rows)
+            }
+        }
     }
 
     /// The columns `x`, `s` and `x_dot` for regression.
@@ -87,32 +127,56 @@ impl StandRecords {
         Ok(samples)
     }
 
-    /// Fits a model in free run over pieces of the data; every piece is a group for standard errors.
+    /// Fits a model in free run over pieces of the data, without those of a fold; every piece is a group for standard
+    /// errors.
     pub(super) fn free_run(
         &self,
         model: &OdeModel,
         parameters: &[Parameter],
         settings: &IdentificationSettings,
+        without: Option<usize>,
     ) -> Result<(Refined, Clusters)> {
-        let pieces = PIECES.div_ceil(self.records.len());
-        let mut records = Vec::new();
+        let every = ((1.0 / (RESIDUALS_HZ * self.period_s())).round() as usize).max(1);
+        let mut pieces = Vec::new();
         for r in &self.records {
-            for span in super::pieces(r.time.len(), pieces) {
-                records.push(Record {
-                    time: &r.time[span.clone()],
-                    inputs: vec![&r.throttle[span.clone()]],
-                    measured: &r.thrust[span.clone()],
-                    start: vec![&r.root[span]],
-                    group: records.len(),
-                });
+            let (time, throttle, rows) = self.rows(r);
+            // The place of each row of the record among those in free run.
+            let place: Vec<usize> = (0..rows.len()).filter(|&j| rows[j].is_some()).collect();
+            for span in self.spans(r) {
+                let first = span.start;
+                let thinned = |i: usize| match (i - first).is_multiple_of(every) {
+                    true => r.thrust[i],
+                    false => f64::NAN,
+                };
+                let span = place[span.start]..place[span.end - 1] + 1;
+                let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+                    let rows = rows[span.clone()].iter();
+                    rows.map(|row| row.map_or(f64::NAN, of)).collect()
+                };
+                pieces.push([
+                    time[span.clone()].to_vec(),
+                    throttle[span.clone()].to_vec(),
+                    column(&thinned),
+                    column(&|i| r.root[i]),
+                ]);
             }
         }
-        let r = &self.records[0];
-        let period = (r.time[r.time.len() - 1] - r.time[0]) / (r.time.len() - 1) as f64;
+        let kept = pieces.iter().enumerate();
+        let kept = kept.filter(|(piece, _)| without.is_none_or(|fold| piece % FOLDS != fold));
+        let records: Vec<Record<'_>> = kept
+            .enumerate()
+            .map(|(group, (_, [time, throttle, measured, root]))| Record {
+                time,
+                inputs: vec![throttle],
+                measured,
+                start: vec![root],
+                group,
+            })
+            .collect();
         let shooting = Shooting {
             window: f64::INFINITY,
             stride: 1.0,
-            every: ((1.0 / (RESIDUALS_HZ * period)).round() as usize).max(1),
+            every: 1,
             start_sd: START_SD,
             noise_sd: settings.shooting.noise_n,
             max_iterations: settings.shooting.max_iterations,
@@ -123,6 +187,33 @@ impl StandRecords {
             coefficients: parameters.len(),
         };
         Ok((shooting.refine(&model, &records, parameters)?, clusters))
+    }
+
+    /// The pieces of a record.
+    fn spans(&self, r: &StandRecord) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
+        super::pieces(r.time.len(), PIECES.div_ceil(self.records.len()))
+    }
+
+    /// The error on folds of models with the parameters that were fitted without them, each record in one run.
+    pub(super) fn held_out(&self, model: &OdeModel, folds: &[Vec<f64>]) -> Result<HeldOut> {
+        let model = model.clone().with_max_step(LONGEST_STEP_S)?;
+        let (mut pieces, mut measured) = (Vec::new(), Vec::new());
+        let mut predicted = vec![Vec::new(); folds.len()];
+        let mut piece = 0;
+        for r in &self.records {
+            for span in self.spans(r) {
+                pieces.extend(span.map(|_| piece));
+                piece += 1;
+            }
+            measured.extend_from_slice(&r.thrust);
+            let (time, throttle, rows) = self.rows(r);
+            for (out, parameters) in predicted.iter_mut().zip(folds) {
+                let all = model.free_run(parameters, &[r.root[0]], &time, &[&throttle])?;
+                let pairs = all.into_iter().zip(&rows);
+                out.extend(pairs.filter_map(|(v, row)| row.map(|_| v)));
+            }
+        }
+        Ok(HeldOut::of(&pieces, &measured, &predicted))
     }
 
     /// A card that was fitted to these records, with its validity, scores in free run and dead time.
@@ -141,26 +232,42 @@ impl StandRecords {
         card.validity.output = range_of(|r| &r.thrust);
         let predictor = Predictor::new(&card)?;
         let mut errors = Vec::new();
+        let mut most_n = 0.0_f64;
         for r in &self.records {
+            let (time, throttle, rows) = self.rows(r);
             let columns = Columns {
-                throttle: &r.throttle,
+                throttle: &throttle,
                 ..Columns::default()
             };
             let (name, start) = (trials[r.trial].name(), r.root[0] * r.root[0]);
-            let predicted = predictor.run(name, &r.time, &columns, start)?;
+            let all = predictor.run(name, &time, &columns, start)?;
+            let pairs = all.into_iter().zip(rows);
+            let predicted: Vec<f64> = pairs.filter_map(|(v, row)| row.map(|_| v)).collect();
+            let size = |v: &f64| {
+                if v.is_finite() {
+                    v.abs()
+                } else {
+                    f64::INFINITY
+                }
+            };
+            most_n = predicted.iter().map(size).fold(most_n, f64::max);
             if let Some(e) = Errors::of(&predicted, &r.thrust) {
                 card.scores.push(score(name, true, "free_run", e, "N"));
                 errors.push(e);
             }
         }
-        if self.dead_time_s > 0.0 {
-            // The throttle of the records is shifted already.
-            let dead_time = Estimate::bare(self.dead_time_s);
-            card.terms.push(term("dead_time", "1", dead_time, "s"));
+        if self.between == Between::Held {
+            card.constants.insert(HELD.into(), 1.0);
         }
+        let largest = card.validity.output.map_or(0.0, |[_, most]| most);
+        card.diverged = most_n > DIVERGED * largest;
         let rmse = Errors::pool(&errors).map_or(f64::NAN, |e| e.rmse);
         let rows = self.records.iter().map(|r| r.time.len()).sum();
-        Ok(FittedCard::new(card, (rmse, "N"), rows))
+        let warnings = Vec::from_iter(card.diverged.then_some(Warning::Diverged { most_n }));
+        Ok(FittedCard {
+            warnings,
+            ..FittedCard::new(card, (rmse, "N"), rows)
+        })
     }
 }
 
@@ -191,6 +298,7 @@ fn unbroken(trials: &[Trial], settings: &IdentificationSettings) -> Result<Vec<S
             let smooth =
                 SavitzkyGolay::new(window, settings.smoothing.degree)?.apply(&time, &root)?;
             out.push(StandRecord {
+                command: pick(&throttle),
                 throttle: pick(&throttle),
                 thrust,
                 root: smooth.value,
@@ -213,14 +321,17 @@ fn unbroken(trials: &[Trial], settings: &IdentificationSettings) -> Result<Vec<S
     Ok(out)
 }
 
-/// The dead time between throttle and thrust: the shift of the throttle at which the library explains the
-/// derivative best.
-fn estimate_dead_time(records: &[StandRecord], settings: &IdentificationSettings) -> Result<f64> {
+/// The dead time between throttle and thrust by regression: the shift of the throttle at which the library explains the
+/// derivative best. Smoothing and noise bias it; free run is the better judge.
+pub(super) fn dead_time_by_regression(
+    records: &StandRecords,
+    settings: &IdentificationSettings,
+) -> Result<f64> {
     let library = Library::parse(&settings.thrust.library)?;
     let cost = |dead_time_s: f64| -> Result<f64> {
         let mut samples = Samples::new(&["x", "s", "x_dot"]);
-        for r in records {
-            let late = delayed(&r.time, &r.throttle, dead_time_s);
+        for r in &records.records {
+            let late = delayed(&r.time, &r.command, dead_time_s);
             samples.push_group(vec![r.root.clone(), late, r.root_rate.clone()])?;
         }
         let gram = Gram::total(&Gram::accumulate(&library, "x_dot", &samples)?);

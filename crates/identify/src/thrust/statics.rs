@@ -5,6 +5,8 @@ use sindy::{Gram, Library, Samples};
 use touchdown_model::{Card, Form, Kind};
 use touchdown_trial::Trial;
 
+use super::choice::SLOWEST_PERIOD_S;
+use super::free_run::HeldOut;
 use super::plateau::{self, Plateau};
 use super::rotor;
 use crate::error::{Error, Result};
@@ -14,13 +16,14 @@ use crate::scores::Errors;
 use crate::settings::{IdentificationSettings, ThrustForm, ThrustSettings};
 use crate::warning::Warning;
 
-/// Sampling period above which the lag of a rotor is not identifiable (s): lags of small rotors are 0.03 to 0.1 s.
-const SLOWEST_PERIOD_S: f64 = 0.05;
 /// Share of the largest thrust by which it must fall at full throttle to be warned of: the noise of a mean of load-cell
 /// readings is well below it, half of it would warn of that noise.
 const FALLS_FROM: f64 = 0.01;
 /// Plateaus from which a trial is a staircase: fewer levels give no polynomial of the second degree with an error.
 pub(super) const STAIRCASE: usize = 4;
+
+/// Parts of the steady points that are held out in turn, at most: a table's points one by one.
+const PARTS: usize = 20;
 
 /// A static map, fitted: its terms, coefficients and points.
 struct StaticMap {
@@ -69,28 +72,64 @@ pub(super) fn fit(
             Err(e) => warnings.push(Warning::NoRotorLag { why: e.to_string() }),
         }
     }
+    let rmse = map.branch(None).fitted.map_or(f64::NAN, |e| e.rmse);
     Ok(FittedCard {
-        card,
-        rmse: map.branch(None).fitted.map_or(f64::NAN, |e| e.rmse),
-        rmse_unit: map.unit(),
-        rows_used: map.points.len(),
         lag_s,
-        front: None,
         warnings,
+        ..FittedCard::new(card, (rmse, map.unit()), map.points.len())
     })
+}
+
+/// The error of a static map (N) at steady points, each part of which is held out in turn, and its coefficients.
+pub(super) fn held_out(
+    trials: &[Trial],
+    settings: &IdentificationSettings,
+    root: bool,
+    battery: bool,
+) -> Result<(HeldOut, usize)> {
+    let thrust = ThrustSettings {
+        battery,
+        ..settings.thrust.clone()
+    };
+    let (points, by_plateau) = steady_points(trials, settings)?;
+    let count = points.len().min(PARTS).max(1);
+    let parts: Vec<usize> = (0..points.len())
+        .map(|i| i * count / points.len())
+        .collect();
+    let folds: Vec<Vec<f64>> = (0..count)
+        .map(|part| {
+            let seen = points.iter().zip(&parts).filter(|(_, p)| **p != part);
+            let seen: Vec<Plateau> = seen.map(|(point, _)| *point).collect();
+            let map = StaticMap::of_points(seen, by_plateau, trials, &thrust, root)?;
+            Ok(points.iter().map(|p| map.thrust_n(p)).collect())
+        })
+        .collect::<Result<_>>()?;
+    let measured: Vec<f64> = points.iter().map(|p| p.thrust_n).collect();
+    let coefficients = thrust.degree + 1 + usize::from(battery);
+    Ok((HeldOut::of(&parts, &measured, &folds), coefficients))
 }
 
 impl StaticMap {
     /// Least squares over the steady points, each counted once.
     fn fit(trials: &[Trial], settings: &IdentificationSettings, root: bool) -> Result<Self> {
         let (points, by_plateau) = steady_points(trials, settings)?;
-        let (degree, battery) = (settings.thrust.degree, settings.thrust.battery);
+        Self::of_points(points, by_plateau, trials, &settings.thrust, root)
+    }
+
+    fn of_points(
+        points: Vec<Plateau>,
+        by_plateau: bool,
+        trials: &[Trial],
+        settings: &ThrustSettings,
+        root: bool,
+    ) -> Result<Self> {
+        let (degree, battery) = (settings.degree, settings.battery);
         let mut terms: Vec<String> = vec!["1".into(), "s".into()];
         terms.extend((2..=degree).map(|k| format!("s^{k}")));
         if battery {
             terms.push("s*u".into());
         }
-        check_points(&points, degree, terms.len(), trials, &settings.thrust)?;
+        check_points(&points, degree, terms.len(), trials, settings)?;
         let mut samples = Samples::new(&["s", "u", "y"]);
         for p in &points {
             let u = match p.battery_v {
@@ -140,6 +179,12 @@ impl StaticMap {
         y
     }
 
+    /// The fitted thrust (N) at a point.
+    fn thrust_n(&self, p: &Plateau) -> f64 {
+        let y = self.at(p);
+        if self.root { y * y.abs() } else { y }
+    }
+
     /// Errors over all points, or over those that were reached on the way up (`false`) or down.
     fn branch(&self, descending: Option<bool>) -> BranchErrors {
         let chosen: Vec<&Plateau> = self
@@ -149,10 +194,7 @@ impl StaticMap {
             .collect();
         let fitted: Vec<f64> = chosen.iter().map(|p| self.at(p)).collect();
         let wanted: Vec<f64> = chosen.iter().map(|p| target(self.root, p)).collect();
-        let thrust: Vec<f64> = fitted
-            .iter()
-            .map(|y| if self.root { y * y.abs() } else { *y })
-            .collect();
+        let thrust: Vec<f64> = chosen.iter().map(|p| self.thrust_n(p)).collect();
         let measured: Vec<f64> = chosen.iter().map(|p| p.thrust_n).collect();
         let bias = wanted.iter().zip(&fitted).map(|(w, f)| w - f).sum::<f64>()
             / wanted.len().max(1) as f64;
@@ -178,6 +220,11 @@ impl StaticMap {
         card.terms = terms(of, &self.terms, &self.coefficients);
         if let Some(r) = range(self.points.iter().map(|p| p.throttle)) {
             card.validity.inputs.insert("s".into(), r);
+        }
+        if self.battery
+            && let Some(r) = range(self.points.iter().filter_map(|p| p.battery_v))
+        {
+            card.validity.inputs.insert("u".into(), r);
         }
         if let Some(r) = range(self.points.iter().map(|p| p.thrust_n)) {
             card.validity.output = Some(r);

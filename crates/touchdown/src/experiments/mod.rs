@@ -152,7 +152,8 @@ pub fn identify_cards(rig: &RigSettings, seed: u64, progress: &dyn Progress) -> 
     );
     let recorded = record(&thrust_trials, &settings, progress)?;
     let thrust_origin = origin.with_inputs(&recorded);
-    let thrust = stand::library(&recorded, identification, &thrust_origin)?.card;
+    let settings_of_thrust = thrust::of_the_rig(identification);
+    let thrust = stand::library(&recorded, &settings_of_thrust, &thrust_origin)?.card;
     progress.step();
     let recorded = record(&ground_trials, &settings, progress)?;
     let ground_origin = origin.with_inputs(&recorded);

@@ -9,6 +9,9 @@ use crate::error::{Error, Result};
 const POINTS: u32 = 40;
 /// Sags that are tried, up to the greatest that the law takes, 0.5.
 const SAGS: u32 = 50;
+/// Greatest thrust over weight below which a vehicle is not flown: it could neither brake a descent nor answer a gust. At half
+/// of the excess a landing at 1 m/s takes twice as long to stop; twice refuses heavy lifters that fly.
+const LEAST_THRUST_TO_WEIGHT: f64 = 1.3;
 /// Least losses, for the law needs both.
 const LEAST: f64 = 1e-6;
 
@@ -32,6 +35,16 @@ pub(super) fn fit(card: &Card, weight_n: f64) -> Result<MotorFit> {
             "thrust card `{}`: no throttle gives the weight of its vehicle, {weight_n:.3} N; the nearest thrust is {:.3} N",
             card.name,
             model.rest(hover).powi(2)
+        )));
+    }
+    let most_n = (0..=POINTS)
+        .map(|i| model.rest(f64::from(i) / f64::from(POINTS)).powi(2))
+        .fold(0.0, f64::max);
+    if most_n < LEAST_THRUST_TO_WEIGHT * weight_n {
+        return Err(Error::Arguments(format!(
+            "thrust card `{}`: its greatest thrust, {most_n:.3} N, is below {LEAST_THRUST_TO_WEIGHT} times the weight of its \
+             vehicle, {weight_n:.3} N. Is it of one motor? A card of the whole vehicle has the thrust of all motors",
+            card.name
         )));
     }
     let [low, high] = card.validity.inputs.get("s").copied().unwrap_or([0.1, 1.0]);

@@ -8,8 +8,9 @@ use touchdown::Error;
 use touchdown::pages::identify::Overview;
 use touchdown_identify::FittedCard;
 use touchdown_identify::flights::result::FlightResult;
+use touchdown_identify::forms::FormScore;
 use touchdown_identify::front::Front;
-use touchdown_model::Card;
+use touchdown_model::{Card, Mark};
 use touchdown_terminal::escape;
 
 /// One fit, as it is printed and written.
@@ -31,6 +32,9 @@ pub(crate) struct Fitted {
     pub(crate) rows_used: usize,
     /// Rows that were dropped because something is wrong with them.
     pub(crate) rows_dropped: usize,
+    /// The forms that were tried, with their errors on held-out parts; absent where the form was given.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) forms: Vec<FormScore>,
     /// The best subset of every size beside the fit's own terms; null for forms that choose none.
     pub(crate) front: Option<Box<Front>>,
     /// Results of flights in addition to the card; absent if thrust was measured.
@@ -71,6 +75,23 @@ pub(crate) struct Coefficient {
     /// 95 % confidence interval.
     ci95: Option<[f64; 2]>,
     unit: String,
+    /// Why there is no interval.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mark: Option<Mark>,
+    /// 95 % upper bound, where the data show no more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    upper_bound: Option<f64>,
+}
+
+impl Coefficient {
+    /// The value with its mark: a bound as a bound, a value without interval with the reason.
+    fn text(&self) -> String {
+        match (self.mark, self.upper_bound) {
+            (None, _) => digits(self.value),
+            (Some(Mark::UpperBound), Some(bound)) => format!("≤{}", digits(bound)),
+            (Some(mark), _) => format!("{} ({})", digits(self.value), mark.words()),
+        }
+    }
 }
 
 /// A number with its unit.
@@ -96,6 +117,7 @@ impl Fitted {
             },
             rows_used: made.rows_used,
             rows_dropped: dropped,
+            forms: made.forms.clone(),
             front: made.front.clone().map(Box::new),
             flight: None,
             warnings: touchdown_identify::warning::sentences(&made.warnings),
@@ -138,6 +160,8 @@ pub(crate) fn coefficients(card: &Card) -> Vec<(String, Coefficient)> {
                 std_error: term.std_error,
                 ci95: term.ci95,
                 unit: term.unit.clone(),
+                mark: term.mark,
+                upper_bound: term.upper_bound,
             };
             (name, coefficient)
         })
@@ -174,7 +198,7 @@ impl Summary {
                 row.extend(names.iter().map(|n| {
                     f.coefficients
                         .get(n)
-                        .map_or_else(String::new, |c| digits(c.value))
+                        .map_or_else(String::new, Coefficient::text)
                 }));
                 row.extend([
                     digits(f.rmse.value),
@@ -241,6 +265,38 @@ impl Summary {
         let rows: Vec<Vec<String>> = self.rows.iter().map(|r| pick(r)).collect();
         text_table(&pick(&self.header), &rows)
     }
+}
+
+/// The forms that were tried, as text for a terminal.
+pub(crate) fn forms(scores: &[FormScore]) -> String {
+    let header = FORMS_HEADER.map(String::from);
+    let rows: Vec<Vec<String>> = scores.iter().map(form_row).collect();
+    text_table(&header, &rows)
+}
+
+/// Columns of the table of forms.
+const FORMS_HEADER: [&str; 6] = [
+    "form",
+    "parameters",
+    "held-out RMSE (N)",
+    "standard error (N)",
+    "chosen",
+    "why not",
+];
+
+fn form_row(score: &FormScore) -> Vec<String> {
+    let number = |v: Option<f64>| v.map_or_else(|| "–".to_string(), digits);
+    vec![
+        score.name(),
+        score.parameters.to_string(),
+        number(score.held_out_rmse_n),
+        number(score.std_error_n),
+        if score.chosen { "yes" } else { "" }.to_string(),
+        score
+            .error
+            .clone()
+            .map_or_else(String::new, |e| shortened(&e)),
+    ]
 }
 
 /// How logs are called in tables: by file, where all lie in one folder.

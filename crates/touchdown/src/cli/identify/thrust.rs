@@ -13,7 +13,7 @@ use touchdown_log::Map;
 use touchdown_trial::Trial;
 
 use super::load::{self, Log};
-use super::show::{Failed, Fitted, Outcome, Summary};
+use super::show::{Failed, Fitted, Outcome, Summary, forms};
 use super::{Command, Target, flights, origin, write_card, write_tables};
 use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
@@ -112,6 +112,12 @@ impl Job<'_> {
     /// Prints the summary, with the results of flights: all of them for one log, the armed intervals for several.
     fn say(&self, outcomes: &[Outcome]) {
         let mut text = Summary::of(outcomes).text();
+        if let [Outcome::Fitted(one)] = outcomes
+            && !one.forms.is_empty()
+        {
+            text.push_str("\n\nForms, by the error of their free run on parts held out:\n");
+            text += &forms(&one.forms);
+        }
         for outcome in outcomes {
             if let Outcome::Fitted(Fitted {
                 flight: Some(result),

@@ -7,7 +7,8 @@ mod parameters;
 mod thrust;
 
 use touchdown_identify::FittedCard;
-use touchdown_model::Card;
+use touchdown_identify::forms::FormScore;
+use touchdown_model::{Card, Mark};
 use touchdown_report::{Callout, Cell, Figure, Report, Table};
 
 use super::page::show;
@@ -124,6 +125,9 @@ fn card_blocks(report: &mut Report, made: &FittedCard) -> Result<()> {
     if card.scores.iter().any(|s| s.seen) {
         page::put_table(report, scores(card))?;
     }
+    if !made.forms.is_empty() {
+        page::put_table(report, forms(&made.forms))?;
+    }
     if let Some(front) = &made.front {
         report.paragraph(front::words(front));
         report.folded("The best subset of every size", |inner| {
@@ -149,13 +153,19 @@ fn coefficients(card: &Card) -> Table {
         .number_column("95 % interval", "")
         .text_column("unit");
     for term in &card.terms {
+        let without = || match (term.mark, term.upper_bound) {
+            (None, _) => Cell::missing(),
+            (Some(Mark::UpperBound), Some(bound)) => {
+                Cell::text(format!("upper bound {}", show(bound, 5)))
+            }
+            (Some(mark), _) => Cell::text(mark.words()),
+        };
         table = table.row([
             Cell::text(&term.of),
             Cell::text(&term.expression),
             Cell::number(term.value, 5),
             Cell::maybe(term.std_error, 5),
-            term.ci95
-                .map_or_else(Cell::missing, |ends| interval(ends, 5)),
+            term.ci95.map_or_else(without, |ends| interval(ends, 5)),
             Cell::text(&term.unit),
         ]);
     }
@@ -163,6 +173,31 @@ fn coefficients(card: &Card) -> Table {
         "Intervals: Student's t over the trials or stretches of them, which may be correlated inside. They do not hold the \
          uncertainty of the choice of terms, which was made on the same data.",
     )
+}
+
+/// The forms that were tried.
+fn forms(scores: &[FormScore]) -> Table {
+    let mut table = Table::new("Forms, by the error of their free run on parts held out.")
+        .text_column("form")
+        .number_column("parameters", "")
+        .number_column("held-out RMSE", "N")
+        .number_column("standard error", "N")
+        .text_column("chosen");
+    for score in scores {
+        let chosen = match (&score.error, score.chosen) {
+            (Some(why), _) => why.as_str(),
+            (None, true) => "chosen",
+            (None, false) => "",
+        };
+        table = table.row([
+            Cell::text(score.name()),
+            Cell::number(score.parameters as f64, 0),
+            Cell::maybe(score.held_out_rmse_n, 5),
+            Cell::maybe(score.std_error_n, 5),
+            Cell::text(chosen),
+        ]);
+    }
+    table.note("Of forms within one standard error of the best, and at most 5 % worse, the one with fewest parameters is chosen.")
 }
 
 fn scores(card: &Card) -> Table {

@@ -1,0 +1,200 @@
+//! A command between its samples, and its exact first-order lag with a dead time of any size.
+
+use sindy::trajectory::delay::first_order_lag;
+
+/// Share of steps without a change from which a throttle holds its values.
+/// Held commands stand still for nearly all steps, measured ones for hardly any: any share between decides alike.
+const STILL: f64 = 0.5;
+/// A change is at least this share of the throttle's standard deviation, or it is the last digit of a slope.
+/// Twice the value takes fine staircases for slopes.
+const JUMP: f64 = 0.05;
+
+/// What a throttle is between its samples.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub(crate) enum Between {
+    /// The last sample's value (zero-order hold).
+    Held,
+    /// A straight line.
+    Linear,
+}
+
+impl Between {
+    /// What the samples of throttles say.
+    pub(crate) fn of<'a>(throttles: impl IntoIterator<Item = &'a [f64]>) -> Self {
+        let (mut rows, mut sum, mut square) = (0.0, 0.0, 0.0);
+        let (mut steps, mut jumps) = (0_usize, Vec::new());
+        for s in throttles {
+            rows += s.len() as f64;
+            sum += s.iter().sum::<f64>();
+            square += s.iter().map(|v| v * v).sum::<f64>();
+            steps += s.len().saturating_sub(1);
+            let changes = s.windows(2).map(|w| (w[1] - w[0]).abs());
+            jumps.extend(changes.filter(|c| *c > 0.0));
+        }
+        let sd = (square / rows - (sum / rows).powi(2)).max(0.0).sqrt();
+        let still = 1.0 - jumps.len() as f64 / steps.max(1) as f64;
+        let jump = crate::thrust::plateau::median(jumps.into_iter()).unwrap_or(0.0);
+        if still >= STILL && jump > JUMP * sd {
+            Self::Held
+        } else {
+            Self::Linear
+        }
+    }
+}
+
+/// `τ y' = u(t - d) - y` from `y = u` at the start, exact for held and for linear `u`.
+/// A lag of 0 is the pure delay.
+pub(crate) fn lagged(
+    time: &[f64],
+    values: &[f64],
+    between: Between,
+    lag_s: f64,
+    dead_time_s: f64,
+) -> Vec<f64> {
+    match between {
+        Between::Held => first_order_lag(time, values, lag_s, dead_time_s),
+        Between::Linear => linear_lag(time, values, lag_s, dead_time_s),
+    }
+}
+
+fn linear_lag(time: &[f64], values: &[f64], lag_s: f64, dead_time_s: f64) -> Vec<f64> {
+    let Some(&first) = values.first() else {
+        return Vec::new();
+    };
+    let n = time.len();
+    let mut out = Vec::with_capacity(n);
+    out.push(first);
+    let mut y = first;
+    // The sample that the delayed command has reached; none before the first one arrives.
+    let mut at: Option<usize> = None;
+    for pair in time.windows(2) {
+        let (mut now, end) = (pair[0], pair[1]);
+        while now < end {
+            let (u, slope, until) = match at {
+                None => (first, 0.0, time[0] + dead_time_s),
+                Some(k) if k + 1 < n => {
+                    let slope = (values[k + 1] - values[k]) / (time[k + 1] - time[k]);
+                    let since = now - time[k] - dead_time_s;
+                    (values[k] + slope * since, slope, time[k + 1] + dead_time_s)
+                }
+                Some(k) => (values[k], 0.0, f64::INFINITY),
+            };
+            let to = end.min(until).max(now);
+            y = follow(y, u, slope, to - now, lag_s);
+            now = to;
+            if until <= end {
+                at = Some(at.map_or(0, |k| k + 1));
+            }
+        }
+        out.push(y);
+    }
+    out
+}
+
+/// The lag's answer after `dt` to a command that starts at `u` and rises with `slope`.
+fn follow(y: f64, u: f64, slope: f64, dt: f64, lag_s: f64) -> f64 {
+    let late = slope * lag_s;
+    let decay = if lag_s > 0.0 {
+        (-dt / lag_s).exp()
+    } else {
+        0.0
+    };
+    u + slope * dt - late + (y - u + late) * decay
+}
+
+/// The rows of a record with those added at which a held and delayed command changes, so that straight lines between
+/// rows are the held command: times, values, and the row of the record for each (none for added ones).
+pub(crate) fn unfolded(
+    time: &[f64],
+    values: &[f64],
+    dead_time_s: f64,
+) -> (Vec<f64>, Vec<f64>, Vec<Option<usize>>) {
+    // A change takes this share of the shortest period: below what any integration resolves.
+    const EDGE: f64 = 1e-6;
+    let shortest = time
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .fold(f64::INFINITY, f64::min);
+    let edge = EDGE * shortest;
+    let mut rows: Vec<(f64, Option<usize>)> = time
+        .iter()
+        .enumerate()
+        .map(|(i, t)| (*t, Some(i)))
+        .collect();
+    for k in 1..time.len() {
+        if values[k] != values[k - 1] {
+            let at = time[k] + dead_time_s;
+            rows.extend([(at - edge, None), (at, None)]);
+        }
+    }
+    rows.retain(|(t, _)| *t <= time[time.len() - 1]);
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Of rows at one time, that of the record stays.
+    rows.dedup_by(|b, a| {
+        let same = b.0 - a.0 < 0.5 * edge;
+        if same {
+            a.1 = a.1.or(b.1);
+        }
+        same
+    });
+    let times: Vec<f64> = rows.iter().map(|r| r.0).collect();
+    let mut next = 0;
+    let mut held = values[0];
+    let values = times
+        .iter()
+        .map(|t| {
+            while next < time.len() && time[next] + dead_time_s <= t + 0.25 * edge {
+                held = values[next];
+                next += 1;
+            }
+            held
+        })
+        .collect();
+    (times, values, rows.into_iter().map(|r| r.1).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_lag_of_a_ramp_between_and_at_samples() {
+        // u = t from t = 0: y = t' - τ (1 - e^(-t'/τ)) with t' = t - d.
+        let (lag, dead) = (0.07, 0.033);
+        let time: Vec<f64> = (0..200).map(|i| 0.02 * f64::from(i)).collect();
+        let y = lagged(&time, &time, Between::Linear, lag, dead);
+        for (t, y) in time.iter().zip(&y) {
+            let since = (t - dead).max(0.0);
+            let expected = since - lag * (1.0 - (-since / lag).exp());
+            // Rounding of a few hundred steps.
+            assert!((y - expected).abs() < 1e-12, "{t}: {y} {expected}");
+        }
+        let pure = lagged(&time, &time, Between::Linear, 0.0, dead);
+        assert!((pure[100] - (2.0 - dead)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn analytic_samples_say_what_is_between_them() {
+        let steps: Vec<f64> = (0..300).map(|i| f64::from(i / 30 % 4)).collect();
+        assert_eq!(Between::of([steps.as_slice()]), Between::Held);
+        let sine: Vec<f64> = (0..300).map(|i| (0.05 * f64::from(i)).sin()).collect();
+        assert_eq!(Between::of([sine.as_slice()]), Between::Linear);
+        let digits: Vec<f64> = (0..3000).map(|i| f64::from(i / 3)).collect();
+        assert_eq!(Between::of([digits.as_slice()]), Between::Linear);
+    }
+
+    #[test]
+    fn analytic_unfolded_rows_hold_a_delayed_command() {
+        let time: Vec<f64> = (0..6).map(|i| 0.1 * f64::from(i)).collect();
+        let (t, u, row) = unfolded(&time, &[1.0, 1.0, 2.0, 2.0, 2.0, 2.0], 0.05);
+        // The change of 0.2 s arrives at 0.25 s, between two rows of the record.
+        assert_eq!(row.iter().flatten().count(), 6);
+        for (t, u) in t.iter().zip(&u) {
+            assert_eq!(*u, if *t < 0.25 - 1e-9 { 1.0 } else { 2.0 }, "{t}");
+        }
+        assert!(t.windows(2).all(|w| w[1] > w[0]));
+        // Without dead time, the change stands at a row.
+        let (t, u, _) = unfolded(&time, &[1.0, 1.0, 2.0, 2.0, 2.0, 2.0], 0.0);
+        assert_eq!((t.len(), u[2], u[3]), (7, 1.0, 2.0));
+    }
+}
