@@ -3,7 +3,7 @@
 use serde::Serialize;
 use touchdown_model::Card;
 
-use super::coverage::{CURVE_NEAR_RADII, check_heights};
+use super::coverage::check_heights;
 use super::fit::Fit;
 use super::hover::{self, Hover, ThrustLaw};
 use super::lag::lag;

@@ -5,10 +5,10 @@ use touchdown_trial::Trial;
 
 use super::channels::{effort, heights, held, median_step, throttle_period_s, without_gaps};
 use super::ground::label;
-use super::smooth::{bump, filled, local_parabola, without_spikes};
+use super::smooth::{bump, filled, local_parabola};
 use super::{FlightSettings, motion};
 use crate::error::{Error, Result};
-use crate::thrust::{plateau::median, throttle};
+use crate::thrust::plateau::median;
 use crate::warning::Warning;
 
 /// Finest step that is kept; faster logs are averaged (s). Motors and wakes take several such steps.
