@@ -41,8 +41,11 @@ pub(super) struct Choice {
 /// Judges all forms that the trials allow.
 ///
 /// # Errors
-/// No form that can be fitted.
+/// A throttle that stands still, or no form that can be fitted.
 pub(super) fn choose(trials: &[Trial], settings: &IdentificationSettings) -> Result<Choice> {
+    for trial in trials {
+        super::check_moves(trial.name(), [super::throttle(trial)?.as_slice()])?;
+    }
     let dynamic = has_course(trials);
     let with_battery = |trial: &Trial| {
         let volts = trial.channel("battery_v");
@@ -146,10 +149,12 @@ fn pick(
         .iter()
         .min_by(|a, b| a.1.rmse().total_cmp(&b.1.rmse()));
     let Some(&(_, best, _)) = best else {
-        let first = judged.into_iter().find_map(std::result::Result::err);
-        return Err(
-            first.unwrap_or_else(|| Error::data("thrust", "a form with a finite error", "none"))
-        );
+        let name = "thrust";
+        let finite = "data that a finite fit follows from (time in seconds, forces in newtons)";
+        let infinite = Error::data(name, finite, "errors beyond all numbers");
+        let all_failed = judged.iter().all(Result::is_err);
+        let first = judged.into_iter().find_map(Result::err);
+        return Err(first.filter(|_| all_failed).unwrap_or(infinite));
     };
     let chosen = fitted
         .iter()

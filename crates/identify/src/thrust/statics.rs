@@ -92,6 +92,7 @@ pub(super) fn held_out(
         ..settings.thrust.clone()
     };
     let (points, by_plateau) = steady_points(trials, settings)?;
+    check_points(&points, trials, &thrust)?;
     let count = points.len().min(PARTS).max(1);
     let parts: Vec<usize> = (0..points.len())
         .map(|i| i * count / points.len())
@@ -113,6 +114,7 @@ impl StaticMap {
     /// Least squares over the steady points, each counted once.
     fn fit(trials: &[Trial], settings: &IdentificationSettings, root: bool) -> Result<Self> {
         let (points, by_plateau) = steady_points(trials, settings)?;
+        check_points(&points, trials, &settings.thrust)?;
         Self::of_points(points, by_plateau, trials, &settings.thrust, root)
     }
 
@@ -129,7 +131,6 @@ impl StaticMap {
         if battery {
             terms.push("s*u".into());
         }
-        check_points(&points, degree, terms.len(), trials, settings)?;
         let mut samples = Samples::new(&["s", "u", "y"]);
         for p in &points {
             let u = match p.battery_v {
@@ -301,13 +302,9 @@ fn target(root: bool, p: &Plateau) -> f64 {
 }
 
 /// More levels than the degree, and more points than terms.
-fn check_points(
-    points: &[Plateau],
-    degree: usize,
-    terms: usize,
-    trials: &[Trial],
-    settings: &ThrustSettings,
-) -> Result<()> {
+fn check_points(points: &[Plateau], trials: &[Trial], settings: &ThrustSettings) -> Result<()> {
+    let degree = settings.degree;
+    let terms = degree + 1 + usize::from(settings.battery);
     let mut levels: Vec<f64> = points.iter().map(|p| p.throttle).collect();
     levels.sort_by(f64::total_cmp);
     levels.dedup();
