@@ -19,6 +19,7 @@ mod axes;
 mod check;
 mod draw;
 mod keys;
+mod measured_deck;
 mod point_table;
 mod points;
 mod recent;

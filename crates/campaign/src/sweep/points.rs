@@ -8,14 +8,14 @@ use sha2::{Digest as _, Sha256};
 use toml::{Table, Value};
 use touchdown_files::TomlError;
 use touchdown_sim::deck::rigid::{RigidDeck, RigidMotion};
-use touchdown_sim::deck::series::MotionSeries;
 use touchdown_sim::landing::space::{SpaceLander, SpaceScenario};
 
 use super::axes::{Axes, LANDINGS};
 use super::draw::Distribution;
 use super::keys::set;
+use super::measured_deck::MeasuredDeck;
 use super::recent::RecentlyUsed;
-use super::settings::{SeriesSettings, SweepSettings};
+use super::settings::SweepSettings;
 use crate::error::{Error, Result};
 use crate::settings_file::{check_seed, read, to_toml};
 
@@ -31,6 +31,8 @@ pub struct Sweep {
     grid: Vec<(String, Vec<Value>)>,
     pub(super) random: Vec<(String, Distribution)>,
     deck: Option<RigidDeck>,
+    /// What the measured motion is, in a line.
+    motion: Option<String>,
     /// The measured motion, as its file has it.
     pub(super) series: Option<Vec<u8>>,
     file: String,
@@ -91,6 +93,7 @@ impl Sweep {
         axes.check_size(settings.trials, &bad)?;
         let mut series = None;
         let mut deck = None;
+        let mut motion = None;
         if let Some(given) = &mut settings.series {
             if settings.scenario.deck != RigidMotion::default() || axes.set_the_deck() {
                 return Err(bad(
@@ -98,9 +101,10 @@ impl Sweep {
                     "the deck moves as measured: remove `scenario.deck` and its keys",
                 ));
             }
-            let (motion, bytes) = measured_deck(given, folder)?;
-            deck = Some(motion);
-            series = Some(bytes);
+            let measured = MeasuredDeck::read(given, folder)?;
+            deck = Some(measured.deck);
+            motion = Some(measured.text);
+            series = Some(measured.bytes);
             given.file = SERIES.into();
         }
         let Axes { grid, random } = axes;
@@ -122,6 +126,7 @@ impl Sweep {
             grid,
             random,
             deck,
+            motion,
             series,
             file,
             sha256,
@@ -145,6 +150,12 @@ impl Sweep {
     #[must_use]
     pub fn measured(&self) -> Option<&[u8]> {
         self.series.as_deref()
+    }
+
+    /// What the measured motion of the deck is, in a line: length, sampling, sea state, noise, peaks.
+    #[must_use]
+    pub fn motion(&self) -> Option<&str> {
+        self.motion.as_deref()
     }
 
     /// The swept keys with their values.
@@ -308,21 +319,6 @@ impl Sweep {
             .collect();
         self.bad("scenario", &format!("with {}: {message}", at.join(", ")))
     }
-}
-
-/// The deck that moves as measured, and the bytes of its file.
-fn measured_deck(series: &SeriesSettings, folder: &Path) -> Result<(RigidDeck, Vec<u8>)> {
-    let at = folder.join(&series.file);
-    let bytes = std::fs::read(&at).map_err(|e| Error::file(&at, e))?;
-    let unfit = |e: touchdown_sim::SimError| Error::Settings {
-        file: at.display().to_string(),
-        message: e.to_string(),
-    };
-    let mut motion = MotionSeries::read_csv(bytes.as_slice(), &series.format).map_err(unfit)?;
-    if let Some(height) = series.significant_height_m {
-        motion = motion.scaled_to(height).map_err(unfit)?;
-    }
-    Ok((motion.deck(), bytes))
 }
 
 /// Identifies a sweep: version, settings and measured motion.

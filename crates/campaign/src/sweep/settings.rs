@@ -54,6 +54,31 @@ pub struct SeriesSettings {
     pub file: PathBuf,
     /// Significant height that the heave is scaled to, m; without it, as measured.
     pub significant_height_m: Option<f64>,
+    /// Cutoff below which the motion is kept, Hz, or `"noise"` for the lowest that takes away no more than the noise;
+    /// without it, the motion runs through every row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cutoff_hz: Option<Cutoff>,
+    /// Greatest acceleration of the heave, m/s²; without it, that of gravity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub greatest_acceleration_mps2: Option<f64>,
     /// What its columns mean.
     pub format: SeriesFormat,
+}
+
+/// Where a measured motion is smoothed.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Cutoff {
+    /// A frequency, Hz.
+    Hz(f64),
+    /// By the noise of the series.
+    OfNoise(NoiseWord),
+}
+
+/// The word `"noise"`.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NoiseWord {
+    /// `"noise"`.
+    Noise,
 }

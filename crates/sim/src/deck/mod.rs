@@ -4,6 +4,7 @@
 //! five degrees of freedom: sums of sines, a ship ([`ship`]) in an irregular sea
 //! ([`wave`]), measured series ([`series`]), all as fast splines ([`spline`]).
 
+pub mod character;
 pub mod harmonics;
 pub mod rigid;
 pub mod series;

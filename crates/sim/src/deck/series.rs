@@ -201,6 +201,32 @@ impl MotionSeries {
         Ok(Self { times_s, values })
     }
 
+    /// A series of rows that are known to be good.
+    #[cfg(test)]
+    pub(super) fn of(times_s: Vec<f64>, values: Vec<[f64; 5]>) -> Self {
+        Self { times_s, values }
+    }
+
+    pub(super) fn times_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
+    /// Surge, sway, heave, roll and pitch of each row.
+    pub(super) fn values(&self) -> &[[f64; 5]] {
+        &self.values
+    }
+
+    /// One coordinate, row by row.
+    pub(super) fn coordinate(&self, axis: usize) -> Vec<f64> {
+        self.values.iter().map(|value| value[axis]).collect()
+    }
+
+    /// Other values at the same times.
+    pub(super) fn with_values(&self, values: Vec<[f64; 5]>) -> Self {
+        let times_s = self.times_s.clone();
+        Self { times_s, values }
+    }
+
     /// Length of the series, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {

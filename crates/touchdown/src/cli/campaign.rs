@@ -54,6 +54,9 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
     };
     output::must_not_be_a_file(Some(&args.out))?;
     let sweep = Sweep::read(path, args.trials, args.seed)?;
+    if let Some(motion) = sweep.motion() {
+        context.aside(motion);
+    }
     let store = Arc::new(Store::open(&args.out, &sweep, args.resume)?);
     output::results_folder(context, &args.out)?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);

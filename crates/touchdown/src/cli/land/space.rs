@@ -29,6 +29,9 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
             context.warn(&mismatch);
         }
     }
+    if let Some(motion) = sweep.motion() {
+        context.aside(motion);
+    }
     output::results_folder(context, &args.out)?;
     let folders: Vec<_> = [(&args.mcap, Recording::Mcap), (&args.ulog, Recording::Ulog)]
         .into_iter()
