@@ -328,7 +328,6 @@ fn prop_bad_input_is_one_error_and_nothing_written() {
         (".", "cannot be read"),
         ("empty.csv", "found an empty file"),
         ("header.csv", "no usable rows"),
-        ("numbers.csv", "line 1: expected a header"),
         ("three.csv", "found 3 points at 3 levels"),
         ("gaps.csv", "gaps only"),
         ("reversed.csv", "is its sign reversed?"),
@@ -337,6 +336,12 @@ fn prop_bad_input_is_one_error_and_nothing_written() {
         let error = fails(1, fit(log, &[]));
         assert!(error.contains(what), "{log}: {error}");
     }
+    // Columns without names are read, and need a map.
+    let error = fails(2, fit("numbers.csv", &[]));
+    assert!(
+        error.contains("found the columns \"c1\", \"c2\""),
+        "{error}"
+    );
     for (name, content, what) in [
         (
             "key.toml",
