@@ -30,6 +30,8 @@ pub struct Bench {
     armed: bool,
     /// Set once the companion was told that another mode is on, while it was in control.
     taken_over: bool,
+    /// Called with `true` before, and with `false` after the companion handles an event.
+    pub probe: fn(bool),
 }
 
 /// A companion in control.
@@ -60,6 +62,7 @@ impl Bench {
             mode: POSITION,
             armed: true,
             taken_over: false,
+            probe: |_| {},
         }
     }
 
@@ -106,7 +109,14 @@ impl Bench {
         }
     }
 
-    fn run(&mut self, ticks: usize) {
+    /// Whether the companion is in control.
+    #[must_use]
+    pub fn in_control(&self) -> bool {
+        self.companion.stage() == Stage::InControl
+    }
+
+    /// Runs a number of ticks, with readings and heartbeats.
+    pub fn run(&mut self, ticks: usize) {
         for _ in 0..ticks {
             self.now_us += 10_000;
             if (self.now_us / 10_000).is_multiple_of(10) {
@@ -170,15 +180,17 @@ impl Bench {
 
     fn deliver(&mut self, message: &MavMessage) {
         let mut bytes = Vec::new();
-        self.encoder.write(message, 0, &mut bytes);
+        self.encoder.write(message, &mut bytes);
         self.event(Event::Received(&bytes));
     }
 
     /// Handles an event, checks what is sent, and answers it.
     fn event(&mut self, event: Event<'_>) {
         let before = self.companion.stage();
-        let mut out = Vec::new();
+        let mut out = Vec::with_capacity(4096);
+        (self.probe)(true);
         self.companion.handle(self.now_us, event, &mut out);
+        (self.probe)(false);
         let after = self.companion.stage();
         if before == Stage::Ended {
             assert_eq!(after, Stage::Ended);
@@ -246,7 +258,18 @@ impl Bench {
 fn frame([system, component]: [u8; 2], id: u32, payload: &[u8]) -> Vec<u8> {
     let length = payload.len().min(255);
     let [a, b, c, _] = id.to_le_bytes();
-    let mut bytes = vec![mavlink::MAV_STX_V2, length as u8, 0, 0, 0, system, component, a, b, c];
+    let mut bytes = vec![
+        mavlink::MAV_STX_V2,
+        length as u8,
+        0,
+        0,
+        0,
+        system,
+        component,
+        a,
+        b,
+        c,
+    ];
     bytes.extend_from_slice(&payload[..length]);
     let checksum = mavlink::calculate_crc(&bytes[1..], MavMessage::extra_crc(id));
     bytes.extend_from_slice(&checksum.to_le_bytes());
