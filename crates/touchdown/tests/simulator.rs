@@ -6,9 +6,10 @@
 
 mod common;
 
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use common::{root, text};
 use serde_json::Value;
@@ -170,6 +171,45 @@ fn prop_an_autopilot_that_ends_or_falls_silent_is_an_error_that_leaves_nothing()
             assert!(said.contains("as a crashed autopilot does"), "{said}");
         }
     }
+}
+
+#[test]
+fn prop_ctrl_c_ends_the_autopilot_and_leaves_nothing() {
+    let Some(python) = python() else { return };
+    let folder = prepared(&python);
+    let scratch = folder.path().join("scratch");
+    std::fs::create_dir_all(&scratch).unwrap();
+    let mut ours = Command::new(env!("CARGO_BIN_EXE_touchdown"))
+        .args(["simulator", "px4"])
+        .arg(folder.path().join("deck.toml"))
+        .arg("--autopilot")
+        .arg(folder.path().join("px4/bin/px4"))
+        .arg("--out")
+        .arg(folder.path().join("out"))
+        .args(["--own-landing", "--speed", "1"])
+        .env("TMPDIR", &scratch)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The first lines come when the deck is released, some seconds after the start.
+    let mut said = BufReader::new(ours.stderr.take().unwrap());
+    let mut first = String::new();
+    said.read_line(&mut first).unwrap();
+    assert!(first.contains("above the deck"), "{first}");
+    let pid = ours.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &pid])
+            .status()
+            .unwrap()
+            .success()
+    );
+    assert_eq!(ours.wait().unwrap().code(), Some(130));
+    let mut rest = String::new();
+    said.read_to_string(&mut rest).unwrap();
+    assert!(rest.contains("interrupted"), "{rest}");
+    let left: Vec<_> = std::fs::read_dir(&scratch).unwrap().collect();
+    assert!(left.is_empty(), "left behind: {left:?}");
 }
 
 #[test]

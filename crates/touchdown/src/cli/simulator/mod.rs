@@ -164,7 +164,7 @@ fn fly_one(
     if let Some(process) = crew.process.clone() {
         let folder = args.out.display().to_string();
         context.if_interrupted(move || {
-            process.stop();
+            process.interrupt();
             output::missing(&folder)
         });
     }
@@ -178,7 +178,11 @@ fn fly_one(
         speed: args.speed,
     };
     let kept = crew.process.clone();
-    let flown = Session::new(context, world, crew, &limits).run()?;
+    let flown = Session::new(context, world, crew, &limits).run();
+    if let Some(process) = &kept {
+        process.wait_if_interrupted();
+    }
+    let flown = flown?;
     if let Some(folder) = kept.as_ref().and_then(AutopilotProcess::kept) {
         context.say(&format!("the autopilot's folder: {}", folder.display()));
     }

@@ -5,7 +5,7 @@ use std::net::UdpSocket;
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use touchdown::{Error, Result};
@@ -59,6 +59,7 @@ impl Drop for Running {
 #[derive(Clone)]
 pub(super) struct AutopilotProcess {
     running: Arc<Mutex<Option<Running>>>,
+    interrupted: Arc<AtomicBool>,
     folder: PathBuf,
 }
 
@@ -108,18 +109,28 @@ impl AutopilotProcess {
         };
         Ok(Self {
             running: Arc::new(Mutex::new(Some(running))),
+            interrupted: Arc::default(),
             folder,
         })
     }
 
-    /// Stops it and removes what it left.
+    /// Stops it and removes what it left. Whoever asks second waits until that is done.
     pub(super) fn stop(&self) {
-        let running = self
-            .running
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
-        drop(running);
+        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        drop(running.take());
+    }
+
+    /// Stops it because of Ctrl-C, whose handler ends this process then.
+    pub(super) fn interrupt(&self) {
+        self.interrupted.store(true, Ordering::SeqCst);
+        self.stop();
+    }
+
+    /// After Ctrl-C, waits for the end of this process: the autopilot's end is no error to report.
+    pub(super) fn wait_if_interrupted(&self) {
+        while self.interrupted.load(Ordering::SeqCst) {
+            std::thread::park();
+        }
     }
 
     /// Its folder, if that is kept.
