@@ -175,6 +175,9 @@ fn prop_an_autopilot_that_ends_or_falls_silent_is_an_error_that_leaves_nothing()
 
 #[test]
 fn prop_ctrl_c_ends_the_autopilot_and_leaves_nothing() {
+    if common::ignores_interrupts() {
+        return;
+    }
     let Some(python) = python() else { return };
     let folder = prepared(&python);
     let scratch = folder.path().join("scratch");
