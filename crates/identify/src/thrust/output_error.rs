@@ -96,7 +96,11 @@ impl LagFit {
     ) -> Result<Self> {
         check_clock(trials)?;
         let records = form.records(trials)?;
-        let between = between(&records);
+        let between = match form.form {
+            // A flight controller holds the commands of single motors, however often they change.
+            ThrustForm::LaggedMotors => Between::Held,
+            _ => between(&records),
+        };
         let longest_lag_s = settings.thrust.max_lag_s;
         let problem = Problem::new(&records, form.shape(), between, longest_lag_s);
         let alone = Free {
