@@ -32,7 +32,7 @@ pub struct WireCounts {
 pub struct Decoder {
     buffer: Vec<u8>,
     start: usize,
-    verifier: Option<Verifier>,
+    verifier: Option<Box<Verifier>>,
     /// What was found so far.
     pub counts: WireCounts,
 }
@@ -62,7 +62,7 @@ impl Decoder {
         Self {
             buffer: Vec::with_capacity(ROOM),
             start: 0,
-            verifier,
+            verifier: verifier.map(Box::new),
             counts: WireCounts::default(),
         }
     }

@@ -17,7 +17,7 @@ pub struct Encoder {
     /// Component id of the sender.
     pub component: u8,
     sequence: u8,
-    signer: Option<Signer>,
+    signer: Option<Box<Signer>>,
 }
 
 impl Encoder {
@@ -35,7 +35,10 @@ impl Encoder {
     /// The same sender, which signs every frame.
     #[must_use]
     pub fn signed(self, signer: Option<Signer>) -> Self {
-        Self { signer, ..self }
+        Self {
+            signer: signer.map(Box::new),
+            ..self
+        }
     }
 
     /// Appends the frame of a message.
