@@ -133,10 +133,10 @@ class Mavlink:
         self.imu = 105 if px4 else 26
         self.parameters = {
             "THR_MDL_FAC": 0.0, "MPC_THR_HOVER": HOVER, "COM_OF_LOSS_T": 0.5, "COM_OBL_RC_ACT": 5, "EKF2_RNG_CTRL": 0,
-            "MPC_LAND_SPEED": 0.7, "LNDMC_Z_VEL_MAX": 0.25,
+            "MPC_LAND_SPEED": 0.7, "LNDMC_Z_VEL_MAX": 0.25, "MC_BAT_SCALE_EN": 0,
         } if px4 else {
             "GUID_OPTIONS": 8, "GUID_TIMEOUT": 0.5, "MOT_THST_EXPO": 0.0, "MOT_THST_HOVER": (HOVER - 0.05) / 0.95,
-            "MOT_SPIN_MIN": 0.05, "MOT_SPIN_MAX": 1.0, "PLND_ENABLED": 0,
+            "MOT_SPIN_MIN": 0.05, "MOT_SPIN_MAX": 1.0, "PLND_ENABLED": 0, "ATC_ANGLE_BOOST": 0, "MOT_BAT_VOLT_MAX": 0,
         }
 
     def send(self, message):
