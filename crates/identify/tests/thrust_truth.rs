@@ -10,6 +10,7 @@ use touchdown_model::Mark;
 use touchdown_model::card::Term;
 use touchdown_trial::Trial;
 
+#[allow(dead_code, reason = "the example uses what this test does not")]
 #[path = "../examples/thrust_truth/stand.rs"]
 mod stand;
 

@@ -330,7 +330,7 @@ fn regress_a_missing_or_empty_log_says_what_to_do_next() {
         ("file", "copy or export the log again"),
     ] {
         for command in [&["inspect"][..], &["identify", "thrust"]] {
-            let output = run(&[command, &[&at(log)]].concat());
+            let output = run([command, &[&at(log)]].concat());
             let error = text(&output.stderr);
             assert!(error.contains(next), "{command:?} {log}: {error}");
         }

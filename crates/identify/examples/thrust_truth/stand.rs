@@ -123,7 +123,7 @@ impl Stand {
                         [
                             share,
                             between(random, [1.0, 18.0]),
-                            between(random, [0.0, 6.28]),
+                            between(random, [0.0, std::f64::consts::TAU]),
                         ]
                     })
                     .collect();

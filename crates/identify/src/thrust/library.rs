@@ -35,7 +35,7 @@ pub fn library(
     settings: &IdentificationSettings,
     origin: &Origin,
 ) -> Result<FittedCard> {
-    Ok(LibraryFit::new(trials, settings)?.card(trials, settings, origin)?)
+    LibraryFit::new(trials, settings)?.card(trials, settings, origin)
 }
 
 /// Eq. (8) with its records and its error on folds.

@@ -93,7 +93,7 @@ pub(super) fn held_out(
     };
     let (points, by_plateau) = steady_points(trials, settings)?;
     check_points(&points, trials, &thrust)?;
-    let count = points.len().min(PARTS).max(1);
+    let count = points.len().clamp(1, PARTS);
     let parts: Vec<usize> = (0..points.len())
         .map(|i| i * count / points.len())
         .collect();

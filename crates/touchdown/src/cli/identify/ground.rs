@@ -360,6 +360,7 @@ mod tests {
             rmse_unit: "N/s",
             rows_used: 0,
             lag_s: None,
+            forms: Vec::new(),
             front: None,
             warnings: Vec::new(),
         };
