@@ -120,7 +120,7 @@ impl Case<'_> {
             let ours = self.start(folder, &link);
             theirs.args(["--port", &port.to_string(), "--pid", &ours.id().to_string()]);
             let theirs = started(&mut theirs);
-            return self.ended(ours, theirs, String::new());
+            return self.ended(ours, theirs, "");
         }
         let mut theirs = started(&mut theirs);
         let mut address = String::new();
@@ -130,7 +130,7 @@ impl Case<'_> {
         let ours = self.start(folder, &format!("link = {}\n", address["address"]));
         let mut rest = String::new();
         lines.read_to_string(&mut rest).unwrap();
-        self.ended(ours, theirs, rest)
+        self.ended(ours, theirs, &rest)
     }
 
     fn start(&self, folder: &Path, link: &str) -> Child {
@@ -152,7 +152,7 @@ impl Case<'_> {
         started(&mut ours)
     }
 
-    fn ended(&self, ours: Child, theirs: Child, printed: String) -> Flown {
+    fn ended(&self, ours: Child, theirs: Child, printed: &str) -> Flown {
         let theirs = theirs.wait_with_output().unwrap();
         assert!(theirs.status.success(), "{}", text(&theirs.stderr));
         let ours = ended(ours).wait_with_output().unwrap();
@@ -165,7 +165,7 @@ impl Case<'_> {
         Flown {
             status: ours.status.code(),
             ours: last(&out),
-            theirs: last(&(text(&theirs.stdout) + &printed)),
+            theirs: last(&(text(&theirs.stdout) + printed)),
             said,
             objects: out.lines().count(),
         }
