@@ -51,8 +51,6 @@ fn parameter(text: &str) -> Result<(String, f64), String> {
 pub(crate) struct SimulatorArgs {
     /// Which autopilot
     #[arg(value_name = "AUTOPILOT")]
-    /// Which autopilot
-    #[arg(value_name = "AUTOPILOT")]
     pub(crate) autopilot_kind: SimulatedAutopilot,
     /// Scenario: a sweep without a grid, as of `touchdown land --space` (`touchdown settings campaign` prints one)
     pub(crate) scenario: PathBuf,
