@@ -87,7 +87,9 @@ impl Case {
         match self {
             Self::Still => "deck at rest",
             Self::Paper => "heave of 0.05 m at 0.5 Hz",
-            Self::Strong => "the same, with 60 % more ground effect than the models predict",
+            Self::Strong => {
+                "the deck of `paper`, with 60 % more ground effect than the models predict"
+            }
             Self::Heave => "heave of 0.3 m at 0.2 Hz with 3° of roll",
             Self::Sea => "a work boat in the default sea",
             Self::TagLost => "tag lost for 1 s",
