@@ -9,6 +9,8 @@
 //! follows with one lag, a load cell with white or wandering noise and a resolution. Each log has its own vehicle, drawn
 //! from the ranges below. Coverage is over all logs of a case that state an interval.
 
+#![allow(clippy::print_stdout, reason = "a program whose output is its table")]
+
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;

@@ -122,7 +122,7 @@ pub struct MotorLanding {
     pub stopped_s: Option<f64>,
 }
 
-/// A flight whose motor signals come from outside; see the [module](self).
+/// A flight whose motor signals come from outside.
 pub struct MotorFlight<'a> {
     flight: Flight<'a>,
     step: u64,
