@@ -171,26 +171,24 @@ impl Sender {
     }
 }
 
-/// No bytes where nothing came in time, or nobody listens on a UDP port.
+/// Whether nothing came in time, or nobody listens on a UDP port: a link that is quiet, not broken.
+pub(crate) fn is_quiet(error: &std::io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::WouldBlock
+            | ErrorKind::TimedOut
+            | ErrorKind::Interrupted
+            | ErrorKind::ConnectionRefused
+            | ErrorKind::ConnectionReset
+            | ErrorKind::NetworkDown
+            | ErrorKind::NetworkUnreachable
+            | ErrorKind::HostUnreachable
+    )
+}
+
+/// No bytes from a link that is quiet.
 fn quiet(result: std::io::Result<usize>) -> std::io::Result<usize> {
-    match result {
-        Err(e)
-            if matches!(
-                e.kind(),
-                ErrorKind::WouldBlock
-                    | ErrorKind::TimedOut
-                    | ErrorKind::Interrupted
-                    | ErrorKind::ConnectionRefused
-                    | ErrorKind::ConnectionReset
-                    | ErrorKind::NetworkDown
-                    | ErrorKind::NetworkUnreachable
-                    | ErrorKind::HostUnreachable
-            ) =>
-        {
-            Ok(0)
-        }
-        other => other,
-    }
+    result.or_else(|e| if is_quiet(&e) { Ok(0) } else { Err(e) })
 }
 
 #[cfg(test)]

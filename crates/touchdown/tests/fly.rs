@@ -6,39 +6,18 @@ mod common;
 
 use std::io::{BufRead, BufReader, Read};
 use std::net::UdpSocket;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::sync::{Condvar, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::{Condvar, Mutex, PoisonError, mpsc};
+use std::time::Duration;
 
-use common::{fails, json, root, text};
+use common::{PATIENT, fails, json, python, root, text};
 use serde_json::Value;
 
-/// A Python with pymavlink; `.ci/run` makes one.
-fn python() -> Option<PathBuf> {
-    let python = std::env::var_os("TOUCHDOWN_PEER_PYTHON").map(PathBuf::from);
-    if python.is_none() {
-        eprintln!("skipped: TOUCHDOWN_PEER_PYTHON names no Python with pymavlink");
-    }
-    python
-}
-
-/// Settings for the peer's vehicle, whose root of thrust follows 7.4 times the motors' signal with a lag of 0.05 s, and for
-/// two slow cores: gaps that a busy machine makes are bridged.
+/// More settings of the table `control`, and the thrust model, for the peer's vehicle: its root of thrust follows 7.4 times
+/// the motors' signal with a lag of 0.05 s.
 const SETTINGS: &str = r#"
-[sensors]
-imu_gap_s = 0.2
-[rates]
-least_share = 0.3
-[limits]
-round_trip_s = 0.2
-silent_s = 0.8
-stale_s = 0.9
-[control]
-controller = "observer"
-planner = false
 terminal_s = 3.0
-finds_latency = false
 watch_s = 2.0
 [control.lander]
 imu_age_s = 0.3
@@ -135,7 +114,7 @@ impl Case<'_> {
 
     fn start(&self, folder: &Path, link: &str) -> Child {
         let file = folder.join("flight.toml");
-        let content = format!("{link}{}{SETTINGS}{}", self.first, self.tables);
+        let content = format!("{link}{}{PATIENT}{SETTINGS}{}", self.first, self.tables);
         std::fs::write(&file, content).unwrap();
         let command = env!("CARGO_BIN_EXE_touchdown");
         let mut ours = match self.disk {
@@ -155,7 +134,7 @@ impl Case<'_> {
     fn ended(&self, ours: Child, theirs: Child, printed: &str) -> Flown {
         let theirs = theirs.wait_with_output().unwrap();
         assert!(theirs.status.success(), "{}", text(&theirs.stderr));
-        let ours = ended(ours).wait_with_output().unwrap();
+        let ours = output(ours);
         let (out, said) = (text(&ours.stdout), text(&ours.stderr));
         // Objects of the flight's progress come before the last line.
         let last = |text: &str| -> Value {
@@ -196,17 +175,18 @@ impl Flown {
     }
 }
 
-/// A process that has ended, if need be by us: a companion whose vehicle did not land waits for it.
-fn ended(mut child: Child) -> Child {
-    let patience = Instant::now();
-    while child.try_wait().unwrap().is_none() {
-        if patience.elapsed() > Duration::from_secs(30) {
-            child.kill().unwrap();
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    child
+/// Time that a companion whose vehicle did not land gets before it is killed.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// What a process printed until its end.
+fn output(child: Child) -> Output {
+    let pid = child.id().to_string();
+    let (sender, ended) = mpsc::channel();
+    std::thread::spawn(move || sender.send(child.wait_with_output().unwrap()));
+    ended.recv_timeout(PATIENCE).unwrap_or_else(|_| {
+        Command::new("kill").args(["-KILL", &pid]).status().unwrap();
+        ended.recv().unwrap()
+    })
 }
 
 fn started(command: &mut Command) -> Child {

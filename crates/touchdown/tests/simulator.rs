@@ -8,20 +8,11 @@ mod common;
 
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::os::unix::fs::PermissionsExt as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use common::{root, text};
+use common::{PATIENT, python, root, text};
 use serde_json::Value;
-
-/// A Python with pymavlink; `.ci/run` makes one.
-fn python() -> Option<PathBuf> {
-    let python = std::env::var_os("TOUCHDOWN_PEER_PYTHON").map(PathBuf::from);
-    if python.is_none() {
-        eprintln!("skipped: TOUCHDOWN_PEER_PYTHON names no Python with pymavlink");
-    }
-    python
-}
 
 /// The paper's deck; a landing that has not ended 40 s after the deck's release is over.
 const DECK: &str = r#"seed = 3
@@ -33,22 +24,6 @@ kind = "sines"
 axis = "heave"
 amplitude = 0.05
 frequency_hz = 0.5
-"#;
-
-/// A busy machine delays what the peer sends beside the simulator's link: gaps are bridged.
-const FLY: &str = r#"
-[sensors]
-imu_gap_s = 0.2
-[rates]
-least_share = 0.3
-[limits]
-round_trip_s = 0.2
-silent_s = 0.8
-stale_s = 0.9
-[control]
-controller = "observer"
-planner = false
-finds_latency = false
 "#;
 
 /// A folder with the scenario, the companion's settings, and the peer where the command looks for the autopilot.
@@ -67,7 +42,7 @@ fn prepared(python: &Path) -> tempfile::TempDir {
     std::fs::write(&program, script).unwrap();
     std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
     std::fs::write(folder.path().join("deck.toml"), DECK).unwrap();
-    std::fs::write(folder.path().join("fly.toml"), FLY).unwrap();
+    std::fs::write(folder.path().join("fly.toml"), PATIENT).unwrap();
     folder
 }
 

@@ -19,6 +19,7 @@ use std::time::Duration;
 use super::{Motors, SensorReport, StateReport};
 use crate::axes;
 use crate::error::LinkError;
+use crate::transport::is_quiet;
 
 /// Port of ArduPilot's instance 0.
 pub const PORT: u16 = 9002;
@@ -205,17 +206,7 @@ impl ArduPilot {
                 self.last = Some(frame.count);
                 Ok(Some(frame))
             }
-            Err(e)
-                if matches!(
-                    e.kind(),
-                    ErrorKind::WouldBlock
-                        | ErrorKind::TimedOut
-                        | ErrorKind::Interrupted
-                        | ErrorKind::ConnectionRefused
-                ) =>
-            {
-                Ok(None)
-            }
+            Err(e) if is_quiet(&e) => Ok(None),
             Err(e) => Err(broken(e)),
         }
     }

@@ -25,6 +25,32 @@ pub fn data(name: &str) -> Option<PathBuf> {
     None
 }
 
+/// A Python with pymavlink, which plays the autopilots' side; `.ci/run` makes one. Says so where there is none, and the test
+/// that asked is passed over.
+pub fn python() -> Option<PathBuf> {
+    let python = std::env::var_os("TOUCHDOWN_PEER_PYTHON").map(PathBuf::from);
+    if python.is_none() {
+        eprintln!("skipped: TOUCHDOWN_PEER_PYTHON names no Python with pymavlink");
+    }
+    python
+}
+
+/// Settings with which a companion bridges the gaps that a busy machine makes.
+pub const PATIENT: &str = r#"
+[sensors]
+imu_gap_s = 0.2
+[rates]
+least_share = 0.3
+[limits]
+round_trip_s = 0.2
+silent_s = 0.8
+stale_s = 0.9
+[control]
+controller = "observer"
+planner = false
+finds_latency = false
+"#;
+
 /// A worked map.
 pub fn map(name: &str) -> PathBuf {
     root().join("examples/maps").join(name)

@@ -111,14 +111,14 @@ impl Bench {
     /// A companion that is ready.
     fn ready() -> Self {
         let mut bench = Self::new();
-        bench.run(8.0);
-        assert_eq!(
-            bench.companion.stage(),
-            Stage::Ready,
-            "{}",
-            bench.companion.checklist().text()
-        );
+        bench.becomes_ready();
         bench
+    }
+
+    fn becomes_ready(&mut self) {
+        self.run(8.0);
+        let text = self.companion.checklist().text();
+        assert_eq!(self.companion.stage(), Stage::Ready, "{text}");
     }
 
     /// A companion in control.

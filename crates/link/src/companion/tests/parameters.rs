@@ -36,13 +36,7 @@ fn prop_parameters_are_changed_and_written_back_at_every_end() {
     ];
     for (name, fault, ending) in ends {
         let mut bench = changing();
-        bench.run(8.0);
-        assert_eq!(
-            bench.companion.stage(),
-            Stage::Ready,
-            "{}",
-            bench.companion.checklist().text()
-        );
+        bench.becomes_ready();
         assert_eq!(values(&bench), (0.5, 5));
         let said = bench.companion.take_notes().join("\n");
         assert!(
@@ -71,7 +65,7 @@ fn prop_parameters_are_changed_and_written_back_at_every_end() {
 #[test]
 fn prop_nothing_is_written_back_while_the_vehicle_may_need_it() {
     let mut bench = changing();
-    bench.run(8.0);
+    bench.becomes_ready();
     bench.mode = OFFBOARD;
     bench.run(1.5);
     // The vehicle stays in OFFBOARD, whatever is asked: its failsafe must act as before.
