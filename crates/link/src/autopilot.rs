@@ -44,12 +44,49 @@ impl fmt::Display for Firmware {
     }
 }
 
-/// A mode as `MAV_CMD_DO_SET_MODE` has it: custom main mode and sub-mode.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A flight mode of an autopilot: custom main mode and sub-mode, as `MAV_CMD_DO_SET_MODE` has them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Mode {
-    pub(crate) main: f32,
-    pub(crate) sub: f32,
+    pub(crate) main: u8,
+    pub(crate) sub: u8,
 }
+
+/// The modes of an autopilot that this program sets or expects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Modes {
+    /// Follows the setpoints of a companion.
+    pub(crate) following: Mode,
+    /// Takes off.
+    pub(crate) take_off: Mode,
+    /// Holds its position on its own at the end of a take-off.
+    pub(crate) hold: Mode,
+    /// Lands on its own.
+    pub(crate) landing: Mode,
+    /// Hold the position, then only the altitude, after a companion has given the vehicle back.
+    pub(crate) given_back: [Mode; 2],
+}
+
+const fn mode(main: u8, sub: u8) -> Mode {
+    Mode { main, sub }
+}
+
+/// OFFBOARD; AUTO.TAKEOFF; AUTO.LOITER; AUTO.LAND; AUTO.LOITER and ALTCTL.
+const PX4: Modes = Modes {
+    following: mode(6, 0),
+    take_off: mode(4, 2),
+    hold: mode(4, 3),
+    landing: mode(4, 6),
+    given_back: [mode(4, 3), mode(2, 0)],
+};
+
+/// GUIDED; GUIDED; LOITER; LAND; BRAKE and ALT_HOLD.
+const ARDUPILOT: Modes = Modes {
+    following: mode(4, 0),
+    take_off: mode(4, 0),
+    hold: mode(5, 0),
+    landing: mode(9, 0),
+    given_back: [mode(17, 0), mode(2, 0)],
+};
 
 impl Autopilot {
     /// The firmware of a heartbeat, if it is one of the two and flies a multirotor.
@@ -103,54 +140,32 @@ impl Autopilot {
         }
     }
 
-    /// Whether a heartbeat's custom mode is the one in which it follows a companion.
+    /// Its modes.
+    pub(crate) fn modes(self) -> &'static Modes {
+        match self {
+            Self::Px4 => &PX4,
+            Self::ArduPilot => &ARDUPILOT,
+        }
+    }
+
+    /// The mode that a heartbeat's custom mode is. PX4 has the main mode in bits 16 to 23 and the sub-mode above.
+    fn mode(self, custom_mode: u32) -> Option<Mode> {
+        let [low, high, main, sub] = custom_mode.to_le_bytes();
+        match self {
+            Self::Px4 => Some(Mode { main, sub }),
+            Self::ArduPilot => ([high, main, sub] == [0; 3]).then_some(mode(low, 0)),
+        }
+    }
+
+    /// Whether a heartbeat's custom mode is a mode.
+    pub(crate) fn in_mode(self, custom_mode: u32, wanted: Mode) -> bool {
+        self.mode(custom_mode) == Some(wanted)
+    }
+
+    /// Whether a heartbeat's custom mode is the one in which it follows a companion, with any sub-mode.
     pub(crate) fn follows(self, custom_mode: u32) -> bool {
-        match self {
-            // Bits 16 to 23 are the main mode.
-            Self::Px4 => (custom_mode >> 16) & 0xff == 6,
-            Self::ArduPilot => custom_mode == 4,
-        }
-    }
-
-    /// The mode in which it follows a companion.
-    pub(crate) fn following_mode(self) -> Mode {
-        match self {
-            Self::Px4 => Mode {
-                main: 6.0,
-                sub: 0.0,
-            },
-            Self::ArduPilot => Mode {
-                main: 4.0,
-                sub: 0.0,
-            },
-        }
-    }
-
-    /// The modes that hold the position, then the altitude: hold and altitude control of PX4, brake and altitude hold of
-    /// ArduPilot.
-    pub(crate) fn holding_modes(self) -> [Mode; 2] {
-        match self {
-            Self::Px4 => [
-                Mode {
-                    main: 4.0,
-                    sub: 3.0,
-                },
-                Mode {
-                    main: 2.0,
-                    sub: 0.0,
-                },
-            ],
-            Self::ArduPilot => [
-                Mode {
-                    main: 17.0,
-                    sub: 0.0,
-                },
-                Mode {
-                    main: 2.0,
-                    sub: 0.0,
-                },
-            ],
-        }
+        let main = self.modes().following.main;
+        self.mode(custom_mode).is_some_and(|mode| mode.main == main)
     }
 
     /// The parameters that are read before control.
@@ -178,5 +193,26 @@ impl Autopilot {
                 "MOT_BAT_VOLT_MAX",
             ],
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_custom_modes_are_those_of_the_autopilots_documentation() {
+        // PX4: `px4_custom_mode.h`, main mode in the third byte and sub-mode in the fourth one.
+        let px4 = Autopilot::Px4;
+        assert!(px4.follows(0x0006_0000) && px4.follows(0x0106_0000));
+        assert!(!px4.follows(0x0304_0000) && !px4.follows(6));
+        assert!(px4.in_mode(0x0604_0000, px4.modes().landing));
+        assert!(!px4.in_mode(0x0604_0000, px4.modes().hold));
+        // ArduCopter: the number of the mode itself.
+        let ardupilot = Autopilot::ArduPilot;
+        assert!(ardupilot.follows(4) && !ardupilot.follows(0x0004_0000));
+        assert!(!ardupilot.follows(4 + 256));
+        assert!(ardupilot.in_mode(9, ardupilot.modes().landing));
+        assert!(!ardupilot.in_mode(5, ardupilot.modes().landing));
     }
 }

@@ -71,7 +71,7 @@ pub(super) fn set_mode(system: u8, mode: Mode) -> MavMessage {
     command(
         system,
         MavCmd::MAV_CMD_DO_SET_MODE,
-        [1.0, mode.main, mode.sub],
+        [1.0, f32::from(mode.main), f32::from(mode.sub)],
     )
 }
 

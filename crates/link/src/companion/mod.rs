@@ -312,7 +312,7 @@ impl Companion {
     pub fn hold_bytes(&self, out: &mut Vec<u8>) {
         if let (Some(vehicle), Stage::InControl) = (self.vehicle, self.stage) {
             let mut encoder = self.encoder.clone();
-            let mode = vehicle.autopilot.holding_modes()[0];
+            let mode = vehicle.autopilot.modes().given_back[0];
             encoder.write_at(
                 &messages::set_mode(vehicle.system, mode),
                 self.times.now,

@@ -46,7 +46,7 @@ impl Companion {
 
     pub(super) fn switch(&mut self, out: &mut Vec<u8>) {
         if let Some(vehicle) = self.vehicle {
-            let mode = vehicle.autopilot.following_mode();
+            let mode = vehicle.autopilot.modes().following;
             self.send(&messages::set_mode(vehicle.system, mode), out);
         }
     }
@@ -66,7 +66,7 @@ impl Companion {
 
     pub(super) fn ask_to_hold(&mut self, out: &mut Vec<u8>) {
         if let (Some(vehicle), true) = (self.vehicle, self.follows_surely()) {
-            let [position, altitude] = vehicle.autopilot.holding_modes();
+            let [position, altitude] = vehicle.autopilot.modes().given_back;
             let early = self.hold_requests < POSITION_REQUESTS;
             let mode = if early { position } else { altitude };
             self.hold_requests += 1;

@@ -72,6 +72,13 @@ struct Vehicle {
     custom_mode: u32,
 }
 
+impl Vehicle {
+    /// Whether its last heartbeat reported a mode.
+    fn in_mode(self, mode: Mode) -> bool {
+        self.autopilot.in_mode(self.custom_mode, mode)
+    }
+}
+
 /// Whether `period_us` have passed since `last`, which then becomes now.
 fn due(last: &mut Option<u64>, now: u64, period_us: u64) -> bool {
     let due = last.is_none_or(|last| now - last >= period_us);
@@ -191,8 +198,8 @@ impl Pilot {
             }
             Stage::Climbing => self.climb(vehicle, now_us, speed_mps, out),
             Stage::Landing => {
-                let wanted = land(vehicle.autopilot);
-                let done = !vehicle.armed || in_mode(vehicle, wanted);
+                let wanted = vehicle.autopilot.modes().landing;
+                let done = !vehicle.armed || vehicle.in_mode(wanted);
                 if !done && due(&mut self.command_us, now_us, COMMAND_US) {
                     self.set_mode(vehicle, wanted, out);
                 }
@@ -208,8 +215,8 @@ impl Pilot {
     }
 
     fn take_off(&mut self, vehicle: Vehicle, out: &mut Vec<u8>) {
-        let mode = take_off(vehicle.autopilot);
-        if !in_mode(vehicle, mode) {
+        let mode = vehicle.autopilot.modes().take_off;
+        if !vehicle.in_mode(mode) {
             self.set_mode(vehicle, mode, out);
         }
         if !vehicle.armed {
@@ -227,8 +234,8 @@ impl Pilot {
             return;
         }
         let since = *self.still_since_us.get_or_insert(now_us);
-        let wanted = hold(vehicle.autopilot);
-        if !in_mode(vehicle, wanted) {
+        let wanted = vehicle.autopilot.modes().hold;
+        if !vehicle.in_mode(wanted) {
             // PX4 changes to it by itself at the end of the take-off.
             if due(&mut self.command_us, now_us, COMMAND_US) {
                 self.set_mode(vehicle, wanted, out);
@@ -240,7 +247,8 @@ impl Pilot {
 
     fn set_mode(&mut self, vehicle: Vehicle, mode: Mode, out: &mut Vec<u8>) {
         let command = MavCmd::MAV_CMD_DO_SET_MODE;
-        self.command(vehicle, command, [1.0, mode.main, mode.sub], 0.0, out);
+        let [main, sub] = [mode.main, mode.sub].map(f32::from);
+        self.command(vehicle, command, [1.0, main, sub], 0.0, out);
     }
 
     fn command(
@@ -263,55 +271,6 @@ impl Pilot {
         });
         self.encoder.write(&message, out);
     }
-}
-
-fn take_off(autopilot: Autopilot) -> Mode {
-    match autopilot {
-        Autopilot::Px4 => Mode {
-            main: 4.0,
-            sub: 2.0,
-        },
-        Autopilot::ArduPilot => Mode {
-            main: 4.0,
-            sub: 0.0,
-        },
-    }
-}
-
-fn hold(autopilot: Autopilot) -> Mode {
-    match autopilot {
-        Autopilot::Px4 => Mode {
-            main: 4.0,
-            sub: 3.0,
-        },
-        Autopilot::ArduPilot => Mode {
-            main: 5.0,
-            sub: 0.0,
-        },
-    }
-}
-
-fn land(autopilot: Autopilot) -> Mode {
-    match autopilot {
-        Autopilot::Px4 => Mode {
-            main: 4.0,
-            sub: 6.0,
-        },
-        Autopilot::ArduPilot => Mode {
-            main: 9.0,
-            sub: 0.0,
-        },
-    }
-}
-
-/// Whether a heartbeat said that the vehicle is in a mode.
-fn in_mode(vehicle: Vehicle, mode: Mode) -> bool {
-    let [main, sub] = [mode.main as u32, mode.sub as u32];
-    let custom = match vehicle.autopilot {
-        Autopilot::Px4 => main << 16 | sub << 24,
-        Autopilot::ArduPilot => main,
-    };
-    vehicle.custom_mode == custom
 }
 
 fn heartbeat() -> MavMessage {

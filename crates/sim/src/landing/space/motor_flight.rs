@@ -32,7 +32,8 @@ use crate::sensors::suite::{Truth, steps};
 
 /// Clearance of the feet above the deck at the start, m: the vehicle settles onto a deck that leans by 2 degrees.
 const CLEARANCE_M: f64 = 0.005;
-/// Signal up to which a motor counts as stopped. Armed rotors of ArduPilot idle at 0.1.
+/// Signal up to which a motor counts as stopped: below the idle signal of armed motors, 0.03 as `touchdown simulator` sets
+/// ArduPilot. At half of it nothing changes; at twice it, idling rotors would count as stopped.
 const STOPPED_SIGNAL: f64 = 0.02;
 /// White noise of a magnetometer's axis, standard deviation, gauss: the order of small magnetoresistive sensors.
 const MAGNETOMETER_SD_GAUSS: f64 = 0.002;
