@@ -33,6 +33,8 @@ const COUNTS: [&str; 4] = ["descents", "aborts", "bounces", "steps"];
 const WHOLES: [&str; 5] = ["landing", COUNTS[0], COUNTS[1], COUNTS[2], COUNTS[3]];
 /// Names of the columns of text.
 const TEXTS: [&str; 3] = ["outcome", "why", "abort_reasons"];
+/// Outcome of a landing that never began.
+pub(super) const NOT_FLOWN: &str = "not_flown";
 /// Key of the metadata that names the file's sweep.
 const SWEEP: &str = "touchdown.sweep_sha256";
 
@@ -41,7 +43,8 @@ const SWEEP: &str = "touchdown.sweep_sha256";
 pub struct LandingRow {
     /// Its place in the campaign.
     pub landing: u64,
-    /// `landed`, `crashed`, `tipped_over`, `given_up` or `timed_out`.
+    /// `landed`, `crashed`, `tipped_over`, `given_up` or `timed_out`; under an autopilot also `not_flown` or
+    /// `autopilot_failed`.
     pub outcome: String,
     /// Cause of a crash, or why it was given up.
     pub why: Option<String>,
@@ -112,6 +115,37 @@ impl LandingRow {
             ],
             numbers: numbers.map(|n| n.filter(|n| n.is_finite())),
         }
+    }
+
+    /// The row of a landing that was not judged.
+    fn without_result(landing: u64, outcome: &str, why: &str) -> Self {
+        Self {
+            landing,
+            outcome: outcome.to_string(),
+            why: Some(why.to_string()),
+            abort_reasons: None,
+            counts: [0; 4],
+            numbers: [None; 14],
+        }
+    }
+
+    /// The row of a landing that never began, because the vehicle did not come to hold above the deck. It is in no share
+    /// and no mean.
+    #[must_use]
+    pub fn not_flown(landing: u64, why: &str) -> Self {
+        Self::without_result(landing, NOT_FLOWN, why)
+    }
+
+    /// The row of a landing whose autopilot failed: neither landed nor crashed.
+    #[must_use]
+    pub fn autopilot_failed(landing: u64, why: &str) -> Self {
+        Self::without_result(landing, "autopilot_failed", why)
+    }
+
+    /// Whether the landing began.
+    #[must_use]
+    pub fn flown(&self) -> bool {
+        self.outcome != NOT_FLOWN
     }
 
     /// Whether it landed.

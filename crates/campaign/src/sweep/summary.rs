@@ -102,11 +102,18 @@ pub struct PointFigures {
     pub figures: Figures,
 }
 
+fn is_zero(count: &u64) -> bool {
+    *count == 0
+}
+
 /// Figures of landings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figures {
-    /// Landings.
+    /// Landings, those that never began included.
     pub trials: u64,
+    /// Landings that never began, under an autopilot. They are in no share and no mean.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub not_flown: u64,
     /// Landed, in whichever descent.
     pub landed: Option<Share>,
     /// Landed in the first descent.
@@ -254,7 +261,8 @@ impl Figures {
         let count = |which: &dyn Fn(&LandingRow) -> bool| {
             rows.iter().filter(|row| which(row)).count() as u64
         };
-        let share = |which: &dyn Fn(&LandingRow) -> bool| Share::of(count(which), all);
+        let flown = count(&LandingRow::flown);
+        let share = |which: &dyn Fn(&LandingRow) -> bool| Share::of(count(which), flown);
         let over = |name: &str, which: &dyn Fn(&LandingRow) -> bool| {
             SampleSummary::of(
                 rows.iter()
@@ -279,6 +287,7 @@ impl Figures {
         }
         Self {
             trials: all,
+            not_flown: all - flown,
             landed: share(&LandingRow::landed),
             landed_at_first: share(&LandingRow::landed_at_first),
             crashed: share(&LandingRow::crashed),
@@ -303,7 +312,7 @@ fn worst(rows: &[LandingRow]) -> Vec<&LandingRow> {
         "landed" => 2,
         _ => 1,
     };
-    let mut worst: Vec<&LandingRow> = rows.iter().collect();
+    let mut worst: Vec<&LandingRow> = rows.iter().filter(|row| row.flown()).collect();
     worst.sort_by(|a, b| {
         let speed = |row: &LandingRow| row.number("v_l_mps").unwrap_or(0.0);
         class(a)
@@ -356,6 +365,24 @@ mod tests {
         );
         let order: Vec<u64> = worst(&rows).iter().map(|row| row.landing).collect();
         assert_eq!(order, [2, 3, 1, 0]);
+    }
+
+    #[test]
+    fn prop_landings_that_never_began_are_counted_but_in_no_figure() {
+        let rows = [
+            row(0, "landed", 0.1, None),
+            LandingRow::not_flown(1, "never_held"),
+            LandingRow::autopilot_failed(2, "autopilot_silent"),
+        ];
+        let figures = Figures::of(&rows);
+        assert_eq!((figures.trials, figures.not_flown), (3, 1));
+        // One of the two that were flown.
+        assert_eq!(figures.landed.unwrap().share, 0.5);
+        assert_eq!(figures.crashed.unwrap().count, 0);
+        assert_eq!(figures.outcomes["not_flown"], 1);
+        assert_eq!(figures.v_l_mps.count, 1);
+        let order: Vec<u64> = worst(&rows).iter().map(|row| row.landing).collect();
+        assert_eq!(order, [2, 0]);
     }
 
     #[test]

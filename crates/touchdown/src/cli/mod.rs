@@ -12,6 +12,7 @@ mod reproduce;
 mod rig;
 mod settings;
 mod simulator;
+mod software_in_the_loop;
 mod validate;
 
 use std::process::ExitCode;

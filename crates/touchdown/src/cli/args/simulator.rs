@@ -36,6 +36,16 @@ pub(crate) enum SimulatedAutopilot {
     ArduPilot,
 }
 
+impl SimulatedAutopilot {
+    /// Its name in settings and results.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Px4 => "px4",
+            Self::ArduPilot => "ardupilot",
+        }
+    }
+}
+
 /// A parameter's name and value.
 fn parameter(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text

@@ -13,7 +13,7 @@ type Row = Vec<(&'static str, f64)>;
 
 /// The rows of a landing.
 #[derive(Default)]
-pub(super) struct TruthTable {
+pub(crate) struct TruthTable {
     columns: Vec<(&'static str, Vec<f64>)>,
 }
 
@@ -84,7 +84,7 @@ impl TruthTable {
     }
 
     /// Writes the file.
-    pub(super) fn write(self, path: &Path) -> Result<()> {
+    pub(crate) fn write(self, path: &Path) -> Result<()> {
         let columns: Vec<_> = self
             .columns
             .into_iter()

@@ -11,7 +11,7 @@ use touchdown::{Error, Result};
 use touchdown_link::simulator::place;
 use touchdown_sim::landing::space::SpaceScenario;
 
-use super::process::{Launch, free_udp, udp_is_free};
+use super::process::Launch;
 
 /// PX4's airframe of four rotors in X form for simulators.
 const PX4_AIRFRAME: &str = "10016";
@@ -70,37 +70,37 @@ impl Tuning {
     }
 }
 
-/// What is asked of an autopilot that is started.
-pub(super) struct Wishes<'a> {
+/// The autopilot's program, and what its parameters depend on.
+pub(super) struct LaunchSettings<'a> {
     pub(super) program: &'a Path,
     pub(super) scenario: &'a SpaceScenario,
     /// Whether the companion lands, so that its checklist decides on parameters.
-    pub(super) companion: bool,
+    pub(super) with_companion: bool,
     /// Parameters beside those that are listed here.
     pub(super) parameters: &'a [(String, f64)],
     pub(super) keep: bool,
 }
 
-impl Wishes<'_> {
-    /// The parameters with the wished ones, which come last.
+impl LaunchSettings<'_> {
+    /// The parameters with those that were asked for, which come last.
     fn parameters(
         &self,
         mut parameters: Vec<(String, f64)>,
         of_companion: &[(&str, f64)],
     ) -> Vec<(String, f64)> {
-        if self.companion {
+        if self.with_companion {
             let more = of_companion.iter();
             parameters.extend(more.map(|(name, value)| (name.to_string(), *value)));
         }
-        parameters.retain(|(name, _)| self.parameters.iter().all(|(wished, _)| wished != name));
+        parameters.retain(|(name, _)| self.parameters.iter().all(|(asked, _)| asked != name));
         parameters.extend_from_slice(self.parameters);
         parameters
     }
 }
 
 /// A PX4 to start as an instance.
-pub(super) fn px4(wishes: &Wishes<'_>, instance: u16) -> Result<Launch> {
-    let program = absolute(wishes.program)?;
+pub(super) fn px4(settings: &LaunchSettings<'_>, instance: u16) -> Result<Launch> {
+    let program = absolute(settings.program)?;
     let etc = program
         .parent()
         .and_then(Path::parent)
@@ -111,33 +111,25 @@ pub(super) fn px4(wishes: &Wishes<'_>, instance: u16) -> Result<Launch> {
             program.display()
         )));
     };
-    let tuning = Tuning::of(wishes.scenario);
-    let parameters = px4_parameters(&tuning, wishes.scenario);
-    let environment = wishes
+    let tuning = Tuning::of(settings.scenario);
+    let parameters = px4_parameters(&tuning, settings.scenario);
+    let environment = settings
         .parameters(parameters, &PX4_OF_COMPANION)
         .into_iter()
         .map(|(name, value)| (format!("PX4_PARAM_{name}"), value.to_string()))
         .chain([("PX4_SYS_AUTOSTART".to_string(), PX4_AIRFRAME.to_string())])
         .collect();
     let number = instance.to_string();
-    let here = "-w .".split(' ').map(str::to_string);
+    let arguments = ["-i", &number, "-d", "-w", ".", &etc.display().to_string()];
     Ok(Launch {
-        arguments: ["-i", &number, "-d"]
-            .map(str::to_string)
-            .into_iter()
-            .chain(here)
-            .chain([etc.display().to_string()])
-            .collect(),
+        arguments: arguments.map(str::to_string).to_vec(),
         program,
         environment,
         leftovers: ["lock", "sock"]
-            .map(|what| match what {
-                "lock" => PathBuf::from(format!("/tmp/px4_lock-{instance}")),
-                _ => PathBuf::from(format!("/tmp/px4-sock-{instance}")),
-            })
+            .map(|kind| PathBuf::from(format!("/tmp/px4_{kind}-{instance}")))
             .to_vec(),
         files: Vec::new(),
-        keep: wishes.keep,
+        keep: settings.keep,
     })
 }
 
@@ -146,7 +138,7 @@ fn px4_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> Vec<(String, f64
     let mut parameters: Vec<(String, f64)> = [
         ("THR_MDL_FAC", 0.0),
         ("MPC_THR_HOVER", tuning.hover),
-        // Nobody has sticks, and the ground station is this command.
+        // No remote control, and this command is the ground station.
         ("COM_RC_IN_MODE", 4.0),
         ("NAV_DLL_ACT", 0.0),
         ("CBRK_SUPPLY_CHK", 894_281.0),
@@ -193,52 +185,49 @@ fn px4_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> Vec<(String, f64
     parameters
 }
 
-/// The first PX4 instance whose ports are free.
-pub(super) fn free_instance() -> Result<u16> {
-    (0..10)
-        .find(|i| {
-            [14_540, 14_580, 18_570].into_iter().all(|port| udp_is_free(port + i))
-                && std::net::TcpListener::bind(("127.0.0.1", touchdown_link::simulator::px4::PORT + i)).is_ok()
-        })
-        .ok_or_else(|| {
-            Error::Arguments(
-                "no free PX4 instance: the ports 4560, 14540, 14580 and 18570 plus 0 to 9 are taken".to_string(),
-            )
-        })
+/// UDP ports of an ArduPilot.
+pub(super) struct ArduPilotPorts {
+    /// It sends its motor signals there.
+    pub(super) simulator: u16,
+    /// It sends MAVLink there.
+    pub(super) mavlink: u16,
+    /// It opens this one for a remote control.
+    pub(super) remote_control: u16,
 }
 
-/// An ArduCopter to start, which sends motor signals to one port and MAVLink to the other.
+/// An ArduCopter to start as an instance.
 pub(super) fn ardupilot(
-    wishes: &Wishes<'_>,
-    simulator_port: u16,
-    mavlink_port: u16,
+    settings: &LaunchSettings<'_>,
+    instance: u16,
+    ports: &ArduPilotPorts,
 ) -> Result<Launch> {
     let (lat, lon) = (place::LATITUDE_DEG, place::LONGITUDE_DEG);
     let mut arguments = vec![
         "--model".to_string(),
         "JSON:127.0.0.1".to_string(),
         "--wipe".to_string(),
-        format!("--sim-port-out={simulator_port}"),
-        format!("--rc-in-port={}", free_udp()?),
+        format!("--sysid={}", instance + 1),
+        format!("--sim-port-out={}", ports.simulator),
+        format!("--rc-in-port={}", ports.remote_control),
         // At sea level: higher up ArduPilot would raise its outputs for thin air.
         format!("--home={lat},{lon},0,90"),
         "--defaults=touchdown.parm".to_string(),
-        format!("--serial0=udpclient:127.0.0.1:{mavlink_port}"),
+        format!("--serial0=udpclient:127.0.0.1:{}", ports.mavlink),
     ];
     arguments.extend([1, 2].map(|k| format!("--serial{k}=none:{k}")));
-    let tuning = Tuning::of(wishes.scenario);
-    let parameters = ardupilot_parameters(&tuning, wishes.scenario);
+    let tuning = Tuning::of(settings.scenario);
+    let parameters = ardupilot_parameters(&tuning, settings.scenario);
     let mut text = String::new();
-    for (name, value) in wishes.parameters(parameters, &ARDUPILOT_OF_COMPANION) {
+    for (name, value) in settings.parameters(parameters, &ARDUPILOT_OF_COMPANION) {
         let _ = writeln!(text, "{name} {value}");
     }
     Ok(Launch {
-        program: absolute(wishes.program)?,
+        program: absolute(settings.program)?,
         arguments,
         environment: Vec::new(),
         leftovers: Vec::new(),
         files: vec![("touchdown.parm", text)],
-        keep: wishes.keep,
+        keep: settings.keep,
     })
 }
 
@@ -257,7 +246,7 @@ fn ardupilot_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> Vec<(Strin
             (tuning.hover - least) / (greatest - least),
         ),
         ("MOT_HOVER_LEARN", 0.0),
-        // Thrust is ours alone: no scaling by battery or tilt.
+        // No scaling of the thrust by battery or tilt.
         ("MOT_BAT_VOLT_MAX", 0.0),
         ("ATC_ANGLE_BOOST", 0.0),
         ("MOT_PWM_MIN", 1000.0),
@@ -268,7 +257,7 @@ fn ardupilot_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> Vec<(Strin
         ("RNGFND1_MIN", range.least_m),
         ("RNGFND1_MAX", range.greatest_m),
         ("PLND_ENABLED", 0.0),
-        // Nobody has sticks but this command.
+        // No remote control but this command.
         ("FS_THR_ENABLE", 0.0),
         ("FS_GCS_ENABLE", 0.0),
         ("ARMING_CHECK", 0.0),

@@ -1,4 +1,4 @@
-//! The companion's seat in the simulation: the companion of `touchdown fly`, its recording, and its view of the deck.
+//! The companion of `touchdown fly` in simulated time, with its recording and its sightings of the deck.
 
 use std::path::Path;
 
@@ -10,15 +10,15 @@ use touchdown_link::recording::Recorder;
 use touchdown_link::settings::FlightSettings;
 use touchdown_link::simulator::sighting::Sightings;
 
-/// What a tick brought.
-pub(super) struct Said {
+/// State of the companion after a tick.
+pub(super) struct CompanionState {
     pub(super) stage: Stage,
     pub(super) phase: Option<Phase>,
     pub(super) notes: Vec<String>,
 }
 
-/// The companion and what it writes.
-pub(super) struct Seat {
+/// The companion and its recording.
+pub(super) struct SimulatedCompanion {
     companion: Companion,
     recorder: Option<Recorder>,
     sightings: Sightings,
@@ -26,9 +26,9 @@ pub(super) struct Seat {
     awake: bool,
 }
 
-impl Seat {
-    /// A companion that records into a file, and takes control by itself.
-    pub(super) fn new(settings: &FlightSettings, recording: &Path) -> Result<Self> {
+impl SimulatedCompanion {
+    /// A companion that takes control by itself, and records into a file if one is given.
+    pub(super) fn new(settings: &FlightSettings, recording: Option<&Path>) -> Result<Self> {
         let session = Session {
             take_control: true,
             ..Session::default()
@@ -36,7 +36,9 @@ impl Seat {
         let companion = Companion::new(settings, &session);
         Ok(Self {
             companion: companion.map_err(touchdown_link::LinkError::from)?,
-            recorder: Some(Recorder::create(recording, settings, &session)?),
+            recorder: recording
+                .map(|path| Recorder::create(path, settings, &session))
+                .transpose()?,
             sightings: Sightings::default(),
             awake: false,
         })
@@ -69,10 +71,10 @@ impl Seat {
     }
 
     /// A tick.
-    pub(super) fn tick(&mut self, now_us: u64, out: &mut Vec<u8>) -> Result<Said> {
+    pub(super) fn tick(&mut self, now_us: u64, out: &mut Vec<u8>) -> Result<CompanionState> {
         self.awake = true;
         self.handle(now_us, Event::Tick, out)?;
-        Ok(Said {
+        Ok(CompanionState {
             stage: self.companion.stage(),
             phase: match self.companion.stage() {
                 Stage::InControl | Stage::Landed => self.companion.summary().phase,

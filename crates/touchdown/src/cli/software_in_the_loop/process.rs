@@ -1,12 +1,11 @@
-//! The autopilot's process: started in a scratch folder, and stopped with all that it left.
+//! The process of an autopilot: started in a scratch folder, and stopped with all that it left.
 
 use std::fs::File;
-use std::net::UdpSocket;
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use touchdown::{Error, Result};
 
@@ -14,9 +13,24 @@ use touchdown::{Error, Result};
 const CONSOLE: &str = "console.log";
 /// Lines of it that an error shows.
 const SHOWN: usize = 12;
+/// A shell that waits until its input ends, which it does when this command is gone however it ended. Then it kills the
+/// autopilot's process group `$1` and removes the files and folders that follow.
+const GUARD: &str = r#"read -r _; kill -KILL -- "-$1"; shift; exec rm -rf -- "$@""#;
 
 /// Distinguishes the scratch folders of one process.
 static NEXT: AtomicU32 = AtomicU32::new(0);
+
+/// How to start an autopilot.
+pub(super) struct Launch {
+    pub(super) program: PathBuf,
+    pub(super) arguments: Vec<String>,
+    pub(super) environment: Vec<(String, String)>,
+    /// Files outside of the scratch folder that the autopilot leaves when it is killed.
+    pub(super) leftovers: Vec<PathBuf>,
+    /// Files of the scratch folder: names and contents.
+    pub(super) files: Vec<(&'static str, String)>,
+    pub(super) keep: bool,
+}
 
 /// A scratch folder, removed at the end.
 struct Scratch {
@@ -35,13 +49,17 @@ impl Drop for Scratch {
 /// A process and its folder. The end of the value kills the one and removes the other.
 struct Running {
     child: Child,
+    guard: Option<Child>,
     scratch: Scratch,
-    /// Files outside of the folder that the autopilot leaves when it is killed.
     leftovers: Vec<PathBuf>,
 }
 
 impl Drop for Running {
     fn drop(&mut self) {
+        if let Some(guard) = &mut self.guard {
+            let _ = guard.kill();
+            let _ = guard.wait();
+        }
         // The start-up script of PX4 has children of its own: the whole group ends.
         let group = format!("-{}", self.child.id());
         let killed = Command::new("kill").args(["-KILL", "--", &group]).output();
@@ -59,19 +77,7 @@ impl Drop for Running {
 #[derive(Clone)]
 pub(super) struct AutopilotProcess {
     running: Arc<Mutex<Option<Running>>>,
-    interrupted: Arc<AtomicBool>,
     folder: PathBuf,
-}
-
-/// How to start an autopilot.
-pub(super) struct Launch {
-    pub(super) program: PathBuf,
-    pub(super) arguments: Vec<String>,
-    pub(super) environment: Vec<(String, String)>,
-    pub(super) leftovers: Vec<PathBuf>,
-    /// Files of the scratch folder: names and contents.
-    pub(super) files: Vec<(&'static str, String)>,
-    pub(super) keep: bool,
 }
 
 impl AutopilotProcess {
@@ -102,40 +108,28 @@ impl AutopilotProcess {
             .process_group(0)
             .spawn()
             .map_err(|e| Error::file(&launch.program, e))?;
-        let running = Running {
+        let mut running = Running {
             child,
+            guard: None,
             scratch,
             leftovers: launch.leftovers,
         };
+        // Without a shell, only a killed command leaves its autopilot behind.
+        running.guard = guard(&running).ok();
         Ok(Self {
             running: Arc::new(Mutex::new(Some(running))),
-            interrupted: Arc::default(),
             folder,
         })
     }
 
     /// Stops it and removes what it left. Whoever asks second waits until that is done.
     pub(super) fn stop(&self) {
-        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-        drop(running.take());
-    }
-
-    /// Stops it because of Ctrl-C, whose handler ends this process then.
-    pub(super) fn interrupt(&self) {
-        self.interrupted.store(true, Ordering::SeqCst);
-        self.stop();
-    }
-
-    /// After Ctrl-C, waits for the end of this process: the autopilot's end is no error to report.
-    pub(super) fn wait_if_interrupted(&self) {
-        while self.interrupted.load(Ordering::SeqCst) {
-            std::thread::park();
-        }
+        drop(self.running().take());
     }
 
     /// Its folder, if that is kept.
     pub(super) fn kept(&self) -> Option<&Path> {
-        let running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        let running = self.running();
         let keep = running.as_ref().is_some_and(|running| running.scratch.keep);
         keep.then_some(self.folder.as_path())
     }
@@ -150,21 +144,28 @@ impl AutopilotProcess {
 
     /// Whether it has ended by itself.
     pub(super) fn has_ended(&self) -> bool {
-        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-        running
+        self.running()
             .as_mut()
             .is_none_or(|running| !matches!(running.child.try_wait(), Ok(None)))
     }
+
+    fn running(&self) -> MutexGuard<'_, Option<Running>> {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
-/// Whether nobody has a UDP port of this machine.
-pub(super) fn udp_is_free(port: u16) -> bool {
-    UdpSocket::bind(("127.0.0.1", port)).is_ok()
-}
-
-/// A free UDP port.
-pub(super) fn free_udp() -> Result<u16> {
-    let free = UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
-    free.map(|address| address.port())
-        .map_err(|e| Error::Arguments(format!("no free UDP port: {e}")))
+/// Starts the shell that cleans up after this command is killed.
+fn guard(running: &Running) -> std::io::Result<Child> {
+    let mut guard = Command::new("sh");
+    guard.args(["-c", GUARD, "sh", &running.child.id().to_string()]);
+    if !running.scratch.keep {
+        guard.arg(&running.scratch.path);
+    }
+    guard
+        .args(&running.leftovers)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .process_group(0)
+        .spawn()
 }
