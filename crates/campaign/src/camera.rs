@@ -90,6 +90,7 @@ impl RenderedCamera {
             height_px: camera.height_px,
             focal_px: camera.focal_px,
             principal_px: camera.principal_px,
+            distortion: [0.0; 5],
         };
         let image = ImageSettings {
             lens_sd_px: camera.lens_sd_px,

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use touchdown_flight::SettingsError;
 
+use crate::camera::settings::CameraError;
+
 /// What stops a flight before it begins, or a replay.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -11,6 +13,9 @@ pub enum LinkError {
     /// A setting that cannot be flown.
     #[error("{0}")]
     Settings(#[from] SettingsError),
+    /// A setting of the camera that cannot be used.
+    #[error("{0}")]
+    Camera(#[from] CameraError),
     /// An address that names no link.
     #[error("`{address}` is no address: {reason}")]
     Address {

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`settings`] | settings of a flight, as they stand in `FLIGHT.toml` |
 //! | [`companion`] | the control state machine: bytes and clock ticks in, bytes out |
+//! | [`camera`] | the camera of a companion: frames to the position of the deck |
 //! | [`checklist`] | what is judged before control |
 //! | [`replay`] | a recorded flight, run again and compared bit for bit |
 //! | [`recording`] | the MCAP file of a flight |
@@ -18,6 +19,7 @@
 pub mod address;
 mod autopilot;
 pub mod axes;
+pub mod camera;
 pub mod checklist;
 pub mod clock;
 pub mod companion;

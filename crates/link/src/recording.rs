@@ -4,6 +4,8 @@
 //! | --- | --- |
 //! | `/received` | bytes as they arrived |
 //! | `/tick` | nothing: a tick of the companion |
+//! | `/camera` | news of the camera as JSON, which the replay reads too |
+//! | `/camera/image` | images of the camera, if the settings ask for them |
 //! | `/stop` | nothing: the companion was asked to end |
 //! | `/sent` | the bytes that the companion sent upon the event before |
 //! | `/mavlink/...` | what those bytes say, as JSON in SI units: for other readers, not for the replay |
@@ -17,11 +19,14 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use mavlink::dialects::common::MavMessage;
 use mcap::read::{LinearReader, Options};
 use mcap::records::{MessageHeader, Metadata, Record};
 use mcap::{McapError, WriteOptions, Writer};
 
+use crate::camera::CameraReport;
 use crate::companion::{Event, Session};
 use crate::decoded;
 use crate::error::LinkError;
@@ -29,11 +34,15 @@ use crate::settings::FlightSettings;
 use crate::wire::Decoder;
 use crate::wire::signing::{Signing, SigningKey};
 
-const TOPICS: [&str; 4] = ["/received", "/tick", "/stop", "/sent"];
+const TOPICS: [&str; 5] = ["/received", "/tick", "/stop", "/sent", "/camera"];
 const SENT: usize = 3;
+const CAMERA: usize = 4;
 /// The objects of decoded topics have numbers only.
 const SCHEMA: &[u8] =
     br#"{"type": "object", "additionalProperties": {"type": ["number", "null"]}}"#;
+/// Topic of images, and their schema.
+const IMAGES: &str = "/camera/image";
+const IMAGE_SCHEMA: &[u8] = br#"{"title": "foxglove.CompressedImage", "type": "object", "properties": {"timestamp": {"type": "object", "title": "time", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}}, "frame_id": {"type": "string"}, "data": {"type": "string", "contentEncoding": "base64"}, "format": {"type": "string"}}}"#;
 /// Time between two flushes, µs.
 const FLUSH_US: u64 = 500_000;
 /// Name of the metadata record, and of its entries beside the settings.
@@ -47,8 +56,10 @@ const SIGNED_START: &str = "signed_start";
 pub struct Recorder {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
-    channels: [u16; 4],
+    channels: [u16; TOPICS.len()],
     decoded: [u16; decoded::TOPICS.len()],
+    /// Channel of images, once there is one.
+    images: Option<u16>,
     /// Decoders of what came and of what went.
     decoders: [Decoder; 2],
     sequence: u32,
@@ -95,9 +106,14 @@ impl Recorder {
                 name: FLIGHT.to_string(),
                 metadata: metadata.into(),
             })?;
-            let mut channels = [0; 4];
+            let mut channels = [0; TOPICS.len()];
             for (channel, topic) in channels.iter_mut().zip(TOPICS) {
-                *channel = writer.add_channel(0, topic, "mavlink", &BTreeMap::new())?;
+                let encoding = if topic == TOPICS[CAMERA] {
+                    "json"
+                } else {
+                    "mavlink"
+                };
+                *channel = writer.add_channel(0, topic, encoding, &BTreeMap::new())?;
             }
             let schema = writer.add_schema("touchdown.Mavlink", "jsonschema", SCHEMA)?;
             let mut decoded = [0; decoded::TOPICS.len()];
@@ -113,6 +129,7 @@ impl Recorder {
             writer,
             channels,
             decoded,
+            images: None,
             decoders: Default::default(),
             sequence: 0,
             flushed_us: 0,
@@ -128,16 +145,19 @@ impl Recorder {
     }
 
     fn put(&mut self, at_us: u64, event: Event<'_>, sent: &[u8]) -> Result<(), McapError> {
-        let (topic, bytes): (usize, &[u8]) = match event {
-            Event::Received(bytes) => (0, bytes),
-            Event::Tick => (1, &[]),
-            Event::Stop => (2, &[]),
-        };
-        self.message(at_us, self.channels[topic], bytes)?;
+        match event {
+            Event::Received(bytes) => self.message(at_us, self.channels[0], bytes)?,
+            Event::Tick => self.message(at_us, self.channels[1], &[])?,
+            Event::Stop => self.message(at_us, self.channels[2], &[])?,
+            Event::Camera(report) => {
+                let text = report.to_json();
+                self.message(at_us, self.channels[CAMERA], text.as_bytes())?;
+            }
+        }
         if !sent.is_empty() {
             self.message(at_us, self.channels[SENT], sent)?;
         }
-        if let Event::Received(_) = event {
+        if let Event::Received(bytes) = event {
             self.explain(at_us, 0, bytes)?;
         }
         self.explain(at_us, 1, sent)?;
@@ -146,6 +166,34 @@ impl Recorder {
             self.writer.flush()?;
         }
         Ok(())
+    }
+
+    /// Writes an image of the camera, the bytes of a PNG file, as `foxglove.CompressedImage`.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write_image(&mut self, at_us: u64, png: &[u8]) -> Result<(), LinkError> {
+        self.put_image(at_us, png).map_err(|e| self.failed(&e))
+    }
+
+    fn put_image(&mut self, at_us: u64, png: &[u8]) -> Result<(), McapError> {
+        let channel = match self.images {
+            Some(channel) => channel,
+            None => {
+                let writer = &mut self.writer;
+                let schema =
+                    writer.add_schema("foxglove.CompressedImage", "jsonschema", IMAGE_SCHEMA)?;
+                writer.add_channel(schema, IMAGES, "json", &BTreeMap::new())?
+            }
+        };
+        self.images = Some(channel);
+        let image = serde_json::json!({
+            "timestamp": {"sec": at_us / 1_000_000, "nsec": at_us % 1_000_000 * 1000},
+            "frame_id": "camera",
+            "data": BASE64_STANDARD.encode(png),
+            "format": "png",
+        });
+        self.message(at_us, channel, image.to_string().as_bytes())
     }
 
     /// Writes what bytes say that came (0) or went (1).
@@ -195,12 +243,14 @@ impl Recorder {
 }
 
 /// An entry of a recording.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
     /// Bytes that arrived.
     Received(Vec<u8>),
     /// A tick.
     Tick,
+    /// News of the camera.
+    Camera(CameraReport),
     /// A request to end.
     Stop,
     /// Bytes that were sent upon the event before.
@@ -279,6 +329,10 @@ impl Recording {
                         Some(0) => Entry::Received(data.to_vec()),
                         Some(1) => Entry::Tick,
                         Some(2) => Entry::Stop,
+                        Some(CAMERA) => match CameraReport::from_json(&data) {
+                            Some(report) => Entry::Camera(report),
+                            None => continue,
+                        },
                         Some(SENT) => Entry::Sent(data.to_vec()),
                         _ => continue,
                     };

@@ -52,6 +52,7 @@ pub fn replay(recording: &Recording, key: Option<SigningKey>) -> Result<Replay, 
     while let Some((at_us, entry)) = entries.next() {
         let (event, name) = match entry {
             Entry::Received(bytes) => (Event::Received(bytes), "received"),
+            Entry::Camera(report) => (Event::Camera(report), "camera"),
             Entry::Tick => (Event::Tick, "tick"),
             Entry::Stop => (Event::Stop, "stop"),
             // Bytes without an event are a difference: the replay sent none.

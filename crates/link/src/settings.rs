@@ -10,6 +10,8 @@ use touchdown_lander::computer::Computer;
 use touchdown_lander::models::FlightModels;
 use touchdown_lander::settings::{ControlSettings, LoopTiming, SensorNumbers, VehicleNumbers};
 
+use crate::camera::CameraSettings;
+
 /// The side of the autopilot's thrust curve on which the thrust card stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -217,6 +219,8 @@ pub struct FlightSettings {
     pub vehicle: VehicleSettings,
     /// The sensors.
     pub sensors: SensorSettings,
+    /// The camera.
+    pub camera: CameraSettings,
     /// The rates.
     pub rates: RateSettings,
     /// The limits.
@@ -238,6 +242,7 @@ impl Default for FlightSettings {
             cards: CardSettings::default(),
             vehicle: VehicleSettings::default(),
             sensors: SensorSettings::default(),
+            camera: CameraSettings::default(),
             rates: RateSettings::default(),
             limits: LimitSettings::default(),
             control: ControlSettings::default(),
@@ -250,6 +255,13 @@ impl Default for FlightSettings {
 pub const PERIOD_S: f64 = 0.01;
 
 impl FlightSettings {
+    /// Whether the companion has a camera of its own.
+    #[must_use]
+    pub fn has_camera(&self) -> bool {
+        let camera = &self.camera;
+        camera.device.is_some() || camera.folder.is_some() || camera.command.is_some()
+    }
+
     /// Checks all settings and builds the landing computer, as campaigns do.
     ///
     /// # Errors

@@ -274,13 +274,18 @@ impl Locator {
         }
         let sd_px = self.settings.sd_px(side_px, hints.motion_px);
         let corners = place.corners_m();
-        Some(std::array::from_fn(|k| Sighting {
-            deck_m: corners[k],
-            seen_px: tag.corners_px[k],
+        let mut sightings = [Sighting {
+            deck_m: [0.0; 2],
+            seen_px: [0.0; 2],
             sd_px,
             tag: tag.id,
             side_px,
-        }))
+        }; 4];
+        for (k, sighting) in sightings.iter_mut().enumerate() {
+            sighting.deck_m = corners[k];
+            sighting.seen_px = self.camera.undistorted(tag.corners_px[k])?;
+        }
+        Some(sightings)
     }
 
     fn residual_px(&self, seen: &[Sighting], pose: &PlanePose) -> f64 {

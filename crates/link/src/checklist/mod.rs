@@ -1,5 +1,6 @@
 //! What is judged before control.
 
+mod camera;
 mod parameters;
 #[cfg(test)]
 mod tests;
@@ -9,6 +10,7 @@ use serde::Serialize;
 pub(crate) use parameters::{Thrust, wanted};
 
 use crate::autopilot::{Autopilot, Firmware};
+use crate::camera::CameraWatch;
 use crate::clock::SyncReport;
 use crate::parameters::Parameters;
 use crate::readings::Source;
@@ -61,6 +63,8 @@ pub(crate) struct Facts<'a> {
     pub(crate) hover_found: Option<f64>,
     /// Whether the autopilot reports which setpoints it follows.
     pub(crate) echoes: bool,
+    /// The companion's own camera.
+    pub(crate) camera: Option<&'a CameraWatch>,
 }
 
 impl Checklist {
@@ -91,6 +95,7 @@ impl Checklist {
         let judge = |name: &&'static str| facts.parameter(name);
         items.extend(facts.autopilot.parameters().iter().map(judge));
         items.extend((0..Source::ALL.len()).map(|k| facts.rate(k)));
+        items.extend(facts.camera());
         items.push(facts.time());
         items.push(facts.weight());
         items.push(facts.echo());

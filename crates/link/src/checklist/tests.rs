@@ -62,6 +62,7 @@ fn list(autopilot: Autopilot, parameters: &BTreeMap<&'static str, f64>) -> Check
             0.35
         }),
         echoes: true,
+        camera: None,
         rates_hz: Some([100.0, 100.0, 50.0, 30.0, 20.0]),
         sync: Some(SyncReport {
             answers: 5,
@@ -202,6 +203,7 @@ fn prop_a_weight_that_does_not_fit_the_card_is_refused() {
             hover_throttle: 0.5,
             hover_found: found,
             echoes: false,
+            camera: None,
         });
         let item = list
             .items

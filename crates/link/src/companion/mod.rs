@@ -37,6 +37,7 @@
 //! The landing computer runs from `Checking` on, so that it knows the deck when control begins. Until then its controller
 //! starts again in every step: its integrals do not wind up while the pilot flies.
 
+mod camera;
 mod echo;
 mod messages;
 mod restore;
@@ -51,11 +52,12 @@ pub use summary::Summary;
 
 use mavlink::dialects::common::MavMessage;
 use serde::Serialize;
-use touchdown_flight::SettingsError;
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
+use touchdown_flight::{Attitude, SettingsError};
 use touchdown_lander::computer::{Computer, ComputerOutput, ComputerState};
 use touchdown_lander::state_machine::Phase;
 
+use crate::camera::{CameraReport, CameraWatch};
 use crate::checklist::{Checklist, Facts, Thrust, Verdict};
 use crate::clock::ClockSync;
 use crate::parameters::Parameters;
@@ -126,10 +128,12 @@ pub enum Ending {
 }
 
 /// What happens to a companion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event<'a> {
     /// Bytes have arrived.
     Received(&'a [u8]),
+    /// The camera has news.
+    Camera(&'a CameraReport),
     /// A hundredth of a second has passed.
     Tick,
     /// The companion shall end.
@@ -159,6 +163,7 @@ pub struct Companion {
     encoder: Encoder,
     clock: ClockSync,
     inbox: Inbox,
+    camera: Option<CameraWatch>,
     vehicle: Option<Vehicle>,
     parameters: Parameters,
     /// From the throttle of the card to the thrust setpoint, as judged before control.
@@ -229,6 +234,7 @@ impl Companion {
             encoder: encoder.signed(session.signing.map(Signer::new)),
             clock: ClockSync::default(),
             inbox: Inbox::new(settings),
+            camera: settings.has_camera().then(CameraWatch::default),
             vehicle: None,
             parameters: Parameters::default(),
             thrust: None,
@@ -262,6 +268,7 @@ impl Companion {
                     self.receive(&frame, out);
                 }
             }
+            Event::Camera(report) => self.take_camera(report),
             Event::Tick => self.tick(out),
             Event::Stop => self.stop(out),
         }
@@ -306,6 +313,12 @@ impl Companion {
     #[must_use]
     pub fn height_m(&self) -> Option<f64> {
         self.output.map(|output| output.estimate.position_m.z)
+    }
+
+    /// The newest attitude, for whoever looks for the deck in images.
+    #[must_use]
+    pub fn attitude(&self) -> Option<Attitude<f64>> {
+        self.inbox.attitude()
     }
 
     /// Appends the request for a holding mode, while the companion is in control: for a caller that fails.
@@ -389,6 +402,7 @@ impl Companion {
             hover_throttle: self.hover_throttle,
             hover_found: self.echo.hover(),
             echoes: self.echo.heard(),
+            camera: self.camera.as_ref(),
         });
         self.checklist.verdict()
     }

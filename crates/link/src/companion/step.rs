@@ -151,6 +151,9 @@ impl Companion {
             let arrivals = self.inbox.take_arrivals();
             self.rates_hz = since.map(|since| {
                 let elapsed_s = (now - since) as f64 * 1e-6;
+                if let Some(camera) = &mut self.camera {
+                    camera.count(elapsed_s);
+                }
                 arrivals.map(|count| f64::from(count) / elapsed_s)
             });
         }
@@ -197,6 +200,7 @@ impl Companion {
     /// A step of the landing computer. Before control its landing starts again in every step.
     fn compute(&mut self, dt: f64) -> ComputerOutput<f64> {
         let imu = self.inbox.sense(self.times.now);
+        let normal = self.inbox.take_normal(self.times.now);
         if self.stage != Stage::InControl {
             self.computer.restart_landing(&mut self.memory);
         }
@@ -204,7 +208,7 @@ impl Companion {
         let sensed = Sensed {
             imu,
             readings: self.inbox.ready(),
-            deck_normal: None,
+            deck_normal: normal,
             battery_share: battery.unwrap_or(1.0),
             contact: None,
             request: OperatorRequest::None,

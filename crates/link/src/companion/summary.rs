@@ -5,6 +5,7 @@ use touchdown_lander::state_machine::Phase;
 
 use super::{Companion, Ending, Stage};
 use crate::autopilot::{Autopilot, Firmware};
+use crate::camera::CameraSummary;
 use crate::checklist::Checklist;
 use crate::clock::SyncReport;
 use crate::parameters::Change;
@@ -49,6 +50,9 @@ pub struct Summary {
     pub wire: WireCounts,
     /// Messages of other systems and components.
     pub other_senders: u64,
+    /// The camera, if the companion has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraSummary>,
     /// Readings that were not used.
     pub ignored_readings: IgnoredReadings,
 }
@@ -75,6 +79,7 @@ impl Companion {
             phase: self.phase(),
             wire: self.decoder.counts,
             other_senders: self.other_senders,
+            camera: self.camera.as_ref().map(|camera| camera.summary()),
             ignored_readings: self.inbox.ignored,
         }
     }

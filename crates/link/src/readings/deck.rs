@@ -132,6 +132,10 @@ impl Inbox {
 
     /// Takes a message of the deck: where it is.
     pub fn take_deck(&mut self, message: &MavMessage, now_us: i64) {
+        if self.has_camera {
+            self.ignored.beside_camera += 1;
+            return;
+        }
         let at = now_us - self.deck_latency_us;
         let way = match message {
             MavMessage::GLOBAL_POSITION_INT(m) => {

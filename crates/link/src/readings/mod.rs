@@ -6,13 +6,15 @@
 //! | `HIGHRES_IMU`, `SCALED_IMU` | specific force, mean over a tick | `time_usec`, `time_boot_ms` |
 //! | `DISTANCE_SENSOR` that looks down | range | `time_boot_ms` |
 //! | `LANDING_TARGET` in `MAV_FRAME_BODY_FRD` or `MAV_FRAME_LOCAL_NED` with a valid position | position of the deck | `time_usec`; if 0, the settings |
+//! | frames of the companion's own camera | position and normal of the deck | the camera's stamps; without them, the settings |
 //! | positions of vehicle and deck | position of the deck | see `deck.rs` |
 //! | `LOCAL_POSITION_NED` | velocity | `time_boot_ms` |
 //!
 //! Stamps are of the autopilot's clock. A reading is ignored and counted if it is not finite, older than
 //! `sensors.greatest_age_s`, stamped in the future, repeated, or of another frame; so is every stamped reading before the clocks are
-//! synchronised.
+//! synchronised. Beside a camera, positions of the deck that others report are ignored and counted.
 
+mod camera;
 mod deck;
 mod source;
 #[cfg(test)]
@@ -62,6 +64,8 @@ pub struct IgnoredReadings {
     pub other_frame: u64,
     /// Positions of the deck while the vehicle's own position or attitude was not known.
     pub without_position: u64,
+    /// Positions of the deck that others report, beside the companion's own camera.
+    pub beside_camera: u64,
     /// Before the clocks were synchronised.
     pub unsynchronised: u64,
 }
@@ -76,6 +80,10 @@ pub struct Inbox {
     target_variance_m2: f64,
     deck_latency_us: i64,
     deck_variance_m2: f64,
+    has_camera: bool,
+    camera_latency_us: i64,
+    /// The newest normal of the deck, and its time.
+    normal: Option<(i64, Vector<f64>)>,
     positions: Positions,
     attitude: Option<(i64, Attitude<f64>)>,
     force: Option<(i64, Vector<f64>)>,
@@ -119,6 +127,9 @@ impl Inbox {
             target_variance_m2: sensors.target_sd_m * sensors.target_sd_m,
             deck_latency_us: micros(settings.deck.latency_s),
             deck_variance_m2: settings.deck.sd_m * settings.deck.sd_m,
+            has_camera: settings.has_camera(),
+            camera_latency_us: micros(settings.camera.latency_s),
+            normal: None,
             positions: Positions::new(),
             attitude: None,
             force: None,
@@ -195,6 +206,10 @@ impl Inbox {
     }
 
     fn take_target(&mut self, m: &LANDING_TARGET_DATA, clock: &ClockSync, now_us: i64) {
+        if self.has_camera {
+            self.ignored.beside_camera += 1;
+            return;
+        }
         let local = m.frame == MavFrame::MAV_FRAME_LOCAL_NED;
         if !(local || m.frame == MavFrame::MAV_FRAME_BODY_FRD) || m.position_valid.bits() == 0 {
             self.ignored.other_frame += 1;
@@ -406,6 +421,12 @@ impl Inbox {
         self.force.map_or(0.0, |(_, force)| force.norm())
     }
 
+    /// The newest attitude.
+    #[must_use]
+    pub fn attitude(&self) -> Option<Attitude<f64>> {
+        self.attitude.map(|(_, attitude)| attitude)
+    }
+
     /// Level at the newest heading.
     #[must_use]
     pub fn level(&self) -> Attitude<f64> {
@@ -427,6 +448,7 @@ impl Inbox {
         (self.sum, self.summed) = (Vector::ZERO, 0);
         self.velocity_us = None;
         self.pending.clear();
+        self.normal = None;
         self.jumped = false;
         self.positions.forget();
         self.newest_us = [None; 5];

@@ -60,6 +60,7 @@ fn prop_old_future_repeated_and_absurd_readings_are_ignored_and_counted() {
         other_frame: 0,
         without_position: 0,
         unsynchronised: 1,
+        beside_camera: 0,
     };
     assert_eq!(inbox.ignored, expected);
 }

@@ -76,6 +76,14 @@ impl Renderer {
         print: &DeckPrint,
     ) -> Result<Self, VisionError> {
         camera.validate()?;
+        let pinhole = camera.distortion == [0.0; 5];
+        let found = format!("{:?}", camera.distortion);
+        ensure(
+            pinhole,
+            "distortion",
+            "zeros: images are those of a pinhole",
+            &found,
+        )?;
         image.validate()?;
         print.validate()?;
         let pixels = camera.width_px * camera.height_px;

@@ -67,6 +67,7 @@ pub(crate) fn intrinsics(camera: &RenderCamera) -> CameraSettings {
         height_px: camera.height_px,
         focal_px: camera.focal_px,
         principal_px: camera.principal_px,
+        distortion: [0.0; 5],
     }
 }
 

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | this one | waits for bytes or the next tick, asks the companion, sends |
 //! | listener | stamps bytes as they arrive |
+//! | camera (two threads) | waits for frames; looks for the deck in the newest one |
 //! | recorder | writes the recording |
 //! | view | prints |
 //!
@@ -11,16 +12,18 @@
 //! the terminal, and allocates nothing while the vehicle is in control.
 
 use std::path::Path;
-use std::sync::mpsc::{self, Receiver as Incoming, RecvTimeoutError};
+use std::sync::mpsc::{self, Receiver as Incoming, RecvTimeoutError, SyncSender};
 use std::time::{Duration, Instant};
 
 use touchdown::Result;
 use touchdown_link::address::Address;
-use touchdown_link::companion::{Companion, Event, Session, Stage, Summary};
+use touchdown_link::camera::CameraReport;
+use touchdown_link::companion::{Companion, Session, Stage, Summary};
 use touchdown_link::recording::Recorder;
 use touchdown_link::settings::{FlightSettings, PERIOD_S};
 use touchdown_link::transport::{self, Receiver, Sender};
 
+use super::camera::Camera;
 use super::interrupt::Interrupt;
 use super::pool::{BUFFER, Free, pool};
 use super::recorder::{RecorderThread, What};
@@ -30,8 +33,11 @@ use crate::cli::context::Context;
 /// Arrivals that wait for the loop at most; a loop that is slower than that has long handed over.
 const WAITING: usize = 4096;
 
-/// Bytes and their arrival time.
-type Arrival = (Instant, std::io::Result<Vec<u8>>);
+/// What arrives, and when.
+pub(super) enum Arrival {
+    Bytes(Instant, std::io::Result<Vec<u8>>),
+    Camera(Instant, Box<CameraReport>),
+}
 
 /// The sending half. It asks for a holding mode if the loop ends by a panic or a broken link while in control.
 struct Outgoing {
@@ -60,14 +66,21 @@ pub(super) fn fly(
     let recorder = Recorder::create(out, settings, session)?;
     let (receiver, sender) = transport::open(&address)?;
     let ((free_in, used_in), (free_out, used_out)) = (turned(pool()), turned(pool()));
+    let recorder = RecorderThread::start(recorder, used_in, used_out);
+    let (arriving, arrivals) = mpsc::sync_channel(WAITING);
+    let start = Instant::now();
+    let camera = Camera::start(settings, start, arriving.clone(), recorder.images())?;
+    listen(receiver, free_in, arriving);
     let mut flight = Flight {
         companion,
-        arrivals: listen(receiver, free_in),
+        start,
+        arrivals,
+        camera,
         outgoing: Outgoing {
             sender,
             hold: Vec::with_capacity(BUFFER),
         },
-        recorder: RecorderThread::start(recorder, used_in, used_out),
+        recorder,
         free_out,
     };
     context.say(&format!(
@@ -78,6 +91,7 @@ pub(super) fn fly(
         scope.spawn(|| shown.show(context));
         flight.run(interrupt, view)
     });
+    drop(flight.camera);
     let recorded = flight.recorder.finish();
     outcome.map_err(|source| touchdown_link::LinkError::Link {
         address: settings.link.clone(),
@@ -94,6 +108,9 @@ fn turned<A, B>((a, b): (A, B)) -> (B, A) {
 /// A flight that runs.
 struct Flight {
     companion: Companion,
+    /// Time zero of the companion.
+    start: Instant,
+    camera: Option<Camera>,
     arrivals: Incoming<Arrival>,
     outgoing: Outgoing,
     recorder: RecorderThread,
@@ -102,10 +119,10 @@ struct Flight {
 
 impl Flight {
     fn run(&mut self, interrupt: &Interrupt, mut view: View) -> std::io::Result<()> {
-        let start = Instant::now();
+        let start = self.start;
         let at = |when: Instant| u64::try_from((when - start).as_micros()).unwrap_or(u64::MAX);
         let period = Duration::from_secs_f64(PERIOD_S);
-        let mut next = start + period;
+        let mut next = Instant::now() + period;
         let mut stopping = false;
         while self.companion.stage() != Stage::Ended {
             if !stopping && (interrupt.asked() || self.recorder.failed()) {
@@ -113,12 +130,20 @@ impl Flight {
                 self.handle(at(Instant::now()), What::Stop, Vec::new())?;
             }
             match self.wait(next)? {
-                Some((when, bytes)) => self.handle(at(when), What::Received, bytes)?,
+                Some(Arrival::Bytes(when, bytes)) => {
+                    self.handle(at(when), What::Received, bytes?)?;
+                }
+                Some(Arrival::Camera(when, report)) => {
+                    self.handle(at(when), What::Camera(report), Vec::new())?;
+                }
                 None => {
                     let now = Instant::now();
                     // A late tick is not made up for, and two ticks are never close together.
                     next = (next + period).max(now + period / 2);
                     self.handle(at(now), What::Tick, Vec::new())?;
+                    if let Some(camera) = &self.camera {
+                        camera.tell(self.companion.attitude());
+                    }
                     view.update(&mut self.companion, at(now));
                 }
             }
@@ -129,13 +154,9 @@ impl Flight {
 
     /// Asks the companion about an event, sends what it wants to send, and records both.
     fn handle(&mut self, at_us: u64, what: What, received: Vec<u8>) -> std::io::Result<()> {
-        let event = match what {
-            What::Received => Event::Received(&received),
-            What::Tick => Event::Tick,
-            What::Stop => Event::Stop,
-        };
         let mut bytes = self.free_out.get();
-        self.companion.handle(at_us, event, &mut bytes);
+        self.companion
+            .handle(at_us, what.event(&received), &mut bytes);
         self.outgoing.hold.clear();
         self.companion.hold_bytes(&mut self.outgoing.hold);
         let sent = if bytes.is_empty() {
@@ -147,14 +168,14 @@ impl Flight {
         sent
     }
 
-    /// The next bytes; none when it is time for a tick.
-    fn wait(&self, until: Instant) -> std::io::Result<Option<(Instant, Vec<u8>)>> {
+    /// What arrives next; none when it is time for a tick.
+    fn wait(&self, until: Instant) -> std::io::Result<Option<Arrival>> {
         let left = until.saturating_duration_since(Instant::now());
         if left.is_zero() {
             return Ok(None);
         }
         match self.arrivals.recv_timeout(left) {
-            Ok((when, received)) => received.map(|bytes| Some((when, bytes))),
+            Ok(arrival) => Ok(Some(arrival)),
             Err(RecvTimeoutError::Timeout) => Ok(None),
             Err(RecvTimeoutError::Disconnected) => {
                 Err(std::io::ErrorKind::ConnectionAborted.into())
@@ -164,8 +185,7 @@ impl Flight {
 }
 
 /// A thread that stamps bytes as they arrive.
-fn listen(mut receiver: Receiver, free: Free) -> Incoming<Arrival> {
-    let (stamped, arrivals) = mpsc::sync_channel(WAITING);
+fn listen(mut receiver: Receiver, free: Free, arriving: SyncSender<Arrival>) {
     std::thread::spawn(move || {
         let mut buffer = free.get();
         loop {
@@ -181,10 +201,9 @@ fn listen(mut receiver: Receiver, free: Free) -> Incoming<Arrival> {
                 Err(e) => Err(e),
             };
             let broken = arrival.is_err();
-            if stamped.send((now, arrival)).is_err() || broken {
+            if arriving.send(Arrival::Bytes(now, arrival)).is_err() || broken {
                 return;
             }
         }
     });
-    arrivals
 }

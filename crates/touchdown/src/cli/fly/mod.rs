@@ -1,5 +1,6 @@
 //! `touchdown fly`.
 
+mod camera;
 mod flight;
 mod interrupt;
 mod pool;
@@ -13,6 +14,7 @@ use serde::Serialize;
 use touchdown::settings;
 use touchdown::{Error, Result};
 use touchdown_campaign::cards::CardPaths;
+use touchdown_link::LinkError;
 use touchdown_link::companion::{Session, Summary};
 use touchdown_link::recording::Recording;
 use touchdown_link::settings::FlightSettings;
@@ -68,6 +70,10 @@ pub(super) fn load(path: &Path) -> Result<FlightSettings> {
     if let Some(file) = &mut settings.signing.key_file {
         *file = folder.join(&file);
     }
+    if let Some(images) = &mut settings.camera.folder {
+        *images = folder.join(&images);
+    }
+    settings.camera.check().map_err(LinkError::from)?;
     cards.from(folder).put_into(&mut settings.models)?;
     Ok(settings)
 }

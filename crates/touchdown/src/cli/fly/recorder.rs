@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 
 use touchdown::{Error, Result};
 use touchdown_link::LinkError;
+use touchdown_link::camera::CameraReport;
 use touchdown_link::companion::Event;
 use touchdown_link::recording::Recorder;
 
@@ -16,11 +17,42 @@ use super::pool::Used;
 const WAITING: usize = 1 << 15;
 
 /// What happened.
-#[derive(Clone, Copy)]
 pub(super) enum What {
     Received,
+    Camera(Box<CameraReport>),
+    /// An image of the camera, the bytes of a PNG file, which the companion does not see.
+    Image(Vec<u8>),
     Tick,
     Stop,
+}
+
+impl What {
+    /// The companion's event. It hears nothing of images.
+    pub(super) fn event<'a>(&'a self, received: &'a [u8]) -> Event<'a> {
+        match self {
+            Self::Received => Event::Received(received),
+            Self::Camera(report) => Event::Camera(report),
+            Self::Image(_) => Event::Received(&[]),
+            Self::Tick => Event::Tick,
+            Self::Stop => Event::Stop,
+        }
+    }
+}
+
+/// Takes images for the recording.
+#[derive(Clone)]
+pub(super) struct Images(SyncSender<Line>);
+
+impl Images {
+    /// Hands over an image. One that the disk has no time for is not recorded.
+    pub(super) fn write(&self, at_us: u64, png: Vec<u8>) {
+        let _ = self.0.try_send(Line {
+            at_us,
+            what: What::Image(png),
+            received: Vec::new(),
+            sent: Vec::new(),
+        });
+    }
 }
 
 /// An event, and what was sent upon it.
@@ -45,12 +77,11 @@ impl RecorderThread {
         let failing = Arc::clone(&failed);
         let thread = std::thread::spawn(move || {
             for line in incoming {
-                let event = match line.what {
-                    What::Received => Event::Received(&line.received),
-                    What::Tick => Event::Tick,
-                    What::Stop => Event::Stop,
+                let written = match &line.what {
+                    What::Image(png) => recorder.write_image(line.at_us, png),
+                    what => recorder.write(line.at_us, what.event(&line.received), &line.sent),
                 };
-                if let Err(e) = recorder.write(line.at_us, event, &line.sent) {
+                if let Err(e) = written {
                     failing.store(true, Ordering::Relaxed);
                     return Err(e);
                 }
@@ -64,6 +95,11 @@ impl RecorderThread {
             failed,
             thread,
         }
+    }
+
+    /// Where images go. The recording ends only after all of these are dropped.
+    pub(super) fn images(&self) -> Images {
+        Images(self.lines.clone())
     }
 
     /// Hands over an event, the bytes that arrived with it, and what was sent.
