@@ -87,9 +87,18 @@ impl Default for CameraSettings {
             record_hz: 0.0,
             detector: DetectorSettings::default(),
             locator: LocatorSettings::default(),
-            pad: Pad::default(),
+            pad: pad(),
         }
     }
+}
+
+/// The standard pad, with sizes as they are printed.
+fn pad() -> Pad {
+    let mut pad = Pad::default();
+    for (tag, size_m) in pad.tags.iter_mut().zip([0.4, 0.08, 0.016]) {
+        tag.size_m = size_m;
+    }
+    pad
 }
 
 /// Where images come from.

@@ -1,5 +1,6 @@
 //! Every transition and every fault of the companion, against an autopilot that hovers above a deck at rest.
 
+mod camera;
 mod faults;
 mod parameters;
 mod sequences;
