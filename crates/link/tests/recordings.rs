@@ -1,11 +1,17 @@
-//! What real autopilots sent, read as pymavlink reads it: bit for bit.
+//! What real autopilots sent, read as pymavlink reads it, and whole conversations, replayed: bit for bit.
 //!
-//! `recordings/make.py` cut the bytes from flights under `touchdown simulator`.
+//! `recordings/make.py` cut the bytes from flights under `touchdown simulator`, and says how to make new ones.
 
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use mavlink::Message as _;
 use mavlink::dialects::common::MavMessage;
+use touchdown_link::companion::{Companion, Event};
+use touchdown_link::recording::{Entry, Recording};
+use touchdown_link::replay::replay;
 use touchdown_link::simulator::px4::Px4Codec;
 use touchdown_link::wire::Decoder;
 
@@ -57,9 +63,9 @@ fn xval_px4s_motor_signals_are_those_that_pymavlink_reads() {
     assert!(flying > 300, "{flying} samples with turning motors");
 }
 
-#[test]
-fn xval_px4s_messages_are_those_that_pymavlink_reads() {
-    let bytes = std::fs::read(recording("px4-1.17-mavlink.bin")).unwrap();
+/// Compares the messages of an autopilot with those that pymavlink reads.
+fn messages_agree(name: &str) {
+    let bytes = std::fs::read(recording(&format!("{name}-mavlink.bin"))).unwrap();
     let mut decoder = Decoder::default();
     let mut found = Vec::new();
     for piece in pieces(&bytes) {
@@ -79,7 +85,7 @@ fn xval_px4s_messages_are_those_that_pymavlink_reads() {
             found.push(row);
         }
     }
-    let expected = rows("px4-1.17-mavlink.csv");
+    let expected = rows(&format!("{name}-mavlink.csv"));
     // The two libraries know different sets of messages: those that both know agree, in their order.
     let known: std::collections::BTreeSet<_> = found.iter().map(|row| row[0].clone()).collect();
     let also: std::collections::BTreeSet<_> = expected.iter().map(|row| row[0].clone()).collect();
@@ -90,4 +96,90 @@ fn xval_px4s_messages_are_those_that_pymavlink_reads() {
         .collect();
     assert!(expected.len() > 1000, "{} messages", expected.len());
     assert_eq!(found, expected);
+}
+
+#[test]
+fn xval_messages_of_both_autopilots_are_those_that_pymavlink_reads() {
+    messages_agree("px4-1.17");
+    messages_agree("ardupilot-4.7");
+}
+
+/// The conversation with what the companion sends now, in place of what it sent when it was recorded.
+fn record(path: &Path, conversation: &Recording) {
+    let metadata = |name: &str| {
+        let bytes = std::fs::read(path).unwrap();
+        let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+        let index = summary
+            .metadata_indexes
+            .iter()
+            .find(|index| index.name == name);
+        mcap::read::metadata(&bytes, index.unwrap()).unwrap()
+    };
+    let metadata = metadata("flight");
+    let options = mcap::WriteOptions::new()
+        .use_chunks(false)
+        .compression(None);
+    let file = BufWriter::new(File::create(path).unwrap());
+    let mut writer = options.create(file).unwrap();
+    writer.write_metadata(&metadata).unwrap();
+    let [received, tick, stop, sent] = ["/received", "/tick", "/stop", "/sent"].map(|topic| {
+        writer
+            .add_channel(0, topic, "mavlink", &BTreeMap::new())
+            .unwrap()
+    });
+    let mut sequence = 0;
+    let mut put = |channel_id, at_us: u64, bytes: &[u8]| {
+        let (log_time, publish_time) = (at_us * 1000, at_us * 1000);
+        sequence += 1;
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence,
+            log_time,
+            publish_time,
+        };
+        writer.write_to_known_channel(&header, bytes).unwrap();
+    };
+    let session = conversation.session(None).unwrap();
+    let mut companion = Companion::new(&conversation.settings, &session).unwrap();
+    for (at_us, entry) in &conversation.entries {
+        let (channel, event, bytes): (_, _, &[u8]) = match entry {
+            Entry::Received(bytes) => (received, Event::Received(bytes), bytes),
+            Entry::Tick => (tick, Event::Tick, &[]),
+            Entry::Stop => (stop, Event::Stop, &[]),
+            Entry::Sent(_) => continue,
+        };
+        put(channel, *at_us, bytes);
+        let mut out = Vec::new();
+        companion.handle(*at_us, event, &mut out);
+        if !out.is_empty() {
+            put(sent, *at_us, &out);
+        }
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn regress_real_conversations_until_shortly_before_the_touch_are_replayed_bit_for_bit() {
+    for name in ["px4-1.17", "ardupilot-4.7"] {
+        let path = recording(&format!("{name}-flight.mcap"));
+        let conversation = Recording::read(&path).unwrap();
+        if std::env::var_os("TOUCHDOWN_RECORD").is_some() {
+            record(&path, &conversation);
+            continue;
+        }
+        let again = replay(&conversation, None).unwrap();
+        assert_eq!(again.difference, None, "{name}");
+        assert!(!again.cut_off);
+        // Checklist, switch and 4 s of a landing, at 100 Hz.
+        assert!(
+            again.flight.setpoints > 300,
+            "{name}: {}",
+            again.flight.setpoints
+        );
+        assert!(
+            again.flight.ending.is_none(),
+            "{name}: {:?}",
+            again.flight.ending
+        );
+    }
 }

@@ -1,17 +1,28 @@
-"""Cuts recordings of real autopilots for the tests, and reads them with pymavlink: make.py PX4_SIMULATOR_STREAM FLIGHT.mcap NAME
+"""Cuts recordings of real autopilots for the tests. Needs pymavlink and mcap.
 
-The first file holds what PX4 sent to the simulator, byte by byte; the second is a recording of `touchdown fly`. Both outputs of
-pymavlink stand beside the cut bytes, so that the tests need no Python.
+    touchdown simulator px4 deck.toml --with fly.toml --autopilot PX4 --speed 5 --out out
+    make.py flight out/flight-0.mcap px4-1.17       a conversation with the companion, until shortly before the touch
+    make.py mavlink out/flight-0.mcap px4-1.17      messages of the autopilot, and what pymavlink reads
+    make.py simulator STREAM px4-1.17               what PX4 sent to the simulator, and what pymavlink reads
+
+What pymavlink reads stands beside the cut bytes, so that the tests need no Python. Where the companion sends other bytes on
+purpose, `TOUCHDOWN_RECORD=1 cargo test -p touchdown-link --test recordings` puts them into the conversations: no autopilot
+is needed for that.
 """
 
 import csv
+import json
 import os
 import struct
 import sys
 
 os.environ["MAVLINK20"] = "1"
 from mcap.reader import make_reader  # noqa: E402
+from mcap.writer import CompressionType, Writer  # noqa: E402
 from pymavlink.dialects.v20 import common as mav  # noqa: E402
+
+# Range at which a conversation is cut, m: the vehicle stands at about 0.1 m, and how it judges the touch is not part of it.
+BELOW_M = 0.3
 
 
 def messages(data):
@@ -42,8 +53,7 @@ def bits(x):
     return struct.unpack("<I", struct.pack("<f", x))[0]
 
 
-def main():
-    stream, flight, name = sys.argv[1:]
+def simulator(stream, name):
     data = open(stream, "rb").read()
     kept = cut(data, 8000, int(len(data) * 0.78), 40000)
     open(f"{name}-simulator.bin", "wb").write(kept)
@@ -53,6 +63,9 @@ def main():
         for m in messages(kept):
             if m.get_type() == "HIL_ACTUATOR_CONTROLS":
                 out.writerow([m.time_usec] + [bits(c) for c in m.controls[:4]])
+
+
+def mavlink(flight, name):
     with open(flight, "rb") as f:
         received = b"".join(m.data for _, c, m in make_reader(f).iter_messages(topics=["/received"]))
     kept = cut(received, 30000, len(received) // 2, 50000)
@@ -65,4 +78,25 @@ def main():
             out.writerow([m.get_msgId(), m.get_srcSystem(), m.get_srcComponent()] + q)
 
 
-main()
+def flight(flight, name):
+    """What came and went, without what it says, until the vehicle is below `BELOW_M`."""
+    with open(flight, "rb") as f, open(f"{name}-flight.mcap", "wb") as g:
+        reader = make_reader(f)
+        writer = Writer(g, compression=CompressionType.NONE, use_chunking=False)
+        writer.start()
+        for record in reader.iter_metadata():
+            writer.add_metadata(record.name, record.metadata)
+        channels = {}
+        topics = ["/received", "/tick", "/stop", "/sent", "/mavlink/distance"]
+        for _, channel, m in reader.iter_messages(topics=topics, log_time_order=False):
+            if channel.topic == "/mavlink/distance":
+                if json.loads(m.data)["distance_m"] < BELOW_M:
+                    break
+                continue
+            if channel.topic not in channels:
+                channels[channel.topic] = writer.register_channel(channel.topic, "mavlink", 0)
+            writer.add_message(channels[channel.topic], m.log_time, m.data, m.publish_time, m.sequence)
+        writer.finish()
+
+
+{"simulator": simulator, "mavlink": mavlink, "flight": flight}[sys.argv[1]](*sys.argv[2:])
