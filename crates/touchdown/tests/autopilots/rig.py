@@ -346,6 +346,13 @@ class Rig:
         self.until(lambda: self.range_m > 0.7 * HEIGHT_M, 120, ask) or self.fail("no take-off")
         self.until(lambda: self.mode == self.modes["hold"], 30, lambda: self.set_mode(self.modes["hold"]))
         self.until(lambda: False, 4)
+        self.until(self.runs_in_real_time, 60) or self.fail("the world does not keep pace")
+
+    def runs_in_real_time(self):
+        """Whether the world has caught up with what it lost while the autopilot started."""
+        wall, theirs = time.monotonic(), self.boot_us
+        self.until(lambda: False, 1.0)
+        return abs((self.boot_us - theirs) * 1e-6 / (time.monotonic() - wall) - 1) < 0.03
 
     def climb_back(self):
         """Above the deck again, in a mode that holds."""
