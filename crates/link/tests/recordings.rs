@@ -146,7 +146,8 @@ fn record(path: &Path, conversation: &Recording) {
             Entry::Received(bytes) => (received, Event::Received(bytes), bytes),
             Entry::Tick => (tick, Event::Tick, &[]),
             Entry::Stop => (stop, Event::Stop, &[]),
-            Entry::Sent(_) => continue,
+            // No camera of its own took part.
+            Entry::Sent(_) | Entry::Camera(_) => continue,
         };
         put(channel, *at_us, bytes);
         let mut out = Vec::new();

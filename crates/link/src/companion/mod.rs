@@ -28,8 +28,8 @@
 //! - The mode is that of the newest heartbeat or `CURRENT_MODE`.
 //! - Setpoints are sent in `Ready` (PX4 demands a stream before the switch), `InControl` and `Landed` (thrust zero).
 //! - In `HandingOver` the companion sends no setpoint. It asks for a mode that holds the position, later for one that
-//!   holds the altitude, as long as a mode report younger than 1.5 s says that nobody else has changed the mode. The
-//!   autopilot's own failsafe acts at the same time, because setpoints have ended.
+//!   holds the altitude, until the autopilot accepts, and as long as a mode report younger than 1.5 s says that nobody
+//!   else has changed the mode. The autopilot's own failsafe acts at the same time, because setpoints have ended.
 //! - The disarm in `Landed` is repeated under the same condition: a pilot who takes off again is not disarmed.
 //! - Parameters are written back only after the vehicle has left OFFBOARD or GUIDED, or is disarmed.
 //! - `Ended` is for good: nothing but heartbeats is sent.
@@ -186,6 +186,8 @@ pub struct Companion {
     reading_ages: Distribution,
     /// Requests for a holding mode so far.
     hold_requests: u32,
+    /// Whether the autopilot has accepted one of them: another one could take the mode from a pilot.
+    hold_accepted: bool,
 }
 
 /// When things were last done, our time, µs.
@@ -253,6 +255,7 @@ impl Companion {
             jitter: Distribution::default(),
             reading_ages: Distribution::default(),
             hold_requests: 0,
+            hold_accepted: false,
             settings: settings.clone(),
         })
     }

@@ -65,7 +65,8 @@ impl Companion {
     }
 
     pub(super) fn ask_to_hold(&mut self, out: &mut Vec<u8>) {
-        if let (Some(vehicle), true) = (self.vehicle, self.follows_surely()) {
+        let asks = self.follows_surely() && !self.hold_accepted;
+        if let (Some(vehicle), true) = (self.vehicle, asks) {
             let [position, altitude] = vehicle.autopilot.modes().given_back;
             let early = self.hold_requests < POSITION_REQUESTS;
             let mode = if early { position } else { altitude };

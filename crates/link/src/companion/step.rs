@@ -32,6 +32,9 @@ const MODE_UNKNOWN_US: i64 = 2_500_000;
 const LANDED_US: i64 = 5 * SECOND_US;
 /// Rate of heartbeats, Hz: a change of the mode is noticed within its period.
 const HEARTBEATS_HZ: f64 = 10.0;
+/// Rate of `CURRENT_MODE`, Hz. PX4 never sends heartbeats faster than once a second. It sends this message when its state
+/// changes, and not faster than this: with half of it, a take-over is noticed 20 ms later.
+const MODE_HZ: f64 = 50.0;
 /// Rate of the setpoints that the autopilot follows, Hz: from a recording, thrust is identified by them.
 const ECHO_HZ: f64 = 50.0;
 /// Silence after which nobody waits for the disarming to be confirmed, s.
@@ -122,7 +125,12 @@ impl Companion {
             Autopilot::Px4 => 105,
             Autopilot::ArduPilot => 26,
         };
-        // ATTITUDE_QUATERNION, the inertial unit, DISTANCE_SENSOR, LOCAL_POSITION_NED, SYS_STATUS, HEARTBEAT,
+        // ArduPilot has no CURRENT_MODE, and sends heartbeats as fast as it is asked to.
+        let (mode, mode_hz) = match vehicle.autopilot {
+            Autopilot::Px4 => (436, MODE_HZ),
+            Autopilot::ArduPilot => (0, HEARTBEATS_HZ),
+        };
+        // ATTITUDE_QUATERNION, the inertial unit, DISTANCE_SENSOR, LOCAL_POSITION_NED, SYS_STATUS, the mode,
         // ATTITUDE_TARGET.
         for (index, message_id, hz) in [
             (Some(0), 31, rates.attitude_hz),
@@ -130,7 +138,7 @@ impl Companion {
             (Some(2), 132, rates.range_hz),
             (Some(3), 32, rates.velocity_hz),
             (None, 1, 1.0),
-            (None, 0, HEARTBEATS_HZ),
+            (None, mode, mode_hz),
             (None, 83, ECHO_HZ),
             // GLOBAL_POSITION_INT, only for a deck that reports its own.
             (None, 33, rates.velocity_hz),

@@ -230,6 +230,11 @@ impl Companion {
             answer.command,
             MavCmd::MAV_CMD_DO_SET_MODE | MavCmd::MAV_CMD_COMPONENT_ARM_DISARM
         );
+        let mode = answer.command == MavCmd::MAV_CMD_DO_SET_MODE;
+        let accepted = answer.result == MavResult::MAV_RESULT_ACCEPTED;
+        if ours && mode && accepted && self.stage == Stage::HandingOver {
+            self.hold_accepted = true;
+        }
         if ours && refused && told {
             let (command, result) = (answer.command, answer.result);
             self.notes

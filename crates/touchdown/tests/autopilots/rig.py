@@ -211,7 +211,7 @@ class Rig:
             self.send(mav.MAVLink_rc_channels_override_message(1, 1, 1500, 1500, 1500, 1500, 0, 0, 0, 0))
         if self.mode is not None and now - self.asked > 5.0:
             self.asked = now
-            for message, hz in ((self.modes["truth"], 40), (132, 50), (0, 10), (32, 20)):
+            for message, hz in ((self.modes["truth"], 40), (132, 50), (0, 10), (436, 50), (32, 20)):
                 self.command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, message, 1e6 / hz)
         if self.companion and now - self.sent_target > 0.033:
             self.sent_target = now
@@ -256,6 +256,8 @@ class Rig:
             kind = message.get_type()
             if kind == "HEARTBEAT" and message.get_srcComponent() == 1:
                 self.reports(message.custom_mode, bool(message.base_mode & 128))
+            elif kind == "CURRENT_MODE" and self.armed is not None:
+                self.reports(message.custom_mode, self.armed)
             elif kind == "DISTANCE_SENSOR" and message.orientation == 25:
                 self.range_m = message.current_distance / 100
                 self.boot_us = message.time_boot_ms * 1000

@@ -126,6 +126,34 @@ fn prop_a_holding_mode_is_asked_for_only_while_nobody_else_can_have_changed_the_
 }
 
 #[test]
+fn prop_a_holding_mode_that_was_accepted_is_not_asked_for_again() {
+    // PX4 accepts at once, but reports the new mode only with its next heartbeat: a pilot may have changed it since, and a
+    // second request, or one for a mode that holds the altitude alone, would take that from the pilot.
+    let accepts = |result| COMMAND_ACK_DATA {
+        command: MavCmd::MAV_CMD_DO_SET_MODE,
+        result,
+        ..COMMAND_ACK_DATA::default()
+    };
+    for (result, asked) in [
+        (MavResult::MAV_RESULT_ACCEPTED, 1),
+        (MavResult::MAV_RESULT_TEMPORARILY_REJECTED, 5),
+    ] {
+        let mut bench = Bench::flying();
+        bench.event(Event::Stop);
+        bench.deliver(&MavMessage::COMMAND_ACK(accepts(result)));
+        bench.run(0.9);
+        assert_eq!(bench.holds(), asked, "{result:?}");
+    }
+    // An answer to the switch before control says nothing on the hand-over.
+    let mut bench = Bench::flying();
+    bench.deliver(&MavMessage::COMMAND_ACK(accepts(
+        MavResult::MAV_RESULT_ACCEPTED,
+    )));
+    bench.event(Event::Stop);
+    assert_eq!(bench.holds(), 1);
+}
+
+#[test]
 fn prop_a_second_autopilot_of_the_same_kind_and_id_is_noticed() {
     let mut bench = Bench::flying();
     let mut other = Encoder::new(7, 1);

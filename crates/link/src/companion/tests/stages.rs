@@ -158,9 +158,16 @@ fn prop_a_change_of_the_mode_is_seen_in_current_mode_too() {
 }
 
 #[test]
-fn prop_heartbeats_and_echoed_setpoints_are_asked_for() {
-    let bench = Bench::ready();
-    for (id, interval_us) in [(0.0, 1e5), (83.0, 2e4)] {
+fn prop_reports_of_the_mode_and_echoed_setpoints_are_asked_for() {
+    // PX4 refuses faster heartbeats; ArduPilot has no CURRENT_MODE.
+    for (autopilot, id, interval_us) in [
+        (PX4, 436.0, 2e4),
+        (PX4, 83.0, 2e4),
+        (MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA, 0.0, 1e5),
+        (MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA, 83.0, 2e4),
+    ] {
+        let mut bench = Bench::with(autopilot, false);
+        bench.becomes_ready();
         let asked = bench.sent.iter().any(|m| {
             matches!(m, MavMessage::COMMAND_LONG(m)
                 if m.command == MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL && m.param1 == id && m.param2 == interval_us)
