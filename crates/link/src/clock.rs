@@ -23,9 +23,9 @@ const CONTRADICTIONS: u32 = 2;
 /// Difference between two answers to the same question that one clock does not make, µs.
 const TWO_CLOCKS_US: i64 = 1_000;
 
-/// What an answer says.
+/// Result of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Said {
+pub enum SyncEvent {
     /// Nothing new.
     Nothing,
     /// The autopilot's clock has stepped.
@@ -101,15 +101,15 @@ impl ClockSync {
 
     /// An answer: when we asked and got it (our time), and the autopilot's time in it. Answers that were not asked for, or
     /// that come twice, change nothing.
-    pub fn answered(&mut self, asked_us: i64, autopilot_us: i64, got_us: i64) -> Said {
+    pub fn answered(&mut self, asked_us: i64, autopilot_us: i64, got_us: i64) -> SyncEvent {
         let Some(index) = self.asked.iter().position(|asked| *asked == asked_us) else {
             let other = self.last.is_some_and(|(asked, answer)| {
                 asked == asked_us && answer.abs_diff(autopilot_us) > TWO_CLOCKS_US.unsigned_abs()
             });
             return if other {
-                Said::TwoClocks
+                SyncEvent::TwoClocks
             } else {
-                Said::Nothing
+                SyncEvent::Nothing
             };
         };
         self.asked.remove(index);
@@ -129,7 +129,7 @@ impl ClockSync {
         if stepped {
             self.contradictions += 1;
             if self.contradictions < CONTRADICTIONS {
-                return Said::Nothing;
+                return SyncEvent::Nothing;
             }
             self.steps += 1;
             self.count = 0;
@@ -149,9 +149,9 @@ impl ClockSync {
         }
         self.next = (self.next + 1) % KEPT;
         if stepped {
-            Said::Stepped
+            SyncEvent::Stepped
         } else {
-            Said::Nothing
+            SyncEvent::Nothing
         }
     }
 
@@ -206,7 +206,7 @@ mod tests {
     /// A question and its answer; whether the clock has stepped.
     fn exchange(clock: &mut ClockSync, asked_us: i64, autopilot_us: i64, got_us: i64) -> bool {
         clock.asks(asked_us);
-        clock.answered(asked_us, autopilot_us, got_us) == Said::Stepped
+        clock.answered(asked_us, autopilot_us, got_us) == SyncEvent::Stepped
     }
 
     #[test]
@@ -273,14 +273,14 @@ mod tests {
         assert!(!exchange(&mut clock, 1_000_000, 6_001_000, 1_002_000));
         let before = clock.report();
         let again = clock.answered(1_000_000, 6_001_000, 1_003_000);
-        assert_eq!(again, Said::Nothing, "a packet that came twice");
+        assert_eq!(again, SyncEvent::Nothing, "a packet that came twice");
         let other = clock.answered(1_000_000, 9_000_000, 1_003_000);
-        assert_eq!(other, Said::TwoClocks);
+        assert_eq!(other, SyncEvent::TwoClocks);
         assert_eq!(clock.report(), before);
         let mut clock = ClockSync::default();
-        assert_eq!(clock.answered(10, 0, 5), Said::Nothing);
+        assert_eq!(clock.answered(10, 0, 5), SyncEvent::Nothing);
         let absurd = clock.answered(i64::MIN, i64::MAX, i64::MAX);
-        assert_eq!(absurd, Said::Nothing);
+        assert_eq!(absurd, SyncEvent::Nothing);
         assert!(clock.report().is_none());
     }
 }

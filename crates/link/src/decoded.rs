@@ -1,7 +1,11 @@
-//! What the bytes of a recording say, as JSON in SI units: so that any reader of MCAP can plot and identify it.
+//! Decoded messages as JSON in SI units, so that any reader of MCAP can plot and identify a recording.
 
 use mavlink::dialects::common::{MavMessage, MavModeFlag, MavSensorOrientation};
 use serde_json::{Value, json};
+use touchdown_foxglove::Topic;
+
+/// The objects of decoded topics contain numbers only.
+const SCHEMA: &str = r#"{"type": "object", "additionalProperties": {"type": ["number", "null"]}}"#;
 
 /// Topics of decoded messages.
 pub(crate) const TOPICS: [&str; 9] = [
@@ -15,6 +19,15 @@ pub(crate) const TOPICS: [&str; 9] = [
     "/mavlink/battery",
     "/mavlink/setpoint",
 ];
+
+/// The topics with their schemas.
+pub(crate) fn topics() -> impl Iterator<Item = Topic> {
+    TOPICS.into_iter().map(|name| Topic {
+        name: name.to_string(),
+        schema_name: "touchdown.Mavlink".to_string(),
+        schema: SCHEMA.to_string(),
+    })
+}
 
 /// The topic and the object of a message; none for those that are not decoded. Axes are MAVLink's own: forward-right-down
 /// and north-east-down. A number that is not finite is null.

@@ -21,7 +21,7 @@ pub enum LinkError {
     Address {
         /// The address.
         address: String,
-        /// What is wrong with it.
+        /// Why it is not usable.
         reason: String,
     },
     /// A link that cannot be opened or used.

@@ -1,11 +1,11 @@
 //! The landing computer beside an autopilot: PX4 or ArduPilot, over MAVLink.
 //!
-//! | module | what it holds |
+//! | module | content |
 //! | --- | --- |
 //! | [`settings`] | settings of a flight, as they stand in `FLIGHT.toml` |
 //! | [`companion`] | the control state machine: bytes and clock ticks in, bytes out |
 //! | [`camera`] | the camera of a companion: frames to the position of the deck |
-//! | [`checklist`] | what is judged before control |
+//! | [`checklist`] | the checklist before control |
 //! | [`replay`] | a recorded flight, run again and compared bit for bit |
 //! | [`recording`] | the MCAP file of a flight |
 //! | [`simulator`] | the simulator's side of an autopilot |

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::autopilot::Autopilot;
 
-/// Values of parameters as the autopilot last gave them, and what the companion changed.
+/// Values of parameters as the autopilot last reported them, and the companion's changes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parameters {
     known: BTreeMap<&'static str, (f64, MavParamType)>,
@@ -35,7 +35,7 @@ impl Parameters {
         self.known.get(name).map(|(value, _)| *value)
     }
 
-    /// Forgets all values, as after a restart of the autopilot; what was changed is still to be written back.
+    /// Forgets all values, as after a restart of the autopilot. Changes are still to be written back.
     pub(crate) fn forget(&mut self) {
         self.known.clear();
     }
@@ -83,12 +83,12 @@ impl Parameters {
         Some(change)
     }
 
-    /// What was changed.
+    /// The changes.
     pub(crate) fn changes(&self) -> &[Change] {
         &self.changes
     }
 
-    /// What is still to be written back.
+    /// The changes that are still to be written back.
     pub(crate) fn unrestored(&self) -> impl Iterator<Item = &Change> {
         self.changes.iter().filter(|change| !change.restored)
     }

@@ -35,11 +35,11 @@ pub struct Replay {
     pub cut_off: bool,
     /// The first difference, if there is one.
     pub difference: Option<Difference>,
-    /// What is said of the flight, up to the difference.
+    /// Summary of the flight, up to the difference.
     pub flight: Summary,
 }
 
-/// Runs a recording through the companion and compares what it sends, bit for bit. A signed flight needs its key.
+/// Runs a recording through the companion and compares the bytes that it sends, bit for bit. A signed flight needs its key.
 ///
 /// # Errors
 /// Settings that cannot be flown, or a key that is missing.
@@ -66,7 +66,7 @@ pub fn replay(recording: &Recording, key: Option<SigningKey>) -> Result<Replay, 
                 entries.next();
                 bytes.as_slice()
             }
-            // The kill may have come between the event and what was sent.
+            // The kill may have come between the event and the bytes sent upon it.
             (_, None) if recording.cut_off => out.as_slice(),
             _ => &[],
         };

@@ -33,7 +33,7 @@ pub struct VehicleSettings {
     pub gravity_mps2: f64,
     /// Radius of a rotor, m.
     pub rotor_radius_m: f64,
-    /// What the throttle of the thrust card is.
+    /// Meaning of the throttle of the thrust card.
     pub throttle: ThrottleSide,
     /// Time from a command to the attitude control, s.
     pub command_delay_s: f64,

@@ -10,8 +10,8 @@ use serialport::SerialPort;
 use crate::address::Address;
 use crate::error::LinkError;
 
-/// Senders on a UDP port that get answers. A program that finds the pad may send to the same port as the autopilot: it gets
-/// a copy of what is sent.
+/// Senders on a UDP port that get answers. A program that finds the pad may send to the same port as the autopilot: it
+/// gets the same bytes.
 const PEERS: usize = 4;
 
 /// The last senders on a UDP port.
@@ -117,7 +117,7 @@ impl Receiver {
     /// Waits for bytes, at most 50 ms. None is no error: nothing came.
     ///
     /// # Errors
-    /// A link that is closed or broken. A UDP port on which nobody listens yet is neither.
+    /// A link that is closed or broken. A UDP port without a listener is neither.
     pub fn receive(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let received = match &mut self.0 {
             Incoming::Udp { socket, peers } => socket.recv_from(buffer).map(|(length, from)| {
@@ -140,7 +140,7 @@ impl Receiver {
 }
 
 impl Sender {
-    /// Sends bytes. Over UDP they are lost while nobody has been heard, or the network is down.
+    /// Sends bytes. Over UDP they are lost before the first sender was heard, and while the network is down.
     ///
     /// # Errors
     /// A link that is closed or broken.
@@ -171,7 +171,7 @@ impl Sender {
     }
 }
 
-/// Whether nothing came in time, or nobody listens on a UDP port: a link that is quiet, not broken.
+/// Whether no bytes arrived in time, or a UDP port has no listener: the link is quiet, not broken.
 pub(crate) fn is_quiet(error: &std::io::Error) -> bool {
     matches!(
         error.kind(),

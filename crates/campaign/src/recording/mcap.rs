@@ -23,6 +23,7 @@ use std::io::Cursor;
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
 use serde_json::{Value, json};
+use touchdown_foxglove::messages::{self, POSE, TRANSFORM, quaternion, schema, xyz};
 use touchdown_sim::landing::space::{ImuRow, SpaceTrace, TraceRow};
 
 use crate::error::{Error, Result};
@@ -31,16 +32,14 @@ type Message<LandingRow> = fn(&LandingRow) -> Value;
 
 /// Topic, schema, message.
 const TOPICS: [(&str, &str, Message<TraceRow>); 10] = [
-    ("/tf", "foxglove.FrameTransform", |r| {
+    ("/tf", TRANSFORM, |r| {
         transform(r, "deck", r.deck_m, level(r.deck_normal))
     }),
-    ("/tf", "foxglove.FrameTransform", |r| {
+    ("/tf", TRANSFORM, |r| {
         transform(r, "vehicle", r.position_m, r.attitude)
     }),
-    ("/vehicle/pose", "foxglove.PoseInFrame", |r| {
-        pose(r, r.position_m, r.attitude)
-    }),
-    ("/deck/pose", "foxglove.PoseInFrame", |r| {
+    ("/vehicle/pose", POSE, |r| pose(r, r.position_m, r.attitude)),
+    ("/deck/pose", POSE, |r| {
         pose(r, r.deck_m, level(r.deck_normal))
     }),
     ("/deck", "touchdown.Deck", |r| {
@@ -79,14 +78,8 @@ const TOPICS: [(&str, &str, Message<TraceRow>); 10] = [
         })
     }),
     ("/estimate", "touchdown.Estimate", |r| {
-        json!({
-            "timestamp": stamp(r),
-            "position_m": xyz(r.estimated_m),
-            "velocity_mps": xyz(r.estimated_mps),
-            "position_sd_m": xyz(r.estimated_sd_m),
-            "target_height_m": r.target.map(|t| t[0]),
-            "target_velocity_mps": r.target.map(|t| t[1]),
-        })
+        let motion = [r.estimated_m, r.estimated_mps, r.estimated_sd_m];
+        messages::estimate(nanoseconds(r.time_s), motion, r.target)
     }),
     (
         "/phase",
@@ -110,7 +103,7 @@ const SENSED: [(&str, &str, Message<ImuRow>); 3] = [
     ("/imu", "sensor_msgs/msg/Imu", |r| {
         json!({
             "header": header(r.time_s, "vehicle"),
-            "orientation": wxyz(r.attitude),
+            "orientation": quaternion(r.attitude),
             "angular_velocity": xyz(r.rates),
             "linear_acceleration": xyz(r.specific_force_mps2),
         })
@@ -132,25 +125,12 @@ fn nanoseconds(time_s: f64) -> u64 {
 }
 
 fn stamp(row: &TraceRow) -> Value {
-    let ns = nanoseconds(row.time_s);
-    json!({ "sec": ns / 1_000_000_000, "nsec": ns % 1_000_000_000 })
+    messages::stamp(nanoseconds(row.time_s))
 }
 
 /// The header of messages of ROS 2.
 fn header(time_s: f64, frame: &str) -> Value {
-    let ns = nanoseconds(time_s);
-    json!({
-        "stamp": { "sec": ns / 1_000_000_000, "nanosec": ns % 1_000_000_000 },
-        "frame_id": frame,
-    })
-}
-
-fn xyz([x, y, z]: [f64; 3]) -> Value {
-    json!({ "x": x, "y": y, "z": z })
-}
-
-fn wxyz([w, x, y, z]: [f64; 4]) -> Value {
-    json!({ "x": x, "y": y, "z": z, "w": w })
+    messages::header(nanoseconds(time_s), frame)
 }
 
 fn quad([a, b, c, d]: [f64; 4]) -> Value {
@@ -158,21 +138,12 @@ fn quad([a, b, c, d]: [f64; 4]) -> Value {
 }
 
 fn pose(row: &TraceRow, position_m: [f64; 3], attitude: [f64; 4]) -> Value {
-    json!({
-        "timestamp": stamp(row),
-        "frame_id": "world",
-        "pose": { "position": xyz(position_m), "orientation": wxyz(attitude) },
-    })
+    messages::pose(nanoseconds(row.time_s), "world", position_m, attitude)
 }
 
 fn transform(row: &TraceRow, child: &str, translation_m: [f64; 3], rotation: [f64; 4]) -> Value {
-    json!({
-        "timestamp": stamp(row),
-        "parent_frame_id": "world",
-        "child_frame_id": child,
-        "translation": xyz(translation_m),
-        "rotation": wxyz(rotation),
-    })
+    let time_ns = nanoseconds(row.time_s);
+    messages::transform(time_ns, ["world", child], translation_m, rotation)
 }
 
 /// The shortest turn from upright to a normal: a deck turns about its level axes only, but for terms of second order.
@@ -180,22 +151,6 @@ fn level([x, y, z]: [f64; 3]) -> [f64; 4] {
     let [w, i, j] = [1.0 + z, -y, x];
     let length = (w * w + i * i + j * j).sqrt();
     [w / length, i / length, j / length, 0.0]
-}
-
-/// The JSON schema that a message has. Numbers that may be absent are `null` then.
-fn schema(of: &Value) -> Value {
-    match of {
-        Value::Object(keys) => {
-            let properties: serde_json::Map<_, _> = keys
-                .iter()
-                .map(|(key, value)| (key.clone(), schema(value)))
-                .collect();
-            json!({ "type": "object", "properties": properties })
-        }
-        Value::Number(number) if number.is_u64() => json!({ "type": "integer" }),
-        Value::String(_) => json!({ "type": "string" }),
-        _ => json!({ "type": "number" }),
-    }
 }
 
 /// The bytes of an MCAP file with a landing's record.

@@ -142,7 +142,7 @@ fn mark_impacts(flight: &Flight, run: &ArmedInterval, lifted: usize, rows: &mut 
     }
 }
 
-/// Throttle of flight in a run without a known stand: the median of what is more than half of the greatest.
+/// Throttle of flight in an armed interval without a known stand: the median of the throttles above half of the maximum.
 pub(super) fn flying(flight: &Flight, [a, b]: [usize; 2]) -> f64 {
     let throttle = &flight.throttle[a..=b];
     let most = throttle.iter().copied().fold(0.0, f64::max);

@@ -28,7 +28,7 @@ pub struct Bench {
     now_us: u64,
     mode: u32,
     armed: bool,
-    /// Set once the companion was told that another mode is on, while it was in control.
+    /// Whether a report of another mode has reached the companion while it was in control.
     taken_over: bool,
     /// Called with `true` before, and with `false` after the companion handles an event.
     pub probe: fn(bool),

@@ -1,4 +1,4 @@
-//! What is judged before control.
+//! The checklist before control.
 
 mod camera;
 mod parameters;
@@ -22,7 +22,7 @@ use crate::settings::FlightSettings;
 pub enum Verdict {
     /// As it should be.
     Good,
-    /// Control is possible; the sentence says what to expect.
+    /// Control is possible, with the consequence that the sentence names.
     Warning,
     /// Not known yet.
     Waiting,
@@ -33,11 +33,11 @@ pub enum Verdict {
 /// An item of the checklist.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Item {
-    /// What is judged.
+    /// Name of the parameter, sensor or quantity.
     pub name: &'static str,
     /// The verdict.
     pub verdict: Verdict,
-    /// What was found, and what it means.
+    /// The value found, and its consequence.
     pub sentence: String,
 }
 
@@ -48,7 +48,7 @@ pub struct Checklist {
     pub items: Vec<Item>,
 }
 
-/// What the checklist judges.
+/// Inputs of the checklist.
 pub(crate) struct Facts<'a> {
     pub(crate) settings: &'a FlightSettings,
     pub(crate) autopilot: Autopilot,
@@ -68,6 +68,16 @@ pub(crate) struct Facts<'a> {
 }
 
 impl Checklist {
+    /// A list with an item, for schemas.
+    pub(crate) fn example() -> Self {
+        let item = Item {
+            name: "",
+            verdict: Verdict::Good,
+            sentence: String::new(),
+        };
+        Self { items: vec![item] }
+    }
+
     /// The worst verdict; [`Verdict::Waiting`] for an empty list.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
@@ -242,7 +252,7 @@ impl Facts<'_> {
             Some(share) => (Verdict::Good, format!("{:.0} % remain.", share * 100.0)),
             None => (
                 Verdict::Warning,
-                "the autopilot does not say what remains; the companion will not abort for it."
+                "the autopilot does not report the remaining energy; the companion will not abort for it."
                     .to_string(),
             ),
         };

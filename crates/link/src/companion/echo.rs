@@ -1,4 +1,4 @@
-//! What the autopilot reports of the setpoints that it follows (`ATTITUDE_TARGET`).
+//! The autopilot's reports of the setpoints that it follows (`ATTITUDE_TARGET`).
 //!
 //! Before control they come from the pilot or the autopilot's own modes: in hover their mean is the thrust of the weight.
 //! In control they must be those that were sent.
@@ -32,7 +32,7 @@ pub(super) struct Echo {
 }
 
 impl Echo {
-    /// Control begins: what was sent before does not count.
+    /// Control begins: setpoints of before do not count.
     pub(super) fn begin(&mut self, now_us: i64) {
         self.agreed_us = now_us;
         self.sent = [None; 2];

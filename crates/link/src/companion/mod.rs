@@ -28,7 +28,7 @@
 //! - The mode is that of the newest heartbeat or `CURRENT_MODE`.
 //! - Setpoints are sent in `Ready` (PX4 demands a stream before the switch), `InControl` and `Landed` (thrust zero).
 //! - In `HandingOver` the companion sends no setpoint. It asks for a mode that holds the position, later for one that
-//!   holds the altitude, until the autopilot accepts, and as long as a mode report younger than 1.5 s says that nobody
+//!   holds the altitude, until the autopilot accepts, and as long as a mode report younger than 1.5 s shows that nobody
 //!   else has changed the mode. The autopilot's own failsafe acts at the same time, because setpoints have ended.
 //! - The disarm in `Landed` is repeated under the same condition: a pilot who takes off again is not disarmed.
 //! - Parameters are written back only after the vehicle has left OFFBOARD or GUIDED, or is disarmed.
@@ -42,12 +42,14 @@ mod echo;
 mod messages;
 mod restore;
 mod send;
+pub(crate) mod state;
 mod step;
 mod summary;
 #[cfg(test)]
 mod tests;
 mod vehicle;
 
+pub use state::{FlightState, Publication};
 pub use summary::Summary;
 
 use mavlink::dialects::common::MavMessage;
@@ -147,7 +149,7 @@ pub struct Session {
     pub take_control: bool,
     /// Change parameters that do not fit, and write them back at the end.
     pub set_parameters: bool,
-    /// Sign what is sent, and ignore what is not signed.
+    /// Sign outgoing frames, and ignore unsigned ones.
     pub signing: Option<Signing>,
 }
 
@@ -176,6 +178,9 @@ pub struct Companion {
     other_senders: u64,
     times: Times,
     echo: Echo,
+    /// Results of the landing computer at the newest tick.
+    computed: Option<ComputerOutput<f64>>,
+    /// The newest ones in control.
     output: Option<ComputerOutput<f64>>,
     in_control_us: i64,
     setpoints: u64,
@@ -248,6 +253,7 @@ impl Companion {
             other_senders: 0,
             times: Times::default(),
             echo: Echo::default(),
+            computed: None,
             output: None,
             in_control_us: 0,
             setpoints: 0,
@@ -260,7 +266,7 @@ impl Companion {
         })
     }
 
-    /// Handles an event at `at_us`, a time of a clock that never steps back. What is to be sent is appended to `out`.
+    /// Handles an event at `at_us`, a time of a clock that never steps back. The bytes to send are appended to `out`.
     pub fn handle(&mut self, at_us: u64, event: Event<'_>, out: &mut Vec<u8>) {
         let now = i64::try_from(at_us).unwrap_or(i64::MAX).max(self.times.now);
         self.times.now = now;
@@ -289,7 +295,7 @@ impl Companion {
         &self.checklist
     }
 
-    /// What is worth saying since the last call.
+    /// Notes for the operator since the last call.
     pub fn take_notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }
@@ -324,6 +330,15 @@ impl Companion {
         self.inbox.attitude()
     }
 
+    /// The state at the newest tick.
+    #[must_use]
+    pub fn state(&self) -> FlightState {
+        let time_us = u64::try_from(self.times.now).unwrap_or_default();
+        let computed = self.computed.as_ref();
+        let computed = computed.map(|output| (output, self.inbox.attitude().unwrap_or_default()));
+        FlightState::new(time_us, (self.stage, self.ending), computed)
+    }
+
     /// Appends the request for a holding mode, while the companion is in control: for a caller that fails.
     pub fn hold_bytes(&self, out: &mut Vec<u8>) {
         if let (Some(vehicle), Stage::InControl) = (self.vehicle, self.stage) {
@@ -351,7 +366,7 @@ impl Companion {
         self.notes.push(note);
     }
 
-    /// Flies no more, because of `ending` or of what led to the hand-over before.
+    /// Ends the flight, because of `ending` or of the reason of the hand-over before.
     fn end(&mut self, ending: Ending) {
         self.ending.get_or_insert(ending);
         let changed = self.parameters.unrestored().next().is_some();
@@ -384,7 +399,7 @@ impl Companion {
         self.encoder.write_at(message, self.times.now, out);
     }
 
-    /// Judges the checklist anew.
+    /// Judges the checklist again.
     fn judge(&mut self) -> Verdict {
         let Some(vehicle) = self.vehicle else {
             return Verdict::Waiting;

@@ -38,7 +38,7 @@ impl Companion {
         }
     }
 
-    /// Writes back what was changed, once the vehicle does not follow the companion any more.
+    /// Writes changed parameters back, once the vehicle does not follow the companion any more.
     pub(super) fn restore(&mut self, out: &mut Vec<u8>) {
         let Some(vehicle) = self.vehicle else { return };
         let now = self.times.now;

@@ -5,7 +5,7 @@ use touchdown_flight::{Attitude, Vector};
 use super::{Companion, Stage, messages};
 use crate::axes;
 
-/// A mode report that is older than this says nothing on who flies, µs: half as long again as the second between the
+/// Age beyond which a mode report does not show who flies, µs: half as long again as the second between the
 /// heartbeats of an autopilot that was not asked for more. With half of it, one late heartbeat ends the requests; in
 /// twice of it a pilot may have taken off again.
 const MODE_KNOWN_US: i64 = 1_500_000;
@@ -51,7 +51,7 @@ impl Companion {
         }
     }
 
-    /// Whether a recent report says that the vehicle still follows the companion.
+    /// Whether a recent report shows that the vehicle still follows the companion.
     fn follows_surely(&self) -> bool {
         let now = self.times.now;
         self.vehicle

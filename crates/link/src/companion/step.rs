@@ -13,7 +13,7 @@ use crate::settings::PERIOD_S;
 const SECOND_US: i64 = 1_000_000;
 /// Time between two questions for the autopilot's clock, µs.
 const SYNC_US: i64 = 200_000;
-/// Time between two requests for what is missing, µs.
+/// Time between two requests for missing data, µs.
 const REQUEST_US: i64 = SECOND_US;
 /// Time over which rates are counted, µs.
 const RATES_US: i64 = 2 * SECOND_US;
@@ -25,7 +25,7 @@ const COMMAND_US: i64 = 200_000;
 const STREAM_US: i64 = SECOND_US;
 /// Longest hand-over, µs.
 const HAND_OVER_US: i64 = 5 * SECOND_US;
-/// Time without any report of the mode after which nobody knows whether the pilot has taken over, µs: two heartbeats of
+/// Time without any report of the mode after which a take-over by the pilot may have gone unnoticed, µs: two heartbeats of
 /// an autopilot that sends one a second are lost. Half of it takes a lost heartbeat for a fault.
 const MODE_UNKNOWN_US: i64 = 2_500_000;
 /// Time after Ctrl-C for which a landed vehicle is disarmed, µs.
@@ -37,7 +37,7 @@ const HEARTBEATS_HZ: f64 = 10.0;
 const MODE_HZ: f64 = 50.0;
 /// Rate of the setpoints that the autopilot follows, Hz: from a recording, thrust is identified by them.
 const ECHO_HZ: f64 = 50.0;
-/// Silence after which nobody waits for the disarming to be confirmed, s.
+/// Silence after which the companion waits no longer for the confirmation of the disarm, s.
 const LANDED_SILENT_S: f64 = 5.0;
 /// A tick that is later than this is counted, µs.
 const LATE_US: i64 = 15_000;
@@ -47,6 +47,7 @@ impl Companion {
         let now = self.times.now;
         let elapsed_us = self.times.tick.map_or(0, |last| now - last);
         self.times.tick = Some(now);
+        self.computed = None;
         if due(&mut self.times.heartbeat, now, SECOND_US) {
             self.send(&messages::heartbeat(), out);
         }
@@ -103,7 +104,7 @@ impl Companion {
         }
     }
 
-    /// Asks for what is missing: the clock, parameters, rates.
+    /// Requests missing data: the clock, parameters, rates.
     fn ask(&mut self, out: &mut Vec<u8>) {
         let (Some(vehicle), now) = (self.vehicle, self.times.now) else {
             return;
@@ -167,7 +168,7 @@ impl Companion {
         }
     }
 
-    /// The watchdog of a vehicle in control: it never flies on what is old.
+    /// The watchdog in control: it ends control when readings are too old.
     fn watch(&mut self) {
         let (Some(vehicle), now) = (self.vehicle, self.times.now) else {
             return;
@@ -200,7 +201,7 @@ impl Companion {
         } else if self.stage == Stage::Ready && (silent_s.max(stale_s) > limits.stale_s) {
             self.enter(Stage::Checked);
         } else if jumped && matches!(self.stage, Stage::Checking | Stage::Checked | Stage::Ready) {
-            // What was estimated in the axes before is wrong in those after.
+            // Estimates in the axes of before are wrong in those of after.
             self.memory = self.computer.initial(self.hover_throttle);
         }
     }
@@ -221,7 +222,9 @@ impl Companion {
             contact: None,
             request: OperatorRequest::None,
         };
-        self.computer.step(&mut self.memory, &sensed, dt)
+        let output = self.computer.step(&mut self.memory, &sensed, dt);
+        self.computed = Some(output);
+        output
     }
 
     /// The stages before control.

@@ -1,4 +1,4 @@
-//! What is said of a flight at its end.
+//! Summary of a flight.
 
 use serde::Serialize;
 use touchdown_lander::state_machine::Phase;
@@ -13,7 +13,7 @@ use crate::readings::IgnoredReadings;
 use crate::timing::Quantiles;
 use crate::wire::WireCounts;
 
-/// What is said of a flight at its end.
+/// Summary of a flight.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// The stage.
@@ -58,7 +58,7 @@ pub struct Summary {
 }
 
 impl Companion {
-    /// What is said of the flight.
+    /// The summary of the flight so far.
     #[must_use]
     pub fn summary(&self) -> Summary {
         Summary {

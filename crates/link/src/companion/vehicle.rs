@@ -6,7 +6,7 @@ use mavlink::dialects::common::{
 
 use super::{Companion, Ending, Stage, messages};
 use crate::autopilot::{Autopilot, Firmware};
-use crate::clock::Said;
+use crate::clock::SyncEvent;
 use crate::readings::Source;
 use crate::wire::Frame;
 
@@ -219,7 +219,7 @@ impl Companion {
         }
     }
 
-    /// An answer to a command: what was refused is said.
+    /// Takes the answer to a command, and notes a refusal.
     fn answered(&mut self, answer: &COMMAND_ACK_DATA) {
         let ours = [0, self.encoder.system].contains(&answer.target_system);
         let refused = !matches!(
@@ -242,7 +242,7 @@ impl Companion {
         }
     }
 
-    /// Two autopilots share a system id: nobody can say whose readings these are.
+    /// Two autopilots share a system id, so the origin of readings is ambiguous.
     fn other_autopilot(&mut self) {
         match self.stage {
             Stage::InControl => self.hand_over(Ending::OtherAutopilot),
@@ -259,12 +259,12 @@ impl Companion {
             return;
         }
         match self.clock.answered(sync.ts1 / 1000, sync.tc1 / 1000, now) {
-            Said::Nothing => return,
-            Said::TwoClocks => {
+            SyncEvent::Nothing => return,
+            SyncEvent::TwoClocks => {
                 self.other_autopilot();
                 return;
             }
-            Said::Stepped => {}
+            SyncEvent::Stepped => {}
         }
         self.inbox.forget();
         self.notes.push("the autopilot's clock stepped".to_string());
@@ -282,7 +282,7 @@ impl Companion {
     }
 }
 
-/// Whether a message of another component says where the vehicle is.
+/// Whether a message of another component contains the vehicle's pose.
 fn places_the_vehicle(message: &MavMessage) -> bool {
     matches!(
         message,

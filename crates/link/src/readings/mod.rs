@@ -52,7 +52,7 @@ const TURN_RAD_PER_S: f64 = 12.0;
 /// Readings that were not used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct IgnoredReadings {
-    /// Not finite, or outside of what the sensor says that it measures.
+    /// Not finite, or outside of the range that the sensor reports for itself.
     pub unusable: u64,
     /// Older than `sensors.greatest_age_s`.
     pub too_old: u64,
@@ -441,7 +441,7 @@ impl Inbox {
         std::mem::take(&mut self.arrivals)
     }
 
-    /// Forgets everything that is dated: the clocks are synchronised anew.
+    /// Forgets all dated readings, because the clocks are synchronised again.
     pub fn forget(&mut self) {
         self.attitude = None;
         self.force = None;

@@ -77,7 +77,7 @@ impl ServoFrame {
     }
 }
 
-/// Appends the line of a sample. What is missing of an inertial unit that fails is zero.
+/// Appends the line of a sample. Missing values of an inertial unit that fails are zero.
 pub fn line(sensors: &SensorReport, state: &StateReport, out: &mut String) {
     let triple = |v: touchdown_flight::Vector<f64>| format!("[{:.7}, {:.7}, {:.7}]", v.x, v.y, v.z);
     let rates = axes::body(sensors.rates.unwrap_or_default());

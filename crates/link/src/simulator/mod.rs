@@ -1,11 +1,11 @@
-//! The simulator's side of an autopilot: sensors out, motor signals in, for a world that somebody else computes.
+//! The simulator's side of an autopilot: sensors out, motor signals in. The caller computes the world.
 //!
-//! | module | what it holds |
+//! | module | content |
 //! | --- | --- |
 //! | [`px4`] | PX4's simulator protocol: MAVLink over TCP, in lockstep |
 //! | [`ardupilot`] | ArduPilot's JSON interface: binary motor signals and a line of JSON, over UDP |
 //! | [`pilot`] | a pilot who arms, takes off, holds, and lands if asked |
-//! | [`sighting`] | the deck in the simulated camera, told to a companion |
+//! | [`sighting`] | the deck in the simulated camera, sent to a companion |
 //! | [`place`] | where on Earth the simulated deck is |
 //!
 //! Axes here are those of the rest of this crate: east-north-up, and forward-left-up in the body. Each protocol turns them
@@ -28,7 +28,7 @@ pub struct GnssReport {
     pub velocity_mps: Vector<f64>,
 }
 
-/// What the sensors of the vehicle report. A sensor that has nothing new, or nothing at all, reports none.
+/// Readings of the vehicle's sensors; none of a sensor without a new one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SensorReport {
     /// Time since the start, µs.

@@ -126,7 +126,7 @@ impl Pilot {
         self.vehicle.is_some_and(|vehicle| vehicle.armed)
     }
 
-    /// What the autopilot said since the last call.
+    /// Texts of the autopilot since the last call.
     pub fn take_notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }
@@ -172,7 +172,7 @@ impl Pilot {
         }
     }
 
-    /// Time goes on; what is to be sent is appended to `out`. Height above the take-off and speed are the truth.
+    /// Advances to a time and appends the bytes to send to `out`. Height above the take-off and speed are the truth.
     pub fn tick(&mut self, now_us: u64, height_m: f64, speed_mps: f64, out: &mut Vec<u8>) {
         if due(&mut self.heartbeat_us, now_us, SECOND_US) {
             self.encoder.write(&heartbeat(), out);

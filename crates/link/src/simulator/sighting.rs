@@ -1,4 +1,4 @@
-//! The deck as a simulated camera sees it, told to a companion as `LANDING_TARGET`.
+//! The deck as a simulated camera sees it, sent to a companion as `LANDING_TARGET`.
 //!
 //! The message comes from a component of the vehicle's own system, as from a detector on board. Its frame is
 //! `MAV_FRAME_BODY_FRD`, and its time is the autopilot's when the image was taken.

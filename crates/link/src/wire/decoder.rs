@@ -10,7 +10,7 @@ use super::{CHECKSUM, Frame, SIGNATURE, SIGNED};
 /// Bytes that a decoder keeps room for, so that it does not allocate: a frame has at most 280, a datagram 64 KiB.
 const ROOM: usize = 1 << 17;
 
-/// What was found among the bytes.
+/// Counts of frames and of bytes that belong to none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct WireCounts {
     /// Frames that became messages.
@@ -33,7 +33,7 @@ pub struct Decoder {
     buffer: Vec<u8>,
     start: usize,
     verifier: Option<Box<Verifier>>,
-    /// What was found so far.
+    /// Counts so far.
     pub counts: WireCounts,
 }
 

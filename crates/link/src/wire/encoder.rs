@@ -59,7 +59,7 @@ impl Encoder {
         let begin = out.len();
         out.extend_from_slice(raw.raw_bytes());
         if let Some(signer) = &mut self.signer {
-            // The flag is part of what the checksum covers.
+            // The checksum covers the flag.
             out[begin + FLAGS] |= SIGNED;
             let end = out.len() - CHECKSUM;
             let extra = MavMessage::extra_crc(message.message_id());

@@ -17,7 +17,7 @@ const SIGNED: u8 = 1;
 const SIGNATURE: usize = 13;
 const CHECKSUM: usize = 2;
 
-/// A message and who sent it.
+/// A message and its sender.
 #[derive(Clone, Debug)]
 pub struct Frame {
     /// System id of the sender.

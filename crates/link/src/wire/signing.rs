@@ -82,7 +82,7 @@ pub fn signature_time(unix_us: u64) -> u64 {
     unix_us.saturating_sub(EPOCH_S * 1_000_000) / UNIT_US
 }
 
-/// Signs what is sent.
+/// Signs outgoing frames.
 #[derive(Clone, Debug)]
 pub struct Signer {
     signing: Signing,
@@ -110,7 +110,7 @@ impl Signer {
     }
 }
 
-/// Checks the signatures of what is received.
+/// Checks the signatures of incoming frames.
 #[derive(Clone, Debug)]
 pub struct Verifier {
     key: SigningKey,

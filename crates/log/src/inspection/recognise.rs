@@ -274,7 +274,7 @@ fn without_statistic(name: &str) -> &str {
     cut.unwrap_or(name)
 }
 
-/// Whether a name speaks of what was commanded. Only the throttle is a command.
+/// Whether a name denotes a commanded quantity. Only the throttle is a command.
 fn is_command(name: &str) -> bool {
     let words = name.split(|c: char| !c.is_alphanumeric());
     words

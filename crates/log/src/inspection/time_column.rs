@@ -160,7 +160,7 @@ const FEWEST: usize = 10;
 ///
 /// [`Findings`]: crate::Findings
 const BACKWARD: f64 = 0.01;
-/// Part of the stamps that may be like the one before, where the name speaks of time or its unit,
+/// Part of the stamps that may be like the one before, where the name contains time or its unit,
 /// and where nothing but the steps does.
 const ALIKE: [f64; 2] = [0.5, 0.1];
 /// Least share of steps between half and twice the median step in an evenly increasing column.

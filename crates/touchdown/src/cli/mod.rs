@@ -7,6 +7,7 @@ mod fly;
 mod identify;
 mod inspect;
 mod land;
+mod live;
 mod output;
 mod reproduce;
 mod rig;

@@ -13,7 +13,7 @@ const BLANKS: u8 = b' ';
 /// Delimiters, in the order of preference between equals.
 const DELIMITERS: [u8; 4] = [b',', b';', b'\t', b'|'];
 
-/// Largest number of columns whose new names are told one by one.
+/// Largest number of renamed columns that are listed one by one.
 const MOST_RENAMED: usize = 16;
 
 /// A line that is not blank.

@@ -11,14 +11,13 @@
 //! They pass buffers that are used again, through queues of fixed size. So this thread waits neither for the disk nor for
 //! the terminal, and allocates nothing while the vehicle is in control.
 
-use std::path::Path;
 use std::sync::mpsc::{self, Receiver as Incoming, RecvTimeoutError, SyncSender};
 use std::time::{Duration, Instant};
 
 use touchdown::Result;
 use touchdown_link::address::Address;
 use touchdown_link::camera::CameraReport;
-use touchdown_link::companion::{Companion, Session, Stage, Summary};
+use touchdown_link::companion::{Companion, Publication, Session, Stage, Summary};
 use touchdown_link::recording::Recorder;
 use touchdown_link::settings::{FlightSettings, PERIOD_S};
 use touchdown_link::transport::{self, Receiver, Sender};
@@ -58,12 +57,11 @@ pub(super) fn fly(
     context: &Context,
     settings: &FlightSettings,
     session: &Session,
-    out: &Path,
+    recorder: Recorder,
     interrupt: &Interrupt,
 ) -> Result<Summary> {
     let companion = Companion::new(settings, session).map_err(touchdown_link::LinkError::from)?;
     let address: Address = settings.link.parse()?;
-    let recorder = Recorder::create(out, settings, session)?;
     let (receiver, sender) = transport::open(&address)?;
     let ((free_in, used_in), (free_out, used_out)) = (turned(pool()), turned(pool()));
     let recorder = RecorderThread::start(recorder, used_in, used_out);
@@ -124,6 +122,7 @@ impl Flight {
         let period = Duration::from_secs_f64(PERIOD_S);
         let mut next = Instant::now() + period;
         let mut stopping = false;
+        let mut publication = Publication::default();
         while self.companion.stage() != Stage::Ended {
             if !stopping && (interrupt.asked() || self.recorder.failed()) {
                 stopping = true;
@@ -144,15 +143,22 @@ impl Flight {
                     if let Some(camera) = &self.camera {
                         camera.tell(self.companion.attitude());
                     }
-                    view.update(&mut self.companion, at(now));
+                    let state = self.companion.state();
+                    if publication.includes(&state) {
+                        self.recorder.write_state(state);
+                    }
+                    if let Some(list) = view.update(&mut self.companion, at(now)) {
+                        self.recorder.write_checklist(at(now), list);
+                    }
                 }
             }
         }
+        self.recorder.write_state(self.companion.state());
         view.end(&mut self.companion, at(Instant::now()));
         Ok(())
     }
 
-    /// Asks the companion about an event, sends what it wants to send, and records both.
+    /// Passes an event to the companion, sends its bytes, and records both.
     fn handle(&mut self, at_us: u64, what: What, received: Vec<u8>) -> std::io::Result<()> {
         let mut bytes = self.free_out.get();
         self.companion

@@ -12,7 +12,7 @@ const WAITS: Duration = Duration::from_secs(12);
 /// Time between two looks.
 const LOOKS: Duration = Duration::from_millis(10);
 
-/// Flags of Ctrl-C. When it is dropped, the flight has ended and all is said: then an interrupted process ends with the
+/// Flags of Ctrl-C. When it is dropped, the flight has ended and its summary was printed. Then an interrupted process ends with the
 /// status of an interruption, whatever the flight returned.
 pub(super) struct Interrupt {
     asked: Arc<AtomicBool>,
@@ -41,7 +41,7 @@ impl Interrupt {
         interrupt
     }
 
-    /// Whether somebody has pressed Ctrl-C.
+    /// Whether Ctrl-C was pressed.
     pub(super) fn asked(&self) -> bool {
         self.asked.load(Ordering::Relaxed)
     }

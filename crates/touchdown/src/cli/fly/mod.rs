@@ -16,13 +16,14 @@ use touchdown::{Error, Result};
 use touchdown_campaign::cards::CardPaths;
 use touchdown_link::LinkError;
 use touchdown_link::companion::{Session, Summary};
-use touchdown_link::recording::Recording;
+use touchdown_link::recording::{Recorder, Recording};
 use touchdown_link::settings::FlightSettings;
 use touchdown_link::wire::signing::{Signing, SigningKey, signature_time};
 use touchdown_terminal::Done;
 
 use super::args::fly::FlyArgs;
 use super::context::Context;
+use super::live::Live;
 use interrupt::Interrupt;
 
 /// The object of `--json`.
@@ -43,7 +44,10 @@ pub(crate) fn run(context: &Context, args: &FlyArgs) -> Result<Done> {
                 signing: signing(&settings)?,
             };
             let interrupt = Interrupt::watch(context, &args.out);
-            let summary = flight::fly(context, &settings, &session, &args.out, &interrupt)?;
+            let live = args.live.map(|address| Live::start(context, address));
+            let watcher = live.transpose()?.map(|live| live.watcher());
+            let recorder = Recorder::create(&args.out, &settings, &session)?.watched_by(watcher);
+            let summary = flight::fly(context, &settings, &session, recorder, &interrupt)?;
             context.say(&closing(&summary, &args.out));
             context.line_object(&Flown {
                 recording: &args.out,
@@ -100,7 +104,7 @@ fn signing(settings: &FlightSettings) -> Result<Option<Signing>> {
     }))
 }
 
-/// What is said at the end.
+/// The closing summary.
 fn closing(summary: &Summary, out: &Path) -> String {
     let mut lines = vec![match summary.ending {
         Some(ending) => format!("ended: {ending:?}"),
@@ -135,7 +139,9 @@ fn replay(context: &Context, path: &Path) -> Result<Done> {
     let replay = touchdown_link::replay::replay(&recording, key(&recording.settings)?)?;
     context.object(&replay);
     if replay.cut_off {
-        context.warn("the recording has no end, as after a kill; what is whole was run");
+        context.warn(
+            "the recording has no end, as after a kill: it was replayed up to its last whole event",
+        );
     }
     if let Some(difference) = &replay.difference {
         return Err(Error::data(

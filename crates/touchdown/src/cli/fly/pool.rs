@@ -29,9 +29,13 @@ pub(super) fn pool() -> (Used, Free) {
 impl Used {
     /// Takes a buffer back.
     pub(super) fn put(&self, mut buffer: Vec<u8>) {
+        // The empty buffer of a tick is not one of the pool: it would crowd out those that have room.
+        if buffer.capacity() == 0 {
+            return;
+        }
         buffer.clear();
         match self.0.try_send(buffer) {
-            // More than enough, or nobody needs them any more.
+            // The pool is full, or the flight has ended.
             Ok(()) | Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => {}
         }
     }

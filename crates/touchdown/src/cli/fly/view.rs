@@ -1,5 +1,6 @@
-//! What is shown during a flight, by a thread of its own: a terminal that is stopped does not stop the flight.
+//! The terminal view of a flight, in a thread of its own: a terminal that is stopped does not stop the flight.
 
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use serde::Serialize;
@@ -33,7 +34,7 @@ struct State {
 /// Something to show.
 enum News {
     Note(String),
-    Checklist(Checklist),
+    Checklist(Arc<Checklist>),
     State(State),
 }
 
@@ -62,25 +63,31 @@ impl View {
     /// Shows the end.
     pub(super) fn end(mut self, companion: &mut Companion, at_us: u64) {
         self.next_us = at_us;
-        self.update(companion, at_us);
+        let _ = self.update(companion, at_us);
     }
 
-    /// Shows what is new.
-    pub(super) fn update(&mut self, companion: &mut Companion, at_us: u64) {
+    /// Shows news. Returns the checklist if a verdict has changed.
+    pub(super) fn update(
+        &mut self,
+        companion: &mut Companion,
+        at_us: u64,
+    ) -> Option<Arc<Checklist>> {
+        let mut changed = None;
         for note in companion.take_notes() {
-            self.tell(News::Note(note));
+            self.show(News::Note(note));
         }
         let list = companion.checklist();
         let verdicts = || list.items.iter().map(|item| item.verdict);
         if !verdicts().eq(self.shown.iter().copied()) {
             self.shown.clear();
             self.shown.extend(verdicts());
-            let list = list.clone();
-            self.tell(News::Checklist(list));
+            let list = Arc::new(list.clone());
+            changed = Some(Arc::clone(&list));
+            self.show(News::Checklist(list));
         }
         if at_us >= self.next_us {
             self.next_us = at_us.saturating_add(PERIOD_US);
-            self.tell(News::State(State {
+            self.show(News::State(State {
                 time_s: at_us as f64 * 1e-6,
                 stage: companion.stage(),
                 ending: companion.ending(),
@@ -90,9 +97,10 @@ impl View {
                 checklist: companion.checklist().verdict(),
             }));
         }
+        changed
     }
 
-    fn tell(&self, news: News) {
+    fn show(&self, news: News) {
         // A terminal that does not keep up misses some of them.
         let _ = self.news.try_send(news);
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use touchdown::Result;
 use touchdown_flight::Vector;
 use touchdown_lander::state_machine::Phase;
-use touchdown_link::companion::{Companion, Event, Session, Stage, Summary};
+use touchdown_link::companion::{Companion, Event, Publication, Session, Stage, Summary};
 use touchdown_link::recording::Recorder;
 use touchdown_link::settings::FlightSettings;
 use touchdown_link::simulator::sighting::Sightings;
@@ -21,6 +21,7 @@ pub(super) struct CompanionState {
 pub(super) struct SimulatedCompanion {
     companion: Companion,
     recorder: Option<Recorder>,
+    publication: Publication,
     sightings: Sightings,
     /// Nothing is given to it before its first tick.
     awake: bool,
@@ -39,6 +40,7 @@ impl SimulatedCompanion {
             recorder: recording
                 .map(|path| Recorder::create(path, settings, &session))
                 .transpose()?,
+            publication: Publication::default(),
             sightings: Sightings::default(),
             awake: false,
         })
@@ -74,6 +76,7 @@ impl SimulatedCompanion {
     pub(super) fn tick(&mut self, now_us: u64, out: &mut Vec<u8>) -> Result<CompanionState> {
         self.awake = true;
         self.handle(now_us, Event::Tick, out)?;
+        self.publish()?;
         Ok(CompanionState {
             stage: self.companion.stage(),
             phase: match self.companion.stage() {
@@ -82,6 +85,15 @@ impl SimulatedCompanion {
             },
             notes: self.companion.take_notes(),
         })
+    }
+
+    /// Records the state of the flight.
+    fn publish(&mut self) -> Result<()> {
+        let state = self.companion.state();
+        if let (true, Some(recorder)) = (self.publication.includes(&state), &mut self.recorder) {
+            recorder.write_state(&state)?;
+        }
+        Ok(())
     }
 
     /// Ends the recording.

@@ -1,0 +1,78 @@
+//! A recording comes back, whole or cut off.
+
+use super::*;
+use crate::companion::{Event, Session};
+use crate::settings::FlightSettings;
+use crate::wire::Encoder;
+use mavlink::dialects::common::{ATTITUDE_QUATERNION_DATA, HIGHRES_IMU_DATA, MavMessage};
+
+/// Bytes of a reading of the inertial unit and an attitude.
+fn bytes() -> Vec<u8> {
+    let (mut encoder, mut bytes) = (Encoder::new(7, 1), Vec::new());
+    let attitude = ATTITUDE_QUATERNION_DATA {
+        q1: 1.0,
+        ..ATTITUDE_QUATERNION_DATA::default()
+    };
+    encoder.write(&MavMessage::ATTITUDE_QUATERNION(attitude), &mut bytes);
+    let imu = HIGHRES_IMU_DATA {
+        zacc: -9.75,
+        ..HIGHRES_IMU_DATA::default()
+    };
+    encoder.write(&MavMessage::HIGHRES_IMU(imu), &mut bytes);
+    bytes
+}
+
+#[test]
+fn prop_a_recording_comes_back_and_says_what_its_bytes_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.mcap");
+    let session = Session {
+        set_parameters: true,
+        ..Session::default()
+    };
+    let settings = FlightSettings::default();
+    let mut recorder = Recorder::create(&path, &settings, &session).unwrap();
+    let bytes = bytes();
+    recorder
+        .write(10, Event::Received(&bytes), b"answer")
+        .unwrap();
+    recorder.write(20, Event::Tick, &[]).unwrap();
+    recorder.write(30, Event::Stop, &[]).unwrap();
+    recorder.finish().unwrap();
+    let read = Recording::read(&path).unwrap();
+    let expected = vec![
+        (10, Entry::Received(bytes)),
+        (10, Entry::Sent(b"answer".to_vec())),
+        (20, Entry::Tick),
+        (30, Entry::Stop),
+    ];
+    assert_eq!((read.entries, read.cut_off), (expected, false));
+    assert_eq!((read.settings, read.unsigned), (settings, session));
+    let whole = std::fs::read(&path).unwrap();
+    let force = br#""specific_force_z_mps2":-9.75"#;
+    assert!(whole.windows(force.len()).any(|part| part == force));
+}
+
+#[test]
+fn prop_a_recording_that_is_cut_anywhere_is_read_as_far_as_it_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.mcap");
+    let settings = FlightSettings::default();
+    let mut recorder = Recorder::create(&path, &settings, &Session::default()).unwrap();
+    let begins = std::fs::metadata(&path).unwrap().len() as usize;
+    for tick in 0..40 {
+        recorder
+            .write(tick, Event::Received(&bytes()), &[])
+            .unwrap();
+    }
+    recorder.finish().unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    let mut before = 0;
+    for length in (begins..whole.len()).step_by(97) {
+        std::fs::write(&path, &whole[..length]).unwrap();
+        let read = Recording::read(&path).unwrap();
+        assert!(read.entries.len() >= before && read.entries.len() <= 40);
+        before = read.entries.len();
+    }
+    assert_eq!(before, 40);
+}
