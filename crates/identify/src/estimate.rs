@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use serde::Serialize;
 use sindy::Gram;
-use sindy::statistics::regression::{Clusters, cluster_errors};
+use sindy::statistics::regression::{ClusterErrors, Clusters, cluster_errors};
 use sindy::trajectory::shooting::Refined;
 use touchdown_model::card::Term;
 
@@ -54,6 +54,28 @@ impl Estimate {
         };
         let of = |j| Self::clustered(coefficients[j], error(j), clusters);
         kept.into_iter().map(of).collect()
+    }
+
+    /// As [`of_regression`](Self::of_regression) for few groups, such as the steady points of a bench table: residuals
+    /// are smaller than errors, and each coefficient has its own degrees of freedom.
+    pub(super) fn of_few_groups(
+        grams: &[Gram],
+        coefficients: &DVector<f64>,
+        support: &[bool],
+    ) -> Vec<Self> {
+        let errors = ClusterErrors::new(grams, coefficients, support);
+        let of = |j: usize| {
+            let value = coefficients[j];
+            let errors = errors.as_ref();
+            Self {
+                value,
+                std_error: errors.map_or(f64::NAN, |e| e.std_errors[j]),
+                ci95: errors
+                    .and_then(|e| e.interval(j, value))
+                    .unwrap_or([f64::NAN; 2]),
+            }
+        };
+        (0..support.len()).filter(|&j| support[j]).map(of).collect()
     }
 
     /// The parameters of a search by shooting.
