@@ -7,11 +7,10 @@
 mod common;
 
 use std::io::{BufRead as _, BufReader, Read as _};
-use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use common::{PATIENT, python, root, text};
+use common::{PATIENT, peer_program, python, text};
 use serde_json::Value;
 
 /// The paper's deck; a landing that has not ended 40 s after the deck's release is over.
@@ -29,18 +28,7 @@ frequency_hz = 0.5
 /// A folder with the scenario, the companion's settings, and the peer where the command looks for the autopilot.
 fn prepared(python: &Path) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let [bin, etc] = ["bin", "etc"].map(|name| folder.path().join("px4").join(name));
-    std::fs::create_dir_all(&bin).unwrap();
-    std::fs::create_dir_all(etc).unwrap();
-    let peer = root().join("crates/touchdown/tests/peer/simulated.py");
-    let script = format!(
-        "#!/bin/sh\nexec '{}' '{}' \"$@\"\n",
-        python.display(),
-        peer.display()
-    );
-    let program = bin.join("px4");
-    std::fs::write(&program, script).unwrap();
-    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    peer_program(folder.path(), python);
     std::fs::write(folder.path().join("deck.toml"), DECK).unwrap();
     std::fs::write(folder.path().join("fly.toml"), PATIENT).unwrap();
     folder

@@ -12,7 +12,8 @@
 //! | `axes`, `keys`, `draw` | what is varied: dotted keys, distributions |
 //! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
 //! | `row`, `store` | landings as rows, blocks as files, merging |
-//! | `run` | flying what is missing |
+//! | `run` | flying what is missing, in the simulation or by another backend |
+//! | `software_in_the_loop` | settings of an autopilot in the loop |
 //! | `summary`, `csv` | figures of every point |
 
 mod axes;
@@ -26,6 +27,7 @@ mod recent;
 mod row;
 mod run;
 mod settings;
+mod software_in_the_loop;
 mod store;
 mod summary;
 
@@ -33,8 +35,9 @@ pub use draw::Distribution;
 pub use points::{SERIES, Sweep};
 pub use row::number;
 pub use row::{LandingRow, text};
-pub use run::{Shard, fly, replay, rows};
+pub use run::{LandingBackend, Shard, Simulation, fly, replay, rows};
 pub use settings::{SeriesSettings, SweepSettings};
+pub use software_in_the_loop::{AutopilotProgram, CompanionSource, LoopSettings};
 pub use store::{Store, merge};
 pub use summary::{
     CampaignResults, Figures, PointFigures, PointOf, SampleSummary, WorstLanding, summarise,

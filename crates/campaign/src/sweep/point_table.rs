@@ -13,7 +13,7 @@ impl CampaignResults {
     pub fn csv(&self) -> Result<String> {
         let mut out = String::new();
         for (i, point) in self.points.iter().enumerate() {
-            let cells = cells(point)?;
+            let cells = cells(point, self.autopilot.is_some())?;
             if i == 0 {
                 line(&mut out, cells.iter().map(|(name, _)| name.as_str()));
             }
@@ -23,7 +23,7 @@ impl CampaignResults {
     }
 }
 
-fn cells(point: &PointFigures) -> Result<Vec<(String, String)>> {
+fn cells(point: &PointFigures, with_autopilot: bool) -> Result<Vec<(String, String)>> {
     let mut cells = vec![("point".to_string(), point.of.point.to_string())];
     for (key, value) in &point.of.settings {
         cells.push((key.clone(), text(value)));
@@ -32,6 +32,9 @@ fn cells(point: &PointFigures) -> Result<Vec<(String, String)>> {
         cells.push(("control.controller".into(), point.of.controller.clone()));
     }
     cells.push(("trials".into(), point.figures.trials.to_string()));
+    if with_autopilot {
+        cells.push(("not_flown".into(), point.figures.not_flown.to_string()));
+    }
     let object =
         serde_json::to_value(point).map_err(|e| Error::Arguments(format!("the summary: {e}")))?;
     for share in ["landed", "landed_at_first", "crashed"] {

@@ -16,6 +16,7 @@ use super::keys::set;
 use super::measured_deck::MeasuredDeck;
 use super::recent::RecentlyUsed;
 use super::settings::SweepSettings;
+use super::software_in_the_loop;
 use crate::error::{Error, Result};
 use crate::settings_file::{check_seed, read, to_toml};
 
@@ -89,6 +90,7 @@ impl Sweep {
         }
         let cards = std::mem::take(&mut settings.cards).from(folder);
         cards.put_into(&mut settings.scenario.models)?;
+        software_in_the_loop::resolve(&mut settings, folder, &bad)?;
         let axes = Axes::of(&settings, &bad)?;
         axes.check_size(settings.trials, &bad)?;
         let mut series = None;
@@ -325,7 +327,7 @@ impl Sweep {
 fn sha256(settings: &SweepSettings, series: &[u8]) -> Result<String> {
     let mut hash = Sha256::new();
     hash.update(env!("CARGO_PKG_VERSION"));
-    hash.update(to_toml(settings)?);
+    hash.update(to_toml(&settings.without_places())?);
     hash.update(Sha256::digest(series));
     let bytes = hash.finalize();
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())

@@ -48,12 +48,44 @@ impl FromStr for Shard {
     }
 }
 
+/// What flies the landings of a campaign.
+pub trait LandingBackend: Sync {
+    /// Why a landing cannot be flown.
+    type Error: From<Error> + Send;
+
+    /// Flies a landing, by its place in the campaign. Called from many threads.
+    ///
+    /// # Errors
+    /// What ends the whole campaign: for example settings that make no sense, or a disk that is full.
+    fn land(&self, sweep: &Sweep, landing: u64) -> std::result::Result<LandingRow, Self::Error>;
+}
+
+/// The simulation of the whole vehicle, reproducible to the bit.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Simulation;
+
+impl LandingBackend for Simulation {
+    type Error = Error;
+
+    fn land(&self, sweep: &Sweep, landing: u64) -> Result<LandingRow> {
+        let (trial, seed) = (landing % sweep.trials(), sweep.settings().seed);
+        let flown = sweep.lander(landing)?.land(trial, seed, false)?;
+        Ok(LandingRow::of(landing, &flown))
+    }
+}
+
 /// Flies the blocks of a shard that are not there yet, one after the other, each on all cores, and gives how many
 /// of the campaign's blocks are there then.
 ///
 /// # Errors
-/// A block that cannot be read or written.
-pub fn fly(sweep: &Sweep, store: &Store, shard: Shard, progress: &dyn Progress) -> Result<u64> {
+/// A block that cannot be read or written, and those of the backend.
+pub fn fly<B: LandingBackend>(
+    backend: &B,
+    sweep: &Sweep,
+    store: &Store,
+    shard: Shard,
+    progress: &dyn Progress,
+) -> std::result::Result<u64, B::Error> {
     let present = store.present()?;
     for &block in &present {
         store.read(sweep, block)?;
@@ -69,7 +101,7 @@ pub fn fly(sweep: &Sweep, store: &Store, shard: Shard, progress: &dyn Progress) 
     progress.stage("landings", landings);
     let percent = |blocks: usize| 100 * blocks / sweep.blocks() as usize;
     for (flown, &block) in missing.iter().enumerate() {
-        let rows = rows(sweep, sweep.range(block), progress)?;
+        let rows = rows_by(backend, sweep, sweep.range(block), progress)?;
         store.write(sweep, block, &rows)?;
         let there = present.len() + flown;
         // A line for every hundredth at most, however many blocks.
@@ -84,7 +116,7 @@ pub fn fly(sweep: &Sweep, store: &Store, shard: Shard, progress: &dyn Progress) 
     Ok((present.len() + missing.len()) as u64)
 }
 
-/// Flies landings, by their places in the campaign, on all cores.
+/// Flies landings of the simulation, by their places in the campaign, on all cores.
 ///
 /// # Errors
 /// Those of [`Sweep::lander`]: in large campaigns, not all drawn values have been looked at.
@@ -93,18 +125,23 @@ pub fn rows(
     landings: Range<u64>,
     progress: &dyn Progress,
 ) -> Result<Vec<LandingRow>> {
+    rows_by(&Simulation, sweep, landings, progress)
+}
+
+fn rows_by<B: LandingBackend>(
+    backend: &B,
+    sweep: &Sweep,
+    landings: Range<u64>,
+    progress: &dyn Progress,
+) -> std::result::Result<Vec<LandingRow>, B::Error> {
     landings
         .collect::<Vec<u64>>()
         .into_par_iter()
         .with_max_len(1)
         .map(|landing| {
-            let flown = sweep.lander(landing)?.land(
-                landing % sweep.trials(),
-                sweep.settings().seed,
-                false,
-            )?;
+            let row = backend.land(sweep, landing)?;
             progress.step();
-            Ok(LandingRow::of(landing, &flown))
+            Ok(row)
         })
         .collect()
 }
@@ -112,8 +149,15 @@ pub fn rows(
 /// Flies landings once more, by their places in the campaign, for their time series.
 ///
 /// # Errors
-/// A landing that the campaign does not have.
+/// A landing that the campaign does not have, or that an autopilot in the loop flew.
 pub fn replay(sweep: &Sweep, landings: &[u64]) -> Result<Vec<SpaceTrace>> {
+    if sweep.settings().autopilot.is_some() {
+        return Err(Error::Arguments(
+            "a landing under an autopilot cannot be flown again to the bit; `software_in_the_loop.record = true` records it while \
+             it is flown"
+                .to_string(),
+        ));
+    }
     if let Some(landing) = landings.iter().find(|l| **l >= sweep.landings()) {
         return Err(Error::Arguments(format!(
             "expected a landing from 0 to {}, found {landing}",

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use touchdown_sim::deck::series::SeriesFormat;
 use touchdown_sim::landing::space::SpaceScenario;
 
+use super::software_in_the_loop::{AutopilotProgram, LoopSettings};
 use crate::cards::CardPaths;
 
 /// What `touchdown campaign` flies.
@@ -18,6 +19,12 @@ pub struct SweepSettings {
     pub trials: u64,
     /// Landings in a block, which is one file.
     pub block: u64,
+    /// The autopilot in the loop; without it, the simulated attitude control flies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub autopilot: Option<AutopilotProgram>,
+    /// How that autopilot is run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub software_in_the_loop: Option<LoopSettings>,
     /// Model cards, relative to the sweep file; a model without a card is the built-in one of
     /// `scenario.models`.
     pub cards: CardPaths,
@@ -37,6 +44,8 @@ impl Default for SweepSettings {
             seed: 1,
             trials: 100,
             block: 200,
+            autopilot: None,
+            software_in_the_loop: None,
             cards: CardPaths::default(),
             series: None,
             grid: toml::Table::new(),

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::points::Sweep;
 use super::row::{LandingRow, text};
+use super::software_in_the_loop::AutopilotProgram;
 use crate::error::Result;
 use crate::statistics::{Share, Summary, percentile};
 
@@ -114,6 +115,9 @@ pub struct Figures {
     /// Landings that never began, under an autopilot. They are in no share and no mean.
     #[serde(skip_serializing_if = "is_zero")]
     pub not_flown: u64,
+    /// Counts of their reasons.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub not_flown_reasons: BTreeMap<String, u64>,
     /// Landed, in whichever descent.
     pub landed: Option<Share>,
     /// Landed in the first descent.
@@ -178,6 +182,12 @@ pub struct CampaignResults {
     pub trials: u64,
     /// SHA-256 of the sweep.
     pub sweep_sha256: String,
+    /// The autopilot in the loop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub autopilot: Option<AutopilotProgram>,
+    /// False with an autopilot in the loop, whose threads run as the machine lets them; absent otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reproducible_to_the_bit: Option<bool>,
     /// Landings in all.
     pub landings: u64,
     /// Figures of every point.
@@ -219,6 +229,8 @@ pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> 
         seed: sweep.settings().seed,
         trials: sweep.trials(),
         sweep_sha256: sweep.sha256().to_string(),
+        autopilot: sweep.settings().autopilot,
+        reproducible_to_the_bit: sweep.settings().autopilot.map(|_| false),
         landings: rows.len() as u64,
         worst: worst.collect::<Result<_>>()?,
         points,
@@ -227,7 +239,8 @@ pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> 
 
 fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
     let values = sweep.values(point);
-    let controller = sweep.scenario(point)?.control.method.name();
+    let method = sweep.scenario(point)?.control.method;
+    let controller = sweep.settings().lander_name(method);
     let varied = values
         .iter()
         .zip(sweep.grid())
@@ -275,8 +288,12 @@ impl Figures {
         let every = |name: &str| over(name, &|_| true);
         let mut outcomes = BTreeMap::new();
         let mut aborts = BTreeMap::new();
+        let mut not_flown_reasons = BTreeMap::new();
         for row in rows {
             *outcomes.entry(row.outcome.clone()).or_insert(0) += 1;
+            if let (false, Some(why)) = (row.flown(), &row.why) {
+                *not_flown_reasons.entry(why.clone()).or_insert(0) += 1;
+            }
             for reason in row
                 .abort_reasons
                 .iter()
@@ -288,6 +305,7 @@ impl Figures {
         Self {
             trials: all,
             not_flown: all - flown,
+            not_flown_reasons,
             landed: share(&LandingRow::landed),
             landed_at_first: share(&LandingRow::landed_at_first),
             crashed: share(&LandingRow::crashed),

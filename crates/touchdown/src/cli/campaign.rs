@@ -8,7 +8,7 @@ use touchdown::{Error, Result, pages};
 use touchdown_campaign::files::write;
 use touchdown_campaign::recording;
 use touchdown_campaign::sweep::{
-    self, CampaignResults, LandingRow, SampleSummary, Shard, Store, Sweep, summarise,
+    self, CampaignResults, LandingRow, SampleSummary, Shard, Simulation, Store, Sweep, summarise,
 };
 use touchdown_sim::landing::space::SpaceTrace;
 
@@ -17,6 +17,7 @@ use super::context::Context;
 use super::identify::load::word;
 use super::land::outcomes;
 use super::output;
+use super::software_in_the_loop::{AutopilotBackend, Autopilots};
 use touchdown_terminal::Done;
 
 /// Report of a run that did not complete the campaign.
@@ -57,6 +58,15 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
     if let Some(motion) = sweep.motion() {
         context.aside(motion);
     }
+    let with_autopilot = sweep.settings().autopilot.is_some();
+    if let (true, Some(_)) = (with_autopilot, &args.mcap) {
+        return Err(Error::Arguments(
+            "--mcap: a landing under an autopilot cannot be flown again; `software_in_the_loop.record = true` records it while \
+             it is flown"
+                .into(),
+        ));
+    }
+    let backend = AutopilotBackend::of(context, &sweep, &args.out)?;
     let store = Arc::new(Store::open(&args.out, &sweep, args.resume)?);
     output::results_folder(context, &args.out)?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
@@ -66,11 +76,16 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
     }
     let (resume, out) = (resume(args, path), args.out.display().to_string());
     let (blocks, written) = (sweep.blocks(), Arc::clone(&store));
+    let autopilots = backend.as_ref().map(AutopilotBackend::autopilots);
     context.if_interrupted(move || {
+        autopilots.iter().for_each(Autopilots::interrupt);
         let there = written.present().map_or(0, |blocks| blocks.len());
         format!("{there} of {blocks} blocks of landings are in {out}; `{resume}` runs the others")
     });
-    let there = sweep::fly(&sweep, &store, shard, context)?;
+    let there = side_by_side(args.threads, || match &backend {
+        Some(backend) => sweep::fly(backend, &sweep, &store, shard, context),
+        None => Ok(sweep::fly(&Simulation, &sweep, &store, shard, context)?),
+    })?;
     if there == sweep.blocks() {
         return report(context, &sweep, &store, &args.out, args.mcap.as_deref());
     }
@@ -97,6 +112,21 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
     Ok(Done::Whole)
 }
 
+/// Runs a computation on as many threads as were asked for.
+fn side_by_side<T: Send>(
+    threads: Option<u16>,
+    run: impl FnOnce() -> Result<T> + Send,
+) -> Result<T> {
+    let Some(threads) = threads else {
+        return run();
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+    let pool = pool
+        .build()
+        .map_err(|e| Error::Arguments(format!("--threads: {e}")))?;
+    pool.install(run)
+}
+
 /// The command that flies the landings that are missing.
 fn resume(args: &CampaignArgs, sweep: &Path) -> String {
     let path = |p: &Path| word(&p.display().to_string());
@@ -105,6 +135,7 @@ fn resume(args: &CampaignArgs, sweep: &Path) -> String {
         words.extend(value.map(|value| format!("{name} {value}")));
     };
     option("--shard", args.shard.map(|s| s.to_string()));
+    option("--threads", args.threads.map(|n| n.to_string()));
     option("--trials", args.trials.map(|n| n.to_string()));
     option("--seed", args.seed.map(|n| n.to_string()));
     option("--mcap", args.mcap.as_deref().map(path));
@@ -124,7 +155,11 @@ fn report(
     let results = summarise(sweep, &rows)?;
     write(&out.join("summary.csv"), results.csv()?.as_bytes())?;
     let landings: Vec<u64> = results.worst.iter().map(|worst| worst.landing).collect();
-    let worst = sweep::replay(sweep, &landings)?;
+    let worst = match results.autopilot {
+        // No landing under an autopilot is flown twice alike.
+        Some(_) => Vec::new(),
+        None => sweep::replay(sweep, &landings)?,
+    };
     if let Some(folder) = mcap {
         records(&landings, &worst, folder)?;
     }
@@ -143,6 +178,7 @@ pub(crate) fn finish(
     pages::campaign(sweep, rows, results, worst, out)?;
     output::results(out, results)?;
     let mut lines = vec![table(results)];
+    lines.extend(outcomes::not_flown(sweep, rows, results));
     lines.extend(outcomes::points_without_landing(sweep, rows, results));
     context.reported(&lines.join("\n"), out, results);
     Ok(Done::Whole)

@@ -6,7 +6,7 @@ use serde::Serialize;
 use touchdown::settings;
 use touchdown::{Error, Result};
 use touchdown_campaign::csv::line;
-use touchdown_campaign::sweep::{LandingRow, Sweep, SweepSettings};
+use touchdown_campaign::sweep::{AutopilotProgram, LandingRow, Sweep, SweepSettings};
 use touchdown_flight::Method;
 use touchdown_link::companion::Summary;
 use touchdown_link::settings::FlightSettings;
@@ -14,7 +14,7 @@ use touchdown_terminal::Done;
 
 use super::args::simulator::SimulatorArgs;
 use super::context::Context;
-use super::software_in_the_loop::{Autopilots, Failure, Flown, Lands, LoopSettings, land};
+use super::software_in_the_loop::{Autopilots, Failure, Flown, Lands, LoopConfiguration, land};
 use super::{fly, output};
 
 /// Results of a landing.
@@ -89,7 +89,7 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
         landings.push(result);
     }
     let results = Results {
-        autopilot: args.autopilot_kind.name(),
+        autopilot: AutopilotProgram::from(args.autopilot_kind).name(),
         reproducible_to_the_bit: false,
         seed: sweep.settings().seed,
         landings,
@@ -106,11 +106,18 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
 fn load(args: &SimulatorArgs) -> Result<Sweep> {
     let path = &args.scenario;
     let mut settings: SweepSettings = settings::read(path)?;
-    if !settings.grid.is_empty() {
-        return Err(Error::Settings {
-            file: path.display().to_string(),
-            message: "`grid`: expected none under an autopilot, found some".to_string(),
-        });
+    for (key, found) in [
+        ("grid", !settings.grid.is_empty()),
+        ("autopilot", settings.autopilot.is_some()),
+    ] {
+        if found {
+            return Err(Error::Settings {
+                file: path.display().to_string(),
+                message: format!(
+                    "`{key}`: expected none, found some; `touchdown campaign` flies it"
+                ),
+            });
+        }
     }
     settings.trials = args.trials;
     settings.seed = args.seed.unwrap_or(settings.seed);
@@ -137,8 +144,8 @@ fn fly_trial(
         None if args.own_landing => Lands::AutopilotMode,
         None => Lands::GroundStation,
     };
-    let settings = LoopSettings {
-        autopilot: args.autopilot_kind,
+    let settings = LoopConfiguration {
+        autopilot: args.autopilot_kind.into(),
         program: args.autopilot.as_deref(),
         instance: args.instance,
         parameters: &args.parameters,

@@ -51,6 +51,27 @@ planner = false
 finds_latency = false
 "#;
 
+/// Puts the peer that plays an autopilot's side into a folder, where the command looks for the autopilot's program, as
+/// `px4/bin/px4`.
+#[cfg(unix)]
+pub fn peer_program(folder: &Path, python: &Path) -> PathBuf {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let [bin, etc] = ["bin", "etc"].map(|name| folder.join("px4").join(name));
+    std::fs::create_dir_all(&bin).unwrap();
+    std::fs::create_dir_all(etc).unwrap();
+    let peer = root().join("crates/touchdown/tests/peer/simulated.py");
+    let script = format!(
+        "#!/bin/sh\nexec '{}' '{}' \"$@\"\n",
+        python.display(),
+        peer.display()
+    );
+    let program = bin.join("px4");
+    std::fs::write(&program, script).unwrap();
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    program
+}
+
 /// A worked map.
 pub fn map(name: &str) -> PathBuf {
     root().join("examples/maps").join(name)

@@ -300,6 +300,9 @@ def ardupilot(simulator_port, mavlink_port):
 
 def main():
     arguments = sys.argv[1:]
+    if "PEER_ALIVE" in os.environ:
+        # Open until this process ends, however it ends.
+        os.write(os.open(os.environ["PEER_ALIVE"], os.O_WRONLY), b"x")
     if "-i" in arguments:
         px4(int(arguments[arguments.index("-i") + 1]))
     else:

@@ -78,7 +78,11 @@ Examples:
 
 The folder of --out gets landings/ (Parquet, a file for each block of landings, written as soon as the block is flown),
 sweep.toml, summary.csv, results.json, figures/ and report.html. An interruption loses the running block only. The files
-are the same for any number of cores, any split into shards and any interruption.";
+are the same for any number of cores, any split into shards and any interruption.
+
+With `autopilot = \"px4\"` or `\"ardupilot\"` in the sweep, the real autopilot flies every landing,
+in --threads instances side by side. Such landings repeat to about a hundredth, not to the bit.
+An autopilot that fails is the outcome of its landing.";
 
 #[derive(Args, Debug)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = CAMPAIGN)]
@@ -94,6 +98,9 @@ pub(crate) struct CampaignArgs {
     /// Fly the landings that are missing in the folder
     #[arg(long)]
     pub(crate) resume: bool,
+    /// Landings at a time, with an autopilot in the loop also instances of it [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=200))]
+    pub(crate) threads: Option<u16>,
     /// Landings at every point [default: the sweep's]
     #[arg(long)]
     pub(crate) trials: Option<u64>,

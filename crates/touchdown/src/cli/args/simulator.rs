@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
+use touchdown_campaign::sweep::AutopilotProgram;
 use touchdown_flight::Method;
 
 const SIMULATOR: &str = "\
@@ -36,12 +37,11 @@ pub(crate) enum SimulatedAutopilot {
     ArduPilot,
 }
 
-impl SimulatedAutopilot {
-    /// Its name in settings and results.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Px4 => "px4",
-            Self::ArduPilot => "ardupilot",
+impl From<SimulatedAutopilot> for AutopilotProgram {
+    fn from(autopilot: SimulatedAutopilot) -> Self {
+        match autopilot {
+            SimulatedAutopilot::Px4 => Self::Px4,
+            SimulatedAutopilot::ArduPilot => Self::ArduPilot,
         }
     }
 }

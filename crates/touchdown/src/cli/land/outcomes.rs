@@ -92,6 +92,27 @@ pub(crate) fn points_without_landing(
     lines
 }
 
+/// How many landings of a campaign's point never began, and why, a line for each such point.
+pub(crate) fn not_flown(
+    sweep: &Sweep,
+    rows: &[LandingRow],
+    results: &CampaignResults,
+) -> Vec<String> {
+    let of_points = rows.chunks(sweep.trials() as usize);
+    let of_points = results.points.iter().zip(of_points);
+    let some = of_points.filter(|(point, _)| point.figures.not_flown > 0);
+    some.map(|(point, rows)| {
+        format!(
+            "{} of {} landings at {} never began and are in no share: {}",
+            point.figures.not_flown,
+            rows.len(),
+            point.of.label(),
+            counted(rows.iter().filter(|row| !row.flown()).map(reason))
+        )
+    })
+    .collect()
+}
+
 /// How a landing in space ended, in words.
 fn reason(row: &LandingRow) -> String {
     let outcome = match &row.why {

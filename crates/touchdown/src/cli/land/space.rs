@@ -90,6 +90,13 @@ fn load(args: &LandArgs) -> Result<Sweep> {
             (settings, Path::new("."), "arguments".to_string())
         }
     };
+    if settings.autopilot.is_some() {
+        return Err(Error::Settings {
+            file,
+            message: "`autopilot`: expected none, found some; `touchdown campaign` flies it"
+                .to_string(),
+        });
+    }
     settings.seed = args.seed.unwrap_or(settings.seed);
     if let Some(trials) = args.trials {
         settings.trials = trials as u64;

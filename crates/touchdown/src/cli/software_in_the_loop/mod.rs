@@ -7,7 +7,9 @@
 //! | `session` | one landing, with pilot and companion, in simulated time |
 //! | `companion`, `truth` | the companion of `touchdown fly`, and the table of the truth |
 //! | `failure` | why a landing has no result |
+//! | `backend` | the landings of a campaign, several side by side |
 
+mod backend;
 mod companion;
 mod failure;
 mod instances;
@@ -21,15 +23,15 @@ mod world;
 use std::path::{Path, PathBuf};
 
 use touchdown::{Error, Result};
-use touchdown_campaign::sweep::Sweep;
+use touchdown_campaign::sweep::{AutopilotProgram, Sweep};
 use touchdown_link::companion::Summary;
 use touchdown_link::settings::FlightSettings;
 use touchdown_link::simulator::ardupilot::{self, ArduPilot};
 use touchdown_link::simulator::{place, px4};
 use touchdown_sim::landing::space::{MotorLanding, SpaceScenario};
 
-use super::args::simulator::SimulatedAutopilot;
 use super::context::Context;
+pub(crate) use backend::AutopilotBackend;
 pub(crate) use failure::{Attempt, Failure};
 pub(crate) use instances::Autopilots;
 
@@ -57,9 +59,9 @@ pub(crate) struct Flown {
 }
 
 /// How landings are flown under an autopilot.
-pub(crate) struct LoopSettings<'a> {
+pub(crate) struct LoopConfiguration<'a> {
     /// Which autopilot.
-    pub(crate) autopilot: SimulatedAutopilot,
+    pub(crate) autopilot: AutopilotProgram,
     /// Its program; without it, an autopilot is awaited at the ports of [`Self::instance`].
     pub(crate) program: Option<&'a Path>,
     /// PX4's instance, where no program is given.
@@ -88,7 +90,7 @@ pub(crate) enum Lands<'a> {
 pub(crate) fn land(
     context: &Context,
     autopilots: &Autopilots,
-    settings: &LoopSettings<'_>,
+    settings: &LoopConfiguration<'_>,
     lands: Lands<'_>,
     sweep: &Sweep,
     landing: u64,
@@ -133,7 +135,7 @@ pub(crate) fn land(
 /// Starts the autopilot if its program is given, and opens the ports at which it arrives.
 fn open(
     autopilots: &Autopilots,
-    settings: &LoopSettings<'_>,
+    settings: &LoopConfiguration<'_>,
     scenario: &SpaceScenario,
     with_companion: bool,
 ) -> Result<(Option<Instance>, Opening, Option<std::net::UdpSocket>)> {
@@ -145,17 +147,17 @@ fn open(
         keep: settings.keep,
     };
     Ok(match (settings.autopilot, settings.program) {
-        (SimulatedAutopilot::Px4, Some(program)) => {
+        (AutopilotProgram::Px4, Some(program)) => {
             let (mut instance, ports) = autopilots.px4()?;
             instance.start(launch::px4(&launch_settings(program), instance.number)?)?;
             let opening = Opening::Px4(ports.simulator);
             (Some(instance), opening, Some(ports.mavlink))
         }
-        (SimulatedAutopilot::Px4, None) => {
+        (AutopilotProgram::Px4, None) => {
             let listener = px4::listen(settings.instance)?;
             (None, Opening::Px4(listener), None)
         }
-        (SimulatedAutopilot::ArduPilot, Some(program)) => {
+        (AutopilotProgram::ArduPilot, Some(program)) => {
             let mut instance = autopilots.ardupilot()?;
             let ardupilot = ArduPilot::bind(0)?;
             let mavlink = mavlink_port(0)?;
@@ -170,7 +172,7 @@ fn open(
             instance.start(launch)?;
             (Some(instance), Opening::ArduPilot(ardupilot), Some(mavlink))
         }
-        (SimulatedAutopilot::ArduPilot, None) => {
+        (AutopilotProgram::ArduPilot, None) => {
             let opening = Opening::ArduPilot(ArduPilot::bind(ardupilot::PORT)?);
             (None, opening, None)
         }

@@ -14,8 +14,17 @@ const CONSOLE: &str = "console.log";
 /// Lines of it that an error shows.
 const SHOWN: usize = 12;
 /// A shell that waits until its input ends, which it does when this command is gone however it ended. Then it kills the
-/// autopilot's process group `$1` and removes the files and folders that follow.
-const GUARD: &str = r#"read -r _; kill -KILL -- "-$1"; shift; exec rm -rf -- "$@""#;
+/// autopilot's process group `$1`, waits for its end for at most 2 s, and removes the files and folders that follow.
+const GUARD: &str = r#"
+read -r _
+kill -s KILL -- "-$1"
+for _ in 1 2 3 4 5 6 7 8 9 10; do
+  kill -s 0 -- "-$1" || break
+  sleep 0.2
+done
+shift
+exec rm -rf -- "$@"
+"#;
 
 /// Distinguishes the scratch folders of one process.
 static NEXT: AtomicU32 = AtomicU32::new(0);

@@ -48,6 +48,9 @@ pub fn campaign(
     if let Some(controller) = one_controller(results) {
         page.report.fact("Controller", controller);
     }
+    if let Some(autopilot) = results.autopilot {
+        page.report.fact("Autopilot in the loop", autopilot.title());
+    }
     let (kind, verdict) = verdict(results);
     page.report.verdict(kind, verdict);
     let map = success_map(sweep, results);
@@ -57,7 +60,15 @@ pub fn campaign(
     pictures.next().map_or(Ok(()), |first| page.figure(first))?;
     page.report.section("Points");
     page.text(SYMBOLS);
+    if let Some(autopilot) = results.autopilot {
+        page.text(format!(
+            "{} itself flew every landing, in the loop with the simulated world. Its threads run as the machine lets them, so the \
+             figures are not reproducible to the bit: landings repeat to about a hundredth.",
+            autopilot.title()
+        ));
+    }
     page.table(outcomes(results))?;
+    not_flown(results).map_or(Ok(()), |table| page.table(table))?;
     aborts(results).map_or(Ok(()), |table| page.table(table))?;
     page.table(quantities(results))?;
     let random: Vec<String> = sweep.drawn().map(|key| format!("`{key}`")).collect();
@@ -69,7 +80,13 @@ pub fn campaign(
     }
     pictures.try_for_each(|figure| page.figure(figure))?;
     page.report.section("The worst landings");
-    page.text("Crashes stand first, then what did not land, then the hardest touches. Each is flown once more from its seed.");
+    page.text(format!(
+        "Crashes stand first, then what did not land, then the hardest touches. {}",
+        match results.autopilot {
+            None => "Each is flown once more from its seed.",
+            Some(_) => "With `software_in_the_loop.record = true` the folder `records` holds the truth of each landing.",
+        }
+    ));
     page.table(worst_table(results))?;
     let mut worst = results.worst.iter().zip(worst).enumerate();
     let drawn = |(rank, (worst, trace))| time_series(rank + 1, worst, trace);
@@ -96,6 +113,12 @@ fn verdict(results: &CampaignResults) -> (Callout, String) {
             .sum()
     };
     let (landed, crashed) = (total(|f| f.landed), total(|f| f.crashed));
+    let not_flown: u64 = results.points.iter().map(|p| p.figures.not_flown).sum();
+    let flown = results.landings - not_flown;
+    if flown == 0 {
+        let none = format!("None of {not_flown} trials began.");
+        return (Callout::Failure, none);
+    }
     let kind = match (landed == results.landings, crashed) {
         (true, _) => Callout::Success,
         (false, 0) => Callout::Warning,
@@ -103,9 +126,9 @@ fn verdict(results: &CampaignResults) -> (Callout, String) {
     };
     let all = format!(
         "{}, {} in the first descent; {}.",
-        match landed == results.landings {
+        match landed == flown {
             true => format!("All {landed} trials land"),
-            false => format!("{landed} of {} trials land", results.landings),
+            false => format!("{landed} of {flown} trials land"),
         },
         match total(|f| f.landed_at_first) {
             first if first == landed => "all".to_string(),
@@ -117,6 +140,10 @@ fn verdict(results: &CampaignResults) -> (Callout, String) {
             _ => format!("{crashed} crash"),
         }
     );
+    let all = match not_flown {
+        0 => all,
+        _ => format!("{all} Another {not_flown} never began."),
+    };
     let share = |p: &&PointFigures| p.figures.landed.map_or(0.0, |s| s.share);
     let by_share = |a: &&PointFigures, b: &&PointFigures| share(a).total_cmp(&share(b));
     let [best, worst] = [
@@ -174,6 +201,37 @@ fn outcomes(results: &CampaignResults) -> Table {
         ]);
     }
     table.note("In brackets: 95 % interval of the share (Wilson). Waiting: until the deck's motion is known and a window to land opens; mean ± standard deviation over all trials.")
+}
+
+/// Landings that never began: a row for each point that has some, a column for each reason.
+fn not_flown(results: &CampaignResults) -> Option<Table> {
+    let some = || results.points.iter().filter(|p| p.figures.not_flown > 0);
+    let reasons = some().flat_map(|p| p.figures.not_flown_reasons.keys());
+    let reasons: BTreeSet<&String> = reasons.collect();
+    let mut table = Table::new("Landings that never began, by reason.")
+        .text_column("Point")
+        .number_column("Not flown", "");
+    for reason in &reasons {
+        table = table.number_column(reason.replace('_', " "), "");
+    }
+    for p in some() {
+        let of = |reason: &&String| {
+            p.figures
+                .not_flown_reasons
+                .get(*reason)
+                .copied()
+                .unwrap_or(0)
+        };
+        let counts = reasons.iter().map(|r| Cell::text(of(r).to_string()));
+        let point = [
+            Cell::text(p.of.label()),
+            Cell::text(format!("{} of {}", p.figures.not_flown, p.figures.trials)),
+        ];
+        table = table.row(point.into_iter().chain(counts));
+    }
+    (!reasons.is_empty()).then(|| {
+        table.note("The vehicle did not come to hold above the deck, so there was nothing to land. These are in no share, mean or percentile.")
+    })
 }
 
 /// Aborted descents: a row for each point, a column for each reason; none where no descent was aborted.
