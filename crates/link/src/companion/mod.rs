@@ -69,6 +69,7 @@ use crate::timing::Distribution;
 use crate::wire::signing::{Signer, Signing, Verifier};
 use crate::wire::{Decoder, Encoder};
 use echo::Echo;
+use state::Timing;
 use vehicle::Vehicle;
 
 type Memory = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
@@ -178,6 +179,8 @@ pub struct Companion {
     other_senders: u64,
     times: Times,
     echo: Echo,
+    /// Time between the newest two ticks, µs.
+    elapsed_us: i64,
     /// Results of the landing computer at the newest tick.
     computed: Option<ComputerOutput<f64>>,
     /// The newest ones in control.
@@ -253,6 +256,7 @@ impl Companion {
             other_senders: 0,
             times: Times::default(),
             echo: Echo::default(),
+            elapsed_us: 0,
             computed: None,
             output: None,
             in_control_us: 0,
@@ -336,7 +340,14 @@ impl Companion {
         let time_us = u64::try_from(self.times.now).unwrap_or_default();
         let computed = self.computed.as_ref();
         let computed = computed.map(|output| (output, self.inbox.attitude().unwrap_or_default()));
-        FlightState::new(time_us, (self.stage, self.ending), computed)
+        let timing = Timing {
+            period_s: self.elapsed_us as f64 * 1e-6,
+            reading_age_s: self
+                .inbox
+                .newest_age_us(self.times.now)
+                .map(|age_us| age_us as f64 * 1e-6),
+        };
+        FlightState::new(time_us, (self.stage, self.ending), computed, timing)
     }
 
     /// Appends the request for a holding mode, while the companion is in control: for a caller that fails.

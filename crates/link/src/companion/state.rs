@@ -10,6 +10,7 @@
 //! | `/deck/estimate` | `touchdown.DeckEstimate` | estimated motion of the deck |
 //! | `/plan` | `touchdown.Plan` | the planned descent, when it begins |
 //! | `/command` | `touchdown.Command` | thrust, throttle and attitude that the landing computer commands |
+//! | `/timing` | `touchdown.Timing` | time since the tick before, and age of the newest reading |
 //! | `/checklist` | `touchdown.Checklist` | the checklist, when a verdict changes |
 //!
 //! Axes are east, north, up. The origin of `world` is at the altitude of the start, above or below the deck's reference
@@ -47,11 +48,12 @@ enum Place {
     DeckEstimate,
     Plan,
     Command,
+    Timing,
     Checklist,
 }
 
 /// Names and schemas of the topics, in the order of [`Place`].
-const TOPICS: [(&str, &str); 10] = [
+const TOPICS: [(&str, &str); 11] = [
     ("/stage", "touchdown.Stage"),
     ("/phase", "touchdown.Phase"),
     ("/tf", TRANSFORM),
@@ -61,6 +63,7 @@ const TOPICS: [(&str, &str); 10] = [
     ("/deck/estimate", "touchdown.DeckEstimate"),
     ("/plan", "touchdown.Plan"),
     ("/command", "touchdown.Command"),
+    ("/timing", "touchdown.Timing"),
     ("/checklist", "touchdown.Checklist"),
 ];
 
@@ -90,6 +93,16 @@ pub struct FlightState {
     motion: Option<Motion>,
     plan: Option<Plan<f64>>,
     command: Option<SpaceCommand<f64>>,
+    timing: Timing,
+}
+
+/// Timing of a tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Timing {
+    /// Time since the tick before, s.
+    pub(crate) period_s: f64,
+    /// Age of the newest reading, s.
+    pub(crate) reading_age_s: Option<f64>,
 }
 
 /// Chooses the ticks whose state is published.
@@ -124,6 +137,7 @@ impl FlightState {
         time_us: u64,
         (stage, ending): (Stage, Option<Ending>),
         computed: Option<(&ComputerOutput<f64>, Attitude<f64>)>,
+        timing: Timing,
     ) -> Self {
         // Before control the landing starts again in every step: its phase, plan and command say nothing yet.
         let in_control = stage == Stage::InControl;
@@ -148,6 +162,7 @@ impl FlightState {
             }),
             plan: flown.and_then(|output| output.plan),
             command: flown.and_then(|output| output.command),
+            timing,
         }
     }
 
@@ -165,6 +180,14 @@ impl FlightState {
         add(
             Place::Stage,
             json!({ "timestamp": timestamp, "stage": self.stage, "ending": self.ending }),
+        );
+        let Timing {
+            period_s,
+            reading_age_s,
+        } = self.timing;
+        add(
+            Place::Timing,
+            json!({ "timestamp": timestamp, "period_s": period_s, "reading_age_s": reading_age_s }),
         );
         if let Some(phase) = self.phase {
             let reason = self.reason;
@@ -237,6 +260,7 @@ impl FlightState {
                 saturated: false,
                 limited: false,
             }),
+            timing: Timing::default(),
         }
     }
 }

@@ -48,6 +48,7 @@ impl Companion {
         let elapsed_us = self.times.tick.map_or(0, |last| now - last);
         self.times.tick = Some(now);
         self.computed = None;
+        self.elapsed_us = elapsed_us;
         if due(&mut self.times.heartbeat, now, SECOND_US) {
             self.send(&messages::heartbeat(), out);
         }
