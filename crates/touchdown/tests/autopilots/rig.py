@@ -116,14 +116,17 @@ class Rig:
         self.setpoints = self.after_take_over = 0
         self.last_setpoint = None
         self.told_other = None
+        self.instance = int(os.environ.get("PX4_INSTANCE", "0"))
+        self.system = 1 + self.instance if kind == "px4" else 1
         parameters, start = self.parameters(program)
         parameters.update(more or {})
         self.world = self.start(
-            [touchdown, "simulator", kind, f"{folder}/deck.toml", "--speed", "1", "--out", f"{folder}/world"], "world"
+            [touchdown, "simulator", kind, f"{folder}/deck.toml", "--speed", "1", "--out", f"{folder}/world",
+             "--instance", str(self.instance)], "world"
         )
         time.sleep(1.0)
         if kind == "px4":
-            self.link, self.pilot = Udp(14540), Udp(14550)
+            self.link, self.pilot = Udp(14540 + self.instance), Udp(14550)
             environment = dict(os.environ, PX4_SYS_AUTOSTART="10016", **{f"PX4_PARAM_{k}": v for k, v in parameters.items()})
             self.autopilot = self.start([program] + start, "autopilot", environment)
         else:
@@ -135,7 +138,7 @@ class Rig:
         self.mav = mav.MAVLink(None, srcSystem=255, srcComponent=190)
         self.parser = mav.MAVLink(None)
         self.parser.robust_parsing = True
-        self.camera = mav.MAVLink(None, srcSystem=1, srcComponent=197)
+        self.camera = mav.MAVLink(None, srcSystem=self.system, srcComponent=197)
         self.to_companion = Udp()
 
     def parameters(self, program):
@@ -157,7 +160,7 @@ class Rig:
             lines = [line.strip().split("=", 1) for line in open(f"{probe}/env")]
             found = {k[10:]: v for k, v in lines if k.startswith("PX4_PARAM_")}
             etc = os.path.join(os.path.dirname(os.path.dirname(program)), "etc")
-            return found, ["-i", "0", "-d", "-w", ".", etc]
+            return found, ["-i", str(self.instance), "-d", "-w", ".", etc]
         found = dict(line.split() for line in open(f"{probe}/parm"))
         # The altitude of the place where the world is.
         return found, ["--model", "JSON:127.0.0.1", "--wipe", "--home=47.397742,8.545594,0,90",
@@ -181,7 +184,7 @@ class Rig:
             process.wait()
         for udp in (self.link, self.pilot, self.to_companion):
             udp.socket.close()
-        for left in ("/tmp/px4_lock-0", "/tmp/px4-sock-0"):
+        for left in (f"/tmp/px4_lock-{self.instance}", f"/tmp/px4-sock-{self.instance}"):
             if self.kind == "px4" and os.path.exists(left):
                 os.remove(left)
 
@@ -252,12 +255,16 @@ class Rig:
         self.link.send(data)
 
     def to_pilot(self, data):
+        for identity, system, component, payload in frames(data):
+            # CURRENT_MODE, which pymavlink does not know.
+            if identity == 436 and system == self.system and self.armed is not None:
+                self.reports(int.from_bytes(payload[:4], "little"), self.armed)
         for message in self.parser.parse_buffer(data) or []:
             kind = message.get_type()
+            if message.get_srcSystem() != self.system:
+                continue
             if kind == "HEARTBEAT" and message.get_srcComponent() == 1:
                 self.reports(message.custom_mode, bool(message.base_mode & 128))
-            elif kind == "CURRENT_MODE" and self.armed is not None:
-                self.reports(message.custom_mode, self.armed)
             elif kind == "DISTANCE_SENSOR" and message.orientation == 25:
                 self.range_m = message.current_distance / 100
                 self.boot_us = message.time_boot_ms * 1000
@@ -284,7 +291,7 @@ class Rig:
 
     def command(self, command, *parameters):
         values = list(parameters) + [0] * (7 - len(parameters))
-        self.send(mav.MAVLink_command_long_message(1, 1, command, 0, *values))
+        self.send(mav.MAVLink_command_long_message(self.system, 1, command, 0, *values))
 
     def set_mode(self, mode):
         if self.kind == "px4":
@@ -364,7 +371,7 @@ class Rig:
             self.set_mode(self.modes["hold"])
             lat, lon = self.origin
             self.send(mav.MAVLink_command_int_message(
-                1, 1, 0, mav.MAV_CMD_DO_REPOSITION, 0, 0, -1, 1, 0, float("nan"), lat, lon, self.ground_up_m() + HEIGHT_M))
+                self.system, 1, 0, mav.MAV_CMD_DO_REPOSITION, 0, 0, -1, 1, 0, float("nan"), lat, lon, self.ground_up_m() + HEIGHT_M))
         else:
             self.set_mode(self.modes["following"])
             self.until(lambda: self.mode == self.modes["following"], 3)

@@ -45,7 +45,7 @@ def velocity(rig, up_mps):
     north, east = rig.place()
     limit = lambda v: max(-0.6, min(0.6, v))
     rig.send(mav.MAVLink_set_position_target_local_ned_message(
-        0, 1, 1, mav.MAV_FRAME_LOCAL_NED, 0b110111000111, 0, 0, 0, limit(-north), limit(-east), -up_mps, 0, 0, 0, 0, 0))
+        0, rig.system, 1, mav.MAV_FRAME_LOCAL_NED, 0b110111000111, 0, 0, 0, limit(-north), limit(-east), -up_mps, 0, 0, 0, 0, 0))
 
 
 def main():
