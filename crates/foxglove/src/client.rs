@@ -64,7 +64,7 @@ type Handshake = MidHandshake<ServerHandshake<TcpStream, Negotiation>>;
 
 /// A connection, before and after its handshake.
 enum Connection {
-    Negotiating(Handshake),
+    Negotiating(Box<Handshake>),
     Open(Box<WebSocket<TcpStream>>),
     Closed,
 }
@@ -108,7 +108,9 @@ impl Client {
     ) {
         self.connection = match result {
             Ok(socket) => Connection::Open(Box::new(socket)),
-            Err(HandshakeError::Interrupted(handshake)) => Connection::Negotiating(handshake),
+            Err(HandshakeError::Interrupted(handshake)) => {
+                Connection::Negotiating(Box::new(handshake))
+            }
             Err(HandshakeError::Failure(_)) => Connection::Closed,
         };
     }

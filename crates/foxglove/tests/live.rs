@@ -165,7 +165,8 @@ fn prop_a_client_that_never_reads_loses_messages_and_then_its_place() {
     });
     let mut reader = bench.while_running(|address| {
         let mut client = connected(address, "foxglove.sdk.v1").unwrap();
-        (text(&mut client), text(&mut client));
+        text(&mut client);
+        text(&mut client);
         subscribe(&mut client, 2, 1);
         client
     });
@@ -210,7 +211,8 @@ fn prop_hostile_connections_are_closed_and_others_are_served() {
         }
         subscribe(&mut client, 1, u64::MAX);
         client.send(Message::binary(vec![9; 100])).unwrap();
-        (text(&mut client), text(&mut client));
+        text(&mut client);
+        text(&mut client);
         let _ = client.send(Message::text("x".repeat(1 << 20)));
         while client.read().is_ok() {}
     });

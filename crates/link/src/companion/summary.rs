@@ -79,7 +79,10 @@ impl Companion {
             phase: self.phase(),
             wire: self.decoder.counts,
             other_senders: self.other_senders,
-            camera: self.camera.as_ref().map(|camera| camera.summary()),
+            camera: self
+                .camera
+                .as_ref()
+                .map(crate::camera::CameraWatch::summary),
             ignored_readings: self.inbox.ignored,
         }
     }
