@@ -65,6 +65,8 @@ pub struct SensorSettings {
     pub range_position_m: [f64; 3],
     /// Smallest and largest distance of the range finder, m.
     pub range_limits_m: [f64; 2],
+    /// Latency of the range finder: age of a range at its time stamp, s.
+    pub range_latency_s: f64,
     /// Error of `LANDING_TARGET` on each axis, standard deviation, m.
     pub target_sd_m: f64,
     /// Age of a `LANDING_TARGET` without a time stamp, at its arrival, s.
@@ -84,6 +86,7 @@ impl Default for SensorSettings {
             imu_gap_s: 0.05,
             range_position_m: numbers.range_position_m.to_array(),
             range_limits_m: numbers.range_limits_m,
+            range_latency_s: 0.02,
             target_sd_m: 0.01,
             target_latency_s: 0.05,
             velocity_period_s: 0.1,
@@ -342,6 +345,12 @@ impl SensorSettings {
             greatest_m,
             above,
             "a smallest distance and a larger one",
+        )?;
+        between(
+            "sensors.range_latency_s",
+            self.range_latency_s,
+            0.0..=0.2,
+            "0 to 0.2 s",
         )?;
         positive("sensors.target_sd_m", self.target_sd_m)?;
         let latency_s = self.target_latency_s;

@@ -299,3 +299,17 @@ fn prop_a_scenario_survives_its_file() {
     let error = toml::from_str::<SpaceScenario>("[sensors]\nsonar = 1").unwrap_err();
     assert!(error.to_string().contains("sonar"), "{error}");
 }
+
+#[test]
+fn regress_the_rotors_stop_within_a_second_of_the_touch_and_never_above_the_deck() {
+    // The decks of the paper, and one at rest.
+    for (amplitude, trials) in [(0.0, 20), (0.05, 20), (0.10, 20)] {
+        for landing in landings(&heaving(amplitude, 0.5), trials) {
+            assert_eq!(landing.outcome, SpaceOutcome::Landed { attempts: 1 });
+            let touch = landing.touch.unwrap();
+            // A landing ends 0.5 s after its rotors have stopped.
+            let stopped_s = landing.end_s - 0.5 - touch.time_s;
+            assert!((0.0..1.0).contains(&stopped_s), "{stopped_s} {touch:?}");
+        }
+    }
+}

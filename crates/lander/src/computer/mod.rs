@@ -42,8 +42,10 @@
 mod known;
 mod sightings;
 mod step;
+mod support;
 
 use sightings::Sightings;
+use support::Support;
 
 use crate::estimate::deck::{DeckEstimator, DeckEstimatorState, DeckMotionPrediction};
 use crate::estimate::latency::{LatencyEstimator, LatencyState};
@@ -177,6 +179,7 @@ pub struct ComputerState<R: Real, S> {
     carried_over: bool,
     hurry: bool,
     command: SpaceCommand<R>,
+    support: Support<R>,
 }
 
 /// Output of a step of a [`Computer`].
@@ -265,6 +268,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             carried_over: false,
             hurry: false,
             command: self.weight(),
+            support: Support::default(),
         }
     }
 

@@ -306,6 +306,15 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         }
     }
 
+    /// Measured force less thrust and ground effect of the models, world axes, N.
+    pub(crate) fn unexplained_n(
+        &self,
+        state: &SpaceControllerState<R, G::State>,
+        motion: &Motion<R>,
+    ) -> Vector<R> {
+        self.felt(state, motion).unexplained_n
+    }
+
     fn felt(&self, state: &SpaceControllerState<R, G::State>, motion: &Motion<R>) -> Felt<R> {
         state.record.felt(
             &self.delays,

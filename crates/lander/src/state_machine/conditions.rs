@@ -1,7 +1,7 @@
 //! Conditions of the table of transitions, from the input of a step.
 
 use super::{Funnel, MachineInput, Reason, StateMachine};
-use touchdown_flight::real::Real;
+use touchdown_flight::real::{Real, r};
 
 /// Conditions that follow from one input, without memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +27,8 @@ pub(super) struct Conditions {
     /// The vehicle is at or above the hover height.
     pub(super) up: bool,
     pub(super) touching: bool,
+    /// The legs feel the deck, at a height and speed of a touchdown.
+    pub(super) supported: bool,
     pub(super) evidence: bool,
     pub(super) unsupported: bool,
 }
@@ -117,11 +119,8 @@ impl<R: Real> StateMachine<R> {
             (battery_low, Reason::BatteryLow),
         ]));
 
-        let touching = blind.is_none()
-            && height_m <= self.touchdown_height_m
-            && seen.relative_velocity_mps.abs() <= self.touchdown_speed_mps
-            && seen.lateral_speed_mps.abs() <= self.touchdown_lateral_mps
-            && seen.contact != Some(false);
+        let [low, supported] = self.on_deck(seen, blind.is_none());
+        let touching = supported || low;
         let idle = seen.thrust_share <= self.idle_thrust_share;
         let carried = idle && seen.load_factor >= self.supported_load_factor;
         Conditions {
@@ -139,10 +138,29 @@ impl<R: Real> StateMachine<R> {
             above_commit_height: height_m > self.commit_height_m + self.commit_margin_m,
             up: stale.is_none() && height_error_m >= -self.hold_tolerance_m,
             touching,
+            supported,
             evidence: touching && (carried || seen.contact == Some(true)),
             unsupported: idle
                 && seen.load_factor < self.supported_load_factor
                 && seen.contact != Some(true),
         }
+    }
+
+    /// Whether height and speed are those of a touchdown, and whether the legs feel the deck besides.
+    fn on_deck(&self, seen: &MachineInput<R>, seeing: bool) -> [bool; 2] {
+        let within = |margin_m: R, times: R| {
+            seeing
+                && seen.height_m <= self.touchdown_height_m + margin_m
+                && seen.relative_velocity_mps.abs() <= times * self.touchdown_speed_mps
+                && seen.lateral_speed_mps.abs() <= self.touchdown_lateral_mps
+                && seen.contact != Some(false)
+        };
+        let low = within(R::ZERO, R::ONE);
+        // Less force is needed where height and speed agree with it.
+        let twice = r::<R>(2.0);
+        let supported = (low && seen.support_share >= self.support_share)
+            || (within(self.support_margin_m, twice)
+                && seen.support_share >= twice * self.support_share);
+        [low, supported]
     }
 }

@@ -55,6 +55,10 @@ pub struct MachineInput<R> {
     /// Measured specific force along the body's z axis, over gravity: 1 at rest, 0 in
     /// free fall.
     pub load_factor: R,
+    /// Estimated force of the deck on the legs, over the weight: what the IMU measures
+    /// beyond thrust, ground effect and the disturbance of the flight before. NaN counts
+    /// as none.
+    pub support_share: R,
     /// Contact switch in the legs, if there is one.
     pub contact: Option<bool>,
     /// The planner decides to descend now.

@@ -38,6 +38,7 @@ pub struct MachineState<R> {
     waited: Sum<R>,
     ready: HoldTimer<R>,
     touching: HoldTimer<R>,
+    supported: HoldTimer<R>,
     evidence: HoldTimer<R>,
     apart: HoldTimer<R>,
     unsupported: HoldTimer<R>,
@@ -237,6 +238,7 @@ impl<R: Real> StateMachine<R> {
         state.clock.add(dt);
         state.ready.update(now.unready.is_none(), dt, gap);
         state.touching.update(now.touching, dt, gap);
+        state.supported.update(now.supported, dt, gap);
         state.evidence.update(now.evidence, dt, gap);
         state.unsupported.update(now.unsupported, dt, gap);
         state.apart.update(!now.touching, dt, false);
@@ -258,7 +260,7 @@ impl<R: Real> StateMachine<R> {
                 && state.last_request != OperatorRequest::Restart,
             late,
             settled: state.ready.lasts(self.settle_s),
-            contact: state.touching.lasts(self.contact_s),
+            contact: state.touching.lasts(self.contact_s) || state.supported.lasts(self.support_s),
             confirmed: state.evidence.lasts(self.confirm_s),
             apart: state.apart.lasts(self.bounce_s),
             unsupported: state.unsupported.lasts(self.fall_s),

@@ -40,7 +40,7 @@
 //! | `Descend` | at the commit height or below | `Commit` |
 //! | `Commit` | operator aborts | `GoAround` |
 //! | `Commit` | blind | `GoAround` |
-//! | `Commit` | touching for `contact_s` | `Touchdown` |
+//! | `Commit` | supported for `support_s`, or touching for `contact_s` | `Touchdown` |
 //! | `Commit` | astray, saturated, late | `GoAround` |
 //! | `Commit` | above the commit height by `commit_margin_m`, tag lost | `GoAround` |
 //! | `Commit` | above the commit height by `commit_margin_m` | `Descend` |
@@ -72,7 +72,12 @@
 //!   limit is exceeded, the rotors are not saturated, and the battery is not low. The deck
 //!   is within its limits, unless the battery is critical.
 //! - *touching*: not blind; height, relative velocity and lateral speed in the deck's
-//!   frame are within the limits of a touchdown; no contact switch is open.
+//!   frame are within the limits of a touchdown; no contact switch is open. Or *supported*.
+//! - *supported*: touching, and the deck's force on the legs is at least `support_share` of
+//!   the weight. Up to `support_margin_m` above the height of a touchdown, and up to twice
+//!   its speed, twice that force counts: a first contact is short, and height and velocity
+//!   follow it late. This force comes from the models of thrust and ground effect. It
+//!   decides when the thrust decreases; the evidence below, without models, stops the rotors.
 //! - *evidence*: touching, and one of two. Either the contact switch is closed, or the
 //!   thrust is at most `idle_thrust_share` of the weight while the IMU measures at least
 //!   `supported_load_factor`, so that something else carries the vehicle. *Not supported*:

@@ -32,6 +32,7 @@ impl<R: Real> Funnel<R> {
 /// | `touchdown_height_m` | 0.12 | greatest height in touchdown: that of contact plus the noise of the height |
 /// | `touchdown_speed_mps`, `touchdown_lateral_mps` | 0.12, 0.25 | greatest speeds relative to the deck in touchdown |
 /// | `idle_thrust_share`, `supported_load_factor` | 0.5, 0.7 | evidence that the deck carries the vehicle |
+/// | `support_share`, `support_margin_m`, `support_s` | 0.04, 0.01, 0.03 | force of the deck on the legs, and for how long, before the thrust decreases |
 /// | `tag_age_s`, `range_age_s`, `imu_age_s` | 0.3, 0.15, 0.05 | greatest ages |
 /// | `tilt_rad` | 0.35 | tilt of the vehicle |
 /// | `lateral_m`, `closing_mps` | 0.10 + 0.25 z, 0.35 + 1.0 z | lateral error, speed towards the deck |
@@ -39,7 +40,7 @@ impl<R: Real> Funnel<R> {
 /// | `battery_low`, `battery_critical` | 0.2, 0.08 | remaining energy |
 /// | `go_arounds` | 2 | aborted descents before giving up: one more gives up |
 /// | `settle_s` | 0.5 | being ready before waiting for the planner |
-/// | `contact_s`, `confirm_s` | 0.5, 0.5 | contact before the thrust decreases, so that the last centimetres of the descent are flown; evidence before disarming |
+/// | `contact_s`, `confirm_s` | 0.5, 0.2 | contact without any felt force before the thrust decreases, so that the last centimetres of the descent are flown; evidence before disarming |
 /// | `bounce_s`, `fall_s` | 0.2, 0.05 | not touching, not supported |
 /// | `excess_s`, `saturation_s` | 0.15, 0.3 | beyond a limit |
 /// | `patience_s`, `landing_s`, `climb_s` | 120, 30, 5 | time limits of the phases |
@@ -47,6 +48,13 @@ impl<R: Real> Funnel<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct StateMachine<R> {
     /// Height of the hover above the deck, m.
     pub hold_height_m: R,
@@ -71,6 +79,13 @@ pub struct StateMachine<R> {
     pub idle_thrust_share: R,
     /// Least load factor of a vehicle that the deck carries.
     pub supported_load_factor: R,
+    /// Least force of the deck on the legs that counts as contact, share of the weight. Above
+    /// `touchdown_height_m` and `touchdown_speed_mps` twice as much counts.
+    #[cfg_attr(feature = "serde", serde(default = "support_share"))]
+    pub support_share: R,
+    /// Height above `touchdown_height_m` up to which that force counts, m.
+    #[cfg_attr(feature = "serde", serde(default = "support_margin_m"))]
+    pub support_margin_m: R,
     /// Greatest age of the tag, s.
     pub tag_age_s: R,
     /// Greatest age of the range, s.
@@ -97,6 +112,9 @@ pub struct StateMachine<R> {
     pub settle_s: R,
     /// Time of contact before the thrust decreases, s.
     pub contact_s: R,
+    /// Time for which the legs feel the deck before the thrust decreases, s.
+    #[cfg_attr(feature = "serde", serde(default = "support_s"))]
+    pub support_s: R,
     /// Time of evidence before the rotors stop, s.
     pub confirm_s: R,
     /// Time without contact after which the touchdown counts as a bounce, s.
@@ -117,6 +135,28 @@ pub struct StateMachine<R> {
     pub greatest_step_s: R,
 }
 
+// Recordings of earlier versions do not have the keys of these three.
+
+/// Twice the errors of the models in a calm descent (0.02). Halved, touchdowns begin
+/// in the air (worst touch 0.14 for 0.09 m/s); doubled, the motors stop 0.1 s later (0.47 to 0.59 s
+/// after the touch on a deck of 0.05 m at 0.5 Hz).
+fn support_share<R: Real>() -> R {
+    r(0.04)
+}
+
+/// The estimate's error at contact, one resolution of the range finder. Doubled, two
+/// of 200 landings in gusts of 4 m/s touch harder (0.25 for 0.21 m/s); halved, none
+/// changes but the stop in gusts, 0.02 s later.
+fn support_margin_m<R: Real>() -> R {
+    r(0.01)
+}
+
+/// Three steps, less than a first contact (0.05 s). Halved or doubled, the stop moves
+/// by 0.03 s.
+fn support_s<R: Real>() -> R {
+    r(0.03)
+}
+
 impl<R: Real> Default for StateMachine<R> {
     fn default() -> Self {
         let funnel = |at_deck, per_m| Funnel {
@@ -135,6 +175,8 @@ impl<R: Real> Default for StateMachine<R> {
             touchdown_lateral_mps: r(0.25),
             idle_thrust_share: r(0.5),
             supported_load_factor: r(0.7),
+            support_share: support_share(),
+            support_margin_m: support_margin_m(),
             tag_age_s: r(0.3),
             range_age_s: r(0.15),
             imu_age_s: r(0.05),
@@ -148,7 +190,11 @@ impl<R: Real> Default for StateMachine<R> {
             go_arounds: 2,
             settle_s: r(0.5),
             contact_s: r(0.5),
-            confirm_s: r(0.5),
+            support_s: support_s(),
+            // In the air the load factor falls below 0.7 within 0.15 s of a thrust of half the
+            // weight: lag of the rotors 0.05 s, delays 0.05 s. Halved, that fall could come too
+            // late; doubled, the rotors stop 0.2 s later.
+            confirm_s: r(0.2),
             bounce_s: r(0.2),
             fall_s: r(0.05),
             excess_s: r(0.15),
@@ -215,7 +261,7 @@ impl<R: Real> StateMachine<R> {
         )
     }
 
-    fn positive_settings(&self) -> [(&'static str, R); 29] {
+    fn positive_settings(&self) -> [(&'static str, R); 32] {
         [
             ("lander.hold_height_m", self.hold_height_m),
             ("lander.hold_tolerance_m", self.hold_tolerance_m),
@@ -227,6 +273,8 @@ impl<R: Real> StateMachine<R> {
             ("lander.touchdown_speed_mps", self.touchdown_speed_mps),
             ("lander.touchdown_lateral_mps", self.touchdown_lateral_mps),
             ("lander.idle_thrust_share", self.idle_thrust_share),
+            ("lander.support_share", self.support_share),
+            ("lander.support_margin_m", self.support_margin_m),
             ("lander.tag_age_s", self.tag_age_s),
             ("lander.range_age_s", self.range_age_s),
             ("lander.imu_age_s", self.imu_age_s),
@@ -237,6 +285,7 @@ impl<R: Real> StateMachine<R> {
             ("lander.deck_speed_mps", self.deck_speed_mps),
             ("lander.settle_s", self.settle_s),
             ("lander.contact_s", self.contact_s),
+            ("lander.support_s", self.support_s),
             ("lander.confirm_s", self.confirm_s),
             ("lander.bounce_s", self.bounce_s),
             ("lander.fall_s", self.fall_s),

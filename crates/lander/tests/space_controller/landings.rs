@@ -93,6 +93,7 @@ fn fly(plant: &mut Plant, change: impl Fn(&mut MachineInput<f64>, Phase, f64)) -
             battery_share: 0.6,
             thrust_share: command.thrust_n / WEIGHT_N,
             load_factor: felt.dot(plant.up) / GRAVITY,
+            support_share: 0.0,
             contact: None,
             go: plan.is_some(),
             request: OperatorRequest::None,

@@ -47,6 +47,7 @@ fn prop_single_precision_takes_the_same_way() {
         battery_share: s.battery_share as f32,
         thrust_share: s.thrust_share as f32,
         load_factor: s.load_factor as f32,
+        support_share: s.support_share as f32,
         contact: s.contact,
         go: s.go,
         request: s.request,

@@ -1,5 +1,6 @@
 //! The landing's state machine: its table, its promises, and lying sensors.
 
+mod contact;
 mod edges;
 mod promises;
 mod table;

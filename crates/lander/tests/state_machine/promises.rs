@@ -128,7 +128,7 @@ prop_compose! {
         place in (prop_oneof![Just(0.8), Just(0.25), Just(0.1), mostly(0.5)], mostly(0.05)),
         lateral in (mostly(0.02), mostly(0.01), mostly(0.02)),
         deck in (mostly(0.03), mostly(0.15), mostly(0.7)),
-        forces in (prop_oneof![Just(1.0), Just(0.3), mostly(0.5)], mostly(1.0)),
+        forces in (prop_oneof![Just(1.0), Just(0.3), mostly(0.5)], mostly(1.0), mostly(0.05)),
         flags in (prop::bool::weighted(0.03), prop::bool::weighted(0.05), prop::bool::weighted(0.7)),
         contact in prop_oneof![8 => Just(None), 1 => Just(Some(true)), 1 => Just(Some(false))],
         request in prop_oneof![20 => request(), 1 => Just(OperatorRequest::Disarm)],
@@ -140,7 +140,7 @@ prop_compose! {
             lateral_error_m: lateral.0, lateral_speed_mps: lateral.1, tilt_rad: lateral.2,
             deck_tilt_rad: deck.0, deck_speed_mps: deck.1, battery_share: deck.2,
             thrust_share: forces.0, load_factor: forces.1,
-            contact, request,
+            support_share: forces.2, contact, request,
         }
     }
 }

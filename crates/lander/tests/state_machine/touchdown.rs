@@ -91,5 +91,5 @@ fn analytic_a_contact_switch_decides() {
         s.thrust_share = 0.9;
     });
     assert_eq!(out.phase, Phase::Disarmed);
-    assert!((after - 0.5 - DT).abs() < 1.5 * DT, "{after}");
+    assert!((after - 0.2 - DT).abs() < 1.5 * DT, "{after}");
 }

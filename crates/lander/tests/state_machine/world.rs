@@ -27,6 +27,7 @@ pub(crate) fn good() -> MachineInput<f64> {
         battery_share: 0.7,
         thrust_share: 1.0,
         load_factor: 1.0,
+        support_share: 0.0,
         contact: None,
         go: true,
         request: OperatorRequest::None,

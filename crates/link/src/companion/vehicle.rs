@@ -168,6 +168,7 @@ impl Companion {
                     ..Sequence::default()
                 },
             });
+            self.inbox.hears(autopilot);
             self.encoder.system = frame.system;
             let (name, system) = (autopilot.name(), frame.system);
             self.notes.push(format!("{name}, system id {system}"));

@@ -10,12 +10,16 @@
 //! | positions of vehicle and deck | position of the deck | see `deck.rs` |
 //! | `LOCAL_POSITION_NED` | velocity | `time_boot_ms` |
 //!
+//! ArduCopter reads its range finder at 20 Hz and stamps what it sends with the time of sending. So a range that it repeats is no
+//! new reading: it would count several times, and each time as if it were new.
+//!
 //! Stamps are of the autopilot's clock. A reading is ignored and counted if it is not finite, older than
 //! `sensors.greatest_age_s`, stamped in the future, repeated, or of another frame; so is every stamped reading before the clocks are
 //! synchronised. Beside a camera, positions of the deck that others report are ignored and counted.
 
 mod camera;
 mod deck;
+mod repeats;
 mod source;
 #[cfg(test)]
 mod tests;
@@ -23,6 +27,7 @@ mod tests;
 pub use source::Source;
 
 use deck::Positions;
+use repeats::RangeRepeats;
 
 use mavlink::dialects::common::{
     LANDING_TARGET_DATA, LOCAL_POSITION_NED_DATA, MavFrame, MavMessage, MavSensorOrientation,
@@ -33,6 +38,7 @@ use touchdown_lander::estimate::relative::{
     GnssVelocity, ImuSample, RangeReading, Reading, TagReading,
 };
 
+use crate::autopilot::Autopilot;
 use crate::axes;
 use crate::clock::ClockSync;
 use crate::settings::FlightSettings;
@@ -91,6 +97,8 @@ pub struct Inbox {
     summed: u32,
     velocity_us: Option<i64>,
     range_m: Option<f64>,
+    range_latency_us: i64,
+    range_repeats: RangeRepeats,
     pending: Vec<(i64, Reading<f64>)>,
     /// The readings of the present step.
     ready: Vec<Reading<f64>>,
@@ -137,6 +145,8 @@ impl Inbox {
             summed: 0,
             velocity_us: None,
             range_m: None,
+            range_latency_us: micros(sensors.range_latency_s),
+            range_repeats: RangeRepeats::default(),
             pending: Vec::with_capacity(MOST_PENDING),
             ready: Vec::with_capacity(MOST_PENDING),
             jumped: false,
@@ -145,6 +155,11 @@ impl Inbox {
             stamps_us: [None; 5],
             ignored: IgnoredReadings::default(),
         }
+    }
+
+    /// The autopilot is known: how it repeats ranges.
+    pub fn hears(&mut self, autopilot: Autopilot) {
+        self.range_repeats = RangeRepeats::of(autopilot);
     }
 
     /// Takes a message that arrived at `now_us`, our time.
@@ -184,14 +199,13 @@ impl Inbox {
                 let distance_m = f64::from(m.current_distance) * 0.01;
                 let reading = Reading::Range(RangeReading::level(distance_m, 0.0));
                 self.range_m = usable.then_some(distance_m);
-                self.queue(
-                    Source::Range,
-                    reading,
-                    usable,
-                    boot(m.time_boot_ms),
-                    clock,
-                    now_us,
-                );
+                let stamp_us = boot(m.time_boot_ms);
+                if usable && self.range_repeats.is_repeat(m.current_distance, stamp_us) {
+                    // It is alive, and nothing is new.
+                    self.dated(Source::Range, stamp_us, clock, now_us);
+                    return;
+                }
+                self.queue(Source::Range, reading, usable, stamp_us, clock, now_us);
             }
             MavMessage::LANDING_TARGET(m) => self.take_target(m, clock, now_us),
             MavMessage::LOCAL_POSITION_NED(m) => self.take_velocity(m, clock, now_us),
@@ -333,7 +347,11 @@ impl Inbox {
         if !usable || !reading.is_finite() {
             self.ignored.unusable += 1;
         } else if let Some(at) = self.dated(source, stamp_us, clock, now_us) {
-            self.push(source, reading, at);
+            let latency_us = match source {
+                Source::Range => self.range_latency_us,
+                _ => 0,
+            };
+            self.push(source, reading, at - latency_us);
         }
     }
 
@@ -447,6 +465,7 @@ impl Inbox {
         self.force = None;
         (self.sum, self.summed) = (Vector::ZERO, 0);
         self.velocity_us = None;
+        self.range_repeats.forget();
         self.pending.clear();
         self.normal = None;
         self.jumped = false;

@@ -26,7 +26,7 @@ fn range(centimetres: u16, time_boot_ms: u32) -> MavMessage {
 }
 
 #[test]
-fn analytic_the_age_of_a_reading_is_that_of_its_stamp() {
+fn analytic_the_age_of_a_range_is_that_of_its_stamp_and_its_latency() {
     let mut inbox = Inbox::new(&FlightSettings::default());
     inbox.take(&range(80, 6_000), &synchronised(), 1_030_000);
     let imu = inbox.sense(1_040_000);
@@ -34,8 +34,35 @@ fn analytic_the_age_of_a_reading_is_that_of_its_stamp() {
         panic!("{:?}", inbox.ready());
     };
     assert_eq!(reading.distance_m, 0.8);
-    assert!((reading.age_s - 0.04).abs() < 1e-12);
+    assert!((reading.age_s - 0.06).abs() < 1e-12);
     assert!(!imu.specific_force_mps2.is_finite(), "no sample has come");
+}
+
+#[test]
+fn analytic_ranges_that_ardupilot_repeats_are_one_reading() {
+    // Messages at 50 Hz of a range finder that is read at 20 Hz: readings at 0, 50, 100, 150 ms.
+    let read_cm = |ms: u32| [80, 79, 79, 78][(ms / 50) as usize];
+    for (autopilot, expected) in [
+        // A change is new at once, an equal value after 50 ms.
+        (Autopilot::ArduPilot, vec![0, 60, 120, 160]),
+        (Autopilot::Px4, (0..200).step_by(20).collect()),
+    ] {
+        let (mut inbox, clock) = (Inbox::new(&FlightSettings::default()), synchronised());
+        inbox.hears(autopilot);
+        let mut new_at = Vec::new();
+        for ms in (0..200).step_by(20) {
+            let now_us = 1_000_000 + 1000 * i64::from(ms);
+            inbox.take(&range(read_cm(ms), 6_000 + ms), &clock, now_us);
+            inbox.sense(now_us);
+            if !inbox.ready().is_empty() {
+                new_at.push(ms);
+            }
+            // The range finder is alive all the time.
+            assert_eq!(inbox.age_s(Source::Range, now_us), 0.0);
+        }
+        assert_eq!(new_at, expected);
+        assert_eq!(inbox.ignored, IgnoredReadings::default());
+    }
 }
 
 #[test]

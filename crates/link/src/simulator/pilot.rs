@@ -28,6 +28,9 @@ const COMMAND_US: u64 = SECOND_US;
 const STICKS_US: u64 = SECOND_US / 5;
 /// Time between two questions for the autopilot's clock, µs.
 const SYNC_US: u64 = SECOND_US / 2;
+/// What tells the pilot's questions for the clock from those of a companion, µs: a fraction of its period of 10 ms, and small
+/// against the error of the clock.
+const PILOT_ASKS_US: i64 = 1;
 /// Share of the height from which on the vehicle counts as up, and the speed below which it holds, m/s.
 const UP_SHARE: f64 = 0.7;
 const HOLDS_MPS: f64 = 0.15;
@@ -180,8 +183,11 @@ impl Pilot {
         let Some(vehicle) = self.vehicle else { return };
         if due(&mut self.sync_us, now_us, SYNC_US) {
             let now = i64::try_from(now_us).unwrap_or(i64::MAX);
-            self.clock.asks(now);
-            self.encoder.write(&question(now), out);
+            // Pilot and companion have the same clock. A question that both asked would get two answers, from which the
+            // companion concludes that there are two autopilots.
+            let asked = now.saturating_add(PILOT_ASKS_US);
+            self.clock.asks(asked);
+            self.encoder.write(&question(asked), out);
         }
         if vehicle.autopilot == Autopilot::ArduPilot && due(&mut self.sticks_us, now_us, STICKS_US)
         {

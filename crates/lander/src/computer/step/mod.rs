@@ -1,6 +1,7 @@
 //! A step of the landing computer.
 
 use crate::computer::sightings::Sightings;
+use crate::computer::support::Support;
 use crate::computer::{Computer, ComputerOutput, ComputerState, Descent, Sensed};
 use crate::estimate::deck::{DeckEstimatorState, DeckMotionPrediction};
 use crate::estimate::relative::{DeckPrior, RangeReading, Reading, RelativeEstimate};
@@ -60,6 +61,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             battery_share: sensed.battery_share,
             thrust_share: command.thrust_n / weight_n,
             load_factor: sensed.imu.specific_force_mps2.z / self.controller.gravity_mps2,
+            support_share: state.support.force_n() / weight_n,
             contact: sensed.contact,
             go: reference.is_some(),
             request: sensed.request,
@@ -91,6 +93,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             .as_ref()
             .map_or(Vector::ZERO, |controller| controller.disturbance_n);
         state.command = command.unwrap_or_default();
+        self.feel_support(state, &motion, dt);
         ComputerOutput {
             command,
             state_machine,
@@ -101,6 +104,18 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             latency_s: state.latency.latency_s(),
             target,
             disturbance_n,
+        }
+    }
+
+    /// Estimates the force of the deck on the legs.
+    fn feel_support(&self, state: &mut ComputerState<R, G::State>, motion: &Motion<R>, dt: R) {
+        match &state.controller {
+            Some(controller) => {
+                let unexplained_n = self.controller.unexplained_n(controller, motion);
+                let above_contact_m = motion.position_m.z - self.contact_height_m;
+                state.support.step(unexplained_n.z, above_contact_m, dt);
+            }
+            None => state.support = Support::default(),
         }
     }
 

@@ -1,0 +1,86 @@
+//! Force of the deck on the legs, from the inertial unit.
+
+use touchdown_flight::kernel::lag_step;
+use touchdown_flight::real::{Real, r};
+
+/// Time constant of the disturbance before contact, s: a few periods of the loop, short
+/// against gusts and against the last 0.1 m of a descent. Halved, its noise adds to that of
+/// the support; doubled, it lags behind a ground effect that the models do not know.
+const FREE_S: f64 = 0.2;
+/// Time constant of the support, s: shorter than a first contact, which lasts about 0.05 s.
+/// Halved, the noise of single samples counts; doubled, a soft first contact is missed.
+const SUPPORT_S: f64 = 0.03;
+/// Height above that of contact from which on the legs are free, m: the error of the
+/// estimated height, 0.01 m, and what a descent of 0.1 m/s covers in `FREE_S`. Halved, the
+/// first contact can count as disturbance; doubled, more of the ground effect counts as support.
+const FREE_M: f64 = 0.03;
+
+/// Estimated force of the deck: the force that thrust and ground effect do not explain,
+/// less the same force in the flight just before.
+///
+/// ```text
+/// n = m (a + g) - (T^ + f^) - d,   d: the same without d, filtered while the legs are free
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Support<R> {
+    /// Disturbance with free legs, N.
+    free_n: R,
+    /// Support, N.
+    force_n: R,
+}
+
+impl<R: Real> Support<R> {
+    /// Advances the estimate by `dt` seconds with the unexplained force at a height above
+    /// that of contact. A force that is not finite changes nothing.
+    pub(super) fn step(&mut self, unexplained_n: R, above_contact_m: R, dt: R) {
+        if !unexplained_n.is_finite() {
+            return;
+        }
+        if above_contact_m > r(FREE_M) {
+            self.free_n = lag_step(self.free_n, unexplained_n, r(FREE_S), dt);
+        }
+        let support_n = unexplained_n - self.free_n;
+        self.force_n = lag_step(self.force_n, support_n, r(SUPPORT_S), dt);
+    }
+
+    /// The force of the deck on the legs, N; negative values are errors of the models.
+    pub(super) fn force_n(&self) -> R {
+        self.force_n
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: f64 = 0.01;
+
+    #[test]
+    fn analytic_the_deck_carries_what_the_flight_before_did_not_explain() {
+        let mut support = Support::<f64>::default();
+        // A disturbance of 1 N in flight: ten time constants leave 1/22000 of it.
+        for _ in 0..200 {
+            support.step(1.0, 0.2, DT);
+        }
+        assert!(support.force_n().abs() < 1e-3, "{}", support.force_n());
+        // A NaN changes nothing.
+        let before = support;
+        support.step(f64::NAN, 0.2, DT);
+        assert_eq!(support, before);
+        // The deck adds 2 N. After 0.1 s the filter of 0.03 s has seen 1 - exp(-10/3) of it.
+        for _ in 0..10 {
+            support.step(3.0, 0.0, DT);
+        }
+        let expected = 2.0 * (1.0 - (-10.0_f64 / 3.0).exp());
+        assert!(
+            (support.force_n() - expected).abs() < 1e-3,
+            "{}",
+            support.force_n()
+        );
+        // Near the deck the disturbance stays: the force lasts.
+        for _ in 0..1000 {
+            support.step(3.0, 0.0, DT);
+        }
+        assert!((support.force_n() - 2.0).abs() < 1e-3);
+    }
+}
