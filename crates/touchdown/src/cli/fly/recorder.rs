@@ -68,6 +68,10 @@ struct Line {
 }
 
 /// State for people who watch. It has a queue of its own, because it is large and may be lost: a replay does not need it.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a box would allocate in the control loop"
+)]
 enum Watched {
     State(FlightState),
     Checklist(u64, Arc<Checklist>),

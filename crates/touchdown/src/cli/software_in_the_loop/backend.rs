@@ -120,7 +120,7 @@ impl LandingBackend for AutopilotBackend<'_> {
                 let lander = sweep.lander(landing)?;
                 Some(FlightSettings {
                     control: lander.scenario().control.clone(),
-                    models: lander.scenario().models.clone(),
+                    models: lander.scenario().models,
                     ..companion.clone()
                 })
             }

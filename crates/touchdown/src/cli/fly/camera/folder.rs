@@ -90,7 +90,7 @@ impl Images {
                 let left_us = (exposed_us - clock.now_us()).min(SLEEP_US);
                 match u64::try_from(left_us) {
                     Ok(left_us) if left_us > 0 => {
-                        std::thread::sleep(Duration::from_micros(left_us))
+                        std::thread::sleep(Duration::from_micros(left_us));
                     }
                     _ => break,
                 }
