@@ -25,7 +25,8 @@ use crate::transport::is_quiet;
 pub const PORT: u16 = 9002;
 /// Real time for which a datagram is waited for.
 const WAIT: Duration = Duration::from_millis(200);
-/// Waits in vain, in a row, that are an error: 10 s of silence.
+/// Waits in vain, in a row, that are an error: 10 s of silence. Motor signals that are repeated count as one each, so that a
+/// peer that repeats them for ever does not hold the simulation.
 const MOST_WAITS: u32 = 50;
 /// ArduPilot cuts the difference of two stamps to whole microseconds. With stamps that are half a millionth long, rounding
 /// never makes one of 2 ms a microsecond short.
@@ -158,7 +159,7 @@ impl ArduPilot {
     /// Answers the last motor signals with a sample and waits for the next ones.
     ///
     /// # Errors
-    /// ArduPilot is silent for 10 s, or has restarted.
+    /// ArduPilot is silent for 10 s, repeats itself without end, or has restarted.
     pub fn exchange(
         &mut self,
         sensors: &SensorReport,
@@ -171,9 +172,13 @@ impl ArduPilot {
         loop {
             let before = self.last;
             match self.receive()? {
-                Some(frame) if before == Some(frame.count) => {
+                Some(frame) if before == Some(frame.count) && waits < MOST_WAITS => {
+                    waits += 1;
                     self.repeated += 1;
                     self.send()?;
+                }
+                Some(frame) if before == Some(frame.count) => {
+                    return Err(broken(ErrorKind::TimedOut.into()));
                 }
                 Some(frame) if before.is_some_and(|before| frame.count < before) => {
                     return Err(broken(ErrorKind::ConnectionReset.into()));
@@ -323,6 +328,21 @@ mod tests {
         assert_eq!(first, again);
         send(&datagram(0, [1000; 4]));
         assert!(ours.exchange(&report(), &state()).is_err());
+    }
+
+    #[test]
+    fn regress_a_flood_of_repeated_frames_is_an_error() {
+        let mut ours = ArduPilot::bind(0).unwrap();
+        let port = ours.port().unwrap();
+        let theirs = UdpSocket::bind("127.0.0.1:0").unwrap();
+        for _ in 0..=MOST_WAITS + 1 {
+            theirs
+                .send_to(&datagram(5, [1500; 4]), ("127.0.0.1", port))
+                .unwrap();
+        }
+        assert!(ours.connect().unwrap().is_some());
+        assert!(ours.exchange(&report(), &state()).is_err());
+        assert_eq!(ours.repeated, u64::from(MOST_WAITS));
     }
 
     proptest! {

@@ -237,6 +237,23 @@ fn prop_an_answer_may_come_in_pieces_and_amid_garbage() {
 
 proptest! {
     #[test]
+    fn prop_an_answer_among_anything_in_any_pieces_is_found_or_missed_but_never_invented(
+        before in proptest::collection::vec(any::<u8>().prop_filter("no marker", |b| ![0xfd, 0xfe].contains(b)), 0..60),
+        signal in 0.0_f32..=1.0, piece in 1_usize..80, late in any::<bool>())
+    {
+        let mut stream = before;
+        stream.extend(answer(if late { 1_000_000 } else { 1_004_000 }, [signal; 4]));
+        let mut px4 = px4(stream.chunks(piece).map(<[u8]>::to_vec).collect());
+        let motors = px4.exchange(&report(), &state()).unwrap();
+        // Pieces of a byte or two may be more than one exchange reads: then the answer is not seen in it.
+        let pieces = stream.len().div_ceil(piece);
+        let found = pieces < MOST_READS as usize;
+        let expected = if found { [f64::from(signal); 4] } else { [0.0; 4] };
+        prop_assert_eq!(motors.0, expected);
+        prop_assert_eq!(px4.missed, u64::from(found && late));
+    }
+
+    #[test]
     fn prop_any_bytes_give_signals_in_their_range(chunks in proptest::collection::vec(
         proptest::collection::vec(prop_oneof![Just(0xfd_u8), any::<u8>()], 0..200), 0..5),
         signals in any::<[f32; 4]>()) {
