@@ -265,6 +265,16 @@ impl FlightSettings {
         camera.device.is_some() || camera.folder.is_some() || camera.command.is_some()
     }
 
+    /// The same without the companion's own camera.
+    #[must_use]
+    pub fn without_camera(&self) -> Self {
+        let mut settings = self.clone();
+        let camera = &mut settings.camera;
+        (camera.device, camera.folder) = (None, None);
+        (camera.times, camera.command) = (None, None);
+        settings
+    }
+
     /// Checks all settings and builds the landing computer, as campaigns do.
     ///
     /// # Errors

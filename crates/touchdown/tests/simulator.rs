@@ -68,6 +68,9 @@ fn xval_the_companion_lands_over_both_autopilots_sides() {
     for autopilot in ["px4", "ardupilot"] {
         let folder = prepared(&python);
         let fly = folder.path().join("fly.toml");
+        // The simulated camera takes the place of the one that the settings name.
+        let camera = "[camera]\ncommand = [\"no such program\"]\n";
+        std::fs::write(&fly, format!("{PATIENT}\n{camera}")).unwrap();
         let output = simulated(
             folder.path(),
             autopilot,

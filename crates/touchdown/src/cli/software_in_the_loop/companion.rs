@@ -34,6 +34,8 @@ impl SimulatedCompanion {
             take_control: true,
             ..Session::default()
         };
+        // The simulated camera gives positions of the deck, whatever camera the settings name.
+        let settings = &settings.without_camera();
         let companion = Companion::new(settings, &session);
         Ok(Self {
             companion: companion.map_err(touchdown_link::LinkError::from)?,
