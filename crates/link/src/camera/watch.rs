@@ -27,7 +27,7 @@ struct Counts {
     with_tag: u64,
 }
 
-/// What is said of the camera at the end.
+/// Summary of the camera at the end of a flight.
 #[derive(Clone, Debug, Serialize)]
 pub struct CameraSummary {
     /// Frames that were looked at.

@@ -17,7 +17,7 @@ fn analytic_rotor_is_found_from_its_log() {
     let found = json(0, args);
     assert_eq!(found["form"], "first_order");
     for (name, expected) in [("T_m", 0.1), ("c0", 2.0), ("c1", 1.0)] {
-        // Noise-free: what is left is the free run's linear interpolation of the throttle between rows, some 1e-4.
+        // The log has no noise. The free run interpolates the throttle between rows, which errs by about 1e-4.
         let value = number(&found["coefficients"][name]["value"]);
         assert!(
             (value - expected).abs() < 2e-3 * expected,
