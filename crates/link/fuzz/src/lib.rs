@@ -25,6 +25,8 @@ const IDS: [u32; 20] = [
 pub struct Bench {
     companion: Companion,
     encoder: Encoder,
+    /// What the companion hears: a frame that was cut short can swallow the one after it.
+    heard: Decoder,
     now_us: u64,
     mode: u32,
     armed: bool,
@@ -58,6 +60,7 @@ impl Bench {
         Self {
             companion: Companion::new(&settings, &session).expect("defaults"),
             encoder: Encoder::new(7, 1),
+            heard: Decoder::default(),
             now_us: 0,
             mode: POSITION,
             armed: true,
@@ -133,8 +136,6 @@ impl Bench {
         } else {
             MavModeFlag::empty()
         };
-        let flies = matches!(self.companion.stage(), Stage::InControl | Stage::Landed);
-        self.taken_over |= flies && self.mode != OFFBOARD;
         self.deliver(&MavMessage::HEARTBEAT(HEARTBEAT_DATA {
             custom_mode: self.mode,
             mavtype: MavType::MAV_TYPE_QUADROTOR,
@@ -187,6 +188,9 @@ impl Bench {
     /// Handles an event, checks what is sent, and answers it.
     fn event(&mut self, event: Event<'_>) {
         let before = self.companion.stage();
+        if let Event::Received(bytes) = &event {
+            self.hear(bytes, matches!(before, Stage::InControl | Stage::Landed));
+        }
         let mut out = Vec::with_capacity(4096);
         (self.probe)(true);
         self.companion.handle(self.now_us, event, &mut out);
@@ -197,11 +201,29 @@ impl Bench {
         }
         let mut decoder = Decoder::default();
         decoder.push(&out);
+        let mut sent = Vec::new();
         while let Some(frame) = decoder.next_frame() {
             self.judge(&frame.message, after);
-            self.answer(&frame.message);
+            sent.push(frame.message);
         }
         assert_eq!(decoder.counts.corrupt, 0);
+        // An answer may bring more than itself, so it comes after all has been judged that was sent before it.
+        for message in &sent {
+            self.answer(message);
+        }
+    }
+
+    fn hear(&mut self, bytes: &[u8], flies: bool) {
+        self.heard.push(bytes);
+        while let Some(frame) = self.heard.next_frame() {
+            if let (MavMessage::HEARTBEAT(m), 7, 1) =
+                (&frame.message, frame.system, frame.component)
+            {
+                let of_px4 = m.autopilot == MavAutopilot::MAV_AUTOPILOT_PX4
+                    && m.mavtype == MavType::MAV_TYPE_QUADROTOR;
+                self.taken_over |= flies && of_px4 && m.custom_mode >> 16 & 0xff != OFFBOARD >> 16;
+            }
+        }
     }
 
     fn judge(&self, message: &MavMessage, stage: Stage) {
