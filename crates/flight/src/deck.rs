@@ -122,7 +122,7 @@ impl<R: Real> HarmonicFilter<R> {
     /// Displacement and velocity after a time.
     fn rotate(&self, p: R, v: R, dt: R) -> (R, R) {
         let w = self.angular_frequency;
-        let (sin, cos) = ((w * dt).sin(), (w * dt).cos());
+        let (sin, cos) = (w * dt).sin_cos();
         (cos * p + sin / w * v, cos * v - w * sin * p)
     }
 

@@ -345,10 +345,10 @@ impl<R: Real> Attitude<R> {
 
     /// A turn about a unit vector.
     fn about(axis: Vector<R>, angle: R) -> Self {
-        let half = angle * r(0.5);
+        let (sine, cosine) = (angle * r(0.5)).sin_cos();
         Self {
-            w: half.cos(),
-            v: axis * half.sin(),
+            w: cosine,
+            v: axis * sine,
         }
     }
 

@@ -166,7 +166,8 @@ struct Near<'a, R> {
 impl<'a, R: Real> Near<'a, R> {
     fn new(model: &'a Library<R>, x: R) -> Self {
         let falling = model.exp_neg_x_s * (-x).exp();
-        let (sine, cosine) = (model.sin_x_s * x.sin(), model.sin_x_s * x.cos());
+        let (sine, cosine) = x.sin_cos();
+        let (sine, cosine) = (model.sin_x_s * sine, model.sin_x_s * cosine);
         Self {
             model,
             x,

@@ -159,7 +159,7 @@ impl<R: Real> LatencyEstimator<R> {
     }
 
     fn latency(&self, k: usize) -> R {
-        self.greatest_s * r(k as f64 / (HYPOTHESES - 1) as f64)
+        self.greatest_s * (R::from_count(k) / R::from_count(HYPOTHESES - 1))
     }
 
     /// Advances all observers to a tag reading and adds up their errors.
@@ -248,7 +248,7 @@ impl<R: Real> LatencyEstimator<R> {
             }
         }
         let believed = state.latency_s / self.latency(1);
-        if best == last && believed > r(last as f64) {
+        if best == last && believed > R::from_count(last) {
             return;
         }
         // At an end of the range the parabola is centred on the next latency inside.
@@ -256,15 +256,15 @@ impl<R: Real> LatencyEstimator<R> {
         let (before, after) = (squares[middle - 1], squares[middle + 1]);
         let bend = before + after - squares[middle] - squares[middle];
         let offset = (r::<R>(0.5) * (before - after) / bend).finite_or(R::ZERO);
-        let place = (r::<R>(middle as f64) + offset).clamp(R::ZERO, r(last as f64));
+        let place = (R::from_count(middle) + offset).clamp(R::ZERO, R::from_count(last));
         // The mean squared error of two axes is at least the detector's own noise.
         let floor = noise_sd_m * noise_sd_m + noise_sd_m * noise_sd_m;
         let unit = squares[best].max(floor) / counted;
         let evidence = |squares_m2: R| (squares_m2 - squares[best]) / unit;
         let lower = (0..last)
-            .rfind(|&k| r::<R>(k as f64) <= believed)
+            .rfind(|&k| R::from_count(k) <= believed)
             .unwrap_or(0);
-        let share = (believed - r(lower as f64)).min(R::ONE);
+        let share = (believed - R::from_count(lower)).min(R::ONE);
         let there = squares[lower] + share * (squares[lower + 1] - squares[lower]);
         if evidence(squares[0]).max(evidence(there)) > self.least_evidence {
             state.latency_s = place * self.latency(1);

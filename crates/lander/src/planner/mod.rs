@@ -203,7 +203,7 @@ impl<R: Real> Planner<R> {
     fn look(&self, start_height_m: R, forecast: &impl DeckForecast<R>) -> Sight<R> {
         let unknown = R::ONE / R::ZERO;
         let mut sight = Sight {
-            step_s: self.horizon_s / r(STEPS as f64),
+            step_s: self.horizon_s / R::from_count(STEPS),
             severity: [unknown; STEPS + 1],
             sink_rate_mps: [None; STEPS + 1],
             known: false,
@@ -229,8 +229,10 @@ impl<R: Real> Planner<R> {
             sight.sink_rate_mps[i] = self.allows(&reference, deck_mps2).then_some(sink_rate_mps);
         }
         // The largest severity within the dwell around each time.
-        let half = (r::<R>(0.5) * self.quiescence.dwell_s / sight.step_s).to_f64();
-        let half = (libm::ceil(half - 1e-6).max(0.0) as usize).min(STEPS);
+        let steps = r::<R>(0.5) * self.quiescence.dwell_s / sight.step_s - r(1e-6);
+        let half = (0..STEPS)
+            .find(|&half| R::from_count(half) >= steps)
+            .unwrap_or(STEPS);
         for i in 0..=STEPS {
             let around = i.saturating_sub(half)..=(i + half).min(STEPS);
             sight.severity[i] = severity[around]
@@ -282,7 +284,7 @@ impl<R: Real> Planner<R> {
 
 impl<R: Real> Sight<R> {
     fn time_s(&self, i: usize) -> R {
-        self.step_s * r(i as f64)
+        self.step_s * R::from_count(i)
     }
 }
 

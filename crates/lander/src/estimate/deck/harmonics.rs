@@ -167,7 +167,8 @@ impl<R: Real> Harmonics<R> {
         for k in 0..self.count {
             let i = at(k);
             let angle = self.x[i + 2] * dt;
-            let (cosine, sine) = (keep * angle.cos(), keep * angle.sin());
+            let (sine, cosine) = angle.sin_cos();
+            let (cosine, sine) = (keep * cosine, keep * sine);
             let share = (dt * self.x[i + 2] * r(POWER_MEMORY)).min(R::ONE);
             // The second moment includes the variance of the estimate.
             let moment = self.power(k) + self.power_variance(k);
@@ -296,7 +297,8 @@ impl<R: Real> Harmonics<R> {
             let i = at(k);
             let w = self.x[i + 2];
             let (w2, angle) = (w * w, w * time);
-            let (cosine, sine) = (keep * angle.cos(), keep * angle.sin());
+            let (sine, cosine) = angle.sin_cos();
+            let (cosine, sine) = (keep * cosine, keep * sine);
             let (c, s) = self.turned(k, cosine, sine);
             mean[0] += c;
             mean[1] -= w * s;

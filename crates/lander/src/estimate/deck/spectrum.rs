@@ -158,7 +158,8 @@ impl<R: Real> Bin<R> {
         let memory = r::<R>(MEMORY * core::f64::consts::TAU) / w;
         let keep = (-time / memory).exp();
         let half = w * time * r(0.5);
-        let middle = [half.cos(), -half.sin()];
+        let (sine, cosine) = half.sin_cos();
+        let middle = [cosine, -sine];
         let turn = times(middle, middle);
         let scaled = |z: [R; 2]| [z[0] * keep, z[1] * keep];
         self.one *= keep;
@@ -168,7 +169,8 @@ impl<R: Real> Bin<R> {
         self.ee = scaled(times(self.ee, times(turn, turn)));
         self.ye = scaled(times(self.ye, turn));
         if let Some([y, age, _]) = velocity {
-            let e = [(w * age).cos(), -(w * age).sin()];
+            let (sine, cosine) = (w * age).sin_cos();
+            let e = [cosine, -sine];
             let ee = times(e, e);
             self.one += R::ONE;
             self.y += y;
@@ -225,9 +227,9 @@ impl<R: Real> Bin<R> {
 impl<R: Real> Spectrum<R> {
     /// A grid with a constant ratio between neighbours.
     pub(super) fn new(lowest: R, highest: R) -> Self {
-        let step = (highest / lowest).ln() / r((BINS - 1) as f64);
+        let step = (highest / lowest).ln() / R::from_count(BINS - 1);
         Self {
-            frequencies: core::array::from_fn(|k| lowest * (step * r(k as f64)).exp()),
+            frequencies: core::array::from_fn(|k| lowest * (step * R::from_count(k)).exp()),
             bins: [Bin::default(); BINS],
             pending: [PendingReadings::default(); GROUPS],
             group: 0,
@@ -304,7 +306,8 @@ impl<R: Real> Spectrum<R> {
         }
         // Rotation since this frequency's last update.
         let angle = w * self.pending[best / GROUP_SIZE].time;
-        let [c, s] = times([fit.c, fit.s], [angle.cos(), angle.sin()]);
+        let (sine, cosine) = angle.sin_cos();
+        let [c, s] = times([fit.c, fit.s], [cosine, sine]);
         // Without the part that is the line shape of larger peaks.
         let own = (share / fit.share).min(R::ONE);
         let amplitude = own.sqrt();

@@ -1,5 +1,7 @@
 //! The scalar type: `f32` on a small flight computer, `f64` in simulation.
 
+mod single;
+
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -11,7 +13,8 @@ mod sealed {
 
 /// A floating-point scalar, `f32` or `f64` (sealed: no other type can implement it).
 ///
-/// Elementary functions come from `libm`, so that a result is the same on
+/// Elementary functions come from `libm`, and in single precision from this module where
+/// those of `libm` compute in double precision or by software. So a result is the same on
 /// every target that rounds IEEE 754 arithmetic correctly.
 pub trait Real:
     sealed::Sealed
@@ -41,6 +44,8 @@ pub trait Real:
 
     /// The nearest value to `value`.
     fn from_f64(value: f64) -> Self;
+    /// The nearest value to a count.
+    fn from_count(count: usize) -> Self;
     /// The value in double precision (exact).
     fn to_f64(self) -> f64;
     /// Square root; NaN for a negative argument.
@@ -55,6 +60,8 @@ pub trait Real:
     fn sin(self) -> Self;
     /// Cosine of an angle in radians.
     fn cos(self) -> Self;
+    /// Sine and cosine of an angle in radians: the bits of both, sooner.
+    fn sin_cos(self) -> (Self, Self);
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
     /// Angle of the point (`x`, `self`), in (-π, π].
@@ -89,7 +96,7 @@ pub trait Real:
 }
 
 macro_rules! impl_real {
-    ($t:ident, $sqrt:path, $exp:path, $exp_m1:path, $ln:path, $sin:path, $cos:path, $tanh:path, $atan2:path) => {
+    ($t:ident: $($name:ident = $function:path),+; $sin_cos:path, $widened:path, $atan2:path) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -99,29 +106,20 @@ macro_rules! impl_real {
             fn from_f64(value: f64) -> Self {
                 value as $t
             }
+            #[allow(clippy::cast_precision_loss)]
+            fn from_count(count: usize) -> Self {
+                count as $t
+            }
             fn to_f64(self) -> f64 {
-                f64::from(self)
+                $widened(self)
             }
-            fn sqrt(self) -> Self {
-                $sqrt(self)
-            }
-            fn exp(self) -> Self {
-                $exp(self)
-            }
-            fn exp_m1(self) -> Self {
-                $exp_m1(self)
-            }
-            fn ln(self) -> Self {
-                $ln(self)
-            }
-            fn sin(self) -> Self {
-                $sin(self)
-            }
-            fn cos(self) -> Self {
-                $cos(self)
-            }
-            fn tanh(self) -> Self {
-                $tanh(self)
+            $(
+                fn $name(self) -> Self {
+                    $function(self)
+                }
+            )+
+            fn sin_cos(self) -> (Self, Self) {
+                $sin_cos(self)
             }
             fn atan2(self, x: Self) -> Self {
                 $atan2(self, x)
@@ -143,27 +141,32 @@ macro_rules! impl_real {
 }
 
 impl_real!(
-    f32,
-    libm::sqrtf,
-    libm::expf,
-    libm::expm1f,
-    libm::logf,
-    libm::sinf,
-    libm::cosf,
-    libm::tanhf,
-    libm::atan2f
+    f32:
+    sqrt = touchdown_square_root::square_root,
+    exp = single::exp,
+    exp_m1 = single::exp_m1,
+    ln = libm::logf,
+    sin = single::sin,
+    cos = single::cos,
+    tanh = libm::tanhf;
+    single::sin_cos, single::widened, libm::atan2f
 );
 impl_real!(
-    f64,
-    libm::sqrt,
-    libm::exp,
-    libm::expm1,
-    libm::log,
-    libm::sin,
-    libm::cos,
-    libm::tanh,
-    libm::atan2
+    f64:
+    sqrt = libm::sqrt,
+    exp = libm::exp,
+    exp_m1 = libm::expm1,
+    ln = libm::log,
+    sin = libm::sin,
+    cos = libm::cos,
+    tanh = libm::tanh;
+    sin_and_cos, core::convert::identity, libm::atan2
 );
+
+/// Sine and cosine in double precision: the bits of each (`libm::sincos` has others).
+fn sin_and_cos(x: f64) -> (f64, f64) {
+    (libm::sin(x), libm::cos(x))
+}
 
 /// Short for [`Real::from_f64`], for constants in kernels.
 pub fn r<R: Real>(value: f64) -> R {
