@@ -83,14 +83,16 @@ pub(crate) struct Arrivals {
     pub(crate) imu: ImuSample<f64>,
     pub(crate) readings: Vec<Reading<f64>>,
     pub(crate) normal: Option<NormalReading<f64>>,
+    /// Numbers of the frames of the tags among the readings.
+    pub(crate) frames: Vec<u64>,
 }
 
 /// A reading whose age at arrival is not set yet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Message {
     Reading(Reading<f64>),
-    /// A tag, with the deck's normal.
-    Tag(TagReading<f64>, Vector<f64>),
+    /// A tag, with the deck's normal and the number of its frame.
+    Tag(TagReading<f64>, Vector<f64>, u64),
 }
 
 /// A reading in transit.
@@ -159,6 +161,7 @@ impl SensorSuite {
         let now_s = truth.time_s();
         let imu = self.inertial.sample(&truth.faults.nan);
         let (mut readings, mut normal) = (Vec::with_capacity(4), None);
+        let mut frames = Vec::new();
         self.pending.retain(|pending| {
             if pending.arrives_s > now_s + ROUNDING_S {
                 return true;
@@ -166,7 +169,8 @@ impl SensorSuite {
             let age_s = pending.age_s + (now_s - pending.arrives_s);
             match pending.message {
                 Message::Reading(reading) => readings.push(aged(reading, age_s)),
-                Message::Tag(tag, seen) => {
+                Message::Tag(tag, seen, frame) => {
+                    frames.push(frame);
                     readings.push(aged(Reading::Tag(tag), age_s));
                     normal = Some(NormalReading {
                         normal: seen,
@@ -180,6 +184,7 @@ impl SensorSuite {
             imu,
             readings,
             normal,
+            frames,
         }
     }
 }

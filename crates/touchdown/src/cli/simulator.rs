@@ -10,9 +10,10 @@ use touchdown_campaign::sweep::{AutopilotProgram, LandingRow, Sweep, SweepSettin
 use touchdown_flight::Method;
 use touchdown_link::companion::Summary;
 use touchdown_link::settings::FlightSettings;
+use touchdown_sim::sensors::CameraMode;
 use touchdown_terminal::Done;
 
-use super::args::simulator::SimulatorArgs;
+use super::args::simulator::{SimulatedCamera, SimulatorArgs};
 use super::context::Context;
 use super::software_in_the_loop::{Autopilots, Failure, Flown, Lands, LoopConfiguration, land};
 use super::{fly, output};
@@ -62,6 +63,7 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
         }
         (_, flight) => flight,
     };
+    let flight = flight.map(|flight| with_frames(flight, rendered(&sweep)));
     output::results_folder(context, &args.out)?;
     let autopilots = Autopilots::default();
     let (folder, stopped) = (args.out.display().to_string(), autopilots.clone());
@@ -120,9 +122,34 @@ fn load(args: &SimulatorArgs) -> Result<Sweep> {
         }
     }
     settings.trials = args.trials;
+    let sensors = &mut settings.scenario.sensors;
+    sensors.camera = match args.camera {
+        Some(SimulatedCamera::Fast) => CameraMode::Fast,
+        Some(SimulatedCamera::Rendered) => CameraMode::Rendered,
+        None if args.frames.is_some() => CameraMode::Rendered,
+        None => sensors.camera,
+    };
+    if args.frames.is_some() && sensors.camera == CameraMode::Fast {
+        return Err(Error::Arguments(
+            "--frames: expected `--camera rendered`, found a camera without images".to_string(),
+        ));
+    }
     settings.seed = args.seed.unwrap_or(settings.seed);
     let folder = path.parent().unwrap_or(Path::new("."));
     Ok(Sweep::new(settings, folder, path.display().to_string())?)
+}
+
+/// Whether the camera of a scenario renders its images.
+fn rendered(sweep: &Sweep) -> bool {
+    sweep.settings().scenario.sensors.camera == CameraMode::Rendered
+}
+
+/// The companion gets its images from the simulated camera, or positions without any image.
+fn with_frames(mut flight: FlightSettings, rendered: bool) -> FlightSettings {
+    let camera = &mut flight.camera;
+    (camera.device, camera.folder, camera.times) = (None, None, None);
+    camera.command = rendered.then(|| vec!["touchdown".to_string(), "simulator".to_string()]);
+    flight
 }
 
 fn method(name: &str) -> Result<Method> {
@@ -151,6 +178,8 @@ fn fly_trial(
         parameters: &args.parameters,
         speed: args.speed,
         keep: args.keep,
+        rendered: rendered(sweep),
+        frames: args.frames.as_deref(),
         verbose: true,
     };
     match land(context, autopilots, &settings, lands, sweep, trial) {

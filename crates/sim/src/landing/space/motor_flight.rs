@@ -63,6 +63,8 @@ pub struct DeckSighting {
     pub position_m: [f64; 3],
     /// Age of the image that the vehicle knows of, s.
     pub age_s: f64,
+    /// Number of the camera's frame, from zero.
+    pub frame: u64,
 }
 
 /// What the sensors report to the autopilot and to a companion. A sensor whose reading is not a number, or that has none
@@ -324,7 +326,11 @@ impl MotorFlight<'_> {
         {
             return;
         }
-        for reading in flight.sensors.arrivals(&truth).readings {
+        let arrivals = flight.sensors.arrivals(&truth);
+        let mut frames = arrivals.frames.into_iter();
+        for reading in arrivals.readings {
+            let tag = matches!(reading, Reading::Tag(_));
+            let frame = if tag { frames.next() } else { None };
             if !reading.is_finite() {
                 continue;
             }
@@ -332,7 +338,8 @@ impl MotorFlight<'_> {
                 Reading::Range(range) => self.readings.range_m = Some(range.distance_m),
                 Reading::Barometer(height) => self.readings.barometer_m = Some(height.altitude_m),
                 Reading::Tag(tag) => {
-                    let sighting = sighting(&scenario.sensors.tag.camera, &tag);
+                    let frame = frame.unwrap_or_default();
+                    let sighting = sighting(&scenario.sensors.tag.camera, &tag, frame);
                     self.readings.sightings.push(sighting);
                 }
                 Reading::Gnss(gnss) => {
@@ -350,13 +357,14 @@ impl MotorFlight<'_> {
 }
 
 /// The deck in the vehicle's body axes, from a tag in the camera's.
-fn sighting(camera: &CameraSettings, tag: &TagReading<f64>) -> DeckSighting {
+fn sighting(camera: &CameraSettings, tag: &TagReading<f64>, frame: u64) -> DeckSighting {
     let (sin, cos) = camera.turn_rad.sin_cos();
     let axes = [[sin, -cos, 0.0], [-cos, -sin, 0.0], [0.0, 0.0, -1.0]];
     let seen = to_world(&axes, tag.position_m.to_array());
     DeckSighting {
         position_m: add(camera.place_m, seen),
         age_s: tag.age_s,
+        frame,
     }
 }
 

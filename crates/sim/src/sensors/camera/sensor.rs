@@ -24,6 +24,8 @@ pub(crate) struct TagCamera {
     settings: TagSettings,
     clock: Clock,
     model: FastCamera,
+    /// Frames that were taken so far.
+    frames: u64,
     /// Replaces the error model where images are rendered.
     pub(crate) pipeline: Option<Box<dyn CameraPipeline>>,
 }
@@ -38,6 +40,7 @@ impl TagCamera {
             settings: settings.clone(),
             clock: Clock::new(settings.schedule, stream),
             model: model.clone(),
+            frames: 0,
             pipeline: None,
         }
     }
@@ -50,6 +53,8 @@ impl TagCamera {
     ) -> Option<(Message, Transit)> {
         let transit = self.clock.reading(truth)?;
         let faults = &truth.faults;
+        let frame = self.frames;
+        self.frames += 1;
         let (mut tag, mut normal) = self.see(truth, inertial)?;
         if transit.lost || faults.tag_lost {
             return None;
@@ -58,7 +63,7 @@ impl TagCamera {
             (tag.position_m, normal) = (NOTHING, NOTHING);
             tag.covariance_m2 = [[f64::NAN; 3]; 3];
         }
-        Some((Message::Tag(tag, normal), transit))
+        Some((Message::Tag(tag, normal, frame), transit))
     }
 
     /// Place of the deck's centre and the deck's normal in camera axes.

@@ -46,6 +46,15 @@ impl From<SimulatedAutopilot> for AutopilotProgram {
     }
 }
 
+/// The simulated camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SimulatedCamera {
+    /// Positions with the measured errors of a detector
+    Fast,
+    /// Rendered images
+    Rendered,
+}
+
 /// A parameter's name and value.
 fn parameter(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text
@@ -74,6 +83,13 @@ pub(crate) struct SimulatorArgs {
     #[arg(long, value_name = "NAME", requires = "with",
           value_parser = PossibleValuesParser::new(Method::ALL.map(Method::name)))]
     pub(crate) controller: Option<String>,
+    /// The simulated camera: `fast` gives positions with a detector's errors; `rendered` gives images, in which the
+    /// companion looks for the pad by its own settings `[camera]`, whose source is not used [default: that of the scenario]
+    #[arg(long, value_enum)]
+    pub(crate) camera: Option<SimulatedCamera>,
+    /// Write the rendered images into this folder, or as PGM stream into this named pipe
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) frames: Option<PathBuf>,
     /// Land in the autopilot's own mode
     #[arg(long, conflicts_with = "with", requires = "autopilot")]
     pub(crate) own_landing: bool,

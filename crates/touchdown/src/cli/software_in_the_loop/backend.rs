@@ -112,6 +112,8 @@ impl LandingBackend for AutopilotBackend<'_> {
             parameters: &self.parameters,
             speed: self.settings.speed,
             keep: false,
+            rendered: false,
+            frames: None,
             verbose: false,
         };
         let flight = match &self.companion {

@@ -5,6 +5,10 @@ use std::path::Path;
 use touchdown::Result;
 use touchdown_flight::Vector;
 use touchdown_lander::state_machine::Phase;
+use touchdown_link::LinkError;
+use touchdown_link::camera::report::FrameReport;
+use touchdown_link::camera::settings::CameraError;
+use touchdown_link::camera::{CameraReport, Frame, Pipeline};
 use touchdown_link::companion::{Companion, Event, Publication, Session, Stage, Summary};
 use touchdown_link::recording::Recorder;
 use touchdown_link::settings::FlightSettings;
@@ -23,6 +27,8 @@ pub(super) struct SimulatedCompanion {
     recorder: Option<Recorder>,
     publication: Publication,
     sightings: Sightings,
+    /// Looks for the deck in frames, if the companion has a camera.
+    pipeline: Option<Pipeline>,
     /// Nothing is given to it before its first tick.
     awake: bool,
 }
@@ -44,6 +50,11 @@ impl SimulatedCompanion {
                 .transpose()?,
             publication: Publication::default(),
             sightings: Sightings::default(),
+            pipeline: settings
+                .has_camera()
+                .then(|| Pipeline::new(&settings.camera))
+                .transpose()
+                .map_err(touchdown_link::LinkError::from)?,
             awake: false,
         })
     }
@@ -54,6 +65,27 @@ impl SimulatedCompanion {
             self.handle(now_us, Event::Received(bytes), out)?;
         }
         Ok(())
+    }
+
+    /// A frame of the camera, which is `age_us` old as far as the camera knows.
+    pub(super) fn films(&mut self, now_us: u64, frame: &Frame, age_us: u64) -> Result<()> {
+        let (Some(pipeline), true) = (&mut self.pipeline, self.awake) else {
+            return Ok(());
+        };
+        let now = i64::try_from(now_us).unwrap_or(i64::MAX);
+        let exposed_us = now.saturating_sub_unsigned(age_us);
+        let located = pipeline.locate(frame, exposed_us, self.companion.attitude());
+        let deck = located.map_err(|e| LinkError::from(CameraError::new("width_px", &e)))?;
+        let report = CameraReport::Frame(FrameReport {
+            exposed_us: Some(exposed_us),
+            arrived_us: now,
+            size_px: frame.size_px,
+            dropped: 0,
+            unreadable: 0,
+            deck,
+        });
+        // A reading alone is answered by nothing.
+        self.handle(now_us, Event::Camera(&report), &mut Vec::new())
     }
 
     /// The deck in the camera, from the vehicle, body axes, m; when the image was taken by the autopilot's clock.

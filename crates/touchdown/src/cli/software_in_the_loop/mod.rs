@@ -6,12 +6,14 @@
 //! | `link`, `world` | samples of the simulated world for the autopilot, its motor signals back |
 //! | `session` | one landing, with pilot and companion, in simulated time |
 //! | `companion`, `truth` | the companion of `touchdown fly`, and the table of the truth |
+//! | `frames` | rendered frames of the camera, to the companion or to files |
 //! | `failure` | why a landing has no result |
 //! | `backend` | the landings of a campaign, several side by side |
 
 mod backend;
 mod companion;
 mod failure;
+mod frames;
 mod instances;
 mod launch;
 mod link;
@@ -21,14 +23,16 @@ mod truth;
 mod world;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use touchdown::{Error, Result};
+use touchdown_campaign::camera::Film;
 use touchdown_campaign::sweep::{AutopilotProgram, Sweep};
 use touchdown_link::companion::Summary;
 use touchdown_link::settings::FlightSettings;
 use touchdown_link::simulator::ardupilot::{self, ArduPilot};
 use touchdown_link::simulator::{place, px4};
-use touchdown_sim::landing::space::{MotorLanding, SpaceScenario};
+use touchdown_sim::landing::space::{MotorLanding, SpaceLander, SpaceScenario};
 
 use super::context::Context;
 pub(crate) use backend::AutopilotBackend;
@@ -36,6 +40,7 @@ pub(crate) use failure::{Attempt, Failure};
 pub(crate) use instances::Autopilots;
 
 use companion::SimulatedCompanion;
+use frames::RenderedFrames;
 use instances::{Instance, free_udp, mavlink_port};
 use launch::LaunchSettings;
 use link::Opening;
@@ -72,6 +77,10 @@ pub(crate) struct LoopConfiguration<'a> {
     pub(crate) speed: f64,
     /// Whether scratch folders are kept.
     pub(crate) keep: bool,
+    /// Whether the camera renders its frames, instead of giving poses with the errors of a detector.
+    pub(crate) rendered: bool,
+    /// A folder or a named pipe for these frames.
+    pub(crate) frames: Option<&'a Path>,
     /// Whether the steps of a landing are reported on the terminal.
     pub(crate) verbose: bool,
 }
@@ -96,6 +105,15 @@ pub(crate) fn land(
     landing: u64,
 ) -> Attempt<Flown> {
     let lander = sweep.lander(landing)?;
+    let (lander, camera) = match settings.rendered {
+        true => {
+            let film = Film::default();
+            let lander = SpaceLander::clone(&lander).with_camera_pipelines(film.pipelines());
+            let camera = RenderedFrames::new(film, settings.frames, landing)?;
+            (Arc::new(lander.map_err(Error::from)?), Some(camera))
+        }
+        false => (lander, None),
+    };
     let scenario = lander.scenario();
     let trial = landing % sweep.trials();
     let world = lander.motor_flight(trial, sweep.settings().seed, place::MAGNETIC_FIELD_GAUSS)?;
@@ -121,6 +139,7 @@ pub(crate) fn land(
         process,
         mavlink,
         landed_by,
+        camera,
     };
     let flown = Session::connect(context, world, opening, participants, limits)
         .and_then(Session::run)

@@ -18,6 +18,7 @@ use touchdown_sim::landing::space::{MotorFlight, SpaceOutcome};
 
 use super::companion::SimulatedCompanion;
 use super::failure::{Attempt, Cause, Failure};
+use super::frames::RenderedFrames;
 use super::link::{Link, Opening};
 use super::process::AutopilotProcess;
 use super::truth::TruthTable;
@@ -58,6 +59,8 @@ pub(super) struct Participants<'a> {
     /// Port at which the autopilot's MAVLink arrives, if this command listens.
     pub(super) mavlink: Option<UdpSocket>,
     pub(super) landed_by: LandedBy,
+    /// The camera, if it renders its frames.
+    pub(super) camera: Option<RenderedFrames>,
 }
 
 /// The landing while it runs.
@@ -168,7 +171,9 @@ impl<'a> Session<'a> {
         self.motors = motors;
         let now_us = world::microseconds(self.world.time_s());
         for sighting in &readings.sightings {
-            if let (LandedBy::Companion(companion), Some(system)) =
+            if let Some(camera) = &mut self.participants.camera {
+                camera.frame(sighting, now_us, &mut self.participants.landed_by)?;
+            } else if let (LandedBy::Companion(companion), Some(system)) =
                 (&mut self.participants.landed_by, self.pilot.system_id())
             {
                 let age_us = world::microseconds(sighting.age_s);
