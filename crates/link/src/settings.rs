@@ -265,13 +265,13 @@ impl FlightSettings {
         camera.device.is_some() || camera.folder.is_some() || camera.command.is_some()
     }
 
-    /// The same without the companion's own camera.
+    /// The same with the images of a program in the place of the companion's own camera, or without a camera.
     #[must_use]
-    pub fn without_camera(&self) -> Self {
+    pub fn with_camera_command(&self, command: Option<Vec<String>>) -> Self {
         let mut settings = self.clone();
         let camera = &mut settings.camera;
-        (camera.device, camera.folder) = (None, None);
-        (camera.times, camera.command) = (None, None);
+        (camera.device, camera.folder, camera.times) = (None, None, None);
+        camera.command = command;
         settings
     }
 

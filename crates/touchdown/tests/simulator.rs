@@ -97,6 +97,31 @@ fn xval_the_companion_lands_over_both_autopilots_sides() {
 }
 
 #[test]
+fn xval_the_companion_finds_the_pad_in_rendered_images() {
+    let Some(python) = python() else { return };
+    let folder = prepared(&python);
+    // A third of the images of the defaults, for time.
+    let slow = "[scenario.sensors.tag.schedule]\nrate_hz = 10.0\n";
+    std::fs::write(folder.path().join("deck.toml"), format!("{DECK}{slow}")).unwrap();
+    let fly = folder.path().join("fly.toml");
+    std::fs::write(&fly, format!("{PATIENT}\n[camera]\nrate_hz = 10.0\n")).unwrap();
+    let frames = folder.path().join("frames");
+    let companion = ["--with", fly.to_str().unwrap(), "--camera", "rendered"];
+    let more = [&companion[..], &["--frames", frames.to_str().unwrap()]].concat();
+    let landing = landed(&simulated(folder.path(), "px4", "none", &more));
+    assert_eq!(landing["companion"]["ending"], "landed", "{landing}");
+    // The deck's greatest speed is 0.16 m/s.
+    assert!(landing["v_l_mps"].as_f64().unwrap() < 0.25, "{landing}");
+    let table = std::fs::read_to_string(frames.join("0/times.csv")).unwrap();
+    let images = table.lines().skip(1);
+    let named = images.clone().map(|line| line.split(',').next().unwrap());
+    assert!(named.clone().count() > 100, "{table}");
+    for name in named {
+        assert!(frames.join("0").join(name).is_file(), "{name}");
+    }
+}
+
+#[test]
 fn xval_an_autopilot_lands_in_its_own_mode_amid_garbage_and_a_skipped_answer() {
     let Some(python) = python() else { return };
     for (autopilot, fault) in [

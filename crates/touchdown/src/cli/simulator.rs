@@ -63,7 +63,6 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
         }
         (_, flight) => flight,
     };
-    let flight = flight.map(|flight| with_frames(flight, rendered(&sweep)));
     output::results_folder(context, &args.out)?;
     let autopilots = Autopilots::default();
     let (folder, stopped) = (args.out.display().to_string(), autopilots.clone());
@@ -139,19 +138,6 @@ fn load(args: &SimulatorArgs) -> Result<Sweep> {
     Ok(Sweep::new(settings, folder, path.display().to_string())?)
 }
 
-/// Whether the camera of a scenario renders its images.
-fn rendered(sweep: &Sweep) -> bool {
-    sweep.settings().scenario.sensors.camera == CameraMode::Rendered
-}
-
-/// The companion gets its images from the simulated camera, or positions without any image.
-fn with_frames(mut flight: FlightSettings, rendered: bool) -> FlightSettings {
-    let camera = &mut flight.camera;
-    (camera.device, camera.folder, camera.times) = (None, None, None);
-    camera.command = rendered.then(|| vec!["touchdown".to_string(), "simulator".to_string()]);
-    flight
-}
-
 fn method(name: &str) -> Result<Method> {
     let found = Method::ALL.into_iter().find(|method| method.name() == name);
     found.ok_or_else(|| Error::Arguments(format!("--controller: `{name}` is none")))
@@ -178,7 +164,6 @@ fn fly_trial(
         parameters: &args.parameters,
         speed: args.speed,
         keep: args.keep,
-        rendered: rendered(sweep),
         frames: args.frames.as_deref(),
         verbose: true,
     };

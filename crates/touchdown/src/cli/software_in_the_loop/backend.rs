@@ -112,7 +112,6 @@ impl LandingBackend for AutopilotBackend<'_> {
             parameters: &self.parameters,
             speed: self.settings.speed,
             keep: false,
-            rendered: false,
             frames: None,
             verbose: false,
         };

@@ -35,13 +35,19 @@ pub(super) struct SimulatedCompanion {
 
 impl SimulatedCompanion {
     /// A companion that takes control by itself, and records into a file if one is given.
-    pub(super) fn new(settings: &FlightSettings, recording: Option<&Path>) -> Result<Self> {
+    ///
+    /// The simulated camera takes the place of the one that the settings name. It gives `images`, or the deck's positions.
+    pub(super) fn new(
+        settings: &FlightSettings,
+        recording: Option<&Path>,
+        images: bool,
+    ) -> Result<Self> {
         let session = Session {
             take_control: true,
             ..Session::default()
         };
-        // The simulated camera gives positions of the deck, whatever camera the settings name.
-        let settings = &settings.without_camera();
+        let source = images.then(|| vec!["touchdown".to_string(), "simulator".to_string()]);
+        let settings = &settings.with_camera_command(source);
         let companion = Companion::new(settings, &session);
         Ok(Self {
             companion: companion.map_err(touchdown_link::LinkError::from)?,
@@ -50,8 +56,7 @@ impl SimulatedCompanion {
                 .transpose()?,
             publication: Publication::default(),
             sightings: Sightings::default(),
-            pipeline: settings
-                .has_camera()
+            pipeline: images
                 .then(|| Pipeline::new(&settings.camera))
                 .transpose()
                 .map_err(touchdown_link::LinkError::from)?,

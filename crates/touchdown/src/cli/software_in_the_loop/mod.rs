@@ -33,6 +33,7 @@ use touchdown_link::settings::FlightSettings;
 use touchdown_link::simulator::ardupilot::{self, ArduPilot};
 use touchdown_link::simulator::{place, px4};
 use touchdown_sim::landing::space::{MotorLanding, SpaceLander, SpaceScenario};
+use touchdown_sim::sensors::CameraMode;
 
 use super::context::Context;
 pub(crate) use backend::AutopilotBackend;
@@ -77,9 +78,7 @@ pub(crate) struct LoopConfiguration<'a> {
     pub(crate) speed: f64,
     /// Whether scratch folders are kept.
     pub(crate) keep: bool,
-    /// Whether the camera renders its frames, instead of giving poses with the errors of a detector.
-    pub(crate) rendered: bool,
-    /// A folder or a named pipe for these frames.
+    /// A folder or a named pipe for the frames of a camera that renders them.
     pub(crate) frames: Option<&'a Path>,
     /// Whether the steps of a landing are reported on the terminal.
     pub(crate) verbose: bool,
@@ -105,14 +104,14 @@ pub(crate) fn land(
     landing: u64,
 ) -> Attempt<Flown> {
     let lander = sweep.lander(landing)?;
-    let (lander, camera) = match settings.rendered {
-        true => {
-            let film = Film::default();
-            let lander = SpaceLander::clone(&lander).with_camera_pipelines(film.pipelines());
-            let camera = RenderedFrames::new(film, settings.frames, landing)?;
-            (Arc::new(lander.map_err(Error::from)?), Some(camera))
-        }
-        false => (lander, None),
+    let rendered = lander.scenario().sensors.camera == CameraMode::Rendered;
+    let (lander, camera) = if rendered {
+        let film = Film::default();
+        let lander = SpaceLander::clone(&lander).with_camera_pipelines(film.pipelines());
+        let camera = RenderedFrames::new(film, settings.frames, landing)?;
+        (Arc::new(lander.map_err(Error::from)?), Some(camera))
+    } else {
+        (lander, None)
     };
     let scenario = lander.scenario();
     let trial = landing % sweep.trials();
@@ -121,7 +120,7 @@ pub(crate) fn land(
         Lands::GroundStation => LandedBy::GroundStation,
         Lands::AutopilotMode => LandedBy::AutopilotMode,
         Lands::Companion(flight, recording) => LandedBy::Companion(Box::new(
-            SimulatedCompanion::new(flight, recording.as_deref())?,
+            SimulatedCompanion::new(flight, recording.as_deref(), rendered)?,
         )),
     };
     let with_companion = matches!(landed_by, LandedBy::Companion(_));
