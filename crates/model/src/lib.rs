@@ -20,6 +20,7 @@
 //! | [`card`] | the schema |
 //! | [`catalogue`] | the forms: equation, parts, state, rate, output, flight kernel |
 //! | [`equations`] | a card as expressions, for prediction |
+//! | [`export`] | a card as source code, C or Rust |
 //! | [`file`](mod@file) | reading and writing, with errors that name file, line and key |
 //! | [`flight`] | card to flight model |
 //! | [`published`] | the published models that ship with the toolkit |
@@ -28,6 +29,7 @@ pub mod card;
 pub mod catalogue;
 pub mod equations;
 mod error;
+pub mod export;
 pub mod file;
 pub mod flight;
 pub mod published;

@@ -30,7 +30,7 @@ pub use ratio::Ratio;
 pub use static_map::StaticMap;
 
 use crate::error::SettingsError;
-use crate::real::Real;
+use crate::real::{Real, r};
 
 /// Input of a ground-effect model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -258,5 +258,5 @@ fn psi<R: Real>(height_m: R, length_m: [R; 3]) -> [R; 3] {
 
 /// The default lengths L of ψ, m.
 fn default_lengths<R: Real>() -> [R; 3] {
-    [0.08, 0.20, 0.45].map(R::from_f64)
+    [r(0.08), r(0.20), r(0.45)]
 }

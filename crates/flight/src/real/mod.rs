@@ -102,7 +102,10 @@ macro_rules! impl_real {
             const ONE: Self = 1.0;
             const EPSILON: Self = $t::EPSILON;
 
+            // Always inlined: a constant in double precision then becomes one in single
+            // precision at every level of optimisation, without a conversion at run time.
             #[allow(clippy::cast_possible_truncation, trivial_numeric_casts)]
+            #[inline(always)]
             fn from_f64(value: f64) -> Self {
                 value as $t
             }
@@ -148,7 +151,7 @@ impl_real!(
     ln = libm::logf,
     sin = single::sin,
     cos = single::cos,
-    tanh = libm::tanhf;
+    tanh = single::tanh;
     single::sin_cos, single::widened, libm::atan2f
 );
 impl_real!(
@@ -169,6 +172,7 @@ fn sin_and_cos(x: f64) -> (f64, f64) {
 }
 
 /// Short for [`Real::from_f64`], for constants in kernels.
+#[inline(always)]
 pub fn r<R: Real>(value: f64) -> R {
     R::from_f64(value)
 }

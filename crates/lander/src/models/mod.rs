@@ -32,13 +32,28 @@ impl<R: Real> Default for FlightModels<R> {
     /// The models identified from the virtual rig's rich data of the default plant
     /// (seed 1). `fitted.rs` names the command.
     fn default() -> Self {
+        // One by one: a loop over the constants would convert them in flight, in double
+        // precision.
+        let [one, x, s, s2, x3, s3, exp_neg_x_s, sin_x_s] = fitted::THRUST;
+        let [h0, h1, h2, h3] = fitted::LAG_H;
+        let [k0, k1] = fitted::LAG_K;
+        let thrust = Library {
+            one: r(one),
+            x: r(x),
+            s: r(s),
+            s2: r(s2),
+            x3: r(x3),
+            s3: r(s3),
+            exp_neg_x_s: r(exp_neg_x_s),
+            sin_x_s: r(sin_x_s),
+        };
         let lag = Lag {
-            map: StaticMap::new(fitted::LAG_H.map(r)),
-            k: fitted::LAG_K.map(r),
+            map: StaticMap::new([r(h0), r(h1), r(h2), r(h3)]),
+            k: [r(k0), r(k1)],
             tau_s: r(fitted::LAG_TAU_S),
         };
         Self {
-            thrust: ThrustModel::Library(Library::from_array(fitted::THRUST.map(r))),
+            thrust: ThrustModel::Library(thrust),
             mu: r(fitted::MU),
             dynamic: Guarded {
                 model: GroundEffectModel::Lag(lag),

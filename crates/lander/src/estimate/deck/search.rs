@@ -93,11 +93,11 @@ impl<R: Real> DeckEstimator<R> {
         let most = usize::from(self.harmonics);
         let is_significant = |(k, peak): &(usize, &Option<Peak<R>>)| {
             peak.is_some_and(|peak| {
-                let further = usize::from(*k > 0);
+                let further = *k > 0;
                 periods = periods.min(peak.periods);
-                peak.share >= r(STARTING_SHARE[further])
+                peak.share >= either(STARTING_SHARE, further)
                     && peak.explained >= noise * r(STARTING_POWER)
-                    && periods >= r(STARTING_PERIODS[further])
+                    && periods >= either(STARTING_PERIODS, further)
             })
         };
         peaks
@@ -114,7 +114,7 @@ impl<R: Real> DeckEstimator<R> {
         let harmonics = &state.harmonics;
         let [lowest, highest] = self.band();
         let incoherent = state.learner.rate() > r(COHERENT);
-        let closeness = CLOSENESS[usize::from(incoherent)];
+        let closeness = either(CLOSENESS, incoherent);
         let count = harmonics.count();
         (0..count).filter(|_| count > 1).find(|&k| {
             let w = harmonics.frequency(k);
@@ -203,6 +203,12 @@ impl<R: Real> DeckEstimator<R> {
     }
 }
 
+/// One of two constants. Chosen after the conversion, which then is none at run time.
+#[inline(always)]
+fn either<R: Real>([first, second]: [f64; 2], takes_second: bool) -> R {
+    if takes_second { r(second) } else { r(first) }
+}
+
 /// Place c = S/ω and quadrature s = -C/ω of the velocity C cos - S sin.
 fn place_of<R: Real>(peak: &Peak<R>) -> (R, R) {
     let w = peak.angular_frequency;
@@ -214,7 +220,7 @@ fn pull_nearest<R: Real>(harmonics: &mut Harmonics<R>, w: R) {
     let far = |k: usize| (harmonics.anchor(k) - w).abs();
     let nearest = (0..harmonics.count()).reduce(|a, b| if far(b) < far(a) { b } else { a });
     if let Some(k) = nearest
-        && close(harmonics.anchor(k), w, FOLLOWED)
+        && close(harmonics.anchor(k), w, r(FOLLOWED))
     {
         harmonics.pull(k, w, r(PULL));
     }
@@ -222,10 +228,10 @@ fn pull_nearest<R: Real>(harmonics: &mut Harmonics<R>, w: R) {
 
 /// Whether a harmonic is near the frequency.
 fn follows<R: Real>(harmonics: &Harmonics<R>, w: R) -> bool {
-    (0..harmonics.count()).any(|k| close(harmonics.frequency(k), w, FOLLOWED))
+    (0..harmonics.count()).any(|k| close(harmonics.frequency(k), w, r(FOLLOWED)))
 }
 
 /// Whether two frequencies differ by less than a share of the larger one.
-fn close<R: Real>(a: R, b: R, share: f64) -> bool {
-    (a - b).abs() < r::<R>(share) * a.max(b)
+fn close<R: Real>(a: R, b: R, share: R) -> bool {
+    (a - b).abs() < share * a.max(b)
 }

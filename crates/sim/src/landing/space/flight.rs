@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
-use touchdown_lander::computer::{ComputerState, Sensed};
+use touchdown_lander::computer::{ComputerOutput, ComputerState, Sensed};
 use touchdown_lander::state_machine::{OperatorRequest, Phase, Reason};
 
 use super::faults::FaultClock;
@@ -26,6 +26,9 @@ use crate::sensors::suite::{SensorSuite, Truth, nan_if, steps};
 
 /// State of the landing computer that is simulated.
 type ComputerMemory = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
+
+/// Sees the readings and `dt` of each step, and may replace what the landing computer returned.
+pub type StepHook<'a> = &'a mut dyn FnMut(&Sensed<'_, f64>, f64, &mut ComputerOutput<f64>);
 
 /// A command on its way to the attitude control.
 #[derive(Clone, Copy)]
@@ -56,6 +59,7 @@ pub(super) struct Flight<'a> {
     pub(super) disturbance: Disturbance,
     pub(super) sensors: SensorSuite,
     pub(super) brain: ComputerMemory,
+    pub(super) hook: Option<StepHook<'a>>,
     pub(super) sent: VecDeque<PendingCommand>,
     pub(super) setpoint: Option<AttitudeSetpoint>,
     pub(super) control: CascadeState,
@@ -116,6 +120,7 @@ impl<'a> Flight<'a> {
             disturbance,
             sensors,
             brain: lander.computer.initial(throttle),
+            hook: None,
             sent: VecDeque::with_capacity(8),
             setpoint: Some(hover(&state)),
             control: CascadeState::default(),
@@ -185,10 +190,13 @@ impl<'a> Flight<'a> {
                 request: OperatorRequest::None,
             };
             let period_s = scenario.control_period_s;
-            let output = self
+            let mut output = self
                 .lander
                 .computer
                 .step(&mut self.brain, &sensed, period_s);
+            if let Some(hook) = &mut self.hook {
+                hook(&sensed, period_s, &mut output);
+            }
             self.note(step, &output);
             self.sent.push_back(PendingCommand {
                 arrives: step + steps(scenario.command_delay_s) as u64,

@@ -1,7 +1,7 @@
 //! A checked scenario, and its landings.
 
 use super::computer::computer;
-use super::flight::Flight;
+use super::flight::{Flight, StepHook};
 use super::outcome::{SpaceLanding, SpaceOutcome};
 use super::scenario::SpaceScenario;
 use super::track::Track;
@@ -199,7 +199,28 @@ impl SpaceLander {
     /// # Errors
     /// Rendered images without a pipeline. [`Self::new`] finds all other errors.
     pub fn land(&self, trial: u64, seed: u64, record: bool) -> Result<SpaceLanding, SimError> {
+        self.finish(Flight::new(self, trial, seed, record)?)
+    }
+
+    /// [`Self::land`] with a hook in each step of the landing computer: it records the
+    /// readings, or lets another computer fly, such as one in single precision.
+    ///
+    /// # Errors
+    /// As [`Self::land`].
+    pub fn land_with(
+        &self,
+        trial: u64,
+        seed: u64,
+        record: bool,
+        hook: StepHook<'_>,
+    ) -> Result<SpaceLanding, SimError> {
         let mut flight = Flight::new(self, trial, seed, record)?;
+        flight.hook = Some(hook);
+        self.finish(flight)
+    }
+
+    /// Flies a landing to its end.
+    fn finish(&self, mut flight: Flight<'_>) -> Result<SpaceLanding, SimError> {
         let last = steps(self.scenario.timeout_s) as u64;
         let mut outcome = None;
         for step in 0..last {

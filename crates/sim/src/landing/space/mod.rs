@@ -48,6 +48,7 @@ pub use case::Case;
 pub use faults::{
     FaultClock, FaultGust, FaultSettings, FaultySensor, NanBurst, TimeSpan, WeakRotor,
 };
+pub use flight::StepHook;
 pub use flight_log::{FlightLog, ImuRow};
 pub use landing::{SpaceLander, land};
 pub use motor_flight::{

@@ -1,0 +1,260 @@
+//! C99.
+
+use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, Outside, VelocityInput};
+use touchdown_flight::real::r;
+use touchdown_flight::thrust::ThrustModel;
+
+use super::flying::FlyingModel;
+use super::{ExportedFile, Number, vectors};
+use crate::card::Card;
+
+macro_rules! piece {
+    ($name:literal) => {
+        include_str!(concat!("c/", $name, ".c"))
+    };
+}
+
+/// What makes a family's code: its pieces of C in their order, and its numbers.
+struct Family<R> {
+    pieces: Vec<&'static str>,
+    constants: Vec<R>,
+}
+
+/// Source, header, test with its vectors, and Makefile.
+pub(super) fn files<R: Number>(
+    card: &Card,
+    model: &FlyingModel<R>,
+    name: &str,
+) -> Vec<ExportedFile> {
+    let (family, header, limits) = match model {
+        FlyingModel::Thrust(model) => (thrust::<R>(model), include_str!("c/thrust.h"), None),
+        FlyingModel::GroundEffect(model) => (
+            ground_effect(model),
+            include_str!("c/ground.h"),
+            Some(model),
+        ),
+    };
+    let file = |extension: &str, text: String| ExportedFile {
+        name: format!("{name}{extension}"),
+        text,
+    };
+    vec![
+        file(".c", source(card, &family, limits, name)),
+        file(".h", guarded_header::<R>(card, header, name)),
+        file("_test.c", vectors::test_program(model, name)),
+        ExportedFile {
+            name: "Makefile".to_owned(),
+            text: include_str!("c/Makefile.in").replace("NAME", name),
+        },
+    ]
+}
+
+/// The elementary functions that a family needs: exponential and sine, or `exp(x) - 1`.
+fn elementary<R: Number>(with_sine: bool) -> Vec<&'static str> {
+    let single = R::TYPES[0] == "float";
+    let mut pieces = if single {
+        vec![piece!("float_bits"), piece!("float_exponential")]
+    } else {
+        vec![piece!("double_bits"), piece!("double_exponential")]
+    };
+    match (with_sine, single) {
+        (true, true) => pieces.push(piece!("float_sine")),
+        (true, false) => pieces.extend([piece!("double_exp"), piece!("double_sine")]),
+        (false, true) => pieces.push(piece!("float_exp_m1")),
+        (false, false) => pieces.push(piece!("double_exp_m1")),
+    }
+    pieces
+}
+
+fn thrust<R: Number>(model: &ThrustModel<R>) -> Family<R> {
+    let mut pieces = vec![piece!("basics")];
+    pieces.extend(elementary::<R>(matches!(model, ThrustModel::Library(_))));
+    let (middle, constants): (Vec<&str>, Vec<R>) = match model {
+        ThrustModel::FirstOrder(m) => (
+            vec![piece!("lag"), piece!("cubic"), piece!("thrust_first_order")],
+            vec![m.c0, m.c1, m.t_m_s],
+        ),
+        ThrustModel::Library(m) => (
+            vec![piece!("min"), piece!("cubic"), piece!("thrust_library")],
+            vec![m.one, m.x, m.s, m.s2, m.x3, m.s3, m.exp_neg_x_s, m.sin_x_s],
+        ),
+        ThrustModel::Static(m) => (
+            vec![piece!("lag"), piece!("cubic"), piece!("thrust_static")],
+            [&m.coefficients[..], &[m.t_m_s]].concat(),
+        ),
+        ThrustModel::LaggedThrottle(m) => (
+            vec![
+                piece!("lag"),
+                piece!("cubic"),
+                piece!("thrust_lagged_throttle"),
+            ],
+            [&m.coefficients[..], &[m.t_m_s]].concat(),
+        ),
+    };
+    pieces.extend(middle);
+    pieces.push(piece!("thrust"));
+    Family { pieces, constants }
+}
+
+fn ground_effect<R: Number>(guarded: &Guarded<R>) -> Family<R> {
+    let mut pieces = vec![piece!("basics")];
+    let constants = match &guarded.model {
+        // A card always has a model; none is a map that is zero.
+        GroundEffectModel::None => {
+            pieces.extend([piece!("psi"), piece!("ground_static")]);
+            vec![R::ZERO, R::ZERO, R::ZERO, R::ZERO, R::ONE, R::ONE, R::ONE]
+        }
+        GroundEffectModel::Empirical(m) => {
+            pieces.extend([piece!("min"), piece!("ground_empirical")]);
+            vec![m.mu, m.rotor_radius_m, m.rotor_offset_m]
+        }
+        GroundEffectModel::StaticMap(m) => {
+            pieces.extend([piece!("psi"), piece!("ground_static")]);
+            [&m.h[..], &m.length_m].concat()
+        }
+        GroundEffectModel::Polynomial(m) => {
+            pieces.extend(elementary::<R>(false));
+            pieces.extend([piece!("lags"), piece!("ground_polynomial")]);
+            m.theta.to_vec()
+        }
+        GroundEffectModel::Ratio(m) => {
+            pieces.extend(elementary::<R>(false));
+            pieces.extend([piece!("lags"), piece!("psi"), piece!("ground_ratio")]);
+            [&m.xi[..], &m.length_m].concat()
+        }
+        GroundEffectModel::Lag(m) => {
+            pieces.extend(elementary::<R>(false));
+            pieces.extend([piece!("lag"), piece!("psi"), piece!("ground_lag")]);
+            [&m.map.h[..], &m.map.length_m, &m.k, &[m.tau_s]].concat()
+        }
+    };
+    pieces.push(piece!("ground"));
+    Family { pieces, constants }
+}
+
+/// The lines on top of both files.
+fn opening(card: &Card) -> String {
+    // Nothing in a card may end the comment.
+    let plain = |text: &str| text.replace("*/", "* /").replace("/*", "/ *");
+    let mut lines = format!(
+        "/* Model card `{}`: {}\n * Written by touchdown {} (touchdown export), not by hand.\n",
+        plain(&card.name),
+        plain(&card.equation),
+        env!("CARGO_PKG_VERSION"),
+    );
+    for (input, [low, high]) in &card.validity.inputs {
+        lines.push_str(&format!(
+            " * Data: {} in [{low:?}, {high:?}]\n",
+            plain(input)
+        ));
+    }
+    for warning in &card.warnings {
+        lines.push_str(&format!(
+            " * Warning: {}\n",
+            plain(&warning.replace('\n', " "))
+        ));
+    }
+    lines + " */\n"
+}
+
+fn guarded_header<R: Number>(card: &Card, declarations: &str, name: &str) -> String {
+    let guard = format!("{}_H", name.to_ascii_uppercase());
+    let text = format!(
+        "{}#ifndef {guard}\n#define {guard}\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n\
+         {declarations}\n#ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
+        opening(card)
+    );
+    filled::<R>(&text, name)
+}
+
+fn source<R: Number>(
+    card: &Card,
+    family: &Family<R>,
+    limits: Option<&Guarded<R>>,
+    name: &str,
+) -> String {
+    let mut text = opening(card);
+    text.push_str(&format!(
+        "#include \"{name}.h\"\n\n#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n\
+         #include <string.h>\n\n/* Coefficients, in the order that the model's comment names. */\n\
+         static const REAL C[{}] = {{\n",
+        family.constants.len()
+    ));
+    for value in &family.constants {
+        text.push_str(&format!("    {},\n", value.literal()));
+    }
+    text.push_str("};\n");
+    if family.pieces.contains(&piece!("cubic")) {
+        let epsilon = R::EPSILON.literal();
+        text.push_str(&format!("static const REAL EPSILON = {epsilon};\n"));
+    }
+    if let Some(guarded) = limits {
+        let v = &guarded.validity;
+        text.push_str("/* Where the model may be believed: heights of the data, f / T. */\n");
+        for (limit, value) in [
+            ("HEIGHT_MIN_M", v.height_min_m),
+            ("HEIGHT_MAX_M", v.height_max_m),
+            ("RATIO_MIN", v.ratio_min),
+            ("RATIO_MAX", v.ratio_max),
+        ] {
+            text.push_str(&format!(
+                "static const REAL {limit} = {};\n",
+                value.literal()
+            ));
+        }
+    }
+    for piece in &family.pieces {
+        text.push('\n');
+        text.push_str(piece);
+    }
+    let velocity = match limits.map(|guarded| guarded.velocity) {
+        Some(VelocityInput::NegativeRelative) => {
+            "    /* Identified under a vehicle at rest: -v for the deck's velocity. */\n    \
+             result.vehicle_velocity_mps = R(0.0);\n    result.deck_velocity_mps = \
+             input->deck_velocity_mps - input->vehicle_velocity_mps;\n"
+        }
+        _ => "",
+    };
+    let outside = match limits.map(|guarded| guarded.validity.outside) {
+        Some(Outside::Fade) => {
+            "    /* Above the box the lift falls to zero over one further range of heights. */\n    \
+             remaining = clamp_of(R(1.0) - (state->input.height_m - HEIGHT_MAX_M) / (HEIGHT_MAX_M - \
+             HEIGHT_MIN_M), R(0.0), R(1.0));\n"
+        }
+        _ => "",
+    };
+    let text = text
+        .replace("@VELOCITY@", velocity)
+        .replace("@OUTSIDE@", outside);
+    filled::<R>(&text, name)
+}
+
+/// Pieces of C with names, type and literals of the precision.
+fn filled<R: Number>(text: &str, name: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    // R(0.5) is a literal of the type: the constant in double precision, rounded.
+    while let Some(start) = literal_start(rest) {
+        out.push_str(&rest[..start]);
+        let inner = &rest[start + 2..];
+        let end = inner.find(')').unwrap_or(inner.len());
+        match inner[..end].parse::<f64>() {
+            Ok(value) => out.push_str(&r::<R>(value).literal()),
+            Err(_) => out.push_str(&rest[start..start + 2 + end + 1]),
+        }
+        rest = &inner[(end + 1).min(inner.len())..];
+    }
+    out.push_str(rest);
+    out.replace("fabsR", &format!("fabs{}", R::ENDING))
+        .replace("sqrtR", &format!("sqrt{}", R::ENDING))
+        .replace("REAL", R::TYPES[0])
+        .replace("NAME_", &format!("{name}_"))
+}
+
+/// The next `R(` that does not end a longer word.
+fn literal_start(text: &str) -> Option<usize> {
+    let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    text.match_indices("R(")
+        .map(|(at, _)| at)
+        .find(|&at| !text[..at].ends_with(word))
+}

@@ -1,0 +1,176 @@
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use super::{Language, Precision, export};
+use crate::card::{Card, Form, Outside, Term, VelocityInput};
+use crate::flight::psi_definitions;
+use crate::published;
+
+/// A card of every form that flies, with every behaviour above its heights and both inputs of
+/// velocity among them.
+fn cards() -> Vec<Card> {
+    let published = |text| Card::parse(text, "published").unwrap();
+    let mut cards = vec![published(published::EQ_11), published(published::EQ_12)];
+    cards.extend(forms().iter().map(|(form, terms)| of_form(*form, terms)));
+    cards
+}
+
+type Terms = &'static [(&'static str, &'static str, f64)];
+
+/// Coefficients near those that identification finds on the virtual rig.
+fn forms() -> [(Form, Terms); 8] {
+    const CUBIC: Terms = &[
+        ("T", "1", 0.1),
+        ("T", "s", 9.7),
+        ("T", "s^2", 21.3),
+        ("T", "s^3", -4.9),
+    ];
+    const MAP: [(&str, &str, f64); 4] = [
+        ("h", "1", -0.0085),
+        ("h", "psi1", 0.052),
+        ("h", "psi2", 0.122),
+        ("h", "psi3", 0.036),
+    ];
+    [
+        (
+            Form::FirstOrder,
+            &[("c0", "1", 6.9), ("c1", "1", 0.31), ("T_m", "1", 0.057)],
+        ),
+        (
+            Form::StaticSqrt,
+            &[
+                ("x", "1", 0.3),
+                ("x", "s", 8.1),
+                ("x", "s^2", -2.7),
+                ("x", "s^3", 0.4),
+                ("T_m", "1", 0.06),
+            ],
+        ),
+        (Form::StaticThrust, CUBIC),
+        (Form::Empirical, &[("mu", "1", 1.96)]),
+        (Form::Static, &MAP),
+        (
+            Form::Derivative,
+            &[
+                ("f'", "1", 0.8),
+                ("f'", "f", -7.1),
+                ("f'", "s", 2.3),
+                ("f'", "z", -3.7),
+                ("f'", "v_p*v_q", 0.6),
+            ],
+        ),
+        (
+            Form::Ratio,
+            &[
+                ("y'", "1", -0.1),
+                ("y'", "y", -6.7),
+                ("y'", "psi2", 1.3),
+                ("y'", "v_p", -0.2),
+                ("y'", "v_p*psi3", 0.7),
+            ],
+        ),
+        (
+            Form::Lag,
+            &[
+                MAP[0],
+                MAP[1],
+                MAP[2],
+                MAP[3],
+                ("k", "1", -0.03),
+                ("k", "psi3", 0.093),
+                ("tau", "1", 0.156),
+            ],
+        ),
+    ]
+}
+
+fn of_form(form: Form, terms: Terms) -> Card {
+    let is_ground = Form::GROUND_EFFECT.contains(&form);
+    let base = if is_ground {
+        published::EQ_12
+    } else {
+        published::EQ_11
+    };
+    let mut card = Card::parse(base, "base").unwrap();
+    card.name = format!("1st {} /* card */", form.name());
+    card.form = form;
+    let of = |&(of, expression, value): &(&str, &str, f64)| Term {
+        of: of.into(),
+        expression: expression.into(),
+        value,
+        std_error: None,
+        ci95: None,
+        unit: "1".into(),
+        mark: None,
+        upper_bound: None,
+    };
+    card.terms = terms.iter().map(of).collect();
+    let (constants, definitions) = psi_definitions([0.08, 0.2, 0.45]);
+    card.constants = constants;
+    card.constants
+        .extend([("r".to_owned(), 0.12), ("h_r".to_owned(), 0.05)]);
+    card.definitions = definitions;
+    if matches!(form, Form::Lag | Form::Empirical) {
+        card.validity.outside = Outside::Fade;
+        card.validity.velocity_input = Some(VelocityInput::NegativeRelative);
+    }
+    card
+}
+
+/// Writes an export, compiles it with warnings as errors, and runs its comparison.
+fn run(card: &Card, precision: Precision, compiler: &str, level: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    for file in export(card, Language::C, precision).unwrap() {
+        fs::write(folder.path().join(&file.name), file.text).unwrap();
+    }
+    let make = Command::new("make")
+        .args([
+            "test",
+            &format!("CC={compiler}"),
+            &format!("CFLAGS={level}"),
+        ])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let text = [make.stdout, make.stderr].concat();
+    let text = String::from_utf8_lossy(&text);
+    assert!(
+        make.status.success(),
+        "{} {precision:?} {compiler} {level}: {text}",
+        card.name
+    );
+}
+
+fn is_there(program: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| Path::new(&folder).join(program).exists())
+}
+
+#[test]
+fn xval_c_computes_the_bits_of_rust() {
+    for compiler in ["gcc", "clang"].into_iter().filter(|c| is_there(c)) {
+        for level in ["-O0", "-O1", "-O2", "-O3"] {
+            for card in cards() {
+                for precision in [Precision::Single, Precision::Double] {
+                    run(&card, precision, compiler, level);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn regress_single_precision_has_no_double_and_no_recursion() {
+    for card in cards() {
+        let files = export(&card, Language::C, Precision::Single).unwrap();
+        for file in files
+            .iter()
+            .filter(|file| !file.name.ends_with("_test.c") && file.name != "Makefile")
+        {
+            assert!(!file.text.contains("double"), "{}", file.name);
+            assert!(!file.text.contains("REAL"), "{}", file.name);
+            assert!(!file.text.contains('@'), "{}", file.name);
+        }
+    }
+}
