@@ -107,6 +107,11 @@ impl Terminal {
         self.interrupt.says(report);
     }
 
+    /// Answers Ctrl-C even if the process was started with an ignored one, as a job in the background of a script is.
+    pub fn insist_on_interrupts(&self) {
+        self.interrupt.insist();
+    }
+
     /// A stage of `steps` steps begins.
     pub fn stage(&self, name: &str, steps: u64) {
         self.style("{msg:>20} [{bar:32}] {pos}/{len}  {elapsed} elapsed, {eta} left");

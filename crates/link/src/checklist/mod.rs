@@ -148,12 +148,17 @@ impl Facts<'_> {
 
     fn rate(&self, k: usize) -> Item {
         let rates = &self.settings.rates;
+        // Positions of the deck by the companion's own camera come with its frames.
+        let target_hz = match self.camera {
+            Some(_) => self.settings.camera.rate_hz,
+            None => rates.target_hz,
+        };
         let asked = [
             rates.attitude_hz,
             rates.imu_hz,
             rates.range_hz,
             rates.velocity_hz,
-            rates.target_hz,
+            target_hz,
         ][k];
         let judged = match self.rates_hz.map(|rates| rates[k]) {
             None => (Verdict::Waiting, "counting.".to_string()),

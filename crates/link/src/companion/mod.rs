@@ -65,7 +65,7 @@ use crate::clock::ClockSync;
 use crate::parameters::Parameters;
 use crate::readings::Inbox;
 use crate::settings::FlightSettings;
-use crate::timing::Distribution;
+use crate::timing::{Distribution, Quantiles};
 use crate::wire::signing::{Signer, Signing, Verifier};
 use crate::wire::{Decoder, Encoder};
 use echo::Echo;
@@ -328,6 +328,18 @@ impl Companion {
         self.output.map(|output| output.estimate.position_m.z)
     }
 
+    /// Latency of the readings beyond their stamped ages, as the landing computer estimates it, s.
+    #[must_use]
+    pub fn latency_s(&self) -> Option<f64> {
+        self.computed.map(|output| output.latency_s)
+    }
+
+    /// Deviations of the period from 10 ms so far, while setpoints were streamed.
+    #[must_use]
+    pub fn jitter(&self) -> Option<Quantiles> {
+        self.jitter.quantiles()
+    }
+
     /// The newest attitude, for whoever looks for the deck in images.
     #[must_use]
     pub fn attitude(&self) -> Option<Attitude<f64>> {
@@ -346,6 +358,7 @@ impl Companion {
                 .inbox
                 .newest_age_us(self.times.now)
                 .map(|age_us| age_us as f64 * 1e-6),
+            latency_s: self.latency_s(),
         };
         FlightState::new(time_us, (self.stage, self.ending), computed, timing)
     }

@@ -9,6 +9,9 @@ use crate::axes;
 /// heartbeats of an autopilot that was not asked for more. With half of it, one late heartbeat ends the requests; in
 /// twice of it a pilot may have taken off again.
 const MODE_KNOWN_US: i64 = 1_500_000;
+/// Silence beyond which a request was probably not heard either, µs: two reports at 10 Hz. With half of it, a late report
+/// prolongs the requests for the position by one; with twice of it, one request into a cut link counts.
+const HEARD_US: i64 = 200_000;
 /// Requests for a mode that holds the position; then for one that holds the altitude.
 const POSITION_REQUESTS: u32 = 5;
 
@@ -70,7 +73,9 @@ impl Companion {
             let [position, altitude] = vehicle.autopilot.modes().given_back;
             let early = self.hold_requests < POSITION_REQUESTS;
             let mode = if early { position } else { altitude };
-            self.hold_requests += 1;
+            // What is sent into a cut link is no attempt.
+            let heard_us = self.times.now - vehicle.heard_us;
+            self.hold_requests += u32::from(heard_us <= HEARD_US);
             self.times.command = Some(self.times.now);
             self.send(&messages::set_mode(vehicle.system, mode), out);
         }

@@ -10,7 +10,7 @@
 //! | `/deck/estimate` | `touchdown.DeckEstimate` | estimated motion of the deck |
 //! | `/plan` | `touchdown.Plan` | the planned descent, when it begins |
 //! | `/command` | `touchdown.Command` | thrust, throttle and attitude that the landing computer commands |
-//! | `/timing` | `touchdown.Timing` | time since the tick before, and age of the newest reading |
+//! | `/timing` | `touchdown.Timing` | time since the tick before, age of the newest reading, estimated latency |
 //! | `/checklist` | `touchdown.Checklist` | the checklist, when a verdict changes |
 //!
 //! Axes are east, north, up. The origin of `world` is at the altitude of the start, above or below the deck's reference
@@ -103,6 +103,8 @@ pub(crate) struct Timing {
     pub(crate) period_s: f64,
     /// Age of the newest reading, s.
     pub(crate) reading_age_s: Option<f64>,
+    /// Estimated latency of the readings beyond their stamped ages, s.
+    pub(crate) latency_s: Option<f64>,
 }
 
 /// Chooses the ticks whose state is published.
@@ -184,10 +186,16 @@ impl FlightState {
         let Timing {
             period_s,
             reading_age_s,
+            latency_s,
         } = self.timing;
         add(
             Place::Timing,
-            json!({ "timestamp": timestamp, "period_s": period_s, "reading_age_s": reading_age_s }),
+            json!({
+                "timestamp": timestamp,
+                "period_s": period_s,
+                "reading_age_s": reading_age_s,
+                "estimated_latency_s": latency_s,
+            }),
         );
         if let Some(phase) = self.phase {
             let reason = self.reason;

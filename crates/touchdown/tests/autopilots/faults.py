@@ -1,11 +1,12 @@
 """Faults of the link and the companion over a real PX4 or ArduCopter, above a heaving deck, in real time.
 
-    faults.py px4|ardupilot AUTOPILOT TOUCHDOWN FOLDER [CASE ...]
+    faults.py px4|ardupilot AUTOPILOT TOUCHDOWN FOLDER [NAME=VALUE ...] [CASE ...]
 
 AUTOPILOT is build/px4_sitl_default/bin/px4 or build/sitl/bin/arducopter, TOUCHDOWN the command. Four processes run: the
 world (`touchdown simulator`), the autopilot, the companion (`touchdown fly`), and this one. It plays the pilot at a ground
 station and the camera, and passes the companion's datagrams on, or drops them. Needs pymavlink. A case is
-cut:SECONDS:PHASE, kill:PHASE, pilot:PHASE or none; without one all are flown. A line of JSON is printed for each.
+cut:SECONDS:PHASE, kill:PHASE, pilot:PHASE, reboot (of the autopilot, on the ground) or none; without one all are flown.
+NAME=VALUE sets a parameter of the autopilot. A line of JSON is printed for each case.
 """
 
 import json
@@ -17,7 +18,7 @@ from rig import Rig
 
 PHASES = ("hold", "wait", "descend", "touchdown")
 CASES = (
-    ["none"]
+    ["none", "reboot"]
     + [f"cut:{s}:{p}" for p in PHASES for s in (0.3, 1, 3)]
     + [f"{what}:{p}" for what in ("kill", "pilot") for p in PHASES]
 )
@@ -31,6 +32,35 @@ def fly(rig, case):
         return flown(rig, case, what, rest, rest[-1] if rest else None)
     finally:
         rig.stop_companion()
+
+
+def rebooted(kind, program, touchdown, folder, more):
+    """The autopilot restarts below a companion that waits; then both land as if nothing had been."""
+    rig = Rig(kind, program, touchdown, folder, more=more)
+    try:
+        rig.stands()
+        rig.start_companion("reboot")
+        rig.until(lambda: rig.stage() == "checked", 90) or rig.fail(f"not checked: {rig.lines[-1:]}")
+        begin, seen = time.monotonic(), len(rig.lines)
+        rig.restart()
+        rig.until(lambda: "checking" in [line.get("stage") for line in rig.lines[seen:]], 60)
+        again = rig.until(lambda: rig.stage() == "checked", 90)
+        checked_s, setpoints = time.monotonic() - begin, rig.setpoints
+        rig.take_off()
+        rig.until(lambda: rig.stage() == "ready", 60) or rig.fail(f"not ready: {rig.lines[-1:]}")
+        following = rig.modes["following"]
+        rig.until(lambda: rig.mode == following, 8, lambda: rig.set_mode(following)) or rig.fail("no switch")
+        rig.taken = True
+        landed = rig.until(lambda: not rig.armed, 90)
+        rig.until(lambda: False, 1.0)
+        stages = [line.get("stage") for line in rig.lines]
+        changes = [b for a, b in zip([None] + stages, stages) if a != b]
+        return {"case": "reboot", "checked_again": again, "checked_after_s": round(checked_s, 1),
+                "setpoints_until_then": setpoints, "stages": changes, "disarmed": landed, "says": rig.notes[-3:]}
+    finally:
+        if rig.companion:
+            rig.stop_companion()
+        rig.close()
 
 
 def flown(rig, case, what, rest, phase):
@@ -86,15 +116,24 @@ def flown(rig, case, what, rest, phase):
 
 def main():
     kind, program, touchdown, folder, *cases = sys.argv[1:]
+    more = dict(case.split("=") for case in cases if "=" in case)
+    cases = [case for case in cases if "=" not in case]
     program, touchdown, folder = map(os.path.abspath, (program, touchdown, folder))
     rig, number = None, 0
     try:
         for case in cases or CASES:
             for _ in range(2):
                 try:
-                    if rig is None:
+                    if rig is None or case == "reboot":
                         number += 1
-                        rig = Rig(kind, program, touchdown, f"{folder}/{number}")
+                    if case == "reboot":
+                        if rig:
+                            rig.close()
+                            rig = None
+                        print(json.dumps(rebooted(kind, program, touchdown, f"{folder}/{number}", more)), flush=True)
+                        break
+                    if rig is None:
+                        rig = Rig(kind, program, touchdown, f"{folder}/{number}", more=more)
                         rig.take_off()
                     result = fly(rig, case)
                 except RuntimeError as error:

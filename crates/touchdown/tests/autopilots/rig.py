@@ -100,8 +100,8 @@ class Udp:
 class Rig:
     """World, autopilot and pilot; companions come and go."""
 
-    def __init__(self, kind, program, touchdown, folder, deck=DECK, more=None):
-        self.kind, self.touchdown, self.folder = kind, touchdown, folder
+    def __init__(self, kind, program, touchdown, folder, deck=DECK, more=None, fly=FLY):
+        self.kind, self.touchdown, self.folder, self.fly = kind, touchdown, folder, fly
         self.modes = PX4 if kind == "px4" else ARDUPILOT
         os.makedirs(folder, exist_ok=True)
         self.processes = []
@@ -120,26 +120,41 @@ class Rig:
         self.system = 1 + self.instance if kind == "px4" else 1
         parameters, start = self.parameters(program)
         parameters.update(more or {})
-        self.world = self.start(
-            [touchdown, "simulator", kind, f"{folder}/deck.toml", "--speed", "1", "--out", f"{folder}/world",
-             "--instance", str(self.instance)], "world"
-        )
-        time.sleep(1.0)
+        self.link, self.pilot = (Udp(14540 + self.instance), Udp(14550)) if kind == "px4" else (Udp(), Udp())
+        self.autopilot_command, self.autopilot_environment = [program] + start, None
         if kind == "px4":
-            self.link, self.pilot = Udp(14540 + self.instance), Udp(14550)
-            environment = dict(os.environ, PX4_SYS_AUTOSTART="10016", **{f"PX4_PARAM_{k}": v for k, v in parameters.items()})
-            self.autopilot = self.start([program] + start, "autopilot", environment)
+            values = {f"PX4_PARAM_{k}": str(v) for k, v in parameters.items()}
+            self.autopilot_environment = dict(os.environ, PX4_SYS_AUTOSTART="10016", **values)
         else:
-            self.link, self.pilot = Udp(), Udp()
             with open(f"{folder}/touchdown.parm", "w") as f:
                 f.writelines(f"{k} {v}\n" for k, v in parameters.items())
-            links = [f"--serial{k}=udpclient:127.0.0.1:{udp.port}" for k, udp in enumerate((self.link, self.pilot))]
-            self.autopilot = self.start([program] + start + links, "autopilot")
+            links = (self.link, self.pilot)
+            self.autopilot_command += [f"--serial{k}=udpclient:127.0.0.1:{udp.port}" for k, udp in enumerate(links)]
+        self.begin()
         self.mav = mav.MAVLink(None, srcSystem=255, srcComponent=190)
         self.parser = mav.MAVLink(None)
         self.parser.robust_parsing = True
         self.camera = mav.MAVLink(None, srcSystem=self.system, srcComponent=197)
         self.to_companion = Udp()
+
+    def begin(self):
+        """Starts the world, and the autopilot in it."""
+        self.world = self.start(
+            [self.touchdown, "simulator", self.kind, f"{self.folder}/deck.toml", "--speed", "1", "--out",
+             f"{self.folder}/world", "--instance", str(self.instance)], "world"
+        )
+        time.sleep(1.0)
+        self.autopilot = self.start(self.autopilot_command, "autopilot", self.autopilot_environment)
+
+    def restart(self):
+        """The autopilot restarts on the ground; the world, whose link it is, with it. The companion stays."""
+        for process in (self.autopilot, self.world):
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            self.processes.remove(process)
+        self.remove_locks()
+        self.mode = self.armed = self.range_m = self.truth = self.boot_us = None
+        self.begin()
 
     def parameters(self, program):
         """What `touchdown simulator --autopilot` would set: asked from it, with a program that only writes that down."""
@@ -150,7 +165,7 @@ class Rig:
             f.write(f"#!/bin/sh\nenv > {probe}/env; cat touchdown.parm > {probe}/parm 2>/dev/null; exit 1\n")
         os.chmod(f"{probe}/bin/autopilot", 0o755)
         with open(f"{self.folder}/fly.toml", "w") as f:
-            f.write(FLY.format(port=0))
+            f.write(self.fly.format(port=0))
         subprocess.run(
             [self.touchdown, "simulator", self.kind, f"{self.folder}/deck.toml", "--with", f"{self.folder}/fly.toml",
              "--autopilot", f"{probe}/bin/autopilot", "--out", f"{probe}/out"],
@@ -184,6 +199,9 @@ class Rig:
             process.wait()
         for udp in (self.link, self.pilot, self.to_companion):
             udp.socket.close()
+        self.remove_locks()
+
+    def remove_locks(self):
         for left in (f"/tmp/px4_lock-{self.instance}", f"/tmp/px4-sock-{self.instance}"):
             if self.kind == "px4" and os.path.exists(left):
                 os.remove(left)
@@ -339,10 +357,14 @@ class Rig:
                 every()
         return False
 
-    def take_off(self):
+    def stands(self):
+        """Waits for the truth, and takes the place where the vehicle stands for that of the deck."""
         self.until(lambda: self.truth is not None and self.range_m is not None, 60) or self.fail("no truth")
         self.until(lambda: False, 2)
         self.origin, self.rest_m = self.truth[:2], self.range_m
+
+    def take_off(self):
+        self.stands()
 
         def ask():
             if self.mode != self.modes["take_off"]:
@@ -395,7 +417,7 @@ class Rig:
     def start_companion(self, name):
         port = free_port()
         with open(f"{self.folder}/fly.toml", "w") as f:
-            f.write(FLY.format(port=port))
+            f.write(self.fly.format(port=port))
         self.to_companion.peer = ("127.0.0.1", port)
         self.lines, self.cut, self.told_other, self.taken = [], False, None, False
         self.setpoints = self.after_take_over = 0

@@ -54,6 +54,8 @@ def main():
     rig = Rig(kind, program, touchdown, folder, STILL, LOGS[kind])
     try:
         rig.take_off()
+        # Without a deck in view it never takes control.
+        rig.see = lambda: None
         rig.start_companion("flight")
         following = rig.modes["following"]
         rig.until(lambda: False, 6, lambda: velocity(rig, 0.0))

@@ -75,6 +75,8 @@ pub(super) struct Case<'a> {
     pub(super) tables: &'a str,
     /// Most bytes of the recording, in units of 1024.
     pub(super) disk: Option<u32>,
+    /// Whether the command is started with ignored interrupts, as a job in the background of a script is.
+    pub(super) ignores_interrupts: bool,
     /// Gets every line of our standard error as it comes.
     pub(super) lines: Option<&'a mpsc::Sender<String>>,
 }
@@ -149,12 +151,16 @@ impl Case<'_> {
         let content = format!("{link}{}{PATIENT}{SETTINGS}{}", self.first, self.tables);
         std::fs::write(&file, content).unwrap();
         let command = env!("CARGO_BIN_EXE_touchdown");
-        let mut ours = match self.disk {
+        let before = match (self.disk, self.ignores_interrupts) {
+            (None, false) => None,
+            (Some(kib), _) => Some(format!("ulimit -f {kib}; trap '' XFSZ")),
+            (None, true) => Some("trap '' INT".to_string()),
+        };
+        let mut ours = match before {
             None => Command::new(command),
-            Some(kib) => {
+            Some(before) => {
                 let mut shell = Command::new("bash");
-                let limited = format!("ulimit -f {kib}; trap '' XFSZ; exec \"$@\"");
-                shell.args(["-c", &limited, "bash", command]);
+                shell.args(["-c", &format!("{before}; exec \"$@\""), "bash", command]);
                 shell
             }
         };

@@ -152,11 +152,18 @@ fn prop_damaged_cut_and_replayed_packets_prevent_no_landing() {
 
 #[test]
 fn prop_ctrl_c_hands_the_vehicle_over_and_ends_with_130() {
+    for ignores_interrupts in [false, true] {
+        ctrl_c_hands_the_vehicle_over(ignores_interrupts);
+    }
+}
+
+fn ctrl_c_hands_the_vehicle_over(ignores_interrupts: bool) {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let case = Case {
         peer: &["--fault", "interrupt", "--parameter", "COM_OF_LOSS_T=1.1"],
         ours: &["--set-parameters"],
+        ignores_interrupts,
         ..Case::default()
     };
     let flown = case.fly(&python, folder.path());

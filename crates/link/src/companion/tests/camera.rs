@@ -135,6 +135,19 @@ fn prop_the_checklist_says_what_the_camera_gives() {
 }
 
 #[test]
+fn regress_positions_by_the_camera_are_judged_by_its_rate() {
+    let mut camera = CameraBench::new();
+    let mut settings = camera.bench.companion.settings.clone();
+    // Half of it would be needed; the camera gives 33 Hz of its own 30 Hz.
+    settings.rates.target_hz = 100.0;
+    camera.bench.companion = Companion::new(&settings, &Session::default()).unwrap();
+    camera.run(8.0);
+    let companion = &camera.bench.companion;
+    let text = companion.checklist().text();
+    assert_eq!(companion.stage(), Stage::Ready, "{text}");
+}
+
+#[test]
 fn prop_beside_a_camera_positions_of_others_are_ignored() {
     let mut camera = CameraBench::ready();
     camera.bench.mute.clear();

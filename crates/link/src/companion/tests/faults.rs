@@ -154,6 +154,26 @@ fn prop_a_holding_mode_that_was_accepted_is_not_asked_for_again() {
 }
 
 #[test]
+fn regress_requests_into_a_cut_link_do_not_count() {
+    let mut bench = Bench::flying();
+    // The mode is known for 1.5 s from now on: seven requests go into the cut link.
+    bench.heartbeat();
+    bench.mute = (0..500).collect();
+    bench.run(2.0);
+    bench.ends(Stage::HandingOver, Ending::Silent);
+    assert!(bench.holds() > 5, "{}", bench.holds());
+    bench.mute.clear();
+    bench.sent.clear();
+    bench.run(1.2);
+    let first = bench.sent.iter().find_map(|m| match m {
+        MavMessage::COMMAND_LONG(m) => Some((m.command, m.param2, m.param3)),
+        _ => None,
+    });
+    // AUTO.LOITER, which holds the position.
+    assert_eq!(first, Some((MavCmd::MAV_CMD_DO_SET_MODE, 4.0, 3.0)));
+}
+
+#[test]
 fn prop_a_second_autopilot_of_the_same_kind_and_id_is_noticed() {
     let mut bench = Bench::flying();
     let mut other = Encoder::new(7, 1);

@@ -37,10 +37,10 @@ fn prop_parameters_are_changed_and_written_back_at_every_end() {
     for (name, fault, ending) in ends {
         let mut bench = changing();
         bench.becomes_ready();
-        assert_eq!(values(&bench), (0.5, 5));
+        assert_eq!(values(&bench), (0.2, 5));
         let said = bench.companion.take_notes().join("\n");
         assert!(
-            said.contains("COM_OF_LOSS_T: 1.100000023841858 becomes 0.5"),
+            said.contains("COM_OF_LOSS_T: 1.100000023841858 becomes 0.2"),
             "{said}"
         );
         bench.mode = OFFBOARD;
@@ -72,7 +72,7 @@ fn prop_nothing_is_written_back_while_the_vehicle_may_need_it() {
     bench.event(Event::Stop);
     bench.run(11.0);
     bench.ends(Stage::Ended, Ending::Stopped);
-    assert_eq!(values(&bench), (0.5, 5));
+    assert_eq!(values(&bench), (0.2, 5));
     let said = bench.companion.take_notes().join("\n");
     assert!(
         said.contains("COM_OBL_RC_ACT was NOT written back: set it to 3"),
@@ -84,7 +84,7 @@ fn prop_nothing_is_written_back_while_the_vehicle_may_need_it() {
 fn prop_ctrl_c_before_control_writes_back_too() {
     let mut bench = changing();
     bench.run(3.5);
-    assert_eq!(values(&bench), (0.5, 5));
+    assert_eq!(values(&bench), (0.2, 5));
     bench.event(Event::Stop);
     bench.run(1.0);
     bench.ends(Stage::Ended, Ending::Stopped);

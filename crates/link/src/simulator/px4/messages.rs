@@ -166,6 +166,27 @@ fn gps(time_us: u64, gnss: &GnssReport) -> HIL_GPS_DATA {
     }
 }
 
+/// The whole centimetres that PX4 reports, in its own `DISTANCE_SENSOR`, of whole centimetres that it gets: it computes metres
+/// and centimetres again in single precision and drops the fraction. So it reports 10 cm as 9 and 80 cm as 79.
+pub(super) fn reported_by_px4(centimetres: u16) -> u16 {
+    (f32::from(centimetres) * 0.01 * 100.0) as u16
+}
+
+/// The whole centimetres for which PX4 reports what is nearest to a range. Always the nearest ones would put the deck under a
+/// standing vehicle 1 cm too near.
+pub(super) fn for_px4(range_m: f64) -> u16 {
+    let nearest = (range_m * 100.0).round() as u16;
+    let error = |n: &u16| (f64::from(reported_by_px4(*n)) - range_m * 100.0).abs();
+    [
+        nearest,
+        nearest.saturating_add(1),
+        nearest.saturating_sub(1),
+    ]
+    .into_iter()
+    .min_by(|a, b| error(a).total_cmp(&error(b)))
+    .unwrap_or(nearest)
+}
+
 fn distance(sensors: &SensorReport, range_m: f64) -> DISTANCE_SENSOR_DATA {
     let centimetres = |m: f64| (m * 100.0).round() as u16;
     let [least_m, greatest_m] = sensors.range_limits_m;
@@ -173,7 +194,7 @@ fn distance(sensors: &SensorReport, range_m: f64) -> DISTANCE_SENSOR_DATA {
         time_boot_ms: u32::try_from(clock_us(sensors.time_us) / 1000).unwrap_or(u32::MAX),
         min_distance: centimetres(least_m),
         max_distance: centimetres(greatest_m),
-        current_distance: centimetres(range_m),
+        current_distance: for_px4(range_m),
         mavtype: MavDistanceSensor::MAV_DISTANCE_SENSOR_LASER,
         orientation: MavSensorOrientation::MAV_SENSOR_ROTATION_PITCH_270,
         signal_quality: 100,

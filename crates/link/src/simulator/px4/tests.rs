@@ -113,6 +113,25 @@ fn prop_a_reading_is_sent_once_and_a_sensor_that_fails_not_at_all() {
     assert_eq!(sensor.fields_updated.bits() & 0x3f, 0);
 }
 
+#[test]
+fn xval_px4_reports_no_range_of_10_or_80_cm_and_gets_the_one_whose_report_is_nearest() {
+    // Whole centimetres below 125 that never came back in 20 flights over PX4 1.17, with 10,000 ranges.
+    let never = [
+        10, 15, 20, 23, 27, 30, 40, 43, 46, 49, 54, 60, 67, 73, 80, 86, 92, 99, 108, 121,
+    ];
+    let reported: Vec<u16> = (1..130).map(messages::reported_by_px4).collect();
+    let missing: Vec<u16> = (9..125).filter(|n| !reported.contains(n)).collect();
+    assert_eq!(missing, never);
+    let error_cm = |tenths: u16| {
+        let sent = messages::for_px4(f64::from(tenths) * 1e-3);
+        f64::from(messages::reported_by_px4(sent)) - f64::from(tenths) * 0.1
+    };
+    // A gap of 2 cm, reached from both sides; in the mean over a range of heights nothing is left but the ties.
+    assert!((50..1300).all(|tenths| error_cm(tenths).abs() <= 1.0 + 1e-9));
+    let mean_cm = (50..1300).map(error_cm).sum::<f64>() / 1250.0;
+    assert!(mean_cm.abs() < 0.07, "{mean_cm}");
+}
+
 /// A peer whose answers are given.
 struct Peer {
     answers: VecDeque<Vec<u8>>,

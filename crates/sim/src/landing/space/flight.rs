@@ -20,7 +20,7 @@ use crate::body::cascade::{AttitudeSetpoint, CascadeState};
 use crate::body::rigid::{Disturbance, Loads, RigidState, RigidVehicle};
 use crate::deck::rigid::DeckPose;
 use crate::error::SimError;
-use crate::number::vector::add;
+use crate::number::vector::{add, scale};
 use crate::random::{Purpose, Stream};
 use crate::sensors::suite::{SensorSuite, Truth, nan_if, steps};
 
@@ -252,6 +252,27 @@ impl<'a> Flight<'a> {
         self.gusting = faults.gust.is_some() && since_s >= 0.0;
     }
 
+    /// Advances the wind by a step. Above a deck that is held the air is calm, and the wind's time stands. When the deck is
+    /// released, the wind rises as the deck speeds up.
+    fn blow(&mut self, step: u64) {
+        if !self.track.is_held() {
+            self.wind.step();
+        }
+        let wind_mps = self.wind.velocity_mps();
+        let share = self.track.released_share((step + 1) as f64 * STEP_S);
+        self.disturbance.wind_mps = share.map_or(wind_mps, |share| scale(wind_mps, share));
+        if let (true, Some(gust)) = (self.gusting, &self.lander.scenario.faults.gust) {
+            let gust = GustSettings {
+                velocity_mps: gust.velocity_mps,
+                start_s: gust.from_s,
+                rise_s: gust.rise_s,
+                hold_s: gust.hold_s,
+            };
+            let blow = gust.at(self.since_s(step));
+            self.disturbance.wind_mps = add(self.disturbance.wind_mps, blow);
+        }
+    }
+
     /// Moves the vehicle over a step and judges it.
     pub(super) fn fly(&mut self, step: u64) -> Result<Option<SpaceOutcome>, SimError> {
         let t = step as f64 * STEP_S;
@@ -274,21 +295,11 @@ impl<'a> Flight<'a> {
             let sd_n = vehicle.rotors().turbulence_sd_n(roots, &self.loads.target);
             self.disturbance.turbulence_n = turbulence.step(sd_n);
         }
-        self.wind.step();
-        self.disturbance.wind_mps = self.wind.velocity_mps();
-        if let (true, Some(gust)) = (self.gusting, &self.lander.scenario.faults.gust) {
-            let gust = GustSettings {
-                velocity_mps: gust.velocity_mps,
-                start_s: gust.from_s,
-                rise_s: gust.rise_s,
-                hold_s: gust.hold_s,
-            };
-            let blow = gust.at(self.since_s(step));
-            self.disturbance.wind_mps = add(self.disturbance.wind_mps, blow);
-        }
+        self.blow(step);
         self.pose = poses[2];
         let log = &mut self.touching.log;
-        vehicle.log_contact(log, t + STEP_S, &self.state, &self.pose);
+        self.vehicle
+            .log_contact(log, t + STEP_S, &self.state, &self.pose);
         self.landing.steps = step + 1;
         if self.phase == Phase::Wait {
             self.landing.waited_s += STEP_S;

@@ -6,8 +6,8 @@
 //! deck, wind ─> vehicle (1 kHz) <──────────────────────────────────────────────┘
 //! ```
 //!
-//! The vehicle begins at rest on the deck with its rotors stopped. The deck stands until [`MotorFlight::release_deck`],
-//! so that an autopilot can be armed and can take off as on ground. Landings are judged by the truth, as all others are:
+//! The vehicle begins at rest on the deck with its rotors stopped. The deck stands and the air is calm until
+//! [`MotorFlight::release_deck`], so that an autopilot can be armed and can take off as on ground. Landings are judged by the truth, as all others are:
 //! [`MotorFlight::begin_descent`] starts their clock.
 //!
 //! Sensors are those of the scenario, with their noise, latencies, losses and faults. An autopilot also needs what the
@@ -150,6 +150,7 @@ impl SpaceLander {
         let mut flight = Flight::new(self, trial, seed, false)?;
         flight.track.hold();
         flight.pose = flight.track.at(0.0)?;
+        flight.disturbance.wind_mps = [0.0; 3];
         let above = flight.relative().0;
         let place = [above[0], above[1], self.scenario.legs.depth_m + CLEARANCE_M];
         flight.state = RigidState {
@@ -180,7 +181,7 @@ impl SpaceLander {
 }
 
 impl MotorFlight<'_> {
-    /// Lets the deck move from now on, within 2 s, and starts to judge what touches it.
+    /// Lets the deck move and the wind blow from now on, both within 2 s, and starts to judge what touches it.
     pub fn release_deck(&mut self) {
         let flight = &mut self.flight;
         flight.track.release(self.step as f64 * STEP_S);
@@ -408,6 +409,52 @@ mod tests {
             flight.advance(MotorSignals::default()).unwrap();
         }
         assert_ne!(flight.truth().deck.origin_m, deck);
+    }
+
+    #[test]
+    fn analytic_the_wind_rises_with_the_deck_that_is_released() {
+        let mut scenario = Case::Still.scenario();
+        scenario.wind.steady_mps = [6.0, 0.0, 0.0];
+        let lander = lander(&scenario);
+        let mut flight = lander.motor_flight(0, 1, FIELD).unwrap();
+        let wind_after = |flight: &mut MotorFlight<'_>, steps| {
+            for _ in 0..steps {
+                flight.advance(MotorSignals::default()).unwrap();
+            }
+            flight.truth().wind_mps[0]
+        };
+        assert_eq!(flight.truth().wind_mps, [0.0; 3]);
+        assert_eq!(wind_after(&mut flight, 500), 0.0);
+        flight.release_deck();
+        // The share 3u² − 2u³ at u = 1/4, 1/2, 1 of 2 s, up to rounding.
+        for (share, steps) in [(0.15625, 500), (0.5, 500), (1.0, 1000), (1.0, 500)] {
+            let wind_mps = wind_after(&mut flight, steps);
+            assert!((wind_mps - 6.0 * share).abs() < 1e-12, "{wind_mps}");
+        }
+    }
+
+    #[test]
+    fn prop_a_gust_begins_after_the_release_of_the_deck() {
+        let mut scenario = Case::Still.scenario();
+        scenario.wind.gust = Some(crate::air::wind::GustSettings {
+            velocity_mps: [0.0, 4.0, 0.0],
+            start_s: 2.5,
+            rise_s: 0.5,
+            hold_s: 1.0,
+        });
+        let lander = lander(&scenario);
+        let mut flight = lander.motor_flight(0, 1, FIELD).unwrap();
+        let mut gusts = [0.0_f64; 2];
+        for (gust, seconds) in gusts.iter_mut().zip([4, 4]) {
+            for _ in 0..seconds * 1000 {
+                flight.advance(MotorSignals::default()).unwrap();
+                *gust = gust.max(flight.truth().wind_mps[1]);
+            }
+            flight.release_deck();
+        }
+        // In calm air first, then of its full speed, up to rounding.
+        assert_eq!(gusts[0], 0.0);
+        assert!((gusts[1] - 4.0).abs() < 1e-9, "{gusts:?}");
     }
 
     #[test]

@@ -96,6 +96,16 @@ impl Track {
         self.clock = DeckClock::Held;
     }
 
+    /// Whether the deck is held.
+    pub(super) fn is_held(&self) -> bool {
+        self.clock == DeckClock::Held
+    }
+
+    /// Share of its motion that a deck which was held has reached, in [0, 1]; none if it was never held.
+    pub(super) fn released_share(&self, time_s: f64) -> Option<f64> {
+        self.clock.at(time_s).map(|[_, rate, _]| rate)
+    }
+
     /// Lets a deck that was held move from now on.
     pub(super) fn release(&mut self, time_s: f64) {
         self.clock = DeckClock::Released(time_s);

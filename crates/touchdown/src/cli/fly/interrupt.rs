@@ -38,6 +38,8 @@ impl Interrupt {
             }
             format!("the companion has let go of the vehicle; the recording is {file}")
         });
+        // A vehicle in flight must be handed over, however the process was started.
+        context.insist_on_interrupts();
         interrupt
     }
 

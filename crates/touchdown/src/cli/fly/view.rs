@@ -7,6 +7,7 @@ use serde::Serialize;
 use touchdown_lander::state_machine::Phase;
 use touchdown_link::checklist::{Checklist, Verdict};
 use touchdown_link::companion::{Companion, Ending, Stage};
+use touchdown_link::timing::Quantiles;
 
 use crate::cli::context::Context;
 
@@ -27,6 +28,10 @@ struct State {
     height_m: Option<f64>,
     /// Setpoints sent in control.
     setpoints: u64,
+    /// Estimated latency of the readings beyond their stamped ages, s.
+    latency_s: Option<f64>,
+    /// Deviations of the period from 10 ms so far.
+    jitter: Option<Quantiles>,
     /// The worst verdict of the checklist.
     checklist: Verdict,
 }
@@ -94,6 +99,8 @@ impl View {
                 phase: companion.phase(),
                 height_m: companion.height_m(),
                 setpoints: companion.setpoints(),
+                latency_s: companion.latency_s(),
+                jitter: companion.jitter(),
                 checklist: companion.checklist().verdict(),
             }));
         }
