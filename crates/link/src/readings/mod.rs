@@ -92,6 +92,8 @@ pub struct Inbox {
     normal: Option<(i64, Vector<f64>)>,
     positions: Positions,
     attitude: Option<(i64, Attitude<f64>)>,
+    /// The newest attitude's time by the autopilot's clock, µs.
+    attitude_stamp_us: i64,
     force: Option<(i64, Vector<f64>)>,
     sum: Vector<f64>,
     summed: u32,
@@ -140,6 +142,7 @@ impl Inbox {
             normal: None,
             positions: Positions::new(),
             attitude: None,
+            attitude_stamp_us: 0,
             force: None,
             sum: Vector::ZERO,
             summed: 0,
@@ -170,10 +173,13 @@ impl Inbox {
                 if let Some(attitude) = axes::attitude(quaternion) {
                     let stamp = boot(m.time_boot_ms);
                     if let Some(at) = self.dated(Source::Attitude, stamp, clock, now_us) {
+                        // By the autopilot's own clock: what is known of its offset may change between the two.
+                        let elapsed_us = stamp.saturating_sub(self.attitude_stamp_us);
                         self.jumped |= self
                             .attitude
-                            .is_some_and(|before| jumps(before, at, attitude));
+                            .is_some_and(|(_, before)| jumps(before, attitude, elapsed_us));
                         self.attitude = Some((at, attitude));
+                        self.attitude_stamp_us = stamp;
                         self.positions.turns(at, attitude);
                     }
                 } else {
@@ -484,10 +490,10 @@ fn aged(reading: Reading<f64>, age_s: f64) -> Reading<f64> {
     }
 }
 
-/// Whether no vehicle turns that fast.
-fn jumps(before: (i64, Attitude<f64>), at: i64, attitude: Attitude<f64>) -> bool {
-    let (a, b) = (before.1.to_quaternion(), attitude.to_quaternion());
+/// Whether no vehicle turns that far in a time.
+fn jumps(before: Attitude<f64>, after: Attitude<f64>, elapsed_us: i64) -> bool {
+    let (a, b) = (before.to_quaternion(), after.to_quaternion());
     let cosine: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
     let turn_rad = 2.0 * cosine.abs().min(1.0).acos();
-    turn_rad > TURN_RAD + TURN_RAD_PER_S * (at - before.0) as f64 * 1e-6
+    turn_rad > TURN_RAD + TURN_RAD_PER_S * elapsed_us as f64 * 1e-6
 }

@@ -164,6 +164,27 @@ fn prop_only_a_turn_that_no_vehicle_makes_is_a_jump() {
     assert!(!turned(6_030, 0.5), "it rests");
 }
 
+#[test]
+fn regress_a_clock_that_slips_turns_no_vehicle() {
+    let (mut inbox, mut clock) = (Inbox::new(&FlightSettings::default()), synchronised());
+    let level = |time_boot_ms| {
+        MavMessage::ATTITUDE_QUATERNION(ATTITUDE_QUATERNION_DATA {
+            time_boot_ms,
+            q1: 1.0,
+            ..Default::default()
+        })
+    };
+    inbox.take(&level(6_000), &clock, 1_050_000);
+    // An answer shows that the autopilot's clock is 40 ms further ahead than was known.
+    clock.asks(1_060_000);
+    clock.answered(1_060_000, 6_100_000, 1_060_000);
+    inbox.take(&level(6_010), &clock, 1_070_000);
+    assert!(
+        !inbox.take_jump(),
+        "the same attitude, 10 ms later by its own clock"
+    );
+}
+
 /// An inbox whose vehicle is at (10, 20, -5) north-east-down, moves north at 1 m/s and points east.
 fn placed(clock: &ClockSync) -> Inbox {
     let mut settings = FlightSettings::default();
