@@ -79,6 +79,8 @@ def main():
         campaign = subprocess.Popen(
             [touchdown, "--quiet", "campaign", f"{folder}/sweep.toml", "--threads", "2", "--out", f"{folder}/out"],
             stdout=log, stderr=log, start_new_session=True,
+            # Ctrl-C ends it even where this script was started with it ignored.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )
     try:
         begin, flown = time.monotonic(), 0.0
