@@ -118,7 +118,8 @@ impl GroundEffect {
     fn put_dynamics(&self, card: &mut Card) {
         card.validity.velocity_input = Some(VelocityInput::NegativeRelative);
         let damping = self.spread.number(&self.fit, "damping");
-        let k = damping.filter(Estimate::differs_from_zero);
+        let known = damping.filter(|_| self.basis != Basis::Poses);
+        let k = known.filter(Estimate::differs_from_zero);
         let k = k.unwrap_or_else(|| Estimate::bare(0.0));
         card.terms.push(term("k", "1", k, "s/m"));
         card.terms
@@ -132,12 +133,15 @@ impl GroundEffect {
         } else {
             "each fitted anew"
         };
+        let along = match self.noise {
+            Some(_) => "maximum likelihood along the trajectories",
+            None => "least squares of specific force",
+        };
         method(&[
             (
                 "fit",
                 format!(
-                    "least squares of specific force over {} runs of the motors, scale and height error of each free; \
-                     came to rest after {} steps",
+                    "{along} over {} runs of the motors, scale and height error of each free; came to rest after {} steps",
                     self.pieces.len(),
                     self.fit.steps
                 ),

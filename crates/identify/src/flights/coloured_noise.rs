@@ -259,6 +259,10 @@ mod tests {
             drift: crate::flights::drift::Drift::Unknown,
             on_s: None,
             force: Vec::new(),
+            accelerometer: true,
+            range_m: Vec::new(),
+            climb_measured_mps: Vec::new(),
+            tilt_rad: Vec::new(),
             rows: (0..n).collect(),
             bias_sd: 1.0,
         };

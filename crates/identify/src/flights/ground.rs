@@ -5,16 +5,17 @@ use touchdown_model::Card;
 
 use super::coverage::check_heights;
 use super::fit::Fit;
+use super::height_noise::noise_of_heights;
 use super::hover::{self, Hover, ThrustLaw};
-use super::lag::lag;
 use super::model::{Curve, ModelTerms, Segment};
 use super::phases::Phases;
 use super::record::forces_from;
 use super::resampling::Resampling;
-use super::resolve::{climb_near_ground, resolve_lag, wants_lag};
+use super::resolve::{Resolved, climb_near_ground, final_model, resolve_lag, wants_lag};
 use super::segments::{Excluded, cut};
 use super::selection::{Candidate, ModelSelection};
 use super::thrust::follows;
+use super::trajectory::{self, Noise};
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
 use crate::estimate::Estimate;
@@ -85,6 +86,8 @@ pub struct GroundEffect {
     pub spread: Resampling,
     /// The wake's lag (s), where it was resolved.
     pub(super) lag: Option<Estimate>,
+    /// Noise of sensors and air, where the flights were fitted along their trajectories.
+    pub noise: Option<Noise>,
     /// Whether thrust may drift with time, for no voltage is known.
     pub drift_of_time: bool,
     /// All models that were tried.
@@ -180,8 +183,20 @@ fn from_force(
     let heights_m = check_heights(&name, flights, &cut.pieces, rotor_radius_m, settings)?;
     let mut refused = Vec::new();
     let drift_of_time = cut.drifts_with_time(flights);
-    let choice = select(&cut.pieces, basis, drift_of_time, settings, &mut refused);
-    let fit = choice.best;
+    let mut choice = select(&cut.pieces, basis, drift_of_time, settings, &mut refused);
+    let units = trajectory::Settings {
+        radius_m: rotor_radius_m,
+        gravity_mps2: settings.gravity_mps2,
+    };
+    let found = final_model(&mut choice, basis, units, settings, &mut refused)
+        .ok_or_else(|| noisy_heights(&name, &cut.pieces, rotor_radius_m))?;
+    let Resolved {
+        fit,
+        spread,
+        lag,
+        noise,
+    } = found;
+    let tried = choice.tried;
     if !fit.converged || fit.theta.iter().any(|v| !v.is_finite()) {
         return Err(Error::data(
             name,
@@ -189,15 +204,14 @@ fn from_force(
             format!("no convergence after {} steps", fit.steps),
         ));
     }
-    let tried = choice.tried;
-    let spread = Resampling::of(&fit, &cut.pieces, settings.resamples, settings.seed);
     follows(&name, cut.hover_throttle, &fit, &cut.pieces, &spread, None)?;
     let found = GroundEffect {
         basis,
         drift_of_time,
         hovers: Vec::new(),
         rotor_radius_m,
-        lag: lag(&fit, &cut.pieces, &spread),
+        lag,
+        noise,
         phases,
         hover_throttle: cut.hover_throttle,
         left_out: cut.left_out,
@@ -210,6 +224,23 @@ fn from_force(
     };
     found.check_significant(&name, settings)?;
     Ok(found)
+}
+
+/// Heights whose noise biases a fit along them, where no model of noise explains the motion.
+fn noisy_heights(name: &str, pieces: &[Segment], rotor_radius_m: f64) -> Error {
+    Error::data(
+        name,
+        format!(
+            "heights with noise below {:.1} mm (5 % of the rotor radius), or a motion that sensors with white noise explain: \
+             record a quieter range finder or motion capture, and range and accelerometer as the sensors give them, not as a \
+             filter does",
+            50.0 * rotor_radius_m
+        ),
+        format!(
+            "noise of {:.1} mm, and disturbances of another kind",
+            1e3 * noise_of_heights(pieces)
+        ),
+    )
 }
 
 /// The model that predicts held-out flights best; what the flights do not identify is added to `refused`.

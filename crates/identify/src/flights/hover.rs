@@ -21,7 +21,7 @@ use super::selection::{Candidate, ModelSelection};
 use super::ground::{Basis, GroundEffect};
 use super::model::{Curve, ModelTerms, Segment};
 use super::phases::Phases;
-use super::resampling::{Resampling, ResamplingUnit, below};
+use super::resampling::{FEWEST, Resampling, below};
 use super::rest::{REST_MPS, SHORTEST_S, hovers, roots};
 use super::segments::{Excluded, left_out};
 use super::{Flight, FlightSettings};
@@ -77,6 +77,7 @@ pub(super) fn ground_effect(
         drift_of_time: of_time,
         rotor_radius_m,
         lag: None,
+        noise: None,
         left_out: outside(flights, &phases, &hovers),
         phases,
         pieces,
@@ -148,6 +149,10 @@ fn segments(
             drift,
             on_s: None,
             force: of(&|h| h.load),
+            accelerometer: false,
+            range_m: Vec::new(),
+            climb_measured_mps: Vec::new(),
+            tilt_rad: Vec::new(),
             rows: (0..ours.len()).collect(),
             bias_sd: settings.height_bias_radii.hypot(drift_m / rotor_radius_m),
             time_s,
@@ -249,8 +254,8 @@ fn check(
     ))
 }
 
-/// Resampled flights (hovers, where there are fewer than three flights), and the exponent within what is known of it; each
-/// draw is fitted.
+/// Resampled hovers, and the exponent within what is known of it; each draw is fitted. From three flights on, resampled flights
+/// beside them tell how much flights differ beyond their hovers.
 fn spread(
     found: &Fit,
     pieces: &[Segment],
@@ -258,48 +263,35 @@ fn spread(
     settings: &FlightSettings,
 ) -> Resampling {
     let mut random = Pcg64::seed_from_u64(settings.seed);
+    let count = pieces.iter().map(|p| p.rows.len()).sum();
+    let mut refitted = |draw: &dyn Fn(&mut Pcg64) -> Vec<Segment>| -> Vec<Vec<f64>> {
+        (0..settings.resamples.min(MOST_DRAWS))
+            .filter_map(|_| {
+                let drawn = draw(&mut random);
+                let mut shape = found.shape;
+                let white: f64 = StandardNormal.sample(&mut random);
+                shape.exponent[0] = (shape.exponent[0] + exponent_sd * white).max(0.5);
+                let from = Fit {
+                    locals: Vec::new(),
+                    ..found.clone()
+                };
+                let again = fit(&drawn, shape, Some(&from));
+                again.converged.then_some(again.theta)
+            })
+            .collect()
+    };
+    let of_hovers = refitted(&|random| pieces.iter().map(|p| drawn(p, random)).collect());
     let mut flights: Vec<usize> = pieces.iter().map(|p| p.flight).collect();
     flights.dedup();
-    let by_flight = flights.len() >= 3;
-    let count = if by_flight {
-        flights.len()
-    } else {
-        pieces.iter().map(|p| p.rows.len()).sum()
-    };
-    let draws = (0..settings.resamples.min(MOST_DRAWS))
-        .filter_map(|_| {
-            let drawn: Vec<Segment> = if by_flight {
-                let chosen: Vec<usize> = (0..count)
-                    .map(|_| flights[below(&mut random, count)])
-                    .collect();
-                let of = |f: &usize| {
-                    pieces
-                        .iter()
-                        .filter(|p| p.flight == *f)
-                        .cloned()
-                        .collect::<Vec<_>>()
-                };
-                chosen.iter().flat_map(of).collect()
-            } else {
-                pieces.iter().map(|p| drawn(p, &mut random)).collect()
-            };
-            let mut shape = found.shape;
-            let white: f64 = StandardNormal.sample(&mut random);
-            shape.exponent[0] = (shape.exponent[0] + exponent_sd * white).max(0.5);
-            let from = Fit {
-                locals: Vec::new(),
-                ..found.clone()
-            };
-            let again = fit(&drawn, shape, Some(&from));
-            again.converged.then_some(again.theta)
+    let of_flights = (flights.len() >= FEWEST).then(|| {
+        refitted(&|random| {
+            let chosen = (0..flights.len()).map(|_| flights[below(random, flights.len())]);
+            chosen
+                .flat_map(|f| pieces.iter().filter(move |p| p.flight == f).cloned())
+                .collect()
         })
-        .collect();
-    let blocks = if by_flight {
-        ResamplingUnit::Flights
-    } else {
-        ResamplingUnit::Hovers
-    };
-    Resampling::from_draws(blocks, count, draws)
+    });
+    Resampling::of_hovers(count, of_hovers, flights.len(), of_flights)
 }
 
 /// An armed interval with its hovers resampled.

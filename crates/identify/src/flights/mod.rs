@@ -13,6 +13,7 @@
 //! | `record`, `channels`, `smooth`, `motion` | one log with its channels on one clock |
 //! | [`phases`], `marking`, `stand`, [`segments`] | motors on and off, contact, impacts; the segments of a log to fit, and why others were dropped |
 //! | [`model`], [`curve`], [`fit`], [`coloured_noise`] | the model of a flight, the laws of its ground effect, its least squares, and correlated disturbances |
+//! | [`trajectory`], `height_noise` | model, motion and noise together, by a Kalman filter's likelihood: the final numbers of a ground effect; else the bias by noise of heights |
 //! | [`selection`], [`resampling`] | models judged on held-out flights; intervals by the bootstrap over flights |
 //! | [`hover`] | logs without specific force: hovers at rest, and the thrust of each |
 //! | [`ground`], `coverage`, [`numbers`], [`armed_interval_result`], [`result`] | the whole identification: ground effect, each armed interval, refusals |
@@ -27,6 +28,7 @@ pub mod curve;
 pub mod drift;
 pub mod fit;
 pub mod ground;
+mod height_noise;
 pub mod hover;
 mod lag;
 mod marking;
@@ -47,6 +49,7 @@ mod shape;
 mod smooth;
 mod stand;
 mod thrust;
+pub mod trajectory;
 
 pub use crate::refusal::{NoForce, Refusal};
 pub use crate::settings::FlightSettings;

@@ -94,13 +94,11 @@ impl ModelValues {
         root.clamp(ROOT[0], ROOT[1])
     }
 
-    /// √T after one step while its steady value changes linearly: exact for a constant value, otherwise of second order.
-    /// Without a lag, the end of the line itself.
-    fn motors(&self, root: f64, [from, to]: [f64; 2], dt: f64) -> f64 {
+    /// √T after a time at a constant steady value; exact. Without a lag, that value.
+    fn motors(&self, root: f64, target: f64, dt: f64) -> f64 {
         if !(self.t_m_s > 0.0) {
-            return to;
+            return target;
         }
-        let target = 0.5 * (from + to);
         // y = x - target: (1 + ρ) T_m y' = -(a + ρ y) y.
         let (y, a) = (root - target, 1.0 - self.drag + 2.0 * self.drag * target);
         let keep = (-a * dt / ((1.0 + self.drag) * self.t_m_s)).exp();
@@ -113,8 +111,34 @@ impl ModelValues {
         self.curve.lift(self.parts(height))
     }
 
+    /// Climb damping at a height in R (s/m).
+    pub(super) fn damping_at(&self, height: f64) -> f64 {
+        self.damping + self.near_damping * psi(2, height)
+    }
+
+    /// The factor of drift of a row of a segment.
+    fn drift(&self, segment: &Segment, row: usize) -> f64 {
+        let mut drift = 1.0;
+        if self.settling != 0.0
+            && let Some(on) = segment.on_s
+        {
+            drift += self.settling * (-(segment.time_s[row] - on) / self.settling_s).exp();
+        }
+        if self.battery != 0.0
+            && let Some(along) = segment.drift.at(row)
+        {
+            drift *= 1.0 + self.battery * along;
+        }
+        drift
+    }
+
     fn parts(&self, height: f64) -> [f64; 2] {
         self.curve.parts(self.of_curve, height)
+    }
+
+    /// Lag of the ground effect at a height in R and a √T relative to hover (s), that of its first part.
+    pub(super) fn lag_s(&self, height: f64, root: f64) -> f64 {
+        self.lags_s(height, root)[0]
     }
 
     /// Lags of the two parts at a height in R and a √T relative to hover (s). With lags of their own they are the times
@@ -154,6 +178,14 @@ pub struct Segment {
     pub on_s: Option<f64>,
     /// Specific force in gravities.
     pub force: Vec<f64>,
+    /// Whether that is the accelerometer's.
+    pub accelerometer: bool,
+    /// Height where it was measured (m), NaN elsewhere.
+    pub range_m: Vec<f64>,
+    /// Climb rate where it was measured (m/s), NaN elsewhere; empty where it was not.
+    pub climb_measured_mps: Vec<f64>,
+    /// Tilt of the rotor axis (rad); empty where it was not measured.
+    pub tilt_rad: Vec<f64>,
     /// Rows that count.
     pub rows: Vec<usize>,
     /// Standard deviation of the height's constant error, in R.
@@ -165,6 +197,49 @@ impl Segment {
     #[must_use]
     pub fn step_s(&self) -> f64 {
         median(self.time_s.windows(2).map(|p| p[1] - p[0])).unwrap_or(1.0)
+    }
+
+    /// √T relative to hover and the factor of drift, for every row.
+    ///
+    /// A command acts from its stamp plus the dead time on, until the next one does, as actuators hold it. A command never
+    /// moves what was measured before it: it answers the noise of the very row that it is logged with, and an
+    /// interpolation would take that answer for a cause.
+    pub(super) fn drive(&self, v: &ModelValues) -> Vec<[f64; 2]> {
+        let targets: Vec<f64> = self.throttle.iter().map(|u| v.root(*u)).collect();
+        let time = &self.time_s;
+        let mut x = targets[0];
+        // The command that acts, and until when the motors are known.
+        let (mut acts, mut until) = (0, time[0]);
+        (0..time.len())
+            .map(|i| {
+                if !(v.t_m_s > 0.0) {
+                    return [targets[i], v.drift(self, i)];
+                }
+                while until < time[i] {
+                    let next = time
+                        .get(acts + 1)
+                        .map_or(f64::INFINITY, |t| t + v.dead_time_s);
+                    let end = next.min(time[i]);
+                    x = v.motors(x, targets[acts], (end - until).max(0.0));
+                    until = end.max(until);
+                    if next <= time[i] {
+                        acts += 1;
+                    }
+                }
+                [x, v.drift(self, i)]
+            })
+            .collect()
+    }
+
+    /// Height where it is next measured from a row on (m).
+    pub(super) fn range_after(&self, row: usize) -> Option<f64> {
+        self.range_m[row..].iter().copied().find(|z| z.is_finite())
+    }
+
+    /// Cosine of the tilt; level where that was not measured.
+    pub(super) fn lean(&self, row: usize) -> f64 {
+        let tilt = self.tilt_rad.get(row).filter(|t| t.is_finite());
+        tilt.map_or(1.0, |t| t.cos())
     }
 
     /// The specific force over the scale `k`, for every row that counts.
@@ -186,7 +261,16 @@ impl Segment {
                 self.time_s[i] - self.time_s[i - 1]
             };
             let target = v.root(late.at(self.time_s[i] - v.dead_time_s));
-            x = v.motors(x, [before, target], dt);
+            // Exact for a constant command, otherwise of second order.
+            x = v.motors(
+                x,
+                if v.t_m_s > 0.0 {
+                    0.5 * (before + target)
+                } else {
+                    target
+                },
+                dt,
+            );
             before = target;
             if grounded {
                 wake.step(v, self.height[i] + bias, dt, x);
@@ -195,21 +279,12 @@ impl Segment {
                 continue;
             }
             next.next();
-            let mut drift = 1.0;
-            if v.settling != 0.0
-                && let Some(on) = self.on_s
-            {
-                drift += v.settling * (-(self.time_s[i] - on) / v.settling_s).exp();
-            }
-            if v.battery != 0.0
-                && let Some(along) = self.drift.at(i)
-            {
-                drift *= 1.0 + v.battery * along;
-            }
-            let mut damping = v.damping;
-            if v.near_damping != 0.0 {
-                damping += v.near_damping * psi(2, self.height[i] + bias);
-            }
+            let drift = v.drift(self, i);
+            let damping = if v.near_damping == 0.0 {
+                v.damping
+            } else {
+                v.damping_at(self.height[i] + bias)
+            };
             let climb = if damping == 0.0 {
                 0.0
             } else {
@@ -223,15 +298,31 @@ impl Segment {
 
 /// The parts of a ground effect, lagged and steady. Rows without a height are skipped.
 #[derive(Clone, Copy, Debug, Default)]
-struct WakeState {
+pub(super) struct WakeState {
     lagged: [f64; 2],
     at_rest: Option<[f64; 2]>,
     since_s: f64,
 }
 
 impl WakeState {
+    /// The ratio of thrusts minus one.
+    pub(super) fn lift(&self, v: &ModelValues) -> f64 {
+        v.curve.lift(self.lagged)
+    }
+
+    /// Corrects the height of this row, in R, and the ratio of thrusts by a small difference.
+    pub(super) fn shift(&mut self, v: &ModelValues, height: f64, by: f64) {
+        self.at_rest = Some(v.parts(height));
+        // Of q/(1 - q) the slope by q is (1 + ratio)².
+        let slope = match v.curve {
+            Curve::Empirical | Curve::Images => (1.0 + self.lift(v)).powi(2),
+            _ => 1.0,
+        };
+        self.lagged[0] += by / slope;
+    }
+
     /// One row on, at a height in R and a √T relative to hover.
-    fn step(&mut self, v: &ModelValues, height: f64, dt: f64, root: f64) {
+    pub(super) fn step(&mut self, v: &ModelValues, height: f64, dt: f64, root: f64) {
         self.since_s += dt;
         if !height.is_finite() {
             return;
@@ -301,6 +392,10 @@ mod tests {
             drift: Drift::Unknown,
             on_s: Some(0.0),
             force: vec![1.0; 200],
+            accelerometer: true,
+            range_m: vec![1.0; 200],
+            climb_measured_mps: Vec::new(),
+            tilt_rad: Vec::new(),
             rows: (0..200).collect(),
             bias_sd: 0.1,
             time_s,

@@ -88,8 +88,9 @@ impl GroundEffect {
         let r = self.rotor_radius_m;
         let shown = |name: &str| match self.basis {
             Basis::Accelerometer => true,
-            // The smoothing would be part of the estimated motor lag.
-            Basis::Poses => !matches!(name, "T_m" | "dead_time"),
+            // The smoothing would be part of the estimated motor lag; without an accelerometer, disturbances of the air pass for
+            // a loss of thrust with climb.
+            Basis::Poses => !matches!(name, "T_m" | "dead_time" | "damping"),
             Basis::Hovers { law } => name != "elasticity" || law == ThrustLaw::Throttle,
         };
         // At a bound there is no interval.

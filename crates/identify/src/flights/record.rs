@@ -3,7 +3,9 @@
 use serde::Serialize;
 use touchdown_trial::Trial;
 
-use super::channels::{effort, heights, held, median_step, throttle_period_s, without_gaps};
+use super::channels::{
+    effort, heights, held, measured, median_step, throttle_period_s, without_gaps,
+};
 use super::ground::label;
 use super::smooth::{bump, filled, local_parabola};
 use super::{FlightSettings, motion};
@@ -80,6 +82,10 @@ pub struct Flight {
     pub force_from: ForceFrom,
     /// Height as logged (m); empty where it was not measured, NaN in long holes.
     pub height_m: Vec<f64>,
+    /// Height where it was measured (m), NaN elsewhere: without filled gaps and repeated values.
+    pub range_m: Vec<f64>,
+    /// Climb rate where it was measured (m/s), NaN elsewhere; empty where it was not.
+    pub climb_measured_mps: Vec<f64>,
     /// Climb rate (m/s), measured or from the height; empty where neither was.
     pub climb_mps: Vec<f64>,
     /// Battery voltage (V); empty where it was not measured.
@@ -107,7 +113,10 @@ impl Flight {
         if by_speed {
             notes.push(Warning::SpeedForThrottle);
         }
-        let height_m = heights(trial, &mut notes);
+        let (height_m, range_m) = heights(trial, &mut notes);
+        let climb_measured_mps = trial
+            .channel("vehicle_velocity_mps")
+            .map_or_else(Vec::new, |c| measured(time, c));
         let velocity = without_gaps(trial, "vehicle_velocity_mps");
         let clock_s = median_step(time);
         let gravity = settings.gravity_mps2;
@@ -143,6 +152,8 @@ impl Flight {
                 ForceFrom::Nothing
             },
             height_m,
+            range_m,
+            climb_measured_mps,
             climb_mps,
             battery_v: trial.channel("battery_v").map_or_else(Vec::new, held),
             tilt_rad: without_gaps(trial, "tilt_rad"),
@@ -253,6 +264,8 @@ impl Flight {
             rotor_rpm: mean(&self.rotor_rpm),
             force: mean(&self.force),
             height_m: mean(&self.height_m),
+            range_m: mean(&self.range_m),
+            climb_measured_mps: mean(&self.climb_measured_mps),
             climb_mps: mean(&self.climb_mps),
             battery_v: mean(&self.battery_v),
             tilt_rad: mean(&self.tilt_rad),

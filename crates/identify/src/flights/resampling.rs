@@ -14,7 +14,11 @@ use crate::estimate::Estimate;
 
 /// Fewest flights (or armed intervals) that are resampled.
 /// Two blocks have one degree of freedom, for which Student's t is 12.7: no interval is worth that.
-const FEWEST: usize = 3;
+pub(super) const FEWEST: usize = 3;
+
+/// Flights' worth of evidence that the likelihood of one flight is right.
+/// Ten: one flight has a Student's t of 2.2. Half trusts the scatter of three flights sooner, twice later.
+const PRIOR_FLIGHTS: f64 = 10.0;
 
 /// What is resampled for the uncertainty.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
@@ -26,7 +30,9 @@ pub enum ResamplingUnit {
     Runs,
     /// Correlated residuals of fewer than three runs.
     Residuals,
-    /// Single hovers, of fewer than three flights.
+    /// The likelihood of all trajectories.
+    Trajectories,
+    /// Single hovers, and the scatter of flights beyond theirs.
     Hovers,
 }
 
@@ -38,6 +44,7 @@ impl ResamplingUnit {
             Self::Flights => "flights",
             Self::Runs => "runs of the motors",
             Self::Residuals => "runs, by the correlation of residuals",
+            Self::Trajectories => "trajectories, by their likelihood",
             Self::Hovers => "hovers",
         }
     }
@@ -50,7 +57,15 @@ pub struct Resampling {
     pub blocks: ResamplingUnit,
     /// How many there are of them.
     pub count: usize,
+    /// How many flights there are.
+    flights: usize,
     draws: Vec<Vec<f64>>,
+    /// Draws of whole flights beside those of the likelihood.
+    of_flights: Option<Vec<Vec<f64>>>,
+    /// Draws by the scatter of slopes between stretches of time beside those of the likelihood.
+    of_stretches: Option<Vec<Vec<f64>>>,
+    /// The numbers of the same model fitted to heights with twice the noise.
+    noisier: Option<Vec<f64>>,
     /// The numbers of the same model fitted as if no disturbance outlasted a row.
     white: Option<Vec<f64>>,
     widen: f64,
@@ -72,48 +87,84 @@ impl Resampling {
             return Self::of_residuals(fit, pieces, resamples, seed);
         };
         let count = of_piece.iter().max().map_or(0, |m| m + 1);
-        let n = fit.theta.len();
-        let mut matrices = vec![DMatrix::zeros(n, n); count];
-        let mut vectors = vec![DVector::zeros(n); count];
-        for (reduced, &block) in fit.reduced.iter().zip(&of_piece) {
-            matrices[block] += &reduced.matrix;
-            vectors[block] += &reduced.vector;
-        }
-        let (prior, pull) = prior(fit);
-        let mut random = Pcg64::seed_from_u64(seed);
-        let draws = (0..resamples)
-            .filter_map(|_| {
-                let (mut matrix, mut vector) = (prior.clone(), pull.clone());
-                for _ in 0..count {
-                    let block = below(&mut random, count);
-                    matrix += &matrices[block];
-                    vector += &vectors[block];
-                }
-                hold(&mut matrix, &mut vector, &fit.held);
-                Some(moved(fit, &matrix.cholesky()?.solve(&vector)))
-            })
-            .collect();
+        let draws = block_draws(fit, &of_piece, count, resamples, seed);
         let k = count as f64;
         Self {
             blocks,
             count,
+            flights: count,
             draws,
+            of_flights: None,
+            of_stretches: None,
+            noisier: None,
             white: white(fit, pieces),
             widen: (k / (k - 1.0)).sqrt(),
-            student: StudentsT::new(0.0, 1.0, k - 1.0).map_or(f64::NAN, |t| t.inverse_cdf(0.975)),
+            student: student(k - 1.0),
         }
     }
 
-    /// From draws that were made elsewhere, of `count` blocks.
-    pub(super) fn from_draws(blocks: ResamplingUnit, count: usize, draws: Vec<Vec<f64>>) -> Self {
+    /// From draws of hovers that were made elsewhere, widened by what flights differ by beyond their hovers, as in
+    /// [`Self::of_trajectories`].
+    pub(super) fn of_hovers(
+        count: usize,
+        draws: Vec<Vec<f64>>,
+        flights: usize,
+        of_flights: Option<Vec<Vec<f64>>>,
+    ) -> Self {
         let k = count as f64;
+        let degrees = (PRIOR_FLIGHTS + flights as f64 - 1.0).min(k - 1.0);
         Self {
-            blocks,
+            blocks: ResamplingUnit::Hovers,
             count,
+            flights,
             draws,
+            of_flights,
+            of_stretches: None,
+            noisier: None,
             white: None,
             widen: (k / (k - 1.0)).sqrt(),
-            student: StudentsT::new(0.0, 1.0, k - 1.0).map_or(f64::NAN, |t| t.inverse_cdf(0.975)),
+            student: student(degrees),
+        }
+    }
+
+    /// Of a fit by the likelihood of its trajectories: normal draws by Fisher's information, widened by what flights differ
+    /// by beyond it.
+    ///
+    /// Flights that differ by more than their likelihood allows show what the model does not know. Their share of variance,
+    /// from resampled flights, has few degrees of freedom; it is averaged with 1, the share of a true model, at the weight of
+    /// [`PRIOR_FLIGHTS`], and never below 1. So more flights never know less.
+    pub(super) fn of_trajectories(
+        fit: &Fit,
+        slopes: &[DVector<f64>],
+        pieces: &[Segment],
+        resamples: usize,
+        seed: u64,
+    ) -> Self {
+        let flights = distinct(pieces.iter().map(|p| p.flight));
+        let place = |p: &Segment| flights.iter().position(|f| *f == p.flight).unwrap_or(0);
+        let of_piece: Vec<usize> = pieces.iter().map(place).collect();
+        let count = flights.len();
+        let degrees = PRIOR_FLIGHTS + count as f64 - 1.0;
+        Self {
+            blocks: ResamplingUnit::Trajectories,
+            count,
+            flights: count,
+            draws: normal_draws(fit, 1.0, resamples, seed),
+            of_flights: (count >= FEWEST)
+                .then(|| block_draws(fit, &of_piece, count, resamples, seed)),
+            of_stretches: stretch_draws(fit, slopes, resamples, seed),
+            noisier: None,
+            white: None,
+            widen: 1.0,
+            student: student(degrees),
+        }
+    }
+
+    /// With the numbers that heights of twice the noise gave: what they move by is a standard error beside the others.
+    pub(super) fn beside_bias(self, noisier: Vec<f64>) -> Self {
+        Self {
+            noisier: Some(noisier),
+            ..self
         }
     }
 
@@ -124,29 +175,16 @@ impl Resampling {
 
     /// Too few runs to draw from: normal errors, with the correlation of neighbouring residuals.
     fn of_residuals(fit: &Fit, pieces: &[Segment], resamples: usize, seed: u64) -> Self {
-        let n = fit.theta.len();
-        let (prior, _) = prior(fit);
-        let mut total = fit.reduced.iter().fold(prior, |sum, r| sum + &r.matrix);
-        hold(&mut total, &mut DVector::zeros(n), &fit.held);
         let inflation = correlation_inflation(fit, pieces).sqrt();
-        let mut random = Pcg64::seed_from_u64(seed);
-        let root = total
-            .try_inverse()
-            .and_then(nalgebra::Matrix::cholesky)
-            .map(|c| c.l());
-        let draws = (0..resamples)
-            .filter_map(|_| {
-                let mut white = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
-                for &i in &fit.held {
-                    white[i] = 0.0;
-                }
-                Some(moved(fit, &(root.as_ref()? * white * inflation)))
-            })
-            .collect();
+        let draws = normal_draws(fit, inflation, resamples, seed);
         Self {
             blocks: ResamplingUnit::Residuals,
             count: pieces.len(),
+            flights: 1,
             draws,
+            of_flights: None,
+            of_stretches: None,
+            noisier: None,
             white: white(fit, pieces),
             widen: 1.0,
             student: 1.96,
@@ -158,23 +196,36 @@ impl Resampling {
     /// Resampled flights do not show a bias that all of them have. Where a pilot answers disturbances, least squares are
     /// off by one, and the filter of [`super::coloured_noise`] takes it away, as far as its model of the disturbance holds. What is
     /// left is taken to be anything up to what it took away, Δ: a rectangular distribution of standard deviation Δ/√3
-    /// (JCGM 100:2008, 4.3.7), beside that of the drawing.
+    /// (JCGM 100:2008, 4.3.7), beside that of the drawing. By what twice the noise of the heights moves a number, their own
+    /// noise has moved it: that is a standard error more.
     #[must_use]
     pub fn estimate(&self, fit: &Fit, f: impl Fn(&[f64], &ModelValues) -> f64) -> Option<Estimate> {
         let value = f(&fit.theta, &fit.values());
-        let all: Vec<f64> = self
-            .draws
-            .iter()
-            .map(|t| f(t, &ModelValues::of(&fit.shape, t)))
-            .collect();
-        let n = all.len() as f64;
-        let mean = all.iter().sum::<f64>() / n;
-        let sd = (all.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-        let moved = self
-            .white
-            .as_ref()
-            .map_or(0.0, |t| f(t, &ModelValues::of(&fit.shape, t)) - value);
-        let std_error = (sd * self.widen).hypot(moved / 3.0_f64.sqrt());
+        let variance = |draws: &[Vec<f64>]| {
+            let of = |t: &Vec<f64>| f(t, &ModelValues::of(&fit.shape, t));
+            let all: Vec<f64> = draws.iter().map(of).collect();
+            let n = all.len() as f64;
+            let mean = all.iter().sum::<f64>() / n;
+            all.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)
+        };
+        let mut sd = variance(&self.draws).sqrt();
+        // Correlated innovations: slopes of stretches scatter by more than the likelihood allows.
+        if let Some(of_stretches) = &self.of_stretches {
+            sd = sd.max(variance(of_stretches).sqrt());
+        }
+        if let Some(of_flights) = self.of_flights.as_ref().filter(|_| sd > 0.0) {
+            let degrees = self.flights as f64 - 1.0;
+            let share = (degrees + 1.0) / degrees * variance(of_flights) / (sd * sd);
+            let share = (PRIOR_FLIGHTS + degrees * share) / (PRIOR_FLIGHTS + degrees);
+            sd *= share.max(1.0).sqrt();
+        }
+        let moved = |to: &Option<Vec<f64>>| {
+            let of = |t: &Vec<f64>| f(t, &ModelValues::of(&fit.shape, t)) - value;
+            to.as_ref().map_or(0.0, of)
+        };
+        let std_error = (sd * self.widen)
+            .hypot(moved(&self.white) / 3.0_f64.sqrt())
+            .hypot(moved(&self.noisier));
         let half = self.student * std_error;
         (value.is_finite() && half.is_finite()).then_some(Estimate {
             value,
@@ -217,6 +268,100 @@ impl Resampling {
         let index = fit.index(name)?;
         self.estimate(fit, |theta, _| theta[index])
     }
+}
+
+/// Draws of whole blocks with replacement, each solved by one Gauss–Newton step from the fit.
+fn block_draws(
+    fit: &Fit,
+    of_piece: &[usize],
+    count: usize,
+    resamples: usize,
+    seed: u64,
+) -> Vec<Vec<f64>> {
+    let n = fit.theta.len();
+    let mut matrices = vec![DMatrix::zeros(n, n); count];
+    let mut vectors = vec![DVector::zeros(n); count];
+    for (reduced, &block) in fit.reduced.iter().zip(of_piece) {
+        matrices[block] += &reduced.matrix;
+        vectors[block] += &reduced.vector;
+    }
+    let (prior, pull) = prior(fit);
+    let mut random = Pcg64::seed_from_u64(seed);
+    (0..resamples)
+        .filter_map(|_| {
+            let (mut matrix, mut vector) = (prior.clone(), pull.clone());
+            for _ in 0..count {
+                let block = below(&mut random, count);
+                matrix += &matrices[block];
+                vector += &vectors[block];
+            }
+            hold(&mut matrix, &mut vector, &fit.held);
+            Some(moved(fit, &matrix.cholesky()?.solve(&vector)))
+        })
+        .collect()
+}
+
+/// Draws of a normal distribution about the fit by the scatter of slopes between stretches of time (the sandwich of H. White,
+/// Econometrica 50, 1982).
+fn stretch_draws(
+    fit: &Fit,
+    slopes: &[DVector<f64>],
+    resamples: usize,
+    seed: u64,
+) -> Option<Vec<Vec<f64>>> {
+    let n = fit.theta.len();
+    let (prior, _) = prior(fit);
+    let mut total = fit.reduced.iter().fold(prior, |sum, r| sum + &r.matrix);
+    hold(&mut total, &mut DVector::zeros(n), &fit.held);
+    let inverse = total.try_inverse()?;
+    let mut random = Pcg64::seed_from_u64(seed);
+    // Each stretch's move, with a random sign and size: their sum has the covariance of the sandwich.
+    let moves: Vec<DVector<f64>> = slopes
+        .iter()
+        .map(|s| {
+            let mut s = s.clone();
+            for &i in &fit.held {
+                s[i] = 0.0;
+            }
+            &inverse * s
+        })
+        .collect();
+    let draw = |_| {
+        let mut sum = DVector::zeros(n);
+        for step in &moves {
+            let size: f64 = StandardNormal.sample(&mut random);
+            sum.axpy(size, step, 1.0);
+        }
+        moved(fit, &sum)
+    };
+    Some((0..resamples).map(draw).collect())
+}
+
+/// Draws of a normal distribution about the fit, its standard deviations multiplied by `inflation`.
+fn normal_draws(fit: &Fit, inflation: f64, resamples: usize, seed: u64) -> Vec<Vec<f64>> {
+    let n = fit.theta.len();
+    let (prior, _) = prior(fit);
+    let mut total = fit.reduced.iter().fold(prior, |sum, r| sum + &r.matrix);
+    hold(&mut total, &mut DVector::zeros(n), &fit.held);
+    let mut random = Pcg64::seed_from_u64(seed);
+    let root = total
+        .try_inverse()
+        .and_then(nalgebra::Matrix::cholesky)
+        .map(|c| c.l());
+    (0..resamples)
+        .filter_map(|_| {
+            let mut white = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
+            for &i in &fit.held {
+                white[i] = 0.0;
+            }
+            Some(moved(fit, &(root.as_ref()? * white * inflation)))
+        })
+        .collect()
+}
+
+/// The 97.5 % quantile of Student's t.
+fn student(degrees: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees).map_or(f64::NAN, |t| t.inverse_cdf(0.975))
 }
 
 fn white(fit: &Fit, pieces: &[Segment]) -> Option<Vec<f64>> {

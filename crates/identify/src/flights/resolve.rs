@@ -1,13 +1,190 @@
 //! Whether the logs identify the wake's lag and the effect of climb.
 
 use super::FlightSettings;
-use super::model::ModelTerms;
+use super::fit::{Fit, fit};
+use super::ground::Basis;
+use super::height_noise::{noise_of_heights, with_twice_the_noise};
+use super::lag::lag;
+use super::model::{Curve, ModelTerms};
+use super::resampling::Resampling;
 use super::selection::ModelSelection;
+use super::trajectory::{self, Noise, Tracked, track, track_shape};
+use crate::estimate::Estimate;
 use crate::refusal::Refusal;
 
 /// A lag whose standard error is greater than this share of it is not resolved.
 /// 2.5 standard errors from zero, and still a number within a factor of two. Twice would report lags that reach zero.
 const RESOLVED: f64 = 0.4;
+
+/// Twice the logarithm of a ratio of likelihoods that a richer model or another curve needs: odds of 150 to 1, as where
+/// held-out flights decide.
+const EVIDENCE: f64 = 10.0;
+
+/// Greatest noise of heights, over the rotor radius, for a fit along measured heights.
+/// The ground effect falls by e over a radius or two, and the bias goes with the square of the noise: at 0.05 that is small
+/// enough to be told from twice the noise. Half refuses range finders of 3 mm on small vehicles; twice takes 10 mm.
+const LOUDEST: f64 = 0.05;
+
+/// The final model with its uncertainty.
+pub(super) struct Resolved {
+    pub(super) fit: Fit,
+    pub(super) spread: Resampling,
+    /// The wake's lag (s), where it was resolved.
+    pub(super) lag: Option<Estimate>,
+    /// Noise of sensors and air, where the trajectories have a likelihood.
+    pub(super) noise: Option<Noise>,
+}
+
+/// The numbers that are reported: those of the likeliest trajectories where the innovations are white, else those of the fit
+/// along measured heights, with what their noise may have moved; `None` where they are too noisy for that.
+pub(super) fn final_model(
+    choice: &mut ModelSelection<'_>,
+    basis: Basis,
+    units: trajectory::Settings,
+    settings: &FlightSettings,
+    refused: &mut Vec<Refusal>,
+) -> Option<Resolved> {
+    let pieces = choice.pieces;
+    let measured = choice.best.clone();
+    let tracked = along_trajectories(choice, basis, units);
+    let trusted = tracked.as_ref().filter(|t| t.is_trusted());
+    if let Some(tracked) = trusted
+        && let Some(found) = resolved(choice, tracked, units, settings, refused)
+    {
+        return Some(found);
+    }
+    let noise_radii = noise_of_heights(pieces) / units.radius_m;
+    if noise_radii > LOUDEST {
+        return None;
+    }
+    let biased = with_twice_the_noise(&measured, pieces, noise_radii, settings.seed);
+    let spread =
+        Resampling::of(&measured, pieces, settings.resamples, settings.seed).beside_bias(biased);
+    Some(Resolved {
+        lag: lag(&measured, pieces, &spread),
+        fit: measured,
+        spread,
+        noise: None,
+    })
+}
+
+/// The chosen model along the trajectories, with a lag of the wake.
+fn along_trajectories(
+    choice: &mut ModelSelection<'_>,
+    basis: Basis,
+    units: trajectory::Settings,
+) -> Option<Tracked> {
+    let shape = match basis {
+        // Forces from heights are too noisy to choose by.
+        Basis::Poses => ModelTerms::plain(Curve::Exponential, choice.best.shape.damping, true),
+        _ => choice.best.shape,
+    };
+    let with_lag = ModelTerms {
+        wake_lag: true,
+        ..shape
+    };
+    let mut start = fit(choice.pieces, with_lag, Some(&choice.best));
+    if basis == Basis::Poses {
+        // The smoothing of derivatives has moved them.
+        for name in ["T_m", "dead_time"] {
+            if let Some(i) = start.index(name) {
+                start.theta[i] = start.shape.parameters()[i].start;
+            }
+        }
+    }
+    let tracked = track(choice.pieces, &start, None, units)?;
+    if basis == Basis::Poses && tracked.is_trusted() {
+        return Some(likeliest_form(choice, tracked, units));
+    }
+    Some(tracked)
+}
+
+/// What the trajectories say; the wake's lag stays where its interval is narrow enough.
+fn resolved(
+    choice: &ModelSelection<'_>,
+    tracked: &Tracked,
+    units: trajectory::Settings,
+    settings: &FlightSettings,
+    refused: &mut Vec<Refusal>,
+) -> Option<Resolved> {
+    let pieces = choice.pieces;
+    let spread_of = |t: &Tracked| {
+        Resampling::of_trajectories(&t.fit, &t.slopes, pieces, settings.resamples, settings.seed)
+    };
+    let of_trajectory = |tracked: &Tracked, spread, lag| Resolved {
+        fit: tracked.fit.clone(),
+        spread,
+        lag,
+        noise: Some(tracked.noise),
+    };
+    let spread = spread_of(tracked);
+    let tau = lag(&tracked.fit, pieces, &spread);
+    let at_bound = |i| tracked.fit.held.contains(&i);
+    let tau = tau.filter(|_| !tracked.fit.index("tau").is_some_and(at_bound));
+    let of_measured = |r: &Refusal| {
+        matches!(
+            r,
+            Refusal::WakeLagPredictsNoBetter | Refusal::WakeLagUnresolved(_)
+        )
+    };
+    if tau.is_some_and(is_resolved) {
+        refused.retain(|r| !of_measured(r));
+        // Those of the motors remain.
+        for refusal in refused.iter_mut().filter(|r| **r == Refusal::LagsFromPoses) {
+            *refusal = Refusal::MotorLagFromPoses {
+                least_rate_hz: settings.least_rate_hz,
+            };
+        }
+        return Some(of_trajectory(tracked, spread, tau));
+    }
+    let shape = without_lag(tracked.fit.shape);
+    let tracked = track_shape(pieces, shape, tracked, units)?;
+    refused.retain(|r| !of_measured(r));
+    if !refused.contains(&Refusal::LagsFromPoses) {
+        refused.push(Refusal::WakeLagUnresolved(tau));
+    }
+    Some(of_trajectory(&tracked, spread_of(&tracked), None))
+}
+
+/// The form of the likeliest trajectories: drift, second term of throttle and curve, one after the other, each taken with very
+/// strong evidence. Without an accelerometer, forces from heights are too noisy to choose by.
+fn likeliest_form(
+    choice: &mut ModelSelection<'_>,
+    mut best: Tracked,
+    units: trajectory::Settings,
+) -> Tracked {
+    let changes: [(&str, fn(ModelTerms) -> ModelTerms); 4] = [
+        ("drift", |shape| ModelTerms {
+            battery: true,
+            ..shape
+        }),
+        ("second term of throttle", |shape| ModelTerms {
+            curvature: true,
+            ..shape
+        }),
+        (Curve::Empirical.name(), |shape| ModelTerms {
+            curve: Curve::Empirical,
+            ..shape
+        }),
+        (Curve::Rational.name(), |shape| ModelTerms {
+            curve: Curve::Rational,
+            ..shape
+        }),
+    ];
+    for (name, change) in changes {
+        let shape = change(best.fit.shape);
+        let Some(rival) = track_shape(choice.pieces, shape, &best, units) else {
+            continue;
+        };
+        let evidence = best.cost - rival.cost;
+        let take = rival.fit.converged && evidence > EVIDENCE;
+        choice.note(name, shape, evidence, take);
+        if take {
+            best = rival;
+        }
+    }
+    best
+}
 
 fn without_lag(shape: ModelTerms) -> ModelTerms {
     ModelTerms {
@@ -15,6 +192,10 @@ fn without_lag(shape: ModelTerms) -> ModelTerms {
         fountain_lag: false,
         ..shape
     }
+}
+
+fn is_resolved(lag: Estimate) -> bool {
+    lag.ci95[0] > 0.0 && lag.std_error < RESOLVED * lag.value
 }
 
 /// Keeps the wake's lag only where it predicts held-out flights better; returns whether it does.
@@ -34,10 +215,7 @@ pub(super) fn resolve_lag(
     refused: &mut Vec<Refusal>,
 ) {
     let tau = choice.lag(settings);
-    if let Some(tau) = tau
-        && tau.ci95[0] > 0.0
-        && tau.std_error < RESOLVED * tau.value
-    {
+    if tau.is_some_and(is_resolved) {
         return;
     }
     refused.push(Refusal::WakeLagUnresolved(tau));

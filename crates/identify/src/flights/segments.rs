@@ -6,7 +6,7 @@ use super::armed_interval::ArmedInterval;
 use super::drift::Drift;
 use super::model::Segment;
 use super::phases::{Phase, Phases};
-use super::{Flight, FlightSettings};
+use super::{Flight, FlightSettings, ForceFrom};
 use crate::thrust::plateau::median;
 
 /// Fewest rows in flight of a run that is used.
@@ -202,6 +202,10 @@ fn segment(
         },
         on_s: run.on_s,
         force: part(&flight.force, 1.0, 0.0),
+        accelerometer: flight.force_from == ForceFrom::Accelerometer,
+        range_m: part(&flight.range_m, 1.0, 0.0),
+        climb_measured_mps: part(&flight.climb_measured_mps, 1.0, 0.0),
+        tilt_rad: part(&flight.tilt_rad, 1.0, 0.0),
         bias_sd: settings
             .height_bias_radii
             .hypot((run.drift_m / units.height_m).min(MOST_DRIFT)),

@@ -179,6 +179,7 @@ pub fn thrust_alone(flights: &[Flight], settings: &FlightSettings) -> Result<Gro
         drift_of_time,
         rotor_radius_m: settings.rotor_radius_m.unwrap_or(f64::NAN),
         lag: None,
+        noise: None,
         phases,
         hover_throttle: cut.hover_throttle,
         left_out: cut.left_out,

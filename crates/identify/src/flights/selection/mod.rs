@@ -27,10 +27,12 @@ pub struct Candidate {
     pub name: String,
     /// Its shape.
     pub shape: ModelTerms,
-    /// Root mean square error on held-out flights, over all rows (g).
-    pub rmse: f64,
+    /// Root mean square error on held-out flights, over all rows (g); absent where the likelihood of trajectories decided.
+    pub rmse: Option<f64>,
     /// The same in ground effect; absent where no row is.
     pub rmse_near: Option<f64>,
+    /// Twice the logarithm of its likelihood over that of the model before; absent where held-out flights decided.
+    pub evidence: Option<f64>,
     /// Whether it was chosen.
     pub chosen: bool,
 }
@@ -108,7 +110,7 @@ fn unseen(fit: &Fit, pieces: &[Segment], near: f64, clip: f64) -> HeldOutErrors 
 
 /// A choice in the making.
 pub(super) struct ModelSelection<'a> {
-    pieces: &'a [Segment],
+    pub(super) pieces: &'a [Segment],
     /// Heights below this are in ground effect, in R.
     near: f64,
     /// Greatest error of a row (gravities), the same for all candidates.
@@ -148,8 +150,9 @@ impl<'a> ModelSelection<'a> {
         Candidate {
             name: name.to_string(),
             shape,
-            rmse: unseen.rmse(0),
+            rmse: Some(unseen.rmse(0)),
             rmse_near: Some(unseen.rmse(1)).filter(|r| r.is_finite()),
+            evidence: None,
             chosen,
         }
     }
@@ -244,6 +247,23 @@ impl<'a> ModelSelection<'a> {
             }
             (self.best, self.unseen) = (rival, of_rival);
         }
+    }
+
+    /// Records a candidate that was judged by its likelihood.
+    pub(super) fn note(&mut self, name: &str, shape: ModelTerms, evidence: f64, chosen: bool) {
+        if chosen {
+            for c in &mut self.tried {
+                c.chosen = false;
+            }
+        }
+        self.tried.push(Candidate {
+            name: name.to_string(),
+            shape,
+            rmse: None,
+            rmse_near: None,
+            evidence: Some(evidence),
+            chosen,
+        });
     }
 
     /// Twice the logarithm of the likelihood ratio on held-out flights, from the mean gain of squares in a flight.

@@ -48,7 +48,7 @@ pub(crate) enum Identify {
     /// without landing in between. What a log supports depends on its channels:
     ///
     ///   `specific_force_mps2` (accelerometer along the rotor axis, 9.81 in hover)   curve, lags, effect of climb
-    ///   poses at 40 Hz or more                                                      curve
+    ///   poses at 40 Hz or more                                                      curve, lag of the wake
     ///   slower poses                                                                ratio of thrusts at each hover
     ///
     /// Slower poses compare hovers by `rotor_rpm`, by --thrust CARD, or roughly by throttle. What the data do not support is

@@ -305,22 +305,27 @@ fn verdict(result: &FlightResult) -> (Callout, String) {
 }
 
 fn tried(result: &FlightResult) -> Table {
-    let mut table = Table::new("Root mean square error of the specific force on held-out flights.")
-        .text_column("model")
-        .number_column("all rows", "mg")
-        .number_column("in ground effect", "mg")
-        .text_column("taken");
+    let mut table = Table::new(
+        "Models by their error of the specific force on held-out flights, or by their likelihood.",
+    )
+    .text_column("model")
+    .number_column("all rows", "mg")
+    .number_column("in ground effect", "mg")
+    .number_column("evidence", "1")
+    .text_column("taken");
     for c in &result.tried {
         table = table.row([
             Cell::text(&c.name),
-            Cell::number(1e3 * c.rmse, 3),
+            Cell::maybe(c.rmse.map(|r| 1e3 * r), 3),
             Cell::maybe(c.rmse_near.map(|r| 1e3 * r), 3),
+            Cell::maybe(c.evidence, 3),
             Cell::text(if c.chosen { "last" } else { "" }),
         ]);
     }
     table.note(
         "Each model contains those taken before it. A richer model is taken if its error is lower by more than one standard \
-         error of the difference between flights.",
+         error of the difference between flights. Evidence is twice the logarithm of the likelihood ratio along the \
+         trajectories; 10 is needed.",
     )
 }
 

@@ -1,0 +1,394 @@
+//! The Kalman filter along one run: innovations of range, climb rate and accelerometer.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::Noise;
+use crate::flights::fit::SegmentOffsets;
+use crate::flights::model::{ModelValues, Segment, WakeState};
+use crate::flights::normal::HUBER;
+
+/// Height (m), climb rate (m/s), turbulence (g), accelerometer's error (g), thrust scale, height error (R), error of the lagged
+/// ground effect.
+const STATES: usize = 7;
+type State = SVector<f64, STATES>;
+type Covariance = SMatrix<f64, STATES, STATES>;
+
+/// Rows that do not count for longer than this start the motion anew (s).
+/// Vibration drops single rows; a touch of the ground takes longer.
+const LONGEST_HOLE_S: f64 = 0.1;
+/// What is known of a thrust scale beforehand, standard deviation: the throttle of hover gives it to a few per cent.
+const SCALE_SD: f64 = 0.3;
+/// What is known of an accelerometer's error beforehand, standard deviation (gravities): a calibrated one errs by 0.2 m/s².
+const ERROR_SD: f64 = 0.02;
+/// Climb rate where a motion starts, standard deviation (m/s).
+const START_MPS: f64 = 1.0;
+/// Height where a motion starts, standard deviation beside three times that of the range (m).
+const START_M: f64 = 0.02;
+/// Step of the height error for slopes, in R: the curve bends over a radius.
+const HEIGHT_STEP: f64 = 1e-4;
+
+/// What all runs share.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::flights) struct Settings {
+    /// Rotor radius R (m).
+    pub(in crate::flights) radius_m: f64,
+    /// Acceleration of gravity (m/s²).
+    pub(in crate::flights) gravity_mps2: f64,
+}
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub(super) enum Sensor {
+    Range,
+    ClimbRate,
+    Accelerometer,
+}
+
+/// One innovation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Innovation {
+    /// Of what.
+    pub(super) sensor: Sensor,
+    /// When (s).
+    pub(super) time_s: f64,
+    /// Its value over its standard deviation; that of a blow counts less.
+    pub(super) value: f64,
+    /// Its part of minus twice the log-likelihood.
+    pub(super) cost: f64,
+}
+
+/// What the filter gives along one run.
+pub(super) struct Pass {
+    /// All innovations, in the order in which they came.
+    pub(super) innovations: Vec<Innovation>,
+    /// Minus twice the log-likelihood.
+    pub(super) cost: f64,
+    /// Scale and height error of the run as known at its end.
+    pub(super) local: SegmentOffsets,
+}
+
+/// The filter over one run.
+pub(super) fn pass(
+    piece: &Segment,
+    values: &ModelValues,
+    noise: Noise,
+    settings: Settings,
+) -> Pass {
+    let mut run = Run {
+        piece,
+        values,
+        noise,
+        settings,
+        drive: piece.drive(values),
+        filter: Filter::of(piece),
+        wake: WakeState::default(),
+    };
+    let mut counts = vec![false; piece.time_s.len()];
+    for &i in &piece.rows {
+        counts[i] = true;
+    }
+    let ends = piece.rows.first().zip(piece.rows.last());
+    let mut last: Option<usize> = None;
+    for i in ends.map_or(0..0, |(a, b)| *a..b + 1) {
+        let hole_s = last.map_or(f64::INFINITY, |l| piece.time_s[i] - piece.time_s[l]);
+        if hole_s <= LONGEST_HOLE_S {
+            run.predict(i);
+        } else if counts[i] {
+            let Some(height_m) = piece.range_after(i) else {
+                break;
+            };
+            run.start(i, height_m);
+        } else {
+            continue;
+        }
+        if counts[i] {
+            last = Some(i);
+            run.correct(i);
+        }
+    }
+    run.filter.done()
+}
+
+/// One run on its way through the filter.
+struct Run<'a> {
+    piece: &'a Segment,
+    values: &'a ModelValues,
+    noise: Noise,
+    settings: Settings,
+    /// √T relative to hover and drift, row by row.
+    drive: Vec<[f64; 2]>,
+    filter: Filter,
+    wake: WakeState,
+}
+
+/// Specific force over the scale, and its slopes by climb rate (s/m) and ground effect.
+struct Modelled {
+    force: f64,
+    by_climb: f64,
+    by_lift: f64,
+}
+
+impl Run<'_> {
+    /// Height above the ground in R.
+    fn height(&self) -> f64 {
+        self.filter.mean[0] / self.settings.radius_m + self.filter.mean[5]
+    }
+
+    /// Slope of the ground effect at rest by height (1/R).
+    fn bend(&self) -> f64 {
+        let height = self.height();
+        let rest = |z: f64| self.values.at_rest(z);
+        (rest(height + HEIGHT_STEP) - rest(height)) / HEIGHT_STEP
+    }
+
+    /// A motion starts in a row: the wake is that at rest.
+    fn start(&mut self, i: usize, height_m: f64) {
+        self.filter.start(height_m, self.noise);
+        self.wake = WakeState::default();
+        self.wake
+            .step(self.values, self.height(), 0.0, self.drive[i][0]);
+        self.filter
+            .lift_at_rest(self.bend(), self.settings.radius_m);
+    }
+
+    /// From the row before to a row.
+    fn predict(&mut self, i: usize) {
+        let dt = self.piece.time_s[i] - self.piece.time_s[i - 1];
+        let [x, drift] = [0, 1].map(|k| 0.5 * (self.drive[i - 1][k] + self.drive[i][k]));
+        let model = self.model(x, drift);
+        let up = self.settings.gravity_mps2 * self.piece.lean(i);
+        let lag_s = self.values.lag_s(self.height(), x);
+        let follows = if lag_s > 0.0 {
+            1.0 - (-dt / lag_s).exp()
+        } else {
+            1.0
+        };
+        let step = Step {
+            dt,
+            up,
+            gravity: self.settings.gravity_mps2,
+            follows,
+            bend: self.bend(),
+            radius_m: self.settings.radius_m,
+        };
+        self.filter.predict(&model, &step, self.noise);
+        self.wake
+            .step(self.values, self.height(), dt, self.drive[i][0]);
+    }
+
+    /// Corrects by what was measured in a row.
+    fn correct(&mut self, i: usize) {
+        self.correct_by_sensors(i);
+        // The wake takes its error over.
+        self.wake
+            .shift(self.values, self.height(), self.filter.mean[6]);
+        self.filter.mean[6] = 0.0;
+    }
+
+    fn correct_by_sensors(&mut self, i: usize) {
+        let measured = |all: &[f64]| all.get(i).copied().filter(|v| v.is_finite());
+        let time_s = self.piece.time_s[i];
+        if let Some(range_m) = measured(&self.piece.range_m) {
+            let miss = range_m - self.filter.mean[0];
+            let seen = Seen::of(Sensor::Range, time_s, miss, self.noise.range_m);
+            self.filter.update(seen, &unit(0));
+        }
+        if let Some(climb) = measured(&self.piece.climb_measured_mps) {
+            let miss = climb - self.filter.mean[1];
+            let seen = Seen::of(Sensor::ClimbRate, time_s, miss, self.noise.climb_mps);
+            self.filter.update(seen, &unit(1));
+        }
+        if !self.piece.accelerometer {
+            return;
+        }
+        if let Some(force) = measured(&self.piece.force) {
+            let [x, drift] = self.drive[i];
+            let m = self.model(x, drift);
+            let s = &self.filter.mean;
+            let modelled = s[4] * (m.force + m.by_lift * s[6]);
+            let miss = force - (modelled + s[2] + s[3]);
+            let along = [
+                0.0,
+                s[4] * m.by_climb,
+                1.0,
+                1.0,
+                m.force,
+                0.0,
+                s[4] * m.by_lift,
+            ];
+            let seen = Seen::of(Sensor::Accelerometer, time_s, miss, self.noise.force);
+            self.filter.update(seen, &State::from(along));
+        }
+    }
+
+    fn model(&self, x: f64, drift: f64) -> Modelled {
+        let damping = self.values.damping_at(self.height());
+        let lift = 1.0 + self.wake.lift(self.values);
+        Modelled {
+            force: drift * x * (x * lift - damping * self.filter.mean[1]),
+            by_climb: -drift * x * damping,
+            by_lift: drift * x * x,
+        }
+    }
+}
+
+fn unit(k: usize) -> State {
+    let mut out = State::zeros();
+    out[k] = 1.0;
+    out
+}
+
+/// One step of the filter.
+struct Step {
+    dt: f64,
+    /// Vertical acceleration of a specific force of one gravity (m/s²).
+    up: f64,
+    gravity: f64,
+    /// Share of the way to its rest that the ground effect goes in the step.
+    follows: f64,
+    /// Slope of the ground effect at rest by height (1/R).
+    bend: f64,
+    radius_m: f64,
+}
+
+/// A measurement beside what the filter expected.
+struct Seen {
+    sensor: Sensor,
+    time_s: f64,
+    miss: f64,
+    sd: f64,
+}
+
+impl Seen {
+    fn of(sensor: Sensor, time_s: f64, miss: f64, sd: f64) -> Self {
+        Self {
+            sensor,
+            time_s,
+            miss,
+            sd,
+        }
+    }
+}
+
+/// A Kalman filter with its innovations.
+struct Filter {
+    mean: State,
+    covariance: Covariance,
+    innovations: Vec<Innovation>,
+    cost: f64,
+}
+
+impl Filter {
+    fn of(piece: &Segment) -> Self {
+        let known = [
+            0.0,
+            0.0,
+            0.0,
+            ERROR_SD.powi(2),
+            SCALE_SD.powi(2),
+            piece.bias_sd.powi(2),
+            0.0,
+        ];
+        Self {
+            mean: unit(4),
+            covariance: Covariance::from_diagonal(&State::from(known)),
+            innovations: Vec::with_capacity(2 * piece.rows.len()),
+            cost: 0.0,
+        }
+    }
+
+    /// A motion starts: height as measured, climb rate and turbulence unknown; scale and errors go on.
+    fn start(&mut self, height_m: f64, noise: Noise) {
+        let known = [
+            (height_m, 3.0 * noise.range_m + START_M),
+            (0.0, START_MPS),
+            (0.0, noise.gust),
+        ];
+        for (k, (mean, sd)) in known.into_iter().enumerate() {
+            self.mean[k] = mean;
+            self.covariance.row_mut(k).fill(0.0);
+            self.covariance.column_mut(k).fill(0.0);
+            self.covariance[(k, k)] = sd * sd;
+        }
+    }
+
+    /// The ground effect is that at rest, as uncertain as the height makes it.
+    fn lift_at_rest(&mut self, bend: f64, radius_m: f64) {
+        let lift = unit(0) * (bend / radius_m) + unit(5) * bend;
+        self.transform([(6, lift)]);
+        self.mean[6] = 0.0;
+    }
+
+    /// One row on.
+    fn predict(&mut self, model: &Modelled, step: &Step, noise: Noise) {
+        let Step { dt, up, .. } = *step;
+        let scale = self.mean[4];
+        let acceleration = up * (scale * model.force + self.mean[2]) - step.gravity;
+        self.mean[0] += dt * (self.mean[1] + 0.5 * dt * acceleration);
+        self.mean[1] += dt * acceleration;
+        let keep = (-dt / noise.gust_s).exp();
+        self.mean[2] *= keep;
+        let by = [
+            scale * model.by_climb,
+            1.0,
+            0.0,
+            model.force,
+            0.0,
+            scale * model.by_lift,
+        ];
+        let [mut height, mut climb, mut lift] = [unit(0), unit(1), State::zeros()];
+        height[1] = dt;
+        for (k, by) in (1..).zip(by) {
+            climb[k] += dt * up * by;
+            height[k] += 0.5 * dt * dt * up * by;
+        }
+        lift[6] = 1.0 - step.follows;
+        lift[0] = step.follows * step.bend / step.radius_m;
+        lift[5] = step.follows * step.bend;
+        self.transform([(0, height), (1, climb), (2, unit(2) * keep), (6, lift)]);
+        self.covariance[(2, 2)] += noise.gust.powi(2) * (1.0 - keep * keep);
+    }
+
+    /// The covariance of states of which some become sums of all, with these factors.
+    fn transform<const N: usize>(&mut self, sums: [(usize, State); N]) {
+        let before = self.covariance;
+        for (k, by) in &sums {
+            self.covariance.set_column(*k, &(before * by));
+        }
+        let across = self.covariance;
+        for (k, by) in &sums {
+            self.covariance.set_row(*k, &by.tr_mul(&across));
+        }
+    }
+
+    /// Corrects by one measurement with slopes `along`.
+    fn update(&mut self, seen: Seen, along: &State) {
+        let Seen { miss, sd, .. } = seen;
+        let shared = self.covariance * along;
+        let variance = along.dot(&shared) + sd * sd;
+        let e = miss / variance.sqrt();
+        // Huber: a blow counts as four standard deviations.
+        let weight = (HUBER / e.abs()).min(1.0);
+        let cost = weight * e * e + variance.ln();
+        self.cost += cost;
+        self.innovations.push(Innovation {
+            sensor: seen.sensor,
+            time_s: seen.time_s,
+            value: weight.sqrt() * e,
+            cost,
+        });
+        self.mean += shared * (weight * miss / variance);
+        self.covariance -= shared * shared.transpose() / variance;
+    }
+
+    fn done(self) -> Pass {
+        Pass {
+            innovations: self.innovations,
+            cost: self.cost,
+            local: SegmentOffsets {
+                scale: self.mean[4],
+                bias: self.mean[5],
+            },
+        }
+    }
+}

@@ -1,0 +1,319 @@
+//! Trajectory and model together by the filter-error method: maximum likelihood of the innovations of a Kalman filter.
+//!
+//! Height and climb rate are regressors of the model, and they are measured with noise. A model that is fitted along measured
+//! heights has its coefficients biased towards zero (errors in variables), and a climb rate holds the disturbances of the past.
+//! Here the model predicts the motion; range, climb rate and accelerometer correct it, each by its own noise:
+//!
+//! ```text
+//! h' = v,   v' = g ((k f(x, h + b, v) + d) cos(tilt) - 1),   d' = -d/t_d + white noise
+//! range = h + noise,   climb rate = v + noise,   specific force = k f + d + β + noise
+//! minimum over model and noise:  Σ ε²/S + ln S,   ε the innovations, S their variances
+//! ```
+//!
+//! `f` is the model of [`super::model`], `d` turbulence, `β` the accelerometer's error. Thrust scale `k`, height error `b` and
+//! `β` of each armed interval are states of the filter that do not change. Without an accelerometer, heights alone correct the
+//! motion.
+//!
+//! R. E. Maine and K. W. Iliff, NASA RP-1138 (1985); R. V. Jategaonkar, "Flight Vehicle System Identification" (2015),
+//! chapter 5.
+
+mod filter;
+mod noise;
+mod whiteness;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+pub use noise::Noise;
+
+pub(super) use self::filter::Settings;
+
+pub(super) use self::whiteness::Whiteness;
+
+use self::filter::Pass;
+use super::fit::{Fit, fit};
+use super::model::{ModelTerms, ModelValues, Parameter, Segment};
+use super::normal::{ReducedEquations, hold};
+
+/// Rounds of model and noise in turn at most; most fits take three.
+const MOST_ROUNDS: usize = 8;
+/// Gauss–Newton steps of a round at most; the first round takes four.
+const MOST_STEPS: usize = 6;
+/// Decrease of minus twice the log-likelihood below which a step, and a round, ends.
+/// A standard error is a decrease of 1: a tenth moves a number by a third of it at most, a fiftieth by a seventh.
+const OF_ROUND: f64 = 0.1;
+const OF_STEP: f64 = 0.02;
+/// Shortest share of a Gauss–Newton step that is tried, and the factor from one try to the next.
+const SHORTEST: f64 = 0.02;
+const SHORTER: f64 = 0.4;
+/// Length of the stretches that count as independent of one another (s).
+/// Several correlation times of turbulence, and yet ten in half a minute. Half or twice moves intervals by a tenth.
+const STRETCH_S: f64 = 2.0;
+/// Step of a parameter for slopes, over its prior standard deviation: rounding and curvature are both below 1e-4.
+const SLOPE_STEP: f64 = 1e-4;
+
+/// A model with the noise under which the flights are likeliest.
+#[derive(Clone, Debug)]
+pub(super) struct Tracked {
+    /// The model; its equations are those of the likelihood.
+    pub(super) fit: Fit,
+    /// Noise of sensors and air.
+    pub(super) noise: Noise,
+    /// Minus twice the log-likelihood, with that of the priors.
+    pub(super) cost: f64,
+    /// How far the innovations are from white noise.
+    pub(super) colour: Whiteness,
+    /// Half the slope of the cost downwards, of stretches of time.
+    pub(super) slopes: Vec<DVector<f64>>,
+}
+
+impl Tracked {
+    /// Whether the innovations are white enough for their likelihood to be one.
+    pub(super) fn is_trusted(&self) -> bool {
+        self.fit.converged && self.colour.is_white()
+    }
+}
+
+/// Constants of one problem.
+struct Problem<'a> {
+    pieces: &'a [Segment],
+    shape: ModelTerms,
+    parameters: Vec<Parameter>,
+    settings: Settings,
+}
+
+/// A point of the search.
+struct Point {
+    theta: Vec<f64>,
+    noise: Noise,
+    cost: f64,
+}
+
+/// Equations of all runs at a point, and the numbers that are held at a bound.
+struct Equations {
+    reduced: Vec<ReducedEquations>,
+    matrix: DMatrix<f64>,
+    vector: DVector<f64>,
+    held: Vec<usize>,
+    slopes: Vec<DVector<f64>>,
+}
+
+/// Fits model and noise along the trajectories, from a fit along measured heights; `None` where the flights have no likelihood
+/// there. Outcome `converged` of the fit tells whether the rounds came to an end.
+pub(super) fn track(
+    pieces: &[Segment],
+    start: &Fit,
+    noise: Option<Noise>,
+    settings: Settings,
+) -> Option<Tracked> {
+    let problem = Problem {
+        pieces,
+        shape: start.shape,
+        parameters: start.shape.parameters(),
+        settings,
+    };
+    let anew = noise.is_none();
+    let noise = noise.unwrap_or_else(|| Noise::first(start));
+    let mut point = Point {
+        cost: problem.cost(&start.theta, noise),
+        theta: start.theta.clone(),
+        noise,
+    };
+    if !point.cost.is_finite() {
+        return None;
+    }
+    let (mut converged, mut steps) = (false, 0);
+    while !converged && steps < MOST_ROUNDS * MOST_STEPS {
+        let before = point.cost;
+        problem.likeliest_noise(&mut point, anew && steps == 0);
+        for _ in 0..MOST_STEPS {
+            steps += 1;
+            let from = point.cost;
+            problem.step(&mut point)?;
+            if from - point.cost < OF_STEP {
+                break;
+            }
+        }
+        converged = before - point.cost < OF_ROUND;
+        // What is far from white after a round does not become white.
+        let passes = problem.passes(&point.theta, point.noise);
+        if !Whiteness::of(&passes).may_become_white() {
+            return None;
+        }
+    }
+    let equations = problem.equations(&point);
+    let passes = problem.passes(&point.theta, point.noise);
+    Some(Tracked {
+        fit: Fit {
+            locals: passes.iter().map(|p| p.local).collect(),
+            colour: None,
+            steps,
+            converged,
+            held: equations.held,
+            reduced: equations.reduced,
+            theta: point.theta,
+            ..start.clone()
+        },
+        noise: point.noise,
+        cost: point.cost,
+        colour: Whiteness::of(&passes),
+        slopes: equations.slopes,
+    })
+}
+
+/// As [`track`], for another shape, from what was found for one.
+pub(super) fn track_shape(
+    pieces: &[Segment],
+    shape: ModelTerms,
+    from: &Tracked,
+    settings: Settings,
+) -> Option<Tracked> {
+    let start = fit(pieces, shape, Some(&from.fit));
+    // What both shapes have starts where it was found, not where measured heights moved it.
+    let parameters = shape.parameters();
+    let theta = parameters.iter().zip(&start.theta);
+    let theta = theta.map(|(p, v)| from.fit.value(p.name).unwrap_or(*v));
+    let start = Fit {
+        theta: theta.collect(),
+        ..start
+    };
+    track(pieces, &start, Some(from.noise), settings)
+}
+
+impl Problem<'_> {
+    fn passes(&self, theta: &[f64], noise: Noise) -> Vec<Pass> {
+        let values = ModelValues::of(&self.shape, theta);
+        self.pieces
+            .par_iter()
+            .map(|p| filter::pass(p, &values, noise, self.settings))
+            .collect()
+    }
+
+    /// Minus twice the log-likelihood, with that of the priors.
+    fn cost(&self, theta: &[f64], noise: Noise) -> f64 {
+        let known = self.parameters.iter().zip(theta);
+        let known: f64 = known
+            .map(|(p, v)| ((v - p.start) / p.prior_sd).powi(2))
+            .sum();
+        known
+            + self
+                .passes(theta, noise)
+                .iter()
+                .map(|p| p.cost)
+                .sum::<f64>()
+    }
+
+    fn likeliest_noise(&self, point: &mut Point, anew: bool) {
+        let of = |noise| self.cost(&point.theta, noise);
+        (point.noise, point.cost) = point.noise.likeliest(point.cost, anew, of);
+    }
+
+    /// One step of Gauss–Newton, as long as it lowers the cost; `None` where the equations have no solution.
+    fn step(&self, point: &mut Point) -> Option<()> {
+        let Equations {
+            mut matrix,
+            mut vector,
+            held,
+            ..
+        } = self.equations(point);
+        hold(&mut matrix, &mut vector, &held);
+        let step = matrix.cholesky()?.solve(&vector);
+        let mut length = 1.0;
+        while length > SHORTEST {
+            let all = point.theta.iter().zip(step.iter()).zip(&self.parameters);
+            let next: Vec<f64> = all
+                .map(|((t, s), p)| (t + length * s).clamp(p.min, p.max))
+                .collect();
+            let cost = self.cost(&next, point.noise);
+            if cost < point.cost {
+                (point.theta, point.cost) = (next, cost);
+                break;
+            }
+            length *= SHORTER;
+        }
+        Some(())
+    }
+
+    /// Fisher's information and half the slope of the cost downwards.
+    fn equations(&self, point: &Point) -> Equations {
+        let n = point.theta.len();
+        let base = self.passes(&point.theta, point.noise);
+        let widths: Vec<f64> = self
+            .parameters
+            .iter()
+            .zip(&point.theta)
+            .map(|(p, v)| {
+                let width = SLOPE_STEP * p.prior_sd.min(p.max - p.min);
+                if v + width > p.max { -width } else { width }
+            })
+            .collect();
+        let moved: Vec<Vec<Pass>> = (0..n)
+            .map(|k| {
+                let mut there = point.theta.clone();
+                there[k] += widths[k];
+                self.passes(&there, point.noise)
+            })
+            .collect();
+        let of_run = |(run, base): (usize, &Pass)| {
+            let mut matrix = DMatrix::zeros(n, n);
+            let mut slope = DVector::zeros(n);
+            for (row, e) in base.innovations.iter().enumerate() {
+                for k in 0..n {
+                    slope[k] = (moved[k][run].innovations[row].value - e.value) / widths[k];
+                }
+                matrix.ger(1.0, &slope, &slope, 1.0);
+            }
+            // The slope of the whole cost: variances move with the model too.
+            let vector = DVector::from_fn(n, |k, _| {
+                -0.5 * (moved[k][run].cost - base.cost) / widths[k]
+            });
+            ReducedEquations { matrix, vector }
+        };
+        let slopes = base.iter().enumerate().flat_map(|(run, base)| {
+            let moved: Vec<&Pass> = moved.iter().map(|m| &m[run]).collect();
+            slopes_of_stretches(base, &moved, &widths)
+        });
+        let slopes = slopes.collect();
+        let reduced: Vec<ReducedEquations> = base.iter().enumerate().map(of_run).collect();
+        let mut matrix = DMatrix::zeros(n, n);
+        let mut vector = DVector::zeros(n);
+        for run in &reduced {
+            matrix += &run.matrix;
+            vector += &run.vector;
+        }
+        for (k, (p, v)) in self.parameters.iter().zip(&point.theta).enumerate() {
+            let precision = p.prior_sd.powi(-2);
+            matrix[(k, k)] += precision;
+            vector[k] -= precision * (v - p.start);
+        }
+        let held = (0..n).filter(|&k| {
+            let (p, v) = (&self.parameters[k], point.theta[k]);
+            (v <= p.min && vector[k] < 0.0) || (v >= p.max && vector[k] > 0.0)
+        });
+        Equations {
+            held: held.collect(),
+            reduced,
+            matrix,
+            vector,
+            slopes,
+        }
+    }
+}
+
+/// Half the slope of the cost downwards in each stretch of a run.
+fn slopes_of_stretches(base: &Pass, moved: &[&Pass], widths: &[f64]) -> Vec<DVector<f64>> {
+    let mut out: Vec<DVector<f64>> = Vec::new();
+    let mut until_s = f64::NEG_INFINITY;
+    for (row, at) in base.innovations.iter().enumerate() {
+        if at.time_s >= until_s {
+            until_s = at.time_s + STRETCH_S;
+            out.push(DVector::zeros(widths.len()));
+        }
+        if let Some(sum) = out.last_mut() {
+            for (k, width) in widths.iter().enumerate() {
+                sum[k] -= 0.5 * (moved[k].innovations[row].cost - at.cost) / width;
+            }
+        }
+    }
+    out
+}

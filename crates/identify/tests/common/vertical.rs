@@ -1,0 +1,351 @@
+//! Flights of an independent vertical vehicle, with range noise: the truth behind them is known.
+//!
+//! Nothing of the simulator is used. Thrust goes with the square of a first-order rotor speed; the ground effect is an
+//! exponential of height through one lag; air drag of the rotors is linear in climb rate; turbulence is an
+//! Ornstein–Uhlenbeck process. The autopilot flies by what it measures.
+#![allow(dead_code, unreachable_pub)]
+
+use rand_distr::{Distribution as _, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use touchdown_identify::estimate::Estimate;
+use touchdown_identify::flights::{Flight, FlightSettings, ground_effect};
+use touchdown_trial::Trial;
+
+/// Step of the simulation (s).
+const STEP_S: f64 = 0.001;
+/// Gravity (m/s²).
+const GRAVITY_MPS2: f64 = 9.81;
+
+/// The vehicle and its sensors.
+#[derive(Clone, Copy, Debug)]
+pub struct Vehicle {
+    /// Rotor radius (m).
+    pub rotor_radius_m: f64,
+    /// Throttle in hover.
+    pub hover_throttle: f64,
+    /// Lag of the rotor speed (s).
+    pub motor_lag_s: f64,
+    /// Share of thrust that goes with the throttle, the rest with its square.
+    pub linear: f64,
+    /// Extra lift at the ground, over thrust.
+    pub amplitude: f64,
+    /// Height over which the extra lift falls by e (rotor radii).
+    pub decay_radii: f64,
+    /// Lag of the extra lift (s).
+    pub wake_lag_s: f64,
+    /// Loss of thrust with climb rate, relative (s/m).
+    pub damping_s_per_m: f64,
+    /// Turbulence, standard deviation (m/s²).
+    pub turbulence_mps2: f64,
+    /// Range noise (m), standard deviation.
+    pub range_noise_m: f64,
+    /// Rate of the range (Hz).
+    pub range_hz: f64,
+    /// Noise of the accelerometer (m/s²), standard deviation of a sample.
+    pub accelerometer_noise_mps2: f64,
+    /// Whether the log has the accelerometer.
+    pub accelerometer: bool,
+    /// Rate of the log (Hz).
+    pub log_hz: f64,
+}
+
+impl Default for Vehicle {
+    fn default() -> Self {
+        Self {
+            rotor_radius_m: 0.12,
+            hover_throttle: 0.45,
+            motor_lag_s: 0.045,
+            linear: 0.3,
+            amplitude: 0.09,
+            decay_radii: 1.2,
+            wake_lag_s: 0.1,
+            damping_s_per_m: 0.022,
+            turbulence_mps2: 0.08,
+            range_noise_m: 0.002,
+            range_hz: 50.0,
+            accelerometer_noise_mps2: 0.15,
+            accelerometer: true,
+            log_hz: 100.0,
+        }
+    }
+}
+
+impl Vehicle {
+    /// Extra lift at rest over thrust out of ground effect.
+    pub fn extra_lift(&self, height_m: f64) -> f64 {
+        self.amplitude * (-height_m / (self.decay_radii * self.rotor_radius_m)).exp()
+    }
+
+    /// The true [`QUANTITIES`].
+    pub fn truth(&self) -> [f64; 6] {
+        let r = self.rotor_radius_m;
+        let far = self.extra_lift(6.0 * r);
+        let lift = |radii: f64| (self.extra_lift(radii * r) - far) / (1.0 + far);
+        [
+            lift(0.5),
+            lift(1.0),
+            lift(2.0),
+            self.wake_lag_s,
+            1.0 / self.decay_radii,
+            self.damping_s_per_m,
+        ]
+    }
+
+    /// Thrust over weight of a rotor speed, as a share of the greatest.
+    fn thrust(&self, speed: f64) -> f64 {
+        let of = |s: f64| self.linear * s + (1.0 - self.linear) * s * s;
+        of(speed) / of(self.hover_throttle)
+    }
+}
+
+/// What is identified of a set of flights: extra lift at half, one and two rotor radii over that at six, lag (s), decay (1/R),
+/// climb damping (s/m).
+pub const QUANTITIES: [&str; 6] = [
+    "lift 0.5 R",
+    "lift 1 R",
+    "lift 2 R",
+    "lag",
+    "decay",
+    "damping",
+];
+
+/// What came of a set of flights.
+pub enum Cell {
+    /// Each of [`QUANTITIES`], where it was identified.
+    Found([Option<Estimate>; 6]),
+    /// Nothing, for the reason given.
+    Refused(String),
+}
+
+/// Flies `flights` times from the seeds `seed` on, and identifies.
+pub fn identify(vehicle: &Vehicle, seed: u64, flights: u64) -> Cell {
+    let r = vehicle.rotor_radius_m;
+    let settings = FlightSettings {
+        rotor_radius_m: Some(r),
+        ..FlightSettings::default()
+    };
+    let logs: Vec<Flight> = (seed..seed + flights)
+        .map(|seed| Flight::of(&fly(vehicle, seed), &settings).expect("a log of a flight"))
+        .collect();
+    let found = match ground_effect(&logs, &settings) {
+        Ok(found) => found,
+        Err(error) => return Cell::Refused(error.to_string()),
+    };
+    let lift = |radii: f64| found.extra_lift([radii * r; 2], [6.0 * r; 2]);
+    let numbers = found.numbers();
+    let damping = numbers.iter().find(|n| n.name == "damping");
+    let decay = found.decay_per_m().map(|d| Estimate {
+        value: d.value * r,
+        std_error: d.std_error * r,
+        ci95: d.ci95.map(|v| v * r),
+    });
+    Cell::Found([
+        lift(0.5),
+        lift(1.0),
+        lift(2.0),
+        found.lag_s(),
+        decay,
+        damping.map(|n| n.estimate),
+    ])
+}
+
+/// One flight: up, hovers and passes at many heights, bobbing near the ground, down.
+pub fn fly(vehicle: &Vehicle, seed: u64) -> Trial {
+    let v = vehicle;
+    let mut random = Pcg64::seed_from_u64(seed);
+    let r = v.rotor_radius_m;
+    let thrust_scale = 1.0 + 0.01 * normal(&mut random);
+    let bias_mps2 = 0.05 * normal(&mut random);
+    let course = Course::draw(&mut random, r);
+    let (every_log, every_range) = (
+        (1.0 / (v.log_hz * STEP_S)).round() as usize,
+        (1.0 / (v.range_hz * STEP_S)).round() as usize,
+    );
+    let mut world = World {
+        height_m: 6.0 * r,
+        climb_mps: 0.0,
+        speed: v.hover_throttle,
+        lift: v.extra_lift(6.0 * r),
+        gust_mps2: 0.0,
+    };
+    let mut pilot = Pilot {
+        height_m: world.height_m,
+        climb_mps: 0.0,
+        integral: 0.0,
+    };
+    let keep = (-STEP_S / 0.4f64).exp();
+    let mut throttle = v.hover_throttle;
+    let (mut time, mut columns) = (Vec::new(), [Vec::new(), Vec::new(), Vec::new()]);
+    let steps = (course.end_s() / STEP_S) as usize;
+    let mut range = f64::NAN;
+    for k in 0..steps {
+        let t = k as f64 * STEP_S;
+        let force = thrust_scale
+            * v.thrust(world.speed)
+            * (1.0 + world.lift - v.damping_s_per_m * world.climb_mps)
+            + world.gust_mps2 / GRAVITY_MPS2;
+        assert!(world.height_m > 0.0, "the feet are on the ground at {t} s");
+        if k % every_range == 0 {
+            range = world.height_m + v.range_noise_m * normal(&mut random);
+            pilot.range(range, v);
+        }
+        if k % every_log == 0 {
+            let specific =
+                force * GRAVITY_MPS2 + bias_mps2 + v.accelerometer_noise_mps2 * normal(&mut random);
+            throttle = pilot.step(v, course.at(t), specific, 1.0 / v.log_hz);
+            time.push(t);
+            columns[0].push(throttle);
+            columns[1].push(specific);
+            columns[2].push(range);
+            range = f64::NAN;
+        }
+        world.gust_mps2 = keep * world.gust_mps2
+            + v.turbulence_mps2 * (1.0 - keep * keep).sqrt() * normal(&mut random);
+        world.step(v, throttle, force);
+    }
+    let mut trial = Trial::new(format!("flight-{seed}"), time).expect("increasing time");
+    let [throttle, specific, range] = columns;
+    trial.insert("throttle", throttle).expect("as long");
+    if v.accelerometer {
+        trial
+            .insert("specific_force_mps2", specific)
+            .expect("as long");
+    }
+    trial.insert("height_m", range).expect("as long");
+    trial
+}
+
+struct World {
+    height_m: f64,
+    climb_mps: f64,
+    speed: f64,
+    lift: f64,
+    gust_mps2: f64,
+}
+
+impl World {
+    fn step(&mut self, v: &Vehicle, throttle: f64, force: f64) {
+        self.climb_mps += STEP_S * (force - 1.0) * GRAVITY_MPS2;
+        self.height_m += STEP_S * self.climb_mps;
+        self.speed += (1.0 - (-STEP_S / v.motor_lag_s).exp()) * (throttle - self.speed);
+        self.lift +=
+            (1.0 - (-STEP_S / v.wake_lag_s).exp()) * (v.extra_lift(self.height_m) - self.lift);
+    }
+}
+
+/// An autopilot by complementary filter and cascaded loops.
+struct Pilot {
+    height_m: f64,
+    climb_mps: f64,
+    integral: f64,
+}
+
+impl Pilot {
+    fn range(&mut self, range_m: f64, v: &Vehicle) {
+        let miss = range_m - self.height_m;
+        // Steady gains of a Kalman filter: slower for noisier ranges.
+        let bandwidth = 3.0;
+        let dt = 1.0 / v.range_hz;
+        self.height_m += (2.0 * bandwidth * dt).min(0.5) * miss;
+        self.climb_mps += (bandwidth * bandwidth * dt).min(5.0) * miss;
+    }
+
+    fn step(
+        &mut self,
+        v: &Vehicle,
+        [height_m, climb_mps, dither]: [f64; 3],
+        specific: f64,
+        dt: f64,
+    ) -> f64 {
+        self.climb_mps += dt * (specific - GRAVITY_MPS2);
+        self.height_m += dt * self.climb_mps;
+        let miss = height_m - self.height_m;
+        self.integral = (self.integral + 0.8 * dt * miss).clamp(-0.2, 0.2);
+        let wanted = climb_mps + 2.5 * miss;
+        let acceleration = 5.0 * (wanted - self.climb_mps);
+        let effort = acceleration / GRAVITY_MPS2 / 1.6 + self.integral;
+        (v.hover_throttle * (1.0 + effort) + dither).clamp(0.1, 0.95)
+    }
+}
+
+/// Heights over time.
+struct Course {
+    knots: Vec<[f64; 2]>,
+    tones: Vec<[f64; 3]>,
+    dither: Vec<[f64; 3]>,
+    radius_m: f64,
+}
+
+impl Course {
+    fn draw(random: &mut Pcg64, radius_m: f64) -> Self {
+        let mut knots = vec![[0.0, 6.0], [4.0, 6.0]];
+        let mut t = 4.0;
+        for level in [
+            2.5, 1.5, 0.9, 0.6, 1.2, 0.7, 3.0, 0.6, 6.0, 6.0, 1.0, 0.6, 5.0,
+        ] {
+            let level = level * uniform(random, 0.85, 1.15);
+            let before: f64 = knots[knots.len() - 1][1];
+            t += uniform(random, 0.5, 1.5) + 0.3 * (level - before).abs();
+            knots.push([t, level]);
+            t += uniform(random, 1.5, 2.5);
+            knots.push([t, level]);
+        }
+        let mut tone = |amplitude: f64, rates: [f64; 2]| {
+            [
+                amplitude,
+                uniform(random, rates[0], rates[1]),
+                uniform(random, 0.0, std::f64::consts::TAU),
+            ]
+        };
+        Self {
+            tones: (0..3).map(|_| tone(0.08, [2.0, 7.0])).collect(),
+            dither: (0..4).map(|_| tone(0.008, [15.0, 40.0])).collect(),
+            knots,
+            radius_m,
+        }
+    }
+
+    fn end_s(&self) -> f64 {
+        self.knots[self.knots.len() - 1][0] + 2.0
+    }
+
+    /// Height (m), climb rate (m/s), dither of the throttle.
+    fn at(&self, t: f64) -> [f64; 3] {
+        let k = self
+            .knots
+            .partition_point(|k| k[0] <= t)
+            .clamp(1, self.knots.len() - 1);
+        let ([ta, a], [tb, b]) = (self.knots[k - 1], self.knots[k]);
+        let share = ((t - ta) / (tb - ta).max(1e-9)).clamp(0.0, 1.0);
+        let slope = if (0.0..1.0).contains(&share) {
+            (b - a) / (tb - ta).max(1e-9)
+        } else {
+            0.0
+        };
+        let level = a + share * (b - a);
+        let sum = |all: &[[f64; 3]]| {
+            all.iter()
+                .map(|[a, w, p]| a * (w * t + p).sin())
+                .sum::<f64>()
+        };
+        let rate: f64 = self
+            .tones
+            .iter()
+            .map(|[a, w, p]| a * w * (w * t + p).cos())
+            .sum();
+        [
+            (level + sum(&self.tones)).max(0.55) * self.radius_m,
+            (slope + rate) * self.radius_m,
+            sum(&self.dither),
+        ]
+    }
+}
+
+fn normal(random: &mut Pcg64) -> f64 {
+    StandardNormal.sample(random)
+}
+
+fn uniform(random: &mut Pcg64, lo: f64, hi: f64) -> f64 {
+    lo + (hi - lo) * (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
