@@ -256,7 +256,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             deck: self.deck.initial(),
             sightings: Sightings::default(),
             planner: PlannerState::default(),
-            since_plan_s: self.planner_period_s,
+            since_plan_s: R::ZERO,
             state_machine: self.state_machine.initial(),
             guidance: self.guidance.initial(),
             controller: None,
@@ -276,8 +276,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// guidance and controller forget what they did. Called before every step, it keeps
     /// the integrals at zero while somebody else flies.
     pub fn restart_landing(&self, state: &mut ComputerState<R, G::State>) {
-        state.planner = PlannerState::default();
-        state.since_plan_s = self.planner_period_s;
+        state.planner.restart();
+        state.since_plan_s = R::ZERO;
         state.state_machine = self.state_machine.initial();
         state.guidance = self.guidance.initial();
         state.controller = None;

@@ -21,16 +21,22 @@
 //! deadline, quiescent or not. It starts as soon as no later time is better, and at the
 //! latest at the deadline. Without a usable prediction it never starts.
 //!
+//! **Pace.** The predictions of a horizon are spread over the control periods between two
+//! plans ([`Planner::scan`]), each made for the moment of the decision that follows, so that
+//! no period has more than its share of the work.
+//!
 //! **Limits of the descent** hold for the reference's greatest speed, and for the sum of
 //! its greatest acceleration and that of the deck during the descent.
 
 mod forecast;
 mod quintic;
+mod scan;
 mod settings;
 
 pub use forecast::{DeckForecast, DeckOutlook};
 pub use settings::{Descent, Planner, Quiescence};
 
+use scan::Scan;
 use touchdown_flight::kernel::{Sum, usable_dt};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::Terminal;
@@ -40,12 +46,33 @@ use touchdown_flight::reference::Terminal;
 const STEPS: usize = 128;
 
 /// State of a [`Planner`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlannerState<R> {
     waited: Sum<R>,
+    scan: Scan<R>,
+}
+
+impl<R: Real> Default for PlannerState<R> {
+    fn default() -> Self {
+        Self {
+            waited: Sum::default(),
+            scan: Scan::default(),
+        }
+    }
 }
 
 impl<R: Real> PlannerState<R> {
+    /// Forgets the waiting and the predictions so far.
+    pub fn restart(&mut self) {
+        self.waited = Sum::default();
+        self.scan.restart();
+    }
+
+    /// Forgets the predictions so far.
+    pub fn restart_scan(&mut self) {
+        self.scan.restart();
+    }
+
     /// Time waited so far, s.
     pub fn waited_s(&self) -> R {
         self.waited.value()
@@ -95,7 +122,6 @@ impl<R: Copy> Verdict<R> {
 
 /// Assessment of the horizon by touchdown time.
 struct Sight<R> {
-    step_s: R,
     /// Severity at each time; infinite without a prediction.
     severity: [R; STEPS + 1],
     /// Sink rate of a descent that ends at this time; none if no descent is possible.
@@ -111,7 +137,8 @@ impl<R: Real> Planner<R> {
         PlannerState::default()
     }
 
-    /// Adds `dt` seconds of waiting and decides; see [`Self::assess`].
+    /// Adds `dt` seconds of waiting and decides; see [`Self::assess`]. Predicts the whole
+    /// horizon at once, unless [`Self::scan`] has done so since the last decision.
     pub fn step(
         &self,
         state: &mut PlannerState<R>,
@@ -121,7 +148,30 @@ impl<R: Real> Planner<R> {
         dt: R,
     ) -> Verdict<R> {
         state.waited.add(usable_dt(dt));
-        self.assess(state.waited.value(), start_height_m, hurry, forecast)
+        state.scan.advance(self, forecast, R::ZERO, STEPS + 1);
+        let verdict = self.decide(state.waited.value(), start_height_m, hurry, &state.scan);
+        state.scan.restart();
+        verdict
+    }
+
+    /// Predicts the share of the horizon that falls on `dt` seconds of the `period_s`
+    /// between two decisions; the next one is made `lead_s` from now. Returns whether the
+    /// horizon is complete.
+    pub fn scan(
+        &self,
+        state: &mut PlannerState<R>,
+        forecast: &impl DeckForecast<R>,
+        lead_s: R,
+        dt: R,
+        period_s: R,
+    ) -> bool {
+        let wanted = R::from_count(STEPS + 1) * (dt / period_s);
+        // One more than the whole number below: rounding of times may cost a step.
+        let share = (1..=STEPS)
+            .find(|&count| R::from_count(count) > wanted)
+            .unwrap_or(STEPS + 1);
+        state.scan.advance(self, forecast, lead_s, share);
+        state.scan.is_complete()
     }
 
     /// The decision after waiting for `waited_s`, in a hover at `start_height_m` above the
@@ -134,7 +184,14 @@ impl<R: Real> Planner<R> {
         hurry: bool,
         forecast: &impl DeckForecast<R>,
     ) -> Verdict<R> {
-        let sight = self.look(start_height_m, forecast);
+        let mut scan = Scan::default();
+        scan.advance(self, forecast, R::ZERO, STEPS + 1);
+        self.decide(waited_s, start_height_m, hurry, &scan)
+    }
+
+    /// The decision by the predictions of a horizon.
+    fn decide(&self, waited_s: R, start_height_m: R, hurry: bool, scan: &Scan<R>) -> Verdict<R> {
+        let sight = self.look(start_height_m, scan);
         let Some(last) = sight.sink_rate_mps.iter().rposition(Option::is_some) else {
             return if sight.known {
                 Verdict::OutOfReach
@@ -151,7 +208,7 @@ impl<R: Real> Planner<R> {
                     start_height_m,
                     end_height_m: self.descent.end_height_m,
                     sink_rate_mps,
-                    duration_s: sight.time_s(i),
+                    duration_s: self.time_s(i),
                 },
                 severity: sight.severity[i],
                 quiescent: sight.severity[i] <= R::ONE,
@@ -165,7 +222,7 @@ impl<R: Real> Planner<R> {
         } else {
             (self.wait_s - waited_s).max(R::ZERO)
         };
-        let ahead_s = |i: usize| sight.time_s(i) - sight.time_s(last);
+        let ahead_s = |i: usize| self.time_s(i) - self.time_s(last);
         let mut later = (last + 1..=STEPS).filter(|&i| ahead_s(i) <= left_s);
         if left_s <= ahead_s(STEPS)
             && !later
@@ -190,7 +247,7 @@ impl<R: Real> Planner<R> {
             if !severity.is_finite() {
                 continue;
             }
-            let cost = severity + self.cost_per_s * sight.time_s(i);
+            let cost = severity + self.cost_per_s * self.time_s(i);
             let rank = (severity > R::ONE, cost);
             if best.is_none_or(|(least, _)| rank < least) {
                 best = Some((rank, (i, sink_rate_mps)));
@@ -199,47 +256,55 @@ impl<R: Real> Planner<R> {
         best.map(|(_, found)| found)
     }
 
-    /// Assesses the forecast over the horizon.
-    fn look(&self, start_height_m: R, forecast: &impl DeckForecast<R>) -> Sight<R> {
-        let unknown = R::ONE / R::ZERO;
+    /// Assesses the predictions of a horizon.
+    fn look(&self, start_height_m: R, scan: &Scan<R>) -> Sight<R> {
         let mut sight = Sight {
-            step_s: self.horizon_s / R::from_count(STEPS),
-            severity: [unknown; STEPS + 1],
+            severity: *scan.severity(),
             sink_rate_mps: [None; STEPS + 1],
             known: false,
         };
-        let mut severity = [unknown; STEPS + 1];
-        let mut deck_mps2 = R::ZERO;
+        let mut greatest_mps2 = R::ZERO;
         for i in 0..=STEPS {
-            let outlook = forecast.at(sight.time_s(i));
-            if !outlook.is_usable() {
-                continue;
+            let t = self.time_s(i);
+            if t > self.descent.duration_max_s {
+                break;
             }
-            let t = sight.time_s(i);
-            sight.known |= t >= self.descent.duration_min_s && t <= self.descent.duration_max_s;
-            let sink_rate_mps = self.sink_rate(&outlook);
-            severity[i] = self.severity(&outlook, sink_rate_mps);
-            deck_mps2 = deck_mps2.max(outlook.acceleration_mps2.abs());
+            let Some((sink_rate_mps, deck_mps2)) = scan.at(i) else {
+                continue;
+            };
+            sight.known |= t >= self.descent.duration_min_s;
+            greatest_mps2 = greatest_mps2.max(deck_mps2);
             let reference = Terminal {
                 start_height_m,
                 end_height_m: self.descent.end_height_m,
                 sink_rate_mps,
                 duration_s: t,
             };
-            sight.sink_rate_mps[i] = self.allows(&reference, deck_mps2).then_some(sink_rate_mps);
+            sight.sink_rate_mps[i] = self
+                .allows(&reference, greatest_mps2)
+                .then_some(sink_rate_mps);
         }
         // The largest severity within the dwell around each time.
-        let steps = r::<R>(0.5) * self.quiescence.dwell_s / sight.step_s - r(1e-6);
+        let steps = r::<R>(0.5) * self.quiescence.dwell_s / self.step_s() - r(1e-6);
         let half = (0..STEPS)
             .find(|&half| R::from_count(half) >= steps)
             .unwrap_or(STEPS);
         for i in 0..=STEPS {
             let around = i.saturating_sub(half)..=(i + half).min(STEPS);
-            sight.severity[i] = severity[around]
+            sight.severity[i] = scan.severity()[around]
                 .iter()
                 .fold(R::ZERO, |worst, &s| worst.max(s));
         }
         sight
+    }
+
+    /// Time between two touchdown times, s.
+    fn step_s(&self) -> R {
+        self.horizon_s / R::from_count(STEPS)
+    }
+
+    fn time_s(&self, i: usize) -> R {
+        self.step_s() * R::from_count(i)
     }
 
     /// Sink rate at touchdown, which grows with the uncertainty of the deck's velocity.
@@ -279,12 +344,6 @@ impl<R: Real> Planner<R> {
         }
         let (speed_mps, acceleration_mps2) = quintic::peaks(reference);
         speed_mps <= descent.speed_mps && acceleration_mps2 + deck_mps2 <= descent.acceleration_mps2
-    }
-}
-
-impl<R: Real> Sight<R> {
-    fn time_s(&self, i: usize) -> R {
-        self.step_s * R::from_count(i)
     }
 }
 

@@ -342,10 +342,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         dt: R,
     ) -> (Option<Plan<R>>, Option<Reference<R>>) {
         let height_m = motion.position_m.z;
-        if state.deck.observed_s() < self.watch_s {
-            return (None, None);
-        }
+        let is_watched = state.deck.observed_s() >= self.watch_s;
         match &self.descent {
+            Descent::Straight(_) if !is_watched => (None, None),
             Descent::Straight(reference) => {
                 let reference = reference.starting_at(height_m);
                 (None, reference.validate().is_ok().then_some(reference))
@@ -354,23 +353,32 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 let phase = state.state_machine.phase();
                 if phase != Phase::Wait {
                     // A hold between two waits does not reset the waiting time.
-                    if phase != Phase::Hold {
-                        state.planner = planner.initial();
+                    if phase == Phase::Hold {
+                        state.planner.restart_scan();
+                    } else {
+                        state.planner.restart();
                     }
-                    state.since_plan_s = self.planner_period_s;
+                    state.since_plan_s = R::ZERO;
                     return (None, None);
                 }
                 state.since_plan_s += dt;
-                if state.since_plan_s < self.planner_period_s {
-                    return (None, None);
-                }
-                let waited_s = state.since_plan_s;
-                state.since_plan_s = R::ZERO;
                 let (tilt_rad, extra_age_s) = (state.tilt_rad, state.sightings.extra_age_s());
                 let forecast = |ahead_s: R| {
                     let heave = self.deck.predict(&state.deck, ahead_s + extra_age_s);
                     DeckOutlook::from_heave(&heave, tilt_rad, R::ZERO)
                 };
+                let period_s = self.planner_period_s;
+                let left_s = (period_s - state.since_plan_s).max(R::ZERO);
+                let complete = planner.scan(&mut state.planner, &forecast, left_s, dt, period_s);
+                if !complete || state.since_plan_s < period_s {
+                    return (None, None);
+                }
+                let waited_s = state.since_plan_s;
+                state.since_plan_s = R::ZERO;
+                if !is_watched {
+                    state.planner.restart_scan();
+                    return (None, None);
+                }
                 let verdict = planner.step(
                     &mut state.planner,
                     height_m,
