@@ -36,6 +36,8 @@ const FAILURES: &[(u8, &str)] = &[
     (2, "settings magic"),
     (2, "completions magic"),
     (2, "man"),
+    (2, "export"),
+    (2, "export {}/log.csv --to fortran --out {}/out"),
     // A file in place of a folder.
     (2, "reproduce --quick --out {}/file"),
     (2, "inspect {}/log.csv --out {}/file"),
@@ -152,6 +154,7 @@ fn prop_completions_and_manual_pages_cover_every_command() {
         "inspect",
         "identify",
         "validate",
+        "export",
         "land",
         "campaign",
     ];

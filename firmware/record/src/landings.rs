@@ -13,8 +13,17 @@ use touchdown_replay::{
 };
 use touchdown_sim::SimError;
 use touchdown_sim::deck::DeckMotion;
-use touchdown_sim::landing::space::{Case, SpaceLander};
+use touchdown_sim::landing::space::{Case, SpaceLander, SpaceLanding};
 use touchdown_sim::landing::vertical::{LandingScenario, land};
+
+/// A landing of a case with the computer in single precision.
+#[derive(Clone, Debug)]
+pub struct SingleLanding {
+    /// Its recording.
+    pub recording: Recording,
+    /// How it ended.
+    pub landing: SpaceLanding,
+}
 
 /// A recording: its name and its words.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +39,7 @@ pub struct Recording {
 /// Period of the controllers, s.
 const DT: f32 = 0.01;
 /// Seed of all trials.
-const SEED: u64 = 1;
+pub const SEED: u64 = 1;
 
 /// All recordings: models, vertical landings and landings in space.
 ///
@@ -46,7 +55,8 @@ pub fn recordings() -> Result<Vec<Recording>, SimError> {
         all.push(vertical);
     }
     for case in [Case::Paper, Case::Sea, Case::Nan] {
-        all.push(space(case, 0)?);
+        let lander = SpaceLander::new(&case.scenario())?;
+        all.push(space(case, &lander, 0)?.recording);
     }
     Ok(all)
 }
@@ -141,12 +151,11 @@ fn models(vertical: &Recording) -> Vec<Recording> {
         .collect()
 }
 
-/// A landing of a case, flown by the computer in single precision.
+/// A landing of a case, flown by the computer in single precision in the world of its lander.
 ///
 /// # Errors
 /// None for the cases of the simulator.
-fn space(case: Case, trial: u64) -> Result<Recording, SimError> {
-    let lander = SpaceLander::new(&case.scenario())?;
+pub fn space(case: Case, lander: &SpaceLander, trial: u64) -> Result<SingleLanding, SimError> {
     let weight_n = lander.computer().controller.mass_kg * lander.computer().controller.gravity_mps2;
     let recording = ComputerRecording {
         start_height_m: narrow(case.scenario().start_m[2]),
@@ -181,11 +190,12 @@ fn space(case: Case, trial: u64) -> Result<Recording, SimError> {
                 });
     };
     let landing = lander.land_with(trial, SEED, false, &mut fly)?;
-    Ok(Recording {
+    let recording = Recording {
         name: format!("computer-{}", case.name()),
         words,
         landed: landing.outcome.landed(),
-    })
+    };
+    Ok(SingleLanding { recording, landing })
 }
 
 fn vector(v: Vector<f64>) -> Vector<f32> {

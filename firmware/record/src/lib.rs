@@ -2,7 +2,7 @@
 
 mod landings;
 
-pub use landings::{Recording, recordings};
+pub use landings::{Recording, SEED, SingleLanding, recordings, space};
 
 use touchdown_replay::{Port, replay};
 

@@ -3,6 +3,7 @@
 mod args;
 mod campaign;
 mod context;
+mod export;
 mod fly;
 mod identify;
 mod inspect;
@@ -42,6 +43,7 @@ fn dispatch(context: &Context, command: Command) -> Result<Done> {
         Command::Inspect(args) => inspect::run(context, &args),
         Command::Identify(args) => identify::run(context, &args),
         Command::Validate(args) => validate::run(context, &args),
+        Command::Export(args) => export::run(context, &args),
         Command::Land(args) => land::run(context, &args),
         Command::Campaign(args) => campaign::run(context, &args),
         Command::Fly(args) => fly::run(context, &args),

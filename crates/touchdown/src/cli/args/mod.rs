@@ -1,5 +1,6 @@
 //! All arguments.
 
+pub(crate) mod export;
 pub(crate) mod fly;
 pub(crate) mod identify;
 pub(crate) mod land;
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use touchdown_terminal::{EXIT_STATUS, Output, Shell};
 
+use export::ExportArgs;
 use fly::FlyArgs;
 use identify::{IdentifyArgs, ValidateArgs};
 use land::{CampaignArgs, LandArgs};
@@ -72,6 +74,11 @@ pub(crate) enum Command {
     /// Runs each model in free run: it starts from the log's initial conditions and gets the inputs alone. Errors are those of
     /// the predicted thrust or ground-effect force. Logs that a card was fitted to are marked.
     Validate(ValidateArgs),
+    /// Write the flight models of cards as C or Rust for a flight computer
+    ///
+    /// The C code is C99 without dependencies and computes the bits of the simulation; `make test` beside it compares with
+    /// recorded vectors.
+    Export(ExportArgs),
     /// Land the simulated vehicle many times and compare controllers
     ///
     /// The vehicle moves vertically, as in the paper. With --space it moves in six degrees of freedom, with all its sensors.

@@ -1,0 +1,65 @@
+//! Arguments of `touchdown export`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use touchdown_model::export::{Language, Precision};
+
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct ExportArgs {
+    /// Model cards
+    #[arg(required = true, value_name = "CARD")]
+    pub(crate) cards: Vec<PathBuf>,
+    /// Language: C99 without dependencies, or a constant of the crate `touchdown-flight`
+    #[arg(long, value_enum)]
+    pub(crate) to: To,
+    /// Precision: f32 for a microcontroller without double precision
+    #[arg(long, value_enum, default_value = "f32")]
+    pub(crate) precision: Scalar,
+    /// Folder for the code: one folder in it for each card
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+}
+
+/// Language of the code.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum To {
+    /// A `.c`, its `.h`, recorded vectors and a Makefile that compares with them
+    C,
+    /// A `.rs` with one constant
+    Rust,
+}
+
+/// Precision of the code.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Scalar {
+    /// `float`
+    F32,
+    /// `double`
+    F64,
+}
+
+impl From<To> for Language {
+    fn from(to: To) -> Self {
+        match to {
+            To::C => Self::C,
+            To::Rust => Self::Rust,
+        }
+    }
+}
+
+impl From<Scalar> for Precision {
+    fn from(scalar: Scalar) -> Self {
+        match scalar {
+            Scalar::F32 => Self::Single,
+            Scalar::F64 => Self::Double,
+        }
+    }
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  touchdown export thrust.toml models/lag.toml --to c --out firmware
+  make -C firmware/lag test
+  touchdown export thrust.toml --to rust --precision f64 --out src";

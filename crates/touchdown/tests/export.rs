@@ -1,0 +1,61 @@
+//! `touchdown export`: code for a flight computer, from a card.
+
+mod common;
+
+use std::fs;
+
+use common::{fails, json, root};
+
+fn card(name: &str) -> String {
+    root()
+        .join("crates/model/cards")
+        .join(name)
+        .display()
+        .to_string()
+}
+
+#[test]
+fn regress_cards_become_folders_of_c() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().display().to_string();
+    let cards = [card("paper-eq11.toml"), card("paper-eq12.toml")];
+    let results = json(
+        0,
+        [
+            "export", &cards[0], &cards[1], "--to", "c", "--out", &folder,
+        ],
+    );
+    let files = results["files"].as_array().unwrap();
+    assert_eq!(files.len(), 8);
+    for name in ["paper_eq11", "paper_eq12"] {
+        for file in [format!("{name}.c"), format!("{name}.h"), "Makefile".into()] {
+            let text = fs::read_to_string(out.path().join(name).join(file)).unwrap();
+            assert!(!text.contains("REAL"));
+        }
+    }
+}
+
+#[test]
+fn regress_a_card_becomes_a_constant_of_rust() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().display().to_string();
+    let card = card("paper-eq11.toml");
+    let scalar = ["--precision", "f64", "--out", &folder];
+    json(
+        0,
+        [&["export", &card, "--to", "rust"][..], &scalar].concat(),
+    );
+    let text = fs::read_to_string(out.path().join("paper_eq11/paper_eq11.rs")).unwrap();
+    assert!(text.contains("pub const PAPER_EQ11: touchdown_flight::thrust::ThrustModel<f64>"));
+    assert!(text.contains("sin_x_s: -1.457"), "{text}");
+}
+
+#[test]
+fn regress_two_cards_of_one_name_are_refused() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().display().to_string();
+    let card = card("paper-eq11.toml");
+    let message = fails(2, ["export", &card, &card, "--to", "c", "--out", &folder]);
+    assert!(message.contains("both named `paper_eq11`"), "{message}");
+    assert!(fs::read_dir(out.path()).unwrap().next().is_none());
+}
