@@ -70,7 +70,7 @@ fn cell(vehicle: &Vehicle, sets: std::ops::Range<u64>, flights: u64) {
     for set in sets {
         match vertical::identify(vehicle, 10_000 + 100 * set, flights) {
             Cell::Found(found) => {
-                for ((tally, truth), found) in tally.iter_mut().zip(truth).zip(found) {
+                for ((tally, truth), found) in tally.iter_mut().zip(truth).zip(*found) {
                     tally.count(truth, found);
                 }
             }

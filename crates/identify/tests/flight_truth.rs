@@ -13,7 +13,7 @@ fn holds(vehicle: &Vehicle, seed: u64) {
         Cell::Found(found) => found,
         Cell::Refused(why) => panic!("{why}"),
     };
-    for ((name, truth), found) in QUANTITIES.iter().zip(vehicle.truth()).zip(found) {
+    for ((name, truth), found) in QUANTITIES.iter().zip(vehicle.truth()).zip(*found) {
         if *name == "damping" && !vehicle.accelerometer {
             // Turbulence would pass for it.
             assert!(found.is_none(), "{name}: {found:?}");

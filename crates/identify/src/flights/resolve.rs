@@ -146,6 +146,9 @@ fn resolved(
     Some(of_trajectory(&tracked, spread_of(&tracked), None))
 }
 
+/// A richer or another form of a model.
+type Change = fn(ModelTerms) -> ModelTerms;
+
 /// The form of the likeliest trajectories: drift, second term of throttle and curve, one after the other, each taken with very
 /// strong evidence. Without an accelerometer, forces from heights are too noisy to choose by.
 fn likeliest_form(
@@ -153,7 +156,7 @@ fn likeliest_form(
     mut best: Tracked,
     units: trajectory::Settings,
 ) -> Tracked {
-    let changes: [(&str, fn(ModelTerms) -> ModelTerms); 4] = [
+    let changes: [(&str, Change); 4] = [
         ("drift", |shape| ModelTerms {
             battery: true,
             ..shape

@@ -113,7 +113,7 @@ pub const QUANTITIES: [&str; 6] = [
 /// What came of a set of flights.
 pub enum Cell {
     /// Each of [`QUANTITIES`], where it was identified.
-    Found([Option<Estimate>; 6]),
+    Found(Box<[Option<Estimate>; 6]>),
     /// Nothing, for the reason given.
     Refused(String),
 }
@@ -140,14 +140,14 @@ pub fn identify(vehicle: &Vehicle, seed: u64, flights: u64) -> Cell {
         std_error: d.std_error * r,
         ci95: d.ci95.map(|v| v * r),
     });
-    Cell::Found([
+    Cell::Found(Box::new([
         lift(0.5),
         lift(1.0),
         lift(2.0),
         found.lag_s(),
         decay,
         damping.map(|n| n.estimate),
-    ])
+    ]))
 }
 
 /// One flight: up, hovers and passes at many heights, bobbing near the ground, down.

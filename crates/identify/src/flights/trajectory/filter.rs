@@ -191,12 +191,12 @@ impl Run<'_> {
         if let Some(range_m) = measured(&self.piece.range_m) {
             let miss = range_m - self.filter.mean[0];
             let seen = Seen::of(Sensor::Range, time_s, miss, self.noise.range_m);
-            self.filter.update(seen, &unit(0));
+            self.filter.update(&seen, &unit(0));
         }
         if let Some(climb) = measured(&self.piece.climb_measured_mps) {
             let miss = climb - self.filter.mean[1];
             let seen = Seen::of(Sensor::ClimbRate, time_s, miss, self.noise.climb_mps);
-            self.filter.update(seen, &unit(1));
+            self.filter.update(&seen, &unit(1));
         }
         if !self.piece.accelerometer {
             return;
@@ -217,7 +217,7 @@ impl Run<'_> {
                 s[4] * m.by_lift,
             ];
             let seen = Seen::of(Sensor::Accelerometer, time_s, miss, self.noise.force);
-            self.filter.update(seen, &State::from(along));
+            self.filter.update(&seen, &State::from(along));
         }
     }
 
@@ -362,8 +362,8 @@ impl Filter {
     }
 
     /// Corrects by one measurement with slopes `along`.
-    fn update(&mut self, seen: Seen, along: &State) {
-        let Seen { miss, sd, .. } = seen;
+    fn update(&mut self, seen: &Seen, along: &State) {
+        let &Seen { miss, sd, .. } = seen;
         let shared = self.covariance * along;
         let variance = along.dot(&shared) + sd * sd;
         let e = miss / variance.sqrt();
