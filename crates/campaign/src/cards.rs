@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use touchdown_flight::ground_effect::GroundEffectModel;
+use touchdown_flight::thrust::ThrustModel;
 use touchdown_lander::models::FlightModels;
 use touchdown_model::Card;
 
@@ -36,18 +37,28 @@ impl CardPaths {
 }
 
 impl CardPaths {
-    /// Puts the models of the cards that are given in place of others.
+    /// Puts the models of the cards that are given in place of others; `model` makes that of thrust for the vehicle's rotors.
+    /// Returns the thrust card.
     ///
     /// # Errors
     /// Cards that cannot be read or flown.
-    pub fn put_into(&self, models: &mut FlightModels<f64>) -> Result<()> {
+    pub fn put_into(
+        &self,
+        model: &dyn Fn(&Card) -> Result<ThrustModel<f64>>,
+        models: &mut FlightModels<f64>,
+    ) -> Result<Option<Card>> {
         let read = |path: &Option<PathBuf>| path.as_deref().map(Card::read).transpose();
+        let thrust = read(&self.thrust)?;
         put_into(
-            read(&self.thrust)?.as_ref(),
+            None,
             read(&self.empirical)?.as_ref(),
             read(&self.dynamic)?.as_ref(),
             models,
-        )
+        )?;
+        if let Some(card) = &thrust {
+            models.thrust = model(card)?;
+        }
+        Ok(thrust)
     }
 }
 
@@ -62,7 +73,7 @@ pub fn put_into(
     models: &mut FlightModels<f64>,
 ) -> Result<()> {
     if let Some(card) = thrust {
-        models.thrust = card.thrust_model()?;
+        models.thrust = card.thrust_model_of(None)?;
     }
     if let Some(card) = dynamic {
         models.dynamic = card.ground_effect()?;

@@ -4,6 +4,8 @@
 //! | --- | --- |
 //! | [`sweep`] | campaigns: landings in space over grids and random draws of any setting, stored in blocks |
 //! | [`vertical`] | vertical landings of the paper's methods |
+//! | [`measured_deck`] | a measured motion of the deck, read, smoothed and checked |
+//! | [`vehicle`] | rotors, mass and motors of the simulated vehicle, by `[vehicle]` and thrust card |
 //! | [`recording`] | landings as MCAP and ULog files |
 //! | [`camera`] | rendered images and the tag detector, for landings that see |
 //! | [`cards`] | the model cards that are flown, by their paths |
@@ -17,11 +19,13 @@ pub mod cards;
 pub mod csv;
 pub mod error;
 pub mod files;
+pub mod measured_deck;
 pub mod progress;
 pub mod recording;
 pub mod settings_file;
 pub mod statistics;
 pub mod sweep;
+pub mod vehicle;
 pub mod vertical;
 
 pub use error::{Error, Result};

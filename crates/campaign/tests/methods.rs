@@ -56,6 +56,7 @@ fn prop_campaigns_fly_the_defaults_of_the_lander() {
 #[test]
 fn prop_vertical_landings_fly_the_defaults_of_flight() {
     let cards = Cards {
+        vehicle: touchdown_campaign::vehicle::VehicleSettings::default(),
         thrust: Card::parse(published::EQ_11, "eq11").unwrap(),
         empirical: None,
         dynamic: Some(Card::parse(published::EQ_12, "eq12").unwrap()),

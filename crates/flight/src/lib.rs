@@ -36,6 +36,7 @@
 //! | [`vertical_controller`] | all of these: measurement in, command out |
 //! | [`method`] | the methods of landing by name, with their tuned defaults |
 //! | [`touchdown`], [`metrics`] | touchdown and the figures of a landing |
+//! | [`touch`] | landed, landed hard or crashed, by the speed of the touch |
 //! | [`space`] | vectors and attitudes in space |
 //! | [`kernel`] | lags, sums, delays, and the root of a cubic |
 //! | [`types`], [`error`], [`real`] | measurements and commands, refused settings, scalars |
@@ -92,6 +93,7 @@ pub mod real;
 pub mod reference;
 pub mod space;
 pub mod thrust;
+pub mod touch;
 pub mod touchdown;
 pub mod types;
 pub mod vertical_controller;

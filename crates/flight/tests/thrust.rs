@@ -1,7 +1,7 @@
 //! Thrust models against printed and closed-form values.
 
 use touchdown_flight::thrust::{
-    FirstOrder, Library, ROOT_THRUST_MIN, StaticThrust, ThrustModel, ThrustState,
+    FirstOrder, LaggedThrottle, Library, ROOT_THRUST_MIN, StaticThrust, ThrustModel, ThrustState,
 };
 
 fn first_order() -> ThrustModel<f64> {
@@ -210,5 +210,44 @@ impl FirstOrderWith {
         .validate()
         .unwrap_err()
         .to_string()
+    }
+}
+
+#[test]
+fn analytic_four_rotors_have_four_times_the_thrust_at_every_throttle() {
+    let lagged = ThrustModel::LaggedThrottle(LaggedThrottle {
+        coefficients: [0.0, 1.0, 4.0, 0.5],
+        t_m_s: 0.05,
+    });
+    for one in [
+        first_order(),
+        static_map(),
+        ThrustModel::published(),
+        lagged,
+    ] {
+        let four = one.of_rotors(4.0);
+        four.validate().unwrap();
+        assert_eq!(one.of_rotors(1.0), one);
+        // 4 × 0.5 rotors are twice as many.
+        let two = four.of_rotors(0.5);
+        let mut states = [one, four].map(|model| ThrustState { x: model.rest(0.3) });
+        for i in 3..=9 {
+            let s = 0.1 * f64::from(i);
+            let (thrust, rest) = (one.rest(s).powi(2), four.rest(s).powi(2));
+            // Roundings, and the last halving of the search of eq. (8).
+            assert!((rest / thrust - 4.0).abs() < 1e-12, "{rest} {thrust}");
+            assert!((two.rest(s).powi(2) / thrust - 2.0).abs() < 1e-12);
+            assert!((four.throttle_for(4.0 * thrust) - one.throttle_for(thrust)).abs() < 1e-9);
+            for (model, state) in [one, four].iter().zip(&mut states) {
+                model.step(state, s, 0.03);
+            }
+            let [x, of_four] = states.map(|state| state.x);
+            assert!((of_four / x - 2.0).abs() < 1e-12);
+            let rates = (four.derivative(of_four, s), 2.0 * one.derivative(x, s));
+            assert!(
+                (rates.0 - rates.1).abs() < 1e-9 * rates.1.abs().max(1.0),
+                "{rates:?}"
+            );
+        }
     }
 }

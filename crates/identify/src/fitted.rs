@@ -117,6 +117,7 @@ impl Origin {
             description: String::new(),
             warnings: Vec::new(),
             diverged: false,
+            measured_rotors: None,
             vehicle: self.vehicle.clone(),
             validity: Validity::default(),
             constants: BTreeMap::new(),

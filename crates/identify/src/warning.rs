@@ -50,6 +50,8 @@ pub enum Warning {
         /// The dead time (s).
         dead_time_s: f64,
     },
+    /// Nothing says how many rotors a stand measured.
+    OneRotorAssumed,
     /// A search ended before its minimum.
     NotConverged,
     /// A model whose free run leaves its data.
@@ -153,6 +155,10 @@ impl fmt::Display for Warning {
             Self::DeadTimeAtBound { dead_time_s } => write!(
                 f,
                 "the dead time {dead_time_s:.4} s is at its bound: the data do not identify it"
+            ),
+            Self::OneRotorAssumed => f.write_str(
+                "the thrust is taken for that of one rotor, because nothing says how many were measured. If it is that of more, \
+                 identify again with --rotors N",
             ),
             Self::NotConverged => f.write_str(
                 "the fit ended before its minimum: its coefficients have no intervals",

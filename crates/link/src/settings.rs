@@ -33,6 +33,9 @@ pub struct VehicleSettings {
     pub gravity_mps2: f64,
     /// Radius of a rotor, m.
     pub rotor_radius_m: f64,
+    /// Number of rotors; absent: the thrust card's. A card of one motor needs it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotors: Option<u32>,
     /// Meaning of the throttle of the thrust card.
     pub throttle: ThrottleSide,
     /// Time from a command to the attitude control, s.
@@ -47,6 +50,7 @@ impl Default for VehicleSettings {
             mass_kg: numbers.mass_kg,
             gravity_mps2: numbers.gravity_mps2,
             rotor_radius_m: numbers.rotor_radius_m,
+            rotors: None,
             throttle: ThrottleSide::default(),
             command_delay_s: LoopTiming::default().command_delay_s,
         }
@@ -331,6 +335,9 @@ impl VehicleSettings {
         positive("vehicle.mass_kg", self.mass_kg)?;
         positive("vehicle.gravity_mps2", self.gravity_mps2)?;
         positive("vehicle.rotor_radius_m", self.rotor_radius_m)?;
+        if let Some(rotors) = self.rotors {
+            positive("vehicle.rotors", f64::from(rotors))?;
+        }
         let key = "vehicle.command_delay_s";
         between(key, self.command_delay_s, 0.0..=0.5, "0 to 0.5 s")
     }

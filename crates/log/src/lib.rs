@@ -86,7 +86,7 @@ pub use error::{ErrorKind, LogError, Place};
 pub use findings::Findings;
 pub use hashing::sha256;
 pub use inspection::{ColumnSummary, Inspection, TimeBase, inspect, inspect_file, inspect_trial};
-pub use map::{Map, apply};
+pub use map::{Map, Vehicle, apply};
 pub use read::read_trial;
 pub use tables::{Column, ColumnKind, Table, parse_csv, read_csv, read_table, to_csv, write_csv};
 #[cfg(feature = "parquet")]

@@ -35,6 +35,9 @@ pub struct Card {
     /// Whether the model's free run leaves the data that it was fitted to. Such a card never flies.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub diverged: bool,
+    /// Rotors whose thrust was measured together; absent: all rotors of the vehicle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measured_rotors: Option<u32>,
     /// The vehicle.
     pub vehicle: Vehicle,
     /// Where it holds, and what happens outside.
@@ -86,6 +89,12 @@ pub struct Vehicle {
     /// Rotor radius (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotor_radius_m: Option<f64>,
+    /// Number of rotors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotors: Option<u32>,
+    /// Distance of the rotors' axes from the centre (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arm_m: Option<f64>,
 }
 
 /// The box in which the model was trained or is known to hold.

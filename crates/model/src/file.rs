@@ -90,12 +90,21 @@ impl Card {
         for (key, value) in [
             ("mass_kg", self.vehicle.mass_kg),
             ("rotor_radius_m", self.vehicle.rotor_radius_m),
+            ("arm_m", self.vehicle.arm_m),
         ] {
             if let Some(v) = value
                 && !(v > 0.0 && v.is_finite())
             {
                 let key = format!("vehicle.{key}");
                 return bad(file, key, "a finite number above 0", &v);
+            }
+        }
+        for (key, count) in [
+            ("measured_rotors", self.measured_rotors),
+            ("vehicle.rotors", self.vehicle.rotors),
+        ] {
+            if count == Some(0) {
+                return bad(file, key, "at least 1", &0);
             }
         }
         for (name, range) in &self.validity.inputs {

@@ -35,7 +35,26 @@ fn psi_text(length: &str) -> String {
 }
 
 impl Card {
-    /// The flight model of a thrust card.
+    /// The flight model of a thrust card for a vehicle of `rotors` rotors (or as many as the card says that it has): the
+    /// thrust that was measured, times rotors of the vehicle over rotors measured. All rotors get the same throttle.
+    ///
+    /// # Errors
+    /// As of [`Self::thrust_model`], and a card of some rotors for a vehicle of an unknown number.
+    pub fn thrust_model_of(&self, rotors: Option<u32>) -> Result<ThrustModel<f64>, CardError> {
+        let model = self.thrust_model()?;
+        let Some(measured) = self.measured_rotors else {
+            return Ok(model);
+        };
+        let rotors = rotors.or(self.vehicle.rotors).ok_or_else(|| {
+            self.not_for_flight(&format!(
+                "its thrust is that of {measured} rotor{}; how many has the vehicle? Set `rotors` in [vehicle]",
+                if measured == 1 { "" } else { "s" }
+            ))
+        })?;
+        Ok(model.of_rotors(f64::from(rotors) / f64::from(measured)))
+    }
+
+    /// The flight model of a thrust card, of the rotors that were measured.
     ///
     /// # Errors
     /// A card of another kind, or a form or term that no flight family holds.

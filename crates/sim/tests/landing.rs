@@ -380,3 +380,25 @@ fn analytic_the_drawn_ground_effect_scale_is_flown() {
         landing.final_height_m
     );
 }
+
+#[test]
+fn prop_a_touch_above_the_crash_speed_is_a_crash() {
+    // A throttle below hover: the vehicle is faster the lower it comes.
+    let scenario = LandingScenario::default().noise_free();
+    let fall = |crash_speed_mps: f64| {
+        let scenario = LandingScenario {
+            crash_speed_mps,
+            ..scenario
+        };
+        let mut still = |_: &Measurement<f64>| Command {
+            throttle: 0.3,
+            ..Command::default()
+        };
+        land(&scenario, 0, 1, &mut still, false).unwrap()
+    };
+    let speed = fall(100.0).v_l_mps.unwrap();
+    assert_eq!(fall(speed).outcome, Outcome::Landed);
+    let crash = fall(0.999 * speed);
+    assert_eq!(crash.outcome, Outcome::Crashed);
+    assert_eq!(crash.v_l_mps, Some(speed));
+}

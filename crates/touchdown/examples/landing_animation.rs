@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut flights = Vec::new();
     for (method, _, _) in METHODS {
         let controller = controller(method, &cards, &settings, true)?;
-        let flown = landings::run(&settings.scenario, &controller, 1, seed, 1, &Silent)?;
+        let flown = landings::run(&settings.scenario, None, &controller, 1, seed, 1, &Silent)?;
         flights.extend(flown);
     }
     std::fs::write(path, draw(&flights)?)?;

@@ -42,8 +42,8 @@ fn prop_cards_of_the_wrong_plant_still_land_or_say_that_they_did_not() {
     let mut land = LandSettings::deck();
     land.scenario.plant = PlantSettings::exponential();
     let pilot = controller(Method::Dynamic, &cards, &land, true).unwrap();
-    let landings = landings::run(&land.scenario, &pilot, 5, 1, 0, &Silent).unwrap();
-    let figures = LandingFigures::of(&landings);
+    let landings = landings::run(&land.scenario, None, &pilot, 5, 1, 0, &Silent).unwrap();
+    let figures = LandingFigures::of(&landings, land.scenario.crash_speed_mps);
     // Too strong a model presses the vehicle down: it lands, and every trial has an outcome.
     assert_eq!(figures.trials, 5);
     assert_eq!(figures.landed, 5);

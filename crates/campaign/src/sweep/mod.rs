@@ -13,6 +13,7 @@
 //! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
 //! | `row`, `store` | landings as rows, blocks as files, merging |
 //! | `run` | flying what is missing, in the simulation or by another backend |
+//! | `vehicle` | mass, size and motors of the vehicle, from `[vehicle]` and the thrust card |
 //! | `software_in_the_loop` | settings of an autopilot in the loop |
 //! | `summary`, `csv` | figures of every point |
 
@@ -20,7 +21,6 @@ mod axes;
 mod check;
 mod draw;
 mod keys;
-mod measured_deck;
 mod point_table;
 mod points;
 mod recent;
@@ -30,13 +30,15 @@ mod settings;
 mod software_in_the_loop;
 mod store;
 mod summary;
+mod vehicle;
 
+pub use crate::measured_deck::{SERIES, SeriesSettings};
 pub use draw::Distribution;
-pub use points::{SERIES, Sweep};
+pub use points::Sweep;
 pub use row::number;
 pub use row::{LandingRow, text};
 pub use run::{LandingBackend, Shard, Simulation, fly, replay, rows};
-pub use settings::{SeriesSettings, SweepSettings};
+pub use settings::SweepSettings;
 pub use software_in_the_loop::{AutopilotProgram, CompanionSource, LoopSettings};
 pub use store::{Store, merge};
 pub use summary::{

@@ -7,26 +7,25 @@ use std::sync::Arc;
 use sha2::{Digest as _, Sha256};
 use toml::{Table, Value};
 use touchdown_files::TomlError;
+use touchdown_model::Card;
 use touchdown_sim::deck::rigid::{RigidDeck, RigidMotion};
 use touchdown_sim::landing::space::{SpaceLander, SpaceScenario};
 
 use super::axes::{Axes, LANDINGS};
 use super::draw::Distribution;
 use super::keys::set;
-use super::measured_deck::MeasuredDeck;
 use super::recent::RecentlyUsed;
 use super::settings::SweepSettings;
-use super::software_in_the_loop;
+use super::{software_in_the_loop, vehicle};
 use crate::error::{Error, Result};
+use crate::measured_deck::{MeasuredDeck, SERIES};
 use crate::settings_file::{check_seed, read, to_toml};
-
-/// Name of a measured motion in the folder of a campaign or run.
-pub const SERIES: &str = "series.csv";
+use crate::vehicle::VehicleSettings;
 
 /// A sweep that has been checked.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    /// As given, but for cards, which have become `scenario.models`, and keys, which are dotted.
+    /// As given, but for cards and `[vehicle]`, which have become part of `scenario`, and keys, which are dotted.
     pub(super) settings: SweepSettings,
     base: Table,
     grid: Vec<(String, Vec<Value>)>,
@@ -34,6 +33,8 @@ pub struct Sweep {
     deck: Option<RigidDeck>,
     /// What the measured motion is, in a line.
     motion: Option<String>,
+    /// What of the vehicle follows from `[vehicle]` and the thrust card, in a line.
+    vehicle: Option<String>,
     /// The measured motion, as its file has it.
     pub(super) series: Option<Vec<u8>>,
     file: String,
@@ -89,8 +90,14 @@ impl Sweep {
             }
         }
         let cards = std::mem::take(&mut settings.cards).from(folder);
-        cards.put_into(&mut settings.scenario.models)?;
-        software_in_the_loop::resolve(&mut settings, folder, &bad)?;
+        settings.vehicle.check(&file)?;
+        let stated = settings.vehicle;
+        let model = |card: &Card| stated.thrust(card);
+        let thrust = cards.put_into(&model, &mut settings.scenario.models)?;
+        let of_companion = software_in_the_loop::resolve(&mut settings, folder, &bad)?;
+        let thrust = of_companion.or(thrust);
+        let vehicle = vehicle::put_into(&mut settings.scenario, &stated, thrust.as_ref(), &bad)?;
+        settings.vehicle = VehicleSettings::default();
         let axes = Axes::of(&settings, &bad)?;
         axes.check_size(settings.trials, &bad)?;
         let mut series = None;
@@ -129,6 +136,7 @@ impl Sweep {
             random,
             deck,
             motion,
+            vehicle,
             series,
             file,
             sha256,
@@ -158,6 +166,12 @@ impl Sweep {
     #[must_use]
     pub fn motion(&self) -> Option<&str> {
         self.motion.as_deref()
+    }
+
+    /// What of the simulated vehicle follows from `[vehicle]` and the thrust card, in a line.
+    #[must_use]
+    pub fn vehicle(&self) -> Option<&str> {
+        self.vehicle.as_deref()
     }
 
     /// The swept keys with their values.

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 use toml::Value;
+use touchdown_flight::touch::TouchClass;
 use touchdown_log::{LogError, ParquetFile, ParquetValues, to_parquet};
-use touchdown_sim::landing::space::{SpaceLanding, SpaceOutcome};
+use touchdown_sim::landing::space::{CrashSettings, SpaceLanding, SpaceOutcome};
 
 use super::points::Sweep;
 use crate::error::{Error, Result};
@@ -152,6 +153,13 @@ impl LandingRow {
     #[must_use]
     pub fn landed(&self) -> bool {
         self.outcome == "landed"
+    }
+
+    /// Whether it landed, and the hardest of its touches was hard.
+    #[must_use]
+    pub fn landed_hard(&self, crash: &CrashSettings) -> bool {
+        let hard = |speed_mps| crash.class(speed_mps) != TouchClass::Soft;
+        self.landed() && self.number("impact_mps").is_some_and(hard)
     }
 
     /// Whether it landed in its first descent.

@@ -1,13 +1,12 @@
 //! The sweep file.
 
-use std::path::PathBuf;
-
 use serde::{Deserialize, Serialize};
-use touchdown_sim::deck::series::SeriesFormat;
 use touchdown_sim::landing::space::SpaceScenario;
 
 use super::software_in_the_loop::{AutopilotProgram, LoopSettings};
 use crate::cards::CardPaths;
+use crate::measured_deck::SeriesSettings;
+use crate::vehicle::VehicleSettings;
 
 /// What `touchdown campaign` flies.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -28,6 +27,9 @@ pub struct SweepSettings {
     /// Model cards, relative to the sweep file; a model without a card is the built-in one of
     /// `scenario.models`.
     pub cards: CardPaths,
+    /// What is known of the vehicle beside its thrust card; it goes into `scenario`.
+    #[serde(skip_serializing_if = "VehicleSettings::is_empty")]
+    pub vehicle: VehicleSettings,
     /// A measured motion of the deck, in place of `scenario.deck`.
     pub series: Option<SeriesSettings>,
     /// Lists of values by the dotted keys of `scenario`.
@@ -47,47 +49,11 @@ impl Default for SweepSettings {
             autopilot: None,
             software_in_the_loop: None,
             cards: CardPaths::default(),
+            vehicle: VehicleSettings::default(),
             series: None,
             grid: toml::Table::new(),
             random: toml::Table::new(),
             scenario: SpaceScenario::default(),
         }
     }
-}
-
-/// A measured motion of the deck: a table with a header.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct SeriesSettings {
-    /// The table (CSV), relative to the sweep file.
-    pub file: PathBuf,
-    /// Significant height that the heave is scaled to, m; without it, as measured.
-    pub significant_height_m: Option<f64>,
-    /// Cutoff below which the motion is kept, Hz, or `"noise"` for the lowest that takes away no more than the noise;
-    /// without it, the motion runs through every row.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cutoff_hz: Option<Cutoff>,
-    /// Greatest acceleration of the heave, m/s²; without it, that of gravity.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub greatest_acceleration_mps2: Option<f64>,
-    /// What its columns mean.
-    pub format: SeriesFormat,
-}
-
-/// Where a measured motion is smoothed.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum Cutoff {
-    /// A frequency, Hz.
-    Hz(f64),
-    /// By the noise of the series.
-    OfNoise(NoiseWord),
-}
-
-/// The word `"noise"`.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum NoiseWord {
-    /// `"noise"`.
-    Noise,
 }

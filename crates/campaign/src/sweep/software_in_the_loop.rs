@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 use touchdown_flight::Method;
+use touchdown_model::Card;
 use touchdown_sim::landing::space::SpaceScenario;
 
 use super::axes::KeyError;
@@ -16,6 +17,7 @@ use super::settings::SweepSettings;
 use crate::cards::CardPaths;
 use crate::error::Result;
 use crate::settings_file::merge;
+use crate::vehicle::VehicleSettings;
 
 /// An autopilot program.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
@@ -97,12 +99,15 @@ pub enum CompanionSource {
 }
 
 /// Checks the settings of an autopilot in the loop. Its program gets an absolute path, and the file of its companion
-/// becomes a table; what that file has on the landing computer becomes part of the scenario.
+/// becomes a table; what that file has on the landing computer becomes part of the scenario. Returns the thrust card of that
+/// file.
 pub(super) fn resolve(
     settings: &mut SweepSettings,
     folder: &Path,
     bad: &KeyError<'_>,
-) -> Result<()> {
+) -> Result<Option<Card>> {
+    let vehicle = settings.vehicle;
+    let mut thrust = None;
     let scenario = &mut settings.scenario;
     let (Some(_), Some(of_loop)) = (settings.autopilot, &mut settings.software_in_the_loop) else {
         return match (settings.autopilot, &settings.software_in_the_loop) {
@@ -114,7 +119,7 @@ pub(super) fn resolve(
                 "autopilot",
                 "expected \"px4\" or \"ardupilot\" beside `software_in_the_loop`, found none",
             )),
-            _ => Ok(()),
+            _ => Ok(None),
         };
     };
     let speed = of_loop.speed;
@@ -131,7 +136,9 @@ pub(super) fn resolve(
         let mut table = text
             .parse::<Table>()
             .map_err(|e| bad(key, &format!("{}: {e}", file.display())))?;
-        into_scenario(&mut table, scenario, &file, &|message| bad(key, &message))?;
+        thrust = into_scenario(&mut table, scenario, &vehicle, &file, &|message| {
+            bad(key, &message)
+        })?;
         of_loop.companion = Some(CompanionSource::Table(table));
     }
     if let Some(CompanionSource::Table(table)) = &of_loop.companion {
@@ -143,16 +150,18 @@ pub(super) fn resolve(
             }
         }
     }
-    Ok(())
+    Ok(thrust)
 }
 
-/// Moves what a companion's file has on the landing computer into the scenario. Its link is not used.
+/// Moves what a companion's file has on the landing computer into the scenario. Its link is not used. Returns its thrust
+/// card.
 fn into_scenario(
     table: &mut Table,
     scenario: &mut SpaceScenario,
+    vehicle: &VehicleSettings,
     file: &Path,
     bad: &dyn Fn(String) -> crate::Error,
-) -> Result<()> {
+) -> Result<Option<Card>> {
     table.remove("link");
     table.remove("signing");
     if let Some(given) = table.remove("control") {
@@ -164,9 +173,10 @@ fn into_scenario(
     if let Some(given) = table.remove("cards") {
         let cards: CardPaths = given.try_into().map_err(|e| bad(format!("`cards`: {e}")))?;
         let folder = file.parent().unwrap_or(Path::new("."));
-        cards.from(folder).put_into(&mut scenario.models)?;
+        let model = |card: &Card| vehicle.thrust(card);
+        return cards.from(folder).put_into(&model, &mut scenario.models);
     }
-    Ok(())
+    Ok(None)
 }
 
 /// Settings of which some keys are given; the others have their defaults.

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use touchdown_files::TEMPORARY_PREFIX;
 
-use super::points::{SERIES, Sweep};
+use super::points::Sweep;
 use super::row::{LandingRow, decode, encode};
 use crate::error::{Error, Result};
 use crate::files::{folder, write};
+use crate::measured_deck::SERIES;
 use crate::settings_file::to_toml;
 
 /// Name of the sweep in a campaign's folder.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use touchdown_sim::landing::space::CrashSettings;
 
 use super::points::Sweep;
 use super::row::{LandingRow, text};
@@ -120,6 +121,8 @@ pub struct Figures {
     pub not_flown_reasons: BTreeMap<String, u64>,
     /// Landed, in whichever descent.
     pub landed: Option<Share>,
+    /// Landed hard: the hardest touch of a landing was above half of the crash speed ([`touchdown_flight::touch`]).
+    pub hard: Option<Share>,
     /// Landed in the first descent.
     pub landed_at_first: Option<Share>,
     /// Crashed or tipped over.
@@ -208,7 +211,7 @@ pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> 
         .map(|(point, rows)| {
             Ok(PointFigures {
                 of: point_of(sweep, point as u64)?,
-                figures: Figures::of(rows),
+                figures: Figures::of(rows, &sweep.scenario(point as u64)?.crash),
             })
         })
         .collect::<Result<Vec<_>>>()?;
@@ -267,9 +270,9 @@ fn point_of(sweep: &Sweep, point: u64) -> Result<PointOf> {
 }
 
 impl Figures {
-    /// The figures of `rows`.
+    /// The figures of `rows`; `crash` are the limits at their point.
     #[must_use]
-    pub fn of(rows: &[LandingRow]) -> Self {
+    pub fn of(rows: &[LandingRow], crash: &CrashSettings) -> Self {
         let all = rows.len() as u64;
         let count = |which: &dyn Fn(&LandingRow) -> bool| {
             rows.iter().filter(|row| which(row)).count() as u64
@@ -307,6 +310,7 @@ impl Figures {
             not_flown: all - flown,
             not_flown_reasons,
             landed: share(&LandingRow::landed),
+            hard: share(&|row| row.landed_hard(crash)),
             landed_at_first: share(&LandingRow::landed_at_first),
             crashed: share(&LandingRow::crashed),
             crashed_without_abort: count(&|row| row.crashed() && row.abort_reasons.is_none()),
@@ -369,8 +373,10 @@ mod tests {
             row(2, "crashed", 0.2, None),
             row(3, "timed_out", 0.0, None),
         ];
-        let figures = Figures::of(&rows);
+        let figures = Figures::of(&rows, &CrashSettings::default());
         assert_eq!(figures.landed.unwrap().count, 2);
+        // Its hardest touch was at 0.6 m/s, above half of the crash speed of 0.6 m/s.
+        assert_eq!(figures.hard.unwrap().count, 1);
         assert_eq!(figures.landed_at_first.unwrap().count, 1);
         assert_eq!(figures.crashed.unwrap().count, 1);
         assert_eq!(figures.crashed_without_abort, 1);
@@ -392,7 +398,7 @@ mod tests {
             LandingRow::not_flown(1, "never_held"),
             LandingRow::autopilot_failed(2, "autopilot_silent"),
         ];
-        let figures = Figures::of(&rows);
+        let figures = Figures::of(&rows, &CrashSettings::default());
         assert_eq!((figures.trials, figures.not_flown), (3, 1));
         // One of the two that were flown.
         assert_eq!(figures.landed.unwrap().share, 0.5);

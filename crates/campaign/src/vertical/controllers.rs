@@ -3,22 +3,36 @@
 use touchdown_flight::Method;
 use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, Validity};
 use touchdown_flight::method::{Feedforward, VerticalLanding};
+use touchdown_flight::thrust::ThrustModel;
 use touchdown_flight::vertical_controller::VerticalController;
 use touchdown_model::{Card, Form};
 use touchdown_sim::deck::DeckMotion;
 
 use super::settings::LandSettings;
 use crate::error::{Error, Result};
+use crate::vehicle::VehicleSettings;
 
 /// The cards that controllers are made from.
 #[derive(Clone, Debug)]
 pub struct Cards {
     /// Throttle to thrust.
     pub thrust: Card,
+    /// What is stated of the vehicle: its rotors multiply the thrust.
+    pub vehicle: VehicleSettings,
     /// Eq. (2), for `empirical`.
     pub empirical: Option<Card>,
     /// The dynamic model, for `dynamic`.
     pub dynamic: Option<Card>,
+}
+
+impl Cards {
+    /// The thrust of the whole vehicle.
+    ///
+    /// # Errors
+    /// A thrust card that does not fly.
+    pub fn thrust_model(&self) -> Result<ThrustModel<f64>> {
+        self.vehicle.thrust(&self.thrust)
+    }
 }
 
 /// Builds the controller of a method. `acceleration`: whether the deck's acceleration, estimated by the
@@ -31,6 +45,21 @@ pub fn controller(
     cards: &Cards,
     settings: &LandSettings,
     acceleration: bool,
+) -> Result<VerticalController<f64>> {
+    let angular_frequency = settings.scenario.deck.angular_frequency();
+    controller_over(method, cards, settings, acceleration, angular_frequency)
+}
+
+/// As [`controller`], over a deck that heaves with this mean angular frequency (rad/s).
+///
+/// # Errors
+/// As of [`controller`].
+pub fn controller_over(
+    method: Method,
+    cards: &Cards,
+    settings: &LandSettings,
+    acceleration: bool,
+    deck_angular_frequency: Option<f64>,
 ) -> Result<VerticalController<f64>> {
     if !Method::VERTICAL.contains(&method) {
         return Err(Error::Arguments(format!(
@@ -53,10 +82,10 @@ pub fn controller(
         mass_kg: scenario.plant.mass_kg,
         gravity_mps2: scenario.plant.gravity_mps2,
         start_height_m: scenario.start_height_m,
-        deck_angular_frequency: scenario.deck.angular_frequency(),
+        deck_angular_frequency,
         deck_acceleration: acceleration,
     };
-    let thrust = cards.thrust.thrust_model()?;
+    let thrust = cards.thrust_model()?;
     Ok(settings
         .control
         .controller(method, &landing, thrust, ground_effect)?)
@@ -90,6 +119,7 @@ fn empirical(cards: &Cards) -> Result<&Card> {
 pub fn check(settings: &LandSettings) -> Result<()> {
     let cards = Cards {
         thrust: Card::parse(touchdown_model::published::EQ_11, "eq11")?,
+        vehicle: VehicleSettings::default(),
         empirical: None,
         dynamic: None,
     };

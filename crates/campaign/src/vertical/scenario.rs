@@ -1,6 +1,7 @@
 //! The scenario file of vertical landings.
 
 use serde::{Deserialize, Serialize};
+use touchdown_sim::deck::DeckMotion;
 use touchdown_sim::landing::vertical::LandingScenario;
 
 use touchdown_flight::Method;
@@ -10,7 +11,9 @@ use super::controllers;
 use super::settings::LandSettings;
 use crate::cards::CardPaths;
 use crate::error::{Error, Result};
+use crate::measured_deck::SeriesSettings;
 use crate::settings_file::check_seed;
+use crate::vehicle::VehicleSettings;
 
 /// What `touchdown land` runs.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -26,6 +29,11 @@ pub struct LandScenario {
     pub deck_acceleration: bool,
     /// Model cards.
     pub cards: CardPaths,
+    /// What is known of the vehicle beside its cards.
+    pub vehicle: VehicleSettings,
+    /// A measured motion of the deck, in place of `scenario.deck`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub series: Option<SeriesSettings>,
     /// The controllers' settings.
     pub control: VerticalSettings<f64>,
     /// Vehicle, air, deck, sensors and spreads.
@@ -41,6 +49,8 @@ impl Default for LandScenario {
             controllers: Method::VERTICAL.to_vec(),
             deck_acceleration: true,
             cards: CardPaths::default(),
+            vehicle: VehicleSettings::default(),
+            series: None,
             control: deck.control,
             scenario: deck.scenario,
         }
@@ -67,6 +77,14 @@ impl LandScenario {
             message: format!("key `{key}`: {message}"),
         };
         check_seed(self.seed, file)?;
+        self.vehicle.check(file)?;
+        let prescribed = [DeckMotion::Still, Self::default().scenario.deck];
+        if self.series.is_some() && !prescribed.contains(&self.scenario.deck) {
+            return Err(bad(
+                "series",
+                "the deck moves as measured: remove `scenario.deck`".to_string(),
+            ));
+        }
         if !(1..=1_000_000).contains(&self.trials) {
             return Err(bad(
                 "trials",

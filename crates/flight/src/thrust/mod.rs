@@ -6,11 +6,13 @@
 mod first_order;
 mod lagged_throttle;
 mod library;
+mod library_of_rotors;
 mod static_map;
 
 pub use first_order::FirstOrder;
 pub use lagged_throttle::LaggedThrottle;
 pub use library::Library;
+pub use library_of_rotors::LibraryOfRotors;
 pub use static_map::StaticThrust;
 
 use crate::error::SettingsError;
@@ -51,6 +53,8 @@ pub enum ThrustModel<R> {
     Static(StaticThrust<R>),
     /// Cubic of lagged throttle for the thrust itself.
     LaggedThrottle(LaggedThrottle<R>),
+    /// Eq. (8) of other than all rotors.
+    LibraryOfRotors(LibraryOfRotors<R>),
 }
 
 impl<R: Real> ThrustModel<R> {
@@ -58,6 +62,38 @@ impl<R: Real> ThrustModel<R> {
     #[must_use]
     pub fn published() -> Self {
         Self::Library(Library::published())
+    }
+
+    /// The model of a vehicle with `factor` times as many of the same rotors: as much more thrust at the same throttle.
+    #[must_use]
+    pub fn of_rotors(self, factor: R) -> Self {
+        if factor == R::ONE {
+            return self;
+        }
+        let root = factor.sqrt();
+        match self {
+            Self::FirstOrder(model) => Self::FirstOrder(FirstOrder {
+                c0: root * model.c0,
+                c1: root * model.c1,
+                ..model
+            }),
+            Self::Static(model) => Self::Static(StaticThrust {
+                coefficients: model.coefficients.map(|c| root * c),
+                ..model
+            }),
+            Self::LaggedThrottle(model) => Self::LaggedThrottle(LaggedThrottle {
+                coefficients: model.coefficients.map(|c| factor * c),
+                ..model
+            }),
+            Self::Library(library) => Self::LibraryOfRotors(LibraryOfRotors {
+                library,
+                root_factor: root,
+            }),
+            Self::LibraryOfRotors(model) => Self::LibraryOfRotors(LibraryOfRotors {
+                root_factor: root * model.root_factor,
+                ..model
+            }),
+        }
     }
 
     /// Checks the coefficients.
@@ -70,6 +106,7 @@ impl<R: Real> ThrustModel<R> {
             Self::Library(model) => model.validate(),
             Self::Static(model) => model.validate(),
             Self::LaggedThrottle(model) => model.validate(),
+            Self::LibraryOfRotors(model) => model.validate(),
         }
     }
 
@@ -80,6 +117,7 @@ impl<R: Real> ThrustModel<R> {
             Self::Library(model) => model.derivative(x, s),
             Self::Static(model) => model.derivative(x, s),
             Self::LaggedThrottle(model) => model.derivative(x, s),
+            Self::LibraryOfRotors(model) => model.derivative(x, s),
         }
     }
 
@@ -100,6 +138,7 @@ impl<R: Real> ThrustModel<R> {
             Self::Library(model) => model.step(state.x, s, dt),
             Self::Static(model) => model.step(state.x, s, dt),
             Self::LaggedThrottle(model) => model.step(state.x, s, dt),
+            Self::LibraryOfRotors(model) => model.step(state.x, s, dt),
         };
         state.x = limit(x.finite_or(state.x));
     }
@@ -113,6 +152,7 @@ impl<R: Real> ThrustModel<R> {
             Self::Library(model) => model.rest(s),
             Self::Static(model) => model.rest(s),
             Self::LaggedThrottle(model) => model.rest(s),
+            Self::LibraryOfRotors(model) => model.rest(s),
         })
     }
 
@@ -131,6 +171,7 @@ impl<R: Real> ThrustModel<R> {
             Self::Library(model) => model.throttle_for(x, near),
             Self::Static(model) => model.throttle_for(x, near),
             Self::LaggedThrottle(model) => model.throttle_for(x, near),
+            Self::LibraryOfRotors(model) => model.throttle_for(x, near),
         }
     }
 }

@@ -104,8 +104,20 @@ impl IdentificationSettings {
 
     /// Models of stands, rigs and flights.
     fn check_models(&self) -> std::result::Result<(), Fault> {
-        if let Some((key, expected, found)) = self.flight.fault() {
+        if let Some((key, expected, found)) = self.flight.fault().or(self.vehicle.fault()) {
             return Err((key, expected.to_string(), found));
+        }
+        for (key, of_vehicle, of_flight) in [
+            ("vehicle.mass_kg", self.vehicle.mass_kg, self.flight.mass_kg),
+            (
+                "vehicle.rotor_radius_m",
+                self.vehicle.rotor_radius_m,
+                self.flight.rotor_radius_m,
+            ),
+        ] {
+            if let (Some(a), Some(b)) = (of_vehicle, of_flight) {
+                expect(a == b, key, format!("the value of [flight], {b}"), &a)?;
+            }
         }
         let (t, g, shooting) = (&self.thrust, &self.ground_effect, &self.shooting);
         expect(

@@ -3,6 +3,7 @@
 mod check;
 mod flights;
 mod solver;
+mod vehicle;
 
 use std::str::FromStr;
 
@@ -14,6 +15,7 @@ pub use flights::FlightSettings;
 pub use solver::{
     ChoiceSettings, CriterionName, PublishedSettings, SolverName, Sr3Settings, WeakSettings,
 };
+pub use vehicle::VehicleSettings;
 
 /// Settings of identification; every key has a default.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
@@ -37,6 +39,25 @@ pub struct IdentificationSettings {
     pub ground_effect: GroundEffectSettings,
     /// Flights: what is known of the vehicle, and how its logs are read.
     pub flight: FlightSettings,
+    /// The vehicle, of stands and flights alike.
+    pub vehicle: VehicleSettings,
+}
+
+impl IdentificationSettings {
+    /// The same with what `other`, a map, says of the vehicle where the settings do not. Mass and rotor radius of
+    /// `[flight]` count as those of the vehicle.
+    #[must_use]
+    pub fn of_vehicle(mut self, other: VehicleSettings) -> Self {
+        let of_flight = VehicleSettings {
+            mass_kg: self.flight.mass_kg,
+            rotor_radius_m: self.flight.rotor_radius_m,
+            ..VehicleSettings::default()
+        };
+        self.vehicle = of_flight.or(self.vehicle).or(other);
+        self.flight.mass_kg = self.vehicle.mass_kg;
+        self.flight.rotor_radius_m = self.vehicle.rotor_radius_m;
+        self
+    }
 }
 
 /// Savitzky–Golay filter.

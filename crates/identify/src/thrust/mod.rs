@@ -5,6 +5,7 @@ mod first_order;
 mod free_run;
 mod lagged;
 mod library;
+mod measured_rotors;
 mod output_error;
 pub mod plateau;
 mod record;
@@ -19,6 +20,7 @@ pub use statics::steady_points;
 
 use choice::Candidate;
 use free_run::signal::{Between, lagged as lagged_signal, unfolded};
+use measured_rotors::MeasuredRotors;
 use output_error::{HELD, LagFit, LagForm};
 
 use std::ops::Range;
@@ -32,7 +34,7 @@ use crate::error::{Error, Result};
 use crate::fitted::{FittedCard, Origin};
 use crate::prediction::{Columns, Predictor};
 use crate::settings::{IdentificationSettings, ThrustForm};
-use crate::warning::sentences;
+use crate::warning::{Warning, sentences};
 
 /// Smallest motion of the throttle that a dynamic model is fitted to.
 /// The resolution of a command in microseconds.
@@ -41,6 +43,10 @@ const LEAST_MOTION: f64 = 1e-3;
 /// Fits one card to `trials` together, in the form of the settings or, without one, in the form that predicts held-out
 /// parts best in free run: a static curve, eq. (7), a root behind a lag, a lag on every motor, or eq. (8), each with and
 /// without the battery's voltage where that was measured. Of forms within one standard error, the simplest is taken.
+///
+/// The card has the number of rotors that were measured: that of the settings, or of the logs' throttles or speeds
+/// (`throttle_1`, `rotor_rpm_1`, …). Logs with motion are of a whole vehicle; any other log is taken for one rotor's, with
+/// a warning.
 ///
 /// # Errors
 /// A channel that the form needs and that a trial lacks, or too few data.
@@ -66,6 +72,11 @@ pub fn fit(
     let mut fitted = fit_form(trials, settings, candidate, origin)?;
     fitted.forms = forms;
     fitted.check_finite()?;
+    let rotors = MeasuredRotors::of(trials, &settings.vehicle);
+    fitted.card.measured_rotors = rotors.in_card(&settings.vehicle);
+    if rotors == MeasuredRotors::OneAssumed {
+        fitted.warnings.push(Warning::OneRotorAssumed);
+    }
     fitted.card.warnings.extend(sentences(&fitted.warnings));
     Ok(fitted)
 }

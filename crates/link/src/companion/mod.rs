@@ -47,10 +47,12 @@ mod step;
 mod summary;
 #[cfg(test)]
 mod tests;
+mod touch;
 mod vehicle;
 
 pub use state::{FlightState, Publication};
 pub use summary::Summary;
+pub use touch::EstimatedTouch;
 
 use mavlink::dialects::common::MavMessage;
 use serde::Serialize;
@@ -70,6 +72,7 @@ use crate::wire::signing::{Signer, Signing, Verifier};
 use crate::wire::{Decoder, Encoder};
 use echo::Echo;
 use state::Timing;
+use touch::TouchWatch;
 use vehicle::Vehicle;
 
 type Memory = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
@@ -185,6 +188,7 @@ pub struct Companion {
     computed: Option<ComputerOutput<f64>>,
     /// The newest ones in control.
     output: Option<ComputerOutput<f64>>,
+    touch: TouchWatch,
     in_control_us: i64,
     setpoints: u64,
     late_ticks: u64,
@@ -259,6 +263,7 @@ impl Companion {
             elapsed_us: 0,
             computed: None,
             output: None,
+            touch: TouchWatch::default(),
             in_control_us: 0,
             setpoints: 0,
             late_ticks: 0,

@@ -99,6 +99,7 @@ impl Companion {
                 self.in_control_us += elapsed_us;
                 self.late_ticks += u64::from(elapsed_us > LATE_US);
                 self.output = Some(output);
+                self.touch.watch(&output);
                 self.fly(&output, out);
             }
             _ => {}

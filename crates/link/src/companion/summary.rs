@@ -3,6 +3,7 @@
 use serde::Serialize;
 use touchdown_lander::state_machine::Phase;
 
+use super::touch::EstimatedTouch;
 use super::{Companion, Ending, Stage};
 use crate::autopilot::{Autopilot, Firmware};
 use crate::camera::CameraSummary;
@@ -44,6 +45,9 @@ pub struct Summary {
     pub jitter: Option<Quantiles>,
     /// Age of the newest reading when a setpoint was sent in control.
     pub reading_age: Option<Quantiles>,
+    /// The touch, by the landing computer's estimate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub touch: Option<EstimatedTouch>,
     /// Last phase of the landing computer in control.
     pub phase: Option<Phase>,
     /// Frames on the wire.
@@ -76,6 +80,7 @@ impl Companion {
             late_ticks: self.late_ticks,
             jitter: self.jitter.quantiles(),
             reading_age: self.reading_ages.quantiles(),
+            touch: self.touch.touch(),
             phase: self.phase(),
             wire: self.decoder.counts,
             other_senders: self.other_senders,

@@ -42,6 +42,10 @@ use touchdown_trial::TIME_CHANNEL;
 ///
 /// [vehicle]                        # optional
 /// mass_kg = 0.027                  # known to the expressions as mass_kg
+/// rotor_radius_m = 0.023
+/// arm_m = 0.046                    # distance of the rotors' axes from the centre
+/// rotors = 4
+/// measured_rotors = 1              # whose thrust the log has, if not all rotors'
 /// ```
 ///
 /// A channel may be a list of expressions: the first one whose names all exist is used. A channel in
@@ -93,7 +97,22 @@ pub struct Map {
     pub(crate) medians: Vec<(String, usize)>,
     pub(crate) windows: Vec<Window>,
     pub(crate) resample: Option<Resample>,
-    mass_kg: Option<f64>,
+    vehicle: Vehicle,
+}
+
+/// What a map states of the vehicle.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Vehicle {
+    /// Mass (kg).
+    pub mass_kg: Option<f64>,
+    /// Radius of a rotor (m).
+    pub rotor_radius_m: Option<f64>,
+    /// Distance of the rotors' axes from the centre (m).
+    pub arm_m: Option<f64>,
+    /// Number of rotors.
+    pub rotors: Option<u32>,
+    /// Rotors whose thrust the log has.
+    pub measured_rotors: Option<u32>,
 }
 
 /// One expression and its place in the map.
@@ -206,7 +225,7 @@ impl Map {
             medians: Vec::new(),
             windows: Vec::new(),
             resample: None,
-            mass_kg: None,
+            vehicle: Vehicle::default(),
         })
     }
 
@@ -232,6 +251,12 @@ impl Map {
     /// The vehicle's mass in kg, if the map states it.
     #[must_use]
     pub fn mass_kg(&self) -> Option<f64> {
-        self.mass_kg
+        self.vehicle.mass_kg
+    }
+
+    /// What the map states of the vehicle.
+    #[must_use]
+    pub fn vehicle(&self) -> Vehicle {
+        self.vehicle
     }
 }

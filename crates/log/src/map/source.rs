@@ -1,6 +1,6 @@
 //! Checks the text of a map.
 
-use super::{Join, Map, Resample, Rule, Topic, Window};
+use super::{Join, Map, Resample, Rule, Topic, Vehicle, Window};
 use crate::limits::{MAP_BYTES, MAP_RULES};
 use crate::{LogError, Place};
 use serde::Deserialize;
@@ -68,6 +68,10 @@ struct RawResample {
 #[serde(deny_unknown_fields)]
 struct RawVehicle {
     mass_kg: Option<Spanned<f64>>,
+    rotor_radius_m: Option<Spanned<f64>>,
+    arm_m: Option<Spanned<f64>>,
+    rotors: Option<Spanned<i64>>,
+    measured_rotors: Option<Spanned<i64>>,
 }
 
 #[derive(Deserialize)]
@@ -167,11 +171,29 @@ impl Source<'_> {
                 .map(|window| self.window(window))
                 .collect::<Result<_, _>>()?,
             resample: raw.resample.map(|r| self.resample(&r)).transpose()?,
-            mass_kg: raw
+            vehicle: raw
                 .vehicle
-                .and_then(|vehicle| vehicle.mass_kg)
-                .map(|mass| self.positive(&mass, "vehicle.mass_kg"))
-                .transpose()?,
+                .map_or(Ok(Vehicle::default()), |vehicle| self.vehicle(&vehicle))?,
+        })
+    }
+
+    fn vehicle(&self, raw: &RawVehicle) -> Result<Vehicle, LogError> {
+        let positive = |value: &Option<Spanned<f64>>, key: &str| {
+            let value = value.as_ref().map(|value| self.positive(value, key));
+            value.transpose()
+        };
+        let count = |value: &Option<Spanned<i64>>, key: &str| {
+            let Some(value) = value else { return Ok(None) };
+            let rotors = u32::try_from(*value.get_ref()).unwrap_or(0);
+            self.check(value, key, rotors > 0, "a whole number, at least 1")?;
+            Ok(Some(rotors))
+        };
+        Ok(Vehicle {
+            mass_kg: positive(&raw.mass_kg, "vehicle.mass_kg")?,
+            rotor_radius_m: positive(&raw.rotor_radius_m, "vehicle.rotor_radius_m")?,
+            arm_m: positive(&raw.arm_m, "vehicle.arm_m")?,
+            rotors: count(&raw.rotors, "vehicle.rotors")?,
+            measured_rotors: count(&raw.measured_rotors, "vehicle.measured_rotors")?,
         })
     }
 

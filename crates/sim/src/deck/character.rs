@@ -7,11 +7,16 @@ use super::series::MotionSeries;
 use super::spline::{cubic_rates, natural_cubic};
 
 /// Place of the heave among the coordinates.
-const HEAVE: usize = 2;
+pub(crate) const HEAVE: usize = 2;
 /// Half width of the smoothing kernel, in its standard deviations: what lies beyond has 6e-5 of the weight.
 const REACH: f64 = 4.0;
 /// Standard deviations to the median of absolute values of a normal distribution.
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
+/// Mean periods in a piece of the spectrum: it resolves a twentieth of the mean frequency. Half of it blurs swell and wind sea
+/// into one peak; twice leaves few pieces of short records.
+const PIECE_PERIODS: f64 = 20.0;
+/// Highest frequency of the spectrum over that of the mean period: seas have less than a thousandth of their variance beyond.
+const HIGHEST_PER_MEAN: f64 = 5.0;
 /// Halvings of the interval in which a cutoff is searched: to a thousandth of it.
 const HALVINGS: usize = 10;
 
@@ -28,6 +33,8 @@ pub struct SeriesCharacter {
     pub significant_height_m: f64,
     /// Mean time between upward crossings of the mean, s; absent with fewer than two.
     pub mean_period_s: Option<f64>,
+    /// Frequency at which the spectrum of the heave is greatest, Hz; absent with fewer than two crossings.
+    pub peak_frequency_hz: Option<f64>,
     /// Standard deviation of the noise, m: of white noise with the median fourth difference of the heave.
     pub noise_sd_m: f64,
     /// Greatest speed of the spline through the rows, at the rows, m/s.
@@ -46,12 +53,21 @@ impl fmt::Display for SeriesCharacter {
         if let Some(period_s) = self.mean_period_s {
             write!(f, "mean period {period_s:.2} s, ")?;
         }
+        if let Some(peak_hz) = self.peak_frequency_hz {
+            write!(f, "spectral peak at {peak_hz:.3} Hz, ")?;
+        }
         write!(
             f,
             "noise {:.4} m, peaks {:.2} m/s and {:.2} m/s²",
             self.noise_sd_m, self.peak_velocity_mps, self.peak_acceleration_mps2
         )
     }
+}
+
+/// The frequency of the greatest density.
+fn peak_hz(spectrum: &[[f64; 2]]) -> Option<f64> {
+    let greatest = spectrum.iter().max_by(|a, b| a[1].total_cmp(&b[1]));
+    greatest.map(|[frequency_hz, _]| *frequency_hz)
 }
 
 fn largest(values: &[f64]) -> f64 {
@@ -78,6 +94,7 @@ impl MotionSeries {
             .collect();
         let ends = crossings.first().zip(crossings.last());
         let period_s = ends.map(|(first, last)| (last - first) / (crossings.len() as f64 - 1.0));
+        let period_s = period_s.filter(|_| crossings.len() > 1);
         // The fourth difference of white noise has 1 + 16 + 36 + 16 + 1 times its variance; that of a motion that is
         // sampled ten times a period has a few percent of the motion.
         let fourth = heave.windows(5);
@@ -87,11 +104,57 @@ impl MotionSeries {
             rows: self.rows(),
             step_s: median(times_s.windows(2).map(|t| t[1] - t[0]).collect()),
             significant_height_m: self.significant_height_m(),
-            mean_period_s: period_s.filter(|_| crossings.len() > 1),
+            mean_period_s: period_s,
+            peak_frequency_hz: period_s.and_then(|period_s| peak_hz(&self.spectrum(period_s))),
             noise_sd_m: median(fourth.collect()) / (MEDIAN_OF_NORMAL * 70_f64.sqrt()),
             peak_velocity_mps: largest(&rates),
             peak_acceleration_mps2: largest(&second),
         }
+    }
+
+    /// Spectrum of the heave: frequency, Hz, and density, m²/Hz, up to five over the mean period, from windowed pieces of
+    /// twenty mean periods that overlap by half (Welch 1967). Its variance sums to that of the heave as far as the motion is
+    /// slower than that.
+    #[must_use]
+    pub fn spectrum(&self, mean_period_s: f64) -> Vec<[f64; 2]> {
+        let (times_s, heave) = (self.times_s(), self.coordinate(HEAVE));
+        let piece_s = (PIECE_PERIODS * mean_period_s).min(self.duration_s());
+        let frequencies = (PIECE_PERIODS * HIGHEST_PER_MEAN) as u32;
+        let mut spectrum: Vec<[f64; 2]> = (1..=frequencies)
+            .map(|k| [f64::from(k) / piece_s, 0.0])
+            .collect();
+        let mut pieces = 0.0;
+        let mut from_s = 0.0;
+        while from_s + piece_s <= self.duration_s() * (1.0 + 1e-9) {
+            let first = times_s.partition_point(|t| *t < from_s);
+            let last = times_s.partition_point(|t| *t <= from_s + piece_s);
+            let rows: Vec<[f64; 2]> = (first.max(1)..last)
+                .map(|i| {
+                    let share = (times_s[i] - from_s) / piece_s;
+                    let window = 0.5 * (1.0 - (TAU * share).cos());
+                    [
+                        times_s[i],
+                        window * heave[i] * (times_s[i] - times_s[i - 1]),
+                    ]
+                })
+                .collect();
+            for [frequency_hz, density] in &mut spectrum {
+                let (mut cosine, mut sine) = (0.0, 0.0);
+                for [t, weighted] in &rows {
+                    let (sin, cos) = (TAU * *frequency_hz * t).sin_cos();
+                    cosine += weighted * cos;
+                    sine += weighted * sin;
+                }
+                // Two sides; the window passes 3/8 of the power.
+                *density += 2.0 * (cosine * cosine + sine * sine) / (0.375 * piece_s);
+            }
+            pieces += 1.0;
+            from_s += 0.5 * piece_s;
+        }
+        for [_, density] in &mut spectrum {
+            *density /= pieces;
+        }
+        spectrum
     }
 
     /// The series without what is faster than a cutoff: each row becomes the mean of its neighbours, weighted by a
@@ -178,13 +241,24 @@ mod tests {
         // Fifty whole periods; the spline errs by (ωh)⁴/12 of the amplitude, 3e-6, and at its ends by more.
         assert!((found.significant_height_m - 4.0 * 0.5 / 2_f64.sqrt()).abs() < 1e-3);
         assert!((found.mean_period_s.unwrap() - 8.0).abs() < 1e-3);
+        // Frequencies are a 160th of a hertz apart.
+        assert!((found.peak_frequency_hz.unwrap() - 0.125).abs() < 1e-6);
+        let variance: f64 = swell(0.0)
+            .spectrum(8.0)
+            .iter()
+            .map(|[_, s]| s / 160.0)
+            .sum();
+        // The half amplitude squared, twice; windows of a sine leak less than a percent.
+        assert!((variance / 0.125 - 1.0).abs() < 0.02, "{variance}");
         assert!((found.peak_velocity_mps - 0.5 * omega).abs() < 1e-3);
         assert!((found.peak_acceleration_mps2 - 0.5 * omega * omega).abs() < 2e-3);
         assert_eq!((found.rows, found.step_s), (4000, found.step_s));
         assert!(found.noise_sd_m < 1e-5);
         let text = found.to_string();
         assert!(
-            text.contains("significant height 1.414 m, mean period 8.00 s"),
+            text.contains(
+                "significant height 1.414 m, mean period 8.00 s, spectral peak at 0.125 Hz"
+            ),
             "{text}"
         );
     }

@@ -201,6 +201,25 @@ impl MotionSeries {
         Ok(Self { times_s, values })
     }
 
+    /// A heave alone, its mean removed; rows without a height are left out.
+    ///
+    /// # Errors
+    /// Fewer than four rows, or times that do not increase.
+    pub fn of_heave(times_s: &[f64], heave_m: &[f64]) -> Result<Self, SimError> {
+        let known = times_s.iter().zip(heave_m);
+        let known = known.filter(|(t, z)| t.is_finite() && z.is_finite());
+        let (times, heave): (Vec<f64>, Vec<f64>) = known.unzip();
+        let format = SeriesFormat {
+            time: Vec::new(),
+            channels: Vec::new(),
+            longest_step_s: f64::INFINITY,
+            greatest_excursion_m: f64::INFINITY,
+            greatest_angle_rad: f64::INFINITY,
+        };
+        let values = heave.into_iter().map(|z| [0.0, 0.0, z, 0.0, 0.0]).collect();
+        Self::checked(times, values, &format)
+    }
+
     /// A series of rows that are known to be good.
     #[cfg(test)]
     pub(super) fn of(times_s: Vec<f64>, values: Vec<[f64; 5]>) -> Self {

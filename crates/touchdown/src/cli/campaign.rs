@@ -55,8 +55,8 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
     };
     output::must_not_be_a_file(Some(&args.out))?;
     let sweep = Sweep::read(path, args.trials, args.seed)?;
-    if let Some(motion) = sweep.motion() {
-        context.aside(motion);
+    for text in [sweep.vehicle(), sweep.motion()].into_iter().flatten() {
+        context.aside(text);
     }
     let with_autopilot = sweep.settings().autopilot.is_some();
     if let (true, Some(_)) = (with_autopilot, &args.mcap) {
@@ -249,11 +249,12 @@ pub(crate) fn table(results: &CampaignResults) -> String {
         .unwrap_or(0)
         .max(5);
     let mut lines = vec![format!(
-        "{:<width$}  {:>7} {:>7} {:>7} {:>7}  {:>13}  {:>15} {:>6}  {:>11} {:>6}",
+        "{:<width$}  {:>7} {:>7} {:>7} {:>7} {:>7}  {:>13}  {:>15} {:>6}  {:>11} {:>6}",
         "point",
         "trials",
         "landed",
         "first",
+        "hard",
         "crashed",
         "T_L [s]",
         "V_L [m/s]",
@@ -271,11 +272,12 @@ pub(crate) fn table(results: &CampaignResults) -> String {
         };
         let one = |value: Option<f64>| value.map_or("–".to_string(), |v| format!("{v:.3}"));
         lines.push(format!(
-            "{:<width$}  {:>7} {:>7} {:>7} {:>7}  {:>13}  {:>15} {:>6}  {:>11} {:>6}",
+            "{:<width$}  {:>7} {:>7} {:>7} {:>7} {:>7}  {:>13}  {:>15} {:>6}  {:>11} {:>6}",
             p.of.label(),
             p.figures.trials,
             count(p.figures.landed),
             count(p.figures.landed_at_first),
+            count(p.figures.hard),
             count(p.figures.crashed),
             spread(&p.figures.t_l_s, 2),
             spread(&p.figures.v_l_mps, 3),

@@ -218,9 +218,11 @@ fn summary(results: &Results) -> String {
             let mean =
                 |s: Option<touchdown_campaign::statistics::Summary>| number(s.map(|s| s.mean));
             line(format!(
-                "  {method:<10} landed {:>3} of {:<3}  T_L {} s   V_L {} m/s   S_L {} m",
+                "  {method:<10} landed {:>3} of {:<3} (hard {}, crashed {})  T_L {} s   V_L {} m/s   S_L {} m",
                 f.landed,
                 f.trials,
+                f.hard,
+                f.crashed,
                 mean(f.t_l_s),
                 mean(f.v_l_mps),
                 mean(f.s_l_m)
@@ -235,9 +237,10 @@ fn summary(results: &Results) -> String {
     for (case, f) in planned.chain(&results.sea.faults) {
         let count = |of: Option<touchdown_campaign::statistics::Share>| of.map_or(0, |s| s.count);
         line(format!(
-            "  {case:<13} landed {:>3} of {:<3}  crashed {:<3} T_L {} s   V_L {} m/s   lateral {} m",
+            "  {case:<13} landed {:>3} of {:<3}  hard {:<3} crashed {:<3} T_L {} s   V_L {} m/s   lateral {} m",
             count(f.landed),
             f.trials,
+            count(f.hard),
             count(f.crashed),
             number(f.t_l_s.mean),
             number(f.v_l_mps.mean),

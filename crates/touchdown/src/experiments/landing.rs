@@ -56,13 +56,14 @@ pub fn run(
                 let controller = controller(method, cards, land, acceleration)?;
                 let landings = landings::run(
                     &land.scenario,
+                    None,
                     &controller,
                     settings.trials,
                     settings.seed,
                     TRACES,
                     progress,
                 )?;
-                let figures = LandingFigures::of(&landings);
+                let figures = LandingFigures::of(&landings, land.scenario.crash_speed_mps);
                 Ok(MethodLandings {
                     method,
                     landings,

@@ -9,6 +9,7 @@ pub mod thrust;
 use rayon::prelude::*;
 use touchdown_campaign::progress::Progress;
 use touchdown_campaign::settings_file::check_seed;
+use touchdown_campaign::vehicle::VehicleSettings;
 use touchdown_campaign::vertical::controllers::{self, Cards};
 use touchdown_identify::{Origin, rig as force_rig, thrust as stand};
 use touchdown_model::Form;
@@ -54,6 +55,7 @@ pub fn run(settings: &ReproduceSettings, progress: &dyn Progress) -> Result<Run>
         rich.ok_or_else(|| Error::data("rich data", format!("a card `{form:?}`"), "none"))
     };
     let cards = Cards {
+        vehicle: VehicleSettings::default(),
         thrust: thrust_card,
         empirical: Some(flown(Form::Empirical)?),
         dynamic: Some(flown(Form::Lag)?),
@@ -169,6 +171,7 @@ pub fn identify_cards(rig: &RigSettings, seed: u64, progress: &dyn Progress) -> 
     Ok(Cards {
         empirical: Some(fit(Form::Empirical)?),
         dynamic: Some(fit(Form::Lag)?),
+        vehicle: VehicleSettings::default(),
         thrust,
     })
 }
@@ -180,6 +183,7 @@ fn origin(settings: &ReproduceSettings, command: Option<String>) -> Result<Origi
         name: "virtual vehicle".into(),
         mass_kg: Some(plant.mass_kg),
         rotor_radius_m: Some(plant.rotor_radius_m),
+        ..Vehicle::default()
     };
     let mut origin = Origin::of(&[], vehicle);
     origin.provenance.seed = Some(settings.seed);

@@ -198,7 +198,7 @@ pub fn run(
             Ok(SeaLandings {
                 case: cell.case,
                 how: cell.how,
-                figures: Figures::of(&rows),
+                figures: Figures::of(&rows, &cell.sweep.settings().scenario.crash),
                 rows,
             })
         })

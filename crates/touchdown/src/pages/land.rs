@@ -128,7 +128,7 @@ mod tests {
         let landings: Vec<Landing> = (0..4).map(landing).collect();
         MethodLandings {
             method,
-            figures: LandingFigures::of(&landings),
+            figures: LandingFigures::of(&landings, touchdown_flight::touch::CRASH_MPS),
             landings,
         }
     }

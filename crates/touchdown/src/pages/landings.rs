@@ -4,7 +4,7 @@ use touchdown_campaign::statistics::Summary;
 use touchdown_campaign::vertical::landings::LandingFigures;
 use touchdown_flight::reference::Exponential;
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Series, Table};
-use touchdown_sim::landing::vertical::Landing;
+use touchdown_sim::landing::vertical::{Landing, Outcome};
 
 use super::colors::{PUBLISHED, REFERENCE, of_method};
 use super::page::{half_interval, show, spread};
@@ -14,7 +14,7 @@ use crate::settings::LandSettings;
 
 /// What counts as landed.
 pub(super) const SYMBOLS: &str = "Height `z` is that of the vehicle above the deck, and `v = dz/dt` is its relative velocity. A trial has landed when \
-     `z` first reaches the landed height.";
+     `z` first reaches the landed height at no more than the crash speed; above half of that speed the landing is hard.";
 
 /// Which method lands soonest and softest, and which do not always land.
 pub(super) fn verdict(methods: &[MethodLandings]) -> (Callout, String) {
@@ -74,6 +74,8 @@ pub(super) fn figures_table(caption: impl Into<String>, methods: &[MethodLanding
     let mut table = Table::new(caption)
         .text_column("Method")
         .number_column("Landed", "")
+        .number_column("Hard", "")
+        .number_column("Crashed", "")
         .number_column("T_L", "s")
         .number_column("CI", "s")
         .number_column("V_L", "m/s")
@@ -86,6 +88,8 @@ pub(super) fn figures_table(caption: impl Into<String>, methods: &[MethodLanding
         table = table.row([
             m.method.name().into(),
             landed(f),
+            Cell::text(f.hard.to_string()),
+            Cell::text(f.crashed.to_string()),
             spread(f.t_l_s, 2),
             half_interval(f.t_l_s, 2),
             spread(f.v_l_mps, 3),
@@ -96,7 +100,7 @@ pub(super) fn figures_table(caption: impl Into<String>, methods: &[MethodLanding
         ]);
     }
     table.note(
-        "Mean ± standard deviation over the trials that landed (hover height: those that did not).",
+        "Mean ± standard deviation over the trials that landed (hover height: those that timed out).",
     )
 }
 
@@ -200,12 +204,12 @@ struct Quantity {
 const QUANTITIES: [Quantity; 2] = [
     Quantity {
         label: "T_L (s)",
-        of_landing: |l| l.t_l_s,
+        of_landing: |l| l.t_l_s.filter(|_| l.outcome == Outcome::Landed),
         printed: |p| p.t_l_s,
     },
     Quantity {
         label: "V_L (m/s)",
-        of_landing: |l| l.v_l_mps,
+        of_landing: |l| l.v_l_mps.filter(|_| l.outcome == Outcome::Landed),
         printed: |p| p.v_l_mps,
     },
 ];

@@ -16,6 +16,7 @@ use crate::body::rigid::RigidVehicle;
 use crate::deck::rigid::{RigidDeck, RigidMotion};
 use crate::deck::wave::Spectrum;
 use crate::error::SimError;
+use crate::landing::measured_deck::{check_length, measured_start_s};
 use crate::sensors::camera::fast::FastCamera;
 use crate::sensors::camera::pipeline::{CameraPipeline, PipelineFactory};
 
@@ -89,14 +90,7 @@ impl SpaceLander {
     /// The series must be longer than a landing may take.
     pub fn with_deck(mut self, deck: RigidDeck) -> Result<Self, SimError> {
         if let RigidDeck::Spline(spline) = &deck {
-            let (from_s, to_s) = spline.range_s();
-            let needed_s = self.scenario.timeout_s + 1.0;
-            crate::check::that(
-                to_s - from_s > needed_s,
-                "deck",
-                &format!("a series of more than {needed_s} s"),
-                to_s - from_s,
-            )?;
+            check_length(spline, self.scenario.timeout_s)?;
         }
         self.deck = Some(deck);
         Ok(self)
@@ -178,10 +172,7 @@ impl SpaceLander {
             0.0
         };
         let shift_s = match &deck {
-            RigidDeck::Spline(spline) => {
-                let (from_s, to_s) = spline.range_s();
-                from_s + phase * (to_s - from_s - scenario.timeout_s - 1.0)
-            }
+            RigidDeck::Spline(spline) => measured_start_s(spline, scenario.timeout_s, phase),
             // Every trial has different waves.
             _ if random_waves => 0.0,
             // Far more than any period of the deck's motion.

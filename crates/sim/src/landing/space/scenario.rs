@@ -1,6 +1,7 @@
 //! The scenario of a landing in space: vehicle, deck, wind, sensors, faults and landing computer.
 
 use serde::{Deserialize, Serialize};
+use touchdown_flight::touch::{CRASH_MPS, TouchClass};
 use touchdown_lander::models::FlightModels;
 use touchdown_lander::settings::ControlSettings;
 
@@ -34,10 +35,18 @@ impl Default for CrashSettings {
     /// 0.6 m/s (a fall from 2 cm), 0.35 rad, 20 m.
     fn default() -> Self {
         Self {
-            speed_mps: 0.6,
+            speed_mps: CRASH_MPS,
             tilt_rad: 0.35,
             lost_m: 20.0,
         }
+    }
+}
+
+impl CrashSettings {
+    /// The class of a touch at a speed towards the deck.
+    #[must_use]
+    pub fn class(&self, speed_mps: f64) -> TouchClass {
+        TouchClass::of(speed_mps, self.speed_mps)
     }
 }
 

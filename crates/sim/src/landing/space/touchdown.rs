@@ -1,5 +1,7 @@
 //! Touchdown, crash or miss, judged by the true state, for single landings and SIMD lanes.
 
+use touchdown_flight::touch::TouchClass;
+
 use super::landing::SpaceLander;
 use super::outcome::{CrashCause, Impact, SpaceLanding, SpaceOutcome, Touch};
 use super::scenario::SpaceScenario;
@@ -59,7 +61,7 @@ impl TouchdownJudge {
             });
         }
         self.was_down = down;
-        if down && -now.before_mps > crash.speed_mps {
+        if down && crash.class(-now.before_mps) == TouchClass::Crash {
             return crashed(CrashCause::Speed);
         }
         if self.log.tipped_s.is_some() {

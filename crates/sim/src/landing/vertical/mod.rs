@@ -3,14 +3,18 @@
 mod scenario;
 
 use serde::Serialize;
+use touchdown_flight::touch::TouchClass;
 use touchdown_flight::types::{Command, Measurement};
 
 use crate::STEP_S;
 use crate::air::turbulence::Turbulence;
 use crate::body::plant::{Plant, PlantSettings};
 use crate::body::vertical::{VerticalState, VerticalVehicle};
+use crate::deck::character::HEAVE;
+use crate::deck::spline::MotionSpline;
 use crate::deck::{DeckMotion, DeckPoint};
 use crate::error::SimError;
+use crate::landing::measured_deck::{check_length, measured_start_s};
 use crate::random::{Purpose, Stream};
 use crate::sensors::FlightSensorSettings;
 use crate::sensors::history::History;
@@ -25,12 +29,27 @@ pub const HOVER_WINDOW_S: f64 = 5.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The true height fell to the landed height.
+    /// The true height fell to the landed height, no faster than the crash speed.
     Landed,
+    /// It fell there faster.
+    Crashed,
     /// It had not by the timeout.
     TimedOut,
     /// The state stopped being finite or left the ceiling.
     Diverged,
+}
+
+impl Outcome {
+    /// The name in tables and results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Landed => "landed",
+            Self::Crashed => "crashed",
+            Self::TimedOut => "timed_out",
+            Self::Diverged => "diverged",
+        }
+    }
 }
 
 /// Result of one landing trial, by the true state.
@@ -40,7 +59,7 @@ pub struct Landing {
     pub trial_index: u64,
     /// How it ended.
     pub outcome: Outcome,
-    /// T_L: time of the first crossing of the landed height, s.
+    /// T_L: time of the first crossing of the landed height, also of a crash, s.
     pub t_l_s: Option<f64>,
     /// V_L: relative speed |v| there, m/s.
     pub v_l_mps: Option<f64>,
@@ -97,15 +116,20 @@ impl Snapshot {
 }
 
 /// One vehicle of the scenario's spread.
-struct Draw {
+struct Draw<'a> {
     thrust_scale_error: f64,
     ground_effect_scale: f64,
-    deck: DeckMotion,
+    deck: Deck<'a>,
     acceleration_bias_mps2: f64,
 }
 
-impl Draw {
-    fn new(scenario: &LandingScenario, trial_index: u64, seed: u64) -> Self {
+impl<'a> Draw<'a> {
+    fn new(
+        scenario: &LandingScenario,
+        measured: Option<&'a MotionSpline>,
+        trial_index: u64,
+        seed: u64,
+    ) -> Self {
         // All numbers are drawn always, so that one switch moves one of them.
         let mut stream = Stream::new(seed, trial_index, Purpose::Spread);
         let (thrust, scale, phase) = (stream.normal(), stream.uniform(), stream.uniform());
@@ -118,16 +142,46 @@ impl Draw {
         Self {
             thrust_scale_error: spread.thrust_scale_sd * thrust,
             ground_effect_scale: low + (high - low) * scale,
-            deck: if spread.deck_phase {
-                scenario.deck.advanced(std::f64::consts::TAU * phase)
-            } else {
-                scenario.deck
+            deck: match measured {
+                Some(motion) => Deck::Measured {
+                    motion,
+                    start_s: measured_start_s(motion, scenario.timeout_s, phase),
+                },
+                None if spread.deck_phase => {
+                    Deck::Prescribed(scenario.deck.advanced(std::f64::consts::TAU * phase))
+                }
+                None => Deck::Prescribed(scenario.deck),
             },
             acceleration_bias_mps2: if scenario.noise {
                 scenario.sensors.acceleration_bias_sd_mps2 * bias
             } else {
                 0.0
             },
+        }
+    }
+}
+
+/// The deck of one landing.
+enum Deck<'a> {
+    Prescribed(DeckMotion),
+    Measured {
+        motion: &'a MotionSpline,
+        /// Time of the motion at the start of the landing.
+        start_s: f64,
+    },
+}
+
+impl Deck<'_> {
+    fn at(&self, time_s: f64) -> DeckPoint {
+        match self {
+            Self::Prescribed(motion) => motion.at(time_s),
+            Self::Measured { motion, start_s } => {
+                let now = motion.at(start_s + time_s);
+                DeckPoint {
+                    height_m: now.value[HEAVE],
+                    velocity_mps: now.rate[HEAVE],
+                }
+            }
         }
     }
 }
@@ -159,7 +213,7 @@ fn steps_of(time_s: f64) -> usize {
 /// A landing while it is flown.
 struct Flight<'a> {
     scenario: &'a LandingScenario,
-    draw: Draw,
+    draw: Draw<'a>,
     plant: Plant,
     vehicle: VerticalVehicle,
     sensors: FlightSensorSettings,
@@ -181,12 +235,16 @@ struct Flight<'a> {
 impl<'a> Flight<'a> {
     fn new(
         scenario: &'a LandingScenario,
+        measured: Option<&'a MotionSpline>,
         trial_index: u64,
         seed: u64,
         record: bool,
     ) -> Result<Self, SimError> {
         scenario.validate()?;
-        let draw = Draw::new(scenario, trial_index, seed);
+        if let Some(motion) = measured {
+            check_length(motion, scenario.timeout_s)?;
+        }
+        let draw = Draw::new(scenario, measured, trial_index, seed);
         let plant = Plant::new(&PlantSettings {
             ground_effect_scale: scenario.plant.ground_effect_scale * draw.ground_effect_scale,
             ..scenario.plant
@@ -288,7 +346,11 @@ impl<'a> Flight<'a> {
             let share = (z0 - self.scenario.landed_height_m) / (z0 - z1);
             let v = v0 + share * (v1 - v0);
             self.path_m += 0.5 * (v0.abs() + v.abs()) * share * STEP_S;
-            return Some((Outcome::Landed, Some((t + share * STEP_S, v))));
+            let outcome = match TouchClass::of(-v, self.scenario.crash_speed_mps) {
+                TouchClass::Soft | TouchClass::Hard => Outcome::Landed,
+                TouchClass::Crash => Outcome::Crashed,
+            };
+            return Some((outcome, Some((t + share * STEP_S, v))));
         }
         self.path_m += 0.5 * (v0.abs() + v1.abs()) * STEP_S;
         None
@@ -316,7 +378,23 @@ pub fn land(
     controller: &mut dyn FnMut(&Measurement<f64>) -> Command<f64>,
     record: bool,
 ) -> Result<Landing, SimError> {
-    let mut flight = Flight::new(scenario, trial_index, seed, record)?;
+    land_on(scenario, None, trial_index, seed, controller, record)
+}
+
+/// As [`land`], on a deck that heaves as measured in place of the scenario's; each landing starts at a time of the motion
+/// that is drawn.
+///
+/// # Errors
+/// As of [`land`], and a motion that is shorter than a landing may take.
+pub fn land_on(
+    scenario: &LandingScenario,
+    measured: Option<&MotionSpline>,
+    trial_index: u64,
+    seed: u64,
+    controller: &mut dyn FnMut(&Measurement<f64>) -> Command<f64>,
+    record: bool,
+) -> Result<Landing, SimError> {
+    let mut flight = Flight::new(scenario, measured, trial_index, seed, record)?;
     let steps = steps_of(scenario.timeout_s);
     let hover_from = steps.saturating_sub(steps_of(HOVER_WINDOW_S));
     let mut hover_sum_m = 0.0;

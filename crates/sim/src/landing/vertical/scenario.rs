@@ -1,6 +1,7 @@
 //! What a landing starts from: settings of one scenario.
 
 use serde::{Deserialize, Serialize};
+use touchdown_flight::touch::CRASH_MPS;
 
 use crate::body::plant::Plant;
 use crate::body::plant::{PlantSettings, Surface};
@@ -68,6 +69,8 @@ pub struct LandingScenario {
     pub start_height_m: f64,
     /// Height above the deck at which the vehicle has landed, m.
     pub landed_height_m: f64,
+    /// Speed towards the deck at that height above which the vehicle has crashed, m/s; a landing above half of it is hard.
+    pub crash_speed_mps: f64,
     /// A trial that has not landed by then is timed out, s.
     pub timeout_s: f64,
     /// Height above the deck beyond which the trial has diverged, m.
@@ -94,6 +97,7 @@ impl Default for LandingScenario {
         Self {
             start_height_m: 0.8,
             landed_height_m: 0.1,
+            crash_speed_mps: CRASH_MPS,
             timeout_s: 40.0,
             ceiling_m: 5.0,
             control_period_s: 0.01,
@@ -154,6 +158,7 @@ impl LandingScenario {
         check::positive("timeout_s", self.timeout_s)?;
         check::within("timeout_s", self.timeout_s, 0.0, 7_200.0)?;
         check::positive("landed_height_m", self.landed_height_m)?;
+        check::positive("crash_speed_mps", self.crash_speed_mps)?;
         check::that(
             self.start_height_m > self.landed_height_m,
             "start_height_m",

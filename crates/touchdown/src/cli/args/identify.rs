@@ -36,6 +36,11 @@ pub(crate) enum Identify {
         /// Add a term for the battery voltage to static maps
         #[arg(long)]
         battery: bool,
+        /// Rotors whose thrust the logs have together [default: as many as they have throttles or speeds of, else 1]
+        ///
+        /// Simulations multiply the thrust by the vehicle's rotors over these. Logs of a whole vehicle need no number.
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+        rotors: Option<u32>,
     },
     /// Identify the ground-effect force from height and motion
     ///
@@ -105,6 +110,7 @@ pub(crate) struct IdentifyCommon {
     ///   [ground_effect]  rotor_radius_m, lengths_m, library, lag_bounds_s, ratio_limits, velocity_input
     ///   [flight]         mass_kg, rotor_radius_m, gravity_mps2, idle_throttle, reference_radii, height_bias_radii,
     ///                    least_rate_hz, resamples, seed (logs of flights, without a force sensor)
+    ///   [vehicle]        mass_kg, rotor_radius_m, arm_m, rotors, measured_rotors (stands, rigs and flights)
     #[arg(long, verbatim_doc_comment)]
     pub(crate) settings: Option<PathBuf>,
     /// File MODEL.toml for one card from all logs; or a folder for all cards and a report [default: nothing is written]

@@ -15,9 +15,10 @@ Examples:
   touchdown land --space --controller observer --mcap mcap --out landings
 
 The folder of --out gets report.html, results.json, landings.csv (a row for each landing), figures/ and the scenario.
-Vertical landings have the columns controller, trial, outcome (landed, timed_out or diverged), t_l_s (landing time T_L),
-v_l_mps (relative speed at landing V_L), s_l_m (total variation of the relative height S_L) and final_height_m. A vehicle
-that does not land is a result: the last lines say how often and why.";
+Vertical landings have the columns controller, trial, outcome (landed, crashed, timed_out or diverged), t_l_s (landing time T_L),
+v_l_mps (relative speed at landing V_L), s_l_m (total variation of the relative height S_L) and final_height_m. A touch
+above 0.6 m/s is a crash, a landing above 0.3 m/s is hard (`crash_speed_mps`, with --space `crash.speed_mps`, and half of it).
+A vehicle that does not land is a result: the last lines say how often and why.";
 
 #[derive(Args, Debug)]
 #[command(after_help = LAND)]

@@ -14,11 +14,14 @@ use serde::Serialize;
 use touchdown::settings;
 use touchdown::{Error, Result};
 use touchdown_campaign::cards::CardPaths;
+use touchdown_campaign::vehicle::check_lift;
+use touchdown_flight::touch::{CRASH_MPS, HARD_SHARE};
 use touchdown_link::LinkError;
 use touchdown_link::companion::{Session, Summary};
 use touchdown_link::recording::{Recorder, Recording};
 use touchdown_link::settings::FlightSettings;
 use touchdown_link::wire::signing::{Signing, SigningKey, signature_time};
+use touchdown_model::Card;
 use touchdown_terminal::Done;
 
 use super::args::fly::FlyArgs;
@@ -78,7 +81,12 @@ pub(super) fn load(path: &Path) -> Result<FlightSettings> {
         *images = folder.join(&images);
     }
     settings.camera.check().map_err(LinkError::from)?;
-    cards.from(folder).put_into(&mut settings.models)?;
+    let rotors = settings.vehicle.rotors;
+    let model = |card: &Card| Ok(card.thrust_model_of(rotors)?);
+    if let Some(card) = cards.from(folder).put_into(&model, &mut settings.models)? {
+        let weight_n = settings.vehicle.mass_kg * settings.vehicle.gravity_mps2;
+        check_lift(&card, &settings.models.thrust, weight_n)?;
+    }
     Ok(settings)
 }
 
@@ -114,6 +122,14 @@ fn closing(summary: &Summary, out: &Path) -> String {
         lines.push(format!(
             "in control for {:.1} s, {} setpoints, {} late ticks",
             summary.in_control_s, summary.setpoints, summary.late_ticks
+        ));
+    }
+    if let Some(touch) = summary.touch {
+        lines.push(format!(
+            "{}: the estimated speed at the touch is {:.2} m/s (hard above {:.2}, a crash above {CRASH_MPS} m/s)",
+            touch.class.words(),
+            touch.speed_mps,
+            HARD_SHARE * CRASH_MPS
         ));
     }
     for (what, times) in [

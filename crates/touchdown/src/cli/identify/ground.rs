@@ -15,7 +15,7 @@ use touchdown_model::{Card, Form, Kind};
 
 use super::load::{self, Log, word};
 use super::show::{Failed, Fitted, Outcome, Summary};
-use super::{Command, Target, flights, origin, write_card, write_tables};
+use super::{Command, Target, flights, origin, with_vehicle, write_card, write_tables};
 use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
 use crate::cli::output;
@@ -53,6 +53,10 @@ pub(super) fn run(
     let target = Target::of(common.out.as_deref())?;
     let asked = chosen(forms, &target)?;
     let map = load::map(common.map.as_deref())?;
+    let mut settings = with_vehicle(settings, map.as_ref());
+    let radius_m = &mut settings.ground_effect.rotor_radius_m;
+    *radius_m = settings.vehicle.rotor_radius_m.unwrap_or(*radius_m);
+    let settings = &settings;
     // What the user configures is checked before the logs are read, which takes longer.
     let card = thrust.map(thrust_card).transpose()?;
     let logs = load::all_logs(context, &common.logs, map.as_ref())?;
@@ -74,6 +78,7 @@ pub(super) fn run(
                 .to_string(),
         ));
     };
+    check_rotors(&card, settings.vehicle.rotors)?;
     let (trials, gaps) = prepare(&logs, &card)?;
     let identifiability = examine_trials(&trials, settings)?;
     let mut origin = origin(&load::trials(&logs), map.as_ref(), common, settings)?;
@@ -107,6 +112,23 @@ pub(super) fn run(
     }
     context.say(&Summary::of(&outcomes).text());
     Ok(Done::with_loss(load::lossy(&logs)))
+}
+
+/// A force rig holds a whole vehicle, so a thrust that is subtracted is that of all its rotors.
+fn check_rotors(card: &Card, rotors: Option<u32>) -> Result<()> {
+    match (card.measured_rotors, rotors.or(card.vehicle.rotors)) {
+        (Some(measured), Some(all)) if measured != all => Err(Error::Arguments(format!(
+            "--thrust: card `{}` has the thrust of {measured} of {all} rotors, and the force rig measures the force on all of \
+             them; identify the thrust of the whole vehicle on the rig",
+            card.name
+        ))),
+        (Some(1), None) => Err(Error::Arguments(format!(
+            "--thrust: card `{}` has the thrust of one rotor, and the force rig measures the force on a whole vehicle; identify \
+             the thrust on the rig, or set rotors in [vehicle]",
+            card.name
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// The identification of all forms from the logs of a force rig.

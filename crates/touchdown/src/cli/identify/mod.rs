@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use touchdown::{Error, Result, settings};
+use touchdown_identify::settings::VehicleSettings;
 use touchdown_identify::{IdentificationSettings, Origin};
 use touchdown_log::Map;
 use touchdown_model::Card;
@@ -30,12 +31,15 @@ pub(crate) fn run(context: &Context, args: &IdentifyArgs) -> Result<Done> {
             form,
             degree,
             battery,
+            rotors,
         } => {
             let mut settings = read_settings(common)?;
             let thrust = &mut settings.thrust;
             thrust.form = form.or(thrust.form);
             thrust.degree = degree.unwrap_or(thrust.degree);
             thrust.battery |= *battery;
+            let vehicle = &mut settings.vehicle;
+            vehicle.measured_rotors = rotors.or(vehicle.measured_rotors);
             settings.check(&settings_name(common))?;
             thrust::run(context, common, &settings)
         }
@@ -108,6 +112,18 @@ fn read_settings(common: &IdentifyCommon) -> Result<IdentificationSettings> {
     }
 }
 
+/// The settings with what the map says of the vehicle where they do not.
+fn with_vehicle(settings: &IdentificationSettings, map: Option<&Map>) -> IdentificationSettings {
+    let of_map = map.map(Map::vehicle).unwrap_or_default();
+    settings.clone().of_vehicle(VehicleSettings {
+        mass_kg: of_map.mass_kg,
+        rotor_radius_m: of_map.rotor_radius_m,
+        arm_m: of_map.arm_m,
+        rotors: of_map.rotors,
+        measured_rotors: of_map.measured_rotors,
+    })
+}
+
 /// Arguments that a card's command repeats.
 struct Command<'a> {
     what: &'a str,
@@ -142,10 +158,13 @@ fn origin(
     common: &IdentifyCommon,
     settings: &IdentificationSettings,
 ) -> Result<Origin> {
+    let known = &settings.vehicle;
     let vehicle = Vehicle {
         name: map.map_or_else(String::new, |m| m.description().to_string()),
-        mass_kg: map.and_then(Map::mass_kg),
-        rotor_radius_m: None,
+        mass_kg: known.mass_kg,
+        rotor_radius_m: known.rotor_radius_m,
+        rotors: known.rotors,
+        arm_m: known.arm_m,
     };
     let mut origin = Origin::of(trials, vehicle);
     origin

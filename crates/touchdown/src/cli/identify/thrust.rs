@@ -14,7 +14,7 @@ use touchdown_trial::Trial;
 
 use super::load::{self, Log};
 use super::show::{Failed, Fitted, Outcome, Summary, forms};
-use super::{Command, Target, flights, origin, write_card, write_tables};
+use super::{Command, Target, flights, origin, with_vehicle, write_card, write_tables};
 use crate::cli::args::identify::IdentifyCommon;
 use crate::cli::context::Context;
 use crate::cli::output;
@@ -30,7 +30,7 @@ pub(super) fn run(
     let job = Job {
         context,
         common,
-        settings,
+        settings: &with_vehicle(settings, map.as_ref()),
         map: map.as_ref(),
     };
     match target {
@@ -56,7 +56,8 @@ impl Job<'_> {
         let mut origin = origin(trials, self.map, self.common, self.settings)?;
         origin.provenance.command = Some(self.command().text(logs, card));
         if flights && self.settings.thrust.form.is_none() {
-            let (made, flight) = flights::thrust(trials, self.settings, &origin)?;
+            let (mut made, flight) = flights::thrust(trials, self.settings, &origin)?;
+            made.card.measured_rotors = self.settings.vehicle.rotors;
             return Ok((made, Some(Box::new(flight))));
         }
         Ok((thrust::fit(trials, self.settings, &origin)?, None))
@@ -74,6 +75,9 @@ impl Job<'_> {
         more.extend(["--degree".to_string(), settings.degree.to_string()]);
         if settings.battery {
             more.push("--battery".to_string());
+        }
+        if let Some(rotors) = self.settings.vehicle.measured_rotors {
+            more.extend(["--rotors".to_string(), rotors.to_string()]);
         }
         Command {
             what: "thrust",

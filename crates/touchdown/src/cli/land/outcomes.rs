@@ -28,7 +28,7 @@ pub(super) fn vertical(methods: &[MethodLandings]) -> String {
             let cells = [
                 m.method.name().to_string(),
                 l.trial_index.to_string(),
-                outcome(l).to_string(),
+                l.outcome.name().to_string(),
                 cell(l.t_l_s),
                 cell(l.v_l_mps),
                 cell(l.t_l_s.is_some().then_some(l.s_l_m)),
@@ -38,15 +38,6 @@ pub(super) fn vertical(methods: &[MethodLandings]) -> String {
         }
     }
     out
-}
-
-/// An outcome's name, as in results in space.
-fn outcome(landing: &Landing) -> &'static str {
-    match landing.outcome {
-        Outcome::Landed => "landed",
-        Outcome::TimedOut => "timed_out",
-        Outcome::Diverged => "diverged",
-    }
 }
 
 /// Why no landing of a method landed, if none did.
@@ -64,8 +55,16 @@ pub(super) fn why_none_landed(m: &MethodLandings) -> Option<String> {
         "none of {} landings by {} landed: {}{hover}",
         m.figures.trials,
         m.method.name(),
-        counted(m.landings.iter().map(|l| outcome(l).replace('_', " ")))
+        counted(m.landings.iter().map(|l| reason_of_vertical(l)))
     ))
+}
+
+/// How a vertical landing ended, in words.
+fn reason_of_vertical(landing: &Landing) -> String {
+    match landing.outcome {
+        Outcome::Crashed => "crashed (speed)".to_string(),
+        other => other.name().replace('_', " "),
+    }
 }
 
 /// Why no landing of a campaign's point landed, a line for each such point.

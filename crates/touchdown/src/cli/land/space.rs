@@ -29,8 +29,8 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
             context.warn(&mismatch);
         }
     }
-    if let Some(motion) = sweep.motion() {
-        context.aside(motion);
+    for text in [sweep.vehicle(), sweep.motion()].into_iter().flatten() {
+        context.aside(text);
     }
     output::results_folder(context, &args.out)?;
     let folders: Vec<_> = [(&args.mcap, Recording::Mcap), (&args.ulog, Recording::Ulog)]

@@ -1,6 +1,7 @@
 //! `touchdown land`: the vertical vehicle.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -9,14 +10,17 @@ use touchdown::experiments::landing::{MethodLandings, TRACES};
 use touchdown::settings;
 use touchdown::{Error, Result, pages};
 use touchdown_campaign::cards::CardPaths;
+use touchdown_campaign::measured_deck::{MeasuredDeck, SERIES};
 use touchdown_campaign::progress::Progress as _;
-use touchdown_campaign::vertical::controllers::{Cards, controller};
+use touchdown_campaign::vehicle::check_lift;
+use touchdown_campaign::vertical::controllers::{Cards, controller_over};
 use touchdown_campaign::vertical::landings::{self, LandingFigures};
 use touchdown_campaign::vertical::scenario::LandScenario;
 use touchdown_campaign::vertical::vehicle::{self, VehicleOfCards};
 use touchdown_flight::Method;
 use touchdown_model::Card;
 use touchdown_sim::body::plant::PlantSettings;
+use touchdown_sim::deck::DeckMotion;
 use touchdown_sim::rig::RigSettings;
 
 use super::outcomes;
@@ -37,12 +41,23 @@ struct LandResults<'a> {
 
 pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     let mut scenario = load(args)?;
+    let measured = measured_deck(&mut scenario)?;
+    if let Some(measured) = &measured {
+        context.aside(&measured.text);
+    }
     let given = GivenCards::read(&scenario.cards)?;
     let followed = vehicle::follow(&scenario, given.thrust.as_ref(), given.dynamic.as_ref())?;
     if let Some(followed) = &followed {
         scenario = followed.scenario.clone();
         scenario.check("the vehicle of the cards")?;
         context.say(&followed.text);
+    }
+    if let Some(text) = given
+        .thrust
+        .as_ref()
+        .and_then(|card| scenario.vehicle.multiplied(card))
+    {
+        context.say(&text);
     }
     let all = [&given.thrust, &given.empirical, &given.dynamic].map(Option::as_ref);
     let mismatches = vehicle::mismatches(&all, &scenario.scenario.plant);
@@ -52,9 +67,17 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
     // A folder that cannot be written to is better known before the work than after it.
     output::folder(&args.out)?;
     let cards = cards(context, &scenario, given, followed.as_ref())?;
-    let methods = fly(context, &scenario, &cards)?;
+    check_lift(
+        &cards.thrust,
+        &cards.thrust_model()?,
+        scenario.scenario.plant.weight_n(),
+    )?;
+    let methods = fly(context, &scenario, measured.as_ref(), &cards)?;
 
     output::results_folder(context, &args.out)?;
+    if let Some(measured) = &measured {
+        output::write(&args.out.join(SERIES), &measured.bytes)?;
+    }
     // The scenario beside the results names the cards that were flown, wherever they came from.
     let scenario = LandScenario {
         cards: write_cards(&cards, &args.out)?,
@@ -89,24 +112,44 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
 }
 
 /// Lands with every controller. All of them are built before the first landing, so that a bad card costs no time.
-fn fly(context: &Context, scenario: &LandScenario, cards: &Cards) -> Result<Vec<MethodLandings>> {
+fn fly(
+    context: &Context,
+    scenario: &LandScenario,
+    measured: Option<&MeasuredDeck>,
+    cards: &Cards,
+) -> Result<Vec<MethodLandings>> {
     let land = scenario.land();
     let acceleration = scenario.deck_acceleration;
+    let measured_frequency = measured.and_then(|m| m.mean_period_s).map(|s| TAU / s);
+    let frequency = measured_frequency.or(land.scenario.deck.angular_frequency());
+    let motion = measured.and_then(MeasuredDeck::spline);
     let controllers = scenario
         .controllers
         .iter()
-        .map(|&method| Ok((method, controller(method, cards, &land, acceleration)?)))
+        .map(|&method| {
+            Ok((
+                method,
+                controller_over(method, cards, &land, acceleration, frequency)?,
+            ))
+        })
         .collect::<Result<Vec<_>>>()?;
     context.stage("landings", (controllers.len() * scenario.trials) as u64);
     controllers
         .iter()
         .map(|(method, controller)| {
             let (trials, seed) = (scenario.trials, scenario.seed);
-            let landings =
-                landings::run(&land.scenario, controller, trials, seed, TRACES, context)?;
+            let landings = landings::run(
+                &land.scenario,
+                motion,
+                controller,
+                trials,
+                seed,
+                TRACES,
+                context,
+            )?;
             Ok(MethodLandings {
                 method: *method,
-                figures: LandingFigures::of(&landings),
+                figures: LandingFigures::of(&landings, land.scenario.crash_speed_mps),
                 landings,
             })
         })
@@ -117,7 +160,11 @@ fn load(args: &LandArgs) -> Result<LandScenario> {
     let (mut scenario, file) = match &args.scenario {
         Some(path) => {
             let mut scenario = settings::read::<LandScenario>(path)?;
-            scenario.cards = scenario.cards.from(path.parent().unwrap_or(Path::new(".")));
+            let folder = path.parent().unwrap_or(Path::new("."));
+            scenario.cards = scenario.cards.from(folder);
+            if let Some(series) = &mut scenario.series {
+                series.file = folder.join(&series.file);
+            }
             (scenario, path.display().to_string())
         }
         None => (LandScenario::default(), "arguments".to_string()),
@@ -156,6 +203,17 @@ fn load(args: &LandArgs) -> Result<LandScenario> {
     Ok(scenario)
 }
 
+/// The measured motion of the deck, where the scenario names one; the deck of the scenario then lies still.
+fn measured_deck(scenario: &mut LandScenario) -> Result<Option<MeasuredDeck>> {
+    let Some(series) = &mut scenario.series else {
+        return Ok(None);
+    };
+    let measured = MeasuredDeck::read(series, Path::new(""))?;
+    series.file = SERIES.into();
+    scenario.scenario.deck = DeckMotion::Still;
+    Ok(Some(measured))
+}
+
 fn method(name: &str) -> Result<Method> {
     let found = Method::VERTICAL.into_iter().find(|m| m.name() == name);
     found.ok_or_else(|| {
@@ -185,7 +243,7 @@ impl GivenCards {
 }
 
 /// The cards that are given; identifies those that are not and that a method needs. For the vehicle of the cards that is
-/// eq. (2) of the default vehicle in proportion.
+/// that of the default vehicle in proportion.
 fn cards(
     context: &Context,
     scenario: &LandScenario,
@@ -217,11 +275,15 @@ fn cards(
             None => card,
         })
     };
-    let dynamic = || match followed {
-        Some(_) => None,
-        None => of_rig(|c| c.dynamic.clone()),
+    let dynamic = || {
+        let card = of_rig(|c| c.dynamic.clone())?;
+        match followed {
+            Some(followed) => vehicle::dynamic(card, followed),
+            None => Some(card),
+        }
     };
     Ok(Cards {
+        vehicle: scenario.vehicle,
         empirical: given.empirical.or_else(empirical),
         dynamic: given.dynamic.or_else(dynamic),
         thrust: given
@@ -253,10 +315,12 @@ fn line(m: &MethodLandings) -> String {
         )
     };
     format!(
-        "{:<10} landed {:>3} of {:<3}  T_L {} s   V_L {} m/s   S_L {} m",
+        "{:<10} landed {:>3} of {:<3} (hard {}, crashed {})  T_L {} s   V_L {} m/s   S_L {} m",
         m.method.name(),
         f.landed,
         f.trials,
+        f.hard,
+        f.crashed,
         mean(f.t_l_s),
         mean(f.v_l_mps),
         mean(f.s_l_m)

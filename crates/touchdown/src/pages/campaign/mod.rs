@@ -189,6 +189,7 @@ fn outcomes(results: &CampaignResults) -> Table {
         .text_column("Point")
         .number_column("Landed", "%")
         .number_column("First", "%")
+        .number_column("Hard", "%")
         .number_column("Crashed", "%")
         .number_column("Waiting", "s");
     for p in &results.points {
@@ -196,11 +197,12 @@ fn outcomes(results: &CampaignResults) -> Table {
             Cell::text(p.of.label()),
             share(p.figures.landed),
             share(p.figures.landed_at_first),
+            share(p.figures.hard),
             share(p.figures.crashed),
             spread(p.figures.waited_s.summary(), 1),
         ]);
     }
-    table.note("In brackets: 95 % interval of the share (Wilson). Waiting: until the deck's motion is known and a window to land opens; mean ± standard deviation over all trials.")
+    table.note("In brackets: 95 % interval of the share (Wilson). Hard: landed, with a touch above half of the crash speed. Waiting: until the deck's motion is known and a window to land opens; mean ± standard deviation over all trials.")
 }
 
 /// Landings that never began: a row for each point that has some, a column for each reason.

@@ -105,6 +105,7 @@ fn outcomes(sea: &SeaExperiment) -> Table {
         .number_column("Trials", "")
         .number_column("Landed", "")
         .number_column("First", "")
+        .number_column("Hard", "")
         .number_column("Crashed", "")
         .number_column("Waiting", "s")
         .number_column("T_L", "s")
@@ -117,6 +118,7 @@ fn outcomes(sea: &SeaExperiment) -> Table {
             Cell::text(f.trials.to_string()),
             percent(f.landed),
             percent(f.landed_at_first),
+            percent(f.hard),
             percent(f.crashed),
             spread(f.waited_s.summary(), 2),
             spread(f.t_l_s.summary(), 2),
@@ -124,7 +126,7 @@ fn outcomes(sea: &SeaExperiment) -> Table {
         ]);
     }
     table.note(
-        "Counts; in brackets the 95 % interval of their share in % (Wilson). First: in the first descent. Waiting: to see the deck's motion and for a window, over all landings. T_L: from \
+        "Counts; in brackets the 95 % interval of their share in % (Wilson). First: in the first descent. Hard: landed, with a touch above half of the crash speed. Waiting: to see the deck's motion and for a window, over all landings. T_L: from \
          the start of the last descent to the first touch, over those that landed; mean ± standard deviation. CI: half the 95 % \
          interval of the mean.",
     )

@@ -1,5 +1,6 @@
 //! The motor law of the plant that follows from a thrust card.
 
+use touchdown_flight::thrust::ThrustModel;
 use touchdown_model::Card;
 use touchdown_sim::body::motor::{Motor, MotorSettings};
 
@@ -9,14 +10,13 @@ use crate::error::{Error, Result};
 const POINTS: u32 = 40;
 /// Sags that are tried, up to the greatest that the law takes, 0.5.
 const SAGS: u32 = 50;
-/// Greatest thrust over weight below which a vehicle is not flown: it could neither brake a descent nor answer a gust. At half
-/// of the excess a landing at 1 m/s takes twice as long to stop; twice refuses heavy lifters that fly.
-const LEAST_THRUST_TO_WEIGHT: f64 = 1.3;
 /// Least losses, for the law needs both.
 const LEAST: f64 = 1e-6;
 
 /// A motor law in a card's place.
-pub(super) struct MotorFit {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorFit {
+    /// The motors.
     pub motor: MotorSettings,
     /// Largest relative difference of the steady thrust over the range.
     pub worst: f64,
@@ -24,37 +24,23 @@ pub(super) struct MotorFit {
     pub throttles: [f64; 2],
 }
 
-/// `s (1 - k s) = b x + c x²` by least squares over the card's throttles, exact where it hovers, with the card's time
-/// constant there.
-pub(super) fn fit(card: &Card, weight_n: f64) -> Result<MotorFit> {
-    let model = card.thrust_model()?;
+/// Throttles from 0 to 1 at which thrust is looked at.
+pub(super) fn throttles() -> impl Iterator<Item = f64> {
+    (0..=POINTS).map(|i| f64::from(i) / f64::from(POINTS))
+}
+
+/// `s (1 - k s) = b x + c x²` by least squares over the card's throttles, exact where the vehicle hovers, with the time
+/// constant of the card's model there.
+pub(super) fn fit(card: &Card, model: &ThrustModel<f64>, weight_n: f64) -> Result<MotorFit> {
     let x_hover = weight_n.sqrt();
     let hover = model.throttle_for(weight_n);
-    if (model.rest(hover).powi(2) / weight_n - 1.0).abs() > 0.01 {
-        return Err(Error::Arguments(format!(
-            "thrust card `{}`: no throttle gives the weight of its vehicle, {weight_n:.3} N; the nearest thrust is {:.3} N",
-            card.name,
-            model.rest(hover).powi(2)
-        )));
-    }
-    let most_n = (0..=POINTS)
-        .map(|i| model.rest(f64::from(i) / f64::from(POINTS)).powi(2))
-        .fold(0.0, f64::max);
-    if most_n < LEAST_THRUST_TO_WEIGHT * weight_n {
-        return Err(Error::Arguments(format!(
-            "thrust card `{}`: its greatest thrust, {most_n:.3} N, is below {LEAST_THRUST_TO_WEIGHT} times the weight of its \
-             vehicle, {weight_n:.3} N. Is it of one motor? A card of the whole vehicle has the thrust of all motors",
-            card.name
-        )));
-    }
     let [low, high] = card.validity.inputs.get("s").copied().unwrap_or([0.1, 1.0]);
     let throttles = [
         low.clamp(0.02, 1.0).min(hover),
         high.clamp(0.02, 1.0).max(hover),
     ];
-    let points: Vec<[f64; 2]> = (0..=POINTS)
-        .map(|i| {
-            let share = f64::from(i) / f64::from(POINTS);
+    let points: Vec<[f64; 2]> = self::throttles()
+        .map(|share| {
             let s = throttles[0] + (throttles[1] - throttles[0]) * share;
             [s, model.rest(s)]
         })

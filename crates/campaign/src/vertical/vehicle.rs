@@ -5,18 +5,15 @@
 //! with R/R₀, times with √(R/R₀), forces with m/m₀, so that a thrust that is wrong by one per cent costs the same share of
 //! a rotor radius. What no proportion can know comes from the cards: the motors and the strength of the ground effect.
 
-mod motor;
-
 use touchdown_flight::ground_effect::{GroundEffect as _, GroundEffectInput, GroundEffectModel};
-use touchdown_model::Card;
+use touchdown_model::{Card, Form};
 use touchdown_sim::body::motor::Motor;
 use touchdown_sim::body::plant::{Plant, PlantSettings};
 use touchdown_sim::landing::vertical::LandingScenario;
 
-use self::motor::MotorFit;
 use super::scenario::LandScenario;
-use crate::error::Result;
-use touchdown_flight::Method;
+use crate::error::{Error, Result};
+use crate::vehicle::{MotorFit, VehicleSettings, in_proportion, motors_of};
 use touchdown_flight::method::VerticalSettings;
 
 /// Share by which masses and radii may differ and still be of one vehicle.
@@ -35,56 +32,91 @@ pub struct VehicleOfCards {
     pub text: String,
 }
 
-/// The scenario with the vehicle of the cards in it; none where it sets a plant itself, where the cards tell no single
-/// vehicle or the one that it has, or where a model of that vehicle is missing (`thrust`, and `dynamic` if it is flown).
-/// Settings of heights, gains and limits follow where they have their defaults.
+/// The scenario with the vehicle of `[vehicle]` and of the cards in it: mass and rotor radius where the scenario leaves the
+/// plant at its default, motors where it leaves those. None where nothing changes. Settings of heights, gains and limits
+/// follow mass and size where they have their defaults. Without a radius, that of a vehicle of equal density is taken.
 ///
 /// # Errors
-/// Cards that cannot be flown, or whose vehicle cannot lift itself.
+/// Cards that cannot be flown, a vehicle that cannot lift itself, or one that both `[vehicle]` and the plant state.
 pub fn follow(
     scenario: &LandScenario,
     thrust: Option<&Card>,
     dynamic: Option<&Card>,
 ) -> Result<Option<VehicleOfCards>> {
-    let standard = PlantSettings::default();
-    let Some(card) = thrust else { return Ok(None) };
-    let flies_dynamic = scenario.controllers.contains(&Method::Dynamic);
-    if scenario.scenario.plant != standard || flies_dynamic && dynamic.is_none() {
-        return Ok(None);
-    }
-    let common = |value: fn(&Card) -> Option<f64>| common_value([thrust, dynamic], value);
-    let (Some(mass_kg), Some(rotor_radius_m)) = (
-        common(|c| c.vehicle.mass_kg),
-        common(|c| c.vehicle.rotor_radius_m),
-    ) else {
-        return Ok(None);
+    let given = &scenario.vehicle;
+    let Some(card) = thrust else {
+        return match given.is_empty() {
+            true => Ok(None),
+            false => Err(Error::Arguments(
+                "[vehicle] needs the thrust of its motors: give a card with --thrust".to_string(),
+            )),
+        };
     };
-    if same(mass_kg, standard.mass_kg) && same(rotor_radius_m, standard.rotor_radius_m) {
+    let model = given.thrust(card)?;
+    let mut own = scenario.clone();
+    let size = size_of(&mut own, &[thrust, dynamic])?;
+    let fit = motors_of(card, &model, &own.scenario.plant)?;
+    if size.is_none() && fit.is_none() {
         return Ok(None);
     }
-    let mut plant = in_proportion(mass_kg, rotor_radius_m);
-    let fit = motor::fit(card, plant.weight_n())?;
-    plant.motor = fit.motor;
-    let strength = match dynamic {
-        Some(card) => strength(card, &plant)?,
+    let plant = &mut own.scenario.plant;
+    plant.motor = fit.map_or(plant.motor, |fit| fit.motor);
+    let strength = match dynamic.filter(|_| size.is_some()) {
+        Some(card) => strength(card, plant)?,
         None => None,
     };
     plant.ground_effect_scale = strength.unwrap_or(plant.ground_effect_scale);
+    let plant = *plant;
     let full_n = Motor::new(&plant.motor, plant.weight_n())?
         .rest(1.0)
         .powi(2);
-
-    let size = rotor_radius_m / standard.rotor_radius_m;
-    let mut own = scenario.clone();
+    let size = size.unwrap_or(1.0);
     own.control = control(&scenario.control, &plant, size, full_n);
-    own.scenario.plant = plant;
-    scale_heights(&mut own.scenario, size);
-    let text = description(&card.name, &own.scenario, &fit, strength);
+    // What is in the plant now is stated once.
+    own.vehicle = VehicleSettings {
+        rotors: given.rotors,
+        ..VehicleSettings::default()
+    };
+    let text = description(&card.name, &own.scenario, fit.as_ref(), strength);
     Ok(Some(VehicleOfCards {
         scenario: own,
         size,
         text,
     }))
+}
+
+/// Puts mass and rotor radius of `[vehicle]` or of the cards into the plant, with heights in proportion; R/R₀ where that
+/// makes another vehicle.
+fn size_of(own: &mut LandScenario, cards: &[Option<&Card>; 2]) -> Result<Option<f64>> {
+    let standard = PlantSettings::default();
+    let given = own.vehicle;
+    let plant = &mut own.scenario.plant;
+    if *plant != standard {
+        return match given.mass_kg.or(given.rotor_radius_m).or(given.arm_m) {
+            None => Ok(None),
+            Some(_) => Err(Error::Arguments(
+                "[vehicle] and [scenario.plant] both set the vehicle; remove one of them"
+                    .to_string(),
+            )),
+        };
+    }
+    let common = |value: fn(&Card) -> Option<f64>| common_value(*cards, value);
+    let mass_kg = given.mass_kg.or(common(|c| c.vehicle.mass_kg));
+    let radius_m = given
+        .rotor_radius_m
+        .or(common(|c| c.vehicle.rotor_radius_m));
+    let Some(mass_kg) = mass_kg else {
+        return Ok(None);
+    };
+    let of_density = || standard.rotor_radius_m * (mass_kg / standard.mass_kg).cbrt();
+    let radius_m = radius_m.unwrap_or_else(of_density);
+    if same(mass_kg, standard.mass_kg) && same(radius_m, standard.rotor_radius_m) {
+        return Ok(None);
+    }
+    *plant = in_proportion(mass_kg, radius_m, given.arm_m);
+    let size = radius_m / standard.rotor_radius_m;
+    scale_heights(&mut own.scenario, size);
+    Ok(Some(size))
 }
 
 /// The value that the cards have in common; none where they differ or none has it.
@@ -116,7 +148,7 @@ fn scale_heights(landing: &mut LandingScenario, size: f64) {
 fn description(
     card: &str,
     landing: &LandingScenario,
-    fit: &MotorFit,
+    fit: Option<&MotorFit>,
     strength: Option<f64>,
 ) -> String {
     let standard = PlantSettings::default();
@@ -131,17 +163,24 @@ fn description(
             format!("{s:.2} times the default one's, {like}")
         },
     );
+    let motors = fit.map_or_else(
+        || "motors as the default one's".to_string(),
+        |fit| {
+            format!(
+                "motors of card `{card}` within {:.1} % of thrust over throttle {:.2} to {:.2}",
+                100.0 * fit.worst,
+                fit.throttles[0],
+                fit.throttles[1]
+            )
+        },
+    );
     format!(
-        "simulated vehicle: the cards', {} kg, rotor radius {} m (the default one, {} kg and {} m, in proportion); motors of \
-         card `{card}` within {:.1} % of thrust over throttle {:.2} to {:.2}; ground effect {ground_effect}; starts at \
-         {:.3} m, has landed at {:.3} m",
+        "simulated vehicle: {} kg, rotor radius {:.4} m (the default one, {} kg and {} m, in proportion); {motors}; ground effect \
+         {ground_effect}; starts at {:.3} m, has landed at {:.3} m",
         landing.plant.mass_kg,
         landing.plant.rotor_radius_m,
         standard.mass_kg,
         standard.rotor_radius_m,
-        100.0 * fit.worst,
-        fit.throttles[0],
-        fit.throttles[1],
         landing.start_height_m,
         landing.landed_height_m,
     )
@@ -203,6 +242,39 @@ pub fn empirical(mut card: Card, followed: &VehicleOfCards) -> Card {
     card
 }
 
+/// The card of the dynamic model, identified on the default vehicle, for the vehicle of a scenario that followed the cards:
+/// lengths in proportion, lags with √(R/R₀), the ratio by the strength of the ground effect, and its change with velocity as
+/// the climb damping over the weight. None for forms other than `lag`.
+#[must_use]
+pub fn dynamic(mut card: Card, followed: &VehicleOfCards) -> Option<Card> {
+    if card.form != Form::Lag {
+        return None;
+    }
+    let (plant, standard) = (&followed.scenario.scenario.plant, PlantSettings::default());
+    for length in card.constants.values_mut() {
+        *length *= followed.size;
+    }
+    if let Some(range) = card.validity.inputs.get_mut("z") {
+        *range = range.map(|z| z * followed.size);
+    }
+    let damping = |p: &PlantSettings| p.climb_damping_ns_per_m / p.weight_n();
+    for term in &mut card.terms {
+        let by = match term.of.as_str() {
+            "tau" => followed.size.sqrt(),
+            "h" => plant.ground_effect_scale,
+            _ => damping(plant) / damping(&standard),
+        };
+        term.value *= by;
+        term.std_error = term.std_error.map(|v| v * by);
+        term.ci95 = term.ci95.map(|ci| ci.map(|v| v * by));
+    }
+    card.vehicle.mass_kg = Some(plant.mass_kg);
+    card.vehicle.rotor_radius_m = Some(plant.rotor_radius_m);
+    card.description =
+        "Identified on the virtual rig for the default vehicle, in proportion.".into();
+    Some(card)
+}
+
 fn same(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() <= SAME
 }
@@ -210,30 +282,6 @@ fn same(a: f64, b: f64) -> bool {
 fn follows(value: &mut f64, default: f64, own: impl Fn(f64) -> f64) {
     if *value == default {
         *value = own(*value);
-    }
-}
-
-/// The default vehicle in proportion; its motors hover at the same throttle.
-fn in_proportion(mass_kg: f64, rotor_radius_m: f64) -> PlantSettings {
-    let standard = PlantSettings::default();
-    let (weight, size) = (
-        mass_kg / standard.mass_kg,
-        rotor_radius_m / standard.rotor_radius_m,
-    );
-    // Induced velocity, which a climb is damped in proportion to: √(T/A).
-    let induced = weight.sqrt() / size;
-    let pace = size.sqrt();
-    PlantSettings {
-        mass_kg,
-        rotor_radius_m,
-        rotor_spacing_m: standard.rotor_spacing_m * size,
-        rotor_height_m: standard.rotor_height_m * size,
-        plate_side_m: standard.plate_side_m * size,
-        climb_damping_ns_per_m: standard.climb_damping_ns_per_m * weight / induced,
-        rotor_lag_s: standard.rotor_lag_s * pace,
-        fountain_lag_s: standard.fountain_lag_s * pace,
-        turbulence_correlation_s: standard.turbulence_correlation_s * pace,
-        ..standard
     }
 }
 
