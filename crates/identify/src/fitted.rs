@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use sindy::trajectory::shooting::Refined;
-use touchdown_model::card::{Card, Input, Provenance, SCHEMA, Score, Status, Validity, Vehicle};
+use touchdown_model::card::{
+    Card, Input, Mark, Provenance, SCHEMA, Score, Status, Term, Validity, Vehicle,
+};
 use touchdown_model::{Form, Kind};
 use touchdown_trial::{Source, Trial};
 
@@ -14,6 +16,10 @@ use crate::forms::FormScore;
 use crate::scores::Errors;
 
 use crate::warning::Warning;
+
+/// A free run beyond this multiple of the greatest measured value has left its data.
+/// A fit that errs by a few tenths stays far below it, a divergent one passes it within seconds.
+const DIVERGED: f64 = 5.0;
 
 /// A fitted card and how the fit went.
 #[derive(Clone, Debug)]
@@ -52,6 +58,20 @@ impl FittedCard {
             forms: Vec::new(),
             front: None,
             warnings: Vec::new(),
+        }
+    }
+
+    /// Marks a card whose free run reaches `most` where the data reach `largest`, if that has left them: it has not
+    /// converged, its coefficients have no intervals, and it never flies.
+    pub(super) fn judge_divergence(&mut self, most: f64, largest: f64, unit: &'static str) {
+        self.card.diverged = most > DIVERGED * largest;
+        if !self.card.diverged {
+            return;
+        }
+        self.warnings.push(Warning::Diverged { most, unit });
+        self.card.terms.iter_mut().for_each(unconverged);
+        for note in self.card.provenance.method.values_mut() {
+            *note = note.replace("Converged", "Diverged");
         }
     }
 
@@ -177,4 +197,12 @@ pub(super) fn range(values: impl IntoIterator<Item = f64>) -> Option<[f64; 2]> {
         .fold(None, |range, v| {
             Some(range.map_or([v, v], |[lo, hi]: [f64; 2]| [lo.min(v), hi.max(v)]))
         })
+}
+
+/// Takes the interval from a term of a fit that did not converge.
+pub(super) fn unconverged(term: &mut Term) {
+    term.std_error = None;
+    term.ci95 = None;
+    term.upper_bound = None;
+    term.mark = Some(Mark::NotConverged);
 }

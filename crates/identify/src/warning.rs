@@ -50,14 +50,21 @@ pub enum Warning {
         /// The dead time (s).
         dead_time_s: f64,
     },
+    /// A thrust that no stand of one rotor measures, unless it is in grams.
+    Grams {
+        /// Greatest thrust (N).
+        most_n: f64,
+    },
     /// Nothing says how many rotors a stand measured.
     OneRotorAssumed,
     /// A search ended before its minimum.
     NotConverged,
     /// A model whose free run leaves its data.
     Diverged {
-        /// Greatest thrust of the free run (N).
-        most_n: f64,
+        /// Greatest value of the free run.
+        most: f64,
+        /// Its unit.
+        unit: &'static str,
     },
     /// A lag and an effect of the deck's velocity are confounded.
     LagConfounded {
@@ -156,6 +163,11 @@ impl fmt::Display for Warning {
                 f,
                 "the dead time {dead_time_s:.4} s is at its bound: the data do not identify it"
             ),
+            Self::Grams { most_n } => write!(
+                f,
+                "thrust of up to {most_n:.0} N from one rotor: is it in grams? Then write into the map: thrust_n = \
+                 '9.80665e-3 * \"thrust_n\"' (with the log's own name of the column)"
+            ),
             Self::OneRotorAssumed => f.write_str(
                 "the thrust is taken for that of one rotor, because nothing says how many were measured. If it is that of more, \
                  identify again with --rotors N",
@@ -163,9 +175,9 @@ impl fmt::Display for Warning {
             Self::NotConverged => f.write_str(
                 "the fit ended before its minimum: its coefficients have no intervals",
             ),
-            Self::Diverged { most_n } => write!(
+            Self::Diverged { most, unit } => write!(
                 f,
-                "the model diverges in free run ({most_n:.3e} N): it does not fly"
+                "the model diverges in free run ({most:.3e} {unit}): it does not fly"
             ),
             Self::LagConfounded {
                 pair: [a, b],

@@ -34,6 +34,9 @@ pub struct Findings {
     pub empty_cells: BTreeMap<String, usize>,
     /// Columns of text.
     pub text_columns: Vec<String>,
+    /// What was done as it should be: which map was taken.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// Warnings, one sentence each.
     pub warnings: Vec<String>,
 }
@@ -99,6 +102,7 @@ impl Findings {
             *self.empty_cells.entry(column).or_default() += gaps;
         }
         self.text_columns.extend(later.text_columns);
+        self.notes.extend(later.notes);
         self.warnings.extend(later.warnings);
         self
     }

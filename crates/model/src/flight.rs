@@ -64,11 +64,7 @@ impl Card {
                 self.not_for_flight("a thrust card is expected, this is one of ground effect")
             );
         }
-        if self.diverged {
-            return Err(self.not_for_flight(
-                "its free run leaves the data that it was fitted to; identify it with another form",
-            ));
-        }
+        self.check_divergence()?;
         let model = self.form.thrust_kernel(self)?;
         model
             .validate()
@@ -86,6 +82,7 @@ impl Card {
                 self.not_for_flight("a ground-effect card is expected, this is one of thrust")
             );
         }
+        self.check_divergence()?;
         let model = self.form.ground_effect_kernel(self)?;
         let [height_min_m, height_max_m] =
             *self.validity.inputs.get("z").ok_or_else(|| {
@@ -114,6 +111,15 @@ impl Card {
 }
 
 impl Card {
+    fn check_divergence(&self) -> Result<(), CardError> {
+        if self.diverged {
+            return Err(self.not_for_flight(
+                "its free run leaves the data that it was fitted to; identify it with another form",
+            ));
+        }
+        Ok(())
+    }
+
     /// The middle of the battery voltages that the card was fitted to (V).
     fn battery_v(&self) -> Result<f64, CardError> {
         let range = self.validity.inputs.get("u");

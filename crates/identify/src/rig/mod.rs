@@ -41,6 +41,20 @@ pub fn fit(
     };
     fitted.check_finite()?;
     trial::validity(&mut fitted.card, trials, settings);
+    if memory {
+        let mut most_n = 0.0;
+        for trial in trials {
+            most_n = predict(&fitted.card, trial)?
+                .into_iter()
+                .map(|f| if f.is_nan() { f64::INFINITY } else { f.abs() })
+                .fold(most_n, f64::max);
+        }
+        let forces = trials.iter().flat_map(|trial| &trial.force_n);
+        let largest_n = forces
+            .filter(|f| f.is_finite())
+            .fold(0.0, |most, f| f.abs().max(most));
+        fitted.judge_divergence(most_n, largest_n, "N");
+    }
     fitted.card.warnings.extend(sentences(&fitted.warnings));
     Ok(fitted)
 }

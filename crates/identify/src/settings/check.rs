@@ -143,7 +143,7 @@ impl IdentificationSettings {
         let long = t.max_lag_s >= SHORTEST_MAX_LAG_S;
         expect(long, "thrust.max_lag_s", expected, &t.max_lag_s)?;
         at_least_0("thrust.settle_s", t.settle_s)?;
-        at_least_0("thrust.min_thrust_n", t.min_thrust_n)?;
+        at_least_0("thrust.min_thrust_n", t.min_thrust_n.unwrap_or(0.0))?;
         expect(shooting.every > 0, "shooting.every", "at least 1", &0)?;
         for (key, [lo, hi]) in [
             ("ground_effect.lag_bounds_s", g.lag_bounds_s),

@@ -217,8 +217,8 @@ pub struct ThrustSettings {
     pub battery: bool,
     /// First seconds of a plateau that are not used.
     pub settle_s: f64,
-    /// Thrust below which plateaus are not used for static maps (N).
-    pub min_thrust_n: f64,
+    /// Thrust below which plateaus are not used for static maps (N); absent: [`Self::least_thrust_n`].
+    pub min_thrust_n: Option<f64>,
     /// Candidate terms of eq. (8), in the state `x = √T` and the throttle `s`.
     pub library: Vec<String>,
     /// Whether eq. (8) is refined in free run after SR3.
@@ -236,7 +236,7 @@ impl Default for ThrustSettings {
             degree: 2,
             battery: false,
             settle_s: 0.8,
-            min_thrust_n: 0.1,
+            min_thrust_n: None,
             library: touchdown_flight::thrust::Library::<f64>::TERMS
                 .map(String::from)
                 .to_vec(),
@@ -244,6 +244,15 @@ impl Default for ThrustSettings {
             max_lag_s: 1.0,
             dead_time: DeadTime::Auto,
         }
+    }
+}
+
+impl ThrustSettings {
+    /// Thrust below which steady points are not used (N), of logs that reach `greatest_n`: that of the settings, or 0.1 N
+    /// (a standing rotor on a load cell), for small vehicles a fiftieth of the greatest. A tenth loses the throttles below
+    /// 0.3; a five-hundredth keeps rotors that stand.
+    pub(crate) fn least_thrust_n(&self, greatest_n: f64) -> f64 {
+        self.min_thrust_n.unwrap_or(0.1_f64.min(0.02 * greatest_n))
     }
 }
 

@@ -9,11 +9,11 @@ use touchdown_model::{Card, Form, Kind};
 use touchdown_trial::Trial;
 
 use super::free_run::{FOLDS, HeldOut};
-use super::output_error::{LagFit, LagForm, unconverged};
+use super::output_error::{LagFit, LagForm};
 use super::record::{StandRecords, dead_time_by_regression};
 use crate::error::Result;
 use crate::estimate::{Estimate, kept, term, terms};
-use crate::fitted::{FittedCard, Origin, method, outcome};
+use crate::fitted::{FittedCard, Origin, method, outcome, unconverged};
 use crate::front::Front;
 use crate::settings::{DeadTime, IdentificationSettings, SmoothingSettings, ThrustForm};
 use crate::sparse_fit::{SparseFit, sparse_fit};

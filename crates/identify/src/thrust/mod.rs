@@ -40,6 +40,10 @@ use crate::warning::{Warning, sentences};
 /// The resolution of a command in microseconds.
 const LEAST_MOTION: f64 = 1e-3;
 
+/// Thrust of one rotor above which it is taken for grams (N): rotors of 0.4 m radius give less, and 200 g are a small motor's.
+/// At half of it, large rotors are warned of; at twice, motors of 400 g are not.
+const MOST_OF_ONE_ROTOR_N: f64 = 200.0;
+
 /// Fits one card to `trials` together, in the form of the settings or, without one, in the form that predicts held-out
 /// parts best in free run: a static curve, eq. (7), a root behind a lag, a lag on every motor, or eq. (8), each with and
 /// without the battery's voltage where that was measured. Of forms within one standard error, the simplest is taken.
@@ -76,6 +80,10 @@ pub fn fit(
     fitted.card.measured_rotors = rotors.in_card(&settings.vehicle);
     if rotors == MeasuredRotors::OneAssumed {
         fitted.warnings.push(Warning::OneRotorAssumed);
+    }
+    let most_n = trials.iter().map(sign::most_n).fold(0.0, f64::max);
+    if fitted.card.measured_rotors == Some(1) && most_n > MOST_OF_ONE_ROTOR_N {
+        fitted.warnings.push(Warning::Grams { most_n });
     }
     fitted.card.warnings.extend(sentences(&fitted.warnings));
     Ok(fitted)

@@ -10,7 +10,7 @@ use super::free_run::{
 };
 use crate::error::{Error, Result};
 use crate::estimate::{Estimate, term};
-use crate::fitted::{FittedCard, Origin, method, range, score};
+use crate::fitted::{FittedCard, Origin, method, range, score, unconverged};
 use crate::scores::Errors;
 use crate::settings::{DeadTime, IdentificationSettings, ThrustForm};
 use crate::unit;
@@ -350,12 +350,4 @@ fn resolved(of: &str, found: Resolved) -> Term {
             ..term(of, "1", Estimate::bare(value), "s")
         },
     }
-}
-
-/// Takes the interval from a term of a fit that did not converge.
-pub(super) fn unconverged(term: &mut Term) {
-    term.std_error = None;
-    term.ci95 = None;
-    term.upper_bound = None;
-    term.mark = Some(Mark::NotConverged);
 }

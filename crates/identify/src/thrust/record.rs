@@ -16,7 +16,6 @@ use crate::fitted::{FittedCard, range, score};
 use crate::prediction::{Columns, Predictor};
 use crate::scores::Errors;
 use crate::settings::{DeadTime, IdentificationSettings};
-use crate::warning::Warning;
 
 /// Pieces that the data are split into at least, for standard errors.
 /// Student's t is 2.26 then. More pieces are shorter, and the free start of each costs more of them.
@@ -32,10 +31,6 @@ const RESIDUALS_HZ: f64 = 50.0;
 const LONGEST_STEP_S: f64 = 0.02;
 /// Shortest and longest dead time that is searched for (s); a shorter one is none.
 const DEAD_TIME_S: [f64; 2] = [1e-3, 0.2];
-
-/// A free run beyond this multiple of the greatest measured thrust has left its data.
-/// A fit that errs by a few tenths stays far below it, a divergent one passes it within seconds.
-const DIVERGED: f64 = 5.0;
 
 /// Unbroken rows with throttle and thrust; the root of thrust is smoothed.
 #[derive(Clone)]
@@ -260,14 +255,11 @@ impl StandRecords {
             card.constants.insert(HELD.into(), 1.0);
         }
         let largest = card.validity.output.map_or(0.0, |[_, most]| most);
-        card.diverged = most_n > DIVERGED * largest;
         let rmse = Errors::pool(&errors).map_or(f64::NAN, |e| e.rmse);
         let rows = self.records.iter().map(|r| r.time.len()).sum();
-        let warnings = Vec::from_iter(card.diverged.then_some(Warning::Diverged { most_n }));
-        Ok(FittedCard {
-            warnings,
-            ..FittedCard::new(card, (rmse, "N"), rows)
-        })
+        let mut fitted = FittedCard::new(card, (rmse, "N"), rows);
+        fitted.judge_divergence(most_n, largest, "N");
+        Ok(fitted)
     }
 }
 

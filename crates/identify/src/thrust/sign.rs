@@ -6,6 +6,12 @@ use super::plateau::median;
 use crate::error::{Error, Result};
 use crate::fitted::range;
 
+/// The greatest thrust of a trial (N).
+pub(super) fn most_n(trial: &Trial) -> f64 {
+    let thrust = trial.channel("thrust_n").unwrap_or_default();
+    range(thrust.iter().copied()).map_or(0.0, |[_, most]| most)
+}
+
 /// Checks that thrust is above zero where the throttle is in the upper half of its range. Noise alone is above zero
 /// somewhere, so its greatest value tells too little.
 ///

@@ -256,7 +256,7 @@ impl StaticMap {
 
     /// Where the points come from.
     fn describe_points(&self, settings: &ThrustSettings) -> String {
-        let (count, least_n) = (self.points.len(), settings.min_thrust_n);
+        let (count, least_n) = (self.points.len(), least_n(&self.points, settings));
         if self.by_plateau {
             let settle_s = settings.settle_s;
             format!(
@@ -318,7 +318,7 @@ fn check_points(points: &[Plateau], trials: &[Trial], settings: &ThrustSettings)
             "{} points at {} levels with thrust above {} N",
             points.len(),
             levels.len(),
-            settings.min_thrust_n
+            least_n(points, settings)
         ),
     ))
 }
@@ -361,8 +361,14 @@ pub fn steady_points(
             points.extend(plateau::rows(trial)?);
         }
     }
-    points.retain(|p| p.thrust_n > settings.thrust.min_thrust_n);
+    let least_n = least_n(&points, &settings.thrust);
+    points.retain(|p| p.thrust_n > least_n);
     Ok((points, by_plateau))
+}
+
+/// Thrust below which points are not used (N).
+fn least_n(points: &[Plateau], settings: &ThrustSettings) -> f64 {
+    settings.least_thrust_n(points.iter().map(|p| p.thrust_n).fold(0.0, f64::max))
 }
 
 #[cfg(test)]

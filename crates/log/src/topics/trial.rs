@@ -37,7 +37,7 @@ impl Log {
             names.into_iter(),
             clocks.flat_map(|(_, clocks)| clocks.iter().map(String::as_str)),
         )?;
-        let mut notes = Vec::new();
+        let (mut notes, mut mapped_by) = (Vec::new(), None);
         let map = match map {
             Some(map) => map,
             None => {
@@ -50,7 +50,7 @@ impl Log {
                         suggested: survey.suggested_map(),
                     });
                 };
-                notes.push(format!("mapped by {}", found.path()));
+                mapped_by = Some(format!("mapped by {}", found.path()));
                 found
             }
         };
@@ -94,6 +94,7 @@ impl Log {
                 bytes / 1_000_000
             ));
         }
+        findings.notes.extend(mapped_by);
         findings.warnings.splice(0..0, notes);
         Ok((trial, findings))
     }

@@ -78,8 +78,8 @@ pub(super) fn run(
                 .to_string(),
         ));
     };
-    check_rotors(&card, settings.vehicle.rotors)?;
     let (trials, gaps) = prepare(&logs, &card)?;
+    check_rotors(&card, settings.vehicle.rotors)?;
     let identifiability = examine_trials(&trials, settings)?;
     let mut origin = origin(&load::trials(&logs), map.as_ref(), common, settings)?;
     origin.vehicle.rotor_radius_m = Some(settings.ground_effect.rotor_radius_m);

@@ -132,6 +132,13 @@ pub(crate) fn logs(
         }
     }
     different(out.iter().flatten())?;
+    let notes = out.iter().flatten().flat_map(|log| {
+        let notes = log.findings.notes.iter();
+        notes.map(|note| (log.path.clone(), note.clone()))
+    });
+    for note in once(notes) {
+        context.aside(&note);
+    }
     Ok(out)
 }
 

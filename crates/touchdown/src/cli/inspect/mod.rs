@@ -11,6 +11,8 @@ use touchdown::Result;
 use touchdown::pages;
 use touchdown_campaign::progress::Progress as _;
 use touchdown_log::{Findings, Inspection, Log, Map, Survey, Table};
+use touchdown_sim::deck::character::SeriesCharacter;
+use touchdown_sim::deck::series::MotionSeries;
 use touchdown_trial::Trial;
 
 use super::args::InspectArgs;
@@ -310,11 +312,22 @@ fn text(seen: &InspectedLog) -> String {
         out.push('\n');
         out.push_str(&show::text_table(&header, &rows));
     }
+    if let Some(motion) = deck_motion(seen) {
+        out.push_str(&format!("\n\nMotion of the deck: {motion}"));
+    }
     if let Some(map) = suggested_map(seen) {
         out.push_str(&format!("\n\nA map to start from:\n{map}"));
     }
     out.push('\n');
     out
+}
+
+/// What a measured motion of the deck is, by `deck_height_m`.
+fn deck_motion(seen: &InspectedLog) -> Option<SeriesCharacter> {
+    let (trial, _) = seen.mapped.as_ref()?;
+    let heave_m = trial.channel("deck_height_m")?;
+    let series = MotionSeries::of_heave(trial.time_s(), heave_m).ok()?;
+    Some(series.character())
 }
 
 /// The channels, or else the columns of a table.
