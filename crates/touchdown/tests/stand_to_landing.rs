@@ -33,7 +33,7 @@ fn stand(folder: &Path, most_n: f64) -> PathBuf {
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
     let (mut x, mut throttle) = (0.3, 0.2);
-    for row in 0..4000 {
+    for row in 0..2500 {
         if row % 100 == 0 {
             throttle = 0.15 + 0.8 * uniform();
         }
@@ -111,6 +111,54 @@ fn prop_every_form_of_a_stand_lands_vertically_and_in_space() {
             assert_eq!(count, 1, "{form:?} {way:?}: {results}");
         }
     }
+}
+
+#[test]
+fn prop_a_card_has_what_settings_and_map_say_of_the_vehicle() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = stand(folder.path(), 6.0);
+    let [card, settings, map] =
+        ["card.toml", "settings.toml", "map.toml"].map(|f| folder.path().join(f));
+    std::fs::write(
+        &settings,
+        "[vehicle]\nmass_kg = 0.9\nrotors = 6\nmeasured_rotors = 2\n",
+    )
+    .unwrap();
+    let channels =
+        "schema = 1\n[channels]\ntime_s = 'time_s'\nthrottle = 'throttle'\nthrust_n = 'thrust_n'\n";
+    let identify = |vehicle: &str| {
+        std::fs::write(&map, format!("{channels}[vehicle]\n{vehicle}")).unwrap();
+        let mut command = Command::cargo_bin("touchdown").unwrap();
+        command
+            .args(["identify", "thrust", "--form", "first_order", "--quiet"])
+            .arg(&log);
+        command
+            .arg("--map")
+            .arg(&map)
+            .arg("--settings")
+            .arg(&settings)
+            .arg("--out")
+            .arg(&card);
+        command.output().unwrap()
+    };
+    // The settings come first, the map fills in the rest.
+    let done = identify("mass_kg = 1.2\nrotor_radius_m = 0.06\narm_m = 0.11\n");
+    assert!(done.status.success(), "{}", error(&done));
+    let card = Card::read(&card).unwrap();
+    assert_eq!(card.measured_rotors, Some(2));
+    let vehicle = card.vehicle;
+    assert_eq!((vehicle.mass_kg, vehicle.rotors), (Some(0.9), Some(6)));
+    assert_eq!(
+        (vehicle.rotor_radius_m, vehicle.arm_m),
+        (Some(0.06), Some(0.11))
+    );
+    let wrong = identify("rotors = 0\n");
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(
+        error(&wrong).contains("line 7, vehicle.rotors: expected a whole number, at least 1"),
+        "{}",
+        error(&wrong)
+    );
 }
 
 #[test]

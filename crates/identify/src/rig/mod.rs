@@ -44,7 +44,9 @@ pub fn fit(
     if memory {
         let mut most_n = 0.0;
         for trial in trials {
-            most_n = predict(&fitted.card, trial)?
+            // A model of which no term is left has no free run.
+            let predicted = predict(&fitted.card, trial).unwrap_or_default();
+            most_n = predicted
                 .into_iter()
                 .map(|f| if f.is_nan() { f64::INFINITY } else { f.abs() })
                 .fold(most_n, f64::max);
