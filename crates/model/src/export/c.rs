@@ -2,7 +2,7 @@
 
 use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, Outside, VelocityInput};
 use touchdown_flight::real::r;
-use touchdown_flight::thrust::ThrustModel;
+use touchdown_flight::thrust::{Library, ThrustModel};
 
 use super::flying::FlyingModel;
 use super::{ExportedFile, Number, vectors};
@@ -68,7 +68,11 @@ fn elementary<R: Number>(with_sine: bool) -> Vec<&'static str> {
 
 fn thrust<R: Number>(model: &ThrustModel<R>) -> Family<R> {
     let mut pieces = vec![piece!("basics")];
-    pieces.extend(elementary::<R>(matches!(model, ThrustModel::Library(_))));
+    let is_library = matches!(
+        model,
+        ThrustModel::Library(_) | ThrustModel::LibraryOfRotors(_)
+    );
+    pieces.extend(elementary::<R>(is_library));
     let (middle, constants): (Vec<&str>, Vec<R>) = match model {
         ThrustModel::FirstOrder(m) => (
             vec![piece!("lag"), piece!("cubic"), piece!("thrust_first_order")],
@@ -76,7 +80,17 @@ fn thrust<R: Number>(model: &ThrustModel<R>) -> Family<R> {
         ),
         ThrustModel::Library(m) => (
             vec![piece!("min"), piece!("cubic"), piece!("thrust_library")],
-            vec![m.one, m.x, m.s, m.s2, m.x3, m.s3, m.exp_neg_x_s, m.sin_x_s],
+            library(m).to_vec(),
+        ),
+        ThrustModel::LibraryOfRotors(m) => (
+            vec![
+                piece!("min"),
+                piece!("cubic"),
+                piece!("thrust_library_names"),
+                piece!("thrust_library"),
+                piece!("thrust_library_of_rotors"),
+            ],
+            [&library(&m.library)[..], &[m.root_factor]].concat(),
         ),
         ThrustModel::Static(m) => (
             vec![piece!("lag"), piece!("cubic"), piece!("thrust_static")],
@@ -94,6 +108,11 @@ fn thrust<R: Number>(model: &ThrustModel<R>) -> Family<R> {
     pieces.extend(middle);
     pieces.push(piece!("thrust"));
     Family { pieces, constants }
+}
+
+/// The coefficients of eq. (8), in the order of the C code.
+fn library<R: Number>(m: &Library<R>) -> [R; 8] {
+    [m.one, m.x, m.s, m.s2, m.x3, m.s3, m.exp_neg_x_s, m.sin_x_s]
 }
 
 fn ground_effect<R: Number>(guarded: &Guarded<R>) -> Family<R> {

@@ -5,7 +5,9 @@ use touchdown_flight::ground_effect::{
     Empirical, GroundEffectModel, Guarded, Lag, Polynomial, Ratio, StaticMap, Validity,
 };
 use touchdown_flight::real::r;
-use touchdown_flight::thrust::{FirstOrder, LaggedThrottle, Library, StaticThrust, ThrustModel};
+use touchdown_flight::thrust::{
+    FirstOrder, LaggedThrottle, Library, LibraryOfRotors, StaticThrust, ThrustModel,
+};
 
 use crate::card::{Card, Kind};
 use crate::error::CardError;
@@ -20,7 +22,11 @@ impl<R: Real> FlyingModel<R> {
     /// The card's model, each number rounded to the precision.
     pub(super) fn of(card: &Card) -> Result<Self, CardError> {
         Ok(match card.kind {
-            Kind::Thrust => Self::Thrust(thrust(&card.thrust_model()?)),
+            Kind::Thrust => {
+                // Without a number of rotors, the thrust is that of those that were measured.
+                let rotors = card.vehicle.rotors.or(card.measured_rotors);
+                Self::Thrust(thrust(&card.thrust_model_of(rotors)?))
+            }
             Kind::GroundEffect => Self::GroundEffect(guarded(&card.ground_effect()?)),
         })
     }
@@ -33,9 +39,11 @@ fn thrust<R: Real>(model: &ThrustModel<f64>) -> ThrustModel<R> {
             c1: r(m.c1),
             t_m_s: r(m.t_m_s),
         }),
-        ThrustModel::Library(m) => ThrustModel::Library(Library::from_array(
-            [m.one, m.x, m.s, m.s2, m.x3, m.s3, m.exp_neg_x_s, m.sin_x_s].map(r),
-        )),
+        ThrustModel::Library(m) => ThrustModel::Library(library(&m)),
+        ThrustModel::LibraryOfRotors(m) => ThrustModel::LibraryOfRotors(LibraryOfRotors {
+            library: library(&m.library),
+            root_factor: r(m.root_factor),
+        }),
         ThrustModel::Static(m) => ThrustModel::Static(StaticThrust {
             coefficients: m.coefficients.map(r),
             t_m_s: r(m.t_m_s),
@@ -45,6 +53,10 @@ fn thrust<R: Real>(model: &ThrustModel<f64>) -> ThrustModel<R> {
             t_m_s: r(m.t_m_s),
         }),
     }
+}
+
+fn library<R: Real>(m: &Library<f64>) -> Library<R> {
+    Library::from_array([m.one, m.x, m.s, m.s2, m.x3, m.s3, m.exp_neg_x_s, m.sin_x_s].map(r))
 }
 
 fn map<R: Real>(m: &StaticMap<f64>) -> StaticMap<R> {

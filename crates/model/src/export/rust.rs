@@ -1,7 +1,7 @@
 //! A Rust constant of `touchdown-flight`.
 
 use touchdown_flight::ground_effect::{GroundEffectModel, Guarded, StaticMap};
-use touchdown_flight::thrust::ThrustModel;
+use touchdown_flight::thrust::{Library, ThrustModel};
 
 use super::flying::FlyingModel;
 use super::{ExportedFile, Number};
@@ -48,18 +48,16 @@ fn thrust<R: Number>(model: &ThrustModel<R>) -> String {
             let fields = [("c0", m.c0), ("c1", m.c1), ("t_m_s", m.t_m_s)];
             ("FirstOrder", numbers("thrust::FirstOrder", &fields))
         }
-        ThrustModel::Library(m) => {
+        ThrustModel::Library(m) => ("Library", library(m)),
+        ThrustModel::LibraryOfRotors(m) => {
             let fields = [
-                ("one", m.one),
-                ("x", m.x),
-                ("s", m.s),
-                ("s2", m.s2),
-                ("x3", m.x3),
-                ("s3", m.s3),
-                ("exp_neg_x_s", m.exp_neg_x_s),
-                ("sin_x_s", m.sin_x_s),
+                ("library", library(&m.library)),
+                ("root_factor", m.root_factor.text()),
             ];
-            ("Library", numbers("thrust::Library", &fields))
+            (
+                "LibraryOfRotors",
+                structure("thrust::LibraryOfRotors", &fields),
+            )
         }
         ThrustModel::Static(m) => {
             let fields = [
@@ -80,6 +78,20 @@ fn thrust<R: Number>(model: &ThrustModel<R>) -> String {
         }
     };
     format!("touchdown_flight::thrust::ThrustModel::{variant}({inner})")
+}
+
+fn library<R: Number>(m: &Library<R>) -> String {
+    let fields = [
+        ("one", m.one),
+        ("x", m.x),
+        ("s", m.s),
+        ("s2", m.s2),
+        ("x3", m.x3),
+        ("s3", m.s3),
+        ("exp_neg_x_s", m.exp_neg_x_s),
+        ("sin_x_s", m.sin_x_s),
+    ];
+    numbers("thrust::Library", &fields)
 }
 
 fn numbers<R: Number>(path: &str, fields: &[(&str, R)]) -> String {

@@ -12,6 +12,12 @@ use crate::published;
 fn cards() -> Vec<Card> {
     let published = |text| Card::parse(text, "published").unwrap();
     let mut cards = vec![published(published::EQ_11), published(published::EQ_12)];
+    // Eq. (8) of one rotor, for a vehicle of four.
+    let mut of_one = published(published::EQ_11);
+    of_one.name = "of one rotor".into();
+    of_one.measured_rotors = Some(1);
+    of_one.vehicle.rotors = Some(4);
+    cards.push(of_one);
     cards.extend(forms().iter().map(|(form, terms)| of_form(*form, terms)));
     cards
 }
