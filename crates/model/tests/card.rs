@@ -28,7 +28,10 @@ fn card(values: [f64; 7]) -> Card {
         description: "a \"quoted\" text, with\nlines".into(),
         warnings: vec!["w".into()],
         diverged: false,
+        measured_rotors: Some(2),
         vehicle: Vehicle {
+            rotors: Some(4),
+            arm_m: Some(0.226),
             name: "test".into(),
             mass_kg: Some(1.37),
             rotor_radius_m: None,

@@ -39,6 +39,7 @@ fn card(form: Form, kind: Kind) -> Card {
         description: String::new(),
         warnings: Vec::new(),
         diverged: false,
+        measured_rotors: None,
         vehicle: Vehicle::default(),
         validity: Validity {
             inputs: [("z".to_string(), [0.05, 2.0])].into(),
