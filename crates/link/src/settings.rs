@@ -12,6 +12,9 @@ use touchdown_lander::settings::{ControlSettings, LoopTiming, SensorNumbers, Veh
 
 use crate::camera::CameraSettings;
 
+/// Greatest age up to which a reading may count as fresh, s: a deck at 0.5 Hz is half a period on by then.
+const GREATEST_AGE_S: f64 = 1.0;
+
 /// The side of the autopilot's thrust curve on which the thrust card stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -316,7 +319,24 @@ impl FlightSettings {
         let latency_s = self.deck.latency_s;
         between("deck.latency_s", latency_s, 0.0..=0.3, "0 to 0.3 s")?;
         positive("deck.sd_m", self.deck.sd_m)?;
+        self.ages()?;
         self.limits.check()
+    }
+
+    /// The ages up to which the landing computer descends by a reading, and takes it for fresh.
+    fn ages(&self) -> Result<(), SettingsError> {
+        let (lander, relative) = (&self.control.state_machine, &self.control.relative);
+        for (key, age_s) in [
+            ("control.lander.range_age_s", lander.range_age_s),
+            ("control.lander.tag_age_s", lander.tag_age_s),
+            ("control.lander.imu_age_s", lander.imu_age_s),
+            ("control.relative.imu.stale_s", relative.imu.stale_s),
+            ("control.relative.range.stale_s", relative.range.stale_s),
+            ("control.relative.tag.stale_s", relative.tag.stale_s),
+        ] {
+            between(key, age_s, 0.0..=GREATEST_AGE_S, "0 to 1 s")?;
+        }
+        Ok(())
     }
 }
 
@@ -432,6 +452,19 @@ impl LimitSettings {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn prop_no_setting_lets_old_readings_count_as_fresh() {
+        let refused = |change: fn(&mut ControlSettings<f64>)| {
+            let mut settings = FlightSettings::default();
+            change(&mut settings.control);
+            settings.computer().unwrap_err().to_string()
+        };
+        let said = refused(|control| control.state_machine.tag_age_s = 100.0);
+        assert!(said.contains("control.lander.tag_age_s"), "{said}");
+        let said = refused(|control| control.relative.range.stale_s = 100.0);
+        assert!(said.contains("control.relative.range.stale_s"), "{said}");
+    }
 
     #[test]
     fn prop_the_defaults_can_be_flown() {

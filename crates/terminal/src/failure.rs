@@ -4,10 +4,10 @@ use std::io::Write as _;
 
 use crate::escape;
 
-/// The object of a command that fails.
+/// The object of a command that fails, on one line.
 pub(crate) fn refusal(error: &str, outcome: &str) -> String {
     let object = serde_json::json!({ "error": error, "outcome": outcome });
-    escape::json(&format!("{object:#}")).into_owned()
+    escape::json(&object.to_string()).into_owned()
 }
 
 /// Prints why a command fails: text on standard error, and the object where JSON was asked for.

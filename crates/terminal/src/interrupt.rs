@@ -1,4 +1,4 @@
-//! Ctrl-C: waits for files that are being written, says what was written, and ends the process.
+//! Ctrl-C, SIGTERM and SIGHUP: waits for files that are being written, says what was written, and ends the process.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -19,7 +19,7 @@ pub(crate) struct Interrupt {
 }
 
 impl Interrupt {
-    /// Handles Ctrl-C from now on, if nobody else does and it is not ignored, as in a job in the background of a script.
+    /// Handles these signals from now on, if nobody else does and none is ignored, as in a job in the background of a script.
     pub(crate) fn install(json: bool, bar: ProgressBar) -> Self {
         let report: Report = Box::new(|| "nothing was written".to_owned());
         let interrupt = Self {

@@ -18,7 +18,7 @@ Exit status:
   1    Failed: a log is missing, cannot be read or has no usable rows, or a result cannot be written.
   2    An argument, a map, a settings file or a model is wrong or missing.
   3    Done, but input was lost. Warnings name the lost rows.
-  130  Ctrl-C ended the command. The last line says what was written.";
+  130  Ctrl-C, SIGTERM or SIGHUP ended the command. The last line says what was written.";
 
 /// How a command ends that does not fail.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]

@@ -32,6 +32,8 @@ pub struct Bench {
     armed: bool,
     /// Whether a report of another mode has reached the companion while it was in control.
     taken_over: bool,
+    /// Whether the mode of the last report is the one that follows setpoints.
+    follows: bool,
     /// Called with `true` before, and with `false` after the companion handles an event.
     pub probe: fn(bool),
 }
@@ -65,6 +67,7 @@ impl Bench {
             mode: POSITION,
             armed: true,
             taken_over: false,
+            follows: false,
             probe: |_| {},
         }
     }
@@ -216,12 +219,19 @@ impl Bench {
     fn hear(&mut self, bytes: &[u8], flies: bool) {
         self.heard.push(bytes);
         while let Some(frame) = self.heard.next_frame() {
-            if let (MavMessage::HEARTBEAT(m), 7, 1) =
-                (&frame.message, frame.system, frame.component)
-            {
-                let of_px4 = m.autopilot == MavAutopilot::MAV_AUTOPILOT_PX4
-                    && m.mavtype == MavType::MAV_TYPE_QUADROTOR;
-                self.taken_over |= flies && of_px4 && m.custom_mode >> 16 & 0xff != OFFBOARD >> 16;
+            let mode = match &frame.message {
+                MavMessage::HEARTBEAT(m)
+                    if m.autopilot == MavAutopilot::MAV_AUTOPILOT_PX4
+                        && m.mavtype == MavType::MAV_TYPE_QUADROTOR =>
+                {
+                    m.custom_mode
+                }
+                MavMessage::CURRENT_MODE(m) => m.custom_mode,
+                _ => continue,
+            };
+            if (frame.system, frame.component) == (7, 1) {
+                self.follows = mode >> 16 & 0xff == OFFBOARD >> 16;
+                self.taken_over |= flies && !self.follows;
             }
         }
     }
@@ -232,6 +242,8 @@ impl Bench {
         }
         if let MavMessage::SET_ATTITUDE_TARGET(m) = message {
             assert!(!self.taken_over, "a setpoint after a take-over");
+            let early = stage == Stage::Ready && self.follows;
+            assert!(!early, "a setpoint that is followed before control");
             assert!(matches!(
                 stage,
                 Stage::Ready | Stage::InControl | Stage::Landed

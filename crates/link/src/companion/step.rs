@@ -246,7 +246,10 @@ impl Companion {
             }
         }
         let armed = self.vehicle.is_some_and(|vehicle| vehicle.armed);
-        let known = armed && self.computer.knows(&output.estimate) && fresh(&output.health);
+        // A vehicle that follows already would obey the first setpoint, before its pilot has given control.
+        let follows = self.vehicle.is_some_and(|vehicle| vehicle.following);
+        let known =
+            armed && !follows && self.computer.knows(&output.estimate) && fresh(&output.health);
         match self.stage {
             Stage::Checked if known => self.enter(Stage::Ready),
             Stage::Ready if !known => self.enter(Stage::Checked),

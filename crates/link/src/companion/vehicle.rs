@@ -173,6 +173,9 @@ impl Companion {
             let (name, system) = (autopilot.name(), frame.system);
             self.notes.push(format!("{name}, system id {system}"));
             self.enter(Stage::Checking);
+            if autopilot.follows(heartbeat.custom_mode) {
+                self.refuse_early();
+            }
             return;
         };
         vehicle.heard_us = now;
@@ -198,11 +201,22 @@ impl Companion {
                 self.echo.begin(now);
                 self.enter(Stage::InControl);
             }
+            Stage::Waiting | Stage::Checking | Stage::Checked if switched => self.refuse_early(),
             Stage::InControl | Stage::HandingOver if !following => self.end(Ending::PilotTookOver),
             Stage::InControl | Stage::HandingOver if !armed => self.end(Ending::Disarmed),
             Stage::Landed if !armed => self.end(Ending::Landed),
             Stage::Landed if !following => self.end(Ending::PilotTookOver),
             _ => {}
+        }
+    }
+
+    /// The vehicle is in the mode that follows setpoints before the companion is ready.
+    fn refuse_early(&mut self) {
+        if let Some(vehicle) = &self.vehicle {
+            let mode = vehicle.autopilot.follows_in();
+            self.notes.push(format!(
+                "{mode} before the companion is ready: no setpoints until the pilot leaves {mode} and switches to it again"
+            ));
         }
     }
 

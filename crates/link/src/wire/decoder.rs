@@ -74,6 +74,12 @@ impl Decoder {
         self.buffer.extend_from_slice(bytes);
     }
 
+    /// Drops the bytes that wait for the rest of their frame.
+    pub fn forget(&mut self) {
+        self.buffer.clear();
+        self.start = 0;
+    }
+
     /// The next message, if a whole one is there.
     pub fn next_frame(&mut self) -> Option<Frame> {
         loop {

@@ -151,17 +151,22 @@ fn prop_damaged_cut_and_replayed_packets_prevent_no_landing() {
 }
 
 #[test]
-fn prop_ctrl_c_hands_the_vehicle_over_and_ends_with_130() {
-    for ignores_interrupts in [false, true] {
-        ctrl_c_hands_the_vehicle_over(ignores_interrupts);
+fn prop_signals_hand_the_vehicle_over_and_end_with_130() {
+    for (signal, ignores_interrupts) in [
+        ("interrupt", false),
+        ("interrupt", true),
+        ("terminate", false),
+        ("hang up", false),
+    ] {
+        signal_hands_the_vehicle_over(signal, ignores_interrupts);
     }
 }
 
-fn ctrl_c_hands_the_vehicle_over(ignores_interrupts: bool) {
+fn signal_hands_the_vehicle_over(signal: &str, ignores_interrupts: bool) {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let case = Case {
-        peer: &["--fault", "interrupt", "--parameter", "COM_OF_LOSS_T=1.1"],
+        peer: &["--fault", signal, "--parameter", "COM_OF_LOSS_T=1.1"],
         ours: &["--set-parameters"],
         ignores_interrupts,
         ..Case::default()

@@ -23,6 +23,7 @@ MASS, G = 1.37, 9.81
 ROOT = 7.4  # root of the thrust at full motor signal, √N
 MOTOR_S, ATTITUDE_S = 0.05, 0.06
 LEG_M, LEG_N_PER_M, LEG_NS_PER_M = 0.1, 4000.0, 90.0
+SIGNALS = {"kill": signal.SIGKILL, "interrupt": signal.SIGINT, "terminate": signal.SIGTERM, "hang up": signal.SIGHUP}
 BOOT_OFFSET_S = 37.25  # the autopilot started before the companion
 
 PX4 = {
@@ -433,8 +434,8 @@ class Autopilot:
             self.yaw = 0.6
         elif self.args.fault == "battery":
             self.battery = 2
-        elif self.args.fault in ("kill", "interrupt"):
-            os.kill(self.args.pid, signal.SIGKILL if self.args.fault == "kill" else signal.SIGINT)
+        elif self.args.fault in SIGNALS:
+            os.kill(self.args.pid, SIGNALS[self.args.fault])
 
     def second(self):
         """Another autopilot with the same id, of the same kind."""
@@ -478,7 +479,7 @@ def main():
     parser.add_argument("--passphrase")
     parser.add_argument("--parameter", action="append", default=[], help="NAME=VALUE at the start")
     parser.add_argument("--fault")
-    parser.add_argument("--pid", type=int, help="of the companion, for the faults kill and interrupt")
+    parser.add_argument("--pid", type=int, help="of the companion, for the faults that are signals")
     parser.add_argument("--autopilot", choices=["px4", "ardupilot"], default="px4")
     parser.add_argument("--pilot", choices=["switches", "takes-over", "none"], default="switches")
     parser.add_argument("--amplitude", type=float, default=0.05)

@@ -75,16 +75,25 @@ fn prop_no_setpoint_while_disarmed_or_refused_or_blind() {
 }
 
 #[test]
-fn prop_a_mode_that_the_vehicle_already_has_is_no_switch() {
-    let mut bench = Bench::new();
-    bench.mode = OFFBOARD;
-    bench.run(10.0);
-    assert_eq!(bench.companion.stage(), Stage::Ready);
-    bench.mode = POSITION;
-    bench.run(1.0);
-    bench.mode = OFFBOARD;
-    bench.run(1.0);
-    assert_eq!(bench.companion.stage(), Stage::InControl);
+fn prop_a_vehicle_that_follows_already_gets_no_setpoint_before_another_switch() {
+    for begins_armed in [true, false] {
+        let mut bench = Bench::new();
+        (bench.mode, bench.armed) = (OFFBOARD, begins_armed);
+        bench.run(10.0);
+        // Arming is no switch either.
+        bench.armed = true;
+        bench.run(5.0);
+        assert_eq!(bench.companion.stage(), Stage::Checked);
+        assert_eq!(bench.setpoints(), 0);
+        let said = bench.companion.take_notes().join("\n");
+        assert!(said.contains("until the pilot leaves OFFBOARD"), "{said}");
+        bench.mode = POSITION;
+        bench.run(2.0);
+        assert_eq!(bench.companion.stage(), Stage::Ready);
+        bench.mode = OFFBOARD;
+        bench.run(1.0);
+        assert_eq!(bench.companion.stage(), Stage::InControl);
+    }
 }
 
 #[test]

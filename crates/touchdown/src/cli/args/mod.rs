@@ -90,7 +90,7 @@ pub(crate) enum Command {
     /// Land a real vehicle: the companion beside PX4 or ArduPilot, over MAVLink
     ///
     /// Prints a checklist first. Control begins only when the pilot switches to OFFBOARD (PX4) or GUIDED (ArduPilot), and any
-    /// other mode ends it. No parameter is changed. No real vehicle has been flown with it yet.
+    /// other mode ends it. Parameters change only with --set-parameters. No real vehicle has been flown with it yet.
     Fly(FlyArgs),
     /// Put the simulated world under an unmodified PX4 or ArduPilot
     ///

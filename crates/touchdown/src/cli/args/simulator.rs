@@ -9,7 +9,7 @@ use touchdown_flight::Method;
 
 const SIMULATOR: &str = "\
 Examples:
-  touchdown settings campaign > deck.toml; touchdown settings fly > fly.toml
+  touchdown settings campaign > deck.toml; touchdown settings fly > fly.toml     then delete [grid] from deck.toml
   touchdown simulator px4 deck.toml                                     your own PX4 and ground station
   touchdown simulator px4 deck.toml --with fly.toml --autopilot ~/PX4-Autopilot/build/px4_sitl_default/bin/px4
   touchdown simulator ardupilot deck.toml --own-landing --autopilot ~/ardupilot/build/sitl/bin/arducopter --trials 20
@@ -71,7 +71,7 @@ pub(crate) struct SimulatorArgs {
     /// Which autopilot
     #[arg(value_name = "AUTOPILOT")]
     pub(crate) autopilot_kind: SimulatedAutopilot,
-    /// Scenario: a sweep without a grid, as of `touchdown land --space` (`touchdown settings campaign` prints one)
+    /// Scenario: a sweep as of `touchdown land --space`, without `[grid]` (`touchdown settings campaign` prints all keys)
     pub(crate) scenario: PathBuf,
     /// The autopilot's program, which this command starts and stops
     #[arg(long, value_name = "PROGRAM")]

@@ -52,19 +52,20 @@ impl Drop for Outgoing {
     }
 }
 
-/// Flies until the companion has ended.
+/// Flies until the companion has ended. The recording begins once settings and link are found good: a flight that is
+/// refused leaves the file of the one before.
 pub(super) fn fly(
     context: &Context,
     settings: &FlightSettings,
     session: &Session,
-    recorder: Recorder,
+    record: impl FnOnce() -> Result<Recorder>,
     interrupt: &Interrupt,
 ) -> Result<Summary> {
     let companion = Companion::new(settings, session).map_err(touchdown_link::LinkError::from)?;
     let address: Address = settings.link.parse()?;
-    let (receiver, sender) = transport::open(&address)?;
+    let (receiver, sender) = transport::open(&address, session.signing)?;
     let ((free_in, used_in), (free_out, used_out)) = (turned(pool()), turned(pool()));
-    let recorder = RecorderThread::start(recorder, used_in, used_out);
+    let recorder = RecorderThread::start(record()?, used_in, used_out);
     let (arriving, arrivals) = mpsc::sync_channel(WAITING);
     let start = Instant::now();
     let camera = Camera::start(settings, start, arriving.clone(), recorder.images())?;

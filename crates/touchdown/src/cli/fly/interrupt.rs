@@ -1,4 +1,4 @@
-//! Ctrl-C: asks the flight to end, and ends the process once the vehicle was handed over.
+//! Ctrl-C, SIGTERM and SIGHUP: asks the flight to end, and ends the process once the vehicle was handed over.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -41,6 +41,12 @@ pub(crate) fn run(context: &Context, args: &FlyArgs) -> Result<Done> {
         (Some(recording), _) => replay(context, recording),
         (None, Some(path)) => {
             let settings = load(path)?;
+            if same_file(path, &args.out) {
+                return Err(Error::Arguments(format!(
+                    "--out: expected a file for the recording, found the settings {}",
+                    path.display()
+                )));
+            }
             let session = Session {
                 take_control: args.take_control,
                 set_parameters: args.set_parameters,
@@ -49,8 +55,11 @@ pub(crate) fn run(context: &Context, args: &FlyArgs) -> Result<Done> {
             let interrupt = Interrupt::watch(context, &args.out);
             let live = args.live.map(|address| Live::start(context, address));
             let watcher = live.transpose()?.map(|live| live.watcher());
-            let recorder = Recorder::create(&args.out, &settings, &session)?.watched_by(watcher);
-            let summary = flight::fly(context, &settings, &session, recorder, &interrupt)?;
+            let record = || {
+                let recorder = Recorder::create(&args.out, &settings, &session)?;
+                Ok(recorder.watched_by(watcher))
+            };
+            let summary = flight::fly(context, &settings, &session, record, &interrupt)?;
             context.say(&closing(&summary, &args.out));
             context.line_object(&Flown {
                 recording: &args.out,
@@ -62,6 +71,12 @@ pub(crate) fn run(context: &Context, args: &FlyArgs) -> Result<Done> {
             "a flight needs its settings: touchdown settings fly > flight.toml".to_string(),
         )),
     }
+}
+
+/// Whether two paths lead to one file that exists.
+fn same_file(a: &Path, b: &Path) -> bool {
+    let whole = |path: &Path| path.canonicalize().ok();
+    whole(a).is_some_and(|a| whole(b) == Some(a))
 }
 
 /// The settings, with their cards in place of the models.
