@@ -66,6 +66,8 @@ fn of_a_vehicle(trial: &Trial) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::slice::from_ref;
+
     use super::*;
 
     fn log(channels: &[&str]) -> Trial {
@@ -80,15 +82,15 @@ mod tests {
         let unknown = VehicleSettings::default();
         let of = |logs: &[Trial], vehicle| MeasuredRotors::of(logs, vehicle);
         let stand = log(&["thrust_n", "throttle", "rotor_rpm"]);
-        assert_eq!(of(&[stand.clone()], &unknown), MeasuredRotors::OneAssumed);
+        assert_eq!(of(from_ref(&stand), &unknown), MeasuredRotors::OneAssumed);
         let stated = VehicleSettings {
             measured_rotors: Some(2),
             rotors: Some(4),
             ..unknown
         };
-        assert_eq!(of(&[stand.clone()], &stated), MeasuredRotors::Counted(2));
+        assert_eq!(of(from_ref(&stand), &stated), MeasuredRotors::Counted(2));
         let scale = log(&["thrust_n", "throttle", "rotor_rpm_1", "rotor_rpm_2"]);
-        assert_eq!(of(&[scale.clone()], &unknown), MeasuredRotors::Counted(2));
+        assert_eq!(of(from_ref(&scale), &unknown), MeasuredRotors::Counted(2));
         // One log of a single rotor among them decides.
         assert_eq!(of(&[scale, stand], &unknown), MeasuredRotors::OneAssumed);
         let rig = MeasuredRotors::of(&[log(&["thrust_n", "throttle", "height_m"])], &unknown);

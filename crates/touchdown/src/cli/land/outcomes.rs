@@ -55,7 +55,7 @@ pub(super) fn why_none_landed(m: &MethodLandings) -> Option<String> {
         "none of {} landings by {} landed: {}{hover}",
         m.figures.trials,
         m.method.name(),
-        counted(m.landings.iter().map(|l| reason_of_vertical(l)))
+        counted(m.landings.iter().map(reason_of_vertical))
     ))
 }
 
