@@ -434,6 +434,10 @@ class Autopilot:
             self.yaw = 0.6
         elif self.args.fault == "battery":
             self.battery = 2
+        elif self.args.fault == "reject":
+            # A thrust that the companion does not ask for: the vehicle climbs, and a hover would look as if it followed.
+            self.thrust *= 1.15
+            self.vehicle.motors(self.thrust)
         elif self.args.fault in SIGNALS:
             os.kill(self.args.pid, SIGNALS[self.args.fault])
 
