@@ -156,7 +156,7 @@ impl Default for LimitSettings {
             stale_s: 0.4,
             round_trip_s: 0.02,
             hover_thrust: 0.15,
-            failsafe_s: 1.0,
+            failsafe_s: 0.5,
         }
     }
 }
@@ -217,7 +217,7 @@ pub struct FlightSettings {
     pub link: String,
     /// System id of the vehicle; 0 for the first one that is heard.
     pub system_id: u8,
-    /// Component id of the companion.
+    /// Component id of the companion, from 2: 1 is the autopilot's.
     pub component_id: u8,
     /// The deck, if it reports its own position.
     pub deck: DeckSettings,
@@ -319,6 +319,8 @@ impl FlightSettings {
         let latency_s = self.deck.latency_s;
         between("deck.latency_s", latency_s, 0.0..=0.3, "0 to 0.3 s")?;
         positive("deck.sd_m", self.deck.sd_m)?;
+        let component_id = f64::from(self.component_id);
+        between("component_id", component_id, 2.0..=255.0, "2 to 255")?;
         self.ages()?;
         self.limits.check()
     }

@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn prop_on_a_signed_link_only_signers_get_answers() {
         let signing = |text: &str| Signing {
-            key: SigningKey::from_text(text),
+            key: SigningKey::from_text(text).unwrap(),
             link_id: 1,
             start: 1_000_000,
         };

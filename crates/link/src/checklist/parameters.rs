@@ -144,7 +144,8 @@ impl Facts<'_> {
                 "s after the last setpoint the autopilot acts by itself.".to_string(),
             )
         } else if value > 0.0 && value <= limit {
-            let advice = "s without setpoints are long above a moving deck; half of it is better.";
+            let advice =
+                "s are long: from 0.35 m a descent reached the deck within 0.5 s. 0.2 s is better.";
             (Verdict::Warning, advice.to_string())
         } else {
             let sentence = format!("expected at most {limit} s (`limits.failsafe_s`).");
@@ -153,9 +154,9 @@ impl Facts<'_> {
     }
 }
 
-/// Share of `limits.failsafe_s` that `--set-parameters` sets: 0.2 s, twenty missing setpoints. A descent at 0.5 m/s that is
+/// Share of `limits.failsafe_s` that `--set-parameters` sets: 0.2 s of 0.5 s, twenty missing setpoints. A descent at 0.5 m/s that is
 /// cut off goes on for 0.1 m then, above the deck from 0.35 m; twice of it hit the deck. Half of it trips where a link pauses.
-const FAILSAFE_SHARE: f64 = 0.2;
+const FAILSAFE_SHARE: f64 = 0.4;
 
 /// The value that `--set-parameters` gives a parameter that does not fit; none where it fits, or where only its owner can
 /// know what is right.

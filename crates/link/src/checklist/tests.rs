@@ -10,7 +10,7 @@ fn px4() -> BTreeMap<&'static str, f64> {
     [
         ("THR_MDL_FAC", 0.0),
         ("MPC_THR_HOVER", 0.5),
-        ("COM_OF_LOSS_T", 0.5),
+        ("COM_OF_LOSS_T", 0.2),
         ("COM_OBL_RC_ACT", 5.0),
         ("EKF2_RNG_CTRL", 0.0),
         ("MPC_LAND_SPEED", 0.7),
@@ -23,7 +23,7 @@ fn px4() -> BTreeMap<&'static str, f64> {
 fn ardupilot() -> BTreeMap<&'static str, f64> {
     [
         ("GUID_OPTIONS", 8.0),
-        ("GUID_TIMEOUT", 0.5),
+        ("GUID_TIMEOUT", 0.2),
         ("MOT_THST_EXPO", 0.65),
         ("MOT_THST_HOVER", 0.35),
         ("MOT_SPIN_MIN", 0.15),
@@ -89,8 +89,8 @@ fn prop_each_parameter_decides_as_the_table_says() {
         (Autopilot::Px4, "COM_OBL_RC_ACT", 3.0, Verdict::Refused),
         (Autopilot::Px4, "COM_OBL_RC_ACT", 4.0, Verdict::Refused),
         (Autopilot::Px4, "COM_OBL_RC_ACT", f64::NAN, Verdict::Refused),
-        (Autopilot::Px4, "COM_OF_LOSS_T", 1.0, Verdict::Warning),
-        (Autopilot::Px4, "COM_OF_LOSS_T", 1.5, Verdict::Refused),
+        (Autopilot::Px4, "COM_OF_LOSS_T", 0.5, Verdict::Warning),
+        (Autopilot::Px4, "COM_OF_LOSS_T", 1.0, Verdict::Refused),
         (Autopilot::Px4, "COM_OF_LOSS_T", 0.0, Verdict::Refused),
         (Autopilot::Px4, "EKF2_RNG_CTRL", 1.0, Verdict::Warning),
         (Autopilot::Px4, "MPC_THR_HOVER", 0.4, Verdict::Warning),

@@ -26,7 +26,7 @@ impl Companion {
             if let Some(change) = self.parameters.change(name, right) {
                 self.notes.push(format!(
                     "parameter {name}: {} becomes {}, until the end of this command",
-                    change.before, change.after
+                    change.before as f32, change.after as f32
                 ));
             }
             let mut changes = self.parameters.changes().iter();

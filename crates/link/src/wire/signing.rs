@@ -39,9 +39,18 @@ impl SigningKey {
 
     /// The key of a file's text: 64 hexadecimal digits, or else a passphrase whose SHA-256 is the key, as in QGroundControl
     /// and MAVProxy. Surrounding white space does not count.
-    #[must_use]
-    pub fn from_text(text: &str) -> Self {
+    ///
+    /// # Errors
+    /// No text, or 32 and more hexadecimal digits that are not 64: a key that was cut, not a passphrase.
+    pub fn from_text(text: &str) -> Result<Self, String> {
         let text = text.trim();
+        let digits_only = text.bytes().all(|byte| byte.is_ascii_hexdigit());
+        if text.is_empty() || (digits_only && text.len() >= 32 && text.len() != 64) {
+            return Err(format!(
+                "expected 64 hexadecimal digits or a passphrase, found {} hexadecimal digits",
+                text.len()
+            ));
+        }
         let digits: Option<Vec<u8>> = (text.len() == 64 && text.is_ascii())
             .then(|| {
                 (0..32)
@@ -49,10 +58,10 @@ impl SigningKey {
                     .collect()
             })
             .flatten();
-        match digits.and_then(|digits| digits.try_into().ok()) {
+        Ok(match digits.and_then(|digits| digits.try_into().ok()) {
             Some(bytes) => Self(bytes),
             None => Self(Sha256::digest(text.as_bytes()).into()),
-        }
+        })
     }
 
     fn hash(&self, frame: &[u8], link_and_time: &[u8]) -> [u8; 6] {

@@ -150,22 +150,16 @@ fn xval_a_signature_is_that_of_pymavlink() {
 
 #[test]
 fn prop_keys_are_digits_or_passphrases() {
+    let key = |text: &str| SigningKey::from_text(text);
     let digits = "01".repeat(32);
-    assert_eq!(
-        SigningKey::from_text(&format!(" {digits}\n")),
-        SigningKey::new([1; 32])
-    );
-    let empty =
-        SigningKey::from_text("e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
-    assert_eq!(SigningKey::from_text(""), empty, "SHA-256 of no bytes");
-    assert_ne!(
-        SigningKey::from_text("secret"),
-        SigningKey::from_text("Secret")
-    );
-    assert_eq!(
-        format!("{:?}", SigningKey::from_text("secret")),
-        "SigningKey(..)"
-    );
+    assert_eq!(key(&format!(" {digits}\n")), Ok(SigningKey::new([1; 32])));
+    let secret = "2bb80d537b1da3e38bd30361aa855686bde0eacd7162fef6a25fe97bf527a25b";
+    assert_eq!(key("secret"), key(secret), "SHA-256 of its bytes");
+    assert_ne!(key("secret"), key("Secret"));
+    assert_eq!(format!("{:?}", key("secret").unwrap()), "SigningKey(..)");
+    for cut in ["", " \n", &digits[1..], &digits[..32]] {
+        assert!(key(cut).is_err(), "{cut}");
+    }
 }
 
 proptest! {

@@ -110,9 +110,11 @@ fn key(settings: &FlightSettings) -> Result<Option<SigningKey>> {
     let Some(file) = &settings.signing.key_file else {
         return Ok(None);
     };
-    let text = std::fs::read_to_string(file)
-        .map_err(|e| Error::Arguments(format!("signing.key_file: {}: {e}", file.display())))?;
-    Ok(Some(SigningKey::from_text(&text)))
+    let unfit = |reason: String| {
+        Error::Arguments(format!("signing.key_file: {}: {reason}", file.display()))
+    };
+    let text = std::fs::read_to_string(file).map_err(|e| unfit(e.to_string()))?;
+    SigningKey::from_text(&text).map(Some).map_err(unfit)
 }
 
 /// The signing of a flight that begins now.
