@@ -30,6 +30,22 @@ impl Estimate {
         }
     }
 
+    /// The same with another standard error beside its own; the interval grows in proportion.
+    pub(super) fn beside(self, other: f64) -> Self {
+        let std_error = self.std_error.hypot(other);
+        let half = 0.5 * (self.ci95[1] - self.ci95[0]);
+        let half = if self.std_error > 0.0 {
+            half * std_error / self.std_error
+        } else {
+            1.96 * std_error
+        };
+        Self {
+            value: self.value,
+            std_error,
+            ci95: [self.value - half, self.value + half],
+        }
+    }
+
     /// A value whose standard error comes from `clusters`: the interval is Student's t over them.
     pub(super) fn clustered(value: f64, std_error: f64, clusters: Clusters) -> Self {
         Self {

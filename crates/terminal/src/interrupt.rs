@@ -1,4 +1,4 @@
-//! Ctrl-C, SIGTERM and SIGHUP: waits for files that are being written, says what was written, and ends the process.
+//! Ctrl-C, and on Unix SIGTERM and SIGHUP: waits for files that are being written, says what was written, and ends the process.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -19,7 +19,8 @@ pub(crate) struct Interrupt {
 }
 
 impl Interrupt {
-    /// Handles these signals from now on, if nobody else does and none is ignored, as in a job in the background of a script.
+    /// Handles these signals from now on. An ignored Ctrl-C stays ignored, as in a job in the background of a script, and an
+    /// ignored SIGHUP, as under `nohup`.
     pub(crate) fn install(json: bool, bar: ProgressBar) -> Self {
         let report: Report = Box::new(|| "nothing was written".to_owned());
         let interrupt = Self {
@@ -29,6 +30,8 @@ impl Interrupt {
         };
         // Without a handler, Ctrl-C ends the process all the same.
         let _ = ctrlc::try_set_handler(interrupt.handler());
+        #[cfg(unix)]
+        termination::handle(interrupt.handler());
         interrupt
     }
 
@@ -56,5 +59,51 @@ impl Interrupt {
 
     pub(crate) fn says(&self, report: impl Fn() -> String + Send + 'static) {
         *self.report.lock().unwrap_or_else(PoisonError::into_inner) = Box::new(report);
+    }
+}
+
+/// SIGTERM, and the SIGHUP of a closed terminal.
+#[cfg(unix)]
+mod termination {
+    use signal_hook::consts::{SIGHUP, SIGTERM};
+    use signal_hook::iterator::Signals;
+
+    /// Handles the first of these signals in a thread of its own.
+    pub(super) fn handle(mut handler: impl FnMut() + Send + 'static) {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let ignored = ignored(&status);
+        let handled = [SIGTERM, SIGHUP]
+            .into_iter()
+            .filter(|signal| ignored >> (signal - 1) & 1 == 0);
+        // Without a handler, these signals end the process all the same.
+        let Ok(mut signals) = Signals::new(handled) else {
+            return;
+        };
+        std::thread::spawn(move || {
+            if signals.forever().next().is_some() {
+                handler();
+            }
+        });
+    }
+
+    /// The signals that a process ignores, as Linux reports them: bit k - 1 is signal k. Elsewhere none is known.
+    fn ignored(status: &str) -> u64 {
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+        mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+            .unwrap_or(0)
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+
+        #[test]
+        fn analytic_ignored_signals_are_bits() {
+            assert_eq!(
+                ignored("Name:\tx\nSigIgn:\t0000000000000001\n"),
+                1 << (SIGHUP - 1)
+            );
+            assert_eq!(ignored("Name:\tx\n"), 0);
+        }
     }
 }
