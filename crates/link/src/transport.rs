@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream, UdpSocket};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serialport::SerialPort;
 
@@ -23,7 +23,7 @@ const FORGOTTEN: Duration = Duration::from_secs(10);
 /// The senders on a UDP port that get answers: those of whole frames, signed ones on a signed link. Nobody takes the place
 /// of a sender that is heard.
 struct Peers {
-    known: [Option<(SocketAddr, Instant)>; PEERS],
+    known: [Option<(SocketAddr, Duration)>; PEERS],
     decoder: Decoder,
 }
 
@@ -35,18 +35,18 @@ impl Peers {
         }
     }
 
-    fn heard(&mut self, from: SocketAddr, datagram: &[u8], now: Instant) {
+    fn heard(&mut self, from: SocketAddr, datagram: &[u8], now: Duration) {
         self.decoder.forget();
         self.decoder.push(datagram);
         if self.decoder.next_frame().is_none() {
             return;
         }
         while self.decoder.next_frame().is_some() {}
-        let of_sender = |known: &Option<(SocketAddr, Instant)>| {
+        let of_sender = |known: &Option<(SocketAddr, Duration)>| {
             known.is_some_and(|(address, _)| address == from)
         };
-        let free = |known: &Option<(SocketAddr, Instant)>| {
-            known.is_none_or(|(_, heard)| now.duration_since(heard) > FORGOTTEN)
+        let free = |known: &Option<(SocketAddr, Duration)>| {
+            known.is_none_or(|(_, heard)| now.saturating_sub(heard) > FORGOTTEN)
         };
         let place = self.known.iter().position(of_sender);
         if let Some(place) = place.or_else(|| self.known.iter().position(free)) {
@@ -142,18 +142,18 @@ fn udp(socket: UdpSocket, peers: Option<Arc<Mutex<Peers>>>) -> std::io::Result<(
 }
 
 impl Receiver {
-    /// Waits for bytes, at most 50 ms. None is no error: nothing came.
+    /// Waits for bytes, at most 50 ms. None is no error: nothing came. `now` is the time since any instant, the same in all calls.
     ///
     /// # Errors
     /// A link that is closed or broken. A UDP port without a listener is neither.
-    pub fn receive(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+    pub fn receive(&mut self, buffer: &mut [u8], now: Duration) -> std::io::Result<usize> {
         let received = match &mut self.0 {
             Incoming::Udp { socket, peers } => socket.recv_from(buffer).map(|(length, from)| {
                 if let Some(peers) = peers {
                     peers.lock().unwrap_or_else(PoisonError::into_inner).heard(
                         from,
                         &buffer[..length],
-                        Instant::now(),
+                        now,
                     );
                 }
                 length
@@ -250,8 +250,7 @@ mod tests {
     fn prop_a_flood_takes_no_place_from_a_sender_that_is_heard() {
         let mut encoder = Encoder::new(7, 1);
         let mut peers = Peers::new(None);
-        let start = Instant::now();
-        let at = |seconds| start + Duration::from_secs(seconds);
+        let at = Duration::from_secs;
         peers.heard(port(1), &frame(&mut encoder), at(0));
         for number in 2..100 {
             peers.heard(port(number), b"", at(1));
@@ -276,7 +275,7 @@ mod tests {
             start: 1_000_000,
         };
         let mut peers = Peers::new(Some(signing("ours")));
-        let now = Instant::now();
+        let now = Duration::ZERO;
         peers.heard(port(1), &frame(&mut Encoder::new(7, 1)), now);
         for (number, text) in [(2, "theirs"), (3, "ours")] {
             let mut encoder = Encoder::new(7, 1).signed(Some(Signer::new(signing(text))));
@@ -296,17 +295,27 @@ mod tests {
         let hello = frame(&mut Encoder::new(7, 1));
         let mut buffer = [0; 64];
         to.send(&hello).unwrap();
-        assert_eq!(here.receive(&mut buffer).unwrap(), hello.len());
+        assert_eq!(
+            here.receive(&mut buffer, Duration::ZERO).unwrap(),
+            hello.len()
+        );
         back.send(b"you").unwrap();
-        assert_eq!(there.receive(&mut buffer).unwrap(), 3);
+        assert_eq!(there.receive(&mut buffer, Duration::ZERO).unwrap(), 3);
         assert_eq!(&buffer[..3], b"you");
-        assert_eq!(there.receive(&mut buffer).unwrap(), 0, "nothing came");
+        assert_eq!(
+            there.receive(&mut buffer, Duration::ZERO).unwrap(),
+            0,
+            "nothing came"
+        );
         // Another program sends to the same port: the first one still gets its answers.
         let (mut elsewhere, mut other) = open(&Address::UdpOut(place), None).unwrap();
         other.send(&hello).unwrap();
-        assert_eq!(here.receive(&mut buffer).unwrap(), hello.len());
+        assert_eq!(
+            here.receive(&mut buffer, Duration::ZERO).unwrap(),
+            hello.len()
+        );
         back.send(b"both").unwrap();
-        assert_eq!(there.receive(&mut buffer).unwrap(), 4);
-        assert_eq!(elsewhere.receive(&mut buffer).unwrap(), 4);
+        assert_eq!(there.receive(&mut buffer, Duration::ZERO).unwrap(), 4);
+        assert_eq!(elsewhere.receive(&mut buffer, Duration::ZERO).unwrap(), 4);
     }
 }

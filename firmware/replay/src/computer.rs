@@ -61,7 +61,7 @@ pub fn computer_step(
     computer.step(state, sensed, dt)
 }
 
-/// The words of a step's inputs, for [`replay`].
+/// The words of a step's inputs, for the replay.
 pub fn record(sensed: &Sensed<'_, f32>, dt: f32, mut put: impl FnMut(u32)) {
     let mut number = |x: f32| put(x.to_bits());
     let numbers = |xs: &[f32], number: &mut dyn FnMut(f32)| xs.iter().for_each(|&x| number(x));

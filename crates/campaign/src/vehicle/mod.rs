@@ -104,7 +104,7 @@ impl VehicleSettings {
 /// Checks that a vehicle lifts itself with something to spare.
 ///
 /// # Errors
-/// A greatest thrust below [`LEAST_THRUST_TO_WEIGHT`] times the weight, or a hover that no throttle gives.
+/// A greatest thrust below 1.3 times the weight, or a hover that no throttle gives.
 pub fn check_lift(card: &Card, model: &ThrustModel<f64>, weight_n: f64) -> Result<()> {
     let most_n = motor::throttles()
         .map(|s| model.rest(s).powi(2))

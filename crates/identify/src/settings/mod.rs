@@ -217,7 +217,7 @@ pub struct ThrustSettings {
     pub battery: bool,
     /// First seconds of a plateau that are not used.
     pub settle_s: f64,
-    /// Thrust below which plateaus are not used for static maps (N); absent: [`Self::least_thrust_n`].
+    /// Thrust below which plateaus are not used for static maps (N); absent: 0.1 N, for small vehicles a fiftieth of the greatest.
     pub min_thrust_n: Option<f64>,
     /// Candidate terms of eq. (8), in the state `x = √T` and the throttle `s`.
     pub library: Vec<String>,

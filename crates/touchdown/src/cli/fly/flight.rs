@@ -195,9 +195,10 @@ impl Flight {
 fn listen(mut receiver: Receiver, free: Free, arriving: SyncSender<Arrival>) {
     std::thread::spawn(move || {
         let mut buffer = free.get();
+        let start = Instant::now();
         loop {
             buffer.resize(BUFFER, 0);
-            let received = receiver.receive(&mut buffer);
+            let received = receiver.receive(&mut buffer, start.elapsed());
             let now = Instant::now();
             let arrival = match received {
                 Ok(0) => continue,
