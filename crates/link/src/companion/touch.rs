@@ -1,7 +1,5 @@
 //! The touch of a landing, as the landing computer estimates it.
 
-use std::collections::VecDeque;
-
 use serde::Serialize;
 use touchdown_flight::touch::{CRASH_MPS, TouchClass};
 use touchdown_lander::computer::ComputerOutput;
@@ -20,11 +18,23 @@ pub struct EstimatedTouch {
 }
 
 /// Watches a landing for its touch.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct TouchWatch {
     /// Estimated speeds towards the deck, at the last ticks of the descent.
-    speeds_mps: VecDeque<f64>,
+    speeds_mps: [f64; TICKS],
+    /// Ticks of the descent so far.
+    ticks: usize,
     touch: Option<EstimatedTouch>,
+}
+
+impl Default for TouchWatch {
+    fn default() -> Self {
+        Self {
+            speeds_mps: [0.0; TICKS],
+            ticks: 0,
+            touch: None,
+        }
+    }
 }
 
 impl TouchWatch {
@@ -33,15 +43,11 @@ impl TouchWatch {
         match output.state_machine.phase {
             Phase::Descend | Phase::Commit => {
                 let speed_mps = estimate.deck_velocity_mps.z - estimate.velocity_mps.z;
-                if self.speeds_mps.len() == TICKS {
-                    self.speeds_mps.pop_front();
-                }
-                self.speeds_mps.push_back(speed_mps);
+                self.speeds_mps[self.ticks % TICKS] = speed_mps;
+                self.ticks += 1;
                 self.touch = None;
             }
-            Phase::Touchdown | Phase::Disarmed
-                if self.touch.is_none() && !self.speeds_mps.is_empty() =>
-            {
+            Phase::Touchdown | Phase::Disarmed if self.touch.is_none() && self.ticks > 0 => {
                 let speed_mps = self.speeds_mps.iter().fold(0.0_f64, |most, v| most.max(*v));
                 self.touch = Some(EstimatedTouch {
                     speed_mps,
