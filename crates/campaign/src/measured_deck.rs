@@ -102,8 +102,9 @@ impl MeasuredDeck {
             None => scaled(measured.clone())?,
         };
         // What was measured has the noise; smoothing leaves little of it to see.
+        let noise_sd_m = measured.character().noise_sd_m;
         let character = SeriesCharacter {
-            noise_sd_m: measured.character().noise_sd_m,
+            noise_sd_m,
             ..motion.character()
         };
         let most = settings.greatest_acceleration_mps2.unwrap_or(GREATEST_MPS2);
@@ -111,8 +112,7 @@ impl MeasuredDeck {
         if !(found <= most) {
             let advice = match measured.cutoff_of_noise_hz() {
                 Some(hz) if cutoff_hz.is_none() => format!(
-                    "its noise is {:.3} m: smooth it with cutoff_hz = {hz:.2} in [series], or \"noise\"",
-                    measured.character().noise_sd_m
+                    "its noise is {noise_sd_m:.3} m: smooth it with cutoff_hz = {hz:.2} in [series], or \"noise\""
                 ),
                 _ => "lower cutoff_hz in [series]".to_owned(),
             };
@@ -131,9 +131,7 @@ impl MeasuredDeck {
             bytes,
         })
     }
-}
 
-impl MeasuredDeck {
     /// The motion, where it is a spline: always, for one that was read.
     #[must_use]
     pub fn spline(&self) -> Option<&MotionSpline> {
