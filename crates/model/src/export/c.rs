@@ -5,7 +5,7 @@ use touchdown_flight::real::r;
 use touchdown_flight::thrust::{Library, ThrustModel};
 
 use super::flying::FlyingModel;
-use super::{ExportedFile, Number, vectors};
+use super::{ExportedFile, Number, in_comment, vectors};
 use crate::card::Card;
 
 macro_rules! piece {
@@ -120,15 +120,27 @@ fn ground_effect<R: Number>(guarded: &Guarded<R>) -> Family<R> {
     let constants = match &guarded.model {
         // A card always has a model; none is a map that is zero.
         GroundEffectModel::None => {
-            pieces.extend([piece!("psi"), piece!("ground_static")]);
+            pieces.extend([
+                piece!("ground_memoryless"),
+                piece!("psi"),
+                piece!("ground_static"),
+            ]);
             vec![R::ZERO, R::ZERO, R::ZERO, R::ZERO, R::ONE, R::ONE, R::ONE]
         }
         GroundEffectModel::Empirical(m) => {
-            pieces.extend([piece!("min"), piece!("ground_empirical")]);
+            pieces.extend([
+                piece!("ground_memoryless"),
+                piece!("min"),
+                piece!("ground_empirical"),
+            ]);
             vec![m.mu, m.rotor_radius_m, m.rotor_offset_m]
         }
         GroundEffectModel::StaticMap(m) => {
-            pieces.extend([piece!("psi"), piece!("ground_static")]);
+            pieces.extend([
+                piece!("ground_memoryless"),
+                piece!("psi"),
+                piece!("ground_static"),
+            ]);
             [&m.h[..], &m.length_m].concat()
         }
         GroundEffectModel::Polynomial(m) => {
@@ -153,25 +165,20 @@ fn ground_effect<R: Number>(guarded: &Guarded<R>) -> Family<R> {
 
 /// The lines on top of both files.
 fn opening(card: &Card) -> String {
-    // Nothing in a card may end the comment.
-    let plain = |text: &str| text.replace("*/", "* /").replace("/*", "/ *");
     let mut lines = format!(
         "/* Model card `{}`: {}\n * Written by touchdown {} (touchdown export), not by hand.\n",
-        plain(&card.name),
-        plain(&card.equation),
+        in_comment(&card.name),
+        in_comment(&card.equation),
         env!("CARGO_PKG_VERSION"),
     );
     for (input, [low, high]) in &card.validity.inputs {
         lines.push_str(&format!(
             " * Data: {} in [{low:?}, {high:?}]\n",
-            plain(input)
+            in_comment(input)
         ));
     }
     for warning in &card.warnings {
-        lines.push_str(&format!(
-            " * Warning: {}\n",
-            plain(&warning.replace('\n', " "))
-        ));
+        lines.push_str(&format!(" * Warning: {}\n", in_comment(warning)));
     }
     lines + " */\n"
 }

@@ -110,6 +110,21 @@ impl Number for f64 {
     }
 }
 
+/// A card's text for a comment: on one line, and nothing in it ends a comment.
+fn in_comment(text: &str) -> String {
+    let one_line: String = text
+        .chars()
+        .map(|c| {
+            if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') {
+                ' '
+            } else {
+                c
+            }
+        })
+        .collect();
+    one_line.replace("*/", "* /").replace("/*", "/ *")
+}
+
 /// A name as an identifier of C and Rust and as a file name.
 fn identifier(name: &str) -> String {
     let plain: String = name

@@ -180,3 +180,26 @@ fn regress_single_precision_has_no_double_and_no_recursion() {
         }
     }
 }
+
+#[test]
+fn prop_no_text_of_a_card_is_code() {
+    let mut card = cards().remove(0);
+    card.name = "a*/int x;/*\r\nint y;\u{2028}int z;".into();
+    card.equation = "b*/int x;\nint y;".into();
+    card.warnings = vec!["c*/int x;\rint y;".into()];
+    for (language, comment) in [(Language::C, "/*"), (Language::Rust, "//")] {
+        for file in export(&card, language, Precision::Single).unwrap() {
+            let of_card = |line: &&str| line.contains("int x;") || line.contains("int y;");
+            for line in file.text.lines().filter(of_card) {
+                let line = line.trim_start();
+                let commented = line.starts_with(comment) || line.starts_with('*');
+                assert!(
+                    commented && !line.contains("*/int"),
+                    "{}: {line}",
+                    file.name
+                );
+            }
+            assert!(!file.text.contains(['\r', '\u{2028}']), "{}", file.name);
+        }
+    }
+}

@@ -1,10 +1,4 @@
 /* Eq. (2), f = q / (1 - q) T with q = mu (R / 4z)^2, at most 0.6. C: mu, R, rotor offset. */
-static REAL family_rest(const NAME_input *input)
-{
-    (void)input;
-    return R(0.0);
-}
-
 static NAME_lift family_lift(REAL value, const NAME_input *input)
 {
     const REAL height_m = input->height_m + C[2];
@@ -13,17 +7,4 @@ static NAME_lift family_lift(REAL value, const NAME_input *input)
     const NAME_lift lift = {q / (R(1.0) - q), R(0.0)};
     (void)value;
     return lift;
-}
-
-static REAL family_advance(REAL value, const NAME_input *input, REAL dt)
-{
-    (void)input;
-    (void)dt;
-    return value;
-}
-
-static REAL family_limit(REAL value, REAL thrust_n)
-{
-    (void)thrust_n;
-    return value;
 }

@@ -1,10 +1,4 @@
 /* f / T = h0 + h1 psi1(z) + h2 psi2(z) + h3 psi3(z). C: h0 to h3, L1 to L3. */
-static REAL family_rest(const NAME_input *input)
-{
-    (void)input;
-    return R(0.0);
-}
-
 static NAME_lift family_lift(REAL value, const NAME_input *input)
 {
     const REAL z = input->height_m;
@@ -12,17 +6,4 @@ static NAME_lift family_lift(REAL value, const NAME_input *input)
     (void)value;
     lift.ratio = C[0] + C[1] * psi(z, C[4]) + C[2] * psi(z, C[5]) + C[3] * psi(z, C[6]);
     return lift;
-}
-
-static REAL family_advance(REAL value, const NAME_input *input, REAL dt)
-{
-    (void)input;
-    (void)dt;
-    return value;
-}
-
-static REAL family_limit(REAL value, REAL thrust_n)
-{
-    (void)thrust_n;
-    return value;
 }
