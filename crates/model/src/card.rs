@@ -97,6 +97,23 @@ pub struct Vehicle {
     pub arm_m: Option<f64>,
 }
 
+impl Vehicle {
+    /// The first value out of range: its key, what it must be, and what was found.
+    #[must_use]
+    pub fn fault(&self) -> Option<(&'static str, &'static str, String)> {
+        for (key, value) in [
+            ("vehicle.mass_kg", self.mass_kg),
+            ("vehicle.rotor_radius_m", self.rotor_radius_m),
+            ("vehicle.arm_m", self.arm_m),
+        ] {
+            if let Some(v) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
+                return Some((key, "a finite number above 0", v.to_string()));
+            }
+        }
+        (self.rotors == Some(0)).then(|| ("vehicle.rotors", "at least 1", "0".to_string()))
+    }
+}
+
 /// The box in which the model was trained or is known to hold.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]

@@ -87,25 +87,11 @@ impl Card {
             let found = format!("`{}`", self.name);
             return bad(file, "name", "a name without slashes", &found);
         }
-        for (key, value) in [
-            ("mass_kg", self.vehicle.mass_kg),
-            ("rotor_radius_m", self.vehicle.rotor_radius_m),
-            ("arm_m", self.vehicle.arm_m),
-        ] {
-            if let Some(v) = value
-                && !(v > 0.0 && v.is_finite())
-            {
-                let key = format!("vehicle.{key}");
-                return bad(file, key, "a finite number above 0", &v);
-            }
+        if let Some((key, expected, found)) = self.vehicle.fault() {
+            return bad(file, key, expected, &found);
         }
-        for (key, count) in [
-            ("measured_rotors", self.measured_rotors),
-            ("vehicle.rotors", self.vehicle.rotors),
-        ] {
-            if count == Some(0) {
-                return bad(file, key, "at least 1", &0);
-            }
+        if self.measured_rotors == Some(0) {
+            return bad(file, "measured_rotors", "at least 1", &0);
         }
         for (name, range) in &self.validity.inputs {
             check_range(file, &format!("validity.inputs.{name}"), *range)?;

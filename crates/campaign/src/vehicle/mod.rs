@@ -10,6 +10,7 @@ mod proportion;
 use serde::{Deserialize, Serialize};
 use touchdown_flight::thrust::ThrustModel;
 use touchdown_model::Card;
+use touchdown_model::card::Vehicle;
 use touchdown_sim::body::motor::{Motor, MotorSettings};
 use touchdown_sim::body::plant::PlantSettings;
 
@@ -53,23 +54,19 @@ impl VehicleSettings {
     /// # Errors
     /// The first value out of range.
     pub fn check(&self, file: &str) -> Result<()> {
-        let bad = |key: &str, expected: &str, found: String| Error::Settings {
-            file: file.to_string(),
-            message: format!("key `vehicle.{key}`: expected {expected}, found {found}"),
+        let vehicle = Vehicle {
+            mass_kg: self.mass_kg,
+            rotor_radius_m: self.rotor_radius_m,
+            rotors: self.rotors,
+            arm_m: self.arm_m,
+            ..Vehicle::default()
         };
-        for (key, value) in [
-            ("mass_kg", self.mass_kg),
-            ("rotor_radius_m", self.rotor_radius_m),
-            ("arm_m", self.arm_m),
-        ] {
-            if let Some(v) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
-                return Err(bad(key, "a finite number above 0", v.to_string()));
-            }
-        }
-        match self.rotors {
-            Some(0) => Err(bad("rotors", "at least 1", "0".into())),
-            _ => Ok(()),
-        }
+        vehicle.fault().map_or(Ok(()), |(key, expected, found)| {
+            Err(Error::Settings {
+                file: file.to_string(),
+                message: format!("key `{key}`: expected {expected}, found {found}"),
+            })
+        })
     }
 
     /// The thrust of the whole vehicle by a card.

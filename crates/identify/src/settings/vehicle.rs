@@ -1,6 +1,7 @@
 //! What is known of the vehicle beside the logs.
 
 use serde::{Deserialize, Serialize};
+use touchdown_model::card::Vehicle;
 
 /// The vehicle, and how many of its rotors the logs have the thrust of.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
@@ -34,21 +35,17 @@ impl VehicleSettings {
     /// The first key out of range: its name, what it must be, and what was found.
     #[must_use]
     pub fn fault(&self) -> Option<(&'static str, &'static str, String)> {
-        let lengths = [
-            ("vehicle.mass_kg", self.mass_kg),
-            ("vehicle.rotor_radius_m", self.rotor_radius_m),
-            ("vehicle.arm_m", self.arm_m),
-        ];
-        for (key, value) in lengths {
-            if let Some(v) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
-                return Some((key, "a finite number above 0", v.to_string()));
-            }
-        }
-        let counts = [
-            ("vehicle.rotors", self.rotors),
-            ("vehicle.measured_rotors", self.measured_rotors),
-        ];
-        let zero = counts.into_iter().find(|(_, count)| *count == Some(0));
-        zero.map(|(key, _)| (key, "at least 1", "0".to_string()))
+        let vehicle = Vehicle {
+            mass_kg: self.mass_kg,
+            rotor_radius_m: self.rotor_radius_m,
+            rotors: self.rotors,
+            arm_m: self.arm_m,
+            ..Vehicle::default()
+        };
+        let measured = || {
+            let zero = self.measured_rotors == Some(0);
+            zero.then(|| ("vehicle.measured_rotors", "at least 1", "0".to_string()))
+        };
+        vehicle.fault().or_else(measured)
     }
 }
