@@ -339,3 +339,33 @@ fn regress_a_missing_or_empty_log_says_what_to_do_next() {
         }
     }
 }
+
+#[test]
+fn regress_a_flight_that_is_refused_leaves_the_files_of_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    // A link that nobody opens, a limit that is no number, and a recording in place of the settings.
+    for (settings, out, names) in [
+        (
+            "link = \"tcp:127.0.0.1:1\"\n",
+            "last.mcap",
+            "tcp:127.0.0.1:1",
+        ),
+        ("[limits]\nstale_s = nan\n", "last.mcap", "limits.stale_s"),
+        ("link = \"tcp:127.0.0.1:1\"\n", "flight.toml", "--out"),
+    ] {
+        std::fs::write(path("flight.toml"), settings).unwrap();
+        std::fs::write(path("last.mcap"), "the last flight").unwrap();
+        let output = run(&[
+            "fly".into(),
+            path("flight.toml").into(),
+            "--out".into(),
+            path(out).into(),
+        ]);
+        let error = text(&output.stderr);
+        assert!(!output.status.success() && error.contains(names), "{error}");
+        let left = |name: &str| std::fs::read_to_string(path(name)).unwrap();
+        assert_eq!(left("last.mcap"), "the last flight", "{error}");
+        assert_eq!(left("flight.toml"), settings, "{error}");
+    }
+}

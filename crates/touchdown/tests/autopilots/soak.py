@@ -19,6 +19,7 @@ from rig import FLY, Rig
 LIMITS = """[limits]
 silent_s = 1.0
 stale_s = 1.0
+failsafe_s = 1.0
 """
 WAIT = """
 [control.lander]
