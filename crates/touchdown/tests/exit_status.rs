@@ -2,7 +2,7 @@
 
 mod common;
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 use common::{json, rotor_row, run, text, write_log};
@@ -356,11 +356,12 @@ fn regress_a_flight_that_is_refused_leaves_the_files_of_before() {
     ] {
         std::fs::write(path("flight.toml"), settings).unwrap();
         std::fs::write(path("last.mcap"), "the last flight").unwrap();
+        let (settings_file, out) = (path("flight.toml"), path(out));
         let output = run(&[
-            "fly".into(),
-            path("flight.toml").into(),
-            "--out".into(),
-            path(out).into(),
+            OsStr::new("fly"),
+            settings_file.as_os_str(),
+            OsStr::new("--out"),
+            out.as_os_str(),
         ]);
         let error = text(&output.stderr);
         assert!(!output.status.success() && error.contains(names), "{error}");
