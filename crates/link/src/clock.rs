@@ -55,8 +55,8 @@ pub struct ClockSync {
     steps: u32,
     /// Answers since the last step.
     count: u64,
-    /// When the first answer since the last step came, and its offset, µs.
-    first: Option<(i64, i64)>,
+    /// The first answer since the last step.
+    first: Option<Answer>,
 }
 
 impl Default for ClockSync {
@@ -86,6 +86,8 @@ pub struct SyncReport {
     pub offset_s: f64,
     /// Drift of the autopilot's clock against ours since the first answer, in parts per million.
     pub drift_ppm: f64,
+    /// How wrong that drift can be by the round trips of the two answers that it comes from, in parts per million.
+    pub drift_error_ppm: f64,
     /// How often the autopilot's clock stepped.
     pub steps: u32,
 }
@@ -139,7 +141,7 @@ impl ClockSync {
             self.answers.clear();
             self.next = 0;
         }
-        self.first.get_or_insert((got_us, offset_us));
+        self.first.get_or_insert(answer);
         self.contradictions = 0;
         self.count += 1;
         if self.answers.len() < KEPT {
@@ -174,26 +176,32 @@ impl ClockSync {
         Some(ours_us.saturating_add(self.best()?.offset_us))
     }
 
-    fn drift_ppm(&self, best: Answer) -> f64 {
-        let Some((at_us, offset_us)) = self.first else {
-            return 0.0;
-        };
-        let elapsed_us = best.at_us.saturating_sub(at_us);
+    /// The drift from the first answer to the best one, and its greatest error; an infinite error if both are the same.
+    fn drift_ppm(&self, best: Answer) -> [f64; 2] {
+        let first = self.first.unwrap_or(best);
+        let elapsed_us = best.at_us.saturating_sub(first.at_us);
         if elapsed_us <= 0 {
-            return 0.0;
+            return [0.0, f64::INFINITY];
         }
-        best.offset_us.saturating_sub(offset_us) as f64 / elapsed_us as f64 * 1e6
+        let ppm = |us: i64| us as f64 / elapsed_us as f64 * 1e6;
+        let round_trips_us = best.round_trip_us.saturating_add(first.round_trip_us);
+        [
+            ppm(best.offset_us.saturating_sub(first.offset_us)),
+            0.5 * ppm(round_trips_us),
+        ]
     }
 
     /// The state, once there is an answer.
     #[must_use]
     pub fn report(&self) -> Option<SyncReport> {
         let best = self.best()?;
+        let [drift_ppm, drift_error_ppm] = self.drift_ppm(best);
         Some(SyncReport {
             answers: self.count,
             round_trip_s: best.round_trip_us as f64 * 1e-6,
             offset_s: best.offset_us as f64 * 1e-6,
-            drift_ppm: self.drift_ppm(best),
+            drift_ppm,
+            drift_error_ppm,
             steps: self.steps,
         })
     }
@@ -230,9 +238,11 @@ mod tests {
             let theirs = 5_000_000 + asked + asked / 10_000;
             exchange(&mut clock, asked, theirs, asked);
         }
-        let drift = clock.report().unwrap().drift_ppm;
+        let report = clock.report().unwrap();
+        let drift = report.drift_ppm;
         // The best of the last answers is the first of them; whole microseconds round by 1 in 7 s.
         assert!((drift - 100.0).abs() < 0.5, "{drift}");
+        assert_eq!(report.drift_error_ppm, 0.0);
     }
 
     #[test]

@@ -48,13 +48,7 @@ impl Parameters {
         let Some(name) = autopilot.parameters().iter().find(|name| **name == id) else {
             return false;
         };
-        let number = match (autopilot, answer.param_type) {
-            // PX4 sends the bytes of an integer in the place of the float; ArduPilot its value.
-            (Autopilot::Px4, MavParamType::MAV_PARAM_TYPE_INT32) => {
-                f64::from(answer.param_value.to_bits().cast_signed())
-            }
-            _ => f64::from(answer.param_value),
-        };
+        let number = number(autopilot, answer);
         self.known.insert(name, (number, answer.param_type));
         for change in self
             .changes
@@ -106,8 +100,18 @@ impl Change {
     }
 }
 
+/// The value in an answer: PX4 sends the bytes of an integer in the place of the float, ArduPilot its value.
+pub(crate) fn number(autopilot: Autopilot, answer: &PARAM_VALUE_DATA) -> f64 {
+    match (autopilot, answer.param_type) {
+        (Autopilot::Px4, MavParamType::MAV_PARAM_TYPE_INT32) => {
+            f64::from(answer.param_value.to_bits().cast_signed())
+        }
+        _ => f64::from(answer.param_value),
+    }
+}
+
 /// Whether two values are equal as the wire has them.
-fn same(a: f64, b: f64) -> bool {
+pub(crate) fn same(a: f64, b: f64) -> bool {
     (a as f32) == (b as f32)
 }
 

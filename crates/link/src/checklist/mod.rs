@@ -16,6 +16,10 @@ use crate::parameters::Parameters;
 use crate::readings::Source;
 use crate::settings::FlightSettings;
 
+/// Drift of the autopilot's clock beyond which a warning stands, in parts per million. Quartz is wrong by less than 100. In
+/// the second over which answers are compared, 1000 make times of readings wrong by 1 ms; twice of it is a fifth of a period.
+const DRIFT_PPM: f64 = 1000.0;
+
 /// How an item is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -182,13 +186,18 @@ impl Facts<'_> {
         let judged = match self.sync {
             Some(sync) if sync.answers >= 5 => {
                 let limit = self.settings.limits.round_trip_s;
-                let verdict = if sync.round_trip_s <= limit {
-                    Verdict::Good
+                let drifts = sync.drift_ppm.abs() - sync.drift_error_ppm > DRIFT_PPM;
+                let (verdict, consequence) = if sync.round_trip_s > limit {
+                    (Verdict::Refused, "")
+                } else if drifts {
+                    let why = ": no clock of a flight controller is that wrong, a simulator that cannot keep real time is; \
+                               times of readings are wrong by a thousandth of a second or more";
+                    (Verdict::Warning, why)
                 } else {
-                    Verdict::Refused
+                    (Verdict::Good, "")
                 };
                 let sentence = format!(
-                    "round trip {:.2} ms (at most {:.0} ms), offset {:.4} s, drift {:.0} ppm.",
+                    "round trip {:.2} ms (at most {:.0} ms), offset {:.4} s, drift {:.0} ppm{consequence}.",
                     sync.round_trip_s * 1e3,
                     limit * 1e3,
                     sync.offset_s,

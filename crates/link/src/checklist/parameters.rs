@@ -188,16 +188,12 @@ fn failsafe_mode(value: f64) -> (Verdict, String) {
             "without setpoints PX4 holds its position (Hold).".to_string(),
         );
     }
-    if value == 0.0 {
-        return (
-            Verdict::Warning,
-            "without setpoints PX4 goes to Position mode, but without a remote control it acts by NAV_RCL_ACT: 5 (Hold) is better.".to_string(),
-        );
-    }
-    (
-        Verdict::Refused,
-        "if this process ends, PX4 must hold: set 5 (Hold) or 0 (Position).".to_string(),
-    )
+    let sentence = if value == 0.0 {
+        "if this process ends, PX4 must hold. By 0 it goes to Position mode, and without a remote control it acts by NAV_RCL_ACT: set 5 (Hold)."
+    } else {
+        "if this process ends, PX4 must hold: set 5 (Hold)."
+    };
+    (Verdict::Refused, sentence.to_string())
 }
 
 fn guided_options(value: f64) -> (Verdict, String) {

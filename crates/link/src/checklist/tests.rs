@@ -5,6 +5,7 @@ use crate::autopilot::Autopilot;
 use crate::settings::{LimitSettings, ThrottleSide};
 use mavlink::dialects::common::{MavParamType, PARAM_VALUE_DATA};
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 fn px4() -> BTreeMap<&'static str, f64> {
     [
@@ -50,11 +51,13 @@ fn sent(autopilot: Autopilot, values: &BTreeMap<&'static str, f64>) -> Parameter
     parameters
 }
 
-fn list(autopilot: Autopilot, parameters: &BTreeMap<&'static str, f64>) -> Checklist {
-    Checklist::of(&Facts {
-        settings: &FlightSettings::default(),
+/// Everything as it should be, but for the parameters.
+fn facts(autopilot: Autopilot, parameters: &Parameters) -> Facts<'_> {
+    static SETTINGS: LazyLock<FlightSettings> = LazyLock::new(FlightSettings::default);
+    Facts {
+        settings: &SETTINGS,
         autopilot,
-        parameters: &sent(autopilot, parameters),
+        parameters,
         firmware: Some(autopilot.oldest()),
         hover_found: Some(if autopilot == Autopilot::Px4 {
             0.5
@@ -69,11 +72,16 @@ fn list(autopilot: Autopilot, parameters: &BTreeMap<&'static str, f64>) -> Check
             round_trip_s: 0.001,
             offset_s: 1.0,
             drift_ppm: 0.0,
+            drift_error_ppm: 10.0,
             steps: 0,
         }),
         battery: Some(0.8),
         hover_throttle: 0.5,
-    })
+    }
+}
+
+fn list(autopilot: Autopilot, parameters: &BTreeMap<&'static str, f64>) -> Checklist {
+    Checklist::of(&facts(autopilot, &sent(autopilot, parameters)))
 }
 
 #[test]
@@ -84,7 +92,7 @@ fn prop_each_parameter_decides_as_the_table_says() {
         Verdict::Good
     );
     for (autopilot, name, value, verdict) in [
-        (Autopilot::Px4, "COM_OBL_RC_ACT", 0.0, Verdict::Warning),
+        (Autopilot::Px4, "COM_OBL_RC_ACT", 0.0, Verdict::Refused),
         (Autopilot::Px4, "COM_OBL_RC_ACT", 1.0, Verdict::Refused),
         (Autopilot::Px4, "COM_OBL_RC_ACT", 3.0, Verdict::Refused),
         (Autopilot::Px4, "COM_OBL_RC_ACT", 4.0, Verdict::Refused),
@@ -211,5 +219,24 @@ fn prop_a_weight_that_does_not_fit_the_card_is_refused() {
             .find(|item| item.name == "weight")
             .unwrap();
         assert_eq!(item.verdict, verdict, "{}", item.sentence);
+    }
+}
+
+#[test]
+fn prop_a_drifting_clock_is_a_warning_once_it_is_sure() {
+    let parameters = sent(Autopilot::Px4, &px4());
+    for (drift_ppm, drift_error_ppm, verdict) in [
+        (50.0, 10.0, Verdict::Good),
+        // A millisecond over the half second between two answers.
+        (2000.0, 2000.0, Verdict::Good),
+        (12_000.0, 100.0, Verdict::Warning),
+        (-12_000.0, 100.0, Verdict::Warning),
+        (0.0, f64::INFINITY, Verdict::Good),
+    ] {
+        let mut facts = facts(Autopilot::Px4, &parameters);
+        let sync = facts.sync.as_mut().unwrap();
+        (sync.drift_ppm, sync.drift_error_ppm) = (drift_ppm, drift_error_ppm);
+        let item = facts.time();
+        assert_eq!(item.verdict, verdict, "{drift_ppm}: {}", item.sentence);
     }
 }

@@ -12,6 +12,7 @@
 //! into its own.
 
 pub mod ardupilot;
+mod asked;
 pub mod pilot;
 pub mod place;
 pub mod px4;

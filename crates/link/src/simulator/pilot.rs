@@ -13,6 +13,7 @@ use mavlink::dialects::common::{
     MavType, RC_CHANNELS_OVERRIDE_DATA, TIMESYNC_DATA,
 };
 
+use super::asked::AskedParameters;
 use crate::autopilot::{Autopilot, Mode};
 use crate::clock::ClockSync;
 use crate::wire::{Decoder, Encoder};
@@ -20,8 +21,8 @@ use crate::wire::{Decoder, Encoder};
 /// Ground station, as autopilots know one.
 const SYSTEM: u8 = 255;
 const COMPONENT: u8 = 190;
-const AUTOPILOT: u8 = 1;
-const SECOND_US: u64 = 1_000_000;
+pub(super) const AUTOPILOT: u8 = 1;
+pub(super) const SECOND_US: u64 = 1_000_000;
 /// Time between two commands that are not answered yet, µs.
 const COMMAND_US: u64 = SECOND_US;
 /// Time between two stick positions, µs: ArduPilot forgets them after 3 s.
@@ -59,6 +60,7 @@ pub struct Pilot {
     stage: Stage,
     vehicle: Option<Vehicle>,
     notes: Vec<String>,
+    parameters: AskedParameters,
     clock: ClockSync,
     sync_us: Option<u64>,
     heartbeat_us: Option<u64>,
@@ -83,7 +85,7 @@ impl Vehicle {
 }
 
 /// Whether `period_us` have passed since `last`, which then becomes now.
-fn due(last: &mut Option<u64>, now: u64, period_us: u64) -> bool {
+pub(super) fn due(last: &mut Option<u64>, now: u64, period_us: u64) -> bool {
     let due = last.is_none_or(|last| now - last >= period_us);
     if due {
         *last = Some(now);
@@ -92,9 +94,10 @@ fn due(last: &mut Option<u64>, now: u64, period_us: u64) -> bool {
 }
 
 impl Pilot {
-    /// A pilot who holds at a height above the place of the take-off.
+    /// A pilot who holds at a height above the place of the take-off. He arms only once the autopilot has reported these
+    /// parameters.
     #[must_use]
-    pub fn new(height_m: f64) -> Self {
+    pub fn new(height_m: f64, parameters: &[(String, f64)]) -> Self {
         Self {
             height_m,
             decoder: Decoder::default(),
@@ -102,6 +105,7 @@ impl Pilot {
             stage: Stage::TakingOff,
             vehicle: None,
             notes: Vec::new(),
+            parameters: AskedParameters::new(parameters),
             clock: ClockSync::default(),
             sync_us: None,
             heartbeat_us: None,
@@ -127,6 +131,12 @@ impl Pilot {
     #[must_use]
     pub fn armed(&self) -> bool {
         self.vehicle.is_some_and(|vehicle| vehicle.armed)
+    }
+
+    /// What is wrong with the parameters that were asked for, once it is known.
+    #[must_use]
+    pub fn fault(&self, now_us: u64) -> Option<String> {
+        self.parameters.fault(now_us)
     }
 
     /// Texts of the autopilot since the last call.
@@ -165,6 +175,11 @@ impl Pilot {
                     let (asked, theirs) = (sync.ts1 / 1000, sync.tc1 / 1000);
                     self.clock.answered(asked, theirs, now);
                 }
+                MavMessage::PARAM_VALUE(answer) => {
+                    if let Some(vehicle) = self.vehicle {
+                        self.parameters.take(vehicle.autopilot, &answer);
+                    }
+                }
                 MavMessage::STATUSTEXT(text) => {
                     if let Ok(text) = text.text.to_str() {
                         self.notes.push(text.to_string());
@@ -193,7 +208,10 @@ impl Pilot {
         {
             self.encoder.write(&centred(vehicle.system), out);
         }
+        self.parameters
+            .ask(now_us, vehicle.system, &mut self.encoder, out);
         match self.stage {
+            Stage::TakingOff if !self.parameters.known() => {}
             Stage::TakingOff if vehicle.armed && height_m > UP_SHARE * self.height_m => {
                 self.stage = Stage::Climbing;
             }

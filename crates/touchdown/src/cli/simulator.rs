@@ -54,6 +54,11 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
             args.speed
         )));
     }
+    if args.autopilot.is_some() && args.with.is_none() && !args.own_landing {
+        return Err(Error::Arguments(
+            "--autopilot: expected --with FLY.toml or --own-landing, found neither: nobody would land the vehicle".to_string(),
+        ));
+    }
     let sweep = load(args)?;
     let flight = args.with.as_deref().map(fly::load).transpose()?;
     let flight = match (&args.controller, flight) {
@@ -68,7 +73,9 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
     let (folder, stopped) = (args.out.display().to_string(), autopilots.clone());
     context.if_interrupted(move || {
         stopped.interrupt();
-        output::missing(&folder)
+        format!(
+            "{folder} has the files of the landings that ended; the recording of the one that was flown ends where it was stopped, and results.json is missing"
+        )
     });
     let mut table = String::new();
     line(

@@ -60,6 +60,11 @@ fn parameter(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text
         .split_once('=')
         .ok_or_else(|| format!("expected NAME=VALUE, found `{text}`"))?;
+    if name.is_empty() || name.len() > 16 {
+        return Err(format!(
+            "expected a name of 1 to 16 characters, found `{name}`"
+        ));
+    }
     let number = value.parse::<f64>().ok().filter(|value| value.is_finite());
     let number = number.ok_or_else(|| format!("{name}: expected a number, found `{value}`"))?;
     Ok((name.to_string(), number))

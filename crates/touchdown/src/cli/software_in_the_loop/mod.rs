@@ -140,12 +140,19 @@ pub(crate) fn land(
         landed_by,
         camera,
     };
-    let flown = Session::connect(context, world, opening, participants, limits)
-        .and_then(Session::run)
-        .map(|flown| Flown {
-            kept: process.and_then(|process| process.kept().map(Path::to_owned)),
-            ..flown
-        });
+    let flown = Session::connect(
+        context,
+        world,
+        opening,
+        participants,
+        limits,
+        settings.parameters,
+    )
+    .and_then(Session::run)
+    .map(|flown| Flown {
+        kept: process.and_then(|process| process.kept().map(Path::to_owned)),
+        ..flown
+    });
     autopilots.wait_if_interrupted();
     flown
 }

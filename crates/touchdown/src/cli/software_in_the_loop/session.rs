@@ -101,6 +101,7 @@ impl<'a> Session<'a> {
         opening: Opening,
         participants: Participants<'a>,
         limits: Limits,
+        parameters: &[(String, f64)],
     ) -> Attempt<Self> {
         let asked = Instant::now();
         let process = participants.process;
@@ -120,7 +121,7 @@ impl<'a> Session<'a> {
             world,
             link,
             participants,
-            pilot: Pilot::new(limits.hold_height_m),
+            pilot: Pilot::new(limits.hold_height_m, parameters),
             peer: None,
             limits,
             step: 0,
@@ -278,6 +279,9 @@ impl<'a> Session<'a> {
             self.pilot.tick(now_us, height_m, speed_mps, &mut bytes);
             self.bytes = bytes;
             self.send();
+        }
+        if let Some(fault) = self.pilot.fault(now_us) {
+            return Err(Error::Arguments(fault).into());
         }
         let holds = match self.participants.landed_by {
             LandedBy::GroundStation => height_m > RELEASE_M,
