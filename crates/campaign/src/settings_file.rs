@@ -29,11 +29,22 @@ pub fn check_seed(seed: u64, file: &str) -> Result<()> {
 /// # Errors
 /// A file that cannot be read, or keys and values that make no sense, with file, line and key.
 pub fn read<T: Default + DeserializeOwned + Serialize>(path: &Path) -> Result<T> {
+    read_with_given(path).map(|(settings, _)| settings)
+}
+
+/// As [`read`], with the keys that the file has.
+pub(crate) fn read_with_given<T: Default + DeserializeOwned + Serialize>(
+    path: &Path,
+) -> Result<(T, toml::Table)> {
+    let file = path.display().to_string();
     let text = std::fs::read_to_string(path).map_err(|e| Error::Settings {
-        file: path.display().to_string(),
+        file: file.clone(),
         message: format!("cannot be read: {e}"),
     })?;
-    parse(&text, &path.display().to_string())
+    let settings = parse(&text, &file)?;
+    // Text that was just parsed.
+    let given = toml::from_str(&text).unwrap_or_default();
+    Ok((settings, given))
 }
 
 /// As [`read`], from text; `file` names it in errors.

@@ -292,6 +292,7 @@ impl FlightSettings {
             mass_kg: self.vehicle.mass_kg,
             gravity_mps2: self.vehicle.gravity_mps2,
             rotor_radius_m: self.vehicle.rotor_radius_m,
+            greatest_thrust_n: self.models.thrust.rest(1.0).powi(2),
         };
         let sensors = SensorNumbers {
             imu_latency_s: self.sensors.imu_latency_s,

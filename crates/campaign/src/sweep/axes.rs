@@ -21,6 +21,24 @@ pub(super) struct Axes {
     pub(super) random: Vec<(String, Distribution)>,
 }
 
+/// Whether a key belongs to the vehicle or to its delays, of which the flight software has a belief.
+fn of_vehicle(key: &str) -> bool {
+    let delays = ["command_delay_s", "sensors.imu.latency_s"];
+    let tops = ["plant", "body", "believed", "truth"];
+    delays.contains(&key) || tops.contains(&key.split('.').next().unwrap_or(key))
+}
+
+/// Whether a key changes thrust over weight of the true vehicle.
+pub(super) fn of_lift(key: &str) -> bool {
+    let keys = [
+        "plant.mass_kg",
+        "plant.gravity_mps2",
+        "truth.mass",
+        "truth.thrust",
+    ];
+    keys.contains(&key) || key.starts_with("plant.motor")
+}
+
 impl Axes {
     pub(super) fn of(settings: &SweepSettings, bad: &KeyError<'_>) -> Result<Self> {
         let mut grid = Vec::new();
@@ -56,6 +74,11 @@ impl Axes {
 
     pub(super) fn set_the_deck(&self) -> bool {
         self.keys().any(|k| k == "deck" || k.starts_with("deck."))
+    }
+
+    /// Whether a key of the vehicle, its belief or its truth is swept or drawn.
+    pub(super) fn set_the_vehicle(&self) -> bool {
+        self.keys().any(|key| of_vehicle(key))
     }
 
     /// Refuses grids with too many points, and campaigns with too many landings.

@@ -36,7 +36,10 @@ impl Sweep {
                 let built = |value| {
                     let mut with_it = draws.clone();
                     with_it[k] = value;
-                    self.built_with(0, &with_it)
+                    if !self.lifts(&with_it) {
+                        return Ok(());
+                    }
+                    self.built_with(0, &with_it).map(drop)
                 };
                 // The limit, as its author wrote it, says more than the number next to it.
                 built(drawn).map_err(|error| built(limit).err().unwrap_or(error))?;

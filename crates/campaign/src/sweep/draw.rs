@@ -102,6 +102,11 @@ impl Distribution {
         self.at(uniform(seed, trial, key))
     }
 
+    /// The value that replaces one that was not accepted, for the n-th time.
+    pub(super) fn redraw(&self, seed: u64, trial: u64, key: &str, n: u32) -> toml::Value {
+        self.draw(seed, trial, &format!("{key}#{n}"))
+    }
+
     /// The value below which a share of all draws lies.
     fn at(&self, share: f64) -> toml::Value {
         match self {

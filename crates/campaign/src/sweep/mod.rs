@@ -10,10 +10,11 @@
 //! | --- | --- |
 //! | `settings` | the sweep file |
 //! | `axes`, `keys`, `draw` | what is varied: dotted keys, distributions |
+//! | `redraw` | draws of vehicles that do not lift themselves |
 //! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
 //! | `row`, `store` | landings as rows, blocks as files, merging |
 //! | `run` | flying what is missing, in the simulation or by another backend |
-//! | `vehicle` | mass, size and motors of the vehicle, from `[vehicle]` and the thrust card |
+//! | `vehicle`, `stated` | the vehicle of `[vehicle]` and the cards, and the keys that the file states itself |
 //! | `software_in_the_loop` | settings of an autopilot in the loop |
 //! | `summary`, `csv` | figures of every point |
 
@@ -24,10 +25,12 @@ mod keys;
 mod point_table;
 mod points;
 mod recent;
+mod redraw;
 mod row;
 mod run;
 mod settings;
 mod software_in_the_loop;
+mod stated;
 mod store;
 mod summary;
 mod vehicle;
@@ -40,6 +43,7 @@ pub use row::{LandingRow, text};
 pub use run::{LandingBackend, Shard, Simulation, fly, replay, rows};
 pub use settings::SweepSettings;
 pub use software_in_the_loop::{AutopilotProgram, CompanionSource, LoopSettings};
+pub use stated::StatedKeys;
 pub use store::{Store, merge};
 pub use summary::{
     CampaignResults, Figures, PointFigures, PointOf, SampleSummary, WorstLanding, summarise,

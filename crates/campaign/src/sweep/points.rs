@@ -19,7 +19,7 @@ use super::settings::SweepSettings;
 use super::{software_in_the_loop, vehicle};
 use crate::error::{Error, Result};
 use crate::measured_deck::{MeasuredDeck, SERIES};
-use crate::settings_file::{check_seed, read, to_toml};
+use crate::settings_file::{check_seed, to_toml};
 use crate::vehicle::VehicleSettings;
 
 /// A sweep that has been checked.
@@ -27,8 +27,8 @@ use crate::vehicle::VehicleSettings;
 pub struct Sweep {
     /// As given, but for cards and `[vehicle]`, which have become part of `scenario`, and keys, which are dotted.
     pub(super) settings: SweepSettings,
-    base: Table,
-    grid: Vec<(String, Vec<Value>)>,
+    pub(super) base: Table,
+    pub(super) grid: Vec<(String, Vec<Value>)>,
     pub(super) random: Vec<(String, Distribution)>,
     deck: Option<RigidDeck>,
     /// What the measured motion is, in a line.
@@ -58,7 +58,7 @@ impl Sweep {
     /// As [`Self::read`], without building what is going to be flown: for sweeps that are checked, or compared with one
     /// that is.
     pub(super) fn load(path: &Path, trials: Option<u64>, seed: Option<u64>) -> Result<Self> {
-        let mut settings = read::<SweepSettings>(path)?;
+        let mut settings = SweepSettings::read(path)?;
         settings.trials = trials.unwrap_or(settings.trials);
         settings.seed = seed.unwrap_or(settings.seed);
         let folder = path.parent().unwrap_or(Path::new("."));
@@ -96,9 +96,19 @@ impl Sweep {
         let thrust = cards.put_into(&model, &mut settings.scenario.models)?;
         let of_companion = software_in_the_loop::resolve(&mut settings, folder, &bad)?;
         let thrust = of_companion.or(thrust);
-        let vehicle = vehicle::put_into(&mut settings.scenario, &stated, thrust.as_ref(), &bad)?;
+        let dynamic = cards.dynamic.as_deref().map(Card::read).transpose()?;
+        let of_vehicle = vehicle::VehicleCards {
+            thrust: thrust.as_ref(),
+            dynamic: dynamic.as_ref(),
+        };
+        let keys = std::mem::take(&mut settings.stated);
+        let vehicle = vehicle::put_into(&mut settings.scenario, &stated, of_vehicle, &keys, &bad)?;
         settings.vehicle = VehicleSettings::default();
         let axes = Axes::of(&settings, &bad)?;
+        if axes.set_the_vehicle() {
+            // What is swept or drawn of the vehicle changes the truth, not the belief.
+            settings.scenario.believed = settings.scenario.complete_belief();
+        }
         axes.check_size(settings.trials, &bad)?;
         let mut series = None;
         let mut deck = None;
@@ -256,8 +266,7 @@ impl Sweep {
     /// The drawn values of a trial, in the order of [`Self::drawn`].
     #[must_use]
     pub fn draws(&self, trial: u64) -> Vec<Value> {
-        let draw = |(key, of): &(String, Distribution)| of.draw(self.settings.seed, trial, key);
-        self.random.iter().map(draw).collect()
+        self.accepted(trial).0
     }
 
     /// The lander of a landing, by its place in the campaign; without draws, that of all trials of its point.
@@ -283,7 +292,9 @@ impl Sweep {
     }
 
     pub(super) fn built(&self, point: u64, trial: u64) -> Result<SpaceLander> {
-        self.built_with(point, &self.draws(trial))
+        let (draws, redrawn) = self.accepted(trial);
+        self.check_redrawn(trial, redrawn)?;
+        self.built_with(point, &draws)
     }
 
     /// The lander of a point with these values in place of draws.

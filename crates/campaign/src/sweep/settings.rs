@@ -1,11 +1,16 @@
 //! The sweep file.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 use touchdown_sim::landing::space::SpaceScenario;
 
 use super::software_in_the_loop::{AutopilotProgram, LoopSettings};
+use super::stated::StatedKeys;
 use crate::cards::CardPaths;
+use crate::error::Result;
 use crate::measured_deck::SeriesSettings;
+use crate::settings_file::read_with_given;
 use crate::vehicle::VehicleSettings;
 
 /// What `touchdown campaign` flies.
@@ -38,6 +43,9 @@ pub struct SweepSettings {
     pub random: toml::Table,
     /// What is the same for all landings.
     pub scenario: SpaceScenario,
+    /// Keys of `scenario` that the file states: they do not follow the vehicle.
+    #[serde(skip)]
+    pub stated: StatedKeys,
 }
 
 impl Default for SweepSettings {
@@ -54,6 +62,19 @@ impl Default for SweepSettings {
             grid: toml::Table::new(),
             random: toml::Table::new(),
             scenario: SpaceScenario::default(),
+            stated: StatedKeys::default(),
         }
+    }
+}
+
+impl SweepSettings {
+    /// Reads a sweep's file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or keys and values that make no sense, with file, line and key.
+    pub fn read(path: &Path) -> Result<Self> {
+        let (mut settings, given) = read_with_given::<Self>(path)?;
+        settings.stated = StatedKeys::of(&given);
+        Ok(settings)
     }
 }

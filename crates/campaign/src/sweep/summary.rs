@@ -193,6 +193,9 @@ pub struct CampaignResults {
     pub reproducible_to_the_bit: Option<bool>,
     /// Landings in all.
     pub landings: u64,
+    /// Draws that were replaced, because their true vehicle has a thrust over weight below 1.3; absent where none was.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub redrawn: u64,
     /// Figures of every point.
     pub points: Vec<PointFigures>,
     /// The worst landings: crashes, then what did not land, then the hardest.
@@ -235,6 +238,7 @@ pub fn summarise(sweep: &Sweep, rows: &[LandingRow]) -> Result<CampaignResults> 
         autopilot: sweep.settings().autopilot,
         reproducible_to_the_bit: sweep.settings().autopilot.map(|_| false),
         landings: rows.len() as u64,
+        redrawn: sweep.redrawn(),
         worst: worst.collect::<Result<_>>()?,
         points,
     })

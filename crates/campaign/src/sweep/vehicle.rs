@@ -1,79 +1,151 @@
-//! The vehicle of a sweep: what `[vehicle]` and the thrust card say, in the scenario.
+//! The vehicle of a sweep: what `[vehicle]` and the cards say, in the scenario.
+//!
+//! A setting that the sweep states itself wins over what follows from the vehicle.
 
 use touchdown_model::Card;
-use touchdown_sim::body::BodySettings;
-use touchdown_sim::body::contact::LegSettings;
-use touchdown_sim::body::plant::PlantSettings;
-use touchdown_sim::landing::space::SpaceScenario;
+use touchdown_sim::landing::space::{SpaceScenario, thrust_to_weight};
 
 use super::axes::KeyError;
+use super::stated::StatedKeys;
 use crate::error::Result;
-use crate::vehicle::{VehicleSettings, in_proportion, motors_of};
+use crate::vehicle::scaling::{deck, scaled};
+use crate::vehicle::{
+    LEAST_THRUST_TO_WEIGHT, RotorLayout, VehicleSettings, greatest_thrust_n, motors_by,
+};
 
-/// Puts mass, rotor radius and arm of `[vehicle]` and the motors of the thrust card into the scenario. Returns what was
-/// done, in a line.
+/// Keys of the scenario that state what a key of `[vehicle]` states.
+const SAME: [(&str, &str); 3] = [
+    ("mass_kg", "plant.mass_kg"),
+    ("rotor_radius_m", "plant.rotor_radius_m"),
+    ("arm_m", "plant.rotor_spacing_m"),
+];
+
+/// Cards that describe the vehicle.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct VehicleCards<'a> {
+    pub(super) thrust: Option<&'a Card>,
+    pub(super) dynamic: Option<&'a Card>,
+}
+
+/// Scales the scenario to the vehicle of `[vehicle]` and of the cards, and puts the motors of the thrust card into it.
+/// Returns what was done, in a line.
 ///
 /// # Errors
-/// A mass or size that the scenario sets, too; a vehicle whose thrust does not lift it.
+/// A mass or size that the scenario states, too; a vehicle whose thrust does not lift it.
 pub(super) fn put_into(
     scenario: &mut SpaceScenario,
     vehicle: &VehicleSettings,
-    thrust: Option<&Card>,
+    cards: VehicleCards<'_>,
+    stated: &StatedKeys,
     bad: &KeyError<'_>,
 ) -> Result<Option<String>> {
     let mut said = Vec::new();
-    let sized = VehicleSettings {
-        rotors: None,
-        ..*vehicle
-    };
-    if !sized.is_empty() {
-        if scenario.plant != PlantSettings::default() || scenario.body != BodySettings::default() {
-            return Err(bad(
-                "vehicle",
-                "`scenario.plant` or `scenario.body` set the vehicle; remove one of them",
-            ));
-        }
-        resize(scenario, vehicle);
-        said.push(format!(
-            "simulated vehicle: {} kg, rotor radius {:.4} m",
-            scenario.plant.mass_kg, scenario.plant.rotor_radius_m
-        ));
+    let given = vehicle.with_preset();
+    conflicts(&given, stated, bad)?;
+    let own_plant = SAME.iter().any(|(_, key)| stated.states(key));
+    let of_cards = [cards.thrust, cards.dynamic].into_iter().flatten();
+    let mut given = of_cards
+        .filter(|_| !own_plant)
+        .fold(given, |given, card| given.with_card(card));
+    if let Some(card) = cards.thrust {
+        let model = vehicle.thrust(card)?;
+        given.greatest_thrust_n = given.greatest_thrust_n.or(Some(greatest_thrust_n(&model)));
     }
-    if let Some(card) = thrust {
+    if resize(scenario, &given, cards, stated)? {
+        said.push(text(scenario, given.layout()));
+    }
+    if let Some(card) = cards.thrust {
         said.extend(vehicle.multiplied(card));
-        if let Some(fit) = motors_of(card, &scenario.models.thrust, &scenario.plant)? {
-            scenario.plant.motor = fit.motor;
-            said.push(format!(
-                "simulated motors: those of card `{}` within {:.1} % of thrust over throttle {:.2} to {:.2}",
-                card.name,
-                100.0 * fit.worst,
-                fit.throttles[0],
-                fit.throttles[1]
-            ));
-        }
+        said.extend(motors(scenario, card, stated)?);
+    }
+    let lift = thrust_to_weight(&scenario.plant);
+    if let (false, Ok(lift)) = (given.is_empty(), lift)
+        && lift < LEAST_THRUST_TO_WEIGHT
+    {
+        let expected = format!(
+            "expected a greatest thrust of at least {LEAST_THRUST_TO_WEIGHT} times the weight, found {lift:.3}"
+        );
+        return Err(bad("vehicle", &expected));
     }
     Ok((!said.is_empty()).then(|| said.join("; ")))
 }
 
-/// The default vehicle with another mass and size: forces of legs and air with the mass, inertia with mass times the square
-/// of the arm. Lengths of the legs and heights of the landing computer stay.
-fn resize(scenario: &mut SpaceScenario, vehicle: &VehicleSettings) {
-    let standard = PlantSettings::default();
-    let mass_kg = vehicle.mass_kg.unwrap_or(standard.mass_kg);
-    let radius_m = vehicle.rotor_radius_m.unwrap_or(standard.rotor_radius_m);
-    scenario.plant = in_proportion(mass_kg, radius_m, vehicle.arm_m);
-    let weight = mass_kg / standard.mass_kg;
-    let arm = scenario.plant.rotor_spacing_m / standard.rotor_spacing_m;
-    let body = &mut scenario.body;
-    body.inertia_kg_m2 = body.inertia_kg_m2.map(|i| i * weight * arm * arm);
-    body.torque_per_thrust_m *= radius_m / standard.rotor_radius_m;
-    body.drag_ns_per_m *= weight;
-    body.drag_ns2_per_m2 *= arm * arm;
-    if scenario.legs == LegSettings::default() {
-        let legs = &mut scenario.legs;
-        legs.stiffness_n_per_m *= weight;
-        legs.damping_ns_per_m *= weight;
-        legs.tangential_stiffness_n_per_m *= weight;
-        legs.tangential_damping_ns_per_m *= weight;
+/// A vehicle that `[vehicle]` and the scenario state apart.
+fn conflicts(given: &VehicleSettings, stated: &StatedKeys, bad: &KeyError<'_>) -> Result<()> {
+    let values = [given.mass_kg, given.rotor_radius_m, given.arm_m];
+    for ((name, key), value) in SAME.iter().zip(values) {
+        if value.is_some() && stated.states(key) {
+            let message = format!("`scenario.{key}` states it as well; remove one of them");
+            return Err(bad(&format!("vehicle.{name}"), &message));
+        }
     }
+    Ok(())
+}
+
+/// Scales the scenario; whether the vehicle is another than the standard one.
+fn resize(
+    scenario: &mut SpaceScenario,
+    given: &VehicleSettings,
+    cards: VehicleCards<'_>,
+    stated: &StatedKeys,
+) -> Result<bool> {
+    let sized = given.mass_kg.or(given.rotor_radius_m).or(given.arm_m);
+    if sized.is_none() {
+        return Ok(false);
+    }
+    let of = given.ratios();
+    let of_card = |key: &str| {
+        cards.thrust.is_some() && key.starts_with("models.thrust")
+            || cards.dynamic.is_some() && key.starts_with("models.dynamic")
+    };
+    let mut own = scaled(scenario, &of, &|key| stated.states(key) || of_card(key))?;
+    if !stated.states("plant.rotor_spacing_m") {
+        own.plant.rotor_spacing_m *= given.layout().lever_of_four();
+    }
+    if given.scales_deck == Some(true) {
+        deck(&mut own.deck, of.radius);
+    }
+    let others = own != *scenario;
+    *scenario = own;
+    Ok(others)
+}
+
+fn text(scenario: &SpaceScenario, layout: RotorLayout) -> String {
+    let plant = &scenario.plant;
+    let rotors = match layout {
+        RotorLayout {
+            rotors,
+            coaxial: true,
+        } => format!(", {rotors} coaxial rotors"),
+        RotorLayout { rotors: 4, .. } => String::new(),
+        RotorLayout { rotors, .. } => format!(", {rotors} rotors"),
+    };
+    format!(
+        "simulated vehicle: {} kg, rotor radius {:.4} m{rotors}",
+        plant.mass_kg, plant.rotor_radius_m
+    )
+}
+
+/// Puts the motors of a thrust card into the belief, and into the vehicle where its own motors give another thrust.
+/// Returns what was done.
+fn motors(
+    scenario: &mut SpaceScenario,
+    card: &Card,
+    stated: &StatedKeys,
+) -> Result<Option<String>> {
+    let (fit, others) = motors_by(card, &scenario.models.thrust, &scenario.plant)?;
+    if !stated.states("believed.motor") {
+        scenario.believed.motor = Some(fit.motor);
+    }
+    if !others || stated.states("plant.motor") {
+        return Ok(None);
+    }
+    scenario.plant.motor = fit.motor;
+    Ok(Some(format!(
+        "simulated motors: those of card `{}` within {:.1} % of thrust over throttle {:.2} to {:.2}",
+        card.name,
+        100.0 * fit.worst,
+        fit.throttles[0],
+        fit.throttles[1]
+    )))
 }

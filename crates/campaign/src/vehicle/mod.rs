@@ -2,10 +2,21 @@
 //!
 //! A stand measures one motor, a vehicle has several. The thrust of a card is multiplied by the rotors of the vehicle over
 //! those that were measured ([`VehicleSettings::thrust`]). The simulated vehicle has four rotors; a vehicle of another number
-//! is simulated by four with the thrust of all.
+//! is simulated by four with the thrust of all and the same lever of roll and pitch ([`RotorLayout`]).
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | `preset` | vehicles by name |
+//! | `layout` | number and arrangement of rotors |
+//! | [`scaling`] | the law of every setting that depends on the vehicle |
+//! | `proportion` | the plant alone, for landings of the vertical vehicle |
+//! | `motor` | motors by a thrust card |
 
+mod layout;
 mod motor;
+mod preset;
 mod proportion;
+pub mod scaling;
 
 use serde::{Deserialize, Serialize};
 use touchdown_flight::thrust::ThrustModel;
@@ -15,23 +26,29 @@ use touchdown_sim::body::motor::{Motor, MotorSettings};
 use touchdown_sim::body::plant::PlantSettings;
 
 use crate::error::{Error, Result};
+use layout::COAXIAL_SHARE;
+pub use layout::RotorLayout;
 pub use motor::MotorFit;
+pub use preset::{PRESETS, Preset, PresetName};
 pub use proportion::in_proportion;
+use scaling::Ratios;
 
 /// Rotors of the simulated vehicle.
 const SIMULATED_ROTORS: u32 = 4;
 /// Greatest thrust over weight below which a vehicle is not flown: it could neither brake a descent nor answer a gust. At half
 /// of the excess a landing at 1 m/s takes twice as long to stop; twice refuses heavy lifters that fly.
-const LEAST_THRUST_TO_WEIGHT: f64 = 1.3;
+pub(crate) const LEAST_THRUST_TO_WEIGHT: f64 = 1.3;
 /// Difference of steady thrust, as a share of the weight, up to which the simulated motors are those of the card. A card
 /// that was identified on the simulated vehicle is within 0.02: its error stays what a landing has to bear. Half of it
 /// takes that error away for poor cards; twice flies controllers with a thrust that no stand gets wrong.
 const OF_THE_SAME_MOTORS: f64 = 0.05;
 
-/// What is stated of the vehicle; without a value, the thrust card's, then the simulated one's.
+/// What is stated of the vehicle; without a value, the preset's, then the thrust card's, then the simulated one's.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct VehicleSettings {
+    /// A vehicle by its name.
+    pub preset: Option<PresetName>,
     /// Mass, kg.
     pub mass_kg: Option<f64>,
     /// Radius of a rotor, m.
@@ -40,9 +57,75 @@ pub struct VehicleSettings {
     pub arm_m: Option<f64>,
     /// Number of rotors.
     pub rotors: Option<u32>,
+    /// Whether each arm carries two rotors, one above the other.
+    pub coaxial: Option<bool>,
+    /// Greatest thrust of all rotors, N.
+    pub greatest_thrust_n: Option<f64>,
+    /// Whether the motion of the deck is scaled with the vehicle: lengths with the rotor radius, times with its root.
+    pub scales_deck: Option<bool>,
 }
 
 impl VehicleSettings {
+    /// With the values of the preset where none is stated.
+    #[must_use]
+    pub fn with_preset(&self) -> Self {
+        let Some(preset) = self.preset.map(PresetName::preset) else {
+            return *self;
+        };
+        let thrust_n = Some(preset.greatest_thrust_n);
+        Self {
+            preset: None,
+            mass_kg: self.mass_kg.or(Some(preset.mass_kg)),
+            rotor_radius_m: self.rotor_radius_m.or(Some(preset.rotor_radius_m)),
+            arm_m: self.arm_m.or(Some(preset.arm_m)),
+            rotors: self.rotors.or(Some(preset.layout.rotors)),
+            coaxial: self.coaxial.or(Some(preset.layout.coaxial)),
+            greatest_thrust_n: self.greatest_thrust_n.or(thrust_n),
+            scales_deck: self.scales_deck,
+        }
+    }
+
+    /// With the values of a card's vehicle where none is stated.
+    #[must_use]
+    pub fn with_card(&self, card: &Card) -> Self {
+        let known = |value: Option<f64>| value.filter(|v| v.is_finite() && *v > 0.0);
+        let of = &card.vehicle;
+        Self {
+            mass_kg: self.mass_kg.or(known(of.mass_kg)),
+            rotor_radius_m: self.rotor_radius_m.or(known(of.rotor_radius_m)),
+            arm_m: self.arm_m.or(known(of.arm_m)),
+            rotors: self.rotors.or(of.rotors),
+            ..*self
+        }
+    }
+
+    /// Number and arrangement of the rotors; four where nothing is stated.
+    #[must_use]
+    pub fn layout(&self) -> RotorLayout {
+        RotorLayout {
+            rotors: self.rotors.unwrap_or(SIMULATED_ROTORS),
+            coaxial: self.coaxial.unwrap_or(false),
+        }
+    }
+
+    /// Ratios to the standard vehicle. Without a radius, that of a vehicle of equal density; without an arm, in proportion
+    /// to the radius; without a thrust, in proportion to the mass.
+    #[must_use]
+    pub fn ratios(&self) -> Ratios {
+        let [mass_kg, rotor_radius_m, arm_m, thrust_n] = preset::STANDARD;
+        let mass = self.mass_kg.map_or(1.0, |m| m / mass_kg);
+        let of_density = || mass.cbrt();
+        let radius = self
+            .rotor_radius_m
+            .map_or_else(of_density, |r| r / rotor_radius_m);
+        Ratios {
+            radius,
+            mass,
+            arm: self.arm_m.map_or(radius, |a| a / arm_m),
+            thrust: self.greatest_thrust_n.map_or(mass, |t| t / thrust_n),
+        }
+    }
+
     /// Whether nothing is stated.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -61,28 +144,44 @@ impl VehicleSettings {
             arm_m: self.arm_m,
             ..Vehicle::default()
         };
-        vehicle.fault().map_or(Ok(()), |(key, expected, found)| {
-            Err(Error::Settings {
-                file: file.to_string(),
-                message: format!("key `{key}`: expected {expected}, found {found}"),
-            })
-        })
+        let bad = |key: &str, expected: &str, found: String| Error::Settings {
+            file: file.to_string(),
+            message: format!("key `{key}`: expected {expected}, found {found}"),
+        };
+        if let Some((key, expected, found)) = vehicle.fault() {
+            return Err(bad(key, expected, found));
+        }
+        let thrust_n = self.greatest_thrust_n;
+        if let Some(v) = thrust_n.filter(|v| !(*v > 0.0 && v.is_finite())) {
+            let key = "vehicle.greatest_thrust_n";
+            return Err(bad(key, "a finite number above 0", v.to_string()));
+        }
+        let RotorLayout { rotors, coaxial } = self.with_preset().layout();
+        if coaxial && rotors % 2 == 1 {
+            let expected = "an even number of coaxial rotors";
+            return Err(bad("vehicle.rotors", expected, rotors.to_string()));
+        }
+        Ok(())
     }
 
-    /// The thrust of the whole vehicle by a card.
+    /// The thrust of the whole vehicle by a card. Coaxial rotors lose thrust where the card's were apart.
     ///
     /// # Errors
     /// A card that does not fly.
     pub fn thrust(&self, card: &Card) -> Result<ThrustModel<f64>> {
-        let rotors = self.rotors.or(card.vehicle.rotors);
-        Ok(card.thrust_model_of(Some(rotors.unwrap_or(SIMULATED_ROTORS)))?)
+        let given = self.with_preset().with_card(card);
+        let RotorLayout { rotors, coaxial } = given.layout();
+        let model = card.thrust_model_of(Some(rotors))?;
+        let apart = card.measured_rotors.is_some_and(|m| m < rotors);
+        let share = if coaxial && apart { COAXIAL_SHARE } else { 1.0 };
+        Ok(model.of_rotors(share))
     }
 
     /// How the thrust of a card becomes that of the vehicle, in words; none where it was measured on all of its rotors.
     #[must_use]
     pub fn multiplied(&self, card: &Card) -> Option<String> {
         let measured = card.measured_rotors?;
-        let stated = self.rotors.or(card.vehicle.rotors);
+        let stated = self.with_preset().with_card(card).rotors;
         let rotors = stated.unwrap_or(SIMULATED_ROTORS);
         let source = if stated.is_some() {
             ""
@@ -98,14 +197,20 @@ impl VehicleSettings {
     }
 }
 
+/// Greatest steady thrust of a model, N.
+#[must_use]
+pub fn greatest_thrust_n(model: &ThrustModel<f64>) -> f64 {
+    motor::throttles()
+        .map(|s| model.rest(s).powi(2))
+        .fold(0.0, f64::max)
+}
+
 /// Checks that a vehicle lifts itself with something to spare.
 ///
 /// # Errors
 /// A greatest thrust below 1.3 times the weight, or a hover that no throttle gives.
 pub fn check_lift(card: &Card, model: &ThrustModel<f64>, weight_n: f64) -> Result<()> {
-    let most_n = motor::throttles()
-        .map(|s| model.rest(s).powi(2))
-        .fold(0.0, f64::max);
+    let most_n = greatest_thrust_n(model);
     if most_n < LEAST_THRUST_TO_WEIGHT * weight_n {
         let hint = match card.measured_rotors {
             None => "Is it of one motor? Then identify it again with --rotors 1",
@@ -127,6 +232,28 @@ pub fn check_lift(card: &Card, model: &ThrustModel<f64>, weight_n: f64) -> Resul
     Ok(())
 }
 
+/// Motors by a card, and whether their thrust differs from that of a plant's own motors by more than a card identified on
+/// them errs.
+///
+/// # Errors
+/// A card whose vehicle cannot lift itself.
+pub fn motors_by(
+    card: &Card,
+    model: &ThrustModel<f64>,
+    plant: &PlantSettings,
+) -> Result<(MotorFit, bool)> {
+    let weight_n = plant.weight_n();
+    check_lift(card, model, weight_n)?;
+    let own = Motor::new(&plant.motor, weight_n)?;
+    let fit = motor::fit(card, model, weight_n)?;
+    let [low, high] = fit.throttles;
+    let apart = motor::throttles()
+        .filter(|s| (low..=high).contains(s))
+        .map(|s| (own.rest(s).powi(2) - model.rest(s).powi(2)).abs() / weight_n)
+        .fold(0.0, f64::max);
+    Ok((fit, apart > OF_THE_SAME_MOTORS))
+}
+
 /// Motors for a plant that has the default ones, where a card's thrust is another; none where the plant sets motors of its
 /// own or its motors give the card's thrust already.
 ///
@@ -137,17 +264,10 @@ pub fn motors_of(
     model: &ThrustModel<f64>,
     plant: &PlantSettings,
 ) -> Result<Option<MotorFit>> {
-    let weight_n = plant.weight_n();
-    check_lift(card, model, weight_n)?;
     if plant.motor != MotorSettings::default() {
+        check_lift(card, model, plant.weight_n())?;
         return Ok(None);
     }
-    let own = Motor::new(&plant.motor, weight_n)?;
-    let fit = motor::fit(card, model, weight_n)?;
-    let [low, high] = fit.throttles;
-    let apart = motor::throttles()
-        .filter(|s| (low..=high).contains(s))
-        .map(|s| (own.rest(s).powi(2) - model.rest(s).powi(2)).abs() / weight_n)
-        .fold(0.0, f64::max);
-    Ok((apart > OF_THE_SAME_MOTORS).then_some(fit))
+    let (fit, others) = motors_by(card, model, plant)?;
+    Ok(others.then_some(fit))
 }

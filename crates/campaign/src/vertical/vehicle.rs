@@ -43,7 +43,7 @@ pub fn follow(
     thrust: Option<&Card>,
     dynamic: Option<&Card>,
 ) -> Result<Option<VehicleOfCards>> {
-    let given = &scenario.vehicle;
+    let given = &scenario.vehicle.with_preset();
     let Some(card) = thrust else {
         return match given.is_empty() {
             true => Ok(None),
@@ -89,7 +89,7 @@ pub fn follow(
 /// makes another vehicle.
 fn size_of(own: &mut LandScenario, cards: &[Option<&Card>; 2]) -> Result<Option<f64>> {
     let standard = PlantSettings::default();
-    let given = own.vehicle;
+    let given = own.vehicle.with_preset();
     let plant = &mut own.scenario.plant;
     if *plant != standard {
         return match given.mass_kg.or(given.rotor_radius_m).or(given.arm_m) {
@@ -113,7 +113,7 @@ fn size_of(own: &mut LandScenario, cards: &[Option<&Card>; 2]) -> Result<Option<
     if same(mass_kg, standard.mass_kg) && same(radius_m, standard.rotor_radius_m) {
         return Ok(None);
     }
-    *plant = in_proportion(mass_kg, radius_m, given.arm_m);
+    *plant = in_proportion(mass_kg, radius_m, given.arm_m)?;
     let size = radius_m / standard.rotor_radius_m;
     scale_heights(&mut own.scenario, size);
     Ok(Some(size))

@@ -19,8 +19,9 @@ use crate::space_controller::SpaceController;
 
 // The reasons below are physical. The effect of halving or doubling was not measured.
 
-/// Standard deviation below which position (m) and velocity (m/s) count as known: about the
-/// closing speed that the state machine allows at the deck, 0.35 m/s.
+/// Standard deviation below which position (m) and velocity (m/s) of the paper's quadrotor count
+/// as known: about the closing speed that the state machine allows at the deck, 0.35 m/s. Another
+/// vehicle's follow its rotor radius and the root of it.
 const KNOWN_SD: f64 = 0.3;
 /// Time apart from its readings after which the estimator restarts, s: five readings of the
 /// slowest sensor, GNSS at 10 Hz, so that one outlier does not decide.
@@ -44,6 +45,8 @@ pub struct VehicleNumbers<R> {
     pub gravity_mps2: R,
     /// Rotor radius R of eq. (2), m.
     pub rotor_radius_m: R,
+    /// Greatest thrust of all rotors in free air, N.
+    pub greatest_thrust_n: R,
 }
 
 /// Parameters of the sensors that the estimators need.
@@ -77,12 +80,27 @@ pub struct LoopTiming<R> {
 }
 
 impl<R: Real> Default for VehicleNumbers<R> {
-    /// The paper's quadrotor: 1.37 kg, rotors of 0.12 m.
+    /// The paper's quadrotor: 1.37 kg, rotors of 0.12 m, 20.4 N.
     fn default() -> Self {
         Self {
             mass_kg: r(1.37),
             gravity_mps2: r(9.81),
             rotor_radius_m: r(0.12),
+            greatest_thrust_n: Limits::default().thrust_max_n,
+        }
+    }
+}
+
+impl<R: Real> VehicleNumbers<R> {
+    /// Limits of thrust and throttle: the vehicle's greatest thrust, and a least thrust of the
+    /// same share of the weight as the paper's quadrotor has (0.5 N of 13.4 N).
+    fn limits(&self) -> Limits<R> {
+        let standard = Limits::default();
+        let mass = self.mass_kg / Self::default().mass_kg;
+        Limits {
+            thrust_min_n: standard.thrust_min_n * mass,
+            thrust_max_n: self.greatest_thrust_n,
+            ..standard
         }
     }
 }
@@ -128,6 +146,7 @@ impl<R: Real> ControlSettings<R> {
         start_height_m: R,
     ) -> Result<Computer<R>, SettingsError> {
         let imu_latency_s = sensors.imu_latency_s;
+        let size = vehicle.rotor_radius_m / VehicleNumbers::default().rotor_radius_m;
         let computer = Computer {
             relative: self.relative_filter(vehicle, sensors),
             latency: self.finds_latency.then_some(self.latency),
@@ -138,8 +157,8 @@ impl<R: Real> ControlSettings<R> {
             controller: self.controller(models, vehicle, imu_latency_s, timing),
             deck_acceleration: self.deck_acceleration,
             imu_latency_s,
-            known_sd_m: r(KNOWN_SD),
-            known_sd_mps: r(KNOWN_SD),
+            known_sd_m: r::<R>(KNOWN_SD) * size,
+            known_sd_mps: r::<R>(KNOWN_SD) * size.sqrt(),
             restart_s: r(RESTART_S),
             contact_height_m: self.contact_height_m,
             watch_s: self.watch_s,
@@ -231,7 +250,7 @@ impl<R: Real> ControlSettings<R> {
                 attitude_s: sensing_s,
                 command_s: timing.command_delay_s,
             },
-            limits: Limits::default(),
+            limits: vehicle.limits(),
         }
     }
 }

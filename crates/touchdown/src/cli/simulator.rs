@@ -113,7 +113,7 @@ pub(crate) fn run(context: &Context, args: &SimulatorArgs) -> Result<Done> {
 
 fn load(args: &SimulatorArgs) -> Result<Sweep> {
     let path = &args.scenario;
-    let mut settings: SweepSettings = settings::read(path)?;
+    let mut settings = SweepSettings::read(path)?;
     for (key, found) in [
         ("grid", !settings.grid.is_empty()),
         ("autopilot", settings.autopilot.is_some()),

@@ -5,42 +5,94 @@ use touchdown_lander::computer::Computer;
 use touchdown_lander::settings::{LoopTiming, SensorNumbers, VehicleNumbers};
 
 use super::scenario::SpaceScenario;
+use crate::body::motor::Motor;
 use crate::body::plant::PlantSettings;
 use crate::error::SimError;
 use crate::sensors::SensorSettings;
 use crate::sensors::suite::vector;
 
-/// The landing computer of the scenario's settings, with the nominal numbers of its vehicle
-/// and sensors.
+/// The landing computer of the scenario's settings, with the believed numbers of its vehicle
+/// and the nominal ones of its sensors.
 pub(super) fn computer(scenario: &SpaceScenario) -> Result<Computer<f64>, SimError> {
+    let given = &scenario.believed;
     let timing = LoopTiming {
         period_s: scenario.control_period_s,
-        command_delay_s: scenario.command_delay_s,
+        command_delay_s: given.command_delay_s.unwrap_or(scenario.command_delay_s),
     };
+    let sensors = &scenario.sensors;
+    let imu_latency_s = given.imu_latency_s.unwrap_or(sensors.imu.latency_s);
     scenario
         .control
         .computer(
             &scenario.models,
-            &vehicle_numbers(&scenario.plant),
-            &sensor_numbers(&scenario.sensors),
+            &vehicle_numbers(&scenario.believed_plant())?,
+            &sensor_numbers(sensors, imu_latency_s),
             &timing,
             scenario.start_m[2],
         )
         .map_err(|error| cannot_be_flown(&error))
 }
 
-fn vehicle_numbers(plant: &PlantSettings) -> VehicleNumbers<f64> {
-    VehicleNumbers {
+fn vehicle_numbers(plant: &PlantSettings) -> Result<VehicleNumbers<f64>, SimError> {
+    let motor = Motor::new(&plant.motor, plant.weight_n())?;
+    Ok(VehicleNumbers {
         mass_kg: plant.mass_kg,
         gravity_mps2: plant.gravity_mps2,
         rotor_radius_m: plant.rotor_radius_m,
+        greatest_thrust_n: three_digits_down(motor.rest(1.0).powi(2)),
+    })
+}
+
+/// A number rounded down to three digits. A limit of thrust lies below what full throttle gives, so that a
+/// throttle remains for every thrust; the paper's quadrotor has 20.4 N of 20.476 N. Two digits would give away
+/// up to a tenth of the thrust, four would leave 0.1 % to the errors of a thrust curve.
+fn three_digits_down(value: f64) -> f64 {
+    let digits = 2 - value.log10().floor() as i32;
+    // By tens, which are exact; their inverses are not.
+    let tens = 10_f64.powi(digits.abs());
+    if digits >= 0 {
+        (value * tens).floor() / tens
+    } else {
+        (value / tens).floor() * tens
     }
 }
 
-fn sensor_numbers(sensors: &SensorSettings) -> SensorNumbers<f64> {
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_three_digits() {
+        for (value, expected) in [
+            (20.4764, 20.4),
+            (0.598, 0.598),
+            (0.059_87, 0.0598),
+            (294.9, 294.0),
+            (4_909.0, 4_900.0),
+        ] {
+            assert_eq!(three_digits_down(value), expected);
+        }
+    }
+
+    #[test]
+    fn prop_the_limit_of_thrust_is_the_believed_vehicles() {
+        let standard = SpaceScenario::default();
+        let limits = |scenario: &SpaceScenario| computer(scenario).unwrap().controller.limits;
+        assert_eq!(limits(&standard).thrust_max_n, 20.4);
+        let mut strong = standard.clone();
+        strong.plant.motor.linear_loss /= 2.0;
+        strong.plant.motor.quadratic_loss /= 4.0;
+        // Losses of a half and a quarter are four times the thrust: 81.9 N.
+        assert_eq!(limits(&strong).thrust_max_n, 81.9);
+        strong.believed.motor = Some(standard.plant.motor);
+        assert_eq!(limits(&strong).thrust_max_n, 20.4);
+    }
+}
+
+fn sensor_numbers(sensors: &SensorSettings, imu_latency_s: f64) -> SensorNumbers<f64> {
     let (range, tag) = (&sensors.range, &sensors.tag);
     SensorNumbers {
-        imu_latency_s: sensors.imu.latency_s,
+        imu_latency_s,
         range_position_m: vector(range.place_m),
         range_quantum_m: range.quantum_m,
         range_limits_m: [range.least_m, range.greatest_m],

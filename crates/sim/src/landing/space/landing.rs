@@ -51,10 +51,11 @@ impl SpaceLander {
     /// # Errors
     /// Names the first bad key, what is expected and what was found.
     pub fn new(scenario: &SpaceScenario) -> Result<Self, SimError> {
+        let scenario = &scenario.resolved()?;
         let vehicle = RigidVehicle::new(&scenario.plant, &scenario.body)?
             .with_legs(&scenario.legs, &scenario.plant)?;
         scenario.check()?;
-        let cascade = Cascade::new(&scenario.cascade, &vehicle)
+        let cascade = Cascade::new(&scenario.cascade, &scenario.believed_vehicle()?)
             .map_err(|error| error.in_section("cascade"))?;
         scenario
             .deck
@@ -124,7 +125,7 @@ impl SpaceLander {
         }
     }
 
-    /// The scenario.
+    /// The scenario that is flown, with the true vehicle and the complete belief.
     #[must_use]
     pub fn scenario(&self) -> &SpaceScenario {
         &self.scenario

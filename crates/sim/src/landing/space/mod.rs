@@ -17,6 +17,7 @@
 //! | module | what it holds |
 //! | --- | --- |
 //! | `scenario`, `faults`, `consistency` | settings, and checks across them |
+//! | `belief` | what the flight software believes of the vehicle, and how the true one differs |
 //! | `case` | scenarios by name |
 //! | `computer` | the landing computer of a scenario |
 //! | `landing`, `flight`, `track` | a landing, its steps, the deck over its time |
@@ -27,6 +28,7 @@
 //! | `batch` | many landings in SIMD lanes, with ideal sensors |
 
 mod batch;
+mod belief;
 mod case;
 mod computer;
 mod consistency;
@@ -44,6 +46,7 @@ mod trial;
 
 pub use crate::sensors::RangeRow;
 pub use batch::Batch;
+pub use belief::{BelievedSettings, TruthSettings, thrust_to_weight};
 pub use case::Case;
 pub use faults::{
     FaultClock, FaultGust, FaultSettings, FaultySensor, NanBurst, TimeSpan, WeakRotor,

@@ -5,6 +5,7 @@ use touchdown_flight::touch::{CRASH_MPS, TouchClass};
 use touchdown_lander::models::FlightModels;
 use touchdown_lander::settings::ControlSettings;
 
+use super::belief::{BelievedSettings, TruthSettings};
 use super::consistency;
 use super::faults::FaultSettings;
 use crate::STEP_S;
@@ -76,12 +77,16 @@ pub struct SpaceScenario {
     pub turbulence: bool,
     /// Factor on the plant's `ground_effect_scale`.
     pub ground_effect_strength: f64,
-    /// Vehicle, rotors and air.
+    /// Vehicle, rotors and air, as stated.
     pub plant: PlantSettings,
-    /// The body.
+    /// The body, as stated.
     pub body: BodySettings,
     /// The legs.
     pub legs: LegSettings,
+    /// What the flight software believes of the vehicle.
+    pub believed: BelievedSettings,
+    /// How the true vehicle differs from the stated one.
+    pub truth: TruthSettings,
     /// Attitude and rate control.
     pub cascade: CascadeSettings,
     /// Motion of the deck.
@@ -120,6 +125,8 @@ impl Default for SpaceScenario {
             plant: PlantSettings::default(),
             body: BodySettings::default(),
             legs: LegSettings::default(),
+            believed: BelievedSettings::default(),
+            truth: TruthSettings::default(),
             cascade: CascadeSettings::default(),
             deck: RigidMotion::Still {},
             wind: WindSettings::default(),

@@ -77,7 +77,7 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
 fn load(args: &LandArgs) -> Result<Sweep> {
     let (mut settings, folder, file) = match &args.scenario {
         Some(path) => (
-            settings::read::<SweepSettings>(path)?,
+            SweepSettings::read(path)?,
             path.parent().unwrap_or(Path::new(".")),
             path.display().to_string(),
         ),

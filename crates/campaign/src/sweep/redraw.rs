@@ -1,0 +1,100 @@
+//! Draws of vehicles that do not lift themselves are replaced, and counted.
+
+use toml::{Table, Value};
+use touchdown_sim::body::plant::PlantSettings;
+use touchdown_sim::landing::space::{TruthSettings, thrust_to_weight};
+
+use super::axes::of_lift;
+use super::keys::set;
+use super::points::Sweep;
+use crate::error::Result;
+use crate::vehicle::LEAST_THRUST_TO_WEIGHT;
+
+/// Draws of one trial that are replaced before the sweep is refused. With half of all draws too heavy, one trial in 1e30
+/// needs as many. Half as many refuses nothing sooner that matters; twice as many takes longer to refuse.
+const MOST_REDRAWS: u32 = 100;
+
+impl Sweep {
+    /// The drawn values of a trial, and how many draws they replace: those whose true vehicle has a thrust over weight
+    /// below 1.3 at a point of the grid. All values of a trial are drawn again together.
+    pub(super) fn accepted(&self, trial: u64) -> (Vec<Value>, u32) {
+        let seed = self.settings.seed;
+        let draws = |n: u32| -> Vec<Value> {
+            let drawn = self.random.iter();
+            drawn
+                .map(|(key, of)| match n {
+                    0 => of.draw(seed, trial, key),
+                    n => of.redraw(seed, trial, key, n),
+                })
+                .collect()
+        };
+        for n in 0..MOST_REDRAWS {
+            let drawn = draws(n);
+            if self.lifts(&drawn) {
+                return (drawn, n);
+            }
+        }
+        (draws(MOST_REDRAWS), MOST_REDRAWS)
+    }
+
+    /// Draws that were replaced in all trials.
+    pub(super) fn redrawn(&self) -> u64 {
+        if !self.random.iter().any(|(key, _)| of_lift(key)) {
+            return 0;
+        }
+        (0..self.trials())
+            .map(|trial| u64::from(self.accepted(trial).1))
+            .sum()
+    }
+
+    /// Refuses a trial whose draws never lift.
+    pub(super) fn check_redrawn(&self, trial: u64, redrawn: u32) -> Result<()> {
+        if redrawn < MOST_REDRAWS {
+            return Ok(());
+        }
+        Err(self.bad(
+            "random",
+            &format!(
+                "expected a thrust over weight of at least {LEAST_THRUST_TO_WEIGHT}; found less in {MOST_REDRAWS} draws of trial \
+                 {trial}"
+            ),
+        ))
+    }
+
+    /// Whether the true vehicle lifts itself with these draws at all points of the grid. Values that no vehicle has are
+    /// left for its own checks.
+    pub(super) fn lifts(&self, draws: &[Value]) -> bool {
+        let drawn: Vec<(&str, &Value)> = self
+            .random
+            .iter()
+            .zip(draws)
+            .filter(|((key, _), _)| of_lift(key))
+            .map(|((key, _), value)| (key.as_str(), value))
+            .collect();
+        if drawn.is_empty() {
+            return true;
+        }
+        let points = match self.grid.iter().any(|(key, _)| of_lift(key)) {
+            true => self.points(),
+            false => 1,
+        };
+        (0..points).all(|point| {
+            let swept = self.values(point).into_iter();
+            let keys = swept.filter(|(key, _)| of_lift(key)).chain(drawn.clone());
+            self.lift(keys)
+                .is_none_or(|lift| lift >= LEAST_THRUST_TO_WEIGHT)
+        })
+    }
+
+    /// Thrust over weight of the true vehicle with these values.
+    fn lift<'a>(&self, keys: impl Iterator<Item = (&'a str, &'a Value)>) -> Option<f64> {
+        let part = |name: &str| Some((name.to_string(), self.base.get(name)?.clone()));
+        let mut table: Table = ["plant", "truth"].into_iter().filter_map(part).collect();
+        for (key, value) in keys {
+            set(&mut table, key, value).ok()?;
+        }
+        let plant: PlantSettings = table.remove("plant")?.try_into().ok()?;
+        let truth: TruthSettings = table.remove("truth")?.try_into().ok()?;
+        thrust_to_weight(&truth.plant(&plant)).ok()
+    }
+}
