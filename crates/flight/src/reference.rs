@@ -194,6 +194,23 @@ impl<R: Real> Reference<R> {
         }
     }
 
+    /// The same descent, start and end higher by `by_m`.
+    #[must_use]
+    pub fn raised_by(&self, by_m: R) -> Self {
+        match *self {
+            Self::Exponential(reference) => Self::Exponential(Exponential {
+                start_height_m: reference.start_height_m + by_m,
+                end_height_m: reference.end_height_m + by_m,
+                ..reference
+            }),
+            Self::Terminal(reference) => Self::Terminal(Terminal {
+                start_height_m: reference.start_height_m + by_m,
+                end_height_m: reference.end_height_m + by_m,
+                ..reference
+            }),
+        }
+    }
+
     /// The reference `time_s` after the start.
     pub fn at(&self, time_s: R) -> ReferencePoint<R> {
         match self {

@@ -148,7 +148,10 @@ impl<R: Real> Guidance<R> {
                     }
                     None => self.slew(state, Frame::Deck, motion, motion.position_m.z, dt),
                 };
-                GuidanceCommand::Track(self.over_the_pad(vertical, deck_acceleration_mps2))
+                GuidanceCommand::Track(Target {
+                    descending: true,
+                    ..self.over_the_pad(vertical, deck_acceleration_mps2)
+                })
             }
             Maneuver::Hover {
                 height_m,

@@ -4,7 +4,7 @@ use touchdown_flight::control::{Composite, Law};
 use touchdown_flight::ground_effect::{GroundEffectState, Guarded, GuardedState};
 use touchdown_flight::thrust::{FirstOrder, ThrustModel};
 use touchdown_flight::{Attitude, Limits, Real, Vector};
-use touchdown_lander::computer::{Computer, ComputerState, Descent, NormalReading, Sensed};
+use touchdown_lander::computer::{Computer, ComputerState, Descent, Feet, NormalReading, Sensed};
 use touchdown_lander::control::{Delays, Horizontal, Observer};
 use touchdown_lander::estimate::deck::{DeckEstimator, Observed};
 use touchdown_lander::estimate::relative::{
@@ -50,6 +50,10 @@ fn computer<R: Real>() -> Computer<R> {
         known_sd_m: n(0.3),
         known_sd_mps: n(0.3),
         restart_s: n(0.5),
+        feet: Feet {
+            radius_m: n(0.15),
+            depth_m: n(0.10),
+        },
         contact_height_m: n(0.11),
         watch_s: n(3.0),
         deck_known_mps: n(0.02),

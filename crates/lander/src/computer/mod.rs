@@ -28,22 +28,29 @@
 //! * **An estimate is known** if the standard deviations of position and velocity
 //!   relative to the deck are below `known_sd_m` and `known_sd_mps`. Otherwise the state
 //!   machine gets the same report as after a divergence. Until the estimate is first
-//!   known, the vehicle hovers level at the thrust of its weight; later it does so only
-//!   if its own velocity is not known either. Models of rotors and ground effect run on.
+//!   known, the vehicle keeps the attitude of the flight before at the thrust of its
+//!   weight. If its own velocity is not known later, it does so in the trim attitude, level
+//!   without wind. Models of rotors and ground effect run on.
 //! * **A diverged estimator** restarts after `restart_s`. If it knew the vehicle's own
 //!   velocity, it keeps that with half of `known_sd_mps` as its standard deviation, so
 //!   that a go-around continues to climb. The next restart keeps nothing.
 //! * **Without satellites** the vehicle's own horizontal velocity becomes uncertain; a
 //!   landing does not need it. Beyond `known_sd_mps` the deck counts as at rest
 //!   horizontally, so that a go-around climbs straight up.
+//! * **The approach leans** into the wind by the trim's slope beyond 0.15, so that
+//!   the pad stays in the middle of the camera's view and under the range finder's beam.
+//! * **Height of contact.** Near the deck a tilted vehicle is as low as its lowest foot
+//!   ([`Feet`]). Contact, the end of a descent and `contact_height_m` go by that foot.
 //! * **Observer and adaptation** pause below `contact_height_m`, because the legs' force
 //!   is not lift.
 
+mod feet;
 mod known;
 mod sightings;
 mod step;
 mod support;
 
+pub use feet::Feet;
 use sightings::Sightings;
 use support::Support;
 
@@ -61,7 +68,7 @@ use touchdown_flight::error::{SettingsError, not_negative, positive};
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::Reference;
-use touchdown_flight::space::Vector;
+use touchdown_flight::space::{Attitude, Vector};
 
 /// Choice of the descent.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,7 +119,10 @@ pub struct Computer<R: Real, G = Guarded<R>> {
     pub known_sd_mps: R,
     /// Time after which a diverged estimator restarts, s.
     pub restart_s: R,
-    /// Height below which observer and adaptation pause, m.
+    /// The feet, whose lowest decides about contact.
+    pub feet: Feet<R>,
+    /// Height of the lowest foot, as that of a level vehicle's reference point, below which
+    /// observer and adaptation pause, m.
     pub contact_height_m: R,
     /// Time for which the deck is observed before a descent, s.
     pub watch_s: R,
@@ -180,6 +190,12 @@ pub struct ComputerState<R: Real, S> {
     hurry: bool,
     command: SpaceCommand<R>,
     support: Support<R>,
+    /// Attitude of the flight before the first step, within the tilt limit.
+    taken_over: Option<Attitude<R>>,
+    /// Time since the start, s.
+    flown_s: R,
+    /// Horizontal way of the approach's axis per metre of height.
+    lean: Vector<R>,
 }
 
 /// Output of a step of a [`Computer`].
@@ -227,6 +243,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         positive("computer.known_sd_m", self.known_sd_m)?;
         positive("computer.known_sd_mps", self.known_sd_mps)?;
         positive("computer.restart_s", self.restart_s)?;
+        self.feet.validate()?;
         not_negative("computer.contact_height_m", self.contact_height_m)?;
         not_negative("computer.watch_s", self.watch_s)?;
         positive("computer.deck_known_mps", self.deck_known_mps)?;
@@ -269,6 +286,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             hurry: false,
             command: self.weight(),
             support: Support::default(),
+            taken_over: None,
+            flown_s: R::ZERO,
+            lean: Vector::ZERO,
         }
     }
 

@@ -159,11 +159,12 @@ pub struct Observer<R> {
 }
 
 impl<R: Real> Default for Observer<R> {
-    /// 0.1 s, 4 N.
+    /// 0.1 s, 12 N: what the default airframe's thrust reserve balances,
+    /// √((0.9 · 20.4 N)² - W²). At 4 N the trim ended at 8 m/s of wind.
     fn default() -> Self {
         Self {
             filter_s: r(0.1),
-            limit_n: r(4.0),
+            limit_n: r(12.0),
         }
     }
 }

@@ -160,6 +160,7 @@ impl<R: Real> ControlSettings<R> {
             known_sd_m: r::<R>(KNOWN_SD) * size,
             known_sd_mps: r::<R>(KNOWN_SD) * size.sqrt(),
             restart_s: r(RESTART_S),
+            feet: self.feet,
             contact_height_m: self.contact_height_m,
             watch_s: self.watch_s,
             deck_known_mps: self.deck_known_mps,

@@ -8,6 +8,7 @@ use touchdown_flight::control::Gains;
 use touchdown_flight::method::{C_DECK_PER_S, Method};
 use touchdown_flight::real::{Real, r};
 
+use crate::computer::Feet;
 use crate::control::{Adaptation, Horizontal, Observer};
 use crate::estimate::deck::{DeckEstimator, Observed};
 use crate::estimate::latency::LatencyEstimator;
@@ -84,7 +85,10 @@ pub struct ControlSettings<R: Real> {
     pub latency: LatencyEstimator<R>,
     /// Deck estimator.
     pub deck: DeckEstimator<R>,
-    /// Height below which observer and adaptation pause, m.
+    /// The feet, whose lowest decides about contact.
+    pub feet: Feet<R>,
+    /// Height of the lowest foot, as that of a level vehicle's reference point, below which
+    /// observer and adaptation pause, m.
     pub contact_height_m: R,
     /// Time for which the deck is observed before a descent, s.
     pub watch_s: R,
@@ -168,6 +172,7 @@ impl<R: Real> Default for ControlSettings<R> {
                 offset_rate_drift: r(0.03),
                 ..DeckEstimator::new(Observed::Displacement, r(0.006))
             },
+            feet: Feet::default(),
             contact_height_m: r(0.11),
             watch_s: r(6.0),
             deck_known_mps: r(0.2),

@@ -14,11 +14,38 @@ use touchdown_flight::control::{Law, Saturation, VerticalState};
 use touchdown_flight::error::SettingsError;
 use touchdown_flight::ground_effect::{GroundEffect, GroundEffectInput, Guarded, Lift};
 use touchdown_flight::kernel::usable_dt;
-use touchdown_flight::real::Real;
+use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::ReferencePoint;
 use touchdown_flight::space::{Attitude, Vector};
 use touchdown_flight::thrust::ThrustModel;
 use touchdown_flight::types::Limits;
+
+/// Share of the greatest thrust that the weight and the trim may need: the rest is for
+/// gusts and attitude. At 1 nothing would be left to climb away with; at 0.8 winds above
+/// 13 m/s would be refused on the default airframe.
+const THRUST_SHARE: f64 = 0.9;
+
+/// Thrust over weight at which a vehicle on the deck stands upright: attitude control then
+/// still has half of its torque to set the feet down softly. At 0 it falls onto them at up to 0.6 m/s in a wind
+/// of 10 m/s; at 0.6 it slides before the legs carry enough.
+const UPRIGHT_SHARE: f64 = 0.3;
+
+/// What observer and adaptation learn in a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Learn {
+    /// Nothing: there is no reading, or the deck carries the vehicle.
+    Nothing,
+    /// The horizontal disturbance: the legs may touch, but wind still pushes.
+    Aside,
+    /// Everything.
+    All,
+}
+
+/// Tangent of an angle below a quarter turn.
+fn tan<R: Real>(angle_rad: R) -> R {
+    let (sin, cos) = angle_rad.sin_cos();
+    sin / cos
+}
 
 /// A landing controller in three dimensions: the vector law of eq. (10),
 /// `f_u = m v_r' - K_P s - K_I ∫ s dt - m g - f_a^`.
@@ -115,7 +142,8 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
     }
 
     /// The state in a hover at `motion`: rotors and air in the steady state of `throttle`,
-    /// the present command. Values that are not finite count as zero.
+    /// the present command. The horizontal part of that thrust balances a disturbance.
+    /// Values that are not finite count as zero.
     pub fn initial(&self, motion: &Motion<R>, throttle: R) -> SpaceControllerState<R, G::State> {
         let motion = motion.or_previous(&Motion::default());
         let ground = self.ground(&motion);
@@ -139,7 +167,10 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         SpaceControllerState {
             vertical,
             horizontal: HorizontalState::default(),
-            disturbance_n: Vector::ZERO,
+            disturbance_n: self.observer.map_or(Vector::ZERO, |observer| {
+                let aside_n = motion.attitude.up().horizontal() * -thrust_n;
+                aside_n.limited(observer.limit_n)
+            }),
             adaptation: self.adaptation.map(|adaptation| adaptation.initial()),
             record: Record::new(thrust_n, lift, motion.attitude.up()),
             motion,
@@ -166,7 +197,12 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         let motion = motion.or_previous(&state.motion);
         let target = target.or_previous(&state.target);
         (state.motion, state.target) = (motion, target);
-        let lift = self.advance_estimates(state, &motion, sensed && !target.hold_estimates, dt);
+        let learn = match (sensed, target.hold_estimates) {
+            (false, _) => Learn::Nothing,
+            (true, true) => Learn::Aside,
+            (true, false) => Learn::All,
+        };
+        let lift = self.advance_estimates(state, &motion, learn, dt);
 
         let up = motion.attitude.up();
         let channel = self.channel();
@@ -182,24 +218,28 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         let errors = Errors {
             position_m: motion.position_m - target.position_m,
             velocity_mps: motion.relative_velocity_mps - target.velocity_mps,
-            forward_mps2: target.deck_acceleration_mps2
-                - state.disturbance_n * (R::ONE / self.mass_kg),
+            forward_mps2: target.deck_acceleration_mps2,
+            against_mps2: self.against_mps2(state),
         };
-        let asked = self.horizontal.demand(&state.horizontal, &errors);
+        let horizontal = if target.descending {
+            self.horizontal.in_descent()
+        } else {
+            self.horizontal
+        };
+        let asked = horizontal.demand(&state.horizontal, &errors);
         let allocated = allocate(
             asked.acceleration_mps2 * self.mass_kg,
             output.vertical_n,
             self.mass_kg * self.gravity_mps2,
             self.limits.thrust_max_n + lift.total_n(self.limits.thrust_max_n),
-            self.horizontal.tilt_limit_rad,
+            self.greatest_tilt_rad(),
             target.yaw_rad,
         );
         if let Some(allocated) = allocated {
             state.attitude = allocated.attitude;
         }
         let limited = asked.limited || allocated.is_none_or(|allocated| allocated.limited);
-        self.horizontal
-            .advance(&mut state.horizontal, &asked, limited, dt);
+        horizontal.advance(&mut state.horizontal, &asked, limited, dt);
         SpaceCommand {
             thrust_n: output.command.thrust_n,
             throttle: output.command.throttle,
@@ -210,9 +250,37 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         }
     }
 
-    /// Reduces the thrust at `rate_n_per_s` over `dt` seconds, down to the least thrust,
-    /// along the deck's normal. It is for a vehicle on the deck; observer and adaptation
-    /// pause.
+    /// Greatest tilt that may be demanded, rad: the limit of the settings, or that at which
+    /// [`THRUST_SHARE`] of the greatest thrust carries the weight.
+    pub(crate) fn greatest_tilt_rad(&self) -> R {
+        let weight_n = self.mass_kg * self.gravity_mps2;
+        let greatest_n = r::<R>(THRUST_SHARE) * self.limits.thrust_max_n;
+        let aside_n = (greatest_n * greatest_n - weight_n * weight_n).max(R::ZERO);
+        let reserve_rad = aside_n.sqrt().atan2(weight_n);
+        self.horizontal.tilt_limit_rad.min(reserve_rad)
+    }
+
+    /// Acceleration against the observed disturbance, m/s².
+    fn against_mps2(&self, state: &SpaceControllerState<R, G::State>) -> Vector<R> {
+        state.disturbance_n * (-R::ONE / self.mass_kg)
+    }
+
+    /// Direction of the thrust that holds the vehicle still in its disturbance.
+    pub(crate) fn trim_up(&self, state: &SpaceControllerState<R, G::State>) -> Vector<R> {
+        let aside_mps2 = self
+            .horizontal
+            .trim_mps2(&state.horizontal, self.against_mps2(state));
+        let most_mps2 = self.gravity_mps2 * tan(self.greatest_tilt_rad());
+        let thrust = aside_mps2.limited(most_mps2) + Vector::UP * self.gravity_mps2;
+        thrust.direction().unwrap_or(Vector::UP)
+    }
+
+    /// Reduces the thrust at `rate_n_per_s` over `dt` seconds, down to the least thrust. It
+    /// is for a vehicle on the deck; observer and adaptation pause.
+    ///
+    /// The thrust T leans from the deck's normal by the trim's slope times
+    /// `(T/W - 0.3)/0.7`: the wind's force falls to the legs together with the weight, so
+    /// that their friction holds it.
     pub fn idle(
         &self,
         state: &mut SpaceControllerState<R, G::State>,
@@ -223,17 +291,23 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         let dt = usable_dt(dt);
         let motion = motion.or_previous(&state.motion);
         state.motion = motion;
-        let lift = self.advance_estimates(state, &motion, false, dt);
+        let lift = self.advance_estimates(state, &motion, Learn::Nothing, dt);
         let last_n = state.vertical.command.thrust_n;
         let thrust_n = self
             .limits
             .thrust((last_n - rate_n_per_s.abs() * dt).finite_or(last_n));
+        let trim = self.trim_up(state);
+        let share = thrust_n / (self.mass_kg * self.gravity_mps2);
+        let upright = r::<R>(UPRIGHT_SHARE);
+        let leans = ((share - upright) / (R::ONE - upright)).clamp(R::ZERO, R::ONE);
         let command = &mut state.vertical.command;
         command.thrust_n = thrust_n;
         command.throttle = self.limits.throttle(self.thrust.throttle_for(thrust_n));
         command.ground_effect_n = lift.total_n(thrust_n).finite_or(R::ZERO);
         let yaw_rad = state.target.yaw_rad;
-        if let Some(attitude) = Attitude::from_thrust_direction(motion.deck_normal, yaw_rad) {
+        let normal = motion.deck_normal.direction().unwrap_or(Vector::UP);
+        let leaned = normal + trim.horizontal() * (leans / trim.z);
+        if let Some(attitude) = Attitude::from_thrust_direction(leaned, yaw_rad) {
             state.attitude = attitude;
         }
         SpaceCommand {
@@ -257,7 +331,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
     ) {
         let motion = motion.or_previous(&state.motion);
         state.motion = motion;
-        let lift = self.advance_estimates(state, &motion, false, usable_dt(dt));
+        let lift = self.advance_estimates(state, &motion, Learn::Nothing, usable_dt(dt));
         let last = &mut state.vertical.command;
         let thrust_n = command.thrust_n.finite_or(last.thrust_n);
         last.thrust_n = self.limits.thrust(thrust_n);
@@ -276,7 +350,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         &self,
         state: &mut SpaceControllerState<R, G::State>,
         motion: &Motion<R>,
-        learn: bool,
+        learn: Learn,
         dt: R,
     ) -> Lift<R> {
         let ground = self.ground(motion);
@@ -290,12 +364,16 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         let thrust_n = state.vertical.thrust.thrust_n();
         let up = motion.attitude.up();
         state.record.push(thrust_n, lift, strength, up, dt);
-        if learn {
+        if learn != Learn::Nothing {
             let felt = self.felt(state, motion);
             if let Some(observer) = &self.observer {
+                let vertical_n = state.disturbance_n.z;
                 observer.step(&mut state.disturbance_n, &felt, dt);
+                if learn == Learn::Aside {
+                    state.disturbance_n.z = vertical_n;
+                }
             }
-            if let Some(adaptation) = &self.adaptation {
+            if let Some(adaptation) = self.adaptation.as_ref().filter(|_| learn == Learn::All) {
                 let adapted = state.adaptation.get_or_insert_with(|| adaptation.initial());
                 adaptation.step(adapted, &felt, dt);
             }

@@ -37,7 +37,9 @@ pub struct Target<R> {
     pub deck_acceleration_mps2: Vector<R>,
     /// Heading, rad.
     pub yaw_rad: R,
-    /// Observer and adaptation pause, because the legs may touch.
+    /// The horizontal law has the gains of a descent.
+    pub descending: bool,
+    /// The vertical observer and the adaptation pause, because the legs may touch.
     pub hold_estimates: bool,
 }
 
@@ -132,6 +134,7 @@ impl<R: Real> Target<R> {
                 .deck_acceleration_mps2
                 .finite_or(previous.deck_acceleration_mps2),
             yaw_rad: self.yaw_rad.finite_or(previous.yaw_rad),
+            descending: self.descending,
             hold_estimates: self.hold_estimates,
         }
     }

@@ -27,11 +27,21 @@ pub(super) struct Conditions {
     /// The vehicle is at or above the hover height.
     pub(super) up: bool,
     pub(super) touching: bool,
+    /// Touching, or as low at up to twice the speeds of a touchdown.
+    pub(super) resting: bool,
+    /// The lowest foot is as low as on the deck, at any speed.
+    pub(super) low: bool,
     /// The legs feel the deck, at a height and speed of a touchdown.
     pub(super) supported: bool,
     pub(super) evidence: bool,
+    /// Evidence while the vehicle slides on its feet.
+    pub(super) slides: bool,
     pub(super) unsupported: bool,
 }
+
+/// Drop of the lowest foot from which on a vehicle leans into the wind, m: 0.09 rad, the trim of
+/// 3 m/s. Halved, calm air on a rolling deck counts as wind; doubled, touches in 5 m/s of wind are bounces.
+pub(super) const LEANING_M: f64 = 0.01;
 
 /// `value` lies in [0, limit]; NaN does not.
 fn up_to<R: Real>(value: R, limit: R) -> bool {
@@ -50,6 +60,7 @@ impl<R: Real> MachineInput<R> {
     fn is_known(&self) -> bool {
         let estimates = [
             self.height_m,
+            self.foot_drop_m,
             self.relative_velocity_mps,
             self.lateral_error_m,
             self.lateral_speed_mps,
@@ -119,8 +130,15 @@ impl<R: Real> StateMachine<R> {
             (battery_low, Reason::BatteryLow),
         ]));
 
-        let [low, supported] = self.on_deck(seen, blind.is_none());
-        let touching = supported || low;
+        let [soft, resting, supported] = self.on_deck(seen, blind.is_none());
+        let touching = supported || soft;
+        let low = blind.is_none()
+            && seen.contact != Some(false)
+            && height_m - seen.foot_drop_m <= self.touchdown_height_m + self.support_margin_m;
+        // In a strong wind a vehicle slides on its feet.
+        let slides = low
+            && seen.relative_velocity_mps.abs() <= r::<R>(2.0) * self.touchdown_speed_mps
+            && seen.lateral_speed_mps.is_finite();
         let idle = seen.thrust_share <= self.idle_thrust_share;
         let carried = idle && seen.load_factor >= self.supported_load_factor;
         Conditions {
@@ -138,7 +156,10 @@ impl<R: Real> StateMachine<R> {
             above_commit_height: height_m > self.commit_height_m + self.commit_margin_m,
             up: stale.is_none() && height_error_m >= -self.hold_tolerance_m,
             touching,
+            resting: touching || (resting && seen.foot_drop_m > r(LEANING_M)),
+            low,
             supported,
+            slides: slides && (carried || seen.contact == Some(true)),
             evidence: touching && (carried || seen.contact == Some(true)),
             unsupported: idle
                 && seen.load_factor < self.supported_load_factor
@@ -146,21 +167,22 @@ impl<R: Real> StateMachine<R> {
         }
     }
 
-    /// Whether height and speed are those of a touchdown, and whether the legs feel the deck besides.
-    fn on_deck(&self, seen: &MachineInput<R>, seeing: bool) -> [bool; 2] {
-        let within = |margin_m: R, times: R| {
+    /// Whether height and speed are those of a touchdown, those of one in gusts, and whether
+    /// the legs feel the deck besides.
+    fn on_deck(&self, seen: &MachineInput<R>, seeing: bool) -> [bool; 3] {
+        let within = |margin_m: R, times: R, aside: R| {
             seeing
-                && seen.height_m <= self.touchdown_height_m + margin_m
+                && seen.height_m - seen.foot_drop_m <= self.touchdown_height_m + margin_m
                 && seen.relative_velocity_mps.abs() <= times * self.touchdown_speed_mps
-                && seen.lateral_speed_mps.abs() <= self.touchdown_lateral_mps
+                && seen.lateral_speed_mps.abs() <= aside * self.touchdown_lateral_mps
                 && seen.contact != Some(false)
         };
-        let low = within(R::ZERO, R::ONE);
+        let low = within(R::ZERO, R::ONE, R::ONE);
         // Less force is needed where height and speed agree with it.
         let twice = r::<R>(2.0);
         let supported = (low && seen.support_share >= self.support_share)
-            || (within(self.support_margin_m, twice)
+            || (within(self.support_margin_m, twice, R::ONE)
                 && seen.support_share >= twice * self.support_share);
-        [low, supported]
+        [low, within(R::ZERO, twice, twice), supported]
     }
 }

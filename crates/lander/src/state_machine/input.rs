@@ -34,13 +34,16 @@ pub struct MachineInput<R> {
     pub diverged: bool,
     /// Height of the vehicle above the deck, m.
     pub height_m: R,
+    /// How much lower the lowest foot is, by the tilts of vehicle and deck, than that of a
+    /// level vehicle over a level deck, m.
+    pub foot_drop_m: R,
     /// Velocity relative to the deck along the vertical, up, m/s.
     pub relative_velocity_mps: R,
     /// Horizontal distance from the axis above the pad, m.
     pub lateral_error_m: R,
     /// Horizontal speed relative to the deck, m/s.
     pub lateral_speed_mps: R,
-    /// Tilt of the vehicle, rad.
+    /// Tilt of the vehicle beyond that of its trim in the wind, rad.
     pub tilt_rad: R,
     /// The demanded thrust or attitude exceeds what the rotors give.
     pub saturated: bool,

@@ -47,8 +47,8 @@
 //! | `Touchdown` | operator aborts | `GoAround` |
 //! | `Touchdown` | evidence for `confirm_s` | `Disarmed` |
 //! | `Touchdown` | not supported for `fall_s`, late | `GoAround` |
-//! | `Touchdown` | not touching for `bounce_s`, and blind | `GoAround` |
-//! | `Touchdown` | not touching for `bounce_s` | `Commit` |
+//! | `Touchdown` | neither touching nor low for `bounce_s`, and blind | `GoAround` |
+//! | `Touchdown` | neither touching nor low for `bounce_s` | `Commit` |
 //! | `GoAround` | climbed or late; battery critical, operator does not abort | `Approach` |
 //! | `GoAround` | climbed or late; battery low | `GivenUp` |
 //! | `GoAround` | climbed or late; more go-arounds than allowed | `GivenUp` |
@@ -73,15 +73,20 @@
 //!   is within its limits, unless the battery is critical.
 //! - *touching*: not blind; height, relative velocity and lateral speed in the deck's
 //!   frame are within the limits of a touchdown; no contact switch is open. Or *supported*.
+//!   The height is that of the lowest foot, which tilt brings down. *Low*: that height alone,
+//!   up to `support_margin_m` more, after a touch of a vehicle that leans into the wind: it rocks
+//!   from foot to foot, and slides. While it leans, twice the speeds count for `contact_s`.
 //! - *supported*: touching, and the deck's force on the legs is at least `support_share` of
 //!   the weight. Up to `support_margin_m` above the height of a touchdown, and up to twice
 //!   its speed, twice that force counts: a first contact is short, and height and velocity
 //!   follow it late. This force comes from the models of thrust and ground effect. It
 //!   decides when the thrust decreases; the evidence below, without models, stops the rotors.
-//! - *evidence*: touching, and one of two. Either the contact switch is closed, or the
+//! - *evidence*: touching, or low and sliding at twice the vertical speed of a touchdown at most,
+//!   and one of two. Either the contact switch is closed, or the
 //!   thrust is at most `idle_thrust_share` of the weight while the IMU measures at least
 //!   `supported_load_factor`, so that something else carries the vehicle. *Not supported*:
-//!   the thrust is as low, but the IMU measures less.
+//!   the thrust is as low, but the IMU measures less. After a touch in a tilt, the fall onto
+//!   the other feet is not counted.
 //! - *battery low*: no landing begins, so that the remaining energy can be used to fly
 //!   elsewhere. *Critical*: the energy does not suffice to fly elsewhere. Then the number
 //!   of go-arounds, the deck's limits and the planner's waiting time

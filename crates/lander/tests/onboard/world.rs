@@ -6,7 +6,7 @@ use touchdown_flight::control::{Composite, Law};
 use touchdown_flight::ground_effect::{GroundEffectState, Guarded, GuardedState};
 use touchdown_flight::thrust::{FirstOrder, ThrustModel, ThrustState};
 use touchdown_flight::{Attitude, Limits, Vector};
-use touchdown_lander::computer::{Computer, ComputerOutput, ComputerState, Descent, Sensed};
+use touchdown_lander::computer::{Computer, ComputerOutput, ComputerState, Descent, Feet, Sensed};
 use touchdown_lander::control::{Delays, Horizontal, Observer};
 use touchdown_lander::estimate::deck::{DeckEstimator, Observed};
 use touchdown_lander::estimate::relative::{
@@ -81,6 +81,7 @@ pub(crate) fn computer() -> Computer<f64> {
         known_sd_m: 0.3,
         known_sd_mps: 0.3,
         restart_s: 0.5,
+        feet: Feet::default(),
         contact_height_m: 0.11,
         watch_s: 3.0,
         deck_known_mps: 0.02,

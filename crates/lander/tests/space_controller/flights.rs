@@ -194,7 +194,10 @@ fn prop_held_estimates_do_not_move() {
         let command = controller.step(&mut state, &plant.sense(), &target, 0.01);
         plant.fly(&command);
     }
-    assert_eq!((state.disturbance_n, state.adaptation), (d, adapted));
+    // Along the vertical the legs may push. Aside it is the wind, which is followed.
+    assert_eq!((state.disturbance_n.z, state.adaptation), (d.z, adapted));
+    assert!(state.disturbance_n.x > 0.9 && state.disturbance_n.y > 0.9);
+    let d = state.disturbance_n;
     target.hold_estimates = false;
     // Nor where the IMU says nothing.
     let mut deaf = plant.sense();

@@ -8,7 +8,7 @@ use crate::estimate::relative::{DeckPrior, RangeReading, Reading, RelativeEstima
 use crate::guidance::GuidanceCommand;
 use crate::planner::{DeckOutlook, Plan};
 use crate::space_controller::{Motion, SpaceCommand, Target};
-use crate::state_machine::{MachineInput, Maneuver, Phase};
+use crate::state_machine::{Frame, MachineInput, Maneuver, Phase};
 use touchdown_flight::ground_effect::GroundEffect;
 use touchdown_flight::kernel::{lag_step, usable_dt};
 use touchdown_flight::real::{Real, r};
@@ -23,6 +23,30 @@ const MISTIMED_S: f64 = 0.03;
 /// Time after such a change until the vehicle's own motion has been estimated with the new
 /// latency, s: three times the memory of the relative estimator.
 const RETIMED_S: f64 = 1.0;
+
+/// Slope of the trim up to which the approach is vertical: a quarter of the camera's half
+/// view of 0.6. Halved, calm air would move the approach; doubled, a tag at the edge of the
+/// view would be lost in gusts at 12 m/s.
+const UPRIGHT: f64 = 0.15;
+
+/// Distance by which gusts move a vehicle off its axis per slope of the approach, m: 0.07 m at
+/// 10 m/s, two standard deviations. Halved, every second descent at 10 m/s is aborted for it; doubled, the
+/// vehicle lands up to 0.25 m from the centre.
+const GUSTS_M: f64 = 0.2;
+
+/// How much more slowly the thrust decreases per height of the lowest foot below the others, 1/m:
+/// half the rate at 0.05 m, the drop in the trim of 10 m/s. Halved, feet come down at 0.5 m/s; doubled,
+/// the touchdown lasts a second in that wind.
+const IDLE_PER_M: f64 = 20.0;
+
+/// Time constant of the approach's slope, s: long against gusts, short against a wait of
+/// some waves. Halved, gusts move the axis; doubled, the vehicle waits longer for readiness.
+const LEAN_S: f64 = 2.0;
+
+/// Time from the start after which the vehicle's own velocity suffices to control it, s: several
+/// readings of every sensor. In that time a wind that changes by 1 m/s moves it by 5 cm. Halved, a deck
+/// that is seen late is not followed from the start; doubled, gusts push the vehicle farther.
+const BLIND_START_S: f64 = 0.5;
 
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// One control period of `dt` seconds: from the readings at its beginning to the
@@ -40,6 +64,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let known = self.knows(&estimate);
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
+        self.take_over(state, attitude);
+        self.lean(state, dt);
 
         let deck = self.deck_ahead(state, R::ZERO);
         let (plan, reference) = self.plan(state, &motion, dt);
@@ -51,17 +77,21 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             imu_age_s: health.imu.age_s,
             diverged: !known || health.diverged || mistimed,
             height_m: motion.position_m.z,
+            foot_drop_m: motion.position_m.z - self.feet_height_m(&motion),
             relative_velocity_mps: motion.relative_velocity_mps.z,
-            lateral_error_m: motion.position_m.horizontal().norm(),
+            lateral_error_m: self.off_axis_m(state, &motion),
             lateral_speed_mps: motion.relative_velocity_mps.horizontal().norm(),
-            tilt_rad: attitude.tilt_rad(),
+            tilt_rad: self.tilt_beside_trim_rad(state, attitude),
             saturated: command.saturated || command.limited,
             deck_tilt_rad: state.tilt_rad,
             deck_speed_mps: self.greatest_deck_speed(state, &deck, &estimate),
             battery_share: sensed.battery_share,
             thrust_share: command.thrust_n / weight_n,
             load_factor: sensed.imu.specific_force_mps2.z / self.controller.gravity_mps2,
-            support_share: state.support.force_n() / weight_n,
+            support_share: state
+                .support
+                .evidence_n(self.state_machine.support_share * weight_n)
+                / weight_n,
             contact: sensed.contact,
             go: reference.is_some(),
             request: sensed.request,
@@ -73,10 +103,13 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state.carried_over &= !known || health.diverged;
         self.restart_diverged(state, &health, state_machine.phase, dt);
 
-        // After the controller has started, velocities suffice. The state machine gets the
+        // After the controller has started, velocities suffice; so they do where the deck
+        // is not seen at the start. The state machine gets the
         // report that the position is not known and orders a flight in the world's frame
         // (in touchdown it holds or reduces the thrust).
-        let moving = state.controller.is_some() && self.moves_known(&estimate);
+        state.flown_s += dt;
+        let started = state.controller.is_some() || state.flown_s > r(BLIND_START_S);
+        let moving = started && self.moves_known(&estimate);
         let (command, target) = if known || moving || state_machine.maneuver == Maneuver::Disarm {
             self.act(
                 state,
@@ -107,12 +140,22 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
+    /// Remembers the attitude in which the vehicle was flown before the first step. One
+    /// beyond the tilt limit is no hover.
+    fn take_over(&self, state: &mut ComputerState<R, G::State>, attitude: Attitude<R>) {
+        if state.taken_over.is_none() && attitude.is_finite() {
+            let limit_rad = self.controller.greatest_tilt_rad();
+            let hovers = attitude.tilt_rad() <= limit_rad;
+            state.taken_over = Some(if hovers { attitude } else { Attitude::LEVEL });
+        }
+    }
+
     /// Estimates the force of the deck on the legs.
     fn feel_support(&self, state: &mut ComputerState<R, G::State>, motion: &Motion<R>, dt: R) {
         match &state.controller {
             Some(controller) => {
                 let unexplained_n = self.controller.unexplained_n(controller, motion);
-                let above_contact_m = motion.position_m.z - self.contact_height_m;
+                let above_contact_m = self.feet_height_m(motion) - self.contact_height_m;
                 state.support.step(unexplained_n.z, above_contact_m, dt);
             }
             None => state.support = Support::default(),
@@ -137,20 +180,36 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let order = self
             .guidance
             .step(guidance, maneuver, reference, motion, deck_mps2, dt);
+        let over_deck = match maneuver {
+            Maneuver::Hover { frame, .. } => frame == Frame::Deck,
+            maneuver => matches!(maneuver, Maneuver::Descend | Maneuver::Commit),
+        };
         let throttle = state.hover_throttle;
+        let feet_height_m = self.feet_height_m(motion);
         let controller = state
             .controller
             .get_or_insert_with(|| self.controller.initial(motion, throttle));
         match order {
             GuidanceCommand::Track(mut target) => {
-                target.hold_estimates |= motion.position_m.z < self.contact_height_m;
+                if over_deck {
+                    let above_m = target.vertical.height_m - self.contact_height_m;
+                    target.position_m += state.lean * above_m.max(R::ZERO);
+                    target.velocity_mps += state.lean * target.vertical.velocity_mps;
+                }
+                target.hold_estimates |= feet_height_m < self.contact_height_m;
                 let command = self.controller.step(controller, motion, &target, dt);
                 (Some(command), Some(target))
             }
-            GuidanceCommand::Idle { rate_n_per_s } => (
-                Some(self.controller.idle(controller, motion, rate_n_per_s, dt)),
-                None,
-            ),
+            GuidanceCommand::Idle { rate_n_per_s } => {
+                // On one foot the thrust decreases more slowly, so that the others come down softly.
+                let drop_m = self.feet.drop_m(motion.attitude, motion.deck_normal);
+                let slower = R::ONE + drop_m.max(R::ZERO) * r(IDLE_PER_M);
+                let rate_n_per_s = rate_n_per_s / slower;
+                (
+                    Some(self.controller.idle(controller, motion, rate_n_per_s, dt)),
+                    None,
+                )
+            }
             GuidanceCommand::Off => {
                 state.controller = None;
                 (None, None)
@@ -167,18 +226,83 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         ahead.acceleration_mps2 * slowed.min(R::ONE)
     }
 
-    /// Level, at the thrust of the weight.
+    /// Height of the lowest foot along the deck's normal, as that of a level vehicle's
+    /// reference point, m.
+    fn feet_height_m(&self, motion: &Motion<R>) -> R {
+        let normal = motion.deck_normal.direction().unwrap_or(Vector::UP);
+        motion.position_m.dot(normal) - self.feet.drop_m(motion.attitude, normal)
+    }
+
+    /// [`Feet::drop_m`](crate::computer::Feet::drop_m) of the trim attitude.
+    fn trim_drop_m(&self, state: &ComputerState<R, G::State>, motion: &Motion<R>) -> R {
+        let yaw_rad = motion.attitude.yaw_rad();
+        let trim = Attitude::from_thrust_direction(self.trim_up(state), yaw_rad);
+        trim.map_or(R::ZERO, |trim| self.feet.drop_m(trim, motion.deck_normal))
+    }
+
+    /// Direction of thrust that holds the vehicle still in the wind.
+    fn trim_up(&self, state: &ComputerState<R, G::State>) -> Vector<R> {
+        match (&state.controller, state.taken_over) {
+            (Some(controller), _) => self.controller.trim_up(controller),
+            (None, Some(attitude)) => attitude.up(),
+            (None, None) => Vector::UP,
+        }
+    }
+
+    /// Follows the slope of the approach: none up to [`UPRIGHT`], then `s (1 - (UPRIGHT/s)²)`
+    /// of the trim's slope s. Camera and range finder look along the body's axis, so a vehicle
+    /// that leans into the wind keeps the pad in view from upwind of it.
+    fn lean(&self, state: &mut ComputerState<R, G::State>, dt: R) {
+        let trim = self.trim_up(state);
+        let slope = trim.horizontal() * (R::ONE / trim.z);
+        let size = slope.norm();
+        let wanted = if size > r(UPRIGHT) {
+            let share = r::<R>(UPRIGHT) / size;
+            slope * (R::ONE - share * share)
+        } else {
+            Vector::ZERO
+        };
+        let follow = |now, then| lag_step(now, then, r(LEAN_S), dt);
+        state.lean = Vector::new(
+            follow(state.lean.x, wanted.x),
+            follow(state.lean.y, wanted.y),
+            R::ZERO,
+        );
+    }
+
+    /// Distance from the axis of the approach, which ends at the pad, less what gusts of the
+    /// wind that leans it move the vehicle, m.
+    fn off_axis_m(&self, state: &ComputerState<R, G::State>, motion: &Motion<R>) -> R {
+        let above_m = (motion.position_m.z - self.contact_height_m).max(R::ZERO);
+        let off_m = (motion.position_m.horizontal() - state.lean * above_m).norm();
+        (off_m - r::<R>(GUSTS_M) * state.lean.norm()).max(R::ZERO)
+    }
+
+    /// Tilt of the vehicle beyond what lies between upright and trim, rad. A vehicle
+    /// in the wind leans by its trim tilt, and stands upright on the deck.
+    fn tilt_beside_trim_rad(&self, state: &ComputerState<R, G::State>, attitude: Attitude<R>) -> R {
+        let (up, trim) = (attitude.up(), self.trim_up(state));
+        let angle = |to: Vector<R>| up.cross(to).norm().atan2(up.dot(to));
+        attitude.tilt_rad().min(angle(trim))
+    }
+
+    /// In the trim attitude, at the thrust `W cos α` that holds the height there: drag acts
+    /// in the rotors' plane.
     fn hover(
         &self,
         state: &mut ComputerState<R, G::State>,
         motion: &Motion<R>,
         dt: R,
     ) -> SpaceCommand<R> {
-        let thrust_n = self.controller.mass_kg * self.controller.gravity_mps2;
+        let trim = self.trim_up(state);
+        let thrust_n = self.controller.mass_kg * self.controller.gravity_mps2 * trim.z;
+        let yaw_rad = motion.attitude.yaw_rad();
+        let attitude = Attitude::from_thrust_direction(trim, yaw_rad)
+            .unwrap_or_else(|| Attitude::from_yaw(yaw_rad));
         let command = SpaceCommand {
             thrust_n,
             throttle: self.controller.thrust.throttle_for(thrust_n),
-            attitude: Attitude::from_yaw(motion.attitude.yaw_rad()),
+            attitude,
             ..SpaceCommand::default()
         };
         if let Some(controller) = &mut state.controller {
@@ -341,12 +465,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         motion: &Motion<R>,
         dt: R,
     ) -> (Option<Plan<R>>, Option<Reference<R>>) {
+        // The descent is that of the lowest foot in the trim attitude.
+        let drop_m = self.trim_drop_m(state, motion);
         let height_m = motion.position_m.z;
+        let raised = |reference: Reference<R>| reference.raised_by(drop_m);
         let is_watched = state.deck.observed_s() >= self.watch_s;
         match &self.descent {
             Descent::Straight(_) if !is_watched => (None, None),
             Descent::Straight(reference) => {
-                let reference = reference.starting_at(height_m);
+                let reference = raised(reference.starting_at(height_m - drop_m));
                 (None, reference.validate().is_ok().then_some(reference))
             }
             Descent::Planned(planner) => {
@@ -381,13 +508,14 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 }
                 let verdict = planner.step(
                     &mut state.planner,
-                    height_m,
+                    height_m - drop_m,
                     state.hurry,
                     &forecast,
                     waited_s,
                 );
                 let plan = verdict.plan();
-                (plan, plan.map(|plan| Reference::Terminal(plan.reference)))
+                let reference = plan.map(|plan| raised(Reference::Terminal(plan.reference)));
+                (plan, reference)
             }
         }
     }

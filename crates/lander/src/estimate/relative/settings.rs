@@ -185,7 +185,7 @@ impl<R: Real> Default for RangeModel<R> {
             quantum_m: r(0.01),
             least_m: r(0.02),
             greatest_m: r(12.0),
-            greatest_angle_rad: r(0.6),
+            greatest_angle_rad: r(0.9),
             jitter_s: r(0.001),
             stale_s: r(0.2),
         }

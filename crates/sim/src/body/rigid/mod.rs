@@ -20,6 +20,7 @@
 
 mod kernel;
 mod state;
+mod trim;
 
 use crate::body::BodySettings;
 use crate::body::contact::{ContactLog, ContactState, Foot, LegSettings, Legs};

@@ -48,7 +48,8 @@ impl TrialDraw {
             .with_thrust_scale_error([self.thrust_error; 4]))
     }
 
-    /// The state at rest relative to the deck, and the throttle that holds it.
+    /// The state at rest relative to the deck, trimmed in the steady wind, and the throttle
+    /// that holds it.
     pub(super) fn start(
         &self,
         scenario: &SpaceScenario,
@@ -57,7 +58,7 @@ impl TrialDraw {
     ) -> (RigidState, f64) {
         let [x, y, z] = self.place_m;
         let height_m = z.max(scenario.landed_height_m + 0.05);
-        let (mut state, throttle) = vehicle.balanced(height_m, deck);
+        let (mut state, throttle) = vehicle.trimmed(height_m, deck, scenario.wind.steady_mps);
         state.position_m[0] += x;
         state.position_m[1] += y;
         (state, throttle)

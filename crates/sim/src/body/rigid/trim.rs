@@ -1,0 +1,116 @@
+//! Hover in steady wind.
+
+use super::{RigidState, RigidVehicle};
+use crate::deck::rigid::DeckPose;
+
+/// Halvings of a quarter turn: the tilt is then exact to rounding.
+const HALVINGS: usize = 60;
+
+impl RigidVehicle {
+    /// Tilt at which gravity balances the drag of a horizontal wind, rad:
+    ///
+    /// ```text
+    /// W sin α = (c_1 + c_2 V cos α) V cos α
+    /// ```
+    ///
+    /// Drag acts in the rotors' plane, so the thrust of this hover is `W cos α`.
+    #[must_use]
+    pub fn trim_tilt_rad(&self, air_mps: f64) -> f64 {
+        let weight_n = self.mass_kg * self.gravity_mps2;
+        let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
+        for _ in 0..HALVINGS {
+            let tilt = 0.5 * (low + high);
+            let through = air_mps * tilt.cos();
+            let drag_n = (self.body.drag_ns_per_m + self.body.drag_ns2_per_m2 * through) * through;
+            if weight_n * tilt.sin() < drag_n {
+                low = tilt;
+            } else {
+                high = tilt;
+            }
+        }
+        0.5 * (low + high)
+    }
+
+    /// [`Self::balanced`], leaned into a horizontal wind so that the vehicle keeps its
+    /// velocity. Without wind it is that state to the bit.
+    #[must_use]
+    pub fn trimmed(&self, height_m: f64, deck: &DeckPose, wind_mps: [f64; 3]) -> (RigidState, f64) {
+        let (mut state, throttle) = self.balanced(height_m, deck);
+        let [x, y, _] = wind_mps;
+        if x.hypot(y) <= 0.0 {
+            return (state, throttle);
+        }
+        let air = [x - state.velocity_mps[0], y - state.velocity_mps[1]];
+        let speed_mps = air[0].hypot(air[1]);
+        if speed_mps <= 0.0 {
+            return (state, throttle);
+        }
+        let tilt = self.trim_tilt_rad(speed_mps);
+        // The thrust leans against the wind w: turned from e_z about w × e_z.
+        let (sin, cos) = (0.5 * tilt).sin_cos();
+        let [along, across] = air.map(|component| component / speed_mps);
+        state.attitude = [cos, sin * across, -sin * along, 0.0];
+        let root = tilt.cos().sqrt();
+        for x in &mut state.rotors.root_thrust {
+            *x *= root;
+        }
+        let places = self.places(&state, deck, [0.0; 3]);
+        let target = self.rotors.target(&state.rotors.root_thrust, &places);
+        state.rotors.inflow = target.inflow;
+        state.rotors.fountain = target.fountain;
+        let x = state.rotors.root_thrust[0];
+        (state, self.rotors.plant().motor().throttle_for(x * x))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::BodySettings;
+    use crate::body::plant::PlantSettings;
+    use crate::body::rigid::Disturbance;
+
+    fn vehicle() -> RigidVehicle {
+        RigidVehicle::new(&PlantSettings::default(), &BodySettings::default()).unwrap()
+    }
+
+    #[test]
+    fn analytic_trim_tilt_balances_drag_and_weight() {
+        // c_1 V + c_2 V² alone, as if the drag were horizontal: 0.39 rad at 10 m/s. In the
+        // rotors' plane the air is slower by cos α, and the tilt a little less.
+        for (air_mps, horizontal) in [(4.0_f64, 0.127), (10.0, 0.389), (15.0, 0.627)] {
+            let tilt = vehicle().trim_tilt_rad(air_mps);
+            let through = air_mps * tilt.cos();
+            let drag_n = (0.35 + 0.02 * through) * through;
+            // The root is exact to rounding.
+            assert!((13.4397 * tilt.sin() - drag_n).abs() < 1e-12, "{air_mps}");
+            assert!(tilt < horizontal && tilt > 0.93 * horizontal, "{tilt}");
+        }
+    }
+
+    #[test]
+    fn analytic_a_trimmed_vehicle_does_not_accelerate() {
+        let vehicle = vehicle();
+        let deck = DeckPose::default();
+        for wind_mps in [[7.0, 0.0, 0.0], [-4.0, 9.0, 0.0], [0.0, -12.0, 0.0]] {
+            // Far above the deck: ground effect below a millionth of the weight.
+            let (state, _) = vehicle.trimmed(50.0, &deck, wind_mps);
+            let disturbance = Disturbance {
+                wind_mps,
+                ..Disturbance::default()
+            };
+            let loads = vehicle.loads(&state, &deck, &disturbance);
+            for k in 0..3 {
+                let a = loads.acceleration_mps2[k];
+                assert!(a.abs() < 1e-4, "{wind_mps:?}: {a}");
+            }
+        }
+    }
+
+    #[test]
+    fn prop_without_wind_the_start_is_balanced_to_the_bit() {
+        let (vehicle, deck) = (vehicle(), DeckPose::default());
+        let trimmed = vehicle.trimmed(0.8, &deck, [0.0; 3]);
+        assert_eq!(trimmed, vehicle.balanced(0.8, &deck));
+    }
+}
