@@ -1,6 +1,6 @@
 //! Landings by the lane.
 
-use touchdown_sim::air::wind::{DrydenSettings, WindSettings};
+use touchdown_sim::air::wind::{DrydenSettings, GustSettings, WindSettings};
 use touchdown_sim::deck::rigid::{Axis, RigidMotion, Tone};
 use touchdown_sim::landing::space::{Batch, Case, CrashCause, SpaceOutcome, SpaceScenario};
 
@@ -54,9 +54,15 @@ fn prop_what_comes_down_beside_the_deck_has_not_touched_it() {
     // Blown off a small deck, and down.
     let mut scenario = SpaceScenario {
         wind: WindSettings {
-            steady_mps: [14.0, 0.0, -12.0],
+            steady_mps: [0.0; 3],
             dryden: None,
-            gust: None,
+            // More than the thrust reserve holds, and not there at the trimmed start.
+            gust: Some(GustSettings {
+                velocity_mps: [30.0, 0.0, -12.0],
+                start_s: 0.1,
+                rise_s: 0.2,
+                hold_s: 100.0,
+            }),
         },
         ..SpaceScenario::default()
     };

@@ -39,6 +39,8 @@
 //!   horizontally, so that a go-around climbs straight up.
 //! * **The approach leans** into the wind by the trim's slope beyond 0.15, so that
 //!   the pad stays in the middle of the camera's view and under the range finder's beam.
+//! * **A rough sea raises the hover** by 1 m for each 1 m/s of the deck's greatest speed
+//!   beyond 0.7 m/s, as it was within the last 30 s.
 //! * **Height of contact.** Near the deck a tilted vehicle is as low as its lowest foot
 //!   ([`Feet`]). Contact, the end of a descent and `contact_height_m` go by that foot.
 //! * **Observer and adaptation** pause below `contact_height_m`, because the legs' force
@@ -64,7 +66,7 @@ use crate::planner::{Plan, Planner, PlannerState};
 use crate::space_controller::{SpaceCommand, SpaceController, SpaceControllerState, Target};
 use crate::state_machine::{MachineOutput, MachineState, OperatorRequest, Phase, StateMachine};
 use touchdown_flight::control::VerticalState;
-use touchdown_flight::error::{SettingsError, not_negative, positive};
+use touchdown_flight::error::{SettingsError, not_negative, positive, within};
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::Reference;
@@ -194,6 +196,8 @@ pub struct ComputerState<R: Real, S> {
     taken_over: Option<Attitude<R>>,
     /// Time since the start, s.
     flown_s: R,
+    /// Greatest speed of the deck of late, which raises the hover, m/s.
+    rough_mps: R,
     /// Horizontal way of the approach's axis per metre of height.
     lean: Vector<R>,
 }
@@ -233,7 +237,15 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
         self.deck.validate()?;
         match &self.descent {
-            Descent::Planned(planner) => planner.validate()?,
+            Descent::Planned(planner) => {
+                planner.validate()?;
+                within(
+                    "lander.hold_height_m",
+                    self.state_machine.hold_height_m,
+                    self.state_machine.hold_height_m <= planner.reach_m(),
+                    "a height from which a descent ends within planner.horizon_s",
+                )?;
+            }
             Descent::Straight(reference) => reference.validate()?,
         }
         self.state_machine.validate()?;
@@ -288,6 +300,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             support: Support::default(),
             taken_over: None,
             flown_s: R::ZERO,
+            rough_mps: R::ZERO,
             lean: Vector::ZERO,
         }
     }

@@ -25,6 +25,9 @@
 //! plans ([`Planner::scan`]), each made for the moment of the decision that follows, so that
 //! no period has more than its share of the work.
 //!
+//! **A higher start** takes longer: above 0.85 m over its end, a descent's durations and its
+//! greatest speed grow with the square root of the height, so that its acceleration stays.
+//!
 //! **Limits of the descent** hold for the reference's greatest speed, and for the sum of
 //! its greatest acceleration and that of the deck during the descent.
 
@@ -263,16 +266,17 @@ impl<R: Real> Planner<R> {
             sink_rate_mps: [None; STEPS + 1],
             known: false,
         };
+        let descent = self.descent.from_height(start_height_m);
         let mut greatest_mps2 = R::ZERO;
         for i in 0..=STEPS {
             let t = self.time_s(i);
-            if t > self.descent.duration_max_s {
+            if t > descent.duration_max_s {
                 break;
             }
             let Some((sink_rate_mps, deck_mps2)) = scan.at(i) else {
                 continue;
             };
-            sight.known |= t >= self.descent.duration_min_s;
+            sight.known |= t >= descent.duration_min_s;
             greatest_mps2 = greatest_mps2.max(deck_mps2);
             let reference = Terminal {
                 start_height_m,
@@ -280,7 +284,7 @@ impl<R: Real> Planner<R> {
                 sink_rate_mps,
                 duration_s: t,
             };
-            sight.sink_rate_mps[i] = self
+            sight.sink_rate_mps[i] = descent
                 .allows(&reference, greatest_mps2)
                 .then_some(sink_rate_mps);
         }
@@ -330,20 +334,6 @@ impl<R: Real> Planner<R> {
             relative / q.relative_speed_mps,
         ];
         shares.into_iter().fold(R::ZERO, R::max)
-    }
-
-    /// Whether a descent is within its limits while the deck accelerates by up to
-    /// `deck_mps2`.
-    fn allows(&self, reference: &Terminal<R>, deck_mps2: R) -> bool {
-        let descent = &self.descent;
-        let t = reference.duration_s;
-        if !(t >= descent.duration_min_s && t <= descent.duration_max_s)
-            || reference.validate().is_err()
-        {
-            return false;
-        }
-        let (speed_mps, acceleration_mps2) = quintic::peaks(reference);
-        speed_mps <= descent.speed_mps && acceleration_mps2 + deck_mps2 <= descent.acceleration_mps2
     }
 }
 

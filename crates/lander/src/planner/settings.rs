@@ -1,7 +1,13 @@
 //! Limits of a planner.
 
+use super::quintic;
 use touchdown_flight::error::{SettingsError, not_negative, ordered, positive, within};
 use touchdown_flight::real::{Real, r};
+use touchdown_flight::reference::Terminal;
+
+/// Height above its end from which a descent takes longer, m: that of the default hover with its
+/// tolerance. Halved, descents from 0.8 m take 2.8 s instead of 2; doubled, one from 1.5 m exceeds the speed limit.
+const LOW_M: f64 = 0.85;
 
 /// Limits of the deck's motion at touchdown.
 ///
@@ -91,7 +97,7 @@ impl<R: Real> Default for Quiescence<R> {
 
 impl<R: Real> Default for Descent<R> {
     /// To 0.1 m at 0.03 m/s (and 0.5 of the deck's uncertainty, up to 0.08 m/s)
-    /// within 2.2 to 3.5 s, 0.7 m/s and 2 m/s².
+    /// within 2.2 to 3.5 s, 0.7 m/s and 3.5 m/s², of which a rough sea takes 2 m/s².
     fn default() -> Self {
         Self {
             end_height_m: r(0.1),
@@ -101,7 +107,7 @@ impl<R: Real> Default for Descent<R> {
             duration_min_s: r(2.2),
             duration_max_s: r(3.5),
             speed_mps: r(0.7),
-            acceleration_mps2: r(2.0),
+            acceleration_mps2: r(3.5),
         }
     }
 }
@@ -140,6 +146,32 @@ impl<R: Real> Quiescence<R> {
 }
 
 impl<R: Real> Descent<R> {
+    /// The limits of a descent from a height. Those of the settings hold up to [`LOW_M`] above
+    /// its end. From higher, durations and greatest speed grow with the square root of
+    /// the height, so that the acceleration stays.
+    pub(super) fn from_height(&self, start_height_m: R) -> Self {
+        let ratio = (start_height_m - self.end_height_m) / r(LOW_M);
+        let factor = ratio.max(R::ONE).finite_or(R::ONE).sqrt();
+        Self {
+            duration_min_s: self.duration_min_s * factor,
+            duration_max_s: self.duration_max_s * factor,
+            speed_mps: self.speed_mps * factor,
+            ..*self
+        }
+    }
+
+    /// Whether a descent is within these limits while the deck accelerates by up to
+    /// `deck_mps2`.
+    pub(super) fn allows(&self, reference: &Terminal<R>, deck_mps2: R) -> bool {
+        let t = reference.duration_s;
+        if !(t >= self.duration_min_s && t <= self.duration_max_s) || reference.validate().is_err()
+        {
+            return false;
+        }
+        let (speed_mps, acceleration_mps2) = quintic::peaks(reference);
+        speed_mps <= self.speed_mps && acceleration_mps2 + deck_mps2 <= self.acceleration_mps2
+    }
+
     fn validate(&self) -> Result<(), SettingsError> {
         not_negative("planner.descent.end_height_m", self.end_height_m)?;
         not_negative("planner.descent.sink_rate_mps", self.sink_rate_mps)?;
@@ -163,6 +195,12 @@ impl<R: Real> Descent<R> {
 }
 
 impl<R: Real> Planner<R> {
+    /// The greatest height from which the longest descent ends within the horizon, m.
+    pub(crate) fn reach_m(&self) -> R {
+        let factor = self.horizon_s / self.descent.duration_max_s;
+        self.descent.end_height_m + r::<R>(LOW_M) * factor * factor
+    }
+
     /// Checks the settings.
     ///
     /// # Errors

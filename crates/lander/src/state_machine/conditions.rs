@@ -77,6 +77,7 @@ impl<R: Real> MachineInput<R> {
             self.imu_age_s,
             self.deck_tilt_rad,
             self.deck_speed_mps,
+            self.hold_extra_m,
             self.battery_share,
             self.thrust_share,
             self.load_factor,
@@ -115,11 +116,15 @@ impl<R: Real> StateMachine<R> {
             && seen.deck_speed_mps.abs() <= self.deck_speed_mps);
         let battery_critical = seen.battery_share <= self.battery_critical;
         let battery_low = !battery_critical && !(seen.battery_share > self.battery_low);
-        let height_error_m = height_m - self.hold_height_m;
-        let at_hold_height = height_error_m.abs() <= self.hold_tolerance_m;
-        let over_pad = seen.lateral_error_m.abs() <= self.hold_lateral_m;
-        let steady = seen.relative_velocity_mps.abs() <= self.hold_speed_mps
-            && seen.lateral_speed_mps <= self.hold_speed_mps;
+        let height_error_m = height_m - self.hold_height_m(seen);
+        // From higher up there is more way to correct an error.
+        let wider = R::ONE + seen.hold_extra_m.max(R::ZERO);
+        let hold_tolerance_m = wider * self.hold_tolerance_m;
+        let hold_speed_mps = wider * self.hold_speed_mps;
+        let at_hold_height = height_error_m.abs() <= hold_tolerance_m;
+        let over_pad = seen.lateral_error_m.abs() <= wider * self.hold_lateral_m;
+        let steady = seen.relative_velocity_mps.abs() <= hold_speed_mps
+            && seen.lateral_speed_mps <= hold_speed_mps;
         let unready = stale.or(beyond).or(first(&[
             (!seen.is_finite(), Reason::NotFinite),
             (!at_hold_height, Reason::Height),
@@ -154,7 +159,7 @@ impl<R: Real> StateMachine<R> {
             over_pad,
             at_commit_height: height_m <= self.commit_height_m,
             above_commit_height: height_m > self.commit_height_m + self.commit_margin_m,
-            up: stale.is_none() && height_error_m >= -self.hold_tolerance_m,
+            up: stale.is_none() && height_error_m >= -hold_tolerance_m,
             touching,
             resting: touching || (resting && seen.foot_drop_m > r(LEANING_M)),
             low,
@@ -165,6 +170,11 @@ impl<R: Real> StateMachine<R> {
                 && seen.load_factor < self.supported_load_factor
                 && seen.contact != Some(true),
         }
+    }
+
+    /// Height of the hover over this deck, m.
+    pub(super) fn hold_height_m(&self, seen: &MachineInput<R>) -> R {
+        self.hold_height_m + seen.hold_extra_m.finite_or(R::ZERO).max(R::ZERO)
     }
 
     /// Whether height and speed are those of a touchdown, those of one in gusts, and whether

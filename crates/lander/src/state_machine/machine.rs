@@ -139,7 +139,7 @@ impl<R: Real> StateMachine<R> {
         let (phase, reason) = self.transition(state, seen, &conditions, &past);
         self.enter(state, phase, reason, past.stop, past.restart);
         let hover = |frame| Maneuver::Hover {
-            height_m: self.hold_height_m,
+            height_m: self.hold_height_m(seen),
             frame,
         };
         let maneuver = match phase {

@@ -17,6 +17,7 @@ pub(crate) fn good() -> MachineInput<f64> {
         imu_age_s: 0.002,
         diverged: false,
         foot_drop_m: 0.0,
+        hold_extra_m: 0.0,
         height_m: 0.8,
         relative_velocity_mps: 0.0,
         lateral_error_m: 0.02,

@@ -39,6 +39,18 @@ const GUSTS_M: f64 = 0.2;
 /// the touchdown lasts a second in that wind.
 const IDLE_PER_M: f64 = 20.0;
 
+/// Greatest speed of the deck up to which the hover stays at its height, m/s: that of seas of
+/// 0.5 m. Halved, the default sea raises the hover; doubled, decks of 1.4 m/s strike a vehicle at 0.8 m.
+const CALM_MPS: f64 = 0.7;
+
+/// Greatest rise of the hover, m: a deck in waves of 4 m moves at 2 m/s. Above 3 m the range finder's
+/// beam leaves a deck of 1.5 m at 0.25 rad.
+const HIGHEST_M: f64 = 1.5;
+
+/// Time constant with which the deck's greatest speed fades, s: a group of waves. Halved, the hover
+/// sinks between two groups; doubled, it stays high for a minute.
+const ROUGH_S: f64 = 30.0;
+
 /// Time constant of the approach's slope, s: long against gusts, short against a wait of
 /// some waves. Halved, gusts move the axis; doubled, the vehicle waits longer for readiness.
 const LEAN_S: f64 = 2.0;
@@ -69,6 +81,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 
         let deck = self.deck_ahead(state, R::ZERO);
         let (plan, reference) = self.plan(state, &motion, dt);
+        let deck_speed_mps = self.greatest_deck_speed(state, &deck, &estimate);
+        let hold_extra_m = self.hold_extra_m(state, deck_speed_mps, dt);
         let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
         let command = state.command;
         let seen = MachineInput {
@@ -84,7 +98,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             tilt_rad: self.tilt_beside_trim_rad(state, attitude),
             saturated: command.saturated || command.limited,
             deck_tilt_rad: state.tilt_rad,
-            deck_speed_mps: self.greatest_deck_speed(state, &deck, &estimate),
+            deck_speed_mps,
+            hold_extra_m,
             battery_share: sensed.battery_share,
             thrust_share: command.thrust_n / weight_n,
             load_factor: sensed.imu.specific_force_mps2.z / self.controller.gravity_mps2,
@@ -148,6 +163,20 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             let hovers = attitude.tilt_rad() <= limit_rad;
             state.taken_over = Some(if hovers { attitude } else { Attitude::LEVEL });
         }
+    }
+
+    /// How much higher than in a calm sea the vehicle holds, m. A hover lags behind a deck that
+    /// accelerates, and a deck that is not known yet may rise.
+    fn hold_extra_m(&self, state: &mut ComputerState<R, G::State>, deck_mps: R, dt: R) -> R {
+        let fading_mps = lag_step(state.rough_mps, R::ZERO, r(ROUGH_S), dt);
+        state.rough_mps = fading_mps.max(deck_mps.finite_or(R::ZERO));
+        let most_m = match &self.descent {
+            Descent::Planned(planner) => planner.reach_m() - self.state_machine.hold_height_m,
+            Descent::Straight(_) => R::ZERO,
+        };
+        (state.rough_mps - r(CALM_MPS))
+            .max(R::ZERO)
+            .min(r::<R>(HIGHEST_M).min(most_m))
     }
 
     /// Estimates the force of the deck on the legs.
