@@ -51,6 +51,7 @@ mod known;
 mod sightings;
 mod step;
 mod support;
+mod weather;
 
 pub use feet::Feet;
 use sightings::Sightings;

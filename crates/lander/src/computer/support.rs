@@ -61,11 +61,11 @@ impl<R: Real> Support<R> {
         self.force_n = lag_step(self.force_n, support_n, r(SUPPORT_S), dt);
     }
 
-    /// The force of the deck on the legs, N, less what gusts explain beyond `least_n`.
-    /// Negative values are errors of the models.
-    pub(super) fn evidence_n(&self, least_n: R) -> R {
-        let gusts_n = r::<R>(GUSTS_SD) * self.variance_n2.sqrt();
-        self.force_n - (gusts_n - least_n).max(R::ZERO)
+    /// The force of the deck on the legs over the weight, less what gusts explain beyond
+    /// `least`. Negative values are errors of the models.
+    pub(super) fn share(&self, least: R, weight_n: R) -> R {
+        let gusts = r::<R>(GUSTS_SD) * self.variance_n2.sqrt() / weight_n;
+        self.force_n / weight_n - (gusts - least).max(R::ZERO)
     }
 }
 

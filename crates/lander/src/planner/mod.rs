@@ -266,7 +266,7 @@ impl<R: Real> Planner<R> {
             sink_rate_mps: [None; STEPS + 1],
             known: false,
         };
-        let descent = self.descent.from_height(start_height_m);
+        let descent = self.descent.at_height(start_height_m);
         let mut greatest_mps2 = R::ZERO;
         for i in 0..=STEPS {
             let t = self.time_s(i);

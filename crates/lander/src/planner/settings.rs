@@ -149,7 +149,7 @@ impl<R: Real> Descent<R> {
     /// The limits of a descent from a height. Those of the settings hold up to [`LOW_M`] above
     /// its end. From higher, durations and greatest speed grow with the square root of
     /// the height, so that the acceleration stays.
-    pub(super) fn from_height(&self, start_height_m: R) -> Self {
+    pub(super) fn at_height(&self, start_height_m: R) -> Self {
         let ratio = (start_height_m - self.end_height_m) / r(LOW_M);
         let factor = ratio.max(R::ONE).finite_or(R::ONE).sqrt();
         Self {

@@ -89,15 +89,7 @@ impl<R: Real> MachineInput<R> {
 impl<R: Real> StateMachine<R> {
     // Conditions that let a landing go on are written so that NaN fails them.
     pub(super) fn conditions(&self, seen: &MachineInput<R>) -> Conditions {
-        let blind = first(&[
-            (!seen.is_known(), Reason::NotFinite),
-            (seen.diverged, Reason::Diverged),
-            (!up_to(seen.imu_age_s, self.imu_age_s), Reason::ImuStale),
-            (
-                !up_to(seen.range_age_s, self.range_age_s),
-                Reason::RangeStale,
-            ),
-        ]);
+        let blind = self.blind(seen);
         let tag_lost = !up_to(seen.tag_age_s, self.tag_age_s);
         let stale = blind.or(tag_lost.then_some(Reason::TagLost));
 
@@ -170,6 +162,19 @@ impl<R: Real> StateMachine<R> {
                 && seen.load_factor < self.supported_load_factor
                 && seen.contact != Some(true),
         }
+    }
+
+    /// Why height and velocity above the deck are not known.
+    fn blind(&self, seen: &MachineInput<R>) -> Option<Reason> {
+        first(&[
+            (!seen.is_known(), Reason::NotFinite),
+            (seen.diverged, Reason::Diverged),
+            (!up_to(seen.imu_age_s, self.imu_age_s), Reason::ImuStale),
+            (
+                !up_to(seen.range_age_s, self.range_age_s),
+                Reason::RangeStale,
+            ),
+        ])
     }
 
     /// Height of the hover over this deck, m.

@@ -24,36 +24,10 @@ const MISTIMED_S: f64 = 0.03;
 /// latency, s: three times the memory of the relative estimator.
 const RETIMED_S: f64 = 1.0;
 
-/// Slope of the trim up to which the approach is vertical: a quarter of the camera's half
-/// view of 0.6. Halved, calm air would move the approach; doubled, a tag at the edge of the
-/// view would be lost in gusts at 12 m/s.
-const UPRIGHT: f64 = 0.15;
-
-/// Distance by which gusts move a vehicle off its axis per slope of the approach, m: 0.07 m at
-/// 10 m/s, two standard deviations. Halved, every second descent at 10 m/s is aborted for it; doubled, the
-/// vehicle lands up to 0.25 m from the centre.
-const GUSTS_M: f64 = 0.2;
-
 /// How much more slowly the thrust decreases per height of the lowest foot below the others, 1/m:
 /// half the rate at 0.05 m, the drop in the trim of 10 m/s. Halved, feet come down at 0.5 m/s; doubled,
 /// the touchdown lasts a second in that wind.
 const IDLE_PER_M: f64 = 20.0;
-
-/// Greatest speed of the deck up to which the hover stays at its height, m/s: that of seas of
-/// 0.5 m. Halved, the default sea raises the hover; doubled, decks of 1.4 m/s strike a vehicle at 0.8 m.
-const CALM_MPS: f64 = 0.7;
-
-/// Greatest rise of the hover, m: a deck in waves of 4 m moves at 2 m/s. Above 3 m the range finder's
-/// beam leaves a deck of 1.5 m at 0.25 rad.
-const HIGHEST_M: f64 = 1.5;
-
-/// Time constant with which the deck's greatest speed fades, s: a group of waves. Halved, the hover
-/// sinks between two groups; doubled, it stays high for a minute.
-const ROUGH_S: f64 = 30.0;
-
-/// Time constant of the approach's slope, s: long against gusts, short against a wait of
-/// some waves. Halved, gusts move the axis; doubled, the vehicle waits longer for readiness.
-const LEAN_S: f64 = 2.0;
 
 /// Time from the start after which the vehicle's own velocity suffices to control it, s: several
 /// readings of every sensor. In that time a wind that changes by 1 m/s moves it by 5 cm. Halved, a deck
@@ -74,6 +48,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let estimate = self.relative.ahead(&state.relative, self.imu_latency_s);
         let health = self.relative.health(&state.relative);
         let known = self.knows(&estimate);
+        let knowledge = [known, self.moves_known(&estimate)];
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
         self.take_over(state, attitude);
@@ -84,7 +59,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let deck_speed_mps = self.greatest_deck_speed(state, &deck, &estimate);
         let hold_extra_m = self.hold_extra_m(state, deck_speed_mps, dt);
         let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
-        let command = state.command;
         let seen = MachineInput {
             tag_age_s: health.tag.age_s,
             range_age_s: health.range.age_s,
@@ -96,17 +70,16 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             lateral_error_m: self.off_axis_m(state, &motion),
             lateral_speed_mps: motion.relative_velocity_mps.horizontal().norm(),
             tilt_rad: self.tilt_beside_trim_rad(state, attitude),
-            saturated: command.saturated || command.limited,
+            saturated: state.command.saturated || state.command.limited,
             deck_tilt_rad: state.tilt_rad,
             deck_speed_mps,
             hold_extra_m,
             battery_share: sensed.battery_share,
-            thrust_share: command.thrust_n / weight_n,
+            thrust_share: state.command.thrust_n / weight_n,
             load_factor: sensed.imu.specific_force_mps2.z / self.controller.gravity_mps2,
             support_share: state
                 .support
-                .evidence_n(self.state_machine.support_share * weight_n)
-                / weight_n,
+                .share(self.state_machine.support_share, weight_n),
             contact: sensed.contact,
             go: reference.is_some(),
             request: sensed.request,
@@ -118,24 +91,14 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state.carried_over &= !known || health.diverged;
         self.restart_diverged(state, &health, state_machine.phase, dt);
 
-        // After the controller has started, velocities suffice; so they do where the deck
-        // is not seen at the start. The state machine gets the
-        // report that the position is not known and orders a flight in the world's frame
-        // (in touchdown it holds or reduces the thrust).
-        state.flown_s += dt;
-        let started = state.controller.is_some() || state.flown_s > r(BLIND_START_S);
-        let moving = started && self.moves_known(&estimate);
-        let (command, target) = if known || moving || state_machine.maneuver == Maneuver::Disarm {
-            self.act(
-                state,
-                state_machine.maneuver,
-                reference.as_ref(),
-                &motion,
-                dt,
-            )
-        } else {
-            (Some(self.hover(state, &motion, dt)), None)
-        };
+        let (command, target) = self.fly(
+            state,
+            state_machine.maneuver,
+            reference,
+            &motion,
+            knowledge,
+            dt,
+        );
         let disturbance_n = state
             .controller
             .as_ref()
@@ -155,30 +118,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
-    /// Remembers the attitude in which the vehicle was flown before the first step. One
-    /// beyond the tilt limit is no hover.
-    fn take_over(&self, state: &mut ComputerState<R, G::State>, attitude: Attitude<R>) {
-        if state.taken_over.is_none() && attitude.is_finite() {
-            let limit_rad = self.controller.greatest_tilt_rad();
-            let hovers = attitude.tilt_rad() <= limit_rad;
-            state.taken_over = Some(if hovers { attitude } else { Attitude::LEVEL });
-        }
-    }
-
-    /// How much higher than in a calm sea the vehicle holds, m. A hover lags behind a deck that
-    /// accelerates, and a deck that is not known yet may rise.
-    fn hold_extra_m(&self, state: &mut ComputerState<R, G::State>, deck_mps: R, dt: R) -> R {
-        let fading_mps = lag_step(state.rough_mps, R::ZERO, r(ROUGH_S), dt);
-        state.rough_mps = fading_mps.max(deck_mps.finite_or(R::ZERO));
-        let most_m = match &self.descent {
-            Descent::Planned(planner) => planner.reach_m() - self.state_machine.hold_height_m,
-            Descent::Straight(_) => R::ZERO,
-        };
-        (state.rough_mps - r(CALM_MPS))
-            .max(R::ZERO)
-            .min(r::<R>(HIGHEST_M).min(most_m))
-    }
-
     /// Estimates the force of the deck on the legs.
     fn feel_support(&self, state: &mut ComputerState<R, G::State>, motion: &Motion<R>, dt: R) {
         match &state.controller {
@@ -188,6 +127,29 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 state.support.step(unexplained_n.z, above_contact_m, dt);
             }
             None => state.support = Support::default(),
+        }
+    }
+
+    /// Flies a manoeuvre, or the hover of a vehicle that does not know its motion.
+    ///
+    /// After the controller has started, velocities suffice; so they do where the deck is not
+    /// seen at the start. The state machine gets the report that the position is not known and
+    /// orders a flight in the world's frame (in touchdown it holds or reduces the thrust).
+    fn fly(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        maneuver: Maneuver<R>,
+        reference: Option<Reference<R>>,
+        motion: &Motion<R>,
+        [known, moves_known]: [bool; 2],
+        dt: R,
+    ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
+        state.flown_s += dt;
+        let started = state.controller.is_some() || state.flown_s > r(BLIND_START_S);
+        if known || (started && moves_known) || maneuver == Maneuver::Disarm {
+            self.act(state, maneuver, reference.as_ref(), motion, dt)
+        } else {
+            (Some(self.hover(state, motion, dt)), None)
         }
     }
 
@@ -253,66 +215,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let fastest = harmonics_mps(&state.deck);
         let slowed = (self.state_machine.deck_speed_mps / fastest).finite_or(R::ONE);
         ahead.acceleration_mps2 * slowed.min(R::ONE)
-    }
-
-    /// Height of the lowest foot along the deck's normal, as that of a level vehicle's
-    /// reference point, m.
-    fn feet_height_m(&self, motion: &Motion<R>) -> R {
-        let normal = motion.deck_normal.direction().unwrap_or(Vector::UP);
-        motion.position_m.dot(normal) - self.feet.drop_m(motion.attitude, normal)
-    }
-
-    /// [`Feet::drop_m`](crate::computer::Feet::drop_m) of the trim attitude.
-    fn trim_drop_m(&self, state: &ComputerState<R, G::State>, motion: &Motion<R>) -> R {
-        let yaw_rad = motion.attitude.yaw_rad();
-        let trim = Attitude::from_thrust_direction(self.trim_up(state), yaw_rad);
-        trim.map_or(R::ZERO, |trim| self.feet.drop_m(trim, motion.deck_normal))
-    }
-
-    /// Direction of thrust that holds the vehicle still in the wind.
-    fn trim_up(&self, state: &ComputerState<R, G::State>) -> Vector<R> {
-        match (&state.controller, state.taken_over) {
-            (Some(controller), _) => self.controller.trim_up(controller),
-            (None, Some(attitude)) => attitude.up(),
-            (None, None) => Vector::UP,
-        }
-    }
-
-    /// Follows the slope of the approach: none up to [`UPRIGHT`], then `s (1 - (UPRIGHT/s)²)`
-    /// of the trim's slope s. Camera and range finder look along the body's axis, so a vehicle
-    /// that leans into the wind keeps the pad in view from upwind of it.
-    fn lean(&self, state: &mut ComputerState<R, G::State>, dt: R) {
-        let trim = self.trim_up(state);
-        let slope = trim.horizontal() * (R::ONE / trim.z);
-        let size = slope.norm();
-        let wanted = if size > r(UPRIGHT) {
-            let share = r::<R>(UPRIGHT) / size;
-            slope * (R::ONE - share * share)
-        } else {
-            Vector::ZERO
-        };
-        let follow = |now, then| lag_step(now, then, r(LEAN_S), dt);
-        state.lean = Vector::new(
-            follow(state.lean.x, wanted.x),
-            follow(state.lean.y, wanted.y),
-            R::ZERO,
-        );
-    }
-
-    /// Distance from the axis of the approach, which ends at the pad, less what gusts of the
-    /// wind that leans it move the vehicle, m.
-    fn off_axis_m(&self, state: &ComputerState<R, G::State>, motion: &Motion<R>) -> R {
-        let above_m = (motion.position_m.z - self.contact_height_m).max(R::ZERO);
-        let off_m = (motion.position_m.horizontal() - state.lean * above_m).norm();
-        (off_m - r::<R>(GUSTS_M) * state.lean.norm()).max(R::ZERO)
-    }
-
-    /// Tilt of the vehicle beyond what lies between upright and trim, rad. A vehicle
-    /// in the wind leans by its trim tilt, and stands upright on the deck.
-    fn tilt_beside_trim_rad(&self, state: &ComputerState<R, G::State>, attitude: Attitude<R>) -> R {
-        let (up, trim) = (attitude.up(), self.trim_up(state));
-        let angle = |to: Vector<R>| up.cross(to).norm().atan2(up.dot(to));
-        attitude.tilt_rad().min(angle(trim))
     }
 
     /// In the trim attitude, at the thrust `W cos α` that holds the height there: drag acts
