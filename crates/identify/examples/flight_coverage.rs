@@ -1,95 +1,105 @@
 //! How often the intervals of a ground effect from flights hold the truth, by range noise, its rate and the accelerometer.
 //!
-//! Vehicle, sensors and pilot are those of `tests/common/vertical.rs`, which shares nothing with the simulator.
+//! Vehicles, sensors and pilot are those of `tests/common/vertical.rs`, which shares nothing with the simulator. Every set of
+//! flights has a vehicle and seeds of its own, so all intervals are independent. Sets print as they end, one line for each
+//! quantity; `table` pools the lines of any number of such files.
 //!
 //! ```text
-//! cargo run --release -p touchdown-identify --example flight_coverage -- [sets] [first set] [flights] [noise m] [Hz]
+//! cargo run --release -p touchdown-identify --example flight_coverage -- run ROUNDS FIRST_ROUND FLIGHTS [CELL] >> sets.txt
+//! cargo run --release -p touchdown-identify --example flight_coverage -- table sets.txt...
 //! ```
+//!
+//! A round has 36 cells: for each noise and rate of the range, two sets with accelerometer and one without.
 
 #![allow(clippy::print_stdout, reason = "a program whose output is its table")]
 
+#[path = "flight_coverage/table.rs"]
+mod table;
 #[path = "../tests/common/vertical.rs"]
 mod vertical;
 
-use touchdown_identify::estimate::Estimate;
+use std::io::Write as _;
+
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng as _;
 use vertical::{Cell, QUANTITIES, Vehicle};
 
-#[derive(Default, Clone)]
-struct Tally {
-    errors: Vec<f64>,
-    half_widths: Vec<f64>,
-    held: usize,
-    missing: usize,
-}
+/// Noise of the range (m), standard deviation.
+const NOISES_M: [f64; 4] = [0.0005, 0.002, 0.004, 0.010];
+/// Rates of the range (Hz).
+const RATES_HZ: [f64; 3] = [25.0, 50.0, 100.0];
+/// Whether the sets of a round have an accelerometer: two of three, because only these give a climb damping.
+const ACCELEROMETERS: [bool; 3] = [true, false, true];
 
-impl Tally {
-    fn count(&mut self, truth: f64, found: Option<Estimate>) {
-        let Some(found) = found else {
-            self.missing += 1;
-            return;
-        };
-        let [low, high] = found.ci95;
-        self.errors.push(found.value - truth);
-        self.half_widths.push(0.5 * (high - low));
-        self.held += usize::from(low <= truth && truth <= high);
+fn main() -> std::io::Result<()> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    match args.split_first() {
+        Some((what, files)) if what == "table" => table::print(files),
+        Some((what, numbers)) if what == "run" => {
+            let number = |k: usize, or: u64| {
+                let given = numbers.get(k).map(|n| n.parse().expect("a whole number"));
+                given.unwrap_or(or)
+            };
+            let (rounds, first, flights) = (number(0, 1), number(1, 1), number(2, 4));
+            let only = (numbers.len() > 3).then(|| number(3, 0));
+            for round in first..first + rounds {
+                run(round, flights, only)?;
+            }
+            Ok(())
+        }
+        _ => {
+            println!("flight_coverage run [ROUNDS] [FIRST_ROUND] [FLIGHTS] [CELL] | table FILE...");
+            Ok(())
+        }
     }
 }
 
-fn main() {
-    let args: Vec<f64> = std::env::args()
-        .skip(1)
-        .map(|a| a.parse().expect("numbers"))
-        .collect();
-    let number = |k: usize, or: f64| args.get(k).copied().unwrap_or(or);
-    let [sets, first, flights] = [(0, 4.0), (1, 1.0), (2, 6.0)].map(|(k, or)| number(k, or) as u64);
-    let asked = |k: usize, value: f64| args.get(k).is_none_or(|&a| a == value);
-    println!(
-        "accelerometer  noise mm   Hz  quantity     truth     bias    rmse  half width  held      missing  refused"
+/// Flies and identifies the sets of a round, or one of them.
+fn run(round: u64, flights: u64, only: Option<u64>) -> std::io::Result<()> {
+    let mut cell = 0;
+    for accelerometer in ACCELEROMETERS {
+        for noise_m in NOISES_M {
+            for hz in RATES_HZ {
+                // No two sets share a seed: a round has 36 sets of at most a hundred flights.
+                let seed = 100 * (1_000_000 + 36 * round + cell);
+                let asked = only.is_none_or(|c| c == cell);
+                cell += 1;
+                if !asked {
+                    continue;
+                }
+                let mut random = Pcg64::seed_from_u64(seed);
+                let vehicle = Vehicle::draw(&mut random, accelerometer, noise_m, hz);
+                set(&vehicle, seed, flights)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Prints what came of a set of flights, one line for each quantity.
+fn set(vehicle: &Vehicle, seed: u64, flights: u64) -> std::io::Result<()> {
+    let head = format!(
+        "{seed} {} {} {} {:?}",
+        vehicle.accelerometer,
+        1e3 * vehicle.range_noise_m,
+        vehicle.range_hz,
+        vehicle.law
     );
-    for accelerometer in [true, false] {
-        for noise_m in [0.0005, 0.002, 0.004, 0.010] {
-            for hz in [25.0, 50.0, 100.0] {
-                if asked(3, noise_m) && asked(4, hz) {
-                    let vehicle = Vehicle {
-                        accelerometer,
-                        range_noise_m: noise_m,
-                        range_hz: hz,
-                        ..Vehicle::default()
-                    };
-                    cell(&vehicle, first..first + sets, flights);
+    let mut out = std::io::stdout().lock();
+    match vertical::identify(vehicle, seed, flights) {
+        Cell::Refused(why) => writeln!(out, "{head} refused {}", why.replace('\n', " "))?,
+        Cell::Found(found) => {
+            for ((name, truth), found) in QUANTITIES.iter().zip(vehicle.truth()).zip(*found) {
+                let name = name.replace(' ', "_");
+                match found {
+                    Some(e) => {
+                        let [low, high] = e.ci95;
+                        writeln!(out, "{head} {name} {truth} {} {low} {high}", e.value)?;
+                    }
+                    None => writeln!(out, "{head} {name} {truth} missing")?,
                 }
             }
         }
     }
-}
-
-fn cell(vehicle: &Vehicle, sets: std::ops::Range<u64>, flights: u64) {
-    let truth = vehicle.truth();
-    let mut tally = vec![Tally::default(); QUANTITIES.len()];
-    let (mut refused, count) = (0, sets.end - sets.start);
-    for set in sets {
-        match vertical::identify(vehicle, 10_000 + 100 * set, flights) {
-            Cell::Found(found) => {
-                for ((tally, truth), found) in tally.iter_mut().zip(truth).zip(*found) {
-                    tally.count(truth, found);
-                }
-            }
-            Cell::Refused(_) => refused += 1,
-        }
-    }
-    for ((name, truth), t) in QUANTITIES.iter().zip(truth).zip(tally) {
-        let n = t.errors.len() as f64;
-        let bias = t.errors.iter().sum::<f64>() / n;
-        let rmse = (t.errors.iter().map(|e| e * e).sum::<f64>() / n).sqrt();
-        let half = t.half_widths.iter().sum::<f64>() / n;
-        println!(
-            "{:13}  {:8.1} {:4.0}  {name:11} {truth:7.4}  {bias:+7.4}  {rmse:6.4}  {half:10.4}  {:>3} of {:<3}  {:7}  {refused} of {count}",
-            vehicle.accelerometer,
-            1e3 * vehicle.range_noise_m,
-            vehicle.range_hz,
-            t.held,
-            t.errors.len(),
-            t.missing,
-        );
-    }
+    out.flush()
 }

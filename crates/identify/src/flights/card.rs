@@ -137,6 +137,10 @@ impl GroundEffect {
             Some(_) => "maximum likelihood along the trajectories",
             None => "least squares of specific force",
         };
+        let by = match self.noise {
+            Some(_) => "the likeliest; intervals contain what others differ by",
+            None => "chosen by flights left out",
+        };
         method(&[
             (
                 "fit",
@@ -146,13 +150,7 @@ impl GroundEffect {
                     self.fit.steps
                 ),
             ),
-            (
-                "curve",
-                format!(
-                    "{}, chosen by flights left out",
-                    self.fit.shape.curve.name()
-                ),
-            ),
+            ("curve", format!("{}, {by}", self.fit.shape.curve.name())),
             ("basis", self.basis.name().to_string()),
             ("delay", self.delay_text()),
             (

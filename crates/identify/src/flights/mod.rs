@@ -31,6 +31,7 @@ pub mod ground;
 mod height_noise;
 pub mod hover;
 mod lag;
+mod likeliest;
 mod marking;
 pub mod model;
 mod motion;

@@ -69,7 +69,7 @@ impl GroundEffect {
 
     /// A property of the curve.
     pub(super) fn of_curve(&self, f: impl Fn(&ModelValues) -> f64) -> Option<Estimate> {
-        self.spread.estimate(&self.fit, |_, v| f(v))
+        self.spread.of_model(&self.fit, f)
     }
 
     /// The wake's lag (s), where it was resolved: of a wake with several, the single one that follows it best.

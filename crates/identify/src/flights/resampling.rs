@@ -8,6 +8,7 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
 use super::fit::Fit;
+use super::likeliest::Rival;
 use super::model::{ModelValues, Segment};
 use super::normal::hold;
 use crate::estimate::Estimate;
@@ -68,6 +69,8 @@ pub struct Resampling {
     noisier: Option<Vec<f64>>,
     /// The numbers of the same model fitted as if no disturbance outlasted a row.
     white: Option<Vec<f64>>,
+    /// Models with other curves that the flights do not exclude.
+    rivals: Vec<Rival>,
     widen: f64,
     student: f64,
 }
@@ -98,6 +101,7 @@ impl Resampling {
             of_stretches: None,
             noisier: None,
             white: white(fit, pieces),
+            rivals: Vec::new(),
             widen: (k / (k - 1.0)).sqrt(),
             student: student(k - 1.0),
         }
@@ -122,6 +126,7 @@ impl Resampling {
             of_stretches: None,
             noisier: None,
             white: None,
+            rivals: Vec::new(),
             widen: (k / (k - 1.0)).sqrt(),
             student: student(degrees),
         }
@@ -155,6 +160,7 @@ impl Resampling {
             of_stretches: stretch_draws(fit, slopes, resamples, seed),
             noisier: None,
             white: None,
+            rivals: Vec::new(),
             widen: 1.0,
             student: student(degrees),
         }
@@ -166,6 +172,12 @@ impl Resampling {
             noisier: Some(noisier),
             ..self
         }
+    }
+
+    /// With models of other curves: what they differ by is a standard error beside the others, at the weight of their
+    /// probability.
+    pub(super) fn beside_rivals(self, rivals: Vec<Rival>) -> Self {
+        Self { rivals, ..self }
     }
 
     /// How many draws there are.
@@ -186,6 +198,7 @@ impl Resampling {
             of_stretches: None,
             noisier: None,
             white: white(fit, pieces),
+            rivals: Vec::new(),
             widen: 1.0,
             student: 1.96,
         }
@@ -266,7 +279,22 @@ impl Resampling {
     #[must_use]
     pub fn number(&self, fit: &Fit, name: &str) -> Option<Estimate> {
         let index = fit.index(name)?;
-        self.estimate(fit, |theta, _| theta[index])
+        let found = self.estimate(fit, |theta, _| theta[index])?;
+        // Numbers of a curve of its own have no counterpart in others.
+        self.among_rivals(found, |rival| rival.value(name).unwrap_or(found.value))
+    }
+
+    /// A property of the model with its uncertainty.
+    pub(super) fn of_model(&self, fit: &Fit, f: impl Fn(&ModelValues) -> f64) -> Option<Estimate> {
+        let found = self.estimate(fit, |_, values| f(values))?;
+        self.among_rivals(found, |rival| f(&rival.values()))
+    }
+
+    /// Widens an interval by what a rival finds; `None` where one finds no number.
+    fn among_rivals(&self, found: Estimate, of: impl Fn(&Fit) -> f64) -> Option<Estimate> {
+        let square = |r: &Rival| r.probability * (of(&r.fit) - found.value).powi(2);
+        let variance: f64 = self.rivals.iter().map(square).sum();
+        variance.is_finite().then(|| found.beside(variance.sqrt()))
     }
 }
 

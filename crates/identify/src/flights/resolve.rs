@@ -5,6 +5,7 @@ use super::fit::{Fit, fit};
 use super::ground::Basis;
 use super::height_noise::{noise_of_heights, with_twice_the_noise};
 use super::lag::lag;
+use super::likeliest::{likeliest_curve, likeliest_motors};
 use super::model::{Curve, ModelTerms};
 use super::resampling::Resampling;
 use super::selection::ModelSelection;
@@ -15,10 +16,6 @@ use crate::refusal::Refusal;
 /// A lag whose standard error is greater than this share of it is not resolved.
 /// 2.5 standard errors from zero, and still a number within a factor of two. Twice would report lags that reach zero.
 const RESOLVED: f64 = 0.4;
-
-/// Twice the logarithm of a ratio of likelihoods that a richer model or another curve needs: odds of 150 to 1, as where
-/// held-out flights decide.
-const EVIDENCE: f64 = 10.0;
 
 /// Greatest noise of heights, over the rotor radius, for a fit along measured heights.
 /// The ground effect falls by e over a radius or two, and the bias goes with the square of the noise: at 0.05 that is small
@@ -47,8 +44,7 @@ pub(super) fn final_model(
     let pieces = choice.pieces;
     let measured = choice.best.clone();
     let tracked = along_trajectories(choice, basis, units);
-    let trusted = tracked.as_ref().filter(|t| t.is_trusted());
-    if let Some(tracked) = trusted
+    if let Some(tracked) = tracked.filter(Tracked::is_trusted)
         && let Some(found) = resolved(choice, tracked, units, settings, refused)
     {
         return Some(found);
@@ -94,30 +90,32 @@ fn along_trajectories(
     }
     let tracked = track(choice.pieces, &start, None, units)?;
     if basis == Basis::Poses && tracked.is_trusted() {
-        return Some(likeliest_form(choice, tracked, units));
+        return Some(likeliest_motors(choice, tracked, units));
     }
     Some(tracked)
 }
 
-/// What the trajectories say; the wake's lag stays where its interval is narrow enough.
+/// What the trajectories say, with the likeliest curve; the wake's lag stays where its interval is narrow enough.
 fn resolved(
-    choice: &ModelSelection<'_>,
-    tracked: &Tracked,
+    choice: &mut ModelSelection<'_>,
+    tracked: Tracked,
     units: trajectory::Settings,
     settings: &FlightSettings,
     refused: &mut Vec<Refusal>,
 ) -> Option<Resolved> {
     let pieces = choice.pieces;
-    let spread_of = |t: &Tracked| {
+    let spread_of = |t: &Tracked, rivals| {
         Resampling::of_trajectories(&t.fit, &t.slopes, pieces, settings.resamples, settings.seed)
+            .beside_rivals(rivals)
     };
-    let of_trajectory = |tracked: &Tracked, spread, lag| Resolved {
-        fit: tracked.fit.clone(),
+    let of_trajectory = |tracked: Tracked, spread, lag| Resolved {
+        fit: tracked.fit,
         spread,
         lag,
         noise: Some(tracked.noise),
     };
-    let spread = spread_of(tracked);
+    let (tracked, rivals) = likeliest_curve(choice, tracked, units);
+    let spread = spread_of(&tracked, rivals);
     let tau = lag(&tracked.fit, pieces, &spread);
     let at_bound = |i| tracked.fit.held.contains(&i);
     let tau = tau.filter(|_| !tracked.fit.index("tau").is_some_and(at_bound));
@@ -138,55 +136,14 @@ fn resolved(
         return Some(of_trajectory(tracked, spread, tau));
     }
     let shape = without_lag(tracked.fit.shape);
-    let tracked = track_shape(pieces, shape, tracked, units)?;
+    let tracked = track_shape(pieces, shape, &tracked, units)?;
+    let (tracked, rivals) = likeliest_curve(choice, tracked, units);
     refused.retain(|r| !of_measured(r));
     if !refused.contains(&Refusal::LagsFromPoses) {
         refused.push(Refusal::WakeLagUnresolved(tau));
     }
-    Some(of_trajectory(&tracked, spread_of(&tracked), None))
-}
-
-/// A richer or another form of a model.
-type Change = fn(ModelTerms) -> ModelTerms;
-
-/// The form of the likeliest trajectories: drift, second term of throttle and curve, one after the other, each taken with very
-/// strong evidence. Without an accelerometer, forces from heights are too noisy to choose by.
-fn likeliest_form(
-    choice: &mut ModelSelection<'_>,
-    mut best: Tracked,
-    units: trajectory::Settings,
-) -> Tracked {
-    let changes: [(&str, Change); 4] = [
-        ("drift", |shape| ModelTerms {
-            battery: true,
-            ..shape
-        }),
-        ("second term of throttle", |shape| ModelTerms {
-            curvature: true,
-            ..shape
-        }),
-        (Curve::Empirical.name(), |shape| ModelTerms {
-            curve: Curve::Empirical,
-            ..shape
-        }),
-        (Curve::Rational.name(), |shape| ModelTerms {
-            curve: Curve::Rational,
-            ..shape
-        }),
-    ];
-    for (name, change) in changes {
-        let shape = change(best.fit.shape);
-        let Some(rival) = track_shape(choice.pieces, shape, &best, units) else {
-            continue;
-        };
-        let evidence = best.cost - rival.cost;
-        let take = rival.fit.converged && evidence > EVIDENCE;
-        choice.note(name, shape, evidence, take);
-        if take {
-            best = rival;
-        }
-    }
-    best
+    let spread = spread_of(&tracked, rivals);
+    Some(of_trajectory(tracked, spread, None))
 }
 
 fn without_lag(shape: ModelTerms) -> ModelTerms {

@@ -1,7 +1,7 @@
 //! Flights of an independent vertical vehicle, with range noise: the truth behind them is known.
 //!
-//! Nothing of the simulator is used. Thrust goes with the square of a first-order rotor speed; the ground effect is an
-//! exponential of height through one lag; air drag of the rotors is linear in climb rate; turbulence is an
+//! Nothing of the simulator is used. Thrust goes with a first-order rotor speed and its square; the ground effect is an
+//! exponential of height, or Cheeseman and Bennett's image, through one lag; air drag of the rotors is linear in climb rate; turbulence is an
 //! Ornstein–Uhlenbeck process. The autopilot flies by what it measures.
 #![allow(dead_code, unreachable_pub)]
 
@@ -11,6 +11,15 @@ use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use touchdown_identify::estimate::Estimate;
 use touchdown_identify::flights::{Flight, FlightSettings, ground_effect};
 use touchdown_trial::Trial;
+
+/// Law of the extra lift with height.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Law {
+    /// Falls by e over a length.
+    Exponential,
+    /// One image of the rotor below the ground (Cheeseman & Bennett 1955).
+    Image,
+}
 
 /// Step of the simulation (s).
 const STEP_S: f64 = 0.001;
@@ -28,9 +37,12 @@ pub struct Vehicle {
     pub motor_lag_s: f64,
     /// Share of thrust that goes with the throttle, the rest with its square.
     pub linear: f64,
-    /// Extra lift at the ground, over thrust.
+    /// Law of the extra lift.
+    pub law: Law,
+    /// Extra lift at the ground, over thrust, of an exponential; strength of the image otherwise (1 for one rotor).
     pub amplitude: f64,
-    /// Height over which the extra lift falls by e (rotor radii).
+    /// Height over which the extra lift of an exponential falls by e; height of the rotor over the zero of heights otherwise
+    /// (rotor radii).
     pub decay_radii: f64,
     /// Lag of the extra lift (s).
     pub wake_lag_s: f64,
@@ -57,6 +69,7 @@ impl Default for Vehicle {
             hover_throttle: 0.45,
             motor_lag_s: 0.045,
             linear: 0.3,
+            law: Law::Exponential,
             amplitude: 0.09,
             decay_radii: 1.2,
             wake_lag_s: 0.1,
@@ -74,7 +87,50 @@ impl Default for Vehicle {
 impl Vehicle {
     /// Extra lift at rest over thrust out of ground effect.
     pub fn extra_lift(&self, height_m: f64) -> f64 {
-        self.amplitude * (-height_m / (self.decay_radii * self.rotor_radius_m)).exp()
+        let radii = height_m / self.rotor_radius_m;
+        match self.law {
+            Law::Exponential => self.amplitude * (-radii / self.decay_radii).exp(),
+            Law::Image => {
+                let share = self.amplitude / (4.0 * (radii + self.decay_radii)).powi(2);
+                share / (1.0 - share)
+            }
+        }
+    }
+
+    /// A vehicle with sensors of its own: from 7 to 16 inch propellers, at the given noise (m) and rate (Hz) of the range.
+    pub fn draw(
+        random: &mut Pcg64,
+        accelerometer: bool,
+        range_noise_m: f64,
+        range_hz: f64,
+    ) -> Self {
+        let law = if uniform(random, 0.0, 1.0) < 0.5 {
+            Law::Exponential
+        } else {
+            Law::Image
+        };
+        let mut between = |low, high| uniform(random, low, high);
+        let [amplitude, decay_radii] = match law {
+            Law::Exponential => [between(0.06, 0.14), between(0.9, 1.5)],
+            Law::Image => [between(0.8, 2.0), between(0.5, 0.8)],
+        };
+        Self {
+            rotor_radius_m: between(0.09, 0.20),
+            hover_throttle: between(0.35, 0.55),
+            motor_lag_s: between(0.03, 0.07),
+            linear: between(0.1, 0.6),
+            law,
+            amplitude,
+            decay_radii,
+            wake_lag_s: between(0.06, 0.2),
+            damping_s_per_m: between(0.01, 0.035),
+            turbulence_mps2: between(0.04, 0.12),
+            range_noise_m,
+            range_hz,
+            accelerometer_noise_mps2: between(0.1, 0.3),
+            accelerometer,
+            log_hz: 100.0,
+        }
     }
 
     /// The true [`QUANTITIES`].
@@ -87,7 +143,7 @@ impl Vehicle {
             lift(1.0),
             lift(2.0),
             self.wake_lag_s,
-            1.0 / self.decay_radii,
+            (self.extra_lift(0.5 * r) / self.extra_lift(3.0 * r)).ln() / 2.5,
             self.damping_s_per_m,
         ]
     }

@@ -210,14 +210,8 @@ impl Problem<'_> {
 
     /// One step of Gauss–Newton, as long as it lowers the cost; `None` where the equations have no solution.
     fn step(&self, point: &mut Point) -> Option<()> {
-        let Equations {
-            mut matrix,
-            mut vector,
-            held,
-            ..
-        } = self.equations(point);
-        hold(&mut matrix, &mut vector, &held);
-        let step = matrix.cholesky()?.solve(&vector);
+        let equations = self.equations(point);
+        let step = self.within_bounds(&equations, &point.theta)?;
         let mut length = 1.0;
         while length > SHORTEST {
             let all = point.theta.iter().zip(step.iter()).zip(&self.parameters);
@@ -232,6 +226,26 @@ impl Problem<'_> {
             length *= SHORTER;
         }
         Some(())
+    }
+
+    /// The Gauss–Newton step in which no number at a bound is asked to leave it: a step that is cut off at bounds need not
+    /// lower the cost.
+    fn within_bounds(&self, equations: &Equations, theta: &[f64]) -> Option<DVector<f64>> {
+        let mut held = equations.held.clone();
+        loop {
+            let (mut matrix, mut vector) = (equations.matrix.clone(), equations.vector.clone());
+            hold(&mut matrix, &mut vector, &held);
+            let step = matrix.cholesky()?.solve(&vector);
+            let leaves = |&k: &usize| {
+                let p = &self.parameters[k];
+                (theta[k] <= p.min && step[k] < 0.0) || (theta[k] >= p.max && step[k] > 0.0)
+            };
+            let more: Vec<usize> = (0..theta.len()).filter(leaves).collect();
+            if more.is_empty() {
+                return Some(step);
+            }
+            held.extend(more);
+        }
     }
 
     /// Fisher's information and half the slope of the cost downwards.

@@ -1,0 +1,98 @@
+//! The form of the model that makes the trajectories likeliest, and the laws of the curve that they do not exclude.
+
+use super::fit::Fit;
+use super::model::{Curve, ModelTerms};
+use super::selection::ModelSelection;
+use super::trajectory::{self, Tracked, track_shape};
+
+/// Twice the logarithm of a ratio of likelihoods that a richer model needs: odds of 150 to 1, as where held-out flights decide.
+const EVIDENCE: f64 = 10.0;
+
+/// Probability below which another curve counts as excluded: one in fifty widens no interval by more than a seventh of what it
+/// would move a number by. Half or twice moves no coverage.
+const LEAST_PROBABILITY: f64 = 0.02;
+
+/// A model with another law of the static curve, which the flights do not exclude.
+#[derive(Clone, Debug)]
+pub(super) struct Rival {
+    pub(super) fit: Fit,
+    /// Its probability, where all laws are equally likely beforehand.
+    pub(super) probability: f64,
+}
+
+/// Drift and second term of throttle, one after the other, each taken with very strong evidence. Without an accelerometer,
+/// forces from heights are too noisy to choose by.
+pub(super) fn likeliest_motors(
+    choice: &mut ModelSelection<'_>,
+    mut best: Tracked,
+    units: trajectory::Settings,
+) -> Tracked {
+    for (name, drift) in [("drift", true), ("second term of throttle", false)] {
+        let before = best.fit.shape;
+        let shape = ModelTerms {
+            battery: drift || before.battery,
+            curvature: !drift || before.curvature,
+            ..before
+        };
+        let Some(rival) = track_shape(choice.pieces, shape, &best, units) else {
+            continue;
+        };
+        let evidence = best.cost - rival.cost;
+        let take = rival.fit.converged && evidence > EVIDENCE;
+        choice.note(name, shape, evidence, take);
+        if take {
+            best = rival;
+        }
+    }
+    best
+}
+
+/// The likeliest law of the static curve, and those that the flights do not exclude.
+///
+/// Laws differ where no height was flown, and far from the ground: an exponential dies away, images go with 1/z². A law with
+/// more numbers has to have very strong evidence to be taken, but it is a rival all the same.
+pub(super) fn likeliest_curve(
+    choice: &mut ModelSelection<'_>,
+    first: Tracked,
+    units: trajectory::Settings,
+) -> (Tracked, Vec<Rival>) {
+    let shape = first.fit.shape;
+    let mut all = vec![first];
+    for curve in [Curve::Exponential, Curve::Empirical, Curve::Rational] {
+        if curve == shape.curve || shape.curve == Curve::Free {
+            continue;
+        }
+        let shape = ModelTerms {
+            curve,
+            fountain_lag: false,
+            ..shape
+        };
+        let rival = track_shape(choice.pieces, shape, &all[0], units);
+        all.extend(rival.filter(Tracked::is_trusted));
+    }
+    let mut best = 0;
+    for (k, rival) in all.iter().enumerate().skip(1) {
+        let richer = rival.fit.shape.curve.many() > all[best].fit.shape.curve.many();
+        let evidence = all[best].cost - rival.cost;
+        let take = evidence > if richer { EVIDENCE } else { 0.0 };
+        choice.note(
+            rival.fit.shape.curve.name(),
+            rival.fit.shape,
+            evidence,
+            take,
+        );
+        if take {
+            best = k;
+        }
+    }
+    let likeliest = all.iter().map(|t| t.cost).fold(f64::INFINITY, f64::min);
+    let weight = |t: &Tracked| (0.5 * (likeliest - t.cost)).exp();
+    let sum: f64 = all.iter().map(weight).sum();
+    let chosen = all.swap_remove(best);
+    let rivals = all.into_iter().map(|t| Rival {
+        probability: weight(&t) / sum,
+        fit: t.fit,
+    });
+    let rivals = rivals.filter(|r| r.probability > LEAST_PROBABILITY);
+    (chosen, rivals.collect())
+}
