@@ -12,12 +12,22 @@ const EVIDENCE: f64 = 10.0;
 /// would move a number by. Half or twice moves no coverage.
 const LEAST_PROBABILITY: f64 = 0.02;
 
-/// A model with another law of the static curve, which the flights do not exclude.
+/// A model with another law of the static curve or with a lag, which the flights do not exclude.
 #[derive(Clone, Debug)]
 pub(super) struct Rival {
     pub(super) fit: Fit,
-    /// Its probability, where all laws are equally likely beforehand.
+    /// Its probability, where all models are equally likely beforehand.
     pub(super) probability: f64,
+}
+
+impl Rival {
+    /// A model beside one that was chosen.
+    pub(super) fn beside(other: Tracked, chosen: &Tracked) -> Self {
+        Self {
+            probability: 1.0 / (1.0 + (0.5 * (other.cost - chosen.cost)).exp()),
+            fit: other.fit,
+        }
+    }
 }
 
 /// Drift and second term of throttle, one after the other, each taken with very strong evidence. Without an accelerometer,

@@ -5,7 +5,7 @@ use super::fit::{Fit, fit};
 use super::ground::Basis;
 use super::height_noise::{noise_of_heights, with_twice_the_noise};
 use super::lag::lag;
-use super::likeliest::{likeliest_curve, likeliest_motors};
+use super::likeliest::{Rival, likeliest_curve, likeliest_motors};
 use super::model::{Curve, ModelTerms};
 use super::resampling::Resampling;
 use super::selection::ModelSelection;
@@ -136,8 +136,11 @@ fn resolved(
         return Some(of_trajectory(tracked, spread, tau));
     }
     let shape = without_lag(tracked.fit.shape);
-    let tracked = track_shape(pieces, shape, &tracked, units)?;
-    let (tracked, rivals) = likeliest_curve(choice, tracked, units);
+    let without = track_shape(pieces, shape, &tracked, units)?;
+    let (without, mut rivals) = likeliest_curve(choice, without, units);
+    // A lag that is not resolved may be there all the same, and without it climb damping takes its place.
+    rivals.push(Rival::beside(tracked, &without));
+    let tracked = without;
     refused.retain(|r| !of_measured(r));
     if !refused.contains(&Refusal::LagsFromPoses) {
         refused.push(Refusal::WakeLagUnresolved(tau));

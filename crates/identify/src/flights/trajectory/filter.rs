@@ -155,9 +155,15 @@ impl Run<'_> {
     fn predict(&mut self, i: usize) {
         let dt = self.piece.time_s[i] - self.piece.time_s[i - 1];
         let [x, drift] = [0, 1].map(|k| 0.5 * (self.drive[i - 1][k] + self.drive[i][k]));
-        let model = self.model(x, drift);
-        let up = self.settings.gravity_mps2 * self.piece.lean(i);
+        // The wake goes first: the force over the step is that of its middle. That of its start would be half a step late, and a
+        // lag of the wake short by as much.
+        let before = self.wake.lift(self.values);
+        let ahead = self.height() + dt * self.filter.mean[1] / self.settings.radius_m;
         let lag_s = self.values.lag_s(self.height(), x);
+        let bend = self.bend();
+        self.wake.step(self.values, ahead, dt, self.drive[i][0]);
+        let model = self.model(x, drift, 0.5 * (before + self.wake.lift(self.values)));
+        let up = self.settings.gravity_mps2 * self.piece.lean(i);
         let follows = if lag_s > 0.0 {
             1.0 - (-dt / lag_s).exp()
         } else {
@@ -168,12 +174,10 @@ impl Run<'_> {
             up,
             gravity: self.settings.gravity_mps2,
             follows,
-            bend: self.bend(),
+            bend,
             radius_m: self.settings.radius_m,
         };
         self.filter.predict(&model, &step, self.noise);
-        self.wake
-            .step(self.values, self.height(), dt, self.drive[i][0]);
     }
 
     /// Corrects by what was measured in a row.
@@ -203,7 +207,7 @@ impl Run<'_> {
         }
         if let Some(force) = measured(&self.piece.force) {
             let [x, drift] = self.drive[i];
-            let m = self.model(x, drift);
+            let m = self.model(x, drift, self.wake.lift(self.values));
             let s = &self.filter.mean;
             let modelled = s[4] * (m.force + m.by_lift * s[6]);
             let miss = force - (modelled + s[2] + s[3]);
@@ -221,11 +225,11 @@ impl Run<'_> {
         }
     }
 
-    fn model(&self, x: f64, drift: f64) -> Modelled {
+    /// The specific force at a √T, a drift and a ground effect.
+    fn model(&self, x: f64, drift: f64, lift: f64) -> Modelled {
         let damping = self.values.damping_at(self.height());
-        let lift = 1.0 + self.wake.lift(self.values);
         Modelled {
-            force: drift * x * (x * lift - damping * self.filter.mean[1]),
+            force: drift * x * (x * (1.0 + lift) - damping * self.filter.mean[1]),
             by_climb: -drift * x * damping,
             by_lift: drift * x * x,
         }
