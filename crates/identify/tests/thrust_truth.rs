@@ -5,6 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 use touchdown_identify::settings::{DeadTime, ThrustForm};
+use touchdown_identify::warning::Warning;
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin, thrust};
 use touchdown_model::Mark;
 use touchdown_model::card::Term;
@@ -157,4 +158,38 @@ fn prop_steps_get_a_lag_without_being_asked() {
         .fold(f64::INFINITY, f64::min);
     assert_eq!(chosen.len(), 1);
     assert!(chosen[0].lag && chosen[0].held_out_rmse_n.unwrap() <= 1.05 * best);
+}
+
+#[test]
+fn prop_grams_that_are_named_newtons_are_warned_of() {
+    let table = |factor: f64| {
+        let throttle: Vec<f64> = (1..=10).map(|k| 0.1 * f64::from(k)).collect();
+        // A rotor of 9 N, with a hundredth of noise.
+        let thrust = throttle.iter().enumerate();
+        let thrust = thrust
+            .map(|(k, s)| factor * 9.0 * s * s * (1.0 + 0.01 * (3.0 * k as f64).sin()))
+            .collect();
+        let time = (0..10).map(f64::from).collect();
+        let trial = Trial::new("bench", time)
+            .and_then(|t| t.with_channel("throttle", throttle))
+            .and_then(|t| t.with_channel("thrust_n", thrust))
+            .unwrap();
+        let mut settings = IdentificationSettings::default();
+        settings.vehicle.measured_rotors = Some(1);
+        let made = thrust::fit(&[trial], &settings, &Origin::default()).unwrap();
+        let of_grams = |w: &&Warning| matches!(w, Warning::Grams { .. });
+        let found = made.warnings.iter().find(of_grams).map(ToString::to_string);
+        assert_eq!(
+            found.is_some(),
+            made.card.warnings.iter().any(|w| w.contains("grams"))
+        );
+        found
+    };
+    // 918 g for 9 N, and a hundredth of noise; the greatest single rotors of multirotors lift 100 N.
+    let warned = table(1.0 / 9.80665e-3).expect("a warning");
+    assert!(
+        warned.contains("927 N from one rotor") && warned.contains("9.80665e-3"),
+        "{warned}"
+    );
+    assert_eq!(table(1.0), None);
 }

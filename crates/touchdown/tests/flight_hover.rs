@@ -227,6 +227,29 @@ fn analytic_one_log_of_hovers_has_intervals_too() {
 }
 
 #[test]
+fn prop_more_flights_of_hovers_never_know_less() {
+    let trials: Vec<Trial> = (0..6)
+        .map(|k| without(&staircase(k, 0.0, 25.0), &["throttle"]))
+        .collect();
+    let mut narrowest = f64::INFINITY;
+    let mut half_widths = Vec::new();
+    for flights in [1, 2, 3, 4, 6] {
+        let found = identify(&trials[..flights]);
+        let lift = found.extra_lift([R; 2], [6.0 * R; 2]).unwrap();
+        let half = 0.5 * (lift.ci95[1] - lift.ci95[0]);
+        // Resampled hovers know a width to a fifth. When three flights were resampled as three, they knew four times less than two.
+        assert!(
+            half < 1.3 * narrowest,
+            "{flights} flights: {lift:?}, before {narrowest}"
+        );
+        narrowest = half.min(narrowest);
+        half_widths.push(half);
+    }
+    // Six flights have six times the hovers of one: 2.4 times narrower, if flights differ by nothing else.
+    assert!(half_widths[4] < 0.7 * half_widths[0], "{half_widths:?}");
+}
+
+#[test]
 fn prop_hovers_that_are_missing_are_asked_for() {
     let settings = settings();
     let refuse = |trial: &Trial| {

@@ -216,3 +216,50 @@ fn prop_printed_settings_are_accepted_again() {
         .assert()
         .success();
 }
+
+#[test]
+fn prop_vertical_landings_take_a_measured_motion_of_the_deck() {
+    let folder = tempfile::tempdir().unwrap();
+    // 0.05 m at 0.2 Hz, ten rows a second.
+    let rows: String = (0..2400)
+        .map(|i| 0.1 * f64::from(i))
+        .map(|t| {
+            format!(
+                "{t:.1},{:.6}\n",
+                0.05 * (std::f64::consts::TAU * 0.2 * t).sin()
+            )
+        })
+        .collect();
+    std::fs::write(folder.path().join("z.csv"), format!("t,z\n{rows}")).unwrap();
+    let land = |name: &str, more: &str| {
+        let scenario = folder.path().join(format!("{name}.toml"));
+        let text = format!(
+            "trials = 3\ncontrollers = [\"dynamic\"]\n[series]\nfile = \"z.csv\"\n{more}[series.format]\n\
+             time = [{{ column = \"t\", factor = 1.0 }}]\n\
+             channels = [{{ axis = \"heave\", column = \"z\", factor = 1.0 }}]\nlongest_step_s = 1.0\n"
+        );
+        std::fs::write(&scenario, text).unwrap();
+        let out = folder.path().join(name);
+        let output = touchdown()
+            .args(["land", "--quiet", "--json", "--out"])
+            .args([&out, &scenario])
+            .output()
+            .unwrap();
+        (output, out)
+    };
+    let (output, out) = land("sine", "");
+    assert!(output.status.success(), "{}", common::text(&output.stderr));
+    assert_eq!(json(&output)["landing"]["dynamic"]["trials"], 3);
+    // The motion is beside the results, which need no other file.
+    let copied = std::fs::read(out.join(touchdown_campaign::measured_deck::SERIES)).unwrap();
+    assert_eq!(copied, std::fs::read(folder.path().join("z.csv")).unwrap());
+
+    // 0.05 m at 0.2 Hz has an acceleration of 0.079 m/s².
+    let (refused, out) = land("quick", "greatest_acceleration_mps2 = 0.05\n");
+    let text = common::text(&refused.stderr);
+    assert!(
+        !refused.status.success() && text.contains("greatest_acceleration_mps2"),
+        "{text}"
+    );
+    assert!(!out.exists());
+}

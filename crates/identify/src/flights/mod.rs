@@ -16,6 +16,7 @@
 //! | [`trajectory`], `height_noise` | model, motion and noise together, by a Kalman filter's likelihood: the final numbers of a ground effect; else the bias by noise of heights |
 //! | [`selection`], [`resampling`] | models judged on held-out flights; intervals by the bootstrap over flights |
 //! | [`hover`] | logs without specific force: hovers at rest, and the thrust of each |
+//! | [`judge`] | cards judged on flights that they have not seen |
 //! | [`ground`], `coverage`, [`numbers`], [`armed_interval_result`], [`result`] | the whole identification: ground effect, each armed interval, refusals |
 
 pub mod armed_interval;
@@ -30,6 +31,7 @@ pub mod fit;
 pub mod ground;
 mod height_noise;
 pub mod hover;
+pub mod judge;
 mod lag;
 mod likeliest;
 mod marking;

@@ -25,26 +25,10 @@ pub fn with_thrust(
     settings: &FlightSettings,
     mass_kg: Option<f64>,
 ) -> Result<Trial> {
-    let Some(mass_kg) = settings.mass_kg.or(mass_kg) else {
-        return Err(Error::Arguments(
-            "thrust from flight needs the mass: expected `mass_kg` in the table [vehicle] of --map or in [flight] of \
-             --settings, found neither"
-                .to_string(),
-        ));
-    };
+    let mass_kg = settings.mass_kg.or(mass_kg).ok_or_else(no_mass)?;
     let flight = Flight::of(trial, settings)?;
     if flight.force.is_empty() {
-        let mut found = vec!["neither".to_string()];
-        found.extend(sentences(&flight.notes));
-        return Err(Error::data(
-            trial.name(),
-            format!(
-                "`specific_force_mps2` (the accelerometer along the rotor axis), or heights and throttle at {} Hz or more to \
-                 derive it from",
-                settings.least_rate_hz
-            ),
-            found.join("; "),
-        ));
+        return Err(without_force(trial.name(), &flight, settings));
     }
     let phases = Phases::of(&flight, settings);
     let reference_m = settings
@@ -95,6 +79,30 @@ pub fn with_thrust(
         trial.len()
     ));
     Ok(out)
+}
+
+/// A flight whose mass nobody states.
+pub(super) fn no_mass() -> Error {
+    Error::Arguments(
+        "thrust from flight needs the mass: expected `mass_kg` in the table [vehicle] of --map or in [flight] of --settings, \
+         found neither"
+            .to_string(),
+    )
+}
+
+/// A flight without specific force, and without poses that it could be derived from.
+pub(super) fn without_force(name: &str, flight: &Flight, settings: &FlightSettings) -> Error {
+    let mut found = vec!["neither".to_string()];
+    found.extend(sentences(&flight.notes));
+    Error::data(
+        name,
+        format!(
+            "`specific_force_mps2` (the accelerometer along the rotor axis), or heights and throttle at {} Hz or more to derive \
+             it from",
+            settings.least_rate_hz
+        ),
+        found.join("; "),
+    )
 }
 
 /// A lag of the motors whose standard error is greater than this share of it is not resolved.

@@ -56,6 +56,10 @@ pub struct Overview<'a> {
     pub cards: &'a [UnseenError],
     /// What a reader should know.
     pub warnings: &'a [String],
+    /// Head of the table of armed intervals.
+    pub factors_header: &'a [&'a str],
+    /// Scale and height offset of each armed interval of a flight.
+    pub factors: &'a [Vec<String>],
 }
 
 /// The error of a card over the logs that it has not seen.
@@ -219,6 +223,9 @@ pub fn report(overview: &Overview<'_>, figures: &[Figure]) -> Result<Report> {
     let caption = format!("Errors on each log.{seen}");
     let of_logs = errors(&caption, overview.header, overview.rows);
     page::put_table(&mut report, of_logs)?;
+    if !overview.factors.is_empty() {
+        page::put_table(&mut report, factors(overview))?;
+    }
     for warning in overview.warnings {
         report.callout(Callout::Warning, warning);
     }
@@ -272,6 +279,20 @@ fn errors(caption: &str, header: &[String], rows: &[Vec<String>]) -> Table {
             .collect::<Vec<_>>()
             .join(" "),
     )
+}
+
+/// The table of armed intervals.
+fn factors(overview: &Overview<'_>) -> Table {
+    let mut table = Table::new(
+        "Armed intervals of flights. The least square error gives thrust scale and height offset, but those that were held.",
+    );
+    for name in overview.factors_header {
+        table = table.text_column(*name);
+    }
+    for row in overview.factors {
+        table = table.row(row.iter().map(Cell::text));
+    }
+    table
 }
 
 /// Which card of each kind has the smallest error on the logs that it has not seen.

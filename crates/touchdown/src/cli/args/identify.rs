@@ -125,6 +125,10 @@ const VALIDATE: &str = "\
 Examples:
   touchdown validate thrust.toml rig/thrust_validation/*.csv
   touchdown validate models/*.toml rig/ground_effect_validation/*.csv --thrust thrust.toml --out validation
+  touchdown validate thrust.toml ground-effect.toml flight.ulg --thrust thrust.toml
+
+Flights have no force sensor: mass times specific force is compared. The mass is that of --map or of the thrust card. Thrust \
+scale and height offset of each armed interval are free, unless --scale and --height-offset hold them, and are shown.
 
 Without --out nothing is written. The folder of --out gets summary.csv, figures/, report.html and results.json.";
 
@@ -140,6 +144,12 @@ pub(crate) struct ValidateArgs {
     /// Card of the thrust out of ground effect; ground-effect cards need it
     #[arg(long)]
     pub(crate) thrust: Option<PathBuf>,
+    /// Thrust over that of the card in flights; without it, each armed interval has its own
+    #[arg(long, value_name = "FACTOR", value_parser = positive)]
+    pub(crate) scale: Option<f64>,
+    /// Metres added to the heights of flights; without it, each armed interval has its own
+    #[arg(long, value_name = "METRES", value_parser = finite, allow_negative_numbers = true)]
+    pub(crate) height_offset: Option<f64>,
     /// Folder for tables of errors, plots and a report
     #[arg(long)]
     pub(crate) out: Option<PathBuf>,
@@ -157,4 +167,20 @@ fn ground_effect_form() -> impl TypedValueParser<Value = Form> {
     let described = |form: Form| PossibleValue::new(form.name()).help(form.description());
     PossibleValuesParser::new(Form::GROUND_EFFECT.map(described))
         .try_map(|name| Form::ground_effect_named(&name).ok_or("no such form"))
+}
+
+/// A finite number above zero.
+fn positive(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        value if value > 0.0 => Ok(value),
+        value => Err(format!("expected a number above 0, found {value}")),
+    }
+}
+
+/// A finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if f64::is_finite(value) => Ok(value),
+        _ => Err(format!("expected a finite number, found `{text}`")),
+    }
 }

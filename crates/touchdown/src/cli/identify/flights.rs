@@ -27,7 +27,7 @@ use crate::cli::output;
 use touchdown_terminal::Done;
 
 /// Whether a log is one of a flight: nothing measured its thrust.
-pub(super) fn is_flight(log: &Log) -> bool {
+pub(crate) fn is_flight(log: &Log) -> bool {
     log.trial.channel("thrust_n").is_none()
 }
 

@@ -1,6 +1,6 @@
 //! `touchdown identify`.
 
-mod flights;
+pub(super) mod flights;
 pub(super) mod ground;
 pub(super) mod load;
 pub(super) mod show;

@@ -1,6 +1,8 @@
 //! One card on one trial, in free run.
 
 use touchdown::{Error, Result};
+use touchdown_identify::flights::FlightSettings;
+use touchdown_identify::flights::judge::{FlightCards, Held, IntervalFactors, judge};
 use touchdown_identify::rig::{self as ground_effect, GroundTrial};
 use touchdown_identify::scores::Errors;
 use touchdown_identify::thrust;
@@ -20,6 +22,8 @@ pub(super) struct FreeRun {
     /// The measurement against the truth.
     pub(super) noise_floor: Option<Errors>,
     pub(super) warnings: Vec<String>,
+    /// Scale and height offset of each armed interval, where the log is one of a flight.
+    pub(super) intervals: Vec<IntervalFactors>,
 }
 
 /// Share of a range by which an input may leave the card's validity box without a warning.
@@ -69,6 +73,50 @@ pub(super) fn judge_ground(card: &Card, ground: &GroundTrial, trial: &Trial) -> 
     )
 }
 
+/// A card on the log of a flight: by the specific force, in each armed interval.
+pub(super) fn judge_flight(
+    cards: &FlightCards<'_>,
+    trial: &Trial,
+    settings: &FlightSettings,
+    held: Held,
+) -> Result<FreeRun> {
+    let flight = judge(trial, cards, settings, held)?;
+    let judged: Vec<f64> = flight
+        .throttle
+        .iter()
+        .zip(&flight.measured_n)
+        .map(|(s, f)| if f.is_finite() { *s } else { f64::NAN })
+        .collect();
+    let mut warnings = leaves_box(cards.thrust, "s", "throttle", &judged);
+    if let Some(card) = cards.ground_effect {
+        // Above the box the model fades; below it nothing was identified.
+        warnings.extend(leaves_box_below(card, "z", "height", &flight.height_m));
+    }
+    for interval in flight
+        .intervals
+        .iter()
+        .filter(|i| i.height_offset_is_at_bound)
+    {
+        warnings.push(format!(
+            "the height offset of armed interval {} is at its bound of {:.3} m: the card does not predict it, or its heights have \
+             another zero; state it by --height-offset",
+            interval.number,
+            interval.height_offset_m.unwrap_or(f64::NAN)
+        ));
+    }
+    let mut out = finish(
+        trial.name(),
+        flight.time_s,
+        flight.measured_n,
+        None,
+        flight.predicted_n,
+        None,
+        warnings,
+    )?;
+    out.intervals = flight.intervals;
+    Ok(out)
+}
+
 fn finish(
     name: &str,
     time_s: Vec<f64>,
@@ -100,14 +148,27 @@ fn finish(
         truth_n,
         predicted_n,
         warnings,
+        intervals: Vec::new(),
     })
 }
 
 /// Warns if an input leaves the card's validity box.
 fn leaves_box(card: &Card, symbol: &str, name: &str, values: &[f64]) -> Vec<String> {
-    let Some([lo, hi]) = card.validity.inputs.get(symbol) else {
-        return Vec::new();
+    let range = card.validity.inputs.get(symbol);
+    range.map_or_else(Vec::new, |range| leaves(*range, name, values))
+}
+
+/// The same, below alone.
+fn leaves_box_below(card: &Card, symbol: &str, name: &str, values: &[f64]) -> Vec<String> {
+    let range = card.validity.inputs.get(symbol);
+    let within = |[lo, hi]: [f64; 2]| {
+        let below: Vec<f64> = values.iter().map(|v| v.min(hi)).collect();
+        leaves([lo, hi], name, &below)
     };
+    range.map_or_else(Vec::new, |range| within(*range))
+}
+
+fn leaves([lo, hi]: [f64; 2], name: &str, values: &[f64]) -> Vec<String> {
     let known = || values.iter().copied().filter(|v| v.is_finite());
     let (low, high) = (
         known().fold(f64::INFINITY, f64::min),

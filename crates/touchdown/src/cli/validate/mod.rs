@@ -1,5 +1,6 @@
 //! `touchdown validate`.
 
+mod flights;
 mod judge;
 
 use std::path::{Path, PathBuf};
@@ -9,14 +10,18 @@ use serde::Serialize;
 use touchdown::pages;
 use touchdown::{Error, Result};
 use touchdown_campaign::progress::Progress as _;
+use touchdown_identify::flights::judge::IntervalFactors;
+use touchdown_identify::rig::GroundTrial;
 use touchdown_identify::scores::Errors;
 use touchdown_model::{Card, Kind};
 
 use super::args::identify::ValidateArgs;
 use super::context::Context;
+use super::identify::flights::is_flight;
 use super::identify::ground::{prepare, thrust_card};
 use super::identify::{load, show};
 use super::output;
+use flights::Flights;
 use judge::{FreeRun, judge_ground, judge_thrust};
 use touchdown_terminal::Done;
 
@@ -54,6 +59,9 @@ struct Row {
     noise_floor: Option<Errors>,
     /// The reason why there are no errors.
     error: Option<String>,
+    /// Scale and height offset of each armed interval of a flight.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    armed_intervals: Vec<IntervalFactors>,
 }
 
 /// One card on all unseen logs.
@@ -93,14 +101,18 @@ pub(crate) fn run(context: &Context, args: &ValidateArgs) -> Result<Done> {
                 .map(move |w| format!("{name}: {w}"))
         })
         .collect();
-    let prepared = match (&free_air, ground) {
-        (Some(card), Some(_)) => {
-            let (trials, gaps) = prepare(&logs, card)?;
-            warnings.extend(gaps);
-            trials
-        }
-        _ => Vec::new(),
-    };
+    let flights = Flights::of(args, map.as_ref());
+    let mut prepared: Vec<Option<GroundTrial>> = Vec::new();
+    for log in &logs {
+        prepared.push(match (&free_air, ground) {
+            (Some(card), Some(_)) if !is_flight(log) => {
+                let (mut trials, gaps) = prepare(std::slice::from_ref(log), card)?;
+                warnings.extend(gaps);
+                trials.pop()
+            }
+            _ => None,
+        });
+    }
     context.stage("free runs", (cards.len() * logs.len()) as u64);
     let pairs: Vec<(usize, usize)> = (0..cards.len())
         .flat_map(|c| (0..logs.len()).map(move |l| (c, l)))
@@ -108,10 +120,11 @@ pub(crate) fn run(context: &Context, args: &ValidateArgs) -> Result<Done> {
     let mut judged: Vec<Result<FreeRun>> = pairs
         .par_iter()
         .map(|&(c, l)| {
-            let card = &cards[c].card;
-            let judged = match card.kind {
-                Kind::Thrust => judge_thrust(card, &logs[l].trial),
-                Kind::GroundEffect => judge_ground(card, &prepared[l], &logs[l].trial),
+            let (card, trial) = (&cards[c].card, &logs[l].trial);
+            let judged = match (card.kind, &prepared[l]) {
+                _ if is_flight(&logs[l]) => flights.judge(card, free_air.as_ref(), trial),
+                (Kind::GroundEffect, Some(prepared)) => judge_ground(card, prepared, trial),
+                _ => judge_thrust(card, trial),
             };
             context.step();
             judged
@@ -173,6 +186,7 @@ fn finish(
             truth: ok.and_then(|j| j.truth),
             noise_floor: ok.and_then(|j| j.noise_floor),
             error: judged.as_ref().err().map(ToString::to_string),
+            armed_intervals: ok.map_or_else(Vec::new, |j| j.intervals.clone()),
         });
     }
     for warning in &warnings {
@@ -190,6 +204,13 @@ fn finish(
     context.finish();
     context.object(&results);
     context.say(&show::text_table(&header, &table));
+    let factors = flights::factors(&results);
+    if !factors.is_empty() {
+        context.say(&show::text_table(
+            &flights::HEADER.map(String::from),
+            &factors,
+        ));
+    }
     let loss = logs.iter().any(|l| l.findings.is_lossy()) || rows.iter().any(|r| r.error.is_some());
     Ok(if loss { Done::WithLoss } else { Done::Whole })
 }
@@ -336,22 +357,7 @@ fn write(
         })
         .collect();
     let figures = pages::validate::figures(&drawn, &names, context)?;
-    let mut command = "touchdown validate".to_string();
-    let mut add = |option: &str, path: &Path| {
-        command.push_str(&format!(
-            " {option}{}",
-            load::word(&path.display().to_string())
-        ));
-    };
-    for path in &args.files {
-        add("", path);
-    }
-    for (option, path) in [("--map ", &args.map), ("--thrust ", &args.thrust)] {
-        if let Some(path) = path {
-            add(option, path);
-        }
-    }
-    add("--out ", folder);
+    let command = command(args, folder);
     let pooled = results.unseen.iter().filter(|p| p.logs > 1).count();
     let (rows, pooled_rows) = table.split_at(table.len() - pooled);
     let of_cards = results.unseen.iter().zip(cards);
@@ -371,6 +377,8 @@ fn write(
         pooled_rows,
         cards: &errors,
         warnings: results.warnings,
+        factors_header: &flights::HEADER,
+        factors: &flights::factors(results),
     };
     let report = pages::validate::report(&overview, &figures)?;
     output::results_folder(context, folder)?;
@@ -380,4 +388,33 @@ fn write(
     )?;
     pages::identify::write(folder, &figures, &report)?;
     output::results(folder, results)
+}
+
+/// The command that judges the same again.
+fn command(args: &ValidateArgs, folder: &Path) -> String {
+    let mut command = "touchdown validate".to_string();
+    let mut add = |option: &str, path: &Path| {
+        command.push_str(&format!(
+            " {option}{}",
+            load::word(&path.display().to_string())
+        ));
+    };
+    for path in &args.files {
+        add("", path);
+    }
+    for (option, path) in [("--map ", &args.map), ("--thrust ", &args.thrust)] {
+        if let Some(path) = path {
+            add(option, path);
+        }
+    }
+    for (option, value) in [
+        ("--scale ", args.scale),
+        ("--height-offset ", args.height_offset),
+    ] {
+        if let Some(value) = value {
+            add(option, Path::new(&value.to_string()));
+        }
+    }
+    add("--out ", folder);
+    command
 }
