@@ -51,12 +51,15 @@ pub(super) fn put_into(
         let model = vehicle.thrust(card)?;
         given.greatest_thrust_n = given.greatest_thrust_n.or(Some(greatest_thrust_n(&model)));
     }
-    if resize(scenario, &given, cards, stated)? {
+    let resized = resize(scenario, &given, cards, stated)?;
+    if resized {
         said.push(text(scenario, given.layout()));
     }
     if let Some(card) = cards.thrust {
         said.extend(vehicle.multiplied(card));
-        said.extend(motors(scenario, card, stated)?);
+        // Nothing else than the card knows the motors of a vehicle of a user's own.
+        let only_card = resized && vehicle.with_preset().greatest_thrust_n.is_none();
+        said.extend(motors(scenario, card, only_card, stated)?);
     }
     let lift = thrust_to_weight(&scenario.plant);
     if let (false, Ok(lift)) = (given.is_empty(), lift)
@@ -126,18 +129,19 @@ fn text(scenario: &SpaceScenario, layout: RotorLayout) -> String {
     )
 }
 
-/// Puts the motors of a thrust card into the belief, and into the vehicle where its own motors give another thrust.
-/// Returns what was done.
+/// Puts the motors of a thrust card into the belief, and into the vehicle where only the card knows them or its own motors
+/// give another thrust. Returns what was done.
 fn motors(
     scenario: &mut SpaceScenario,
     card: &Card,
+    only_card: bool,
     stated: &StatedKeys,
 ) -> Result<Option<String>> {
     let (fit, others) = motors_by(card, &scenario.models.thrust, &scenario.plant)?;
     if !stated.states("believed.motor") {
         scenario.believed.motor = Some(fit.motor);
     }
-    if !others || stated.states("plant.motor") {
+    if !(others || only_card) || stated.states("plant.motor") {
         return Ok(None);
     }
     scenario.plant.motor = fit.motor;

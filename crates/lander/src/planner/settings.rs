@@ -5,10 +5,6 @@ use touchdown_flight::error::{SettingsError, not_negative, ordered, positive, wi
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::reference::Terminal;
 
-/// Height above its end from which a descent takes longer, m: that of the default hover with its
-/// tolerance. Halved, descents from 0.8 m take 2.8 s instead of 2; doubled, one from 1.5 m exceeds the speed limit.
-const LOW_M: f64 = 0.85;
-
 /// Limits of the deck's motion at touchdown.
 ///
 /// `confidence` standard deviations are added to each predicted value. The limits of
@@ -59,6 +55,8 @@ pub struct Descent<R> {
     pub speed_mps: R,
     /// Greatest acceleration, including that of the deck during the descent, m/s².
     pub acceleration_mps2: R,
+    /// Height above its end from which a descent takes longer, m.
+    pub low_m: R,
 }
 
 /// Planner of the descent; see the [module](super).
@@ -108,6 +106,9 @@ impl<R: Real> Default for Descent<R> {
             duration_max_s: r(3.5),
             speed_mps: r(0.7),
             acceleration_mps2: r(3.5),
+            // Height of the default hover above the end, with its tolerance. Halved, descents from 0.8 m take 2.8 s
+            // instead of 2; doubled, one from 1.5 m exceeds the speed limit.
+            low_m: r(0.85),
         }
     }
 }
@@ -146,11 +147,11 @@ impl<R: Real> Quiescence<R> {
 }
 
 impl<R: Real> Descent<R> {
-    /// The limits of a descent from a height. Those of the settings hold up to [`LOW_M`] above
+    /// The limits of a descent from a height. Those of the settings hold up to `low_m` above
     /// its end. From higher, durations and greatest speed grow with the square root of
     /// the height, so that the acceleration stays.
     pub(super) fn at_height(&self, start_height_m: R) -> Self {
-        let ratio = (start_height_m - self.end_height_m) / r(LOW_M);
+        let ratio = (start_height_m - self.end_height_m) / self.low_m;
         let factor = ratio.max(R::ONE).finite_or(R::ONE).sqrt();
         Self {
             duration_min_s: self.duration_min_s * factor,
@@ -190,7 +191,8 @@ impl<R: Real> Descent<R> {
             self.duration_max_s,
         )?;
         positive("planner.descent.speed_mps", self.speed_mps)?;
-        positive("planner.descent.acceleration_mps2", self.acceleration_mps2)
+        positive("planner.descent.acceleration_mps2", self.acceleration_mps2)?;
+        positive("planner.descent.low_m", self.low_m)
     }
 }
 
@@ -198,7 +200,7 @@ impl<R: Real> Planner<R> {
     /// The greatest height from which the longest descent ends within the horizon, m.
     pub(crate) fn reach_m(&self) -> R {
         let factor = self.horizon_s / self.descent.duration_max_s;
-        self.descent.end_height_m + r::<R>(LOW_M) * factor * factor
+        self.descent.end_height_m + self.descent.low_m * factor * factor
     }
 
     /// Checks the settings.

@@ -39,10 +39,6 @@ pub(super) struct Conditions {
     pub(super) unsupported: bool,
 }
 
-/// Drop of the lowest foot from which on a vehicle leans into the wind, m: 0.09 rad, the trim of
-/// 3 m/s. Halved, calm air on a rolling deck counts as wind; doubled, touches in 5 m/s of wind are bounces.
-pub(super) const LEANING_M: f64 = 0.01;
-
 /// `value` lies in [0, limit]; NaN does not.
 fn up_to<R: Real>(value: R, limit: R) -> bool {
     value >= R::ZERO && value <= limit
@@ -153,7 +149,7 @@ impl<R: Real> StateMachine<R> {
             above_commit_height: height_m > self.commit_height_m + self.commit_margin_m,
             up: stale.is_none() && height_error_m >= -hold_tolerance_m,
             touching,
-            resting: touching || (resting && seen.foot_drop_m > r(LEANING_M)),
+            resting: touching || (resting && seen.foot_drop_m > self.leaning_m),
             low,
             supported,
             slides: slides && (carried || seen.contact == Some(true)),

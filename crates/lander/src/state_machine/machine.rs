@@ -1,6 +1,6 @@
 //! State and step of the state machine.
 
-use super::conditions::{Conditions, LEANING_M};
+use super::conditions::Conditions;
 use super::{
     Frame, MachineInput, MachineOutput, Maneuver, OperatorRequest, Phase, Reason, StateMachine,
 };
@@ -128,7 +128,7 @@ impl<R: Real> StateMachine<R> {
     ) -> MachineOutput<R> {
         let conditions = self.conditions(seen);
         if state.phase != Phase::Touchdown {
-            let leans = seen.foot_drop_m > r(LEANING_M);
+            let leans = seen.foot_drop_m > self.leaning_m;
             state.rock_s = if leans {
                 rocking_s(seen.foot_drop_m)
             } else {

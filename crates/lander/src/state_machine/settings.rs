@@ -86,6 +86,9 @@ pub struct StateMachine<R> {
     /// Height above `touchdown_height_m` up to which that force counts, m.
     #[cfg_attr(feature = "serde", serde(default = "support_margin_m"))]
     pub support_margin_m: R,
+    /// Drop of the lowest foot below the others from which on the vehicle leans into the wind, m.
+    #[cfg_attr(feature = "serde", serde(default = "leaning_m"))]
+    pub leaning_m: R,
     /// Greatest age of the tag, s.
     pub tag_age_s: R,
     /// Greatest age of the range, s.
@@ -151,6 +154,12 @@ fn support_margin_m<R: Real>() -> R {
     r(0.01)
 }
 
+/// 0.09 rad of the default feet, the trim of 3 m/s. Halved, calm air on a rolling deck counts as wind; doubled, touches in
+/// 5 m/s of wind are bounces.
+fn leaning_m<R: Real>() -> R {
+    r(0.01)
+}
+
 /// Three steps, less than a first contact (0.05 s). Halved or doubled, the stop moves
 /// by 0.03 s.
 fn support_s<R: Real>() -> R {
@@ -177,6 +186,7 @@ impl<R: Real> Default for StateMachine<R> {
             supported_load_factor: r(0.7),
             support_share: support_share(),
             support_margin_m: support_margin_m(),
+            leaning_m: leaning_m(),
             tag_age_s: r(0.3),
             range_age_s: r(0.15),
             imu_age_s: r(0.05),
@@ -261,7 +271,7 @@ impl<R: Real> StateMachine<R> {
         )
     }
 
-    fn positive_settings(&self) -> [(&'static str, R); 32] {
+    fn positive_settings(&self) -> [(&'static str, R); 33] {
         [
             ("lander.hold_height_m", self.hold_height_m),
             ("lander.hold_tolerance_m", self.hold_tolerance_m),
@@ -275,6 +285,7 @@ impl<R: Real> StateMachine<R> {
             ("lander.idle_thrust_share", self.idle_thrust_share),
             ("lander.support_share", self.support_share),
             ("lander.support_margin_m", self.support_margin_m),
+            ("lander.leaning_m", self.leaning_m),
             ("lander.tag_age_s", self.tag_age_s),
             ("lander.range_age_s", self.range_age_s),
             ("lander.imu_age_s", self.imu_age_s),

@@ -86,6 +86,8 @@ pub(super) const TABLE: &[Entry] = &[
     entry("control.terminal_sink_mps", SPEED, Vehicle),
     entry("control.imbc_hz", RATE, Vehicle),
     entry("control.contact_height_m", LENGTH, Vehicle),
+    entry("control.feet.radius_m", ARM, Vehicle),
+    entry("control.feet.depth_m", LENGTH, Vehicle),
     entry("control.watch_s", TIME, AtLeast),
     entry("control.deck_known_mps", SPEED, AtLeast),
     entry("control.gains.k_p", FORCE_PER_SPEED, Vehicle),
@@ -117,6 +119,7 @@ pub(super) const TABLE: &[Entry] = &[
     entry("control.lander.touchdown_speed_mps", SPEED, Vehicle),
     entry("control.lander.touchdown_lateral_mps", SPEED, Vehicle),
     entry("control.lander.support_margin_m", LENGTH, Vehicle),
+    entry("control.lander.leaning_m", LENGTH, Vehicle),
     entry("control.lander.lateral_m.at_deck", LENGTH, Vehicle),
     entry("control.lander.closing_mps.at_deck", SPEED, Vehicle),
     entry("control.lander.closing_mps.per_m", RATE, Vehicle),
@@ -154,6 +157,7 @@ pub(super) const TABLE: &[Entry] = &[
     entry("control.planning.descent.duration_min_s", TIME, Vehicle),
     entry("control.planning.descent.duration_max_s", TIME, Vehicle),
     entry("control.planning.descent.speed_mps", SPEED, Vehicle),
+    entry("control.planning.descent.low_m", LENGTH, Vehicle),
     // Estimators.
     entry(
         "control.relative.imu.noise_density",

@@ -24,10 +24,10 @@ const MISTIMED_S: f64 = 0.03;
 /// latency, s: three times the memory of the relative estimator.
 const RETIMED_S: f64 = 1.0;
 
-/// How much more slowly the thrust decreases per height of the lowest foot below the others, 1/m:
-/// half the rate at 0.05 m, the drop in the trim of 10 m/s. Halved, feet come down at 0.5 m/s; doubled,
+/// How much more slowly the thrust decreases per height of the lowest foot below the others over the distance
+/// of the feet from the axis: half the rate at a third, the drop in the trim of 10 m/s. Halved, feet come down at 0.5 m/s; doubled,
 /// the touchdown lasts a second in that wind.
-const IDLE_PER_M: f64 = 20.0;
+const IDLE_PER_DROP: f64 = 3.0;
 
 /// Time from the start after which the vehicle's own velocity suffices to control it, s: several
 /// readings of every sensor. In that time a wind that changes by 1 m/s moves it by 5 cm. Halved, a deck
@@ -194,7 +194,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             GuidanceCommand::Idle { rate_n_per_s } => {
                 // On one foot the thrust decreases more slowly, so that the others come down softly.
                 let drop_m = self.feet.drop_m(motion.attitude, motion.deck_normal);
-                let slower = R::ONE + drop_m.max(R::ZERO) * r(IDLE_PER_M);
+                let slower =
+                    R::ONE + drop_m.max(R::ZERO) * (r::<R>(IDLE_PER_DROP) / self.feet.radius_m);
                 let rate_n_per_s = rate_n_per_s / slower;
                 (
                     Some(self.controller.idle(controller, motion, rate_n_per_s, dt)),
