@@ -30,7 +30,8 @@
 //!   machine gets the same report as after a divergence. Until the estimate is first
 //!   known, the vehicle keeps the attitude of the flight before at the thrust of its
 //!   weight. If its own velocity is not known later, it does so in the trim attitude, level
-//!   without wind. Models of rotors and ground effect run on.
+//!   without wind. A vehicle that has to climb away needs to know its velocity only. Without the
+//!   inertial unit for 0.3 s it hovers as well, with a little more thrust at first, so that it rises. Models of rotors and ground effect run on.
 //! * **A diverged estimator** restarts after `restart_s`. If it knew the vehicle's own
 //!   velocity, it keeps that with half of `known_sd_mps` as its standard deviation, so
 //!   that a go-around continues to climb. The next restart keeps nothing.
@@ -77,6 +78,13 @@ use touchdown_flight::space::{Attitude, Vector};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub enum Descent<R> {
     /// The planner waits for a window and plans the descent.
     Planned(Planner<R>),

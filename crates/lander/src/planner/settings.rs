@@ -37,6 +37,13 @@ pub struct Quiescence<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct Descent<R> {
     /// Height at touchdown, m.
     pub end_height_m: R,
@@ -56,6 +63,7 @@ pub struct Descent<R> {
     /// Greatest acceleration, including that of the deck during the descent, m/s².
     pub acceleration_mps2: R,
     /// Height above its end from which a descent takes longer, m.
+    #[cfg_attr(feature = "serde", serde(default = "low_m"))]
     pub low_m: R,
 }
 
@@ -63,6 +71,13 @@ pub struct Descent<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct Planner<R> {
     /// Limits of the deck's motion at touchdown.
     pub quiescence: Quiescence<R>,
@@ -93,6 +108,12 @@ impl<R: Real> Default for Quiescence<R> {
     }
 }
 
+/// Height of the default hover above the end, with its tolerance. Halved, descents from 0.8 m take 2.8 s
+/// instead of 2; doubled, one from 1.5 m exceeds the speed limit.
+fn low_m<R: Real>() -> R {
+    r(0.85)
+}
+
 impl<R: Real> Default for Descent<R> {
     /// To 0.1 m at 0.03 m/s (and 0.5 of the deck's uncertainty, up to 0.08 m/s)
     /// within 2.2 to 3.5 s, 0.7 m/s and 3.5 m/s², of which a rough sea takes 2 m/s².
@@ -106,9 +127,7 @@ impl<R: Real> Default for Descent<R> {
             duration_max_s: r(3.5),
             speed_mps: r(0.7),
             acceleration_mps2: r(3.5),
-            // Height of the default hover above the end, with its tolerance. Halved, descents from 0.8 m take 2.8 s
-            // instead of 2; doubled, one from 1.5 m exceeds the speed limit.
-            low_m: r(0.85),
+            low_m: low_m(),
         }
     }
 }

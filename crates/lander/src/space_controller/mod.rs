@@ -41,6 +41,10 @@ enum Learn {
     All,
 }
 
+/// Greatest tilt of a deck that an idling vehicle follows, rad: twice that of a deck on which it lands (`deck_tilt_rad`). Halved, a deck
+/// that rolls on does not carry it evenly; doubled, a false normal tips it.
+const GREATEST_DECK_RAD: f64 = 0.3;
+
 /// Tangent of an angle below a quarter turn.
 fn tan<R: Real>(angle_rad: R) -> R {
     let (sin, cos) = angle_rad.sin_cos();
@@ -305,7 +309,12 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
         command.throttle = self.limits.throttle(self.thrust.throttle_for(thrust_n));
         command.ground_effect_n = lift.total_n(thrust_n).finite_or(R::ZERO);
         let yaw_rad = state.target.yaw_rad;
-        let normal = motion.deck_normal.direction().unwrap_or(Vector::UP);
+        // A camera may take the tag for one that leans the other way.
+        let up = motion.deck_normal.z.abs();
+        let aside = motion.deck_normal.horizontal();
+        let most = up * tan(r(GREATEST_DECK_RAD));
+        let deck = Vector::UP * up + aside.limited(most);
+        let normal = deck.direction().unwrap_or(Vector::UP);
         let leaned = normal + trim.horizontal() * (leans / trim.z);
         if let Some(attitude) = Attitude::from_thrust_direction(leaned, yaw_rad) {
             state.attitude = attitude;

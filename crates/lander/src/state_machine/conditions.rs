@@ -23,9 +23,13 @@ pub(super) struct Conditions {
     pub(super) at_hold_height: bool,
     pub(super) over_pad: bool,
     pub(super) at_commit_height: bool,
+    /// It is known to be there.
+    pub(super) sunk: bool,
     pub(super) above_commit_height: bool,
     /// The vehicle is at or above the hover height.
     pub(super) up: bool,
+    /// The height is known, and at least `safe_height_m`.
+    pub(super) safe: bool,
     pub(super) touching: bool,
     /// Touching, or as low at up to twice the speeds of a touchdown.
     pub(super) resting: bool,
@@ -65,12 +69,9 @@ impl<R: Real> MachineInput<R> {
         estimates.iter().all(|value| value.is_finite())
     }
 
-    /// Whether all numbers are finite.
+    /// Whether all numbers but the ages are finite.
     fn is_finite(&self) -> bool {
         let others = [
-            self.tag_age_s,
-            self.range_age_s,
-            self.imu_age_s,
             self.deck_tilt_rad,
             self.deck_speed_mps,
             self.hold_extra_m,
@@ -145,8 +146,10 @@ impl<R: Real> StateMachine<R> {
             battery_critical,
             at_hold_height,
             over_pad,
+            sunk: blind.is_none() && height_m <= self.commit_height_m,
             at_commit_height: height_m <= self.commit_height_m,
             above_commit_height: height_m > self.commit_height_m + self.commit_margin_m,
+            safe: blind.is_none() && height_m >= self.safe_height_m.max(self.hold_height_m(seen)),
             up: stale.is_none() && height_error_m >= -hold_tolerance_m,
             touching,
             resting: touching || (resting && seen.foot_drop_m > self.leaning_m),
@@ -162,14 +165,22 @@ impl<R: Real> StateMachine<R> {
 
     /// Why height and velocity above the deck are not known.
     fn blind(&self, seen: &MachineInput<R>) -> Option<Reason> {
+        let tag_lost = !up_to(seen.tag_age_s, self.tag_age_s);
+        let range_lost = !up_to(seen.range_age_s, self.range_age_s);
+        // Range or tag gives the height; without both, the IMU carries it on for a while.
+        let unmeasured = tag_lost && range_lost && !up_to(seen.height_sd_m, self.coast_sd_m);
         first(&[
             (!seen.is_known(), Reason::NotFinite),
-            (seen.diverged, Reason::Diverged),
-            (!up_to(seen.imu_age_s, self.imu_age_s), Reason::ImuStale),
             (
-                !up_to(seen.range_age_s, self.range_age_s),
-                Reason::RangeStale,
+                seen.diverged,
+                if tag_lost {
+                    Reason::TagLost
+                } else {
+                    Reason::Diverged
+                },
             ),
+            (!up_to(seen.imu_age_s, self.imu_age_s), Reason::ImuStale),
+            (unmeasured, Reason::RangeStale),
         ])
     }
 

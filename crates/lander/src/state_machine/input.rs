@@ -37,6 +37,9 @@ pub struct MachineInput<R> {
     /// How much lower the lowest foot is, by the tilts of vehicle and deck, than that of a
     /// level vehicle over a level deck, m.
     pub foot_drop_m: R,
+    /// Uncertainty of that height, standard deviation, m. It decides only while neither range nor tag is fresh; NaN counts
+    /// as uncertain.
+    pub height_sd_m: R,
     /// Velocity relative to the deck along the vertical, up, m/s.
     pub relative_velocity_mps: R,
     /// Horizontal distance from the axis above the pad, m.

@@ -36,6 +36,8 @@ pub struct MachineState<R> {
     phase: Phase,
     reason: Option<Reason>,
     go_arounds: u8,
+    /// Those of them that broke off a descent.
+    aborted: u8,
     last_request: OperatorRequest,
     /// Time in this phase and in those that share its limit, s.
     clock: Sum<R>,
@@ -53,6 +55,9 @@ pub struct MachineState<R> {
     beyond: HoldTimer<R>,
     sinking: HoldTimer<R>,
     saturated: HoldTimer<R>,
+    lost: HoldTimer<R>,
+    /// The vehicle has climbed since it lost sight of the deck.
+    escaped: bool,
 }
 
 impl<R> MachineState<R> {
@@ -100,6 +105,11 @@ struct History {
     apart: bool,
     unsupported: bool,
     astray: Option<Reason>,
+    /// Sight of the deck has been lost for `lost_s`, and for `search_s`.
+    lost: bool,
+    searched: bool,
+    /// The vehicle has climbed since.
+    escaped: bool,
     sinks: bool,
     too_many: bool,
 }
@@ -143,6 +153,8 @@ impl<R: Real> StateMachine<R> {
             frame,
         };
         let maneuver = match phase {
+            // Who gives up at the deck and loses sight of it climbs, too.
+            Phase::GivenUp if self.sinks_blindly(state, &conditions) => Maneuver::ClimbAway,
             Phase::Approach | Phase::Hold | Phase::Wait | Phase::GivenUp => {
                 hover(match conditions.stale {
                     None => Frame::Deck,
@@ -183,7 +195,11 @@ impl<R: Real> StateMachine<R> {
         };
         let because = |phase: Phase, reason: Reason| (phase, Some(reason));
         let late = past.late.then_some(Reason::Late);
-        let climbed = now.up || past.late;
+        let climbed = now.up || now.safe || past.late;
+        let escape = now
+            .stale
+            .filter(|_| past.lost && !past.escaped && !now.safe);
+        let unseen = now.stale.filter(|_| past.searched);
         let saturated = state.saturated.lasts(self.saturation_s);
         let strayed = past
             .astray
@@ -199,7 +215,11 @@ impl<R: Real> StateMachine<R> {
 
             // A sinking hover climbs first, before any other request.
             Approach | Hold | Wait if past.sinks => because(GoAround, Reason::ClosingSpeed),
-            Hold | Wait if now.at_commit_height => because(GoAround, Reason::Height),
+            Hold | Wait if now.sunk => because(GoAround, Reason::Height),
+
+            // So does one that does not see the deck.
+            Approach | Hold | Wait if let Some(reason) = escape => because(GoAround, reason),
+            Approach | Hold | Wait if let Some(reason) = unseen => because(GivenUp, reason),
 
             Approach if past.stop => because(Hold, Reason::Operator),
             Approach if now.battery_low => because(GivenUp, Reason::BatteryLow),
@@ -281,6 +301,8 @@ impl<R: Real> StateMachine<R> {
         state.beyond.update(now.beyond.is_some(), dt, false);
         state.sinking.update(now.sinking, dt, false);
         state.saturated.update(seen.saturated, dt, false);
+        state.lost.update(now.stale.is_some(), dt, false);
+        state.escaped &= now.stale.is_some();
         let late = match state.phase.stage() {
             Stage::Waiting => {
                 state.waited.add(dt);
@@ -301,11 +323,25 @@ impl<R: Real> StateMachine<R> {
             apart: state.apart.lasts(self.bounce_s),
             unsupported: state.unsupported.lasts(self.fall_s + state.rock_s),
             astray: now.beyond.filter(|_| state.beyond.lasts(self.excess_s)),
+            lost: state.lost.lasts(self.lost_s),
+            searched: state.lost.lasts(self.search_s),
+            escaped: state.escaped,
             sinks: state.sinking.lasts(self.excess_s),
-            too_many: state.go_arounds > self.go_arounds,
+            too_many: state.aborted > self.go_arounds
+                || state.go_arounds - state.aborted > self.hover_go_arounds,
         };
         state.last_request = seen.request;
         past
+    }
+
+    /// Whether sight of the deck is lost, and the vehicle has not climbed to safety yet: to `safe_height_m`, or for
+    /// `climb_s` where the height is not known.
+    fn sinks_blindly(&self, state: &MachineState<R>, now: &Conditions) -> bool {
+        now.stale.is_some()
+            && !state.escaped
+            && !now.safe
+            && state.lost.lasts(self.lost_s)
+            && !state.lost.lasts(self.lost_s + self.climb_s)
     }
 
     /// Enters the new phase.
@@ -318,14 +354,16 @@ impl<R: Real> StateMachine<R> {
         restart: bool,
     ) {
         let ended = state.phase.stage() == Stage::Ended;
-        if phase == Phase::GoAround
-            && state.phase.stage() == Stage::Landing
-            && reason != Some(Reason::Operator)
-        {
-            state.go_arounds = state.go_arounds.saturating_add(1);
+        if phase == Phase::GoAround && state.phase != Phase::GoAround {
+            state.escaped = true;
+            if reason != Some(Reason::Operator) {
+                let descending = state.phase.stage() == Stage::Landing;
+                state.go_arounds = state.go_arounds.saturating_add(1);
+                state.aborted = state.aborted.saturating_add(u8::from(descending));
+            }
         }
         if restart && ended && phase == Phase::Approach {
-            state.go_arounds = 0;
+            (state.go_arounds, state.aborted) = (0, 0);
         }
         // The waiting time does not count while the operator holds the vehicle.
         let held = phase == Phase::Hold && stop;

@@ -21,11 +21,13 @@
 //! | --- | --- | --- |
 //! | any | operator disarms | `Disarmed` |
 //! | `Approach` | sinking | `GoAround` |
+//! | `Approach`, `Hold`, `Wait` | out of sight for `lost_s`, below `safe_height_m`, not climbed since | `GoAround` |
+//! | `Approach`, `Hold`, `Wait` | out of sight for `search_s` | `GivenUp` |
 //! | `Approach` | operator aborts | `Hold` |
 //! | `Approach` | battery low | `GivenUp` |
 //! | `Approach` | patience over | `GivenUp` |
 //! | `Approach` | everything fresh, at the hold height and over the pad | `Hold` |
-//! | `Hold`, `Wait` | sinking, at the commit height or below | `GoAround` |
+//! | `Hold`, `Wait` | sinking; not blind, and at the commit height or below | `GoAround` |
 //! | `Hold` | operator aborts | `Hold`, patience anew |
 //! | `Hold` | battery low | `GivenUp` |
 //! | `Hold` | patience over | `GivenUp` |
@@ -60,9 +62,9 @@
 //!
 //! # Conditions
 //!
-//! - *blind*: the estimate is not finite or has diverged, or the last reading of IMU or
-//!   range finder is older than its limit. *Fresh*: not blind, and the last tag reading is
-//!   within its limit, too.
+//! - *blind*: the estimate is not finite or has diverged, or the IMU's last sample is older than its limit. Or neither range
+//!   nor tag is within its limit, and the height's standard deviation exceeds `coast_sd_m`. *Fresh*: not blind, and the
+//!   last tag reading is within its limit. *Out of sight*: not fresh.
 //! - *astray*: tilt, lateral error or closing speed beyond its limit for
 //!   `excess_s`. Lateral error and closing speed are limited by a [`Funnel`].
 //!   *Sinking*: closing speed beyond its limit for `excess_s`, outside a descent.
@@ -91,8 +93,8 @@
 //!   elsewhere. *Critical*: the energy does not suffice to fly elsewhere. Then the number
 //!   of go-arounds, the deck's limits and the planner's waiting time
 //!   ([`MachineOutput::hurry`]) no longer matter. Critical excludes low.
-//! - *climbed*: fresh, and at least at the hover height less its tolerance.
-//! - *go-arounds*: only those from a descent count. *Patience*: the limit of the time in
+//! - *climbed*: fresh, and at least at the hover height less its tolerance; or at `safe_height_m`.
+//! - *go-arounds*: all count but those of the operator; those out of a hover have a limit of their own. *Patience*: the limit of the time in
 //!   Approach, Hold and Wait together since the last descent. *Late*: the time in Descend,
 //!   Commit and Touchdown together, or in GoAround, exceeds its limit.
 //!
@@ -100,11 +102,17 @@
 //! step longer than `greatest_step_s` counts in full towards time limits, but not towards
 //! the time for which a condition has held.
 //!
+//! # Out of sight
+//!
+//! A hover that does not see the deck keeps its place in the world, while the deck moves on. So it climbs after `lost_s`, once,
+//! to `safe_height_m` (for `climb_s` where the height is not known), from where the camera sees farther. There it waits
+//! until it sees the deck again, or gives up after `search_s`. A vehicle that has given up at the deck climbs as well.
+//!
 //! # Below the commit height
 //!
 //! Near the deck the tag leaves the camera's view, and landing is safer than climbing
 //! away. So below the commit height the vehicle continues without the tag, on IMU and
-//! range finder. Deck and battery no longer matter.
+//! range finder. Without a range it continues as long as the IMU carries the height on. Deck and battery no longer matter.
 //!
 //! # Remaining failures by wrong sensors
 //!
@@ -254,7 +262,7 @@ pub struct MachineOutput<R> {
     pub maneuver: Maneuver<R>,
     /// Reason why the landing was interrupted.
     pub reason: Option<Reason>,
-    /// Number of aborted descents, without those that the operator aborted.
+    /// Number of go-arounds, without those that the operator ordered.
     pub go_arounds: u8,
     /// The planner must not wait for a better moment.
     pub hurry: bool,

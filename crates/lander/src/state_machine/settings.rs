@@ -34,11 +34,13 @@ impl<R: Real> Funnel<R> {
 /// | `idle_thrust_share`, `supported_load_factor` | 0.5, 0.7 | evidence that the deck carries the vehicle |
 /// | `support_share`, `support_margin_m`, `support_s` | 0.04, 0.01, 0.03 | force of the deck on the legs, and for how long, before the thrust decreases |
 /// | `tag_age_s`, `range_age_s`, `imu_age_s` | 0.3, 0.15, 0.05 | greatest ages |
+/// | `coast_sd_m` | 0.03 | uncertainty of the height up to which the IMU alone carries it on |
+/// | `lost_s`, `safe_height_m`, `search_s` | 2, 3.0, 30 | time without sight of the deck before a hover climbs, to which height, and until it gives up |
 /// | `tilt_rad` | 0.35 | tilt of the vehicle |
 /// | `lateral_m`, `closing_mps` | 0.10 + 0.25 z, 0.35 + 1.0 z | lateral error, speed towards the deck |
 /// | `deck_tilt_rad`, `deck_speed_mps` | 0.14, 1.0 | the deck |
 /// | `battery_low`, `battery_critical` | 0.2, 0.08 | remaining energy |
-/// | `go_arounds` | 2 | aborted descents before giving up: one more gives up |
+/// | `go_arounds`, `hover_go_arounds` | 2, 5 | aborted descents, and go-arounds out of a hover, before giving up: one more gives up |
 /// | `settle_s` | 0.5 | being ready before waiting for the planner |
 /// | `contact_s`, `confirm_s` | 0.5, 0.2 | contact without any felt force before the thrust decreases, so that the last centimetres of the descent are flown; evidence before disarming |
 /// | `bounce_s`, `fall_s` | 0.2, 0.05 | not touching, not supported |
@@ -95,6 +97,18 @@ pub struct StateMachine<R> {
     pub range_age_s: R,
     /// Greatest age of the IMU, s.
     pub imu_age_s: R,
+    /// Standard deviation of the height up to which the IMU alone may carry it on, after range and tag, m.
+    #[cfg_attr(feature = "serde", serde(default = "coast_sd_m"))]
+    pub coast_sd_m: R,
+    /// Time without sight of the deck after which a hover climbs to `safe_height_m`, s.
+    #[cfg_attr(feature = "serde", serde(default = "lost_s"))]
+    pub lost_s: R,
+    /// Height above the deck at which the vehicle waits while it does not see the deck, m; at least `hold_height_m`.
+    #[cfg_attr(feature = "serde", serde(default = "safe_height_m"))]
+    pub safe_height_m: R,
+    /// Time without sight of the deck after which the vehicle gives up, s.
+    #[cfg_attr(feature = "serde", serde(default = "search_s"))]
+    pub search_s: R,
     /// Greatest tilt of the vehicle, rad.
     pub tilt_rad: R,
     /// Greatest lateral error, m.
@@ -111,6 +125,9 @@ pub struct StateMachine<R> {
     pub battery_critical: R,
     /// Number of aborted descents after which the machine still tries again.
     pub go_arounds: u8,
+    /// Number of go-arounds out of a hover after which it still tries again.
+    #[cfg_attr(feature = "serde", serde(default = "hover_go_arounds"))]
+    pub hover_go_arounds: u8,
     /// Time for which the vehicle must be ready before the planner decides, s.
     pub settle_s: R,
     /// Time of contact before the thrust decreases, s.
@@ -138,7 +155,7 @@ pub struct StateMachine<R> {
     pub greatest_step_s: R,
 }
 
-// Recordings of earlier versions do not have the keys of these three.
+// Recordings of earlier versions do not have the keys of these.
 
 /// Twice the errors of the models in a calm descent (0.02). Halved, touchdowns begin
 /// in the air (worst touch 0.14 for 0.09 m/s); doubled, the motors stop 0.1 s later (0.47 to 0.59 s
@@ -166,6 +183,33 @@ fn support_s<R: Real>() -> R {
     r(0.03)
 }
 
+/// What separates a touch from a flight: the margin of contact's height, 0.04 m, less the range finder's own error.
+fn coast_sd_m<R: Real>() -> R {
+    r(0.03)
+}
+
+/// Twice the time that the estimator needs for a new latency. Halved, a start with one climbs first; doubled, a sea of 0.5 m
+/// takes the hover's height.
+fn lost_s<R: Real>() -> R {
+    r(2.0)
+}
+
+/// Above the crests of a sea of 4 m, and a height from which a pad of 1 m fills a tenth of the image.
+fn safe_height_m<R: Real>() -> R {
+    r(3.0)
+}
+
+/// Twice as many as aborted descents, because a hover is broken off far from the deck. In 400 landings in a sea of 0.5 m none
+/// needed more than two.
+fn hover_go_arounds() -> u8 {
+    5
+}
+
+/// A quarter of `patience_s`: what a battery can spare for a pad that may not be there.
+fn search_s<R: Real>() -> R {
+    r(30.0)
+}
+
 impl<R: Real> Default for StateMachine<R> {
     fn default() -> Self {
         let funnel = |at_deck, per_m| Funnel {
@@ -190,6 +234,10 @@ impl<R: Real> Default for StateMachine<R> {
             tag_age_s: r(0.3),
             range_age_s: r(0.15),
             imu_age_s: r(0.05),
+            coast_sd_m: coast_sd_m(),
+            lost_s: lost_s(),
+            safe_height_m: safe_height_m(),
+            search_s: search_s(),
             tilt_rad: r(0.35),
             lateral_m: funnel(0.10, 0.25),
             closing_mps: funnel(0.35, 1.0),
@@ -198,6 +246,7 @@ impl<R: Real> Default for StateMachine<R> {
             battery_low: r(0.2),
             battery_critical: r(0.08),
             go_arounds: 2,
+            hover_go_arounds: hover_go_arounds(),
             settle_s: r(0.5),
             contact_s: r(0.5),
             support_s: support_s(),
@@ -271,7 +320,7 @@ impl<R: Real> StateMachine<R> {
         )
     }
 
-    fn positive_settings(&self) -> [(&'static str, R); 33] {
+    fn positive_settings(&self) -> [(&'static str, R); 37] {
         [
             ("lander.hold_height_m", self.hold_height_m),
             ("lander.hold_tolerance_m", self.hold_tolerance_m),
@@ -289,6 +338,10 @@ impl<R: Real> StateMachine<R> {
             ("lander.tag_age_s", self.tag_age_s),
             ("lander.range_age_s", self.range_age_s),
             ("lander.imu_age_s", self.imu_age_s),
+            ("lander.coast_sd_m", self.coast_sd_m),
+            ("lander.lost_s", self.lost_s),
+            ("lander.safe_height_m", self.safe_height_m),
+            ("lander.search_s", self.search_s),
             ("lander.tilt_rad", self.tilt_rad),
             ("lander.lateral_m.at_deck", self.lateral_m.at_deck),
             ("lander.closing_mps.at_deck", self.closing_mps.at_deck),

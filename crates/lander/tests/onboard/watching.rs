@@ -43,7 +43,9 @@ fn analytic_a_deck_that_was_never_seen_is_not_at_rest() {
 
 #[test]
 fn analytic_the_watch_begins_with_the_first_sight_of_the_deck() {
-    let computer = computer();
+    let mut computer = computer();
+    // It does not climb before it sees the deck.
+    computer.state_machine.lost_s = 10.0;
     let mut state: State = computer.initial(World::throttle());
     let mut world = World::new(0.0);
     let (range, tag) = (world.range.take(), world.tag.take());

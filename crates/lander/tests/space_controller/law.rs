@@ -274,6 +274,27 @@ fn analytic_thrust_is_taken_back_along_the_deck() {
 }
 
 #[test]
+fn regress_a_tag_that_flips_on_the_deck_does_not_tip_the_vehicle() {
+    let controller = space_controller::<f64>(lag());
+    // Twice the tilt of a deck on which it lands.
+    let limit_rad = 0.3_f64;
+    for tilt_rad in [0.2_f64, 1.31, 1.57, 3.0] {
+        let motion = Motion {
+            deck_normal: Vector::new(0.6 * tilt_rad.sin(), 0.8 * tilt_rad.sin(), tilt_rad.cos()),
+            ..hovering(0.1)
+        };
+        let mut state = controller.initial(&motion, hover_throttle());
+        let command = controller.idle(&mut state, &motion, 40.0, 0.01);
+        let found = command.attitude.tilt_rad();
+        // Rounding; near a level thrust the direction is not defined, and the last attitude is kept.
+        assert!(
+            found <= tilt_rad.min(limit_rad) + 1e-9,
+            "{tilt_rad}: {found}"
+        );
+    }
+}
+
+#[test]
 fn analytic_settings_are_checked() {
     let refused = |change: fn(&mut SpaceController<f64>), key: &str| {
         let mut bad = space_controller(GroundEffectModel::None);

@@ -39,6 +39,7 @@ fn prop_single_precision_takes_the_same_way() {
         foot_drop_m: s.foot_drop_m as f32,
         hold_extra_m: s.hold_extra_m as f32,
         height_m: s.height_m as f32,
+        height_sd_m: s.height_sd_m as f32,
         relative_velocity_mps: s.relative_velocity_mps as f32,
         lateral_error_m: s.lateral_error_m as f32,
         lateral_speed_mps: s.lateral_speed_mps as f32,

@@ -19,6 +19,7 @@ pub(crate) fn good() -> MachineInput<f64> {
         foot_drop_m: 0.0,
         hold_extra_m: 0.0,
         height_m: 0.8,
+        height_sd_m: 0.005,
         relative_velocity_mps: 0.0,
         lateral_error_m: 0.02,
         lateral_speed_mps: 0.01,
