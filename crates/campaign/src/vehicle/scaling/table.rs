@@ -1,6 +1,6 @@
 //! The scaling law of every setting that depends on the vehicle.
 
-use super::law::Scale::{AtLeast, AtMost, Electronics, Vehicle};
+use super::law::Scale::{AtLeast, AtMost, Delayed, Electronics, Vehicle};
 use super::law::{
     ACCELERATION_WALK, ANGULAR_ACCELERATION, ARM, Entry, FORCE, FORCE_PER_LENGTH, FORCE_PER_SPEED,
     FORCE_PER_TIME, FORCE_SQUARED, INERTIA, LENGTH, LINEAR_DRAG, LINEAR_LOSS, MASS, PER_LENGTH,
@@ -90,9 +90,9 @@ pub(super) const TABLE: &[Entry] = &[
     entry("control.feet.depth_m", LENGTH, Vehicle),
     entry("control.watch_s", TIME, AtLeast),
     entry("control.deck_known_mps", SPEED, AtLeast),
-    entry("control.gains.k_p", FORCE_PER_SPEED, Vehicle),
-    entry("control.gains.k_i", FORCE_PER_LENGTH, Vehicle),
-    entry("control.gains.gamma", RATE, Vehicle),
+    entry("control.gains.k_p", FORCE_PER_SPEED, Delayed),
+    entry("control.gains.k_i", FORCE_PER_LENGTH, Delayed),
+    entry("control.gains.gamma", RATE, Delayed),
     entry("control.gains.integral_limit_n", FORCE, Vehicle),
     entry("control.horizontal.position_per_s2", RATE_SQUARED, Vehicle),
     entry("control.horizontal.velocity_per_s", RATE, Vehicle),

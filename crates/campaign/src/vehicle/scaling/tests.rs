@@ -149,6 +149,25 @@ fn prop_a_stated_key_wins() {
 }
 
 #[test]
+fn analytic_gains_of_a_small_vehicle_follow_by_half_the_power() {
+    let gains = |radius: f64| {
+        let of = Ratios::similar(radius);
+        let own = scaled(&SpaceScenario::default(), &of, &|_| false).unwrap();
+        own.control.gains
+    };
+    let standard = SpaceScenario::default().control.gains;
+    for (radius, power) in [(0.25_f64, 0.25), (4.0, 0.5)] {
+        let (own, mass) = (gains(radius), radius.powi(3));
+        // Rounding only.
+        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{radius}: {a} {b}");
+        close(own.gamma / standard.gamma, radius.powf(-power));
+        close(own.k_p / standard.k_p, mass * radius.powf(-power));
+        close(own.k_i / standard.k_i, mass * radius.powf(-2.0 * power));
+        close(own.integral_limit_n / standard.integral_limit_n, mass);
+    }
+}
+
+#[test]
 fn analytic_froude_scaled_vehicles_fly_the_same_dimensionless_landing() {
     let mut scenario = Case::Still.scenario().without_noise();
     // Its hypotheses are those of electronics.
