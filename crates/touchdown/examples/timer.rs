@@ -4,15 +4,19 @@
 //! cargo run --release -p touchdown --example timer -- 60    # seconds
 //! ```
 
+#![expect(
+    clippy::print_stdout,
+    reason = "a program of its own, which prints what it measures"
+)]
+
 use std::time::{Duration, Instant};
 
 const PERIOD: Duration = Duration::from_millis(10);
 
 fn main() {
-    let seconds = std::env::args().nth(1).map(|text| text.parse::<u32>());
-    let Some(Ok(seconds @ 1..)) = seconds else {
-        eprintln!("expected a number of seconds");
-        std::process::exit(2);
+    let asked = std::env::args().nth(1).map(|text| text.parse::<u32>());
+    let Some(Ok(seconds @ 1..)) = asked else {
+        panic!("expected a number of seconds, found {asked:?}");
     };
     let mut due = Instant::now();
     let mut last = due;

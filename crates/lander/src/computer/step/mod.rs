@@ -4,7 +4,7 @@ use crate::computer::sightings::Sightings;
 use crate::computer::support::Support;
 use crate::computer::{Computer, ComputerOutput, ComputerState, Descent, Sensed};
 use crate::estimate::deck::{DeckEstimatorState, DeckMotionPrediction};
-use crate::estimate::relative::{DeckPrior, RangeReading, Reading, RelativeEstimate};
+use crate::estimate::relative::{DeckPrior, Health, RangeReading, Reading, RelativeEstimate};
 use crate::guidance::GuidanceCommand;
 use crate::planner::{DeckOutlook, Plan};
 use crate::space_controller::{Motion, SpaceCommand, Target};
@@ -66,12 +66,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let mistimed = self.estimate(state, sensed, dt);
         let estimate = self.relative.ahead(&state.relative, self.imu_latency_s);
         let health = self.relative.health(&state.relative);
-        let known = self.knows(&estimate);
-        let knowledge = Knowledge {
-            position: known,
-            velocity: self.moves_known(&estimate),
-            unfelt_s: health.imu.age_s,
-        };
+        let knowledge = self.knowledge(&estimate, &health);
+        let known = knowledge.position;
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
         self.take_over(state, attitude);
@@ -151,6 +147,14 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 state.support.step(unexplained_n.z, above_contact_m, dt);
             }
             None => state.support = Support::default(),
+        }
+    }
+
+    fn knowledge(&self, estimate: &RelativeEstimate<R>, health: &Health<R>) -> Knowledge<R> {
+        Knowledge {
+            position: self.knows(estimate),
+            velocity: self.moves_known(estimate),
+            unfelt_s: health.imu.age_s,
         }
     }
 
