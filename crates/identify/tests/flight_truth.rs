@@ -4,10 +4,11 @@ mod common {
     pub mod vertical;
 }
 
-use common::vertical::{Cell, Law, QUANTITIES, Vehicle, identify};
+use common::vertical::{Cell, Law, QUANTITIES, Vehicle, fly, identify};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
 use touchdown_identify::estimate::Estimate;
+use touchdown_identify::flights::{Flight, FlightSettings, ground_effect};
 
 /// Identifies one set of six flights; every quantity has to be found, climb damping only with an accelerometer. Its interval
 /// stretched by half has to hold the truth.
@@ -103,4 +104,36 @@ fn regress_a_step_that_a_bound_cuts_off_does_not_end_the_search() {
     // The lift at one radius is within its interval, which is at most a third of it.
     let (lift, truth) = (found[1].expect("a lift"), vehicle.truth()[1]);
     assert!(lift.ci95[0] < truth && truth < lift.ci95[1], "{lift:?}");
+}
+
+#[test]
+fn prop_an_offset_of_the_height_moves_no_number() {
+    // A marker 0.3 m above the feet: 2.5 rotor radii, so no logged height is near the ground.
+    let vehicle = Vehicle::default();
+    let lift = |shift_m: f64, height_offset_m: f64| {
+        let settings = FlightSettings {
+            rotor_radius_m: Some(vehicle.rotor_radius_m),
+            height_offset_m,
+            ..FlightSettings::default()
+        };
+        let flights: Vec<Flight> = (91_000..91_003)
+            .map(|seed| {
+                let mut trial = fly(&vehicle, seed);
+                let height = trial.require("height_m").unwrap().to_vec();
+                let height = height.iter().map(|z| z + shift_m).collect();
+                trial.insert("height_m", height).unwrap();
+                Flight::of(&trial, &settings).unwrap()
+            })
+            .collect();
+        let found = ground_effect(&flights, &settings)?;
+        Ok::<_, touchdown_identify::Error>(found.extra_lift([0.12; 2], [0.72; 2]).unwrap())
+    };
+    let refused = lift(0.3, 0.0).unwrap_err().to_string();
+    assert!(refused.contains("flight below 0.240 m"), "{refused}");
+    let (plain, shifted) = (lift(0.0, 0.0).unwrap(), lift(0.3, -0.3).unwrap());
+    // Sums in another order: rounding of heights, amplified by the search that ends within a fiftieth of a likelihood's unit.
+    assert!(
+        (plain.value - shifted.value).abs() < 0.02 * plain.std_error,
+        "{plain:?} {shifted:?}"
+    );
 }

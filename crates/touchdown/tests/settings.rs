@@ -207,6 +207,7 @@ const CASES: &[(&str, &str, &str, &str)] = &[
         "flight",
         "[flight]\nresamples = 100\n",
     ),
+    ("flight.height_offset_m", "0.02", "flight", FLIGHT),
     ("flight.gravity_mps2", "9.7", "flight", FLIGHT),
     ("flight.idle_throttle", "0.3", "flight", FLIGHT),
     ("flight.reference_radii", "2.5", "flight", FLIGHT),

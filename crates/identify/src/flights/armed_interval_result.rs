@@ -116,6 +116,9 @@ impl fmt::Display for ArmedIntervalResult {
             "{}, run {}: motors on {on}, off {off}",
             self.log, self.number
         )?;
+        if let Some(stood_m) = self.run.stood_m {
+            write!(f, ", stands at {stood_m:.3} m")?;
+        }
         match &self.hover {
             Some(hover) => write!(f, "; {hover}")?,
             None => write!(f, "; no steady hover out of ground effect")?,

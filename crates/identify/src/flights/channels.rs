@@ -63,11 +63,10 @@ pub(super) fn throttle_period_s(
 }
 
 /// Heights without spikes, with short gaps filled and as measured; empty where none is known.
-pub(super) fn heights(trial: &Trial, notes: &mut Vec<Warning>) -> (Vec<f64>, Vec<f64>) {
+pub(super) fn heights(trial: &Trial, offset_m: f64, notes: &mut Vec<Warning>) -> [Vec<f64>; 2] {
     let time = trial.time_s();
-    let mut height_m = trial
-        .channel("height_m")
-        .map_or_else(Vec::new, <[f64]>::to_vec);
+    let logged = trial.channel("height_m").unwrap_or_default();
+    let mut height_m: Vec<f64> = logged.iter().map(|z| z + offset_m).collect();
     let spikes = without_spikes(time, &mut height_m);
     if spikes > 0 {
         notes.push(Warning::HeightSpikes(spikes));
@@ -75,7 +74,7 @@ pub(super) fn heights(trial: &Trial, notes: &mut Vec<Warning>) -> (Vec<f64>, Vec
     if !height_m.iter().any(|z| z.is_finite()) {
         height_m.clear();
     }
-    (filled(time, &height_m, false), measured(time, &height_m))
+    [filled(time, &height_m, false), measured(time, &height_m)]
 }
 
 /// A channel where it was measured, NaN elsewhere. Readers hold the values of a slow sensor, or join them by lines: a value that

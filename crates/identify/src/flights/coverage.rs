@@ -13,6 +13,9 @@ const LEAST_NEAR_S: f64 = 0.5;
 /// Least spread of heights near the ground, in rotor radii.
 /// The effect falls by a quarter to a third over it. Half leaves slope and height error confounded.
 const LEAST_SPREAD_RADII: f64 = 0.5;
+/// Standing height, in rotor radii, above which the zero of heights is in question. Half names the noise of a range finder,
+/// twice is silent about legs whose effect is a third.
+const STANDS_RADII: f64 = 0.5;
 /// Least time out of ground effect (s).
 /// Sixteen lags of the motors, so that the scale is of settled thrust.
 const LEAST_FAR_S: f64 = 1.0;
@@ -65,16 +68,29 @@ impl Coverage {
     }
 }
 
+/// Where the vehicle stands in the logs, and the setting that makes it zero; nothing where that is zero already.
+fn standing(stood_m: Option<f64>, rotor_radius_m: f64, settings: &FlightSettings) -> String {
+    let stood_m = stood_m.filter(|m| m.abs() > STANDS_RADII * rotor_radius_m);
+    stood_m.map_or_else(String::new, |m| {
+        format!(
+            "; the vehicle stands at {m:.3} m: set `flight.height_offset_m = {:.3}`, so that heights count from there",
+            settings.height_offset_m - m
+        )
+    })
+}
+
 fn widen(range: &mut [f64; 2], by: [f64; 2]) {
     *range = [range[0].min(by[0]), range[1].max(by[1])];
 }
 
-/// Heights near the ground and out of its effect, both for long enough; gives the least and the greatest (m).
+/// Heights near the ground and out of its effect, both for long enough; gives the least and the greatest (m). `stood_m` is the
+/// height at which the vehicle stands.
 pub(super) fn check_heights(
     name: &str,
     flights: &[Flight],
     pieces: &[Segment],
     rotor_radius_m: f64,
+    stood_m: Option<f64>,
     settings: &FlightSettings,
 ) -> Result<[f64; 2]> {
     let m = |radii: f64| radii * rotor_radius_m;
@@ -94,7 +110,10 @@ pub(super) fn check_heights(
                 "flight below {near_m:.3} m (two rotor radii) for {LEAST_NEAR_S} s or more: record hover of some seconds at 0.5, 1 and 2 \
                  rotor radii, or slow landings"
             ),
-            format!("{near_s:.1} s; heights {lo:.3} to {hi:.3} m"),
+            format!(
+                "{near_s:.1} s; heights {lo:.3} to {hi:.3} m{}",
+                standing(stood_m, rotor_radius_m, settings)
+            ),
         )
     } else if far_s < LEAST_FAR_S {
         (

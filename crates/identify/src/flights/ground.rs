@@ -20,6 +20,7 @@ use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
 use crate::estimate::Estimate;
 use crate::refusal::{NoForce, Refusal};
+use crate::thrust::plateau::median;
 
 /// What a ground effect was identified from.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
@@ -180,7 +181,16 @@ fn from_force(
             format!("none ({})", distinct(&why).join("; ")),
         ));
     }
-    let heights_m = check_heights(&name, flights, &cut.pieces, rotor_radius_m, settings)?;
+    let runs = phases.iter().flat_map(|p| &p.runs);
+    let stood_m = median(runs.filter_map(|run| run.stood_m));
+    let heights_m = check_heights(
+        &name,
+        flights,
+        &cut.pieces,
+        rotor_radius_m,
+        stood_m,
+        settings,
+    )?;
     let mut refused = Vec::new();
     let drift_of_time = cut.drifts_with_time(flights);
     let mut choice = select(&cut.pieces, basis, drift_of_time, settings, &mut refused);

@@ -113,7 +113,7 @@ impl Flight {
         if by_speed {
             notes.push(Warning::SpeedForThrottle);
         }
-        let (height_m, range_m) = heights(trial, &mut notes);
+        let [height_m, range_m] = heights(trial, settings.height_offset_m, &mut notes);
         let climb_measured_mps = trial
             .channel("vehicle_velocity_mps")
             .map_or_else(Vec::new, |c| measured(time, c));

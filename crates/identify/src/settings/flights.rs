@@ -10,6 +10,8 @@ pub struct FlightSettings {
     pub mass_kg: Option<f64>,
     /// Rotor radius R (m). The ground effect needs it.
     pub rotor_radius_m: Option<f64>,
+    /// Added to `height_m` (m): heights count from where the feet stand on the ground. Minus the standing height of the logs.
+    pub height_offset_m: f64,
     /// Gravity (m/s²).
     pub gravity_mps2: f64,
     /// Throttle above which the motors run.
@@ -31,6 +33,7 @@ impl Default for FlightSettings {
         Self {
             mass_kg: None,
             rotor_radius_m: None,
+            height_offset_m: 0.0,
             gravity_mps2: 9.81,
             idle_throttle: 0.02,
             reference_radii: 4.0,
@@ -58,6 +61,13 @@ impl FlightSettings {
             if let Some(v) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
                 return Some((key, POSITIVE, v.to_string()));
             }
+        }
+        if !self.height_offset_m.is_finite() {
+            return Some((
+                "flight.height_offset_m",
+                "a finite number",
+                self.height_offset_m.to_string(),
+            ));
         }
         if !(0.0..1.0).contains(&self.idle_throttle) {
             return Some((

@@ -108,7 +108,7 @@ pub(crate) struct IdentifyCommon {
     ///   [shooting]       window_s, stride_s, every, noise_n, max_iterations
     ///   [thrust]         form, degree, battery, settle_s, min_thrust_n, library, refine, max_lag_s, dead_time
     ///   [ground_effect]  rotor_radius_m, lengths_m, library, lag_bounds_s, ratio_limits, velocity_input
-    ///   [flight]         mass_kg, rotor_radius_m, gravity_mps2, idle_throttle, reference_radii, height_bias_radii,
+    ///   [flight]         mass_kg, rotor_radius_m, height_offset_m, gravity_mps2, idle_throttle, reference_radii, height_bias_radii,
     ///                    least_rate_hz, resamples, seed (logs of flights, without a force sensor)
     ///   [vehicle]        mass_kg, rotor_radius_m, arm_m, rotors, measured_rotors (stands, rigs and flights)
     #[arg(long, verbatim_doc_comment)]
