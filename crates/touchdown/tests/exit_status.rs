@@ -357,7 +357,7 @@ fn regress_a_flight_that_is_refused_leaves_the_files_of_before() {
         std::fs::write(path("flight.toml"), settings).unwrap();
         std::fs::write(path("last.mcap"), "the last flight").unwrap();
         let (settings_file, out) = (path("flight.toml"), path(out));
-        let output = run(&[
+        let output = run([
             OsStr::new("fly"),
             settings_file.as_os_str(),
             OsStr::new("--out"),

@@ -67,7 +67,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let estimate = self.relative.ahead(&state.relative, self.imu_latency_s);
         let health = self.relative.health(&state.relative);
         let knowledge = self.knowledge(&estimate, &health);
-        let known = knowledge.position;
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
         self.take_over(state, attitude);
@@ -82,7 +81,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             tag_age_s: health.tag.age_s,
             range_age_s: health.range.age_s,
             imu_age_s: health.imu.age_s,
-            diverged: !known || health.diverged || mistimed,
+            diverged: !knowledge.position || health.diverged || mistimed,
             height_m: motion.position_m.z,
             foot_drop_m: motion.position_m.z - self.feet_height_m(&motion),
             height_sd_m: estimate.position_sd_m.z,
@@ -104,11 +103,11 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             go: reference.is_some(),
             request: sensed.request,
         };
-        let before = state.state_machine.phase();
+        let descended = state.state_machine.phase() == Phase::Descend;
         let state_machine = self.state_machine.step(&mut state.state_machine, &seen, dt);
         state.hurry = state_machine.hurry;
-        let begins = state_machine.phase == Phase::Descend && before != Phase::Descend;
-        state.carried_over &= !known || health.diverged;
+        let begins = state_machine.phase == Phase::Descend && !descended;
+        state.carried_over &= !knowledge.position || health.diverged;
         self.restart_diverged(state, &health, state_machine.phase, dt);
 
         let (command, target) = self.fly(
