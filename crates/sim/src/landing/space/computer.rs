@@ -57,6 +57,26 @@ fn three_digits_down(value: f64) -> f64 {
     }
 }
 
+fn sensor_numbers(sensors: &SensorSettings, imu_latency_s: f64) -> SensorNumbers<f64> {
+    let (range, tag) = (&sensors.range, &sensors.tag);
+    SensorNumbers {
+        imu_latency_s,
+        range_position_m: vector(range.place_m),
+        range_quantum_m: range.quantum_m,
+        range_limits_m: [range.least_m, range.greatest_m],
+        range_jitter_s: range.schedule.jitter_s,
+        camera_position_m: vector(tag.camera.place_m),
+        camera_turn_rad: tag.camera.turn_rad,
+        camera_jitter_s: tag.schedule.jitter_s,
+    }
+}
+
+/// Settings that the flight side refuses.
+pub(super) fn cannot_be_flown(error: &SettingsError) -> SimError {
+    let expected = "settings that the landing computer can fly";
+    crate::check::fail("control", expected, error)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,24 +107,4 @@ mod tests {
         strong.believed.motor = Some(standard.plant.motor);
         assert_eq!(limits(&strong).thrust_max_n, 20.4);
     }
-}
-
-fn sensor_numbers(sensors: &SensorSettings, imu_latency_s: f64) -> SensorNumbers<f64> {
-    let (range, tag) = (&sensors.range, &sensors.tag);
-    SensorNumbers {
-        imu_latency_s,
-        range_position_m: vector(range.place_m),
-        range_quantum_m: range.quantum_m,
-        range_limits_m: [range.least_m, range.greatest_m],
-        range_jitter_s: range.schedule.jitter_s,
-        camera_position_m: vector(tag.camera.place_m),
-        camera_turn_rad: tag.camera.turn_rad,
-        camera_jitter_s: tag.schedule.jitter_s,
-    }
-}
-
-/// Settings that the flight side refuses.
-pub(super) fn cannot_be_flown(error: &SettingsError) -> SimError {
-    let expected = "settings that the landing computer can fly";
-    crate::check::fail("control", expected, error)
 }
