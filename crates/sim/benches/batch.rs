@@ -28,6 +28,7 @@ fn main() {
             steady_mps: [1.0, 0.0, 0.0],
             dryden: DrydenSettings::low_altitude(6.0, 3.0).ok(),
             gust: None,
+            airwake: None,
         },
         ..Case::Sea.scenario()
     };

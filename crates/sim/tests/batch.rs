@@ -10,6 +10,7 @@ fn sea() -> SpaceScenario {
             steady_mps: [1.0, 0.5, 0.0],
             dryden: DrydenSettings::low_altitude(6.0, 3.0).ok(),
             gust: None,
+            airwake: None,
         },
         ..Case::Sea.scenario()
     }
@@ -63,6 +64,7 @@ fn prop_what_comes_down_beside_the_deck_has_not_touched_it() {
                 rise_s: 0.2,
                 hold_s: 100.0,
             }),
+            airwake: None,
         },
         ..SpaceScenario::default()
     };

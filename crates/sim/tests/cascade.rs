@@ -204,6 +204,7 @@ fn prop_it_holds_its_attitude_over_a_sea_in_wind() {
         steady_mps: [2.0, 1.0, 0.0],
         dryden: DrydenSettings::low_altitude(6.0, 3.0).ok(),
         gust: None,
+        airwake: None,
     };
     let mut wind = Wind::new(&settings, STEP_S, 5, 0).expect("valid");
     let stream = Stream::new(5, 0, Purpose::Turbulence);

@@ -121,6 +121,7 @@ fn windy() -> WindSettings {
             rise_s: 0.4,
             hold_s: 0.5,
         }),
+        airwake: None,
     }
 }
 

@@ -13,6 +13,7 @@ fn settings() -> WindSettings {
         steady_mps: [0.0, 4.0, 0.0],
         dryden: Some(DRYDEN),
         gust: None,
+        airwake: None,
     }
 }
 

@@ -1,7 +1,8 @@
 //! Wind and sea: the trim, the slope of the approach, the lowest foot, the height of the hover.
 
 use super::{Computer, ComputerState, Descent};
-use crate::space_controller::Motion;
+use crate::space_controller::{Motion, Target};
+use crate::state_machine::Phase;
 use touchdown_flight::ground_effect::GroundEffect;
 use touchdown_flight::kernel::lag_step;
 use touchdown_flight::real::{Real, r};
@@ -33,7 +34,36 @@ const HIGHEST_M: f64 = 1.5;
 /// sinks between two groups; doubled, it stays high for a minute.
 const ROUGH_S: f64 = 30.0;
 
+/// Time without a tag after which a hover in the wind moves to find it, s: longer than any loss by
+/// a gust. Halved, gusts move it away from the pad; doubled, it drifts twice as far before.
+const LOST_S: f64 = 1.0;
+/// Velocity of that search, upwind and up, m/s: twice the drift of the estimate without a tag. Halved, 2 of
+/// 100 landings at 8 m/s never see the pad; doubled, it flies past.
+const SEARCH_MPS: f64 = 0.15;
+/// Height above the deck up to which the search climbs, m: the view then covers 1 m to each side of what
+/// is below. Halved, it covers what gusts cover; doubled, the smaller tags are too small.
+const SEARCH_M: f64 = 2.0;
+
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
+    /// Moves a hover whose tag is lost upwind and up. The camera of a leaning vehicle looks
+    /// downwind: it never finds a pad from downwind of it.
+    pub(super) fn search_upwind(&self, state: &ComputerState<R, G::State>, target: &mut Target<R>) {
+        let tag_age_s = self.relative.health(&state.relative).tag.age_s;
+        let waits = matches!(state.phase(), Phase::Approach | Phase::Hold | Phase::Wait);
+        let seen = tag_age_s <= r(LOST_S) || state.flown_s <= r(LOST_S);
+        let trim = self.trim_up(state).horizontal();
+        if seen || !waits || trim.norm() <= r(UPRIGHT) {
+            return;
+        }
+        let Some(upwind) = trim.direction() else {
+            return;
+        };
+        target.velocity_mps += upwind * r(SEARCH_MPS);
+        if target.vertical.height_m < r(SEARCH_M) {
+            target.vertical.velocity_mps += r(SEARCH_MPS);
+        }
+    }
+
     /// Remembers the attitude in which the vehicle was flown before the first step. One
     /// beyond the tilt limit is no hover.
     pub(super) fn take_over(&self, state: &mut ComputerState<R, G::State>, attitude: Attitude<R>) {
@@ -84,6 +114,12 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             (None, Some(attitude)) => attitude.up(),
             (None, None) => Vector::UP,
         }
+    }
+
+    /// Slope of that direction: horizontal over vertical.
+    pub(super) fn wind_slope(&self, state: &ComputerState<R, G::State>) -> R {
+        let trim = self.trim_up(state);
+        trim.horizontal().norm() / trim.z
     }
 
     /// Tilt of the vehicle beyond what lies between upright and trim, rad. A vehicle

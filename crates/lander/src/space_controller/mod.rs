@@ -271,11 +271,15 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
 
     /// Direction of the thrust that holds the vehicle still in its disturbance.
     pub(crate) fn trim_up(&self, state: &SpaceControllerState<R, G::State>) -> Vector<R> {
-        let aside_mps2 = self
-            .horizontal
-            .trim_mps2(&state.horizontal, self.against_mps2(state));
-        let most_mps2 = self.gravity_mps2 * tan(self.greatest_tilt_rad());
-        let thrust = aside_mps2.limited(most_mps2) + Vector::UP * self.gravity_mps2;
+        let against_mps2 = self.against_mps2(state);
+        let aside_mps2 = self.horizontal.trim_mps2(&state.horizontal, against_mps2);
+        // Drag in the rotors' plane also lifts a leaning vehicle.
+        let least_mps2 = self.gravity_mps2 * r(0.5);
+        let up_mps2 = (self.gravity_mps2 + against_mps2.z)
+            .finite_or(self.gravity_mps2)
+            .clamp(least_mps2, self.gravity_mps2);
+        let most_mps2 = up_mps2 * tan(self.greatest_tilt_rad());
+        let thrust = aside_mps2.limited(most_mps2) + Vector::UP * up_mps2;
         thrust.direction().unwrap_or(Vector::UP)
     }
 

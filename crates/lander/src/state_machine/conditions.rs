@@ -16,6 +16,8 @@ pub(super) struct Conditions {
     pub(super) beyond: Option<Reason>,
     /// The closing speed exceeds its limit; false while the speed is not known.
     pub(super) sinking: bool,
+    /// The wind pushes harder than friction holds, in a descent.
+    pub(super) gust: bool,
     /// The deck is not within its limits.
     pub(super) rough_deck: bool,
     pub(super) battery_low: bool,
@@ -42,6 +44,10 @@ pub(super) struct Conditions {
     pub(super) slides: bool,
     pub(super) unsupported: bool,
 }
+
+/// Slope beyond its limit at which a descent is aborted: a gust of 1.5 m/s at 12 m/s. Halved, most descents
+/// at 10 m/s are aborted; doubled, gusts that push the vehicle off the deck are landed in.
+const GUST_SLOPE: f64 = 0.08;
 
 /// `value` lies in [0, limit]; NaN does not.
 fn up_to<R: Real>(value: R, limit: R) -> bool {
@@ -75,6 +81,7 @@ impl<R: Real> MachineInput<R> {
             self.deck_tilt_rad,
             self.deck_speed_mps,
             self.hold_extra_m,
+            self.wind_slope,
             self.battery_share,
             self.thrust_share,
             self.load_factor,
@@ -103,6 +110,7 @@ impl<R: Real> StateMachine<R> {
         ]);
         let rough_deck = !(seen.deck_tilt_rad.abs() <= self.deck_tilt_rad
             && seen.deck_speed_mps.abs() <= self.deck_speed_mps);
+        let windy = !(seen.wind_slope.abs() <= self.wind_slope);
         let battery_critical = seen.battery_share <= self.battery_critical;
         let battery_low = !battery_critical && !(seen.battery_share > self.battery_low);
         let height_error_m = height_m - self.hold_height_m(seen);
@@ -121,6 +129,7 @@ impl<R: Real> StateMachine<R> {
             (!steady, Reason::Unsteady),
             (seen.saturated, Reason::Saturated),
             (rough_deck && !battery_critical, Reason::Deck),
+            (windy && !battery_critical, Reason::Wind),
             (battery_low, Reason::BatteryLow),
         ]));
 
@@ -141,6 +150,7 @@ impl<R: Real> StateMachine<R> {
             unready,
             beyond,
             sinking: closing_mps > self.closing_mps.at(height_m),
+            gust: seen.wind_slope.abs() > self.wind_slope + r(GUST_SLOPE),
             rough_deck,
             battery_low,
             battery_critical,

@@ -208,6 +208,7 @@ impl<R: Real> StateMachine<R> {
         let unfit = now
             .rough_deck
             .then_some(Reason::Deck)
+            .or(now.gust.then_some(Reason::Wind))
             .filter(|_| !now.battery_critical)
             .or(now.battery_low.then_some(Reason::BatteryLow));
         match state.phase {

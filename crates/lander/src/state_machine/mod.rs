@@ -38,7 +38,7 @@
 //! | `Wait` | planner says go | `Descend` |
 //! | `Wait` | patience over | `GivenUp` |
 //! | `Descend` | operator aborts | `GoAround` |
-//! | `Descend` | blind, tag lost, astray, saturated, deck beyond limits, battery low, late | `GoAround` |
+//! | `Descend` | blind, tag lost, astray, saturated, deck beyond limits, gust, battery low, late | `GoAround` |
 //! | `Descend` | at the commit height or below | `Commit` |
 //! | `Commit` | operator aborts | `GoAround` |
 //! | `Commit` | blind | `GoAround` |
@@ -73,6 +73,8 @@
 //!   height and over the pad, and slower than `hold_speed_mps` relative to the deck. No
 //!   limit is exceeded, the rotors are not saturated, and the battery is not low. The deck
 //!   is within its limits, unless the battery is critical.
+//! - *gust*: the trim's slope exceeds `wind_slope` (no descent begins), by 0.08 more (a descent
+//!   above the commit height is aborted). The wind would push a standing vehicle off the deck.
 //! - *touching*: not blind; height, relative velocity and lateral speed in the deck's
 //!   frame are within the limits of a touchdown; no contact switch is open. Or *supported*.
 //!   The height is that of the lowest foot, which tilt brings down. *Low*: that height alone,
@@ -201,6 +203,8 @@ pub enum Reason {
     Saturated,
     /// The deck moves or tilts too much.
     Deck,
+    /// The wind pushes harder than friction holds on the deck.
+    Wind,
     /// The battery is low.
     BatteryLow,
     /// Not at the hold height.

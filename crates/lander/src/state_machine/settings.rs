@@ -39,6 +39,7 @@ impl<R: Real> Funnel<R> {
 /// | `tilt_rad` | 0.35 | tilt of the vehicle |
 /// | `lateral_m`, `closing_mps` | 0.10 + 0.25 z, 0.35 + 1.0 z | lateral error, speed towards the deck |
 /// | `deck_tilt_rad`, `deck_speed_mps` | 0.14, 1.0 | the deck |
+/// | `wind_slope` | 0.5 | the wind, by the trim's slope |
 /// | `battery_low`, `battery_critical` | 0.2, 0.08 | remaining energy |
 /// | `go_arounds`, `hover_go_arounds` | 2, 5 | aborted descents, and go-arounds out of a hover, before giving up: one more gives up |
 /// | `settle_s` | 0.5 | being ready before waiting for the planner |
@@ -119,6 +120,9 @@ pub struct StateMachine<R> {
     pub deck_tilt_rad: R,
     /// Greatest vertical speed of the deck, m/s.
     pub deck_speed_mps: R,
+    /// Greatest slope of the trim in the wind at which a descent begins.
+    #[cfg_attr(feature = "serde", serde(default = "wind_slope"))]
+    pub wind_slope: R,
     /// Remaining energy at and below which no landing begins, in [0, 1].
     pub battery_low: R,
     /// Remaining energy at and below which the vehicle must land, in [0, 1].
@@ -156,6 +160,13 @@ pub struct StateMachine<R> {
 }
 
 // Recordings of earlier versions do not have the keys of these.
+
+/// Friction of rubber on painted steel, 0.6, less a deck's tilt of 0.1: 12 m/s on the default
+/// airframe. Halved, nothing lands above 7 m/s; doubled, gusts push vehicles off the deck after their
+/// touchdown (5 of 100 at 10 m/s).
+fn wind_slope<R: Real>() -> R {
+    r(0.5)
+}
 
 /// Twice the errors of the models in a calm descent (0.02). Halved, touchdowns begin
 /// in the air (worst touch 0.14 for 0.09 m/s); doubled, the motors stop 0.1 s later (0.47 to 0.59 s
@@ -243,6 +254,7 @@ impl<R: Real> Default for StateMachine<R> {
             closing_mps: funnel(0.35, 1.0),
             deck_tilt_rad: r(0.14),
             deck_speed_mps: r(1.0),
+            wind_slope: wind_slope(),
             battery_low: r(0.2),
             battery_critical: r(0.08),
             go_arounds: 2,
@@ -320,7 +332,7 @@ impl<R: Real> StateMachine<R> {
         )
     }
 
-    fn positive_settings(&self) -> [(&'static str, R); 37] {
+    fn positive_settings(&self) -> [(&'static str, R); 38] {
         [
             ("lander.hold_height_m", self.hold_height_m),
             ("lander.hold_tolerance_m", self.hold_tolerance_m),
@@ -347,6 +359,7 @@ impl<R: Real> StateMachine<R> {
             ("lander.closing_mps.at_deck", self.closing_mps.at_deck),
             ("lander.deck_tilt_rad", self.deck_tilt_rad),
             ("lander.deck_speed_mps", self.deck_speed_mps),
+            ("lander.wind_slope", self.wind_slope),
             ("lander.settle_s", self.settle_s),
             ("lander.contact_s", self.contact_s),
             ("lander.support_s", self.support_s),

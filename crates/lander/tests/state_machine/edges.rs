@@ -37,6 +37,7 @@ fn prop_single_precision_takes_the_same_way() {
         imu_age_s: s.imu_age_s as f32,
         diverged: s.diverged,
         foot_drop_m: s.foot_drop_m as f32,
+        wind_slope: s.wind_slope as f32,
         hold_extra_m: s.hold_extra_m as f32,
         height_m: s.height_m as f32,
         height_sd_m: s.height_sd_m as f32,

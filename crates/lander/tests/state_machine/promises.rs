@@ -140,7 +140,7 @@ prop_compose! {
         MachineInput {
             tag_age_s: ages.0, range_age_s: ages.1, imu_age_s: ages.2,
             diverged: flags.0, saturated: flags.1, go: flags.2,
-            height_m: place.0, height_sd_m: ages.3, foot_drop_m: 0.0, hold_extra_m: 0.0, relative_velocity_mps: place.1,
+            height_m: place.0, height_sd_m: ages.3, foot_drop_m: 0.0, hold_extra_m: 0.0, wind_slope: 0.0, relative_velocity_mps: place.1,
             lateral_error_m: lateral.0, lateral_speed_mps: lateral.1, tilt_rad: lateral.2,
             deck_tilt_rad: deck.0, deck_speed_mps: deck.1, battery_share: deck.2,
             thrust_share: forces.0, load_factor: forces.1,

@@ -17,6 +17,7 @@ pub(crate) fn good() -> MachineInput<f64> {
         imu_age_s: 0.002,
         diverged: false,
         foot_drop_m: 0.0,
+        wind_slope: 0.0,
         hold_extra_m: 0.0,
         height_m: 0.8,
         height_sd_m: 0.005,

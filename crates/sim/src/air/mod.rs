@@ -1,5 +1,6 @@
 //! The air: ground effect of rotors over a deck, turbulence, wind.
 
+pub mod airwake;
 pub mod exponential;
 pub mod ground;
 pub(crate) mod height_table;

@@ -1,4 +1,4 @@
-//! Wind: steady, Dryden turbulence, and a single gust.
+//! Wind: steady, Dryden turbulence, a single gust, and the wake of a deckhouse.
 //!
 //! Forming filters of white noise for the Dryden spectra of MIL-F-8785C. The time scale is
 //! τ = L/V: a frozen field passes the vehicle at the speed V.
@@ -14,6 +14,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::airwake::AirwakeSettings;
 use crate::check;
 use crate::error::SimError;
 use crate::number::vector::{Vector, add, scale};
@@ -92,6 +93,8 @@ pub struct WindSettings {
     pub dryden: Option<DrydenSettings>,
     /// A single gust.
     pub gust: Option<GustSettings>,
+    /// The wake of a deckhouse, in the steady wind.
+    pub airwake: Option<AirwakeSettings>,
 }
 
 impl WindSettings {
@@ -119,7 +122,7 @@ impl WindSettings {
             check::positive("gust.rise_s", gust.rise_s)?;
             check::not_negative("gust.hold_s", gust.hold_s)?;
         }
-        Ok(())
+        self.airwake.map_or(Ok(()), |airwake| airwake.validate())
     }
 }
 
@@ -191,6 +194,8 @@ pub struct Wind {
     settings: WindSettings,
     axes: [Vector; 3],
     filters: Option<[Filter; 3]>,
+    /// Turbulence of the airwake.
+    wake: Option<[Filter; 3]>,
     stream: Stream,
     step_s: f64,
     steps: u64,
@@ -211,12 +216,16 @@ impl Wind {
         settings.validate()?;
         check::positive("step_s", step_s)?;
         let mut stream = Stream::new(seed, index, Purpose::Wind);
-        let filters = settings.dryden.map(|dryden| {
+        let mut filters_of = |dryden: DrydenSettings| {
             std::array::from_fn(|k| {
                 let time_s = dryden.length_m[k] / dryden.passing_mps;
                 Filter::new(dryden.intensity_mps[k], time_s, k > 0, step_s, &mut stream)
             })
-        });
+        };
+        let filters = settings.dryden.map(&mut filters_of);
+        let wake = settings
+            .airwake
+            .map(|airwake| filters_of(airwake.turbulence(settings)));
         let [x, y, _] = settings.steady_mps;
         let speed = x.hypot(y);
         let (c, s) = if speed > 0.0 {
@@ -228,13 +237,31 @@ impl Wind {
             settings: *settings,
             axes: [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]],
             filters,
+            wake,
             stream,
             step_s,
             steps: 0,
         })
     }
 
-    /// Present velocity of the air, world axes, m/s.
+    /// Present velocity of the air at a height above the deck, world axes, m/s.
+    #[must_use]
+    pub fn velocity_at(&self, height_m: f64) -> [f64; 3] {
+        let mut wind = self.velocity_mps();
+        if let (Some(airwake), Some(wake)) = (&self.settings.airwake, &self.wake) {
+            let share = airwake.share(height_m);
+            wind = add(
+                wind,
+                scale(self.settings.steady_mps, -share * airwake.deficit()),
+            );
+            for (filter, axis) in wake.iter().zip(self.axes) {
+                wind = add(wind, scale(axis, share * filter.value()));
+            }
+        }
+        wind
+    }
+
+    /// Present velocity of the free air, world axes, m/s.
     #[inline]
     #[must_use]
     pub fn velocity_mps(&self) -> [f64; 3] {
@@ -253,17 +280,15 @@ impl Wind {
     /// Whether the wind changes over time.
     #[must_use]
     pub fn changes(&self) -> bool {
-        self.filters.is_some() || self.settings.gust.is_some()
+        self.filters.is_some() || self.wake.is_some() || self.settings.gust.is_some()
     }
 
     /// Advances the wind by one step.
     #[inline]
     pub fn step(&mut self) {
         self.steps += 1;
-        if let Some(filters) = &mut self.filters {
-            for filter in filters {
-                filter.advance(&mut self.stream);
-            }
+        for filter in self.filters.iter_mut().chain(&mut self.wake).flatten() {
+            filter.advance(&mut self.stream);
         }
     }
 }

@@ -5,6 +5,8 @@
 //! centre. Attitude is `R = R_y(pitch) R_x(roll)`, whose columns are the deck's
 //! axes; the third is its normal. Ground is a deck that does not move.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use serde::{Deserialize, Serialize};
 
 use super::harmonics::{self, Harmonic};
@@ -52,6 +54,43 @@ pub struct Tone {
     pub phase_rad: f64,
 }
 
+/// Directions of the waves about the mean direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Spreading {
+    /// All waves travel the same way.
+    #[default]
+    LongCrested,
+    /// The energy has the density `(2/π) cos² θ` within a quarter turn to both sides.
+    CosineSquared,
+}
+
+/// Halvings of half a turn for a random direction: rounding.
+const HALVINGS: usize = 50;
+
+impl Spreading {
+    /// The direction θ below which the share `uniform` of the energy lies, rad: the root of
+    /// `1/2 + θ/π + sin 2θ/(2π) = uniform`.
+    fn direction_rad(self, uniform: f64) -> f64 {
+        match self {
+            Self::LongCrested => 0.0,
+            Self::CosineSquared => {
+                let (mut low, mut high) = (-FRAC_PI_2, FRAC_PI_2);
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (low + high);
+                    let below = 0.5 + (middle + 0.5 * (2.0 * middle).sin()) / PI;
+                    if below < uniform {
+                        low = middle;
+                    } else {
+                        high = middle;
+                    }
+                }
+                0.5 * (low + high)
+            }
+        }
+    }
+}
+
 /// A sea and the ship in it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -61,6 +100,8 @@ pub struct SeaSettings {
     /// Direction in which the waves travel, from the bow's, to port, rad: 0 they come
     /// from astern, π/2 from starboard, π from ahead.
     pub heading_rad: f64,
+    /// How the waves' directions spread about that direction.
+    pub spreading: Spreading,
     /// The ship.
     pub ship: ShipSettings,
     /// Number of waves of a realisation.
@@ -73,6 +114,7 @@ impl Default for SeaSettings {
         Self {
             spectrum: WaveSpectrum::default(),
             heading_rad: 5.0 / 6.0 * std::f64::consts::PI,
+            spreading: Spreading::default(),
             ship: ShipSettings::default(),
             waves: 100,
         }
@@ -131,7 +173,12 @@ impl SeaSettings {
     ) -> RigidDeck {
         let mut stream = Stream::new(seed, index, Purpose::Deck);
         let waves = spectrum.waves(self.waves, &mut stream);
-        let moved = |wave| self.ship.response(wave, self.heading_rad, gravity_mps2);
+        let moved = |wave| {
+            let spread = self.spreading != Spreading::LongCrested;
+            let uniform = if spread { stream.uniform() } else { 0.5 };
+            let heading_rad = self.heading_rad + self.spreading.direction_rad(uniform);
+            self.ship.response(wave, heading_rad, gravity_mps2)
+        };
         RigidDeck::Harmonics(waves.iter().map(moved).collect())
     }
 }
@@ -406,5 +453,27 @@ impl RigidDeck {
             }
         }
         greatest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Spreading;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn analytic_directions_of_a_short_crested_sea() {
+        let directions = (0..1000).map(|i| {
+            let uniform = (f64::from(i) + 0.5) / 1000.0;
+            Spreading::CosineSquared.direction_rad(uniform)
+        });
+        // ∫ (2/π) cos² θ θ² dθ = π²/12 - 1/2; midpoints of 1000 shares, dense at the middle.
+        let variance = directions.map(|theta| theta * theta).sum::<f64>() / 1000.0;
+        assert!(
+            (variance - (PI * PI / 12.0 - 0.5)).abs() < 1e-3,
+            "{variance}"
+        );
+        assert!(Spreading::CosineSquared.direction_rad(0.5).abs() < 1e-14);
+        assert_eq!(Spreading::LongCrested.direction_rad(0.9), 0.0);
     }
 }

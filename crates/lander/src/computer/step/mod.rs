@@ -75,7 +75,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let deck = self.deck_ahead(state, R::ZERO);
         let (plan, reference) = self.plan(state, &motion, dt);
         let deck_speed_mps = self.greatest_deck_speed(state, &deck, &estimate);
-        let hold_extra_m = self.hold_extra_m(state, deck_speed_mps, dt);
         let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
         let seen = MachineInput {
             tag_age_s: health.tag.age_s,
@@ -92,7 +91,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             saturated: state.command.saturated || state.command.limited,
             deck_tilt_rad: state.tilt_rad,
             deck_speed_mps,
-            hold_extra_m,
+            wind_slope: self.wind_slope(state),
+            hold_extra_m: self.hold_extra_m(state, deck_speed_mps, dt),
             battery_share: sensed.battery_share,
             thrust_share: state.command.thrust_n / weight_n,
             load_factor: sensed.imu.specific_force_mps2.z / self.controller.gravity_mps2,
@@ -198,13 +198,16 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             Vector::ZERO
         };
         let guidance = &mut state.guidance;
-        let order = self
+        let mut order = self
             .guidance
             .step(guidance, maneuver, reference, motion, deck_mps2, dt);
         let over_deck = match maneuver {
             Maneuver::Hover { frame, .. } => frame == Frame::Deck,
             maneuver => matches!(maneuver, Maneuver::Descend | Maneuver::Commit),
         };
+        if let (GuidanceCommand::Track(target), false) = (&mut order, over_deck) {
+            self.search_upwind(state, target);
+        }
         let throttle = state.hover_throttle;
         let feet_height_m = self.feet_height_m(motion);
         let controller = state

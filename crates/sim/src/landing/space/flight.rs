@@ -258,7 +258,8 @@ impl<'a> Flight<'a> {
         if !self.track.is_held() {
             self.wind.step();
         }
-        let wind_mps = self.wind.velocity_mps();
+        let height_m = self.state.position_m[2] - self.pose.origin_m[2];
+        let wind_mps = self.wind.velocity_at(height_m);
         let share = self.track.released_share((step + 1) as f64 * STEP_S);
         self.disturbance.wind_mps = share.map_or(wind_mps, |share| scale(wind_mps, share));
         if let (true, Some(gust)) = (self.gusting, &self.lander.scenario.faults.gust) {

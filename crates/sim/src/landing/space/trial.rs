@@ -58,7 +58,11 @@ impl TrialDraw {
     ) -> (RigidState, f64) {
         let [x, y, z] = self.place_m;
         let height_m = z.max(scenario.landed_height_m + 0.05);
-        let (mut state, throttle) = vehicle.trimmed(height_m, deck, scenario.wind.steady_mps);
+        // The mean wind where it starts.
+        let wake = scenario.wind.airwake;
+        let lost = wake.map_or(0.0, |wake| wake.deficit() * wake.share(height_m));
+        let wind_mps = scenario.wind.steady_mps.map(|mps| (1.0 - lost) * mps);
+        let (mut state, throttle) = vehicle.trimmed(height_m, deck, wind_mps);
         state.position_m[0] += x;
         state.position_m[1] += y;
         (state, throttle)
@@ -105,7 +109,7 @@ impl TrialAir {
         });
         let wind = Wind::new(&scenario.wind, STEP_S, seed, trial)?;
         let disturbance = Disturbance {
-            wind_mps: wind.velocity_mps(),
+            wind_mps: wind.velocity_at(state.position_m[2] - deck.origin_m[2]),
             turbulence_n: turbulence
                 .as_ref()
                 .map_or([0.0; 4], RotorTurbulence::values_n),

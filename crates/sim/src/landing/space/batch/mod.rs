@@ -92,7 +92,7 @@ impl Batch {
     /// Takes a scenario: its vehicle, deck, wind, turbulence, spread and controller.
     ///
     /// # Errors
-    /// Those of [`SpaceLander::new`]; faults, decks that are neither still nor waves or too
+    /// Those of [`SpaceLander::new`]; faults, an airwake, decks that are neither still nor waves or too
     /// fast for their splines, and periods of the control that do not divide 0.1 s are named.
     pub fn new(scenario: &super::SpaceScenario) -> Result<Self, SimError> {
         let lander = SpaceLander::new(scenario)?;
@@ -122,6 +122,10 @@ impl Batch {
             let key = format!("faults.{fault}");
             let expected = "none: sensors are ideal, and all lanes have the same air";
             return Err(check::fail(&key, expected, &found));
+        }
+        if scenario.wind.airwake.is_some() {
+            let expected = "none: all lanes have the same air at every height";
+            return Err(check::fail("wind.airwake", expected, &"an airwake"));
         }
         // The truth has no age.
         let mut controller = lander.computer.controller;

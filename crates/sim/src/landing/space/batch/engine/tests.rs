@@ -47,6 +47,7 @@ fn prop_shares_held_move_no_landing() {
             steady_mps: [1.0, 0.5, 0.0],
             dryden: DrydenSettings::low_altitude(6.0, 3.0).ok(),
             gust: None,
+            airwake: None,
         },
         ..Case::Sea.scenario()
     };

@@ -1,0 +1,86 @@
+//! Landings in wind, in an airwake, on a deck that rolls, and from high hovers.
+
+use touchdown_sim::air::airwake::AirwakeSettings;
+use touchdown_sim::air::wind::{DrydenSettings, WindSettings};
+use touchdown_sim::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
+use touchdown_sim::landing::space::{SpaceLander, SpaceOutcome, SpaceScenario};
+
+/// Number of landed and of crashed among the first landings of a scenario.
+fn flown(scenario: &SpaceScenario, landings: u64) -> (usize, usize) {
+    let lander = SpaceLander::new(scenario).expect("a valid scenario");
+    let outcomes: Vec<_> = (0..landings)
+        .map(|trial| lander.land(trial, 5, false).expect("it flies").outcome)
+        .collect();
+    let count = |of: fn(&_) -> bool| outcomes.iter().filter(|&outcome| of(outcome)).count();
+    (count(SpaceOutcome::landed), count(SpaceOutcome::crashed))
+}
+
+/// The default sea in a wind.
+fn sea(wind: WindSettings) -> SpaceScenario {
+    SpaceScenario {
+        deck: RigidMotion::Sea(SeaSettings::default()),
+        wind,
+        timeout_s: 120.0,
+        ..SpaceScenario::default()
+    }
+}
+
+#[test]
+fn regress_wind_of_eight_metres_a_second_with_its_turbulence() {
+    // Before the start was trimmed and contact went by the lowest foot, 1 of 40 landed.
+    let wind = WindSettings {
+        steady_mps: [8.0, 0.0, 0.0],
+        dryden: Some(DrydenSettings::low_altitude(3.0, 8.0).expect("a wind")),
+        ..WindSettings::default()
+    };
+    let (landed, _) = flown(&sea(wind), 8);
+    // 99 of 100 land; one in eight may be the other.
+    assert!(landed >= 7, "{landed} of 8");
+}
+
+#[test]
+fn regress_the_airwake_of_a_deckhouse() {
+    let wind = WindSettings {
+        steady_mps: [0.0, 8.0, 0.0],
+        airwake: Some(AirwakeSettings {
+            house_height_m: 4.0,
+            distance_m: 8.0,
+        }),
+        ..WindSettings::default()
+    };
+    let (landed, crashed) = flown(&sea(wind), 4);
+    assert_eq!((landed, crashed), (4, 0));
+}
+
+#[test]
+fn regress_a_deck_that_rolls_by_eight_degrees() {
+    let tone = |axis, amplitude, phase_rad| Tone {
+        axis,
+        amplitude,
+        frequency_hz: 0.15,
+        phase_rad,
+    };
+    let scenario = SpaceScenario {
+        deck: RigidMotion::Sines {
+            tones: vec![tone(Axis::Heave, 0.3, 0.0), tone(Axis::Roll, 0.1396, 1.0)],
+        },
+        timeout_s: 120.0,
+        ..SpaceScenario::default()
+    };
+    assert_eq!(flown(&scenario, 6), (6, 0));
+}
+
+#[test]
+fn regress_hovers_at_one_and_a_half_and_two_metres() {
+    for height_m in [1.5, 2.0] {
+        let mut scenario = SpaceScenario::default();
+        scenario.control.state_machine.hold_height_m = height_m;
+        assert_eq!(flown(&scenario, 4), (4, 0), "{height_m} m");
+    }
+    let mut high = SpaceScenario::default();
+    high.control.state_machine.hold_height_m = 8.0;
+    let refused = SpaceLander::new(&high)
+        .expect_err("out of reach")
+        .to_string();
+    assert!(refused.contains("hold_height_m"), "{refused}");
+}
