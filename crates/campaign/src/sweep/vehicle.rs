@@ -61,8 +61,9 @@ pub(super) fn put_into(
         let only_card = resized && vehicle.with_preset().greatest_thrust_n.is_none();
         said.extend(motors(scenario, card, only_card, stated)?);
     }
+    // The card's own thrust is checked with its motors, whose law may give less beyond the card's throttles.
     let lift = thrust_to_weight(&scenario.plant);
-    if let (false, Ok(lift)) = (given.is_empty(), lift)
+    if let (false, None, Ok(lift)) = (given.is_empty(), cards.thrust, lift)
         && lift < LEAST_THRUST_TO_WEIGHT
     {
         let expected = format!(
