@@ -3,6 +3,7 @@
 mod contact;
 mod edges;
 mod promises;
+mod sight;
 mod table;
 mod touchdown;
 mod world;
