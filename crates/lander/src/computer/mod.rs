@@ -30,8 +30,9 @@
 //!   machine gets the same report as after a divergence. Until the estimate is first
 //!   known, the vehicle keeps the attitude of the flight before at the thrust of its
 //!   weight. If its own velocity is not known later, it does so in the trim attitude, level
-//!   without wind. A vehicle that has to climb away needs to know its velocity only. Without the
-//!   inertial unit for 0.3 s it hovers as well, with a little more thrust at first, so that it rises. Models of rotors and ground effect run on.
+//!   without wind. From 0.5 s on its own velocity suffices to climb away. After 0.3 s without
+//!   the inertial unit it hovers as well, with a little more thrust at first, so that it
+//!   rises. Models of rotors and ground effect run on.
 //! * **A diverged estimator** restarts after `restart_s`. If it knew the vehicle's own
 //!   velocity, it keeps that with half of `known_sd_mps` as its standard deviation, so
 //!   that a go-around continues to climb. The next restart keeps nothing.

@@ -15,6 +15,8 @@ const SUPPORT_S: f64 = 0.03;
 /// first contact can count as disturbance; doubled, more of the ground effect counts as support.
 const FREE_M: f64 = 0.03;
 
+// Effects of halving and doubling below that have no number are expected from single flights, not measured.
+
 /// Memory of the gusts' force, s: several gusts of 0.3 s. Halved, one gust decides; doubled, a
 /// landing in a rising wind still goes by the calm before it.
 const GUSTS_S: f64 = 2.0;

@@ -8,6 +8,8 @@ use touchdown_flight::kernel::lag_step;
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
 
+// Effects of halving and doubling below that have no number are expected from single flights, not measured.
+
 /// Slope of the trim up to which the approach is vertical: a quarter of the camera's half
 /// view of 0.6. Halved, calm air would move the approach; doubled, a tag at the edge of the
 /// view would be lost in gusts at 12 m/s.

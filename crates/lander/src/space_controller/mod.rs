@@ -41,8 +41,8 @@ enum Learn {
     All,
 }
 
-/// Greatest tilt of a deck that an idling vehicle follows, rad: twice that of a deck on which it lands (`deck_tilt_rad`). Halved, a deck
-/// that rolls on does not carry it evenly; doubled, a false normal tips it.
+/// Greatest tilt of a deck that an idling vehicle follows, rad: just above that of a deck on which it lands (`deck_tilt_rad`, 0.25 rad).
+/// The effect of halving or doubling was not measured.
 const GREATEST_DECK_RAD: f64 = 0.3;
 
 /// Tangent of an angle below a quarter turn.

@@ -45,6 +45,8 @@ pub(super) struct Conditions {
     pub(super) unsupported: bool,
 }
 
+// Effects of halving and doubling below that have no number are expected from single flights, not measured.
+
 /// Slope beyond its limit at which a descent is aborted: a gust of 1.5 m/s at 12 m/s. Halved, most descents
 /// at 10 m/s are aborted; doubled, gusts that push the vehicle off the deck are landed in.
 const GUST_SLOPE: f64 = 0.08;

@@ -7,6 +7,8 @@ use super::{
 use touchdown_flight::kernel::{Sum, usable_dt};
 use touchdown_flight::real::{Real, r};
 
+// Effects of halving and doubling below that have no number are expected from single flights, not measured.
+
 /// Fall of a vehicle that rocks about a foot, in times of a free fall: the foot carries half
 /// of the weight, √2, and thrust a share. Halved, landings in a wind of 10 m/s climb away from the
 /// deck; doubled, a fall in the air is noticed 0.1 s later at 0.39 rad of tilt.

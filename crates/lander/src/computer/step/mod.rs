@@ -24,6 +24,8 @@ const MISTIMED_S: f64 = 0.03;
 /// latency, s: three times the memory of the relative estimator.
 const RETIMED_S: f64 = 1.0;
 
+// Effects of halving and doubling below that have no number are expected from single flights, not measured.
+
 /// How much more slowly the thrust decreases per height of the lowest foot below the others over the distance
 /// of the feet from the axis: half the rate at a third, the drop in the trim of 10 m/s. Halved, feet come down at 0.5 m/s; doubled,
 /// the touchdown lasts a second in that wind.
@@ -33,12 +35,13 @@ const IDLE_PER_DROP: f64 = 3.0;
 /// readings of every sensor. In that time a wind that changes by 1 m/s moves it by 5 cm. Halved, a deck
 /// that is seen late is not followed from the start; doubled, gusts push the vehicle farther.
 const BLIND_START_S: f64 = 0.5;
+
 /// Time without a sample of the inertial unit after which velocities are no longer followed, s: an acceleration that was
 /// held for it is wrong by 1 m/s², the velocity by 0.3 m/s, as much as a known one may be. Until then a gap is bridged.
 const UNFELT_S: f64 = 0.3;
 
-/// Thrust over the weight that such a vehicle gets, and for how long, s: with errors of the thrust of 3 % it still rises, by 0.5
-/// to 1.6 m, rather than onto a deck that it does not feel.
+/// Thrust over the weight that such a vehicle gets, and for how long, s: with errors of the thrust of 3 % it still rises, by 1.0
+/// to 2.2 m (without drag), rather than sinks onto a deck that it does not feel.
 const RISE_SHARE: f64 = 1.08;
 const RISE_S: f64 = 2.0;
 
