@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 
 const PERIOD: Duration = Duration::from_millis(10);
 
-fn main() {
-    let asked = std::env::args().nth(1).map(|text| text.parse::<u32>());
-    let Some(Ok(seconds @ 1..)) = asked else {
-        panic!("expected a number of seconds, found {asked:?}");
+fn main() -> Result<(), String> {
+    let asked = std::env::args().nth(1).unwrap_or_default();
+    let Ok(seconds @ 1..=86_400) = asked.parse::<u32>() else {
+        return Err(format!("expected 1 to 86400 seconds, found `{asked}`"));
     };
     let mut due = Instant::now();
     let mut last = due;
@@ -39,4 +39,5 @@ fn main() {
         quantile(0.999),
         quantile(1.0)
     );
+    Ok(())
 }
