@@ -76,7 +76,7 @@ pub struct IntervalFactors {
     pub height_offset_m: Option<f64>,
     /// Whether it was held.
     pub height_offset_is_held: bool,
-    /// Whether it is at the end of what was looked for.
+    /// Whether it lies on a bound of the search.
     pub height_offset_is_at_bound: bool,
 }
 
@@ -111,7 +111,7 @@ pub fn judge(
         .mass_kg
         .or(cards.thrust.vehicle.mass_kg)
         .ok_or_else(no_mass)?;
-    // Contact with the ground is told by heights in rotor radii.
+    // The radius decides up to which height rows count as on the ground.
     let settings = &FlightSettings {
         rotor_radius_m: settings.rotor_radius_m.or(cards.rotor_radius_m()),
         ..*settings
