@@ -25,7 +25,7 @@ pub(super) struct Conditions {
     pub(super) at_hold_height: bool,
     pub(super) over_pad: bool,
     pub(super) at_commit_height: bool,
-    /// It is known to be there.
+    /// The height is known, and at most the commit height.
     pub(super) sunk: bool,
     pub(super) above_commit_height: bool,
     /// The vehicle is at or above the hover height.
