@@ -37,7 +37,7 @@ pub(crate) fn read_with_given<T: Default + DeserializeOwned + Serialize>(
     path: &Path,
 ) -> Result<(T, toml::Table)> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|e| Error::Settings {
+    let text = touchdown_files::read_text(path).map_err(|e| Error::Settings {
         file: file.clone(),
         message: format!("cannot be read: {e}"),
     })?;
@@ -68,14 +68,16 @@ pub fn parse<T: Default + DeserializeOwned + Serialize>(text: &str, file: &str) 
     })
 }
 
-/// Puts `given` over `base`, table by table. A table of another `kind` (or `shape`) replaces the old one whole.
+/// Puts `given` over `base`, table by table. A table of another `kind` (or `shape`) replaces the old one whole, and so does one
+/// that holds nothing but a form of another name, as a thrust model does.
 pub fn merge(base: &mut toml::Table, given: toml::Table) {
     for (key, value) in given {
         match (base.get_mut(&key), value) {
             (Some(toml::Value::Table(old)), toml::Value::Table(new))
                 if ["kind", "shape"]
                     .iter()
-                    .all(|tag| new.get(*tag).is_none_or(|of| old.get(*tag) == Some(of))) =>
+                    .all(|tag| new.get(*tag).is_none_or(|of| old.get(*tag) == Some(of)))
+                    && !are_forms(old, &new) =>
             {
                 merge(old, new);
             }
@@ -84,6 +86,15 @@ pub fn merge(base: &mut toml::Table, given: toml::Table) {
             }
         }
     }
+}
+
+/// Whether both tables hold nothing but a table of one name, and the names differ.
+fn are_forms(old: &toml::Table, new: &toml::Table) -> bool {
+    let form = |table: &toml::Table| match table.iter().next() {
+        Some((name, toml::Value::Table(_))) if table.len() == 1 => Some(name.clone()),
+        _ => None,
+    };
+    matches!((form(old), form(new)), (Some(old), Some(new)) if old != new)
 }
 
 /// Settings as TOML text.
@@ -95,4 +106,28 @@ pub fn to_toml<T: Serialize>(settings: &T) -> Result<String> {
         file: "settings".to_string(),
         message: e.to_string(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_a_form_replaces_a_form_of_another_name_and_a_table_is_merged() {
+        let table = |text: &str| toml::from_str::<toml::Table>(text).unwrap();
+        let base = "[models]\nmu = 2.0\n[models.thrust.library]\none = 1.0\nx = 3.0\n";
+        let merged = |given: &str| {
+            let mut whole = table(base);
+            merge(&mut whole, table(given));
+            whole
+        };
+        let other = "[models.thrust.static_sqrt]\na = 1.0\n";
+        let expected = "[models]\nmu = 2.0\n[models.thrust.static_sqrt]\na = 1.0\n";
+        assert_eq!(merged(other), table(expected));
+        let expected = "[models]\nmu = 2.0\n[models.thrust.library]\none = 1.0\nx = 4.0\n";
+        assert_eq!(
+            merged("[models.thrust.library]\nx = 4.0\n"),
+            table(expected)
+        );
+    }
 }

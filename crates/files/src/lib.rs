@@ -6,7 +6,7 @@ mod toml_error;
 pub use toml_error::TomlError;
 
 use std::fs::File;
-use std::io::{self, Write as _};
+use std::io::{self, Read as _, Write as _};
 use std::path::Path;
 use std::sync::{PoisonError, RwLock, RwLockWriteGuard};
 
@@ -35,6 +35,29 @@ pub fn open(path: &Path) -> io::Result<File> {
     };
     let text = format!("expected a file, found {found}");
     Err(io::Error::new(io::ErrorKind::InvalidInput, text))
+}
+
+/// Longest text that is read whole (bytes): settings, maps and cards have some thousands. A device that never ends would fill
+/// the memory; twice or half of this refuses no file that anyone writes.
+const LONGEST_TEXT: u64 = 16 << 20;
+
+/// Reads a text that is short by its nature (settings, a map, a card), from a file or a pipe.
+///
+/// # Errors
+/// A file that cannot be read, one of more than 16 MiB (or without an end), and one that is not UTF-8.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    // The length is counted before the text is judged: a limit can lie within a character.
+    let mut bytes = Vec::new();
+    File::open(path)?
+        .take(LONGEST_TEXT + 1)
+        .read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LONGEST_TEXT {
+        let text = format!("expected a text of at most {LONGEST_TEXT} bytes, found more");
+        return Err(io::Error::new(io::ErrorKind::InvalidData, text));
+    }
+    bytes.as_slice().read_to_string(&mut text)?;
+    Ok(text)
 }
 
 #[cfg(unix)]
@@ -96,6 +119,22 @@ pub fn pause() -> RwLockWriteGuard<'static, ()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn regress_a_text_without_end_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("long.toml");
+        let file = File::create(&path).unwrap();
+        file.set_len(LONGEST_TEXT).unwrap();
+        assert_eq!(read_text(&path).unwrap().len() as u64, LONGEST_TEXT);
+        file.set_len(LONGEST_TEXT + 1).unwrap();
+        let error = read_text(&path).unwrap_err().to_string();
+        assert!(error.contains("at most 16777216 bytes"), "{error}");
+        std::fs::write(&path, b"\xff").unwrap();
+        assert!(read_text(&path).is_err(), "not UTF-8");
+        #[cfg(unix)]
+        assert!(read_text(Path::new("/dev/zero")).is_err());
+    }
 
     #[test]
     fn prop_a_file_is_written_whole_or_not_at_all() {

@@ -194,7 +194,8 @@ fn one_of(names: &[&str]) -> String {
 fn in_words(expected: &str) -> &str {
     match expected {
         "f64" | "f32" => "a number",
-        "u64" | "usize" | "u32" | "u8" => "a whole number of at least 0",
+        "u8" => "a whole number from 0 to 255",
+        "u64" | "usize" | "u32" => "a whole number of at least 0",
         "i64" | "i32" => "a whole number",
         "a boolean" => "true or false",
         "a sequence" => "a list",

@@ -80,7 +80,22 @@ pub fn estimate(
     })
 }
 
-/// The JSON schema of an example. A number that may be absent is `null` then.
+/// A message without the keys that have no value (`null`). Its schema says that they are numbers or texts, and a key may
+/// be absent.
+#[must_use]
+pub fn present(message: Value) -> Value {
+    match message {
+        Value::Object(keys) => keys
+            .into_iter()
+            .filter(|(_, value)| !value.is_null())
+            .map(|(key, value)| (key, present(value)))
+            .collect(),
+        Value::Array(items) => items.into_iter().map(present).collect(),
+        value => value,
+    }
+}
+
+/// The JSON schema of an example. A `null` in it counts as a number.
 #[must_use]
 pub fn schema(of: &Value) -> Value {
     match of {

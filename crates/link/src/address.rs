@@ -53,8 +53,9 @@ impl FromStr for Address {
                 let (device, baud) = match rest.rsplit_once(':') {
                     None => (rest, DEFAULT_BAUD),
                     Some((device, baud)) => {
-                        let expected = "expected a baud rate after the device, as in serial:/dev/ttyTHS1:921600";
-                        (device, baud.parse().map_err(|_| bad(expected))?)
+                        let expected = "expected a baud rate above 0 after the device, as in serial:/dev/ttyTHS1:921600";
+                        let baud = baud.parse().ok().filter(|baud| *baud > 0);
+                        (device, baud.ok_or_else(|| bad(expected))?)
                     }
                 };
                 if device.is_empty() {
@@ -115,6 +116,7 @@ mod tests {
             "http:h:1",
             "serial:",
             "serial:/dev/a:fast",
+            "serial:/dev/a:0",
         ] {
             let error = text.parse::<Address>().unwrap_err().to_string();
             assert!(error.contains("is no address"), "{error}");

@@ -16,7 +16,7 @@ impl Card {
     /// A file that cannot be read, is not TOML, has another schema, an unknown or missing key, or a
     /// value that makes no sense.
     pub fn read(path: &Path) -> Result<Self, CardError> {
-        let text = std::fs::read_to_string(path).map_err(|source| CardError::Read {
+        let text = touchdown_files::read_text(path).map_err(|source| CardError::Read {
             path: path.to_owned(),
             source,
         })?;

@@ -211,5 +211,7 @@ fn prop_a_program_that_is_none_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("deck.toml"), DECK).unwrap();
     let output = simulated(folder.path(), "px4", "none", &["--own-landing"]);
-    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("the autopilot's program"), "{said}");
 }

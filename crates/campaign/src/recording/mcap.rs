@@ -10,12 +10,12 @@
 //! | `/estimate` | `touchdown.Estimate` | what the landing computer believes |
 //! | `/phase` | `touchdown.Phase` | where the landing is, and why |
 //! | `/imu` | `sensor_msgs/msg/Imu` | the inertial unit, 250 Hz; axes forward, port, up |
-//! | `/motors` | `touchdown.Motors` | throttles of the motors, 250 Hz; null while they are off |
+//! | `/motors` | `touchdown.Motors` | throttles of the motors, 250 Hz; without keys while they are off |
 //! | `/range` | `sensor_msgs/msg/Range` | the range finder, when a reading was taken |
 //! | `/battery` | `sensor_msgs/msg/BatteryState` | the battery's voltage |
 //! | `/local_position/velocity_local` | `geometry_msgs/msg/TwistStamped` | how the vehicle believes to move, world axes, z up |
 //!
-//! Messages are JSON with JSON schemas; times count from the start of the trial.
+//! Messages are JSON with JSON schemas; what has no value has no key. Times count from the start of the trial.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -169,12 +169,12 @@ fn written(trace: &SpaceTrace) -> std::result::Result<Vec<u8>, McapError> {
         .library(concat!("touchdown ", env!("CARGO_PKG_VERSION")));
     let mut writer: Writer<_> = options.create(Cursor::new(&mut bytes))?;
     // Messages by their time; those of one time stand as the topics do.
-    let mut messages: Vec<(u64, usize, Value)> = Vec::new();
+    let mut rows: Vec<(u64, usize, Value)> = Vec::new();
     let mut channels: Vec<(&str, &str)> = Vec::new();
     let mut add = |topic, schema, of: &mut dyn Iterator<Item = (f64, Value)>| {
         let channel = channels.len();
         channels.push((topic, schema));
-        messages.extend(of.map(|(time_s, value)| (nanoseconds(time_s), channel, value)));
+        rows.extend(of.map(|(time_s, value)| (nanoseconds(time_s), channel, value)));
     };
     for (topic, schema, message) in TOPICS {
         let of = trace.rows.iter().map(|row| (row.time_s, message(row)));
@@ -197,11 +197,11 @@ fn written(trace: &SpaceTrace) -> std::result::Result<Vec<u8>, McapError> {
         (row.time_s, value)
     });
     add("/range", "sensor_msgs/msg/Range", &mut { of });
-    messages.sort_by_key(|(ns, channel, _)| (*ns, *channel));
+    rows.sort_by_key(|(ns, channel, _)| (*ns, *channel));
 
     let mut ids = Vec::new();
     for (channel, (topic, name)) in channels.iter().enumerate() {
-        let Some((.., first)) = messages.iter().find(|(_, of, _)| of == &channel) else {
+        let Some((.., first)) = rows.iter().find(|(_, of, _)| of == &channel) else {
             ids.push(None);
             continue;
         };
@@ -217,17 +217,18 @@ fn written(trace: &SpaceTrace) -> std::result::Result<Vec<u8>, McapError> {
             &BTreeMap::new(),
         )?));
     }
-    for (sequence, (ns, channel, message)) in messages.iter().enumerate() {
-        let Some(channel_id) = ids[*channel] else {
+    for (sequence, (ns, channel, message)) in rows.into_iter().enumerate() {
+        let Some(channel_id) = ids[channel] else {
             continue;
         };
         let header = MessageHeader {
             channel_id,
             sequence: sequence as u32,
-            log_time: *ns,
-            publish_time: *ns,
+            log_time: ns,
+            publish_time: ns,
         };
-        writer.write_to_known_channel(&header, message.to_string().as_bytes())?;
+        let text = messages::present(message).to_string();
+        writer.write_to_known_channel(&header, text.as_bytes())?;
     }
     writer.finish()?;
     drop(writer);

@@ -45,6 +45,19 @@ pub struct Item {
     pub sentence: String,
 }
 
+impl Item {
+    /// Verdict, name and sentence.
+    fn line(&self) -> String {
+        let mark = match self.verdict {
+            Verdict::Good => "ok     ",
+            Verdict::Warning => "warning",
+            Verdict::Waiting => "waiting",
+            Verdict::Refused => "REFUSED",
+        };
+        format!("{mark}  {}: {}", self.name, self.sentence)
+    }
+}
+
 /// The checklist.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Checklist {
@@ -89,19 +102,15 @@ impl Checklist {
         worst.unwrap_or(Verdict::Waiting)
     }
 
-    /// A line for each item.
+    /// A line for each item whose verdict is not that of `before`: for each, if `before` is of another list.
     #[must_use]
-    pub fn text(&self) -> String {
-        let lines = self.items.iter().map(|item| {
-            let mark = match item.verdict {
-                Verdict::Good => "ok     ",
-                Verdict::Warning => "warning",
-                Verdict::Waiting => "waiting",
-                Verdict::Refused => "REFUSED",
-            };
-            format!("{mark}  {}: {}", item.name, item.sentence)
-        });
-        lines.collect::<Vec<_>>().join("\n")
+    pub fn changes(&self, before: &[Verdict]) -> String {
+        let comparable = before.len() == self.items.len();
+        let changed = |k: usize, item: &Item| !comparable || before[k] != item.verdict;
+        let lines = self.items.iter().enumerate();
+        let lines = lines.filter(|(k, item)| changed(*k, item));
+        let lines: Vec<_> = lines.map(|(_, item)| item.line()).collect();
+        lines.join("\n")
     }
 
     pub(crate) fn of(facts: &Facts<'_>) -> Self {

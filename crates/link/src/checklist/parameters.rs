@@ -141,14 +141,13 @@ impl Facts<'_> {
         if value > 0.0 && value <= 0.5 * limit {
             (
                 Verdict::Good,
-                "s after the last setpoint the autopilot acts by itself.".to_string(),
+                "so many seconds after the last setpoint the autopilot acts by itself.".to_string(),
             )
         } else if value > 0.0 && value <= limit {
-            let advice =
-                "s are long: from 0.35 m a descent reached the deck within 0.5 s. 0.2 s is better.";
+            let advice = "this time (s) is long: from 0.35 m a descent reached the deck within 0.5 s. 0.2 s is better.";
             (Verdict::Warning, advice.to_string())
         } else {
-            let sentence = format!("expected at most {limit} s (`limits.failsafe_s`).");
+            let sentence = format!("expected above 0 s, at most {limit} s (`limits.failsafe_s`).");
             (Verdict::Refused, sentence)
         }
     }

@@ -59,7 +59,7 @@ use serde::Serialize;
 use touchdown_flight::ground_effect::{GroundEffect, Guarded};
 use touchdown_flight::{Attitude, SettingsError};
 use touchdown_lander::computer::{Computer, ComputerOutput, ComputerState};
-use touchdown_lander::state_machine::Phase;
+use touchdown_lander::state_machine::{Phase, Reason};
 
 use crate::camera::{CameraReport, CameraWatch};
 use crate::checklist::{Checklist, Facts, Thrust, Verdict};
@@ -281,9 +281,15 @@ impl Companion {
         self.times.now = now;
         match event {
             Event::Received(bytes) => {
+                let unsigned = self.decoder.counts.unsigned;
                 self.decoder.push(bytes);
                 while let Some(frame) = self.decoder.next_frame() {
                     self.receive(&frame, out);
+                }
+                if unsigned == 0 && self.decoder.counts.unsigned > 0 {
+                    self.notes.push(
+                        "frames come that are not signed with the key of `signing.key_file`: they are ignored".to_string(),
+                    );
                 }
             }
             Event::Camera(report) => self.take_camera(report),
@@ -325,6 +331,12 @@ impl Companion {
     #[must_use]
     pub fn phase(&self) -> Option<Phase> {
         self.output.map(|output| output.state_machine.phase)
+    }
+
+    /// Why the landing was interrupted or given up last, once the companion has been in control.
+    #[must_use]
+    pub fn reason(&self) -> Option<Reason> {
+        self.output.and_then(|output| output.state_machine.reason)
     }
 
     /// Height above the deck as the landing computer last estimated it in control, m.

@@ -13,14 +13,14 @@
 //! | `/timing` | `touchdown.Timing` | time since the tick before, age of the newest reading, estimated latency |
 //! | `/checklist` | `touchdown.Checklist` | the checklist, when a verdict changes |
 //!
-//! Axes are east, north, up. The origin of `world` is at the altitude of the start, above or below the deck's reference
+//! What has no value has no key. Axes are east, north, up. The origin of `world` is at the altitude of the start, above or below the deck's reference
 //! point: only the position relative to the deck is estimated, so `world` moves horizontally with the deck.
 
 use serde_json::{Value, json};
 use touchdown_flight::{Attitude, Vector};
 use touchdown_foxglove::Topic;
 use touchdown_foxglove::messages::{
-    POSE, TRANSFORM, estimate, pose, quaternion, schema, stamp, transform,
+    POSE, TRANSFORM, estimate, pose, present, quaternion, schema, stamp, transform,
 };
 use touchdown_lander::computer::ComputerOutput;
 use touchdown_lander::estimate::deck::DeckMotionPrediction;
@@ -177,7 +177,7 @@ impl FlightState {
     /// The messages: place of the topic, and JSON.
     pub(crate) fn messages(&self, mut to: impl FnMut(usize, Value)) {
         let time_ns = self.time_us.saturating_mul(1000);
-        let mut add = |place: Place, value: Value| to(place as usize, value);
+        let mut add = |place: Place, value: Value| to(place as usize, present(value));
         let timestamp = stamp(time_ns);
         add(
             Place::Stage,

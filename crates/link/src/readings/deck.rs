@@ -13,9 +13,9 @@
 
 use mavlink::dialects::common::{LANDING_TARGET_DATA, MavFrame, MavMessage};
 use touchdown_flight::{Attitude, Vector};
-use touchdown_lander::estimate::relative::{Reading, TagReading};
+use touchdown_lander::estimate::relative::Reading;
 
-use super::{Inbox, Source};
+use super::{Inbox, Source, target};
 use crate::axes;
 
 /// Mean radius of the Earth, m. Over the tens of metres between vehicle and deck its variation is below a millimetre a metre.
@@ -189,7 +189,9 @@ impl Inbox {
             .filter(|(of, _)| (at - of).abs() <= MOVED_US);
         let here = own
             .map(|(of, position)| position + self.positions.velocity * ((at - of) as f64 * 1e-6));
-        self.deck_at(here.map(|here| there - here), self.target_variance_m2, at)
+        let way = here.map(|here| there - here);
+        let variance_m2 = way.map_or(0.0, |way| self.target_error.variance_m2(way));
+        self.deck_at(way, variance_m2, at)
     }
 
     /// The reading of a way to the deck, north-east-down, if it is known.
@@ -203,15 +205,7 @@ impl Inbox {
             self.ignored.without_position += 1;
             return None;
         };
-        let mut covariance_m2 = [[0.0; 3]; 3];
-        for k in 0..3 {
-            covariance_m2[k][k] = variance_m2;
-        }
-        Some(Reading::Tag(TagReading {
-            position_m,
-            covariance_m2,
-            age_s: 0.0,
-        }))
+        Some(target::reading(position_m, variance_m2))
     }
 }
 

@@ -21,6 +21,7 @@ mod camera;
 mod deck;
 mod repeats;
 mod source;
+mod target;
 #[cfg(test)]
 mod tests;
 
@@ -28,6 +29,7 @@ pub use source::Source;
 
 use deck::Positions;
 use repeats::RangeRepeats;
+use target::TargetError;
 
 use mavlink::dialects::common::{
     LANDING_TARGET_DATA, LOCAL_POSITION_NED_DATA, MavFrame, MavMessage, MavSensorOrientation,
@@ -83,7 +85,7 @@ pub struct Inbox {
     imu_gap_us: i64,
     target_latency_us: i64,
     velocity_period_us: i64,
-    target_variance_m2: f64,
+    target_error: TargetError,
     deck_latency_us: i64,
     deck_variance_m2: f64,
     has_camera: bool,
@@ -134,7 +136,10 @@ impl Inbox {
             imu_gap_us: micros(sensors.imu_gap_s),
             target_latency_us: micros(sensors.target_latency_s),
             velocity_period_us: micros(sensors.velocity_period_s),
-            target_variance_m2: sensors.target_sd_m * sensors.target_sd_m,
+            target_error: TargetError {
+                sd_m: sensors.target_sd_m,
+                share: sensors.target_sd_share,
+            },
             deck_latency_us: micros(settings.deck.latency_s),
             deck_variance_m2: settings.deck.sd_m * settings.deck.sd_m,
             has_camera: settings.has_camera(),
@@ -255,16 +260,8 @@ impl Inbox {
             return;
         }
         let seen = Vector::new(f64::from(m.x), f64::from(m.y), f64::from(m.z));
-        let variance = self.target_variance_m2;
-        let reading = Reading::Tag(TagReading {
-            position_m: axes::body(seen),
-            covariance_m2: [
-                [variance, 0.0, 0.0],
-                [0.0, variance, 0.0],
-                [0.0, 0.0, variance],
-            ],
-            age_s: 0.0,
-        });
+        let position_m = axes::body(seen);
+        let reading = target::reading(position_m, self.target_error.variance_m2(position_m));
         if m.time_usec == 0 {
             let at = now_us - self.target_latency_us;
             self.queue_at(Source::Target, reading, at);
@@ -486,7 +483,7 @@ fn aged(reading: Reading<f64>, age_s: f64) -> Reading<f64> {
         Reading::Range(reading) => Reading::Range(RangeReading { age_s, ..reading }),
         Reading::Tag(reading) => Reading::Tag(TagReading { age_s, ..reading }),
         Reading::Gnss(reading) => Reading::Gnss(GnssVelocity { age_s, ..reading }),
-        other @ Reading::Barometer(_) => other,
+        other @ (Reading::Barometer(_) | Reading::Beacon(_)) => other,
     }
 }
 

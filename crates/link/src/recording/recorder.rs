@@ -1,7 +1,7 @@
 //! Writing a recording.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
@@ -68,6 +68,24 @@ fn metadata(settings: &FlightSettings, session: &Session) -> Result<Metadata, to
     })
 }
 
+/// Opens a file that no other recorder writes, and empties it. Its lock ends with the process.
+fn own(path: &Path) -> std::io::Result<File> {
+    let file = File::options()
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(path)?;
+    // Not every file system has locks.
+    if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+        let taken = "another flight writes this file: give each its own `--out`";
+        return Err(std::io::Error::other(taken));
+    }
+    if file.metadata()?.is_file() {
+        file.set_len(0)?;
+    }
+    Ok(file)
+}
+
 impl Recorder {
     /// The topics with JSON: decoded messages, then the state of the flight.
     #[must_use]
@@ -78,7 +96,7 @@ impl Recorder {
     /// Creates the file.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// A file that cannot be written, or that another flight writes.
     pub fn create(
         path: &Path,
         settings: &FlightSettings,
@@ -88,7 +106,7 @@ impl Recorder {
             path: path.to_owned(),
             reason,
         };
-        let file = File::create(path).map_err(|e| failed(e.to_string()))?;
+        let file = own(path).map_err(|e| failed(e.to_string()))?;
         let metadata = metadata(settings, session).map_err(|e| failed(e.to_string()))?;
         let open = || -> Result<_, McapError> {
             let mut writer = WriteOptions::new()
@@ -274,7 +292,11 @@ impl Recorder {
     fn failed(&self, error: &McapError) -> LinkError {
         LinkError::Recording {
             path: self.path.clone(),
-            reason: error.to_string(),
+            reason: match error {
+                // What the system says: a disk that is full, say.
+                McapError::Io(error) => error.to_string(),
+                error => error.to_string(),
+            },
         }
     }
 }

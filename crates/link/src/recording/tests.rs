@@ -54,6 +54,23 @@ fn prop_a_recording_comes_back_and_says_what_its_bytes_say() {
 }
 
 #[test]
+fn prop_two_flights_do_not_write_one_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.mcap");
+    let settings = FlightSettings::default();
+    let create = || Recorder::create(&path, &settings, &Session::default());
+    let mut first = create().unwrap();
+    first.write(20, Event::Tick, &[]).unwrap();
+    let error = create().err().expect("the first flight writes it");
+    assert!(error.to_string().contains("another flight"), "{error}");
+    first.finish().unwrap();
+    let read = Recording::read(&path).unwrap();
+    assert_eq!(read.entries, [(20, Entry::Tick)]);
+    // A flight that has ended is replaced.
+    create().unwrap();
+}
+
+#[test]
 fn prop_a_recording_that_is_cut_anywhere_is_read_as_far_as_it_goes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flight.mcap");

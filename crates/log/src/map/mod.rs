@@ -172,7 +172,7 @@ impl Map {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        match std::fs::read_to_string(path) {
+        match touchdown_files::read_text(path) {
             Ok(text) => Self::parse(&name, &text),
             Err(source) => Err(LogError::Map { path: name, source }),
         }

@@ -188,3 +188,17 @@ pub fn rotor_row(i: usize) -> String {
     let x = 2.0 * late + 1.0;
     format!("{t},{s},{}", x * x)
 }
+
+/// A message fits its JSON schema: objects whose properties have a type.
+pub fn fits(schema: &Value, message: &Value, at: &str) {
+    match (schema["type"].as_str(), message) {
+        (Some("object"), Value::Object(keys)) => {
+            for (key, value) in keys {
+                fits(&schema["properties"][key], value, &format!("{at}.{key}"));
+            }
+        }
+        (Some("string"), Value::String(_)) | (Some("number"), Value::Number(_)) => {}
+        (Some("integer"), Value::Number(number)) if number.is_u64() => {}
+        (expected, _) => panic!("{at}: {message} is no {expected:?}"),
+    }
+}

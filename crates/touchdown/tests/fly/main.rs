@@ -43,6 +43,8 @@ fn prop_a_vehicle_over_a_heaving_deck_is_landed_and_disarmed() {
             ],
         );
         assert!(inspected.to_string().contains("\"fly\""), "{inspected:#}");
+        let findings = inspected["logs"][0]["findings"].to_string();
+        assert!(!findings.contains("cannot be decoded"), "{findings}");
     }
 }
 
@@ -305,6 +307,13 @@ fn prop_arguments_and_settings_that_make_no_sense_are_refused() {
     assert!(refused("lnk = \"x\"\n").contains("lnk"));
     assert!(refused("link = \"bluetooth:1\"\n").contains("is no address"));
     assert!(refused("[vehicle]\nmass_kg = -1.0\n").contains("vehicle.mass_kg"));
+    let heavy = refused("[vehicle]\nmass_kg = 1e300\n");
+    assert!(
+        heavy.contains("weight is below") && heavy.contains("found 1e300"),
+        "{heavy}"
+    );
+    assert!(refused("system_id = 300\n").contains("a whole number from 0 to 255"));
+    assert!(refused("link = \"serial:/dev/ttyUSB0:0\"\n").contains("a baud rate above 0"));
     assert!(fails(1, ["fly", "--replay", "no-such.mcap"]).contains("no-such.mcap"));
     fails(2, ["fly"]);
 }

@@ -70,7 +70,7 @@ impl CameraBench {
             companion.stage(),
             Stage::Ready,
             "{}",
-            companion.checklist().text()
+            companion.checklist().changes(&[])
         );
         camera
     }
@@ -143,7 +143,7 @@ fn regress_positions_by_the_camera_are_judged_by_its_rate() {
     camera.bench.companion = Companion::new(&settings, &Session::default()).unwrap();
     camera.run(8.0);
     let companion = &camera.bench.companion;
-    let text = companion.checklist().text();
+    let text = companion.checklist().changes(&[]);
     assert_eq!(companion.stage(), Stage::Ready, "{text}");
 }
 

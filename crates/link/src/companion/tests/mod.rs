@@ -118,7 +118,7 @@ impl Bench {
 
     fn becomes_ready(&mut self) {
         self.run(8.0);
-        let text = self.companion.checklist().text();
+        let text = self.companion.checklist().changes(&[]);
         assert_eq!(self.companion.stage(), Stage::Ready, "{text}");
     }
 

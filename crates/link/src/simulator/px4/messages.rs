@@ -173,18 +173,22 @@ pub(super) fn reported_by_px4(centimetres: u16) -> u16 {
 }
 
 /// The whole centimetres for which PX4 reports what is nearest to a range. Always the nearest ones would put the deck under a
-/// standing vehicle 1 cm too near.
-pub(super) fn for_px4(range_m: f64) -> u16 {
+/// standing vehicle 1 cm too near. Where two reports are as near, the time decides as a coin does: a sensor of whole
+/// centimetres finds 10 cm again and again, and always 9 would be an error that no filter averages out.
+pub(super) fn for_px4(range_m: f64, time_us: u64) -> u16 {
     let nearest = (range_m * 100.0).round() as u16;
-    let error = |n: &u16| (f64::from(reported_by_px4(*n)) - range_m * 100.0).abs();
-    [
-        nearest,
-        nearest.saturating_add(1),
-        nearest.saturating_sub(1),
-    ]
-    .into_iter()
-    .min_by(|a, b| error(a).total_cmp(&error(b)))
-    .unwrap_or(nearest)
+    // In thousandths of a centimetre, so that ties are exact.
+    let error =
+        |n: &u16| ((f64::from(reported_by_px4(*n)) - range_m * 100.0).abs() * 1e3).round() as u32;
+    // The upper bit of the product with the golden ratio (Knuth's multiplicative hash).
+    let below_first = time_us.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 63 == 0;
+    let (above, below) = (nearest.saturating_add(1), nearest.saturating_sub(1));
+    let order = if below_first {
+        [nearest, below, above]
+    } else {
+        [above, nearest, below]
+    };
+    order.into_iter().min_by_key(error).unwrap_or(nearest)
 }
 
 fn distance(sensors: &SensorReport, range_m: f64) -> DISTANCE_SENSOR_DATA {
@@ -194,7 +198,7 @@ fn distance(sensors: &SensorReport, range_m: f64) -> DISTANCE_SENSOR_DATA {
         time_boot_ms: u32::try_from(clock_us(sensors.time_us) / 1000).unwrap_or(u32::MAX),
         min_distance: centimetres(least_m),
         max_distance: centimetres(greatest_m),
-        current_distance: for_px4(range_m),
+        current_distance: for_px4(range_m, sensors.time_us),
         mavtype: MavDistanceSensor::MAV_DISTANCE_SENSOR_LASER,
         orientation: MavSensorOrientation::MAV_SENSOR_ROTATION_PITCH_270,
         signal_quality: 100,

@@ -10,7 +10,8 @@
 //! In lockstep PX4's time stands between two `HIL_SENSOR`, so the next one is sent only after the answer. While PX4
 //! starts, nothing drives its outputs yet and answers are missing: samples then follow each other after [`STARTUP_WAIT`].
 //! Later an answer that is missing for [`ANSWER_WAIT`], or among [`MOST_READS`] pieces, is counted and the last signals stay.
-//! [`MOST_MISSED`] missing answers in a row are an error.
+//! [`MOST_MISSED`] missing answers in a row are an error. Without specific force and angular velocity PX4 does not answer:
+//! while the inertial unit fails, the motors keep their last signals.
 mod messages;
 #[cfg(test)]
 mod tests;
@@ -140,7 +141,8 @@ impl<S: PatientStream> Px4<S> {
         self.codec.write(sensors, state, &mut self.bytes);
         self.stream.write_all(&self.bytes).map_err(broken)?;
         let sent_us = clock_us(sensors.time_us);
-        let patience = if self.answering {
+        let felt = sensors.specific_force_mps2.is_some() && sensors.rates.is_some();
+        let patience = if self.answering && felt {
             ANSWER_WAIT
         } else {
             STARTUP_WAIT
@@ -162,16 +164,17 @@ impl<S: PatientStream> Px4<S> {
                 Ok(length) => self.codec.push(&buffer[..length]),
                 Err(e) if e.kind() == ErrorKind::Interrupted => {}
                 Err(e) if matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
-                    return self.without_answer();
+                    return self.without_answer(felt);
                 }
                 Err(e) => return Err(broken(e)),
             }
         }
-        self.without_answer()
+        self.without_answer(felt)
     }
 
-    fn without_answer(&mut self) -> Result<Motors, LinkError> {
-        if self.answering {
+    /// `expected`: PX4 has what it answers to.
+    fn without_answer(&mut self, expected: bool) -> Result<Motors, LinkError> {
+        if self.answering && expected {
             self.missed += 1;
             self.missed_in_a_row += 1;
             if self.missed_in_a_row >= MOST_MISSED {

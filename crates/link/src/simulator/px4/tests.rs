@@ -123,13 +123,24 @@ fn xval_px4_reports_no_range_of_10_or_80_cm_and_gets_the_one_whose_report_is_nea
     let missing: Vec<u16> = (9..125).filter(|n| !reported.contains(n)).collect();
     assert_eq!(missing, never);
     let error_cm = |tenths: u16| {
-        let sent = messages::for_px4(f64::from(tenths) * 1e-3);
+        let sent = messages::for_px4(f64::from(tenths) * 1e-3, u64::from(tenths) * 2000);
         f64::from(messages::reported_by_px4(sent)) - f64::from(tenths) * 0.1
     };
     // A gap of 2 cm, reached from both sides; in the mean over a range of heights nothing is left but the ties.
     assert!((50..1300).all(|tenths| error_cm(tenths).abs() <= 1.0 + 1e-9));
     let mean_cm = (50..1300).map(error_cm).sum::<f64>() / 1250.0;
     assert!(mean_cm.abs() < 0.07, "{mean_cm}");
+}
+
+#[test]
+fn prop_ranges_of_10_cm_reach_px4_as_9_and_11_alike_often() {
+    let reports: Vec<u16> = (0..1000)
+        .map(|k| messages::reported_by_px4(messages::for_px4(0.1, k * 20_000)))
+        .collect();
+    assert!(reports.iter().all(|n| [9, 11].contains(n)));
+    let mean_cm = reports.iter().map(|n| f64::from(*n)).sum::<f64>() / 1000.0;
+    // A fair coin's mean of 1000 is within 3 standard deviations, 0.1 cm.
+    assert!((mean_cm - 10.0).abs() < 0.1, "{mean_cm}");
 }
 
 /// A peer whose answers are given.
@@ -201,6 +212,21 @@ fn prop_missing_answers_keep_the_signals_and_are_an_error_in_the_end() {
         assert_eq!(px4.exchange(&report(), &state()).unwrap(), Motors([0.5; 4]));
     }
     assert!(px4.exchange(&report(), &state()).is_err());
+}
+
+#[test]
+fn prop_while_the_inertial_unit_fails_no_answer_is_expected() {
+    let mut px4 = px4(vec![answer(1_004_000, [0.5; 4])]);
+    px4.exchange(&report(), &state()).unwrap();
+    let failed = SensorReport {
+        specific_force_mps2: None,
+        rates: None,
+        ..report()
+    };
+    for _ in 0..3 * MOST_MISSED {
+        assert_eq!(px4.exchange(&failed, &state()).unwrap(), Motors([0.5; 4]));
+    }
+    assert_eq!(px4.missed, 0);
 }
 
 /// A peer that sends without end, and never the answer to the sample.

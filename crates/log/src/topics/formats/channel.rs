@@ -85,6 +85,8 @@ impl Channel {
             ("cdr", "ros2msg") => ros(Encoding::Cdr),
             ("ros1", "ros1msg") => ros(Encoding::Ros1),
             ("json", _) => Some(Decoder::Json(HashMap::new())),
+            // Raw packets of a link, without a definition: nothing was there to be decoded.
+            ("mavlink", "") => Some(Decoder::Unknown),
             _ => None,
         };
         let decoder = decoder.unwrap_or_else(|| {

@@ -85,15 +85,15 @@ pub(crate) struct SimulatorArgs {
     #[arg(long, value_name = "FLY.toml", requires = "autopilot")]
     pub(crate) with: Option<PathBuf>,
     /// Controller of the companion [default: that of --with]
-    #[arg(long, value_name = "NAME", requires = "with",
+    #[arg(long, value_name = "NAME", requires = "with", conflicts_with = "own_landing",
           value_parser = PossibleValuesParser::new(Method::ALL.map(Method::name)))]
     pub(crate) controller: Option<String>,
     /// The simulated camera: `fast` gives positions with a detector's errors; `rendered` gives images, in which the
     /// companion looks for the pad by its own settings `[camera]`, whose source is not used [default: that of the scenario]
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, conflicts_with = "own_landing")]
     pub(crate) camera: Option<SimulatedCamera>,
     /// Write the rendered images into this folder, or as PGM stream into this named pipe
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "own_landing")]
     pub(crate) frames: Option<PathBuf>,
     /// Land in the autopilot's own mode
     #[arg(long, conflicts_with = "with", requires = "autopilot")]

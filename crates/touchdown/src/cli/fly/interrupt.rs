@@ -36,7 +36,7 @@ impl Interrupt {
                 }
                 std::thread::sleep(LOOKS);
             }
-            format!("the companion has let go of the vehicle; the recording is {file}")
+            format!("the flight has ended as its summary says; the recording is {file}")
         });
         // A vehicle in flight must be handed over, however the process was started.
         context.insist_on_interrupts();

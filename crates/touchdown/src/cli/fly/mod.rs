@@ -129,12 +129,9 @@ fn signing(settings: &FlightSettings) -> Result<Option<Signing>> {
     }))
 }
 
-/// The closing summary.
+/// The closing summary, after the note that names the ending.
 fn closing(summary: &Summary, out: &Path) -> String {
-    let mut lines = vec![match summary.ending {
-        Some(ending) => format!("ended: {ending:?}"),
-        None => "ended".to_string(),
-    }];
+    let mut lines = Vec::new();
     if summary.setpoints > 0 {
         lines.push(format!(
             "in control for {:.1} s, {} setpoints, {} late ticks",

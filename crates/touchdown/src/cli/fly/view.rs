@@ -39,7 +39,8 @@ struct State {
 /// Something to show.
 enum News {
     Note(String),
-    Checklist(Arc<Checklist>),
+    /// The checklist, and the verdicts that were shown before.
+    Checklist(Arc<Checklist>, Vec<Verdict>),
     State(State),
 }
 
@@ -58,7 +59,7 @@ pub(super) fn view() -> (View, Shown) {
     let (news, shown) = sync_channel(WAITING);
     let view = View {
         news,
-        shown: Vec::with_capacity(WAITING),
+        shown: Vec::new(),
         next_us: 0,
     };
     (view, Shown(shown))
@@ -84,11 +85,10 @@ impl View {
         let list = companion.checklist();
         let verdicts = || list.items.iter().map(|item| item.verdict);
         if !verdicts().eq(self.shown.iter().copied()) {
-            self.shown.clear();
-            self.shown.extend(verdicts());
+            let before = std::mem::replace(&mut self.shown, verdicts().collect());
             let list = Arc::new(list.clone());
             changed = Some(Arc::clone(&list));
-            self.show(News::Checklist(list));
+            self.show(News::Checklist(list, before));
         }
         if at_us >= self.next_us {
             self.next_us = at_us.saturating_add(PERIOD_US);
@@ -119,7 +119,7 @@ impl Shown {
         for news in self.0 {
             match news {
                 News::Note(note) => context.say(&note),
-                News::Checklist(list) => context.say(&list.text()),
+                News::Checklist(list, before) => context.say(&list.changes(&before)),
                 News::State(state) => {
                     context.busy(&line(&state));
                     context.line_object(&state);

@@ -10,7 +10,7 @@ use touchdown_campaign::sweep::{
 use touchdown_link::LinkError;
 use touchdown_link::settings::FlightSettings;
 
-use super::{Autopilots, Failure, Flown, Lands, LoopConfiguration, land};
+use super::{Autopilots, Failure, Flown, Lands, LoopConfiguration, land, launch};
 use crate::cli::context::Context;
 use crate::cli::output;
 
@@ -39,10 +39,7 @@ impl<'a> AutopilotBackend<'a> {
         else {
             return Ok(None);
         };
-        if !of_loop.program.is_file() {
-            let missing = std::io::Error::from(std::io::ErrorKind::NotFound);
-            return Err(Error::file(&of_loop.program, missing));
-        }
+        launch::absolute(&of_loop.program)?;
         let backend = Self {
             context,
             autopilots: Autopilots::default(),

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use touchdown::Result;
 use touchdown_flight::Vector;
-use touchdown_lander::state_machine::Phase;
+use touchdown_lander::state_machine::{Phase, Reason};
 use touchdown_link::LinkError;
 use touchdown_link::camera::report::FrameReport;
 use touchdown_link::camera::settings::CameraError;
 use touchdown_link::camera::{CameraReport, Frame, Pipeline};
+use touchdown_link::checklist::Verdict;
 use touchdown_link::companion::{Companion, Event, Publication, Session, Stage, Summary};
 use touchdown_link::recording::Recorder;
 use touchdown_link::settings::FlightSettings;
@@ -18,6 +19,7 @@ use touchdown_link::simulator::sighting::Sightings;
 pub(super) struct CompanionState {
     pub(super) stage: Stage,
     pub(super) phase: Option<Phase>,
+    pub(super) reason: Option<Reason>,
     pub(super) notes: Vec<String>,
 }
 
@@ -122,8 +124,18 @@ impl SimulatedCompanion {
                 Stage::InControl | Stage::Landed => self.companion.summary().phase,
                 _ => None,
             },
+            reason: self.companion.reason(),
             notes: self.companion.take_notes(),
         })
+    }
+
+    /// What of the checklist refuses control, a line each.
+    pub(super) fn refusals(&self) -> Vec<String> {
+        let items = self.companion.checklist().items.iter();
+        items
+            .filter(|item| item.verdict == Verdict::Refused)
+            .map(|item| format!("REFUSED {}: {}", item.name, item.sentence))
+            .collect()
     }
 
     /// Records the state of the flight.

@@ -279,12 +279,20 @@ fn ardupilot_parameters(tuning: &Tuning, scenario: &SpaceScenario) -> Vec<(Strin
     parameters
 }
 
-fn absolute(program: &Path) -> Result<PathBuf> {
+/// The absolute path of an autopilot's program.
+///
+/// # Errors
+/// Where there is no file.
+pub(super) fn absolute(program: &Path) -> Result<PathBuf> {
     let absolute = std::path::absolute(program).map_err(|e| Error::file(program, e))?;
     if absolute.is_file() {
-        Ok(absolute)
-    } else {
-        let missing = std::io::Error::from(std::io::ErrorKind::NotFound);
-        Err(Error::file(program, missing))
+        return Ok(absolute);
     }
+    let found = if absolute.is_dir() {
+        "a folder"
+    } else {
+        "no file"
+    };
+    let unfit = format!("expected the autopilot's program, found {found}");
+    Err(Error::file(program, std::io::Error::other(unfit)))
 }

@@ -14,16 +14,19 @@ const CONSOLE: &str = "console.log";
 /// Lines of it that an error shows.
 const SHOWN: usize = 12;
 /// A shell that waits until its input ends, which it does when this command is gone however it ended. Then it kills the
-/// autopilot's process group `$1`, waits for its end for at most 2 s, and removes the files and folders that follow.
+/// autopilot's process group `$1` and removes what follows at once: the next command may soon have files of the same names. Only
+/// of the scratch folder `$2`, whose name no other has (empty: none), it removes what a dying process still writes.
 const GUARD: &str = r#"
 read -r _
 kill -s KILL -- "-$1"
-for _ in 1 2 3 4 5 6 7 8 9 10; do
-  kill -s 0 -- "-$1" || break
-  sleep 0.2
-done
 shift
-exec rm -rf -- "$@"
+scratch=$1
+rm -rf -- "$@"
+for _ in 1 2 3 4 5; do
+  [ -n "$scratch" ] && [ -e "$scratch" ] || break
+  sleep 0.2
+  rm -rf -- "$scratch"
+done
 "#;
 
 /// Distinguishes the scratch folders of one process.
@@ -167,9 +170,11 @@ impl AutopilotProcess {
 fn guard(running: &Running) -> std::io::Result<Child> {
     let mut guard = Command::new("sh");
     guard.args(["-c", GUARD, "sh", &running.child.id().to_string()]);
-    if !running.scratch.keep {
-        guard.arg(&running.scratch.path);
-    }
+    guard.arg(if running.scratch.keep {
+        Path::new("")
+    } else {
+        &running.scratch.path
+    });
     guard
         .args(&running.leftovers)
         .stdin(Stdio::piped())

@@ -9,7 +9,7 @@ use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
 use touchdown::{Error, Result};
-use touchdown_lander::state_machine::Phase;
+use touchdown_lander::state_machine::{Phase, Reason};
 use touchdown_link::LinkError;
 use touchdown_link::companion::Stage as CompanionStage;
 use touchdown_link::simulator::Motors;
@@ -39,6 +39,8 @@ const RELEASED_S: f64 = 3.0;
 const CONNECT: Duration = Duration::from_secs(60);
 /// Time that is flown on after the companion has given up, s.
 const GIVEN_UP_S: f64 = 2.0;
+/// Time after which a companion that still checks tells what it refuses, s: its checklist takes 2 s where nothing is wrong.
+const CHECKS_S: f64 = 5.0;
 /// Height at which the deck is released where no pilot is, m.
 const RELEASE_M: f64 = 0.5;
 
@@ -78,6 +80,10 @@ pub(super) struct Session<'a> {
     landing: bool,
     ended_s: Option<f64>,
     phase: Option<Phase>,
+    /// Time at which the refused items of the checklist are printed, s.
+    tells_s: Option<f64>,
+    /// Why the landing was interrupted or given up last.
+    reason: Option<Reason>,
     truth: TruthTable,
     bytes: Vec<u8>,
 }
@@ -130,6 +136,8 @@ impl<'a> Session<'a> {
             landing: false,
             ended_s: None,
             phase: None,
+            tells_s: None,
+            reason: None,
             truth: TruthTable::default(),
             bytes: Vec::with_capacity(2048),
         })
@@ -313,7 +321,9 @@ impl<'a> Session<'a> {
         let forever = matches!(self.participants.landed_by, LandedBy::GroundStation);
         Ok(match (over && !forever, gave_up) {
             (true, _) => Some(SpaceOutcome::TimedOut),
-            (_, true) => Some(SpaceOutcome::GivenUp { reason: None }),
+            (_, true) => Some(SpaceOutcome::GivenUp {
+                reason: self.reason,
+            }),
             _ => None,
         })
     }
@@ -337,16 +347,23 @@ impl<'a> Session<'a> {
         };
         self.bytes.clear();
         let mut bytes = std::mem::take(&mut self.bytes);
-        let state = companion.tick(now_us, &mut bytes)?;
+        let mut state = companion.tick(now_us, &mut bytes)?;
         self.bytes = bytes;
+        let now_s = self.world.time_s();
+        if state.stage != CompanionStage::Checking {
+            self.tells_s = None;
+        } else if now_s >= *self.tells_s.get_or_insert(now_s + CHECKS_S) {
+            self.tells_s = Some(f64::INFINITY);
+            state.notes.extend(companion.refusals());
+        }
         for note in state.notes {
-            let now_s = self.world.time_s();
             self.note(&format!("{now_s:.1} s: companion: {note}"));
         }
+        self.reason = state.reason.or(self.reason);
         if state.phase != self.phase {
             match state.phase {
                 Some(Phase::Descend) => self.world.begin_descent(),
-                Some(Phase::GoAround) => self.world.break_off(),
+                Some(Phase::GoAround) => self.world.break_off(state.reason),
                 _ => {}
             }
             self.phase = state.phase;

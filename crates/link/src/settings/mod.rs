@@ -1,10 +1,14 @@
 //! Settings of a flight, as they stand in `FLIGHT.toml`.
 
+mod sensors;
+
+pub use sensors::SensorSettings;
+
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use touchdown_flight::error::{SettingsError, not_negative, positive, within};
+use touchdown_flight::error::{SettingsError, positive, within};
 use touchdown_flight::{Attitude, Vector};
 use touchdown_lander::computer::Computer;
 use touchdown_lander::models::FlightModels;
@@ -56,48 +60,6 @@ impl Default for VehicleSettings {
             rotors: None,
             throttle: ThrottleSide::default(),
             command_delay_s: LoopTiming::default().command_delay_s,
-        }
-    }
-}
-
-/// The sensors.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SensorSettings {
-    /// Latency of specific force and attitude, s.
-    pub imu_latency_s: f64,
-    /// Longest gap between two of their messages that is bridged by the last one, s.
-    pub imu_gap_s: f64,
-    /// Position of the range finder from the vehicle's reference point, forward-left-up, m.
-    pub range_position_m: [f64; 3],
-    /// Smallest and largest distance of the range finder, m.
-    pub range_limits_m: [f64; 2],
-    /// Latency of the range finder: age of a range at its time stamp, s.
-    pub range_latency_s: f64,
-    /// Error of `LANDING_TARGET` on each axis, standard deviation, m.
-    pub target_sd_m: f64,
-    /// Age of a `LANDING_TARGET` without a time stamp, at its arrival, s.
-    pub target_latency_s: f64,
-    /// Least time between two velocities that are used, s. They come from the autopilot's own filter, so that faster ones
-    /// repeat each other's errors.
-    pub velocity_period_s: f64,
-    /// A reading older than this at its arrival is ignored, s.
-    pub greatest_age_s: f64,
-}
-
-impl Default for SensorSettings {
-    fn default() -> Self {
-        let numbers = SensorNumbers::default();
-        Self {
-            imu_latency_s: numbers.imu_latency_s,
-            imu_gap_s: 0.05,
-            range_position_m: numbers.range_position_m.to_array(),
-            range_limits_m: numbers.range_limits_m,
-            range_latency_s: 0.02,
-            target_sd_m: 0.01,
-            target_latency_s: 0.05,
-            velocity_period_s: 0.1,
-            greatest_age_s: 0.3,
         }
     }
 }
@@ -294,9 +256,14 @@ impl FlightSettings {
             rotor_radius_m: self.vehicle.rotor_radius_m,
             greatest_thrust_n: self.models.thrust.rest(1.0).powi(2),
         };
+        let weight_n = vehicle.mass_kg * vehicle.gravity_mps2;
+        let flies = weight_n < vehicle.greatest_thrust_n;
+        let expected = "a mass whose weight is below the greatest thrust of the thrust card";
+        within("vehicle.mass_kg", vehicle.mass_kg, flies, expected)?;
         let sensors = SensorNumbers {
             imu_latency_s: self.sensors.imu_latency_s,
             range_position_m: Vector::from_array(self.sensors.range_position_m),
+            range_quantum_m: self.sensors.range_quantum_m,
             range_limits_m: self.sensors.range_limits_m,
             // Positions of the deck arrive relative to the vehicle's reference point, in body axes.
             camera_position_m: Vector::ZERO,
@@ -363,46 +330,6 @@ impl VehicleSettings {
         }
         let key = "vehicle.command_delay_s";
         between(key, self.command_delay_s, 0.0..=0.5, "0 to 0.5 s")
-    }
-}
-
-impl SensorSettings {
-    fn check(&self) -> Result<(), SettingsError> {
-        let latency_s = self.imu_latency_s;
-        between("sensors.imu_latency_s", latency_s, 0.0..=0.2, "0 to 0.2 s")?;
-        between(
-            "sensors.imu_gap_s",
-            self.imu_gap_s,
-            0.01..=0.5,
-            "0.01 to 0.5 s",
-        )?;
-        let key = "sensors.range_limits_m";
-        let [least_m, greatest_m] = self.range_limits_m;
-        not_negative(key, least_m)?;
-        let above = greatest_m > least_m;
-        within(
-            key,
-            greatest_m,
-            above,
-            "a smallest distance and a larger one",
-        )?;
-        between(
-            "sensors.range_latency_s",
-            self.range_latency_s,
-            0.0..=0.2,
-            "0 to 0.2 s",
-        )?;
-        positive("sensors.target_sd_m", self.target_sd_m)?;
-        let latency_s = self.target_latency_s;
-        between(
-            "sensors.target_latency_s",
-            latency_s,
-            0.0..=0.3,
-            "0 to 0.3 s",
-        )?;
-        not_negative("sensors.velocity_period_s", self.velocity_period_s)?;
-        let key = "sensors.greatest_age_s";
-        between(key, self.greatest_age_s, 0.01..=1.0, "0.01 to 1 s")
     }
 }
 
