@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::forms::FormScore;
 use crate::scores::Errors;
 
-use crate::warning::Warning;
+use crate::warning::{Warning, sentences};
 
 /// A free run beyond this multiple of the greatest measured value has left its data.
 /// A fit that errs by a few tenths stays far below it, a divergent one passes it within seconds.
@@ -59,6 +59,14 @@ impl FittedCard {
             front: None,
             warnings: Vec::new(),
         }
+    }
+
+    /// The same with more that a user should know, in the card as well.
+    #[must_use]
+    pub fn with_warnings(mut self, more: Vec<Warning>) -> Self {
+        self.warnings.extend(more);
+        self.card.warnings = sentences(&self.warnings);
+        self
     }
 
     /// Marks a card whose free run reaches `most` where the data reach `largest`, if that has left them: it has not

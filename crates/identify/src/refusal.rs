@@ -18,6 +18,8 @@ pub enum NoForce {
         /// The rate that the settings ask for (Hz).
         least_rate_hz: f64,
     },
+    /// Hovers check another route, or are more certain than it.
+    Beside,
 }
 
 impl NoForce {
@@ -25,6 +27,18 @@ impl NoForce {
         match self {
             Self::NotMeasured => "no specific force".into(),
             Self::SlowThrottle { period_s, .. } => format!("throttle logged every {period_s:.3} s"),
+            Self::Beside => "a more certain ground effect in them than in passes".into(),
+        }
+    }
+
+    /// Why hovers alone count.
+    pub(super) fn only_hovers(&self) -> String {
+        match self {
+            Self::Beside => "for this route has hovers alone".into(),
+            _ => format!(
+                "for the log has {} and hovers are all that counts",
+                self.found()
+            ),
         }
     }
 
@@ -34,6 +48,7 @@ impl NoForce {
             Self::SlowThrottle { least_rate_hz, .. } => {
                 format!("throttle at {least_rate_hz} Hz or more")
             }
+            Self::Beside => "more flights with the accelerometer".into(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::estimate::Estimate;
 use crate::refusal::Refusal;
 
 /// What a user should know of a fit.
@@ -93,8 +94,8 @@ pub enum Warning {
     ClimbForDeckVelocity,
     /// A quantity that the flights do not identify.
     NotIdentified(Refusal),
-    /// Errors that all flights share are not in the intervals.
-    PosesShareErrors,
+    /// No noise of a sensor explains the errors of the heights, so the fit is along the heights as logged.
+    HeightsOfFilter,
     /// Thrust at one throttle differs from one armed interval to the next.
     ThrustScatter {
         /// Standard deviation over mean.
@@ -121,10 +122,26 @@ pub enum Warning {
         /// The greatest that is used.
         most_g: f64,
     },
+    /// The accelerometer's mean over a flight is not the vehicle's weight.
+    ForceOffWeight {
+        /// Mean vertical specific force (gravities).
+        mean_g: f64,
+        /// What it is between (gravities).
+        expected: [f64; 2],
+    },
     /// Heights that were dropped as spikes of the sensor.
     HeightSpikes(usize),
     /// In all data the vehicle stood still.
     VehicleStoodStill,
+    /// Two routes to the ground effect of the same flights differ by more than their errors.
+    RoutesDiffer {
+        /// Height of an extra lift (rotor radii); absent for the lag of the wake.
+        radii: Option<f64>,
+        /// The route that was taken.
+        taken: (&'static str, Estimate),
+        /// The other one.
+        other: (&'static str, Estimate),
+    },
 }
 
 impl fmt::Display for Warning {
@@ -216,6 +233,14 @@ impl fmt::Display for Warning {
                 f,
                 "no acceleration from poses: their noise would be {noise_g:.2} g in it, above {most_g} g"
             ),
+            Self::ForceOffWeight {
+                mean_g,
+                expected: [low, high],
+            } => write!(
+                f,
+                "the specific force is {mean_g:.3} g on average with motors on, expected {low} to {high} g: thrust in newtons is as \
+                 far off. Check the scale of the accelerometer and the mapping of `specific_force_mps2`"
+            ),
             Self::HeightSpikes(count) => write!(
                 f,
                 "{count} heights leap away and back faster than anything flies: spikes of the sensor, left out"
@@ -225,9 +250,15 @@ impl fmt::Display for Warning {
                  `negative_relative` feeds v_p - v_q in its place: an approximation, for the deck's upwash decays with height \
                  and the damping of the vehicle's own climb does not.",
             ),
-            Self::PosesShareErrors => f.write_str(
-                "intervals hold what differs from flight to flight; they do not hold what the smoothing of poses and a pilot's \
-                 answers to disturbances change alike in all flights: about a tenth of the curve",
+            Self::RoutesDiffer {
+                radii,
+                taken,
+                other,
+            } => routes_differ(f, *radii, [*taken, *other]),
+            Self::HeightsOfFilter => f.write_str(
+                "the errors of the heights are not those of a sensor, but of an estimate: the climb damping, the decay and the \
+                 extra lift beyond one rotor radius may lie outside their intervals. Log the range or the motion capture as the \
+                 sensor gives it",
             ),
             Self::ThrustScatter { share } => write!(
                 f,
@@ -246,6 +277,27 @@ impl fmt::Display for Warning {
             ),
         }
     }
+}
+
+/// Where two routes differ, and what may be wrong.
+fn routes_differ(
+    f: &mut fmt::Formatter<'_>,
+    radii: Option<f64>,
+    routes: [(&'static str, Estimate); 2],
+) -> fmt::Result {
+    let (what, by, unit, digits) = match radii {
+        Some(radii) => (format!("extra lift at {radii} rotor radii"), 100.0, " %", 1),
+        None => ("lag of the wake".to_string(), 1.0, " s", 3),
+    };
+    let [taken, other] = routes.map(|(route, e)| {
+        let [value, low, high] = [e.value, e.ci95[0], e.ci95[1]].map(|v| by * v);
+        format!("{value:.digits$}{unit} ({low:.digits$} to {high:.digits$}) by {route}")
+    });
+    write!(
+        f,
+        "{what}: {taken}, but {other}; they differ by more than their errors, so one of the two is wrong. Check the scale of \
+         the accelerometer and of the height, that the ground below stood still, and that a thrust card is of this vehicle"
+    )
 }
 
 /// The sentences of warnings.

@@ -8,7 +8,11 @@ use common::vertical::{Cell, Law, QUANTITIES, Vehicle, fly, identify};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
 use touchdown_identify::estimate::Estimate;
-use touchdown_identify::flights::{Flight, FlightSettings, ground_effect};
+use touchdown_identify::flights::{
+    Basis, Flight, FlightSettings, ground_effect, ground_effect_by_routes,
+};
+use touchdown_identify::{IdentificationSettings, Origin};
+use touchdown_trial::Trial;
 
 /// Identifies one set of six flights; every quantity has to be found, climb damping only with an accelerometer. Its interval
 /// stretched by half has to hold the truth.
@@ -58,6 +62,32 @@ fn analytic_without_accelerometer_the_motion_tells_lift_and_lag() {
     holds(&vehicle, 72_000);
 }
 
+#[test]
+fn regress_without_accelerometer_the_throttle_acts_as_it_was_logged() {
+    // The filter followed the throttle that is smoothed over 0.1 s to either side for forces from heights. That smoothing is
+    // no lag: the motors' came to its lower bound of 0.002 s with a dead time of 0.03 s, and the wake's took the rest.
+    let vehicle = Vehicle {
+        accelerometer: false,
+        range_noise_m: 0.0005,
+        range_hz: 50.0,
+        ..Vehicle::default()
+    };
+    let settings = FlightSettings {
+        rotor_radius_m: Some(vehicle.rotor_radius_m),
+        ..FlightSettings::default()
+    };
+    let logs = (73_000..73_003).map(|seed| Flight::of(&fly(&vehicle, seed), &settings).unwrap());
+    let found = ground_effect(&logs.collect::<Vec<_>>(), &settings).unwrap();
+    let of = |name| found.fit.value(name).unwrap();
+    // Standard error 1 ms; lag and dead time of rows 10 ms apart are confounded by another.
+    assert!(
+        (of("T_m") - vehicle.motor_lag_s).abs() < 0.004,
+        "{}",
+        of("T_m")
+    );
+    assert!(of("dead_time") < 0.004, "{}", of("dead_time"));
+}
+
 /// Four flights of a vehicle that `flight_coverage` drew; returns it and the estimates.
 fn drawn(
     seed: u64,
@@ -94,13 +124,13 @@ fn regress_a_step_that_a_bound_cuts_off_does_not_end_the_search() {
     // Without an accelerometer the lag of the motors comes to its lower bound. The search ended there, 166 units of
     // twice the log-likelihood above the minimum, with a lag of the wake of 0.418 s (0.248 to 0.587); the truth is 0.070 s.
     let (vehicle, found) = drawn(100_004_800, false, 0.0005, 25.0);
-    let lag = found[3].expect("a lag");
+    // The likelihood gives 0.047 s with a standard error of 0.028 s: no number. Of another vehicle it has one.
+    assert!(found[3].is_none(), "{:?}", found[3]);
+    let (other, of_other) = drawn(110_804_800, false, 0.0005, 25.0);
+    let lag = of_other[3].expect("a lag");
     let half = 0.5 * (lag.ci95[1] - lag.ci95[0]);
-    // One in 400 intervals misses by 1.5 half widths by chance; the seed is fixed. It was 2.05.
-    assert!(
-        (lag.value - vehicle.wake_lag_s).abs() < 1.5 * half,
-        "{lag:?}"
-    );
+    // One in 400 intervals misses by 1.5 half widths by chance; the seed is fixed. It was 2.05 with the vehicle above.
+    assert!((lag.value - other.wake_lag_s).abs() < 1.5 * half, "{lag:?}");
     // The lift at one radius is within its interval, which is at most a third of it.
     let (lift, truth) = (found[1].expect("a lift"), vehicle.truth()[1]);
     assert!(lift.ci95[0] < truth && truth < lift.ci95[1], "{lift:?}");
@@ -136,4 +166,100 @@ fn prop_an_offset_of_the_height_moves_no_number() {
         (plain.value - shifted.value).abs() < 0.02 * plain.std_error,
         "{plain:?} {shifted:?}"
     );
+}
+
+/// A vehicle of 30 g that `flight_cases` drew, without accelerometer and with motion capture at 100 Hz.
+fn small(seed: u64) -> Vehicle {
+    Vehicle::draw_30_g(&mut Pcg64::seed_from_u64(seed), false)
+}
+
+/// Lifts at half, one and two radii and the wake's lag, which have to be within their intervals.
+fn holds_lift_and_lag(vehicle: &Vehicle, seed: u64) {
+    let found = match identify(vehicle, seed, 4) {
+        Cell::Found(found) => found,
+        Cell::Refused(why) => panic!("{why}"),
+    };
+    for ((name, truth), found) in QUANTITIES.iter().zip(vehicle.truth()).zip(*found).take(4) {
+        let found = found.unwrap_or_else(|| panic!("{name}: not identified"));
+        assert!(
+            found.ci95[0] < truth && truth < found.ci95[1],
+            "{name}: {found:?}, truth {truth}"
+        );
+    }
+}
+
+#[test]
+fn regress_small_rotors_leave_the_covariance_a_covariance() {
+    // Over small rotors a ground effect that follows late makes the motion unstable. Rounding made the covariance asymmetric, a
+    // variance fell below zero after 50 s, and the fit along measured heights took over: no lag, and a lift 15 % low.
+    let seed = 700_001_300;
+    holds_lift_and_lag(&small(seed), seed);
+}
+
+#[test]
+fn regress_rows_that_hold_older_heights_leave_lift_and_lag() {
+    // A range of 40 Hz in rows of 50 Hz is up to 15 ms older than its row. Its innovations are not quite white, and the fit along
+    // measured heights took over, whose lift at half a radius missed by two half widths.
+    let seed = 700_001_100;
+    let vehicle = Vehicle {
+        log_hz: 50.0,
+        range_hz: 40.0,
+        ..Vehicle::draw(&mut Pcg64::seed_from_u64(seed), false, 0.002, 50.0)
+    };
+    holds_lift_and_lag(&vehicle, seed);
+}
+
+#[test]
+fn regress_heights_of_a_filter_without_accelerometer_leave_hovers_at_rest() {
+    // The autopilot's estimate: by its motion lifts were up to a third low, with half widths of a fifth.
+    let vehicle = Vehicle {
+        accelerometer: false,
+        filtered_height: true,
+        ..Vehicle::default()
+    };
+    let settings = FlightSettings {
+        rotor_radius_m: Some(vehicle.rotor_radius_m),
+        ..FlightSettings::default()
+    };
+    let trials: Vec<Trial> = (800_000_700..800_000_704)
+        .map(|seed| fly(&vehicle, seed))
+        .collect();
+    let trials: Vec<&Trial> = trials.iter().collect();
+    let found = ground_effect_by_routes(&trials, &settings, None).unwrap();
+    assert!(
+        matches!(found.found.basis, Basis::Hovers { .. }),
+        "{:?}",
+        found.found.basis
+    );
+    let by_poses = found.routes.iter().find(|r| r.basis == Basis::Poses);
+    let why = by_poses.and_then(|r| r.refused.as_deref()).unwrap();
+    assert!(why.contains("before any filter"), "{why}");
+}
+
+#[test]
+fn regress_heights_of_a_filter_beside_an_accelerometer_come_with_a_warning() {
+    // Of six such sets (`flight_cases`, `filtered`) three intervals of the climb damping held, and four of the lift at two radii.
+    let warned = |filtered_height: bool| {
+        let vehicle = Vehicle {
+            filtered_height,
+            ..Vehicle::default()
+        };
+        let settings = FlightSettings {
+            rotor_radius_m: Some(vehicle.rotor_radius_m),
+            ..FlightSettings::default()
+        };
+        let logs = (800_000_600..800_000_603).map(|s| Flight::of(&fly(&vehicle, s), &settings));
+        let logs: Vec<Flight> = logs.map(Result::unwrap).collect();
+        let found = ground_effect(&logs, &settings).unwrap();
+        assert_eq!(found.basis, Basis::Accelerometer);
+        let all = IdentificationSettings {
+            flight: settings,
+            ..IdentificationSettings::default()
+        };
+        let card = found.card(&all, &Origin::default());
+        card.warnings
+            .iter()
+            .any(|w| w.to_string().contains("but of an estimate"))
+    };
+    assert_eq!([true, false].map(warned), [true, false]);
 }

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Compares thrust models of `touchdown identify` with independent fits of the same forms by SciPy, on measured logs.
 
-    python3 thrust_scipy.py TOUCHDOWN DATA [--table]
+    python3 thrust_scipy.py TOUCHDOWN DATA [LOG]
 
 Each log is cut into a part that is fitted and a part that is predicted. Tables of steady levels: every other row. Records over
 time: the first six tenths, then the rest. Both fits see the same rows and predict the same rows, in free run from the first
-measured thrust. The second judgement is of the form that `touchdown` chooses without being asked: SciPy fits every form to
+measured thrust. Records over time are compared without and with a free dead time. For eq. (8), SciPy finds the coefficients of the
+terms that `touchdown` has chosen, from a start of its own. The second judgement is of the form that `touchdown` chooses without being asked: SciPy fits every form to
 the log without a level and predicts that level, for each level; the error of the chosen form is compared with the least.
 
 Prints a row for each log and form, and the greatest ratios. Ends with status 1 if a ratio exceeds 1.05.
@@ -16,6 +17,7 @@ import json
 import subprocess
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +27,8 @@ GRAM = 9.80665e-3
 BAR = 1.05
 # Errors below this share of the greatest thrust are equal: load cells resolve a thousandth of their range at best.
 FINEST = 1e-3
+# Dead times that searches start from (s): a search from one falls short where commands are steps.
+DEAD_S = [0.0, 0.01, 0.03]
 
 
 # ---- logs ---------------------------------------------------------------------------------------
@@ -67,20 +71,18 @@ def logs(data):
 
 def lag(t, u, lag_s, dead_s):
     """u, held between samples, behind a dead time and a first-order lag, from its own first value."""
-    edges = t + dead_s
-    times = np.concatenate([t, edges])
+    times = np.concatenate([t, t + dead_s])
     order = np.argsort(times, kind="stable")
-    y, now, level = np.empty(len(t)), u[0], u[0]
-    last = t[0]
-    for k in order:
-        dt = times[k] - last
-        now = level + (now - level) * np.exp(-dt / lag_s)
-        last = times[k]
+    decay = np.exp(-np.diff(times[order], prepend=t[0]) / lag_s).tolist()
+    y, levels = [0.0] * len(t), u.tolist()
+    now = level = levels[0]
+    for k, keep in zip(order.tolist(), decay):
+        now = level + (now - level) * keep
         if k < len(t):
             y[k] = now
         else:
-            level = u[k - len(t)]
-    return y
+            level = levels[k - len(t)]
+    return np.array(y)
 
 
 def static(p, s, u, root):
@@ -89,10 +91,11 @@ def static(p, s, u, root):
 
 
 class Form:
-    """A form by its name: `predict(p, t, motors, volts, first thrust)`, and a start of the search."""
+    """A form by its name: `predict(p, t, motors, volts, first thrust)`, and a start of the search. The last parameter is the dead
+    time where it is free."""
 
-    def __init__(self, name, battery):
-        self.name, self.battery = name, battery
+    def __init__(self, name, battery, dead=False):
+        self.name, self.battery, self.dead = name, battery, dead
         self.lagged = name in ("first_order", "lagged_motors")
 
     def start(self, s, thrust):
@@ -104,8 +107,9 @@ class Form:
         scale = np.sqrt(top) if self.name == "static_sqrt" else top
         return np.array([0.0, scale, 0.0] + [0.0] * self.battery)
 
-    def predict(self, p, t, motors, volts, first, dead_s=0.0):
+    def predict(self, p, t, motors, volts, first):
         s = motors.mean(axis=1)
+        p, dead_s = (p[:-1], max(p[-1], 0.0)) if self.dead else (p, 0.0)
         if self.name in ("static_sqrt", "static_thrust"):
             return static(p, s, volts, self.name == "static_sqrt")
         lag_s = np.exp(p[-1])
@@ -134,7 +138,64 @@ class Form:
             return (self.predict(p, t, motors, volts, first) - thrust)[rows]
 
         start = self.start(motors.mean(axis=1), thrust)
-        return least_squares(residual, start, method="lm" if rows.sum() >= len(start) else "trf", max_nfev=400).x
+        starts = [np.append(start, d) for d in DEAD_S] if self.dead else [start]
+        method = "lm" if rows.sum() >= len(starts[0]) else "trf"
+        fits = [least_squares(residual, start, method=method, max_nfev=400) for start in starts]
+        return min(fits, key=lambda fit: fit.cost).x
+
+
+class Library:
+    """Eq. (8), x' = Θ(x, s) ξ with T = x |x|, of given terms, by Runge and Kutta's method with the command held."""
+
+    def __init__(self, terms):
+        words = [compile(t.replace("^", "**"), t, "eval") for t in terms]
+        names = {"exp": np.exp, "sin": np.sin, "cos": np.cos, "sqrt": np.sqrt}
+        self.terms = lambda x, s: [np.broadcast_to(eval(w, {**names, "x": x, "s": s}), np.shape(x)) for w in words]
+
+    def run(self, p, t, s, first):
+        """x of every row, for one or many sets of coefficients (columns)."""
+        p = np.atleast_2d(p.T).T
+        x = np.full(p.shape[1], np.sqrt(max(first, 0.0)))
+        out = np.empty((len(t), p.shape[1]))
+        slope = lambda x, u: sum(c * term for c, term in zip(p, self.terms(np.clip(x, -9.0, 9.0), u)))
+        out[0] = x
+        for k in range(len(t) - 1):
+            h, u = t[k + 1] - t[k], s[k]
+            a = slope(x, u)
+            b = slope(x + 0.5 * h * a, u)
+            c = slope(x + 0.5 * h * b, u)
+            x = np.clip(x + h / 6 * (a + 2 * b + 2 * c + slope(x + h * c, u)), -9.0, 9.0)
+            out[k + 1] = x
+        return out
+
+    def predict(self, p, t, motors, volts, first):
+        x = self.run(p, t, motors.mean(axis=1), first)[:, 0]
+        return x * np.abs(x)
+
+    def start(self, t, motors, thrust):
+        """The terms that come nearest to the first-order lag that SciPy finds in the log."""
+        lag = Form("first_order", False)
+        c1, c0, log_lag = lag.fit(t, motors, thrust, None)
+        s, x = motors.mean(axis=1), np.sqrt(np.maximum(thrust, 0.0))
+        rows = np.isfinite(thrust)
+        s, x = s[rows], x[rows]
+        # Off the record's own states as well: on them alone the terms are collinear.
+        s, x = np.tile(s, 3), np.concatenate([x, 0.9 * x, 1.1 * x])
+        theta = np.stack(self.terms(x, s), axis=1)
+        return np.linalg.lstsq(theta, (c1 + c0 * s - x) / np.exp(log_lag), rcond=1e-6)[0]
+
+    def fit(self, t, motors, thrust, _):
+        rows, s, first = np.isfinite(thrust), motors.mean(axis=1), mean_at_start(t, thrust)
+        residual = lambda p: (self.predict(p, t, motors, None, first) - thrust)[rows]
+
+        def slopes(p):
+            steps = 1e-6 * np.maximum(np.abs(p), 1e-2)
+            x = self.run(np.column_stack([p, p[:, None] + np.diag(steps)]), t, s, first)[rows]
+            y = x * np.abs(x)
+            return (y[:, 1:] - y[:, :1]) / steps
+
+        start = self.start(t, motors, thrust)
+        return least_squares(residual, start, jac=slopes, x_scale="jac", max_nfev=25).x
 
 
 def mean_at_start(t, thrust):
@@ -169,20 +230,22 @@ class Touchdown:
     def __init__(self, program, folder):
         self.program, self.folder = program, Path(folder)
         self.settings = self.folder / "settings.toml"
-        # SciPy's fits have no dead time; both have the same parameters.
+        # Both fits have the same parameters.
         self.settings.write_text('[thrust]\ndead_time = "none"\n')
+        self.with_dead_time = self.folder / "dead.toml"
+        self.with_dead_time.write_text('[thrust]\ndead_time = "estimate"\n')
 
     def call(self, *args):
         done = subprocess.run([self.program, *map(str, args)], capture_output=True, text=True, check=False)
         return json.loads(done.stdout) if done.returncode in (0, 3) and done.stdout else None, done.stderr
 
-    def fit(self, log, form=None, battery=False):
+    def fit(self, log, form=None, battery=False, dead=False):
         """The card's path and the object of identify; None and the reason where it refuses."""
         card = self.folder / "card.toml"
         card.unlink(missing_ok=True)
         args = ["identify", "thrust", log, "--quiet", "--json", "--rotors", "1", "--out", card]
         if form:
-            args += ["--form", form, "--settings", self.settings]
+            args += ["--form", form, "--settings", self.with_dead_time if dead else self.settings]
         if battery:
             args.append("--battery")
         found, reason = self.call(*args)
@@ -204,8 +267,30 @@ def parts(t, timed):
 
 
 def forms(timed, battery):
-    names = ["first_order"] + (["lagged_motors"] if timed else []) if timed else ["static_sqrt", "static_thrust"]
-    return [Form(n, b) for n in names for b in ([False, True] if battery and not timed else [False])]
+    if timed:
+        return [Form(n, False, d) for n in ("first_order", "lagged_motors") for d in (False, True)]
+    return [Form(n, b) for n in ("static_sqrt", "static_thrust") for b in ([False, True] if battery else [False])]
+
+
+def compare(touchdown, name, form, rows, files, worst):
+    """One form of one log: `rows` are those that are fitted and those that are predicted, as SciPy takes them."""
+    seen, (t, motors, thrust, volts) = rows
+    library = form == "library"
+    label = "library" if library else form.name + (" with battery" if form.battery else "") + (" dead time" if form.dead else "")
+    card, found = touchdown.fit(files[0], form if library else form.name, not library and form.battery, not library and form.dead)
+    if card is None:
+        print(f"{name:22} {label:26} {'–':>9} {'–':>9} refused: {found[:90]}")
+        return
+    ours = touchdown.rmse(card, files[1])
+    if library:
+        terms = [term["expression"] for term in tomllib.loads(card.read_text())["terms"] if term["of"] == "x'"]
+        form = Library(terms)
+    p = form.fit(*seen)
+    theirs = rmse(form.predict(p, t, motors, volts, mean_at_start(t, thrust)), thrust)
+    finest = FINEST * max(np.nanmax(seen[2]), np.nanmax(thrust))
+    ratio = max(ours, finest) / max(theirs, finest)
+    worst.setdefault("same form", []).append((ratio, f"{name} {label}"))
+    print(f"{name:22} {label:26} {theirs:9.5f} {ours:9.5f} {ratio:6.3f}", flush=True)
 
 
 def held_out(form, t, motors, thrust, volts):
@@ -223,12 +308,15 @@ def held_out(form, t, motors, thrust, volts):
 
 def main():
     program, data = sys.argv[1], Path(sys.argv[2])
+    only = sys.argv[3] if len(sys.argv) > 3 else None
     worst = {}
     print(f"{'log':22} {'form':26} {'SciPy N':>9} {'ours N':>9} {'ratio':>6}")
     with tempfile.TemporaryDirectory() as folder:
         touchdown = Touchdown(program, folder)
         seen_log, unseen_log, whole_log = (Path(folder) / f"{n}.csv" for n in ("seen", "unseen", "whole"))
         for name, t, motors, thrust, volts, timed in logs(data):
+            if only and name != only:
+                continue
             # Levels at which a rotor stands are no steady thrust of it; a fit leaves them out.
             if not timed:
                 keep = thrust >= 0.1 if np.nanmax(thrust) > 1.0 else thrust >= 0.01
@@ -239,18 +327,9 @@ def main():
             u = lambda rows: volts[rows] if volts is not None else None
             write(seen_log, t[a], motors[a], thrust[a], u(a))
             write(unseen_log, t[b], motors[b], thrust[b], u(b))
-            for form in forms(timed, volts is not None):
-                label = form.name + (" with battery" if form.battery else "")
-                p = form.fit(t[a], motors[a], thrust[a], u(a))
-                theirs = rmse(form.predict(p, t[b], motors[b], u(b), mean_at_start(t[b], thrust[b])), thrust[b])
-                card, found = touchdown.fit(seen_log, form.name, form.battery)
-                if card is None:
-                    print(f"{name:22} {label:26} {theirs:9.5f} {'–':>9} refused: {found[:90]}")
-                    continue
-                ours = touchdown.rmse(card, unseen_log)
-                ratio = max(ours, finest) / max(theirs, finest)
-                worst.setdefault("same form", []).append((ratio, f"{name} {label}"))
-                print(f"{name:22} {label:26} {theirs:9.5f} {ours:9.5f} {ratio:6.3f}")
+            rows = [(t[k], motors[k], thrust[k], u(k)) for k in (a, b)]
+            for form in forms(timed, volts is not None) + (["library"] if timed else []):
+                compare(touchdown, name, form, rows, (seen_log, unseen_log), worst)
             if timed:
                 continue
             write(whole_log, t, motors, thrust, volts)

@@ -73,8 +73,8 @@ impl GroundEffect {
         }
         let refused = self.refused.iter().cloned();
         warnings.extend(refused.map(Warning::NotIdentified));
-        if self.basis == Basis::Poses {
-            warnings.push(Warning::PosesShareErrors);
+        if self.basis == Basis::Accelerometer && self.noise.is_none() {
+            warnings.push(Warning::HeightsOfFilter);
         }
         card.description = self.basis.description().into();
         card.provenance.method = self.method();

@@ -254,6 +254,7 @@ mod tests {
             run: 0,
             time_s: (0..n).map(|i| step * i as f64).collect(),
             throttle: Vec::new(),
+            logged_throttle: Vec::new(),
             height: Vec::new(),
             climb_mps: Vec::new(),
             drift: crate::flights::drift::Drift::Unknown,

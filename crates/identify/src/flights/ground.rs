@@ -122,20 +122,7 @@ pub fn ground_effect_with(
     settings: &FlightSettings,
     card: Option<&Card>,
 ) -> Result<GroundEffect> {
-    let Some(rotor_radius_m) = settings.rotor_radius_m else {
-        return Err(Error::Arguments(
-            "the ground effect scales with the rotor radius: expected `rotor_radius_m` in the table [flight] of --settings, \
-             found none"
-                .to_string(),
-        ));
-    };
-    if let Some(flight) = flights.iter().find(|f| f.height_m.is_empty()) {
-        return Err(Error::data(
-            &flight.name,
-            "values of `height_m`: record a range finder, motion capture or another height above the ground",
-            "no height",
-        ));
-    }
+    let rotor_radius_m = radius_of_flights_with_height(flights, settings)?;
     let from = forces_from(flights)?;
     if from == ForceFrom::Accelerometer {
         let slowest = slowest_throttle_s(flights);
@@ -163,8 +150,33 @@ pub fn ground_effect_with(
     }
 }
 
+/// The rotor radius (m), once every flight has heights: what every route needs.
+///
+/// # Errors
+/// No rotor radius, or a flight without heights.
+pub(super) fn radius_of_flights_with_height(
+    flights: &[Flight],
+    settings: &FlightSettings,
+) -> Result<f64> {
+    let Some(rotor_radius_m) = settings.rotor_radius_m else {
+        return Err(Error::Arguments(
+            "the ground effect scales with the rotor radius: expected `rotor_radius_m` in the table [flight] of --settings, \
+             found none"
+                .to_string(),
+        ));
+    };
+    if let Some(flight) = flights.iter().find(|f| f.height_m.is_empty()) {
+        return Err(Error::data(
+            &flight.name,
+            "values of `height_m`: record a range finder, motion capture or another height above the ground",
+            "no height",
+        ));
+    }
+    Ok(rotor_radius_m)
+}
+
 /// From specific force.
-fn from_force(
+pub(super) fn from_force(
     flights: &[Flight],
     settings: &FlightSettings,
     rotor_radius_m: f64,
@@ -198,8 +210,12 @@ fn from_force(
         radius_m: rotor_radius_m,
         gravity_mps2: settings.gravity_mps2,
     };
-    let found = final_model(&mut choice, basis, units, settings, &mut refused)
-        .ok_or_else(|| noisy_heights(&name, &cut.pieces, rotor_radius_m))?;
+    let found = final_model(&mut choice, basis, units, settings, &mut refused).ok_or_else(
+        || match basis {
+            Basis::Poses => filtered_heights(&name, &cut.pieces),
+            _ => noisy_heights(&name, &cut.pieces, rotor_radius_m),
+        },
+    )?;
     let Resolved {
         fit,
         spread,
@@ -248,6 +264,19 @@ fn noisy_heights(name: &str, pieces: &[Segment], rotor_radius_m: f64) -> Error {
         ),
         format!(
             "noise of {:.1} mm, and disturbances of another kind",
+            1e3 * noise_of_heights(pieces)
+        ),
+    )
+}
+
+/// Heights without an accelerometer whose errors no sensor's noise explains.
+fn filtered_heights(name: &str, pieces: &[Segment]) -> Error {
+    Error::data(
+        name,
+        "heights as the sensor gives them, each in the row of its own stamp: record a range finder or motion capture before any \
+         filter, or the accelerometer as well (`specific_force_mps2`)",
+        format!(
+            "heights whose errors are correlated from one to the next, as a filter leaves them (noise of {:.1} mm)",
             1e3 * noise_of_heights(pieces)
         ),
     )

@@ -90,6 +90,7 @@ mod tests {
             run: 0,
             time_s: Vec::new(),
             throttle: Vec::new(),
+            logged_throttle: Vec::new(),
             height: Vec::new(),
             climb_mps: Vec::new(),
             drift: Drift::Unknown,

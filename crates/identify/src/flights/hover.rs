@@ -144,6 +144,7 @@ fn segments(
             flight,
             run,
             throttle: of(&|h| h.root / reference),
+            logged_throttle: Vec::new(),
             height: of(&|h| h.height_m / rotor_radius_m),
             climb_mps: Vec::new(),
             drift,
@@ -242,11 +243,10 @@ fn check(
         name,
         format!(
             "steady hovers of {SHORTEST_S} s or more (climb below {REST_MPS} m/s), without landing in between: at two heights or more \
-             below {:.3} m ({HOVER_NEAR_RADII} rotor radii) and above {reference_m:.3} m ({} rotor radii), for the log has {} and hovers are all \
-             that counts: record some seconds of hover at 0.5, 1, 2 and {} rotor radii in one flight, or {}",
+             below {:.3} m ({HOVER_NEAR_RADII} rotor radii) and above {reference_m:.3} m ({} rotor radii), {}: record some seconds of hover at 0.5, 1, 2 and {} rotor radii in one flight, or {}",
             m(HOVER_NEAR_RADII),
             settings.reference_radii,
-            why.found(),
+            why.only_hovers(),
             settings.reference_radii + 2.0,
             why.record()
         ),

@@ -78,7 +78,10 @@ pub(super) fn likeliest_curve(
             ..shape
         };
         let rival = track_shape(choice.pieces, shape, &all[0], units);
-        all.extend(rival.filter(Tracked::is_trusted));
+        // A rival is as white as the first, or nearly white.
+        let rival =
+            rival.filter(|r| r.is_trusted() || (!all[0].is_trusted() && r.is_nearly_white()));
+        all.extend(rival);
     }
     let mut best = 0;
     for (k, rival) in all.iter().enumerate().skip(1) {

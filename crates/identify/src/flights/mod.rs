@@ -16,6 +16,7 @@
 //! | [`trajectory`], `height_noise` | model, motion and noise together, by a Kalman filter's likelihood: the final numbers of a ground effect; else the bias by noise of heights |
 //! | [`selection`], [`resampling`] | models judged on held-out flights; intervals by the bootstrap over flights |
 //! | [`hover`] | logs without specific force: hovers at rest, and the thrust of each |
+//! | [`routes`] | the ground effect by each sensor that gives a thrust, compared |
 //! | [`judge`] | cards judged on flights that they have not seen |
 //! | [`ground`], `coverage`, [`numbers`], [`armed_interval_result`], [`result`] | the whole identification: ground effect, each armed interval, refusals |
 
@@ -46,6 +47,7 @@ pub mod resampling;
 mod resolve;
 mod rest;
 pub mod result;
+pub mod routes;
 pub mod segments;
 pub mod selection;
 mod shape;
@@ -58,4 +60,5 @@ pub use crate::refusal::{NoForce, Refusal};
 pub use crate::settings::FlightSettings;
 pub use ground::{Basis, GroundEffect, ground_effect, ground_effect_with};
 pub use record::{Flight, ForceFrom};
+pub use routes::{Route, Routed, ground_effect_by_routes};
 pub use thrust::{thrust_alone, with_thrust};

@@ -166,8 +166,10 @@ pub struct Segment {
     pub run: usize,
     /// Stamps (s).
     pub time_s: Vec<f64>,
-    /// Throttle over that of hover.
+    /// Throttle over that of hover; smoothed as the force where that is from poses.
     pub throttle: Vec<f64>,
+    /// Throttle as logged over that of hover, where `throttle` is smoothed; empty elsewhere.
+    pub logged_throttle: Vec<f64>,
     /// Height in R; empty where it was not measured.
     pub height: Vec<f64>,
     /// Climb rate (m/s); empty where it was not measured.
@@ -203,9 +205,14 @@ impl Segment {
     ///
     /// A command acts from its stamp plus the dead time on, until the next one does, as actuators hold it. A command never
     /// moves what was measured before it: it answers the noise of the very row that it is logged with, and an
-    /// interpolation would take that answer for a cause.
+    /// interpolation would take that answer for a cause. So would a throttle that is smoothed over what comes after.
     pub(super) fn drive(&self, v: &ModelValues) -> Vec<[f64; 2]> {
-        let targets: Vec<f64> = self.throttle.iter().map(|u| v.root(*u)).collect();
+        let command = if self.logged_throttle.is_empty() {
+            &self.throttle
+        } else {
+            &self.logged_throttle
+        };
+        let targets: Vec<f64> = command.iter().map(|u| v.root(*u)).collect();
         let time = &self.time_s;
         let mut x = targets[0];
         // The command that acts, and until when the motors are known.
@@ -387,6 +394,7 @@ mod tests {
                 .iter()
                 .map(|t| if *t < 0.5 { 1.0 } else { 1.2 })
                 .collect(),
+            logged_throttle: Vec::new(),
             height: vec![1.0; 200],
             climb_mps: vec![0.5; 200],
             drift: Drift::Unknown,

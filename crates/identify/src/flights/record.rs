@@ -25,6 +25,11 @@ const NOISIEST: f64 = 0.1;
 /// What the specific force of a vehicle in flight is around, in gravities.
 /// The median over a flight is 1 within a few per cent; 0 (gravity removed), 0.1 (in g) and -1 (downwards) are not.
 const IN_FLIGHT: [f64; 2] = [0.7, 1.4];
+/// What the mean of a vertical specific force over a flight is between, in gravities: accelerometers err by 0.02. Half would
+/// name biases that are usual; twice would pass a scale that is a tenth off.
+const ON_AVERAGE: [f64; 2] = [0.95, 1.05];
+/// The upper bound where the tilt is not known: a lean of 20° is 1.06.
+const ON_AVERAGE_LEANING: f64 = 1.08;
 
 /// What a specific force is from.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq, Serialize)]
@@ -162,6 +167,8 @@ impl Flight {
         };
         if known {
             whole.check_force(settings)?;
+            let mean = whole.mean_vertical_force(settings);
+            whole.notes.extend(mean.and_then(|m| whole.off_weight(m)));
         } else if clock_s.max(throttle_period_s) * settings.least_rate_hz <= 1.0 {
             whole.derive_force(&velocity, gravity);
         }
@@ -237,6 +244,33 @@ impl Flight {
                 ),
             )),
         }
+    }
+
+    /// Mean vertical specific force of the rows with motors (gravities): it is 1 over any flight that begins and ends at rest.
+    fn mean_vertical_force(&self, settings: &FlightSettings) -> Option<f64> {
+        let most = self.throttle.iter().copied().fold(0.0, f64::max);
+        let least = settings.idle_throttle.max(0.5 * most);
+        let rows = (0..self.force.len()).filter(|&i| self.throttle[i] > least);
+        let lean = |i: usize| self.tilt_rad.get(i).map_or(1.0, |t| t.cos());
+        let vertical = rows.map(|i| self.force[i] * lean(i));
+        let (n, sum) = vertical
+            .filter(|f| f.is_finite())
+            .fold((0, 0.0), |(n, sum), f| (n + 1, sum + f));
+        (n > 0).then(|| sum / f64::from(n))
+    }
+
+    /// The warning of a mean specific force that no flight has.
+    fn off_weight(&self, mean_g: f64) -> Option<Warning> {
+        let [low, high] = ON_AVERAGE;
+        let high = if self.tilt_rad.is_empty() {
+            ON_AVERAGE_LEANING
+        } else {
+            high
+        };
+        (!(low..=high).contains(&mean_g)).then_some(Warning::ForceOffWeight {
+            mean_g,
+            expected: [low, high],
+        })
     }
 
     /// The same with neighbouring rows averaged to steps of at least [`FINEST_STEP_S`].

@@ -44,13 +44,14 @@ pub(super) fn final_model(
     let pieces = choice.pieces;
     let measured = choice.best.clone();
     let tracked = along_trajectories(choice, basis, units);
-    if let Some(tracked) = tracked.filter(Tracked::is_trusted)
+    if let Some(tracked) = tracked.filter(|t| t.is_preferred(basis))
         && let Some(found) = resolved(choice, tracked, units, settings, refused)
     {
         return Some(found);
     }
     let noise_radii = noise_of_heights(pieces) / units.radius_m;
-    if noise_radii > LOUDEST {
+    // A force from poses is smoothed: the fit along measured heights has no lag, and its curve is low by what that moves.
+    if noise_radii > LOUDEST || basis == Basis::Poses {
         return None;
     }
     let biased = with_twice_the_noise(&measured, pieces, noise_radii, settings.seed);
@@ -89,7 +90,7 @@ fn along_trajectories(
         }
     }
     let tracked = track(choice.pieces, &start, None, units)?;
-    if basis == Basis::Poses && tracked.is_trusted() {
+    if basis == Basis::Poses && tracked.is_preferred(basis) {
         return Some(likeliest_motors(choice, tracked, units));
     }
     Some(tracked)

@@ -8,6 +8,7 @@ use super::hover::Hover;
 use super::model::Curve;
 use super::numbers::Number;
 use super::resampling::ResamplingUnit;
+use super::routes::Route;
 use super::segments::Excluded;
 use super::selection::Candidate;
 use super::{Flight, FlightSettings};
@@ -50,6 +51,9 @@ pub struct FlightResult {
     pub runs: Vec<ArmedIntervalResult>,
     /// Hovers at rest, if it was identified from them.
     pub hovers: Vec<Hover>,
+    /// The routes that the logs allow, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub routes: Vec<Route>,
     /// Models that were tried.
     pub tried: Vec<Candidate>,
     /// What was not identified, why, and what to record.
@@ -88,6 +92,7 @@ impl GroundEffect {
             blocks: self.spread.count,
             extra_lift: self.extra_lift_of_curve(settings),
             runs: self.runs(flights, settings),
+            routes: Vec::new(),
             tried: self.tried.clone(),
             refused: self.refused.clone(),
             left_out: self.left_out.clone(),

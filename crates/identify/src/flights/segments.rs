@@ -164,11 +164,6 @@ fn segment(
     settings: &FlightSettings,
 ) -> Segment {
     let [a, b] = run.rows;
-    let command = if flight.command.is_empty() {
-        &flight.throttle
-    } else {
-        &flight.command
-    };
     let least_m = least_m.unwrap_or(f64::NEG_INFINITY);
     // One row of standstill before, so that the first command is a step.
     let from = a.saturating_sub(usize::from(run.on_s.is_some()));
@@ -186,13 +181,20 @@ fn segment(
         }
         c[from..=b].iter().map(|v| (v - shift) / scale).collect()
     };
+    let of_hover = |c: &[f64]| held(part(c, units.hover_throttle, 0.0));
+    let (logged, smoothed) = (of_hover(&flight.throttle), of_hover(&flight.command));
+    let (throttle, logged_throttle) = match smoothed.is_empty() {
+        true => (logged, smoothed),
+        false => (smoothed, logged),
+    };
     let volts = part(&flight.battery_v, 1.0, units.battery_v);
     Segment {
         flight: 0,
         run: 0,
         rows: rows.collect(),
         time_s: flight.time_s[from..=b].to_vec(),
-        throttle: held(part(command, units.hover_throttle, 0.0)),
+        throttle,
+        logged_throttle,
         height: part(&flight.height_m, units.height_m, 0.0),
         climb_mps: part(&flight.climb_mps, 1.0, 0.0),
         drift: if volts.is_empty() {

@@ -5,11 +5,20 @@
 //! Ornstein–Uhlenbeck process. The autopilot flies by what it measures.
 #![allow(dead_code, unreachable_pub)]
 
+#[path = "course.rs"]
+mod course;
+
+use std::io::Write as _;
+
+use course::Course;
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use touchdown_identify::Origin;
 use touchdown_identify::estimate::Estimate;
 use touchdown_identify::flights::{Flight, FlightSettings, ground_effect};
+use touchdown_model::card::Term;
+use touchdown_model::{Card, Form, Kind};
 use touchdown_trial::Trial;
 
 /// Law of the extra lift with height.
@@ -23,6 +32,10 @@ pub enum Law {
 
 /// Step of the simulation (s).
 const STEP_S: f64 = 0.001;
+/// Rotor speed in hover (1/min): thrust goes with its square.
+const HOVER_RPM: f64 = 5000.0;
+/// Days on which a flight is tried.
+const DAYS: u64 = 20;
 /// Gravity (m/s²).
 const GRAVITY_MPS2: f64 = 9.81;
 
@@ -58,8 +71,14 @@ pub struct Vehicle {
     pub accelerometer_noise_mps2: f64,
     /// Whether the log has the accelerometer.
     pub accelerometer: bool,
+    /// Whether the logged height is the autopilot's estimate instead of the range.
+    pub filtered_height: bool,
+    /// Whether the log has the rotor speed.
+    pub rotor_speed: bool,
     /// Rate of the log (Hz).
     pub log_hz: f64,
+    /// Standard deviation of a flight's constant error of height (rotor radii), of a uniform distribution.
+    pub height_error_radii: f64,
 }
 
 impl Default for Vehicle {
@@ -79,7 +98,10 @@ impl Default for Vehicle {
             range_hz: 50.0,
             accelerometer_noise_mps2: 0.15,
             accelerometer: true,
+            filtered_height: false,
+            rotor_speed: false,
             log_hz: 100.0,
+            height_error_radii: 0.0,
         }
     }
 }
@@ -94,6 +116,22 @@ impl Vehicle {
                 let share = self.amplitude / (4.0 * (radii + self.decay_radii)).powi(2);
                 share / (1.0 - share)
             }
+        }
+    }
+
+    /// A vehicle of 30 g with motion capture at 100 Hz. The wake is as much faster as the rotors are smaller. Rougher air throws
+    /// it onto the ground.
+    pub fn draw_30_g(random: &mut Pcg64, accelerometer: bool) -> Self {
+        let usual = Self::draw(random, accelerometer, 0.0005, 100.0);
+        let mut between = |low, high| uniform(random, low, high);
+        Self {
+            rotor_radius_m: between(0.020, 0.026),
+            wake_lag_s: between(0.03, 0.10),
+            motor_lag_s: between(0.04, 0.08),
+            turbulence_mps2: between(0.01, 0.04),
+            damping_s_per_m: between(0.03, 0.08),
+            accelerometer_noise_mps2: between(0.2, 0.5),
+            ..usual
         }
     }
 
@@ -129,7 +167,10 @@ impl Vehicle {
             range_hz,
             accelerometer_noise_mps2: between(0.1, 0.3),
             accelerometer,
+            filtered_height: false,
+            rotor_speed: false,
             log_hz: 100.0,
+            height_error_radii: 0.0,
         }
     }
 
@@ -146,6 +187,12 @@ impl Vehicle {
             (self.extra_lift(0.5 * r) / self.extra_lift(3.0 * r)).ln() / 2.5,
             self.damping_s_per_m,
         ]
+    }
+
+    /// True extra lift at half, one and two rotor radii over that at so many.
+    pub fn lifts(&self, far_radii: f64) -> [f64; 3] {
+        let at = |radii: f64| self.extra_lift(radii * self.rotor_radius_m);
+        [0.5, 1.0, 2.0].map(|radii| (at(radii) - at(far_radii)) / (1.0 + at(far_radii)))
     }
 
     /// Thrust over weight of a rotor speed, as a share of the greatest.
@@ -172,6 +219,29 @@ pub enum Cell {
     Found(Box<[Option<Estimate>; 6]>),
     /// Nothing, for the reason given.
     Refused(String),
+}
+
+impl Cell {
+    /// Prints a line for each quantity: `head`, its name, the truth, and what was found.
+    pub fn print(&self, head: &str, vehicle: &Vehicle) -> std::io::Result<()> {
+        let mut out = std::io::stdout().lock();
+        match self {
+            Self::Refused(why) => writeln!(out, "{head} refused {}", why.replace('\n', " "))?,
+            Self::Found(found) => {
+                for ((name, truth), found) in QUANTITIES.iter().zip(vehicle.truth()).zip(&**found) {
+                    let name = name.replace(' ', "_");
+                    match found {
+                        Some(e) => {
+                            let [low, high] = e.ci95;
+                            writeln!(out, "{head} {name} {truth} {} {low} {high}", e.value)?;
+                        }
+                        None => writeln!(out, "{head} {name} {truth} missing")?,
+                    }
+                }
+            }
+        }
+        out.flush()
+    }
 }
 
 /// Flies `flights` times from the seeds `seed` on, and identifies.
@@ -206,13 +276,28 @@ pub fn identify(vehicle: &Vehicle, seed: u64, flights: u64) -> Cell {
     ]))
 }
 
-/// One flight: up, hovers and passes at many heights, bobbing near the ground, down.
+/// One flight: up, hovers and passes at many heights, bobbing near the ground, down. One whose error of height leads it to the
+/// ground is flown again with half the error, or none. One that turbulence throws onto the ground is flown another day.
 pub fn fly(vehicle: &Vehicle, seed: u64) -> Trial {
+    let days = (0..DAYS).map(|day| seed ^ (day << 48));
+    let flown = days.flat_map(|seed| [1.0, 0.5, 0.0].map(|share| (seed, share)));
+    let flown = flown
+        .map(|(of_day, share)| fly_with_error(vehicle, of_day, share))
+        .find_map(|trial| trial);
+    flown.expect("a flight clear of the ground")
+}
+
+/// The flight with this share of its error of height; `None` where it meets the ground.
+fn fly_with_error(vehicle: &Vehicle, seed: u64, share: f64) -> Option<Trial> {
     let v = vehicle;
     let mut random = Pcg64::seed_from_u64(seed);
     let r = v.rotor_radius_m;
     let thrust_scale = 1.0 + 0.01 * normal(&mut random);
     let bias_mps2 = 0.05 * normal(&mut random);
+    // Of a generator of its own: the rest of a flight stays as it is without an error of height.
+    let mut of_height = Pcg64::seed_from_u64(seed ^ 0x4845_4947_4854);
+    let width_m = 12f64.sqrt() * v.height_error_radii * r;
+    let error_m = share * width_m * uniform(&mut of_height, -0.5, 0.5);
     let course = Course::draw(&mut random, r);
     let (every_log, every_range) = (
         (1.0 / (v.log_hz * STEP_S)).round() as usize,
@@ -232,7 +317,7 @@ pub fn fly(vehicle: &Vehicle, seed: u64) -> Trial {
     };
     let keep = (-STEP_S / 0.4f64).exp();
     let mut throttle = v.hover_throttle;
-    let (mut time, mut columns) = (Vec::new(), [Vec::new(), Vec::new(), Vec::new()]);
+    let (mut time, mut columns) = (Vec::new(), [const { Vec::new() }; 4]);
     let steps = (course.end_s() / STEP_S) as usize;
     let mut range = f64::NAN;
     for k in 0..steps {
@@ -241,9 +326,11 @@ pub fn fly(vehicle: &Vehicle, seed: u64) -> Trial {
             * v.thrust(world.speed)
             * (1.0 + world.lift - v.damping_s_per_m * world.climb_mps)
             + world.gust_mps2 / GRAVITY_MPS2;
-        assert!(world.height_m > 0.0, "the feet are on the ground at {t} s");
+        if world.height_m <= 0.0 {
+            return None;
+        }
         if k % every_range == 0 {
-            range = world.height_m + v.range_noise_m * normal(&mut random);
+            range = world.height_m + error_m + v.range_noise_m * normal(&mut random);
             pilot.range(range, v);
         }
         if k % every_log == 0 {
@@ -253,7 +340,12 @@ pub fn fly(vehicle: &Vehicle, seed: u64) -> Trial {
             time.push(t);
             columns[0].push(throttle);
             columns[1].push(specific);
-            columns[2].push(range);
+            columns[2].push(if v.filtered_height {
+                pilot.height_m
+            } else {
+                range
+            });
+            columns[3].push(HOVER_RPM * v.thrust(world.speed).sqrt());
             range = f64::NAN;
         }
         world.gust_mps2 = keep * world.gust_mps2
@@ -261,7 +353,7 @@ pub fn fly(vehicle: &Vehicle, seed: u64) -> Trial {
         world.step(v, throttle, force);
     }
     let mut trial = Trial::new(format!("flight-{seed}"), time).expect("increasing time");
-    let [throttle, specific, range] = columns;
+    let [throttle, specific, range, rotor_rpm] = columns;
     trial.insert("throttle", throttle).expect("as long");
     if v.accelerometer {
         trial
@@ -269,7 +361,10 @@ pub fn fly(vehicle: &Vehicle, seed: u64) -> Trial {
             .expect("as long");
     }
     trial.insert("height_m", range).expect("as long");
-    trial
+    if v.rotor_speed {
+        trial.insert("rotor_rpm", rotor_rpm).expect("as long");
+    }
+    Some(trial)
 }
 
 struct World {
@@ -325,83 +420,43 @@ impl Pilot {
     }
 }
 
-/// Heights over time.
-struct Course {
-    knots: Vec<[f64; 2]>,
-    tones: Vec<[f64; 3]>,
-    dither: Vec<[f64; 3]>,
-    radius_m: f64,
-}
-
-impl Course {
-    fn draw(random: &mut Pcg64, radius_m: f64) -> Self {
-        let mut knots = vec![[0.0, 6.0], [4.0, 6.0]];
-        let mut t = 4.0;
-        for level in [
-            2.5, 1.5, 0.9, 0.6, 1.2, 0.7, 3.0, 0.6, 6.0, 6.0, 1.0, 0.6, 5.0,
-        ] {
-            let level = level * uniform(random, 0.85, 1.15);
-            let before: f64 = knots[knots.len() - 1][1];
-            t += uniform(random, 0.5, 1.5) + 0.3 * (level - before).abs();
-            knots.push([t, level]);
-            t += uniform(random, 1.5, 2.5);
-            knots.push([t, level]);
-        }
-        let mut tone = |amplitude: f64, rates: [f64; 2]| {
-            [
-                amplitude,
-                uniform(random, rates[0], rates[1]),
-                uniform(random, 0.0, std::f64::consts::TAU),
-            ]
-        };
-        Self {
-            tones: (0..3).map(|_| tone(0.08, [2.0, 7.0])).collect(),
-            dither: (0..4).map(|_| tone(0.008, [15.0, 40.0])).collect(),
-            knots,
-            radius_m,
-        }
-    }
-
-    fn end_s(&self) -> f64 {
-        self.knots[self.knots.len() - 1][0] + 2.0
-    }
-
-    /// Height (m), climb rate (m/s), dither of the throttle.
-    fn at(&self, t: f64) -> [f64; 3] {
-        let k = self
-            .knots
-            .partition_point(|k| k[0] <= t)
-            .clamp(1, self.knots.len() - 1);
-        let ([ta, a], [tb, b]) = (self.knots[k - 1], self.knots[k]);
-        let share = ((t - ta) / (tb - ta).max(1e-9)).clamp(0.0, 1.0);
-        let slope = if (0.0..1.0).contains(&share) {
-            (b - a) / (tb - ta).max(1e-9)
-        } else {
-            0.0
-        };
-        let level = a + share * (b - a);
-        let sum = |all: &[[f64; 3]]| {
-            all.iter()
-                .map(|[a, w, p]| a * (w * t + p).sin())
-                .sum::<f64>()
-        };
-        let rate: f64 = self
-            .tones
-            .iter()
-            .map(|[a, w, p]| a * w * (w * t + p).cos())
-            .sum();
-        [
-            (level + sum(&self.tones)).max(0.55) * self.radius_m,
-            (slope + rate) * self.radius_m,
-            sum(&self.dither),
-        ]
-    }
-}
-
 fn normal(random: &mut Pcg64) -> f64 {
     StandardNormal.sample(random)
 }
 
-fn uniform(random: &mut Pcg64, lo: f64, hi: f64) -> f64 {
+pub fn uniform(random: &mut Pcg64, lo: f64, hi: f64) -> f64 {
     lo + (hi - lo) * (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// The same vehicle with the other law of thrust by throttle: that of a thrust command where the first is nearer to one of speed.
+pub fn another(vehicle: &Vehicle) -> Vehicle {
+    Vehicle {
+        linear: if vehicle.linear < 0.5 { 1.0 } else { 0.0 },
+        ..*vehicle
+    }
+}
+
+/// The thrust card of a vehicle of 1 kg.
+pub fn thrust_card(vehicle: &Vehicle) -> Card {
+    let hover = vehicle.linear * vehicle.hover_throttle
+        + (1.0 - vehicle.linear) * vehicle.hover_throttle.powi(2);
+    let mut card = Origin::default().card(
+        "thrust",
+        Kind::Thrust,
+        Form::StaticThrust,
+        "T = a1 s + a2 s^2",
+    );
+    for (expression, share) in [("s", vehicle.linear), ("s^2", 1.0 - vehicle.linear)] {
+        card.terms.push(Term {
+            of: "T".into(),
+            expression: expression.into(),
+            value: share / hover * GRAVITY_MPS2,
+            std_error: None,
+            ci95: None,
+            unit: "N".into(),
+            mark: None,
+            upper_bound: None,
+        });
+    }
+    card
 }

@@ -51,7 +51,7 @@ pub(super) fn of(args: &FitArgs) -> Result<Settings> {
 }
 
 fn read(path: &Path) -> Result<Settings> {
-    let text = std::fs::read_to_string(path).map_err(Error::unread(path))?;
+    let text = touchdown_files::read_text(path).map_err(Error::unread(path))?;
     toml::from_str(&text).map_err(|e| Error::Settings {
         file: path.display().to_string(),
         message: TomlError::new(&text, &e).to_string(),

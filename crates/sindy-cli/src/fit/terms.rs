@@ -37,7 +37,7 @@ pub(super) fn libraries(
 
 /// Candidate terms in a file, one on each line: an expression, or a library such as `poly(2)`. `#` begins a comment.
 fn read(path: &Path, variables: &[&String]) -> Result<Vec<String>> {
-    let text = std::fs::read_to_string(path).map_err(Error::unread(path))?;
+    let text = touchdown_files::read_text(path).map_err(Error::unread(path))?;
     let mut texts = Vec::new();
     for (i, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or_default().trim();

@@ -85,7 +85,7 @@ pub(crate) fn run(terminal: &Terminal, args: &SimulateArgs) -> Result<Done> {
 }
 
 fn read_model(args: &SimulateArgs) -> Result<Model> {
-    let text = std::fs::read_to_string(&args.model).map_err(Error::unread(&args.model))?;
+    let text = touchdown_files::read_text(&args.model).map_err(Error::unread(&args.model))?;
     Model::from_json(&text).map_err(Error::refused(args.model.display().to_string()))
 }
 

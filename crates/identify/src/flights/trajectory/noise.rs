@@ -94,6 +94,10 @@ impl Noise {
                         (noise, best) = (tried, cost);
                         break;
                     }
+                    // The noise of a sensor that was not logged moves nothing, in either direction.
+                    if cost.to_bits() == best.to_bits() {
+                        break;
+                    }
                 }
             }
             if before - best < LITTLE {

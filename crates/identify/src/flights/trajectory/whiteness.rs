@@ -20,12 +20,16 @@ const WHITE: f64 = 0.25;
 impl Whiteness {
     /// Whether all sensors' innovations are nearly white.
     pub(super) fn is_white(self) -> bool {
-        self.range.max(self.climb_rate).max(self.accelerometer) < WHITE
+        self.greatest() < WHITE
     }
 
     /// Whether a few rounds more may make them white.
     pub(super) fn may_become_white(self) -> bool {
-        self.range.max(self.climb_rate).max(self.accelerometer) < 4.0 * WHITE
+        self.greatest() < 4.0 * WHITE
+    }
+
+    fn greatest(self) -> f64 {
+        self.range.max(self.climb_rate).max(self.accelerometer)
     }
 
     pub(super) fn of(passes: &[Pass]) -> Self {

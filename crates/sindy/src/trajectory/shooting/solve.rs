@@ -42,7 +42,7 @@ pub enum Outcome {
     Converged,
     /// The iteration limit was reached first.
     IterationLimit,
-    /// No damping finds a lower cost, but the last step was not small.
+    /// No damping finds a lower cost, but the last step was not small; or the model blows up at the start.
     Stalled,
 }
 
@@ -66,8 +66,39 @@ pub struct Refined {
     pub outcome: Outcome,
 }
 
+impl Refined {
+    fn of(
+        at: &Iterate,
+        (std_errors, correlation): (Vec<f64>, DMatrix<f64>),
+        iterations: usize,
+        outcome: Outcome,
+    ) -> Self {
+        let residuals: usize = at.parts.iter().map(|p| p.count).sum();
+        let squares: f64 = at.parts.iter().map(|p| p.squares).sum();
+        Self {
+            parameters: at.theta.as_slice().to_vec(),
+            std_errors,
+            correlation,
+            rmse: (squares / residuals.max(1) as f64).sqrt(),
+            residuals,
+            iterations,
+            outcome,
+        }
+    }
+
+    /// The start itself, from which the model blows up: it has no slope to follow.
+    fn blown_up(start: &Iterate) -> Self {
+        let p = start.theta.len();
+        let unknown = (vec![f64::NAN; p], DMatrix::from_element(p, p, f64::NAN));
+        Self {
+            rmse: f64::INFINITY,
+            ..Self::of(start, unknown, 0, Outcome::Stalled)
+        }
+    }
+}
+
 impl Shooting {
-    /// Refines `model` on `records`.
+    /// Refines `model` on `records`. A model that blows up at the start of the search is returned as it came.
     ///
     /// # Errors
     /// Settings out of range, records that do not fit the model, or no window without gaps.
@@ -103,6 +134,9 @@ impl Shooting {
         };
         let reduce = |at: &Iterate| self.reduce(at, parameters, &guess);
         let mut at = evaluate(theta, guess.clone());
+        if at.cost == f64::INFINITY {
+            return Ok(Refined::blown_up(&at));
+        }
         let mut damping = LEAST_USED_DAMPING;
         let mut outcome = Outcome::IterationLimit;
         let mut iterations = 0;
@@ -136,18 +170,8 @@ impl Shooting {
                 damping = (damping * 10.0).max(LEAST_USED_DAMPING);
             }
         }
-        let (std_errors, correlation) = reduce(&at).errors(&stretches, parameters, &at.theta);
-        let residuals: usize = at.parts.iter().map(|p| p.count).sum();
-        let squares: f64 = at.parts.iter().map(|p| p.squares).sum();
-        Ok(Refined {
-            parameters: at.theta.as_slice().to_vec(),
-            std_errors,
-            correlation,
-            rmse: (squares / residuals.max(1) as f64).sqrt(),
-            residuals,
-            iterations,
-            outcome,
-        })
+        let errors = reduce(&at).errors(&stretches, parameters, &at.theta);
+        Ok(Refined::of(&at, errors, iterations, outcome))
     }
 
     /// Windows whose inputs and first guess are finite.

@@ -281,6 +281,31 @@ fn analytic_a_prior_pulls_as_its_width_says() {
 }
 
 #[test]
+fn prop_a_model_that_blows_up_at_the_start_comes_back_as_it_went() {
+    // x' = a x² from 1 is infinite at t = 1/a: long before the end of the record.
+    let time: Vec<f64> = (0..200).map(|k| 0.1 * f64::from(k)).collect();
+    let one = vec![1.0; 200];
+    let record = Record {
+        time: &time,
+        inputs: vec![&one],
+        measured: &one,
+        start: vec![&one],
+        group: 0,
+    };
+    let model = OdeModel::new(&["x"], &["u"], &["a"], &["a*x^2*u"], "x").unwrap();
+    let whole = Shooting {
+        window: f64::INFINITY,
+        ..Shooting::default()
+    };
+    let refined = whole
+        .refine(&model, &[record], &[Parameter::free(2.0)])
+        .unwrap();
+    assert_eq!(refined.parameters, [2.0]);
+    assert_eq!(refined.outcome, Outcome::Stalled);
+    assert!(refined.std_errors[0].is_nan() && refined.rmse == f64::INFINITY);
+}
+
+#[test]
 fn prop_parameters_that_make_no_sense_are_named() {
     let d = data(5, 0.0);
     let record = Record {

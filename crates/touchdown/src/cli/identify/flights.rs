@@ -6,11 +6,12 @@ use std::path::Path;
 use touchdown::pages;
 use touchdown::{Error, Result};
 use touchdown_campaign::progress::Progress as _;
+use touchdown_identify::flights::Route;
 use touchdown_identify::flights::armed_interval_result::ArmedIntervalResult;
 use touchdown_identify::flights::hover::ThrustLaw;
 use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::flights::{
-    Basis, Flight, Refusal, ground_effect_with, thrust_alone, with_thrust,
+    Basis, Flight, Refusal, Routed, ground_effect_by_routes, thrust_alone, with_thrust,
 };
 use touchdown_identify::warning::{Warning, sentences};
 use touchdown_identify::{FittedCard, IdentificationSettings, Origin};
@@ -104,6 +105,9 @@ pub(super) fn text(result: &FlightResult) -> String {
     if let Some(lift) = &result.extra_lift {
         let _ = writeln!(out, "  {lift}");
     }
+    if result.routes.len() > 1 {
+        out += &routes(&result.routes);
+    }
     out += &armed_intervals(&result.runs);
     let lines = result.hovers.iter().map(|h| {
         format!(
@@ -115,6 +119,20 @@ pub(super) fn text(result: &FlightResult) -> String {
     let refused: Vec<&str> = result.refused.iter().map(Refusal::what).collect();
     if !refused.is_empty() {
         let _ = writeln!(out, "  not identified: {}", refused.join("; "));
+    }
+    out
+}
+
+/// The routes, a line each.
+fn routes(routes: &[Route]) -> String {
+    let mut out = String::new();
+    for route in routes {
+        let taken = if route.taken { " (taken)" } else { "" };
+        let found = match &route.refused {
+            Some(why) => format!("none: {why}"),
+            None => route.numbers().join("; "),
+        };
+        let _ = writeln!(out, "  route by {}{taken}: {found}", route.basis.name());
     }
     out
 }
@@ -149,9 +167,14 @@ pub(super) fn run(
     let mut settings = settings.clone();
     settings.flight.mass_kg = settings.flight.mass_kg.or(map.and_then(Map::mass_kg));
     context.stage("fitting", 1);
-    let flights = flights_of(logs.iter().map(|log| &log.trial), &settings)?;
     let (thrust, thrust_card) = thrust.unzip();
-    let model = ground_effect_with(&flights, &settings.flight, thrust_card)?;
+    let trials: Vec<&Trial> = logs.iter().map(|log| &log.trial).collect();
+    let Routed {
+        flights,
+        found: model,
+        routes,
+        warnings: differences,
+    } = ground_effect_by_routes(&trials, &settings.flight, thrust_card)?;
     let mut origin = origin(&load::trials(logs), map, common, &settings)?;
     let out = common.out.as_deref().unwrap_or(Path::new("CARD.toml"));
     origin.provenance.command = Some(command(common, thrust, out));
@@ -159,16 +182,18 @@ pub(super) fn run(
         origin.provenance.inputs.push(load::input(path)?);
     }
     let cards = Cards {
-        ground_effect: model.card(&settings, &origin),
+        ground_effect: model.card(&settings, &origin).with_warnings(differences),
         thrust: model.thrust_card(&settings, &origin),
     };
-    let result = model.result(&flights, &settings.flight);
+    let mut result = model.result(&flights, &settings.flight);
+    result.routes = routes;
+    let result = result;
     context.step();
 
     let path = target.card(GROUND_EFFECT);
     let (label, dropped) = (load::label(&common.logs), load::rows_dropped(logs));
     let mut fitted = Fitted::of(label, &cards.ground_effect, path.as_deref(), dropped);
-    if thrust.is_some() && !uses_thrust_card(model.basis) {
+    if thrust.is_some() && !result.routes.iter().any(|r| uses_thrust_card(r.basis)) {
         let why = "the card of --thrust is not used, because the logs have the specific force, measured or from poses";
         fitted.warnings.push(why.into());
     }

@@ -2,7 +2,7 @@
 
 use touchdown_identify::FittedCard;
 use touchdown_identify::flights::result::FlightResult;
-use touchdown_identify::flights::{Basis, Flight, GroundEffect, Refusal};
+use touchdown_identify::flights::{Basis, Flight, GroundEffect, Refusal, Route};
 use touchdown_model::Form;
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
@@ -255,6 +255,9 @@ pub fn report(
     for figure in first {
         report.figure(figure)?;
     }
+    if result.routes.len() > 1 {
+        put_table(&mut report, routes(&result.routes))?;
+    }
     if !result.refused.is_empty() {
         report.section("Not identified");
     }
@@ -302,6 +305,27 @@ fn verdict(result: &FlightResult) -> (Callout, String) {
             format!("{lift} Not identified: {}.", what.join(", ")),
         ),
     }
+}
+
+/// What each sensor says of the ground effect.
+fn routes(routes: &[Route]) -> Table {
+    let mut table =
+        Table::new("The ground effect by each sensor that gives a thrust, with 95 % intervals.")
+            .text_column("thrust from")
+            .text_column("found")
+            .text_column("taken");
+    for route in routes {
+        let found = route.refused.clone();
+        table = table.row([
+            Cell::text(route.basis.name()),
+            Cell::text(found.unwrap_or_else(|| route.numbers().join("; "))),
+            Cell::text(if route.taken { "yes" } else { "" }),
+        ]);
+    }
+    table.note(
+        "Of routes that differ by more than their errors, the one that agrees with most others is taken, and a warning names the \
+         difference. Of routes that agree, one with an interval less than half as wide is taken.",
+    )
 }
 
 fn tried(result: &FlightResult) -> Table {

@@ -1,0 +1,96 @@
+//! How often the intervals of a ground effect hold the truth where the flights are hard: vehicles of 30 g and 4 kg, throttles
+//! that are logged slowly, and heights that are the autopilot's estimate.
+//!
+//! ```text
+//! cargo run --release -p touchdown-identify --example flight_cases -- SETS FIRST_SET [CASE] >> sets.txt
+//! cargo run --release -p touchdown-identify --example flight_coverage -- table sets.txt
+//! ```
+//!
+//! The lines are those of `flight_coverage`, with the case in place of the law.
+
+#![allow(clippy::print_stdout, reason = "a program whose output is its table")]
+
+#[path = "../tests/common/vertical.rs"]
+mod vertical;
+
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng as _;
+use vertical::{Vehicle, identify, uniform};
+
+/// Flights of a set.
+const FLIGHTS: u64 = 4;
+const CASES: [&str; 8] = [
+    "30g",
+    "30g-poses",
+    "4kg",
+    "4kg-poses",
+    "slow-throttle",
+    "slow-throttle-poses",
+    "filtered",
+    "filtered-poses",
+];
+
+fn main() -> std::io::Result<()> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let number = |k: usize, or: u64| {
+        let given = args.get(k).map(|n| n.parse().expect("a whole number"));
+        given.unwrap_or(or)
+    };
+    let (sets, first) = (number(0, 1), number(1, 1));
+    for set in first..first + sets {
+        for (index, case) in CASES.iter().enumerate() {
+            if args.get(2).is_none_or(|only| only == case) {
+                // Seeds of a set and a case of its own.
+                let index = index as u64;
+                judge(
+                    case,
+                    100 * (1_000_000 * (7 + index / 6) + 6 * set + index % 6),
+                )?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Prints what came of one set of flights, one line for each quantity.
+fn judge(case: &str, seed: u64) -> std::io::Result<()> {
+    let vehicle = drawn(case, &mut Pcg64::seed_from_u64(seed));
+    let head = format!(
+        "{seed} {} {} {} {case}",
+        vehicle.accelerometer,
+        1e3 * vehicle.range_noise_m,
+        vehicle.log_hz
+    );
+    identify(&vehicle, seed, FLIGHTS).print(&head, &vehicle)
+}
+
+/// The vehicle of a case.
+fn drawn(case: &str, random: &mut Pcg64) -> Vehicle {
+    let accelerometer = !case.ends_with("-poses");
+    let case = case.trim_end_matches("-poses");
+    if case == "30g" {
+        return Vehicle::draw_30_g(random, accelerometer);
+    }
+    let usual = Vehicle::draw(random, accelerometer, 0.002, 50.0);
+    let mut between = |low, high| uniform(random, low, high);
+    match case {
+        "4kg" => Vehicle {
+            rotor_radius_m: between(0.18, 0.24),
+            wake_lag_s: between(0.12, 0.35),
+            motor_lag_s: between(0.06, 0.12),
+            turbulence_mps2: between(0.05, 0.15),
+            ..usual
+        },
+        // A complementary filter of range and accelerometer, in every row.
+        "filtered" => Vehicle {
+            filtered_height: true,
+            ..usual
+        },
+        // Logged at the rates that are the least for a lag.
+        _ => Vehicle {
+            log_hz: [40.0, 50.0, 62.5, 80.0][(between(0.0, 4.0) as usize).min(3)],
+            range_hz: 40.0,
+            ..usual
+        },
+    }
+}
