@@ -37,17 +37,35 @@ pub enum SettingsError {
     },
 }
 
+/// A number as an error shows it: by a power of ten where its digits would fill the line.
+struct Number(f64);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let magnitude = if self.0 < 0.0 { -self.0 } else { self.0 };
+        if (1e15..f64::INFINITY).contains(&magnitude) {
+            write!(f, "{:e}", self.0)
+        } else {
+            write!(f, "{}", self.0)
+        }
+    }
+}
+
 impl fmt::Display for SettingsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::NotFinite { key, found } => {
-                write!(f, "{key}: expected a finite number, found {found}")
+                write!(
+                    f,
+                    "{key}: expected a finite number, found {}",
+                    Number(found)
+                )
             }
             Self::OutOfRange {
                 key,
                 expected,
                 found,
-            } => write!(f, "{key}: expected {expected}, found {found}"),
+            } => write!(f, "{key}: expected {expected}, found {}", Number(found)),
             Self::Order {
                 lower_key,
                 lower,
@@ -55,7 +73,9 @@ impl fmt::Display for SettingsError {
                 upper,
             } => write!(
                 f,
-                "{lower_key}: expected less than {upper_key} = {upper}, found {lower}"
+                "{lower_key}: expected less than {upper_key} = {}, found {}",
+                Number(upper),
+                Number(lower)
             ),
         }
     }

@@ -175,6 +175,18 @@ impl<R: Real> Guidance<R> {
         order
     }
 
+    /// Forgets plan and hover, which somebody else flies; returns the heading to keep, rad.
+    pub(crate) fn interrupt(&self, state: &mut GuidanceState<R>, motion: &Motion<R>) -> R {
+        let heading_rad = *state
+            .heading_rad
+            .get_or_insert_with(|| motion.attitude.yaw_rad().finite_or(R::ZERO));
+        *state = GuidanceState {
+            heading_rad: Some(heading_rad),
+            ..self.initial()
+        };
+        heading_rad
+    }
+
     fn on_the_plan(&self, reference: &Reference<R>, time_s: R) -> ReferencePoint<R> {
         let sensed = reference.at(time_s - self.sensing_s);
         let lowest_m = reference.end_height_m() - self.press_m;

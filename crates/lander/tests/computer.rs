@@ -20,6 +20,8 @@ type State<R> = ComputerState<R, GuardedState<R, GroundEffectState<R>>>;
 fn computer<R: Real>() -> Computer<R> {
     let n = R::from_f64;
     let computer = Computer {
+        under_way: false,
+        seek: None,
         relative: RelativeFilter::default(),
         latency: None,
         deck: DeckEstimator {

@@ -34,6 +34,8 @@ pub enum Purpose {
     Attitude,
     /// What is logged beside what the landing computer hears.
     Log,
+    /// The deck's broadcast.
+    Beacon,
 }
 
 /// Finaliser of SplitMix64 (Steele, Lea & Flood 2014): mixes all bits.

@@ -320,6 +320,28 @@ fn analytic_drag_in_the_rotors_plane() {
 }
 
 #[test]
+fn analytic_stopped_rotors_have_no_linear_drag() {
+    let settings = PlantSettings {
+        surface: Surface::Absent,
+        ..PlantSettings::default()
+    };
+    let vehicle = vehicle_of(&settings);
+    let (c2, m, v0) = (0.02, 1.37, 6.0);
+    let mut state = RigidState {
+        velocity_mps: [v0, 0.0, 0.0],
+        ..RigidState::default()
+    };
+    let decks = [DeckPose::default(); 3];
+    for _ in 0..1_000 {
+        let still = Disturbance::default();
+        vehicle.step(&mut state, &decks, &[0.0; 4], &still, STEP_S);
+    }
+    // v' = -c2 v²/m over 1 s. RK4 at 1 ms of a rate of 0.1 1/s: rounding only.
+    let expected = v0 / (1.0 + c2 * v0 / m);
+    assert!((state.velocity_mps[0] - expected).abs() < 1e-12);
+}
+
+#[test]
 fn analytic_torques_have_their_signs() {
     let settings = PlantSettings {
         surface: Surface::Absent,

@@ -57,9 +57,18 @@ fn prop_landings_in_space_are_those_of_the_campaign_that_is_written_beside_them(
     common::page(&out, common::CAMPAIGN_PAGE);
     for landing in 0..4 {
         let bytes = std::fs::read(mcap.join(format!("landing-{landing:06}.mcap"))).unwrap();
-        let messages = mcap::MessageStream::new(&bytes).unwrap();
+        let messages: Vec<_> = mcap::MessageStream::new(&bytes)
+            .unwrap()
+            .map(Result::unwrap)
+            .collect();
         // Poses, deck, forces, estimate and phase a hundred times a second, for some seconds.
-        assert!(messages.map(Result::unwrap).count() > 9 * 200);
+        assert!(messages.len() > 9 * 200);
+        for message in messages {
+            let schema = message.channel.schema.as_ref().expect("a schema");
+            let of = |bytes: &[u8]| serde_json::from_slice::<Value>(bytes).unwrap();
+            let topic = &message.channel.topic;
+            common::fits(&of(&schema.data), &of(&message.data), topic);
+        }
         let path = ulog.join(format!("landing-{landing:06}.ulg"));
         let log = Log::open(path).unwrap().expect("a log");
         assert_eq!(log.survey().unwrap().0.recommended_map(), Some("px4"));

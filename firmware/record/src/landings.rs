@@ -6,7 +6,7 @@ use touchdown_flight::real::Real;
 use touchdown_flight::{Attitude, Command, Measurement, Method, Vector};
 use touchdown_lander::computer::{ComputerOutput, NormalReading, Sensed};
 use touchdown_lander::estimate::relative::{
-    BarometerReading, GnssVelocity, ImuSample, RangeReading, Reading, TagReading,
+    BarometerReading, BeaconReading, GnssVelocity, ImuSample, RangeReading, Reading, TagReading,
 };
 use touchdown_replay::{
     Callee, ComputerRecording, ModelCall, VerticalRecording, computer_step, record, vertical_step,
@@ -232,6 +232,11 @@ fn reading(reading: &Reading<f64>) -> Reading<f32> {
         Reading::Barometer(barometer) => Reading::Barometer(BarometerReading {
             altitude_m: narrow(barometer.altitude_m),
             age_s: narrow(barometer.age_s),
+        }),
+        Reading::Beacon(beacon) => Reading::Beacon(BeaconReading {
+            position_m: vector(beacon.position_m),
+            deck_velocity_mps: vector(beacon.deck_velocity_mps),
+            age_s: narrow(beacon.age_s),
         }),
     }
 }

@@ -4,7 +4,7 @@ use touchdown_flight::ground_effect::{GroundEffectState, GuardedState};
 use touchdown_flight::{Attitude, Vector};
 use touchdown_lander::computer::{Computer, ComputerOutput, ComputerState, NormalReading, Sensed};
 use touchdown_lander::estimate::relative::{
-    BarometerReading, GnssVelocity, ImuSample, RangeReading, Reading, TagReading,
+    BarometerReading, BeaconReading, GnssVelocity, ImuSample, RangeReading, Reading, TagReading,
 };
 use touchdown_lander::models::FlightModels;
 use touchdown_lander::settings::{ControlSettings, LoopTiming, SensorNumbers, VehicleNumbers};
@@ -101,6 +101,11 @@ pub fn record(sensed: &Sensed<'_, f32>, dt: f32, mut put: impl FnMut(u32)) {
                 number(3.0);
                 number(barometer.altitude_m);
             }
+            Reading::Beacon(beacon) => {
+                number(4.0);
+                numbers(&beacon.position_m.to_array(), &mut number);
+                numbers(&beacon.deck_velocity_mps.to_array(), &mut number);
+            }
         }
         number(reading.age_s());
     }
@@ -125,9 +130,15 @@ fn reading(port: &mut impl Port) -> Option<Reading<f32>> {
             velocity_mps: port.vector()?,
             age_s: port.number()?,
         })
-    } else {
+    } else if which == 3.0 {
         Reading::Barometer(BarometerReading {
             altitude_m: port.number()?,
+            age_s: port.number()?,
+        })
+    } else {
+        Reading::Beacon(BeaconReading {
+            position_m: port.vector()?,
+            deck_velocity_mps: port.vector()?,
             age_s: port.number()?,
         })
     })

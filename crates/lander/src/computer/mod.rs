@@ -39,10 +39,14 @@
 //! * **Without satellites** the vehicle's own horizontal velocity becomes uncertain; a
 //!   landing does not need it. Beyond `known_sd_mps` the deck counts as at rest
 //!   horizontally, so that a go-around climbs straight up.
+//! * **A deck under way** is followed in every phase ([`Computer::under_way`]): its horizontal acceleration is fed
+//!   forward, and a flight in the world's frame keeps the deck's last known velocity.
+//! * **A deck that is not below** is sought ([`Seek`]), if the settings say so.
 //! * **The approach leans** into the wind by the trim's slope beyond 0.15, so that
 //!   the pad stays in the middle of the camera's view and under the range finder's beam.
 //! * **A rough sea raises the hover** by 1 m for each 1 m/s of the deck's greatest speed
-//!   beyond 0.7 m/s, as it was within the last 30 s.
+//!   beyond 0.7 m/s, as it was within the last 30 s. The deck's horizontal acceleration is then estimated
+//!   and fed forward, and a go-around climbs faster (`sea`).
 //! * **Height of contact.** Near the deck a tilted vehicle is as low as its lowest foot
 //!   ([`Feet`]). Contact, the end of a descent and `contact_height_m` go by that foot.
 //! * **Observer and adaptation** pause below `contact_height_m`, because the legs' force
@@ -50,12 +54,17 @@
 
 mod feet;
 mod known;
+mod sea;
+mod seek;
 mod sightings;
 mod step;
 mod support;
 mod weather;
 
 pub use feet::Feet;
+use sea::Sea;
+pub use seek::Seek;
+use seek::SeekState;
 use sightings::Sightings;
 use support::Support;
 
@@ -122,6 +131,12 @@ pub struct Computer<R: Real, G = Guarded<R>> {
     pub controller: SpaceController<R, G>,
     /// Whether the deck's estimated acceleration is fed forward.
     pub deck_acceleration: bool,
+    /// Whether the deck may be under way.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub under_way: bool,
+    /// The flight to a deck that is not below; none hovers where the deck is lost.
+    #[cfg_attr(feature = "serde", serde(default = "none"))]
+    pub seek: Option<Seek<R>>,
     /// Latency of the IMU, by which the estimate is predicted to now, s.
     #[cfg_attr(feature = "serde", serde(rename = "lead_s"))]
     pub imu_latency_s: R,
@@ -148,6 +163,12 @@ pub struct Computer<R: Real, G = Guarded<R>> {
     pub tilt_memory_s: R,
     /// Time between two steps of the planner, s.
     pub planner_period_s: R,
+}
+
+/// Of recordings that do not have the key.
+#[cfg(feature = "serde")]
+fn none<T>() -> Option<T> {
+    None
 }
 
 /// The deck's normal, measured by the camera.
@@ -206,10 +227,13 @@ pub struct ComputerState<R: Real, S> {
     taken_over: Option<Attitude<R>>,
     /// Time since the start, s.
     flown_s: R,
-    /// Greatest speed of the deck of late, which raises the hover, m/s.
-    rough_mps: R,
+    /// How rough the sea is.
+    sea: Sea<R>,
     /// Horizontal way of the approach's axis per metre of height.
     lean: Vector<R>,
+    /// Horizontal acceleration of a deck under way or in a rough sea, m/s².
+    course_mps2: Vector<R>,
+    seek: SeekState<R>,
 }
 
 /// Output of a step of a [`Computer`].
@@ -259,6 +283,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             Descent::Straight(reference) => reference.validate()?,
         }
         self.state_machine.validate()?;
+        if let Some(seek) = &self.seek {
+            seek.validate()?;
+        }
         self.guidance.validate()?;
         self.controller.validate()?;
         not_negative("computer.lead_s", self.imu_latency_s)?;
@@ -310,8 +337,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             support: Support::default(),
             taken_over: None,
             flown_s: R::ZERO,
-            rough_mps: R::ZERO,
+            sea: Sea::default(),
             lean: Vector::ZERO,
+            course_mps2: Vector::ZERO,
+            seek: SeekState::default(),
         }
     }
 

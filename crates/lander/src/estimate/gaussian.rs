@@ -96,6 +96,21 @@ impl<R: Real, const N: usize> Gaussian<R, N> {
         }
     }
 
+    /// Corrects by a measurement `value` of the number that `h` selects, whose error of the variance
+    /// `noise` does not average out: the number is not known better afterwards, and a better known one is kept.
+    pub(crate) fn learn_at_most(&mut self, h: [R; N], value: R, noise: R) {
+        let innovation = self.innovation(h, value, noise);
+        if innovation.variance < r::<R>(2.0) * noise {
+            return;
+        }
+        self.correct(&innovation);
+        for i in 0..N {
+            if h[i] > R::ZERO {
+                self.covariance[i][i] = self.covariance[i][i].max(noise);
+            }
+        }
+    }
+
     /// Kalman correction in Joseph's form,
     /// `P ← (1 - K h) P (1 - K h)ᵀ + K noise Kᵀ`, which stays symmetric and
     /// positive under rounding. It changes nothing where the residual has no variance.

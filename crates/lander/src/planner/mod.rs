@@ -16,6 +16,8 @@
 //! time without a finite prediction is never chosen. Among quiescent times the planner
 //! chooses the least `severity + cost_per_s · T`.
 //!
+//! A tilt beyond its limit is added instead, because it is the same at all times: it would hide the best of them.
+//!
 //! **Waiting** ends after `wait_s`. While this deadline lies beyond the horizon, only a
 //! quiescent time is chosen. After that, the planner chooses the best time before the
 //! deadline, quiescent or not. It starts as soon as no later time is better, and at the
@@ -330,10 +332,15 @@ impl<R: Real> Planner<R> {
         let shares = [
             (outlook.velocity_mps.abs() + k * outlook.velocity_sd_mps) / q.speed_mps,
             ((outlook.acceleration_mps2 - middle).abs() + k * outlook.acceleration_sd_mps2) / width,
-            (outlook.tilt_rad.abs() + k * outlook.tilt_sd_rad) / q.tilt_rad,
             relative / q.relative_speed_mps,
         ];
-        shares.into_iter().fold(R::ZERO, R::max)
+        let motion = shares.into_iter().fold(R::ZERO, R::max);
+        let tilt = (outlook.tilt_rad.abs() + k * outlook.tilt_sd_rad) / q.tilt_rad;
+        if tilt <= R::ONE {
+            motion.max(tilt)
+        } else {
+            motion + tilt
+        }
     }
 }
 

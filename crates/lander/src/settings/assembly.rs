@@ -16,6 +16,7 @@ use crate::control::Delays;
 use crate::estimate::relative::RelativeFilter;
 use crate::models::FlightModels;
 use crate::space_controller::SpaceController;
+use crate::state_machine::StateMachine;
 
 // The reasons below are physical. The effect of halving or doubling was not measured.
 
@@ -147,12 +148,15 @@ impl<R: Real> ControlSettings<R> {
     ) -> Result<Computer<R>, SettingsError> {
         let imu_latency_s = sensors.imu_latency_s;
         let size = vehicle.rotor_radius_m / VehicleNumbers::default().rotor_radius_m;
+        self.course.validate()?;
         let computer = Computer {
-            relative: self.relative_filter(vehicle, sensors),
+            under_way: self.under_way,
+            seek: self.seeks.then_some(self.seeking),
+            relative: self.relative_filter(vehicle, sensors, start_height_m),
             latency: self.finds_latency.then_some(self.latency),
             deck: self.deck,
             descent: self.descent(start_height_m),
-            state_machine: self.state_machine,
+            state_machine: self.state_machine(),
             guidance: self.guidance,
             controller: self.controller(models, vehicle, imu_latency_s, timing),
             deck_acceleration: self.deck_acceleration,
@@ -173,11 +177,25 @@ impl<R: Real> ControlSettings<R> {
         Ok(computer)
     }
 
+    /// The state machine. A vehicle that seeks the deck climbs while it seeks, not in a go-around before.
+    fn state_machine(&self) -> StateMachine<R> {
+        let given = self.state_machine;
+        StateMachine {
+            lost_s: if self.seeks {
+                given.search_s
+            } else {
+                given.lost_s
+            },
+            ..given
+        }
+    }
+
     /// The relative estimator with the numbers of its sensors.
     fn relative_filter(
         &self,
         vehicle: &VehicleNumbers<R>,
         sensors: &SensorNumbers<R>,
+        start_height_m: R,
     ) -> RelativeFilter<R> {
         let mut relative = self.relative;
         relative.gravity_mps2 = vehicle.gravity_mps2;
@@ -190,6 +208,19 @@ impl<R: Real> ControlSettings<R> {
         // The camera's rotation follows after the attitude in the settings.
         relative.tag.attitude = Attitude::from_yaw(sensors.camera_turn_rad) * relative.tag.attitude;
         relative.tag.jitter_s = sensors.camera_jitter_s;
+        if self.seeks {
+            relative.initial.height_m = start_height_m;
+            relative.initial.height_sd_m = self.seeking.start_sd_m;
+        }
+        if self.under_way {
+            // The vehicle travels along before its first reading.
+            let velocity_sd_mps = &mut relative.initial.velocity_sd_mps;
+            *velocity_sd_mps = velocity_sd_mps.max(self.course.velocity_sd_mps);
+            let deck = &mut relative.deck;
+            deck.horizontal_velocity_sd_mps = self.course.velocity_sd_mps;
+            deck.horizontal_acceleration_sd_mps2 = self.course.acceleration_sd_mps2;
+            deck.horizontal_acceleration_s = self.course.acceleration_s;
+        }
         relative
     }
 

@@ -5,10 +5,11 @@ mod assembly;
 pub use assembly::{LoopTiming, SensorNumbers, VehicleNumbers};
 
 use touchdown_flight::control::Gains;
+use touchdown_flight::error::{SettingsError, not_negative, positive};
 use touchdown_flight::method::{C_DECK_PER_S, Method};
 use touchdown_flight::real::{Real, r};
 
-use crate::computer::Feet;
+use crate::computer::{Feet, Seek};
 use crate::control::{Adaptation, Horizontal, Observer};
 use crate::estimate::deck::{DeckEstimator, Observed};
 use crate::estimate::latency::LatencyEstimator;
@@ -27,6 +28,45 @@ pub enum DescentShape {
     /// A quintic to a terminal sink rate.
     #[default]
     Terminal,
+}
+
+/// What is expected of the course of a deck under way, before any reading and without a broadcast.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct CoursePrior<R> {
+    /// Velocity on each axis, standard deviation, m/s.
+    pub velocity_sd_mps: R,
+    /// Acceleration on each axis, standard deviation, m/s².
+    pub acceleration_sd_mps2: R,
+    /// Correlation time of the acceleration, s.
+    pub acceleration_s: R,
+}
+
+impl<R: Real> Default for CoursePrior<R> {
+    /// 8 m/s: cars at 15 m/s are within two standard deviations. 1.5 m/s²: a turn of 10 degrees per second at 10 m/s
+    /// takes 1.7 m/s². 2 s: turns begin and end within a second. With 0.5 m/s² and 3 s the velocity of a deck that begins to
+    /// turn at 5 m/s is wrong by 0.1 m/s.
+    /// The effect of halving or doubling was not measured.
+    fn default() -> Self {
+        Self {
+            velocity_sd_mps: r(8.0),
+            acceleration_sd_mps2: r(1.5),
+            acceleration_s: r(2.0),
+        }
+    }
+}
+
+impl<R: Real> CoursePrior<R> {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// Deviations must not be negative, the time must be positive.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        not_negative("course.velocity_sd_mps", self.velocity_sd_mps)?;
+        not_negative("course.acceleration_sd_mps2", self.acceleration_sd_mps2)?;
+        positive("course.acceleration_s", self.acceleration_s)
+    }
 }
 
 /// All settings of the landing computer.
@@ -83,6 +123,14 @@ pub struct ControlSettings<R: Real> {
     pub finds_latency: bool,
     /// Estimator of that latency.
     pub latency: LatencyEstimator<R>,
+    /// Whether the deck may be under way: the vehicle then estimates its course, and follows it in every phase.
+    pub under_way: bool,
+    /// What is expected of such a course.
+    pub course: CoursePrior<R>,
+    /// Whether the vehicle seeks a deck that is not below, by its broadcast or by a search.
+    pub seeks: bool,
+    /// The flight there.
+    pub seeking: Seek<R>,
     /// Deck estimator.
     pub deck: DeckEstimator<R>,
     /// The feet, whose lowest decides about contact.
@@ -153,9 +201,10 @@ impl<R: Real> Default for ControlSettings<R> {
                 touchdown_height_m: r(0.108),
                 // A range finder with a latency of 0.1 s that sometimes misses a reading.
                 range_age_s: r(0.2),
-                // A roll of 8 degrees, as the camera sees it with noise; friction holds 0.54 rad.
-                // At 0.14 rad 3 of 40 landings on that deck were given up.
-                deck_tilt_rad: r(0.25),
+                // A deck in seas of 4 m: friction of 0.6 holds 0.54 rad, and the thrust reserve, 5 m/s², is more than the 3.4 m/s²
+                // with which it heaves at most. At 0.25 rad and 1 m/s nothing lands there.
+                deck_tilt_rad: r(0.4),
+                deck_speed_mps: r(4.0),
                 ..StateMachine::default()
             },
             planning: planning(),
@@ -164,6 +213,7 @@ impl<R: Real> Default for ControlSettings<R> {
                 deck: DeckPrior {
                     horizontal_velocity_sd_mps: r(0.1),
                     horizontal_velocity_walk: r(0.1),
+                    horizontal_acceleration_s: r(1.5),
                     ..DeckPrior::default()
                 },
                 imu: ImuModel {
@@ -178,6 +228,10 @@ impl<R: Real> Default for ControlSettings<R> {
             },
             finds_latency: true,
             latency: LatencyEstimator::default(),
+            under_way: false,
+            course: CoursePrior::default(),
+            seeks: false,
+            seeking: Seek::default(),
             deck: DeckEstimator {
                 delay_s: r(0.09),
                 // GNSS and accelerometer bias make the vehicle's estimated velocity drift.

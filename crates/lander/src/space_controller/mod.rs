@@ -5,10 +5,12 @@ mod motion;
 
 pub use motion::{Motion, SpaceCommand, Target};
 
-use crate::control::allocation::allocate;
+use crate::control::allocation::{VERTICAL_SHARE_MIN, allocate};
 use crate::control::horizontal::Errors;
 use crate::control::observer::{Felt, Record};
-use crate::control::{Adaptation, AdaptationState, Delays, Horizontal, HorizontalState, Observer};
+use crate::control::{
+    Adaptation, AdaptationState, Delays, Horizontal, HorizontalState, Observer, WINDY_SLOPE,
+};
 use touchdown_flight::control::channel::{ChannelInput, VerticalChannel, ground_input};
 use touchdown_flight::control::{Law, Saturation, VerticalState};
 use touchdown_flight::error::SettingsError;
@@ -29,6 +31,21 @@ const THRUST_SHARE: f64 = 0.9;
 /// still has half of its torque to set the feet down softly. At 0 it falls onto them at up to 0.6 m/s in a wind
 /// of 10 m/s; at 0.6 it slides before the legs carry enough.
 const UPRIGHT_SHARE: f64 = 0.3;
+
+/// The same from [`WINDY_SLOPE`] on, and the share down to which such a vehicle keeps its tilt: the thrust decreases first,
+/// then the vehicle levels, so that weight on the feet holds it against the wind. With 0.3 and 1 instead, 82 of 100 land at
+/// 12 m/s for 88, and feet slide 0.23 m for 0.16 m at 10 m/s (95 %).
+const WINDY_UPRIGHT_SHARE: f64 = 0.15;
+pub(crate) const WINDY_TILTED_SHARE: f64 = 0.6;
+
+/// Greatest tilt just above the deck, rad: at 0.65 on one foot the tips of the blades strike it, and the attitude
+/// overshoots by 0.1. At 0.5, 100 landings at 12 m/s have 18 descents that drift off the pad, for 4; at 0.7, 3 of 100 strike.
+const LOW_TILT_RAD: f64 = 0.55;
+
+/// Share of the trim's vertical thrust that decides about the tilt there, if less is demanded. A vehicle that is pressed
+/// down keeps its tilt; its horizontal demand would otherwise tilt it onto one foot. At 0, 80 of 100 land at 12 m/s
+/// for 82. The effect of halving was not measured.
+const LOW_UP_SHARE: f64 = 0.95;
 
 /// What observer and adaptation learn in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -231,12 +248,14 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
             self.horizontal
         };
         let asked = horizontal.demand(&state.horizontal, &errors);
+        let low = target.low_slope > R::ZERO;
+        let (least_up_share, tilt_limit_rad) = self.tilt_limits(target.low_slope);
         let allocated = allocate(
             asked.acceleration_mps2 * self.mass_kg,
             output.vertical_n,
-            self.mass_kg * self.gravity_mps2,
+            least_up_share * self.mass_kg * self.gravity_mps2,
             self.limits.thrust_max_n + lift.total_n(self.limits.thrust_max_n),
-            self.greatest_tilt_rad(),
+            tilt_limit_rad,
             target.yaw_rad,
         );
         if let Some(allocated) = allocated {
@@ -250,8 +269,28 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
             attitude: state.attitude,
             ground_effect_n: output.command.ground_effect_n,
             saturated: output.saturation == Saturation::High,
-            limited,
+            // The limit of the last decimetre is no lack of thrust.
+            limited: limited && !low,
         }
+    }
+
+    /// Least vertical force that decides about the tilt, share of the weight, and greatest tilt, rad: of a vehicle just above
+    /// the deck in a wind with this slope of the trim s, whose vertical thrust is `1/(1 + s²)` of the weight, or at slope 0 of
+    /// any other.
+    fn tilt_limits(&self, low_slope: R) -> (R, R) {
+        let greatest_rad = self.greatest_tilt_rad();
+        let least = r(VERTICAL_SHARE_MIN);
+        if low_slope > R::ZERO {
+            let trim = r::<R>(LOW_UP_SHARE) / (R::ONE + low_slope * low_slope);
+            (trim.max(least), greatest_rad.min(r(LOW_TILT_RAD)))
+        } else {
+            (least, greatest_rad)
+        }
+    }
+
+    /// Whether the trim leans by more than [`WINDY_SLOPE`].
+    pub(crate) fn is_windy(&self, trim_up: Vector<R>) -> bool {
+        trim_up.horizontal().norm() > r::<R>(WINDY_SLOPE) * trim_up.z
     }
 
     /// Greatest tilt that may be demanded, rad: the limit of the settings, or that at which
@@ -287,8 +326,8 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
     /// is for a vehicle on the deck; observer and adaptation pause.
     ///
     /// The thrust T leans from the deck's normal by the trim's slope times
-    /// `(T/W - 0.3)/0.7`: the wind's force falls to the legs together with the weight, so
-    /// that their friction holds it.
+    /// `(T/W - 0.3)/0.7`, in wind times `(T/W - 0.15)/0.45`: the wind's force falls to the legs
+    /// together with the weight, so that their friction holds it.
     pub fn idle(
         &self,
         state: &mut SpaceControllerState<R, G::State>,
@@ -306,8 +345,12 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
             .thrust((last_n - rate_n_per_s.abs() * dt).finite_or(last_n));
         let trim = self.trim_up(state);
         let share = thrust_n / (self.mass_kg * self.gravity_mps2);
-        let upright = r::<R>(UPRIGHT_SHARE);
-        let leans = ((share - upright) / (R::ONE - upright)).clamp(R::ZERO, R::ONE);
+        let (upright, tilted) = if self.is_windy(trim) {
+            (r(WINDY_UPRIGHT_SHARE), r(WINDY_TILTED_SHARE))
+        } else {
+            (r::<R>(UPRIGHT_SHARE), R::ONE)
+        };
+        let leans = ((share - upright) / (tilted - upright)).clamp(R::ZERO, R::ONE);
         let command = &mut state.vertical.command;
         command.thrust_n = thrust_n;
         command.throttle = self.limits.throttle(self.thrust.throttle_for(thrust_n));

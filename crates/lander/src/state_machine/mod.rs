@@ -21,7 +21,7 @@
 //! | --- | --- | --- |
 //! | any | operator disarms | `Disarmed` |
 //! | `Approach` | sinking | `GoAround` |
-//! | `Approach`, `Hold`, `Wait` | out of sight for `lost_s`, below `safe_height_m`, not climbed since | `GoAround` |
+//! | `Approach`, `Hold`, `Wait` | out of sight for `lost_s` (sooner above a rough sea), below `safe_height_m`, not climbed since | `GoAround` |
 //! | `Approach`, `Hold`, `Wait` | out of sight for `search_s` | `GivenUp` |
 //! | `Approach` | operator aborts | `Hold` |
 //! | `Approach` | battery low | `GivenUp` |
@@ -146,6 +146,7 @@ mod machine;
 mod settings;
 
 pub use input::{MachineInput, OperatorRequest};
+pub(crate) use machine::CALM_MPS;
 pub use machine::MachineState;
 pub use settings::{Funnel, StateMachine};
 

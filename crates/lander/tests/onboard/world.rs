@@ -77,6 +77,8 @@ pub(crate) fn computer() -> Computer<f64> {
             limits: Limits::default(),
         },
         deck_acceleration: true,
+        under_way: false,
+        seek: None,
         imu_latency_s: IMU_S,
         known_sd_m: 0.3,
         known_sd_mps: 0.3,

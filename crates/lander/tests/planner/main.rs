@@ -205,6 +205,23 @@ fn analytic_after_the_waiting_it_takes_the_best_there_is() {
 }
 
 #[test]
+fn regress_a_tilt_beyond_its_limit_does_not_hide_the_calmest_time() {
+    // 0.3 of 0.1 rad at all times; 0.5 of 0.25 m/s, and none around 3.1 s.
+    let planner = planner();
+    let tilted = |t: f64| DeckOutlook {
+        velocity_mps: if (2.9..3.3).contains(&t) { 0.0 } else { 0.5 },
+        tilt_rad: 0.3,
+        ..DeckOutlook::default()
+    };
+    let plan = planner.assess(0.0, 0.8, true, &tilted).plan().unwrap();
+    // A dwell of 0.1 s to either side, on the grid of 10/128 s.
+    let d = plan.reference.duration_s;
+    assert!((3.0..3.2).contains(&d), "{d}");
+    // The tilt's share of 3 and the relative speed's of 0.2: rounding only.
+    assert!(!plan.quiescent && (plan.severity - 3.2).abs() < 1e-12);
+}
+
+#[test]
 fn analytic_in_a_hurry_it_goes_at_once() {
     let planner = planner();
     let rough = |_: f64| DeckOutlook {

@@ -161,7 +161,7 @@ fn analytic_errors_are_as_large_as_the_filter_says() {
                             0.15 * noise.normal(),
                         );
                     }
-                    Reading::Barometer(_) => {}
+                    Reading::Barometer(_) | Reading::Beacon(_) => {}
                 }
             }
             last = Some(filter.step(&mut state, &imu, &all, DT));

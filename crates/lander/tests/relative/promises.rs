@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use touchdown_flight::{Attitude, Real, Vector};
 use touchdown_lander::estimate::relative::{
-    BarometerReading, GnssVelocity, ImuSample, RangeModel, RangeReading, Reading, RelativeFilter,
-    RelativeState, TagModel, TagReading,
+    BarometerReading, BeaconReading, GnssVelocity, ImuSample, RangeModel, RangeReading, Reading,
+    RelativeFilter, RelativeState, TagModel, TagReading,
 };
 
 use crate::truth::*;
@@ -140,7 +140,7 @@ fn prop_single_precision_follows_double() {
                     velocity_mps: convert(gnss.velocity_mps),
                     age_s: gnss.age_s as f32,
                 }),
-                Reading::Barometer(_) => unreachable!(),
+                Reading::Barometer(_) | Reading::Beacon(_) => unreachable!(),
             })
             .collect();
         let imu = PAPER_DECK.imu(t, V::ZERO);
@@ -210,6 +210,13 @@ fn any_reading() -> impl Strategy<Value = Reading<f32>> {
         })),
         (any_number(), age()).prop_map(|(altitude_m, age_s)| {
             Reading::Barometer(BarometerReading { altitude_m, age_s })
+        }),
+        (vector(), vector(), age()).prop_map(|(position_m, deck_velocity_mps, age_s)| {
+            Reading::Beacon(BeaconReading {
+                position_m,
+                deck_velocity_mps,
+                age_s,
+            })
         }),
     ]
 }

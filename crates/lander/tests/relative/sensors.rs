@@ -2,7 +2,8 @@
 
 use touchdown_flight::Attitude;
 use touchdown_lander::estimate::relative::{
-    BarometerReading, ImuModel, ImuSample, RangeReading, Reading, TagModel, TagReading,
+    BarometerReading, BeaconReading, ImuModel, ImuSample, RangeReading, Reading, TagModel,
+    TagReading,
 };
 
 use crate::truth::*;
@@ -132,4 +133,46 @@ fn analytic_deck_sightings_show_the_heave() {
             assert!((constant - mean).abs() < 0.01, "{t} {constant} {mean}");
         }
     }
+}
+
+#[test]
+fn analytic_a_broadcast_tells_the_place_once_and_the_velocity_ever_better() {
+    let mut filter = still(mounted());
+    filter.deck.horizontal_velocity_sd_mps = 8.0;
+    filter.initial.velocity_sd_mps = 0.0;
+    let mut state: State = filter.initial();
+    let rest = ImuSample {
+        specific_force_mps2: V::UP * G,
+        attitude: Attitude::LEVEL,
+    };
+    let beacon = Reading::Beacon(BeaconReading {
+        position_m: V::new(20.0, -10.0, 6.0),
+        deck_velocity_mps: V::new(3.0, 1.0, 0.0),
+        age_s: 0.0,
+    });
+    for _ in 0..50 {
+        filter.step(&mut state, &rest, &[beacon], 0.0);
+    }
+    let estimate = filter.step(&mut state, &rest, &[], 0.0);
+    // Errors of a place do not average out: its deviation is that of one reading, to rounding.
+    assert!((estimate.position_sd_m.x - 2.0).abs() < 1e-9);
+    assert!((estimate.position_sd_m.z - 3.0).abs() < 1e-9);
+    // With halves of the way at each further reading the estimate is there.
+    assert!((estimate.position_m - V::new(20.0, -10.0, 6.0)).norm() < 1e-6);
+    // Of n readings with 0.15 m/s: 0.15/√n, and the prior of 8 m/s counts for 1e-5 of one.
+    assert!((estimate.deck_velocity_sd_mps.x - 0.15 / 50.0_f64.sqrt()).abs() < 1e-4);
+    assert!((estimate.deck_velocity_mps.x - 3.0).abs() < 1e-3);
+    // A tag that is precise is not disturbed by a later broadcast.
+    let tag = Reading::Tag(TagReading {
+        position_m: filter
+            .tag
+            .attitude
+            .unrotate(V::new(-18.5, 10.5, -5.0) - filter.tag.position_m),
+        covariance_m2: [[1e-6; 3]; 3],
+        age_s: 0.0,
+    });
+    let seen = filter.step(&mut state, &rest, &[tag], 0.0);
+    assert!((seen.position_m - V::new(18.5, -10.5, 5.0)).norm() < 0.1);
+    let after = filter.step(&mut state, &rest, &[beacon], 0.0);
+    assert_eq!(after.position_m, seen.position_m);
 }

@@ -92,6 +92,56 @@ fn analytic_observer_finds_and_cancels_wind_and_wrong_thrust() {
     assert!(error.norm() < 1e-6, "{error:?}");
 }
 
+#[test]
+fn regress_a_vehicle_in_the_wind_keeps_its_tilt_until_its_weight_holds_it() {
+    let controller = observing(GroundEffectModel::None);
+    let mut plant = Plant::new(Vector::new(0.0, 0.0, 0.6));
+    plant.wind_n = Vector::new(5.5, 0.0, 0.0);
+    let start = hold(&controller, &mut plant, 0.6, 20.0);
+    let motion = plant.sense();
+    let slope = 5.5 / WEIGHT_N;
+    let press = |low_slope: f64, aside_m: f64| {
+        let mut target = Target {
+            low_slope,
+            ..Target::default()
+        };
+        target.vertical.height_m = -2.0;
+        target.position_m.x = aside_m;
+        let mut state = start;
+        controller.step(&mut state, &motion, &target, 0.01)
+    };
+    // Pressed down, the vertical force falls below half the weight, and the same horizontal force tilts the vehicle.
+    let free = press(0.0, 0.0).attitude.tilt_rad();
+    assert!((free - (2.0 * slope).atan()).abs() < 0.01, "{free}");
+    // Above the deck the tilt is that of 0.95 of the trim's vertical force W/(1 + s²), with 1 % for a hover at rest.
+    let low = press(slope, 0.0).attitude.tilt_rad();
+    let expected = (slope * (1.0 + slope * slope) / 0.95).atan();
+    assert!((low - expected).abs() < 0.01, "{low} {expected}");
+    // A way to the side tilts it by no more than 0.55 rad, which is no lack of thrust.
+    let far = press(slope, -5.0);
+    assert!((far.attitude.tilt_rad() - 0.55).abs() < 1e-9);
+    assert!(!far.limited && press(0.0, -5.0).limited);
+    // On the deck: the trim's tilt down to 0.6 of the weight, half of it in the middle, none from 0.15 on.
+    let tilt_at = |share: f64| {
+        let mut state = start;
+        let thrust_n = state.vertical.command.thrust_n;
+        let rate_n_per_s = (thrust_n - share * WEIGHT_N) / 0.01;
+        let idle = controller.idle(&mut state, &motion, rate_n_per_s, 0.01);
+        assert!((idle.thrust_n - share * WEIGHT_N).abs() < 1e-9);
+        idle.attitude.tilt_rad().tan()
+    };
+    for (share, leans) in [
+        (0.7, 1.0),
+        (0.6, 1.0),
+        (0.375, 0.5),
+        (0.15, 0.0),
+        (0.1, 0.0),
+    ] {
+        // 1 % for a hover at rest.
+        assert!((tilt_at(share) - leans * slope).abs() < 0.01, "{share}");
+    }
+}
+
 /// The greatest disturbance seen while flying about without any.
 fn false_disturbance(delays: Delays<f64>) -> f64 {
     let controller = SpaceController {

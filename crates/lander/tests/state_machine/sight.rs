@@ -38,6 +38,23 @@ fn analytic_who_does_not_see_the_deck_climbs_waits_and_gives_up() {
 }
 
 #[test]
+fn analytic_over_a_rough_sea_a_hover_climbs_before_the_deck_can_strike() {
+    // From 1 m above the height of a touchdown, over a deck of 2 m/s: a quarter of 0.5 s.
+    let unseen = |s: &mut MachineInput<f64>| {
+        s.tag_age_s = 1.0;
+        s.hold_extra_m = 1.3;
+        s.height_m = 1.12;
+    };
+    let mut flight = reach(Phase::Wait);
+    let (out, after) = leave(&mut flight, Phase::Hold, unseen);
+    assert_eq!(
+        (out.phase, out.reason),
+        (Phase::GoAround, Some(Reason::TagLost))
+    );
+    assert!((after - 0.125).abs() < 3.0 * DT, "{after}");
+}
+
+#[test]
 fn analytic_a_hover_that_loses_the_deck_climbs_once_for_each_loss() {
     let mut flight = reach(Phase::Wait);
     let unseen = |s: &mut MachineInput<f64>| s.tag_age_s = 1.0;

@@ -2,9 +2,12 @@
 //!
 //! This file is the vertical motion of the level deck. [`rigid`] moves it in
 //! five degrees of freedom: sums of sines, a ship ([`ship`]) in an irregular sea
-//! ([`wave`]), measured series ([`series`]), all as fast splines ([`spline`]).
+//! ([`wave`]), measured series ([`series`]), all as fast splines ([`spline`]). A deck under way has a
+//! course besides ([`course`]).
 
 pub mod character;
+pub mod course;
+mod encounter;
 pub mod harmonics;
 pub mod rigid;
 pub mod series;

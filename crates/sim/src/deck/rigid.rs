@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::harmonics::{self, Harmonic};
 use super::ship::ShipSettings;
 use super::spline::MotionSpline;
-use super::wave::{Spectrum, WaveSpectrum};
+use super::wave::{Spectrum, Wave, WaveSpectrum};
 use super::{DeckMotion, DeckPoint};
 use crate::check;
 use crate::error::SimError;
@@ -171,15 +171,28 @@ impl SeaSettings {
         seed: u64,
         index: u64,
     ) -> RigidDeck {
+        let (waves, directions) = self.realised(spectrum, seed, index);
+        let met = waves.iter().zip(directions);
+        let moved = |(wave, heading_rad)| self.ship.response(wave, heading_rad, gravity_mps2);
+        RigidDeck::Harmonics(met.map(moved).collect())
+    }
+
+    /// The waves of one realisation, and the direction of each from the bow's, rad.
+    pub(super) fn realised(
+        &self,
+        spectrum: &Spectrum,
+        seed: u64,
+        index: u64,
+    ) -> (Vec<Wave>, Vec<f64>) {
         let mut stream = Stream::new(seed, index, Purpose::Deck);
         let waves = spectrum.waves(self.waves, &mut stream);
-        let moved = |wave| {
+        let direction = |_: &Wave| {
             let spread = self.spreading != Spreading::LongCrested;
             let uniform = if spread { stream.uniform() } else { 0.5 };
-            let heading_rad = self.heading_rad + self.spreading.direction_rad(uniform);
-            self.ship.response(wave, heading_rad, gravity_mps2)
+            self.heading_rad + self.spreading.direction_rad(uniform)
         };
-        RigidDeck::Harmonics(waves.iter().map(moved).collect())
+        let directions = waves.iter().map(direction).collect();
+        (waves, directions)
     }
 }
 

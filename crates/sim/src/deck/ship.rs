@@ -1,16 +1,17 @@
 //! A simple ship: how waves move it, in five degrees of freedom.
 //!
 //! Heave and pitch are the closed forms of Jensen, Mansour & Olsen (2004) for a
-//! box-shaped hull at zero speed; roll is a damped oscillator on the effective
+//! box-shaped hull; roll is a damped oscillator on the effective
 //! wave slope; surge and sway follow the water. For waves that travel at the
-//! angle β from the ship's bow direction, k = ω²/g, k_e = k |cos β|,
-//! A = 2 sin(kB/2) e^(-kT), and with phasors of e^(iωt):
+//! angle β from the ship's bow direction, k = ω²/g, k_e = k |cos β|, α = 1 - k u cos β/ω
+//! for a ship of speed u (1 at rest),
+//! A = 2 sin(kBα²/2) e^(-kTα²), and with phasors of e^(iαωt):
 //!
 //! ```text
-//! D = 1 - 2 k T + i A²/(k B),  f = √((1 - kT)² + (A²/(kB))²),  χ = k_e L/2
+//! D = 1 - 2 k T α² + i A²/(k B α²),  f = √((1 - kT)² + (A²/(kBα³))²),  χ = k_e L/2
 //! heave  w/ζ = e^(-k_e T) f (sin χ / χ) / D
 //! pitch  θ/ζ = ± i e^(-k_e T) f (24/((k_e L)² L)) (sin χ - χ cos χ) / D
-//! roll   φ/ζ = -i k sin β e^(-kT) sinc(kB sin β/2) / (1 - r² + 2 i ζ_r r),  r = ω/ω_roll
+//! roll   φ/ζ = -i k sin β e^(-kT) sinc(kB sin β/2) / (1 - r² + 2 i ζ_r r),  r = αω/ω_roll
 //! surge, sway  = -i (cos β sinc χ, sin β sinc(kB sin β/2)) e^(-kT)
 //! ```
 //!
@@ -79,6 +80,9 @@ impl Complex {
     }
 }
 
+/// α² below which a ship counts as travelling with the waves.
+const STATIC: f64 = 1e-6;
+
 fn sinc(x: f64) -> f64 {
     if x.abs() < 1e-4 {
         1.0 - x * x / 6.0
@@ -116,17 +120,40 @@ impl ShipSettings {
     /// Angles are small: lever arms act to first order.
     #[must_use]
     pub fn response(&self, wave: &Wave, heading_rad: f64, gravity_mps2: f64) -> Harmonic {
+        self.response_under_way(wave, heading_rad, 0.0, gravity_mps2)
+    }
+
+    /// [`Self::response`] of a ship with a speed u: waves are met at `α ω`, with
+    /// `α = 1 - k u cos β/ω`. The harmonic keeps the wave's own frequency.
+    #[must_use]
+    pub fn response_under_way(
+        &self,
+        wave: &Wave,
+        heading_rad: f64,
+        speed_mps: f64,
+        gravity_mps2: f64,
+    ) -> Harmonic {
         let w = wave.angular_frequency;
         let k = w * w / gravity_mps2;
         let (sin_b, cos_b) = heading_rad.sin_cos();
+        let met = 1.0 - k * speed_mps * cos_b / w;
+        let met2 = met * met;
         let (beam, draught) = (k * self.beam_m, k * self.draught_m);
         let chi = 0.5 * k * cos_b.abs() * self.length_m;
         let side = 0.5 * beam * sin_b;
-        let radiated = 2.0 * (0.5 * beam).sin() * (-draught).exp();
-        let damping = radiated * radiated / beam;
-        let hull = Complex(1.0 - 2.0 * draught, damping);
+        let radiated = 2.0 * (0.5 * beam * met2).sin() * (-draught * met2).exp();
+        // A ship that travels with the waves radiates none.
+        let damping = if met2 > STATIC {
+            radiated * radiated / (beam * met2)
+        } else {
+            0.0
+        };
+        // Phasors turn backwards where the ship overtakes the waves.
+        let hull = Complex(1.0 - 2.0 * draught * met2, damping * met.signum());
+        // A²/(k B α³), whose limit is 0 as well.
+        let pushed = if met2 > STATIC { damping / met } else { 0.0 };
         let force =
-            (-draught * cos_b.abs()).exp() * ((1.0 - draught).powi(2) + damping * damping).sqrt();
+            (-draught * cos_b.abs()).exp() * ((1.0 - draught).powi(2) + pushed * pushed).sqrt();
         // (sin χ - χ cos χ)/χ² is χ/3 for small χ.
         let lever = if chi < 1e-3 {
             chi / 3.0
@@ -134,7 +161,7 @@ impl ShipSettings {
             (chi.sin() - chi * chi.cos()) / (chi * chi)
         };
         let depth = (-draught).exp();
-        let r = w * self.roll_period_s / std::f64::consts::TAU;
+        let r = w * met * self.roll_period_s / std::f64::consts::TAU;
         let roll_slope = k * sin_b * depth * sinc(side);
 
         let surge = Complex(0.0, -cos_b * depth * sinc(chi));

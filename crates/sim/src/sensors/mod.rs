@@ -1,6 +1,7 @@
 //! Sensors of the force rig and of the vehicle: noise, latency, losses.
 
 mod barometer;
+mod beacon;
 pub mod camera;
 mod gnss;
 pub(crate) mod history;
@@ -16,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::SimError;
 
 pub use barometer::BarometerSettings;
+pub use beacon::BeaconSettings;
 pub use camera::tags::TagSettings;
 pub use gnss::GnssSettings;
 pub use inertial::ImuSettings;
@@ -55,8 +57,12 @@ pub struct SensorSettings {
     pub barometer: BarometerSettings,
     /// Whether there is satellite navigation.
     pub with_gnss: bool,
+    /// Broadcast of the deck.
+    pub beacon: BeaconSettings,
     /// Whether there is a barometer.
     pub with_barometer: bool,
+    /// Whether the deck broadcasts its place and velocity.
+    pub with_beacon: bool,
 }
 
 impl Default for SensorSettings {
@@ -70,7 +76,9 @@ impl Default for SensorSettings {
             gnss: GnssSettings::default(),
             barometer: BarometerSettings::default(),
             with_gnss: true,
+            beacon: BeaconSettings::default(),
             with_barometer: true,
+            with_beacon: false,
         }
     }
 }
@@ -107,6 +115,11 @@ impl SensorSettings {
         self.barometer.noise_sd_m = 0.0;
         self.barometer.drift = 0.0;
         self.barometer.ground_effect_m = 0.0;
+        exact(&mut self.beacon.schedule);
+        self.beacon.horizontal_sd_m = 0.0;
+        self.beacon.vertical_sd_m = 0.0;
+        self.beacon.velocity_sd_mps = 0.0;
+        self.beacon.velocity_wander_sd_mps = 0.0;
         self
     }
 
@@ -121,6 +134,7 @@ impl SensorSettings {
         self.gnss.validate().map_err(|e| e.in_section("gnss"))?;
         self.barometer
             .validate()
-            .map_err(|e| e.in_section("barometer"))
+            .map_err(|e| e.in_section("barometer"))?;
+        self.beacon.validate().map_err(|e| e.in_section("beacon"))
     }
 }

@@ -6,11 +6,12 @@
 use touchdown_flight::Vector;
 use touchdown_lander::computer::NormalReading;
 use touchdown_lander::estimate::relative::{
-    BarometerReading, GnssVelocity, ImuSample, RangeReading, Reading, TagReading,
+    BarometerReading, BeaconReading, GnssVelocity, ImuSample, RangeReading, Reading, TagReading,
 };
 
 use super::SensorSettings;
 use super::barometer::Barometer;
+use super::beacon::Beacon;
 use super::camera::fast::FastCamera;
 use super::camera::sensor::TagCamera;
 use super::gnss::Gnss;
@@ -111,6 +112,7 @@ pub(crate) struct SensorSuite {
     pub(crate) camera: TagCamera,
     gnss: Option<Gnss>,
     barometer: Option<Barometer>,
+    beacon: Option<Beacon>,
     pending: Vec<Pending>,
 }
 
@@ -133,6 +135,8 @@ impl SensorSuite {
             gnss: (settings.with_gnss).then(|| Gnss::new(&settings.gnss, stream(Purpose::Gnss))),
             barometer: (settings.with_barometer)
                 .then(|| Barometer::new(&settings.barometer, stream(Purpose::Barometer))),
+            beacon: (settings.with_beacon)
+                .then(|| Beacon::new(&settings.beacon, stream(Purpose::Beacon))),
             pending: Vec::with_capacity(16),
         }
     }
@@ -147,6 +151,7 @@ impl SensorSuite {
             self.camera.read(truth, &self.inertial),
             self.gnss.as_mut().and_then(|gnss| gnss.read(truth)),
             self.barometer.as_mut().and_then(|baro| baro.read(truth)),
+            self.beacon.as_mut().and_then(|beacon| beacon.read(truth)),
         ];
         let sent = readings.into_iter().flatten();
         self.pending.extend(sent.map(|(message, transit)| Pending {
@@ -195,6 +200,7 @@ fn aged(reading: Reading<f64>, age_s: f64) -> Reading<f64> {
         Reading::Tag(reading) => Reading::Tag(TagReading { age_s, ..reading }),
         Reading::Gnss(reading) => Reading::Gnss(GnssVelocity { age_s, ..reading }),
         Reading::Barometer(reading) => Reading::Barometer(BarometerReading { age_s, ..reading }),
+        Reading::Beacon(reading) => Reading::Beacon(BeaconReading { age_s, ..reading }),
     }
 }
 

@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn prop_variants_in_the_comments_of_a_sweep_can_be_flown() {
         let variants = variants();
-        assert_eq!(variants.len(), 8, "{variants:#?}");
+        assert_eq!(variants.len(), 10, "{variants:#?}");
         for text in variants {
             let settings = crate::settings::parse(&format!("trials = 1\n{text}"), "variant.toml")
                 .unwrap_or_else(|e| panic!("{text}\n{e}"));

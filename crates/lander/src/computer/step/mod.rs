@@ -1,35 +1,23 @@
 //! A step of the landing computer.
 
-use crate::computer::sightings::Sightings;
+mod sensing;
+
+use crate::computer::sea::harmonics_mps;
 use crate::computer::support::Support;
 use crate::computer::{Computer, ComputerOutput, ComputerState, Descent, Sensed};
-use crate::estimate::deck::{DeckEstimatorState, DeckMotionPrediction};
-use crate::estimate::relative::{DeckPrior, Health, RangeReading, Reading, RelativeEstimate};
+use crate::estimate::deck::DeckMotionPrediction;
+use crate::estimate::relative::{Health, RelativeEstimate};
 use crate::guidance::GuidanceCommand;
 use crate::planner::{DeckOutlook, Plan};
 use crate::space_controller::{Motion, SpaceCommand, Target};
 use crate::state_machine::{Frame, MachineInput, Maneuver, Phase};
 use touchdown_flight::ground_effect::GroundEffect;
-use touchdown_flight::kernel::{lag_step, usable_dt};
+use touchdown_flight::kernel::usable_dt;
 use touchdown_flight::real::{Real, r};
-use touchdown_flight::reference::Reference;
+use touchdown_flight::reference::{Reference, Terminal};
 use touchdown_flight::space::{Attitude, Vector};
 
-/// Least change of the estimated latency after which past observations of the deck are
-/// dropped, s: 1.5 times the spacing of the compared latencies (20 ms), so that a step to a
-/// neighbour keeps them.
-const MISTIMED_S: f64 = 0.03;
-
-/// Time after such a change until the vehicle's own motion has been estimated with the new
-/// latency, s: three times the memory of the relative estimator.
-const RETIMED_S: f64 = 1.0;
-
 // Effects of halving and doubling below that have no number are expected from single flights, not measured.
-
-/// How much more slowly the thrust decreases per height of the lowest foot below the others over the distance
-/// of the feet from the axis: half the rate at a third, the drop in the trim of 10 m/s. Halved, feet come down at 0.5 m/s; doubled,
-/// the touchdown lasts a second in that wind.
-const IDLE_PER_DROP: f64 = 3.0;
 
 /// Time from the start after which the vehicle's own velocity suffices to control it, s: several
 /// readings of every sensor. In that time a wind that changes by 1 m/s moves it by 5 cm. Halved, a deck
@@ -69,11 +57,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let mistimed = self.estimate(state, sensed, dt);
         let estimate = self.relative.ahead(&state.relative, self.imu_latency_s);
         let health = self.relative.health(&state.relative);
-        let knowledge = self.knowledge(&estimate, &health);
+        let knowledge = self.knowledge(state, &estimate, &health);
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
-        self.take_over(state, attitude);
-        self.lean(state, dt);
+        self.watch_weather(state, &estimate, attitude, dt);
 
         let deck = self.deck_ahead(state, R::ZERO);
         let (plan, reference) = self.plan(state, &motion, dt);
@@ -117,7 +104,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             state,
             state_machine.maneuver,
             reference,
-            &motion,
+            (&motion, &estimate),
             knowledge,
             dt,
         );
@@ -152,9 +139,14 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
-    fn knowledge(&self, estimate: &RelativeEstimate<R>, health: &Health<R>) -> Knowledge<R> {
+    fn knowledge(
+        &self,
+        state: &ComputerState<R, G::State>,
+        estimate: &RelativeEstimate<R>,
+        health: &Health<R>,
+    ) -> Knowledge<R> {
         Knowledge {
-            position: self.knows(estimate),
+            position: self.knows_enough(state, estimate),
             velocity: self.moves_known(estimate),
             unfelt_s: health.imu.age_s,
         }
@@ -170,7 +162,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state: &mut ComputerState<R, G::State>,
         maneuver: Maneuver<R>,
         reference: Option<Reference<R>>,
-        motion: &Motion<R>,
+        (motion, estimate): (&Motion<R>, &RelativeEstimate<R>),
         knowledge: Knowledge<R>,
         dt: R,
     ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
@@ -178,12 +170,37 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let started = state.controller.is_some() || state.flown_s > r(BLIND_START_S);
         let known = knowledge.position || (started && knowledge.velocity);
         let felt = knowledge.unfelt_s <= r(UNFELT_S);
-        if (known && felt) || maneuver == Maneuver::Disarm {
+        let sought = if known && felt {
+            self.seek(state, estimate, motion, dt)
+        } else {
+            None
+        };
+        if let Some(target) = sought {
+            self.fly_to(state, motion, target, dt)
+        } else if (known && felt) || maneuver == Maneuver::Disarm {
             self.act(state, maneuver, reference.as_ref(), motion, dt)
         } else {
             let rises = !felt && knowledge.unfelt_s <= r(UNFELT_S + RISE_S);
             (Some(self.hover(state, motion, rises, dt)), None)
         }
+    }
+
+    /// The controller with a target that is not the guidance's.
+    fn fly_to(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        motion: &Motion<R>,
+        target: Target<R>,
+        dt: R,
+    ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
+        let yaw_rad = self.guidance.interrupt(&mut state.guidance, motion);
+        let target = Target { yaw_rad, ..target };
+        let throttle = state.hover_throttle;
+        let controller = state
+            .controller
+            .get_or_insert_with(|| self.controller.initial(motion, throttle));
+        let command = self.controller.step(controller, motion, &target, dt);
+        (Some(command), Some(target))
     }
 
     /// Guidance and controller.
@@ -195,24 +212,30 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         motion: &Motion<R>,
         dt: R,
     ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
-        let deck_mps2 = if self.deck_acceleration {
+        let mut deck_mps2 = if self.deck_acceleration {
             Vector::UP * self.deck_acceleration_ahead(state)
         } else {
             Vector::ZERO
         };
+        deck_mps2 += state.course_mps2;
+        let flown = match maneuver {
+            Maneuver::ClimbAway => self.guidance_away(state, motion),
+            _ => self.guidance,
+        };
         let guidance = &mut state.guidance;
-        let mut order = self
-            .guidance
-            .step(guidance, maneuver, reference, motion, deck_mps2, dt);
+        let mut order = flown.step(guidance, maneuver, reference, motion, deck_mps2, dt);
         let over_deck = match maneuver {
             Maneuver::Hover { frame, .. } => frame == Frame::Deck,
             maneuver => matches!(maneuver, Maneuver::Descend | Maneuver::Commit),
         };
         if let (GuidanceCommand::Track(target), false) = (&mut order, over_deck) {
+            self.keep_course(state, motion, target);
             self.search_upwind(state, target);
         }
         let throttle = state.hover_throttle;
         let feet_height_m = self.feet_height_m(motion);
+        let low_slope = self.low_slope(state, feet_height_m);
+        let slower = self.idle_slower(state, motion);
         let controller = state
             .controller
             .get_or_insert_with(|| self.controller.initial(motion, throttle));
@@ -224,19 +247,16 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                     target.velocity_mps += state.lean * target.vertical.velocity_mps;
                 }
                 target.hold_estimates |= feet_height_m < self.contact_height_m;
+                if target.descending {
+                    target.low_slope = low_slope;
+                }
                 let command = self.controller.step(controller, motion, &target, dt);
                 (Some(command), Some(target))
             }
             GuidanceCommand::Idle { rate_n_per_s } => {
-                // On one foot the thrust decreases more slowly, so that the others come down softly.
-                let drop_m = self.feet.drop_m(motion.attitude, motion.deck_normal);
-                let slower =
-                    R::ONE + drop_m.max(R::ZERO) * (r::<R>(IDLE_PER_DROP) / self.feet.radius_m);
                 let rate_n_per_s = rate_n_per_s / slower;
-                (
-                    Some(self.controller.idle(controller, motion, rate_n_per_s, dt)),
-                    None,
-                )
+                let command = self.controller.idle(controller, motion, rate_n_per_s, dt);
+                (Some(command), None)
             }
             GuidanceCommand::Off => {
                 state.controller = None;
@@ -251,7 +271,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let ahead = self.deck_ahead(state, self.guidance.acting_s);
         let fastest = harmonics_mps(&state.deck);
         let slowed = (self.state_machine.deck_speed_mps / fastest).finite_or(R::ONE);
-        ahead.acceleration_mps2 * slowed.min(R::ONE)
+        state.sea.plausible_mps2(ahead.acceleration_mps2) * slowed.min(R::ONE)
     }
 
     /// In the trim attitude, at the thrust `W cos α` that holds the height there: drag acts
@@ -289,127 +309,6 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     ) -> DeckMotionPrediction<R> {
         let extra_age_s = state.sightings.extra_age_s();
         self.deck.predict(&state.deck, ahead_s + extra_age_s)
-    }
-
-    /// Steps the estimators and the filter of the deck's normal. Returns whether the
-    /// latency changed, so that all past readings had wrong ages.
-    fn estimate(
-        &self,
-        state: &mut ComputerState<R, G::State>,
-        sensed: &Sensed<'_, R>,
-        dt: R,
-    ) -> bool {
-        let latency_s = state.latency.latency_s();
-        let normal = state.normal;
-        let readings = sensed
-            .readings
-            .iter()
-            .map(|reading| match reading.older_by(latency_s) {
-                Reading::Range(range) => Reading::Range(RangeReading {
-                    deck_normal: normal,
-                    ..range
-                }),
-                other => other,
-            });
-        let mut relative = self.relative;
-        if let Some(band) = self.band(&state.deck) {
-            relative.deck = band;
-        }
-        relative.step_with(&mut state.relative, &sensed.imu, readings, dt);
-        let mistimed = self.estimate_latency(state, sensed.readings, dt);
-        let sighting = self.relative.deck_sighting(&state.relative);
-        let (height, elapsed_s) = state.sightings.step(sighting, self.deck.delay_s, dt);
-        if elapsed_s > R::ZERO {
-            self.deck.step(&mut state.deck, height, elapsed_s);
-        }
-
-        state.normal_age_s += dt;
-        state.tilt_rad = lag_step(state.tilt_rad, R::ZERO, self.tilt_memory_s, dt);
-        if let Some(seen) = sensed.deck_normal {
-            let body = self.relative.tag.attitude.rotate(seen.normal);
-            let age_s = seen.age_s + latency_s;
-            let attitude = self.relative.attitude_at(&state.relative, age_s);
-            if let Some(normal) = attitude.rotate(body).direction().filter(|n| n.z > R::ZERO) {
-                // After a gap, one reading does not replace all the missing ones.
-                let elapsed_s = state.normal_age_s.min(self.normal_filter_s);
-                state.normal_age_s = R::ZERO;
-                let follow = |now, seen| lag_step(now, seen, self.normal_filter_s, elapsed_s);
-                let old = state.normal;
-                state.normal = Vector::new(
-                    follow(old.x, normal.x),
-                    follow(old.y, normal.y),
-                    follow(old.z, normal.z),
-                );
-                let tilt_rad = state.normal.horizontal().norm().atan2(state.normal.z);
-                state.tilt_rad = state.tilt_rad.max(tilt_rad);
-            }
-        }
-        mistimed
-    }
-
-    /// Estimates the latency, except while the legs may touch. If it changes, the deck was
-    /// observed at wrong times, so the deck estimator restarts. Returns that change.
-    fn estimate_latency(
-        &self,
-        state: &mut ComputerState<R, G::State>,
-        readings: &[Reading<R>],
-        dt: R,
-    ) -> bool {
-        let Some(latency) = &self.latency else {
-            return false;
-        };
-        if matches!(
-            state.state_machine.phase(),
-            Phase::Commit | Phase::Touchdown | Phase::Disarmed
-        ) {
-            return false;
-        }
-        let before_s = state.latency.latency_s();
-        latency.step(
-            &mut state.latency,
-            &self.relative,
-            &state.relative,
-            readings,
-            dt,
-        );
-        let mistimed = (state.latency.latency_s() - before_s).abs() > r(MISTIMED_S);
-        state.mistimed_s = if mistimed {
-            R::ZERO
-        } else {
-            state.mistimed_s + dt
-        };
-        if state.mistimed_s < r(RETIMED_S) {
-            state.deck = self.deck.initial();
-            state.sightings = Sightings::default();
-        }
-        mistimed
-    }
-
-    /// The prior of the deck's heave that follows from the known harmonics.
-    fn band(&self, deck: &DeckEstimatorState<R>) -> Option<DeckPrior<R>> {
-        let harmonics = || (0..deck.count()).filter_map(|k| deck.harmonic(k));
-        let (mut power, mut sum, mut squares) = (R::ZERO, R::ZERO, R::ZERO);
-        for harmonic in harmonics() {
-            let w = harmonic.angular_frequency;
-            let speed = harmonic.amplitude_m * w;
-            let share = speed * speed;
-            let sd = harmonic.angular_frequency_sd;
-            power += share;
-            sum += share * w;
-            squares += share * (w * w + sd * sd);
-        }
-        let mean = sum / power;
-        let width = (squares / power - mean * mean).max(R::ZERO).sqrt() + deck.forgetting_per_s();
-        let prior = DeckPrior {
-            heave_velocity_sd_mps: (power * r(0.5)).sqrt().max(self.deck_known_mps),
-            heave_angular_frequency: mean,
-            heave_damping_ratio: (width / mean).clamp(
-                self.least_damping_ratio,
-                self.relative.deck.heave_damping_ratio,
-            ),
-            ..self.relative.deck
-        };
-        prior.validate().is_ok().then_some(prior)
     }
 
     /// Greatest expected speed of the deck, m/s: the sum over all harmonics, or two
@@ -484,19 +383,18 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                     waited_s,
                 );
                 let plan = verdict.plan();
-                let reference = plan.map(|plan| raised(Reference::Terminal(plan.reference)));
+                let faster_mps = self.windy_sink_mps(state, planner.descent.sink_rate_max_mps);
+                let reference = plan.map(|plan| {
+                    let sink_rate_mps = plan.reference.sink_rate_mps + faster_mps;
+                    raised(Reference::Terminal(Terminal {
+                        sink_rate_mps,
+                        ..plan.reference
+                    }))
+                });
                 (plan, reference)
             }
         }
     }
-}
-
-/// Sum of the harmonics' greatest speeds, m/s.
-fn harmonics_mps<R: Real>(deck: &DeckEstimatorState<R>) -> R {
-    let harmonics = (0..deck.count()).filter_map(|k| deck.harmonic(k));
-    harmonics.fold(R::ZERO, |sum, harmonic| {
-        sum + harmonic.amplitude_m * harmonic.angular_frequency
-    })
 }
 
 #[cfg(test)]

@@ -15,17 +15,18 @@ pub(super) const B: usize = 4;
 pub(super) const ZQ: usize = 5;
 
 /// Horizontal states of an axis: relative position, velocity, deck velocity,
-/// accelerometer bias.
+/// accelerometer bias, deck acceleration.
 pub(super) const P: usize = 0;
 pub(super) const VX: usize = 1;
 pub(super) const VD: usize = 2;
 pub(super) const BX: usize = 3;
+pub(super) const AD: usize = 4;
 
 /// Vertical and two horizontal distributions, independent of each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Belief<R> {
     pub(super) vertical: Gaussian<R, 6>,
-    pub(super) horizontal: [Gaussian<R, 4>; 2],
+    pub(super) horizontal: [Gaussian<R, 5>; 2],
     /// Integral of the vertical velocity, m: the altitude without the steps of
     /// corrections.
     pub(super) climbed: R,
@@ -42,6 +43,7 @@ impl<R: Real> Belief<R> {
             initial.velocity_sd_mps,
             deck.horizontal_velocity_sd_mps,
             (bias * bias + levelling * levelling).sqrt(),
+            deck.horizontal_acceleration_sd_mps2,
         ]);
         Self {
             vertical: Gaussian::from_sd([
@@ -57,6 +59,12 @@ impl<R: Real> Belief<R> {
         }
     }
 
+    /// Sets the height of a distribution whose numbers are independent.
+    pub(super) fn know_height(&mut self, height_m: R, sd_m: R) {
+        self.vertical.mean[H] = height_m;
+        self.vertical.covariance[H][H] = sd_m * sd_m;
+    }
+
     /// Sets the vehicle's velocity with a standard deviation on each axis, independent of
     /// the other states.
     pub(super) fn know_velocity(&mut self, velocity: Vector<R>, sd: R) {
@@ -65,9 +73,9 @@ impl<R: Real> Belief<R> {
         y.mean[VX] = velocity.y;
         self.vertical.mean[VQ] = velocity.z;
         for axis in [x, y] {
-            axis.covariance[VX] = [R::ZERO; 4];
+            axis.covariance[VX] = [R::ZERO; 5];
             axis.covariance[VX][VX] = sd * sd;
-            for other in [P, VD, BX] {
+            for other in [P, VD, BX, AD] {
                 axis.covariance[other][VX] = R::ZERO;
             }
         }
@@ -77,6 +85,18 @@ impl<R: Real> Belief<R> {
             row[VQ] = R::ZERO;
         }
         covariance[VQ][VQ] = sd * sd;
+    }
+
+    /// A deck at rest horizontally, with a standard deviation of its velocity that depends on no other state.
+    pub(super) fn rest_deck(&mut self, sd: R) {
+        for axis in &mut self.horizontal {
+            axis.mean[VD] = R::ZERO;
+            axis.covariance[VD] = [R::ZERO; 5];
+            for row in &mut axis.covariance {
+                row[VD] = R::ZERO;
+            }
+            axis.covariance[VD][VD] = sd * sd;
+        }
     }
 
     pub(super) fn is_finite(&self) -> bool {
@@ -101,6 +121,12 @@ impl<R: Real> Belief<R> {
     pub(super) fn deck_velocity(&self) -> Vector<R> {
         let [x, y] = &self.horizontal;
         Vector::new(x.mean[VD], y.mean[VD], self.vertical.mean[VP])
+    }
+
+    /// Horizontal acceleration of the deck, m/s².
+    pub(super) fn deck_horizontal_acceleration(&self) -> Vector<R> {
+        let [x, y] = &self.horizontal;
+        Vector::new(x.mean[AD], y.mean[AD], R::ZERO)
     }
 
     /// Biases of the acceleration, m/s².
@@ -167,27 +193,54 @@ impl<R: Real> Belief<R> {
         self.vertical
             .propagate(&f, &[z, v, zero, zero, zero, z], &q);
         self.climbed += self.vertical.mean[ZQ] - altitude;
+        self.propagate_horizontal(filter, acceleration, t);
+    }
 
-        let f = [
-            [one, t, -t, -half * t2],
-            [zero, one, zero, -t],
-            [zero, zero, one, zero],
-            [zero, zero, zero, one],
-        ];
+    /// The horizontal part of [`Self::propagate`]. The covariance of the deck's noise is correct
+    /// to first order in t over the correlation time of its acceleration.
+    fn propagate_horizontal(&mut self, filter: &RelativeFilter<R>, acceleration: Vector<R>, t: R) {
+        let (one, zero, half, third) = (R::ONE, R::ZERO, r::<R>(0.5), r::<R>(1.0 / 3.0));
+        let (t2, t3) = (t * t, t * t * t);
+        let deck = &filter.deck;
+        let qa = filter.imu.noise_density * filter.imu.noise_density;
+        let qb = filter.imu.bias_walk * filter.imu.bias_walk;
         let qw = deck.horizontal_velocity_walk * deck.horizontal_velocity_walk;
-        let mut q = [[zero; 4]; 4];
+        let mut q = [[zero; 5]; 5];
         q[P][P] = (qa + qw) * t3 * third;
         q[P][VX] = qa * t2 * half;
         q[P][VD] = -(qw * t2 * half);
         q[VX][VX] = qa * t;
         q[VD][VD] = qw * t;
         q[BX][BX] = qb * t;
+        // a_d' = -a_d/τ + w, of stationary variance q τ/2; a deck that does not accelerate has none.
+        let (mut kept, mut faster, mut farther) = (zero, zero, zero);
+        let sd = deck.horizontal_acceleration_sd_mps2;
+        if sd > zero {
+            let tau = deck.horizontal_acceleration_s;
+            kept = (-(t / tau)).exp();
+            faster = tau * (one - kept);
+            farther = tau * (t - faster);
+            let qj = r::<R>(2.0) * sd * sd / tau;
+            q[P][P] += qj * t3 * t2 * r(0.05);
+            q[P][VD] -= qj * t2 * t2 * r(0.125);
+            q[P][AD] = -(qj * t3 * r(1.0 / 6.0));
+            q[VD][VD] += qj * t3 * third;
+            q[VD][AD] = qj * t2 * half;
+            q[AD][AD] = qj * t;
+        }
+        let f = [
+            [one, t, -t, -half * t2, -farther],
+            [zero, one, zero, -t, zero],
+            [zero, zero, one, zero, faster],
+            [zero, zero, zero, one, zero],
+            [zero, zero, zero, zero, kept],
+        ];
         for (axis, a) in self
             .horizontal
             .iter_mut()
             .zip([acceleration.x, acceleration.y])
         {
-            axis.propagate(&f, &[a * t2 * half, a * t, zero, zero], &q);
+            axis.propagate(&f, &[a * t2 * half, a * t, zero, zero, zero], &q);
         }
     }
 }
@@ -280,7 +333,7 @@ mod tests {
         filter.deck.horizontal_velocity_walk = 0.3;
         let start = Belief {
             vertical: Gaussian::from_sd([0.0; 6]),
-            horizontal: [Gaussian::from_sd([0.0; 4]); 2],
+            horizontal: [Gaussian::from_sd([0.0; 5]); 2],
             climbed: 0.0,
         };
         let (mut one, mut two) = (start, start);

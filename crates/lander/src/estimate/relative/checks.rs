@@ -1,7 +1,8 @@
 //! Checks of the settings.
 
 use super::settings::{
-    BarometerModel, DeckPrior, Gate, GnssModel, ImuModel, InitialSpread, RangeModel, TagModel,
+    BarometerModel, BeaconModel, DeckPrior, Gate, GnssModel, ImuModel, InitialSpread, RangeModel,
+    TagModel,
 };
 use touchdown_flight::error::{SettingsError, finite, not_negative, ordered, positive, within};
 use touchdown_flight::real::{Real, r};
@@ -55,6 +56,7 @@ impl<R: Real> RangeModel<R> {
             "an angle above 0 and below 1.5 rad",
         )?;
         not_negative("relative.range.jitter_s", self.jitter_s)?;
+        not_negative("relative.range.normal_sd_rad", self.normal_sd_rad)?;
         positive("relative.range.stale_s", self.stale_s)
     }
 }
@@ -97,6 +99,19 @@ impl<R: Real> BarometerModel<R> {
     }
 }
 
+impl<R: Real> BeaconModel<R> {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// Names the first setting that is not usable.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        positive("relative.beacon.horizontal_sd_m", self.horizontal_sd_m)?;
+        positive("relative.beacon.vertical_sd_m", self.vertical_sd_m)?;
+        positive("relative.beacon.velocity_sd_mps", self.velocity_sd_mps)?;
+        positive("relative.beacon.stale_s", self.stale_s)
+    }
+}
+
 impl<R: Real> DeckPrior<R> {
     /// Checks the settings.
     ///
@@ -125,6 +140,14 @@ impl<R: Real> DeckPrior<R> {
         not_negative(
             "relative.deck.horizontal_velocity_walk",
             self.horizontal_velocity_walk,
+        )?;
+        not_negative(
+            "relative.deck.horizontal_acceleration_sd_mps2",
+            self.horizontal_acceleration_sd_mps2,
+        )?;
+        positive(
+            "relative.deck.horizontal_acceleration_s",
+            self.horizontal_acceleration_s,
         )
     }
 }
@@ -136,7 +159,9 @@ impl<R: Real> InitialSpread<R> {
     /// Names the first setting that is not usable.
     pub fn validate(&self) -> Result<(), SettingsError> {
         positive("relative.initial.position_sd_m", self.position_sd_m)?;
-        not_negative("relative.initial.velocity_sd_mps", self.velocity_sd_mps)
+        not_negative("relative.initial.velocity_sd_mps", self.velocity_sd_mps)?;
+        finite("relative.initial.height_m", self.height_m)?;
+        not_negative("relative.initial.height_sd_m", self.height_sd_m)
     }
 }
 

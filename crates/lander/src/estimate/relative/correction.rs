@@ -1,8 +1,10 @@
 //! Corrections of the state's distribution by readings.
 
-use super::belief::{Belief, H, P, VQ, VX, ZQ};
+use super::belief::{Belief, H, P, VD, VQ, VX, ZQ};
 use super::health::Fate;
-use super::reading::{BarometerReading, GnssVelocity, RangeReading, Reading, TagReading};
+use super::reading::{
+    BarometerReading, BeaconReading, GnssVelocity, RangeReading, Reading, TagReading,
+};
 use super::{DeckSighting, RelativeFilter};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
@@ -29,6 +31,7 @@ impl<R: Real> Belief<R> {
                 let fate = self.correct_barometer(filter, barometer, barometer_origin_m);
                 (fate, None)
             }
+            Reading::Beacon(beacon) => (self.correct_beacon(filter, beacon), None),
         }
     }
 
@@ -60,11 +63,15 @@ impl<R: Real> Belief<R> {
             + square(model.quantum_m) * r(1.0 / 12.0);
         let sine2 = (R::ONE - cosine * cosine).max(R::ZERO);
         let rate = self.velocity().z - self.deck_velocity().z;
+        // Where the beam meets the deck, from the reference point.
+        let spot =
+            self.position() + attitude.rotate(model.position_m) + attitude.rotate(beam) * distance;
         let variance = cosine * cosine * noise
             + sine2 * square(distance * filter.imu.attitude_sd_rad)
             + square(n.z * rate * model.jitter_s)
             + square(n.x * x.sd(P))
-            + square(n.y * y.sd(P));
+            + square(n.y * y.sd(P))
+            + square(model.normal_sd_rad * spot.horizontal().norm());
         let mut h = [R::ZERO; 6];
         h[H] = n.z;
         let innovation = self.vertical.innovation(h, value, variance);
@@ -117,7 +124,7 @@ impl<R: Real> Belief<R> {
                 + levelling * (distance2 - position[k] * position[k]).max(R::ZERO);
         }
         let [x, y] = &mut self.horizontal;
-        let mut h = [R::ZERO; 4];
+        let mut h = [R::ZERO; 5];
         h[P] = R::ONE;
         let of_x = x.innovation(h, position[0], variance[0]);
         let of_y = y.innovation(h, position[1], variance[1]);
@@ -144,7 +151,7 @@ impl<R: Real> Belief<R> {
         let horizontal = model.horizontal_sd_mps * model.horizontal_sd_mps;
         let vertical = model.vertical_sd_mps * model.vertical_sd_mps;
         let [x, y] = &mut self.horizontal;
-        let mut h = [R::ZERO; 4];
+        let mut h = [R::ZERO; 5];
         h[VX] = R::ONE;
         let of_x = x.innovation(h, reading.velocity_mps.x, horizontal);
         let of_y = y.innovation(h, reading.velocity_mps.y, horizontal);
@@ -160,6 +167,41 @@ impl<R: Real> Belief<R> {
         x.correct(&of_x);
         y.correct(&of_y);
         self.vertical.correct(&of_z);
+        Fate::Used(mean(nis))
+    }
+
+    /// The deck's broadcast velocity, and its place where nothing knows it better.
+    ///
+    /// Errors of a place by satellites change within minutes, so many readings do not know it better
+    /// than one: its standard deviation stays at that of a reading.
+    fn correct_beacon(
+        &mut self,
+        filter: &RelativeFilter<R>,
+        reading: &BeaconReading<R>,
+    ) -> Fate<R> {
+        let sd_mps = filter.beacon.velocity_sd_mps;
+        let [x, y] = &mut self.horizontal;
+        let mut h = [R::ZERO; 5];
+        h[VD] = R::ONE;
+        let of_x = x.innovation(h, reading.deck_velocity_mps.x, sd_mps * sd_mps);
+        let of_y = y.innovation(h, reading.deck_velocity_mps.y, sd_mps * sd_mps);
+        let nis = [of_x.nis(), of_y.nis(), of_x.nis().max(of_y.nis())];
+        if !within_gate(filter, nis[2]) {
+            return Fate::Rejected;
+        }
+        x.correct(&of_x);
+        y.correct(&of_y);
+        let place = reading.position_m.to_array();
+        let aside_m2 = filter.beacon.horizontal_sd_m * filter.beacon.horizontal_sd_m;
+        let mut h = [R::ZERO; 5];
+        h[P] = R::ONE;
+        for (axis, place) in [x, y].into_iter().zip(place) {
+            axis.learn_at_most(h, place, aside_m2);
+        }
+        let mut h = [R::ZERO; 6];
+        h[H] = R::ONE;
+        let up_m2 = filter.beacon.vertical_sd_m * filter.beacon.vertical_sd_m;
+        self.vertical.learn_at_most(h, place[2], up_m2);
         Fate::Used(mean(nis))
     }
 

@@ -43,6 +43,8 @@ pub struct Health<R> {
     pub gnss: SensorHealth<R>,
     /// Barometer.
     pub barometer: SensorHealth<R>,
+    /// Broadcast of the deck.
+    pub beacon: SensorHealth<R>,
     /// The filter has diverged: the mean NIS of range, tag or GNSS exceeds its limit, or
     /// too many successive readings were rejected.
     pub diverged: bool,
@@ -156,6 +158,7 @@ pub(super) struct Monitors<R: Real> {
     pub(super) tag: Monitor<R>,
     pub(super) gnss: Monitor<R>,
     pub(super) barometer: Monitor<R>,
+    pub(super) beacon: Monitor<R>,
 }
 
 impl<R: Real> Monitors<R> {
@@ -166,16 +169,18 @@ impl<R: Real> Monitors<R> {
             Sensor::Tag => &mut self.tag,
             Sensor::Gnss => &mut self.gnss,
             Sensor::Barometer => &mut self.barometer,
+            Sensor::Beacon => &mut self.beacon,
         }
     }
 
-    pub(super) fn each(&mut self) -> [&mut Monitor<R>; 5] {
+    pub(super) fn each(&mut self) -> [&mut Monitor<R>; 6] {
         [
             &mut self.imu,
             &mut self.range,
             &mut self.tag,
             &mut self.gnss,
             &mut self.barometer,
+            &mut self.beacon,
         ]
     }
 }

@@ -367,6 +367,13 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         seen.map(|seen| DeckSighting { age_s, ..seen })
     }
 
+    /// [`Belief::rest_deck`] of all states.
+    pub(super) fn rest_deck(&mut self, sd: R) {
+        for node in &mut self.nodes {
+            node.belief.rest_deck(sd);
+        }
+    }
+
     /// Starts from a new belief at the newest node; past states and readings
     /// are dropped.
     pub(super) fn restart(&mut self, belief: Belief<R>) {

@@ -3,7 +3,8 @@
 //! ```text
 //! vertical      h' = v_q - v_p    v_q' = a - b    z_q' = v_q
 //!               v_p' = a_p        a_p' = -2 ζ ω a_p - ω² v_p + w    b' = w_b
-//! horizontal    p' = v - v_d      v' = a - b      v_d' = w_d        b' = w_b
+//! horizontal    p' = v - v_d      v' = a - b      v_d' = a_d + w_d  b' = w_b
+//!               a_d' = -a_d/τ + w_a
 //! a = R f - g e_z
 //! ```
 //!
@@ -12,7 +13,8 @@
 //! axes turned by the attitude R), b its bias, z_q the altitude, p the horizontal
 //! position relative to the deck on each axis. Heave is modelled as band-limited noise
 //! around ω with the damping ratio ζ ([`DeckPrior`]). Settings may change between steps:
-//! a known period halves the error of the relative velocity.
+//! a known period halves the error of the relative velocity. The horizontal acceleration a_d of a deck that turns or
+//! changes its speed is a Gauss–Markov process; a deck that keeps its velocity has none.
 //!
 //! The filter does not estimate the attitude. Attitude errors enter as a horizontal bias,
 //! and as errors of range and tag in proportion to the distance. Vertical and horizontal
@@ -32,7 +34,7 @@
 //! * Readings may fall between two steps; the attitude is interpolated to their time.
 //!   Readings newer than the last IMU sample (`imu.delay_s`) wait. Readings stamped more
 //!   than a step after the step's end are rejected.
-//! * A state takes 90 numbers, a reading about 18: with N = 32, M = 64 and `f64` 32 kB,
+//! * A state takes 110 numbers, a reading about 18: with N = 32, M = 64 and `f64` 37 kB,
 //!   with `f32` half of it. Computing a step again costs as much as the step.
 //!
 //! **Consistency.** A reading whose innovation lies outside the gate is ignored. The
@@ -59,10 +61,12 @@ use history::{Accounts, History, Insertion, Node, clearer};
 
 pub use health::{Health, SensorHealth};
 pub use reading::{
-    BarometerReading, GnssVelocity, ImuSample, RangeReading, Reading, Sensor, TagReading,
+    BarometerReading, BeaconReading, GnssVelocity, ImuSample, RangeReading, Reading, Sensor,
+    TagReading,
 };
 pub use settings::{
-    BarometerModel, DeckPrior, Gate, GnssModel, ImuModel, InitialSpread, RangeModel, TagModel,
+    BarometerModel, BeaconModel, DeckPrior, Gate, GnssModel, ImuModel, InitialSpread, RangeModel,
+    TagModel,
 };
 
 use touchdown_flight::error::{SettingsError, positive};
@@ -95,6 +99,9 @@ pub struct RelativeFilter<R> {
     pub gnss: GnssModel<R>,
     /// The barometer.
     pub barometer: BarometerModel<R>,
+    /// Broadcast of the deck.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub beacon: BeaconModel<R>,
     /// Prior of the deck's motion.
     pub deck: DeckPrior<R>,
     /// Uncertainty before any reading.
@@ -135,6 +142,8 @@ pub struct RelativeEstimate<R> {
     pub deck_velocity_mps: Vector<R>,
     /// Vertical acceleration of the deck, m/s².
     pub deck_acceleration_mps2: R,
+    /// Horizontal acceleration of a deck that turns or changes its speed, m/s².
+    pub course_mps2: Vector<R>,
     /// Acceleration of the vehicle, bias removed, m/s².
     pub acceleration_mps2: Vector<R>,
     /// Bias of the acceleration, world axes, m/s².
@@ -177,6 +186,7 @@ impl<R: Real> Default for RelativeFilter<R> {
             tag: TagModel::default(),
             gnss: GnssModel::default(),
             barometer: BarometerModel::default(),
+            beacon: BeaconModel::default(),
             deck: DeckPrior::default(),
             initial: InitialSpread::default(),
             gate: Gate::default(),
@@ -196,6 +206,7 @@ impl<R: Real> RelativeFilter<R> {
         self.tag.validate()?;
         self.gnss.validate()?;
         self.barometer.validate()?;
+        self.beacon.validate()?;
         self.deck.validate()?;
         self.initial.validate()?;
         self.gate.validate()
@@ -204,9 +215,13 @@ impl<R: Real> RelativeFilter<R> {
     /// The state before any reading, at rest and level.
     #[must_use]
     pub fn initial<const N: usize, const M: usize>(&self) -> RelativeState<R, N, M> {
+        let mut belief = Belief::initial(self);
+        if self.initial.height_sd_m > R::ZERO {
+            belief.know_height(self.initial.height_m, self.initial.height_sd_m);
+        }
         RelativeState {
             history: History::new(Node {
-                belief: Belief::initial(self),
+                belief,
                 acceleration_mps2: Vector::ZERO,
                 attitude: Attitude::LEVEL,
                 dt: R::ZERO,
@@ -237,6 +252,17 @@ impl<R: Real> RelativeFilter<R> {
         let velocity_mps = state.history.newest().belief.velocity();
         belief.know_velocity(velocity_mps, velocity_sd_mps);
         self.restart_from(state, belief);
+    }
+
+    /// Forgets what a long flight without sight of the deck has correlated with its velocity, which is again that of the
+    /// prior. The first sight of the deck then corrects the place, not the velocity.
+    pub(crate) fn rest_deck<const N: usize, const M: usize>(
+        &self,
+        state: &mut RelativeState<R, N, M>,
+    ) {
+        state
+            .history
+            .rest_deck(self.deck.horizontal_velocity_sd_mps);
     }
 
     fn restart_from<const N: usize, const M: usize>(
@@ -338,6 +364,7 @@ impl<R: Real> RelativeFilter<R> {
             velocity_mps: belief.velocity(),
             deck_velocity_mps: belief.deck_velocity(),
             deck_acceleration_mps2: vertical.mean[AP],
+            course_mps2: belief.deck_horizontal_acceleration(),
             acceleration_mps2: node.acceleration_mps2 - bias_mps2,
             bias_mps2,
             altitude_m: vertical.mean[ZQ],
@@ -404,6 +431,7 @@ impl<R: Real> RelativeFilter<R> {
             tag: monitors.tag.health(self.tag.stale_s),
             gnss: monitors.gnss.health(self.gnss.stale_s),
             barometer: monitors.barometer.health(self.barometer.stale_s),
+            beacon: monitors.beacon.health(self.beacon.stale_s),
             diverged,
         }
     }

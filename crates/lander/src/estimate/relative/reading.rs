@@ -31,6 +31,8 @@ pub enum Reading<R> {
     Gnss(GnssVelocity<R>),
     /// Reading of the barometer.
     Barometer(BarometerReading<R>),
+    /// Broadcast of the deck.
+    Beacon(BeaconReading<R>),
 }
 
 /// The distance along the range finder's beam.
@@ -85,6 +87,17 @@ pub struct BarometerReading<R> {
     pub age_s: R,
 }
 
+/// Place and velocity of the deck by satellite navigation, as it broadcasts them, less the vehicle's own place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BeaconReading<R> {
+    /// Vehicle relative to the deck, world axes, m.
+    pub position_m: Vector<R>,
+    /// Velocity of the deck, world axes, m/s; z is not used.
+    pub deck_velocity_mps: Vector<R>,
+    /// Age, s.
+    pub age_s: R,
+}
+
 /// The sensors of [`super::Health`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Sensor {
@@ -98,6 +111,8 @@ pub enum Sensor {
     Gnss,
     /// Barometer.
     Barometer,
+    /// Broadcast of the deck.
+    Beacon,
 }
 
 impl<R: Real> ImuSample<R> {
@@ -115,6 +130,7 @@ impl<R: Real> Reading<R> {
             Self::Tag(_) => Sensor::Tag,
             Self::Gnss(_) => Sensor::Gnss,
             Self::Barometer(_) => Sensor::Barometer,
+            Self::Beacon(_) => Sensor::Beacon,
         }
     }
 
@@ -126,10 +142,11 @@ impl<R: Real> Reading<R> {
             Self::Tag(reading) => reading.age_s,
             Self::Gnss(reading) => reading.age_s,
             Self::Barometer(reading) => reading.age_s,
+            Self::Beacon(reading) => reading.age_s,
         }
     }
 
-    /// The same reading with `latency_s` added to its age. Barometer readings do not change,
+    /// The same reading with `latency_s` added to its age. Readings of barometer and beacon do not change,
     /// because they do not come by the path of the others.
     #[must_use]
     pub fn older_by(self, latency_s: R) -> Self {
@@ -146,7 +163,7 @@ impl<R: Real> Reading<R> {
                 age_s: reading.age_s + latency_s,
                 ..reading
             }),
-            Self::Barometer(_) => self,
+            Self::Barometer(_) | Self::Beacon(_) => self,
         }
     }
 
@@ -164,6 +181,9 @@ impl<R: Real> Reading<R> {
                 }
                 Self::Gnss(reading) => reading.velocity_mps.is_finite(),
                 Self::Barometer(reading) => reading.altitude_m.is_finite(),
+                Self::Beacon(reading) => {
+                    reading.position_m.is_finite() && reading.deck_velocity_mps.is_finite()
+                }
             }
     }
 }

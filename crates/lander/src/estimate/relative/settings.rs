@@ -32,6 +32,13 @@ pub struct ImuModel<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: Real + serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct RangeModel<R> {
     /// Position in body axes, from the vehicle's reference point, m.
     pub position_m: Vector<R>,
@@ -52,6 +59,9 @@ pub struct RangeModel<R> {
     pub greatest_angle_rad: R,
     /// Jitter of the age, standard deviation, s.
     pub jitter_s: R,
+    /// Error of the deck's normal, standard deviation on each axis, rad. The computer replaces it by that of the deck it sees.
+    #[cfg_attr(feature = "serde", serde(default = "no_tilt"))]
+    pub normal_sd_rad: R,
     /// Age from which the last reading counts as stale, s.
     pub stale_s: R,
 }
@@ -111,10 +121,32 @@ pub struct BarometerModel<R> {
     pub stale_s: R,
 }
 
+/// The deck's broadcast of its place and velocity by satellite navigation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct BeaconModel<R> {
+    /// Error of the horizontal place on each axis, standard deviation, m. It changes slowly.
+    pub horizontal_sd_m: R,
+    /// Error of the height, standard deviation, m.
+    pub vertical_sd_m: R,
+    /// Error of the deck's horizontal velocity on each axis, standard deviation, m/s.
+    pub velocity_sd_mps: R,
+    /// Age from which the last reading counts as stale, s.
+    pub stale_s: R,
+}
+
 /// Prior of the deck's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct DeckPrior<R> {
     /// Heave velocity, standard deviation, m/s; 0 for a deck at rest.
     pub heave_velocity_sd_mps: R,
@@ -128,17 +160,57 @@ pub struct DeckPrior<R> {
     pub horizontal_velocity_sd_mps: R,
     /// Random walk of the horizontal velocity, m/s/√s.
     pub horizontal_velocity_walk: R,
+    /// Horizontal acceleration, standard deviation on each axis, m/s²; 0 for a deck that keeps its velocity.
+    #[cfg_attr(feature = "serde", serde(default = "no_acceleration"))]
+    pub horizontal_acceleration_sd_mps2: R,
+    /// Correlation time of that acceleration, s.
+    #[cfg_attr(feature = "serde", serde(default = "horizontal_acceleration_s"))]
+    pub horizontal_acceleration_s: R,
+}
+
+// Recordings of earlier versions do not have the keys of these.
+
+fn no_tilt<R: Real>() -> R {
+    R::ZERO
+}
+
+fn no_acceleration<R: Real>() -> R {
+    R::ZERO
+}
+
+/// A turn or a change of speed of a few seconds. The effect of halving or doubling was not measured.
+fn horizontal_acceleration_s<R: Real>() -> R {
+    r(3.0)
 }
 
 /// Uncertainty before any reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct InitialSpread<R> {
     /// Relative position on each axis, standard deviation, m.
     pub position_sd_m: R,
     /// Velocity of the vehicle on each axis, standard deviation, m/s.
     pub velocity_sd_mps: R,
+    /// Height above the deck at the start, as the operator knows it, m.
+    #[cfg_attr(feature = "serde", serde(default = "unknown"))]
+    pub height_m: R,
+    /// Its standard deviation, m; 0 where the operator does not know the height.
+    #[cfg_attr(feature = "serde", serde(default = "unknown"))]
+    pub height_sd_m: R,
+}
+
+/// Of recordings of earlier versions.
+#[cfg(feature = "serde")]
+fn unknown<R: Real>() -> R {
+    R::ZERO
 }
 
 /// Limits for the rejection of readings and for divergence.
@@ -187,6 +259,7 @@ impl<R: Real> Default for RangeModel<R> {
             greatest_m: r(12.0),
             greatest_angle_rad: r(0.9),
             jitter_s: r(0.001),
+            normal_sd_rad: no_tilt(),
             stale_s: r(0.2),
         }
     }
@@ -238,6 +311,18 @@ impl<R: Real> Default for BarometerModel<R> {
     }
 }
 
+impl<R: Real> Default for BeaconModel<R> {
+    /// 2 m horizontally, 3 m vertically, 0.15 m/s, stale after 2 s.
+    fn default() -> Self {
+        Self {
+            horizontal_sd_m: r(2.0),
+            vertical_sd_m: r(3.0),
+            velocity_sd_mps: r(0.15),
+            stale_s: r(2.0),
+        }
+    }
+}
+
 impl<R: Real> Default for DeckPrior<R> {
     /// 0.2 m/s of heave around 3 rad/s, damping ratio 0.5; horizontally at rest.
     fn default() -> Self {
@@ -247,6 +332,8 @@ impl<R: Real> Default for DeckPrior<R> {
             heave_damping_ratio: r(0.5),
             horizontal_velocity_sd_mps: R::ZERO,
             horizontal_velocity_walk: R::ZERO,
+            horizontal_acceleration_sd_mps2: no_acceleration(),
+            horizontal_acceleration_s: horizontal_acceleration_s(),
         }
     }
 }
@@ -257,6 +344,8 @@ impl<R: Real> Default for InitialSpread<R> {
         Self {
             position_sd_m: r(10.0),
             velocity_sd_mps: r(2.0),
+            height_m: R::ZERO,
+            height_sd_m: R::ZERO,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{RigidState, RigidVehicle};
 use crate::deck::rigid::DeckPose;
+use crate::number::vector::{add, dot, scale};
 
 /// Halvings of a quarter turn: the tilt is then exact to rounding.
 const HALVINGS: usize = 60;
@@ -31,15 +32,12 @@ impl RigidVehicle {
         0.5 * (low + high)
     }
 
-    /// [`Self::balanced`], leaned into a horizontal wind so that the vehicle keeps its
-    /// velocity. Without wind it is that state to the bit.
+    /// [`Self::balanced`], leaned into the air that passes it so that the vehicle keeps its
+    /// velocity, that of the deck. Without such air it is that state to the bit.
     #[must_use]
     pub fn trimmed(&self, height_m: f64, deck: &DeckPose, wind_mps: [f64; 3]) -> (RigidState, f64) {
         let (mut state, throttle) = self.balanced(height_m, deck);
         let [x, y, _] = wind_mps;
-        if x.hypot(y) <= 0.0 {
-            return (state, throttle);
-        }
         let air = [x - state.velocity_mps[0], y - state.velocity_mps[1]];
         let speed_mps = air[0].hypot(air[1]);
         if speed_mps <= 0.0 {
@@ -58,6 +56,36 @@ impl RigidVehicle {
         let target = self.rotors.target(&state.rotors.root_thrust, &places);
         state.rotors.inflow = target.inflow;
         state.rotors.fountain = target.fountain;
+        let x = state.rotors.root_thrust[0];
+        (state, self.rotors.plant().motor().throttle_for(x * x))
+    }
+
+    /// A trimmed state that leans further, so that it has a horizontal acceleration a: thrust and weight change by `m a`. The
+    /// drag changes with the tilt; that is left out.
+    #[must_use]
+    pub fn following(
+        &self,
+        (mut state, throttle): (RigidState, f64),
+        a: [f64; 3],
+    ) -> (RigidState, f64) {
+        let [x, y, _] = a;
+        if x.hypot(y) <= 0.0 {
+            return (state, throttle);
+        }
+        // Each root is that of the whole thrust.
+        let before_n = 0.25 * state.rotors.root_thrust.iter().map(|x| x * x).sum::<f64>();
+        let up = state.axes()[2];
+        let along = [x, y, 0.0].map(|a| self.mass_kg * a);
+        let thrust = add(scale(up, before_n), along);
+        let after_n = dot(thrust, thrust).sqrt();
+        // The shortest turn from the body's axis e_z of a level vehicle to the thrust.
+        let [u, v, w] = scale(thrust, 1.0 / after_n);
+        let c = (0.5 * (1.0 + w)).sqrt();
+        state.attitude = [c, -0.5 * v / c, 0.5 * u / c, 0.0];
+        let root = (after_n / before_n).sqrt();
+        for x in &mut state.rotors.root_thrust {
+            *x *= root;
+        }
         let x = state.rotors.root_thrust[0];
         (state, self.rotors.plant().motor().throttle_for(x * x))
     }
@@ -106,6 +134,25 @@ mod tests {
                 assert!(a.abs() < 1e-4, "{wind_mps:?}: {a}");
             }
         }
+    }
+
+    #[test]
+    fn analytic_a_following_vehicle_has_the_acceleration_of_its_deck() {
+        let vehicle = vehicle();
+        let wanted = [0.8, -1.5, 0.0];
+        let deck = DeckPose::default();
+        let still = vehicle.trimmed(50.0, &deck, [0.0; 3]);
+        let (state, _) = vehicle.following(still, wanted);
+        let loads = vehicle.loads(&state, &deck, &Disturbance::default());
+        for k in 0..3 {
+            // The inflow is that of the hover before, which changes the thrust by less.
+            assert!(
+                (loads.acceleration_mps2[k] - wanted[k]).abs() < 1e-3,
+                "{:?}",
+                loads.acceleration_mps2
+            );
+        }
+        assert_eq!(vehicle.following(still, [0.0; 3]), still);
     }
 
     #[test]

@@ -13,6 +13,7 @@ use crate::STEP_S;
 use crate::air::ground::DeckSurface;
 use crate::body::cascade::Cascade;
 use crate::body::rigid::RigidVehicle;
+use crate::deck::course::Course;
 use crate::deck::rigid::{RigidDeck, RigidMotion};
 use crate::deck::wave::Spectrum;
 use crate::error::SimError;
@@ -61,6 +62,10 @@ impl SpaceLander {
             .deck
             .validate()
             .map_err(|error| error.in_section("deck"))?;
+        scenario
+            .course
+            .validate()
+            .map_err(|error| error.in_section("course"))?;
         let half_side_m = DeckSurface::new(&scenario.plant.wake())?.half_side_m();
         let camera = scenario
             .sensors
@@ -146,8 +151,25 @@ impl SpaceLander {
 
     /// The deck of a trial from its start on.
     pub(super) fn track(&self, trial: u64, seed: u64, phase: f64) -> Result<Track, SimError> {
-        let (deck, shift_s) = self.deck_of(trial, seed, phase)?;
-        Ok(Track::new(deck, shift_s))
+        let course = self.course(phase);
+        let (deck, shift_s) = self.deck_of(trial, seed, phase, course.as_ref())?;
+        Ok(Track::new(deck, shift_s).on_course(course))
+    }
+
+    /// The course of a deck under way; its manoeuvres begin at a random phase.
+    fn course(&self, phase: f64) -> Option<Course> {
+        let scenario = &self.scenario;
+        let phase = if scenario.spread.deck_phase {
+            phase
+        } else {
+            0.0
+        };
+        let settings = &scenario.course;
+        // A second more than the last step needs.
+        let to_s = scenario.timeout_s + 1.0;
+        settings
+            .is_under_way()
+            .then(|| settings.course(to_s, phase))
     }
 
     /// The deck of a trial and the time at which the trial starts in it.
@@ -156,11 +178,16 @@ impl SpaceLander {
         trial: u64,
         seed: u64,
         phase: f64,
+        course: Option<&Course>,
     ) -> Result<(RigidDeck, f64), SimError> {
         let scenario = &self.scenario;
         let gravity_mps2 = scenario.plant.gravity_mps2;
         let deck = match (&self.deck, &scenario.deck, &self.spectrum) {
             (Some(deck), _, _) => deck.clone(),
+            (None, RigidMotion::Sea(sea), Some(spectrum)) if let Some(course) = course => {
+                let to_s = scenario.timeout_s + 1.0;
+                sea.waves_along(spectrum, gravity_mps2, (seed, trial), course, to_s)
+            }
             (None, RigidMotion::Sea(sea), Some(spectrum)) => {
                 sea.waves(spectrum, gravity_mps2, seed, trial)
             }
@@ -173,9 +200,9 @@ impl SpaceLander {
             0.0
         };
         let shift_s = match &deck {
-            RigidDeck::Spline(spline) => measured_start_s(spline, scenario.timeout_s, phase),
             // Every trial has different waves.
             _ if random_waves => 0.0,
+            RigidDeck::Spline(spline) => measured_start_s(spline, scenario.timeout_s, phase),
             // Far more than any period of the deck's motion.
             _ => 1000.0 * phase,
         };

@@ -34,7 +34,8 @@ impl Flight<'_> {
         let scenario = &self.lander.scenario;
         let most = scenario.crash.lost_m;
         let (place_m, velocity_mps) = self.relative();
-        let far = sub(self.state.position_m, scenario.start_m);
+        let travelled_m = self.track.travelled_m(step as f64 * STEP_S);
+        let far = sub(sub(self.state.position_m, travelled_m), scenario.start_m);
         if !self.state.is_finite() || dot(far, far) > most * most {
             let cause = CrashCause::Lost;
             return Some(SpaceOutcome::Crashed { cause });

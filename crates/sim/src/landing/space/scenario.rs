@@ -15,6 +15,7 @@ use crate::body::cascade::CascadeSettings;
 use crate::body::contact::LegSettings;
 use crate::body::plant::PlantSettings;
 use crate::check;
+use crate::deck::course::CourseSettings;
 use crate::deck::rigid::RigidMotion;
 use crate::error::SimError;
 use crate::landing::vertical::SpreadSettings;
@@ -28,7 +29,7 @@ pub struct CrashSettings {
     pub speed_mps: f64,
     /// Tilt from the deck's normal at a touch, rad.
     pub tilt_rad: f64,
-    /// Distance from the start beyond which the vehicle is lost, m.
+    /// Distance from the start beyond which the vehicle is lost, m; over a deck under way, from a start that travels along.
     pub lost_m: f64,
 }
 
@@ -90,8 +91,10 @@ pub struct SpaceScenario {
     pub truth: TruthSettings,
     /// Attitude and rate control.
     pub cascade: CascadeSettings,
-    /// Motion of the deck.
+    /// Motion of the deck, about its course.
     pub deck: RigidMotion,
+    /// Course of a deck under way.
+    pub course: CourseSettings,
     /// Wind.
     pub wind: WindSettings,
     /// Sensors.
@@ -130,6 +133,7 @@ impl Default for SpaceScenario {
             truth: TruthSettings::default(),
             cascade: CascadeSettings::default(),
             deck: RigidMotion::Still {},
+            course: CourseSettings::default(),
             wind: WindSettings::default(),
             sensors: SensorSettings::default(),
             faults: FaultSettings::default(),

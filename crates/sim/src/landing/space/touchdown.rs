@@ -7,6 +7,12 @@ use super::outcome::{CrashCause, Impact, SpaceLanding, SpaceOutcome, Touch};
 use super::scenario::SpaceScenario;
 use crate::body::contact::ContactLog;
 
+/// Distance from the deck's centre within which the deck's plane decides on a miss, m: what a vehicle can be beside a plate
+/// and still land on it. Halved or doubled, only flights from afar are judged otherwise.
+const BESIDE_M: f64 = 5.0;
+/// Slope of the steepest deck.
+const STEEPEST: f64 = 0.3;
+
 /// State of a vehicle relative to the deck after a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DeckState {
@@ -73,7 +79,10 @@ impl TouchdownJudge {
         if self.log.fell_s.is_some() {
             return crashed(CrashCause::FellOff);
         }
-        if now.place_m[2] < scenario.landed_height_m - 0.15 {
+        let [x, y, z] = now.place_m;
+        // The plane of a deck that leans is no height far from it.
+        let leans_m = STEEPEST * (x.hypot(y) - BESIDE_M).max(0.0);
+        if z < scenario.landed_height_m - 0.15 - leans_m {
             return crashed(CrashCause::Missed);
         }
         None

@@ -1,5 +1,6 @@
 //! The deck over the time of a landing.
 
+use crate::deck::course::Course;
 use crate::deck::rigid::{DeckPose, RigidDeck};
 use crate::error::SimError;
 use crate::number::vector::{add, scale};
@@ -66,6 +67,8 @@ pub(super) struct Track {
     knots_s: Option<f64>,
     piece: Option<(f64, RigidDeck)>,
     shift_s: f64,
+    /// Course of a deck under way, from the start of the landing on.
+    course: Option<Course>,
 }
 
 impl Track {
@@ -88,12 +91,27 @@ impl Track {
             knots_s,
             piece: None,
             shift_s,
+            course: None,
         }
+    }
+
+    /// The same deck on a course.
+    pub(super) fn on_course(self, course: Option<Course>) -> Self {
+        Self { course, ..self }
     }
 
     /// Holds the deck where it is at the start.
     pub(super) fn hold(&mut self) {
         self.clock = DeckClock::Held;
+    }
+
+    /// Place of the course at a time, world axes, m.
+    pub(super) fn travelled_m(&self, time_s: f64) -> [f64; 3] {
+        let own_s = self.clock.at(time_s).map_or(time_s, |[own_s, ..]| own_s);
+        self.course.as_ref().map_or([0.0; 3], |course| {
+            let [x, y] = course.at(own_s).place_m;
+            [x, y, 0.0]
+        })
     }
 
     /// Whether the deck is held.
@@ -114,9 +132,9 @@ impl Track {
     /// The deck at a time of the trial.
     pub(super) fn at(&mut self, time_s: f64) -> Result<DeckPose, SimError> {
         let Some([own_s, rate, gain]) = self.clock.at(time_s) else {
-            return self.moving_at(time_s);
+            return self.under_way_at(time_s);
         };
-        let mut pose = self.moving_at(own_s)?;
+        let mut pose = self.under_way_at(own_s)?;
         // By the chain rule: velocities times the rate, accelerations times its square and velocities times its derivative.
         let rates = |first: [f64; 3], second: [f64; 3]| {
             let accelerations = add(scale(second, rate * rate), scale(first, gain));
@@ -129,7 +147,16 @@ impl Track {
         Ok(pose)
     }
 
-    /// The deck at a time of its own.
+    /// The deck in the world at a time of its own.
+    fn under_way_at(&mut self, time_s: f64) -> Result<DeckPose, SimError> {
+        let pose = self.moving_at(time_s)?;
+        Ok(match &self.course {
+            Some(course) => course.pose(time_s, &pose),
+            None => pose,
+        })
+    }
+
+    /// The deck about its course, at a time of its own.
     fn moving_at(&mut self, time_s: f64) -> Result<DeckPose, SimError> {
         let time_s = time_s + self.shift_s;
         let Some(knots_s) = self.knots_s else {

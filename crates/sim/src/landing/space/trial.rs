@@ -62,7 +62,15 @@ impl TrialDraw {
         let wake = scenario.wind.airwake;
         let lost = wake.map_or(0.0, |wake| wake.deficit() * wake.share(height_m));
         let wind_mps = scenario.wind.steady_mps.map(|mps| (1.0 - lost) * mps);
-        let (mut state, throttle) = vehicle.trimmed(height_m, deck, wind_mps);
+        let calm = wind_mps[0].hypot(wind_mps[1]) <= 0.0 && !scenario.course.is_under_way();
+        let (mut state, mut throttle) = if calm {
+            vehicle.balanced(height_m, deck)
+        } else {
+            vehicle.trimmed(height_m, deck, wind_mps)
+        };
+        if scenario.course.is_under_way() {
+            (state, throttle) = vehicle.following((state, throttle), deck.acceleration_mps2);
+        }
         state.position_m[0] += x;
         state.position_m[1] += y;
         (state, throttle)

@@ -175,7 +175,10 @@ impl RigidVehicle {
         ];
         let (ahead, aside) = (dot(axes[0], through), dot(axes[1], through));
         let speed = (ahead * ahead + aside * aside).sqrt();
-        let drag = -(self.body.drag_ns2_per_m2 * speed + self.body.drag_ns_per_m);
+        let roots = state.rotors.root_thrust;
+        let spin = (roots[0] + roots[1] + roots[2] + roots[3]) * self.spin_share;
+        let drag =
+            -(self.body.drag_ns2_per_m2 * speed + self.body.drag_ns_per_m * spin.at_most(1.0));
         let mut force = to_world(&axes, [drag * ahead, drag * aside, lift_n]);
         if let Some((standing, deck)) = contact {
             let body = state.body(&axes);

@@ -100,7 +100,11 @@ impl Batch {
             let expected = "`still`, `sines` or `sea`, which have splines";
             return Err(check::fail("deck.kind", expected, &"triangle"));
         }
-        let off = spline_off(&lander.deck_of(0, 0, 0.0)?.0);
+        if scenario.course.is_under_way() {
+            let expected = "none: the deck of a batch is not under way";
+            return Err(check::fail("course", expected, &"a course"));
+        }
+        let off = spline_off(&lander.deck_of(0, 0, 0.0, None)?.0);
         check::that(
             off <= MOST_OFF,
             "deck",
@@ -182,7 +186,7 @@ impl Batch {
 
     /// The deck of a trial and the time at which the trial starts in it.
     fn deck(&self, trial: u64, seed: u64, phase: f64) -> Result<(RigidDeck, f64), SimError> {
-        self.lander.deck_of(trial, seed, phase)
+        self.lander.deck_of(trial, seed, phase, None)
     }
 }
 

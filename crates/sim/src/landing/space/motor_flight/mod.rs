@@ -14,11 +14,12 @@
 //! landing computer of a simulation does not: raw samples of the inertial unit, a magnetometer, and places of GNSS.
 
 use touchdown_lander::estimate::relative::{Reading, TagReading};
+use touchdown_lander::state_machine::Reason;
 
 use super::faults::FaultClock;
 use super::flight::{Descent, Flight};
 use super::landing::SpaceLander;
-use super::outcome::{SpaceLanding, SpaceOutcome};
+use super::outcome::{Abort, SpaceLanding, SpaceOutcome};
 use super::touchdown::TouchdownJudge;
 use crate::STEP_S;
 use crate::body::rigid::RigidState;
@@ -204,8 +205,14 @@ impl MotorFlight<'_> {
     }
 
     /// The descent is broken off.
-    pub fn break_off(&mut self) {
-        self.flight.descending = None;
+    pub fn break_off(&mut self, reason: Option<Reason>) {
+        let flight = &mut self.flight;
+        flight.descending = None;
+        flight.landing.aborts.push(Abort {
+            time_s: self.step as f64 * STEP_S,
+            reason,
+            height_m: flight.relative().0[2],
+        });
     }
 
     /// Whether a descent has ended on the deck.
@@ -343,6 +350,8 @@ impl MotorFlight<'_> {
                     let sighting = sighting(&scenario.sensors.tag.camera, &tag, frame);
                     self.readings.sightings.push(sighting);
                 }
+                // No autopilot takes it.
+                Reading::Beacon(_) => {}
                 Reading::Gnss(gnss) => {
                     let age = steps(gnss.age_s).min(REMEMBERED - 1);
                     let noise = &mut flight.log_noise;

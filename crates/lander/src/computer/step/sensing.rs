@@ -1,0 +1,144 @@
+//! The estimators' part of a step: relative motion, latency, deck and its normal.
+
+use crate::computer::sightings::Sightings;
+use crate::computer::{Computer, ComputerState, Sensed};
+use crate::estimate::deck::DeckEstimatorState;
+use crate::estimate::relative::{DeckPrior, RangeReading, Reading};
+use crate::state_machine::Phase;
+use touchdown_flight::ground_effect::GroundEffect;
+use touchdown_flight::kernel::lag_step;
+use touchdown_flight::real::{Real, r};
+use touchdown_flight::space::Vector;
+
+/// Least change of the estimated latency after which past observations of the deck are
+/// dropped, s: 1.5 times the spacing of the compared latencies (20 ms), so that a step to a
+/// neighbour keeps them.
+const MISTIMED_S: f64 = 0.03;
+/// Time after such a change until the vehicle's own motion has been estimated with the new
+/// latency, s: three times the memory of the relative estimator.
+const RETIMED_S: f64 = 1.0;
+
+impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
+    /// Steps the estimators and the filter of the deck's normal. Returns whether the
+    /// latency changed, so that all past readings had wrong ages.
+    pub(super) fn estimate(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        sensed: &Sensed<'_, R>,
+        dt: R,
+    ) -> bool {
+        let latency_s = state.latency.latency_s();
+        let normal = state.normal;
+        let readings = sensed
+            .readings
+            .iter()
+            .map(|reading| match reading.older_by(latency_s) {
+                Reading::Range(range) => Reading::Range(RangeReading {
+                    deck_normal: normal,
+                    ..range
+                }),
+                other => other,
+            });
+        let mut relative = self.relative;
+        if let Some(band) = self.band(&state.deck) {
+            relative.deck = band;
+        }
+        self.roughen(state, &mut relative);
+        relative.step_with(&mut state.relative, &sensed.imu, readings, dt);
+        let mistimed = self.estimate_latency(state, sensed.readings, dt);
+        let sighting = self.relative.deck_sighting(&state.relative);
+        let (height, elapsed_s) = state.sightings.step(sighting, self.deck.delay_s, dt);
+        if elapsed_s > R::ZERO {
+            self.deck.step(&mut state.deck, height, elapsed_s);
+        }
+
+        state.normal_age_s += dt;
+        state.tilt_rad = lag_step(state.tilt_rad, R::ZERO, self.tilt_memory_s, dt);
+        if let Some(seen) = sensed.deck_normal {
+            let body = self.relative.tag.attitude.rotate(seen.normal);
+            let age_s = seen.age_s + latency_s;
+            let attitude = self.relative.attitude_at(&state.relative, age_s);
+            if let Some(normal) = attitude.rotate(body).direction().filter(|n| n.z > R::ZERO) {
+                // After a gap, one reading does not replace all the missing ones.
+                let filter_s = state.sea.normal_filter_s(self.normal_filter_s);
+                let elapsed_s = state.normal_age_s.min(filter_s);
+                state.normal_age_s = R::ZERO;
+                let follow = |now, seen| lag_step(now, seen, filter_s, elapsed_s);
+                let old = state.normal;
+                state.normal = Vector::new(
+                    follow(old.x, normal.x),
+                    follow(old.y, normal.y),
+                    follow(old.z, normal.z),
+                );
+                let tilt_rad = state.normal.horizontal().norm().atan2(state.normal.z);
+                state.tilt_rad = state.tilt_rad.max(tilt_rad);
+            }
+        }
+        mistimed
+    }
+
+    /// Estimates the latency, except while the legs may touch. If it changes, the deck was
+    /// observed at wrong times, so the deck estimator restarts. Returns that change.
+    pub(super) fn estimate_latency(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        readings: &[Reading<R>],
+        dt: R,
+    ) -> bool {
+        let Some(latency) = &self.latency else {
+            return false;
+        };
+        if matches!(
+            state.state_machine.phase(),
+            Phase::Commit | Phase::Touchdown | Phase::Disarmed
+        ) {
+            return false;
+        }
+        let before_s = state.latency.latency_s();
+        latency.step(
+            &mut state.latency,
+            &self.relative,
+            &state.relative,
+            readings,
+            dt,
+        );
+        let mistimed = (state.latency.latency_s() - before_s).abs() > r(MISTIMED_S);
+        state.mistimed_s = if mistimed {
+            R::ZERO
+        } else {
+            state.mistimed_s + dt
+        };
+        if state.mistimed_s < r(RETIMED_S) {
+            state.deck = self.deck.initial();
+            state.sightings = Sightings::default();
+        }
+        mistimed
+    }
+
+    /// The prior of the deck's heave that follows from the known harmonics.
+    pub(super) fn band(&self, deck: &DeckEstimatorState<R>) -> Option<DeckPrior<R>> {
+        let harmonics = || (0..deck.count()).filter_map(|k| deck.harmonic(k));
+        let (mut power, mut sum, mut squares) = (R::ZERO, R::ZERO, R::ZERO);
+        for harmonic in harmonics() {
+            let w = harmonic.angular_frequency;
+            let speed = harmonic.amplitude_m * w;
+            let share = speed * speed;
+            let sd = harmonic.angular_frequency_sd;
+            power += share;
+            sum += share * w;
+            squares += share * (w * w + sd * sd);
+        }
+        let mean = sum / power;
+        let width = (squares / power - mean * mean).max(R::ZERO).sqrt() + deck.forgetting_per_s();
+        let prior = DeckPrior {
+            heave_velocity_sd_mps: (power * r(0.5)).sqrt().max(self.deck_known_mps),
+            heave_angular_frequency: mean,
+            heave_damping_ratio: (width / mean).clamp(
+                self.least_damping_ratio,
+                self.relative.deck.heave_damping_ratio,
+            ),
+            ..self.relative.deck
+        };
+        prior.validate().is_ok().then_some(prior)
+    }
+}

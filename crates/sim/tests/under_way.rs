@@ -1,0 +1,73 @@
+//! Decks under way, and decks that are not below at the start.
+
+use touchdown_sim::deck::course::CourseSettings;
+use touchdown_sim::landing::space::{Batch, SpaceScenario, land};
+
+/// A deck on a straight course.
+fn under_way(speed_mps: f64, with_beacon: bool) -> SpaceScenario {
+    let mut scenario = SpaceScenario {
+        course: CourseSettings {
+            speed_mps,
+            heading_rad: 0.6,
+            ..CourseSettings::default()
+        },
+        ..SpaceScenario::default()
+    };
+    scenario.control.under_way = true;
+    scenario.sensors.with_beacon = with_beacon;
+    scenario
+}
+
+#[test]
+fn regress_decks_under_way_are_landed_on_softly() {
+    for (speed_mps, with_beacon) in [(2.0, true), (5.0, false), (10.0, true)] {
+        for trial in 0..3 {
+            let landing = land(&under_way(speed_mps, with_beacon), trial, 5).unwrap();
+            let touch = landing.touch.unwrap();
+            assert!(landing.outcome.landed(), "{speed_mps}: {landing:?}");
+            // The bounds of a soft touchdown in calm water; here 0.1 m/s and 0.15 m/s at most.
+            assert!(touch.v_l_mps < 0.3 && touch.lateral_mps < 0.3, "{touch:?}");
+        }
+    }
+}
+
+#[test]
+fn regress_a_deck_that_is_not_below_is_found_by_its_broadcast() {
+    for (trial, start_m) in [[20.0, -15.0, 1.0], [-28.0, 3.0, 9.0], [3.0, 0.0, 3.0]]
+        .into_iter()
+        .enumerate()
+    {
+        let mut scenario = SpaceScenario {
+            start_m,
+            timeout_s: 150.0,
+            ..SpaceScenario::default()
+        };
+        scenario.crash.lost_m = 80.0;
+        scenario.control.seeks = true;
+        scenario.sensors.with_beacon = true;
+        let landing = land(&scenario, trial as u64, 6).unwrap();
+        assert!(landing.outcome.landed(), "{start_m:?}: {landing:?}");
+        assert!(landing.touch.unwrap().lateral_m < 0.1);
+    }
+}
+
+#[test]
+fn regress_a_deck_whose_place_nobody_knows_is_searched() {
+    let mut scenario = SpaceScenario {
+        start_m: [9.0, -6.0, 4.0],
+        timeout_s: 200.0,
+        ..SpaceScenario::default()
+    };
+    scenario.crash.lost_m = 80.0;
+    scenario.control.seeks = true;
+    scenario.control.state_machine.search_s = 150.0;
+    scenario.control.state_machine.patience_s = 180.0;
+    let landing = land(&scenario, 0, 7).unwrap();
+    assert!(landing.outcome.landed(), "{landing:?}");
+}
+
+#[test]
+fn prop_batches_refuse_a_course() {
+    let message = Batch::new(&under_way(2.0, false)).unwrap_err().to_string();
+    assert!(message.contains("course"), "{message}");
+}
