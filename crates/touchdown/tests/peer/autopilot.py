@@ -17,7 +17,7 @@ import time
 import tty
 
 os.environ["MAVLINK20"] = "1"
-from pymavlink.dialects.v20 import common as mav  # noqa: E402
+from pymavlink.dialects.v20 import development as mav  # noqa: E402  # `common` has no CURRENT_MODE yet
 
 MASS, G = 1.37, 9.81
 ROOT = 7.4  # root of the thrust at full motor signal, √N
@@ -321,7 +321,9 @@ class Autopilot:
 
     def command(self, m):
         result = mav.MAV_RESULT_ACCEPTED
-        if m.command == mav.MAV_CMD_SET_MESSAGE_INTERVAL:
+        if m.command == mav.MAV_CMD_SET_MESSAGE_INTERVAL and self.kind is PX4 and m.param1 == mav.MAVLINK_MSG_ID_HEARTBEAT:
+            result = mav.MAV_RESULT_DENIED
+        elif m.command == mav.MAV_CMD_SET_MESSAGE_INTERVAL:
             self.every[int(m.param1)] = m.param2 * 1e-6
             self.due.setdefault(int(m.param1), 0.0)
         elif m.command == mav.MAV_CMD_REQUEST_MESSAGE and m.param1 == 148:
@@ -355,8 +357,10 @@ class Autopilot:
             base = mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
             base |= mav.MAV_MODE_FLAG_SAFETY_ARMED if self.armed else 0
             out.heartbeat_send(mav.MAV_TYPE_QUADROTOR, self.kind["name"], base, self.mode, 4)
-            if self.taken_at is not None and self.said_pilot_at is None:
-                self.said_pilot_at = now
+            self.has_told_mode()
+        if self.kind is PX4 and is_due(436, self.every.get(436, 1)):
+            out.current_mode_send(0, self.mode, 0)
+            self.has_told_mode()
         if is_due("ask", 0.5):
             out.timesync_send(0, int(self.stamp() * 1e9))
         if is_due(31, self.every.get(31, 1)):
@@ -390,6 +394,10 @@ class Autopilot:
             out.landing_target_send(stamp, 0, mav.MAV_FRAME_BODY_FRD, 0, 0, 0, 0, 0, *seen, (1, 0, 0, 0), 0, 1)
 
     # -- the pilot, and the firmware's failsafe
+
+    def has_told_mode(self):
+        if self.taken_at is not None and self.said_pilot_at is None:
+            self.said_pilot_at = self.now()
 
     def pilot(self):
         now = self.now()
