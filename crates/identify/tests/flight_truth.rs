@@ -86,6 +86,19 @@ fn regress_without_accelerometer_the_throttle_acts_as_it_was_logged() {
         of("T_m")
     );
     assert!(of("dead_time") < 0.004, "{}", of("dead_time"));
+    // Without accelerometer lags are a tenth short, for a cause that is not known: that is a standard error beside the others.
+    // Card, page and JSON have the same interval.
+    let lag = found.lag_s().expect("a lag");
+    let of_likelihood = found.spread.number(&found.fit, "tau").expect("a lag");
+    let beside = of_likelihood.std_error.hypot(0.1 * lag.value);
+    // Rounding only.
+    assert!(
+        (lag.std_error - beside).abs() < 1e-12,
+        "{lag:?} {of_likelihood:?}"
+    );
+    let shown = found.numbers();
+    let shown = shown.iter().find(|n| n.name == "lag").expect("the lag");
+    assert_eq!(shown.estimate, lag);
 }
 
 /// Four flights of a vehicle that `flight_coverage` drew; returns it and the estimates.

@@ -112,7 +112,11 @@ impl GroundEffect {
             .into_iter()
             .filter(|p| shown(p.name) && !held(p.name))
             .filter_map(|p| {
-                let estimate = self.spread.number(&self.fit, p.name)?;
+                let estimate = match self.lag.filter(|_| p.name == "tau") {
+                    // With what no resampling shows.
+                    Some(lag) if !self.fit.shape.fountain_lag => lag,
+                    _ => self.spread.number(&self.fit, p.name)?,
+                };
                 let (unit, by) = match (p.unit, p.name) {
                     ("R", _) => ("m", r),
                     (_, "battery") if drifts => ("1/s", 1.0 / DRIFT_S),
