@@ -277,6 +277,52 @@ fn analytic_free_rotation() {
 }
 
 #[test]
+fn analytic_what_stopping_rotors_lose_the_body_gains() {
+    let settings = PlantSettings {
+        surface: Surface::Absent,
+        climb_damping_ns_per_m: 0.0,
+        ..PlantSettings::default()
+    };
+    let body = BodySettings {
+        inertia_kg_m2: [0.010, 0.015, 0.022],
+        torque_per_thrust_m: 0.0,
+        drag_ns_per_m: 0.0,
+        drag_ns2_per_m2: 0.0,
+        rotor_momentum_kg_m2_ps: 0.03,
+    };
+    let vehicle = RigidVehicle::new(&settings, &body).expect("valid settings");
+    let hover_root = (settings.mass_kg * settings.gravity_mps2).sqrt();
+    // Equal rotors across the centre: no torque. Front left and rear right turn clockwise.
+    let momentum = |state: &RigidState| -> [f64; 3] {
+        let [a, b, c, d] = state.rotors.root_thrust;
+        let of_rotors = 0.03 * (b + d - a - c) / hover_root;
+        let axes = state.axes();
+        std::array::from_fn(|k| {
+            let of_body = |j: usize| axes[j][k] * body.inertia_kg_m2[j] * state.rates[j];
+            (0..3).map(of_body).sum::<f64>() + axes[2][k] * of_rotors
+        })
+    };
+    let mut state = RigidState {
+        rates: [2.0, 4.0, -3.0],
+        ..RigidState::default()
+    };
+    let [fast, slow] = [1.3, 0.6].map(|share| share * hover_root);
+    state.rotors.root_thrust = [fast, slow, fast, slow];
+    let start = momentum(&state);
+    assert!(start[2] < -0.1, "most of it is in the rotors: {start:?}");
+    let decks = [DeckPose::default(); 3];
+    for _ in 0..2_000 {
+        let calm = Disturbance::default();
+        vehicle.step(&mut state, &decks, &[0.0; 4], &calm, STEP_S);
+    }
+    assert!(state.rotors.root_thrust[0] < 0.1 * fast, "they stopped");
+    for (end, start) in momentum(&state).iter().zip(start) {
+        // Order four at 5 rad/s and 1 ms, 2000 steps, of 0.15 kg m²/s; the motors' lag is 50 steps.
+        assert!((end - start).abs() < 1e-8, "{end} {start}");
+    }
+}
+
+#[test]
 fn analytic_drag_in_the_rotors_plane() {
     let settings = PlantSettings {
         surface: Surface::Absent,

@@ -6,6 +6,7 @@ use touchdown_campaign::progress::Silent;
 use touchdown_flight::ground_effect::GroundEffectModel;
 use touchdown_flight::thrust::ThrustModel;
 use touchdown_lander::models::FlightModels;
+use touchdown_sim::landing::space::SpaceScenario;
 use touchdown_sim::rig::RigSettings;
 
 /// The same command finds the same digits; another platform's elementary functions move the
@@ -24,8 +25,15 @@ fn same(name: &str, found: &[f64], kept: &[f64]) {
 
 #[test]
 fn regress_default_models_are_those_of_a_fresh_identification() {
-    let kept = FlightModels::<f64>::default();
-    let cards = identify_cards(&RigSettings::default(), 1, &Silent).unwrap();
+    let strength = SpaceScenario::default().ground_effect_strength;
+    is_identified(FlightModels::default(), strength);
+    is_identified(FlightModels::paper(), 1.0);
+}
+
+fn is_identified(kept: FlightModels<f64>, strength: f64) {
+    let mut rig = RigSettings::default();
+    rig.plant.ground_effect_scale *= strength;
+    let cards = identify_cards(&rig, 1, &Silent).unwrap();
     let mut fresh = kept;
     put_into(
         Some(&cards.thrust),

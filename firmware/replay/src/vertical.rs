@@ -45,10 +45,10 @@ impl VerticalRecording {
         })
     }
 
-    /// The controller with the fitted models that fly by default.
+    /// The controller with the models fitted at the paper's ground effect.
     #[must_use]
     pub fn controller(&self) -> Option<VerticalController<f32>> {
-        let models = FlightModels::default();
+        let models = FlightModels::paper();
         let landing = VerticalLanding {
             mass_kg: 1.37,
             gravity_mps2: 9.81,

@@ -2,6 +2,18 @@
 //! (default plant, seed 1). Written by a command, not by hand:
 //! `cargo run --release -p touchdown --example default_models -- crates/lander/src/models/fitted.rs`
 
+/// Models of the ground effect.
+pub(super) struct GroundEffect {
+    /// μ of eq. (2).
+    pub(super) mu: f64,
+    /// The lag form's map h of height.
+    pub(super) h: [f64; 4],
+    /// The lag form's terms in deck velocity, s/m.
+    pub(super) k: [f64; 2],
+    /// The lag form's time constant, s.
+    pub(super) tau_s: f64,
+}
+
 /// Eq. (8), in the order of `Library::TERMS`.
 pub(super) const THRUST: [f64; 8] = [
     7.134452055562685,
@@ -13,16 +25,27 @@ pub(super) const THRUST: [f64; 8] = [
     -56.644292420903646,
     2.0497232783070696,
 ];
-/// μ of eq. (2).
-pub(super) const MU: f64 = 1.9596460703718388;
-/// The lag form's map h of height.
-pub(super) const LAG_H: [f64; 4] = [
-    -0.00848041864498241,
-    0.05207259747301607,
-    0.12175658075586876,
-    0.03579022671947123,
-];
-/// The lag form's terms in deck velocity, s/m.
-pub(super) const LAG_K: [f64; 2] = [-0.02976100956849577, 0.09328845451017813];
-/// The lag form's time constant, s.
-pub(super) const LAG_TAU_S: f64 = 0.15578333176117823;
+/// At the paper's ground effect.
+pub(super) const PAPER: GroundEffect = GroundEffect {
+    mu: 1.9596460703718388,
+    h: [
+        -0.00848041864498241,
+        0.05207259747301607,
+        0.12175658075586876,
+        0.03579022671947123,
+    ],
+    k: [-0.02976100956849577, 0.09328845451017813],
+    tau_s: 0.15578333176117823,
+};
+/// At 0.5 of it.
+pub(super) const MEASURED: GroundEffect = GroundEffect {
+    mu: 1.017551469141098,
+    h: [
+        -0.004070263160991595,
+        0.01757796334567168,
+        0.05810661550635473,
+        0.018372418498558585,
+    ],
+    k: [-0.01424477151676164, 0.06845871593437518],
+    tau_s: 0.16399863730688022,
+};

@@ -29,14 +29,26 @@ pub struct FlightModels<R: Real> {
 }
 
 impl<R: Real> Default for FlightModels<R> {
-    /// The models identified from the virtual rig's rich data of the default plant
-    /// (seed 1). `fitted.rs` names the command.
+    /// The models identified from the virtual rig's rich data (seed 1) at half of the paper's
+    /// ground effect, which is about what measured quadrotors show. `fitted.rs` names the command.
     fn default() -> Self {
+        Self::fitted(&fitted::MEASURED)
+    }
+}
+
+impl<R: Real> FlightModels<R> {
+    /// The same at the paper's ground effect.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self::fitted(&fitted::PAPER)
+    }
+
+    fn fitted(of: &fitted::GroundEffect) -> Self {
         // One by one: a loop over the constants would convert them in flight, in double
         // precision.
         let [one, x, s, s2, x3, s3, exp_neg_x_s, sin_x_s] = fitted::THRUST;
-        let [h0, h1, h2, h3] = fitted::LAG_H;
-        let [k0, k1] = fitted::LAG_K;
+        let [h0, h1, h2, h3] = of.h;
+        let [k0, k1] = of.k;
         let thrust = Library {
             one: r(one),
             x: r(x),
@@ -50,11 +62,11 @@ impl<R: Real> Default for FlightModels<R> {
         let lag = Lag {
             map: StaticMap::new([r(h0), r(h1), r(h2), r(h3)]),
             k: [r(k0), r(k1)],
-            tau_s: r(fitted::LAG_TAU_S),
+            tau_s: r(of.tau_s),
         };
         Self {
             thrust: ThrustModel::Library(thrust),
-            mu: r(fitted::MU),
+            mu: r(of.mu),
             dynamic: Guarded {
                 model: GroundEffectModel::Lag(lag),
                 validity: Validity::default(),

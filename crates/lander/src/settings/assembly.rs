@@ -216,6 +216,7 @@ impl<R: Real> ControlSettings<R> {
             // The vehicle travels along before its first reading.
             let velocity_sd_mps = &mut relative.initial.velocity_sd_mps;
             *velocity_sd_mps = velocity_sd_mps.max(self.course.velocity_sd_mps);
+            relative.initial.follows_sd_mps = self.course.follows_sd_mps;
             let deck = &mut relative.deck;
             deck.horizontal_velocity_sd_mps = self.course.velocity_sd_mps;
             deck.horizontal_acceleration_sd_mps2 = self.course.acceleration_sd_mps2;

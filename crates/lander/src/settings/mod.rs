@@ -34,6 +34,13 @@ pub enum DescentShape {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize",
+        deserialize = "R: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct CoursePrior<R> {
     /// Velocity on each axis, standard deviation, m/s.
     pub velocity_sd_mps: R,
@@ -41,18 +48,28 @@ pub struct CoursePrior<R> {
     pub acceleration_sd_mps2: R,
     /// Correlation time of the acceleration, s.
     pub acceleration_s: R,
+    /// Velocity relative to the vehicle on each axis before anything is known of the deck, standard deviation, m/s: such a landing
+    /// begins alongside. 0 for a deck whose velocity has nothing to do with the vehicle's.
+    #[cfg_attr(feature = "serde", serde(default = "follows_sd_mps"))]
+    pub follows_sd_mps: R,
+}
+
+#[cfg(feature = "serde")]
+fn follows_sd_mps<R: Real>() -> R {
+    CoursePrior::default().follows_sd_mps
 }
 
 impl<R: Real> Default for CoursePrior<R> {
     /// 8 m/s: cars at 15 m/s are within two standard deviations. 1.5 m/s²: a turn of 10 degrees per second at 10 m/s
     /// takes 1.7 m/s². 2 s: turns begin and end within a second. With 0.5 m/s² and 3 s the velocity of a deck that begins to
-    /// turn at 5 m/s is wrong by 0.1 m/s.
+    /// turn at 5 m/s is wrong by 0.1 m/s. 3 m/s: a vehicle that waits beside the course of a slow ship is within one standard deviation.
     /// The effect of halving or doubling was not measured.
     fn default() -> Self {
         Self {
             velocity_sd_mps: r(8.0),
             acceleration_sd_mps2: r(1.5),
             acceleration_s: r(2.0),
+            follows_sd_mps: r(3.0),
         }
     }
 }
@@ -65,7 +82,8 @@ impl<R: Real> CoursePrior<R> {
     pub fn validate(&self) -> Result<(), SettingsError> {
         not_negative("course.velocity_sd_mps", self.velocity_sd_mps)?;
         not_negative("course.acceleration_sd_mps2", self.acceleration_sd_mps2)?;
-        positive("course.acceleration_s", self.acceleration_s)
+        positive("course.acceleration_s", self.acceleration_s)?;
+        not_negative("course.follows_sd_mps", self.follows_sd_mps)
     }
 }
 

@@ -105,7 +105,7 @@ pub fn cells(
     cards: Option<&Cards>,
     file: &str,
 ) -> Result<Vec<SeaCell>> {
-    let mut models = FlightModels::default();
+    let mut models = FlightModels::paper();
     if let Some(cards) = cards {
         put_into(
             Some(&cards.thrust),
@@ -138,6 +138,10 @@ pub fn cells(
                 models,
                 ..case.scenario()
             };
+            // The models are those of the rig's plant, so no deck weakens its ground effect.
+            if case != Case::Strong {
+                scenario.ground_effect_strength = 1.0;
+            }
             let mut series = None;
             if case == Case::Sea {
                 series.clone_from(&sea.series);

@@ -115,6 +115,8 @@ pub(super) const FORCE_PER_LENGTH: Law = of(-1.0, 1.0);
 pub(super) const FORCE_PER_SPEED: Law = of(-0.5, 1.0);
 /// m/√λ.
 pub(super) const FORCE_PER_TIME: Law = of(-0.5, 1.0);
+/// m^1.5: rotors of the vehicle's density, m λ², at the speed of the hover, √m/λ².
+pub(super) const MOMENTUM: Law = of(0.0, 1.5);
 /// Weight over the induced velocity √(m)/λ: damping of a climb, flapping and induced drag.
 pub(super) const LINEAR_DRAG: Law = of(1.0, 0.5);
 /// Damping of a climb over the weight.

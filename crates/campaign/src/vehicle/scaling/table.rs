@@ -3,7 +3,7 @@
 use super::law::Scale::{AtLeast, AtMost, Delayed, Electronics, Vehicle};
 use super::law::{
     ACCELERATION_WALK, ANGULAR_ACCELERATION, ARM, Entry, FORCE, FORCE_PER_LENGTH, FORCE_PER_SPEED,
-    FORCE_PER_TIME, FORCE_SQUARED, INERTIA, LENGTH, LINEAR_DRAG, LINEAR_LOSS, MASS, PER_LENGTH,
+    FORCE_PER_TIME, FORCE_SQUARED, INERTIA, LENGTH, LINEAR_DRAG, LINEAR_LOSS, MASS, MOMENTUM, PER_LENGTH,
     PER_SPEED, POSITION_WALK, QUADRATIC_DRAG, QUADRATIC_LOSS, RATE, RATE_SQUARED, SPEED,
     SPEED_WALK, TIME, entry,
 };
@@ -40,6 +40,7 @@ pub(super) const TABLE: &[Entry] = &[
     // Body and legs.
     entry("body.inertia_kg_m2", INERTIA, Vehicle),
     entry("body.torque_per_thrust_m", LENGTH, Vehicle),
+    entry("body.rotor_momentum_kg_m2_ps", MOMENTUM, Vehicle),
     entry("body.drag_ns_per_m", LINEAR_DRAG, Vehicle),
     entry("body.drag_ns2_per_m2", QUADRATIC_DRAG, Vehicle),
     entry("legs.radius_m", ARM, Vehicle),
@@ -63,6 +64,7 @@ pub(super) const TABLE: &[Entry] = &[
     entry("cascade.greatest_integral", ANGULAR_ACCELERATION, Vehicle),
     entry("cascade.gyro_cutoff_hz", RATE, Vehicle),
     entry("cascade.derivative_cutoff_hz", RATE, Vehicle),
+    entry("cascade.yaw_torque_cutoff_hz", RATE, Vehicle),
     // Sensors. Positions and tags follow the vehicle; a small one has a range finder of shorter range and finer
     // resolution, a large one the standard one; rates, latencies and inertial units are those of the electronics.
     entry("sensors.range.place_m", LENGTH, Vehicle),
@@ -245,8 +247,10 @@ pub(super) const TABLE: &[Entry] = &[
     entry("control.relative.initial.height_sd_m", LENGTH, Electronics),
     entry("control.course.velocity_sd_mps", SPEED, AtLeast),
     entry("control.course.acceleration_s", TIME, AtLeast),
+    entry("control.course.follows_sd_mps", SPEED, AtLeast),
     entry("control.relative.initial.position_sd_m", LENGTH, AtLeast),
     entry("control.relative.initial.velocity_sd_mps", SPEED, AtLeast),
+    entry("control.relative.initial.follows_sd_mps", SPEED, AtLeast),
     entry("control.deck.measurement_sd", LENGTH, AtMost),
     entry("control.deck.delay_s", TIME, Electronics),
     entry("control.deck.shortest_period_s", TIME, AtMost),

@@ -45,7 +45,7 @@ impl<R: Real> Belief<R> {
             (bias * bias + levelling * levelling).sqrt(),
             deck.horizontal_acceleration_sd_mps2,
         ]);
-        Self {
+        let mut belief = Self {
             vertical: Gaussian::from_sd([
                 initial.position_sd_m,
                 initial.velocity_sd_mps,
@@ -56,6 +56,24 @@ impl<R: Real> Belief<R> {
             ]),
             horizontal: [axis; 2],
             climbed: R::ZERO,
+        };
+        belief.follow(initial.follows_sd_mps);
+        belief
+    }
+
+    /// A deck with the horizontal velocity of the vehicle, with a standard deviation of the difference on each axis; 0 changes nothing.
+    /// What is learned of the vehicle's velocity is then learned of the deck's.
+    pub(super) fn follow(&mut self, sd: R) {
+        if !(sd > R::ZERO) {
+            return;
+        }
+        for axis in &mut self.horizontal {
+            axis.mean[VD] = axis.mean[VX];
+            axis.covariance[VD] = axis.covariance[VX];
+            for row in &mut axis.covariance {
+                row[VD] = row[VX];
+            }
+            axis.covariance[VD][VD] = axis.covariance[VX][VX] + sd * sd;
         }
     }
 

@@ -161,7 +161,8 @@ impl<R: Real> InitialSpread<R> {
         positive("relative.initial.position_sd_m", self.position_sd_m)?;
         not_negative("relative.initial.velocity_sd_mps", self.velocity_sd_mps)?;
         finite("relative.initial.height_m", self.height_m)?;
-        not_negative("relative.initial.height_sd_m", self.height_sd_m)
+        not_negative("relative.initial.height_sd_m", self.height_sd_m)?;
+        not_negative("relative.initial.follows_sd_mps", self.follows_sd_mps)
     }
 }
 

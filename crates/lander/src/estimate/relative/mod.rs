@@ -251,6 +251,7 @@ impl<R: Real> RelativeFilter<R> {
         let mut belief = Belief::initial(self);
         let velocity_mps = state.history.newest().belief.velocity();
         belief.know_velocity(velocity_mps, velocity_sd_mps);
+        belief.follow(self.initial.follows_sd_mps);
         self.restart_from(state, belief);
     }
 

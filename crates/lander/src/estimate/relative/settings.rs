@@ -205,6 +205,10 @@ pub struct InitialSpread<R> {
     /// Its standard deviation, m; 0 where the operator does not know the height.
     #[cfg_attr(feature = "serde", serde(default = "unknown"))]
     pub height_sd_m: R,
+    /// Horizontal velocity relative to the deck on each axis, standard deviation, m/s, of a vehicle that travels along with it
+    /// before the first reading; 0 for a deck that moves independently of the vehicle.
+    #[cfg_attr(feature = "serde", serde(default = "unknown"))]
+    pub follows_sd_mps: R,
 }
 
 /// Of recordings of earlier versions.
@@ -346,6 +350,7 @@ impl<R: Real> Default for InitialSpread<R> {
             velocity_sd_mps: r(2.0),
             height_m: R::ZERO,
             height_sd_m: R::ZERO,
+            follows_sd_mps: R::ZERO,
         }
     }
 }

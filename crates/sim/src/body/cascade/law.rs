@@ -20,6 +20,7 @@ pub(crate) struct CascadeMemory<N = f64> {
     gyro: [[N; 2]; 3],
     filtered: [N; 3],
     derivative: [N; 3],
+    yaw_torque: N,
     /// Sign of the torque that the mixer could not give, 0 where it could.
     saturated: [N; 3],
     pub(super) throttle: [N; 4],
@@ -43,6 +44,7 @@ impl<N: Number> CascadeMemory<N> {
             gyro: [[zero; 2]; 3],
             filtered: [zero; 3],
             derivative: [zero; 3],
+            yaw_torque: zero,
             saturated: [zero; 3],
             throttle: [zero; 4],
         }
@@ -52,6 +54,7 @@ impl<N: Number> CascadeMemory<N> {
     #[inline(always)]
     pub(crate) fn without(mut self, truth: N::Truth) -> Self {
         let zero = self.integral[0].splat(0.0);
+        self.yaw_torque = N::select(truth, zero, self.yaw_torque);
         for k in 0..3 {
             self.integral[k] = N::select(truth, zero, self.integral[k]);
             self.derivative[k] = N::select(truth, zero, self.derivative[k]);
@@ -194,6 +197,9 @@ impl Cascade {
                 next.within(-s.greatest_integral, s.greatest_integral),
             );
         }
+        let last = memory.yaw_torque;
+        memory.yaw_torque = last + (torque[2] - last) * self.yaw_torque_share;
+        torque[2] = memory.yaw_torque;
         let (thrusts_n, given_up) = self.mixed(wanted.thrust_n, torque);
         for k in 0..3 {
             let share = given_up[if k < 2 { 1 } else { 2 }];

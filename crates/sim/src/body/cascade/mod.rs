@@ -12,7 +12,7 @@
 //! (2013), in the form of PX4's `mc_att_control`: the thrust direction is turned
 //! over the shortest way and yaw follows with a weight. The rate law is PX4's
 //! PID with its derivative on the filtered rate and an integral that stops
-//! where the mixer saturates; its output is an angular acceleration (K_p in
+//! where the mixer saturates; yaw's output passes a low-pass; its output is an angular acceleration (K_p in
 //! 1/s), which the moments of inertia turn into torque, so that gains do not
 //! depend on the vehicle's size. The mixer gives way in PX4's order without
 //! "air mode": too much thrust is lowered, then roll and pitch are scaled; yaw
@@ -60,6 +60,9 @@ pub struct CascadeSettings {
     pub gyro_cutoff_hz: f64,
     /// Cut-off of the derivative's low-pass, Hz (`IMU_DGYRO_CUTOFF`).
     pub derivative_cutoff_hz: f64,
+    /// Cut-off of the low-pass of the yaw torque, Hz (`MC_YAW_TQ_CUTOFF`): rotors that change their
+    /// speed turn the body at once, and more than the torque that was asked for.
+    pub yaw_torque_cutoff_hz: f64,
     /// Least throttle of a motor in flight.
     pub least_throttle: f64,
     /// Greatest tilt that is flown, rad (`MPC_TILTMAX_AIR`).
@@ -81,6 +84,7 @@ impl Default for CascadeSettings {
             greatest_integral: 10.0,
             gyro_cutoff_hz: 40.0,
             derivative_cutoff_hz: 30.0,
+            yaw_torque_cutoff_hz: 2.0,
             least_throttle: 0.05,
             greatest_tilt_rad: 0.785,
         }
@@ -118,6 +122,12 @@ impl CascadeSettings {
         check::within(
             "derivative_cutoff_hz",
             self.derivative_cutoff_hz,
+            0.1,
+            half_hz,
+        )?;
+        check::within(
+            "yaw_torque_cutoff_hz",
+            self.yaw_torque_cutoff_hz,
             0.1,
             half_hz,
         )?;
@@ -179,6 +189,7 @@ pub struct Cascade {
     settings: CascadeSettings,
     gyro: LowPass,
     derivative_share: f64,
+    yaw_torque_share: f64,
     motor: Motor,
     arm_m: f64,
     torque_per_thrust_m: f64,
@@ -197,11 +208,16 @@ impl Cascade {
         settings.validate()?;
         let motor = *vehicle.rotors().plant().motor();
         let quarter = |s: f64| 0.25 * motor.rest(s).powi(2);
-        let corner = TAU * settings.derivative_cutoff_hz * settings.period_s;
+        // Share of a new value that a first-order low-pass takes.
+        let share = |cutoff_hz: f64| {
+            let corner = TAU * cutoff_hz * settings.period_s;
+            corner / (1.0 + corner)
+        };
         Ok(Self {
             settings: *settings,
             gyro: LowPass::new(settings.gyro_cutoff_hz, settings.period_s),
-            derivative_share: corner / (1.0 + corner),
+            derivative_share: share(settings.derivative_cutoff_hz),
+            yaw_torque_share: share(settings.yaw_torque_cutoff_hz),
             motor,
             arm_m: vehicle.rotors().hubs_m()[0][0],
             torque_per_thrust_m: vehicle.body().torque_per_thrust_m,

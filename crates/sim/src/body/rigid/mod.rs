@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! m v' = b_z Σ F_i - m g e_z + D + contact
-//! I ω' = Σ r_i × F_i e_3 + Σ ± κ T_i e_3 - ω × I ω + contact
+//! I ω' = Σ r_i × F_i e_3 + Σ s_i κ T_i e_3 - ω × (I ω + h e_3) - h' e_3 + contact
+//! h = -Σ s_i J Ω_i                           s_i = ±1; J Ω_hover: `rotor_momentum_kg_m2_ps`
 //! q' = q ∘ (0, ω)/2
 //! F_i = T_i (1 + ε_i) + f_i + n_i            ([`crate::rotors`]; turbulence n_i)
 //! D = -(c_1 σ + c_2 |u|) u                    u: air speed in the rotors' plane
@@ -13,10 +14,11 @@
 //! turns body into world coordinates. ω is in body axes. Rotor axes are parallel to the
 //! body's z. Climb damping and upwash follow from speeds along the deck's normal, less the
 //! vertical wind, and act along the rotor's axis. Rotors that turn clockwise seen from
-//! above (front left, rear right) turn the body the other way.
+//! above (front left, rear right) turn the body the other way: s_i = 1. Their angular momentum h
+//! cancels in pairs unless the vehicle yaws; a change of h turns the body at once, before the
+//! reaction torque κ T_i follows.
 //!
-//! The model omits the rotors' own angular momentum, which cancels in pairs, and gradients
-//! of the wind over the vehicle. A level, centred vehicle with equal rotors is
+//! The model omits gradients of the wind over the vehicle. A level, centred vehicle with equal rotors is
 //! [`crate::body::vertical`].
 
 mod kernel;
@@ -98,6 +100,8 @@ pub struct RigidVehicle {
     gravity_mps2: f64,
     /// Share of the linear drag that a rotor's root of thrust gives, 1/√N.
     spin_share: f64,
+    /// Angular momentum of a rotor over its root of thrust, kg m²/s/√N.
+    momentum_share: f64,
     thrust_scale_error: [f64; 4],
     legs: Option<Legs>,
 }
@@ -115,14 +119,16 @@ impl RigidVehicle {
     pub fn new(plant: &PlantSettings, body: &BodySettings) -> Result<Self, SimError> {
         let rotors = Rotors::new(plant).map_err(|e| e.in_section("plant"))?;
         body.validate().map_err(|e| e.in_section("body"))?;
+        // Each root is that of the whole thrust.
+        let hover_root = (plant.mass_kg * plant.gravity_mps2).sqrt();
         Ok(Self {
             hubs_m: rotors.hubs_m(),
             rotors,
             body: *body,
             mass_kg: plant.mass_kg,
             gravity_mps2: plant.gravity_mps2,
-            // Each root is that of the whole thrust.
-            spin_share: 0.25 / (FLYING_SPIN * (plant.mass_kg * plant.gravity_mps2).sqrt()),
+            spin_share: 0.25 / (FLYING_SPIN * hover_root),
+            momentum_share: body.rotor_momentum_kg_m2_ps / hover_root,
             thrust_scale_error: [0.0; 4],
             legs: None,
         })
@@ -219,7 +225,7 @@ impl RigidVehicle {
         }
     }
 
-    /// Forces and accelerations in a state.
+    /// Forces and accelerations in a state whose rotors keep their speed.
     #[must_use]
     pub fn loads(&self, state: &RigidState, deck: &DeckPose, disturbance: &Disturbance) -> Loads {
         let (kind, moving) = (self.kind(), state.moving());
@@ -232,7 +238,7 @@ impl RigidVehicle {
             foothold: state.contact.foothold(),
         });
         let contact = standing.as_ref().map(|standing| (standing, deck));
-        let drive = self.rotors.drive(&input.throttle);
+        let drive = roots.map(|root| self.rotors.plant().motor().drive_for(root));
         let (_, acting) = self.rate(&kind, &moving, &input, &drive, &around, contact);
         Loads::of(acting, around.rotors.target)
     }

@@ -1,5 +1,7 @@
 //! Scenarios by name.
 
+use touchdown_lander::models::FlightModels;
+
 use super::faults::{FaultGust, FaultySensor, NanBurst, TimeSpan, WeakRotor};
 use super::scenario::SpaceScenario;
 use crate::deck::rigid::{Axis, RigidMotion, SeaSettings, Tone};
@@ -108,8 +110,8 @@ impl Case {
         Self::ALL.into_iter().find(|case| case.name() == name)
     }
 
-    /// The scenario: the default one with this case's deck and fault. Faults count from the
-    /// start of the first descent.
+    /// The scenario: the default one with this case's deck and fault. Above the paper's deck the
+    /// ground effect is the paper's. Faults count from the start of the first descent.
     #[must_use]
     pub fn scenario(self) -> SpaceScenario {
         let tone = |axis, amplitude, frequency_hz, phase_rad| Tone {
@@ -136,6 +138,10 @@ impl Case {
             deck,
             ..SpaceScenario::default()
         };
+        if !matches!(self, Self::Still | Self::Heave | Self::Sea) {
+            scenario.ground_effect_strength = 1.0;
+            scenario.models = FlightModels::paper();
+        }
         let faults = &mut scenario.faults;
         match self {
             Self::Still | Self::Paper | Self::Heave | Self::Sea => {}

@@ -188,16 +188,24 @@ impl RigidVehicle {
         }
         let mut acceleration_mps2 = scale(force, 1.0 / self.mass_kg);
         acceleration_mps2[2] = acceleration_mps2[2] - self.gravity_mps2;
+        let rotors = self.rotors.rate(&state.rotors, &around.rotors, drive);
+        let (mut rotor_spin, mut rotor_rate) = (zero, zero);
+        for i in 0..4 {
+            rotor_spin = rotor_spin - state.rotors.root_thrust[i] * SPIN[i];
+            rotor_rate = rotor_rate - rotors.root_thrust[i] * SPIN[i];
+        }
+        torque[2] = torque[2] - rotor_rate * self.momentum_share;
         let inertia = self.body.inertia_kg_m2;
         let [p, q, r] = state.rates;
-        let momentum = [inertia[0] * p, inertia[1] * q, inertia[2] * r];
+        let spin_z = inertia[2] * r + rotor_spin * self.momentum_share;
+        let momentum = [inertia[0] * p, inertia[1] * q, spin_z];
         let turning = sub(torque, cross(state.rates, momentum));
         let mut angular_acceleration = turning;
         for k in 0..3 {
             angular_acceleration[k] = turning[k] * (1.0 / inertia[k]);
         }
         let rate = MotionState {
-            rotors: self.rotors.rate(&state.rotors, &around.rotors, drive),
+            rotors,
             position_m: state.velocity_mps,
             velocity_mps: acceleration_mps2,
             attitude: product(state.attitude, [zero, 0.5 * p, 0.5 * q, 0.5 * r]),
