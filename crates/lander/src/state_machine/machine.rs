@@ -181,7 +181,11 @@ impl<R: Real> StateMachine<R> {
             // A foot that rocks on the deck has a speed, and wind pushes a vehicle that keeps
             // its thrust. Above the deck the thrust is neither reduced further nor, before
             // that counts as a bounce, increased.
-            Phase::Touchdown if conditions.touching || (state.rocks() && conditions.low) => {
+            Phase::Touchdown
+                if conditions.touching
+                    || conditions.held
+                    || (state.rocks() && conditions.low) =>
+            {
                 Maneuver::Idle
             }
             Phase::Touchdown => Maneuver::Rest,
@@ -312,7 +316,7 @@ impl<R: Real> StateMachine<R> {
             .evidence
             .update(now.evidence || (state.rocks() && now.slides), dt, gap);
         state.unsupported.update(now.unsupported, dt, gap);
-        let down = now.touching || (state.rocks() && now.low);
+        let down = now.touching || now.held || (state.rocks() && now.low);
         state.apart.update(!down, dt, false);
         state.beyond.update(now.beyond.is_some(), dt, false);
         state.sinking.update(now.sinking, dt, false);
