@@ -182,9 +182,7 @@ impl<R: Real> StateMachine<R> {
             // its thrust. Above the deck the thrust is neither reduced further nor, before
             // that counts as a bounce, increased.
             Phase::Touchdown
-                if conditions.touching
-                    || conditions.held
-                    || (state.rocks() && conditions.low) =>
+                if conditions.touching || conditions.held || (state.rocks() && conditions.low) =>
             {
                 Maneuver::Idle
             }

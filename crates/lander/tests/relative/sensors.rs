@@ -2,8 +2,8 @@
 
 use touchdown_flight::Attitude;
 use touchdown_lander::estimate::relative::{
-    BarometerReading, BeaconReading, ImuModel, ImuSample, RangeReading, Reading, TagModel,
-    TagReading,
+    BarometerReading, BeaconReading, GnssVelocity, ImuModel, ImuSample, RangeReading, Reading,
+    RelativeFilter, TagModel, TagReading,
 };
 
 use crate::truth::*;
@@ -175,4 +175,40 @@ fn analytic_a_broadcast_tells_the_place_once_and_the_velocity_ever_better() {
     assert!((seen.position_m - V::new(18.5, -10.5, 5.0)).norm() < 0.1);
     let after = filter.step(&mut state, &rest, &[beacon], 0.0);
     assert_eq!(after.position_m, seen.position_m);
+}
+
+#[test]
+fn analytic_an_unseen_deck_travels_along_with_the_vehicle() {
+    let mut filter = still(mounted());
+    filter.deck.horizontal_velocity_sd_mps = 8.0;
+    filter.initial.velocity_sd_mps = 8.0;
+    let rest = ImuSample {
+        specific_force_mps2: V::UP * G,
+        attitude: Attitude::LEVEL,
+    };
+    let gnss = Reading::Gnss(GnssVelocity {
+        velocity_mps: V::new(10.0, -4.0, 0.0),
+        age_s: 0.0,
+    });
+    let after = |filter: &RelativeFilter<f64>| {
+        let mut state: State = filter.initial();
+        for _ in 0..50 {
+            filter.step(&mut state, &rest, &[gnss], 0.0);
+        }
+        filter.step(&mut state, &rest, &[], 0.0)
+    };
+    // A deck that has nothing to do with the vehicle is not known from its velocity.
+    assert_eq!(after(&filter).deck_velocity_mps.x, 0.0);
+    filter.initial.follows_sd_mps = 3.0;
+    let estimate = after(&filter);
+    // Of 50 readings with 0.1 m/s or so the prior of 8 m/s counts for 1e-5.
+    for (own, deck) in [
+        (estimate.velocity_mps.x, estimate.deck_velocity_mps.x),
+        (estimate.velocity_mps.y, estimate.deck_velocity_mps.y),
+    ] {
+        assert!((own - deck).abs() < 1e-9, "{own} {deck}");
+    }
+    assert!((estimate.deck_velocity_mps.x - 10.0).abs() < 1e-3);
+    // It is as uncertain as said beside the vehicle's own velocity.
+    assert!((estimate.relative_velocity_sd_mps.x - 3.0).abs() < 1e-9);
 }

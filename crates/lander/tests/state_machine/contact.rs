@@ -196,3 +196,37 @@ fn prop_the_noise_reaches_stops_and_false_touches() {
     }
     assert!(stops > 100 && in_the_air > 100, "{stops} {in_the_air}");
 }
+
+#[test]
+fn prop_a_vehicle_that_the_deck_carries_is_down_at_any_estimated_speed() {
+    let (machine, mut state) = committed();
+    // A deck that sways out of the tag's sight: height and velocity drift, the feet press.
+    let drifts = |thrust_share| MachineInput {
+        height_m: 0.14,
+        relative_velocity_mps: 0.3,
+        lateral_speed_mps: 0.6,
+        support_share: 1.0 - thrust_share,
+        load_factor: 1.0,
+        thrust_share,
+        ..good()
+    };
+    let mut phases = Vec::new();
+    for step in 0..60 {
+        let thrust_share = (0.8 - 3.0 * DT * f64::from(step)).max(0.2);
+        let out = machine.step(&mut state, &drifts(thrust_share), DT);
+        if phases.last() != Some(&out.phase) {
+            phases.push(out.phase);
+        }
+    }
+    assert_eq!(phases, [Phase::Commit, Phase::Touchdown, Phase::Disarmed]);
+    // The same without the force is flown on.
+    let (machine, mut state) = committed();
+    for _ in 0..60 {
+        let input = MachineInput {
+            support_share: 0.0,
+            ..drifts(0.8)
+        };
+        let out = machine.step(&mut state, &input, DT);
+        assert_ne!(out.phase, Phase::Touchdown);
+    }
+}
