@@ -132,6 +132,16 @@ impl RigidVehicle {
         }
     }
 
+    /// Angular momentum of the rotors along the body's z axis, or its rate, from their roots of thrust or the rates of these.
+    #[inline(always)]
+    fn rotor_momentum<N: Number>(&self, roots: &[N; 4]) -> N {
+        let mut sum = roots[0].splat(0.0);
+        for i in 0..4 {
+            sum = sum - roots[i] * SPIN[i];
+        }
+        sum * self.momentum_share
+    }
+
     /// Rate of the state, and what acts, with what drives the motors.
     #[inline(always)]
     pub(super) fn rate<N: Number>(
@@ -189,16 +199,11 @@ impl RigidVehicle {
         let mut acceleration_mps2 = scale(force, 1.0 / self.mass_kg);
         acceleration_mps2[2] = acceleration_mps2[2] - self.gravity_mps2;
         let rotors = self.rotors.rate(&state.rotors, &around.rotors, drive);
-        let (mut rotor_spin, mut rotor_rate) = (zero, zero);
-        for i in 0..4 {
-            rotor_spin = rotor_spin - state.rotors.root_thrust[i] * SPIN[i];
-            rotor_rate = rotor_rate - rotors.root_thrust[i] * SPIN[i];
-        }
-        torque[2] = torque[2] - rotor_rate * self.momentum_share;
+        torque[2] = torque[2] - self.rotor_momentum(&rotors.root_thrust);
         let inertia = self.body.inertia_kg_m2;
         let [p, q, r] = state.rates;
-        let spin_z = inertia[2] * r + rotor_spin * self.momentum_share;
-        let momentum = [inertia[0] * p, inertia[1] * q, spin_z];
+        let momentum_z = inertia[2] * r + self.rotor_momentum(&state.rotors.root_thrust);
+        let momentum = [inertia[0] * p, inertia[1] * q, momentum_z];
         let turning = sub(torque, cross(state.rates, momentum));
         let mut angular_acceleration = turning;
         for k in 0..3 {
