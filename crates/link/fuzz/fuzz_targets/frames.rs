@@ -14,7 +14,12 @@ fuzz_target!(|bytes: &[u8]| {
     let Some((choice, bytes)) = bytes.split_first() else {
         return;
     };
-    let formats = [StreamFormat::Grey, StreamFormat::Yuyv, StreamFormat::Pgm, StreamFormat::Y4m];
+    let formats = [
+        StreamFormat::Grey,
+        StreamFormat::Yuyv,
+        StreamFormat::Pgm,
+        StreamFormat::Y4m,
+    ];
     let format = formats[usize::from(choice % 4)];
     let read = |piece: usize| {
         let mut parser = FrameParser::new(format, SIZE);

@@ -11,7 +11,9 @@ fuzz_target!(|bytes: &[u8]| {
     let mut recorder =
         Recorder::create(&path, &FlightSettings::default(), &Session::default()).unwrap();
     let middle = bytes.len() / 2;
-    recorder.write(0, Event::Received(&bytes[..middle]), &[]).unwrap();
+    recorder
+        .write(0, Event::Received(&bytes[..middle]), &[])
+        .unwrap();
     recorder.write(10_000, Event::Tick, &[]).unwrap();
     recorder.finish().unwrap();
     let mut file = std::fs::read(&path).unwrap();

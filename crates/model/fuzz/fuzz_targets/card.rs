@@ -5,9 +5,13 @@ use libfuzzer_sys::fuzz_target;
 use touchdown_model::{Card, published};
 
 fuzz_target!(|data: &[u8]| {
-    let Ok(text) = std::str::from_utf8(data) else { return };
+    let Ok(text) = std::str::from_utf8(data) else {
+        return;
+    };
     // Half of the inputs begin as a valid card, so that the fuzzer gets past the schema.
-    let whole = text.strip_prefix('#').map(|rest| format!("{}\n{rest}", published::EQ_11));
+    let whole = text
+        .strip_prefix('#')
+        .map(|rest| format!("{}\n{rest}", published::EQ_11));
     let text = whole.as_deref().unwrap_or(text);
     if let Ok(card) = Card::parse(text, "fuzz.toml") {
         let again = Card::parse(&card.to_toml().unwrap(), "again.toml").unwrap();
