@@ -1,5 +1,6 @@
 //! Ground-effect models against printed and closed-form values.
 
+use proptest::prelude::*;
 use touchdown_flight::Real;
 use touchdown_flight::ground_effect::{
     Empirical, GroundEffect, GroundEffectInput, GroundEffectModel, Guarded, Lag, Outside,
@@ -240,9 +241,9 @@ fn analytic_negative_relative_velocity() {
     assert!(difference.abs() < 1e-16);
 }
 
-#[test]
-fn prop_nan_does_not_poison() {
-    let models = [
+/// A model of every family.
+fn families() -> [GroundEffectModel<f64>; 6] {
+    [
         GroundEffectModel::None,
         GroundEffectModel::Empirical(Empirical {
             mu: 1.9,
@@ -253,8 +254,83 @@ fn prop_nan_does_not_poison() {
         GroundEffectModel::Polynomial(Polynomial::published()),
         GroundEffectModel::Ratio(ratio()),
         GroundEffectModel::Lag(lag()),
-    ];
-    for model in models {
+    ]
+}
+
+/// A measured number: mostly usable, sometimes not finite or huge.
+fn number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        8 => -1.0..1.5,
+        1 => prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -0.0, 1e300, -1e300]),
+    ]
+}
+
+fn any_input() -> impl Strategy<Value = GroundEffectInput<f64>> {
+    let numbers = (number(), number(), number(), number(), number());
+    (numbers, prop::option::of(prop::array::uniform4(number()))).prop_map(
+        |((thrust, throttle_share, height_m, vehicle, deck), rotor_heights_m)| GroundEffectInput {
+            thrust_n: WEIGHT_N * thrust,
+            throttle: throttle_share,
+            height_m,
+            vehicle_velocity_mps: vehicle,
+            deck_velocity_mps: deck,
+            rotor_heights_m,
+        },
+    )
+}
+
+proptest! {
+    /// A step is the advance and then the lift, to the bit, whatever is measured.
+    #[test]
+    fn prop_a_step_within_limits_is_advance_and_lift(
+        inputs in prop::collection::vec((any_input(), number()), 1..20),
+        fades: bool,
+        relative: bool,
+    ) {
+        for model in families() {
+            let mut guarded = Guarded::new(model, Validity::default());
+            if fades {
+                guarded.validity.outside = Outside::Fade;
+            }
+            if relative {
+                guarded.velocity = VelocityInput::NegativeRelative;
+            }
+            let mut stepped = guarded.rest(&at(0.4));
+            let mut apart = stepped;
+            for (input, dt) in &inputs {
+                let lift = guarded.step(&mut stepped, input, *dt);
+                guarded.advance(&mut apart, input, *dt);
+                prop_assert_eq!(lift, guarded.lift(&apart, input));
+                prop_assert_eq!(stepped, apart);
+                prop_assert!(lift.ratio.is_finite() && lift.force_n.is_finite());
+            }
+        }
+    }
+
+    /// A value that is not finite is the previous one, and every other stays, to the bit.
+    #[test]
+    fn prop_numbers_that_are_not_finite_are_the_previous_ones(input in any_input()) {
+        let previous = at(0.4);
+        let filled = input.or_previous(&previous);
+        let pairs = [
+            (filled.thrust_n, input.thrust_n, previous.thrust_n),
+            (filled.throttle, input.throttle, previous.throttle),
+            (filled.height_m, input.height_m, previous.height_m),
+            (filled.vehicle_velocity_mps, input.vehicle_velocity_mps, previous.vehicle_velocity_mps),
+            (filled.deck_velocity_mps, input.deck_velocity_mps, previous.deck_velocity_mps),
+        ];
+        for (found, given, before) in pairs {
+            let expected = if given.is_finite() { given } else { before };
+            prop_assert_eq!(found.to_bits(), expected.to_bits());
+        }
+        let usable = |heights: &[f64; 4]| heights.iter().all(|z| z.is_finite());
+        prop_assert_eq!(filled.rotor_heights_m, input.rotor_heights_m.filter(usable));
+    }
+}
+
+#[test]
+fn prop_nan_does_not_poison() {
+    for model in families() {
         let guarded = Guarded::new(model, Validity::default());
         guarded.validate().unwrap();
         let mut state = guarded.rest(&at(0.2));

@@ -171,6 +171,23 @@ impl<R: Real, M: GroundEffect<R>> Guarded<R, M> {
         }
     }
 
+    /// A lift of the model within the limits, for a height that is not brought within them.
+    fn limited(&self, lift: Lift<R>, thrust_n: R, height_m: R) -> Lift<R> {
+        let Validity {
+            ratio_min,
+            ratio_max,
+            ..
+        } = self.validity;
+        let remaining = self.validity.remaining(height_m);
+        let force_n = lift
+            .force_n
+            .clamp(ratio_min * thrust_n, ratio_max * thrust_n);
+        Lift {
+            ratio: (remaining * lift.ratio.clamp(ratio_min, ratio_max)).finite_or(R::ZERO),
+            force_n: (remaining * force_n).finite_or(R::ZERO),
+        }
+    }
+
     fn limit_inner(&self, state: &mut M::State, inner: &GroundEffectInput<R>) {
         self.model.limit(
             state,
@@ -200,20 +217,7 @@ impl<R: Real, M: GroundEffect<R>> GroundEffect<R> for Guarded<R, M> {
         let input = input.or_previous(&state.input);
         let inner = self.inner(&input);
         let lift = self.model.lift(&state.model, &inner);
-        let Validity {
-            ratio_min,
-            ratio_max,
-            ..
-        } = self.validity;
-        let remaining = self.validity.remaining(input.height_m);
-        let thrust_n = inner.thrust_n;
-        let force_n = lift
-            .force_n
-            .clamp(ratio_min * thrust_n, ratio_max * thrust_n);
-        Lift {
-            ratio: (remaining * lift.ratio.clamp(ratio_min, ratio_max)).finite_or(R::ZERO),
-            force_n: (remaining * force_n).finite_or(R::ZERO),
-        }
+        self.limited(lift, inner.thrust_n, input.height_m)
     }
 
     fn advance(&self, state: &mut Self::State, input: &GroundEffectInput<R>, dt: R) {
@@ -221,6 +225,22 @@ impl<R: Real, M: GroundEffect<R>> GroundEffect<R> for Guarded<R, M> {
         let inner = self.inner(&state.input);
         self.model.advance(&mut state.model, &inner, dt);
         self.limit_inner(&mut state.model, &inner);
+    }
+
+    /// As [`advance`](GroundEffect::advance) and [`lift`](GroundEffect::lift), with the input
+    /// brought within the limits once.
+    fn step(&self, state: &mut Self::State, input: &GroundEffectInput<R>, dt: R) -> Lift<R> {
+        state.input = input.or_previous(&state.input);
+        let inner = self.inner(&state.input);
+        let Validity {
+            ratio_min,
+            ratio_max,
+            ..
+        } = self.validity;
+        let lift = self
+            .model
+            .step_within(&mut state.model, &inner, dt, ratio_min, ratio_max);
+        self.limited(lift, inner.thrust_n, state.input.height_m)
     }
 
     fn validate(&self) -> Result<(), SettingsError> {

@@ -22,6 +22,13 @@ pub struct Lag<R> {
     pub tau_s: R,
 }
 
+impl<R: Real> Lag<R> {
+    fn lift_at(&self, state: R, psi3: R, deck_velocity_mps: R) -> Lift<R> {
+        let [k0, k1] = self.k;
+        Lift::from_ratio(state + (k0 + k1 * psi3) * deck_velocity_mps)
+    }
+}
+
 impl<R: Real> GroundEffect<R> for Lag<R> {
     /// The lagged ratio G.
     type State = R;
@@ -32,13 +39,27 @@ impl<R: Real> GroundEffect<R> for Lag<R> {
 
     fn lift(&self, state: &R, input: &GroundEffectInput<R>) -> Lift<R> {
         let [_, _, psi3] = psi(input.height_m, self.map.length_m);
-        let [k0, k1] = self.k;
-        Lift::from_ratio(*state + (k0 + k1 * psi3) * input.deck_velocity_mps)
+        self.lift_at(*state, psi3, input.deck_velocity_mps)
     }
 
     fn advance(&self, state: &mut R, input: &GroundEffectInput<R>, dt: R) {
         let target = self.map.ratio(input.height_m);
         *state = lag_step(*state, target, self.tau_s, usable_dt(dt));
+    }
+
+    /// With the functions of height found once.
+    fn step_within(
+        &self,
+        state: &mut R,
+        input: &GroundEffectInput<R>,
+        dt: R,
+        ratio_min: R,
+        ratio_max: R,
+    ) -> Lift<R> {
+        let psis = psi(input.height_m, self.map.length_m);
+        let lagged = lag_step(*state, self.map.at(psis), self.tau_s, usable_dt(dt));
+        *state = lagged.clamp(ratio_min, ratio_max);
+        self.lift_at(*state, psis[2], input.deck_velocity_mps)
     }
 
     fn limit(&self, state: &mut R, _thrust_n: R, ratio_min: R, ratio_max: R) {

@@ -53,6 +53,25 @@ impl<R: Real> GroundEffectInput<R> {
     /// `self` with every value that is not finite taken from `previous`.
     #[must_use]
     pub fn or_previous(&self, previous: &Self) -> Self {
+        // A number times zero is zero, but not of an infinite one or NaN: one comparison for
+        // all instead of one each.
+        let mut zeros = self.thrust_n * R::ZERO;
+        for x in [
+            self.throttle,
+            self.height_m,
+            self.vehicle_velocity_mps,
+            self.deck_velocity_mps,
+        ] {
+            zeros += x * R::ZERO;
+        }
+        if zeros == R::ZERO && self.rotor_heights_m.is_none() {
+            return *self;
+        }
+        self.finite_or_previous(previous)
+    }
+
+    #[cold]
+    fn finite_or_previous(&self, previous: &Self) -> Self {
         Self {
             thrust_n: self.thrust_n.finite_or(previous.thrust_n),
             throttle: self.throttle.finite_or(previous.throttle),
@@ -122,6 +141,21 @@ pub trait GroundEffect<R: Real> {
     /// Advances the state over `dt` seconds and gives the lift at its end.
     fn step(&self, state: &mut Self::State, input: &GroundEffectInput<R>, dt: R) -> Lift<R> {
         self.advance(state, input, dt);
+        self.lift(state, input)
+    }
+
+    /// [`step`](GroundEffect::step) with the state brought within the limits of
+    /// [`limit`](GroundEffect::limit) before the lift is taken.
+    fn step_within(
+        &self,
+        state: &mut Self::State,
+        input: &GroundEffectInput<R>,
+        dt: R,
+        ratio_min: R,
+        ratio_max: R,
+    ) -> Lift<R> {
+        self.advance(state, input, dt);
+        self.limit(state, input.thrust_n, ratio_min, ratio_max);
         self.lift(state, input)
     }
 
@@ -218,6 +252,32 @@ impl<R: Real> GroundEffect<R> for GroundEffectModel<R> {
             (Self::Ratio(model), GroundEffectState::Ratio(y)) => model.advance(y, input, dt),
             (Self::Lag(model), GroundEffectState::Lag(g)) => model.advance(g, input, dt),
             _ => *state = self.rest(input),
+        }
+    }
+
+    fn step_within(
+        &self,
+        state: &mut GroundEffectState<R>,
+        input: &GroundEffectInput<R>,
+        dt: R,
+        ratio_min: R,
+        ratio_max: R,
+    ) -> Lift<R> {
+        match (self, &mut *state) {
+            (Self::Polynomial(model), GroundEffectState::Polynomial(f)) => {
+                model.step_within(f, input, dt, ratio_min, ratio_max)
+            }
+            (Self::Ratio(model), GroundEffectState::Ratio(y)) => {
+                model.step_within(y, input, dt, ratio_min, ratio_max)
+            }
+            (Self::Lag(model), GroundEffectState::Lag(g)) => {
+                model.step_within(g, input, dt, ratio_min, ratio_max)
+            }
+            _ => {
+                self.advance(state, input, dt);
+                self.limit(state, input.thrust_n, ratio_min, ratio_max);
+                self.lift(state, input)
+            }
         }
     }
 

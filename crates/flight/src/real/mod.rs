@@ -96,7 +96,7 @@ pub trait Real:
 }
 
 macro_rules! impl_real {
-    ($t:ident: $($name:ident = $function:path),+; $sin_cos:path, $widened:path, $atan2:path) => {
+    ($t:ident: $($name:ident = $function:path),+; $sin_cos:path, $widened:path, $atan2:path, $least:path, $greatest:path) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -131,10 +131,10 @@ macro_rules! impl_real {
                 $t::abs(self)
             }
             fn min(self, other: Self) -> Self {
-                $t::min(self, other)
+                $least(self, other)
             }
             fn max(self, other: Self) -> Self {
-                $t::max(self, other)
+                $greatest(self, other)
             }
             fn is_finite(self) -> bool {
                 $t::is_finite(self)
@@ -152,7 +152,7 @@ impl_real!(
     sin = single::sin,
     cos = single::cos,
     tanh = single::tanh;
-    single::sin_cos, single::widened, libm::atan2f
+    single::sin_cos, single::widened, libm::atan2f, single::least, single::greatest
 );
 impl_real!(
     f64:
@@ -163,7 +163,7 @@ impl_real!(
     sin = libm::sin,
     cos = libm::cos,
     tanh = libm::tanh;
-    sin_and_cos, core::convert::identity, libm::atan2
+    sin_and_cos, core::convert::identity, libm::atan2, f64::min, f64::max
 );
 
 /// Sine and cosine in double precision: the bits of each (`libm::sincos` has others).

@@ -227,6 +227,17 @@ fn power_of_two(k: i32) -> f32 {
     f32::from_bits(((k + 127) as u32) << 23)
 }
 
+/// The smaller value; a NaN operand is ignored. Comparisons in place of `fminf`, which is a call
+/// on a Cortex-M4F.
+pub(super) fn least(a: f32, b: f32) -> f32 {
+    if b < a || a.is_nan() { b } else { a }
+}
+
+/// The larger value; a NaN operand is ignored.
+pub(super) fn greatest(a: f32, b: f32) -> f32 {
+    if a < b || a.is_nan() { b } else { a }
+}
+
 /// The value in double precision, by its bits: no instruction or routine of double
 /// precision is linked for it.
 pub(super) fn widened(x: f32) -> f64 {
@@ -247,7 +258,7 @@ pub(super) fn widened(x: f32) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{MEDIUM_MAX, cos, exp, exp_m1, sin, sin_cos, tanh, widened};
+    use super::{MEDIUM_MAX, cos, exp, exp_m1, greatest, least, sin, sin_cos, tanh, widened};
 
     /// Error of `found` in units of the last place of single precision, at least those of
     /// the least normal number.
@@ -354,6 +365,19 @@ mod tests {
         }
         assert!(tanh(f32::INFINITY) == 1.0 && tanh(f32::NEG_INFINITY) == -1.0);
         assert!(tanh(f32::NAN).is_nan());
+    }
+
+    #[test]
+    fn analytic_the_smaller_and_the_larger_are_those_of_the_standard_library() {
+        let ends = [0.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0, -1.0];
+        for a in all(100_003).chain(ends) {
+            for b in ends.into_iter().chain([a, -a, a.next_up()]) {
+                // Equal numbers, zeros of either sign among them, may be either.
+                let same = |x: f32, y: f32| x == y || x.is_nan() && y.is_nan();
+                assert!(same(least(a, b), a.min(b)), "{a} {b}");
+                assert!(same(greatest(a, b), a.max(b)), "{a} {b}");
+            }
+        }
     }
 
     #[test]
