@@ -13,11 +13,13 @@
 //! | `redraw` | draws of vehicles that do not lift themselves |
 //! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
 //! | `row`, `store` | landings as rows, blocks as files, merging |
+//! | `air` | the wind of the points beside the airspeeds in which the vehicle can land |
 //! | `run` | flying what is missing, in the simulation or by another backend |
 //! | `vehicle`, `stated` | the vehicle of `[vehicle]` and the cards, and the keys that the file states itself |
 //! | `software_in_the_loop` | settings of an autopilot in the loop |
 //! | `summary`, `csv` | figures of every point |
 
+mod air;
 mod axes;
 mod check;
 mod draw;

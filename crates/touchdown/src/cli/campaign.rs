@@ -49,15 +49,24 @@ pub(crate) fn run(context: &Context, args: &CampaignArgs) -> Result<Done> {
     }
 }
 
+/// States what of the vehicle and the deck follows from the files, and the air in which the vehicle can land.
+pub(crate) fn state(context: &Context, sweep: &Sweep) -> Result<()> {
+    for text in [sweep.vehicle(), sweep.motion()].into_iter().flatten() {
+        context.aside(text);
+    }
+    if let Some(text) = sweep.air()? {
+        context.aside(&text);
+    }
+    Ok(())
+}
+
 fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
     let Some(path) = &args.sweep else {
         return Err(Error::Arguments("expected a sweep file".into()));
     };
     output::must_not_be_a_file(Some(&args.out))?;
     let sweep = Sweep::read(path, args.trials, args.seed)?;
-    for text in [sweep.vehicle(), sweep.motion()].into_iter().flatten() {
-        context.aside(text);
-    }
+    state(context, &sweep)?;
     let with_autopilot = sweep.settings().autopilot.is_some();
     if let (true, Some(_)) = (with_autopilot, &args.mcap) {
         return Err(Error::Arguments(

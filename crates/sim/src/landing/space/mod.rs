@@ -17,6 +17,7 @@
 //! | module | what it holds |
 //! | --- | --- |
 //! | `scenario`, `faults`, `consistency` | settings, and checks across them |
+//! | `airspeed` | the air in which a vehicle can land, and that of a scenario |
 //! | `belief` | what the flight software believes of the vehicle, and how the true one differs |
 //! | `case` | scenarios by name |
 //! | `computer` | the landing computer of a scenario |
@@ -27,6 +28,7 @@
 //! | `motor_flight` | the world under an autopilot that is not simulated |
 //! | `batch` | many landings in SIMD lanes, with ideal sensors |
 
+mod airspeed;
 mod batch;
 mod belief;
 mod case;
@@ -45,6 +47,7 @@ mod track;
 mod trial;
 
 pub use crate::sensors::RangeRow;
+pub use airspeed::{Airspeeds, THRUST_SHARE};
 pub use batch::Batch;
 pub use belief::{BelievedSettings, TruthSettings, thrust_to_weight};
 pub use case::Case;

@@ -12,7 +12,7 @@ use touchdown_model::Card;
 use touchdown_sim::landing::space::Case;
 
 use crate::cli::args::land::LandArgs;
-use crate::cli::campaign::{Recording, finish, record};
+use crate::cli::campaign::{Recording, finish, record, state};
 use crate::cli::context::Context;
 use crate::cli::output;
 use touchdown_campaign::progress::Progress as _;
@@ -29,9 +29,7 @@ pub(super) fn run(context: &Context, args: &LandArgs) -> Result<Done> {
             context.warn(&mismatch);
         }
     }
-    for text in [sweep.vehicle(), sweep.motion()].into_iter().flatten() {
-        context.aside(text);
-    }
+    state(context, &sweep)?;
     output::results_folder(context, &args.out)?;
     let folders: Vec<_> = [(&args.mcap, Recording::Mcap), (&args.ulog, Recording::Ulog)]
         .into_iter()
