@@ -457,7 +457,10 @@ class Autopilot:
 
     def run(self):
         simulated = self.now()
+        # Longest time in which this process did nothing: a loaded machine that stops it shows nothing about the companion.
+        stopped_s, turn = 0.0, self.now()
         while self.now() - BOOT_OFFSET_S < self.args.seconds:
+            stopped_s, turn = max(stopped_s, self.now() - turn), self.now()
             self.receive()
             self.pilot()
             self.fault()
@@ -479,7 +482,7 @@ class Autopilot:
         v = self.vehicle
         print(json.dumps({
             **self.log, "parameters_as_before": all(abs(v - self.first[k]) < 1e-6 for k, v in self.parameters.items()), "armed": self.armed, "height_m": v.height(), "touch_mps": v.touch_mps, "least_m": v.least_m,
-            "offset_m": math.hypot(v.position[0], v.position[1]), "in_offboard": self.mode == self.kind["offboard"],
+            "stopped_s": stopped_s, "offset_m": math.hypot(v.position[0], v.position[1]), "in_offboard": self.mode == self.kind["offboard"],
         }))
 
 

@@ -73,7 +73,7 @@ impl SpaceScenario {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::air::DrydenSettings;
+    use crate::air::wind::DrydenSettings;
 
     #[test]
     fn analytic_the_trim_at_the_limits() {
