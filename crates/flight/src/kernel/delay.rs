@@ -22,15 +22,16 @@ impl<R: Real, T: Copy, const N: usize> Delay<R, T, N> {
 
     /// The value `dt` seconds after the last one.
     pub fn push(&mut self, value: T, dt: R) {
-        self.newest = (self.newest + 1) % N;
-        self.ring[self.newest] = (value, dt);
+        let newest = (self.newest + 1) % N;
+        self.newest = newest;
+        self.ring[newest] = (value, dt);
     }
 
     /// The values before and after the time `delay_s` ago, and the share of the
     /// latter in the line between them.
     pub fn around(&self, delay_s: R) -> (T, T, R) {
         let mut left = delay_s;
-        let mut at = self.newest;
+        let mut at = self.newest % N;
         for _ in 1..N {
             let (value, step) = self.ring[at];
             let before = (at + N - 1) % N;

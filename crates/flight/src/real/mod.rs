@@ -130,9 +130,11 @@ macro_rules! impl_real {
             fn abs(self) -> Self {
                 $t::abs(self)
             }
+            #[inline(always)]
             fn min(self, other: Self) -> Self {
                 $least(self, other)
             }
+            #[inline(always)]
             fn max(self, other: Self) -> Self {
                 $greatest(self, other)
             }

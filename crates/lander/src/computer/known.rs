@@ -1,6 +1,5 @@
 //! Checks whether an estimate is precise enough, and the restart of the estimator.
 
-use super::sightings::Sightings;
 use super::{Computer, ComputerState};
 use crate::estimate::relative::{Health, RelativeEstimate};
 use crate::space_controller::Motion;
@@ -100,8 +99,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             } else {
                 self.relative.restart(&mut state.relative);
             }
-            state.deck = self.deck.initial();
-            state.sightings = Sightings::default();
+            self.deck.reset(&mut state.deck);
+            state.sightings.reset();
             state.apart_s = R::ZERO;
         }
     }

@@ -225,6 +225,8 @@ pub struct ComputerState<R: Real, S> {
     support: Support<R>,
     /// Attitude of the flight before the first step, within the tilt limit.
     taken_over: Option<Attitude<R>>,
+    /// Direction of thrust that holds the vehicle still in the wind, of this step.
+    trim_up: Vector<R>,
     /// Time since the start, s.
     flown_s: R,
     /// How rough the sea is.
@@ -336,6 +338,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             command: self.weight(),
             support: Support::default(),
             taken_over: None,
+            trim_up: Vector::UP,
             flown_s: R::ZERO,
             sea: Sea::default(),
             lean: Vector::ZERO,

@@ -122,8 +122,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         sea.seen_mps = fading_mps.max(now_mps.finite_or(R::ZERO));
         let most_mps = sea.seen_mps * r(CANCELLING) + r(CANCELLING_MPS);
         if harmonics_mps(&state.deck) > most_mps {
-            state.deck = self.deck.initial();
-            state.sightings = Default::default();
+            self.deck.reset(&mut state.deck);
+            state.sightings.reset();
         }
     }
 

@@ -118,6 +118,7 @@ fn spiral<R: Real>(length_m: R, pitch_m: R) -> Vector<R> {
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// The target of a flight to the deck; none while the vehicle is over the deck and sees it, or does not
     /// wait for a descent.
+    #[inline(never)]
     pub(super) fn seek(
         &self,
         state: &mut ComputerState<R, G::State>,

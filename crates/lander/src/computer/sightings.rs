@@ -64,6 +64,14 @@ impl<R: Real> Sightings<R> {
         (best.map(|sighting| sighting.displacement_m), dt - grown_s)
     }
 
+    /// Becomes an empty queue in place.
+    pub(super) fn reset(&mut self) {
+        for waiting in &mut self.waiting {
+            *waiting = None;
+        }
+        (self.extra_age_s, self.wanted_extra_age_s) = (R::ZERO, R::ZERO);
+    }
+
     /// Additional age at which sightings leave, s.
     pub(super) fn extra_age_s(&self) -> R {
         self.extra_age_s

@@ -66,7 +66,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let weight_n = self.controller.mass_kg * self.controller.gravity_mps2;
         let leans = drop_m > self.state_machine.leaning_m;
         if leans
-            && self.controller.is_windy(self.trim_up(state))
+            && self.controller.is_windy(state.trim_up)
             && state.command.thrust_n > r::<R>(WINDY_TILTED_SHARE) * weight_n
         {
             return R::ONE / r(WINDY_IDLE);
@@ -99,6 +99,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     }
 
     /// Follows wind and sea.
+    #[inline(never)]
     pub(super) fn watch_weather(
         &self,
         state: &mut ComputerState<R, G::State>,
@@ -107,6 +108,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         dt: R,
     ) {
         self.take_over(state, attitude);
+        state.trim_up = self.find_trim_up(state);
         self.lean(state, estimate, dt);
         self.watch_sea(state, estimate, dt);
     }
@@ -117,7 +119,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let tag_age_s = self.relative.health(&state.relative).tag.age_s;
         let waits = matches!(state.phase(), Phase::Approach | Phase::Hold | Phase::Wait);
         let seen = tag_age_s <= r(LOST_S) || state.flown_s <= r(LOST_S);
-        let trim = self.trim_up(state).horizontal();
+        let trim = state.trim_up.horizontal();
         if seen || !waits || trim.norm() <= r(UPRIGHT) {
             return;
         }
@@ -164,12 +166,12 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// [`Feet::drop_m`](super::Feet::drop_m) of the trim attitude.
     pub(super) fn trim_drop_m(&self, state: &ComputerState<R, G::State>, motion: &Motion<R>) -> R {
         let yaw_rad = motion.attitude.yaw_rad();
-        let trim = Attitude::from_thrust_direction(self.trim_up(state), yaw_rad);
+        let trim = Attitude::from_thrust_direction(state.trim_up, yaw_rad);
         trim.map_or(R::ZERO, |trim| self.feet.drop_m(trim, motion.deck_normal))
     }
 
     /// Direction of thrust that holds the vehicle still in the wind.
-    pub(super) fn trim_up(&self, state: &ComputerState<R, G::State>) -> Vector<R> {
+    fn find_trim_up(&self, state: &ComputerState<R, G::State>) -> Vector<R> {
         match (&state.controller, state.taken_over) {
             (Some(controller), _) => self.controller.trim_up(controller),
             (None, Some(attitude)) => attitude.up(),
@@ -179,7 +181,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 
     /// Slope of that direction: horizontal over vertical.
     pub(super) fn wind_slope(&self, state: &ComputerState<R, G::State>) -> R {
-        let trim = self.trim_up(state);
+        let trim = state.trim_up;
         trim.horizontal().norm() / trim.z
     }
 
@@ -190,7 +192,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         state: &ComputerState<R, G::State>,
         attitude: Attitude<R>,
     ) -> R {
-        let (up, trim) = (attitude.up(), self.trim_up(state));
+        let (up, trim) = (attitude.up(), state.trim_up);
         let angle = |to: Vector<R>| up.cross(to).norm().atan2(up.dot(to));
         attitude.tilt_rad().min(angle(trim))
     }
@@ -204,7 +206,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         } else {
             Vector::ZERO
         };
-        let trim = self.trim_up(state);
+        let trim = state.trim_up;
         // A deck that turns tilts the vehicle as wind does. One in waves turns back too soon.
         let turned = if self.under_way {
             state.course_mps2 * (R::ONE / self.controller.gravity_mps2)

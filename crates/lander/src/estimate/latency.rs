@@ -163,6 +163,7 @@ impl<R: Real> LatencyEstimator<R> {
     }
 
     /// Advances all observers to a tag reading and adds up their errors.
+    #[inline(never)]
     fn compare<const N: usize, const M: usize>(
         &self,
         state: &mut LatencyState<R>,
@@ -223,6 +224,7 @@ impl<R: Real> LatencyEstimator<R> {
             .is_some_and(|so_far| so_far >= least_s)
     }
 
+    #[inline(never)]
     fn conclude(&self, state: &mut LatencyState<R>, noise_sd_m: R) {
         let counted = state.hypotheses[0].counted;
         let compared = state
@@ -238,35 +240,36 @@ impl<R: Real> LatencyEstimator<R> {
         }
         let last = compared - 1;
         let mut squares = [R::ZERO; HYPOTHESES];
-        for (mean, one) in squares.iter_mut().zip(&state.hypotheses[..compared]) {
+        for (mean, one) in squares.iter_mut().zip(&state.hypotheses).take(compared) {
             *mean = one.squares / one.counted;
         }
-        let mut best = 0;
-        for k in 1..compared {
-            if squares[k] < squares[best] {
-                best = k;
+        let (mut best, mut least) = (0, squares[0]);
+        for (k, &mean) in squares.iter().enumerate().take(compared) {
+            if mean < least {
+                (best, least) = (k, mean);
             }
         }
+        let squares = |k: usize| squares.get(k).copied().unwrap_or(least);
         let believed = state.latency_s / self.latency(1);
         if best == last && believed > R::from_count(last) {
             return;
         }
         // At an end of the range the parabola is centred on the next latency inside.
-        let middle = best.clamp(1, last - 1);
-        let (before, after) = (squares[middle - 1], squares[middle + 1]);
-        let bend = before + after - squares[middle] - squares[middle];
+        let middle = best.max(1).min(last - 1);
+        let (before, after) = (squares(middle - 1), squares(middle + 1));
+        let bend = before + after - squares(middle) - squares(middle);
         let offset = (r::<R>(0.5) * (before - after) / bend).finite_or(R::ZERO);
         let place = (R::from_count(middle) + offset).clamp(R::ZERO, R::from_count(last));
         // The mean squared error of two axes is at least the detector's own noise.
         let floor = noise_sd_m * noise_sd_m + noise_sd_m * noise_sd_m;
-        let unit = squares[best].max(floor) / counted;
-        let evidence = |squares_m2: R| (squares_m2 - squares[best]) / unit;
+        let unit = least.max(floor) / counted;
+        let evidence = |squares_m2: R| (squares_m2 - least) / unit;
         let lower = (0..last)
             .rfind(|&k| R::from_count(k) <= believed)
             .unwrap_or(0);
         let share = (believed - R::from_count(lower)).min(R::ONE);
-        let there = squares[lower] + share * (squares[lower + 1] - squares[lower]);
-        if evidence(squares[0]).max(evidence(there)) > self.least_evidence {
+        let there = squares(lower) + share * (squares(lower + 1) - squares(lower));
+        if evidence(squares(0)).max(evidence(there)) > self.least_evidence {
             state.latency_s = place * self.latency(1);
         }
     }

@@ -125,12 +125,13 @@ impl<R: Copy> Verdict<R> {
     }
 }
 
-/// Assessment of the horizon by touchdown time.
+/// What a horizon says about descents from now.
 struct Sight<R> {
-    /// Severity at each time; infinite without a prediction.
-    severity: [R; STEPS + 1],
-    /// Sink rate of a descent that ends at this time; none if no descent is possible.
-    sink_rate_mps: [Option<R>; STEPS + 1],
+    /// The last time at which a descent may end.
+    last: Option<usize>,
+    /// The touchdown time of least cost, its severity and the sink rate; none without a
+    /// prediction. Quiescent times have priority.
+    best: Option<(usize, R, R)>,
     /// The prediction is usable at the end of at least one descent.
     known: bool,
 }
@@ -195,32 +196,32 @@ impl<R: Real> Planner<R> {
     }
 
     /// The decision by the predictions of a horizon.
+    #[inline(never)]
     fn decide(&self, waited_s: R, start_height_m: R, hurry: bool, scan: &Scan<R>) -> Verdict<R> {
-        let sight = self.look(start_height_m, scan);
-        let Some(last) = sight.sink_rate_mps.iter().rposition(Option::is_some) else {
+        let half = self.dwell_steps();
+        let sight = self.look(start_height_m, scan, half);
+        let Some(last) = sight.last else {
             return if sight.known {
                 Verdict::OutOfReach
             } else {
                 Verdict::Blind
             };
         };
-        let Some(now) = self.best_now(&sight) else {
+        let Some((now, severity, sink_rate_mps)) = sight.best else {
             return Verdict::Blind;
         };
-        let go = |(i, sink_rate_mps): (usize, R)| {
-            Verdict::Go(Plan {
-                reference: Terminal {
-                    start_height_m,
-                    end_height_m: self.descent.end_height_m,
-                    sink_rate_mps,
-                    duration_s: self.time_s(i),
-                },
-                severity: sight.severity[i],
-                quiescent: sight.severity[i] <= R::ONE,
-            })
-        };
-        if sight.severity[now.0] <= R::ONE {
-            return go(now);
+        let go = Verdict::Go(Plan {
+            reference: Terminal {
+                start_height_m,
+                end_height_m: self.descent.end_height_m,
+                sink_rate_mps,
+                duration_s: self.time_s(now),
+            },
+            severity,
+            quiescent: severity <= R::ONE,
+        });
+        if severity <= R::ONE {
+            return go;
         }
         let left_s = if hurry {
             R::ZERO
@@ -232,42 +233,33 @@ impl<R: Real> Planner<R> {
         if left_s <= ahead_s(STEPS)
             && !later
                 .clone()
-                .any(|i| sight.severity[i] < sight.severity[now.0])
+                .any(|i| scan.worst_severity(i, half) < severity)
         {
-            return go(now);
+            return go;
         }
         Verdict::Wait {
-            window_in_s: later.find(|&i| sight.severity[i] <= R::ONE).map(ahead_s),
+            window_in_s: later
+                .find(|&i| scan.worst_severity(i, half) <= R::ONE)
+                .map(ahead_s),
         }
     }
 
-    /// The touchdown time of least cost for a descent from now. Quiescent times have
-    /// priority.
-    fn best_now(&self, sight: &Sight<R>) -> Option<(usize, R)> {
-        let mut best: Option<((bool, R), (usize, R))> = None;
-        for (i, sink_rate_mps) in sight.sink_rate_mps.iter().enumerate() {
-            let (Some(sink_rate_mps), severity) = (*sink_rate_mps, sight.severity[i]) else {
-                continue;
-            };
-            if !severity.is_finite() {
-                continue;
-            }
-            let cost = severity + self.cost_per_s * self.time_s(i);
-            let rank = (severity > R::ONE, cost);
-            if best.is_none_or(|(least, _)| rank < least) {
-                best = Some((rank, (i, sink_rate_mps)));
-            }
-        }
-        best.map(|(_, found)| found)
+    /// Steps of the horizon to each side of a touchdown time within the dwell.
+    fn dwell_steps(&self) -> usize {
+        let steps = r::<R>(0.5) * self.quiescence.dwell_s / self.step_s() - r(1e-6);
+        (0..STEPS)
+            .find(|&half| R::from_count(half) >= steps)
+            .unwrap_or(STEPS)
     }
 
     /// Assesses the predictions of a horizon.
-    fn look(&self, start_height_m: R, scan: &Scan<R>) -> Sight<R> {
+    fn look(&self, start_height_m: R, scan: &Scan<R>, half: usize) -> Sight<R> {
         let mut sight = Sight {
-            severity: *scan.severity(),
-            sink_rate_mps: [None; STEPS + 1],
+            last: None,
+            best: None,
             known: false,
         };
+        let mut least: Option<(bool, R)> = None;
         let descent = self.descent.at_height(start_height_m);
         let mut greatest_mps2 = R::ZERO;
         for i in 0..=STEPS {
@@ -286,20 +278,16 @@ impl<R: Real> Planner<R> {
                 sink_rate_mps,
                 duration_s: t,
             };
-            sight.sink_rate_mps[i] = descent
-                .allows(&reference, greatest_mps2)
-                .then_some(sink_rate_mps);
-        }
-        // The largest severity within the dwell around each time.
-        let steps = r::<R>(0.5) * self.quiescence.dwell_s / self.step_s() - r(1e-6);
-        let half = (0..STEPS)
-            .find(|&half| R::from_count(half) >= steps)
-            .unwrap_or(STEPS);
-        for i in 0..=STEPS {
-            let around = i.saturating_sub(half)..=(i + half).min(STEPS);
-            sight.severity[i] = scan.severity()[around]
-                .iter()
-                .fold(R::ZERO, |worst, &s| worst.max(s));
+            if !descent.allows(&reference, greatest_mps2) {
+                continue;
+            }
+            sight.last = Some(i);
+            let severity = scan.worst_severity(i, half);
+            let rank = (severity > R::ONE, severity + self.cost_per_s * t);
+            if severity.is_finite() && least.is_none_or(|least| rank < least) {
+                least = Some(rank);
+                sight.best = Some((i, severity, sink_rate_mps));
+            }
         }
         sight
     }

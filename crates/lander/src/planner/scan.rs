@@ -39,21 +39,24 @@ impl<R: Real> Scan<R> {
         self.done > STEPS
     }
 
-    /// Severity at a time alone.
-    pub(super) fn severity(&self) -> &[R; STEPS + 1] {
-        &self.severity
+    /// The greatest severity within `half` steps around a time.
+    pub(super) fn worst_severity(&self, i: usize, half: usize) -> R {
+        let from = i.saturating_sub(half);
+        let around = self.severity.iter().take(i + half + 1).skip(from);
+        around.fold(R::ZERO, |worst, &s| worst.max(s))
     }
 
     /// Sink rate at touchdown and absolute acceleration of the deck; none without a
     /// prediction.
     pub(super) fn at(&self, i: usize) -> Option<(R, R)> {
-        let deck_mps2 = self.deck_mps2[i];
+        let (sink_rate_mps, deck_mps2) = (self.sink_rate_mps.get(i)?, self.deck_mps2.get(i)?);
         deck_mps2
             .is_finite()
-            .then_some((self.sink_rate_mps[i], deck_mps2))
+            .then_some((*sink_rate_mps, *deck_mps2))
     }
 
     /// Predicts up to `most` further times of a horizon that begins `lead_s` from now.
+    #[inline(never)]
     pub(super) fn advance(
         &mut self,
         planner: &Planner<R>,
@@ -73,15 +76,19 @@ impl<R: Real> Scan<R> {
     }
 
     fn enter(&mut self, planner: &Planner<R>, i: usize, outlook: &DeckOutlook<R>) {
+        let unknown = R::ONE / R::ZERO;
+        let (mut severity, mut deck_mps2) = (unknown, unknown);
         if outlook.is_usable() {
             let sink_rate_mps = planner.sink_rate(outlook);
-            self.severity[i] = planner.severity(outlook, sink_rate_mps);
-            self.sink_rate_mps[i] = sink_rate_mps;
-            self.deck_mps2[i] = outlook.acceleration_mps2.abs();
-        } else {
-            let unknown = R::ONE / R::ZERO;
-            self.severity[i] = unknown;
-            self.deck_mps2[i] = unknown;
+            severity = planner.severity(outlook, sink_rate_mps);
+            deck_mps2 = outlook.acceleration_mps2.abs();
+            if let Some(place) = self.sink_rate_mps.get_mut(i) {
+                *place = sink_rate_mps;
+            }
+        }
+        let places = (self.severity.get_mut(i), self.deck_mps2.get_mut(i));
+        if let (Some(of_severity), Some(of_deck)) = places {
+            (*of_severity, *of_deck) = (severity, deck_mps2);
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::estimate::deck::DeckMotionPrediction;
 use crate::estimate::relative::{Health, RelativeEstimate};
 use crate::guidance::GuidanceCommand;
 use crate::planner::{DeckOutlook, Plan};
-use crate::space_controller::{Motion, SpaceCommand, Target};
+use crate::space_controller::{Motion, SpaceCommand, SpaceControllerState, Target};
 use crate::state_machine::{Frame, MachineInput, Maneuver, Phase};
 use touchdown_flight::ground_effect::GroundEffect;
 use touchdown_flight::kernel::usable_dt;
@@ -186,6 +186,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     }
 
     /// The controller with a target that is not the guidance's.
+    #[inline(never)]
     fn fly_to(
         &self,
         state: &mut ComputerState<R, G::State>,
@@ -195,15 +196,24 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     ) -> (Option<SpaceCommand<R>>, Option<Target<R>>) {
         let yaw_rad = self.guidance.interrupt(&mut state.guidance, motion);
         let target = Target { yaw_rad, ..target };
-        let throttle = state.hover_throttle;
-        let controller = state
-            .controller
-            .get_or_insert_with(|| self.controller.initial(motion, throttle));
+        let controller = self.started(&mut state.controller, motion, state.hover_throttle);
         let command = self.controller.step(controller, motion, &target, dt);
         (Some(command), Some(target))
     }
 
+    /// The controller, which starts with the first target.
+    #[inline(never)]
+    fn started<'a>(
+        &self,
+        controller: &'a mut Option<SpaceControllerState<R, G::State>>,
+        motion: &Motion<R>,
+        throttle: R,
+    ) -> &'a mut SpaceControllerState<R, G::State> {
+        controller.get_or_insert_with(|| self.controller.initial(motion, throttle))
+    }
+
     /// Guidance and controller.
+    #[inline(never)]
     fn act(
         &self,
         state: &mut ComputerState<R, G::State>,
@@ -232,13 +242,10 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             self.keep_course(state, motion, target);
             self.search_upwind(state, target);
         }
-        let throttle = state.hover_throttle;
         let feet_height_m = self.feet_height_m(motion);
         let low_slope = self.low_slope(state, feet_height_m);
         let slower = self.idle_slower(state, motion);
-        let controller = state
-            .controller
-            .get_or_insert_with(|| self.controller.initial(motion, throttle));
+        let controller = self.started(&mut state.controller, motion, state.hover_throttle);
         match order {
             GuidanceCommand::Track(mut target) => {
                 if over_deck {
@@ -268,14 +275,16 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// The deck's acceleration at the time when the rotors act. It is limited to that of
     /// the fastest deck on which the vehicle may land.
     fn deck_acceleration_ahead(&self, state: &ComputerState<R, G::State>) -> R {
-        let ahead = self.deck_ahead(state, self.guidance.acting_s);
+        let ahead_s = self.guidance.acting_s + state.sightings.extra_age_s();
+        let ahead_mps2 = self.deck.predict_acceleration(&state.deck, ahead_s);
         let fastest = harmonics_mps(&state.deck);
         let slowed = (self.state_machine.deck_speed_mps / fastest).finite_or(R::ONE);
-        state.sea.plausible_mps2(ahead.acceleration_mps2) * slowed.min(R::ONE)
+        state.sea.plausible_mps2(ahead_mps2) * slowed.min(R::ONE)
     }
 
     /// In the trim attitude, at the thrust `W cos α` that holds the height there: drag acts
     /// in the rotors' plane. With a little more thrust to rise.
+    #[inline(never)]
     fn hover(
         &self,
         state: &mut ComputerState<R, G::State>,
@@ -283,7 +292,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         rises: bool,
         dt: R,
     ) -> SpaceCommand<R> {
-        let trim = self.trim_up(state);
+        let trim = state.trim_up;
         let share = if rises { r(RISE_SHARE) } else { R::ONE };
         let thrust_n = share * self.controller.mass_kg * self.controller.gravity_mps2 * trim.z;
         let yaw_rad = motion.attitude.yaw_rad();
@@ -328,6 +337,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     }
 
     /// The descent to fly if one begins now.
+    #[inline(never)]
     fn plan(
         &self,
         state: &mut ComputerState<R, G::State>,
@@ -360,7 +370,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                 state.since_plan_s += dt;
                 let (tilt_rad, extra_age_s) = (state.tilt_rad, state.sightings.extra_age_s());
                 let forecast = |ahead_s: R| {
-                    let heave = self.deck.predict(&state.deck, ahead_s + extra_age_s);
+                    let heave = self.deck.predict_motion(&state.deck, ahead_s + extra_age_s);
                     DeckOutlook::from_heave(&heave, tilt_rad, R::ZERO)
                 };
                 let period_s = self.planner_period_s;

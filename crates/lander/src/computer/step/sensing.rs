@@ -1,6 +1,5 @@
 //! The estimators' part of a step: relative motion, latency, deck and its normal.
 
-use crate::computer::sightings::Sightings;
 use crate::computer::{Computer, ComputerState, Sensed};
 use crate::estimate::deck::DeckEstimatorState;
 use crate::estimate::relative::{DeckPrior, RangeReading, Reading};
@@ -21,6 +20,7 @@ const RETIMED_S: f64 = 1.0;
 impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// Steps the estimators and the filter of the deck's normal. Returns whether the
     /// latency changed, so that all past readings had wrong ages.
+    #[inline(never)]
     pub(super) fn estimate(
         &self,
         state: &mut ComputerState<R, G::State>,
@@ -109,13 +109,14 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             state.mistimed_s + dt
         };
         if state.mistimed_s < r(RETIMED_S) {
-            state.deck = self.deck.initial();
-            state.sightings = Sightings::default();
+            self.deck.reset(&mut state.deck);
+            state.sightings.reset();
         }
         mistimed
     }
 
     /// The prior of the deck's heave that follows from the known harmonics.
+    #[inline(never)]
     pub(super) fn band(&self, deck: &DeckEstimatorState<R>) -> Option<DeckPrior<R>> {
         let harmonics = || (0..deck.count()).filter_map(|k| deck.harmonic(k));
         let (mut power, mut sum, mut squares) = (R::ZERO, R::ZERO, R::ZERO);

@@ -39,6 +39,8 @@ const LARGEST_RATIO: f64 = 9.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Learner<R> {
     ln_rate: R,
+    /// The rate, 1/s.
+    rate: R,
     /// Predicted value, rate of change and variance; `next` is the oldest.
     pending: [[R; 3]; PENDING],
     stored: usize,
@@ -51,8 +53,10 @@ pub(super) struct Learner<R> {
 
 impl<R: Real> Learner<R> {
     pub(super) fn new() -> Self {
+        let ln_rate = r::<R>(FIRST_RATE).ln();
         Self {
-            ln_rate: r::<R>(FIRST_RATE).ln(),
+            ln_rate,
+            rate: ln_rate.exp(),
             pending: [[R::ZERO; 3]; PENDING],
             stored: 0,
             next: 0,
@@ -62,13 +66,17 @@ impl<R: Real> Learner<R> {
     }
 
     pub(super) fn rate(&self) -> R {
-        self.ln_rate.exp()
+        self.rate
+    }
+
+    fn set_ln_rate(&mut self, ln_rate: R) {
+        (self.ln_rate, self.rate) = (ln_rate, ln_rate.exp());
     }
 
     /// Learns again as fast as at the beginning, because a harmonic has been added.
     pub(super) fn restart(&mut self) {
         self.time = R::ZERO;
-        self.ln_rate = self.ln_rate.min(r::<R>(FIRST_RATE).ln());
+        self.set_ln_rate(self.ln_rate.min(r::<R>(FIRST_RATE).ln()));
         self.forget_predictions();
     }
 
@@ -91,8 +99,9 @@ impl<R: Real> Learner<R> {
         let interval = horizon * r(1.0 / PENDING as f64);
         // Steps need not divide the interval, so the remainder is carried over.
         self.since = (self.since - interval).min(interval);
+        let next = self.next % PENDING;
         if self.stored == PENDING {
-            let [value, slope, variance] = self.pending[self.next];
+            let [value, slope, variance] = self.pending[next];
             // A prediction is for the exact moment of its check, not for this step's end.
             let error = now[0] - value - slope * self.since;
             let expected = variance - now[2] * now[2];
@@ -101,15 +110,16 @@ impl<R: Real> Learner<R> {
                 let excess = excess.max(excess * r(CAUTION));
                 let early = r::<R>(FIRST_GAIN) / (R::ONE + self.time / r(GAIN_TIME_S));
                 let gain = early.max(r(LAST_GAIN));
-                self.ln_rate = (self.ln_rate + gain * excess)
+                let ln_rate = (self.ln_rate + gain * excess)
                     .clamp(r::<R>(LEAST_RATE).ln(), r::<R>(GREATEST_RATE).ln());
+                self.set_ln_rate(ln_rate);
             }
         } else {
             self.stored += 1;
         }
         let [value, slope, sd] = ahead;
-        self.pending[self.next] = [value - slope * self.since, slope, sd * sd];
-        self.next = (self.next + 1) % PENDING;
+        self.pending[next] = [value - slope * self.since, slope, sd * sd];
+        self.next = (next + 1) % PENDING;
     }
 
     pub(super) fn coherence(&self, drift: [R; 2]) -> Coherence<R> {

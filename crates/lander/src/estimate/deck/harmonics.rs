@@ -57,18 +57,27 @@ const fn at(k: usize) -> usize {
 impl<R: Real> Harmonics<R> {
     /// An offset without harmonics, with the variances of the offset and its rate.
     pub(super) fn new(offset: R, variance: [R; 2]) -> Self {
-        let mut p = [[R::ZERO; SIZE]; SIZE];
-        p[0][0] = variance[0];
-        p[1][1] = variance[1];
-        let mut x = [R::ZERO; SIZE];
-        x[0] = offset;
-        Self {
+        let mut harmonics = Self {
             count: 0,
-            x,
-            p,
+            x: [R::ZERO; SIZE],
+            p: [[R::ZERO; SIZE]; SIZE],
             mean_power: [R::ZERO; MOST],
             anchor: [R::ZERO; MOST],
+        };
+        harmonics.reset(offset, variance);
+        harmonics
+    }
+
+    /// Becomes [`Self::new`] in place.
+    pub(super) fn reset(&mut self, offset: R, variance: [R; 2]) {
+        self.count = 0;
+        self.x = [R::ZERO; SIZE];
+        self.x[0] = offset;
+        for row in &mut self.p {
+            *row = [R::ZERO; SIZE];
         }
+        (self.p[0][0], self.p[1][1]) = (variance[0], variance[1]);
+        (self.mean_power, self.anchor) = ([R::ZERO; MOST], [R::ZERO; MOST]);
     }
 
     pub(super) fn count(&self) -> usize {
@@ -76,76 +85,106 @@ impl<R: Real> Harmonics<R> {
     }
 
     fn size(&self) -> usize {
-        FIRST + 3 * self.count
+        (FIRST + 3 * self.count).min(SIZE)
+    }
+
+    /// The harmonics: a number and its index for each, within bounds that the compiler sees.
+    fn each(&self) -> impl Iterator<Item = usize> + use<R> {
+        (0..MOST).take(self.count)
+    }
+
+    fn x(&self, i: usize) -> R {
+        self.x.get(i).copied().unwrap_or(R::ZERO)
+    }
+
+    fn p(&self, i: usize, j: usize) -> R {
+        let row = self.p.get(i);
+        row.and_then(|row| row.get(j))
+            .copied()
+            .unwrap_or(R::ZERO)
     }
 
     pub(super) fn frequency(&self, k: usize) -> R {
-        self.x[at(k) + 2]
+        self.x(at(k) + 2)
     }
 
     pub(super) fn frequency_sd(&self, k: usize) -> R {
-        self.p[at(k) + 2][at(k) + 2].max(R::ZERO).sqrt()
+        self.p(at(k) + 2, at(k) + 2).max(R::ZERO).sqrt()
     }
 
     /// Square of the amplitude.
     pub(super) fn power(&self, k: usize) -> R {
-        let (c, s) = (self.x[at(k)], self.x[at(k) + 1]);
+        let (c, s) = (self.x(at(k)), self.x(at(k) + 1));
         c * c + s * s
     }
 
     /// Mean of the squared amplitude over some periods.
     pub(super) fn mean_power(&self, k: usize) -> R {
-        self.mean_power[k]
+        self.mean_power.get(k).copied().unwrap_or(R::ZERO)
     }
 
     pub(super) fn set_mean_power(&mut self, k: usize, power: R) {
-        self.mean_power[k] = power;
+        if let Some(place) = self.mean_power.get_mut(k) {
+            *place = power;
+        }
     }
 
     /// Variance of place and quadrature together.
     pub(super) fn power_variance(&self, k: usize) -> R {
-        self.p[at(k)][at(k)] + self.p[at(k) + 1][at(k) + 1]
+        self.p(at(k), at(k)) + self.p(at(k) + 1, at(k) + 1)
     }
 
     /// Adds a harmonic that is independent of the others, if there is room.
     pub(super) fn add(&mut self, state: [R; 3], variance: [R; 3]) {
-        if self.count == MOST {
+        let (first, count) = (at(self.count), self.count);
+        let places = (self.anchor.get_mut(count), self.mean_power.get_mut(count));
+        let (Some(anchor), Some(mean_power)) = places else {
             return;
-        }
-        let first = at(self.count);
-        self.anchor[self.count] = state[2];
-        self.mean_power[self.count] = state[0] * state[0] + state[1] * state[1];
+        };
+        *anchor = state[2];
+        *mean_power = state[0] * state[0] + state[1] * state[1];
         self.count += 1;
-        for i in 0..3 {
-            for j in 0..SIZE {
-                self.p[first + i][j] = R::ZERO;
-                self.p[j][first + i] = R::ZERO;
+        let own = first..first + 3;
+        for (i, row) in self.p.iter_mut().enumerate() {
+            for (j, element) in row.iter_mut().enumerate() {
+                if own.contains(&i) || own.contains(&j) {
+                    *element = if i == j && i >= first {
+                        variance.get(i - first).copied().unwrap_or(R::ZERO)
+                    } else {
+                        R::ZERO
+                    };
+                }
             }
-            self.x[first + i] = state[i];
-            self.p[first + i][first + i] = variance[i];
+        }
+        for (x, state) in self.x.iter_mut().skip(first).zip(state) {
+            *x = state;
         }
     }
 
     pub(super) fn anchor(&self, k: usize) -> R {
-        self.anchor[k]
+        self.anchor.get(k).copied().unwrap_or(R::ZERO)
     }
 
     /// Moves the anchor of a harmonic towards a frequency by a share of the distance.
     pub(super) fn pull(&mut self, k: usize, frequency: R, share: R) {
-        self.anchor[k] += share * (frequency - self.anchor[k]);
+        if let Some(anchor) = self.anchor.get_mut(k) {
+            *anchor += share * (frequency - *anchor);
+        }
     }
 
     /// Drops a harmonic.
     pub(super) fn remove(&mut self, k: usize) {
-        let last = self.count - 1;
+        let Some(last) = self.count.checked_sub(1).filter(|&last| k <= last && last < MOST) else {
+            return;
+        };
         for i in 0..3 {
-            let (to, from) = (at(k) + i, at(last) + i);
+            let (to, from) = ((at(k) + i).min(SIZE - 1), (at(last) + i).min(SIZE - 1));
             self.x[to] = self.x[from];
             self.p.swap(to, from);
         }
         for row in &mut self.p {
             for i in 0..3 {
-                row.swap(at(k) + i, at(last) + i);
+                row.swap((at(k) + i).min(SIZE - 1), (at(last) + i).min(SIZE - 1));
             }
         }
         self.mean_power.swap(k, last);
@@ -155,21 +194,23 @@ impl<R: Real> Harmonics<R> {
 
     /// Place and quadrature after a time.
     fn turned(&self, k: usize, cosine: R, sine: R) -> (R, R) {
-        let (c, s) = (self.x[at(k)], self.x[at(k) + 1]);
+        let (c, s) = (self.x(at(k)), self.x(at(k) + 1));
         (cosine * c - sine * s, sine * c + cosine * s)
     }
 
+    #[inline(never)]
     pub(super) fn propagate(&mut self, coherence: &Coherence<R>, dt: R) {
         let n = self.size();
         let loss = coherence.rate * dt;
         let keep = (-loss).exp();
         let fading = -(-(loss + loss)).exp_m1();
-        for k in 0..self.count {
+        let stay = (R::ONE - r::<R>(RETURN) * loss).max(R::ZERO);
+        for k in self.each() {
             let i = at(k);
-            let angle = self.x[i + 2] * dt;
-            let (sine, cosine) = angle.sin_cos();
+            let w = self.x[i + 2];
+            let (sine, cosine) = (w * dt).sin_cos();
             let (cosine, sine) = (keep * cosine, keep * sine);
-            let share = (dt * self.x[i + 2] * r(POWER_MEMORY)).min(R::ONE);
+            let share = (dt * w * r(POWER_MEMORY)).min(R::ONE);
             // The second moment includes the variance of the estimate.
             let moment = self.power(k) + self.power_variance(k);
             self.mean_power[k] += share * (moment - self.mean_power[k]);
@@ -177,20 +218,24 @@ impl<R: Real> Harmonics<R> {
             let (c, s) = self.turned(k, cosine, sine);
             (self.x[i], self.x[i + 1]) = (c, s);
             let (by_c, by_s) = (-dt * s, dt * c);
-            let stay = (R::ONE - r::<R>(RETURN) * loss).max(R::ZERO);
-            self.x[i + 2] = self.anchor[k] + stay * (self.x[i + 2] - self.anchor[k]);
+            self.x[i + 2] = self.anchor[k] + stay * (w - self.anchor[k]);
+            let turn = |a: &mut R, b: &mut R, w: &mut R| {
+                let (of_c, of_s) = (
+                    cosine * *a - sine * *b + by_c * *w,
+                    sine * *a + cosine * *b + by_s * *w,
+                );
+                (*a, *b, *w) = (of_c, of_s, stay * *w);
+            };
             // Rows, then columns: F P Fᵀ.
-            for j in 0..n {
-                let (a, b, w) = (self.p[i][j], self.p[i + 1][j], self.p[i + 2][j]);
-                self.p[i][j] = cosine * a - sine * b + by_c * w;
-                self.p[i + 1][j] = sine * a + cosine * b + by_s * w;
-                self.p[i + 2][j] = stay * w;
+            if let Some([a, b, w]) = self.p.get_mut(i..i + 3) {
+                for ((a, b), w) in a.iter_mut().zip(b).zip(w).take(n) {
+                    turn(a, b, w);
+                }
             }
-            for j in 0..n {
-                let (a, b, w) = (self.p[j][i], self.p[j][i + 1], self.p[j][i + 2]);
-                self.p[j][i] = cosine * a - sine * b + by_c * w;
-                self.p[j][i + 1] = sine * a + cosine * b + by_s * w;
-                self.p[j][i + 2] = stay * w;
+            for row in self.p.iter_mut().take(n) {
+                if let Some([a, b, w]) = row.get_mut(i..i + 3) {
+                    turn(a, b, w);
+                }
             }
             // The force drives the velocity, so it enters the quadrature.
             self.p[i + 1][i + 1] += gained;
@@ -199,70 +244,83 @@ impl<R: Real> Harmonics<R> {
             self.p[i + 2][i + 2] += (R::ONE - stay * stay) * width * width;
         }
         self.x[0] += dt * self.x[1];
-        for j in 0..n {
-            self.p[0][j] += dt * self.p[1][j];
+        let [offset, rate, ..] = &mut self.p;
+        for (offset, rate) in offset.iter_mut().zip(rate).take(n) {
+            *offset += dt * *rate;
         }
-        for j in 0..n {
-            self.p[j][0] += dt * self.p[j][1];
+        for row in self.p.iter_mut().take(n) {
+            row[0] += dt * row[1];
         }
         self.p[0][0] += coherence.drift[0] * dt;
         self.p[1][1] += coherence.drift[1] * dt;
     }
 
-    /// Expected reading and its gradient by the state.
-    fn expected(&self, row: Row) -> (R, [R; SIZE]) {
-        let mut h = [R::ZERO; SIZE];
+    /// Expected reading, and the part of its gradient by the state that is not zero.
+    fn expected(&self, row: Row) -> (R, [(usize, R); 1 + 2 * MOST], usize) {
         let mut value = self.x[0];
-        h[0] = R::ONE;
-        for k in 0..self.count {
+        let mut h = [(0, R::ONE); 1 + 2 * MOST];
+        let mut length = 1;
+        let mut slots = h.iter_mut().skip(1);
+        let mut put = |entry| {
+            if let Some(slot) = slots.next() {
+                *slot = entry;
+                length += 1;
+            }
+        };
+        for k in self.each() {
             let i = at(k);
             match row {
                 Row::Displacement => {
                     value += self.x[i];
-                    h[i] = R::ONE;
+                    put((i, R::ONE));
                 }
                 Row::Velocity => {
                     let (s, w) = (self.x[i + 1], self.x[i + 2]);
                     value -= w * s;
-                    h[i + 1] = -w;
-                    h[i + 2] = -s;
+                    put((i + 1, -w));
+                    put((i + 2, -s));
                 }
             }
         }
-        (value, h)
+        (value, h, length)
     }
 
     /// Corrects by a reading, whose innovation is limited to `gate` standard deviations.
     /// Returns the limited reading and its normalised innovation squared.
+    #[inline(never)]
     pub(super) fn correct(&mut self, row: Row, reading: R, noise: R, gate: R) -> (R, R) {
         let n = self.size();
-        let (value, h) = self.expected(row);
+        let (value, h, length) = self.expected(row);
+        let h = h.get(..length).unwrap_or(&[]);
         let mut spread = [R::ZERO; SIZE];
-        let mut variance = noise;
-        for i in 0..n {
-            for j in 0..n {
-                spread[i] += self.p[i][j] * h[j];
+        for (spread, row) in spread.iter_mut().zip(&self.p).take(n) {
+            for &(j, h) in h {
+                *spread += row.get(j).copied().unwrap_or(R::ZERO) * h;
             }
-            variance += h[i] * spread[i];
+        }
+        let of = |list: &[R; SIZE], j: usize| list.get(j).copied().unwrap_or(R::ZERO);
+        let mut variance = noise;
+        for &(j, h) in h {
+            variance += h * of(&spread, j);
         }
         let limit = gate * variance.sqrt();
         let residual = (reading - value).clamp(-limit, limit);
         let mut gain = [R::ZERO; SIZE];
-        for i in 0..n {
-            gain[i] = spread[i] / variance;
-            self.x[i] += gain[i] * residual;
-        }
         // Joseph's form: A = (1 - K h) P, then A (1 - K h)ᵀ + K noise Kᵀ.
         let mut ah = [R::ZERO; SIZE];
-        for i in 0..n {
-            for j in 0..n {
-                self.p[i][j] -= gain[i] * spread[j];
-                ah[i] += self.p[i][j] * h[j];
+        let rows = self.x.iter_mut().zip(&self.p).zip(&spread).take(n);
+        for (((x, row), spread_i), (gain, ah)) in rows.zip(gain.iter_mut().zip(&mut ah)) {
+            *gain = *spread_i / variance;
+            *x += *gain * residual;
+            for &(j, h) in h {
+                *ah += (of(row, j) - *gain * of(&spread, j)) * h;
             }
         }
-        for i in 0..n {
-            for j in i..n {
-                let c = self.p[i][j] - ah[i] * gain[j] + gain[i] * noise * gain[j];
+        for i in (0..SIZE).take(n) {
+            let (gain_i, ah) = (gain[i], ah[i]);
+            let noise = gain_i * noise;
+            for j in (i..SIZE).take(n - i) {
+                let c = (self.p[i][j] - gain_i * spread[j]) - ah * gain[j] + noise * gain[j];
                 self.p[i][j] = c;
                 self.p[j][i] = c;
             }
@@ -274,14 +332,63 @@ impl<R: Real> Harmonics<R> {
 
     /// Limits the frequencies to a band.
     pub(super) fn limit(&mut self, lowest: R, highest: R) {
-        for k in 0..self.count {
+        for k in self.each() {
             self.x[at(k) + 2] = self.x[at(k) + 2].clamp(lowest, highest);
         }
     }
 
     /// The predicted motion after a time, without the offset.
     pub(super) fn predict(&self, coherence: &Coherence<R>, time: R) -> DeckMotionPrediction<R> {
-        let n = self.size();
+        let ahead = Ahead::new(self, coherence, time);
+        DeckMotionPrediction {
+            displacement_m: ahead.mean[0],
+            displacement_sd_m: ahead.sd(self, 0),
+            ..ahead.motion(self)
+        }
+    }
+
+    /// As [`Self::predict`], without displacement and its standard deviation, which are zero.
+    pub(super) fn predict_motion(
+        &self,
+        coherence: &Coherence<R>,
+        time: R,
+    ) -> DeckMotionPrediction<R> {
+        Ahead::new(self, coherence, time).motion(self)
+    }
+
+    /// The acceleration of [`Self::predict`].
+    pub(super) fn predict_acceleration(&self, coherence: &Coherence<R>, time: R) -> R {
+        let keep = (-(coherence.rate * time)).exp();
+        let mut acceleration = R::ZERO;
+        for k in self.each() {
+            let w = self.x[at(k) + 2];
+            let (sine, cosine) = (w * time).sin_cos();
+            let (c, _) = self.turned(k, keep * cosine, keep * sine);
+            acceleration -= w * w * c;
+        }
+        acceleration
+    }
+
+    /// Whether all numbers are finite: zero times any of them is then zero.
+    pub(super) fn is_finite(&self) -> bool {
+        let all = self.x.iter().chain(self.p.iter().flatten());
+        all.fold(R::ZERO, |sum, &c| sum + c * R::ZERO) == R::ZERO
+    }
+}
+
+/// The harmonics after a time.
+struct Ahead<R> {
+    /// Displacement, velocity and acceleration.
+    mean: [R; 3],
+    /// Variances that force and wandering frequency add to them.
+    added: [R; 3],
+    /// Their gradients by the harmonics' states.
+    gradient: [[R; 3 * MOST]; 3],
+}
+
+impl<R: Real> Ahead<R> {
+    #[inline(never)]
+    fn new(harmonics: &Harmonics<R>, coherence: &Coherence<R>, time: R) -> Self {
         let rate = coherence.rate;
         let loss = rate * time;
         let keep = (-loss).exp();
@@ -289,17 +396,14 @@ impl<R: Real> Harmonics<R> {
         let third = r::<R>(1.0 / 3.0);
         // Variance of the phase due to the random walk of the frequency.
         let wander = r::<R>(2.0 * RETURN * WIDTH * WIDTH) * rate * time * time * time * third;
-        let mut mean = [R::ZERO; 3];
-        let mut added = [R::ZERO; 3];
-        // Gradients of displacement, velocity and acceleration.
-        let mut g = [[R::ZERO; SIZE]; 3];
-        for k in 0..self.count {
-            let i = at(k);
-            let w = self.x[i + 2];
+        let (mut mean, mut added) = ([R::ZERO; 3], [R::ZERO; 3]);
+        let mut gradient = [[R::ZERO; 3 * MOST]; 3];
+        for k in harmonics.each() {
+            let w = harmonics.x[at(k) + 2];
             let (w2, angle) = (w * w, w * time);
             let (sine, cosine) = angle.sin_cos();
             let (cosine, sine) = (keep * cosine, keep * sine);
-            let (c, s) = self.turned(k, cosine, sine);
+            let (c, s) = harmonics.turned(k, cosine, sine);
             mean[0] += c;
             mean[1] -= w * s;
             mean[2] -= w2 * c;
@@ -308,14 +412,16 @@ impl<R: Real> Harmonics<R> {
                 [-w * sine, -w * cosine, -s - w * time * c],
                 [-w2 * cosine, w2 * sine, w2 * time * s - r::<R>(2.0) * w * c],
             ];
-            for (g, of_k) in g.iter_mut().zip(of_k) {
-                g[i..i + 3].copy_from_slice(&of_k);
+            for (gradient, of_k) in gradient.iter_mut().zip(of_k) {
+                for (place, value) in gradient.iter_mut().skip(3 * k).zip(of_k) {
+                    *place = value;
+                }
             }
             // Variance that the force adds: q ∫ exp(-2κu) sin² ωu du to the place, the
             // same with cos² to the quadrature; q is 2 κ times the mean power.
             let [cos2, sin2] = [cosine * cosine - sine * sine, r::<R>(2.0) * sine * cosine];
             let turning = (w * sin2 - rate * cos2 + rate) / (w2 + rate * rate) * rate;
-            let half_power = r::<R>(0.5) * self.mean_power[k];
+            let half_power = r::<R>(0.5) * harmonics.mean_power[k];
             let of_c = half_power * (fading - turning).max(R::ZERO);
             let of_s = half_power * (fading + turning).max(R::ZERO);
             let phase = wander * w2;
@@ -323,29 +429,41 @@ impl<R: Real> Harmonics<R> {
             added[1] += w2 * (of_s + phase * c * c);
             added[2] += w2 * w2 * (of_c + phase * s * s);
         }
-        let mut sd = [R::ZERO; 3];
-        for m in 0..3 {
-            let mut variance = added[m];
-            for i in FIRST..n {
-                let mut sum = R::ZERO;
-                for j in FIRST..n {
-                    sum += self.p[i][j] * g[m][j];
-                }
-                variance += g[m][i] * sum;
-            }
-            sd[m] = variance.max(R::ZERO).sqrt();
-        }
-        DeckMotionPrediction {
-            displacement_m: mean[0],
-            velocity_mps: mean[1],
-            acceleration_mps2: mean[2],
-            displacement_sd_m: sd[0],
-            velocity_sd_mps: sd[1],
-            acceleration_sd_mps2: sd[2],
+        Self {
+            mean,
+            added,
+            gradient,
         }
     }
 
-    pub(super) fn is_finite(&self) -> bool {
-        self.x.iter().all(|c| c.is_finite()) && self.p.iter().flatten().all(|c| c.is_finite())
+    /// Velocity and acceleration with their standard deviations.
+    fn motion(&self, harmonics: &Harmonics<R>) -> DeckMotionPrediction<R> {
+        DeckMotionPrediction {
+            velocity_mps: self.mean[1],
+            acceleration_mps2: self.mean[2],
+            velocity_sd_mps: self.sd(harmonics, 1),
+            acceleration_sd_mps2: self.sd(harmonics, 2),
+            ..DeckMotionPrediction::default()
+        }
+    }
+
+    /// Standard deviation of displacement (0), velocity (1) or acceleration (2).
+    #[inline(never)]
+    fn sd(&self, harmonics: &Harmonics<R>, of: usize) -> R {
+        let n = 3 * harmonics.count;
+        let (Some(gradient), Some(variance)) = (self.gradient.get(of), self.added.get(of)) else {
+            return R::ZERO;
+        };
+        let mut variance = *variance;
+        let [_, _, rows @ ..] = &harmonics.p;
+        for (row, own) in rows.iter().zip(gradient).take(n) {
+            let [_, _, row @ ..] = row;
+            let mut sum = R::ZERO;
+            for (p, gradient) in row.iter().zip(gradient).take(n) {
+                sum += *p * *gradient;
+            }
+            variance += *own * sum;
+        }
+        variance.max(R::ZERO).sqrt()
     }
 }

@@ -249,6 +249,20 @@ impl<R: Real> DeckEstimator<R> {
         }
     }
 
+    /// Returns a state to [`Self::initial`] in place.
+    #[inline(never)]
+    pub fn reset(&self, state: &mut DeckEstimatorState<R>) {
+        let [lowest, highest] = self.band();
+        state.harmonics.reset(R::ZERO, self.offset_variance());
+        state.spectrum.reset(lowest, highest);
+        state.learner = Learner::new();
+        (state.started, state.not_finite) = (0, 0);
+        state.nis = R::ONE;
+        (state.since_start_s, state.observed_s) = (R::ZERO, R::ZERO);
+        state.unseen_s = r(f64::INFINITY);
+        (state.origin, state.last) = (None, R::ZERO);
+    }
+
     /// Variances of the offset and its rate.
     fn offset_variance(&self) -> [R; 2] {
         let rate = match self.observed {
@@ -269,6 +283,7 @@ impl<R: Real> DeckEstimator<R> {
 
     /// Propagates over `dt` seconds and corrects by the reading at their end, if there
     /// is one. A reading that is not finite, or beyond 1e6, is counted and ignored.
+    #[inline(never)]
     pub fn step(&self, state: &mut DeckEstimatorState<R>, reading: Option<R>, dt: R) {
         let dt = usable_dt(dt);
         let finite = reading.filter(|y| y.abs() < r(LARGEST_READING));
@@ -349,10 +364,46 @@ impl<R: Real> DeckEstimator<R> {
     /// been observed for the shortest period, standard deviations are infinite.
     #[must_use]
     pub fn predict(&self, state: &DeckEstimatorState<R>, horizon_s: R) -> DeckMotionPrediction<R> {
-        let time = (horizon_s + self.delay_s).max(R::ZERO);
+        let time = self.since_reading_s(horizon_s);
         if state.harmonics.count() > 0 {
-            return state.harmonics.predict(&self.coherence(state), time);
+            state.harmonics.predict(&self.coherence(state), time)
+        } else {
+            self.unknown(state)
         }
+    }
+
+    /// As [`Self::predict`] without the height, sooner: height and its standard deviation
+    /// are zero once there are harmonics.
+    #[must_use]
+    pub fn predict_motion(
+        &self,
+        state: &DeckEstimatorState<R>,
+        horizon_s: R,
+    ) -> DeckMotionPrediction<R> {
+        let time = self.since_reading_s(horizon_s);
+        if state.harmonics.count() > 0 {
+            let coherence = self.coherence(state);
+            state.harmonics.predict_motion(&coherence, time)
+        } else {
+            self.unknown(state)
+        }
+    }
+
+    /// The acceleration of [`Self::predict`], m/s², sooner.
+    #[must_use]
+    pub fn predict_acceleration(&self, state: &DeckEstimatorState<R>, horizon_s: R) -> R {
+        let time = self.since_reading_s(horizon_s);
+        let coherence = self.coherence(state);
+        state.harmonics.predict_acceleration(&coherence, time)
+    }
+
+    /// Time between the last reading and a horizon.
+    fn since_reading_s(&self, horizon_s: R) -> R {
+        (horizon_s + self.delay_s).max(R::ZERO)
+    }
+
+    /// The motion of a deck without harmonics.
+    fn unknown(&self, state: &DeckEstimatorState<R>) -> DeckMotionPrediction<R> {
         let noise = self.measurement_sd * self.measurement_sd;
         let unknown = [r(f64::INFINITY), R::ONE];
         let [variance, w] = if state.observed_s < self.shortest_period_s {

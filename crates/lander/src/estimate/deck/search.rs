@@ -55,6 +55,7 @@ const SETTLING: f64 = 2.0;
 
 impl<R: Real> DeckEstimator<R> {
     /// Starts harmonics where peaks stand out and drops those that have vanished.
+    #[inline(never)]
     pub(super) fn revise(&self, state: &mut DeckEstimatorState<R>) {
         let peaks = state.spectrum.peaks();
         let significant = self.significant_peaks(&peaks);
@@ -70,7 +71,7 @@ impl<R: Real> DeckEstimator<R> {
         let coherent = state.harmonics.count() > 0 && state.learner.rate() <= r(COHERENT);
         let complete = coherent && (full || state.nis < r(COMPLETE));
         if significant > state.started && !complete || moved {
-            self.start(state, &peaks[..significant]);
+            self.start(state, &peaks, significant);
             return;
         }
         for peak in peaks.iter().flatten() {
@@ -162,27 +163,29 @@ impl<R: Real> DeckEstimator<R> {
 
     /// Starts harmonics at the peaks that no harmonic follows yet. If the present
     /// harmonics do not describe the motion or leave no room, all start again.
-    fn start(&self, state: &mut DeckEstimatorState<R>, peaks: &[Option<Peak<R>>]) {
+    #[inline(never)]
+    fn start(&self, state: &mut DeckEstimatorState<R>, peaks: &[Option<Peak<R>>; MOST], count: usize) {
         // Without harmonics the offset has followed the motion. It restarts at the last
         // reading less the new harmonic.
         let (mut offset, mut variance) = (R::ZERO, self.offset_variance());
-        if let (Observed::Displacement, Some(peak)) = (self.observed, peaks[0]) {
+        let first = peaks[0].filter(|_| count > 0);
+        if let (Observed::Displacement, Some(peak)) = (self.observed, first) {
             let (c, s) = place_of(&peak);
             offset = state.last - c;
             variance[0] = c * c + s * s;
         }
         let harmonics = &mut state.harmonics;
         let new = |harmonics: &Harmonics<R>| {
-            let all = peaks.iter().flatten();
+            let all = peaks.iter().take(count).flatten();
             all.filter(|peak| !follows(harmonics, peak.angular_frequency))
                 .count()
         };
         let room = harmonics.count() + new(harmonics) <= usize::from(self.harmonics);
         if !room || state.learner.rate() > r(COHERENT) {
-            *harmonics = Harmonics::new(offset, variance);
+            harmonics.reset(offset, variance);
         }
         let restart = harmonics.count() == 0;
-        for peak in peaks.iter().flatten() {
+        for peak in peaks.iter().take(count).flatten() {
             if !restart && follows(harmonics, peak.angular_frequency) {
                 continue;
             }
@@ -197,7 +200,7 @@ impl<R: Real> DeckEstimator<R> {
                 harmonics.add([R::ZERO, R::ZERO, w], [power, power, width * width]);
             }
         }
-        state.started = peaks.len();
+        state.started = count;
         state.learner.restart();
         state.since_start_s = R::ZERO;
     }

@@ -143,10 +143,11 @@ fn times<R: Real>(a: [R; 2], b: [R; 2]) -> [R; 2] {
 
 /// Index of the largest share.
 fn largest<R: Real>(shares: &[R; BINS]) -> usize {
-    let mut best = 0;
-    for k in 1..BINS {
-        if shares[k] > shares[best] {
-            best = k;
+    let [first, ..] = shares;
+    let (mut best, mut most) = (0, *first);
+    for (k, &share) in shares.iter().enumerate().skip(1) {
+        if share > most {
+            (best, most) = (k, share);
         }
     }
     best
@@ -227,15 +228,30 @@ impl<R: Real> Bin<R> {
 impl<R: Real> Spectrum<R> {
     /// A grid with a constant ratio between neighbours.
     pub(super) fn new(lowest: R, highest: R) -> Self {
-        let step = (highest / lowest).ln() / R::from_count(BINS - 1);
-        Self {
-            frequencies: core::array::from_fn(|k| lowest * (step * R::from_count(k)).exp()),
+        let mut spectrum = Self {
+            frequencies: [R::ZERO; BINS],
             bins: [Bin::default(); BINS],
             pending: [PendingReadings::default(); GROUPS],
             group: 0,
             noise: R::ZERO,
             time: R::ZERO,
+        };
+        spectrum.reset(lowest, highest);
+        spectrum
+    }
+
+    /// Becomes [`Self::new`] in place.
+    pub(super) fn reset(&mut self, lowest: R, highest: R) {
+        let step = (highest / lowest).ln() / R::from_count(BINS - 1);
+        for (k, (frequency, bin)) in self.frequencies.iter_mut().zip(&mut self.bins).enumerate() {
+            *frequency = lowest * (step * R::from_count(k)).exp();
+            *bin = Bin::default();
         }
+        for pending in &mut self.pending {
+            *pending = PendingReadings::default();
+        }
+        self.group = 0;
+        (self.noise, self.time) = (R::ZERO, R::ZERO);
     }
 
     /// Advances by `dt` seconds and adds a reading, if there is one.
@@ -248,40 +264,50 @@ impl<R: Real> Spectrum<R> {
                 pending.count += R::ONE;
             }
         }
-        let pending = &mut self.pending[self.group];
+        let group = self.group % GROUPS;
+        let pending = &mut self.pending[group];
         let (time, velocity) = (pending.time, pending.velocity(observed));
         pending.begin_next();
         if let Some([_, _, noise]) = velocity {
             self.noise += r::<R>(NOISE_GAIN) * (noise - self.noise);
         }
-        for k in (self.group * GROUP_SIZE)..((self.group + 1) * GROUP_SIZE) {
-            self.bins[k].update(self.frequencies[k], time, velocity);
+        let bins = self.bins.iter_mut().zip(&self.frequencies);
+        for (bin, &frequency) in bins.skip(group * GROUP_SIZE).take(GROUP_SIZE) {
+            bin.update(frequency, time, velocity);
         }
-        self.group = (self.group + 1) % GROUPS;
+        self.group = (group + 1) % GROUPS;
+    }
+
+    /// The shares that the frequencies explain.
+    fn shares(&self) -> [R; BINS] {
+        let mut shares = [R::ZERO; BINS];
+        for (share, bin) in shares.iter_mut().zip(&self.bins) {
+            *share = bin.share;
+        }
+        shares
     }
 
     /// Peaks, the largest first. Each peak's line shape, with a margin, is subtracted
     /// from the shares before the next peak is chosen.
     pub(super) fn peaks(&self) -> [Option<Peak<R>>; MOST] {
         let mut peaks = [None; MOST];
-        let mut shares = self.bins.map(|bin| bin.share);
+        let mut shares = self.shares();
         // A maximum at the edge of the band belongs to a frequency outside.
         shares[0] = R::ZERO;
         shares[BINS - 1] = R::ZERO;
         for place in &mut peaks {
             let best = largest(&shares);
-            let Some(peak) = self.peak(best, shares[best]) else {
+            let Some(peak) = self.peak(best, shares[best % BINS]) else {
                 break;
             };
             *place = Some(peak);
-            for k in 0..BINS {
+            for (share, &w) in shares.iter_mut().zip(&self.frequencies) {
                 // |∫ exp(i Δω t) exp(-t/T) dt / T|², with T the memory so far.
-                let w = self.frequencies[k];
                 let memory = r::<R>(MEMORY * core::f64::consts::TAU) / w;
                 let phase = (w - peak.angular_frequency) * memory.min(self.time);
-                shares[k] -= r::<R>(MARGIN) * peak.share / (R::ONE + phase * phase);
+                *share -= r::<R>(MARGIN) * peak.share / (R::ONE + phase * phase);
                 if phase.abs() < r(SEPARATION) {
-                    shares[k] = R::ZERO;
+                    *share = R::ZERO;
                 }
             }
         }
@@ -291,21 +317,26 @@ impl<R: Real> Spectrum<R> {
     /// The fit at a grid frequency. A parabola through the neighbours refines the
     /// frequency.
     fn peak(&self, best: usize, share: R) -> Option<Peak<R>> {
-        let fit = self.bins[best].fit()?;
+        // A frequency at an edge has no share.
+        let bins = self.bins.get(best.checked_sub(1)?..)?;
+        let [below, bin, above, ..] = bins else {
+            return None;
+        };
+        let fit = bin.fit()?;
         if !(share > R::ZERO) {
             return None;
         }
-        let frequencies = &self.frequencies;
-        let mut w = frequencies[best];
+        let [mut w, next] = [best, best + 1].map(|k| self.frequencies[k % BINS]);
         let half = r::<R>(0.5);
-        let [below, here, above] = [best - 1, best, best + 1].map(|k| self.bins[k].share);
+        let ratio = next / w;
+        let [below, here, above] = [below, bin, above].map(|bin| bin.share);
         let curvature = below - here - here + above;
         if curvature < R::ZERO && below > R::ZERO {
             let shift = (half * (below - above) / curvature).clamp(-half, half);
-            w *= R::ONE + shift * (frequencies[best + 1] / frequencies[best] - R::ONE);
+            w *= R::ONE + shift * (ratio - R::ONE);
         }
         // Rotation since this frequency's last update.
-        let angle = w * self.pending[best / GROUP_SIZE].time;
+        let angle = w * self.pending[best / GROUP_SIZE % GROUPS].time;
         let (sine, cosine) = angle.sin_cos();
         let [c, s] = times([fit.c, fit.s], [cosine, sine]);
         // Without the part that is the line shape of larger peaks.
@@ -330,15 +361,15 @@ impl<R: Real> Spectrum<R> {
     /// frequency that explains most of it. That frequency is the middle of the band if
     /// none explains enough. None before there are velocities.
     pub(super) fn spread(&self, noise: R) -> Option<[R; 2]> {
-        let best = largest(&self.bins.map(|bin| bin.share));
+        let best = largest(&self.shares());
         let bin = &self.bins[0];
         if !(bin.one > R::ONE) {
             return None;
         }
         let noise = noise * self.noise;
         let variance = (bin.spread() / bin.one - noise).max(noise * r(LEAST_SIGNAL));
-        let clear = self.bins[best].share > r(CLEAR_SHARE);
+        let clear = self.bins[best % BINS].share > r(CLEAR_SHARE);
         let likely = if clear { best } else { BINS / 2 };
-        Some([variance, self.frequencies[likely]])
+        Some([variance, self.frequencies[likely % BINS]])
     }
 }

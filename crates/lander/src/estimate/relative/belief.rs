@@ -1,9 +1,16 @@
 //! The distribution of the state and its propagation in time.
 
 use super::RelativeFilter;
+use super::transition::Transition;
 use crate::estimate::gaussian::Gaussian;
-use touchdown_flight::real::{Real, r};
+use touchdown_flight::real::Real;
 use touchdown_flight::space::Vector;
+
+/// Distribution of the vertical states.
+pub(super) type Vertical<R> = Gaussian<R, 6, 21>;
+
+/// Distribution of the states of a horizontal axis.
+pub(super) type Horizontal<R> = Gaussian<R, 5, 15>;
 
 /// Vertical states: height h, velocity v_q, deck velocity v_p and acceleration
 /// a_p, accelerometer bias b, altitude z_q.
@@ -25,8 +32,8 @@ pub(super) const AD: usize = 4;
 /// Vertical and two horizontal distributions, independent of each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Belief<R> {
-    pub(super) vertical: Gaussian<R, 6>,
-    pub(super) horizontal: [Gaussian<R, 5>; 2],
+    pub(super) vertical: Vertical<R>,
+    pub(super) horizontal: [Horizontal<R>; 2],
     /// Integral of the vertical velocity, m: the altitude without the steps of
     /// corrections.
     pub(super) climbed: R,
@@ -69,18 +76,17 @@ impl<R: Real> Belief<R> {
         }
         for axis in &mut self.horizontal {
             axis.mean[VD] = axis.mean[VX];
-            axis.covariance[VD] = axis.covariance[VX];
-            for row in &mut axis.covariance {
-                row[VD] = row[VX];
+            for other in [P, VX, BX, AD] {
+                axis.set_covariance(VD, other, axis.covariance(VX, other));
             }
-            axis.covariance[VD][VD] = axis.covariance[VX][VX] + sd * sd;
+            axis.set_covariance(VD, VD, axis.covariance(VX, VX) + sd * sd);
         }
     }
 
     /// Sets the height of a distribution whose numbers are independent.
     pub(super) fn know_height(&mut self, height_m: R, sd_m: R) {
         self.vertical.mean[H] = height_m;
-        self.vertical.covariance[H][H] = sd_m * sd_m;
+        self.vertical.set_covariance(H, H, sd_m * sd_m);
     }
 
     /// Sets the vehicle's velocity with a standard deviation on each axis, independent of
@@ -91,29 +97,16 @@ impl<R: Real> Belief<R> {
         y.mean[VX] = velocity.y;
         self.vertical.mean[VQ] = velocity.z;
         for axis in [x, y] {
-            axis.covariance[VX] = [R::ZERO; 5];
-            axis.covariance[VX][VX] = sd * sd;
-            for other in [P, VD, BX, AD] {
-                axis.covariance[other][VX] = R::ZERO;
-            }
+            axis.set_independent(VX, sd * sd);
         }
-        let covariance = &mut self.vertical.covariance;
-        covariance[VQ] = [R::ZERO; 6];
-        for row in covariance.iter_mut() {
-            row[VQ] = R::ZERO;
-        }
-        covariance[VQ][VQ] = sd * sd;
+        self.vertical.set_independent(VQ, sd * sd);
     }
 
     /// A deck at rest horizontally, with a standard deviation of its velocity that depends on no other state.
     pub(super) fn rest_deck(&mut self, sd: R) {
         for axis in &mut self.horizontal {
             axis.mean[VD] = R::ZERO;
-            axis.covariance[VD] = [R::ZERO; 5];
-            for row in &mut axis.covariance {
-                row[VD] = R::ZERO;
-            }
-            axis.covariance[VD][VD] = sd * sd;
+            axis.set_independent(VD, sd * sd);
         }
     }
 
@@ -154,112 +147,24 @@ impl<R: Real> Belief<R> {
     }
 
     /// Propagates over `t` seconds at a measured acceleration (world axes, gravity
-    /// removed).
-    ///
-    /// The transition is exact. The covariance of the deck's noise is that of an
-    /// integrator, so it is correct to first order in ω t.
-    pub(super) fn propagate(&mut self, filter: &RelativeFilter<R>, acceleration: Vector<R>, t: R) {
+    /// removed). A transition that is `known` for that time need not be computed again.
+    pub(super) fn propagate(
+        &mut self,
+        filter: &RelativeFilter<R>,
+        known: &mut Option<Transition<R>>,
+        acceleration: Vector<R>,
+        t: R,
+    ) {
         if !(t > R::ZERO) {
             return;
         }
-        let (one, zero, half, third) = (R::ONE, R::ZERO, r::<R>(0.5), r::<R>(1.0 / 3.0));
-        let (t2, t3) = (t * t, t * t * t);
-        let deck = &filter.deck;
-        let w = deck.heave_angular_frequency;
-        // v_p'' + 2 σ v_p' + ω² v_p = 0, σ = ζ ω, ω_d² = ω² - σ².
-        let sigma = deck.heave_damping_ratio * w;
-        let wd = (w * w - sigma * sigma).max(R::ZERO).sqrt();
-        let sine = if (wd * t) * (wd * t) < R::EPSILON {
-            t
-        } else {
-            (wd * t).sin() / wd
-        };
-        let (e, cosine) = ((-(sigma * t)).exp(), (wd * t).cos());
-        let (vv, va) = (e * (cosine + sigma * sine), e * sine);
-        let aa = e * (cosine - sigma * sine);
-        let moved_a = (one - vv) / (w * w);
-        let moved_v = va + r::<R>(2.0) * sigma * moved_a;
-        let f = [
-            [one, t, -moved_v, -moved_a, -half * t2, zero],
-            [zero, one, zero, zero, -t, zero],
-            [zero, zero, vv, va, zero, zero],
-            [zero, zero, -(w * w) * va, aa, zero, zero],
-            [zero, zero, zero, zero, one, zero],
-            [zero, t, zero, zero, -half * t2, one],
-        ];
-        let qa = filter.imu.noise_density * filter.imu.noise_density;
-        let qb = filter.imu.bias_walk * filter.imu.bias_walk;
-        // Stationary: var v_p = q/(4 ζ ω³).
-        let sd = deck.heave_velocity_sd_mps;
-        let qd = r::<R>(4.0) * sigma * w * w * sd * sd;
-        let drift = filter.barometer.drift * filter.barometer.drift;
-        let mut q = [[zero; 6]; 6];
-        q[H][H] = qa * t3 * third + qd * t3 * t2 * r(0.05);
-        q[H][VQ] = qa * t2 * half;
-        q[H][VP] = -(qd * t2 * t2 * r(0.125));
-        q[H][AP] = -(qd * t3 * r(1.0 / 6.0));
-        q[H][ZQ] = qa * t3 * third;
-        q[VQ][VQ] = qa * t;
-        q[VQ][ZQ] = qa * t2 * half;
-        q[VP][VP] = qd * t3 * third;
-        q[VP][AP] = qd * t2 * half;
-        q[AP][AP] = qd * t;
-        q[B][B] = qb * t;
-        q[ZQ][ZQ] = qa * t3 * third + drift * t;
-        let (v, z) = (acceleration.z * t, acceleration.z * t2 * half);
+        let transition = Transition::keep(known, filter, t);
         let altitude = self.vertical.mean[ZQ];
-        self.vertical
-            .propagate(&f, &[z, v, zero, zero, zero, z], &q);
+        transition.vertical(&mut self.vertical, acceleration.z);
         self.climbed += self.vertical.mean[ZQ] - altitude;
-        self.propagate_horizontal(filter, acceleration, t);
-    }
-
-    /// The horizontal part of [`Self::propagate`]. The covariance of the deck's noise is correct
-    /// to first order in t over the correlation time of its acceleration.
-    fn propagate_horizontal(&mut self, filter: &RelativeFilter<R>, acceleration: Vector<R>, t: R) {
-        let (one, zero, half, third) = (R::ONE, R::ZERO, r::<R>(0.5), r::<R>(1.0 / 3.0));
-        let (t2, t3) = (t * t, t * t * t);
-        let deck = &filter.deck;
-        let qa = filter.imu.noise_density * filter.imu.noise_density;
-        let qb = filter.imu.bias_walk * filter.imu.bias_walk;
-        let qw = deck.horizontal_velocity_walk * deck.horizontal_velocity_walk;
-        let mut q = [[zero; 5]; 5];
-        q[P][P] = (qa + qw) * t3 * third;
-        q[P][VX] = qa * t2 * half;
-        q[P][VD] = -(qw * t2 * half);
-        q[VX][VX] = qa * t;
-        q[VD][VD] = qw * t;
-        q[BX][BX] = qb * t;
-        // a_d' = -a_d/τ + w, of stationary variance q τ/2; a deck that does not accelerate has none.
-        let (mut kept, mut faster, mut farther) = (zero, zero, zero);
-        let sd = deck.horizontal_acceleration_sd_mps2;
-        if sd > zero {
-            let tau = deck.horizontal_acceleration_s;
-            kept = (-(t / tau)).exp();
-            faster = tau * (one - kept);
-            farther = tau * (t - faster);
-            let qj = r::<R>(2.0) * sd * sd / tau;
-            q[P][P] += qj * t3 * t2 * r(0.05);
-            q[P][VD] -= qj * t2 * t2 * r(0.125);
-            q[P][AD] = -(qj * t3 * r(1.0 / 6.0));
-            q[VD][VD] += qj * t3 * third;
-            q[VD][AD] = qj * t2 * half;
-            q[AD][AD] = qj * t;
-        }
-        let f = [
-            [one, t, -t, -half * t2, -farther],
-            [zero, one, zero, -t, zero],
-            [zero, zero, one, zero, faster],
-            [zero, zero, zero, one, zero],
-            [zero, zero, zero, zero, kept],
-        ];
-        for (axis, a) in self
-            .horizontal
-            .iter_mut()
-            .zip([acceleration.x, acceleration.y])
-        {
-            axis.propagate(&f, &[a * t2 * half, a * t, zero, zero, zero], &q);
-        }
+        let [x, y] = &mut self.horizontal;
+        transition.horizontal(x, acceleration.x);
+        transition.horizontal(y, acceleration.y);
     }
 }
 
@@ -271,11 +176,16 @@ mod tests {
     use touchdown_flight::space::Attitude;
 
     /// Smallest pivot of Cholesky's factorisation, each relative to its variance.
-    fn least_pivot<const N: usize>(g: &Gaussian<f32, N>) -> f64 {
-        let mut a = g.covariance.map(|row| row.map(f64::from));
+    fn least_pivot<const N: usize, const T: usize>(g: &Gaussian<f32, N, T>) -> f64 {
+        let mut a = [[0.0; N]; N];
+        for i in 0..N {
+            for j in 0..N {
+                a[i][j] = f64::from(g.covariance(i, j));
+            }
+        }
         let mut least = f64::INFINITY;
         for k in 0..N {
-            let variance = f64::from(g.covariance[k][k]);
+            let variance = f64::from(g.covariance(k, k));
             if variance == 0.0 {
                 continue;
             }
@@ -296,7 +206,7 @@ mod tests {
         let level = Attitude::LEVEL;
         let mut origin = None;
         for step in 0_u16..20_000 {
-            belief.propagate(&filter, Vector::ZERO, 0.004);
+            belief.propagate(&filter, &mut None, Vector::ZERO, 0.004);
             let mut take = |reading: Reading<f32>| {
                 let (fate, _) = belief.correct(&filter, &reading, level, &mut origin);
                 assert!(matches!(fate, Fate::Used(_)), "{fate:?}");
@@ -334,7 +244,7 @@ mod tests {
         filter.deck.heave_damping_ratio = 1.0;
         let mut belief = Belief::initial(&filter);
         for _ in 0..5000 {
-            belief.propagate(&filter, Vector::ZERO, 1e-3);
+            belief.propagate(&filter, &mut None, Vector::ZERO, 1e-3);
         }
         // The noise is right to order ω t = 0.003, the variance to twice that.
         let sd = [belief.vertical.sd(VP) / 0.2, belief.vertical.sd(AP) / 0.6];
@@ -355,22 +265,24 @@ mod tests {
             climbed: 0.0,
         };
         let (mut one, mut two) = (start, start);
-        one.propagate(&filter, Vector::ZERO, 0.1);
-        two.propagate(&filter, Vector::ZERO, 0.03);
-        two.propagate(&filter, Vector::ZERO, 0.07);
+        one.propagate(&filter, &mut None, Vector::ZERO, 0.1);
+        two.propagate(&filter, &mut None, Vector::ZERO, 0.03);
+        two.propagate(&filter, &mut None, Vector::ZERO, 0.07);
         let compare = |a: f64, b: f64, variances: f64| {
             assert!((a - b).abs() <= 1e-3 * variances.sqrt(), "{a} {b}");
         };
-        let (a, b) = (&one.vertical.covariance, &two.vertical.covariance);
+        let (a, b) = (&one.vertical, &two.vertical);
         for i in 0..6 {
             for j in 0..6 {
-                compare(a[i][j], b[i][j], a[i][i] * a[j][j]);
+                let variances = a.covariance(i, i) * a.covariance(j, j);
+                compare(a.covariance(i, j), b.covariance(i, j), variances);
             }
         }
-        let (a, b) = (&one.horizontal[0].covariance, &two.horizontal[0].covariance);
+        let (a, b) = (&one.horizontal[0], &two.horizontal[0]);
         for i in 0..4 {
             for j in 0..4 {
-                compare(a[i][j], b[i][j], a[i][i] * a[j][j]);
+                let variances = a.covariance(i, i) * a.covariance(j, j);
+                compare(a.covariance(i, j), b.covariance(i, j), variances);
             }
         }
     }
@@ -386,7 +298,7 @@ mod tests {
             let mut belief = Belief::initial(&filter);
             belief.vertical.mean[VP] = 0.3;
             belief.vertical.mean[AP] = -0.5;
-            belief.propagate(&filter, Vector::ZERO, 0.7);
+            belief.propagate(&filter, &mut None, Vector::ZERO, 0.7);
             let sigma = 3.0 * damping;
             let wd = (9.0 - sigma * sigma).sqrt();
             let v = |t: f64| {

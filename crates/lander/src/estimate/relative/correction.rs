@@ -72,9 +72,7 @@ impl<R: Real> Belief<R> {
             + square(n.x * x.sd(P))
             + square(n.y * y.sd(P))
             + square(model.normal_sd_rad * spot.horizontal().norm());
-        let mut h = [R::ZERO; 6];
-        h[H] = n.z;
-        let innovation = self.vertical.innovation(h, value, variance);
+        let innovation = self.vertical.innovation(H, n.z, value, variance);
         let sighting = DeckSighting {
             displacement_m: self.climbed - value / n.z,
             sd_m: variance.sqrt() / n.z,
@@ -107,8 +105,9 @@ impl<R: Real> Belief<R> {
             Vector::UP,
         ];
         let mut variance = [R::ZERO; 3];
-        for k in 0..3 {
-            let along = camera.unrotate(axes[k]);
+        let values = axes.into_iter().zip(speed).zip(position);
+        for (variance, ((axis, speed), position)) in variance.iter_mut().zip(values) {
+            let along = camera.unrotate(axis);
             let own = reading
                 .covariance_m2
                 .map(|row| Vector::from_array(row).dot(along));
@@ -118,19 +117,15 @@ impl<R: Real> Belief<R> {
             }
             let square = |a: R| a * a;
             let levelling = square(filter.imu.attitude_sd_rad);
-            variance[k] = own
+            *variance = own
                 + square(model.noise_sd_m)
-                + square(speed[k] * model.jitter_s)
-                + levelling * (distance2 - position[k] * position[k]).max(R::ZERO);
+                + square(speed * model.jitter_s)
+                + levelling * (distance2 - position * position).max(R::ZERO);
         }
         let [x, y] = &mut self.horizontal;
-        let mut h = [R::ZERO; 5];
-        h[P] = R::ONE;
-        let of_x = x.innovation(h, position[0], variance[0]);
-        let of_y = y.innovation(h, position[1], variance[1]);
-        let mut h = [R::ZERO; 6];
-        h[H] = R::ONE;
-        let of_z = self.vertical.innovation(h, position[2], variance[2]);
+        let of_x = x.innovation(P, R::ONE, position[0], variance[0]);
+        let of_y = y.innovation(P, R::ONE, position[1], variance[1]);
+        let of_z = self.vertical.innovation(H, R::ONE, position[2], variance[2]);
         let nis = [of_x.nis(), of_y.nis(), of_z.nis()];
         if !nis.iter().all(|&nis| within_gate(filter, nis)) {
             return (Fate::Rejected, None);
@@ -151,15 +146,11 @@ impl<R: Real> Belief<R> {
         let horizontal = model.horizontal_sd_mps * model.horizontal_sd_mps;
         let vertical = model.vertical_sd_mps * model.vertical_sd_mps;
         let [x, y] = &mut self.horizontal;
-        let mut h = [R::ZERO; 5];
-        h[VX] = R::ONE;
-        let of_x = x.innovation(h, reading.velocity_mps.x, horizontal);
-        let of_y = y.innovation(h, reading.velocity_mps.y, horizontal);
-        let mut h = [R::ZERO; 6];
-        h[VQ] = R::ONE;
+        let of_x = x.innovation(VX, R::ONE, reading.velocity_mps.x, horizontal);
+        let of_y = y.innovation(VX, R::ONE, reading.velocity_mps.y, horizontal);
         let of_z = self
             .vertical
-            .innovation(h, reading.velocity_mps.z, vertical);
+            .innovation(VQ, R::ONE, reading.velocity_mps.z, vertical);
         let nis = [of_x.nis(), of_y.nis(), of_z.nis()];
         if !nis.iter().all(|&nis| within_gate(filter, nis)) {
             return Fate::Rejected;
@@ -181,10 +172,8 @@ impl<R: Real> Belief<R> {
     ) -> Fate<R> {
         let sd_mps = filter.beacon.velocity_sd_mps;
         let [x, y] = &mut self.horizontal;
-        let mut h = [R::ZERO; 5];
-        h[VD] = R::ONE;
-        let of_x = x.innovation(h, reading.deck_velocity_mps.x, sd_mps * sd_mps);
-        let of_y = y.innovation(h, reading.deck_velocity_mps.y, sd_mps * sd_mps);
+        let of_x = x.innovation(VD, R::ONE, reading.deck_velocity_mps.x, sd_mps * sd_mps);
+        let of_y = y.innovation(VD, R::ONE, reading.deck_velocity_mps.y, sd_mps * sd_mps);
         let nis = [of_x.nis(), of_y.nis(), of_x.nis().max(of_y.nis())];
         if !within_gate(filter, nis[2]) {
             return Fate::Rejected;
@@ -193,15 +182,11 @@ impl<R: Real> Belief<R> {
         y.correct(&of_y);
         let place = reading.position_m.to_array();
         let aside_m2 = filter.beacon.horizontal_sd_m * filter.beacon.horizontal_sd_m;
-        let mut h = [R::ZERO; 5];
-        h[P] = R::ONE;
         for (axis, place) in [x, y].into_iter().zip(place) {
-            axis.learn_at_most(h, place, aside_m2);
+            axis.learn_at_most(P, place, aside_m2);
         }
-        let mut h = [R::ZERO; 6];
-        h[H] = R::ONE;
         let up_m2 = filter.beacon.vertical_sd_m * filter.beacon.vertical_sd_m;
-        self.vertical.learn_at_most(h, place[2], up_m2);
+        self.vertical.learn_at_most(H, place[2], up_m2);
         Fate::Used(mean(nis))
     }
 
@@ -216,13 +201,11 @@ impl<R: Real> Belief<R> {
         if !(height >= model.trusted_above_m) {
             return Fate::Unusable;
         }
-        let mut h = [R::ZERO; 6];
-        h[ZQ] = R::ONE;
         let variance = model.noise_sd_m * model.noise_sd_m;
         // The first usable reading defines the barometer's zero.
         let altitude = reading.altitude_m;
         let value = altitude - *origin_m.get_or_insert(altitude - self.vertical.mean[ZQ]);
-        let innovation = self.vertical.innovation(h, value, variance);
+        let innovation = self.vertical.innovation(ZQ, R::ONE, value, variance);
         let nis = innovation.nis();
         if !within_gate(filter, nis) {
             return Fate::Rejected;

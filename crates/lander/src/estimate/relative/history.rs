@@ -70,8 +70,9 @@ pub(super) struct History<R, const N: usize, const M: usize> {
     nodes: [Node<R>; N],
     /// Number of the newest node, from 0.
     head: u64,
-    /// Readings in the order of their times.
+    /// Readings in the order of their times, in a ring from `start` on.
     log: [Option<Entry<R>>; M],
+    start: usize,
     length: usize,
     /// The first node whose successors must be computed again.
     dirty: u64,
@@ -88,6 +89,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
             nodes: [first; N],
             head: 0,
             log: [None; M],
+            start: 0,
             length: 0,
             dirty: 0,
             computed: 0,
@@ -100,6 +102,35 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         #[allow(clippy::cast_possible_truncation)]
         let slot = (node % N as u64) as usize;
         slot
+    }
+
+    /// The place of the ring that holds a reading of the log.
+    fn place(&self, number: usize) -> usize {
+        let place = self.start + number;
+        if place >= M { place - M } else { place }
+    }
+
+    /// A reading of the log.
+    fn logged(&self, number: usize) -> Option<&Entry<R>> {
+        self.log.get(self.place(number))?.as_ref()
+    }
+
+    /// Moves a reading of the log to another place of it.
+    fn shift(&mut self, from: usize, to: usize) {
+        let (from, to) = (self.place(from), self.place(to));
+        let moved = self.log.get_mut(from).and_then(Option::take);
+        if let Some(place) = self.log.get_mut(to) {
+            *place = moved;
+        }
+    }
+
+    /// Drops the oldest reading.
+    fn drop_oldest(&mut self) {
+        if let Some(place) = self.log.get_mut(self.start) {
+            *place = None;
+        }
+        self.start = self.place(1);
+        self.length -= 1;
     }
 
     pub(super) fn newest(&self) -> &Node<R> {
@@ -122,14 +153,17 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         let belief = self.newest().belief;
         self.head += 1;
         self.dirty = last;
-        self.nodes[Self::slot(self.head)] = Node {
-            belief,
-            acceleration_mps2,
-            attitude,
-            dt,
-        };
+        let node = &mut self.nodes[Self::slot(self.head)];
+        node.belief = belief;
+        node.acceleration_mps2 = acceleration_mps2;
+        node.attitude = attitude;
+        node.dt = dt;
         // Readings that are newer than this step move on to the next.
-        for entry in self.log.iter_mut().flatten() {
+        for number in 0..self.length {
+            let place = self.place(number);
+            let Some(entry) = self.log.get_mut(place).and_then(Option::as_mut) else {
+                continue;
+            };
             if entry.new {
                 entry.age_s += dt;
             }
@@ -138,23 +172,31 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
                 entry.offset -= dt;
             }
         }
-        // The state of the first node contains the readings before it.
-        let first = self.first();
-        self.retain(|entry| entry.node >= first && !entry.useless);
+        self.forget();
     }
 
-    /// Keeps the readings of the log for which `keep` holds.
-    fn retain(&mut self, keep: impl Fn(&Entry<R>) -> bool) {
+    /// Drops the readings that no state needs: the state of the first node contains those before it.
+    fn forget(&mut self) {
+        let first = self.first();
+        while self.logged(0).is_some_and(|entry| entry.node < first) {
+            self.drop_oldest();
+        }
         let mut kept = 0;
-        for place in 0..self.length {
-            if self.log[place].as_ref().is_some_and(&keep) {
-                if kept < place {
-                    self.log[kept] = self.log[place].take();
-                }
-                kept += 1;
+        for number in 0..self.length {
+            if self.logged(number).is_none_or(|entry| entry.useless) {
+                continue;
+            }
+            if kept < number {
+                self.shift(number, kept);
+            }
+            kept += 1;
+        }
+        for number in kept..self.length {
+            let place = self.place(number);
+            if let Some(place) = self.log.get_mut(place) {
+                *place = None;
             }
         }
-        self.log[kept..self.length].fill(None);
         self.length = kept;
     }
 
@@ -164,7 +206,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         if self.length < M {
             return true;
         }
-        let Some(oldest) = self.log[0] else {
+        let Some(oldest) = self.logged(0) else {
             return true;
         };
         let from = oldest.node + u64::from(oldest.offset > R::ZERO);
@@ -173,14 +215,13 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         }
         self.complete = self.complete.max(from);
         self.dirty = self.dirty.max(from);
-        self.log.copy_within(1..self.length, 0);
-        self.length -= 1;
-        self.log[self.length] = None;
+        self.drop_oldest();
         true
     }
 
     /// Inserts a reading `back` seconds before the newest node.
-    pub(super) fn insert(&mut self, reading: Reading<R>, back: R) -> Insertion {
+    #[inline(never)]
+    pub(super) fn insert(&mut self, reading: &Reading<R>, back: R) -> Insertion {
         let place = self.time_at(back);
         let within = |place: &(u64, R), first: u64| place.0 >= first;
         if !place.is_some_and(|place| within(&place, self.first())) {
@@ -197,20 +238,23 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         let later = |entry: &Entry<R>| {
             (entry.node, entry.offset, entry.reading.sensor()) > (node, offset, sensor)
         };
-        let place = self.log[..self.length]
-            .iter()
-            .flatten()
-            .position(later)
-            .unwrap_or(self.length);
-        self.log.copy_within(place..self.length, place + 1);
-        self.log[place] = Some(Entry {
-            node,
-            offset,
-            reading,
-            age_s: reading.age_s(),
-            new: true,
-            useless: false,
-        });
+        // Most readings are newer than those of the log.
+        let mut number = self.length;
+        while number > 0 && self.logged(number - 1).is_some_and(later) {
+            self.shift(number - 1, number);
+            number -= 1;
+        }
+        let place = self.place(number);
+        if let Some(place) = self.log.get_mut(place) {
+            *place = Some(Entry {
+                node,
+                offset,
+                reading: *reading,
+                age_s: reading.age_s(),
+                new: true,
+                useless: false,
+            });
+        }
         self.length += 1;
         // Readings at the same node are applied together, in order.
         let from = if offset > R::ZERO || node == self.first() {
@@ -252,9 +296,9 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         let Some((node, offset)) = self.time_at(back.finite_or(R::ZERO).max(R::ZERO)) else {
             return self.nodes[Self::slot(self.oldest())].attitude;
         };
-        let here = self.nodes[Self::slot(node)];
+        let here = &self.nodes[Self::slot(node)];
         if offset > R::ZERO && node < self.head {
-            let after = self.nodes[Self::slot(node + 1)];
+            let after = &self.nodes[Self::slot(node + 1)];
             here.attitude.between(after.attitude, offset / after.dt)
         } else {
             here.attitude
@@ -289,71 +333,81 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
     }
 
     /// Computes the states again from the first changed one.
+    #[inline(never)]
     pub(super) fn replay(
         &mut self,
         filter: &RelativeFilter<R>,
         accounts: &mut Accounts<R>,
     ) -> Option<DeckSighting<R>> {
         let mut sighting = None;
-        let mut next = self.log[..self.length]
-            .iter()
-            .flatten()
-            .position(|entry| entry.node >= self.dirty)
-            .unwrap_or(self.length);
+        let mut next = 0;
+        while next < self.length && self.logged(next).is_some_and(|e| e.node < self.dirty) {
+            next += 1;
+        }
+        // Transitions over whole steps, and over their parts.
+        let (mut steps, mut parts) = (None, None);
         let mut belief = self.nodes[Self::slot(self.dirty)].belief;
         for number in self.dirty..=self.head {
-            let here = self.nodes[Self::slot(number)];
-            while let Some(entry) = self.entry(next, number) {
-                if entry.offset > R::ZERO {
+            let attitude = self.nodes[Self::slot(number)].attitude;
+            // The first state is as it is stored, unless new readings have come.
+            let mut changed = number > self.dirty;
+            while let Some((offset, new)) = self.entry(next, number) {
+                if offset > R::ZERO {
                     break;
                 }
                 // The state of the first node contains its readings, unless they are new.
-                if number > self.dirty || entry.new {
-                    let seen = self.apply(next, filter, &mut belief, here.attitude, accounts);
+                if number > self.dirty || new {
+                    let seen = self.apply(next, filter, &mut belief, attitude, accounts);
                     sighting = clearer(sighting, seen);
+                    changed = true;
                 }
                 next += 1;
             }
+            let here = &mut self.nodes[Self::slot(number)];
             if !belief.is_finite() {
                 belief = here.belief;
+            } else if changed {
+                here.belief = belief;
             }
-            self.nodes[Self::slot(number)].belief = belief;
             if number == self.head {
                 break;
             }
-            let after = self.nodes[Self::slot(number + 1)];
+            let after = &self.nodes[Self::slot(number + 1)];
+            let (acceleration, later, dt) = (after.acceleration_mps2, after.attitude, after.dt);
             let mut done = R::ZERO;
-            while let Some(entry) = self.entry(next, number) {
-                belief.propagate(filter, after.acceleration_mps2, entry.offset - done);
-                done = done.max(entry.offset);
-                let attitude = here.attitude.between(after.attitude, done / after.dt);
+            while let Some((offset, _)) = self.entry(next, number) {
+                belief.propagate(filter, &mut parts, acceleration, offset - done);
+                done = done.max(offset);
+                let attitude = attitude.between(later, done / dt);
                 let seen = self.apply(next, filter, &mut belief, attitude, accounts);
                 sighting = clearer(sighting, seen);
                 next += 1;
             }
-            belief.propagate(filter, after.acceleration_mps2, after.dt - done);
+            let known = if done > R::ZERO { &mut parts } else { &mut steps };
+            belief.propagate(filter, known, acceleration, dt - done);
         }
         self.dirty = self.head;
         self.computed = self.head;
         sighting
     }
 
-    /// The reading at a place of the log, if it comes after the node `number`.
-    fn entry(&self, place: usize, number: u64) -> Option<Entry<R>> {
-        let entry = *self.log.get(place)?;
-        entry.filter(|entry| entry.node == number)
+    /// Time since its node and newness of a reading of the log, if it comes after the node `number`.
+    fn entry(&self, place: usize, number: u64) -> Option<(R, bool)> {
+        let entry = self.logged(place).filter(|_| place < self.length)?;
+        (entry.node == number).then_some((entry.offset, entry.new))
     }
 
     /// Takes a reading of the log in; the first time it enters the accounts.
     fn apply(
         &mut self,
-        place: usize,
+        number: usize,
         filter: &RelativeFilter<R>,
         belief: &mut Belief<R>,
         attitude: Attitude<R>,
         accounts: &mut Accounts<R>,
     ) -> Option<DeckSighting<R>> {
-        let entry = self.log[place].as_mut()?;
+        let place = self.place(number);
+        let entry = self.log.get_mut(place)?.as_mut()?;
         let origin = &mut accounts.barometer_origin_m;
         let (fate, seen) = belief.correct(filter, &entry.reading, attitude, origin);
         if !entry.new {
@@ -376,13 +430,20 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
 
     /// Starts from a new belief at the newest node; past states and readings
     /// are dropped.
-    pub(super) fn restart(&mut self, belief: Belief<R>) {
-        let node = Node {
-            belief,
-            dt: R::ZERO,
-            ..*self.newest()
-        };
-        *self = Self::new(node);
+    #[inline(never)]
+    pub(super) fn restart(&mut self, belief: &Belief<R>) {
+        let newest = self.newest();
+        let (acceleration_mps2, attitude) = (newest.acceleration_mps2, newest.attitude);
+        for place in &mut self.log {
+            *place = None;
+        }
+        (self.start, self.length) = (0, 0);
+        (self.head, self.dirty, self.computed, self.complete) = (0, 0, 0, 0);
+        let first = &mut self.nodes[Self::slot(0)];
+        first.belief = *belief;
+        first.acceleration_mps2 = acceleration_mps2;
+        first.attitude = attitude;
+        first.dt = R::ZERO;
     }
 }
 

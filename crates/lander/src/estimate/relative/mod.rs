@@ -55,6 +55,7 @@ mod health;
 mod history;
 mod reading;
 mod settings;
+mod transition;
 
 use belief::{AP, Belief, H, P, VD, VP, VQ, VX, ZQ};
 use history::{Accounts, History, Insertion, Node, clearer};
@@ -237,7 +238,7 @@ impl<R: Real> RelativeFilter<R> {
     /// Restarts with the initial spread, after a divergence. The counts of the sensors
     /// and the attitude are kept.
     pub fn restart<const N: usize, const M: usize>(&self, state: &mut RelativeState<R, N, M>) {
-        self.restart_from(state, Belief::initial(self));
+        self.restart_from(state, &Belief::initial(self));
     }
 
     /// As [`Self::restart`], but keeps the estimated velocity of the vehicle, with the
@@ -252,7 +253,7 @@ impl<R: Real> RelativeFilter<R> {
         let velocity_mps = state.history.newest().belief.velocity();
         belief.know_velocity(velocity_mps, velocity_sd_mps);
         belief.follow(self.initial.follows_sd_mps);
-        self.restart_from(state, belief);
+        self.restart_from(state, &belief);
     }
 
     /// Forgets what a long flight without sight of the deck has correlated with its velocity, which is again that of the
@@ -266,10 +267,11 @@ impl<R: Real> RelativeFilter<R> {
             .rest_deck(self.deck.horizontal_velocity_sd_mps);
     }
 
+    #[inline(never)]
     fn restart_from<const N: usize, const M: usize>(
         &self,
         state: &mut RelativeState<R, N, M>,
-        belief: Belief<R>,
+        belief: &Belief<R>,
     ) {
         state.history.restart(belief);
         state.accounts.barometer_origin_m = None;
@@ -330,12 +332,12 @@ impl<R: Real> RelativeFilter<R> {
                 continue;
             }
             let back = reading.age_s() - self.imu.delay_s;
-            let mut insertion = state.history.insert(reading, back);
+            let mut insertion = state.history.insert(&reading, back);
             if matches!(insertion, Insertion::NoRoom) {
                 // Readings of this step fill the log. Once the states contain them, the
                 // oldest one can leave the log.
                 sighting = clearer(sighting, state.history.replay(self, accounts));
-                insertion = state.history.insert(reading, back);
+                insertion = state.history.insert(&reading, back);
             }
             let monitor = accounts.monitors.of(reading.sensor());
             match insertion {
@@ -357,7 +359,7 @@ impl<R: Real> RelativeFilter<R> {
     ) -> RelativeEstimate<R> {
         let node = state.history.newest();
         let mut belief = node.belief;
-        belief.propagate(self, node.acceleration_mps2, age_s);
+        belief.propagate(self, &mut None, node.acceleration_mps2, age_s);
         let (vertical, [x, y]) = (&belief.vertical, &belief.horizontal);
         let bias_mps2 = belief.bias();
         RelativeEstimate {
