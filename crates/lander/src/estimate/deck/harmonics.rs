@@ -99,9 +99,7 @@ impl<R: Real> Harmonics<R> {
 
     fn p(&self, i: usize, j: usize) -> R {
         let row = self.p.get(i);
-        row.and_then(|row| row.get(j))
-            .copied()
-            .unwrap_or(R::ZERO)
+        row.and_then(|row| row.get(j)).copied().unwrap_or(R::ZERO)
     }
 
     pub(super) fn frequency(&self, k: usize) -> R {
@@ -174,7 +172,11 @@ impl<R: Real> Harmonics<R> {
 
     /// Drops a harmonic.
     pub(super) fn remove(&mut self, k: usize) {
-        let Some(last) = self.count.checked_sub(1).filter(|&last| k <= last && last < MOST) else {
+        let Some(last) = self
+            .count
+            .checked_sub(1)
+            .filter(|&last| k <= last && last < MOST)
+        else {
             return;
         };
         for i in 0..3 {

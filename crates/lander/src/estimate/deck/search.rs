@@ -164,7 +164,12 @@ impl<R: Real> DeckEstimator<R> {
     /// Starts harmonics at the peaks that no harmonic follows yet. If the present
     /// harmonics do not describe the motion or leave no room, all start again.
     #[inline(never)]
-    fn start(&self, state: &mut DeckEstimatorState<R>, peaks: &[Option<Peak<R>>; MOST], count: usize) {
+    fn start(
+        &self,
+        state: &mut DeckEstimatorState<R>,
+        peaks: &[Option<Peak<R>>; MOST],
+        count: usize,
+    ) {
         // Without harmonics the offset has followed the motion. It restarts at the last
         // reading less the new harmonic.
         let (mut offset, mut variance) = (R::ZERO, self.offset_variance());

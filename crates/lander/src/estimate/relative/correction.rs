@@ -125,7 +125,9 @@ impl<R: Real> Belief<R> {
         let [x, y] = &mut self.horizontal;
         let of_x = x.innovation(P, R::ONE, position[0], variance[0]);
         let of_y = y.innovation(P, R::ONE, position[1], variance[1]);
-        let of_z = self.vertical.innovation(H, R::ONE, position[2], variance[2]);
+        let of_z = self
+            .vertical
+            .innovation(H, R::ONE, position[2], variance[2]);
         let nis = [of_x.nis(), of_y.nis(), of_z.nis()];
         if !nis.iter().all(|&nis| within_gate(filter, nis)) {
             return (Fate::Rejected, None);

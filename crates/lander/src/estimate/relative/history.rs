@@ -383,7 +383,11 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
                 sighting = clearer(sighting, seen);
                 next += 1;
             }
-            let known = if done > R::ZERO { &mut parts } else { &mut steps };
+            let known = if done > R::ZERO {
+                &mut parts
+            } else {
+                &mut steps
+            };
             belief.propagate(filter, known, acceleration, dt - done);
         }
         self.dirty = self.head;

@@ -34,7 +34,7 @@
 //! * Readings may fall between two steps; the attitude is interpolated to their time.
 //!   Readings newer than the last IMU sample (`imu.delay_s`) wait. Readings stamped more
 //!   than a step after the step's end are rejected.
-//! * A state takes 110 numbers, a reading about 18: with N = 32, M = 64 and `f64` 37 kB,
+//! * A state takes 76 numbers, a reading about 18: with N = 32, M = 64 and `f64` 29 kB,
 //!   with `f32` half of it. Computing a step again costs as much as the step.
 //!
 //! **Consistency.** A reading whose innovation lies outside the gate is ignored. The

@@ -110,11 +110,7 @@ impl<R: Real> Transition<R> {
         let qa = filter.imu.noise_density * filter.imu.noise_density;
         let qb = filter.imu.bias_walk * filter.imu.bias_walk;
         let qw = deck.horizontal_velocity_walk * deck.horizontal_velocity_walk;
-        let (mut pp, mut p_vd, mut vd_vd) = (
-            (qa + qw) * t3 * third,
-            -(qw * t2 * half),
-            qw * t,
-        );
+        let (mut pp, mut p_vd, mut vd_vd) = ((qa + qw) * t3 * third, -(qw * t2 * half), qw * t);
         // a_d' = -a_d/τ + w, of stationary variance q τ/2; a deck that does not accelerate has none.
         let (mut course, mut accelerating) = ([zero; 3], [zero; 3]);
         let sd = deck.horizontal_acceleration_sd_mps2;
