@@ -95,7 +95,8 @@ impl<R: Real> Default for VehicleNumbers<R> {
 impl<R: Real> VehicleNumbers<R> {
     /// Limits of thrust and throttle: the vehicle's greatest thrust, and a least thrust of the
     /// same share of the weight as the paper's quadrotor has (0.5 N of 13.4 N).
-    fn limits(&self) -> Limits<R> {
+    #[must_use]
+    pub fn limits(&self) -> Limits<R> {
         let standard = Limits::default();
         let mass = self.mass_kg / Self::default().mass_kg;
         Limits {

@@ -1,0 +1,143 @@
+//! Error codes, their texts, and the name of a setting that is refused.
+
+use core::ffi::{CStr, c_char};
+
+use touchdown_flight::SettingsError;
+
+use crate::memory::write;
+
+/// What a function returns. Beyond `TD_ERROR_NONE` and `TD_ERROR_SENSOR_NOT_FINITE` nothing was
+/// written but the name of a setting.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum td_error {
+    /// No error.
+    None = 0,
+    /// A value of the sensors is not finite. The step was made without it; its output holds.
+    SensorNotFinite = 1,
+    /// A pointer is null.
+    NullPointer = 2,
+    /// A pointer is not aligned for its type.
+    Misaligned = 3,
+    /// The memory is smaller than the size that is required.
+    TooSmall = 4,
+    /// The memory behind a handle has not been initialised.
+    NotInitialized = 5,
+    /// A setting is not usable; `td_setting` names it.
+    Setting = 6,
+    /// The time step is not a finite number above 0.
+    TimeStep = 7,
+    /// A number is none of its enumeration's constants.
+    UnknownValue = 8,
+    /// More than `TD_READINGS_MAX` readings in a step.
+    TooManyReadings = 9,
+    /// The simulator refuses the scenario.
+    World = 10,
+    /// The function that flies in the simulator returned an error.
+    Pilot = 11,
+}
+
+/// Size of the name of a setting, with its final zero.
+pub const TD_SETTING_NAME_SIZE: usize = 64;
+
+/// The name of the first setting that is not usable; empty without such an error.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct td_setting {
+    /// Ends with a zero.
+    pub name: [c_char; TD_SETTING_NAME_SIZE],
+}
+
+impl td_setting {
+    /// The name, cut to fit.
+    pub(crate) fn of(name: &str) -> Self {
+        let mut setting = Self {
+            name: [0; TD_SETTING_NAME_SIZE],
+        };
+        let fits = TD_SETTING_NAME_SIZE - 1;
+        for (to, from) in setting.name.iter_mut().take(fits).zip(name.bytes()) {
+            // The same byte, whether `char` of C has a sign or not.
+            *to = from as c_char;
+        }
+        setting
+    }
+}
+
+/// Why an initialisation failed.
+pub(crate) struct Refusal {
+    pub(crate) error: td_error,
+    /// The setting, if one is to blame.
+    pub(crate) setting: &'static str,
+}
+
+impl Refusal {
+    /// The code of a result; writes the setting's name where the caller wants it.
+    ///
+    /// # Safety
+    /// `setting` is null or points to memory of a `td_setting`.
+    pub(crate) unsafe fn report(result: Result<(), Self>, setting: *mut td_setting) -> td_error {
+        let refusal = result.err().unwrap_or(td_error::None.into());
+        if setting.is_null() {
+            return refusal.error;
+        }
+        // SAFETY: the caller's promise.
+        match unsafe { write(setting, td_setting::of(refusal.setting)) } {
+            Ok(()) => refusal.error,
+            Err(error) => error,
+        }
+    }
+
+    /// Of a setting by its name.
+    pub(crate) fn setting(setting: &'static str) -> Self {
+        Self {
+            error: td_error::Setting,
+            setting,
+        }
+    }
+}
+
+impl From<td_error> for Refusal {
+    fn from(error: td_error) -> Self {
+        Self { error, setting: "" }
+    }
+}
+
+impl From<SettingsError> for Refusal {
+    fn from(error: SettingsError) -> Self {
+        Self::setting(match error {
+            SettingsError::NotFinite { key, .. } | SettingsError::OutOfRange { key, .. } => key,
+            SettingsError::Order { lower_key, .. } => lower_key,
+            _ => "",
+        })
+    }
+}
+
+impl From<Result<(), td_error>> for td_error {
+    fn from(result: Result<(), td_error>) -> Self {
+        result.err().unwrap_or(Self::None)
+    }
+}
+
+/// The text of an error code, also of an unknown one. Never null; it is static.
+#[unsafe(no_mangle)]
+pub extern "C" fn td_error_text(code: u32) -> *const c_char {
+    text(code).as_ptr()
+}
+
+fn text(code: u32) -> &'static CStr {
+    match code {
+        0 => c"no error",
+        1 => c"a value of the sensors is not finite; the step was made without it",
+        2 => c"a pointer is null",
+        3 => c"a pointer is not aligned for its type",
+        4 => c"the memory is smaller than the size that is required",
+        5 => c"the memory has not been initialised",
+        6 => c"a setting is not usable; td_setting names it",
+        7 => c"the time step is not a finite number above 0",
+        8 => c"a number is none of its enumeration's constants",
+        9 => c"more readings than TD_READINGS_MAX",
+        10 => c"the simulator refuses the scenario",
+        11 => c"the function that flies in the simulator returned an error",
+        _ => c"unknown error code",
+    }
+}

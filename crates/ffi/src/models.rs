@@ -1,0 +1,426 @@
+//! Vehicle, method and models as the caller states them.
+
+use touchdown_flight::ground_effect::{
+    Empirical, GroundEffectModel, Guarded, Lag, Outside, Polynomial, Ratio, StaticMap, Validity,
+    VelocityInput,
+};
+use touchdown_flight::method::Method;
+use touchdown_flight::thrust::{
+    FirstOrder, LaggedThrottle, Library, LibraryOfRotors, StaticThrust, ThrustModel,
+};
+use touchdown_lander::models::FlightModels;
+use touchdown_lander::settings::VehicleNumbers;
+
+use crate::error::{Refusal, td_error};
+use crate::memory::{check, read, write};
+
+/// The vehicle.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct td_vehicle {
+    /// Mass, kg.
+    pub mass_kg: f32,
+    /// Acceleration of gravity, m/s^2.
+    pub gravity_mps2: f32,
+    /// Radius of a rotor, m.
+    pub rotor_radius_m: f32,
+    /// Greatest thrust of all rotors in free air, N.
+    pub greatest_thrust_n: f32,
+}
+
+/// A method of landing. The last two need an inertial unit: the landing computer alone has them.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum td_method {
+    /// Feedback without a model of the ground effect.
+    Feedback = 0,
+    /// The empirical law of height is fed forward.
+    Empirical = 1,
+    /// The identified dynamic model is fed forward.
+    Dynamic = 2,
+    /// Internal-model control, for a deck of known period.
+    Imbc = 3,
+    /// Smooth sliding control.
+    Ssc = 4,
+    /// A disturbance observer in place of a model.
+    Observer = 5,
+    /// The dynamic model and a disturbance observer.
+    DynamicObserver = 6,
+}
+
+/// Form of a thrust model: what its coefficients are, in the order of a card.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum td_thrust_form {
+    /// `first-order`, eq. (7): c0, c1, time constant in s.
+    FirstOrder = 0,
+    /// `library`, eq. (8): those of 1, x, s, s^2, x^3, s^3, exp(-x) s, sin(x) s.
+    Library = 1,
+    /// A cubic of throttle with a lag: four coefficients, time constant in s.
+    Static = 2,
+    /// A cubic of lagged throttle for the thrust: four coefficients, time constant in s.
+    LaggedThrottle = 3,
+    /// As library, then the root of the number of rotors over that of the card.
+    LibraryOfRotors = 4,
+}
+
+/// Throttle to free-air thrust.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct td_thrust_model {
+    /// A `td_thrust_form`.
+    pub form: u32,
+    /// Coefficients of the form; the rest is not used.
+    pub coefficients: [f32; 9],
+}
+
+/// Form of a ground-effect model: what its coefficients are, in the order of a card.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum td_ground_effect_form {
+    /// No ground effect.
+    None = 0,
+    /// `empirical`, eq. (2): mu, rotor radius in m, height of the rotors above the reference point in m.
+    Empirical = 1,
+    /// A static map of height: h0 to h3, three lengths in m.
+    StaticMap = 2,
+    /// `polynomial`, eq. (9): eleven coefficients.
+    Polynomial = 3,
+    /// The derivative form of the ratio: nine coefficients, three lengths in m.
+    Ratio = 4,
+    /// `lag`: h0 to h3, three lengths in m, k0, k1, time constant in s.
+    Lag = 5,
+}
+
+/// What a model returns outside of its limits of height.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum td_outside {
+    /// Its value at the limit.
+    Clamp = 0,
+    /// Less and less, down to zero.
+    Fade = 1,
+}
+
+/// The velocity of the deck that a model is given.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum td_velocity_input {
+    /// That of the deck in the world.
+    Deck = 0,
+    /// That of the deck relative to the vehicle.
+    NegativeRelative = 1,
+}
+
+/// Ground effect within its limits of validity.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct td_ground_effect {
+    /// A `td_ground_effect_form`.
+    pub form: u32,
+    /// Coefficients of the form; the rest is not used.
+    pub coefficients: [f32; 12],
+    /// Least height above the deck, m.
+    pub height_min_m: f32,
+    /// Greatest height above the deck, m.
+    pub height_max_m: f32,
+    /// Least force over thrust.
+    pub ratio_min: f32,
+    /// Greatest force over thrust.
+    pub ratio_max: f32,
+    /// A `td_outside`.
+    pub outside: u32,
+    /// A `td_velocity_input`.
+    pub velocity: u32,
+}
+
+/// The models that a controller flies with.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct td_models {
+    /// Throttle to thrust.
+    pub thrust: td_thrust_model,
+    /// Coefficient of eq. (2), for `TD_METHOD_EMPIRICAL`.
+    pub empirical_mu: f32,
+    /// Ground effect, for `TD_METHOD_DYNAMIC` and `TD_METHOD_DYNAMIC_OBSERVER`.
+    pub ground_effect: td_ground_effect,
+}
+
+impl td_vehicle {
+    pub(crate) fn standard() -> Self {
+        let numbers = VehicleNumbers::default();
+        Self {
+            mass_kg: numbers.mass_kg,
+            gravity_mps2: numbers.gravity_mps2,
+            rotor_radius_m: numbers.rotor_radius_m,
+            greatest_thrust_n: numbers.greatest_thrust_n,
+        }
+    }
+
+    pub(crate) fn numbers(&self) -> VehicleNumbers<f32> {
+        VehicleNumbers {
+            mass_kg: self.mass_kg,
+            gravity_mps2: self.gravity_mps2,
+            rotor_radius_m: self.rotor_radius_m,
+            greatest_thrust_n: self.greatest_thrust_n,
+        }
+    }
+}
+
+/// The method of a [`td_method`].
+pub(crate) fn method(number: u32) -> Result<Method, td_error> {
+    Ok(match number {
+        0 => Method::Feedback,
+        1 => Method::Empirical,
+        2 => Method::Dynamic,
+        3 => Method::Imbc,
+        4 => Method::Ssc,
+        5 => Method::Observer,
+        6 => Method::DynamicObserver,
+        _ => return Err(td_error::UnknownValue),
+    })
+}
+
+impl td_thrust_model {
+    fn new(model: &ThrustModel<f32>) -> Self {
+        let (form, coefficients) = match *model {
+            ThrustModel::FirstOrder(m) => (
+                td_thrust_form::FirstOrder,
+                [m.c0, m.c1, m.t_m_s, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            ),
+            ThrustModel::Library(m) => (td_thrust_form::Library, library(&m, 0.0)),
+            ThrustModel::Static(m) => (
+                td_thrust_form::Static,
+                cubic_with_lag(m.coefficients, m.t_m_s),
+            ),
+            ThrustModel::LaggedThrottle(m) => (
+                td_thrust_form::LaggedThrottle,
+                cubic_with_lag(m.coefficients, m.t_m_s),
+            ),
+            ThrustModel::LibraryOfRotors(m) => (
+                td_thrust_form::LibraryOfRotors,
+                library(&m.library, m.root_factor),
+            ),
+        };
+        Self {
+            form: form as u32,
+            coefficients,
+        }
+    }
+
+    pub(crate) fn model(&self) -> Result<ThrustModel<f32>, Refusal> {
+        let [c0, c1, c2, c3, c4, c5, c6, c7, c8] = self.coefficients;
+        let library = Library {
+            one: c0,
+            x: c1,
+            s: c2,
+            s2: c3,
+            x3: c4,
+            s3: c5,
+            exp_neg_x_s: c6,
+            sin_x_s: c7,
+        };
+        let model = match self.form {
+            0 => ThrustModel::FirstOrder(FirstOrder { c0, c1, t_m_s: c2 }),
+            1 => ThrustModel::Library(library),
+            2 => ThrustModel::Static(StaticThrust {
+                coefficients: [c0, c1, c2, c3],
+                t_m_s: c4,
+            }),
+            3 => ThrustModel::LaggedThrottle(LaggedThrottle {
+                coefficients: [c0, c1, c2, c3],
+                t_m_s: c4,
+            }),
+            4 => ThrustModel::LibraryOfRotors(LibraryOfRotors {
+                library,
+                root_factor: c8,
+            }),
+            _ => return Err(td_error::UnknownValue.into()),
+        };
+        model.validate()?;
+        Ok(model)
+    }
+}
+
+fn library(m: &Library<f32>, root_factor: f32) -> [f32; 9] {
+    [
+        m.one,
+        m.x,
+        m.s,
+        m.s2,
+        m.x3,
+        m.s3,
+        m.exp_neg_x_s,
+        m.sin_x_s,
+        root_factor,
+    ]
+}
+
+fn cubic_with_lag([c0, c1, c2, c3]: [f32; 4], t_m_s: f32) -> [f32; 9] {
+    [c0, c1, c2, c3, t_m_s, 0.0, 0.0, 0.0, 0.0]
+}
+
+impl td_ground_effect {
+    fn new(guarded: &Guarded<f32>) -> Self {
+        let mut coefficients = [0.0; 12];
+        let mut put = |values: &[f32]| {
+            for (to, from) in coefficients.iter_mut().zip(values) {
+                *to = *from;
+            }
+        };
+        let form = match guarded.model {
+            GroundEffectModel::None => td_ground_effect_form::None,
+            GroundEffectModel::Empirical(m) => {
+                put(&[m.mu, m.rotor_radius_m, m.rotor_offset_m]);
+                td_ground_effect_form::Empirical
+            }
+            GroundEffectModel::StaticMap(m) => {
+                let ([a, b, c, d], [e, f, g]) = (m.h, m.length_m);
+                put(&[a, b, c, d, e, f, g]);
+                td_ground_effect_form::StaticMap
+            }
+            GroundEffectModel::Polynomial(m) => {
+                put(&m.theta);
+                td_ground_effect_form::Polynomial
+            }
+            GroundEffectModel::Ratio(m) => {
+                let ([a, b, c, d, e, f, g, h, i], [j, k, l]) = (m.xi, m.length_m);
+                put(&[a, b, c, d, e, f, g, h, i, j, k, l]);
+                td_ground_effect_form::Ratio
+            }
+            GroundEffectModel::Lag(m) => {
+                let ([a, b, c, d], [e, f, g], [k0, k1]) = (m.map.h, m.map.length_m, m.k);
+                put(&[a, b, c, d, e, f, g, k0, k1, m.tau_s]);
+                td_ground_effect_form::Lag
+            }
+        };
+        let Validity {
+            height_min_m,
+            height_max_m,
+            ratio_min,
+            ratio_max,
+            outside,
+        } = guarded.validity;
+        Self {
+            form: form as u32,
+            coefficients,
+            height_min_m,
+            height_max_m,
+            ratio_min,
+            ratio_max,
+            outside: match outside {
+                Outside::Clamp => td_outside::Clamp,
+                Outside::Fade => td_outside::Fade,
+            } as u32,
+            velocity: match guarded.velocity {
+                VelocityInput::Deck => td_velocity_input::Deck,
+                VelocityInput::NegativeRelative => td_velocity_input::NegativeRelative,
+            } as u32,
+        }
+    }
+
+    fn guarded(&self) -> Result<Guarded<f32>, td_error> {
+        let [a, b, c, d, e, f, g, h, i, j, k, l] = self.coefficients;
+        let map = StaticMap {
+            h: [a, b, c, d],
+            length_m: [e, f, g],
+        };
+        let model = match self.form {
+            0 => GroundEffectModel::None,
+            1 => GroundEffectModel::Empirical(Empirical {
+                mu: a,
+                rotor_radius_m: b,
+                rotor_offset_m: c,
+            }),
+            2 => GroundEffectModel::StaticMap(map),
+            3 => GroundEffectModel::Polynomial(Polynomial {
+                theta: [a, b, c, d, e, f, g, h, i, j, k],
+            }),
+            4 => GroundEffectModel::Ratio(Ratio {
+                xi: [a, b, c, d, e, f, g, h, i],
+                length_m: [j, k, l],
+            }),
+            5 => GroundEffectModel::Lag(Lag {
+                map,
+                k: [h, i],
+                tau_s: j,
+            }),
+            _ => return Err(td_error::UnknownValue),
+        };
+        Ok(Guarded {
+            model,
+            validity: Validity {
+                height_min_m: self.height_min_m,
+                height_max_m: self.height_max_m,
+                ratio_min: self.ratio_min,
+                ratio_max: self.ratio_max,
+                outside: match self.outside {
+                    0 => Outside::Clamp,
+                    1 => Outside::Fade,
+                    _ => return Err(td_error::UnknownValue),
+                },
+            },
+            velocity: match self.velocity {
+                0 => VelocityInput::Deck,
+                1 => VelocityInput::NegativeRelative,
+                _ => return Err(td_error::UnknownValue),
+            },
+        })
+    }
+}
+
+impl td_models {
+    pub(crate) fn new(models: &FlightModels<f32>) -> Self {
+        Self {
+            thrust: td_thrust_model::new(&models.thrust),
+            empirical_mu: models.mu,
+            ground_effect: td_ground_effect::new(&models.dynamic),
+        }
+    }
+
+    /// The models; their numbers are checked with the controller that gets them.
+    pub(crate) fn models(&self) -> Result<FlightModels<f32>, Refusal> {
+        Ok(FlightModels {
+            thrust: self.thrust.model()?,
+            mu: self.empirical_mu,
+            dynamic: self.ground_effect.guarded()?,
+        })
+    }
+}
+
+/// The models that fly by default: those of the paper's quadrotor at half of the paper's ground
+/// effect.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn td_models_default(models: *mut td_models) -> td_error {
+    // SAFETY: as the crate's documentation requires of every pointer.
+    unsafe { write(models, td_models::new(&FlightModels::default())) }.into()
+}
+
+/// The models at the paper's ground effect.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn td_models_paper(models: *mut td_models) -> td_error {
+    // SAFETY: as the crate's documentation requires of every pointer.
+    unsafe { write(models, td_models::new(&FlightModels::paper())) }.into()
+}
+
+/// The throttle in [0, 1] that carries the vehicle in free air.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn td_hover_throttle(
+    vehicle: *const td_vehicle,
+    models: *const td_models,
+    throttle: *mut f32,
+) -> td_error {
+    let hover = || -> Result<(), Refusal> {
+        check(throttle)?;
+        // SAFETY: as the crate's documentation requires of every pointer.
+        let (vehicle, models) = unsafe { (read(vehicle)?, read(models)?) };
+        let weight_n = vehicle.mass_kg * vehicle.gravity_mps2;
+        if !(weight_n > 0.0 && weight_n.is_finite()) {
+            return Err(Refusal::setting("mass_kg"));
+        }
+        let found = models.thrust.model()?.throttle_for(weight_n);
+        // SAFETY: as the crate's documentation requires of every pointer.
+        Ok(unsafe { write(throttle, found) }?)
+    };
+    hover().map_err(|refusal| refusal.error).into()
+}

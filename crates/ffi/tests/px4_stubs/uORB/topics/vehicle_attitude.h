@@ -1,0 +1,5 @@
+#pragma once
+
+struct vehicle_attitude_s {
+	float q[4];
+};
