@@ -17,8 +17,8 @@ use crate::memory::{Placed, check, check_optional, fits, live, place, read, writ
 use crate::models::{method, td_method, td_models, td_vehicle};
 
 /// Size of the memory of a `td_vertical` on every target, bytes; `td_vertical_size` returns that
-/// of this one.
-pub const TD_VERTICAL_SIZE: usize = 768;
+/// of this one, which is less.
+pub const TD_VERTICAL_SIZE: usize = 512;
 /// Alignment of that memory, bytes.
 pub const TD_VERTICAL_ALIGN: usize = 8;
 

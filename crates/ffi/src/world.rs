@@ -160,12 +160,12 @@ pub unsafe extern "C" fn td_world_land_vertical(
 /// Makes the world of a case by its name, such as "paper" (`touchdown land --space --help` lists
 /// them). `td_world_free` ends it.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn td_world_new(case: *const c_char, world: *mut *mut td_world) -> td_error {
+pub unsafe extern "C" fn td_world_new(name: *const c_char, world: *mut *mut td_world) -> td_error {
     let make = || -> Result<(), td_error> {
-        check(case)?;
+        check(name)?;
         check(world)?;
         // SAFETY: the caller's text, which ends with a zero.
-        let name = unsafe { CStr::from_ptr(case) };
+        let name = unsafe { CStr::from_ptr(name) };
         let name = name.to_str().map_err(|_| td_error::World)?;
         let scenario = Case::named(name).ok_or(td_error::World)?.scenario();
         let lander = SpaceLander::new(&scenario).map_err(|_| td_error::World)?;

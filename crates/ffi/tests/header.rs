@@ -1,9 +1,8 @@
 //! The header that is checked in is the one that cbindgen prints from the sources.
 
 use std::collections::HashMap;
-use std::ffi::OsStr;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use cbindgen::{Builder, Config, DocumentationStyle, EnumConfig, Language, RenameRule, Style};
 
@@ -20,20 +19,6 @@ const BEGIN: &str = "\
  * The functions of the simulator exist where TOUCHDOWN_WORLD is defined and the library was built with its feature
  * `world`.
  */";
-
-fn sources(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            found.extend(sources(&path));
-        } else if path.extension() == Some(OsStr::new("rs")) {
-            found.push(path);
-        }
-    }
-    found.sort();
-    found
-}
 
 fn printed() -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -72,9 +57,7 @@ fn printed() -> String {
     for name in constants {
         builder = builder.include_item(name);
     }
-    for source in sources(&folder.join("src")) {
-        builder = builder.with_src(source);
-    }
+    builder = builder.with_src(folder.join("src/lib.rs"));
     let mut text = Vec::new();
     builder.generate().unwrap().write(&mut text);
     String::from_utf8(text).unwrap()

@@ -23,8 +23,8 @@ use crate::error::{Refusal, td_error, td_setting};
 use crate::memory::{Placed, check, check_optional, fits, live, place, read, write};
 
 /// Size of the memory of a `td_computer` on every target, bytes; `td_computer_size` returns that
-/// of this one.
-pub const TD_COMPUTER_SIZE: usize = 28672;
+/// of this one, which is less.
+pub const TD_COMPUTER_SIZE: usize = 30720;
 /// Alignment of that memory, bytes.
 pub const TD_COMPUTER_ALIGN: usize = 8;
 
