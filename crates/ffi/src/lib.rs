@@ -7,6 +7,7 @@
 //! | --- | --- |
 //! | `error` | error codes and their texts |
 //! | `memory` | checks of the caller's pointers; all reads and writes through them |
+//! | `refusal` | why an initialisation failed |
 //! | `models` | vehicle, thrust and ground effect as the caller states them |
 //! | `vertical` | the vertical controller |
 //! | `computer` | the landing computer |
@@ -44,6 +45,7 @@ mod computer;
 mod error;
 mod memory;
 mod models;
+mod refusal;
 mod vertical;
 #[cfg(feature = "world")]
 mod world;

@@ -11,8 +11,9 @@ use touchdown_flight::thrust::{
 use touchdown_lander::models::FlightModels;
 use touchdown_lander::settings::VehicleNumbers;
 
-use crate::error::{Refusal, td_error};
+use crate::error::td_error;
 use crate::memory::{check, read, write};
+use crate::refusal::Refusal;
 
 /// The vehicle.
 #[repr(C)]

@@ -12,9 +12,10 @@ use touchdown_flight::vertical_controller::{VerticalController, VerticalControll
 use touchdown_flight::{Command, Measurement};
 use touchdown_lander::models::FlightModels;
 
-use crate::error::{Refusal, td_error, td_setting};
+use crate::error::{td_error, td_setting};
 use crate::memory::{Placed, check, check_optional, fits, live, place, read, write};
 use crate::models::{method, td_method, td_models, td_vehicle};
+use crate::refusal::Refusal;
 
 /// Size of the memory of a `td_vertical` on every target, bytes; `td_vertical_size` returns that
 /// of this one, which is less.

@@ -1,5 +1,8 @@
 //! Calls that a C program may get wrong return an error code and write nothing; right ones fly.
 
+// The calls are those of C.
+#![allow(unsafe_code)]
+
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};
@@ -23,7 +26,7 @@ fn default<T>(fill: unsafe extern "C" fn(*mut T) -> td_error) -> T {
     }
 }
 
-const START: td_measurement = td_measurement {
+static START: td_measurement = td_measurement {
     height_m: 0.8,
     relative_velocity_mps: 0.0,
     vehicle_velocity_mps: 0.0,
@@ -380,7 +383,7 @@ fn analytic_handle_of_one_controller_is_not_one_of_the_other() {
 fn analytic_hover_throttle_is_that_of_the_model() {
     let settings = default(td_vertical_settings_default);
     let mut throttle = 0.0;
-    let mut hover = |vehicle: &td_vehicle, throttle: &mut f32| {
+    let hover = |vehicle: &td_vehicle, throttle: &mut f32| {
         // SAFETY: variables of this test.
         unsafe { td_hover_throttle(vehicle, &raw const settings.models, throttle) }
     };

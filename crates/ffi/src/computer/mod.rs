@@ -19,8 +19,9 @@ use touchdown_flight::ground_effect::{GroundEffectState, GuardedState};
 use touchdown_lander::computer::{Computer, ComputerState};
 use touchdown_lander::estimate::relative::{RangeReading, Reading};
 
-use crate::error::{Refusal, td_error, td_setting};
+use crate::error::{td_error, td_setting};
 use crate::memory::{Placed, check, check_optional, fits, live, place, read, write};
+use crate::refusal::Refusal;
 
 /// Size of the memory of a `td_computer` on every target, bytes; `td_computer_size` returns that
 /// of this one, which is less.

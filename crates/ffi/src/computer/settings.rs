@@ -5,9 +5,10 @@ use touchdown_lander::computer::Computer;
 use touchdown_lander::models::FlightModels;
 use touchdown_lander::settings::{ControlSettings, LoopTiming, SensorNumbers};
 
-use crate::error::{Refusal, td_error};
+use crate::error::td_error;
 use crate::memory::write;
 use crate::models::{method, td_method, td_models, td_vehicle};
+use crate::refusal::Refusal;
 
 /// What the estimators know of the sensors. Body axes: x forward, y left, z up.
 #[repr(C)]
