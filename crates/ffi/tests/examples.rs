@@ -1,5 +1,7 @@
 //! The examples in C and C++ are compiled, run, and compared with the same landing in Rust.
 
+#![allow(clippy::print_stderr)]
+
 use std::env::consts::OS;
 use std::ffi::OsStr;
 use std::fs;
@@ -34,7 +36,7 @@ fn compilers(names: &[&'static str]) -> Vec<&'static str> {
         })
         .collect();
     if found.is_empty() {
-        println!("skipped: none of {names:?} is on this machine");
+        eprintln!("skipped: none of {names:?} is on this machine");
     }
     found
 }
@@ -203,7 +205,7 @@ fn xval_sizes_are_those_of_rust() {
 #[test]
 fn xval_vertical_example_in_c_lands_as_in_rust() {
     if OS != "linux" {
-        println!("skipped: the libraries that a program links are those of Linux here");
+        eprintln!("skipped: the libraries that a program links are those of Linux here");
         return;
     }
     let expected = vertical_in_rust();
@@ -220,7 +222,7 @@ fn xval_vertical_example_in_c_lands_as_in_rust() {
 #[test]
 fn xval_computer_example_in_cpp_lands_as_in_rust() {
     if OS != "linux" {
-        println!("skipped: the libraries that a program links are those of Linux here");
+        eprintln!("skipped: the libraries that a program links are those of Linux here");
         return;
     }
     for case in [Case::Paper, Case::Nan] {

@@ -128,8 +128,8 @@ fn analytic_stated_sizes_hold_the_controllers() {
             TD_COMPUTER_ALIGN,
         ),
     ] {
-        println!("{size} of {stated} bytes, alignment {align} of {stated_align}");
-        assert!(size <= stated && align <= stated_align);
+        let found = format!("{size} of {stated} bytes, alignment {align} of {stated_align}");
+        assert!(size <= stated && align <= stated_align, "{found}");
     }
 }
 

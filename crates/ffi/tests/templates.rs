@@ -1,5 +1,7 @@
 //! The templates for PX4 and ArduPilot are accepted by a C++ compiler, the first against stubs of PX4's headers.
 
+#![allow(clippy::print_stderr)]
+
 use std::path::Path;
 use std::process::Command;
 
@@ -22,7 +24,7 @@ fn accepted(source: &str, includes: &[&str]) {
         command.arg("-I").arg(folder.join(include));
     }
     match command.arg(folder.join(source)).output() {
-        Err(_) => println!("skipped: g++ is not on this machine"),
+        Err(_) => eprintln!("skipped: g++ is not on this machine"),
         Ok(output) => assert!(
             output.status.success(),
             "{}",
