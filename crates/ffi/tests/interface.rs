@@ -203,9 +203,11 @@ fn analytic_bad_memory_is_refused() {
 
 #[test]
 fn analytic_unusable_settings_are_named() {
+    type Refused = (fn(&mut td_vertical_settings), td_error, &'static str);
+
     let standard = default(td_vertical_settings_default);
     let mut memory = memory();
-    let refused: [(fn(&mut td_vertical_settings), td_error, &str); 7] = [
+    let refused: [Refused; 7] = [
         (
             |s| s.vehicle.mass_kg = f32::NAN,
             td_error::Setting,
