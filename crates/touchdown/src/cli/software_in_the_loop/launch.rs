@@ -125,8 +125,8 @@ pub(super) fn px4(settings: &LaunchSettings<'_>, instance: u16) -> Result<Launch
         arguments: arguments.map(str::to_string).to_vec(),
         program,
         environment,
-        leftovers: ["lock", "sock"]
-            .map(|kind| PathBuf::from(format!("/tmp/px4_{kind}-{instance}")))
+        leftovers: ["px4_lock", "px4-sock"]
+            .map(|name| PathBuf::from(format!("/tmp/{name}-{instance}")))
             .to_vec(),
         files: Vec::new(),
         keep: settings.keep,

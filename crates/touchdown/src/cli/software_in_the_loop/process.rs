@@ -50,11 +50,17 @@ struct Scratch {
     keep: bool,
 }
 
-impl Drop for Scratch {
-    fn drop(&mut self) {
+impl Scratch {
+    fn remove(&self) {
         if !self.keep {
             let _ = std::fs::remove_dir_all(&self.path);
         }
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        self.remove();
     }
 }
 
@@ -68,10 +74,6 @@ struct Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        if let Some(guard) = &mut self.guard {
-            let _ = guard.kill();
-            let _ = guard.wait();
-        }
         // The start-up script of PX4 has children of its own: the whole group ends.
         let group = format!("-{}", self.child.id());
         let killed = Command::new("kill").args(["-KILL", "--", &group]).output();
@@ -81,6 +83,12 @@ impl Drop for Running {
         let _ = self.child.wait();
         for path in &self.leftovers {
             let _ = std::fs::remove_file(path);
+        }
+        self.scratch.remove();
+        // Last: if this command is killed before, the guard does what is left.
+        if let Some(guard) = &mut self.guard {
+            let _ = guard.kill();
+            let _ = guard.wait();
         }
     }
 }
