@@ -85,7 +85,7 @@ impl Drop for Running {
             let _ = std::fs::remove_file(path);
         }
         self.scratch.remove();
-        // Last: if this command is killed before, the guard does what is left.
+        // The guard ends last. It removes the rest if the command is killed before this line.
         if let Some(guard) = &mut self.guard {
             let _ = guard.kill();
             let _ = guard.wait();
