@@ -1,0 +1,125 @@
+//! The problems: a system, what is done to its data, and terms that its library lacks.
+
+use crate::corruption::Corruption::{self, *};
+use crate::systems::*;
+
+/// One problem.
+#[derive(Clone, Copy)]
+pub(crate) struct Problem {
+    pub(crate) system: System,
+    pub(crate) corruption: Corruption,
+    /// Terms of the truth that the library does not have.
+    pub(crate) without: &'static [&'static str],
+}
+
+impl Problem {
+    pub(crate) fn name(&self) -> String {
+        let without = match self.without {
+            [] => String::new(),
+            all => format!(", without {}", all.join(", ")),
+        };
+        format!("{}: {}{without}", self.system.name, self.corruption.name())
+    }
+
+    /// Whether the library holds the truth.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.without.is_empty()
+    }
+}
+
+const fn of(system: System, corruption: Corruption) -> Problem {
+    lacks(system, corruption, &[])
+}
+
+const fn lacks(
+    system: System,
+    corruption: Corruption,
+    without: &'static [&'static str],
+) -> Problem {
+    Problem {
+        system,
+        corruption,
+        without,
+    }
+}
+
+/// In the order of the table.
+pub(crate) const PROBLEMS: &[Problem] = &[
+    of(BRUSSELATOR, White(1.0)),
+    of(PENDULUM, White(1.0)),
+    of(FITZHUGH_NAGUMO, White(1.0)),
+    of(SIR, White(1.0)),
+    of(ROSSLER, White(1.0)),
+    of(LORENZ_96, White(1.0)),
+    of(CHUA, White(1.0)),
+    of(RIGID_BODY, White(1.0)),
+    of(SELKOV, White(1.0)),
+    of(FORCED_DUFFING, White(1.0)),
+    of(SWITCHED, White(1.0)),
+    of(LORENZ, White(0.1)),
+    of(LORENZ, WhiteEach(&[0.5, 5.0, 10.0])),
+    of(LOTKA_VOLTERRA, Proportional(2.0)),
+    of(BRUSSELATOR, Autoregressive(0.5, 2.0)),
+    of(LOTKA_VOLTERRA, Autoregressive(0.5, 2.0)),
+    of(PENDULUM, Autoregressive(0.5, 2.0)),
+    of(LORENZ, Autoregressive(0.5, 2.0)),
+    of(FITZHUGH_NAGUMO, Autoregressive(0.5, 2.0)),
+    of(CHUA, Autoregressive(0.5, 2.0)),
+    of(FORCED_DUFFING, Autoregressive(0.5, 2.0)),
+    of(RIGID_BODY, Autoregressive(0.5, 2.0)),
+    of(BRUSSELATOR, Autoregressive(0.9, 0.5)),
+    of(LOTKA_VOLTERRA, Autoregressive(0.9, 0.5)),
+    of(PENDULUM, Autoregressive(0.9, 0.5)),
+    of(LORENZ, Autoregressive(0.9, 0.5)),
+    of(VAN_DER_POL, Autoregressive(0.9, 0.5)),
+    of(ROSSLER, Autoregressive(0.9, 0.5)),
+    of(SELKOV, Autoregressive(0.9, 0.5)),
+    of(BRUSSELATOR, Walk(2.0)),
+    of(LOTKA_VOLTERRA, Walk(2.0)),
+    of(PENDULUM, Walk(2.0)),
+    of(LORENZ, Walk(2.0)),
+    of(DUFFING, Walk(2.0)),
+    of(LOTKA_VOLTERRA, HeavyTails(0.5)),
+    of(FITZHUGH_NAGUMO, HeavyTails(0.5)),
+    of(LORENZ, HeavyTails(0.5)),
+    of(SELKOV, HeavyTails(0.5)),
+    of(VAN_DER_POL, Quantised(5.0)),
+    of(LOTKA_VOLTERRA, Quantised(5.0)),
+    of(PENDULUM, Quantised(5.0)),
+    of(LORENZ, Outliers(1.0)),
+    of(BRUSSELATOR, Outliers(1.0)),
+    of(SIR, Outliers(1.0)),
+    of(LORENZ, Missing(10.0)),
+    of(FITZHUGH_NAGUMO, Missing(10.0)),
+    of(PENDULUM, Missing(10.0)),
+    of(VAN_DER_POL, Irregular(1.0)),
+    of(LOTKA_VOLTERRA, Irregular(1.0)),
+    of(ROSSLER, Irregular(1.0)),
+    of(VAN_DER_POL, Process(2.0)),
+    of(DUFFING, Process(2.0)),
+    of(LORENZ, Process(2.0)),
+    of(DOUBLE_WELL, Process(20.0)),
+    of(LOTKA_VOLTERRA, ProcessAndWhite(2.0, 1.0)),
+    of(HENON, Process(0.5)),
+    of(HENON, White(0.1)),
+    of(LOGISTIC, Process(0.5)),
+    of(LOGISTIC, White(0.1)),
+    of(DELAYED_LOGISTIC, Process(1.0)),
+    of(DELAYED_LOGISTIC, White(1.0)),
+    of(ROBERTSON, None),
+    of(ROBERTSON, White(0.1)),
+    of(GROUND_EFFECT, White(10.0)),
+    of(GROUND_EFFECT, White(20.0)),
+    of(GROUND_EFFECT, Autoregressive(0.5, 10.0)),
+    lacks(PENDULUM, White(1.0), &["sin(q)"]),
+    lacks(BRUSSELATOR, White(1.0), &["x^2*y"]),
+    lacks(VAN_DER_POL, White(1.0), &["x^2*y"]),
+    lacks(LORENZ, White(1.0), &["x*z"]),
+    lacks(DUFFING, White(1.0), &["x^3"]),
+    lacks(HOLLING, White(1.0), &["x*y/(1 + x)"]),
+    lacks(LOTKA_VOLTERRA, Autoregressive(0.5, 2.0), &["x*y"]),
+    lacks(FITZHUGH_NAGUMO, Autoregressive(0.9, 0.5), &["v^3"]),
+    lacks(RIGID_BODY, Autoregressive(0.5, 2.0), &["p*r"]),
+    lacks(SELKOV, Walk(2.0), &["x^2*y"]),
+    lacks(HENON, Process(0.5), &["x^2"]),
+];
