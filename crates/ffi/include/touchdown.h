@@ -19,7 +19,7 @@
 
 // Size of the memory of a `td_computer` on every target, bytes; `td_computer_size` returns that
 // of this one, which is less.
-#define TD_COMPUTER_SIZE 30720
+#define TD_COMPUTER_SIZE 24576
 
 // Alignment of that memory, bytes.
 #define TD_COMPUTER_ALIGN 8

@@ -35,7 +35,7 @@ impl TomlError {
             })
             .unwrap_or(Place { keys, span: None });
         let place = match unknown {
-            Some(name) => place.below(text, name),
+            Some(name) => place.below(text, name, error.span().map_or(0, |span| span.start)),
             None => place,
         };
         let start = place.span.or(error.span()).map(|span| span.start);
@@ -67,17 +67,60 @@ struct Place {
 }
 
 impl Place {
-    /// The key of that name in this table: errors in a table of several kinds only span the table.
-    fn below(self, text: &str, name: &str) -> Self {
+    /// The key of that name in this table, or else in one inside it: errors in a table of several kinds only span the table,
+    /// from byte `at`.
+    fn below(self, text: &str, name: &str, at: usize) -> Self {
         if self.keys.last().is_some_and(|last| last == name) {
             return self;
         }
-        let mut keys = self.keys.clone();
-        keys.push(name.to_owned());
         let table = DeTable::parse(text).ok();
-        table
-            .and_then(|table| at_key(table.get_ref(), &keys))
-            .unwrap_or(Self { keys, ..self })
+        let mut found =
+            table.map_or_else(Vec::new, |table| named(table.get_ref(), &self.keys, name));
+        found.sort_by_key(|place| (!place.begins_from(at), place.keys.len()));
+        found.into_iter().next().unwrap_or_else(|| Self {
+            keys: [self.keys, vec![name.to_owned()]].concat(),
+            span: self.span,
+        })
+    }
+
+    fn begins_from(&self, at: usize) -> bool {
+        self.span.as_ref().is_some_and(|span| span.start >= at)
+    }
+}
+
+/// All keys of that name in the table of dotted keys, and in tables inside it, in the order of the text.
+fn named(table: &DeTable<'_>, keys: &[String], name: &str) -> Vec<Place> {
+    let mut found = Vec::new();
+    for (key, value) in table {
+        let below = match keys.split_first() {
+            Some((first, below)) if key.get_ref() == first => below,
+            Some(_) => continue,
+            None if key.get_ref() == name => {
+                found.push(Place {
+                    keys: vec![name.to_owned()],
+                    span: Some(key.span()),
+                });
+                continue;
+            }
+            None => &[],
+        };
+        for mut place in named_inside(value, below, name) {
+            place.keys.insert(0, key.get_ref().to_string());
+            found.push(place);
+        }
+    }
+    found
+}
+
+/// The same in a table or a list of tables.
+fn named_inside(value: &Spanned<DeValue<'_>>, keys: &[String], name: &str) -> Vec<Place> {
+    match value.get_ref() {
+        DeValue::Table(table) => named(table, keys, name),
+        DeValue::Array(values) => values
+            .iter()
+            .flat_map(|value| named_inside(value, keys, name))
+            .collect(),
+        _ => Vec::new(),
     }
 }
 
@@ -248,6 +291,14 @@ mod tests {
     enum Deck {
         Still,
         Sine { amplitude_m: f64 },
+        Sines { tones: Vec<Tone> },
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[allow(dead_code)]
+    struct Tone {
+        amplitude_m: f64,
     }
 
     fn error(text: &str) -> String {
@@ -299,6 +350,18 @@ mod tests {
         assert_eq!(
             error("[deck]\nkind = \"sine\"\namplitude = 1.0\n"),
             "line 3, key `deck.amplitude`: unknown key; the nearest known key is `amplitude_m`"
+        );
+        assert_eq!(
+            error(
+                "[deck]\nkind = \"sines\"\n[[deck.tones]]\namplitude_m = 1\n[[deck.tones]]\namplitude = 1.0\n"
+            ),
+            "line 6, key `deck.tones.amplitude`: unknown key; the nearest known key is `amplitude_m`"
+        );
+        assert_eq!(
+            error(
+                "more.amplitude = 1.0\nseed = 1\n[deck]\nkind = \"sines\"\ntones = [\n  { amplitude_m = 1, amplitude = 2 },\n]\n"
+            ),
+            "line 6, key `deck.tones.amplitude`: unknown key; the nearest known key is `amplitude_m`"
         );
     }
 

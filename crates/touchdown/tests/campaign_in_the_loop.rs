@@ -5,7 +5,7 @@
 mod common;
 
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{Read as _, Write as _};
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -176,6 +176,75 @@ fn prop_neither_ctrl_c_nor_a_kill_leaves_an_autopilot() {
             nothing_is_left(folder);
         }
     }
+}
+
+/// A program that the command or its guard finds instead of the system's, because its folder comes first in `PATH`.
+fn stand_in(folder: &Path, name: &str, script: &str) {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let path = folder.join(name);
+    std::fs::write(&path, format!("#!/bin/sh\n{script}\n")).unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[test]
+fn prop_a_kill_in_the_middle_of_an_end_leaves_nothing() {
+    if common::ignores_interrupts() {
+        return;
+    }
+    let Some(python) = python() else { return };
+    let folder = prepared(&python, "px4", 1.0);
+    let folder = folder.path();
+    for pipe in ["alive", "middle", "goes_on", "removed"] {
+        let made = Command::new("mkfifo").arg(folder.join(pipe)).status();
+        assert!(made.unwrap().success());
+    }
+    // Open at both ends: no writer waits for a reader, and the end of one is not the end of all.
+    let open = |pipe: &str| {
+        let mut options = File::options();
+        let options = options.read(true).write(true);
+        options.open(folder.join(pipe)).unwrap()
+    };
+    let (mut middle, mut goes_on) = (open("middle"), open("goes_on"));
+    let mut removed = open("removed");
+    // The end of an autopilot begins with `kill`, which here says so and waits; the guard's `rm` says when it is done.
+    let programs = folder.join("programs");
+    std::fs::create_dir(&programs).unwrap();
+    let at = |name: &str| folder.join(name).display().to_string();
+    let waits = format!("echo > '{}'\nread -r _ < '{}'", at("middle"), at("goes_on"));
+    stand_in(&programs, "kill", &waits);
+    let removes = format!("/bin/rm \"$@\"\necho > '{}'", at("removed"));
+    stand_in(&programs, "rm", &removes);
+    let mut command = campaign(folder, "out", &[]);
+    let path = std::env::var("PATH").unwrap();
+    command.env("PATH", format!("{}:{path}", programs.display()));
+    command.env("PEER_ALIVE", folder.join("alive"));
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    let mut ours = command.spawn().unwrap();
+    let mut alive = File::open(folder.join("alive")).unwrap();
+    alive.read_exact(&mut [0; 2]).unwrap();
+    let pid = ours.id().to_string();
+    let signal = |signal: &str| Command::new("kill").args([signal, &pid]).status().unwrap();
+    assert!(signal("-INT").success());
+    middle.read_exact(&mut [0]).unwrap();
+    assert!(signal("-KILL").success());
+    assert_eq!(ours.wait().unwrap().code(), None);
+    // Each of the two guards removes once or more often. Without them nothing is ever said: a minute is enough to know it.
+    let (say, said) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let read = removed.read_exact(&mut [0; 2]);
+        // The test may have given up.
+        let _ = say.send(read.is_ok());
+    });
+    let removed = said.recv_timeout(std::time::Duration::from_mins(1));
+    assert_eq!(
+        removed,
+        Ok(true),
+        "no guard removed what the autopilots left"
+    );
+    nothing_is_left(folder);
+    // Those that wait in `kill` end.
+    goes_on.write_all(b"\n\n").unwrap();
 }
 
 #[test]

@@ -25,7 +25,7 @@ use crate::refusal::Refusal;
 
 /// Size of the memory of a `td_computer` on every target, bytes; `td_computer_size` returns that
 /// of this one, which is less.
-pub const TD_COMPUTER_SIZE: usize = 30720;
+pub const TD_COMPUTER_SIZE: usize = 24576;
 /// Alignment of that memory, bytes.
 pub const TD_COMPUTER_ALIGN: usize = 8;
 

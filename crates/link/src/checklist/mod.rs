@@ -80,6 +80,8 @@ pub(crate) struct Facts<'a> {
     pub(crate) hover_found: Option<f64>,
     /// Whether the autopilot reports which setpoints it follows.
     pub(crate) echoes: bool,
+    /// Whether the vehicle flies by itself or by its pilot, so that its hover can be measured.
+    pub(crate) flies: bool,
     /// The companion's own camera.
     pub(crate) camera: Option<&'a CameraWatch>,
 }
@@ -234,6 +236,11 @@ impl Facts<'_> {
                 );
                 (verdict, sentence)
             }
+            // Control before the measurement would take a wrong mass or card for granted.
+            (None, Some(_)) if self.echoes && self.flies => (
+                Verdict::Waiting,
+                "is being measured: let the vehicle hover for three seconds.".to_string(),
+            ),
             _ => (
                 Verdict::Warning,
                 "not measured: let the vehicle hover for three seconds, with ATTITUDE_TARGET on the link.".to_string(),

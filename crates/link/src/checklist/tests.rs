@@ -65,6 +65,7 @@ fn facts(autopilot: Autopilot, parameters: &Parameters) -> Facts<'_> {
             0.35
         }),
         echoes: true,
+        flies: true,
         camera: None,
         rates_hz: Some([100.0, 100.0, 50.0, 30.0, 20.0]),
         sync: Some(SyncReport {
@@ -192,11 +193,14 @@ fn analytic_angle_boost_is_undone_by_the_cosine_of_the_tilt() {
 #[test]
 fn prop_a_weight_that_does_not_fit_the_card_is_refused() {
     let values = px4();
-    for (found, verdict) in [
-        (Some(0.51), Verdict::Good),
-        (Some(0.6), Verdict::Warning),
-        (Some(0.7), Verdict::Refused),
-        (None, Verdict::Warning),
+    for (found, echoes, flies, verdict) in [
+        (Some(0.51), true, true, Verdict::Good),
+        (Some(0.6), true, true, Verdict::Warning),
+        (Some(0.7), true, true, Verdict::Refused),
+        // On the ground it is unknown, and without reports it stays so. In the air it is measured before control.
+        (None, true, false, Verdict::Warning),
+        (None, false, true, Verdict::Warning),
+        (None, true, true, Verdict::Waiting),
     ] {
         let parameters = sent(Autopilot::Px4, &values);
         let settings = FlightSettings::default();
@@ -210,7 +214,8 @@ fn prop_a_weight_that_does_not_fit_the_card_is_refused() {
             battery: None,
             hover_throttle: 0.5,
             hover_found: found,
-            echoes: false,
+            echoes,
+            flies,
             camera: None,
         });
         let item = list

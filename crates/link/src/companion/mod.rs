@@ -461,6 +461,7 @@ impl Companion {
             hover_throttle: self.hover_throttle,
             hover_found: self.echo.hover(),
             echoes: self.echo.heard(),
+            flies: self.flies(&vehicle),
             camera: self.camera.as_ref(),
         });
         self.checklist.verdict()

@@ -220,15 +220,20 @@ impl Companion {
         }
     }
 
+    /// Whether the vehicle is in the air and does not follow setpoints.
+    pub(super) fn flies(&self, vehicle: &Vehicle) -> bool {
+        let airborne = self.inbox.range_m().is_some_and(|range| range > AIRBORNE_M);
+        vehicle.armed && !vehicle.following && airborne
+    }
+
     /// The autopilot reports the thrust that it follows.
     fn echoed(&mut self, thrust: f64) {
         let (Some(vehicle), now) = (self.vehicle, self.times.now) else {
             return;
         };
         self.echo.hears(thrust, now);
-        let airborne = self.inbox.range_m().is_some_and(|range| range > AIRBORNE_M);
         let fresh = self.inbox.age_s(Source::Imu, now) < self.settings.limits.stale_s;
-        if vehicle.armed && !vehicle.following && airborne && fresh {
+        if self.flies(&vehicle) && fresh {
             let gravity = self.settings.vehicle.gravity_mps2;
             self.echo.hovers(thrust, self.inbox.force_mps2() / gravity);
         }

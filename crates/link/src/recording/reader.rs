@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use mcap::read::{LinearReader, Options};
 use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{MAGIC, McapError, McapResult, parse_record};
 
 use super::{
     CAMERA, FLIGHT, SENT, SET_PARAMETERS, SIGNED_LINK, SIGNED_START, TAKE_CONTROL, TOPICS,
@@ -46,6 +47,43 @@ pub struct Recording {
     pub cut_off: bool,
 }
 
+/// The records of a file, whose sum is checked at the end of the data.
+struct Records<'a> {
+    rest: &'a [u8],
+    reader: LinearReader,
+}
+
+impl<'a> Records<'a> {
+    fn of(bytes: &'a [u8]) -> Self {
+        let options = LinearReaderOptions::default()
+            .with_record_length_limit(bytes.len())
+            .with_skip_end_magic(true)
+            .with_emit_chunks(true)
+            .with_validate_data_section_crc(true);
+        Self {
+            rest: bytes,
+            reader: LinearReader::new_with_options(options),
+        }
+    }
+
+    fn next(&mut self) -> McapResult<Option<Record<'static>>> {
+        while let Some(event) = self.reader.next_event() {
+            match event? {
+                LinearReadEvent::ReadRequest(need) => {
+                    let (now, rest) = self.rest.split_at(need.min(self.rest.len()));
+                    self.reader.insert(now.len()).copy_from_slice(now);
+                    self.reader.notify_read(now.len());
+                    self.rest = rest;
+                }
+                LinearReadEvent::Record { opcode, data } => {
+                    return Ok(Some(parse_record(opcode, data)?.into_owned()));
+                }
+            }
+        }
+        Ok(None)
+    }
+}
+
 impl Recording {
     /// The operator's permissions.
     ///
@@ -75,22 +113,32 @@ impl Recording {
     /// Reads a recording. One without an end is read as far as it goes.
     ///
     /// # Errors
-    /// A file that cannot be read, or is no recording of a flight.
+    /// A file that cannot be read, is no recording of a flight, or has an end but other bytes than were written.
     pub fn read(path: &Path) -> Result<Self, LinkError> {
         let failed = |reason: String| LinkError::Recording {
             path: path.to_owned(),
             reason,
         };
         let bytes = std::fs::read(path).map_err(|e| failed(e.to_string()))?;
-        let records = LinearReader::new_with_options(&bytes, Options::IgnoreEndMagic.into())
-            .map_err(|e| failed(e.to_string()))?;
+        let mut records = Records::of(&bytes);
         let mut flight = None;
         let mut topics = BTreeMap::new();
         let mut entries = Vec::new();
         let mut cut_off = true;
-        for record in records {
-            // Whatever follows a record that is not whole was not written whole either.
-            let Ok(record) = record else { break };
+        loop {
+            let record = match records.next() {
+                Ok(Some(record)) => record,
+                Ok(None) => break,
+                // The index behind the end of the data is not needed.
+                Err(_) if !cut_off => break,
+                // A kill ends the file within a record. Whatever follows was not written either.
+                Err(McapError::UnexpectedEof) if !bytes.ends_with(MAGIC) => break,
+                Err(error) => {
+                    return Err(failed(format!(
+                        "expected the bytes that the flight wrote, found a damaged file: {error}"
+                    )));
+                }
+            };
             match record {
                 Record::Metadata(metadata) if metadata.name == FLIGHT => flight = Some(metadata),
                 Record::Channel(channel) => {

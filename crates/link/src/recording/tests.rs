@@ -93,3 +93,40 @@ fn prop_a_recording_that_is_cut_anywhere_is_read_as_far_as_it_goes() {
     }
     assert_eq!(before, 40);
 }
+
+#[test]
+fn prop_a_flipped_bit_is_damage_and_no_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.mcap");
+    let settings = FlightSettings::default();
+    let mut recorder = Recorder::create(&path, &settings, &Session::default()).unwrap();
+    for tick in 0..40 {
+        recorder
+            .write(tick, Event::Received(&bytes()), &[])
+            .unwrap();
+    }
+    recorder.finish().unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    let read = Recording::read(&path).unwrap();
+    let (mut damaged, mut tried) = (0, 0);
+    // A step without a common factor with the length of a record, and another bit each time.
+    for place in (0..whole.len()).step_by(61) {
+        let mut bytes = whole.clone();
+        bytes[place] ^= 1 << (place % 8);
+        std::fs::write(&path, &bytes).unwrap();
+        tried += 1;
+        match Recording::read(&path) {
+            // In the index: the data are whole.
+            Ok(again) => assert_eq!(
+                (again.entries, again.cut_off),
+                (read.entries.clone(), false)
+            ),
+            Err(error) => {
+                damaged += 1;
+                let text = error.to_string();
+                assert!(text.contains("a damaged file"), "{text}");
+            }
+        }
+    }
+    assert!(damaged > tried / 2, "{damaged} of {tried}");
+}

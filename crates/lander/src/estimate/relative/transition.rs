@@ -240,3 +240,128 @@ impl<R: Real> Transition<R> {
         ];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::gaussian::Gaussian;
+
+    type Dense<const N: usize> = [[f64; N]; N];
+
+    /// Some symmetric matrix without a zero.
+    fn symmetric<const T: usize>() -> [f64; T] {
+        core::array::from_fn(|k| 0.3 + (1.7 * k as f64).sin())
+    }
+
+    fn dense<const N: usize, const T: usize>(g: &Gaussian<f64, N, T>) -> Dense<N> {
+        core::array::from_fn(|i| core::array::from_fn(|j| g.covariance(i, j)))
+    }
+
+    /// `F P Fᵀ + Q` and `F x + u` by all products, against what was found.
+    fn compare<const N: usize>(
+        f: &Dense<N>,
+        [before, found]: [&Dense<N>; 2],
+        q: impl Fn(usize, usize) -> f64,
+        [x, u, moved]: [&[f64; N]; 3],
+    ) {
+        for i in 0..N {
+            let mean: f64 = (0..N).map(|k| f[i][k] * x[k]).sum::<f64>() + u[i];
+            // Some roundings of sums of numbers of order one.
+            assert!((moved[i] - mean).abs() < 1e-13, "{i}");
+            for j in 0..N {
+                let mut sum = q(i.min(j), i.max(j));
+                for (k, row) in before.iter().enumerate() {
+                    sum += row
+                        .iter()
+                        .zip(&f[j])
+                        .map(|(p, b)| f[i][k] * p * b)
+                        .sum::<f64>();
+                }
+                assert!(
+                    (found[i][j] - sum).abs() < 1e-13,
+                    "{i} {j}: {} {sum}",
+                    found[i][j]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn analytic_sparse_products_are_the_dense_ones() {
+        let mut filter = RelativeFilter::<f64>::default();
+        filter.deck.horizontal_acceleration_sd_mps2 = 0.7;
+        filter.imu.noise_density = 0.4;
+        filter.imu.bias_walk = 0.3;
+        let (t, a) = (0.37, 1.3);
+        let of = Transition::new(&filter, t);
+        let s = of.half_t2;
+
+        let ([mv, ma], [vv, va, av, aa]) = (of.moved, of.deck);
+        let f = [
+            [1.0, t, -mv, -ma, -s, 0.0],
+            [0.0, 1.0, 0.0, 0.0, -t, 0.0],
+            [0.0, 0.0, vv, va, 0.0, 0.0],
+            [0.0, 0.0, av, aa, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+            [0.0, t, 0.0, 0.0, -s, 1.0],
+        ];
+        let mut g = Vertical::<f64>::from_sd([1.0; 6]);
+        (g.mean, g.covariance) = ([0.3, -1.2, 0.8, 0.5, 0.1, 2.0], symmetric());
+        let (x, before) = (g.mean, dense(&g));
+        of.vertical(&mut g, a);
+        let places = [
+            (0, 0),
+            (0, 1),
+            (0, 2),
+            (0, 3),
+            (0, 5),
+            (1, 1),
+            (1, 5),
+            (2, 2),
+            (2, 3),
+            (3, 3),
+            (4, 4),
+            (5, 5),
+        ];
+        let noise = |i, j| {
+            places
+                .iter()
+                .position(|&at| at == (i, j))
+                .map_or(0.0, |k| of.vertical[k])
+        };
+        let u = [a * s, a * t, 0.0, 0.0, 0.0, a * s];
+        compare(&f, [&before, &dense(&g)], noise, [&x, &u, &g.mean]);
+
+        let [kept, faster, farther] = of.course;
+        let f = [
+            [1.0, t, -t, -s, -farther],
+            [0.0, 1.0, 0.0, -t, 0.0],
+            [0.0, 0.0, 1.0, 0.0, faster],
+            [0.0, 0.0, 0.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0, 0.0, kept],
+        ];
+        let mut g = Horizontal::<f64>::from_sd([1.0; 5]);
+        (g.mean, g.covariance) = ([0.3, -1.2, 0.8, 0.1, 0.5], symmetric());
+        let (x, before) = (g.mean, dense(&g));
+        of.horizontal(&mut g, a);
+        let places = [
+            (0, 0),
+            (0, 1),
+            (0, 2),
+            (0, 4),
+            (1, 1),
+            (2, 2),
+            (2, 4),
+            (3, 3),
+            (4, 4),
+        ];
+        let noise = |i, j| {
+            places
+                .iter()
+                .position(|&at| at == (i, j))
+                .map_or(0.0, |k| of.horizontal[k])
+        };
+        let u = [a * s, a * t, 0.0, 0.0, 0.0];
+        compare(&f, [&before, &dense(&g)], noise, [&x, &u, &g.mean]);
+    }
+}

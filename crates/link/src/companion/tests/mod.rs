@@ -17,6 +17,8 @@ use mavlink::dialects::common::*;
 const PX4: MavAutopilot = MavAutopilot::MAV_AUTOPILOT_PX4;
 const OFFBOARD: u32 = 6 << 16;
 const POSITION: u32 = 3 << 16;
+/// Message id of the setpoints that the autopilot follows.
+const ATTITUDE_TARGET: u32 = 83;
 /// The autopilot started 5 s before the companion.
 const AHEAD_US: u64 = 5_000_000;
 

@@ -34,6 +34,24 @@ fn prop_a_good_checklist_and_a_known_deck_make_the_companion_ready() {
 }
 
 #[test]
+fn prop_in_the_air_control_waits_until_the_weight_is_measured() {
+    let mut bench = Bench::new();
+    bench.mute.push(ATTITUDE_TARGET);
+    bench.becomes_ready();
+    bench.mute.clear();
+    // Reports came for 2 s: a pilot who switches now is refused.
+    bench.run(2.0);
+    assert_eq!(bench.companion.stage(), Stage::Checking);
+    // Who follows setpoints already is not measured, and gets none.
+    bench.mode = OFFBOARD;
+    bench.run(1.5);
+    assert_eq!(bench.companion.stage(), Stage::Checked);
+    bench.mode = POSITION;
+    bench.run(3.0);
+    assert_eq!(bench.companion.stage(), Stage::Ready);
+}
+
+#[test]
 fn prop_no_setpoint_while_disarmed_or_refused_or_blind() {
     let cases: [(&str, Fault, Stage); 6] = [
         ("disarmed", |b| b.armed = false, Stage::Checked),
@@ -88,7 +106,8 @@ fn prop_a_vehicle_that_follows_already_gets_no_setpoint_before_another_switch() 
         let said = bench.companion.take_notes().join("\n");
         assert!(said.contains("until the pilot leaves OFFBOARD"), "{said}");
         bench.mode = POSITION;
-        bench.run(2.0);
+        // The weight is measured once the vehicle does not follow setpoints.
+        bench.run(5.0);
         assert_eq!(bench.companion.stage(), Stage::Ready);
         bench.mode = OFFBOARD;
         bench.run(1.0);

@@ -73,9 +73,9 @@ impl Failure {
         error: LinkError,
     ) -> Self {
         let silent = matches!(&error, LinkError::Link { source, .. } if source.kind() == ErrorKind::TimedOut);
-        let ended = process.is_some_and(AutopilotProcess::has_ended);
+        let ended = process.and_then(AutopilotProcess::ended);
         Self::Autopilot {
-            cause: if silent && !ended {
+            cause: if silent && ended.is_none() {
                 Cause::AutopilotSilent
             } else {
                 Cause::AutopilotEnded
@@ -85,7 +85,13 @@ impl Failure {
                 Some(process) => Error::data(
                     "the autopilot",
                     "an autopilot that flies",
-                    format!("{error}; it printed last:\n{}", process.last_words()),
+                    format!(
+                        "{}; it printed last:\n{}",
+                        ended.map_or(error.to_string(), |how| format!(
+                            "its process ended by itself ({how})"
+                        )),
+                        process.last_words()
+                    ),
                 ),
                 None => error.into(),
             },

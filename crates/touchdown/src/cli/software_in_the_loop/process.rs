@@ -162,11 +162,18 @@ impl AutopilotProcess {
         lines[lines.len().saturating_sub(SHOWN)..].join("\n")
     }
 
-    /// Whether it has ended by itself.
-    pub(super) fn has_ended(&self) -> bool {
-        self.running()
+    /// How it has ended by itself, if it has.
+    pub(super) fn ended(&self) -> Option<String> {
+        match self
+            .running()
             .as_mut()
-            .is_none_or(|running| !matches!(running.child.try_wait(), Ok(None)))
+            .map(|running| running.child.try_wait())
+        {
+            Some(Ok(None)) => None,
+            Some(Ok(Some(status))) => Some(status.to_string()),
+            Some(Err(error)) => Some(error.to_string()),
+            None => Some("it was stopped".to_owned()),
+        }
     }
 
     fn running(&self) -> MutexGuard<'_, Option<Running>> {

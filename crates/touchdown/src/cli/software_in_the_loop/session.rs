@@ -111,7 +111,7 @@ impl<'a> Session<'a> {
     ) -> Attempt<Self> {
         let asked = Instant::now();
         let process = participants.process;
-        let given_up = || process.is_some_and(|p| p.has_ended() || asked.elapsed() > CONNECT);
+        let given_up = || process.is_some_and(|p| p.ended().is_some() || asked.elapsed() > CONNECT);
         let Some((link, motors)) = opening.connect(given_up)? else {
             return Err(Failure::of_autopilot(
                 process,
