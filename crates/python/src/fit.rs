@@ -1,0 +1,262 @@
+//! The automatic call, and fits by a given solver.
+
+use numpy::PyReadonlyArray2;
+use pyo3::prelude::*;
+use serde::Serialize;
+use sindy::identify::{Candidate, Choice, Equation, Settings};
+use sindy::model::{Interpolation, Term, Time};
+use sindy::statistics::gram::Accumulate;
+use sindy::{
+    BlockSource, Fit, Gram, Identification, Identify, Outcome, Samples, SindyError, Solver,
+    WeakForm,
+};
+
+use crate::arrays::{Columns, views};
+use crate::error;
+use crate::library::Library;
+use crate::model::Model;
+use crate::run;
+use crate::slopes::{Given, WEIGHT, dataset, samples, slope, smoothing};
+use crate::solver::Description;
+
+/// What an identification says beside its model.
+#[derive(Serialize)]
+struct Said<'a> {
+    equations: &'a [Equation],
+    choice: &'a Choice,
+    candidates: &'a [Candidate],
+    outcome: Outcome,
+    inputs_between: &'a [Interpolation],
+    warnings: &'a [String],
+    data: sindy::data::dataset::DataReport,
+}
+
+/// What a solver says of one equation.
+#[derive(Serialize)]
+struct Solved {
+    coefficients: Vec<f64>,
+    residual_sum: f64,
+    outcome: Outcome,
+    iterations: usize,
+    rows: usize,
+    skipped: usize,
+}
+
+/// The task of a fit by a given solver.
+struct Task {
+    states: Vec<String>,
+    inputs: Vec<String>,
+    libraries: Vec<sindy::Library>,
+    solver: Description,
+    time: Time,
+}
+
+impl Task {
+    fn new(
+        states: Vec<String>,
+        inputs: Vec<String>,
+        libraries: &[PyRef<'_, Library>],
+        solver_json: &str,
+        period: Option<f64>,
+    ) -> PyResult<Self> {
+        let solver =
+            serde_json::from_str(solver_json).map_err(|e| error::settings("solver", &e))?;
+        Ok(Self {
+            libraries: per_state(libraries, states.len())?,
+            states,
+            inputs,
+            solver,
+            time: period.map_or(Time::Continuous, |period| Time::Discrete { period }),
+        })
+    }
+
+    /// Solves every equation, given its statistics.
+    fn solve(&self, grams: &[Gram]) -> Result<(sindy::Model, String), SindyError> {
+        let solver: Box<dyn Solver> = self.solver.build()?;
+        let mut equations = Vec::new();
+        let mut solved = Vec::new();
+        for (gram, library) in grams.iter().zip(&self.libraries) {
+            let fit: Fit = solver.fit(gram)?;
+            let coefficients = fit.coefficients.as_slice().to_vec();
+            equations.push(Term::of_library(library, &coefficients)?);
+            solved.push(Solved {
+                coefficients,
+                residual_sum: fit.residual_sum,
+                outcome: fit.outcome,
+                iterations: fit.iterations,
+                rows: gram.rows,
+                skipped: gram.skipped,
+            });
+        }
+        let model = sindy::Model::new(self.time, &self.states, &self.inputs, equations)?;
+        Ok((model, json(&solved)?))
+    }
+
+    /// The statistics of every equation, in one pass where they share a library.
+    fn grams(
+        &self,
+        targets: &[String],
+        weights: Option<&str>,
+        source: &dyn BlockSource,
+    ) -> Result<Vec<Gram>, SindyError> {
+        let targets: Vec<&str> = targets.iter().map(String::as_str).collect();
+        let of = |library: &sindy::Library, targets: &[&str]| {
+            let mut how = Accumulate::new(library, targets[0]);
+            if let Some(column) = weights {
+                how = how.weights(column);
+            }
+            let all = how.targets(targets, source)?;
+            Ok(all
+                .iter()
+                .map(|groups| Gram::total(groups))
+                .collect::<Vec<_>>())
+        };
+        let first = &self.libraries[0];
+        if self.libraries.iter().all(|l| l.names() == first.names()) {
+            return of(first, &targets);
+        }
+        let each = self.libraries.iter().zip(&targets);
+        let grams: Result<Vec<_>, SindyError> = each.map(|(l, t)| of(l, &[*t])).collect();
+        Ok(grams?.concat())
+    }
+}
+
+/// A library for each state.
+fn per_state(libraries: &[PyRef<'_, Library>], states: usize) -> PyResult<Vec<sindy::Library>> {
+    let all: Vec<_> = libraries.iter().map(|l| l.terms.clone()).collect();
+    match all.len() {
+        1 => Ok(vec![all[0].clone(); states]),
+        n if n == states && n > 0 => Ok(all),
+        n => {
+            let expected = format!("one, or one for each of {states} states");
+            let message = format!("libraries: expected {expected}, found {n}");
+            Err(error::fault(message, "library", &expected, &n.to_string()))
+        }
+    }
+}
+
+fn json(value: &impl Serialize) -> Result<String, SindyError> {
+    serde_json::to_string(value).map_err(|e| SindyError::Json {
+        reason: e.to_string(),
+    })
+}
+
+/// The automatic call: a model and, in JSON, all that the identification says of it.
+#[pyfunction]
+#[pyo3(signature = (states, inputs, trajectories, libraries, settings_json, jobs=None))]
+pub(crate) fn identify(
+    py: Python<'_>,
+    states: Vec<String>,
+    inputs: Vec<String>,
+    trajectories: Vec<Given<'_>>,
+    libraries: Vec<PyRef<'_, Library>>,
+    settings_json: &str,
+    jobs: Option<usize>,
+) -> PyResult<(Model, String)> {
+    let settings: Settings =
+        serde_json::from_str(settings_json).map_err(|e| error::settings("settings", &e))?;
+    let data = dataset(&states, &inputs, &trajectories).map_err(|e| error::of(&e))?;
+    let call = Identify::per_equation(per_state(&libraries, states.len())?)
+        .settings(settings)
+        .map_err(|e| error::of(&e))?;
+    let (model, said) = run::owned(py, jobs, move |cancel| {
+        let found: Identification = call.run(&data, &mut |_| cancel.heed())?;
+        let said = json(&Said {
+            equations: &found.equations,
+            choice: &found.choice,
+            candidates: &found.candidates,
+            outcome: found.outcome,
+            inputs_between: &found.inputs_between,
+            warnings: &found.warnings,
+            data: found.data,
+        })?;
+        Ok((found.model, said))
+    })?;
+    Ok((Model { model }, said))
+}
+
+/// A fit by a solver of given targets. Each group holds arrays with as many rows; their columns stand for the states, the
+/// inputs, the targets (one for each state), and the weights if there are any. The arrays are read where they are.
+#[pyfunction]
+#[pyo3(signature = (states, inputs, groups, weighted, libraries, solver_json, period=None, jobs=None))]
+#[expect(clippy::too_many_arguments, reason = "keywords of one Python function")]
+pub(crate) fn fit_columns(
+    py: Python<'_>,
+    states: Vec<String>,
+    inputs: Vec<String>,
+    groups: Vec<Vec<PyReadonlyArray2<'_, f64>>>,
+    weighted: bool,
+    libraries: Vec<PyRef<'_, Library>>,
+    solver_json: &str,
+    period: Option<f64>,
+    jobs: Option<usize>,
+) -> PyResult<(Model, String)> {
+    let task = Task::new(states, inputs, &libraries, solver_json, period)?;
+    let targets: Vec<String> = task.states.iter().map(|s| slope(s)).collect();
+    let mut names = [&task.states[..], &task.inputs, &targets].concat();
+    if weighted {
+        names.push(WEIGHT.to_owned());
+    }
+    let groups_seen = views(&groups);
+    let (model, said) = run::borrowed(py, jobs, |cancel| {
+        let source = Columns::new(names, groups_seen, cancel)?;
+        let grams = task.grams(&targets, weighted.then_some(WEIGHT), &source)?;
+        task.solve(&grams)
+    })?;
+    Ok((Model { model }, said))
+}
+
+/// A fit by a solver of slopes that are made from the states.
+#[pyfunction]
+#[pyo3(signature = (states, inputs, trajectories, libraries, smoothing_json, solver_json, jobs=None))]
+#[expect(clippy::too_many_arguments, reason = "keywords of one Python function")]
+pub(crate) fn fit_slopes(
+    py: Python<'_>,
+    states: Vec<String>,
+    inputs: Vec<String>,
+    trajectories: Vec<Given<'_>>,
+    libraries: Vec<PyRef<'_, Library>>,
+    smoothing_json: &str,
+    solver_json: &str,
+    jobs: Option<usize>,
+) -> PyResult<(Model, String)> {
+    let how = smoothing(smoothing_json)?;
+    let data = dataset(&states, &inputs, &trajectories).map_err(|e| error::of(&e))?;
+    let task = Task::new(states, inputs, &libraries, solver_json, None)?;
+    let targets: Vec<String> = task.states.iter().map(|s| slope(s)).collect();
+    let (model, said) = run::owned(py, jobs, move |cancel| {
+        let samples: Samples = samples(how, &data, &|| cancel.heed())?;
+        cancel.heed();
+        let grams = task.grams(&targets, Some(WEIGHT), &samples)?;
+        task.solve(&grams)
+    })?;
+    Ok((Model { model }, said))
+}
+
+/// A fit by a solver in the weak form, its half-width from the data.
+#[pyfunction]
+#[pyo3(signature = (states, inputs, trajectories, libraries, solver_json, jobs=None))]
+pub(crate) fn fit_weak(
+    py: Python<'_>,
+    states: Vec<String>,
+    inputs: Vec<String>,
+    trajectories: Vec<Given<'_>>,
+    libraries: Vec<PyRef<'_, Library>>,
+    solver_json: &str,
+    jobs: Option<usize>,
+) -> PyResult<(Model, String)> {
+    let data = dataset(&states, &inputs, &trajectories).map_err(|e| error::of(&e))?;
+    let task = Task::new(states, inputs, &libraries, solver_json, None)?;
+    let (model, said) = run::owned(py, jobs, move |cancel| {
+        let samples = data.samples()?;
+        let mut grams = Vec::new();
+        for (library, state) in task.libraries.iter().zip(&task.states) {
+            cancel.heed();
+            let system =
+                WeakForm::default().system(library, sindy::Dataset::TIME, &[state], &samples)?;
+            grams.push(system.total(0));
+        }
+        task.solve(&grams)
+    })?;
+    Ok((Model { model }, said))
+}

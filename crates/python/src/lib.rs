@@ -1,0 +1,51 @@
+//! The Python module `sindy._native`: what the packages `sindy` and `touchdown` call.
+//!
+//! It converts between NumPy and the library, and nothing else: no numerics, no defaults of its own. Structured values
+//! (settings, solvers, what an identification says of itself) cross as JSON, arrays as arrays.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | `error` | errors of the library as Python exceptions |
+//! | `run` | long calls: without the interpreter's lock, with Ctrl-C, with a number of threads |
+//! | `arrays` | NumPy arrays as a source of blocks, read where they are |
+//! | `library` | candidate terms |
+//! | `solver` | sparse solvers from their description |
+//! | `slopes` | smoothed states and slopes |
+//! | `fit` | the automatic call, and fits by a given solver |
+//! | `model` | models: predict, simulate, write |
+
+#![expect(
+    clippy::needless_pass_by_value,
+    reason = "PyO3 hands most arguments over by value"
+)]
+
+mod arrays;
+mod error;
+mod fit;
+mod library;
+mod model;
+mod run;
+mod slopes;
+mod solver;
+
+use pyo3::prelude::*;
+
+/// The module.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::fit::{fit_columns, fit_slopes, fit_weak, identify};
+    #[pymodule_export]
+    use crate::library::Library;
+    #[pymodule_export]
+    use crate::model::Model;
+    #[pymodule_export]
+    use crate::slopes::slopes;
+
+    use super::{Bound, PyModule, PyModuleMethods, PyResult};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,31 @@
+"""Differential equations with few terms from measured trajectories.
+
+>>> import numpy as np, sindy
+>>> t = np.arange(0.0, 10.0, 0.01)
+>>> x = np.column_stack([np.cos(t), -np.sin(t)])  # x' = y, y' = -x
+>>> model = sindy.SINDy("poly(1)", states=["x", "y"]).fit(x, t)
+>>> model.print()
+x' = 1.00*y
+y' = -1.00*x
+"""
+
+from ._errors import InternalError, SindyError, SindyWarning
+from ._library import Library
+from ._model import Run, SINDy
+from ._native import __version__
+from ._solvers import SR3, STLSQ, BestSubset, Solver, Stepwise
+
+__all__ = [
+    "SINDy",
+    "Library",
+    "STLSQ",
+    "SR3",
+    "Stepwise",
+    "BestSubset",
+    "Solver",
+    "Run",
+    "SindyError",
+    "SindyWarning",
+    "InternalError",
+    "__version__",
+]

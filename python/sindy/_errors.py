@@ -1,0 +1,50 @@
+"""Errors and warnings."""
+
+from __future__ import annotations
+
+
+class SindyError(ValueError):
+    """A fault of the input or the settings.
+
+    Attributes
+    ----------
+    key : str
+        What is wrong: a setting, an argument, a column.
+    expected : str
+        What is allowed there.
+    found : str
+        What was given.
+
+    Examples
+    --------
+    >>> import numpy as np, sindy
+    >>> try:
+    ...     sindy.SINDy(solver=sindy.STLSQ(threshold=-1.0)).fit(np.ones((9, 1)), 0.1)
+    ... except sindy.SindyError as error:
+    ...     print(error.key, "|", error.expected, "|", error.found)
+    threshold | a finite number, at least 0 | -1
+    """
+
+    def __init__(
+        self, message: str, key: str = "", expected: str = "", found: str = ""
+    ) -> None:
+        super().__init__(message)
+        self.key = key
+        self.expected = expected
+        self.found = found
+
+    def __reduce__(self) -> tuple[type[SindyError], tuple[str, str, str, str]]:
+        return type(self), (str(self), self.key, self.expected, self.found)
+
+
+class InternalError(RuntimeError):
+    """A defect of the library itself, not a fault of the caller."""
+
+
+class SindyWarning(UserWarning):
+    """What a user should know of a fit."""
+
+
+def fault(key: str, expected: str, found: object) -> SindyError:
+    """The error of a fault in one argument."""
+    return SindyError(f"`{key}`: expected {expected}, found {found}", key, expected, str(found))

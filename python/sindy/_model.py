@@ -1,0 +1,464 @@
+"""The estimator."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+
+from . import _export, _native
+from ._data import Array, Data, Given, collect, matrix, table
+from ._errors import SindyError, SindyWarning, fault
+from ._library import Library, libraries
+from ._sklearn import Estimator
+from ._solvers import BestSubset, Solver
+
+Method = Literal["automatic", "output_error", "regression"]
+Self = TypeVar("Self", bound="SINDy")
+
+
+@dataclass
+class Run:
+    """A simulation.
+
+    Attributes
+    ----------
+    t : ndarray
+        The times that were reached.
+    x : ndarray
+        The states there, one row for each time.
+    outcome : str
+        ``finished``, or why the run ended early.
+    """
+
+    t: Array
+    x: Array
+    outcome: str
+
+    @property
+    def finished(self) -> bool:
+        """Whether all times were reached."""
+        return self.outcome == "finished"
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        return np.asarray(self.x, dtype=dtype)
+
+
+class SINDy(Estimator):
+    """Sparse identification of nonlinear dynamics.
+
+    Without a solver the automatic call of the library chooses smoothing, terms and coefficients from the data and says
+    why. With one, slopes are made as `smoothing` says (or given as ``x_dot``), and the solver chooses the terms.
+
+    Parameters
+    ----------
+    library : str, sequence of str, Library, or table of these by state, optional
+        Candidate terms; ``poly(3)`` without one.
+    solver : Solver, optional
+        `STLSQ`, `SR3`, `Stepwise`, `BestSubset`, or none for the automatic call.
+    smoothing : str or dict
+        ``automatic``, ``weak``, ``spline``, ``kalman``, ``{"savitzky_golay": {"window": 41, "degree": 3}}`` or
+        ``{"finite_difference": {"order": 4}}``.
+    method : {"automatic", "output_error", "regression"}
+        How the automatic call determines coefficients.
+    discrete : bool
+        Whether the equations give the next sample instead of the slope.
+    states, inputs : sequence of str, optional
+        Names; those of a table's columns, else ``x0, x1, …`` and ``u0, u1, …``. In a table they choose the columns.
+    settings : dict, optional
+        Further settings of the automatic call: those of ``sindy settings``, section ``identify``.
+    n_jobs : int, optional
+        Threads; as many as processors without a number. Results do not depend on it, to the bit.
+
+    Attributes
+    ----------
+    coef_ : ndarray of shape (n_states, n_terms)
+        Coefficients of the terms of `get_feature_names`.
+    std_error_, inclusion_ : ndarray of shape (n_states, n_terms)
+        Standard errors, and probabilities that a term belongs there; NaN where unknown.
+    feature_names_in_, input_names_ : ndarray of str
+        Names of states and inputs.
+    equations_ : list
+        Of the automatic call: noise, residual, confidence intervals and the front of terms against error of each state. Of
+        a solver: its outcome.
+    choice_ : SimpleNamespace
+        What was chosen, and its `reason`.
+    warnings_ : list of str
+        What a user should know. Each was also a `SindyWarning`.
+
+    Examples
+    --------
+    >>> import numpy as np, sindy
+    >>> t = np.arange(0.0, 20.0, 0.01)
+    >>> u = np.sin(3.0 * t)
+    >>> x = 1.3 * np.exp(-t) + 0.1 * np.sin(3.0 * t) - 0.3 * np.cos(3.0 * t)  # x' = -x + u
+    >>> model = sindy.SINDy("poly(1)", states=["x"], inputs=["u"]).fit(x, t, u=u)
+    >>> model.equations(2)
+    ['-1.0*x + 1.0*u']
+    >>> model.simulate([1.0], t, u=u).finished
+    True
+    """
+
+    def __init__(
+        self,
+        library: str | Sequence[str] | Library | dict[str, Any] | None = None,
+        solver: Solver | None = None,
+        *,
+        smoothing: str | dict[str, Any] = "automatic",
+        method: Method = "automatic",
+        discrete: bool = False,
+        states: Sequence[str] | None = None,
+        inputs: Sequence[str] | None = None,
+        settings: dict[str, Any] | None = None,
+        n_jobs: int | None = None,
+    ) -> None:
+        self.library = library
+        self.solver = solver
+        self.smoothing = smoothing
+        self.method = method
+        self.discrete = discrete
+        self.states = states
+        self.inputs = inputs
+        self.settings = settings
+        self.n_jobs = n_jobs
+
+    # Fitting
+
+    def fit(
+        self: Self,
+        x: Any,
+        t: Any = None,
+        *,
+        u: Any = None,
+        x_dot: Any = None,
+        sample_weight: Any = None,
+        groups: Any = None,
+    ) -> Self:
+        """Identifies a model.
+
+        Parameters
+        ----------
+        x : array, table, or list of these
+            States, one row for each time; a list has one entry for each trajectory. Rows with NaN split a trajectory.
+            float64 arrays are read where they are if ``x_dot`` is given, and copied once otherwise; other numbers are
+            cast.
+        t : float, array, str, or list of these
+            A step of time, times, or the name of a table's column. Holes in time split a trajectory.
+        u : array, table, or list of these, optional
+            Inputs. Columns of the table `x` that ``inputs`` names are inputs as well.
+        x_dot : array, or list, optional
+            Slopes (in discrete time, the next samples).
+        sample_weight : array, or list, optional
+            A weight for each row, relative to the others.
+        groups : array, optional
+            A label for each row of one array `x`: where it changes, a trajectory ends.
+
+        Returns
+        -------
+        SINDy
+            The estimator.
+        """
+        data = collect(x, t, u, x_dot, sample_weight, groups, self.states, self.inputs)
+        built = libraries(self.library, data.states, data.inputs)
+        jobs = self._jobs()
+        if x_dot is not None or (self.discrete and self.solver is not None):
+            model, said = self._fit_columns(data, built, x_dot is not None, jobs)
+        elif self.solver is None:
+            model, said = self._identify(data, built, jobs)
+        else:
+            model, said = self._fit_slopes(data, built, jobs)
+        names = list(dict.fromkeys(name for library in built for name in library.names))
+        self._set(model, names, json.loads(said))
+        for text in self.warnings_:
+            warnings.warn(text, SindyWarning, stacklevel=2)
+        return self
+
+    def _jobs(self) -> int | None:
+        if self.n_jobs is None or self.n_jobs == -1:
+            return None
+        if not isinstance(self.n_jobs, int) or self.n_jobs < 1:
+            raise fault("n_jobs", "a number of at least 1, -1 or none", self.n_jobs)
+        return self.n_jobs
+
+    def _identify(self, data: Data, built: list[_native.Library], jobs: int | None) -> tuple[_native.Model, str]:
+        settings = {**(self.settings or {}), "discrete": self.discrete, "method": self.method, "smoothing": self.smoothing}
+        return _native.identify(data.states, data.inputs, data.given(), built, json.dumps(settings), jobs)
+
+    def _fit_slopes(self, data: Data, built: list[_native.Library], jobs: int | None) -> tuple[_native.Model, str]:
+        assert self.solver is not None
+        solver, given = self.solver.describe(), data.given()
+        if self.smoothing == "weak":
+            return _native.fit_weak(data.states, data.inputs, given, built, solver, jobs)
+        smoothing = json.dumps(self.smoothing)
+        return _native.fit_slopes(data.states, data.inputs, given, built, smoothing, solver, jobs)
+
+    def _fit_columns(
+        self, data: Data, built: list[_native.Library], slopes: bool, jobs: int | None
+    ) -> tuple[_native.Model, str]:
+        weighted = data.trajectories[0].weight is not None
+        groups = []
+        for run in data.trajectories:
+            parts = [run.x, run.u, run.x_dot, None if run.weight is None else run.weight.reshape(-1, 1)]
+            if not slopes:  # pairs of a sample and the next
+                parts = [None if a is None else a[:-1] for a in parts]
+                parts[2] = run.x[1:]
+            groups.append([a for a in parts if a is not None])
+        period = self._period(data) if self.discrete else None
+        solver = (self.solver or BestSubset()).describe()
+        return _native.fit_columns(data.states, data.inputs, groups, weighted, built, solver, period, jobs)
+
+    def _period(self, data: Data) -> float:
+        t = data.trajectories[0].t
+        steps = np.concatenate([np.diff(r.t) for r in data.trajectories if r.t is not None] or [np.empty(0)])
+        if t is None or steps.size == 0:
+            return 1.0
+        period = float(np.median(steps))
+        if np.any(np.abs(steps - period) > 1e-3 * period):
+            raise fault("t", "times one period apart (give trajectories apart as a list)", "other steps")
+        return period
+
+    def _set(self, model: _native.Model, names: list[str], said: Any) -> None:
+        self.model_ = model
+        automatic = isinstance(said, dict)
+        for terms in model.terms:
+            names.extend(text for text, *_ in terms if text not in names)
+        place = {name: k for k, name in enumerate(names)}
+        shape = (len(model.terms), len(names))
+        self.coef_ = np.zeros(shape)
+        self.std_error_ = np.full(shape, np.nan)
+        self.inclusion_ = np.full(shape, np.nan)
+        for i, terms in enumerate(model.terms):
+            for text, coefficient, error, inclusion in terms:
+                k = place[text]
+                self.coef_[i, k] = coefficient
+                self.std_error_[i, k] = np.nan if error is None else error
+                self.inclusion_[i, k] = np.nan if inclusion is None else inclusion
+        self.terms_ = names
+        self.feature_names_in_ = np.array(model.states, dtype=object)
+        self.input_names_ = np.array(model.inputs, dtype=object)
+        self.n_features_in_ = len(model.states)
+        self.equations_: list[Any] = said["equations"] if automatic else said or []
+        self.choice_ = SimpleNamespace(**said["choice"]) if automatic else SimpleNamespace(method="solver", reason="")
+        self.candidates_: list[Any] = said["candidates"] if automatic else []
+        self.data_: dict[str, Any] = said["data"] if automatic else {}
+        self._between: list[str] = said["inputs_between"] if automatic else []
+        self.warnings_: list[str] = list(said["warnings"]) if automatic else self._doubts(model, said or [])
+
+    @staticmethod
+    def _doubts(model: _native.Model, solved: list[Any]) -> list[str]:
+        out = []
+        for state, equation in zip(model.states, solved):
+            if equation["outcome"] == "empty":
+                out.append(f"{state}: every term was dropped; the threshold or penalty is above every coefficient")
+            elif equation["outcome"] not in ("converged", "optimal", "within_tolerance"):
+                out.append(f"{state}: the solver ended with `{equation['outcome']}`")
+            if equation["skipped"]:
+                out.append(f"{state}: {equation['skipped']} rows are not finite and were left out")
+        return out
+
+    def _fitted(self) -> _native.Model:
+        model: _native.Model | None = getattr(self, "model_", None)
+        if model is None:
+            raise _not_fitted()
+        return model
+
+    # Using
+
+    def _given(self, x: Any, u: Any) -> Data:
+        model = self._fitted()
+        return collect(x, None, u, states=model.states, inputs=model.inputs or None)
+
+    def predict(self, x: Any, u: Any = None) -> Any:
+        """The right-hand side: slopes, or in discrete time the next samples, of every row.
+
+        Parameters
+        ----------
+        x, u : as for `fit`
+
+        Returns
+        -------
+        ndarray, or list of ndarray for a list
+        """
+        model, data = self._fitted(), self._given(x, u)
+        out = [model.predict(run.x, run.u) for run in data.trajectories]
+        return out if data.many else out[0]
+
+    def score(
+        self,
+        x: Any,
+        t: Any = None,
+        *,
+        u: Any = None,
+        x_dot: Any = None,
+        sample_weight: Any = None,
+        groups: Any = None,
+    ) -> float:
+        """R² of the slopes (in discrete time, of the next samples), its mean over the states.
+
+        Without ``x_dot``, slopes are those of a Savitzky–Golay filter chosen from the given data (on uneven times a
+        smoothing spline), and the model is evaluated at the smoothed states.
+        """
+        model = self._fitted()
+        data = collect(x, t, u, x_dot, sample_weight, groups, model.states, model.inputs or None)
+        truth, predicted, weights = [], [], []
+        if x_dot is None and model.period is None:
+            given: list[Given] = [(r.times(), r.x, None, r.weight) for r in data.trajectories]
+            found = _native.slopes(data.states, given, json.dumps("automatic"), self._jobs())
+            for run, (values, slopes) in zip(data.trajectories, found):
+                run.x, run.x_dot = values, slopes
+        for run in data.trajectories:
+            at, u_at, to, w = run.x, run.u, run.x_dot, run.weight
+            if to is None:
+                at, u_at, to = at[:-1], None if u_at is None else u_at[:-1], at[1:]
+                w = None if w is None else w[:-1]
+            truth.append(to)
+            predicted.append(model.predict(at, u_at))
+            weights.append(np.ones(len(to)) if w is None else w)
+        return _r2(np.concatenate(truth), np.concatenate(predicted), np.concatenate(weights))
+
+    def simulate(
+        self,
+        x0: Any,
+        t: Any,
+        u: Any = None,
+        *,
+        rtol: float = 1e-8,
+        atol: float = 1e-10,
+        step: float | None = None,
+        between: str | Sequence[str] | None = None,
+        blow_up: float = 1e12,
+    ) -> Run:
+        """A run of the model.
+
+        Parameters
+        ----------
+        x0 : array
+            The states at the first time.
+        t : array, or int
+            Times; in discrete time a number of rows will do.
+        u : array or callable, optional
+            Inputs at those times, or a function of time that is sampled there.
+        rtol, atol : float
+            Tolerances of the Dormand–Prince pair.
+        step : float, optional
+            The longest step of the classical Runge–Kutta method, used in its place.
+        between : {"hold", "linear", "cubic"} or a list of these, optional
+            What inputs are between their samples: what the automatic call found, else linear.
+        blow_up : float
+            A run ends where a state exceeds this magnitude.
+
+        Returns
+        -------
+        Run
+            Times, states and how the run ended. That it ended early is no error.
+        """
+        model = self._fitted()
+        start = [float(v) for v in np.asarray(x0, dtype=np.float64).reshape(-1)]
+        if model.period is not None:
+            rows = int(t) if np.ndim(t) == 0 else len(t)
+            values = self._inputs(u, np.arange(rows, dtype=np.float64) * np.float64(model.period))
+            return _run(model.iterate(start, max(rows - 1, 0), values, blow_up))
+        times = np.ascontiguousarray(np.asarray(t, dtype=np.float64).reshape(-1))
+        values = self._inputs(u, times)
+        if between is None:
+            between = self._between or "linear"
+        each = [between] * len(model.inputs) if isinstance(between, str) else list(between)
+        return _run(model.simulate(start, times, times, values, each, rtol, atol, step, blow_up))
+
+    def _inputs(self, u: Any, times: Array) -> Array | None:
+        names = self._fitted().inputs
+        if not names and u is None:
+            return None
+        if u is None:
+            raise fault("u", "inputs for " + ", ".join(names), "none")
+        if callable(u):
+            u = np.array([np.atleast_1d(u(t)) for t in times])
+        columns = table(u)
+        values = matrix("u", u) if columns is None else columns.matrix(names)
+        if values.shape[1] != len(names):
+            raise fault("u", f"{len(names)} columns", values.shape[1])
+        return values
+
+    # Writing
+
+    def get_feature_names(self) -> list[str]:
+        """The candidate terms, in the order of `coef_`."""
+        self._fitted()
+        return list(self.terms_)
+
+    def equations(self, precision: int = 3) -> list[str]:
+        """The right-hand sides as text."""
+        lines = self._fitted().text(precision).splitlines()
+        return [line.split(" = ", 1)[1] for line in lines]
+
+    def print(self, precision: int = 3, **options: Any) -> None:
+        """Prints the equations; options are those of Python's own `print`."""
+        print(self._fitted().text(precision), end=options.pop("end", ""), **options)
+
+    def to_json(self) -> str:
+        """The model in JSON: reads back exactly, also in the command ``sindy`` and in Rust."""
+        return self._fitted().to_json()
+
+    @classmethod
+    def from_json(cls: type[Self], text: str) -> Self:
+        """An estimator with the model of a text in JSON."""
+        model = _native.Model.from_json(text)
+        out = cls(discrete=model.period is not None, states=model.states, inputs=model.inputs or None)
+        out._set(model, [], None)
+        return out
+
+    def to_latex(self, precision: int | None = 3) -> str:
+        """The equations in LaTeX."""
+        return self._fitted().to_latex(precision)
+
+    def _repr_latex_(self) -> str | None:
+        return None if getattr(self, "model_", None) is None else f"$${self.to_latex()}$$"
+
+    def to_c(self, name: str = "rhs") -> str:
+        """A function in C99."""
+        return self._fitted().to_c(name)
+
+    def to_rust(self, name: str = "rhs") -> str:
+        """A function in Rust."""
+        return self._fitted().to_rust(name)
+
+    def to_sympy(self) -> list[Any]:
+        """One SymPy expression for each state, over real symbols."""
+        return _export.to_sympy(self._fitted())
+
+    def to_callable(self, xp: Any = np) -> Callable[..., Any]:
+        """The right-hand side as a function ``f(t, x, u=())``, for SciPy's ``solve_ivp`` or, with ``xp=jax.numpy``, for JAX.
+
+        ``x`` has one entry for each state: numbers, or arrays of one shape.
+        """
+        return _export.to_callable(self._fitted(), xp)
+
+
+def _run(row: tuple[list[float], Array, str | None]) -> Run:
+    return Run(np.asarray(row[0]), row[1], row[2] or "finished")
+
+
+def _r2(truth: Array, predicted: Array, weights: Array) -> float:
+    """The mean R² over columns, over rows where all is finite."""
+    kept = np.isfinite(truth).all(axis=1) & np.isfinite(predicted).all(axis=1) & (weights > 0.0)
+    if kept.sum() < 2:
+        raise fault("x", "two rows that are finite and have slopes", int(kept.sum()))
+    truth, predicted, w = truth[kept], predicted[kept], weights[kept][:, None]
+    mean = (w * truth).sum(axis=0) / w.sum()
+    residual = (w * (truth - predicted) ** 2).sum(axis=0)
+    total = (w * (truth - mean) ** 2).sum(axis=0)
+    return float(np.mean(1.0 - residual / np.where(total > 0.0, total, np.finfo(float).tiny)))
+
+
+def _not_fitted() -> Exception:
+    try:
+        from sklearn.exceptions import NotFittedError
+    except ImportError:
+        return fault("model", "a model (call `fit` first)", "none")
+    error: Exception = NotFittedError("this SINDy has no model yet: call `fit` first")
+    return error
