@@ -10,6 +10,7 @@ y' = -1.00*x
 """
 
 from ._errors import InternalError, SindyError, SindyWarning
+from ._gram import Gram
 from ._library import Library
 from ._model import Run, SINDy
 from ._native import __version__
@@ -18,6 +19,7 @@ from ._solvers import SR3, STLSQ, BestSubset, Solver, Stepwise
 __all__ = [
     "SINDy",
     "Library",
+    "Gram",
     "STLSQ",
     "SR3",
     "Stepwise",

@@ -173,9 +173,12 @@ class SINDy(Estimator):
         else:
             model, said = self._fit_slopes(data, built, jobs)
         names = list(dict.fromkeys(name for library in built for name in library.names))
-        self._set(model, names, json.loads(said))
+        return self._learn(model, names, json.loads(said))
+
+    def _learn(self: Self, model: _native.Model, names: list[str], said: Any) -> Self:
+        self._set(model, names, said)
         for text in self.warnings_:
-            warnings.warn(text, SindyWarning, stacklevel=2)
+            warnings.warn(text, SindyWarning, stacklevel=3)
         return self
 
     def _jobs(self) -> int | None:

@@ -43,12 +43,12 @@ struct Solved {
 }
 
 /// The task of a fit by a given solver.
-struct Task {
-    states: Vec<String>,
-    inputs: Vec<String>,
-    libraries: Vec<sindy::Library>,
-    solver: Description,
-    time: Time,
+pub(crate) struct Task {
+    pub(crate) states: Vec<String>,
+    pub(crate) inputs: Vec<String>,
+    pub(crate) libraries: Vec<sindy::Library>,
+    pub(crate) solver: Description,
+    pub(crate) time: Time,
 }
 
 impl Task {
@@ -71,7 +71,7 @@ impl Task {
     }
 
     /// Solves every equation, given its statistics.
-    fn solve(&self, grams: &[Gram]) -> Result<(sindy::Model, String), SindyError> {
+    pub(crate) fn solve(&self, grams: &[Gram]) -> Result<(sindy::Model, String), SindyError> {
         let solver: Box<dyn Solver> = self.solver.build()?;
         let mut equations = Vec::new();
         let mut solved = Vec::new();
@@ -91,38 +91,41 @@ impl Task {
         let model = sindy::Model::new(self.time, &self.states, &self.inputs, equations)?;
         Ok((model, json(&solved)?))
     }
+}
 
-    /// The statistics of every equation, in one pass where they share a library.
-    fn grams(
-        &self,
-        targets: &[String],
-        weights: Option<&str>,
-        source: &dyn BlockSource,
-    ) -> Result<Vec<Gram>, SindyError> {
-        let targets: Vec<&str> = targets.iter().map(String::as_str).collect();
-        let of = |library: &sindy::Library, targets: &[&str]| {
-            let mut how = Accumulate::new(library, targets[0]);
-            if let Some(column) = weights {
-                how = how.weights(column);
-            }
-            let all = how.targets(targets, source)?;
-            Ok(all
-                .iter()
-                .map(|groups| Gram::total(groups))
-                .collect::<Vec<_>>())
-        };
-        let first = &self.libraries[0];
-        if self.libraries.iter().all(|l| l.names() == first.names()) {
-            return of(first, &targets);
+/// The statistics of every equation, in one pass where they share a library.
+pub(crate) fn statistics(
+    libraries: &[sindy::Library],
+    targets: &[String],
+    weights: Option<&str>,
+    source: &dyn BlockSource,
+) -> Result<Vec<Gram>, SindyError> {
+    let targets: Vec<&str> = targets.iter().map(String::as_str).collect();
+    let of = |library: &sindy::Library, targets: &[&str]| {
+        let mut how = Accumulate::new(library, targets[0]);
+        if let Some(column) = weights {
+            how = how.weights(column);
         }
-        let each = self.libraries.iter().zip(&targets);
-        let grams: Result<Vec<_>, SindyError> = each.map(|(l, t)| of(l, &[*t])).collect();
-        Ok(grams?.concat())
+        let all = how.targets(targets, source)?;
+        Ok(all
+            .iter()
+            .map(|groups| Gram::total(groups))
+            .collect::<Vec<_>>())
+    };
+    let first = &libraries[0];
+    if libraries.iter().all(|l| l.names() == first.names()) {
+        return of(first, &targets);
     }
+    let each = libraries.iter().zip(&targets);
+    let grams: Result<Vec<_>, SindyError> = each.map(|(l, t)| of(l, &[*t])).collect();
+    Ok(grams?.concat())
 }
 
 /// A library for each state.
-fn per_state(libraries: &[PyRef<'_, Library>], states: usize) -> PyResult<Vec<sindy::Library>> {
+pub(crate) fn per_state(
+    libraries: &[PyRef<'_, Library>],
+    states: usize,
+) -> PyResult<Vec<sindy::Library>> {
     let all: Vec<_> = libraries.iter().map(|l| l.terms.clone()).collect();
     match all.len() {
         1 => Ok(vec![all[0].clone(); states]),
@@ -200,7 +203,12 @@ pub(crate) fn fit_columns(
     let groups_seen = views(&groups);
     let (model, said) = run::borrowed(py, jobs, |cancel| {
         let source = Columns::new(names, groups_seen, cancel)?;
-        let grams = task.grams(&targets, weighted.then_some(WEIGHT), &source)?;
+        let grams = statistics(
+            &task.libraries,
+            &targets,
+            weighted.then_some(WEIGHT),
+            &source,
+        )?;
         task.solve(&grams)
     })?;
     Ok((Model { model }, said))
@@ -227,7 +235,7 @@ pub(crate) fn fit_slopes(
     let (model, said) = run::owned(py, jobs, move |cancel| {
         let samples: Samples = samples(how, &data, &|| cancel.heed())?;
         cancel.heed();
-        let grams = task.grams(&targets, Some(WEIGHT), &samples)?;
+        let grams = statistics(&task.libraries, &targets, Some(WEIGHT), &samples)?;
         task.solve(&grams)
     })?;
     Ok((Model { model }, said))

@@ -12,6 +12,7 @@
 //! | `solver` | sparse solvers from their description |
 //! | `slopes` | smoothed states and slopes |
 //! | `fit` | the automatic call, and fits by a given solver |
+//! | `gram` | the statistics of rows: accumulated, merged, pickled, solved |
 //! | `model` | models: predict, simulate, write |
 
 #![expect(
@@ -22,6 +23,7 @@
 mod arrays;
 mod error;
 mod fit;
+mod gram;
 mod library;
 mod model;
 mod run;
@@ -35,6 +37,8 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::fit::{fit_columns, fit_slopes, fit_weak, identify};
+    #[pymodule_export]
+    use crate::gram::Gram;
     #[pymodule_export]
     use crate::library::Library;
     #[pymodule_export]

@@ -1,0 +1,212 @@
+//! The statistics of rows: accumulated, merged, pickled, solved.
+
+use numpy::PyReadonlyArray2;
+use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
+use sindy::model::Time;
+use sindy::statistics::gram::Weights;
+
+use crate::arrays::{Columns, views};
+use crate::error::{self, fault};
+use crate::fit::{Task, per_state, statistics};
+use crate::library::Library;
+use crate::model::Model;
+use crate::run;
+use crate::slopes::{WEIGHT, slope};
+
+/// Sufficient statistics of every equation: all that a solver needs of any number of rows.
+#[pyclass(module = "sindy._native")]
+pub(crate) struct Gram {
+    states: Vec<String>,
+    inputs: Vec<String>,
+    libraries: Vec<sindy::Library>,
+    grams: Vec<sindy::Gram>,
+}
+
+/// What is kept between processes; numbers read back exactly.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Kept {
+    states: Vec<String>,
+    inputs: Vec<String>,
+    terms: Vec<Vec<String>>,
+    sums: Vec<Sums>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Sums {
+    xtx: Vec<f64>,
+    xty: Vec<f64>,
+    yty: f64,
+    sum_y: f64,
+    rows: usize,
+    skipped: usize,
+    /// Sum of the weights, and of their squares.
+    weights: Option<(f64, f64)>,
+}
+
+impl Sums {
+    fn of(gram: &sindy::Gram) -> Self {
+        Self {
+            xtx: gram.xtx.as_slice().to_vec(),
+            xty: gram.xty.as_slice().to_vec(),
+            yty: gram.yty,
+            sum_y: gram.sum_y,
+            rows: gram.rows,
+            skipped: gram.skipped,
+            weights: gram.weights.map(|w| (w.sum, w.squares)),
+        }
+    }
+
+    /// The statistics over `p` terms, if there are as many numbers.
+    fn gram(&self, p: usize) -> Option<sindy::Gram> {
+        (self.xtx.len() == p * p && self.xty.len() == p).then(|| {
+            let mut gram = sindy::Gram::zeros(p);
+            gram.xtx.copy_from_slice(&self.xtx);
+            gram.xty.copy_from_slice(&self.xty);
+            gram.yty = self.yty;
+            gram.sum_y = self.sum_y;
+            gram.rows = self.rows;
+            gram.skipped = self.skipped;
+            gram.weights = self.weights.map(|(sum, squares)| Weights { sum, squares });
+            gram
+        })
+    }
+}
+
+#[pymethods]
+impl Gram {
+    /// Statistics of no rows.
+    #[new]
+    fn new(
+        states: Vec<String>,
+        inputs: Vec<String>,
+        libraries: Vec<PyRef<'_, Library>>,
+    ) -> PyResult<Self> {
+        let libraries = per_state(&libraries, states.len())?;
+        let empty = |l: &sindy::Library| sindy::Gram::zeros(l.len());
+        Ok(Self {
+            grams: libraries.iter().map(empty).collect(),
+            states,
+            inputs,
+            libraries,
+        })
+    }
+
+    /// Adds the rows of arrays: states, inputs, targets and weights side by side, each read where it is.
+    fn update(
+        &mut self,
+        py: Python<'_>,
+        groups: Vec<Vec<PyReadonlyArray2<'_, f64>>>,
+        weighted: bool,
+        jobs: Option<usize>,
+    ) -> PyResult<()> {
+        let targets: Vec<String> = self.states.iter().map(|s| slope(s)).collect();
+        let mut names = [&self.states[..], &self.inputs, &targets].concat();
+        if weighted {
+            names.push(WEIGHT.to_owned());
+        }
+        let seen = views(&groups);
+        let libraries = &self.libraries;
+        let found = run::borrowed(py, jobs, |cancel| {
+            let source = Columns::new(names, seen, cancel)?;
+            statistics(libraries, &targets, weighted.then_some(WEIGHT), &source)
+        })?;
+        for (own, more) in self.grams.iter_mut().zip(&found) {
+            own.merge(more);
+        }
+        Ok(())
+    }
+
+    /// Adds the rows of other statistics of the same terms.
+    fn merge(&mut self, other: &Self) -> PyResult<()> {
+        let terms = |g: &Self| -> Vec<Vec<String>> {
+            g.libraries.iter().map(|l| l.names().to_vec()).collect()
+        };
+        let same = self.states == other.states
+            && self.inputs == other.inputs
+            && terms(self) == terms(other);
+        if !same {
+            let expected = "statistics of the same states, inputs and terms";
+            let message = format!("merge: expected {expected}, found others");
+            return Err(fault(message, "merge", expected, "others"));
+        }
+        for (own, more) in self.grams.iter_mut().zip(&other.grams) {
+            own.merge(more);
+        }
+        Ok(())
+    }
+
+    /// Fits by a solver.
+    #[pyo3(signature = (solver_json, period=None, jobs=None))]
+    fn solve(
+        &self,
+        py: Python<'_>,
+        solver_json: &str,
+        period: Option<f64>,
+        jobs: Option<usize>,
+    ) -> PyResult<(Model, String)> {
+        let task = Task {
+            states: self.states.clone(),
+            inputs: self.inputs.clone(),
+            libraries: self.libraries.clone(),
+            solver: serde_json::from_str(solver_json).map_err(|e| error::settings("solver", &e))?,
+            time: period.map_or(Time::Continuous, |period| Time::Discrete { period }),
+        };
+        let grams = self.grams.clone();
+        let (model, said) = run::owned(py, jobs, move |_| task.solve(&grams))?;
+        Ok((Model { model }, said))
+    }
+
+    /// Rows that were used, and those left out because a value is not finite.
+    #[getter]
+    fn rows(&self) -> (usize, usize) {
+        self.grams.first().map_or((0, 0), |g| (g.rows, g.skipped))
+    }
+
+    /// The statistics as text, which reads back exactly.
+    fn to_json(&self) -> PyResult<String> {
+        let kept = Kept {
+            states: self.states.clone(),
+            inputs: self.inputs.clone(),
+            terms: self.libraries.iter().map(|l| l.names().to_vec()).collect(),
+            sums: self.grams.iter().map(Sums::of).collect(),
+        };
+        serde_json::to_string(&kept).map_err(|e| error::settings("gram", &e))
+    }
+
+    /// The statistics of a text.
+    #[staticmethod]
+    fn from_json(text: &str) -> PyResult<Self> {
+        let kept: Kept = serde_json::from_str(text).map_err(|e| error::settings("gram", &e))?;
+        let libraries: Vec<sindy::Library> = kept
+            .terms
+            .iter()
+            .map(|terms| sindy::Library::parse(terms).map_err(|e| error::of(&e)))
+            .collect::<PyResult<_>>()?;
+        let each = kept.sums.iter().zip(&libraries);
+        let grams: Vec<sindy::Gram> = each.filter_map(|(s, l)| s.gram(l.len())).collect();
+        if grams.len() != kept.states.len() || grams.len() != libraries.len() {
+            let expected = "sums over the terms of each state";
+            return Err(fault(
+                format!("gram: expected {expected}"),
+                "gram",
+                expected,
+                "others",
+            ));
+        }
+        Ok(Self {
+            states: kept.states,
+            inputs: kept.inputs,
+            libraries,
+            grams,
+        })
+    }
+
+    /// For pickle and copy.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        let read = py.get_type::<Self>().getattr("from_json")?;
+        Ok((read, (self.to_json()?,)))
+    }
+}
