@@ -116,10 +116,10 @@ def vector(what: str, values: ArrayLike, rows: int) -> Array:
 
 
 def is_many(x: Any) -> bool:
-    """Whether `x` is a list of trajectories."""
+    """Whether `x` is a list of trajectories: of tables, matrices, or arrays of one state."""
     if not isinstance(x, (list, tuple)) or not x:
         return False
-    return all(table(r) is not None or (hasattr(r, "ndim") and r.ndim == 2) for r in x)
+    return all(table(r) is not None or getattr(r, "ndim", 0) in (1, 2) for r in x)
 
 
 def _each(what: str, values: Any, count: int, many: bool) -> list[Any]:

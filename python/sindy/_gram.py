@@ -11,7 +11,7 @@ from ._data import collect
 from ._errors import fault
 from ._library import Library, libraries
 from ._model import SINDy
-from ._solvers import BestSubset, Solver
+from ._solvers import Solver, default
 
 
 class Gram:
@@ -69,8 +69,8 @@ class Gram:
 
     def merge(self, other: Gram) -> Gram:
         """Adds the rows of other statistics of the same terms."""
-        if not isinstance(other, Gram):
-            raise fault("merge", "a Gram", type(other).__name__)
+        if not isinstance(other, Gram) or other is self:
+            raise fault("merge", "another Gram", type(other).__name__)
         self._native.merge(other._native)
         return self
 
@@ -86,7 +86,7 @@ class Gram:
 
     def fit(self, solver: Solver | None = None, *, period: float | None = None, n_jobs: int | None = None) -> SINDy:
         """The model of a solver, best subsets without one; with a period, in discrete time."""
-        solver = solver or BestSubset()
+        solver = solver or default()
         model, said = self._native.solve(solver.describe(), period, n_jobs)
         out = SINDy(self.library, solver, discrete=period is not None, states=self.states, inputs=self.inputs or None)
         return out._learn(model, list(self.terms), json.loads(said))

@@ -16,7 +16,7 @@ from ._data import Array, Data, Given, collect, matrix, table
 from ._errors import SindyError, SindyWarning, fault
 from ._library import Library, libraries
 from ._sklearn import Estimator
-from ._solvers import BestSubset, Solver
+from ._solvers import Solver, default
 
 Method = Literal["automatic", "output_error", "regression"]
 Self = TypeVar("Self", bound="SINDy")
@@ -60,7 +60,8 @@ class SINDy(Estimator):
     library : str, sequence of str, Library, or table of these by state, optional
         Candidate terms; ``poly(3)`` without one.
     solver : Solver, optional
-        `STLSQ`, `SR3`, `Stepwise`, `BestSubset`, or none for the automatic call.
+        `STLSQ`, `SR3`, `Stepwise`, `BestSubset`, or none for the automatic call (with ``x_dot``: best subsets by the Bayesian
+        criterion).
     smoothing : str or dict
         ``automatic``, ``weak``, ``spline``, ``kalman``, ``{"savitzky_golay": {"window": 41, "degree": 3}}`` or
         ``{"finite_difference": {"order": 4}}``.
@@ -212,7 +213,7 @@ class SINDy(Estimator):
                 parts[2] = run.x[1:]
             groups.append([a for a in parts if a is not None])
         period = self._period(data) if self.discrete else None
-        solver = (self.solver or BestSubset()).describe()
+        solver = (self.solver or default()).describe()
         return _native.fit_columns(data.states, data.inputs, groups, weighted, built, solver, period, jobs)
 
     def _period(self, data: Data) -> float:

@@ -134,3 +134,11 @@ class BestSubset(Solver):
 
     def describe(self) -> str:
         return self._describe("best_subset")
+
+
+def default() -> BestSubset:
+    """The solver of given slopes where none is chosen: a fraction of a second, then a warning that nothing is proven.
+
+    The limit is that of the fronts of the automatic call.
+    """
+    return BestSubset(node_limit=200_000)

@@ -65,7 +65,7 @@ def test_prop_rows_that_are_not_finite_are_left_out_and_counted() -> None:
 
 def test_prop_other_statistics_are_refused() -> None:
     other = sindy.Gram("poly(3)", ["x", "v"], ["u"])
-    for call in (lambda: make().merge(other), lambda: make().merge(3), lambda: make().update(np.ones((3, 2)), np.ones((2, 2)))):
+    for call in (lambda: make().merge(other), lambda: other.merge(other), lambda: make().merge(3), lambda: make().update(np.ones((3, 2)), np.ones((2, 2)))):
         with pytest.raises(sindy.SindyError) as caught:
             call()  # type: ignore[no-untyped-call]
         assert caught.value.expected and caught.value.found

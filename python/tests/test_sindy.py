@@ -142,6 +142,8 @@ def test_prop_order_tables_lists_and_labels_do_not_matter() -> None:
     others += [make().fit(np.asfortranarray(x), t, u=u), make().fit(np.repeat(x, 2, axis=1)[:, ::2], t, u=u)]
     others += [make().fit([x], [t], u=[u]), make().fit(x.tolist(), t.tolist(), u=u.tolist())]
     assert all(np.array_equal(other.coef_, expected) for other in others)
+    one = sindy.SINDy("poly(2)", sindy.STLSQ(0.0, 0.0))
+    assert np.array_equal(one.fit([x[:, 0], x[:, 1]], 0.01).coef_, one.fit([x[:, :1], x[:, 1:]], 0.01).coef_)
     parts = make().fit([x[:300], x[300:]], [t[:300], t[300:]], u=[u[:300], u[300:]])
     labels = make().fit(x, t, u=u, groups=np.repeat(["a", "b"], 300))
     assert np.array_equal(parts.coef_, labels.coef_) and not np.array_equal(parts.coef_, expected)

@@ -200,17 +200,14 @@ pub(crate) fn fit_columns(
     if weighted {
         names.push(WEIGHT.to_owned());
     }
-    let groups_seen = views(&groups);
-    let (model, said) = run::borrowed(py, jobs, |cancel| {
-        let source = Columns::new(names, groups_seen, cancel)?;
-        let grams = statistics(
-            &task.libraries,
-            &targets,
-            weighted.then_some(WEIGHT),
-            &source,
-        )?;
-        task.solve(&grams)
+    let seen = views(&groups);
+    let libraries = &task.libraries;
+    let grams = run::borrowed(py, jobs, |cancel| {
+        let source = Columns::new(names, seen, cancel)?;
+        statistics(libraries, &targets, weighted.then_some(WEIGHT), &source)
     })?;
+    // The solver borrows nothing of the caller's, so a Ctrl-C need not wait for it.
+    let (model, said) = run::owned(py, jobs, move |_| task.solve(&grams))?;
     Ok((Model { model }, said))
 }
 
