@@ -148,7 +148,7 @@ impl Refusal {
                 "no law of it: thrust was taken to go with throttle to the power {exponent} with a standard deviation of \
                  {exponent_sd}, which stands in all intervals"
             ),
-            Self::WakeLagUnresolved(None) => "no interval".into(),
+            Self::WakeLagUnresolved(None) => "a lag at the bound of its search, or none".into(),
             Self::WakeLagUnresolved(Some(lag)) | Self::MotorLagUnresolved(lag) => format!(
                 "{:.3} s, 95 % interval {:.3} to {:.3} s",
                 lag.value, lag.ci95[0], lag.ci95[1]

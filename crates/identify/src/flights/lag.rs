@@ -19,8 +19,12 @@ const BOUNDS_S: [f64; 2] = [0.002, 3.0];
 /// A hundredth of a per cent of the lag, far below any standard error.
 const CLOSE: f64 = 1e-4;
 
-/// The lag of a fit (s) with its uncertainty; `None` where the model has none.
+/// The lag of a fit (s) with its uncertainty; `None` where the model has none, or where it stands at a bound of its search:
+/// there no draw of the runs moves it, and its interval would be a point.
 pub(super) fn lag(fit: &Fit, pieces: &[Segment], spread: &Resampling) -> Option<Estimate> {
+    if fit.index("tau").is_some_and(|i| fit.held.contains(&i)) {
+        return None;
+    }
     if fit.shape.fountain_lag {
         let of =
             |theta: &[f64]| equivalent_s(&ModelValues::of(&fit.shape, theta), pieces, &fit.locals);
@@ -58,4 +62,61 @@ fn equivalent_s(values: &ModelValues, pieces: &[Segment], locals: &[SegmentOffse
     let missed = |log: f64| missed(log.exp());
     let [lo, hi] = golden_section(BOUNDS_S.map(f64::ln), |lo, hi| hi - lo > CLOSE, missed);
     (0.5 * (lo + hi)).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flights::drift::Drift;
+    use crate::flights::fit::fit;
+    use crate::flights::model::{Curve, ModelTerms};
+
+    /// Hover up and down over the ground for 8 s, with the force of a lift `0.2 exp(-z)` that follows the height at once, and
+    /// heights that were logged `late` samples of 0.01 s later.
+    fn run(late: usize, flight: usize) -> Segment {
+        let (n, rows) = (800_u32, 800);
+        let time_s: Vec<f64> = (0..n).map(|i| 0.01 * f64::from(i)).collect();
+        let pace = 3.0 + 0.7 * flight as f64;
+        let height: Vec<f64> = time_s
+            .iter()
+            .map(|t| 1.2 - 0.7 * (pace * t).cos())
+            .collect();
+        let lift = |h: &f64| 1.0 + 0.2 * (-h).exp();
+        let force = height.iter().map(lift).collect();
+        let logged: Vec<f64> = (0..height.len())
+            .map(|i| height[i.saturating_sub(late)])
+            .collect();
+        Segment {
+            flight,
+            run: 0,
+            throttle: vec![1.0; rows],
+            logged_throttle: Vec::new(),
+            range_m: logged.clone(),
+            height: logged,
+            climb_mps: vec![0.0; rows],
+            drift: Drift::Unknown,
+            on_s: Some(0.0),
+            force,
+            accelerometer: true,
+            climb_measured_mps: Vec::new(),
+            tilt_rad: Vec::new(),
+            rows: (0..rows).collect(),
+            bias_sd: 0.1,
+            time_s,
+        }
+    }
+
+    #[test]
+    fn regress_a_lag_at_its_lower_bound_is_no_number() {
+        let shape = ModelTerms {
+            wake_lag: true,
+            ..ModelTerms::plain(Curve::Exponential, false, false)
+        };
+        // Heights 0.05 s late ask for a lag below zero. At the bound of the search it was a lag of 0.005 s that no draw moved.
+        let pieces: Vec<Segment> = (0..5).map(|flight| run(5, flight)).collect();
+        let late = fit(&pieces, shape, None);
+        assert_eq!(late.value("tau"), Some(0.005));
+        let spread = Resampling::of(&late, &pieces, 200, 1);
+        assert!(lag(&late, &pieces, &spread).is_none());
+    }
 }

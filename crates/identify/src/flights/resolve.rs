@@ -127,8 +127,6 @@ fn resolved(
         Basis::Poses => tau.beside(LAG_BIAS_OF_POSES * tau.value),
         _ => tau,
     });
-    let at_bound = |i| tracked.fit.held.contains(&i);
-    let tau = tau.filter(|_| !tracked.fit.index("tau").is_some_and(at_bound));
     let of_measured = |r: &Refusal| {
         matches!(
             r,

@@ -9,8 +9,9 @@ use std::collections::HashSet;
 use std::path::Path;
 use touchdown_trial::{Provenance, Source, TIME_CHANNEL, Trial, TrialError};
 
-/// Tolerance of throttles at the limits of `[0, 1]`, for rounding. It only decides on a warning.
-const THROTTLE_SLACK: f64 = 1e-9;
+/// Tolerance of throttles at the limits of `[0, 1]`, for rounding in single precision, in which autopilots reckon: some 1e-7
+/// after a few operations (ArduPilot logs -3e-8). It only decides on a warning.
+const THROTTLE_SLACK: f64 = 1e-6;
 /// Rows that are evaluated at once, for the processor's caches. The value affects only speed.
 const BLOCK: usize = 4096;
 /// The name under which expressions know the row's number.
