@@ -99,6 +99,7 @@ mod tests {
 
     use super::*;
     use crate::solve::outcome::Outcome;
+    use crate::trajectory::output_error::Trace;
     use crate::{Library, Samples};
 
     #[test]
@@ -116,6 +117,7 @@ mod tests {
             values: 1000,
             iterations: 1,
             outcome: Outcome::Converged,
+            trace: Trace::default(),
         };
         let plain = TermEvidence::of_output_error(&found(1.0), 1);
         assert_eq!((plain.std_error, plain.degrees), (0.25, 999.0));

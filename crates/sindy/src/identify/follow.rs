@@ -25,13 +25,31 @@ const SAME_SCORE: f64 = 1.0;
 /// Disturbances add up along an arc; shorter arcs tolerate larger ones, at the cost of information.
 const LONGEST: [usize; 3] = [usize::MAX, 32, 8];
 
+/// Level of the test for a residual that is noise of the measurement: of true models in such noise one in twenty is
+/// refused.
+const NOT_NOISE: f64 = 0.05;
+/// Rounds between the terms and the colour of the residual, which depend on each other: a first choice takes noise for
+/// terms, and leaves a residual that is whiter than the noise. With more rounds nothing was measured.
+const COLOUR_ROUNDS: usize = 3;
+
 /// A model that was followed through the data.
+#[derive(Clone)]
 pub(super) struct FollowedModel {
     /// The ranked model that it started from.
     pub start: usize,
     pub fit: OutputErrorFit,
     /// Nodes of an arc, at most; `usize::MAX` where trajectories were followed as far as chaos allows.
     pub longest: usize,
+    /// The probability that noise of the measurement would follow the model's flow as its residual does, where that was
+    /// asked: where the residual is larger than the noise or correlated.
+    pub independence: Option<f64>,
+}
+
+impl FollowedModel {
+    /// Whether its residual is noise of the measurement, however large.
+    pub(super) fn is_in_noise(&self) -> bool {
+        self.independence.is_some_and(|p| p > NOT_NOISE)
+    }
 }
 
 /// What every search of an identification shares.
@@ -106,26 +124,75 @@ impl IdentificationRun<'_> {
         // Scores of arcs of different lengths are not comparable, so each length starts again.
         for longest in LONGEST {
             best = self.best_of_starts(search, longest, progress);
-            let follows = |best: &FollowedModel| self.misfit(&best.fit) <= FOLLOWS;
-            if best.as_ref().is_some_and(follows) {
+            let Some(best) = &mut best else { continue };
+            if self.misfit(&best.fit) <= FOLLOWS {
                 break;
+            }
+            if longest == usize::MAX
+                && let Some(model) = self.in_coloured_noise(best, search)
+            {
+                return Some(model);
             }
         }
         let mut best = best?;
         if best.fit.correlation > CORRELATED {
-            // A term is worth as much less as there are fewer independent residuals.
-            let mut limits = self.limits(best.longest);
-            limits.penalty *= best.fit.correlation;
-            let from = self.start(&best.fit.coefficients, &best.fit.sigma, search);
-            let again =
-                output_error::search(&self.system, search.pieces, &from, &limits, &mut |_| ());
+            let again = self.less_information(&best, search);
             if let Some(fit) = again
                 && self.misfit(&fit) <= FOLLOWS.max(self.misfit(&best.fit))
             {
                 best.fit = fit;
             }
+            let whole = best.longest == usize::MAX && self.misfit(&best.fit) <= FOLLOWS;
+            if whole && self.noise.is_visible() {
+                best.independence = self.independence(&best.fit, search);
+            }
         }
         Some(best)
+    }
+
+    /// The search again, with terms worth as much less as there are fewer independent residuals.
+    fn less_information(
+        &self,
+        from: &FollowedModel,
+        search: &Search<'_>,
+    ) -> Option<OutputErrorFit> {
+        let mut limits = self.limits(from.longest);
+        limits.penalty *= from.fit.correlation;
+        let start = self.start(&from.fit.coefficients, &from.fit.sigma, search);
+        output_error::search(&self.system, search.pieces, &start, &limits, &mut |_| ())
+    }
+
+    /// The fit of whole trajectories for noise that is not white, if its residual is noise of the measurement: terms are worth
+    /// what the colour of the residual leaves. The first choice of terms, which holds more of them, is tested as well: fewer
+    /// terms leave more residual, in which a missing one is harder to see.
+    fn in_coloured_noise(
+        &self,
+        found: &FollowedModel,
+        search: &Search<'_>,
+    ) -> Option<FollowedModel> {
+        let mut model = found.clone();
+        model.independence = self.independence(&model.fit, search);
+        for _ in 0..COLOUR_ROUNDS {
+            if !model.is_in_noise() || model.fit.correlation <= CORRELATED {
+                break;
+            }
+            let before = support(&model.fit.coefficients);
+            model.fit = self.less_information(&model, search)?;
+            if support(&model.fit.coefficients) == before {
+                break;
+            }
+            model.independence = self.independence(&model.fit, search);
+        }
+        model.is_in_noise().then_some(model)
+    }
+
+    /// How likely residuals of whole trajectories that are noise of the measurement, of any colour and size, would follow the
+    /// model's flow as these do. A map's residuals are noise of its own by definition.
+    fn independence(&self, fit: &OutputErrorFit, search: &Search<'_>) -> Option<f64> {
+        if self.settings.discrete {
+            return None;
+        }
+        output_error::independence(&self.system, search.pieces, fit, &LONGEST[1..])
     }
 
     /// The best of a few starts with different terms, over arcs of at most `longest` nodes; ends where two agree.
@@ -139,7 +206,7 @@ impl IdentificationRun<'_> {
         let mut best: Option<FollowedModel> = None;
         let mut tried: Vec<Vec<bool>> = Vec::new();
         for (index, model) in search.ranked.iter().enumerate() {
-            let support: Vec<bool> = model.coefficients.iter().map(|c| *c != 0.0).collect();
+            let support = support(&model.coefficients);
             if tried.len() == STARTS || tried.contains(&support) {
                 continue;
             }
@@ -169,6 +236,7 @@ impl IdentificationRun<'_> {
                         start: index,
                         fit,
                         longest,
+                        independence: None,
                     });
                 }
             }
@@ -205,6 +273,10 @@ fn screened(ranked: &[RankedModel]) -> Option<Vec<bool>> {
     }
     let kept = |j: usize| ranked.iter().any(|r| r.coefficients[j] != 0.0);
     Some((0..size).map(kept).collect())
+}
+
+fn support(coefficients: &[f64]) -> Vec<bool> {
+    coefficients.iter().map(|c| *c != 0.0).collect()
 }
 
 /// The largest of `left` as a share of `noise`.

@@ -17,7 +17,7 @@
 //!
 //! Its steps, in order, without any setting:
 //!
-//! 1. sets single gross errors of the states aside, leaves terms out that are a multiple of a simpler one on every row,
+//! 1. gives rows that lack a state no weight, sets single gross errors of the states aside, leaves terms out that are a multiple of a simpler one on every row,
 //!    sees what inputs are between their samples (held, linear, cubic), estimates each state's noise, and smooths with a
 //!    strength taken from the data, where most of them rest from the part that moves;
 //! 2. *regresses*: slopes and weak form, each by best subsets (exact, by the Bayesian criterion) and by SR3 over a
@@ -27,8 +27,9 @@
 //!    are models too;
 //! 4. refines the best by [`output_error`](crate::trajectory::output_error), which judges all candidate terms again by the
 //!    trajectory itself, from several starts until two agree;
-//! 5. accepts that model if its trajectories follow the data to within the noise, tries shorter arcs if they
-//!    do not (the system is disturbed, or not in the library), and else keeps the best regression.
+//! 5. accepts that model if its trajectories follow the data to within the noise, or if what they leave is noise of the
+//!    measurement by a test, of whatever colour and size; tries shorter arcs if not (the system is disturbed, or not in the
+//!    library), and else keeps the best regression.
 //!
 //! Weights of rows (the inverse of their noise's variance, to a factor) count in regressions on slopes, in free runs and in
 //! the output error. The noise estimate, smoothing and the weak form take all rows that have any weight alike: their
@@ -41,6 +42,7 @@ mod discrete;
 mod evidence;
 mod follow;
 mod inputs;
+mod missing;
 mod model;
 mod outliers;
 mod prepare;
@@ -123,13 +125,30 @@ impl Identify {
         data: &Dataset,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Identification, SindyError> {
+        let report = data.report();
+        let mut warnings = Vec::new();
+        // In discrete time nothing may be bridged: the bridge would be the next sample.
+        let whole = match self.settings.discrete {
+            true => None,
+            false => missing::without_weight(data)?,
+        };
+        let data = match &whole {
+            Some((bridged, warning)) => {
+                warnings.push(warning.clone());
+                bridged
+            }
+            None => data,
+        };
         let found = match self.settings.outliers && !self.settings.discrete {
             true => outliers::set_aside(data)?,
             false => None,
         };
-        let (data, mut warnings) = match &found {
-            Some((mended, warnings)) => (mended, warnings.clone()),
-            None => (data, Vec::new()),
+        let data = match &found {
+            Some((mended, said)) => {
+                warnings.extend(said.clone());
+                mended
+            }
+            None => data,
         };
         size::check(data)?;
         let n = data.states().len();
@@ -161,7 +180,7 @@ impl Identify {
             .collect::<Result<Vec<_>, SindyError>>()?;
         warnings.dedup();
         check_rows(stretches.iter().map(|s| s.time.len()).sum(), &libraries)?;
-        IdentificationRun {
+        let mut found = IdentificationRun {
             data,
             settings: &self.settings,
             system: System::new(time, data.states(), data.inputs(), &libraries)?,
@@ -172,7 +191,10 @@ impl Identify {
             stretches,
             warnings,
         }
-        .go(progress)
+        .go(progress)?;
+        // As they were given, before rows were bridged.
+        found.data = report;
+        Ok(found)
     }
 }
 

@@ -119,14 +119,25 @@ impl IdentificationRun<'_> {
         )
     }
 
-    fn warnings_of_fit(&self, FollowedModel { fit, longest, .. }: &FollowedModel) -> Vec<String> {
+    fn warnings_of_fit(&self, followed: &FollowedModel) -> Vec<String> {
+        let FollowedModel { fit, longest, .. } = followed;
         let misfit = self.misfit(fit);
         let mut out = Vec::new();
-        if misfit > FOLLOWS {
-            out.push(format!(
+        match followed.independence {
+            Some(p) if followed.is_in_noise() && misfit > FOLLOWS => out.push(format!(
+                "the model leaves {} times the noise that neighbouring samples show. This residual does not follow the \
+                 model's flow (p = {p:.2}): the noise is not white or has heavy tails",
+                ratio(misfit)
+            )),
+            Some(p) if !followed.is_in_noise() => out.push(format!(
+                "the residual is small but follows the model's flow (p = {p:.2}): the system is disturbed, or is not in the \
+                 library"
+            )),
+            _ if misfit > FOLLOWS => out.push(format!(
                 "the model leaves {} times the noise: the system is disturbed, or is not in the library",
                 ratio(misfit)
-            ));
+            )),
+            _ => {}
         }
         if fit.outcome != Outcome::Converged {
             out.push(format!(

@@ -12,8 +12,9 @@ use crate::library::Library;
 use crate::model::Time;
 use crate::trajectory::output_error::{Piece, System, free_run};
 
-/// A model follows the data if it leaves no state more than this times its noise, which is an estimate as well. Twice the
-/// value accepts models that lack a term, and values below 1 refuse true ones.
+/// A model follows the data if it leaves no state more than this times its noise, which is estimated as if it were white.
+/// Above it the residual itself is tested ([`super::follow`]). Twice the value accepts models that lack a term without a
+/// test, and values below 1 test most true ones.
 pub(super) const FOLLOWS: f64 = 1.5;
 /// A sum of autocorrelations above which residuals count as correlated: they hold half the information of independent
 /// ones. At twice the value, standard errors up to twice too small pass without a warning.
@@ -95,7 +96,8 @@ impl<'a> IdentificationRun<'a> {
         ranked: &[RankedModel],
         yardstick: &[Piece<'_>],
     ) -> bool {
-        let follows = followed.longest == usize::MAX && self.misfit(&followed.fit) <= FOLLOWS;
+        let within = self.misfit(&followed.fit) <= FOLLOWS || followed.is_in_noise();
+        let follows = followed.longest == usize::MAX && within;
         if self.settings.method == Method::OutputError || (follows && !self.settings.discrete) {
             return true;
         }

@@ -1,3 +1,4 @@
+mod noise;
 mod rows;
 
 use rand::{RngExt, SeedableRng};
@@ -131,7 +132,8 @@ fn analytic_uneven_times_gaps_and_weights_are_no_obstacle() {
         .collect();
     let pick = |c: &Vec<f64>| -> Vec<f64> { keep.iter().map(|&i| c[i]).collect() };
     let mut columns: Vec<Vec<f64>> = record.states.iter().map(pick).collect();
-    columns[0][700] = f64::NAN;
+    // Four rows in succession are not bridged.
+    columns[0][700..704].fill(f64::NAN);
     let mut weights = vec![1.0; keep.len()];
     for k in (50..keep.len()).step_by(97) {
         columns[1][k] += 0.5;

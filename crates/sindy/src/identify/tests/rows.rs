@@ -37,8 +37,9 @@ fn prop_rows_too_short_to_use_are_reported() {
     let problem = problems::van_der_pol();
     let record = problem.noisy(1.0, 1).unwrap().remove(0);
     let mut columns: Vec<Vec<f64>> = record.states.iter().map(|c| c[..1200].to_vec()).collect();
-    columns[0][700] = f64::NAN;
-    columns[1][703] = f64::NAN;
+    // Four rows in succession are not bridged.
+    columns[0][700..704].fill(f64::NAN);
+    columns[1][706..710].fill(f64::NAN);
     let mut data = Dataset::new(&problem.states, &[]).unwrap();
     data.push("run", record.time[..1200].to_vec(), columns, None)
         .unwrap();
@@ -52,7 +53,7 @@ fn prop_rows_too_short_to_use_are_reported() {
         .run(&data, &mut quiet())
         .unwrap();
     let said = found.warnings.iter().any(|w| {
-        w.contains("into 2 stretches: 2 rows with missing")
+        w.contains("into 2 stretches: 8 rows with missing")
             && w.contains("2 rows in stretches too short")
     });
     assert!(said, "{:?}", found.warnings);

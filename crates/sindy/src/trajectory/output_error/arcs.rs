@@ -109,11 +109,7 @@ impl Normal {
         let (n, p) = (follow.system.n, follow.system.size());
         let mut sums = Sums::new(n + p);
         let (mut work, mut step) = (follow.system.work(), follow.system.blank());
-        let mut at = Sensitivity {
-            m: DMatrix::zeros(n, n + p),
-            d: DVector::zeros(n),
-        };
-        (0..n).for_each(|i| at.m[(i, i)] = 1.0);
+        let mut at = Sensitivity::start(n, p);
         let mut nodes = Vec::new();
         let mut node = first;
         loop {
@@ -202,7 +198,7 @@ impl Normal {
 }
 
 /// How far a change of the arc's start by the noise of one state has grown in another, in its noise.
-fn growth(m: &DMatrix<f64>, sigma: &[f64]) -> f64 {
+pub(super) fn growth(m: &DMatrix<f64>, sigma: &[f64]) -> f64 {
     let mut most: f64 = 0.0;
     for j in 0..sigma.len() {
         for i in 0..sigma.len() {

@@ -38,6 +38,18 @@ pub(super) struct Sensitivity {
     pub d: DVector<f64>,
 }
 
+impl Sensitivity {
+    /// At the start of an arc of n states under p coefficients.
+    pub(super) fn start(n: usize, p: usize) -> Self {
+        let mut m = DMatrix::zeros(n, n + p);
+        (0..n).for_each(|i| m[(i, i)] = 1.0);
+        Self {
+            m,
+            d: DVector::zeros(n),
+        }
+    }
+}
+
 impl Follow<'_> {
     /// Noise that a vector of residuals or defects is measured by.
     fn size(&self, i: usize, difference: f64) -> f64 {

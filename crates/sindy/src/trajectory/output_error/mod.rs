@@ -30,6 +30,7 @@
 
 mod arcs;
 mod follow;
+mod noise;
 mod record;
 mod search;
 mod select;
@@ -38,6 +39,7 @@ mod system;
 mod tests;
 
 use follow::{ArcSettings, Follow};
+pub(crate) use noise::{Trace, independence};
 use record::Record;
 pub(crate) use search::irrelevant;
 pub use search::search;
@@ -159,6 +161,8 @@ pub struct OutputErrorFit {
     pub iterations: usize,
     /// Converged, or not.
     pub outcome: Outcome,
+    /// Where the trajectories run.
+    pub(crate) trace: Trace,
 }
 
 /// Root mean square of short simulations from smoothed states against the measured ones, in units of the noise,

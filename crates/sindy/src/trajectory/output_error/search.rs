@@ -4,6 +4,7 @@ use nalgebra::DVector;
 
 use super::arcs::{Normal, linearise};
 use super::follow::{ArcSettings, Follow};
+use super::noise::Trace;
 use super::record::Record;
 use super::select::Search;
 use super::system::System;
@@ -282,6 +283,10 @@ impl State<'_> {
             values: last.values,
             iterations,
             outcome,
+            trace: Trace {
+                nodes: self.records.iter().map(|r| r.nodes.clone()).collect(),
+                substeps: self.cut.substeps,
+            },
         }
     }
 }
