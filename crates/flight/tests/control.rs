@@ -1,6 +1,6 @@
 //! Control laws against closed forms.
 
-mod common;
+use crate::common;
 
 use common::{GRAVITY, MASS_KG, WEIGHT_N, map};
 use touchdown_flight::Limits;

@@ -1,7 +1,7 @@
 //! Settings as data: every family there and back, unknown keys refused.
 #![cfg(feature = "serde")]
 
-mod common;
+use crate::common;
 
 use common::{lag, map, ratio, vertical_controller};
 use touchdown_flight::control::{Imbc, Law, Ssc};

@@ -1,6 +1,6 @@
 //! The whole controller: closed loops, precision, and bad input.
 
-mod common;
+use crate::common;
 
 use common::{GRAVITY, MASS_KG, WEIGHT_N, convert, lag, map, ratio, vertical_controller};
 use proptest::prelude::*;

@@ -1,6 +1,6 @@
 //! Logs that are cut, damaged, empty, or that lie about their sizes.
 
-mod common;
+use crate::common;
 #[path = "../fuzz/src/lib.rs"]
 #[allow(unreachable_pub)]
 mod fuzz;

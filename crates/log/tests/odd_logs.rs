@@ -1,6 +1,6 @@
 //! Logs whose time jumps, whose values are no numbers, and maps that do not fit.
 
-mod common;
+use crate::common;
 
 use common::{dataflash, format, good_ulog, ulog};
 use touchdown_log::{ErrorKind, Log, Map, UlogWriter};

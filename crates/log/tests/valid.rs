@@ -1,6 +1,6 @@
 //! Which messages of a topic count, as maps say it by `valid`.
 
-mod common;
+use crate::common;
 
 use common::{dataflash, format};
 use touchdown_log::{Findings, Log, Map, UlogWriter};

@@ -1,0 +1,17 @@
+//! The tests in one program: what they share is compiled once.
+
+mod bad_logs;
+mod common;
+mod defects;
+mod inspection;
+mod logs_xval;
+mod maps;
+mod odd_logs;
+mod reader;
+mod real_data;
+mod recordings;
+mod ros_maps;
+mod roundtrip;
+mod suggested_time;
+mod suggestions;
+mod valid;

@@ -1,0 +1,21 @@
+//! The tests in one program: what they share is compiled once.
+
+mod batch;
+mod cascade;
+mod closed_forms;
+mod contact;
+mod deck;
+mod fast_camera;
+mod independence;
+mod landing;
+mod plant;
+mod rig;
+mod rigid;
+mod rotors;
+mod space;
+mod space_decks;
+mod space_record;
+mod space_settings;
+mod under_way;
+mod weather;
+mod wind;
