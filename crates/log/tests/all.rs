@@ -6,6 +6,8 @@ mod defects;
 mod inspection;
 mod logs_xval;
 mod maps;
+#[path = "common/mcap.rs"]
+mod mcap;
 mod odd_logs;
 mod reader;
 mod real_data;

@@ -1,8 +1,6 @@
 //! Recordings and Parquet files that the usual tools wrote (`tests/reference/fixtures.py`).
 
-#[path = "common/mcap.rs"]
-#[allow(dead_code)]
-mod mcap;
+use crate::mcap;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,6 @@
 //! Recordings of ROS by the built-in maps: topics found by their types, and clocks brought together.
 
-#[path = "common/mcap.rs"]
-mod mcap;
+use crate::mcap;
 
 use mcap::{Cdr, Mcap};
 use touchdown_log::{Log, Map, Survey};
