@@ -46,6 +46,33 @@ class Data:
         return [(r.times(), r.x, r.u, r.weight) for r in self.trajectories]
 
 
+def floats(what: str, values: Any, expected: str) -> Array:
+    """Numbers as float64, without a copy where they are; what is masked is NaN."""
+    if isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "biuf":
+        values = np.ma.filled(values.astype(np.float64), np.nan)
+    try:
+        kind = getattr(values, "dtype", None)
+        array = np.asarray(values) if kind is None or not isinstance(kind, np.dtype) else values
+        if getattr(array, "dtype", np.dtype(float)).kind in "mMcSU":
+            raise TypeError
+        out: Array = np.asarray(array, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise fault(what, expected, _kind(values)) from None
+    return out
+
+
+def seconds(what: str, values: Any) -> Array:
+    """Times in seconds. Dates are counted from the first, durations are converted."""
+    expected = "times in seconds, dates or durations"
+    kind = getattr(values, "dtype", None)
+    if isinstance(kind, np.dtype) and kind.kind in "mM":
+        array = np.asarray(values).reshape(-1)
+        if kind.kind == "M":
+            array = array - array[:1]
+        return np.asarray(array / np.timedelta64(1, "s"), dtype=np.float64)
+    return floats(what, values, expected)
+
+
 class Table:
     """Named columns of pandas, polars, Arrow, or anything with ``__arrow_c_stream__``."""
 
@@ -53,23 +80,23 @@ class Table:
         self.names = names
         self.columns = columns
 
-    def column(self, name: str) -> Array:
-        """One column, without a copy where it is float64."""
+    def column(self, name: str) -> Any:
+        """One column, as it is."""
         if name not in self.names:
             raise fault("names", "one of " + ", ".join(self.names), name)
-        return np.asarray(self.columns[self.names.index(name)], dtype=np.float64)
+        return self.columns[self.names.index(name)]
 
     def matrix(self, names: Sequence[str]) -> Array:
         """Columns side by side."""
         out = np.empty((len(self.columns[0]) if self.columns else 0, len(names)), order="F")
         for k, name in enumerate(names):
-            out[:, k] = self.column(name)
+            out[:, k] = floats(name, self.column(name), "a column of numbers")
         return out
 
 
 def table(x: Any) -> Table | None:
     """The table that `x` is, or none."""
-    if isinstance(x, (np.ndarray, list, tuple)):
+    if isinstance(x, (np.ndarray, list, tuple)) or len(getattr(x, "shape", (0, 0))) == 1:
         return None
     if hasattr(x, "iloc") and hasattr(x, "columns"):  # pandas
         columns = [x.iloc[:, k].to_numpy() for k in range(x.shape[1])]
@@ -79,7 +106,10 @@ def table(x: Any) -> Table | None:
     if hasattr(x, "__arrow_c_stream__") and not hasattr(x, "column_names"):
         import pyarrow
 
-        x = pyarrow.table(x)
+        try:
+            x = pyarrow.table(x)
+        except (pyarrow.ArrowInvalid, TypeError, ValueError):
+            return None  # one column
     if hasattr(x, "column_names"):  # pyarrow
         columns = [x.column(k).to_numpy() for k in range(x.num_columns)]
         return Table(list(x.column_names), columns)
@@ -88,10 +118,8 @@ def table(x: Any) -> Table | None:
 
 def matrix(what: str, values: ArrayLike) -> Array:
     """A matrix of numbers; float64 arrays are taken as they are."""
-    try:
-        array: Array = np.require(np.asarray(values, dtype=np.float64), requirements="A")
-    except (TypeError, ValueError):
-        raise fault(what, "a matrix of numbers, one row for each time", _kind(values)) from None
+    expected = "a matrix of numbers, one row for each time"
+    array: Array = np.require(floats(what, values, expected), requirements="A")
     if array.ndim == 1:
         array = array.reshape(-1, 1)
     if array.ndim != 2:
@@ -106,10 +134,7 @@ def _kind(values: Any) -> str:
 
 def vector(what: str, values: ArrayLike, rows: int) -> Array:
     """As many numbers as there are rows."""
-    try:
-        array = np.ascontiguousarray(np.asarray(values, dtype=np.float64).reshape(-1))
-    except (TypeError, ValueError):
-        raise fault(what, "numbers, one for each row", _kind(values)) from None
+    array = np.ascontiguousarray(floats(what, values, "numbers, one for each row").reshape(-1))
     if len(array) != rows:
         raise fault(what, f"{rows} numbers, one for each row", len(array))
     return array
@@ -140,13 +165,13 @@ def _times(t: Any, rows: int, columns: Table | None) -> Array | None:
     if isinstance(t, str):
         if columns is None:
             raise fault("t", "a step or times; names are of columns of a table", t)
-        return columns.column(t)
-    if np.ndim(t) == 0:
-        step = float(t)
+        return seconds(t, columns.column(t))
+    if np.ndim(t) == 0 and not hasattr(t, "__len__"):
+        step = float(floats("t", t, "a step of time above 0, or times"))
         if not (step > 0.0 and np.isfinite(step)):
             raise fault("t", "a step of time above 0", t)
         return np.arange(rows, dtype=np.float64) * np.float64(step)
-    return vector("t", t, rows)
+    return vector("t", seconds("t", t), rows)
 
 
 def _names(prefix: str, given: Sequence[str] | None, count: int, what: str) -> list[str]:
@@ -154,7 +179,10 @@ def _names(prefix: str, given: Sequence[str] | None, count: int, what: str) -> l
         return [f"{prefix}{k}" for k in range(count)]
     names = [str(name) for name in given]
     if len(names) != count:
-        raise fault(what, f"{count} names, one for each column", len(names))
+        raise fault(what, f"{count} names, one for each column", f"{len(names)} ({', '.join(names)})")
+    for name in names:
+        if not name.isprintable() or "=" in name:
+            raise fault(what, "names without control characters and equals signs", repr(name))
     return names
 
 
@@ -165,7 +193,8 @@ def _of_table(
     own = [str(name) for name in inputs or []] if u is None else []
     if states is not None:
         return [str(name) for name in states], own
-    return [name for name in x.names if name != t and name not in own], own
+    of_time = t if isinstance(t, str) else None
+    return [name for name in x.names if name != of_time and name not in own], own
 
 
 def _split(groups: Any, rows: int) -> list[slice]:
@@ -195,6 +224,8 @@ def collect(
     inputs: Sequence[str] | None = None,
 ) -> Data:
     """The trajectories of `x` with all that belongs to them."""
+    states = None if states is None else [str(name) for name in states]
+    inputs = None if inputs is None else [str(name) for name in inputs]
     many = is_many(x)
     runs = list(x) if many else [x]
     given = [_each(n, v, len(runs), many) for n, v in (("t", t), ("u", u), ("x_dot", x_dot), ("sample_weight", weight))]
@@ -219,10 +250,15 @@ def collect(
             array = matrix("x", run)
         u_array = None if run_u is None else matrix("u", run_u)
         dots = table(run_dot) if run_dot is not None else None
-        dot = None if run_dot is None else dots.matrix(dots.names) if dots else matrix("x_dot", run_dot)
         rows, m = array.shape
+        if dots is not None and states is not None and set(states) <= set(dots.names):
+            dot: Array | None = dots.matrix(states)  # by name; else in the order of its columns
+        else:
+            dot = None if run_dot is None else dots.matrix(dots.names) if dots else matrix("x_dot", run_dot)
         if names is None:
             count = 0 if u_array is None else u_array.shape[1]
+            if inputs and u_array is None:
+                raise fault("u", "inputs for " + ", ".join(inputs), "none")
             names = (_names("x", states, m, "states"), _names("u", inputs, count, "inputs"))
         _rows("x", array, rows, len(names[0]))
         _rows("u", u_array, rows, len(names[1]))

@@ -11,14 +11,14 @@ from ._data import collect
 from ._errors import fault
 from ._library import Library, libraries
 from ._model import SINDy
-from ._solvers import Solver, default
+from ._solvers import Solver, default, threads
 
 
 class Gram:
     """All that a solver needs of any number of rows: added block by block, merged over processes, solved again and again.
 
     It holds a number for each pair of terms, and no row. One for each block, merged one after another in the blocks' order,
-    gives the bits of a single process.
+    gives the bits of a single process. Threads that share one take turns: each `update` or `merge` has to end before the next.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Gram:
         for run in data.trajectories:
             parts = [run.x, run.u, run.x_dot, None if run.weight is None else run.weight.reshape(-1, 1)]
             groups.append([a for a in parts if a is not None])
-        self._native.update(groups, weighted, n_jobs)
+        self._native.update(groups, weighted, threads(n_jobs))
         return self
 
     def merge(self, other: Gram) -> Gram:
@@ -87,6 +87,6 @@ class Gram:
     def fit(self, solver: Solver | None = None, *, period: float | None = None, n_jobs: int | None = None) -> SINDy:
         """The model of a solver, best subsets without one; with a period, in discrete time."""
         solver = solver or default()
-        model, said = self._native.solve(solver.describe(), period, n_jobs)
+        model, said = self._native.solve(solver.describe(), period, threads(n_jobs))
         out = SINDy(self.library, solver, discrete=period is not None, states=self.states, inputs=self.inputs or None)
         return out._learn(model, list(self.terms), json.loads(said))

@@ -6,17 +6,18 @@ import json
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from types import SimpleNamespace
 from typing import Any, Literal, TypeVar
 
 import numpy as np
 
 from . import _export, _native
-from ._data import Array, Data, Given, collect, matrix, table
+from ._data import Array, Data, Given, collect, floats, is_many, matrix, table
 from ._errors import SindyError, SindyWarning, fault
 from ._library import Library, libraries
 from ._sklearn import Estimator
-from ._solvers import Solver, default
+from ._solvers import Solver, default, dumps, threads
 
 Method = Literal["automatic", "output_error", "regression"]
 Self = TypeVar("Self", bound="SINDy")
@@ -164,6 +165,7 @@ class SINDy(Estimator):
         SINDy
             The estimator.
         """
+        self._check()
         data = collect(x, t, u, x_dot, sample_weight, groups, self.states, self.inputs)
         built = libraries(self.library, data.states, data.inputs)
         jobs = self._jobs()
@@ -183,22 +185,33 @@ class SINDy(Estimator):
         return self
 
     def _jobs(self) -> int | None:
-        if self.n_jobs is None or self.n_jobs == -1:
-            return None
-        if not isinstance(self.n_jobs, int) or self.n_jobs < 1:
-            raise fault("n_jobs", "a number of at least 1, -1 or none", self.n_jobs)
-        return self.n_jobs
+        return threads(self.n_jobs)
+
+    def _check(self) -> None:
+        """Settings that the library does not see, or sees as another kind."""
+        if self.solver is not None and not isinstance(self.solver, Solver):
+            raise fault("solver", "a solver such as STLSQ(), or none", repr(self.solver))
+        if not isinstance(self.discrete, (bool, np.bool_)):
+            raise fault("discrete", "True or False", repr(self.discrete))
+        if self.settings is not None and not isinstance(self.settings, dict):
+            raise fault("settings", "a dict, or none", type(self.settings).__name__)
+        if self.solver is not None and self.settings:
+            raise fault("settings", "none with a solver: they are of the automatic call", ", ".join(map(str, self.settings)))
+        if self.solver is not None and self.method != "automatic":
+            raise fault("method", "`automatic` with a solver: it is of the automatic call", repr(self.method))
+        if not isinstance(self.smoothing, (str, dict)):
+            raise fault("smoothing", "a text or a dict", repr(self.smoothing))
 
     def _identify(self, data: Data, built: list[_native.Library], jobs: int | None) -> tuple[_native.Model, str]:
-        settings = {**(self.settings or {}), "discrete": self.discrete, "method": self.method, "smoothing": self.smoothing}
-        return _native.identify(data.states, data.inputs, data.given(), built, json.dumps(settings), jobs)
+        settings = {**(self.settings or {}), "discrete": bool(self.discrete), "method": self.method, "smoothing": self.smoothing}
+        return _native.identify(data.states, data.inputs, data.given(), built, dumps(settings), jobs)
 
     def _fit_slopes(self, data: Data, built: list[_native.Library], jobs: int | None) -> tuple[_native.Model, str]:
         assert self.solver is not None
         solver, given = self.solver.describe(), data.given()
         if self.smoothing == "weak":
             return _native.fit_weak(data.states, data.inputs, given, built, solver, jobs)
-        smoothing = json.dumps(self.smoothing)
+        smoothing = dumps(self.smoothing)
         return _native.fit_slopes(data.states, data.inputs, given, built, smoothing, solver, jobs)
 
     def _fit_columns(
@@ -275,6 +288,10 @@ class SINDy(Estimator):
 
     def _given(self, x: Any, u: Any) -> Data:
         model = self._fitted()
+        if table(x) is None and not is_many(x):
+            columns = matrix("x", x).shape[1]
+            if columns != len(model.states):
+                raise fault("x", f"{len(model.states)} columns, those of {', '.join(model.states)}", columns)
         return collect(x, None, u, states=model.states, inputs=model.inputs or None)
 
     def predict(self, x: Any, u: Any = None) -> Any:
@@ -362,12 +379,17 @@ class SINDy(Estimator):
             Times, states and how the run ended. That it ended early is no error.
         """
         model = self._fitted()
-        start = [float(v) for v in np.asarray(x0, dtype=np.float64).reshape(-1)]
+        start = [float(v) for v in floats("x0", x0, "a number for each state").reshape(-1)]
         if model.period is not None:
-            rows = int(t) if np.ndim(t) == 0 else len(t)
+            rows = t if np.ndim(t) == 0 else len(t)
+            if not isinstance(rows, Integral) or rows < 1:
+                raise fault("t", "times, or a number of rows of at least 1", repr(t))
+            rows = int(rows)
             values = self._inputs(u, np.arange(rows, dtype=np.float64) * np.float64(model.period))
             return _run(model.iterate(start, max(rows - 1, 0), values, blow_up))
-        times = np.ascontiguousarray(np.asarray(t, dtype=np.float64).reshape(-1))
+        if np.ndim(t) == 0:
+            raise fault("t", "times (in continuous time a number says nothing)", repr(t))
+        times = np.ascontiguousarray(floats("t", t, "times").reshape(-1))
         values = self._inputs(u, times)
         if between is None:
             between = self._between or "linear"
@@ -381,7 +403,7 @@ class SINDy(Estimator):
         if u is None:
             raise fault("u", "inputs for " + ", ".join(names), "none")
         if callable(u):
-            u = np.array([np.atleast_1d(u(t)) for t in times])
+            u = [np.atleast_1d(u(t)) for t in times]
         columns = table(u)
         values = matrix("u", u) if columns is None else columns.matrix(names)
         if values.shape[1] != len(names):
@@ -397,7 +419,9 @@ class SINDy(Estimator):
 
     def equations(self, precision: int = 3) -> list[str]:
         """The right-hand sides as text."""
-        lines = self._fitted().text(precision).splitlines()
+        if not isinstance(precision, Integral) or precision < 1:
+            raise fault("precision", "a number of digits of at least 1", repr(precision))
+        lines = self._fitted().text(int(precision)).splitlines()
         return [line.split(" = ", 1)[1] for line in lines]
 
     def print(self, precision: int = 3, **options: Any) -> None:

@@ -4,11 +4,36 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass, fields
+from numbers import Integral
 from typing import Any, Literal
+
+import numpy as np
 
 from ._errors import fault
 
 Criterion = Literal["aic", "aicc", "bic", "evidence"]
+# More threads than any processor has; each costs memory and a start.
+MOST_THREADS = 1024
+
+
+def dumps(value: Any) -> str:
+    """JSON, of NumPy's numbers as well."""
+
+    def plain(number: Any) -> Any:
+        if isinstance(number, np.generic):
+            return number.item()
+        raise fault("settings", "numbers, texts, lists and tables", type(number).__name__)
+
+    return json.dumps(value, default=plain)
+
+
+def threads(n_jobs: Any) -> int | None:
+    """Threads as the library takes them; none for as many as processors."""
+    if n_jobs is None or (isinstance(n_jobs, Integral) and n_jobs == -1):
+        return None
+    if not isinstance(n_jobs, Integral) or isinstance(n_jobs, bool) or not 1 <= int(n_jobs) <= MOST_THREADS:
+        raise fault("n_jobs", f"a number from 1 to {MOST_THREADS}, -1 or none", n_jobs)
+    return int(n_jobs)
 
 
 @dataclass
@@ -29,7 +54,7 @@ class Solver:
         return self
 
     def _describe(self, name: str) -> str:
-        return json.dumps({name: asdict(self)})
+        return dumps({name: asdict(self)})
 
     def describe(self) -> str:
         """The description that the library builds the solver from."""
