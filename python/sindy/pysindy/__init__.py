@@ -1,0 +1,56 @@
+"""PySINDy 2.1's names and signatures over this package.
+
+``from sindy import pysindy as ps`` runs scripts that were written for ``import pysindy as ps``. Names that are not here
+(partial differential equations, weak forms in space, implicit equations, trapping and stable models, Markov chains) raise an
+`ImportError` or `AttributeError`. scikit-learn and SciPy have to be installed; `SINDyDerivative` also wants ``derivative``.
+
+Examples
+--------
+>>> import numpy as np
+>>> from sindy import pysindy as ps
+>>> t = np.arange(0.0, 10.0, 0.01)
+>>> x = np.column_stack([np.cos(t), -np.sin(t)])  # x' = y, y' = -x
+>>> model = ps.SINDy(feature_library=ps.PolynomialLibrary(degree=2), optimizer=ps.STLSQ(threshold=0.1))
+>>> model = model.fit(x, t=t, feature_names=["x", "y"])
+>>> model.print()
+(x)' =  1.000 y
+(y)' = -1.000 x
+"""
+
+from . import differentiation, feature_library, optimizers, utils
+from ._core import DiscreteSINDy, SINDy
+from .differentiation import (
+    BaseDifferentiation,
+    FiniteDifference,
+    SINDyDerivative,
+    SmoothedFiniteDifference,
+    SpectralDerivative,
+)
+from .feature_library import (
+    ConcatLibrary,
+    CustomLibrary,
+    FourierLibrary,
+    GeneralizedLibrary,
+    IdentityLibrary,
+    PolynomialLibrary,
+    TensoredLibrary,
+)
+from .optimizers import (
+    FROLS,
+    MIOSR,
+    SR3,
+    SSR,
+    STLSQ,
+    BaseOptimizer,
+    ConstrainedSR3,
+    EnsembleOptimizer,
+    WrappedOptimizer,
+)
+
+__all__ = [
+    "SINDy", "DiscreteSINDy", "differentiation", "feature_library", "optimizers", "utils",
+    "BaseDifferentiation", "FiniteDifference", "SINDyDerivative", "SmoothedFiniteDifference", "SpectralDerivative",
+    "ConcatLibrary", "CustomLibrary", "FourierLibrary", "GeneralizedLibrary", "IdentityLibrary", "PolynomialLibrary",
+    "TensoredLibrary", "BaseOptimizer", "ConstrainedSR3", "EnsembleOptimizer", "FROLS", "MIOSR", "SR3", "SSR", "STLSQ",
+    "WrappedOptimizer",
+]  # fmt: skip

@@ -1,0 +1,19 @@
+"""Sparse regression under PySINDy's names."""
+
+from ._base import BaseOptimizer, EnsembleOptimizer, WrappedOptimizer
+from ._best import MIOSR
+from ._greedy import FROLS, SSR
+from ._sr3 import SR3, ConstrainedSR3
+from ._stlsq import STLSQ
+
+__all__ = [
+    "BaseOptimizer",
+    "ConstrainedSR3",
+    "EnsembleOptimizer",
+    "FROLS",
+    "MIOSR",
+    "SR3",
+    "SSR",
+    "STLSQ",
+    "WrappedOptimizer",
+]

@@ -1,0 +1,187 @@
+"""The layer with PySINDy's names against PySINDy's numbers, known systems, and what it promises to do otherwise."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from sklearn.base import clone
+from sklearn.exceptions import ConvergenceWarning
+from systems import lorenz
+
+from sindy import pysindy as ps
+
+Array = NDArray[np.float64]
+
+
+def rows() -> tuple[Array, Array]:
+    """Terms and targets of a linear model in noise, as they were given to PySINDy."""
+    rng = np.random.default_rng(5)
+    x = rng.normal(size=(200, 3))
+    terms = np.column_stack([np.ones(200), x])
+    true = np.array([[0, 1.5, -2, 0], [0.7, 0, 0, 0.3]])
+    return terms, terms @ true.T + 0.1 * rng.normal(size=(200, 2))
+
+
+def spiral() -> tuple[Array, Array]:
+    """x' = -x - 3 y, y' = 3 x - y."""
+    t = np.arange(0, 2, 0.01)
+    return t, np.column_stack([np.exp(-t) * np.cos(3 * t), np.exp(-t) * np.sin(3 * t)])
+
+
+# PySINDy 2.1.0 (SciPy 1.17, scikit-learn 1.9): `optimizer.fit(*rows()).coef_`, printed with 8 digits.
+COEFFICIENTS = [
+    (ps.STLSQ(threshold=0.4), [[0, 1.50217964, -2.00173581, 0], [0.70869872, 0, 0, 0]]),
+    (ps.STLSQ(threshold=0.4, unbias=False), [[0, 1.50174977, -2.00125127, 0], [0.70852159, 0, 0, 0]]),
+    (ps.SR3(reg_weight_lam=0.1), [[0, 1.50180155, -2.00139209, 0], [0.70482566, 0, 0, 0]]),
+    (
+        ps.SR3(reg_weight_lam=20.0, regularizer="l1", relax_coeff_nu=0.01),
+        [[0, 1.18701712, -1.70261365, 0], [0.40499042, 0, 0, 0]],
+    ),
+    (ps.SSR(), [[0, 1.50217964, -2.00173581, 0], [0.70503675, 0, 0, 0.29652122]]),
+    (
+        ps.ConstrainedSR3(
+            reg_weight_lam=0.01, constraint_lhs=np.eye(1, 8, 1), constraint_rhs=np.array([1.0]), equality_constraints=True
+        ),
+        [[0, 1.0, -1.96948772, 0], [0.70482318, 0, 0, 0.29641124]],
+    ),
+]
+
+
+@pytest.mark.parametrize("optimizer, expected", COEFFICIENTS, ids=lambda v: type(v).__name__)
+def test_xval_pysindy_coefficients(optimizer: ps.BaseOptimizer, expected: list[list[float]]) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # SR3 ends at its limit in PySINDy as well
+        found = clone(optimizer).fit(*rows()).coef_
+    # The last printed digit, and half of it for rounding.
+    np.testing.assert_allclose(found, expected, atol=1.5e-8)
+
+
+def test_xval_pysindy_slopes() -> None:
+    # PySINDy 2.1.0: rows 0, 7 and -1 of `method(x, t)`, printed with 8 digits.
+    t, x = spiral()
+    expected = [
+        (ps.FiniteDifference(order=4), t, [[-0.99999938, 3.00000005], [-1.49501005, 2.54136324], [-0.00370236, 0.43225301]]),
+        (ps.SmoothedFiniteDifference(), t, [[-1.00074273, 3.00142635], [-1.49454813, 2.54117603], [-0.00387356, 0.43227467]]),
+        (ps.SpectralDerivative(), t, [[59.78916607, 4.32796323], [-7.27784533, 2.38219816], [60.49400782, 2.55806301]]),
+        (
+            ps.FiniteDifference(order=2, d=2), t**1.5 + t,
+            [[1.66188705, -28.866493], [-1.58527229, -6.2512579], [-0.13315374, -0.05339567]],
+        ),
+    ]  # fmt: skip
+    for method, times, values in expected:
+        # As printed; second derivatives lose the square of the step in rounding, so a few more of the last digits.
+        np.testing.assert_allclose(method(x, times)[[0, 7, -1]], values, atol=1e-7)
+
+
+def test_xval_pysindy_model(capsys: pytest.CaptureFixture[str]) -> None:
+    # PySINDy 2.1.0: `SINDy(STLSQ(threshold=0.2)).fit(x, t)`: `print`, `score` and the last row of `simulate`.
+    t, x = spiral()
+    model = ps.SINDy(ps.STLSQ(threshold=0.2)).fit(x, t)
+    model.print()
+    assert capsys.readouterr().out == "(x0)' = -1.000 x0 + -3.000 x1\n(x1)' =  3.000 x0 + -1.000 x1\n"
+    assert model.score(x, t) == pytest.approx(0.9999999947453089, abs=1e-12)
+    np.testing.assert_allclose(model.simulate(x[0], t)[-1], [0.13012571, -0.04222388], atol=1.5e-8)
+
+
+def test_xval_pysindy_names_and_discrete(capsys: pytest.CaptureFixture[str]) -> None:
+    t, x = spiral()
+    product = (ps.PolynomialLibrary(1) * ps.FourierLibrary(1)).fit(x)
+    assert product.get_feature_names()[:6] == [
+        "1 sin(1 x0)", "1 cos(1 x0)", "1 sin(1 x1)", "1 cos(1 x1)", "x0 sin(1 x0)", "x0 cos(1 x0)",
+    ]  # fmt: skip
+    ps.DiscreteSINDy(ps.STLSQ(threshold=0.01)).fit(x, t=0.01).print(precision=5)
+    said = "(x0)[k+1] =  0.98960 x0[k] + -0.02970 x1[k]\n(x1)[k+1] =  0.02970 x0[k] +  0.98960 x1[k]\n"
+    assert capsys.readouterr().out == said
+
+
+@pytest.mark.parametrize(
+    "optimizer",
+    [
+        ps.STLSQ(threshold=0.5),
+        ps.SSR(),
+        ps.FROLS(max_iter=3, normalize_columns=True, kappa=1e-9),
+        ps.MIOSR(target_sparsity=7),
+        ps.EnsembleOptimizer(ps.STLSQ(threshold=0.5), bagging=True, n_models=5),
+    ],
+    ids=lambda v: type(v).__name__,
+)
+def test_analytic_optimizers_find_lorenz(optimizer: ps.BaseOptimizer) -> None:
+    _, x = lorenz()
+    slopes = np.column_stack([10 * (x[:, 1] - x[:, 0]), 28 * x[:, 0] - x[:, 1] - x[:, 0] * x[:, 2],
+                              x[:, 0] * x[:, 1] - 8 / 3 * x[:, 2]])  # fmt: skip
+    model = ps.SINDy(clone(optimizer)).fit(x, 0.002, x_dot=slopes)
+    expected = np.zeros((3, 10))
+    expected[0, 1:3] = -10, 10
+    expected[1, [1, 2, 6]] = 28, -1, -1
+    expected[2, [3, 5]] = -8 / 3, 1
+    # Slopes are exact; MIOSR keeps its ridge of 0.01, which moves coefficients by 3e-5 of them. SSR
+    # gives every equation three terms, as PySINDy does, so two equations keep one that is rounding.
+    np.testing.assert_allclose(model.coefficients(), expected, rtol=1e-4, atol=1e-8)
+
+
+def test_analytic_best_subsets_are_those_of_all_subsets() -> None:
+    from itertools import combinations
+
+    rng = np.random.default_rng(8)
+    x = rng.normal(size=(40, 9)) + rng.normal(size=(40, 1))  # correlated, so that greedy choices go wrong
+    y = x @ rng.normal(size=9) + rng.normal(size=40)
+    for size in range(1, 6):
+        found = ps.MIOSR(target_sparsity=size, alpha=0.0).fit(x, y)
+        errors = [np.linalg.lstsq(x[:, c], y, rcond=None)[1][0] for c in combinations(range(9), size)]
+        assert np.sum((y - x @ found.coef_[0]) ** 2) == pytest.approx(min(errors), rel=1e-10)
+
+
+def test_analytic_penalties_drop_where_dropping_is_cheaper() -> None:
+    # (x - u)²/2 + w R(u): for l0 a coefficient stays above sqrt(2 w), for l1 it shrinks by w, for l2 by 1 + 2 w.
+    x = np.array([1.40, 1.43, -1.43])
+    for kind, expected in (("l0", [0, 1.43, -1.43]), ("l1", [0.4, 0.43, -0.43]), ("l2", [1.4 / 3, 1.43 / 3, -1.43 / 3])):
+        np.testing.assert_allclose(ps.utils.get_prox(kind)(x, 1.0), expected, atol=1e-15)
+
+
+def test_regress_ssr_returns_the_full_model_where_it_is_the_best() -> None:
+    # PySINDy overwrites the full model's entry with the last step and returns two terms.
+    found = ps.SSR(kappa=1e-3).fit(*rows())
+    assert np.argmin(found.err_history_) == 0
+    assert found.complexity == 8
+
+
+def test_regress_parameters_set_later_are_used() -> None:
+    # PySINDy keeps the penalty of the constructor.
+    terms, y = rows()
+    changed = ps.SR3(reg_weight_lam=20.0, relax_coeff_nu=0.01).set_params(regularizer="l1")
+    fresh = ps.SR3(reg_weight_lam=20.0, relax_coeff_nu=0.01, regularizer="l1")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        np.testing.assert_array_equal(changed.fit(terms, y).coef_, fresh.fit(terms, y).coef_)
+    with pytest.raises(ValueError, match="threshold"):
+        ps.STLSQ().set_params(threshold=-1.0)
+
+
+def test_regress_ensembles_forget_earlier_fits() -> None:
+    terms, y = rows()
+    ensemble = ps.EnsembleOptimizer(ps.STLSQ(), bagging=True, n_models=3)
+    ensemble.fit(terms, 100.0 * y)
+    assert len(ensemble.fit(terms, y).coef_list) == 3
+    assert ensemble.n_subset is None
+    assert np.abs(ensemble.coef_).max() < 3.0
+
+
+def test_regress_simulations_reach_the_last_time_with_sampled_inputs() -> None:
+    t = np.arange(0.0, 10.0, 0.01)
+    u = np.sin(3.0 * t)
+    x = 1.3 * np.exp(-t) + 0.1 * np.sin(3.0 * t) - 0.3 * np.cos(3.0 * t)  # x' = -x + u
+    model = ps.SINDy(feature_library=ps.IdentityLibrary()).fit(x, t, u=u)
+    run = model.simulate([x[0]], t, u=u)
+    # 1e-4 of second-order slopes at a step of 0.01 in the coefficients.
+    np.testing.assert_allclose(run[:, 0], x, atol=1e-3)
+
+
+def test_regress_what_is_not_there_is_refused() -> None:
+    assert not hasattr(ps, "TrappingSR3")
+    with pytest.raises(ImportError):
+        from sindy.pysindy import WeakPDELibrary  # type: ignore[attr-defined]  # noqa: F401
+    with pytest.raises(ValueError, match="inequality_constraints"):
+        ps.ConstrainedSR3(inequality_constraints=True)
