@@ -160,6 +160,7 @@ fn prop_an_autopilot_that_ends_or_falls_silent_is_an_error_that_leaves_nothing()
         assert!(said.contains("the autopilot"), "{said}");
         if fault == "ends" {
             assert!(said.contains("as a crashed autopilot does"), "{said}");
+            assert!(said.contains("its process ended (exit status: "), "{said}");
         }
     }
 }

@@ -74,6 +74,12 @@ impl Failure {
     ) -> Self {
         let silent = matches!(&error, LinkError::Link { source, .. } if source.kind() == ErrorKind::TimedOut);
         let ended = process.and_then(AutopilotProcess::ended);
+        // Silence is what the end of the process looks like from the link; another error of the link may be its cause.
+        let found = match &ended {
+            Some(how) if silent => format!("its process ended ({how})"),
+            Some(how) => format!("{error}; its process ended ({how})"),
+            None => error.to_string(),
+        };
         Self::Autopilot {
             cause: if silent && ended.is_none() {
                 Cause::AutopilotSilent
@@ -85,13 +91,7 @@ impl Failure {
                 Some(process) => Error::data(
                     "the autopilot",
                     "an autopilot that flies",
-                    format!(
-                        "{}; it printed last:\n{}",
-                        ended.map_or(error.to_string(), |how| format!(
-                            "its process ended by itself ({how})"
-                        )),
-                        process.last_words()
-                    ),
+                    format!("{found}; it printed last:\n{}", process.last_words()),
                 ),
                 None => error.into(),
             },

@@ -162,7 +162,7 @@ impl AutopilotProcess {
         lines[lines.len().saturating_sub(SHOWN)..].join("\n")
     }
 
-    /// How it has ended by itself, if it has.
+    /// How it has ended, if it has.
     pub(super) fn ended(&self) -> Option<String> {
         match self
             .running()
@@ -172,7 +172,7 @@ impl AutopilotProcess {
             Some(Ok(None)) => None,
             Some(Ok(Some(status))) => Some(status.to_string()),
             Some(Err(error)) => Some(error.to_string()),
-            None => Some("it was stopped".to_owned()),
+            None => Some("stopped".to_owned()),
         }
     }
 
