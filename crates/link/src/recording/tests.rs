@@ -70,20 +70,25 @@ fn prop_two_flights_do_not_write_one_recording() {
     create().unwrap();
 }
 
-#[test]
-fn prop_a_recording_that_is_cut_anywhere_is_read_as_far_as_it_goes() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("flight.mcap");
+/// Writes forty messages; returns the bytes of the file, and how many of them came before the first message.
+fn forty(path: &std::path::Path) -> (Vec<u8>, usize) {
     let settings = FlightSettings::default();
-    let mut recorder = Recorder::create(&path, &settings, &Session::default()).unwrap();
-    let begins = std::fs::metadata(&path).unwrap().len() as usize;
+    let mut recorder = Recorder::create(path, &settings, &Session::default()).unwrap();
+    let begins = std::fs::metadata(path).unwrap().len() as usize;
     for tick in 0..40 {
         recorder
             .write(tick, Event::Received(&bytes()), &[])
             .unwrap();
     }
     recorder.finish().unwrap();
-    let whole = std::fs::read(&path).unwrap();
+    (std::fs::read(path).unwrap(), begins)
+}
+
+#[test]
+fn prop_a_recording_that_is_cut_anywhere_is_read_as_far_as_it_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.mcap");
+    let (whole, begins) = forty(&path);
     let mut before = 0;
     for length in (begins..whole.len()).step_by(97) {
         std::fs::write(&path, &whole[..length]).unwrap();
@@ -98,15 +103,7 @@ fn prop_a_recording_that_is_cut_anywhere_is_read_as_far_as_it_goes() {
 fn prop_a_flipped_bit_is_damage_and_no_kill() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flight.mcap");
-    let settings = FlightSettings::default();
-    let mut recorder = Recorder::create(&path, &settings, &Session::default()).unwrap();
-    for tick in 0..40 {
-        recorder
-            .write(tick, Event::Received(&bytes()), &[])
-            .unwrap();
-    }
-    recorder.finish().unwrap();
-    let whole = std::fs::read(&path).unwrap();
+    let (whole, _) = forty(&path);
     let read = Recording::read(&path).unwrap();
     let (mut damaged, mut tried) = (0, 0);
     // A step without a common factor with the length of a record, and another bit each time.
