@@ -94,7 +94,7 @@ impl Task {
 }
 
 /// The statistics of every equation, in one pass where they share a library.
-pub(crate) fn statistics(
+fn statistics(
     libraries: &[sindy::Library],
     targets: &[String],
     weights: Option<&str>,
@@ -119,6 +119,28 @@ pub(crate) fn statistics(
     let each = libraries.iter().zip(&targets);
     let grams: Result<Vec<_>, SindyError> = each.map(|(l, t)| of(l, &[*t])).collect();
     Ok(grams?.concat())
+}
+
+/// The same of the caller's arrays, read where they are. Each group holds arrays with as many rows; their columns stand
+/// for the states, the inputs, the targets (one for each state), and the weights if there are any.
+pub(crate) fn of_arrays(
+    py: Python<'_>,
+    (states, inputs): (&[String], &[String]),
+    libraries: &[sindy::Library],
+    groups: &[Vec<PyReadonlyArray2<'_, f64>>],
+    weighted: bool,
+    jobs: Option<usize>,
+) -> PyResult<Vec<Gram>> {
+    let targets: Vec<String> = states.iter().map(|s| slope(s)).collect();
+    let mut names = [states, inputs, &targets].concat();
+    if weighted {
+        names.push(WEIGHT.to_owned());
+    }
+    let seen = views(groups);
+    run::borrowed(py, jobs, |cancel| {
+        let source = Columns::new(names, seen, cancel)?;
+        statistics(libraries, &targets, weighted.then_some(WEIGHT), &source)
+    })
 }
 
 /// A library for each state.
@@ -178,8 +200,7 @@ pub(crate) fn identify(
     Ok((Model { model }, said))
 }
 
-/// A fit by a solver of given targets. Each group holds arrays with as many rows; their columns stand for the states, the
-/// inputs, the targets (one for each state), and the weights if there are any. The arrays are read where they are.
+/// A fit by a solver of given targets, of arrays as [`of_arrays`] takes them.
 #[pyfunction]
 #[pyo3(signature = (states, inputs, groups, weighted, libraries, solver_json, period=None, jobs=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of one Python function")]
@@ -195,17 +216,8 @@ pub(crate) fn fit_columns(
     jobs: Option<usize>,
 ) -> PyResult<(Model, String)> {
     let task = Task::new(states, inputs, &libraries, solver_json, period)?;
-    let targets: Vec<String> = task.states.iter().map(|s| slope(s)).collect();
-    let mut names = [&task.states[..], &task.inputs, &targets].concat();
-    if weighted {
-        names.push(WEIGHT.to_owned());
-    }
-    let seen = views(&groups);
-    let libraries = &task.libraries;
-    let grams = run::borrowed(py, jobs, |cancel| {
-        let source = Columns::new(names, seen, cancel)?;
-        statistics(libraries, &targets, weighted.then_some(WEIGHT), &source)
-    })?;
+    let variables = (&task.states[..], &task.inputs[..]);
+    let grams = of_arrays(py, variables, &task.libraries, &groups, weighted, jobs)?;
     // The solver borrows nothing of the caller's, so a Ctrl-C need not wait for it.
     let (model, said) = run::owned(py, jobs, move |_| task.solve(&grams))?;
     Ok((Model { model }, said))

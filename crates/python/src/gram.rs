@@ -6,13 +6,11 @@ use serde::{Deserialize, Serialize};
 use sindy::model::Time;
 use sindy::statistics::gram::Weights;
 
-use crate::arrays::{Columns, views};
 use crate::error::{self, fault};
-use crate::fit::{Task, per_state, statistics};
+use crate::fit::{Task, of_arrays, per_state};
 use crate::library::Library;
 use crate::model::Model;
 use crate::run;
-use crate::slopes::{WEIGHT, slope};
 
 /// Sufficient statistics of every equation: all that a solver needs of any number of rows.
 #[pyclass(module = "sindy._native")]
@@ -102,17 +100,8 @@ impl Gram {
         weighted: bool,
         jobs: Option<usize>,
     ) -> PyResult<()> {
-        let targets: Vec<String> = self.states.iter().map(|s| slope(s)).collect();
-        let mut names = [&self.states[..], &self.inputs, &targets].concat();
-        if weighted {
-            names.push(WEIGHT.to_owned());
-        }
-        let seen = views(&groups);
-        let libraries = &self.libraries;
-        let found = run::borrowed(py, jobs, |cancel| {
-            let source = Columns::new(names, seen, cancel)?;
-            statistics(libraries, &targets, weighted.then_some(WEIGHT), &source)
-        })?;
+        let variables = (&self.states[..], &self.inputs[..]);
+        let found = of_arrays(py, variables, &self.libraries, &groups, weighted, jobs)?;
         for (own, more) in self.grams.iter_mut().zip(&found) {
             own.merge(more);
         }

@@ -1,4 +1,4 @@
-//! The Python module `sindy._native`: what the packages `sindy` and `touchdown` call.
+//! The Python module `sindy._native`: what the package `sindy` calls.
 //!
 //! It converts between NumPy and the library, and nothing else: no numerics, no defaults of its own. Structured values
 //! (settings, solvers, what an identification says of itself) cross as JSON, arrays as arrays.

@@ -23,8 +23,6 @@ pub(crate) type Given<'py> = (
 
 /// The name of the column of weights; no expression can contain it.
 pub(crate) const WEIGHT: &str = "(weight)";
-/// Samples below which no filter is chosen from the data: the fewest that [`choose_savgol`] takes.
-const FEWEST: usize = 25;
 
 /// The data set of the caller's arrays, copied.
 ///
@@ -63,12 +61,14 @@ fn differentiator(how: Smoothing, data: &Dataset, i: usize) -> Result<Differenti
             let stretches = data.stretches();
             let series: Vec<(&[f64], &[f64])> =
                 stretches.iter().map(|s| (s.time, s.columns[i])).collect();
-            let enough = series.iter().all(|(time, _)| time.len() >= FEWEST);
-            match enough && data.report().uniform {
-                true => choose_savgol(&series, &SavgolSearch::default())?
-                    .filter
-                    .into(),
-                false => SmoothingSpline::cross_validated().into(),
+            let spline = || SmoothingSpline::cross_validated().into();
+            if !data.report().uniform {
+                return Ok(spline());
+            }
+            match choose_savgol(&series, &SavgolSearch::default()) {
+                Ok(found) => found.filter.into(),
+                Err(SindyError::TooShort { .. }) => spline(),
+                Err(other) => return Err(other),
             }
         }
         Smoothing::SavitzkyGolay { window, degree } => SavitzkyGolay::new(window, degree)?.into(),
