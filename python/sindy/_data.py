@@ -51,9 +51,8 @@ def floats(what: str, values: Any, expected: str) -> Array:
     if isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "biuf":
         values = np.ma.filled(values.astype(np.float64), np.nan)
     try:
-        kind = getattr(values, "dtype", None)
-        array = np.asarray(values) if kind is None or not isinstance(kind, np.dtype) else values
-        if getattr(array, "dtype", np.dtype(float)).kind in "mMcSU":
+        array = np.asarray(values)
+        if array.dtype.kind in "mMcSU":
             raise TypeError
         out: Array = np.asarray(array, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -66,7 +65,7 @@ def seconds(what: str, values: Any) -> Array:
     expected = "times in seconds, dates or durations"
     kind = getattr(values, "dtype", None)
     if isinstance(kind, np.dtype) and kind.kind in "mM":
-        array = np.asarray(values).reshape(-1)
+        array = np.ma.filled(values, np.array("NaT", kind)).reshape(-1)
         if kind.kind == "M":
             array = array - array[:1]
         return np.asarray(array / np.timedelta64(1, "s"), dtype=np.float64)
@@ -251,6 +250,8 @@ def collect(
         u_array = None if run_u is None else matrix("u", run_u)
         dots = table(run_dot) if run_dot is not None else None
         rows, m = array.shape
+        if states is not None and columns is None and m != len(states):
+            raise fault("x", f"{len(states)} columns, those of {', '.join(states)}", m)
         if dots is not None and states is not None and set(states) <= set(dots.names):
             dot: Array | None = dots.matrix(states)  # by name; else in the order of its columns
         else:

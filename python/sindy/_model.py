@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from . import _export, _native
-from ._data import Array, Data, Given, collect, floats, is_many, matrix, table
+from ._data import Array, Data, Given, collect, floats, matrix, table
 from ._errors import SindyError, SindyWarning, fault
 from ._library import Library, libraries
 from ._sklearn import Estimator
@@ -146,7 +146,9 @@ class SINDy(Estimator):
         Parameters
         ----------
         x : array, table, or list of these
-            States, one row for each time; a list has one entry for each trajectory. Rows with NaN split a trajectory.
+            States, one row for each time; a list has one entry for each trajectory. Rows with NaN
+            have no weight in the automatic call, up to three in succession; longer gaps split a trajectory, and with a solver
+            all of them do.
             float64 arrays are read where they are if ``x_dot`` is given, and copied once otherwise; other numbers are
             cast.
         t : float, array, str, or list of these
@@ -288,10 +290,6 @@ class SINDy(Estimator):
 
     def _given(self, x: Any, u: Any) -> Data:
         model = self._fitted()
-        if table(x) is None and not is_many(x):
-            columns = matrix("x", x).shape[1]
-            if columns != len(model.states):
-                raise fault("x", f"{len(model.states)} columns, those of {', '.join(model.states)}", columns)
         return collect(x, None, u, states=model.states, inputs=model.inputs or None)
 
     def predict(self, x: Any, u: Any = None) -> Any:

@@ -37,6 +37,10 @@ def test_prop_what_is_masked_is_missing() -> None:
     missing = X.copy()
     missing[400:410] = np.nan
     assert np.array_equal(model().fit(masked, T).coef_, model().fit(missing, T).coef_)
+    dates = np.ma.array(np.datetime64("2026-01-01", "ms") + (1e3 * T).round().astype("timedelta64[ms]"))
+    dates[400] = np.ma.masked
+    with pytest.raises(sindy.SindyError):
+        model().fit(X, dates)
 
 
 def test_prop_slopes_of_a_table_go_by_name() -> None:
@@ -93,6 +97,8 @@ def test_prop_a_model_names_what_it_lacks() -> None:
             call()
     with pytest.raises(sindy.SindyError, match="2 columns"):
         fitted.predict(X[:, :1], u=np.sin(3.0 * T))
+    with pytest.raises(sindy.SindyError, match="2 columns"):
+        fitted.predict([X[:, :1]], u=[np.sin(3.0 * T)])
     with pytest.raises(sindy.SindyError, match="times"):
         fitted.simulate([1.0, 0.0], 5, u=np.sin(3.0 * T))
     stepping = model(discrete=True).fit(X, T)
