@@ -12,7 +12,8 @@ use crate::table::args::name;
 ///
 /// Each state's rate of change is written as a sum of few candidate terms. Smoothing, terms and coefficients are chosen
 /// from the data; no option but --states is needed. Each file is a trajectory, unless --trajectory splits it. An empty
-/// cell is a gap: it splits a trajectory and is counted.
+/// cell is a gap and is counted. Rows that lack a state have no weight, up to three in succession. Longer gaps split the
+/// trajectory, and so does every gap with --discrete or --stream.
 #[derive(Args, Debug)]
 #[command(after_help = FIT_EXAMPLES)]
 pub(crate) struct FitArgs {
