@@ -65,7 +65,8 @@ def seconds(what: str, values: Any) -> Array:
     expected = "times in seconds, dates or durations"
     kind = getattr(values, "dtype", None)
     if isinstance(kind, np.dtype) and kind.kind in "mM":
-        array = np.ma.filled(values, np.array("NaT", kind)).reshape(-1)
+        missing: Any = np.array("NaT", kind)  # NumPy's stubs know no dates here
+        array: Any = np.ma.filled(values, missing).reshape(-1)
         if kind.kind == "M":
             array = array - array[:1]
         return np.asarray(array / np.timedelta64(1, "s"), dtype=np.float64)
