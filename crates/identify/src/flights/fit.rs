@@ -287,11 +287,17 @@ pub(super) fn settle(
     counts: &dyn Fn(usize) -> bool,
 ) -> (SegmentOffsets, ErrorSquares) {
     let values = ModelValues::of(&fit.shape, theta);
+    // The height error moves no motor.
+    let roots = piece.roots(&values);
+    let at = |bias: f64| {
+        let lifts = piece.lifts(&values, bias, &roots);
+        piece.forces(&values, bias, &roots, &lifts)
+    };
     let mut local = from;
     let precision = piece.bias_sd.powi(-2);
     for _ in 0..4 {
-        let base = piece.simulate(&values, local.bias);
-        let raised = piece.simulate(&values, local.bias + BIAS_STEP);
+        let base = at(local.bias);
+        let raised = at(local.bias + BIAS_STEP);
         let mut outer = Matrix2::new(1e-12, 0.0, 0.0, precision);
         let mut own = Vector2::new(0.0, -precision * local.bias);
         for (row, &i) in piece.rows.iter().enumerate() {
@@ -310,7 +316,7 @@ pub(super) fn settle(
         local.scale += d.x;
         local.bias += d.y.clamp(-BIAS_MOST, BIAS_MOST);
     }
-    let run = piece.simulate(&values, local.bias);
+    let run = at(local.bias);
     let plain: Vec<f64> = run
         .iter()
         .zip(&piece.rows)
@@ -369,7 +375,22 @@ impl FitSystem<'_> {
         sigma: f64,
     ) -> FitColumns {
         let values = ModelValues::of(&self.shape, theta);
-        let base = piece.simulate(&values, local.bias);
+        let roots = piece.roots(&values);
+        let lifts = piece.lifts(&values, local.bias, &roots);
+        let base = piece.forces(&values, local.bias, &roots, &lifts);
+        // What a number does not move is not computed again.
+        let of = |moved: &ModelValues| {
+            let own_roots = (!moved.has_motors_of(&values)).then(|| piece.roots(moved));
+            let roots = own_roots.as_ref().unwrap_or(&roots);
+            let own_lifts =
+                (!moved.has_wake_of(&values)).then(|| piece.lifts(moved, local.bias, roots));
+            piece.forces(
+                moved,
+                local.bias,
+                roots,
+                own_lifts.as_ref().unwrap_or(&lifts),
+            )
+        };
         let slope = |moved: Vec<f64>, step: f64| -> Vec<f64> {
             let by = local.scale / (step * sigma);
             moved.iter().zip(&base).map(|(m, b)| (m - b) * by).collect()
@@ -385,13 +406,12 @@ impl FitSystem<'_> {
                     width
                 };
                 let step = there[k] - theta[k];
-                slope(
-                    piece.simulate(&ModelValues::of(&self.shape, &there), local.bias),
-                    step,
-                )
+                slope(of(&ModelValues::of(&self.shape, &there)), step)
             })
             .collect();
-        let by_bias = slope(piece.simulate(&values, local.bias + BIAS_STEP), BIAS_STEP);
+        let raised = local.bias + BIAS_STEP;
+        let lifts = piece.lifts(&values, raised, &roots);
+        let by_bias = slope(piece.forces(&values, raised, &roots, &lifts), BIAS_STEP);
         let residual = piece
             .rows
             .iter()

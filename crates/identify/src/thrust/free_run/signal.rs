@@ -1,6 +1,6 @@
 //! A command between its samples, and its exact first-order lag with a dead time of any size.
 
-use sindy::trajectory::delay::first_order_lag;
+use sindy::trajectory::delay::{Decay, first_order_lag};
 
 /// Share of steps without a change from which a throttle holds its values.
 /// Held commands stand still for nearly all steps, measured ones for hardly any: any share between decides alike.
@@ -65,6 +65,7 @@ fn linear_lag(time: &[f64], values: &[f64], lag_s: f64, dead_time_s: f64) -> Vec
     let mut out = Vec::with_capacity(n);
     out.push(first);
     let mut y = first;
+    let mut decay = Decay::new(lag_s);
     // The sample that the delayed command has reached; none before the first one arrives.
     let mut at: Option<usize> = None;
     for pair in time.windows(2) {
@@ -80,7 +81,9 @@ fn linear_lag(time: &[f64], values: &[f64], lag_s: f64, dead_time_s: f64) -> Vec
                 Some(k) => (values[k], 0.0, f64::INFINITY),
             };
             let to = end.min(until).max(now);
-            y = follow(y, u, slope, to - now, lag_s);
+            let late = slope * lag_s;
+            // The lag's answer to a command that starts at `u` and rises with `slope`.
+            y = u + slope * (to - now) - late + (y - u + late) * decay.over(to - now);
             now = to;
             if until <= end {
                 at = Some(at.map_or(0, |k| k + 1));
@@ -89,17 +92,6 @@ fn linear_lag(time: &[f64], values: &[f64], lag_s: f64, dead_time_s: f64) -> Vec
         out.push(y);
     }
     out
-}
-
-/// The lag's answer after `dt` to a command that starts at `u` and rises with `slope`.
-fn follow(y: f64, u: f64, slope: f64, dt: f64, lag_s: f64) -> f64 {
-    let late = slope * lag_s;
-    let decay = if lag_s > 0.0 {
-        (-dt / lag_s).exp()
-    } else {
-        0.0
-    };
-    u + slope * dt - late + (y - u + late) * decay
 }
 
 /// The rows of a record with those added at which a held and delayed command changes, so that straight lines between

@@ -1,6 +1,7 @@
 //! Least squares in free run over lag, dead time and static curve.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use sindy::numerics::golden_section;
 
 use super::record::{CommandRecord, period_s};
@@ -126,7 +127,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Columns of the linear parameters at every measurement.
-    pub(crate) fn columns(&self, lag_s: f64, dead_time_s: f64) -> Vec<Vec<f64>> {
+    fn columns(&self, lag_s: f64, dead_time_s: f64) -> Vec<Vec<f64>> {
         let of_record: Vec<Vec<Vec<f64>>> = self
             .records
             .iter()
@@ -160,11 +161,19 @@ impl<'a> Problem<'a> {
     /// Derivatives of the predicted thrust by the free parameters, and the prediction: linear parameters first, then the
     /// logarithm of the lag, then the dead time.
     pub(crate) fn derivatives(&self, at: &Solution, free: Free) -> (Vec<Vec<f64>>, Vec<f64>) {
+        self.derivatives_of(&self.columns(at.lag_s, at.dead_time_s), at, free)
+    }
+
+    fn derivatives_of(
+        &self,
+        columns: &[Vec<f64>],
+        at: &Solution,
+        free: Free,
+    ) -> (Vec<Vec<f64>>, Vec<f64>) {
         let (lag, dead) = (at.lag_s, at.dead_time_s);
-        let columns = self.columns(lag, dead);
-        let z = sum(&columns, &at.linear);
+        let z = sum(columns, &at.linear);
         let slope: Vec<f64> = z.iter().map(|z| self.shape.slope(*z)).collect();
-        let times = |c: Vec<f64>| c.iter().zip(&slope).map(|(c, s)| c * s).collect();
+        let times = |c: &[f64]| c.iter().zip(&slope).map(|(c, s)| c * s).collect();
         let difference = |a: [f64; 2], b: [f64; 2], step: f64| -> Vec<f64> {
             let [a, b] = [a, b].map(|[l, d]| sum(&self.columns(l, d), &at.linear));
             b.iter().zip(&a).map(|(b, a)| (b - a) / step).collect()
@@ -173,7 +182,7 @@ impl<'a> Problem<'a> {
             true => columns.len(),
             false => self.shape.coefficients(),
         };
-        let mut out: Vec<Vec<f64>> = columns.into_iter().take(kept).map(times).collect();
+        let mut out: Vec<Vec<f64>> = columns[..kept].iter().map(|c| times(c)).collect();
         if free.lag {
             const STEP: f64 = 1e-3;
             let by = difference(
@@ -181,26 +190,24 @@ impl<'a> Problem<'a> {
                 [lag * (1.0 + STEP), dead],
                 2.0 * STEP,
             );
-            out.push(times(by));
+            out.push(times(&by));
         }
         if free.dead_time {
             // Wide beside the kinks at the samples, narrow beside the lag.
             let step = 0.05 * self.period_s.min(lag.max(SHORTEST_LAG_S));
             let low = (dead - step).max(0.0);
-            out.push(times(difference(
-                [lag, low],
-                [lag, dead + step],
-                dead + step - low,
-            )));
+            let by = difference([lag, low], [lag, dead + step], dead + step - low);
+            out.push(times(&by));
         }
         (out, z.iter().map(|z| self.shape.thrust(*z)).collect())
     }
 
-    fn squares(&self, at: &Solution, mask: Option<&[bool]>) -> f64 {
+    fn squares(&self, columns: &[Vec<f64>], by: &DVector<f64>, mask: Option<&[bool]>) -> f64 {
         let used = |i: usize| mask.is_none_or(|m| m[i]);
-        let pairs = self.predicted(at).into_iter().zip(&self.measured);
+        let pairs = sum(columns, by).into_iter().zip(&self.measured);
         let of = pairs.enumerate().filter(|(i, _)| used(*i));
-        let sum: f64 = of.map(|(_, (p, m))| (p - m).powi(2)).sum();
+        let error = |z: f64, m: f64| (self.shape.thrust(z) - m).powi(2);
+        let sum: f64 = of.map(|(_, (z, m))| error(z, *m)).sum();
         match sum.is_finite() {
             true => sum,
             false => f64::INFINITY,
@@ -215,11 +222,12 @@ impl<'a> Problem<'a> {
         mask: Option<&[bool]>,
         most_steps: usize,
     ) -> Solution {
-        at.squares = self.squares(&at, mask);
+        let mut columns = self.columns(at.lag_s, at.dead_time_s);
+        at.squares = self.squares(&columns, &at.linear, mask);
         at.converged = false;
         let mut damping = 1e-8;
         for _ in 0..most_steps {
-            let (by, predicted) = self.derivatives(&at, free);
+            let (by, predicted) = self.derivatives_of(&columns, &at, free);
             let residual: Vec<f64> = predicted
                 .iter()
                 .zip(&self.measured)
@@ -229,8 +237,13 @@ impl<'a> Problem<'a> {
             let mut better = None;
             while better.is_none() && damping < 1e9 {
                 let next = self.moved(&at, &step(&h, &g, damping), free);
-                let squares = self.squares(&next, mask);
+                // Lag and dead time alone move the columns.
+                let moved = [next.lag_s, next.dead_time_s] != [at.lag_s, at.dead_time_s];
+                let there = moved.then(|| self.columns(next.lag_s, next.dead_time_s));
+                let of_next = there.as_ref().unwrap_or(&columns);
+                let squares = self.squares(of_next, &next.linear, mask);
                 if squares <= at.squares && squares.is_finite() {
+                    columns = there.unwrap_or(columns);
                     better = Some(Solution { squares, ..next });
                 } else {
                     damping = (damping * 10.0_f64).max(1e-6);
@@ -308,21 +321,25 @@ impl<'a> Problem<'a> {
             true => &DEAD_TIMES_S[..],
             false => &DEAD_TIMES_S[..1],
         };
-        let mut starts = Vec::new();
-        for &dead_time_s in dead_times {
-            for k in 0..LAGS {
-                let lag_s = SHORTEST_LAG_S * ratio.powf((k as f64 + 0.5) / LAGS as f64);
-                let start = self.start(lag_s, dead_time_s, Some(&few));
-                let fixed = Free {
-                    starts: free.starts,
-                    ..Free::CURVE
-                };
-                starts.push(self.refine(start, fixed, Some(&few), 3));
-            }
-        }
+        let fixed = Free {
+            starts: free.starts,
+            ..Free::CURVE
+        };
+        let from = |start: usize| {
+            let (dead_time_s, k) = (dead_times[start / LAGS], start % LAGS);
+            let lag_s = SHORTEST_LAG_S * ratio.powf((k as f64 + 0.5) / LAGS as f64);
+            let start = self.start(lag_s, dead_time_s, Some(&few));
+            self.refine(start, fixed, Some(&few), 3)
+        };
+        let all = (0..dead_times.len() * LAGS).into_par_iter();
+        let mut starts: Vec<Solution> = all.map(from).collect();
         starts.sort_by(|a, b| a.squares.total_cmp(&b.squares));
-        let followed = starts.into_iter().take(FOLLOWED);
-        let ends = followed.map(|start| self.refine(start, free, None, MOST_STEPS));
+        starts.truncate(FOLLOWED);
+        let followed = starts.into_par_iter();
+        let ends: Vec<Solution> = followed
+            .map(|start| self.refine(start, free, None, MOST_STEPS))
+            .collect();
+        let ends = ends.into_iter();
         let best = ends.min_by(|a, b| a.squares.total_cmp(&b.squares));
         // The grid is never empty.
         let best = best.unwrap_or_else(|| self.start(SHORTEST_LAG_S, 0.0, None));

@@ -12,8 +12,12 @@
 //!
 //! Thrust scale `k` and height error `b` belong to one armed interval, all other parameters to the vehicle.
 
+mod wake;
+
 pub use super::curve::{Curve, LENGTHS};
 pub use super::shape::{ModelTerms, Parameter};
+
+pub(super) use self::wake::{WakeState, follow};
 
 use super::curve::{MOST, psi};
 use super::drift::Drift;
@@ -103,6 +107,18 @@ impl ModelValues {
         let (y, a) = (root - target, 1.0 - self.drag + 2.0 * self.drag * target);
         let keep = (-a * dt / ((1.0 + self.drag) * self.t_m_s)).exp();
         target + a * y * keep / (a + self.drag * y * (1.0 - keep))
+    }
+
+    /// Whether its motors are those of another.
+    pub(super) fn has_motors_of(&self, other: &Self) -> bool {
+        let of = |v: &Self| [v.elasticity, v.t_m_s, v.dead_time_s, v.drag, v.curvature];
+        of(self) == of(other)
+    }
+
+    /// Whether its ground effect is that of another, where the motors are.
+    pub(super) fn has_wake_of(&self, other: &Self) -> bool {
+        let of = |v: &Self| (v.curve, v.of_curve, v.tau_s, v.fountain_tau_s, v.paced);
+        of(self) == of(other) && (!self.paced || self.has_motors_of(other))
     }
 
     /// The steady ratio `h` at a height in R.
@@ -249,44 +265,57 @@ impl Segment {
         tilt.map_or(1.0, |t| t.cos())
     }
 
-    /// The specific force over the scale `k`, for every row that counts.
-    #[must_use]
-    pub fn simulate(&self, values: &ModelValues, bias: f64) -> Vec<f64> {
-        let v = values;
-        let n = self.time_s.len();
-        let mut out = Vec::with_capacity(self.rows.len());
-        let mut next = self.rows.iter().copied().peekable();
+    /// √T relative to hover, for every row. The throttle goes along a line between its samples.
+    pub(super) fn roots(&self, v: &ModelValues) -> Vec<f64> {
         let mut late = DelayedSignal::new(&self.time_s, &self.throttle);
-        let grounded = v.curve != Curve::Free && !self.height.is_empty();
         let mut x = v.root(self.throttle[0]);
         let mut before = x;
+        let mut last_s = self.time_s[0];
+        self.time_s
+            .iter()
+            .map(|&time_s| {
+                let target = v.root(late.at(time_s - v.dead_time_s));
+                // Exact for a constant command, otherwise of second order.
+                let mean = match v.t_m_s > 0.0 {
+                    true => 0.5 * (before + target),
+                    false => target,
+                };
+                x = v.motors(x, mean, time_s - last_s);
+                (before, last_s) = (target, time_s);
+                x
+            })
+            .collect()
+    }
+
+    /// The ratio of thrusts minus one at given √T, for every row that counts.
+    pub(super) fn lifts(&self, v: &ModelValues, bias: f64, roots: &[f64]) -> Vec<f64> {
+        if v.curve == Curve::Free || self.height.is_empty() {
+            return vec![0.0; self.rows.len()];
+        }
+        let mut out = Vec::with_capacity(self.rows.len());
         let mut wake = WakeState::default();
-        for i in 0..n {
-            let dt = if i == 0 {
-                0.0
-            } else {
-                self.time_s[i] - self.time_s[i - 1]
-            };
-            let target = v.root(late.at(self.time_s[i] - v.dead_time_s));
-            // Exact for a constant command, otherwise of second order.
-            x = v.motors(
-                x,
-                if v.t_m_s > 0.0 {
-                    0.5 * (before + target)
-                } else {
-                    target
-                },
-                dt,
-            );
-            before = target;
-            if grounded {
-                wake.step(v, self.height[i] + bias, dt, x);
+        let mut from = 0;
+        for &row in &self.rows {
+            for i in from..=row {
+                let dt = self.time_s[i] - self.time_s[i.saturating_sub(1)];
+                wake.step(v, self.height[i] + bias, dt, roots[i]);
             }
-            if next.peek() != Some(&i) {
-                continue;
-            }
-            next.next();
-            let drift = v.drift(self, i);
+            from = row + 1;
+            out.push(wake.lift(v));
+        }
+        out
+    }
+
+    /// The specific force over the scale `k` at given √T and ratios of thrusts, for every row that counts.
+    pub(super) fn forces(
+        &self,
+        v: &ModelValues,
+        bias: f64,
+        roots: &[f64],
+        lifts: &[f64],
+    ) -> Vec<f64> {
+        let of_row = |(&i, lift): (&usize, &f64)| {
+            let x = roots[i];
             let damping = if v.near_damping == 0.0 {
                 v.damping
             } else {
@@ -297,87 +326,16 @@ impl Segment {
             } else {
                 damping * self.climb_mps[i]
             };
-            out.push(drift * x * (x * (1.0 + v.curve.lift(wake.lagged)) - climb));
-        }
-        out
-    }
-}
-
-/// The parts of a ground effect, lagged and steady. Rows without a height are skipped.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct WakeState {
-    lagged: [f64; 2],
-    at_rest: Option<[f64; 2]>,
-    since_s: f64,
-}
-
-impl WakeState {
-    /// The ratio of thrusts minus one.
-    pub(super) fn lift(&self, v: &ModelValues) -> f64 {
-        v.curve.lift(self.lagged)
-    }
-
-    /// Corrects the height of this row, in R, and the ratio of thrusts by a small difference.
-    pub(super) fn shift(&mut self, v: &ModelValues, height: f64, by: f64) {
-        self.at_rest = Some(v.parts(height));
-        // Of q/(1 - q) the slope by q is (1 + ratio)².
-        let slope = match v.curve {
-            Curve::Empirical | Curve::Images => (1.0 + self.lift(v)).powi(2),
-            _ => 1.0,
+            v.drift(self, i) * x * (x * (1.0 + lift) - climb)
         };
-        self.lagged[0] += by / slope;
+        self.rows.iter().zip(lifts).map(of_row).collect()
     }
 
-    /// One row on, at a height in R and a √T relative to hover.
-    pub(super) fn step(&mut self, v: &ModelValues, height: f64, dt: f64, root: f64) {
-        self.since_s += dt;
-        if !height.is_finite() {
-            return;
-        }
-        let now = v.parts(height);
-        match self.at_rest {
-            None => self.lagged = now,
-            Some(before) => {
-                let lags_s = v.lags_s(height, root);
-                for (k, lag_s) in lags_s.into_iter().enumerate() {
-                    self.lagged[k] =
-                        follow(self.lagged[k], [before[k], now[k]], self.since_s, lag_s);
-                }
-            }
-        }
-        (self.at_rest, self.since_s) = (Some(now), 0.0);
-    }
-}
-
-/// A lag over one step with linearly changing input; without a lag, the input itself.
-pub(super) fn follow(state: f64, [from, to]: [f64; 2], dt: f64, lag_s: f64) -> f64 {
-    if lag_s > 0.0 && dt > 0.0 {
-        let behind = (to - from) / dt * lag_s;
-        to - behind + (state - from + behind) * (-dt / lag_s).exp()
-    } else {
-        to
-    }
-}
-
-impl Segment {
-    /// The ratio of thrusts minus one along the rows with a height, at the √T of hover: time since the row before,
-    /// the ratio at rest, the ratio.
+    /// The specific force over the scale `k`, for every row that counts.
     #[must_use]
-    pub(super) fn wake(&self, values: &ModelValues, bias: f64) -> Vec<[f64; 3]> {
-        let mut wake = WakeState::default();
-        let mut last_s = None;
-        self.time_s
-            .iter()
-            .zip(&self.height)
-            .filter(|(_, z)| z.is_finite())
-            .map(|(&t, z)| {
-                let dt = t - last_s.unwrap_or(t);
-                last_s = Some(t);
-                wake.step(values, z + bias, dt, 1.0);
-                let lift = values.curve.lift(wake.lagged);
-                [dt, values.at_rest(z + bias), lift]
-            })
-            .collect()
+    pub fn simulate(&self, values: &ModelValues, bias: f64) -> Vec<f64> {
+        let roots = self.roots(values);
+        self.forces(values, bias, &roots, &self.lifts(values, bias, &roots))
     }
 }
 
