@@ -1,8 +1,6 @@
 //! Bad input is one clear error or a stated outcome: never a panic, never a file that is half done.
 
-mod common;
-
-use common::{csv, fails, files, json, run, says, text, words, write};
+use crate::common::{csv, fails, files, json, run, says, text, words, write};
 
 /// Fits with every kind of output, expects the status, the words in the error, and that nothing was written.
 #[track_caller]

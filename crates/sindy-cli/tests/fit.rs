@@ -1,12 +1,10 @@
 //! `sindy fit` as a command, on files that the tests write.
 
-mod common;
-
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use common::{csv, fails, json, number, run, says, text, words, write};
+use crate::common::{csv, fails, json, number, run, says, text, words, write};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;

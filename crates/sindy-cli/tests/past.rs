@@ -1,8 +1,6 @@
 //! Past states as candidates: `sindy fit --past`, and running what it finds.
 
-mod common;
-
-use common::{csv, fails, json, number, says, words, write};
+use crate::common::{csv, fails, json, number, says, words, write};
 use serde_json::Value;
 
 fn coefficients(object: &Value, state: &str) -> Vec<(String, f64)> {

@@ -1,10 +1,8 @@
 //! `sindy simulate` as a command.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::{csv, fails, files, json, number, run, says, text, words, write};
+use crate::common::{csv, fails, files, json, number, run, says, text, words, write};
 
 /// A model file of one state `x` from its equation as JSON.
 fn model(folder: &Path, inputs: &str, equations: &str) -> PathBuf {

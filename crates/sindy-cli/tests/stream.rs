@@ -1,12 +1,10 @@
 //! `sindy fit --stream`: the same terms as in memory, in one pass over files of several formats.
 
-mod common;
-
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use common::{fails, json, number, run, text, words, write};
+use crate::common::{fails, json, number, run, text, words, write};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;

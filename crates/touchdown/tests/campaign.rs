@@ -1,7 +1,6 @@
 //! `touchdown campaign` as a command: the same bytes however it is flown.
 
-mod common;
-
+use crate::common;
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};

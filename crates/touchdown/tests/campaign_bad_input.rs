@@ -1,7 +1,6 @@
 //! Sweeps that make no sense: one error with file, key and value, and nothing written.
 
-mod common;
-
+use crate::common;
 use std::path::{Path, PathBuf};
 
 fn sweep(folder: &Path, text: &str) -> PathBuf {

@@ -2,15 +2,14 @@
 //! no code with the command. Simulated time runs as fast as the machine can; nothing is asserted on real time.
 #![cfg(unix)]
 
-mod common;
-
+use crate::common;
 use std::fs::File;
 use std::io::{Read as _, Write as _};
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use common::{PATIENT, peer_program, python, text};
+use crate::common::{PATIENT, peer_program, python, text};
 use serde_json::Value;
 
 /// Two controllers on the paper's deck, two landings each, in two blocks.

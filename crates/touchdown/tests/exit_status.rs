@@ -1,11 +1,9 @@
 //! The table of exit statuses: every command, every way to fail, one JSON object for each failure.
 
-mod common;
-
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-use common::{json, rotor_row, run, text, write_log};
+use crate::common::{json, rotor_row, run, text, write_log};
 
 /// What the commands are given; `{}` in an argument is the folder of these files.
 fn write_files(folder: &Path) {

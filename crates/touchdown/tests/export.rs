@@ -1,10 +1,8 @@
 //! `touchdown export`: code for a flight computer, from a card.
 
-mod common;
-
 use std::fs;
 
-use common::{fails, json, root};
+use crate::common::{fails, json, root};
 
 fn card(name: &str) -> String {
     root()

@@ -1,10 +1,9 @@
 //! Thrust and ground effect from flight logs, on measured flights.
 
-mod common;
-
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
-use common::{LARGE_PAGE, data, fails, json, map, number, page, run, text};
+use crate::common::{LARGE_PAGE, data, fails, json, map, number, page, run, text};
 use touchdown_identify::flights::phases::{Phase, Phases};
 use touchdown_identify::flights::{Flight, FlightSettings, GroundEffect, Refusal, ground_effect};
 use touchdown_log::{Map, read_trial};
@@ -25,6 +24,12 @@ fn crazypad() -> Option<(Vec<Flight>, FlightSettings)> {
         })
         .collect();
     Some((flights, settings))
+}
+
+/// Their ground effect.
+fn of_crazypad(flights: &[Flight], settings: &FlightSettings) -> &'static GroundEffect {
+    static FOUND: OnceLock<GroundEffect> = OnceLock::new();
+    FOUND.get_or_init(|| ground_effect(flights, settings).unwrap())
 }
 
 #[test]
@@ -77,7 +82,7 @@ fn xval_ground_effect_of_five_flights() {
     let Some((flights, settings)) = crazypad() else {
         return;
     };
-    let found = ground_effect(&flights, &settings).unwrap();
+    let found = of_crazypad(&flights, &settings);
     // Reference values: 7 ± 2 % of the weight between these heights, and a decay of 12 to 26 per metre, from means over
     // heights.
     let extra = found.extra_lift([0.03, 0.045], [0.13, 0.30]).unwrap();
@@ -88,7 +93,7 @@ fn xval_ground_effect_of_five_flights() {
     assert!(decay.ci95[1] - decay.ci95[0] < 16.0, "{decay:?}");
     // The motors' lag agrees with that of another Crazyflie, logged at 1 kHz under throttle pulses.
     assert!(
-        (value(&found, "T_m") - 0.060).abs() < 0.010,
+        (value(found, "T_m") - 0.060).abs() < 0.010,
         "{:?}",
         found.numbers()
     );
@@ -109,7 +114,7 @@ fn xval_what_is_told_of_every_run_of_five_flights() {
     let Some((flights, settings)) = crazypad() else {
         return;
     };
-    let found = ground_effect(&flights, &settings).unwrap();
+    let found = of_crazypad(&flights, &settings);
     let result = found.result(&flights, &settings);
     // Reference values: means of the command from 6 to 10 s. The steady seconds that are found are others, and the command of
     // one hover wanders by 0.003.

@@ -1,8 +1,6 @@
 //! Measured flights with the faults that logs have: a right number or a refusal, never a number out of thin air.
 
-mod common;
-
-use common::{data, fails, map};
+use crate::common::{data, fails, map};
 use touchdown_identify::flights::phases::{Phase, Phases};
 use touchdown_identify::flights::{
     Flight, FlightSettings, GroundEffect, ground_effect, thrust_alone, with_thrust,

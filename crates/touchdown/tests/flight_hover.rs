@@ -1,10 +1,7 @@
 //! Ground effect from logs without accelerometer: hovers by rotor speed, card or throttle, and poses.
 
-mod common;
-#[path = "common/flights.rs"]
-mod flights;
-
-use common::{fails, json, number};
+use crate::common::{fails, json, number};
+use crate::flights;
 use touchdown_identify::flights::hover::ThrustLaw;
 use touchdown_identify::flights::{
     Basis, Flight, FlightSettings, GroundEffect, Refusal, ground_effect,

@@ -1,10 +1,7 @@
 //! Thrust from flights of a simulated vehicle: what is refused, what stays rising, and cards that read back.
 
-mod common;
-#[path = "common/flights.rs"]
-mod flights;
-
-use common::{json, number};
+use crate::common::{json, number};
+use crate::flights;
 use touchdown_identify::flights::{Flight, FlightSettings, ground_effect, thrust_alone};
 use touchdown_sim::body::plant::GroundLaw;
 use touchdown_trial::Trial;

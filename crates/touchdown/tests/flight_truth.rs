@@ -1,10 +1,8 @@
 //! Ground effect from flights of simulated vehicles, whose truth is known.
 
-mod common;
-#[path = "common/flights.rs"]
-mod flights;
-
-use flights::Flown;
+use crate::common;
+use crate::flights;
+use crate::flights::Flown;
 use touchdown_identify::flights::{Flight, FlightSettings, GroundEffect, ground_effect};
 use touchdown_identify::{IdentificationSettings, Origin};
 use touchdown_sim::body::plant::{GroundLaw, PlantSettings};
@@ -36,16 +34,16 @@ fn fly(plant: &PlantSettings, throttle_hz: f64) -> Vec<Flown> {
 
 /// Ten flights at 250 Hz, sensor noise and turbulence on: curve within 10 %, lag within 20 %, nine of ten intervals hold
 /// the truth.
-fn judge(mass_kg: f64, rotor_radius_m: f64, law: GroundLaw, lag_s: f64) {
-    let plant = flights::vehicle(mass_kg, rotor_radius_m, law, lag_s);
-    let flown = fly(&plant, 250.0);
-    let found = identify(&plant, &flown);
+fn judge(plant: &PlantSettings) -> GroundEffect {
+    let rotor_radius_m = plant.rotor_radius_m;
+    let flown = fly(plant, 250.0);
+    let found = identify(plant, &flown);
     let mut held = 0;
     for radii in HEIGHTS {
         let height_m = radii * rotor_radius_m;
         let (ratio, truth) = (
             found.ratio(height_m).unwrap(),
-            flights::true_ratio(&plant, height_m),
+            flights::true_ratio(plant, height_m),
         );
         assert!(
             (ratio.value / truth - 1.0).abs() < 0.10,
@@ -53,7 +51,7 @@ fn judge(mass_kg: f64, rotor_radius_m: f64, law: GroundLaw, lag_s: f64) {
         );
         held += usize::from((ratio.ci95[0]..=ratio.ci95[1]).contains(&truth));
     }
-    let truth = flights::true_lag_s(&plant, &flown);
+    let truth = flights::true_lag_s(plant, &flown);
     let lag = found
         .lag_s()
         .unwrap_or_else(|| panic!("no lag: {:?}", found.refused));
@@ -71,31 +69,35 @@ fn judge(mass_kg: f64, rotor_radius_m: f64, law: GroundLaw, lag_s: f64) {
         "{:?}",
         found.refused
     );
+    found
 }
 
 #[test]
-fn analytic_vehicle_of_30_grams() {
-    judge(0.03, 0.023, GroundLaw::Exponential, 0.08);
+fn analytic_vehicle_of_30_grams_and_its_cards_land_it() {
+    let plant = flights::vehicle(0.03, 0.023, GroundLaw::Exponential, 0.08);
+    land_with_its_cards(&plant, &judge(&plant));
 }
 
 #[test]
 fn analytic_vehicle_of_1_4_kg() {
-    judge(1.4, 0.12, GroundLaw::Exponential, 0.15);
+    judge(&flights::vehicle(1.4, 0.12, GroundLaw::Exponential, 0.15));
 }
 
 #[test]
 fn analytic_vehicle_of_4_kg() {
-    judge(4.0, 0.19, GroundLaw::Exponential, 0.2);
+    judge(&flights::vehicle(4.0, 0.19, GroundLaw::Exponential, 0.2));
 }
 
 #[test]
-fn analytic_vehicle_of_1_4_kg_above_its_fountain() {
-    judge(1.4, 0.12, GroundLaw::WakeLag, 0.15);
+fn analytic_vehicle_of_1_4_kg_above_its_fountain_and_its_cards_land_it() {
+    let plant = flights::vehicle(1.4, 0.12, GroundLaw::WakeLag, 0.15);
+    land_with_its_cards(&plant, &judge(&plant));
 }
 
 #[test]
-fn analytic_vehicle_of_4_kg_above_its_fountain() {
-    judge(4.0, 0.19, GroundLaw::WakeLag, 0.15);
+fn analytic_vehicle_of_4_kg_above_its_fountain_and_its_cards_land_it() {
+    let plant = flights::vehicle(4.0, 0.19, GroundLaw::WakeLag, 0.15);
+    land_with_its_cards(&plant, &judge(&plant));
 }
 
 #[test]
@@ -122,9 +124,7 @@ fn prop_a_throttle_logged_at_10_hz_gives_no_lag() {
 }
 
 /// Cards from flights of a simulated vehicle go straight into `land`, which flies that vehicle.
-fn land_with_its_cards(mass_kg: f64, rotor_radius_m: f64, law: GroundLaw, lag_s: f64) {
-    let plant = flights::vehicle(mass_kg, rotor_radius_m, law, lag_s);
-    let found = identify(&plant, &fly(&plant, 250.0));
+fn land_with_its_cards(plant: &PlantSettings, found: &GroundEffect) {
     let mut settings = IdentificationSettings::default();
     settings.flight.mass_kg = Some(plant.mass_kg);
     let folder = tempfile::tempdir().unwrap();
@@ -156,21 +156,9 @@ fn land_with_its_cards(mass_kg: f64, rotor_radius_m: f64, law: GroundLaw, lag_s:
         toml::from_str(&std::fs::read_to_string(folder.path().join("out/scenario.toml")).unwrap())
             .unwrap();
     let flown = &scenario["scenario"]["plant"];
-    assert_eq!(flown["mass_kg"].as_float(), Some(mass_kg));
-    assert_eq!(flown["rotor_radius_m"].as_float(), Some(rotor_radius_m));
-}
-
-#[test]
-fn prop_the_cards_of_a_simulated_vehicle_land_it() {
-    land_with_its_cards(1.37, 0.12, GroundLaw::WakeLag, 0.15);
-}
-
-#[test]
-fn prop_the_cards_of_30_grams_land_30_grams() {
-    land_with_its_cards(0.03, 0.023, GroundLaw::Exponential, 0.08);
-}
-
-#[test]
-fn prop_the_cards_of_4_kg_land_4_kg() {
-    land_with_its_cards(4.0, 0.19, GroundLaw::WakeLag, 0.15);
+    assert_eq!(flown["mass_kg"].as_float(), Some(plant.mass_kg));
+    assert_eq!(
+        flown["rotor_radius_m"].as_float(),
+        Some(plant.rotor_radius_m)
+    );
 }

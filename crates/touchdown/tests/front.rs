@@ -1,11 +1,9 @@
 //! `touchdown identify` shows the front of sparse fits, intervals, and the levels side by side.
 
-mod common;
-
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use common::json;
+use crate::common::json;
 use serde_json::Value;
 use touchdown_identify::{IdentificationSettings, Origin, thrust};
 use touchdown_sim::rig::sets::{self, Extent};

@@ -1,13 +1,13 @@
 //! `touchdown inspect` as a command.
 
-mod common;
-
 use std::fmt::Write as _;
 use std::path::Path;
 
 use touchdown_log::UlogWriter;
 
-use common::{SMALL_PAGE, data, fails, json, map, number, page, rotor_row, run, text, write_log};
+use crate::common::{
+    SMALL_PAGE, data, fails, json, map, number, page, rotor_row, run, text, write_log,
+};
 
 fn arguments(paths: &[&Path]) -> Vec<std::ffi::OsString> {
     std::iter::once("inspect".into())

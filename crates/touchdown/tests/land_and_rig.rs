@@ -1,7 +1,6 @@
 //! `touchdown land`, `rig` and `settings` as commands.
 
-mod common;
-
+use crate::common;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;

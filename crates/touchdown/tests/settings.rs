@@ -1,9 +1,7 @@
 //! Every key of the settings of identification does what it says: it is refused where it is unknown, and it changes
 //! the fit where it is known.
 
-#[path = "common/flights.rs"]
-mod flights;
-
+use crate::flights;
 use std::collections::BTreeMap;
 
 use touchdown::settings::parse;

@@ -4,13 +4,12 @@
 #![allow(clippy::print_stderr)]
 #![cfg(unix)]
 
-mod common;
-
+use crate::common;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use common::{PATIENT, peer_program, python, text};
+use crate::common::{PATIENT, peer_program, python, text};
 use serde_json::Value;
 
 /// The paper's deck; a landing that has not ended 40 s after the deck's release is over.

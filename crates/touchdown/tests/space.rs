@@ -1,7 +1,6 @@
 //! `touchdown land --space`: the whole vehicle, its records, and a detector that looks at rendered images.
 
-mod common;
-
+use crate::common;
 use std::path::Path;
 
 use serde_json::Value;

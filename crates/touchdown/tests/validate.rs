@@ -1,13 +1,12 @@
 //! `touchdown validate` as a command, and the whole path from rig trials to judged models.
 
-mod common;
-#[path = "../../identify/tests/common/vertical.rs"]
-mod vertical;
-
+use crate::vertical;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use common::{LARGE_PAGE, data, fails, json, map, number, page, rotor_row, run, text, write_log};
+use crate::common::{
+    LARGE_PAGE, data, fails, json, map, number, page, rotor_row, run, text, write_log,
+};
 use serde_json::Value;
 use touchdown_sim::body::plant::{Plant, PlantSettings};
 use touchdown_sim::rig::sets::{self, Extent};

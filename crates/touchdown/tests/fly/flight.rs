@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use super::common::{PATIENT, json, root, text};
+use crate::common::{PATIENT, json, root, text};
 
 /// More settings of the table `control`, and the thrust model, for the peer's vehicle: its root of thrust follows 7.4 times
 /// the motors' signal with a lag of 0.05 s.

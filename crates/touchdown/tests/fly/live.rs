@@ -10,8 +10,8 @@ use tungstenite::http::HeaderValue;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
-use super::common::{json, python};
 use super::flight::{Case, PATIENCE, replay};
+use crate::common::{json, python};
 
 /// A client of the live view. It has asked for every topic.
 fn watcher(address: &str) -> (WebSocket<MaybeTlsStream<TcpStream>>, Value) {

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use crate::parquet::{Column, file as parquet, page_head};
-use crate::recordings::{Bag, Mcap};
+use super::parquet::{Column, file as parquet, page_head};
+use super::recordings::{Bag, Mcap};
 
 /// A chunk of the size that readers unpack at most.
 const CHUNK: usize = 64 << 20;

@@ -1,7 +1,7 @@
 //! Logs of known truth, and several logs in one command.
 
-use super::common::{fails, json, number, rotor_row, write_log};
 use super::words;
+use crate::common::{fails, json, number, rotor_row, write_log};
 use touchdown_model::Card;
 
 #[test]

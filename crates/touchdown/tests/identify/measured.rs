@@ -7,8 +7,8 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use super::common::{LARGE_PAGE, SMALL_PAGE, data, json, map, number, page};
 use super::{LOG10, without_dead_time, words};
+use crate::common::{LARGE_PAGE, SMALL_PAGE, data, json, map, number, page};
 use touchdown_model::Card;
 
 #[test]

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use std::ffi::OsString;
 
-use super::common::{fails, json, rotor_row, run, text, write_log};
 use super::words;
+use crate::common::{fails, json, rotor_row, run, text, write_log};
 use touchdown_model::Card;
 
 #[test]
@@ -167,7 +167,7 @@ fn prop_ground_effect_needs_a_thrust_card_and_its_channels() {
 #[cfg(unix)]
 #[test]
 fn prop_an_interrupted_identification_says_what_is_missing() {
-    if super::common::ignores_interrupts() {
+    if crate::common::ignores_interrupts() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -2,14 +2,12 @@
 //! a real socket and in real time. Nothing is asserted on timing.
 #![allow(clippy::print_stderr)]
 
-#[path = "../common/mod.rs"]
-mod common;
 mod flight;
 mod live;
 
 use std::path::Path;
 
-use common::{fails, json, python};
+use crate::common::{fails, json, python};
 use flight::{CARD, Case, replay};
 use serde_json::Value;
 

@@ -1,7 +1,5 @@
 //! `touchdown identify` as a command, on measured and on generated logs.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod generated;
 mod measured;
 mod refusals;

@@ -1,0 +1,9 @@
+//! The tests in one program: what they share is compiled once. `memory.rs` measures its own process.
+
+mod common;
+
+mod bad_input;
+mod fit;
+mod past;
+mod simulate;
+mod stream;
