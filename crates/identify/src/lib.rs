@@ -9,6 +9,7 @@
 //! | [`front`] | the best subset of every size, with its proof |
 //! | [`prediction`] | free-run prediction from a card |
 //! | [`scores`] | errors of a prediction |
+//! | [`validation`] | a card on a trial that it has not seen: free run, errors, validity |
 //! | [`refusal`] | what flights do not identify, and what to record |
 //! | [`warning`] | what a user should know of a fit |
 //! | [`settings`] | the settings of all of them |
@@ -28,6 +29,7 @@ pub mod settings;
 mod sparse_fit;
 pub mod thrust;
 mod unit;
+pub mod validation;
 pub mod warning;
 
 pub use error::{Error, Result};

@@ -13,7 +13,7 @@ pub mod relative;
 mod statics;
 mod trial;
 
-pub use trial::{GroundTrial, predict, prepare};
+pub use trial::{GroundTrial, predict, prepare, without_gaps};
 
 use derivative::Derivative;
 use touchdown_model::Form;

@@ -39,6 +39,34 @@ pub struct GroundTrial {
     pub truth_n: Option<Vec<f64>>,
 }
 
+/// The channels in which a gap costs the row.
+const CHANNELS: [&str; 5] = [
+    "throttle",
+    "thrust_n",
+    "height_m",
+    "deck_velocity_mps",
+    "vehicle_velocity_mps",
+];
+
+/// The trial without the rows in which a channel that the force needs has a gap, and how many those are. Channels
+/// that the trial lacks are passed over.
+///
+/// # Errors
+/// None: rows of a trial make a trial.
+pub fn without_gaps(trial: &Trial) -> Result<(Trial, usize)> {
+    let needed: Vec<&[f64]> = CHANNELS.iter().filter_map(|c| trial.channel(c)).collect();
+    let rows: Vec<usize> = (0..trial.len())
+        .filter(|&i| needed.iter().all(|c| c[i].is_finite()))
+        .collect();
+    let pick = |c: &[f64]| rows.iter().map(|&i| c[i]).collect::<Vec<_>>();
+    let mut whole = Trial::new(trial.name(), pick(trial.time_s()))?;
+    for (name, values) in trial.channels() {
+        whole.insert(name, pick(values))?;
+    }
+    let whole = whole.with_provenance(trial.provenance().clone());
+    Ok((whole, trial.len() - rows.len()))
+}
+
 /// Extracts the force from a trial with `throttle`, `thrust_n` and `height_m`; `deck_velocity_mps` and
 /// `vehicle_velocity_mps` are zero where there is no such channel. All inputs are shifted by the dead time of
 /// the thrust card, so that they are as late as the load cell is.

@@ -21,15 +21,6 @@ use crate::cli::context::Context;
 use crate::cli::output;
 use touchdown_terminal::Done;
 
-/// The channels in which a gap costs the row.
-pub(crate) const CHANNELS: [&str; 5] = [
-    "throttle",
-    "thrust_n",
-    "height_m",
-    "deck_velocity_mps",
-    "vehicle_velocity_mps",
-];
-
 /// One of this number of logs is held out when levels are compared. Fewer logs are not split.
 const HELD_OUT_EVERY: usize = 5;
 const FEWEST_LOGS: usize = 5;
@@ -355,7 +346,7 @@ pub(crate) fn prepare(logs: &[Log], thrust: &Card) -> Result<(Vec<GroundTrial>, 
     let prepared: Vec<(GroundTrial, Option<String>)> = logs
         .par_iter()
         .map(|log| {
-            let (whole, gaps) = load::without_gaps(&log.trial, &CHANNELS)?;
+            let (whole, gaps) = ground_effect::without_gaps(&log.trial)?;
             let warning = (gaps > 0).then(|| {
                 format!(
                     "{}: {gaps} of {} rows have a gap in a necessary channel and are not used",

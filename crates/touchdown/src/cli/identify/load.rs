@@ -229,22 +229,6 @@ pub(crate) fn word(text: &str) -> String {
     }
 }
 
-/// The trial without the rows in which one of its `channels` is a gap, and how many those are. Channels that the
-/// trial lacks are passed over.
-pub(crate) fn without_gaps(trial: &Trial, channels: &[&str]) -> Result<(Trial, usize)> {
-    let needed: Vec<&[f64]> = channels.iter().filter_map(|c| trial.channel(c)).collect();
-    let rows: Vec<usize> = (0..trial.len())
-        .filter(|&i| needed.iter().all(|c| c[i].is_finite()))
-        .collect();
-    let pick = |c: &[f64]| rows.iter().map(|&i| c[i]).collect::<Vec<_>>();
-    let mut whole = Trial::new(trial.name(), pick(trial.time_s()))?;
-    for (name, values) in trial.channels() {
-        whole.insert(name, pick(values))?;
-    }
-    let whole = whole.with_provenance(trial.provenance().clone());
-    Ok((whole, trial.len() - rows.len()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,12 +5,12 @@ use std::path::Path;
 use touchdown::Result;
 use touchdown_identify::flights::FlightSettings;
 use touchdown_identify::flights::judge::{FlightCards, Held};
+use touchdown_identify::validation::{FreeRun, judge_flight};
 use touchdown_log::Map;
 use touchdown_model::{Card, Kind};
 use touchdown_trial::Trial;
 
 use super::Results;
-use super::judge::{FreeRun, judge_flight};
 use crate::cli::args::identify::ValidateArgs;
 use crate::cli::identify::load;
 
@@ -69,7 +69,7 @@ impl Flights {
                 rotors: self.rotors,
             },
         };
-        judge_flight(&cards, trial, &self.settings, self.held)
+        Ok(judge_flight(&cards, trial, &self.settings, self.held)?)
     }
 }
 

@@ -1,7 +1,6 @@
 //! `touchdown validate`.
 
 mod flights;
-mod judge;
 
 use std::path::{Path, PathBuf};
 
@@ -13,6 +12,7 @@ use touchdown_campaign::progress::Progress as _;
 use touchdown_identify::flights::judge::IntervalFactors;
 use touchdown_identify::rig::GroundTrial;
 use touchdown_identify::scores::Errors;
+use touchdown_identify::validation::{FreeRun, judge_ground, judge_thrust};
 use touchdown_model::{Card, Kind};
 
 use super::args::identify::ValidateArgs;
@@ -22,7 +22,6 @@ use super::identify::ground::{prepare, thrust_card};
 use super::identify::{load, show};
 use super::output;
 use flights::Flights;
-use judge::{FreeRun, judge_ground, judge_thrust};
 use touchdown_terminal::Done;
 
 /// A card and where it lies.
@@ -123,8 +122,8 @@ pub(crate) fn run(context: &Context, args: &ValidateArgs) -> Result<Done> {
             let (card, trial) = (&cards[c].card, &logs[l].trial);
             let judged = match (card.kind, &prepared[l]) {
                 _ if is_flight(&logs[l]) => flights.judge(card, free_air.as_ref(), trial),
-                (Kind::GroundEffect, Some(prepared)) => judge_ground(card, prepared, trial),
-                _ => judge_thrust(card, trial),
+                (Kind::GroundEffect, Some(prepared)) => Ok(judge_ground(card, prepared, trial)?),
+                _ => Ok(judge_thrust(card, trial)?),
             };
             context.step();
             judged

@@ -1,35 +1,46 @@
-//! One card on one trial, in free run.
+//! One card on one trial, in free run: what `touchdown validate` and the Python package report.
 
-use touchdown::{Error, Result};
-use touchdown_identify::flights::FlightSettings;
-use touchdown_identify::flights::judge::{FlightCards, Held, IntervalFactors, judge};
-use touchdown_identify::rig::{self as ground_effect, GroundTrial};
-use touchdown_identify::scores::Errors;
-use touchdown_identify::thrust;
 use touchdown_model::Card;
 use touchdown_trial::Trial;
 
+use crate::error::{Error, Result};
+use crate::flights::FlightSettings;
+use crate::flights::judge::{FlightCards, Held, IntervalFactors, judge};
+use crate::rig::{self as ground_effect, GroundTrial};
+use crate::scores::Errors;
+use crate::thrust;
+
 /// A free run with its errors (N).
-pub(super) struct FreeRun {
-    pub(super) time_s: Vec<f64>,
-    pub(super) measured_n: Vec<f64>,
-    pub(super) truth_n: Option<Vec<f64>>,
-    pub(super) predicted_n: Vec<f64>,
+#[derive(Clone, Debug)]
+pub struct FreeRun {
+    /// Stamps (s).
+    pub time_s: Vec<f64>,
+    /// Measured force (N).
+    pub measured_n: Vec<f64>,
+    /// True force (N), where the log is of the virtual rig.
+    pub truth_n: Option<Vec<f64>>,
+    /// Predicted force (N).
+    pub predicted_n: Vec<f64>,
     /// Against the measurement.
-    pub(super) measured: Errors,
+    pub measured: Errors,
     /// Against the truth.
-    pub(super) truth: Option<Errors>,
+    pub truth: Option<Errors>,
     /// The measurement against the truth.
-    pub(super) noise_floor: Option<Errors>,
-    pub(super) warnings: Vec<String>,
+    pub noise_floor: Option<Errors>,
+    /// What a user should know.
+    pub warnings: Vec<String>,
     /// Scale and height offset of each armed interval, where the log is one of a flight.
-    pub(super) intervals: Vec<IntervalFactors>,
+    pub intervals: Vec<IntervalFactors>,
 }
 
 /// Share of a range by which an input may leave the card's validity box without a warning.
 const SLACK: f64 = 0.01;
 
-pub(super) fn judge_thrust(card: &Card, trial: &Trial) -> Result<FreeRun> {
+/// A thrust card on the trial of a stand.
+///
+/// # Errors
+/// Channels that the card needs and the trial lacks, or no row with a measurement and a prediction.
+pub fn judge_thrust(card: &Card, trial: &Trial) -> Result<FreeRun> {
     let predicted = thrust::predict(card, trial)?;
     let measured = trial.require("thrust_n")?;
     let noise_floor = trial
@@ -55,7 +66,11 @@ pub(super) fn judge_thrust(card: &Card, trial: &Trial) -> Result<FreeRun> {
     )
 }
 
-pub(super) fn judge_ground(card: &Card, ground: &GroundTrial, trial: &Trial) -> Result<FreeRun> {
+/// A ground-effect card on a prepared trial of a force rig; `trial` is the whole one.
+///
+/// # Errors
+/// As of [`judge_thrust`].
+pub fn judge_ground(card: &Card, ground: &GroundTrial, trial: &Trial) -> Result<FreeRun> {
     let noise_floor = match (trial.channel("thrust_n"), trial.channel("truth_thrust_n")) {
         (Some(measured), Some(truth)) => Errors::of(measured, truth),
         _ => None,
@@ -74,7 +89,10 @@ pub(super) fn judge_ground(card: &Card, ground: &GroundTrial, trial: &Trial) -> 
 }
 
 /// A card on the log of a flight: by the specific force, in each armed interval.
-pub(super) fn judge_flight(
+///
+/// # Errors
+/// Those of [`judge`].
+pub fn judge_flight(
     cards: &FlightCards<'_>,
     trial: &Trial,
     settings: &FlightSettings,
