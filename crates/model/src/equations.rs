@@ -1,8 +1,9 @@
 //! The equations of a card: the expressions of its form, filled with its terms.
 
+use sindy_expr::Expr;
 use touchdown_flight::ground_effect::Empirical;
 
-use crate::card::Card;
+use crate::card::{Card, Kind};
 use crate::catalogue::{Part, Start};
 use crate::error::CardError;
 
@@ -72,6 +73,37 @@ impl Card {
         })
     }
 
+    /// The form's equations with this card's coefficients in LaTeX (an `aligned` environment of `amsmath`), each
+    /// coefficient with so many significant digits (1 to 17).
+    ///
+    /// # Errors
+    /// Those of [`Self::equations`].
+    pub fn to_latex(&self, digits: usize) -> Result<String, CardError> {
+        let equations = self.equations()?;
+        let latex = |text: &str| {
+            // The term of a constant reads as its coefficient.
+            let text = &text.replace("*(1)", "");
+            let filled = with_numbers(text, &equations.parameters, digits.clamp(1, 17));
+            let parsed = Expr::parse(&filled);
+            let parsed = parsed.map_err(|e| self.lacks("expressions", format!("`{text}`: {e}")))?;
+            Ok::<_, CardError>(parsed.to_latex())
+        };
+        let mut lines = Vec::new();
+        if let (Some(state), Some(rate)) = (equations.state, &equations.rate) {
+            let state = Expr::variable(state).to_latex();
+            lines.push(format!(r"\dot{{{state}}} &= {}", latex(rate)?));
+        }
+        let output = match self.kind {
+            Kind::Thrust => "T",
+            Kind::GroundEffect => "f",
+        };
+        lines.push(format!("{output} &= {}", latex(&equations.output)?));
+        Ok(format!(
+            "\\begin{{aligned}}\n{}\n\\end{{aligned}}\n",
+            lines.join(" \\\\\n")
+        ))
+    }
+
     /// A part as an expression in new parameters.
     fn part(&self, part: &Part, parameters: &mut Vec<f64>) -> Result<String, CardError> {
         let mut parameter = |value: f64| {
@@ -105,5 +137,43 @@ impl Card {
             expected: expected.into(),
             found,
         }
+    }
+}
+
+/// An expression of [`Equations`] with numbers in place of its parameters.
+fn with_numbers(text: &str, parameters: &[f64], digits: usize) -> String {
+    // From the last on, because `p1` begins `p10`.
+    let numbered = parameters.iter().enumerate().rev();
+    numbered.fold(text.to_string(), |text, (i, value)| {
+        let rounded = |value: f64| format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+        let size = rounded(value.abs());
+        let text = match value.is_sign_negative() {
+            true => text.replace(&format!(" + p{i}*"), &format!(" - {size}*")),
+            false => text,
+        };
+        text.replace(&format!("p{i}"), &format!("({})", rounded(*value)))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_coefficients_stand_in_the_equations_with_their_signs() {
+        let text = "(p0*(s) + p1*(x) + p10*(psi1))";
+        let mut parameters = vec![0.0; 11];
+        (parameters[0], parameters[1], parameters[10]) = (-1.0, -2.345_67, 12_345.0);
+        assert_eq!(
+            with_numbers(text, &parameters, 3),
+            "((-1)*(s) - 2.35*(x) + (12300)*(psi1))"
+        );
+        let card = Card::parse(crate::published::EQ_11, "eq11").unwrap();
+        let latex = card.to_latex(3).unwrap();
+        assert!(
+            latex.contains(r"\dot{x} &=") && latex.contains("T &="),
+            "{latex}"
+        );
+        assert!(!latex.contains("p_") && !latex.contains(r"\cdot 1"), "{latex}");
     }
 }
