@@ -3,6 +3,7 @@
 mod batch;
 mod cascade;
 mod closed_forms;
+mod commanded;
 mod contact;
 mod deck;
 mod fast_camera;

@@ -22,6 +22,9 @@ use crate::landing::space::trial::{TrialAir, TrialDraw, hover};
 pub(super) type ControllerMemory =
     SpaceControllerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
 
+/// A flight with its state, the setpoint that it hovers at, and its air.
+pub(super) type Departure = (LaneFlight, RigidState, AttitudeSetpoint, Disturbance);
+
 /// A landing in a lane.
 pub(super) struct LaneFlight {
     trial: u64,
@@ -52,7 +55,7 @@ impl LaneFlight {
         trial: u64,
         seed: u64,
         start: u64,
-    ) -> Result<(Self, RigidState, AttitudeSetpoint, Disturbance), SimError> {
+    ) -> Result<Departure, SimError> {
         let scenario = &batch.lander.scenario;
         let draw = TrialDraw::new(scenario, trial, seed);
         let vehicle = draw.vehicle(&batch.lander.vehicle)?;
@@ -103,6 +106,12 @@ impl LaneFlight {
         let piece = piece(knot_s, &self.knot, &next);
         self.knot = next;
         piece
+    }
+
+    /// Moves the grid of the deck's knots, so that the flight begins so many steps after a knot.
+    pub(super) fn begin_after_knot(&mut self, steps: u64) {
+        self.shift_s -= steps as f64 * STEP_S;
+        self.knot = self.deck.coordinates(self.shift_s);
     }
 
     /// Whether the rotors have been stopped.

@@ -30,6 +30,7 @@
 //! `cargo test -p touchdown-sim --lib shares_held` flies such pairs.
 
 mod air;
+mod commanded;
 mod control;
 mod engine;
 mod lane_flight;
@@ -53,6 +54,7 @@ use crate::deck::rigid::{RigidDeck, RigidMotion};
 use crate::error::SimError;
 use crate::number::lanes::Lanes;
 use crate::sensors::suite::steps;
+pub use commanded::{Commanded, LaneEnd};
 use engine::Engine;
 
 /// Steps of the integration between two knots of a deck's spline. Trials begin at
@@ -180,7 +182,7 @@ impl Batch {
     /// # Errors
     /// None that [`Self::new`] has not found.
     pub fn land_one(&self, trial: u64, seed: u64) -> Result<SpaceLanding, SimError> {
-        let mut landings = Engine::new(self, trial..trial + 1, seed, 0.0).run()?;
+        let mut landings = Engine::new(self, trial..trial + 1, seed, 0.0).run(self)?;
         Ok(landings.swap_remove(0))
     }
 
@@ -221,6 +223,6 @@ impl WithSimd for BatchRun<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let like = Lanes::splat(simd, 0.0);
-        Engine::new(self.batch, self.trials, self.seed, like).run()
+        Engine::new(self.batch, self.trials, self.seed, like).run(self.batch)
     }
 }

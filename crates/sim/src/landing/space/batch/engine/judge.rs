@@ -1,19 +1,19 @@
 //! How landings end.
 
-use super::super::KNOT_STEPS;
 use super::super::lane_state::{DeckStates, state_of};
+use super::super::{Batch, KNOT_STEPS};
 use super::Engine;
 use crate::STEP_S;
 use crate::landing::space::outcome::{CrashCause, SpaceOutcome};
 use crate::number::vector::{along, axes_of, dot, sub};
 use crate::number::{Number, angle};
 
-impl<N: Number> Engine<'_, N> {
+impl<N: Number> Engine<N> {
     /// Judges all by the truth: at every step those whose feet may have touched in it, that
     /// are low or that are watched, the others at knots.
     #[inline(always)]
-    pub(super) fn judge(&mut self, near: N::Truth) {
-        let scenario = &self.batch.lander.scenario;
+    pub(super) fn judge(&mut self, batch: &Batch, near: N::Truth) {
+        let scenario = &batch.lander.scenario;
         let arm = sub(self.state.position_m, self.pose.origin_m);
         let velocity = sub(self.state.velocity_mps, self.pose.point_velocity(arm));
         let height_m = dot(self.pose.axes[2], arm);
@@ -25,7 +25,7 @@ impl<N: Number> Engine<'_, N> {
         self.path_m = self.path_m + flies;
         let above = height_m.above(scenario.landed_height_m);
         let looks = near | !above | self.watched.above(0.0);
-        let standing = N::any(looks).then(|| self.look(velocity));
+        let standing = N::any(looks).then(|| self.look(batch, velocity));
         let looks = N::select(looks, zero.splat(1.0), 0.0);
         let seldom = self.step.is_multiple_of(KNOT_STEPS);
         if standing.is_none() && !seldom {
@@ -42,7 +42,7 @@ impl<N: Number> Engine<'_, N> {
             let mut outcome = None;
             if judged.is_some() || seldom {
                 flight.path_m = self.path_m.get(lane);
-                outcome = flight.judge(self.batch, self.step, judged.as_ref());
+                outcome = flight.judge(batch, self.step, judged.as_ref());
                 if flight.is_stopped() {
                     self.stopped = self.stopped.with(lane, 1.0);
                     self.watched = self.watched.with(lane, 1.0);
@@ -61,6 +61,7 @@ impl<N: Number> Engine<'_, N> {
                 && let Some(flight) = self.flights[lane].take()
             {
                 self.landed.push(flight.landing(self.step, outcome));
+                self.vacated.push(lane);
                 self.stopped = self.stopped.with(lane, 1.0);
                 self.watched = self.watched.with(lane, 0.0);
                 self.left = self.step;
@@ -70,12 +71,12 @@ impl<N: Number> Engine<'_, N> {
 
     /// How all stand to their decks, `velocity` being relative to the deck.
     #[inline(always)]
-    fn look(&self, velocity: [N; 3]) -> DeckStates<N> {
+    fn look(&self, batch: &Batch, velocity: [N; 3]) -> DeckStates<N> {
         let axes = axes_of(self.state.attitude);
         let up = dot(axes[2], self.pose.axes[2]);
         let up = up.within(-1.0, 1.0);
         let arm = sub(self.state.position_m, self.pose.origin_m);
-        let feet = self
+        let feet = batch
             .legs
             .feet_at(&self.state.body(&axes), &self.pose, &self.foothold);
         let one = up.splat(1.0);

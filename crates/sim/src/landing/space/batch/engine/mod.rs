@@ -1,6 +1,7 @@
 //! The step of all lanes.
 
 mod judge;
+mod outside;
 #[cfg(test)]
 mod tests;
 
@@ -8,12 +9,12 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::air::{Air, BLOCK_STEPS};
-use super::lane_flight::LaneFlight;
+use super::lane_flight::{Departure, LaneFlight};
 use super::lane_state::{LaneState, ask_for};
 use super::{Batch, KNOT_STEPS};
 use crate::STEP_S;
 use crate::body::cascade::{CascadeMemory, Setpoint};
-use crate::body::contact::{Foothold, Legs};
+use crate::body::contact::Foothold;
 use crate::body::rigid::{
     Disturbance, Input, LegContact, MotionState, RigidState, SIZE, VehicleVariation,
 };
@@ -30,9 +31,7 @@ use crate::number::{MOST_LANES, Number};
 const WAIT_STEPS: u64 = 400;
 
 /// Landings in the lanes of a number.
-pub(super) struct Engine<'a, N: Number> {
-    batch: &'a Batch,
-    legs: &'a Legs,
+pub(super) struct Engine<N: Number> {
     waiting: Range<u64>,
     seed: u64,
     step: u64,
@@ -40,6 +39,8 @@ pub(super) struct Engine<'a, N: Number> {
     left: u64,
     flights: Vec<Option<LaneFlight>>,
     landed: Vec<SpaceLanding>,
+    /// The lanes that these have left.
+    vacated: Vec<usize>,
     kind: VehicleVariation<N>,
     state: MotionState<N>,
     foothold: Foothold<N>,
@@ -63,9 +64,9 @@ pub(super) struct Engine<'a, N: Number> {
     throttle: [N; 4],
 }
 
-impl<'a, N: Number> Engine<'a, N> {
+impl<N: Number> Engine<N> {
     #[inline(always)]
-    pub(super) fn new(batch: &'a Batch, trials: Range<u64>, seed: u64, like: N) -> Self {
+    pub(super) fn new(batch: &Batch, trials: Range<u64>, seed: u64, like: N) -> Self {
         let (zero, one) = (like.splat(0.0), like.splat(1.0));
         let mut start = [zero; SIZE];
         start[15] = one;
@@ -77,14 +78,13 @@ impl<'a, N: Number> Engine<'a, N> {
         };
         let count = trials.end.saturating_sub(trials.start) as usize;
         Self {
-            batch,
-            legs: &batch.legs,
             waiting: trials,
             seed,
             step: 0,
             left: 0,
             flights: (0..N::COUNT).map(|_| None).collect(),
             landed: Vec::with_capacity(count),
+            vacated: Vec::with_capacity(count),
             kind: VehicleVariation {
                 thrust_scale_error: [zero; 4],
                 ground_effect_scale: one,
@@ -125,31 +125,42 @@ impl<'a, N: Number> Engine<'a, N> {
 
     /// Flies all trials.
     #[inline(always)]
-    pub(super) fn run(mut self) -> Result<Vec<SpaceLanding>, SimError> {
-        while self.advance()? {}
+    pub(super) fn run(mut self, batch: &Batch) -> Result<Vec<SpaceLanding>, SimError> {
+        while self.advance(batch)? {}
         self.landed.sort_by_key(|landing| landing.trial_index);
         Ok(self.landed)
     }
 
     /// A step of all; false when none is left.
     #[inline(always)]
-    fn advance(&mut self) -> Result<bool, SimError> {
-        let batch = self.batch;
+    fn advance(&mut self, batch: &Batch) -> Result<bool, SimError> {
         let within = self.step % KNOT_STEPS;
         if within == 0 {
-            self.flight()?;
+            self.flight(batch)?;
             if self.flights.iter().all(Option::is_none) {
                 return Ok(false);
             }
             self.knot();
         }
+        if self.step.is_multiple_of(batch.steps.control) {
+            let wanted = self.ask(batch, within);
+            self.command(batch, wanted);
+        }
+        self.act(batch, within);
+        Ok(true)
+    }
+
+    /// Setpoints set out; the attitude control has them after the command's delay.
+    fn command(&mut self, batch: &Batch, wanted: Setpoint<N>) {
+        let at = self.step + batch.steps.command_delay;
+        self.coming.push_back((at, wanted));
+    }
+
+    /// Air, attitude control and motion of a step.
+    #[inline(always)]
+    fn act(&mut self, batch: &Batch, within: u64) {
         if within.is_multiple_of(BLOCK_STEPS) {
             self.air.draw(&mut self.flights);
-        }
-        if self.step.is_multiple_of(batch.steps.control) {
-            let wanted = self.ask(within);
-            let at = self.step + batch.steps.command_delay;
-            self.coming.push_back((at, wanted));
         }
         while let Some((_, wanted)) = self.coming.front().filter(|(at, _)| *at <= self.step) {
             self.wanted = *wanted;
@@ -163,15 +174,14 @@ impl<'a, N: Number> Engine<'a, N> {
             self.throttle = given.throttle;
             self.fresh = self.fresh.splat(0.0);
         }
-        self.fly(within);
-        Ok(true)
+        self.fly(batch, within);
     }
 
     /// Trials take the empty flights.
     ///
     /// Lanes that touch at the same time share the work of the legs: trials begin together, when
     /// all have landed or half of them a while ago.
-    fn flight(&mut self) -> Result<(), SimError> {
+    fn flight(&mut self, batch: &Batch) -> Result<(), SimError> {
         let empty = self
             .flights
             .iter()
@@ -188,38 +198,42 @@ impl<'a, N: Number> Engine<'a, N> {
             let Some(trial) = self.waiting.next() else {
                 continue;
             };
-            let (flight, state, hover, disturbance) =
-                LaneFlight::new(self.batch, trial, self.seed, self.step)?;
-            let kind = flight.vehicle.kind();
-            for i in 0..4 {
-                let error = &mut self.kind.thrust_scale_error[i];
-                *error = error.with(lane, kind.thrust_scale_error[i]);
-            }
-            let scale = &mut self.kind.ground_effect_scale;
-            *scale = scale.with(lane, kind.ground_effect_scale);
-            self.put(lane, &state);
-            self.disturb(lane, &disturbance);
-            for k in 0..3 {
-                self.acceleration_mps2[k] = self.acceleration_mps2[k].with(lane, 0.0);
-            }
-            for wanted in std::iter::once(&mut self.wanted)
-                .chain(self.coming.iter_mut().map(|(_, wanted)| wanted))
-            {
-                ask_for(wanted, lane, &hover);
-            }
-            let here = self.fresh.splat(0.0).with(lane, 1.0);
-            let taken = here.above(0.0);
-            self.memory = self.memory.without(taken);
-            for i in 0..4 {
-                self.foothold.sticks[i] = self.foothold.sticks[i] & !taken;
-            }
-            self.fresh = self.fresh.with(lane, 1.0);
-            self.stopped = self.stopped.with(lane, 0.0);
-            self.sinking_mps = self.sinking_mps.with(lane, 0.0);
-            self.path_m = self.path_m.with(lane, 0.0);
-            self.flights[lane] = Some(flight);
+            let flight = LaneFlight::new(batch, trial, self.seed, self.step)?;
+            self.take(lane, flight);
         }
         Ok(())
+    }
+
+    /// A lane takes a flight.
+    fn take(&mut self, lane: usize, (flight, state, hover, disturbance): Departure) {
+        let kind = flight.vehicle.kind();
+        for i in 0..4 {
+            let error = &mut self.kind.thrust_scale_error[i];
+            *error = error.with(lane, kind.thrust_scale_error[i]);
+        }
+        let scale = &mut self.kind.ground_effect_scale;
+        *scale = scale.with(lane, kind.ground_effect_scale);
+        self.put(lane, &state);
+        self.disturb(lane, &disturbance);
+        for k in 0..3 {
+            self.acceleration_mps2[k] = self.acceleration_mps2[k].with(lane, 0.0);
+        }
+        for wanted in std::iter::once(&mut self.wanted)
+            .chain(self.coming.iter_mut().map(|(_, wanted)| wanted))
+        {
+            ask_for(wanted, lane, &hover);
+        }
+        let here = self.fresh.splat(0.0).with(lane, 1.0);
+        let taken = here.above(0.0);
+        self.memory = self.memory.without(taken);
+        for i in 0..4 {
+            self.foothold.sticks[i] = self.foothold.sticks[i] & !taken;
+        }
+        self.fresh = self.fresh.with(lane, 1.0);
+        self.stopped = self.stopped.with(lane, 0.0);
+        self.sinking_mps = self.sinking_mps.with(lane, 0.0);
+        self.path_m = self.path_m.with(lane, 0.0);
+        self.flights[lane] = Some(flight);
     }
 
     /// The decks up to their next knots.
@@ -245,7 +259,7 @@ impl<'a, N: Number> Engine<'a, N> {
     }
 
     /// The setpoints of the controllers in this step.
-    fn ask(&mut self, within: u64) -> Setpoint<N> {
+    fn ask(&mut self, batch: &Batch, within: u64) -> Setpoint<N> {
         let mut wanted = self
             .coming
             .back()
@@ -264,7 +278,7 @@ impl<'a, N: Number> Engine<'a, N> {
             else {
                 continue;
             };
-            let asked = self.batch.command(flight, &seen.of(lane));
+            let asked = batch.command(flight, &seen.of(lane));
             thrust_n[lane] = asked.thrust_n;
             for k in 0..4 {
                 attitude[k][lane] = asked.attitude[k];
@@ -279,11 +293,11 @@ impl<'a, N: Number> Engine<'a, N> {
 
     /// The motion of all over a step.
     #[inline(always)]
-    fn fly(&mut self, within: u64) {
-        let vehicle = &self.batch.lander.vehicle;
+    fn fly(&mut self, batch: &Batch, within: u64) {
+        let vehicle = &batch.lander.vehicle;
         let zero = self.stopped.splat(0.0);
         let t = within as f64 * STEP_S;
-        let held_steps = self.batch.steps.held;
+        let held_steps = batch.steps.held;
         if within.is_multiple_of(held_steps) {
             let middle_s = 0.5 * STEP_S * held_steps as f64;
             let pose = on_piece(&self.piece, t + middle_s).pose();
@@ -299,9 +313,9 @@ impl<'a, N: Number> Engine<'a, N> {
             self.input.throttle[i] = N::select(off, zero, self.throttle[i]);
         }
         let axes = axes_of(self.state.attitude);
-        let near = self.legs.near(&self.state.body(&axes), &poses[0]);
+        let near = batch.legs.near(&self.state.body(&axes), &poses[0]);
         let mut standing = N::any(near).then_some(LegContact {
-            legs: self.legs,
+            legs: &batch.legs,
             foothold: self.foothold,
         });
         let (acting, held) = vehicle.advance(
@@ -327,7 +341,7 @@ impl<'a, N: Number> Engine<'a, N> {
         let roots = &self.state.rotors.root_thrust;
         let sd_n = || vehicle.rotors().turbulence_sd_n(roots, &held.target);
         self.air.act(within, &mut self.input, sd_n);
-        self.judge(near);
+        self.judge(batch, near);
     }
 
     fn put(&mut self, lane: usize, state: &RigidState) {

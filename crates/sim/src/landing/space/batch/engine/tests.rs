@@ -20,14 +20,21 @@ fn apart(held: &Batch, trial: u64) -> Apart {
     fresh.steps.held = 1;
     let [mut a, mut b] = [held, &fresh].map(|batch| Engine::new(batch, trial..trial + 1, 3, 0.0));
     let mut apart = [0.0_f64; 4];
-    let step = |engine: &mut Engine<'_, f64>| engine.advance().expect("a checked scenario");
-    while step(&mut a) & step(&mut b) {
+    let step = |engine: &mut Engine<f64>, batch: &Batch| {
+        engine.advance(batch).expect("a checked scenario")
+    };
+    while step(&mut a, held) & step(&mut b, &fresh) {
         if a.stopped + b.stopped == 0.0 {
             apart[0] = apart[0].max(length(a.state.position_m, b.state.position_m));
             apart[1] = apart[1].max(length(a.state.velocity_mps, b.state.velocity_mps));
         }
     }
-    let [a, b] = [a, b].map(|engine| engine.run().expect("a checked scenario").swap_remove(0));
+    let [a, b] = [(a, held), (b, &fresh)].map(|(engine, batch)| {
+        engine
+            .run(batch)
+            .expect("a checked scenario")
+            .swap_remove(0)
+    });
     assert_eq!(a.outcome, b.outcome, "trial {trial}");
     let (a, b) = a.touch.zip(b.touch).expect("both touch");
     apart[2] = (a.t_l_s - b.t_l_s).abs();
