@@ -14,6 +14,7 @@
 //! | `fit` | the automatic call, and fits by a given solver |
 //! | `gram` | the statistics of rows: accumulated, merged, pickled, solved |
 //! | `model` | models: predict, simulate, write |
+//! | `touchdown` | trials, identification, model cards, landings |
 
 #![expect(
     clippy::needless_pass_by_value,
@@ -29,6 +30,7 @@ mod model;
 mod run;
 mod slopes;
 mod solver;
+mod touchdown;
 
 use pyo3::prelude::*;
 
@@ -45,6 +47,20 @@ mod _native {
     use crate::model::Model;
     #[pymodule_export]
     use crate::slopes::slopes;
+    #[pymodule_export]
+    use crate::touchdown::card::Card;
+    #[pymodule_export]
+    use crate::touchdown::commanded::Commanded;
+    #[pymodule_export]
+    use crate::touchdown::identify::{identify_ground_effect, identify_thrust};
+    #[pymodule_export]
+    use crate::touchdown::land::{SpaceLandings, land_in_space};
+    #[pymodule_export]
+    use crate::touchdown::trial::Trial;
+    #[pymodule_export]
+    use crate::touchdown::validate::validate;
+    #[pymodule_export]
+    use crate::touchdown::vertical::{VerticalLandings, land_vertically};
 
     use super::{Bound, PyModule, PyModuleMethods, PyResult};
 

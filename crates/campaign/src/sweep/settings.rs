@@ -10,7 +10,7 @@ use super::stated::StatedKeys;
 use crate::cards::CardPaths;
 use crate::error::Result;
 use crate::measured_deck::SeriesSettings;
-use crate::settings_file::read_with_given;
+use crate::settings_file::{parse, read_with_given};
 use crate::vehicle::VehicleSettings;
 
 /// What `touchdown campaign` flies.
@@ -75,6 +75,17 @@ impl SweepSettings {
     pub fn read(path: &Path) -> Result<Self> {
         let (mut settings, given) = read_with_given::<Self>(path)?;
         settings.stated = StatedKeys::of(&given);
+        Ok(settings)
+    }
+
+    /// As [`Self::read`], from text; `file` names it in errors.
+    ///
+    /// # Errors
+    /// Keys and values that make no sense, with file, line and key.
+    pub fn parse(text: &str, file: &str) -> Result<Self> {
+        let mut settings: Self = parse(text, file)?;
+        // Text that was just parsed.
+        settings.stated = StatedKeys::of(&toml::from_str(text).unwrap_or_default());
         Ok(settings)
     }
 }

@@ -1,0 +1,267 @@
+//! Landings: of the vertical vehicle, and in space.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyArrayMethods as _};
+use pyo3::IntoPyObjectExt as _;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::Value;
+use touchdown_campaign::progress::Progress;
+use touchdown_campaign::settings_file;
+use touchdown_campaign::sweep::{self, LandingRow, Sweep, SweepSettings, summarise};
+use touchdown_campaign::{Error, Result};
+use touchdown_sim::landing::space::Case;
+
+use super::of_campaign;
+use crate::error;
+use crate::run::{self, Cancel};
+
+/// Tells landings of a Ctrl-C.
+pub(super) struct Heeding(pub(super) Cancel);
+
+impl Progress for Heeding {
+    fn stage(&self, _: &str, _: u64) {}
+
+    fn step(&self) {
+        self.0.heed();
+    }
+}
+
+/// Settings from Python: a file, or JSON of keys.
+pub(super) enum Given {
+    File(PathBuf),
+    Keys(String),
+    None,
+}
+
+impl Given {
+    /// Of the two that Python hands over.
+    pub(super) fn of(file: Option<PathBuf>, json: Option<&str>) -> PyResult<Self> {
+        match (file, json) {
+            (Some(file), _) => Ok(Self::File(file)),
+            (None, Some(json)) => {
+                let table: toml::Table =
+                    serde_json::from_str(json).map_err(|e| error::settings("scenario", &e))?;
+                let text = settings_file::to_toml(&table).map_err(|e| of_campaign(&e))?;
+                Ok(Self::Keys(text))
+            }
+            (None, None) => Ok(Self::None),
+        }
+    }
+}
+
+/// Landings in space that were flown.
+#[pyclass(frozen, module = "sindy._native")]
+pub(crate) struct SpaceLandings {
+    sweep: Arc<Sweep>,
+    rows: Vec<LandingRow>,
+}
+
+fn settings_of(given: &Given) -> Result<(SweepSettings, PathBuf, String)> {
+    let here = || PathBuf::from(".");
+    Ok(match given {
+        Given::File(path) => {
+            let folder = path.parent().map_or_else(here, Path::to_owned);
+            (
+                SweepSettings::read(path)?,
+                folder,
+                path.display().to_string(),
+            )
+        }
+        Given::Keys(text) => (
+            SweepSettings::parse(text, "scenario")?,
+            here(),
+            "scenario".into(),
+        ),
+        Given::None => {
+            let settings = SweepSettings {
+                trials: 40,
+                scenario: Case::Paper.scenario(),
+                ..SweepSettings::default()
+            };
+            (settings, here(), "scenario".into())
+        }
+    })
+}
+
+/// Flies landings in space as `touchdown land --space` does. `cards`: thrust, empirical, dynamic.
+#[pyfunction]
+#[pyo3(signature = (file, json, cards, controllers, trials, seed, deck_acceleration, jobs))]
+#[expect(clippy::too_many_arguments, reason = "one for each of the command's")]
+pub(crate) fn land_in_space(
+    py: Python<'_>,
+    file: Option<PathBuf>,
+    json: Option<&str>,
+    cards: [Option<PathBuf>; 3],
+    controllers: Vec<String>,
+    trials: Option<u64>,
+    seed: Option<u64>,
+    deck_acceleration: bool,
+    jobs: Option<usize>,
+) -> PyResult<SpaceLandings> {
+    let given = Given::of(file, json)?;
+    let flown = run::owned(py, jobs, move |cancel| {
+        Ok((|| {
+            let (mut settings, folder, name) = settings_of(&given)?;
+            if settings.autopilot.is_some() {
+                return Err(Error::Settings {
+                    file: name,
+                    message: "key `autopilot`: expected none, found some".to_owned(),
+                });
+            }
+            settings.seed = seed.unwrap_or(settings.seed);
+            settings.trials = trials.unwrap_or(settings.trials);
+            let [thrust, empirical, dynamic] = cards;
+            let paths = &mut settings.cards;
+            paths.thrust = thrust.or(paths.thrust.take());
+            paths.empirical = empirical.or(paths.empirical.take());
+            paths.dynamic = dynamic.or(paths.dynamic.take());
+            if !deck_acceleration {
+                settings.scenario.control.deck_acceleration = false;
+            }
+            if !controllers.is_empty() {
+                let key = "control.controller".to_owned();
+                settings.grid.insert(key, controllers.into());
+            }
+            let sweep = Sweep::new(settings, &folder, name)?;
+            cancel.heed();
+            let progress = Heeding(cancel.clone());
+            let rows = sweep::rows(&sweep, 0..sweep.landings(), &progress)?;
+            Ok((sweep, rows))
+        })())
+    })?;
+    let (sweep, rows) = flown.map_err(|e| of_campaign(&e))?;
+    Ok(SpaceLandings {
+        sweep: Arc::new(sweep),
+        rows,
+    })
+}
+
+#[pymethods]
+impl SpaceLandings {
+    /// Landings.
+    fn __len__(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The table: numbers as arrays (an absent one is NaN), texts as lists.
+    fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let table = PyDict::new(py);
+        let trials = self.sweep.trials();
+        let whole = |of: &dyn Fn(&LandingRow) -> u64| {
+            PyArray1::from_iter(py, self.rows.iter().map(|row| of(row) as i64))
+        };
+        table.set_item("landing", whole(&|row| row.landing))?;
+        table.set_item("trial", whole(&|row| row.landing % trials))?;
+        for (k, (key, values)) in self.sweep.grid().iter().enumerate() {
+            let at = |row: &LandingRow| &values[self.sweep.places(row.landing / trials)[k]];
+            let numbers: Option<Vec<f64>> =
+                self.rows.iter().map(|r| sweep::number(at(r))).collect();
+            match numbers {
+                Some(numbers) => table.set_item(key, PyArray1::from_vec(py, numbers))?,
+                None => {
+                    let texts: Vec<String> = self.rows.iter().map(|r| sweep::text(at(r))).collect();
+                    table.set_item(key, texts)?;
+                }
+            }
+        }
+        let texts = |of: &dyn Fn(&LandingRow) -> Option<String>| -> Vec<Option<String>> {
+            self.rows.iter().map(of).collect()
+        };
+        table.set_item("outcome", texts(&|row| Some(row.outcome.clone())))?;
+        table.set_item("why", texts(&|row| row.why.clone()))?;
+        table.set_item("abort_reasons", texts(&|row| row.abort_reasons.clone()))?;
+        // After the three texts: counts, then numbers.
+        let header = LandingRow::header();
+        let counts = self.rows.first().map_or(0, |row| row.counts.len());
+        let (counts, numbers) = header[3..].split_at(counts);
+        for (k, name) in counts.iter().enumerate() {
+            table.set_item(name, whole(&|row| row.counts[k]))?;
+        }
+        for name in numbers {
+            let values = self
+                .rows
+                .iter()
+                .map(|row| row.number(name).unwrap_or(f64::NAN));
+            table.set_item(name, PyArray1::from_iter(py, values))?;
+        }
+        Ok(table)
+    }
+
+    /// Figures of every point, in JSON: those of `results.json`.
+    fn results(&self, py: Python<'_>) -> PyResult<String> {
+        let results = py
+            .detach(|| summarise(&self.sweep, &self.rows))
+            .map_err(|e| of_campaign(&e))?;
+        serde_json::to_string(&results).map_err(|e| error::settings("results", &e))
+    }
+
+    /// The sweep that was flown, as TOML.
+    fn sweep_toml(&self) -> PyResult<String> {
+        settings_file::to_toml(self.sweep.settings()).map_err(|e| of_campaign(&e))
+    }
+
+    /// The time series of one landing, which is flown once more for it.
+    fn trace<'py>(&self, py: Python<'py>, landing: u64) -> PyResult<Bound<'py, PyDict>> {
+        let sweep = Arc::clone(&self.sweep);
+        let flown = run::owned(py, None, move |_| Ok(sweep::replay(&sweep, &[landing])))?;
+        let mut traces = flown.map_err(|e| of_campaign(&e))?;
+        let rows = traces.pop().map_or_else(Vec::new, |trace| trace.rows);
+        let rows: Vec<Value> = rows
+            .iter()
+            .map(serde_json::to_value)
+            .collect::<std::result::Result<_, _>>()
+            .map_err(|e| error::settings("trace", &e))?;
+        series(py, &rows)
+    }
+}
+
+/// Rows of named values as named arrays: a number a row, or several, or texts; what is absent is NaN.
+fn series<'py>(py: Python<'py>, rows: &[Value]) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    let Some(Value::Object(first)) = rows.first() else {
+        return Ok(out);
+    };
+    for key in first.keys() {
+        let of = |row: &Value| row.get(key).cloned().unwrap_or(Value::Null);
+        let column: Vec<Value> = rows.iter().map(of).collect();
+        let width = column
+            .iter()
+            .filter_map(Value::as_array)
+            .map(Vec::len)
+            .max();
+        let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+        let values = if let Some(width) = width {
+            let row = |value: &Value| -> Vec<f64> {
+                let of = value.as_array().map(Vec::as_slice).unwrap_or_default();
+                (0..width)
+                    .map(|k| of.get(k).map_or(f64::NAN, number))
+                    .collect()
+            };
+            let flat: Vec<f64> = column.iter().flat_map(row).collect();
+            PyArray1::from_vec(py, flat)
+                .reshape([rows.len(), width])?
+                .into_any()
+        } else if column
+            .iter()
+            .any(|value| value.is_string() || value.is_object())
+        {
+            let text = |value: &Value| match value {
+                Value::Null => None,
+                Value::String(text) => Some(text.clone()),
+                other => Some(other.to_string()),
+            };
+            column
+                .iter()
+                .map(text)
+                .collect::<Vec<_>>()
+                .into_bound_py_any(py)?
+        } else {
+            PyArray1::from_iter(py, column.iter().map(number)).into_any()
+        };
+        out.set_item(key, values)?;
+    }
+    Ok(out)
+}

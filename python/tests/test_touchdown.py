@@ -1,0 +1,246 @@
+"""Trials, identification and cards against known stands and the command's own cards."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import pickle
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import touchdown as td
+
+
+def stand(lag_s: float = 0.05, seed: int = 1, seconds: float = 40.0) -> td.Trial:
+    """A motor behind a lag on a stand: T = 20 s'^2 with s' = (s - s') / lag, noise of 0.02 N."""
+    rng = np.random.default_rng(seed)
+    dt = 0.002
+    t = dt * np.arange(int(seconds / dt))
+    steps = np.repeat(rng.uniform(0.25, 0.7, int(seconds)), int(1.0 / dt))[: t.size]
+    state = np.empty_like(steps)
+    state[0] = steps[0]
+    decay = np.exp(-dt / lag_s)
+    for k in range(t.size - 1):
+        state[k + 1] = steps[k] + (state[k] - steps[k]) * decay
+    thrust = 20.0 * state**2 + 0.02 * rng.standard_normal(t.size)
+    return td.Trial({"time_s": t[::5], "throttle": steps[::5], "thrust_n": thrust[::5]}, name=f"stand {seed}")
+
+
+@pytest.fixture(scope="module")
+def card() -> td.Card:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", td.SindyWarning)
+        return td.identify.thrust([stand(seed=1), stand(seed=2)])
+
+
+def test_analytic_a_stand_gives_its_curve_and_lag(card: td.Card) -> None:
+    unseen = stand(seed=3)
+    error = card.predict(unseen) - unseen["thrust_n"]
+    # Noise of 0.02 N, and a sampling of 10 ms that sees the steps late by up to one sample.
+    assert np.sqrt(np.mean(error[50:] ** 2)) < 0.1
+    assert card.fit["rows_used"] > 0 and card.terms
+    lag = [t["value"] for t in card.terms if t["unit"] == "s"]
+    assert any(abs(value - 0.05) < 0.01 for value in lag), card.terms
+
+
+def test_prop_cards_are_written_and_read_to_the_bit(card: td.Card, tmp_path: Path) -> None:
+    card.save(tmp_path / "card.toml")
+    for again in (td.Card.load(tmp_path / "card.toml"), td.Card.from_toml(card.to_toml()), pickle.loads(pickle.dumps(card))):
+        assert again.to_toml() == card.to_toml()
+    assert "<table>" in card._repr_html_()
+
+
+def test_prop_trials_are_tables_and_files(tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    trial = stand(seconds=2.0)
+    assert list(trial) == ["time_s", "throttle", "thrust_n"] and "height_m" not in trial
+    frame = trial.to_pandas()
+    again = td.Trial(frame)
+    frame.to_csv(tmp_path / "stand.csv", index=False, float_format="%.17g")
+    (read,) = td.read(tmp_path / "stand.csv")
+    for name in trial:
+        assert np.array_equal(trial[name], again[name]) and np.array_equal(trial[name], read[name])
+        assert np.array_equal(trial.to_arrow()[name].to_numpy(), trial[name])
+    assert isinstance(pandas.DataFrame(dict(read)), pandas.DataFrame)
+    (tmp_path / "map.toml").write_text(
+        "schema = 1\n[channels]\ntime_s = 'time_s'\nthrottle = '2*throttle'\nthrust_n = 'thrust_n'\n"
+    )
+    (mapped,) = td.read([tmp_path / "stand.csv"], map=tmp_path / "map.toml")
+    assert np.array_equal(mapped["throttle"], 2.0 * trial["throttle"])
+
+
+def test_prop_bad_input_says_what_and_why(tmp_path: Path, card: td.Card) -> None:
+    trial = stand(seconds=2.0)
+    cases = [
+        lambda: td.read(tmp_path / "nothing.csv"),
+        lambda: td.read(tmp_path / "nothing.csv", map="nothing"),
+        lambda: td.Trial({"throttle": [1.0]}),
+        lambda: td.Trial({"time_s": [1.0, 0.5], "throttle": [0.1, 0.2]}),
+        lambda: td.Card.load(tmp_path / "nothing.toml"),
+        lambda: td.Card.from_toml("schema = 99"),
+        lambda: td.identify.thrust([]),
+        lambda: td.identify.thrust(trial, {"thrusts": {}}),
+        lambda: td.identify.ground_effect(trial),
+        lambda: td.identify.ground_effect(trial, card, form="lagg"),
+        lambda: card.predict(td.Trial({"time_s": [0.0, 1.0], "height_m": [1.0, 1.0]})),
+    ]
+    for case in cases:
+        with pytest.raises(td.SindyError) as caught:
+            case()
+        assert caught.value.key and caught.value.found, str(caught.value)
+
+
+def test_prop_the_commands_card(tmp_path: Path) -> None:
+    command = os.environ.get("TOUCHDOWN_COMMAND", "")
+    if not Path(command).is_file():
+        pytest.skip("TOUCHDOWN_COMMAND names no command")
+    trial = stand(seed=4, seconds=20.0)
+    frame = trial.to_pandas()
+    frame.to_csv(tmp_path / "stand.csv", index=False, float_format="%.17g")
+    arguments = [command, "identify", "thrust", "stand.csv", "--out", "card.toml"]
+    subprocess.run(arguments, cwd=tmp_path, check=True, capture_output=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", td.SindyWarning)
+        ours = td.identify.thrust(td.read(tmp_path / "stand.csv"))
+    theirs = td.Card.load(tmp_path / "card.toml")
+    assert ours.terms == theirs.terms and ours.to_dict()["validity"] == theirs.to_dict()["validity"]
+
+
+def command(*arguments: object, cwd: Path) -> None:
+    """Runs the command, if there is one."""
+    program = os.environ.get("TOUCHDOWN_COMMAND", "")
+    if not Path(program).is_file():
+        pytest.skip("TOUCHDOWN_COMMAND names no command")
+    subprocess.run([program, *map(str, arguments)], cwd=cwd, check=True, capture_output=True)
+
+
+def columns(path: Path) -> dict[str, list[str]]:
+    """A CSV file by columns."""
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {name: [row[name] for row in rows] for name in rows[0]}
+
+
+def assert_same(ours: td.Landings, theirs: dict[str, list[str]]) -> None:
+    """Every cell of the command's table: texts as they are, numbers to the bit."""
+    for name, cells in theirs.items():
+        if isinstance(ours[name], np.ndarray):
+            numbers = [float(cell) if cell else np.nan for cell in cells]
+            assert np.array_equal(ours[name], numbers, equal_nan=True), name
+        else:
+            assert [value or "" for value in ours[name]] == cells, name
+
+
+def test_prop_the_commands_landings_in_space(tmp_path: Path) -> None:
+    sweep = {"trials": 3, "seed": 5, "grid": {"control.controller": ["feedback", "dynamic"]}, "scenario": {"timeout_s": 20.0}}
+    (tmp_path / "sweep.toml").write_text(
+        "trials = 3\nseed = 5\n[grid]\n'control.controller' = ['feedback', 'dynamic']\n[scenario]\ntimeout_s = 20.0\n"
+    )
+    command("land", "sweep.toml", "--space", "--out", "out", cwd=tmp_path)
+    theirs = columns(tmp_path / "out/landings.csv")
+    ours = td.land(sweep, space=True)
+    assert_same(ours, theirs)
+    assert_same(td.land(tmp_path / "sweep.toml", space=True, n_jobs=1), theirs)
+    points = json.loads((tmp_path / "out/results.json").read_text())["points"]
+    assert ours.results["points"] == points
+    trace = ours.trace(1)
+    rows = len(trace["time_s"])
+    assert trace["position_m"].shape == (rows, 3) and trace["attitude"].shape == (rows, 4) and len(trace["phase"]) == rows
+    # The series ends where the table says that the landing does, up to a step of the landing computer.
+    assert abs(trace["time_s"][-1] - ours["end_s"][1]) < 0.011
+
+
+def test_prop_the_commands_vertical_landings(card: td.Card, tmp_path: Path) -> None:
+    card.save(tmp_path / "thrust.toml")
+    names = ["feedback", "imbc"]
+    arguments = [word for name in names for word in ("--controller", name)]
+    command("land", *arguments, "--thrust", "thrust.toml", "--trials", 4, "--seed", 2, "--out", "out", cwd=tmp_path)
+    ours = td.land(thrust=card, controllers=names, trials=4, seed=2)
+    assert_same(ours, columns(tmp_path / "out/landings.csv"))
+    assert ours.results == json.loads((tmp_path / "out/results.json").read_text())["landing"]
+    assert ours.trace(0)["height_m"][0] >= 0.5 and len(ours.to_pandas()) == 8
+    assert "<table>" in ours._repr_html_()
+
+
+def test_prop_the_commands_validation(card: td.Card, tmp_path: Path) -> None:
+    stand(seed=6, seconds=20.0).to_pandas().to_csv(tmp_path / "unseen.csv", index=False, float_format="%.17g")
+    card.save(tmp_path / "card.toml")
+    command("validate", "card.toml", "unseen.csv", "--out", "out", cwd=tmp_path)
+    theirs = json.loads((tmp_path / "out/results.json").read_text())["results"][0]
+    (ours,) = td.validate(card, td.read(tmp_path / "unseen.csv"))
+    assert ours.measured == theirs["measured"] and ours.seen == theirs["seen"]
+    assert np.nanmax(np.abs(ours.predicted_n - ours.measured_n)) == ours.measured["worst"]
+
+
+def test_prop_the_commands_ground_effect_of_a_flight(tmp_path: Path) -> None:
+    folder = Path(os.environ.get("TOUCHDOWN_DATA", "")) / "flight-crazypad-takeoff-landing"
+    if not folder.is_dir():
+        pytest.skip("TOUCHDOWN_DATA has no flights")
+    log = folder / "E9_log00_motor.csv"
+    mapped = Path(__file__).resolve().parents[2] / "examples/maps/flight-crazypad-motor.toml"
+    (tmp_path / "vehicle.toml").write_text("[flight]\nmass_kg = 0.03\nrotor_radius_m = 0.023\n")
+    command("identify", "ground-effect", log, "--map", mapped, "--settings", "vehicle.toml", "--out", "card.toml", cwd=tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", td.SindyWarning)
+        trials = td.read(log, map=mapped)
+        ours = td.identify.ground_effect(trials, settings={"flight": {"mass_kg": 0.03, "rotor_radius_m": 0.023}}).to_dict()
+    theirs = td.Card.load(tmp_path / "card.toml").to_dict()
+    for key in ("terms", "scores", "validity", "vehicle", "warnings", "form"):
+        assert ours[key] == theirs[key], key
+
+
+def test_prop_a_card_is_an_equation(card: td.Card) -> None:
+    latex = card.to_latex(3)
+    assert latex.startswith(r"\begin{aligned}") and "T &=" in latex and "p_" not in latex
+    rest = card.thrust_at_rest([[0.3, 0.5]])
+    assert rest.shape == (1, 2) and abs(rest[0, 1] - 20.0 * 0.5**2) < 0.1
+
+
+# Seconds of landings in one call; says how long it took to stop after a Ctrl-C.
+_INTERRUPTED = """
+import os, sys, time, signal, threading, touchdown as td
+signal.signal(signal.SIGINT, signal.default_int_handler)
+at = []
+def interrupt():
+    at.append(time.monotonic())
+    signal.raise_signal(signal.SIGINT)
+threading.Timer(0.7, interrupt).start()
+try:
+    td.land({"scenario": {"timeout_s": 30.0}}, space=True, trials=3000)
+    print("finished")
+except KeyboardInterrupt:
+    print(time.monotonic() - at[0])
+sys.stdout.flush()
+os._exit(0)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+def test_prop_ctrl_c_stops_landings_at_once() -> None:
+    done = subprocess.run([sys.executable, "-c", _INTERRUPTED], capture_output=True, text=True, timeout=300)
+    waited = done.stdout.strip()
+    assert waited != "finished", "the landings were over before they were interrupted"
+    # 0.2 s is what is promised; a loaded machine may schedule late.
+    assert float(waited) < 1.0, done
+
+
+def test_prop_faults_of_landings_are_named(card: td.Card) -> None:
+    cases = [
+        (lambda: td.land(), "thrust"),
+        (lambda: td.land({"scenarios": {}}, space=True), "scenarios"),
+        (lambda: td.land({"scenario": {"timeout_s": -1.0}}, space=True), "timeout_s"),
+        (lambda: td.land(thrust=card, controllers=["dynamic"]), "cards"),
+        (lambda: td.land(thrust=card, controllers=["observer"]), "controllers"),
+        (lambda: td.land("nothing.toml", space=True), "scenario"),
+        (lambda: td.validate(card, []), "trials"),
+    ]
+    for case, key in cases:
+        with pytest.raises(td.SindyError) as caught:
+            case()
+        assert key in caught.value.key and caught.value.found, (caught.value.key, str(caught.value))

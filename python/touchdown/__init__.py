@@ -1,0 +1,33 @@
+"""From thrust logs to model cards and landings.
+
+>>> import touchdown as td
+>>> trial = td.Trial({"time_s": [0.0, 0.1, 0.2], "throttle": [0.2, 0.3, 0.4]}, name="a stand")
+>>> trial
+Trial('a stand', 3 rows, time_s, throttle)
+>>> trial["throttle"]
+array([0.2, 0.3, 0.4])
+"""
+
+from sindy import InternalError, SindyError, SindyWarning, __version__
+
+from . import identify
+from ._card import Card
+from ._land import Landings, land
+from ._trial import Trial, read
+from ._validate import FreeRun, FreeRuns, validate
+
+__all__ = [
+    "Card",
+    "FreeRun",
+    "FreeRuns",
+    "InternalError",
+    "Landings",
+    "SindyError",
+    "SindyWarning",
+    "Trial",
+    "__version__",
+    "identify",
+    "land",
+    "read",
+    "validate",
+]

@@ -1,0 +1,183 @@
+"""Landings: of the vertical vehicle, and in six degrees of freedom."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sindy import SindyWarning, _native
+from sindy._errors import fault
+from sindy._solvers import threads
+
+from ._card import Card
+from ._table import frame_pandas, frame_polars, table_arrow, table_html
+from ._trial import Path
+
+Scenario = Path | Mapping[str, Any]
+
+
+class Landings(Mapping[str, Any]):
+    """The table of landings, a row each, as columns by name: arrays of numbers (NaN where absent) and lists of texts.
+
+    Attributes
+    ----------
+    results : dict
+        Figures of every controller or point, with the keys of the command's ``results.json``.
+    scenario : str
+        What was flown, as TOML.
+    """
+
+    def __init__(self, native: _native.SpaceLandings | _native.VerticalLandings) -> None:
+        self._native = native
+        self._columns: dict[str, Any] = native.columns()
+        self.results: dict[str, Any] = json.loads(native.results())
+        self.scenario = native.sweep_toml() if isinstance(native, _native.SpaceLandings) else native.scenario_toml()
+
+    def __getitem__(self, column: str) -> Any:
+        return self._columns[column]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    @property
+    def landed(self) -> NDArray[np.bool_]:
+        """Whether each landing landed."""
+        return np.asarray([outcome == "landed" for outcome in self["outcome"]], dtype=bool)
+
+    def trace(self, landing: int) -> dict[str, Any]:
+        """The time series of one landing by its row: arrays by name, vectors as (n, 3) or (n, 4).
+
+        In six degrees of freedom the landing is flown once more for it.
+        """
+        if landing < 0:
+            raise fault("landing", "a row of the table, from 0", landing)
+        return self._native.trace(landing)
+
+    def to_pandas(self) -> Any:
+        """A data frame of pandas."""
+        return frame_pandas(self)
+
+    def to_polars(self) -> Any:
+        """A data frame of polars."""
+        return frame_polars(self)
+
+    def to_arrow(self) -> Any:
+        """A table of Arrow."""
+        return table_arrow(self)
+
+    def __repr__(self) -> str:
+        return f"Landings({len(self._native)} landings, {int(self.landed.sum())} landed)"
+
+    def _repr_html_(self) -> str:
+        return table_html(repr(self), self)
+
+
+def _given(scenario: Scenario | None) -> tuple[str | None, str | None]:
+    """A file, or keys in JSON."""
+    if scenario is None:
+        return None, None
+    if isinstance(scenario, Mapping):
+        return None, json.dumps(dict(scenario), default=_plain)
+    return os.fspath(scenario), None
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and arrays of NumPy, and paths, as JSON has them."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise fault("scenario", "numbers, texts, lists and dictionaries", type(value).__name__)
+
+
+def land(
+    scenario: Scenario | None = None,
+    *,
+    thrust: Card | None = None,
+    empirical: Card | None = None,
+    dynamic: Card | None = None,
+    controllers: Sequence[str] = (),
+    trials: int | None = None,
+    seed: int | None = None,
+    space: bool = False,
+    deck_acceleration: bool = True,
+    traces: int = 5,
+    n_jobs: int | None = None,
+) -> Landings:
+    """Flies landings as the command ``touchdown land`` does: the same figures for the same scenario, cards and seed.
+
+    Parameters
+    ----------
+    scenario : path or mapping, optional
+        The keys of ``touchdown settings land`` (with `space`, of ``touchdown settings campaign``): a TOML file, or nested
+        dictionaries. Without it, the paper's oscillating deck.
+    thrust, empirical, dynamic : Card, optional
+        The models that the controllers fly with. The vertical vehicle needs `thrust`; `empirical` (form ``empirical``) and
+        `dynamic` (any ground-effect form) are for the controllers of these names. In space a model without a card is the
+        built-in one.
+    controllers : sequence of str, optional
+        Default: for the vertical vehicle those whose cards are given, in space the scenario's.
+    trials, seed : int, optional
+        Those of the scenario if not given.
+    space : bool
+        Six degrees of freedom with all sensors, in place of the vertical vehicle.
+    deck_acceleration : bool
+        Whether the deck's acceleration is fed forward.
+    traces : int
+        Landings of each controller whose time series are kept (vertical vehicle).
+    n_jobs : int, optional
+        Threads; the results are the same for any number.
+
+    Examples
+    --------
+    >>> import touchdown as td
+    >>> landings = td.land({"scenario": {"timeout_s": 30.0}}, space=True, trials=2, seed=3)
+    >>> landings
+    Landings(2 landings, 2 landed)
+    >>> sorted(landings)[:3]
+    ['abort_reasons', 'aborts', 'before_descent_s']
+    >>> landings.trace(0)["position_m"].shape[1]
+    3
+    """
+    file, keys = _given(scenario)
+    jobs = threads(n_jobs)
+    names = [controllers] if isinstance(controllers, str) else list(controllers)
+    if not space:
+        if thrust is None:
+            raise fault("thrust", "the thrust card that the controllers fly with", "none")
+        if not names and file is None and not (isinstance(scenario, Mapping) and "controllers" in scenario):
+            names = ["feedback", "imbc", "ssc"]
+            names += [name for name, card in (("empirical", empirical), ("dynamic", dynamic)) if card is not None]
+        flown = _native.land_vertically(
+            file,
+            keys,
+            thrust._native,
+            None if empirical is None else empirical._native,
+            None if dynamic is None else dynamic._native,
+            names,
+            trials,
+            seed,
+            deck_acceleration,
+            traces,
+            jobs,
+        )
+        for text in flown.warnings:
+            warnings.warn(text, SindyWarning, stacklevel=2)
+        return Landings(flown)
+    # A sweep names its cards by their files.
+    with tempfile.TemporaryDirectory() as folder:
+        paths: list[str | None] = []
+        for name, card in (("thrust", thrust), ("empirical", empirical), ("dynamic", dynamic)):
+            paths.append(None if card is None else os.path.join(folder, f"{name}.toml"))
+            if card is not None:
+                card.save(paths[-1] or "")
+        return Landings(_native.land_in_space(file, keys, paths, names, trials, seed, deck_acceleration, jobs))
