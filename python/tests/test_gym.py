@@ -1,0 +1,115 @@
+"""The vector environment: Gymnasium's checker, bytes, ends."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+gymnasium = pytest.importorskip("gymnasium")
+from gymnasium.vector import AutoresetMode  # noqa: E402
+
+import touchdown as td  # noqa: E402
+from touchdown.gym import OBSERVATION, LandingVectorEnv  # noqa: E402
+
+
+def descend(observation: np.ndarray) -> np.ndarray:
+    """A law by hand: sinks at 0.25 m/s less what the ground effect lifts, leans against place and speed."""
+    x, y = observation[:, 0], observation[:, 1]
+    u, v, w = observation[:, 3], observation[:, 4], observation[:, 5]
+    lean = np.clip(np.stack([0.2 * y + 0.25 * v, -0.2 * x - 0.25 * u], axis=1), -0.2, 0.2)
+    return np.column_stack([-2.0 * (w + 0.25), lean / 0.25])
+
+
+def flown(envs: LandingVectorEnv, seed: int, decisions: int) -> tuple[bytes, list[tuple[str, float]]]:
+    """All that a run gave, and its ends."""
+    observation, _ = envs.reset(seed=seed)
+    data, ends = [observation.tobytes()], []
+    for _ in range(decisions):
+        observation, reward, terminated, truncated, info = envs.step(descend(observation))
+        data += [observation.tobytes(), reward.tobytes(), terminated.tobytes(), truncated.tobytes()]
+        for k in np.flatnonzero(terminated | truncated):
+            ends.append((info["outcome"][k], info["v_l_mps"][k]))
+    return b"".join(data), ends
+
+
+def test_prop_gymnasiums_checker_passes() -> None:
+    from gymnasium.utils.env_checker import check_env
+
+    for settings in ({"deck": "paper"}, {"deck": "sea", "action": "thrust"}):
+        env = gymnasium.make("touchdown/Landing-v0", **settings).unwrapped
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            # Observations have no bounds, on purpose: physics has none.
+            warnings.filterwarnings("ignore", message=".*infinity.*")
+            check_env(env, skip_render_check=True)
+
+
+def test_prop_a_made_vector_has_the_spaces_and_modes_of_gymnasium() -> None:
+    envs = gymnasium.make_vec("touchdown/Landing-v0", num_envs=5, deck="heave", action="thrust")
+    observation, _ = envs.reset(seed=3)
+    assert envs.observation_space.contains(observation) and envs.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    stepped = envs.step(envs.action_space.sample())
+    again, _ = envs.reset(seed=3)
+    assert np.array_equal(again, observation)
+    assert envs.observation_space.contains(stepped[0]) and len(OBSERVATION) == 19
+    assert [part.shape for part in stepped[1:4]] == [(5,)] * 3
+    gymnasium.wrappers.vector.RecordEpisodeStatistics(envs).reset(seed=3)
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_prop_same_seed_same_bytes_and_a_law_by_hand_lands(mode: AutoresetMode) -> None:
+    settings = {"deck": "paper", "noise_sd": 0.001, "autoreset_mode": mode}
+    first, ends = flown(LandingVectorEnv(13, **settings), seed=4, decisions=700)
+    assert first == flown(LandingVectorEnv(13, **settings), seed=4, decisions=700)[0]
+    assert first != flown(LandingVectorEnv(13, **settings), seed=5, decisions=700)[0]
+    landed = [speed for outcome, speed in ends if outcome == "landed"]
+    # The law of the Rust test: nine of ten at least, below 0.4 m/s.
+    assert len(landed) >= 0.9 * len(ends) > 10 and max(landed) < 0.4, ends
+
+
+def test_prop_a_landing_begins_anew_as_its_mode_says() -> None:
+    fall = np.tile(np.array([[-1.0, 0.0, 0.0]], dtype=np.float32), (2, 1))
+    scenario = {"timeout_s": 0.5}
+    for mode in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP, AutoresetMode.DISABLED):
+        envs = LandingVectorEnv(2, deck="still", scenario=scenario, decision_s=0.1, autoreset_mode=mode)
+        envs.reset(seed=1)
+        for _ in range(20):
+            observation, reward, terminated, truncated, info = envs.step(0.0 * fall)
+            if truncated.any():
+                break
+        # It hovered for 0.5 s: cut off, not ended, and nothing touched.
+        assert truncated.all() and not terminated.any() and info["outcome"][0] == "timed_out"
+        assert np.isnan(info["v_l_mps"]).all() and info["end_s"] == pytest.approx(0.5, abs=0.002)
+        height = observation[0, 2]
+        if mode == AutoresetMode.SAME_STEP:
+            assert info["final_obs"][0][2] != height and not np.array_equal(info["final_obs"][0], observation[0])
+        again, reward, terminated, truncated, _ = envs.step(0.0 * fall)
+        if mode == AutoresetMode.NEXT_STEP:
+            assert again[0, 2] != height and (reward == 0.0).all() and not (terminated | truncated).any()
+    crashed = LandingVectorEnv(2, deck="still", autoreset_mode=AutoresetMode.DISABLED)
+    crashed.reset(seed=1)
+    for _ in range(200):
+        _, reward, terminated, _, info = crashed.step(fall)
+        if terminated.any():
+            break
+    (first, *_) = np.flatnonzero(terminated)
+    assert info["outcome"][first] == "crashed: speed" and reward[first] < -1.0
+
+
+def test_prop_settings_are_the_scenarios_and_faults_are_named() -> None:
+    envs = LandingVectorEnv(1, deck="sea", scenario={"turbulence": False, "command_delay_s": 0.03})
+    assert envs.settings["turbulence"] is False and envs.settings["deck"]["kind"] == "sea"
+    for settings, key in [
+        ({"deck": "lake"}, "deck"),
+        ({"scenario": {"turbulense": True}}, "turbulense"),
+        ({"action": "rates"}, "action"),
+        ({"decision_s": 0.03}, "decision_s"),
+        ({"scenario": {"faults": {"extra_latency_s": 0.1}}}, "faults.extra_latency_s"),
+    ]:
+        with pytest.raises(td.SindyError) as caught:
+            LandingVectorEnv(1, **settings)
+        assert caught.value.key == key and caught.value.found, str(caught.value)
+    with pytest.raises(td.SindyError):
+        envs.step(np.zeros((1, 2), dtype=np.float32))

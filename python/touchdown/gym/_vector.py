@@ -1,0 +1,294 @@
+"""Landings side by side as a vector environment."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+from sindy import _native
+from sindy._errors import fault
+
+Array = NDArray[np.float64]
+Array32 = NDArray[np.float32]
+
+OBSERVATION = (
+    ["place_x_m", "place_y_m", "place_z_m"]
+    + ["relative_x_mps", "relative_y_mps", "relative_z_mps"]
+    + ["velocity_x_mps", "velocity_y_mps", "velocity_z_mps"]
+    + ["attitude_w", "attitude_x", "attitude_y", "attitude_z"]
+    + ["rate_x_radps", "rate_y_radps", "rate_z_radps"]
+    + ["normal_x", "normal_y", "normal_z"]
+)
+"""Names of an observation's numbers: place and velocity relative to the deck's centre, velocity, attitude (quaternion), rates
+about body axes, the deck's normal. World axes, true values."""
+
+# What the columns of an end are.
+_V_L, _TILT, _LATERAL, _TOUCH_S, _END_S = range(5)
+_ENDS = ("v_l_mps", "tilt_rad", "lateral_m", "touch_s", "end_s")
+
+
+@dataclass(frozen=True)
+class Reward:
+    """What a decision is worth. The defaults make a soft landing at the centre worth about 3, a crash about -2.
+
+    Attributes
+    ----------
+    progress : float
+        For each metre nearer to the touchdown point: the centre of the deck at `standing_m`.
+    time : float
+        Cost of a second.
+    effort : float
+        Cost of a second with an action of length 1.
+    landed, crashed, timed_out : float
+        At the end.
+    speed : float
+        Cost of 1 m/s of speed at the first touch, paid at the end.
+    lateral : float
+        Cost of 1 m from the centre at the first touch, paid at the end.
+    standing_m : float
+        Height of the vehicle's reference point when it stands.
+    """
+
+    progress: float = 1.0
+    time: float = 0.05
+    effort: float = 0.05
+    landed: float = 3.0
+    crashed: float = -2.0
+    timed_out: float = -2.0
+    speed: float = 4.0
+    lateral: float = 1.0
+    standing_m: float = 0.1
+
+    def distance_m(self, observation: Array) -> Array:
+        """From the touchdown point."""
+        place = observation[:, :3].copy()
+        place[:, 2] -= self.standing_m
+        distance: Array = np.sqrt(np.einsum("ij,ij->i", place, place))
+        return distance
+
+    def of_end(self, outcome: str, numbers: Array) -> float:
+        """At the end of a landing."""
+        if outcome == "landed":
+            return float(self.landed - self.speed * numbers[_V_L] - self.lateral * numbers[_LATERAL])
+        return self.timed_out if outcome == "timed_out" else self.crashed
+
+
+class LandingVectorEnv(VectorEnv[Array32, Array32, NDArray[Any]]):
+    """Landings on a moving deck, side by side in the lanes of the processor's vectors.
+
+    The plant is the whole vehicle in six degrees of freedom at 1 kHz: motors, ground effect of each rotor over the finite plate,
+    legs with friction, turbulence and wind, the attitude control (500 Hz) and the delay of commands (``command_delay_s``). Sensors
+    are ideal: observations are the truth, with `noise_sd` added. A landing ends as in `touchdown.land`: rotors stop at the first
+    touch, and the vehicle is watched for ``watch_s``, in which actions do nothing.
+
+    Parameters
+    ----------
+    num_envs : int
+        Landings side by side; multiples of the lanes (8 with AVX-512, 4 with AVX2) waste none.
+    deck : str
+        The scenario's name: ``still``, ``paper``, ``strong``, ``heave``, ``sea``.
+    scenario : mapping, optional
+        Keys of ``[scenario]`` in a sweep over it: deck, wind, turbulence, spread of vehicles and starts, delays, time limits.
+    action : str
+        ``attitude``: thrust, roll and pitch; ``thrust``: thrust alone, upright. Each in [-1, 1].
+    decision_s : float
+        Time between two decisions, a multiple of 0.02 s.
+    thrust_range : float
+        Thrust is weight (1 + `thrust_range` a).
+    tilt_rad : float
+        Roll and pitch at an action of 1.
+    reward : Reward, optional
+        What a decision is worth.
+    noise_sd : float or sequence
+        Standard deviation of white noise on each number of an observation.
+    autoreset_mode : gymnasium.vector.AutoresetMode
+        When the next landing begins.
+
+    Notes
+    -----
+    Environment *i* flies the trials *i*, *i + num_envs*, ... of the seed. Same seed and actions from a `reset` on give the same bytes. Every call
+    releases the interpreter's lock; one environment uses one core.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 8,
+        *,
+        deck: str = "paper",
+        scenario: Mapping[str, Any] | None = None,
+        action: str = "attitude",
+        decision_s: float = 0.02,
+        thrust_range: float = 0.5,
+        tilt_rad: float = 0.25,
+        reward: Reward | None = None,
+        noise_sd: float | Any = 0.0,
+        autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+    ) -> None:
+        sizes = {"attitude": 3, "thrust": 1}
+        if action not in sizes:
+            raise fault("action", f"one of {', '.join(sizes)}", action)
+        if render_mode is not None:
+            raise fault("render_mode", "none", render_mode)
+        if not 0.0 < thrust_range <= 1.0:
+            raise fault("thrust_range", "a number above 0, at most 1", thrust_range)
+        if not 0.0 < tilt_rad <= 1.0:
+            raise fault("tilt_rad", "a number above 0, at most 1", tilt_rad)
+        keys = None if scenario is None else json.dumps(dict(scenario))
+        self._native = _native.Commanded(deck, keys, num_envs, decision_s)
+        self.num_envs = num_envs
+        self._size = sizes[action]
+        self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode(autoreset_mode)}
+        self.single_observation_space = spaces.Box(-np.inf, np.inf, (len(OBSERVATION),), np.float32)
+        self.single_action_space = spaces.Box(-1.0, 1.0, (sizes[action],), np.float32)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.reward = reward or Reward()
+        self.decision_s = decision_s
+        self.steps_per_decision = self._native.steps
+        self._weight_n = self._native.weight_n
+        self._range, self._tilt_rad = thrust_range, tilt_rad
+        self._noise_sd = np.broadcast_to(np.asarray(noise_sd, dtype=float), (len(OBSERVATION),))
+        self._noisy = bool(np.any(self._noise_sd != 0.0))
+        self._seed = 0
+        self._trials = np.arange(num_envs)
+        self._waiting = np.zeros(num_envs, dtype=bool)
+        self._distance_m = np.zeros(num_envs)
+        self._commands = np.zeros((num_envs, 5))
+        self._commands[:, 1] = 1.0
+
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array32, dict[str, Any]]:
+        """Begins a landing in every environment.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Of all trials; one number for all environments. Without one, the next trials of the last seed begin.
+        options : dict, optional
+            ``reset_mask``: the environments to begin anew, with `AutoresetMode.DISABLED`.
+        """
+        if isinstance(seed, list):
+            known = [each for each in seed if each is not None]
+            seed = known[0] if known else None
+        mask = None if options is None else options.get("reset_mask")
+        if seed is not None:
+            super().reset(seed=seed)
+            self._seed = seed
+            self._trials = np.arange(self.num_envs)
+        if mask is None:
+            self._native.clear()
+        which = np.arange(self.num_envs) if mask is None else np.flatnonzero(mask)
+        truth = self._begin(which)
+        return self._seen(truth), {}
+
+    def _begin(self, which: NDArray[np.int64]) -> Array:
+        """The next trials at these places; gives the truth of all."""
+        self._native.begin(which.tolist(), self._trials[which].tolist(), self._seed)
+        self._trials[which] += self.num_envs
+        self._waiting[which] = False
+        truth = self._native.observe()
+        self._distance_m[which] = self.reward.distance_m(truth[which])
+        return truth
+
+    def _seen(self, truth: Array) -> Array32:
+        if self._noisy:
+            truth = truth + self._noise_sd * self.np_random.standard_normal(truth.shape)
+        return truth.astype(np.float32)
+
+    def _command(self, actions: Array) -> Array:
+        """Thrust and attitude; the product of a roll and a pitch."""
+        self._commands[:, 0] = self._weight_n * (1.0 + self._range * actions[:, 0])
+        if actions.shape[1] == 3:
+            half = 0.5 * self._tilt_rad * actions[:, 1:]
+            sine, cosine = np.sin(half), np.cos(half)
+            self._commands[:, 1] = cosine[:, 0] * cosine[:, 1]
+            self._commands[:, 2] = sine[:, 0] * cosine[:, 1]
+            self._commands[:, 3] = cosine[:, 0] * sine[:, 1]
+            self._commands[:, 4] = -sine[:, 0] * sine[:, 1]
+        return self._commands
+
+    def step(
+        self, actions: Array32
+    ) -> tuple[Array32, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Flies up to the next decision.
+
+        Where a landing has ended, ``info`` holds ``outcome`` and the numbers of its first touch (``v_l_mps``, ``tilt_rad``,
+        ``lateral_m``, ``touch_s``) and ``end_s``, each with its mask ``_outcome``, ...; with `AutoresetMode.SAME_STEP` also
+        ``final_obs``, and the same under ``final_info``.
+        """
+        given = np.asarray(actions, dtype=float).reshape(self.num_envs, -1)
+        if given.shape[1] != self._size:
+            raise fault("actions", f"{self._size} numbers for each environment", given.shape[1])
+        given = np.clip(given, -1.0, 1.0)
+        waiting = self._waiting.copy()
+        places, outcomes, numbers, states = self._native.fly(self._command(given))
+        truth = self._native.observe()
+        truth[places] = states
+        distance_m = self.reward.distance_m(truth)
+        of, dt = self.reward, self.decision_s
+        reward = of.progress * (self._distance_m - distance_m) - of.time * dt
+        if of.effort:
+            reward -= of.effort * dt * np.sqrt(np.einsum("ij,ij->i", given, given))
+        self._distance_m = distance_m
+        terminated, truncated = np.zeros(self.num_envs, dtype=bool), np.zeros(self.num_envs, dtype=bool)
+        info: dict[str, Any] = {}
+        if places:
+            ended = np.asarray(places)
+            reward[ended] += [of.of_end(name, row) for name, row in zip(outcomes, numbers)]
+            timed_out = np.asarray([name == "timed_out" for name in outcomes])
+            terminated[ended], truncated[ended] = ~timed_out, timed_out
+            info = self._said(ended, outcomes, numbers)
+        reward[waiting] = 0.0
+        mode = self.metadata["autoreset_mode"]
+        if mode == AutoresetMode.SAME_STEP and places:
+            final = np.full(self.num_envs, None, dtype=object)
+            for place, row in zip(places, self._seen(truth)[ended]):
+                final[place] = row
+            over = terminated | truncated
+            info |= {"final_obs": final, "_final_obs": over, "final_info": dict(info), "_final_info": over}
+            truth = self._begin(ended)
+        elif mode == AutoresetMode.NEXT_STEP:
+            if waiting.any():
+                begun = np.flatnonzero(waiting)
+                truth[begun] = self._begin(begun)[begun]
+            self._waiting[places] = True
+        return self._seen(truth), reward, terminated, truncated, info
+
+    def _said(self, ended: NDArray[np.int64], outcomes: list[str], numbers: Array) -> dict[str, Any]:
+        """What the ends are, in Gymnasium's way: an array and a mask for each key."""
+        mask = np.zeros(self.num_envs, dtype=bool)
+        mask[ended] = True
+        named = np.full(self.num_envs, None, dtype=object)
+        named[ended] = outcomes
+        info: dict[str, Any] = {"outcome": named, "_outcome": mask}
+        for k, key in enumerate(_ENDS):
+            values = np.full(self.num_envs, np.nan)
+            values[ended] = numbers[:, k]
+            info[key], info[f"_{key}"] = values, mask
+        return info
+
+    def by_controller(self, trials: int, seed: int) -> dict[str, Any]:
+        """The same trials flown by the scenario's own controller (``control.controller``) on the same plant and the true state.
+
+        Returns
+        -------
+        dict
+            ``outcome``, and arrays of ``v_l_mps``, ``tilt_rad``, ``lateral_m``, ``touch_s``, ``end_s``: a row a trial.
+        """
+        outcomes, numbers = self._native.by_controller(trials, seed)
+        return {"outcome": outcomes, **{key: numbers[:, k] for k, key in enumerate(_ENDS)}}
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The scenario that is flown, with every key."""
+        out: dict[str, Any] = json.loads(self._native.scenario())
+        return out
