@@ -182,13 +182,13 @@ def test_prop_the_commands_ground_effect_of_a_flight(tmp_path: Path) -> None:
     folder = Path(os.environ.get("TOUCHDOWN_DATA", "")) / "flight-crazypad-takeoff-landing"
     if not folder.is_dir():
         pytest.skip("TOUCHDOWN_DATA has no flights")
-    log = folder / "E9_log00_motor.csv"
+    logs = [folder / f"E9_log0{k}_motor.csv" for k in range(3)]
     mapped = Path(__file__).resolve().parents[2] / "examples/maps/flight-crazypad-motor.toml"
     (tmp_path / "vehicle.toml").write_text("[flight]\nmass_kg = 0.03\nrotor_radius_m = 0.023\n")
-    command("identify", "ground-effect", log, "--map", mapped, "--settings", "vehicle.toml", "--out", "card.toml", cwd=tmp_path)
+    command("identify", "ground-effect", *logs, "--map", mapped, "--settings", "vehicle.toml", "--out", "card.toml", cwd=tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", td.SindyWarning)
-        trials = td.read(log, map=mapped)
+        trials = td.read(logs, map=mapped)
         ours = td.identify.ground_effect(trials, settings={"flight": {"mass_kg": 0.03, "rotor_radius_m": 0.023}}).to_dict()
     theirs = td.Card.load(tmp_path / "card.toml").to_dict()
     for key in ("terms", "scores", "validity", "vehicle", "warnings", "form"):
