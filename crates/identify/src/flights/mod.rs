@@ -61,4 +61,4 @@ pub use crate::settings::FlightSettings;
 pub use ground::{Basis, GroundEffect, ground_effect, ground_effect_with};
 pub use record::{Flight, ForceFrom};
 pub use routes::{Route, Routed, ground_effect_by_routes};
-pub use thrust::{thrust_alone, with_thrust};
+pub use thrust::{thrust_alone, thrust_of_flights, with_thrust};

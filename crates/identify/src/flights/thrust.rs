@@ -8,12 +8,45 @@ use super::model::{Curve, ModelTerms, Segment};
 use super::phases::{Phase, Phases};
 use super::record::forces_from;
 use super::resampling::Resampling;
+use super::result::FlightResult;
 use super::segments::cut;
 use super::selection::ModelSelection;
 use super::{Flight, FlightSettings, ForceFrom};
 use crate::error::{Error, Result};
 use crate::refusal::Refusal;
-use crate::warning::sentences;
+use crate::settings::IdentificationSettings;
+use crate::warning::{Warning, sentences};
+use crate::{FittedCard, Origin};
+
+/// The thrust card of flights that have thrust by [`with_thrust`], and the whole result. What it measured is the thrust of
+/// all rotors.
+///
+/// # Errors
+/// Those of [`Flight::of`] and [`thrust_alone`], and flights without mass or specific force.
+pub fn thrust_of_flights(
+    trials: &[Trial],
+    settings: &IdentificationSettings,
+    origin: &Origin,
+) -> Result<(FittedCard, FlightResult)> {
+    let flights: Vec<Flight> = trials
+        .iter()
+        .map(|trial| Flight::of(trial, &settings.flight))
+        .collect::<Result<_>>()?;
+    let found = thrust_alone(&flights, &settings.flight)?;
+    let mut made = found.thrust_of(settings, origin).ok_or_else(|| {
+        Error::Arguments(
+            "expected the mass and the specific force for thrust from flights, found none"
+                .to_string(),
+        )
+    })?;
+    let refused = found.refused.iter().cloned();
+    made.warnings.extend(refused.map(Warning::NotIdentified));
+    let notes = flights.iter().flat_map(|f| f.notes.iter().cloned());
+    made.warnings.extend(notes);
+    made.card.warnings = sentences(&made.warnings);
+    made.card.measured_rotors = settings.vehicle.rotors;
+    Ok((made, found.result(&flights, &settings.flight)))
+}
 
 /// The trial with `thrust_n` from specific force and mass. On the ground, around impacts, leaning, and in ground effect
 /// (where height and rotor radius are known) thrust is a gap. How many rows are left is noted in the provenance.

@@ -284,14 +284,36 @@ fn unpack_prefix(bytes: &[u8], compression: &str, most: u64) -> (bool, Vec<u8>) 
     use std::io::Read;
     let mut unpacked = Vec::new();
     let mut read = |input: &mut dyn Read| {
-        let read = input.take(most + 1).read_to_end(&mut unpacked);
-        read.is_ok_and(|read| read as u64 <= most)
+        let left = (most + 1).saturating_sub(unpacked.len() as u64);
+        let read = input.take(left).read_to_end(&mut unpacked);
+        read.is_ok() && unpacked.len() as u64 <= most
     };
     let whole = match compression {
         "lz4" => read(&mut lz4_flex::frame::FrameDecoder::new(bytes)),
         "bz2" => read(&mut bzip2::read::BzDecoder::new(bytes)),
-        "zstd" => zstd::stream::read::Decoder::new(bytes).is_ok_and(|mut input| read(&mut input)),
+        "zstd" => unpack_zstd(bytes, &mut read),
         _ => false,
     };
     (whole, unpacked)
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn unpack_zstd(bytes: &[u8], read: &mut dyn FnMut(&mut dyn std::io::Read) -> bool) -> bool {
+    zstd::stream::read::Decoder::new(bytes).is_ok_and(|mut input| read(&mut input))
+}
+
+/// The same without the library in C: frame by frame, each against its checksum.
+#[cfg(target_family = "wasm")]
+fn unpack_zstd(mut bytes: &[u8], read: &mut dyn FnMut(&mut dyn std::io::Read) -> bool) -> bool {
+    while !bytes.is_empty() {
+        let Ok(mut frame) = ruzstd::decoding::StreamingDecoder::new(&mut bytes) else {
+            return false;
+        };
+        let whole = read(&mut frame);
+        let stated = frame.decoder.get_checksum_from_data();
+        if !whole || stated.is_some_and(|sum| frame.decoder.get_calculated_checksum() != Some(sum)) {
+            return false;
+        }
+    }
+    true
 }

@@ -11,10 +11,9 @@ use touchdown_identify::flights::armed_interval_result::ArmedIntervalResult;
 use touchdown_identify::flights::hover::ThrustLaw;
 use touchdown_identify::flights::result::FlightResult;
 use touchdown_identify::flights::{
-    Basis, Flight, Refusal, Routed, ground_effect_by_routes, thrust_alone, with_thrust,
+    Basis, Flight, Refusal, Routed, ground_effect_by_routes, with_thrust,
 };
-use touchdown_identify::warning::{Warning, sentences};
-use touchdown_identify::{FittedCard, IdentificationSettings, Origin};
+use touchdown_identify::{FittedCard, IdentificationSettings};
 use touchdown_log::Map;
 use touchdown_model::Card;
 use touchdown_trial::Trial;
@@ -45,39 +44,6 @@ pub(super) fn thrust_of_flight(
         }
     }
     Ok(log)
-}
-
-/// Trials as flights on one clock.
-fn flights_of<'a>(
-    trials: impl IntoIterator<Item = &'a Trial>,
-    settings: &IdentificationSettings,
-) -> Result<Vec<Flight>> {
-    let flights = trials.into_iter();
-    flights
-        .map(|trial| Ok(Flight::of(trial, &settings.flight)?))
-        .collect()
-}
-
-/// The thrust card of flights that have thrust by [`thrust_of_flight`], and the whole result.
-pub(super) fn thrust(
-    trials: &[Trial],
-    settings: &IdentificationSettings,
-    origin: &Origin,
-) -> Result<(FittedCard, FlightResult)> {
-    let flights = flights_of(trials, settings)?;
-    let found = thrust_alone(&flights, &settings.flight)?;
-    let mut made = found.thrust_of(settings, origin).ok_or_else(|| {
-        Error::Arguments(
-            "expected the mass and the specific force for thrust from flights, found none"
-                .to_string(),
-        )
-    })?;
-    let refused = found.refused.iter().cloned();
-    made.warnings.extend(refused.map(Warning::NotIdentified));
-    let notes = flights.iter().flat_map(|f| f.notes.iter().cloned());
-    made.warnings.extend(notes);
-    made.card.warnings = sentences(&made.warnings);
-    Ok((made, found.result(&flights, &settings.flight)))
 }
 
 /// Hovers and armed intervals that are printed at most.

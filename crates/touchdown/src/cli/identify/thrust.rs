@@ -8,6 +8,7 @@ use touchdown::pages::{self, identify::ThrustFit};
 use touchdown::{Error, Result};
 use touchdown_campaign::progress::Progress as _;
 use touchdown_identify::flights::result::FlightResult;
+use touchdown_identify::flights::thrust_of_flights;
 use touchdown_identify::{FittedCard, IdentificationSettings, thrust};
 use touchdown_log::Map;
 use touchdown_trial::Trial;
@@ -56,8 +57,7 @@ impl Job<'_> {
         let mut origin = origin(trials, self.map, self.common, self.settings)?;
         origin.provenance.command = Some(self.command().text(logs, card));
         if flights && self.settings.thrust.form.is_none() {
-            let (mut made, flight) = flights::thrust(trials, self.settings, &origin)?;
-            made.card.measured_rotors = self.settings.vehicle.rotors;
+            let (made, flight) = thrust_of_flights(trials, self.settings, &origin)?;
             return Ok((made, Some(Box::new(flight))));
         }
         Ok((thrust::fit(trials, self.settings, &origin)?, None))

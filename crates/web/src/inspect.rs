@@ -1,0 +1,143 @@
+//! What is in a log.
+
+use std::path::Path;
+
+use serde::Serialize;
+use touchdown_log::{Findings, Inspection, Log, Map, Survey};
+use touchdown_trial::Trial;
+
+use crate::plot::{Plot, Series, Style};
+use crate::request::Result;
+
+/// Size of a table's file above which its channels are not shown without a map, in bytes: it would be held in memory as a whole.
+const LARGE: u64 = 64_000_000;
+
+/// What a log holds.
+#[derive(Debug, Serialize)]
+pub(crate) struct Inspected {
+    /// Columns of a table.
+    table: Option<Inspection>,
+    /// Topics of a log that has them.
+    topics: Option<Survey>,
+    /// The built-in map that fits.
+    recommended_map: Option<&'static str>,
+    /// A map to start from.
+    suggested_map: Option<String>,
+    /// Channels by the map, by the built-in map, or where columns are channels already.
+    channels: Option<Inspection>,
+    /// The channels over time.
+    preview: Vec<Plot>,
+    findings: Findings,
+}
+
+pub(crate) fn inspect(path: &Path, map: Option<&str>) -> Result<Inspected> {
+    let map = map.map(|text| parse_map(text)).transpose()?;
+    match Log::open(path)? {
+        Some(log) => of_topics(&log, map.as_ref()),
+        None => of_table(path, map.as_ref()),
+    }
+}
+
+/// A map that a person has written.
+pub(crate) fn parse_map(text: &str) -> Result<Map> {
+    let map = Map::parse("the map", text)?;
+    map.check_names()?;
+    Ok(map)
+}
+
+fn of_topics(log: &Log, map: Option<&Map>) -> Result<Inspected> {
+    let (survey, mut findings) = log.survey()?;
+    let recommended = survey.recommended_map();
+    let mut trial = None;
+    if map.is_some() || recommended.is_some() {
+        match log.trial(map) {
+            Ok((read, applied)) => {
+                // Both passes report the losses.
+                let mut seen = std::mem::replace(&mut findings, applied).warnings;
+                seen.retain(|warning| !findings.warnings.contains(warning));
+                findings.warnings.splice(0..0, seen);
+                trial = Some(read);
+            }
+            Err(error) if map.is_some() => return Err(error.into()),
+            Err(error) => findings
+                .warnings
+                .push(format!("not usable without a map: {error}")),
+        }
+    } else {
+        findings.warnings.extend(survey.lacks());
+    }
+    let built_in = recommended.and_then(Map::built_in_text);
+    Ok(Inspected {
+        table: None,
+        recommended_map: recommended,
+        suggested_map: Some(built_in.map_or_else(|| survey.suggested_map(), str::to_owned)),
+        topics: Some(survey),
+        channels: trial.as_ref().map(touchdown_log::inspect_trial),
+        preview: trial.as_ref().map(preview).unwrap_or_default(),
+        findings: with_loss(findings),
+    })
+}
+
+fn of_table(path: &Path, map: Option<&Map>) -> Result<Inspected> {
+    let large = std::fs::metadata(path).is_ok_and(|file| file.len() > LARGE);
+    if map.is_none() && large {
+        let (columns, mut findings) = touchdown_log::inspect_file(path)?;
+        findings.warnings.push(format!(
+            "a table of more than {} MB: medians are those of a random sample; channels are shown with a map",
+            LARGE / 1_000_000
+        ));
+        return Ok(table_alone(columns, findings));
+    }
+    let (table, mut findings) = touchdown_log::read_table(path)?;
+    let columns = touchdown_log::inspect(&table, None);
+    let mut trial = None;
+    if let Some(map) = map {
+        trial = Some(touchdown_log::apply(&table, map)?);
+    } else if let Ok(map) = Map::identity_for(&table) {
+        match touchdown_log::apply(&table, &map) {
+            Ok(applied) => trial = Some(applied),
+            Err(error) => findings
+                .warnings
+                .push(format!("not usable without a map: {error}")),
+        }
+    }
+    let trial = trial.map(|(trial, applied)| {
+        findings = std::mem::take(&mut findings).then(applied);
+        trial
+    });
+    Ok(Inspected {
+        channels: trial.as_ref().map(touchdown_log::inspect_trial),
+        preview: trial.as_ref().map(preview).unwrap_or_default(),
+        ..table_alone(columns, findings)
+    })
+}
+
+fn table_alone(columns: Inspection, findings: Findings) -> Inspected {
+    Inspected {
+        suggested_map: columns.suggested_map.clone(),
+        table: Some(columns),
+        topics: None,
+        recommended_map: None,
+        channels: None,
+        preview: Vec::new(),
+        findings: with_loss(findings),
+    }
+}
+
+/// What was lost is a warning as well.
+fn with_loss(mut findings: Findings) -> Findings {
+    let loss = findings.loss();
+    findings.warnings.extend(loss);
+    findings
+}
+
+/// Every channel over time.
+fn preview(trial: &Trial) -> Vec<Plot> {
+    let plot = |(name, values): (&str, &[f64])| Plot {
+        title: name.to_owned(),
+        x: "Time (s)",
+        y: touchdown_trial::unit_of(name).symbol(),
+        series: vec![Series::new(name, Style::Line, trial.time_s(), values)],
+    };
+    trial.channels().map(plot).collect()
+}

@@ -1,0 +1,229 @@
+// Step 2: model cards from the logs, with what they rest on and what the data do not say.
+
+import { digits, download, el, failure, isCancelled, number, reason, table, warnings } from './dom';
+import { figure, type Plot } from './plots';
+import type { Lab } from './state';
+
+interface Term {
+  of: string;
+  expression: string;
+  value: number;
+  std_error?: number | null;
+  ci95?: [number, number] | null;
+  unit: string;
+  mark?: string | null;
+}
+
+interface Card {
+  name: string;
+  kind: 'thrust' | 'ground_effect';
+  form: string;
+  equation: string;
+  terms: Term[];
+  warnings: string[];
+}
+
+interface Fit {
+  card: Card;
+  toml: string;
+  rmse: number;
+  rmse_unit: string;
+  rows_used: number;
+  lag_s: number | null;
+  forms: { held_out_rmse_n: number | null; form?: string; chosen: boolean }[];
+}
+
+interface Estimate {
+  value: number;
+  ci95: [number, number];
+}
+
+interface Flight {
+  curve: string;
+  blocks: number;
+  intervals_from: string;
+  numbers: ({ name: string; unit: string } & Estimate)[];
+  routes?: { basis: unknown; taken: boolean; extra_lift: ({ height_m: number } & Estimate)[]; refused: string | null }[];
+  refused: { what: string; found: string; record: string }[];
+}
+
+export interface Identified {
+  cards: Fit[];
+  failed: [string, string][];
+  flight: Flight | null;
+  plots: Plot[];
+  warnings: string[];
+  rows_dropped: number;
+}
+
+const TASKS = [
+  ['identify_thrust', 'Thrust: throttle to force'],
+  ['identify_ground_effect', 'Ground effect: extra lift over height'],
+] as const;
+
+export function modelStep(panel: HTMLElement, lab: Lab): void {
+  const task = el('select', { id: 'task' }, ...TASKS.map(([value, text]) => el('option', { value }, text)));
+  const number = (id: string) => el('input', { id, type: 'number', min: 0, step: 'any', inputmode: 'decimal' });
+  const [mass, radius, rotors] = [number('mass'), number('radius'), number('rotors')];
+  const settings = el('textarea', { id: 'settings', rows: 4, spellcheck: 'false' });
+  const start = el('button', { type: 'button', id: 'identify', class: 'primary' }, 'Identify');
+  const cancel = el('button', { type: 'button', id: 'cancel', hidden: true }, 'Cancel');
+  const state = el('p', { role: 'status', class: 'state' });
+  const shown = el('div', { id: 'identified' });
+  let running: AbortController | undefined;
+
+  /** Settings as `touchdown identify --settings` reads them. */
+  function text(): string {
+    const value = (input: HTMLInputElement) => (input.value === '' ? undefined : Number(input.value));
+    const lines = (name: string, keys: [string, number | undefined][]) => {
+      const given = keys.filter(([, v]) => v !== undefined).map(([key, v]) => `${key} = ${v}`);
+      return given.length === 0 ? '' : `[${name}]\n${given.join('\n')}\n`;
+    };
+    const size: [string, number | undefined][] = [
+      ['mass_kg', value(mass)],
+      ['rotor_radius_m', value(radius)],
+    ];
+    return settings.value + '\n' + lines('vehicle', [...size, ['rotors', value(rotors)]]);
+  }
+
+  async function identify(): Promise<void> {
+    running?.abort();
+    running = new AbortController();
+    const { paths, files } = lab.files();
+    const data = { logs: paths, map: lab.map === '' ? null : lab.map, settings: text() };
+    const request =
+      task.value === 'identify_thrust'
+        ? { task: task.value, ...data }
+        : { task: task.value, data, thrust: lab.card('thrust')?.toml ?? null };
+    cancel.hidden = false;
+    start.disabled = true;
+    shown.replaceChildren();
+    const since = performance.now();
+    const tick = () => {
+      state.textContent = `Identifying … ${((performance.now() - since) / 1000).toFixed(0)} s`;
+    };
+    tick();
+    const clock = setInterval(tick, 1000);
+    try {
+      const { result } = await lab.calculator.ask<Identified>(request, files, running.signal);
+      state.textContent = `Identified in ${((performance.now() - since) / 1000).toFixed(1)} s.`;
+      shown.replaceChildren(...content(result, lab));
+    } catch (error) {
+      state.textContent = isCancelled(error) ? 'Cancelled.' : '';
+      if (!isCancelled(error)) shown.replaceChildren(failure(reason(error)));
+    } finally {
+      clearInterval(clock);
+      cancel.hidden = true;
+      start.disabled = lab.logs.length === 0;
+    }
+  }
+
+  start.addEventListener('click', () => void identify());
+  cancel.addEventListener('click', () => running?.abort());
+  const logs = el('p', { class: 'state' });
+  const update = () => {
+    start.disabled = lab.logs.length === 0;
+    logs.textContent =
+      lab.logs.length === 0 ? 'No logs yet: step 1 takes them.' : `Logs: ${lab.logs.map((log) => log.name).join(', ')}`;
+  };
+  lab.watch(update);
+  update();
+  const field = (label: string, input: HTMLElement) => el('label', { class: 'field' }, label, input);
+  panel.append(
+    logs,
+    el(
+      'div',
+      { class: 'fields' },
+      field('Model', task),
+      field('Mass (kg)', mass),
+      field('Rotor radius (m)', radius),
+      field('Rotors', rotors),
+    ),
+    el(
+      'details',
+      {},
+      el('summary', {}, 'More settings'),
+      el('label', { for: 'settings' }, 'As TOML, with the keys of `touchdown settings identify`'),
+      settings,
+    ),
+    el('div', { class: 'row' }, start, cancel),
+    state,
+    shown,
+  );
+}
+
+function content(of: Identified, lab: Lab): Node[] {
+  const parts: (Node | null)[] = [];
+  if (of.flight) parts.push(...flight(of.flight));
+  parts.push(...of.plots.map(figure));
+  for (const fit of of.cards) parts.push(card(fit, lab));
+  if (of.failed.length > 0) parts.push(table('Forms that could not be fitted', ['Form', 'Why'], of.failed));
+  parts.push(warnings('Of the logs', of.warnings));
+  return parts.filter((part): part is Node => part !== null);
+}
+
+const interval = ([low, high]: [number, number], factor = 1) => `${digits(factor * low)} to ${digits(factor * high)}`;
+
+function flight(of: Flight): (Node | null)[] {
+  const numbers = of.numbers.map((n) => [n.name.replaceAll('_', ' '), number(n.value), interval(n.ci95), n.unit]);
+  const refused = of.refused.map((r) => [r.what, r.found, r.record]);
+  const routes = (of.routes ?? []).map((r) => [
+    `${basis(r.basis)}${r.taken ? ' (taken)' : ''}`,
+    r.refused ??
+      r.extra_lift
+        .map((at) => `${digits(100 * at.value)} % (${interval(at.ci95, 100)}) at ${digits(at.height_m)} m`)
+        .join('; '),
+  ]);
+  return [
+    table(
+      `Numbers of the model (intervals from ${of.blocks} ${of.intervals_from.replaceAll('_', ' ')})`,
+      ['Number', 'Value', '95 % interval', 'Unit'],
+      numbers,
+    ),
+    routes.length > 0 ? table('Routes to the ground effect', ['Thrust from', 'Extra lift'], routes) : null,
+    refused.length > 0
+      ? table('Not identified', ['What', 'What the logs show', 'What to record'], refused)
+      : null,
+  ];
+}
+
+/** A route by its name: `"accelerometer"`, or `{"hovers": …}`. */
+function basis(of: unknown): string {
+  if (typeof of === 'string') return of.replaceAll('_', ' ');
+  return JSON.stringify(of).replace(/[{}"]/g, '').replaceAll('_', ' ');
+}
+
+function card(fit: Fit, lab: Lab): HTMLElement {
+  const { card, toml } = fit;
+  const rows = card.terms.map((term) => [
+    `${term.of}: ${term.expression}`,
+    number(term.value),
+    term.ci95 ? interval(term.ci95) : (term.mark ?? '–').replaceAll('_', ' '),
+    term.unit,
+  ]);
+  const fly = el('button', { type: 'button', class: 'fly' }, 'Fly it on the deck');
+  fly.addEventListener('click', () => {
+    lab.put({ kind: card.kind, name: card.name, toml });
+    fly.textContent = 'On the deck: step 3';
+  });
+  const lag = fit.lag_s === null ? '' : `, lag ${digits(fit.lag_s)} s`;
+  return el(
+    'article',
+    { class: 'card' },
+    el('h2', {}, `${card.kind === 'thrust' ? 'Thrust' : 'Ground effect'}: ${card.name}`),
+    el('p', {}, `${card.equation} (${card.form.replaceAll('_', ' ')}${lag})`),
+    el('p', {}, `Residual ${digits(fit.rmse)} ${fit.rmse_unit} (RMS) over ${fit.rows_used} rows.`),
+    table('Coefficients', ['Term', 'Value', '95 % interval', 'Unit'], rows),
+    warnings('Before you rely on it', card.warnings),
+    el(
+      'div',
+      { class: 'row' },
+      fly,
+      el(
+        'button',
+        { type: 'button', class: 'save', onclick: () => download(`${card.name}.toml`, toml, 'application/toml') },
+        'Download the card',
+      ),
+    ),
+  );
+}

@@ -1,0 +1,247 @@
+// The scene: deck, sea, vehicle and its ghost, foot forces and the strength of the ground effect. z is up, as in the simulation.
+
+import {
+  AmbientLight,
+  BufferAttribute,
+  Color,
+  CylinderGeometry,
+  DirectionalLight,
+  GridHelper,
+  Group,
+  Mesh,
+  MeshLambertMaterial,
+  PerspectiveCamera,
+  PlaneGeometry,
+  Quaternion,
+  BoxGeometry,
+  Scene,
+  Vector3,
+  WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+
+/** A landing as the calculations return it. */
+export interface Landing {
+  row: [string, string][];
+  vehicle: string | null;
+  deck_half_side_m: number | null;
+  rotor_radius_m: number;
+  rotor_spacing_m: number;
+  rotor_height_m: number;
+  /** Distance of the feet from the vertical axis, and their depth. */
+  feet_m: [number, number];
+  weight_n: number;
+  frames: Frames;
+}
+
+export interface Frames {
+  time_s: number[];
+  position_m: [number, number, number][];
+  attitude: [number, number, number, number][];
+  deck_m: [number, number, number][];
+  deck_normal: [number, number, number][];
+  height_m: number[];
+  estimated_height_m: number[];
+  target_height_m: (number | null)[];
+  velocity_mps: number[];
+  rotor_n: [number, number, number, number][];
+  feet_n: [number, number, number, number][];
+  ground_effect_n: number[];
+  counted_ground_effect_n: number[];
+  deck_mps: number[];
+  estimated_deck_mps: number[];
+  phase: string[];
+}
+
+/** Length of a force's arrow, m/N over the weight: a foot that carries the whole weight has an arrow of this length. */
+const FORCE_M = 0.5;
+/** Side of a deck without an edge, m. */
+const WIDE_M = 6;
+const UP = new Vector3(0, 0, 1);
+/** Depth of the sea below the deck's mean place, as drawn; the simulation has waves only through the deck's motion. */
+const SEA_M = -1.5;
+
+/** The row at a time: the last one that is not later. */
+export function rowAt(frames: Frames, time_s: number): number {
+  let [low, high] = [0, frames.time_s.length - 1];
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (frames.time_s[middle]! <= time_s) low = middle;
+    else high = middle - 1;
+  }
+  return low;
+}
+
+class Vehicle {
+  readonly group = new Group();
+  private readonly discs: Mesh<CylinderGeometry, MeshLambertMaterial>[] = [];
+  private readonly feet: Mesh[] = [];
+
+  constructor(
+    private readonly landing: Landing,
+    colour: string,
+    ghost: boolean,
+  ) {
+    const material = () =>
+      new MeshLambertMaterial({ color: colour, transparent: true, opacity: ghost ? 0.4 : 1, depthWrite: !ghost });
+    const { rotor_radius_m: radius, rotor_spacing_m: spacing, rotor_height_m: up, feet_m } = landing;
+    const [foot, depth] = feet_m;
+    const body = new Mesh(new BoxGeometry(0.4 * spacing, 0.4 * spacing, 0.2 * spacing), material());
+    this.group.add(body);
+    for (const [x, y] of [[1, 1], [-1, 1], [-1, -1], [1, -1]] as const) {
+      const disc = new Mesh(new CylinderGeometry(radius, radius, 0.01, 32), material());
+      disc.material.transparent = true;
+      disc.material.opacity = ghost ? 0.25 : 0.6;
+      disc.rotation.x = Math.PI / 2;
+      disc.position.set((x * spacing) / 2, (y * spacing) / 2, up);
+      const arm = new Mesh(new CylinderGeometry(0.012, 0.012, spacing / Math.SQRT2, 8), material());
+      arm.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), new Vector3(x, y, 0).normalize());
+      arm.position.set((x * spacing) / 4, (y * spacing) / 4, up);
+      const at = new Vector3((x * foot) / Math.SQRT2, (y * foot) / Math.SQRT2, -depth);
+      const leg = new Mesh(new CylinderGeometry(0.006, 0.006, 1, 6), material());
+      const top = new Vector3(at.x * 0.8, at.y * 0.8, up);
+      leg.scale.y = top.distanceTo(at);
+      leg.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), top.clone().sub(at).normalize());
+      leg.position.copy(top.add(at).multiplyScalar(0.5));
+      const force = new Mesh(new CylinderGeometry(0.012, 0.012, 1, 8), new MeshLambertMaterial({ color: '#d55e00' }));
+      force.rotation.x = Math.PI / 2;
+      force.position.copy(at);
+      force.visible = false;
+      this.discs.push(disc);
+      this.feet.push(force);
+      this.group.add(disc, arm, leg, force);
+    }
+  }
+
+  show(row: number): void {
+    const { frames, weight_n, feet_m } = this.landing;
+    const [w, x, y, z] = frames.attitude[row]!;
+    this.group.position.set(...frames.position_m[row]!);
+    this.group.quaternion.set(x, y, z, w);
+    frames.feet_n[row]!.forEach((force, k) => {
+      const length = (FORCE_M * force) / weight_n;
+      const mesh = this.feet[k]!;
+      mesh.visible = length > 0.005;
+      mesh.scale.y = Math.max(length, 1e-6);
+      mesh.position.z = -feet_m[1] + length / 2;
+    });
+    const glow = frames.rotor_n[row]!.some((force) => force > 0) ? 1 : 0.2;
+    for (const disc of this.discs) disc.scale.setScalar(glow === 1 ? 1 : 0.98);
+  }
+}
+
+export class View {
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(40, 1, 0.05, 200);
+  private readonly controls: OrbitControls;
+  private readonly deck = new Group();
+  private readonly wake: Mesh<CylinderGeometry, MeshLambertMaterial>;
+  private readonly sea: Mesh<PlaneGeometry, MeshLambertMaterial>;
+  private vehicles: { body: Vehicle; landing: Landing }[] = [];
+  private readonly before = new Vector3();
+
+  constructor(private readonly box: HTMLElement) {
+    this.renderer = new WebGLRenderer({ antialias: true, powerPreference: 'high-performance' });
+    this.renderer.domElement.setAttribute('aria-label', 'Vehicle and deck in three dimensions');
+    this.renderer.domElement.setAttribute('role', 'img');
+    box.append(this.renderer.domElement);
+    this.camera.up.copy(UP);
+    this.camera.position.set(-2.6, -2.2, 1.4);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.target.set(0, 0, 0.3);
+    this.controls.addEventListener('change', () => this.render());
+    const light = new DirectionalLight('#ffffff', 2.2);
+    light.position.set(-3, -4, 8);
+    this.scene.add(new AmbientLight('#ffffff', 1.1), light, this.deck);
+    this.sea = new Mesh(
+      new PlaneGeometry(60, 60, 48, 48),
+      new MeshLambertMaterial({ color: '#2b6b8f', flatShading: true }),
+    );
+    this.sea.position.z = SEA_M;
+    this.scene.add(this.sea);
+    this.wake = new Mesh(
+      new CylinderGeometry(1, 1, 0.012, 48),
+      new MeshLambertMaterial({ color: '#e69f00', transparent: true, opacity: 0 }),
+    );
+    this.wake.rotation.x = Math.PI / 2;
+    new ResizeObserver(() => this.resize()).observe(box);
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.render());
+  }
+
+  /** Shows landings side by side in one scene; the second is a ghost. */
+  load(landings: Landing[], colours: string[]): void {
+    for (const { body } of this.vehicles) this.scene.remove(body.group);
+    this.deck.clear();
+    const [first] = landings;
+    if (!first) return;
+    const side = 2 * (first.deck_half_side_m ?? WIDE_M / 2);
+    const plate = new Mesh(new BoxGeometry(side, side, 0.06), new MeshLambertMaterial({ color: '#8a8f98' }));
+    plate.position.z = -0.03;
+    const pad = new Mesh(new CylinderGeometry(0.25, 0.25, 0.004, 48), new MeshLambertMaterial({ color: '#f4f4f4' }));
+    pad.rotation.x = Math.PI / 2;
+    const grid = new GridHelper(side, Math.round(4 * side), '#5b6068', '#6d727b');
+    grid.rotation.x = Math.PI / 2;
+    grid.position.z = 0.002;
+    this.deck.add(plate, pad, grid, this.wake);
+    this.vehicles = landings.map((landing, k) => ({
+      body: new Vehicle(landing, colours[k] ?? '#888', k > 0),
+      landing,
+    }));
+    for (const { body } of this.vehicles) this.scene.add(body.group);
+    this.before.set(0, 0, 0);
+    this.show(0);
+  }
+
+  show(time_s: number): void {
+    const first = this.vehicles[0];
+    if (!first) return;
+    const { frames, weight_n, rotor_spacing_m } = first.landing;
+    const row = rowAt(frames, time_s);
+    const normal = new Vector3(...frames.deck_normal[row]!);
+    this.deck.position.set(...frames.deck_m[row]!);
+    this.deck.quaternion.copy(new Quaternion().setFromUnitVectors(UP, normal));
+    // The camera travels along with a deck under way, but not with its heave.
+    const [x, y] = frames.deck_m[row]!;
+    const shift = new Vector3(x, y, 0).sub(this.before);
+    this.before.set(x, y, 0);
+    this.camera.position.add(shift);
+    this.controls.target.add(shift);
+    const lift = Math.max(frames.ground_effect_n[row]! / weight_n, 0);
+    this.wake.material.opacity = Math.min(4 * lift, 0.85);
+    this.wake.scale.set(1.2 * rotor_spacing_m, 1, 1.2 * rotor_spacing_m);
+    const place = this.deck.worldToLocal(new Vector3(...frames.position_m[row]!));
+    this.wake.position.set(place.x, place.y, 0.012);
+    for (const { body, landing } of this.vehicles) body.show(rowAt(landing.frames, time_s));
+    this.swell(time_s, frames.deck_m[row]![2]);
+    this.render();
+  }
+
+  /** Waves for the eye: they rise and fall with the deck, and are not those of the simulation. */
+  private swell(time_s: number, heave_m: number): void {
+    const places = this.sea.geometry.attributes.position as BufferAttribute;
+    for (let k = 0; k < places.count; k++) {
+      const along = 0.5 * places.getX(k) + 0.2 * places.getY(k);
+      places.setZ(k, heave_m * Math.cos(along) + 0.08 * Math.sin(2.3 * along + 1.5 * time_s));
+    }
+    places.needsUpdate = true;
+    this.sea.geometry.computeVertexNormals();
+  }
+
+  /** Draws one frame; what it took is for tests. */
+  render(): void {
+    const dark = matchMedia('(prefers-color-scheme: dark)').matches;
+    this.scene.background = new Color(dark ? '#10151c' : '#dfeaf2');
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.box;
+    if (width === 0 || height === 0) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.render();
+  }
+}

@@ -1,0 +1,147 @@
+// What the tests share: a browser, the page, and the command line.
+import { execFileSync } from 'node:child_process';
+import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import puppeteer from 'puppeteer-core';
+import { serve } from '../serve.mjs';
+
+const here = dirname(fileURLToPath(import.meta.url));
+export const root = dirname(dirname(here));
+export const dist = join(root, 'web', 'dist');
+export const data = process.env.TOUCHDOWN_DATA;
+/** Screenshots stay there for a look. */
+export const pictures = join(root, 'target', 'web');
+const command = process.env.TOUCHDOWN ?? join(process.env.CARGO_TARGET_DIR ?? join(root, 'target'), 'debug', 'touchdown');
+export const hasCommand = existsSync(command);
+
+/** Calculations take seconds, on a busy machine tens of them. */
+export const PATIENCE_MS = 180_000;
+
+export async function browser() {
+  return puppeteer.launch({
+    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+    args: [
+      '--no-sandbox',
+      '--use-angle=swiftshader',
+      '--enable-unsafe-swiftshader',
+      '--disable-dev-shm-usage',
+    ],
+    protocolTimeout: PATIENCE_MS,
+  });
+}
+
+/** The lab in a tab, with every request and every error that it causes. */
+export class Page {
+  requests = [];
+  errors = [];
+
+  static async open(of, { hash = '', file = false, width = 1280, height = 900 } = {}) {
+    const made = new Page();
+    made.server = file ? undefined : await serve(0);
+    made.page = await of.newPage();
+    await made.page.setViewport({ width, height });
+    made.page.setDefaultTimeout(PATIENCE_MS);
+    made.page.on('request', (request) => made.requests.push(request.url()));
+    made.page.on('pageerror', (error) => made.errors.push(String(error)));
+    made.page.on('console', (message) => {
+      if (message.type() === 'error') made.errors.push(message.text());
+    });
+    made.url = file
+      ? `file://${join(dist, 'touchdown-lab.html')}${hash}`
+      : `http://127.0.0.1:${made.server.address().port}/${hash}`;
+    await made.page.goto(made.url);
+    await made.page.waitForSelector('html[data-ready]');
+    return made;
+  }
+
+  async close() {
+    await this.page.close();
+    this.server?.close();
+  }
+
+  /** Requests but those of the page's own texts. */
+  connections() {
+    return this.requests.filter((url) => !/^(blob|data):/.test(url));
+  }
+
+  /** Drops files on the zone, as a person does. */
+  async drop(...files) {
+    const contents = files.map((file) => [file.split('/').at(-1), readFileSync(file).toString('base64')]);
+    await this.page.evaluate((all) => {
+      const transfer = new DataTransfer();
+      for (const [name, text] of all) {
+        const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+        transfer.items.add(new File([bytes], name));
+      }
+      document.querySelector('.drop').dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true }));
+    }, contents);
+  }
+
+  tab(name) {
+    return this.page.click(`#tab-${name}`);
+  }
+
+  /** Waits until an element's text passes a test; the text. */
+  async text(selector, test) {
+    const handle = await this.page.waitForFunction(
+      (of, pattern) => {
+        const text = document.querySelector(of)?.innerText ?? '';
+        return new RegExp(pattern).test(text) ? text : false;
+      },
+      { timeout: PATIENCE_MS },
+      selector,
+      test.source,
+    );
+    return handle.jsonValue();
+  }
+
+  /** A table by its caption: rows of cells, with all digits of numbers. */
+  table(caption) {
+    return this.page.evaluate((of) => {
+      const found = [...document.querySelectorAll('table')].find((t) => t.caption.textContent.startsWith(of));
+      if (!found) return null;
+      const cell = (td) => td.querySelector('span[title]')?.title || td.textContent;
+      return [...found.tBodies[0].rows].map((row) => [...row.cells].map(cell));
+    }, caption);
+  }
+
+  async picture(name) {
+    await this.page.screenshot({ path: join(pictures, `${name}.png`), fullPage: true });
+  }
+
+  /** What a press on a button saves. */
+  async saved(selector) {
+    const folder = mkdtempSync(join(tmpdir(), 'lab-'));
+    const client = await this.page.createCDPSession();
+    await client.send('Browser.setDownloadBehavior', {
+      behavior: 'allow',
+      downloadPath: folder,
+      eventsEnabled: true,
+    });
+    const done = new Promise((resolve) => {
+      client.on('Browser.downloadProgress', (event) => event.state === 'completed' && resolve());
+    });
+    await this.page.click(selector);
+    await done;
+    const [name] = readdirSync(folder);
+    const content = readFileSync(join(folder, name));
+    rmSync(folder, { recursive: true });
+    return { name, content };
+  }
+}
+
+/** Runs `touchdown`. */
+export function touchdown(...args) {
+  return execFileSync(command, args, { cwd: root, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
+}
+
+/** Greatest relative difference of two lists of numbers. */
+export function difference(a, b) {
+  if (a.length !== b.length) throw new Error(`expected ${b.length} numbers, found ${a.length}`);
+  return a.reduce((most, x, k) => {
+    if (!Number.isFinite(x) || !Number.isFinite(b[k])) throw new Error(`not a number: ${x}, ${b[k]}`);
+    return Math.max(most, Math.abs(x - b[k]) / Math.max(Math.abs(x), Math.abs(b[k]), 1e-12));
+  }, 0);
+}
