@@ -100,7 +100,7 @@ export class Page {
   /** A table by its caption: rows of cells, with all digits of numbers. */
   table(caption) {
     return this.page.evaluate((of) => {
-      const found = [...document.querySelectorAll('table')].find((t) => t.caption.textContent.startsWith(of));
+      const found = [...document.querySelectorAll('table')].find((t) => t.caption?.textContent.startsWith(of));
       if (!found) return null;
       const cell = (td) => td.querySelector('span[title]')?.title || td.textContent;
       return [...found.tBodies[0].rows].map((row) => [...row.cells].map(cell));
