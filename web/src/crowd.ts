@@ -1,7 +1,7 @@
 // Landings in the background, with the distribution of touchdown speeds growing while one watches.
 
 import { digits, el, failure, isCancelled, reason, table } from './dom';
-import { COLOURS } from './plots';
+import { shade } from './plots';
 import type { Lab } from './state';
 
 type Row = [string, string][];
@@ -129,7 +129,7 @@ function histogram(sides: Side[], rows: Row[][]): SVGElement {
     bars.forEach((count, k) => {
       const step = (width - 2 * left) / BARS;
       const tall = (count / most) * (height - 14);
-      const at = { x: left + k * step + 1, y: base - tall, width: step - 2, height: tall, fill: COLOURS[side]! };
+      const at = { x: left + k * step + 1, y: base - tall, width: step - 2, height: tall, fill: shade(side) };
       picture.append(svg('rect', at));
     });
     picture.append(svg('line', { x1: left, x2: width - left, y1: base, y2: base, class: 'axis' }));

@@ -2,7 +2,7 @@
 
 import type uPlot from 'uplot';
 import { download, el, failure, isCancelled, number, reason, table } from './dom';
-import { COLOURS, draw, type Plot } from './plots';
+import { draw, shade, type Plot } from './plots';
 import { fromHash, LANDINGS, toHash, toml, type Scenario } from './scenario';
 import { View, type Landing } from './scene';
 import { Crowd } from './crowd';
@@ -134,7 +134,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
 
   function show(): void {
     view ??= new View(box);
-    view.load(landings, COLOURS);
+    view.load(landings, [shade(0), shade(1)]);
     const end = Math.max(...landings.map(({ frames }) => frames.time_s.at(-1) ?? 0));
     time.max = String(end);
     play.disabled = record.disabled = false;
@@ -153,7 +153,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     plots = figures(landings, names.map(label)).map((plot) => {
       const place = el('div', { class: 'plot' });
       charts.append(place);
-      return draw(place, plot, { height: 190, cursor: { sync: { key: 'deck' }, drag: { x: false, y: false } } });
+      return draw(place, plot, { height: 230, cursor: { sync: { key: 'deck' }, drag: { x: false, y: false } } });
     });
     for (const plot of plots) {
       plot.over.addEventListener('click', () => {

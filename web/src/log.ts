@@ -162,7 +162,8 @@ export function logStep(panel: HTMLElement, lab: Lab): void {
 }
 
 function summary(log: LogFile, of: Inspected): string {
-  const size = `${(log.content.size / 1e6).toFixed(2)} MB`;
+  const { size: bytes } = log.content;
+  const size = bytes < 1e6 ? `${(bytes / 1e3).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
   if (of.topics) {
     const { format, topics, duration_s } = of.topics;
     const map = of.recommended_map ? `; the built-in map ${of.recommended_map} fits` : '';

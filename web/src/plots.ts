@@ -18,8 +18,16 @@ export interface Series {
   y: (number | null)[];
 }
 
-/** Okabe and Ito's colours, which people with colour-blindness tell apart; each readable on light and dark. */
+/** Okabe and Ito's colours, which people with colour-blindness tell apart. */
 export const COLOURS = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9'];
+
+/** The colour of a series: on a dark page the two blues of the list change places, because the first is too dark there. */
+export function shade(k: number): string {
+  const dark = matchMedia('(prefers-color-scheme: dark)').matches;
+  const at = k % COLOURS.length;
+  const place = dark && (at === 0 || at === 5) ? 5 - at : at;
+  return COLOURS[place]!;
+}
 
 const drawn = new Set<uPlot>();
 
@@ -34,7 +42,7 @@ export function draw(into: HTMLElement, plot: Plot, options: Partial<uPlot.Optio
   let own = 0;
   const series: uPlot.Series[] = plot.series.map((s) => {
     const bound = s.style === 'low' || s.style === 'high';
-    const stroke = bound ? COLOURS[0] : COLOURS[own++ % COLOURS.length];
+    const stroke = bound ? shade(0) : shade(own++);
     return {
       label: s.style === 'low' ? `${s.name}, from` : s.style === 'high' ? `${s.name}, to` : s.name,
       stroke,
@@ -60,9 +68,9 @@ export function draw(into: HTMLElement, plot: Plot, options: Partial<uPlot.Optio
       width: Math.max(into.clientWidth, 260),
       height: 260,
       scales: { x: { time: false } },
-      axes: [axis(plot.x), { ...axis(plot.y), size: 62 }],
+      axes: [axis(plot.x), { ...axis(plot.y === '1' ? plot.title : plot.y), size: 62 }],
       series: [{ label: plot.x }, ...series],
-      bands: low < 0 ? [] : [{ series: [low + 2, low + 1], fill: `${COLOURS[0]}33` }],
+      bands: low < 0 ? [] : [{ series: [low + 2, low + 1], fill: `${COLOURS[0]}44` }],
       cursor: { drag: { x: true, y: false } },
       ...options,
     },
