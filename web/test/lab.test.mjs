@@ -238,13 +238,18 @@ test('regress_one_file_works_from_disk', async () => {
 });
 
 test('regress_layout_at_three_widths_in_light_and_dark', async () => {
+  // T = 20 σ², a table that is identified at once.
+  const folder = mkdtempSync(join(tmpdir(), 'lab-'));
+  const stand = join(folder, 'stand.csv');
+  const rows = Array.from({ length: 21 }, (_, k) => [k, 0.2 + 0.03 * k, 20 * (0.2 + 0.03 * k) ** 2].join(','));
+  writeFileSync(stand, ['time_s,throttle,thrust_n', ...rows].join('\n') + '\n');
   for (const [width, scheme] of [[360, 'light'], [1280, 'dark'], [3840, 'light']]) {
     const lab = await Page.open(chromium, { width, height: 900 });
     await lab.page.emulateMediaFeatures([
       { name: 'prefers-color-scheme', value: scheme },
       { name: 'prefers-reduced-motion', value: 'reduce' },
     ]);
-    await lab.page.click('#example-rig');
+    await lab.drop(stand);
     await lab.text('#inspection', /thrust_n/);
     const overflow = () =>
       lab.page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
@@ -266,6 +271,7 @@ test('regress_layout_at_three_widths_in_light_and_dark', async () => {
     await lab.picture(`deck-${width}`);
     await lab.close();
   }
+  rmSync(folder, { recursive: true });
 });
 
 test('regress_tabs_by_keyboard', async () => {
