@@ -58,6 +58,8 @@ export function draw(into: HTMLElement, plot: Plot, options: Partial<uPlot.Optio
   const axis = (label: string): uPlot.Axis => ({
     label,
     labelSize: 22,
+    // uPlot's own numbers have three decimals: a small residual would read -0.
+    values: (_, ticks) => ticks.map((tick) => (tick == null ? '' : String(Number(tick.toPrecision(6))))),
     stroke: () => colour('--text'),
     grid: { stroke: () => colour('--line'), width: 1 },
     ticks: { stroke: () => colour('--line'), width: 1 },
