@@ -174,6 +174,9 @@ mod tests {
             latex.contains(r"\dot{x} &=") && latex.contains("T &="),
             "{latex}"
         );
-        assert!(!latex.contains("p_") && !latex.contains(r"\cdot 1"), "{latex}");
+        assert!(
+            !latex.contains("p_") && !latex.contains(r"\cdot 1"),
+            "{latex}"
+        );
     }
 }

@@ -311,7 +311,8 @@ fn unpack_zstd(mut bytes: &[u8], read: &mut dyn FnMut(&mut dyn std::io::Read) ->
         };
         let whole = read(&mut frame);
         let stated = frame.decoder.get_checksum_from_data();
-        if !whole || stated.is_some_and(|sum| frame.decoder.get_calculated_checksum() != Some(sum)) {
+        if !whole || stated.is_some_and(|sum| frame.decoder.get_calculated_checksum() != Some(sum))
+        {
             return false;
         }
     }
