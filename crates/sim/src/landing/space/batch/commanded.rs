@@ -85,8 +85,7 @@ impl Commanded {
     pub fn new(batch: Batch, places: usize, decision_s: f64) -> Result<Self, SimError> {
         let steps = (decision_s / crate::STEP_S).round();
         check::that(
-            steps >= 1.0
-                && steps <= 1e6
+            (1.0..=1e6).contains(&steps)
                 && (steps as u64).is_multiple_of(BLOCK_STEPS)
                 && (steps * crate::STEP_S - decision_s).abs() < 1e-9,
             "decision_s",
