@@ -31,7 +31,7 @@ pub(crate) struct Inspected {
 }
 
 pub(crate) fn inspect(path: &Path, map: Option<&str>) -> Result<Inspected> {
-    let map = map.map(|text| parse_map(text)).transpose()?;
+    let map = map.map(parse_map).transpose()?;
     match Log::open(path)? {
         Some(log) => of_topics(&log, map.as_ref()),
         None => of_table(path, map.as_ref()),
