@@ -73,7 +73,10 @@ impl Failure {
         error: LinkError,
     ) -> Self {
         let silent = matches!(&error, LinkError::Link { source, .. } if source.kind() == ErrorKind::TimedOut);
-        let ended = process.and_then(AutopilotProcess::ended);
+        let ended = process.and_then(match silent {
+            true => AutopilotProcess::ended,
+            false => AutopilotProcess::ends,
+        });
         // Silence is what the end of the process looks like from the link; another error of the link may be its cause.
         let found = match &ended {
             Some(how) if silent => format!("its process ended ({how})"),

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use touchdown::{Error, Result};
 
@@ -13,6 +14,9 @@ use touchdown::{Error, Result};
 const CONSOLE: &str = "console.log";
 /// Lines of it that an error shows.
 const SHOWN: usize = 12;
+/// How long a process may take from the end of its connections to its own. On a busy machine Python's took more than the 0.3 s
+/// of an idle one; whoever reads the error waits no longer.
+const LAST_BREATH: Duration = Duration::from_secs(2);
 /// A shell that waits until its input ends, which it does when this command is gone however it ended. Then it kills the
 /// autopilot's process group `$1` and removes what follows at once: the next command may soon have files of the same names. Only
 /// of the scratch folder `$2`, whose name no other has (empty: none), it removes what a dying process still writes.
@@ -160,6 +164,18 @@ impl AutopilotProcess {
         let text = String::from_utf8_lossy(&bytes);
         let lines: Vec<&str> = text.lines().collect();
         lines[lines.len().saturating_sub(SHOWN)..].join("\n")
+    }
+
+    /// How it has ended, if it ends within [`LAST_BREATH`]: a process that ends closes its connections first.
+    pub(super) fn ends(&self) -> Option<String> {
+        let until = Instant::now() + LAST_BREATH;
+        loop {
+            let ended = self.ended();
+            if ended.is_some() || Instant::now() >= until {
+                return ended;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
     }
 
     /// How it has ended, if it has.
