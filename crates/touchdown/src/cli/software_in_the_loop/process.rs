@@ -14,8 +14,8 @@ use touchdown::{Error, Result};
 const CONSOLE: &str = "console.log";
 /// Lines of it that an error shows.
 const SHOWN: usize = 12;
-/// How long a process may take from the end of its connections to its own. On a busy machine Python's took more than the 0.3 s
-/// of an idle one; whoever reads the error waits no longer.
+/// How long a process may take from the end of its connections to its own: a peer in Python was seen to close its link before it
+/// had ended. Whoever reads the error waits no longer.
 const LAST_BREATH: Duration = Duration::from_secs(2);
 /// A shell that waits until its input ends, which it does when this command is gone however it ended. Then it kills the
 /// autopilot's process group `$1` and removes what follows at once: the next command may soon have files of the same names. Only
