@@ -251,8 +251,6 @@ def collect(
         u_array = None if run_u is None else matrix("u", run_u)
         dots = table(run_dot) if run_dot is not None else None
         rows, m = array.shape
-        if states is not None and columns is None and m != len(states):
-            raise fault("x", f"{len(states)} columns, those of {', '.join(states)}", m)
         if dots is not None and states is not None and set(states) <= set(dots.names):
             dot: Array | None = dots.matrix(states)  # by name; else in the order of its columns
         else:

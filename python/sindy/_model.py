@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from . import _export, _native
-from ._data import Array, Data, Given, collect, floats, matrix, table
+from ._data import Array, Data, Given, collect, floats, is_many, matrix, table
 from ._errors import SindyError, SindyWarning, fault
 from ._library import Library, libraries
 from ._sklearn import Estimator
@@ -290,6 +290,10 @@ class SINDy(Estimator):
 
     def _given(self, x: Any, u: Any) -> Data:
         model = self._fitted()
+        for run in x if is_many(x) else [x]:
+            columns = len(model.states) if table(run) is not None else matrix("x", run).shape[1]
+            if columns != len(model.states):
+                raise fault("x", f"{len(model.states)} columns, those of {', '.join(model.states)}", columns)
         return collect(x, None, u, states=model.states, inputs=model.inputs or None)
 
     def predict(self, x: Any, u: Any = None) -> Any:
