@@ -178,21 +178,44 @@ def test_prop_the_commands_validation(card: td.Card, tmp_path: Path) -> None:
     assert np.nanmax(np.abs(ours.predicted_n - ours.measured_n)) == ours.measured["worst"]
 
 
-def test_prop_the_commands_ground_effect_of_a_flight(tmp_path: Path) -> None:
+VEHICLE = {"flight": {"mass_kg": 0.03, "rotor_radius_m": 0.023}}
+
+
+@pytest.fixture()
+def flights(tmp_path: Path) -> tuple[list[Path], Path]:
+    """Three measured flights and their map; the vehicle's settings lie in the folder."""
     folder = Path(os.environ.get("TOUCHDOWN_DATA", "")) / "flight-crazypad-takeoff-landing"
     if not folder.is_dir():
         pytest.skip("TOUCHDOWN_DATA has no flights")
-    logs = [folder / f"E9_log0{k}_motor.csv" for k in range(3)]
-    mapped = Path(__file__).resolve().parents[2] / "examples/maps/flight-crazypad-motor.toml"
     (tmp_path / "vehicle.toml").write_text("[flight]\nmass_kg = 0.03\nrotor_radius_m = 0.023\n")
+    mapped = Path(__file__).resolve().parents[2] / "examples/maps/flight-crazypad-motor.toml"
+    return [folder / f"E9_log0{k}_motor.csv" for k in range(3)], mapped
+
+
+def assert_same_card(ours: td.Card, path: Path) -> None:
+    """All that a card says of the vehicle is what the command's says."""
+    theirs = td.Card.load(path).to_dict()
+    for key in ("terms", "scores", "validity", "vehicle", "warnings", "form"):
+        assert ours.to_dict()[key] == theirs[key], key
+
+
+def test_prop_the_commands_ground_effect_of_flights(flights: tuple[list[Path], Path], tmp_path: Path) -> None:
+    logs, mapped = flights
     command("identify", "ground-effect", *logs, "--map", mapped, "--settings", "vehicle.toml", "--out", "card.toml", cwd=tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", td.SindyWarning)
-        trials = td.read(logs, map=mapped)
-        ours = td.identify.ground_effect(trials, settings={"flight": {"mass_kg": 0.03, "rotor_radius_m": 0.023}}).to_dict()
-    theirs = td.Card.load(tmp_path / "card.toml").to_dict()
-    for key in ("terms", "scores", "validity", "vehicle", "warnings", "form"):
-        assert ours[key] == theirs[key], key
+        assert_same_card(td.identify.ground_effect(td.read(logs, map=mapped), settings=VEHICLE), tmp_path / "card.toml")
+
+
+@pytest.mark.parametrize("form", [None, "first_order"])
+def test_prop_the_commands_thrust_of_flights(flights: tuple[list[Path], Path], tmp_path: Path, form: str | None) -> None:
+    logs, mapped = flights
+    asked = [] if form is None else ["--form", form]
+    command("identify", "thrust", *logs, "--map", mapped, "--settings", "vehicle.toml", *asked, "--out", "card.toml", cwd=tmp_path)
+    settings = VEHICLE if form is None else {**VEHICLE, "thrust": {"form": form}}
+    with pytest.warns(td.SindyWarning, match="thrust is 0.03 kg times specific force in"):
+        ours = td.identify.thrust(td.read(logs, map=mapped), settings=settings)
+    assert_same_card(ours, tmp_path / "card.toml")
 
 
 def test_prop_a_card_is_an_equation(card: td.Card) -> None:

@@ -19,7 +19,7 @@ def _trials(given: Trial | Iterable[Trial]) -> list[_native.Trial]:
 
 def _card(found: tuple[_native.Card, str]) -> Card:
     card = Card(found[0], json.loads(found[1]))
-    for text in card.warnings:
+    for text in card.fit["warnings"]:
         warnings.warn(text, SindyWarning, stacklevel=3)
     return card
 

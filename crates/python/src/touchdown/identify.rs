@@ -2,11 +2,10 @@
 
 use pyo3::prelude::*;
 use serde::Serialize;
-use touchdown_identify::flights::{Flight, ground_effect_by_routes, thrust_alone, with_thrust};
+use touchdown_identify::flights::{ground_effect_by_routes, thrust_of_flights, with_thrust};
 use touchdown_identify::forms::FormScore;
 use touchdown_identify::settings::VehicleSettings;
-use touchdown_identify::warning::{Warning, sentences};
-use touchdown_identify::{Error, FittedCard, IdentificationSettings, Origin, Result, rig, thrust};
+use touchdown_identify::{FittedCard, IdentificationSettings, Origin, Result, rig, thrust};
 use touchdown_model::card::Vehicle;
 use touchdown_model::{Form, Kind};
 use touchdown_trial::Trial as Recorded;
@@ -78,18 +77,20 @@ fn are_flights(trials: &[Recorded]) -> bool {
     trials.iter().all(|t| t.channel("thrust_n").is_none())
 }
 
+/// Fits without the interpreter's lock; the fit gives its card, and what is to be known of the logs beside the card's warnings.
 fn answer(
     py: Python<'_>,
-    fit: impl FnOnce() -> Result<FittedCard> + Send + 'static,
+    fit: impl FnOnce() -> Result<(FittedCard, Vec<String>)> + Send + 'static,
 ) -> PyResult<(Card, String)> {
-    let fitted = run::owned(py, None, move |_| Ok(fit()))?.map_err(|e| of_identify(&e))?;
+    let (fitted, of_logs) =
+        run::owned(py, None, move |_| Ok(fit()))?.map_err(|e| of_identify(&e))?;
     let said = Said {
         rmse: fitted.rmse,
         rmse_unit: fitted.rmse_unit,
         rows_used: fitted.rows_used,
         lag_s: fitted.lag_s,
         forms: fitted.forms,
-        warnings: fitted.card.warnings.clone(),
+        warnings: [of_logs, fitted.card.warnings.clone()].concat(),
     };
     let said = serde_json::to_string(&said).map_err(|e| error::settings("fit", &e))?;
     Ok((Card { card: fitted.card }, said))
@@ -104,27 +105,24 @@ pub(crate) fn identify_thrust(
 ) -> PyResult<(Card, String)> {
     let (trials, settings, origin) = task(&trials, settings_json)?;
     answer(py, move || {
-        if !are_flights(&trials) || settings.thrust.form.is_some() {
-            return thrust::fit(&trials, &settings, &origin);
+        if !are_flights(&trials) {
+            return Ok((thrust::fit(&trials, &settings, &origin)?, Vec::new()));
         }
+        let mass_kg = settings.vehicle.mass_kg;
         let flights = trials
             .iter()
-            .map(|t| {
-                Flight::of(
-                    &with_thrust(t, &settings.flight, settings.vehicle.mass_kg)?,
-                    &settings.flight,
-                )
-            })
+            .map(|trial| with_thrust(trial, &settings.flight, mass_kg))
             .collect::<Result<Vec<_>>>()?;
-        let found = thrust_alone(&flights, &settings.flight)?;
-        let mut made = found
-            .thrust_of(&settings, &origin)
-            .ok_or_else(|| Error::data("the flights", "a mass and the specific force", "none"))?;
-        let refused = found.refused.iter().cloned();
-        made.warnings.extend(refused.map(Warning::NotIdentified));
-        made.card.warnings = sentences(&made.warnings);
-        made.card.measured_rotors = settings.vehicle.rotors;
-        Ok(made)
+        let made = match settings.thrust.form {
+            Some(_) => thrust::fit(&flights, &settings, &origin)?,
+            None => thrust_of_flights(&flights, &settings, &origin)?.0,
+        };
+        // How thrust came from each log.
+        let said = flights.iter().filter_map(|trial| {
+            let note = trial.provenance().notes.last()?;
+            Some(format!("{}: {note}", trial.name()))
+        });
+        Ok((made, said.collect()))
     })
 }
 
@@ -144,10 +142,8 @@ pub(crate) fn identify_ground_effect(
         return answer(py, move || {
             let seen: Vec<&Recorded> = trials.iter().collect();
             let routed = ground_effect_by_routes(&seen, &settings.flight, free_air.as_ref())?;
-            Ok(routed
-                .found
-                .card(&settings, &origin)
-                .with_warnings(routed.warnings))
+            let made = routed.found.card(&settings, &origin);
+            Ok((made.with_warnings(routed.warnings), Vec::new()))
         });
     }
     let names = Form::GROUND_EFFECT.map(Form::name).join(", ");
@@ -178,6 +174,6 @@ pub(crate) fn identify_ground_effect(
             .iter()
             .map(|trial| rig::prepare(&rig::without_gaps(trial)?.0, &free_air))
             .collect::<Result<Vec<_>>>()?;
-        rig::fit(form, &prepared, &settings, &origin)
+        Ok((rig::fit(form, &prepared, &settings, &origin)?, Vec::new()))
     })
 }
