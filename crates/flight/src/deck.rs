@@ -41,6 +41,51 @@ pub struct HarmonicState<R> {
     /// Covariance of (displacement, velocity): variance, covariance, variance.
     covariance: [R; 3],
     elapsed: Sum<R>,
+    /// The rotation of the last step, and the one ahead: periods and leads seldom change.
+    turn: Turn<R>,
+    ahead: Turn<R>,
+}
+
+/// The exact rotation of displacement and velocity over a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Turn<R> {
+    angular_frequency: R,
+    time_s: R,
+    cosine: R,
+    /// `sin(ω t) / ω`.
+    sine_over_w: R,
+    /// `ω sin(ω t)`.
+    w_sine: R,
+}
+
+impl<R: Real> Turn<R> {
+    fn new(angular_frequency: R, time_s: R) -> Self {
+        let (sine, cosine) = (angular_frequency * time_s).sin_cos();
+        Self {
+            angular_frequency,
+            time_s,
+            cosine,
+            sine_over_w: sine / angular_frequency,
+            w_sine: angular_frequency * sine,
+        }
+    }
+
+    /// The rotation of these numbers: itself if it is.
+    fn or_new(self, angular_frequency: R, time_s: R) -> Self {
+        if self.angular_frequency == angular_frequency && self.time_s == time_s {
+            self
+        } else {
+            Self::new(angular_frequency, time_s)
+        }
+    }
+
+    /// Displacement and velocity after the time.
+    fn of(&self, p: R, v: R) -> (R, R) {
+        (
+            self.cosine * p + self.sine_over_w * v,
+            self.cosine * v - self.w_sine * p,
+        )
+    }
 }
 
 /// A prediction of the deck's motion.
@@ -89,6 +134,8 @@ impl<R: Real> HarmonicFilter<R> {
             velocity_mps: R::ZERO,
             covariance: [sd_p * sd_p, R::ZERO, sd * sd],
             elapsed: Sum::default(),
+            turn: Turn::new(self.angular_frequency, R::ZERO),
+            ahead: Turn::new(self.angular_frequency, self.lead_s),
         }
     }
 
@@ -112,30 +159,26 @@ impl<R: Real> HarmonicFilter<R> {
             return DeckMotion::default();
         }
         let w = self.angular_frequency;
-        let (p, velocity_mps) = self.rotate(state.displacement_m, state.velocity_mps, self.lead_s);
+        let ahead = state.ahead.or_new(w, self.lead_s);
+        let (p, velocity_mps) = ahead.of(state.displacement_m, state.velocity_mps);
         DeckMotion {
             velocity_mps,
             acceleration_mps2: -(w * w) * p,
         }
     }
 
-    /// Displacement and velocity after a time.
-    fn rotate(&self, p: R, v: R, dt: R) -> (R, R) {
-        let w = self.angular_frequency;
-        let (sin, cos) = (w * dt).sin_cos();
-        (cos * p + sin / w * v, cos * v - w * sin * p)
-    }
-
     fn propagate(&self, state: &mut HarmonicState<R>, dt: R) {
         let w = self.angular_frequency;
+        let turn = state.turn.or_new(w, dt);
+        state.turn = turn;
         (state.displacement_m, state.velocity_mps) =
-            self.rotate(state.displacement_m, state.velocity_mps, dt);
+            turn.of(state.displacement_m, state.velocity_mps);
         let [pp, pv, vv] = state.covariance;
         // Both columns of P, then both rows of the result: F P Fᵀ.
-        let (a, b) = self.rotate(pp, pv, dt);
-        let (c, d) = self.rotate(pv, vv, dt);
-        let (pp, pv) = self.rotate(a, c, dt);
-        let (_, vv) = self.rotate(b, d, dt);
+        let (a, b) = turn.of(pp, pv);
+        let (c, d) = turn.of(pv, vv);
+        let (pp, pv) = turn.of(a, c);
+        let (_, vv) = turn.of(b, d);
         let q = self.process_sd * self.process_sd * dt;
         state.covariance = [pp + q / (w * w), pv, vv + q];
         state.elapsed.add(dt);

@@ -189,6 +189,12 @@ impl<R: Real> Attitude<R> {
         v: Vector::ZERO,
     };
 
+    /// Zeros, which are no attitude: for memory that an attitude is written to later.
+    pub const BLANK: Self = Self {
+        w: R::ZERO,
+        v: Vector::ZERO,
+    };
+
     /// The attitude of a quaternion (w, x, y, z) of any length; none where it is
     /// zero or not finite.
     #[must_use]

@@ -65,7 +65,10 @@ impl<R: Real> GroundEffectInput<R> {
             zeros += x * R::ZERO;
         }
         if zeros == R::ZERO && self.rotor_heights_m.is_none() {
-            return *self;
+            return Self {
+                rotor_heights_m: None,
+                ..*self
+            };
         }
         self.finite_or_previous(previous)
     }

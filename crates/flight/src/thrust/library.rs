@@ -98,10 +98,12 @@ impl<R: Real> Library<R> {
     }
 
     pub(super) fn step(&self, mut x: R, s: R, dt: R) -> R {
-        let wanted = (dt / r(STEP_MAX_S)).min(r(STEPS_MAX));
         let mut steps = R::ONE;
-        while steps < wanted {
-            steps += R::ONE;
+        if dt > r(STEP_MAX_S) {
+            let wanted = (dt / r(STEP_MAX_S)).min(r(STEPS_MAX));
+            while steps < wanted {
+                steps += R::ONE;
+            }
         }
         let h = dt / steps;
         let half = r::<R>(0.5) * h;
@@ -109,7 +111,7 @@ impl<R: Real> Library<R> {
         let mut done = R::ZERO;
         while done < steps {
             let near = Near::new(self, x);
-            let k1 = near.derivative(R::ZERO, s);
+            let k1 = near.derivative_here(s);
             let k2 = near.derivative(half * k1, s);
             let k3 = near.derivative(half * k2, s);
             let k4 = near.derivative(h * k3, s);
@@ -183,16 +185,36 @@ impl<'a, R: Real> Near<'a, R> {
         }
     }
 
-    /// [`Library::derivative`] at the state plus `by`.
+    /// [`Library::derivative`] at the state plus `by`. Inlined, it keeps the coefficients in
+    /// registers.
+    #[inline(always)]
     fn derivative(&self, by: R, s: R) -> R {
-        let (m, x) = (self.model, self.x + by);
         // Also where `by` is not a number.
         if !(by.abs() <= r(NEAR_MAX)) {
-            return m.derivative(x, s);
+            return self.derivative_far(by, s);
         }
         let [c0, c1, c2, c3, c4, c5, c6] = self.series;
-        let drive = m.s + c0 + by * (c1 + by * (c2 + by * (c3 + by * (c4 + by * (c5 + by * c6)))));
+        let change = by * (c1 + by * (c2 + by * (c3 + by * (c4 + by * (c5 + by * c6)))));
+        self.driven(self.x + by, self.model.s + c0 + change, s)
+    }
+
+    /// [`Library::derivative`] at the state itself.
+    #[inline(always)]
+    fn derivative_here(&self, s: R) -> R {
+        let [c0, ..] = self.series;
+        self.driven(self.x, self.model.s + c0, s)
+    }
+
+    #[inline(always)]
+    fn driven(&self, x: R, drive: R, s: R) -> R {
+        let m = self.model;
         m.one + x * (m.x + m.x3 * x * x) + s * (drive + s * (m.s2 + s * m.s3))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn derivative_far(&self, by: R, s: R) -> R {
+        self.model.derivative(self.x + by, s)
     }
 }
 
