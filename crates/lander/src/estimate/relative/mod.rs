@@ -58,7 +58,8 @@ mod settings;
 mod transition;
 
 use belief::{AP, Belief, H, P, VD, VP, VQ, VX, ZQ};
-use history::{Accounts, History, Insertion, Node, clearer};
+use health::Monitors;
+use history::{Accounts, History, Insertion, Node};
 
 pub use health::{Health, SensorHealth};
 pub use reading::{
@@ -117,6 +118,19 @@ pub struct RelativeState<R: Real, const N: usize = 32, const M: usize = 64> {
     history: History<R, N, M>,
     accounts: Accounts<R>,
     sighting: Option<DeckSighting<R>>,
+}
+
+impl<R: Real, const N: usize, const M: usize> RelativeState<R, N, M> {
+    /// Zeros, to be brought to [`RelativeFilter::initial`] in place: so large a state is not
+    /// handed through the stack. All bits are zero, so that flash does not hold them either.
+    pub(crate) const BLANK: Self = Self {
+        history: History::BLANK,
+        accounts: Accounts {
+            monitors: Monitors::BLANK,
+            barometer_origin_m: None,
+        },
+        sighting: None,
+    };
 }
 
 /// The deck's height from one reading: the integral of the vehicle's estimated velocity,
@@ -216,23 +230,27 @@ impl<R: Real> RelativeFilter<R> {
     /// The state before any reading, at rest and level.
     #[must_use]
     pub fn initial<const N: usize, const M: usize>(&self) -> RelativeState<R, N, M> {
+        let mut state = RelativeState::BLANK;
+        self.reset(&mut state);
+        state
+    }
+
+    /// Returns a state to [`Self::initial`] in place.
+    #[inline(never)]
+    pub fn reset<const N: usize, const M: usize>(&self, state: &mut RelativeState<R, N, M>) {
         let mut belief = Belief::initial(self);
         if self.initial.height_sd_m > R::ZERO {
             belief.know_height(self.initial.height_m, self.initial.height_sd_m);
         }
-        RelativeState {
-            history: History::new(Node {
-                belief,
-                acceleration_mps2: Vector::ZERO,
-                attitude: Attitude::LEVEL,
-                dt: R::ZERO,
-            }),
-            accounts: Accounts {
-                monitors: Default::default(),
-                barometer_origin_m: None,
-            },
-            sighting: None,
-        }
+        state.history.reset(&Node {
+            belief,
+            acceleration_mps2: Vector::ZERO,
+            attitude: Attitude::LEVEL,
+            dt: R::ZERO,
+        });
+        state.accounts.monitors = Monitors::default();
+        state.accounts.barometer_origin_m = None;
+        state.sighting = None;
     }
 
     /// Restarts with the initial spread, after a divergence. The counts of the sensors
@@ -437,5 +455,16 @@ impl<R: Real> RelativeFilter<R> {
             beacon: monitors.beacon.health(self.beacon.stale_s),
             diverged,
         }
+    }
+}
+
+/// The more precise of two sightings.
+fn clearer<R: Real>(
+    a: Option<DeckSighting<R>>,
+    b: Option<DeckSighting<R>>,
+) -> Option<DeckSighting<R>> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.sd_m <= a.sd_m { b } else { a }),
+        _ => a.or(b),
     }
 }
