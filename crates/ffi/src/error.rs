@@ -2,6 +2,8 @@
 
 use core::ffi::{CStr, c_char};
 
+use crate::numbers::numbered;
+
 /// What a function returns. Beyond `TD_ERROR_NONE` and `TD_ERROR_SENSOR_NOT_FINITE` nothing was
 /// written but the name of a setting.
 #[repr(u32)]
@@ -72,19 +74,26 @@ pub extern "C" fn td_error_text(code: u32) -> *const c_char {
 }
 
 fn text(code: u32) -> &'static CStr {
-    match code {
-        0 => c"no error",
-        1 => c"a value of the sensors is not finite; the step was made without it",
-        2 => c"a pointer is null",
-        3 => c"a pointer is not aligned for its type",
-        4 => c"the memory is smaller than the size that is required",
-        5 => c"the memory has not been initialised",
-        6 => c"a setting is not usable; td_setting names it",
-        7 => c"the time step is not a finite number above 0",
-        8 => c"a number is none of its enumeration's constants",
-        9 => c"more readings than TD_READINGS_MAX",
-        10 => c"the simulator refuses the scenario",
-        11 => c"the function that flies in the simulator returned an error",
-        _ => c"unknown error code",
+    let Ok(error) = td_error::of(code) else {
+        return c"unknown error code";
+    };
+    match error {
+        td_error::None => c"no error",
+        td_error::SensorNotFinite => {
+            c"a value of the sensors is not finite; the step was made without it"
+        }
+        td_error::NullPointer => c"a pointer is null",
+        td_error::Misaligned => c"a pointer is not aligned for its type",
+        td_error::TooSmall => c"the memory is smaller than the size that is required",
+        td_error::NotInitialized => c"the memory has not been initialised",
+        td_error::Setting => c"a setting is not usable; td_setting names it",
+        td_error::TimeStep => c"the time step is not a finite number above 0",
+        td_error::UnknownValue => c"a number is none of its enumeration's constants",
+        td_error::TooManyReadings => c"more readings than TD_READINGS_MAX",
+        td_error::World => c"the simulator refuses the scenario",
+        td_error::Pilot => c"the function that flies in the simulator returned an error",
     }
 }
+
+numbered!(td_error: None, SensorNotFinite, NullPointer, Misaligned, TooSmall, NotInitialized, Setting, TimeStep,
+    UnknownValue, TooManyReadings, World, Pilot);

@@ -7,6 +7,7 @@
 //! | --- | --- |
 //! | `error` | error codes and their texts |
 //! | `memory` | checks of the caller's pointers; all reads and writes through them |
+//! | `numbers` | constants of enumerations by their numbers |
 //! | `refusal` | why an initialisation failed |
 //! | `models` | vehicle, thrust and ground effect as the caller states them |
 //! | `vertical` | the vertical controller |
@@ -45,6 +46,7 @@ mod computer;
 mod error;
 mod memory;
 mod models;
+mod numbers;
 mod refusal;
 mod vertical;
 #[cfg(feature = "world")]

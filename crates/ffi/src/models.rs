@@ -13,6 +13,7 @@ use touchdown_lander::settings::VehicleNumbers;
 
 use crate::error::td_error;
 use crate::memory::{check, read, write};
+use crate::numbers::numbered;
 use crate::refusal::Refusal;
 
 /// The vehicle.
@@ -168,17 +169,22 @@ impl td_vehicle {
     }
 }
 
+numbered!(td_method: Feedback, Empirical, Dynamic, Imbc, Ssc, Observer, DynamicObserver);
+numbered!(td_thrust_form: FirstOrder, Library, Static, LaggedThrottle, LibraryOfRotors);
+numbered!(td_ground_effect_form: None, Empirical, StaticMap, Polynomial, Ratio, Lag);
+numbered!(td_outside: Clamp, Fade);
+numbered!(td_velocity_input: Deck, NegativeRelative);
+
 /// The method of a [`td_method`].
 pub(crate) fn method(number: u32) -> Result<Method, td_error> {
-    Ok(match number {
-        0 => Method::Feedback,
-        1 => Method::Empirical,
-        2 => Method::Dynamic,
-        3 => Method::Imbc,
-        4 => Method::Ssc,
-        5 => Method::Observer,
-        6 => Method::DynamicObserver,
-        _ => return Err(td_error::UnknownValue),
+    Ok(match td_method::of(number)? {
+        td_method::Feedback => Method::Feedback,
+        td_method::Empirical => Method::Empirical,
+        td_method::Dynamic => Method::Dynamic,
+        td_method::Imbc => Method::Imbc,
+        td_method::Ssc => Method::Ssc,
+        td_method::Observer => Method::Observer,
+        td_method::DynamicObserver => Method::DynamicObserver,
     })
 }
 
@@ -221,22 +227,21 @@ impl td_thrust_model {
             exp_neg_x_s: c6,
             sin_x_s: c7,
         };
-        let model = match self.form {
-            0 => ThrustModel::FirstOrder(FirstOrder { c0, c1, t_m_s: c2 }),
-            1 => ThrustModel::Library(library),
-            2 => ThrustModel::Static(StaticThrust {
+        let model = match td_thrust_form::of(self.form)? {
+            td_thrust_form::FirstOrder => ThrustModel::FirstOrder(FirstOrder { c0, c1, t_m_s: c2 }),
+            td_thrust_form::Library => ThrustModel::Library(library),
+            td_thrust_form::Static => ThrustModel::Static(StaticThrust {
                 coefficients: [c0, c1, c2, c3],
                 t_m_s: c4,
             }),
-            3 => ThrustModel::LaggedThrottle(LaggedThrottle {
+            td_thrust_form::LaggedThrottle => ThrustModel::LaggedThrottle(LaggedThrottle {
                 coefficients: [c0, c1, c2, c3],
                 t_m_s: c4,
             }),
-            4 => ThrustModel::LibraryOfRotors(LibraryOfRotors {
+            td_thrust_form::LibraryOfRotors => ThrustModel::LibraryOfRotors(LibraryOfRotors {
                 library,
                 root_factor: c8,
             }),
-            _ => return Err(td_error::UnknownValue.into()),
         };
         model.validate()?;
         Ok(model)
@@ -326,27 +331,26 @@ impl td_ground_effect {
             h: [a, b, c, d],
             length_m: [e, f, g],
         };
-        let model = match self.form {
-            0 => GroundEffectModel::None,
-            1 => GroundEffectModel::Empirical(Empirical {
+        let model = match td_ground_effect_form::of(self.form)? {
+            td_ground_effect_form::None => GroundEffectModel::None,
+            td_ground_effect_form::Empirical => GroundEffectModel::Empirical(Empirical {
                 mu: a,
                 rotor_radius_m: b,
                 rotor_offset_m: c,
             }),
-            2 => GroundEffectModel::StaticMap(map),
-            3 => GroundEffectModel::Polynomial(Polynomial {
+            td_ground_effect_form::StaticMap => GroundEffectModel::StaticMap(map),
+            td_ground_effect_form::Polynomial => GroundEffectModel::Polynomial(Polynomial {
                 theta: [a, b, c, d, e, f, g, h, i, j, k],
             }),
-            4 => GroundEffectModel::Ratio(Ratio {
+            td_ground_effect_form::Ratio => GroundEffectModel::Ratio(Ratio {
                 xi: [a, b, c, d, e, f, g, h, i],
                 length_m: [j, k, l],
             }),
-            5 => GroundEffectModel::Lag(Lag {
+            td_ground_effect_form::Lag => GroundEffectModel::Lag(Lag {
                 map,
                 k: [h, i],
                 tau_s: j,
             }),
-            _ => return Err(td_error::UnknownValue),
         };
         Ok(Guarded {
             model,
@@ -355,16 +359,14 @@ impl td_ground_effect {
                 height_max_m: self.height_max_m,
                 ratio_min: self.ratio_min,
                 ratio_max: self.ratio_max,
-                outside: match self.outside {
-                    0 => Outside::Clamp,
-                    1 => Outside::Fade,
-                    _ => return Err(td_error::UnknownValue),
+                outside: match td_outside::of(self.outside)? {
+                    td_outside::Clamp => Outside::Clamp,
+                    td_outside::Fade => Outside::Fade,
                 },
             },
-            velocity: match self.velocity {
-                0 => VelocityInput::Deck,
-                1 => VelocityInput::NegativeRelative,
-                _ => return Err(td_error::UnknownValue),
+            velocity: match td_velocity_input::of(self.velocity)? {
+                td_velocity_input::Deck => VelocityInput::Deck,
+                td_velocity_input::NegativeRelative => VelocityInput::NegativeRelative,
             },
         })
     }

@@ -16,11 +16,12 @@ use touchdown_sim::landing::space::{Case, SpaceLander, SpaceOutcome};
 use touchdown_sim::landing::vertical::{LandingScenario, Outcome, land};
 
 use crate::computer::{
-    td_barometer, td_beacon, td_computer_output, td_gnss, td_range, td_reading, td_reading_data,
-    td_reading_kind, td_request, td_sensed, td_tag,
+    td_barometer, td_beacon, td_computer_output, td_gnss, td_phase, td_range, td_reading,
+    td_reading_data, td_reading_kind, td_request, td_sensed, td_tag,
 };
 use crate::error::td_error;
 use crate::memory::{check, read, write};
+use crate::numbers::numbered;
 use crate::vertical::td_measurement;
 
 /// How a landing ended.
@@ -295,19 +296,20 @@ fn sensed(of: &Sensed<'_, f64>, readings: &[td_reading]) -> td_sensed {
 }
 
 fn phase(number: u32) -> Option<Phase> {
-    Some(match number {
-        0 => Phase::Approach,
-        1 => Phase::Hold,
-        2 => Phase::Wait,
-        3 => Phase::Descend,
-        4 => Phase::Commit,
-        5 => Phase::Touchdown,
-        6 => Phase::Disarmed,
-        7 => Phase::GoAround,
-        8 => Phase::GivenUp,
-        _ => return None,
+    Some(match td_phase::of(number).ok()? {
+        td_phase::Approach => Phase::Approach,
+        td_phase::Hold => Phase::Hold,
+        td_phase::Wait => Phase::Wait,
+        td_phase::Descend => Phase::Descend,
+        td_phase::Commit => Phase::Commit,
+        td_phase::Touchdown => Phase::Touchdown,
+        td_phase::Disarmed => Phase::Disarmed,
+        td_phase::GoAround => Phase::GoAround,
+        td_phase::GivenUp => Phase::GivenUp,
     })
 }
+
+numbered!(td_phase: Approach, Hold, Wait, Descend, Commit, Touchdown, Disarmed, GoAround, GivenUp);
 
 /// Puts what the pilot returned in place of what the simulator's own computer did. Reasons stay
 /// those of the latter: nothing that flies depends on them.

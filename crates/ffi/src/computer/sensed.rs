@@ -11,6 +11,7 @@ use super::TD_READINGS_MAX;
 use super::settings::vector;
 use crate::error::td_error;
 use crate::memory::{check, read};
+use crate::numbers::numbered;
 
 /// Which sensor a reading is of.
 #[repr(u32)]
@@ -138,15 +139,21 @@ pub struct td_sensed {
     pub request: u32,
 }
 
+numbered!(td_reading_kind: Range, Tag, Gnss, Barometer, Beacon);
+numbered!(td_request: None, Abort, Restart, Disarm);
+
 impl td_reading {
     fn reading(&self) -> Result<Reading<f32>, td_error> {
         let age_s = self.age_s;
+        let kind = td_reading_kind::of(self.kind)?;
         // SAFETY: all members are numbers, for which every bit pattern is a value; the caller has
         // written the member of the kind.
         Ok(unsafe {
-            match self.kind {
-                0 => Reading::Range(RangeReading::level(self.data.range.distance_m, age_s)),
-                1 => {
+            match kind {
+                td_reading_kind::Range => {
+                    Reading::Range(RangeReading::level(self.data.range.distance_m, age_s))
+                }
+                td_reading_kind::Tag => {
                     let td_tag {
                         position_m,
                         covariance_m2: [a, b, c, d, e, f, g, h, i],
@@ -157,20 +164,19 @@ impl td_reading {
                         age_s,
                     })
                 }
-                2 => Reading::Gnss(GnssVelocity {
+                td_reading_kind::Gnss => Reading::Gnss(GnssVelocity {
                     velocity_mps: vector(self.data.gnss.velocity_mps),
                     age_s,
                 }),
-                3 => Reading::Barometer(BarometerReading {
+                td_reading_kind::Barometer => Reading::Barometer(BarometerReading {
                     altitude_m: self.data.barometer.altitude_m,
                     age_s,
                 }),
-                4 => Reading::Beacon(BeaconReading {
+                td_reading_kind::Beacon => Reading::Beacon(BeaconReading {
                     position_m: vector(self.data.beacon.position_m),
                     deck_velocity_mps: vector(self.data.beacon.deck_velocity_mps),
                     age_s,
                 }),
-                _ => return Err(td_error::UnknownValue),
             }
         })
     }
@@ -252,12 +258,11 @@ impl td_sensed {
                 1 => Some(true),
                 _ => return Err(td_error::UnknownValue),
             },
-            request: match self.request {
-                0 => OperatorRequest::None,
-                1 => OperatorRequest::Abort,
-                2 => OperatorRequest::Restart,
-                3 => OperatorRequest::Disarm,
-                _ => return Err(td_error::UnknownValue),
+            request: match td_request::of(self.request)? {
+                td_request::None => OperatorRequest::None,
+                td_request::Abort => OperatorRequest::Abort,
+                td_request::Restart => OperatorRequest::Restart,
+                td_request::Disarm => OperatorRequest::Disarm,
             },
         })
     }
