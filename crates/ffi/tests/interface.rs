@@ -3,6 +3,8 @@
 // The calls are those of C.
 #![allow(unsafe_code)]
 
+mod cards;
+
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};

@@ -49,6 +49,23 @@ fn regress_a_card_becomes_a_constant_of_rust() {
 }
 
 #[test]
+fn regress_a_card_becomes_a_constant_of_settings() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().display().to_string();
+    let card = card("paper-eq12.toml");
+    let arguments = ["export", &card, "--to", "c-settings", "--out", &folder];
+    json(0, arguments);
+    let text = fs::read_to_string(out.path().join("paper_eq12/paper_eq12.h")).unwrap();
+    assert!(
+        text.contains("static const td_ground_effect paper_eq12 = {"),
+        "{text}"
+    );
+    assert!(text.contains("TD_GROUND_EFFECT_FORM_POLYNOMIAL"), "{text}");
+    let message = fails(2, [&arguments[..], &["--precision", "f64"]].concat());
+    assert!(message.contains("single precision"), "{message}");
+}
+
+#[test]
 fn regress_two_cards_of_one_name_are_refused() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().display().to_string();

@@ -40,7 +40,7 @@ pub(super) fn files<R: Number>(
     };
     vec![
         file(".c", source(card, &family, limits, name)),
-        file(".h", guarded_header::<R>(card, header, name)),
+        file(".h", filled::<R>(&self::header(card, header, name), name)),
         file("_test.c", vectors::test_program(model, name)),
         ExportedFile {
             name: "Makefile".to_owned(),
@@ -183,14 +183,22 @@ fn opening(card: &Card) -> String {
     lines + " */\n"
 }
 
-fn guarded_header<R: Number>(card: &Card, declarations: &str, name: &str) -> String {
+/// The coefficients of a model, in the order of its C code.
+pub(super) fn constants<R: Number>(model: &FlyingModel<R>) -> Vec<R> {
+    match model {
+        FlyingModel::Thrust(model) => thrust(model).constants,
+        FlyingModel::GroundEffect(model) => ground_effect(model).constants,
+    }
+}
+
+/// A header with its guard.
+pub(super) fn header(card: &Card, declarations: &str, name: &str) -> String {
     let guard = format!("{}_H", name.to_ascii_uppercase());
-    let text = format!(
+    format!(
         "{}#ifndef {guard}\n#define {guard}\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n\
          {declarations}\n#ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
         opening(card)
-    );
-    filled::<R>(&text, name)
+    )
 }
 
 fn source<R: Number>(

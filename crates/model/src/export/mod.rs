@@ -1,4 +1,5 @@
-//! A card as source code for a flight computer: C99 without dependencies, or a Rust constant.
+//! A card as source code for a flight computer: C99 without dependencies, a Rust constant, or a
+//! constant for the settings of `touchdown-ffi`.
 //!
 //! The C code holds the operations of `touchdown-flight` one by one, with the elementary
 //! functions that it uses, so that compilers that do not contract products and sums
@@ -9,6 +10,7 @@
 mod c;
 mod flying;
 mod rust;
+mod settings;
 mod vectors;
 
 use touchdown_flight::Real;
@@ -24,6 +26,8 @@ pub enum Language {
     C,
     /// Rust, `no_std`, for `touchdown-flight`.
     Rust,
+    /// A constant for the settings of `touchdown-ffi`, which is in single precision.
+    CSettings,
 }
 
 /// The precision of an export.
@@ -47,25 +51,38 @@ pub struct ExportedFile {
 /// The files of a card's export.
 ///
 /// # Errors
-/// A card that does not fly ([`Card::thrust_model`], [`Card::ground_effect`]).
+/// A card that does not fly ([`Card::thrust_model`], [`Card::ground_effect`]), or settings in double
+/// precision.
 pub fn export(
     card: &Card,
     language: Language,
     precision: Precision,
 ) -> Result<Vec<ExportedFile>, CardError> {
-    match precision {
-        Precision::Single => files::<f32>(card, language),
-        Precision::Double => files::<f64>(card, language),
+    match (language, precision) {
+        (Language::CSettings, Precision::Single) => {
+            let model = FlyingModel::of(card)?;
+            let name = identifier(&card.name);
+            Ok(vec![settings::file(card, &model, &name)])
+        }
+        (Language::CSettings, Precision::Double) => Err(CardError::NotForFlight {
+            card: card.name.clone(),
+            reason: "touchdown-ffi flies in single precision; export its settings in f32".into(),
+        }),
+        (Language::C, Precision::Single) => c_files::<f32>(card),
+        (Language::C, Precision::Double) => c_files::<f64>(card),
+        (Language::Rust, Precision::Single) => rust_file::<f32>(card),
+        (Language::Rust, Precision::Double) => rust_file::<f64>(card),
     }
 }
 
-fn files<R: Number>(card: &Card, language: Language) -> Result<Vec<ExportedFile>, CardError> {
+fn c_files<R: Number>(card: &Card) -> Result<Vec<ExportedFile>, CardError> {
     let model = FlyingModel::<R>::of(card)?;
-    let name = identifier(&card.name);
-    Ok(match language {
-        Language::C => c::files(card, &model, &name),
-        Language::Rust => vec![rust::file(card, &model, &name)],
-    })
+    Ok(c::files(card, &model, &identifier(&card.name)))
+}
+
+fn rust_file<R: Number>(card: &Card) -> Result<Vec<ExportedFile>, CardError> {
+    let model = FlyingModel::<R>::of(card)?;
+    Ok(vec![rust::file(card, &model, &identifier(&card.name))])
 }
 
 /// A scalar as source code.

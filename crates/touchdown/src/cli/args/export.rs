@@ -11,7 +11,7 @@ pub(crate) struct ExportArgs {
     /// Model cards
     #[arg(required = true, value_name = "CARD")]
     pub(crate) cards: Vec<PathBuf>,
-    /// Language: C99 without dependencies, or a constant of the crate `touchdown-flight`
+    /// Language: C99 without dependencies, Rust for `touchdown-flight`, or C for `touchdown-ffi`
     #[arg(long, value_enum)]
     pub(crate) to: To,
     /// Precision: f32 for a microcontroller without double precision
@@ -29,6 +29,8 @@ pub(crate) enum To {
     C,
     /// A `.rs` with one constant
     Rust,
+    /// A `.h` with one constant for the settings in `touchdown.h`; f32 only
+    CSettings,
 }
 
 /// Precision of the code.
@@ -45,6 +47,7 @@ impl From<To> for Language {
         match to {
             To::C => Self::C,
             To::Rust => Self::Rust,
+            To::CSettings => Self::CSettings,
         }
     }
 }
@@ -62,4 +65,5 @@ const EXAMPLES: &str = "\
 Examples:
   touchdown export thrust.toml models/lag.toml --to c --out firmware
   make -C firmware/lag test
+  touchdown export thrust.toml models/lag.toml --to c-settings --out firmware
   touchdown export thrust.toml --to rust --precision f64 --out src";
