@@ -9,6 +9,7 @@ mod vertical;
 mod bars;
 mod campaign;
 mod campaign_bad_input;
+mod campaign_parts;
 mod default_models;
 mod exit_status;
 mod export;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 /// Two controllers and a drawn strength of the ground effect, on the paper's deck; starts low, to be short.
-const SWEEP: &str = r#"
+pub(crate) const SWEEP: &str = r#"
 trials = 6
 block = 2
 [grid]
@@ -21,20 +21,20 @@ kind = "sines"
 tones = [{ axis = "heave", amplitude = 0.05, frequency_hz = 0.5 }]
 "#;
 
-fn sweep(folder: &Path, text: &str) -> PathBuf {
+pub(crate) fn sweep(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("sweep.toml");
     std::fs::write(&path, text).unwrap();
     path
 }
 
-fn touchdown(args: &[&str], sweep: &Path, out: &Path) -> std::process::Command {
+pub(crate) fn touchdown(args: &[&str], sweep: &Path, out: &Path) -> std::process::Command {
     let mut command = campaign(args, sweep, out);
     command.arg("--quiet");
     command
 }
 
 /// As [`touchdown`], but telling its progress.
-fn campaign(args: &[&str], sweep: &Path, out: &Path) -> std::process::Command {
+pub(crate) fn campaign(args: &[&str], sweep: &Path, out: &Path) -> std::process::Command {
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_touchdown"));
     command
         .arg("campaign")
@@ -46,7 +46,7 @@ fn campaign(args: &[&str], sweep: &Path, out: &Path) -> std::process::Command {
     command
 }
 
-fn flies(args: &[&str], sweep: &Path, out: &Path) {
+pub(crate) fn flies(args: &[&str], sweep: &Path, out: &Path) {
     let output = touchdown(args, sweep, out)
         .stderr(Stdio::piped())
         .output()
@@ -59,7 +59,7 @@ fn flies(args: &[&str], sweep: &Path, out: &Path) {
 }
 
 /// Every file below a folder, by its path.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+pub(crate) fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
     while let Some(next) = folders.pop() {
@@ -76,7 +76,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-fn same(a: &Path, b: &Path) {
+pub(crate) fn same(a: &Path, b: &Path) {
     let (a, b) = (files(a), files(b));
     assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
     for (name, bytes) in &a {

@@ -14,6 +14,8 @@
 //! | `points`, `recent` | a checked sweep: points, draws, landers and those that trials share |
 //! | `row`, `store` | landings as rows, blocks as files, merging |
 //! | `air` | the wind of the points beside the airspeeds in which the vehicle can land |
+//! | `part` | which blocks one run flies: all, a shard, a range |
+//! | `status` | what of a campaign is in its folder |
 //! | `run` | flying what is missing, in the simulation or by another backend |
 //! | `vehicle`, `stated` | the vehicle of `[vehicle]` and the cards, and the keys that the file states itself |
 //! | `software_in_the_loop` | settings of an autopilot in the loop |
@@ -24,6 +26,7 @@ mod axes;
 mod check;
 mod draw;
 mod keys;
+mod part;
 mod point_table;
 mod points;
 mod recent;
@@ -33,19 +36,22 @@ mod run;
 mod settings;
 mod software_in_the_loop;
 mod stated;
+mod status;
 mod store;
 mod summary;
 mod vehicle;
 
 pub use crate::measured_deck::{SERIES, SeriesSettings};
 pub use draw::Distribution;
+pub use part::{BlockRange, CampaignPart, Shard};
 pub use points::Sweep;
 pub use row::number;
 pub use row::{LandingRow, text};
-pub use run::{LandingBackend, Shard, Simulation, fly, replay, rows};
+pub use run::{LandingBackend, Simulation, fly, replay, rows};
 pub use settings::SweepSettings;
 pub use software_in_the_loop::{AutopilotProgram, CompanionSource, LoopSettings};
 pub use stated::StatedKeys;
+pub use status::{BrokenBlock, CampaignStatus, status};
 pub use store::{Store, merge};
 pub use summary::{
     CampaignResults, Figures, PointFigures, PointOf, SampleSummary, WorstLanding, summarise,

@@ -14,8 +14,10 @@ use touchdown_sim::landing::space::{SpaceLander, SpaceScenario};
 use super::axes::{Axes, LANDINGS};
 use super::draw::Distribution;
 use super::keys::set;
+use super::part::CampaignPart;
 use super::recent::RecentlyUsed;
 use super::settings::SweepSettings;
+use super::store::SWEEP;
 use super::{software_in_the_loop, vehicle};
 use crate::error::{Error, Result};
 use crate::measured_deck::{MeasuredDeck, SERIES};
@@ -50,8 +52,22 @@ impl Sweep {
     /// Files that cannot be read; keys and values that make no sense at any point of the grid or for any draw, with
     /// file, key, expected and found.
     pub fn read(path: &Path, trials: Option<u64>, seed: Option<u64>) -> Result<Self> {
+        Self::read_part(path, trials, seed, CampaignPart::Whole)
+    }
+
+    /// As [`Self::read`], for a run that flies a part: only what the part flies is built beforehand.
+    ///
+    /// # Errors
+    /// As [`Self::read`]; blocks that the campaign does not have.
+    pub fn read_part(
+        path: &Path,
+        trials: Option<u64>,
+        seed: Option<u64>,
+        part: CampaignPart,
+    ) -> Result<Self> {
         let sweep = Self::load(path, trials, seed)?;
-        sweep.check()?;
+        part.check(sweep.blocks())?;
+        sweep.check(part)?;
         Ok(sweep)
     }
 
@@ -65,13 +81,21 @@ impl Sweep {
         Self::unchecked(settings, folder, path.display().to_string())
     }
 
+    /// The sweep of a campaign's folder. It was checked when the folder was begun, and is not again.
+    ///
+    /// # Errors
+    /// A folder without a campaign.
+    pub fn of_folder(folder: &Path) -> Result<Self> {
+        Self::load(&folder.join(SWEEP), None, None)
+    }
+
     /// Checks settings; files that they name are looked for in `folder`, and `file` names them in errors.
     ///
     /// # Errors
     /// As [`Self::read`].
     pub fn new(settings: SweepSettings, folder: &Path, file: String) -> Result<Self> {
         let sweep = Self::unchecked(settings, folder, file)?;
-        sweep.check()?;
+        sweep.check(CampaignPart::Whole)?;
         Ok(sweep)
     }
 

@@ -1,52 +1,16 @@
 //! Flying what is missing of a campaign.
 
 use std::ops::Range;
-use std::str::FromStr;
 
 use rayon::prelude::*;
 use touchdown_sim::landing::space::SpaceTrace;
 
+use super::part::CampaignPart;
 use super::points::Sweep;
 use super::row::LandingRow;
 use super::store::Store;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
-
-/// A part of a campaign: every N-th block, from the I-th on.
-#[derive(Clone, Copy, Debug, Eq, PartialEq)]
-pub struct Shard {
-    index: u64,
-    of: u64,
-}
-
-impl Shard {
-    /// All of it.
-    pub const WHOLE: Self = Self { index: 1, of: 1 };
-
-    fn holds(self, block: u64) -> bool {
-        block % self.of == self.index - 1
-    }
-}
-
-impl std::fmt::Display for Shard {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/{}", self.index, self.of)
-    }
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let parts = text
-            .split_once('/')
-            .and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-        match parts {
-            Some((index, of)) if index >= 1 && index <= of => Ok(Self { index, of }),
-            _ => Err(format!("expected I/N with I from 1 to N, found {text}")),
-        }
-    }
-}
 
 /// What flies the landings of a campaign.
 pub trait LandingBackend: Sync {
@@ -74,46 +38,41 @@ impl LandingBackend for Simulation {
     }
 }
 
-/// Flies the blocks of a shard that are not there yet, one after the other, each on all cores, and gives how many
-/// of the campaign's blocks are there then.
+/// Flies the blocks of a part that are not there yet, one after the other, each on all cores, and gives how many
+/// of the campaign's blocks are there then: others may be writing into the same folder.
 ///
 /// # Errors
-/// A block that cannot be read or written, and those of the backend.
+/// A block of the part that cannot be read or written, and those of the backend.
 pub fn fly<B: LandingBackend>(
     backend: &B,
     sweep: &Sweep,
     store: &Store,
-    shard: Shard,
+    part: CampaignPart,
     progress: &dyn Progress,
 ) -> std::result::Result<u64, B::Error> {
     let present = store.present()?;
-    for &block in &present {
+    let (there, missing): (Vec<u64>, Vec<u64>) = part
+        .blocks(sweep.blocks())
+        .partition(|block| present.binary_search(block).is_ok());
+    for &block in &there {
         store.read(sweep, block)?;
     }
-    let missing: Vec<u64> = (0..sweep.blocks())
-        .filter(|block| shard.holds(*block) && present.binary_search(block).is_err())
-        .collect();
     let landings = missing
         .iter()
         .map(|block| sweep.range(*block))
         .map(|r| r.end - r.start)
         .sum();
     progress.stage("landings", landings);
-    let percent = |blocks: usize| 100 * blocks / sweep.blocks() as usize;
-    for (flown, &block) in missing.iter().enumerate() {
+    let own = there.len() + missing.len();
+    for (there, &block) in (there.len()..).zip(&missing) {
         let rows = rows_by(backend, sweep, sweep.range(block), progress)?;
         store.write(sweep, block, &rows)?;
-        let there = present.len() + flown;
         // A line for every hundredth at most, however many blocks.
-        if percent(there + 1) > percent(there) {
-            progress.done(&format!(
-                "{} of {} blocks written",
-                there + 1,
-                sweep.blocks()
-            ));
+        if 100 * (there + 1) / own > 100 * there / own {
+            progress.done(&format!("{} of {own} blocks written", there + 1));
         }
     }
-    Ok((present.len() + missing.len()) as u64)
+    Ok(store.present()?.len() as u64)
 }
 
 /// Flies landings of the simulation, by their places in the campaign, on all cores.
@@ -175,21 +134,4 @@ pub fn replay(sweep: &Sweep, landings: &[u64]) -> Result<Vec<SpaceTrace>> {
             Ok(flown.trace.unwrap_or_default())
         })
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn prop_shards_are_read_and_share_out_every_block_once() {
-        for bad in ["5/4", "0/3", "1/0", "a/b", "1", "-1/2", "1/2/3"] {
-            assert!(bad.parse::<Shard>().unwrap_err().contains(bad), "{bad}");
-        }
-        let shards: Vec<Shard> = ["1/3", "2/3", "3/3"].map(|s| s.parse().unwrap()).to_vec();
-        for block in 0..10 {
-            assert_eq!(shards.iter().filter(|s| s.holds(block)).count(), 1);
-        }
-        assert_eq!(shards[1].to_string(), "2/3");
-    }
 }

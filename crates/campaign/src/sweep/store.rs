@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use touchdown_files::TEMPORARY_PREFIX;
 
+use super::part::CampaignPart;
 use super::points::Sweep;
 use super::row::{LandingRow, decode, encode};
 use crate::error::{Error, Result};
@@ -13,7 +14,7 @@ use crate::measured_deck::SERIES;
 use crate::settings_file::to_toml;
 
 /// Name of the sweep in a campaign's folder.
-const SWEEP: &str = "sweep.toml";
+pub(super) const SWEEP: &str = "sweep.toml";
 /// Folder of the blocks.
 const LANDINGS: &str = "landings";
 
@@ -26,11 +27,12 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens the folder of a campaign, or begins it; `resume` allows for landings that are there.
+    /// Opens the folder of a campaign, or begins it; `resume` allows for landings that are there. Runs of parts of a
+    /// campaign may share a folder.
     ///
     /// # Errors
     /// A folder with landings of other settings, or with any where `resume` was not asked for.
-    pub fn open(out: &Path, sweep: &Sweep, resume: bool) -> Result<Self> {
+    pub fn open(out: &Path, sweep: &Sweep, part: CampaignPart, resume: bool) -> Result<Self> {
         let store = Self::of(out);
         let at = out.join(SWEEP);
         if at.exists() {
@@ -56,7 +58,8 @@ impl Store {
         // in nobody's way.
         let lock = File::open(&landings).ok();
         if let Some(lock) = &lock {
-            if lock.try_lock().is_ok() {
+            // Other parts may run on other machines, and not every shared disk shows their locks.
+            if part == CampaignPart::Whole && lock.try_lock().is_ok() {
                 store.sweep_up()?;
                 let _ = lock.unlock();
             }
@@ -76,7 +79,9 @@ impl Store {
         })
     }
 
-    fn of(out: &Path) -> Self {
+    /// The folder of a campaign as it is, for reading.
+    #[must_use]
+    pub fn of(out: &Path) -> Self {
         Self {
             out: out.to_owned(),
             _in_use: None,
@@ -101,7 +106,7 @@ impl Store {
         Ok(())
     }
 
-    fn path(&self, block: u64) -> PathBuf {
+    pub(super) fn path(&self, block: u64) -> PathBuf {
         self.out
             .join(LANDINGS)
             .join(format!("block-{block:06}.parquet"))
@@ -179,7 +184,7 @@ pub fn merge(shards: &[PathBuf], out: &Path) -> Result<(Sweep, Store)> {
     let mut first: Option<(Sweep, &PathBuf)> = None;
     let mut places: Vec<Option<&PathBuf>> = Vec::new();
     for shard in shards {
-        let sweep = Sweep::load(&shard.join(SWEEP), None, None)?;
+        let sweep = Sweep::of_folder(shard)?;
         let (of, at) = first.get_or_insert_with(|| (sweep.clone(), shard));
         if of.sha256() != sweep.sha256() {
             return Err(Error::Arguments(format!(
@@ -244,7 +249,7 @@ pub fn merge(shards: &[PathBuf], out: &Path) -> Result<(Sweep, Store)> {
         }
         blocks.push(path);
     }
-    let store = Store::open(out, &sweep, true)?;
+    let store = Store::open(out, &sweep, CampaignPart::Whole, true)?;
     for (block, path) in (0_u64..).zip(&blocks) {
         if present.binary_search(&block).is_err() {
             write(&store.path(block), &bytes(path)?)?;
@@ -268,11 +273,11 @@ mod tests {
         let words = "# Mine.\ntrials = 1\n";
         std::fs::write(&file, words).unwrap();
         let sweep = Sweep::read(&file, None, None).unwrap();
-        Store::open(folder.path(), &sweep, false).unwrap();
+        Store::open(folder.path(), &sweep, CampaignPart::Whole, false).unwrap();
         assert_eq!(std::fs::read_to_string(&file).unwrap(), words);
         // In another one it is written out.
         let out = folder.path().join("out");
-        Store::open(&out, &sweep, false).unwrap();
+        Store::open(&out, &sweep, CampaignPart::Whole, false).unwrap();
         let there = Sweep::load(&out.join(SWEEP), None, None).unwrap();
         assert_eq!(there.sha256(), sweep.sha256());
     }
@@ -284,17 +289,21 @@ mod tests {
         std::fs::write(&file, "trials = 1\n").unwrap();
         let sweep = Sweep::read(&file, None, None).unwrap();
         let out = folder.path().join("out");
-        let one = Store::open(&out, &sweep, false).unwrap();
+        let one = Store::open(&out, &sweep, CampaignPart::Whole, false).unwrap();
         // As the one is in the middle of a write.
         let writing = out.join(LANDINGS).join(format!("{TEMPORARY_PREFIX}x"));
         std::fs::write(&writing, "PAR1").unwrap();
-        let two = Store::open(&out, &sweep, true).unwrap();
+        let two = Store::open(&out, &sweep, CampaignPart::Whole, true).unwrap();
         assert!(writing.exists());
         drop(one);
-        let three = Store::open(&out, &sweep, true).unwrap();
+        let three = Store::open(&out, &sweep, CampaignPart::Whole, true).unwrap();
         assert!(writing.exists());
         drop((two, three));
-        Store::open(&out, &sweep, true).unwrap();
+        // A part may have neighbours on machines whose locks are not seen here.
+        let part = CampaignPart::Shard("1/2".parse().unwrap());
+        drop(Store::open(&out, &sweep, part, true).unwrap());
+        assert!(writing.exists());
+        Store::open(&out, &sweep, CampaignPart::Whole, true).unwrap();
         assert!(!writing.exists());
     }
 }

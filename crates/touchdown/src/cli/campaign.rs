@@ -8,7 +8,8 @@ use touchdown::{Error, Result, pages};
 use touchdown_campaign::files::write;
 use touchdown_campaign::recording;
 use touchdown_campaign::sweep::{
-    self, CampaignResults, LandingRow, SampleSummary, Shard, Simulation, Store, Sweep, summarise,
+    self, CampaignPart, CampaignResults, CampaignStatus, LandingRow, SampleSummary, Shard,
+    Simulation, Store, Sweep, summarise,
 };
 use touchdown_sim::landing::space::SpaceTrace;
 
@@ -17,16 +18,23 @@ use super::context::Context;
 use super::identify::load::word;
 use super::land::outcomes;
 use super::output;
+use super::slurm;
 use super::software_in_the_loop::{AutopilotBackend, Autopilots};
 use touchdown_terminal::Done;
 
-/// Report of a run that did not complete the campaign.
+/// Ranges of missing blocks that are printed; --json has all of them. Ten fill a line.
+const SHOWN_RANGES: usize = 10;
+
+/// Report of a run that flew a part of the campaign.
 #[derive(Serialize)]
 struct PartialCampaign<'a> {
     schema: u32,
     version: &'static str,
     sweep_sha256: &'a str,
-    shard: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shard: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    range: Option<String>,
     complete: bool,
     blocks: u64,
     blocks_there: u64,
@@ -40,6 +48,11 @@ pub(crate) fn run(context: &Context, args: &CampaignArgs) -> Result<Done> {
             let (sweep, store) = sweep::merge(folders, out)?;
             report(context, &sweep, &store, out, mcap.as_deref())
         }
+        Some(CampaignCommand::Status { folder }) => {
+            print_status(context, folder, &sweep::status(folder)?);
+            Ok(Done::Whole)
+        }
+        Some(CampaignCommand::Slurm(args)) => slurm::run(context, args),
         Some(CampaignCommand::Replay {
             sweep,
             landings,
@@ -65,8 +78,12 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
         return Err(Error::Arguments("expected a sweep file".into()));
     };
     output::must_not_be_a_file(Some(&args.out))?;
-    let sweep = Sweep::read(path, args.trials, args.seed)?;
+    let part = args.part();
+    let sweep = Sweep::read_part(path, args.trials, args.seed, part)?;
     state(context, &sweep)?;
+    if let CampaignPart::Shard(shard) = part {
+        warn_of_empty_shards(context, &sweep, shard);
+    }
     let with_autopilot = sweep.settings().autopilot.is_some();
     if let (true, Some(_)) = (with_autopilot, &args.mcap) {
         return Err(Error::Arguments(
@@ -76,12 +93,11 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
         ));
     }
     let backend = AutopilotBackend::of(context, &sweep, &args.out)?;
-    let store = Arc::new(Store::open(&args.out, &sweep, args.resume)?);
-    output::results_folder(context, &args.out)?;
-    let shard = args.shard.unwrap_or(Shard::WHOLE);
-    // Before the landings are flown that it is for; a shard writes no records.
-    if let (None, Some(folder)) = (args.shard, &args.mcap) {
-        output::folder(folder)?;
+    let store = Arc::new(Store::open(&args.out, &sweep, part, args.resume)?);
+    if part == CampaignPart::Whole {
+        output::results_folder(context, &args.out)?;
+        // Before the landings are flown that it is for; a part writes no records.
+        args.mcap.as_deref().map_or(Ok(()), output::folder)?;
     }
     let (resume, out) = (resume(args, path), args.out.display().to_string());
     let (blocks, written) = (sweep.blocks(), Arc::clone(&store));
@@ -92,33 +108,117 @@ fn fly(context: &Context, args: &CampaignArgs) -> Result<Done> {
         format!("{there} of {blocks} blocks of landings are in {out}; `{resume}` runs the others")
     });
     let there = side_by_side(args.threads, || match &backend {
-        Some(backend) => sweep::fly(backend, &sweep, &store, shard, context),
-        None => Ok(sweep::fly(&Simulation, &sweep, &store, shard, context)?),
+        Some(backend) => sweep::fly(backend, &sweep, &store, part, context),
+        None => Ok(sweep::fly(&Simulation, &sweep, &store, part, context)?),
     })?;
-    if there == sweep.blocks() {
+    if part == CampaignPart::Whole {
         return report(context, &sweep, &store, &args.out, args.mcap.as_deref());
     }
+    part_flown(context, args, &sweep, there);
+    Ok(Done::Whole)
+}
+
+/// Reports a run that flew a part of the campaign.
+fn part_flown(context: &Context, args: &CampaignArgs, sweep: &Sweep, there: u64) {
+    let blocks = sweep.blocks();
     context.finish();
     if args.mcap.is_some() {
         context.warn(
-            "--mcap: a shard writes no records, because only the whole campaign knows its worst landings; `touchdown campaign \
+            "--mcap: a part writes no records, because only the whole campaign knows its worst landings; `touchdown campaign \
              merge --mcap` writes them",
         );
     }
-    context.say(&format!(
-        "shard {shard}: {there} of {blocks} blocks of landings are in {}; `touchdown campaign merge` combines the shards",
-        args.out.display()
-    ));
+    let (named, out) = (named(args.part()), args.out.display());
+    context.say(&match there == blocks {
+        true => format!(
+            "{named}: all {blocks} blocks of landings are in {out}; `touchdown campaign merge {0} --out {0}` writes figures and \
+             report",
+            word(&out.to_string())
+        ),
+        false => format!(
+            "{named}: {there} of {blocks} blocks of landings are in {out}; `touchdown campaign merge` combines the shards"
+        ),
+    });
     context.object(&PartialCampaign {
         schema: 1,
         version: env!("CARGO_PKG_VERSION"),
         sweep_sha256: sweep.sha256(),
-        shard: shard.to_string(),
-        complete: false,
+        shard: args.shard.map(|shard| shard.to_string()),
+        range: args.blocks.map(|range| range.to_string()),
+        complete: there == blocks,
         blocks,
         blocks_there: there,
     });
-    Ok(Done::Whole)
+}
+
+/// A part in words.
+fn named(part: CampaignPart) -> String {
+    match part {
+        CampaignPart::Whole => "campaign".to_string(),
+        CampaignPart::Shard(shard) => format!("shard {shard}"),
+        CampaignPart::Blocks(range) => format!("blocks {range}"),
+    }
+}
+
+/// Warns of shards that have nothing to fly: a block is not cut.
+fn warn_of_empty_shards(context: &Context, sweep: &Sweep, shard: Shard) {
+    let (shards, blocks) = (shard.count(), sweep.blocks());
+    if shards <= blocks {
+        return;
+    }
+    context.warn(&format!(
+        "--shard {shard}: the campaign has {blocks} {} of landings, so {} of {shards} shards fly nothing. {}",
+        if blocks == 1 { "block" } else { "blocks" },
+        shards - blocks,
+        smaller_blocks(sweep, shards),
+    ));
+}
+
+/// What to do where a campaign has fewer blocks than parts are wanted.
+pub(crate) fn smaller_blocks(sweep: &Sweep, parts: u64) -> String {
+    let (landings, block) = (sweep.landings(), sweep.settings().block);
+    match landings / parts {
+        0 => format!("It has {landings} landings: fewer than {parts}"),
+        least => format!("Set `block = {least}` in the sweep (now {block})"),
+    }
+}
+
+/// What is there, what is missing as `--blocks` takes it, and what to do next.
+fn print_status(context: &Context, folder: &Path, status: &CampaignStatus) {
+    let out = word(&folder.display().to_string());
+    let mut lines = vec![format!(
+        "{}: {} of {} blocks are there, with {} of {} landings",
+        folder.display(),
+        status.blocks_there,
+        status.blocks,
+        status.rows,
+        status.landings
+    )];
+    let shown = &status.missing[..status.missing.len().min(SHOWN_RANGES)];
+    let ranges: Vec<String> = shown.iter().map(|[a, b]| format!("{a}..{b}")).collect();
+    if !ranges.is_empty() {
+        let more = if shown.len() < status.missing.len() {
+            ", …"
+        } else {
+            ""
+        };
+        lines.push(format!("missing blocks: {}{more}", ranges.join(", ")));
+        lines.push(format!(
+            "`touchdown campaign {out}/sweep.toml --out {out} --resume` flies them"
+        ));
+    } else if status.complete && !folder.join(output::RESULTS).exists() {
+        lines.push(format!(
+            "`touchdown campaign merge {out} --out {out}` writes figures and report"
+        ));
+    }
+    context.say(&lines.join("\n"));
+    for broken in &status.broken {
+        context.warn(&format!(
+            "block {} is broken: {}. Delete its file, then --resume",
+            broken.block, broken.error
+        ));
+    }
+    context.object(status);
 }
 
 /// Runs a computation on as many threads as were asked for.
@@ -144,6 +244,7 @@ fn resume(args: &CampaignArgs, sweep: &Path) -> String {
         words.extend(value.map(|value| format!("{name} {value}")));
     };
     option("--shard", args.shard.map(|s| s.to_string()));
+    option("--blocks", args.blocks.map(|b| b.to_string()));
     option("--threads", args.threads.map(|n| n.to_string()));
     option("--trials", args.trials.map(|n| n.to_string()));
     option("--seed", args.seed.map(|n| n.to_string()));

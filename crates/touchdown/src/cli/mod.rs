@@ -14,6 +14,7 @@ mod reproduce;
 mod rig;
 mod settings;
 mod simulator;
+mod slurm;
 mod software_in_the_loop;
 mod validate;
 

@@ -10,7 +10,7 @@ use super::context::Context;
 pub(crate) use touchdown_campaign::files::{folder, write};
 
 /// The file of results. Commands write it last, so its presence means that all files are complete.
-const RESULTS: &str = "results.json";
+pub(super) const RESULTS: &str = "results.json";
 
 /// Writes the results into their folder, as pretty JSON with a newline at its end.
 pub(crate) fn results<T: Serialize>(folder: &Path, results: &T) -> Result<()> {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
-use touchdown_campaign::sweep::Shard;
+use touchdown_campaign::sweep::{BlockRange, CampaignPart, Shard};
 use touchdown_flight::Method;
 
 const LAND: &str = "\
@@ -75,11 +75,14 @@ Examples:
   touchdown campaign sweep.toml --shard 1/2 --out a                       half of it on one machine
   touchdown campaign sweep.toml --shard 2/2 --out b                       half of it on another
   touchdown campaign merge a b --out whole
+  touchdown campaign sweep.toml --blocks 3..5 --resume --out campaign     blocks 3 and 4, beside other runs in the same folder
+  touchdown campaign status campaign                                      what is there, and what is missing
   touchdown campaign replay campaign/sweep.toml --landing 17 --mcap replays
 
 The folder of --out gets landings/ (Parquet, a file for each block of landings, written as soon as the block is flown),
 sweep.toml, summary.csv, results.json, figures/ and report.html. An interruption loses the running block only. The files
-are the same for any number of cores, any split into shards and any interruption.
+are the same for any number of cores, any split into shards and any interruption. A part (--shard, --blocks) writes
+landings/ and sweep.toml only; `touchdown campaign merge DIR --out DIR` writes the rest in a folder that parts have shared.
 
 With `autopilot = \"px4\"` or `\"ardupilot\"` in the sweep, the real autopilot flies every landing,
 in --threads instances side by side. Such landings repeat to about a hundredth, not to the bit.
@@ -93,9 +96,14 @@ pub(crate) struct CampaignArgs {
     /// Sweep: a scenario, lists of values, distributions (`touchdown settings campaign` prints one to start from)
     #[arg(required = true, value_name = "SWEEP")]
     pub(crate) sweep: Option<PathBuf>,
-    /// Fly only part I of N
+    /// Fly only part I of N: every N-th block of landings, from the I-th on
+    ///
+    /// A part writes its blocks and no report; `touchdown campaign merge` does. Parts may share a folder, each with --resume.
     #[arg(long, value_name = "I/N")]
     pub(crate) shard: Option<Shard>,
+    /// Fly only the blocks from A to before B, counted from 0; a part as of --shard
+    #[arg(long, value_name = "A..B", conflicts_with = "shard")]
+    pub(crate) blocks: Option<BlockRange>,
     /// Fly the landings that are missing in the folder
     #[arg(long)]
     pub(crate) resume: bool,
@@ -116,8 +124,24 @@ pub(crate) struct CampaignArgs {
     pub(crate) out: PathBuf,
 }
 
+impl CampaignArgs {
+    /// What of the campaign is asked for.
+    pub(crate) fn part(&self) -> CampaignPart {
+        match (self.shard, self.blocks) {
+            (Some(shard), _) => CampaignPart::Shard(shard),
+            (None, Some(blocks)) => CampaignPart::Blocks(blocks),
+            (None, None) => CampaignPart::Whole,
+        }
+    }
+}
+
 #[derive(Debug, Subcommand)]
 pub(crate) enum CampaignCommand {
+    /// Say what of a campaign is in its folder: blocks, landings, and what is missing or broken
+    Status {
+        /// Folder of the campaign, or of a part of it
+        folder: PathBuf,
+    },
     /// Put shards together
     ///
     /// The files are the same as those of a campaign that was flown whole.
@@ -132,6 +156,8 @@ pub(crate) enum CampaignCommand {
         #[arg(long, value_name = "DIR")]
         mcap: Option<PathBuf>,
     },
+    /// Print a job script for Slurm: an array of tasks, each a part of the campaign, and behind them the job that merges
+    Slurm(SlurmArgs),
     /// Fly landings of a campaign again and record all their signals as MCAP files, for Foxglove and PlotJuggler
     Replay {
         /// Sweep, such as the `sweep.toml` in a campaign's folder
@@ -143,6 +169,43 @@ pub(crate) enum CampaignCommand {
         #[arg(long)]
         mcap: PathBuf,
     },
+}
+
+const SLURM: &str = "\
+Examples:
+  touchdown campaign slurm sweep.toml --tasks 200 --cpus 4 --time 02:00:00 --out /shared/campaign > campaign.sh
+  bash campaign.sh                                  submits; further options are those of sbatch
+  bash campaign.sh --partition=long --account=me
+  touchdown campaign status /shared/campaign        while it runs
+
+Nodes need the program, the sweep and the folder at the same paths; the variable TOUCHDOWN names another program.
+A task that is preempted, loses its node or runs out of time is queued again and flies only the blocks that are missing.
+What is written has the same bytes as a campaign on one machine. Logs of the tasks are in the folder slurm/ of --out.";
+
+/// Arguments of `touchdown campaign slurm`.
+#[derive(Args, Debug)]
+#[command(after_help = SLURM)]
+pub(crate) struct SlurmArgs {
+    /// Sweep
+    pub(crate) sweep: PathBuf,
+    /// Tasks of the array, at most one for each block of landings; many clusters allow 1000
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) tasks: u64,
+    /// Cores of each task
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=200))]
+    pub(crate) cpus: u16,
+    /// Time limit of a task, as sbatch takes it [default: the cluster's]
+    #[arg(long, value_parser = super::super::slurm::time_limit)]
+    pub(crate) time: Option<String>,
+    /// Landings at every point [default: the sweep's]
+    #[arg(long)]
+    pub(crate) trials: Option<u64>,
+    /// Seed of all random numbers [default: the sweep's]
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Folder of the campaign, on a disk that all nodes see
+    #[arg(long, default_value = "out/campaign")]
+    pub(crate) out: PathBuf,
 }
 
 /// Names of controllers; the last two fly in six degrees of freedom only.
