@@ -10,13 +10,15 @@ array([0.2, 0.3, 0.4])
 
 from sindy import InternalError, SindyError, SindyWarning, __version__
 
-from . import identify
+from . import dist, identify
+from ._campaign import Campaign, campaign, campaign_status
 from ._card import Card
 from ._land import Landings, land
 from ._trial import Trial, read
 from ._validate import FreeRun, FreeRuns, validate
 
 __all__ = [
+    "Campaign",
     "Card",
     "FreeRun",
     "FreeRuns",
@@ -26,6 +28,9 @@ __all__ = [
     "SindyWarning",
     "Trial",
     "__version__",
+    "campaign",
+    "campaign_status",
+    "dist",
     "identify",
     "land",
     "read",

@@ -14,7 +14,7 @@
 //! | `fit` | the automatic call, and fits by a given solver |
 //! | `gram` | the statistics of rows: accumulated, merged, pickled, solved |
 //! | `model` | models: predict, simulate, write |
-//! | `touchdown` | trials, identification, model cards, landings |
+//! | `touchdown` | trials, identification, model cards, landings, campaigns |
 
 #![expect(
     clippy::needless_pass_by_value,
@@ -47,6 +47,10 @@ mod _native {
     use crate::model::Model;
     #[pymodule_export]
     use crate::slopes::slopes;
+    #[pymodule_export]
+    use crate::touchdown::campaign::{
+        campaign_begin, campaign_fly, campaign_read, campaign_status,
+    };
     #[pymodule_export]
     use crate::touchdown::card::Card;
     #[pymodule_export]

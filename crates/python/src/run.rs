@@ -47,6 +47,17 @@ pub(crate) fn owned<T: Send + 'static>(
     jobs: Option<usize>,
     work: impl FnOnce(&Cancel) -> Result<T, SindyError> + Send + 'static,
 ) -> PyResult<T> {
+    watched(py, jobs, |_| Ok(()), work)
+}
+
+/// As [`owned`], with a look of the caller's own at every look at Python's signals. An error of it ends the call as a
+/// Ctrl-C does.
+pub(crate) fn watched<T: Send + 'static>(
+    py: Python<'_>,
+    jobs: Option<usize>,
+    look: impl FnMut(Python<'_>) -> PyResult<()>,
+    work: impl FnOnce(&Cancel) -> Result<T, SindyError> + Send + 'static,
+) -> PyResult<T> {
     let cancel = Cancel::default();
     let (send, receive) = channel();
     let inside = cancel.clone();
@@ -54,7 +65,7 @@ pub(crate) fn owned<T: Send + 'static>(
         // Nobody listens any more after a Ctrl-C.
         let _ = send.send(guarded(jobs, || work(&inside)));
     });
-    wait(py, receive, &cancel)
+    wait(py, receive, &cancel, look)
 }
 
 /// As [`owned`], for work that borrows: after a Ctrl-C it waits until the work heeds `Cancel`.
@@ -70,7 +81,7 @@ pub(crate) fn borrowed<T: Send>(
         scope.spawn(move || {
             let _ = send.send(guarded(jobs, || work(&inside)));
         });
-        wait(py, receive, &cancel)
+        wait(py, receive, &cancel, |_| Ok(()))
     })
 }
 
@@ -102,7 +113,12 @@ fn guarded<T: Send>(
     }))
 }
 
-fn wait<T: Send>(py: Python<'_>, mut receive: Receiver<Ended<T>>, cancel: &Cancel) -> PyResult<T> {
+fn wait<T: Send>(
+    py: Python<'_>,
+    mut receive: Receiver<Ended<T>>,
+    cancel: &Cancel,
+    mut look: impl FnMut(Python<'_>) -> PyResult<()>,
+) -> PyResult<T> {
     loop {
         let (back, got) = py.detach(move || {
             let got = receive.recv_timeout(LOOK);
@@ -112,7 +128,7 @@ fn wait<T: Send>(py: Python<'_>, mut receive: Receiver<Ended<T>>, cancel: &Cance
         match got {
             Ok(found) => return ended(found),
             Err(RecvTimeoutError::Timeout) => {
-                if let Err(interrupt) = py.check_signals() {
+                if let Err(interrupt) = py.check_signals().and_then(|()| look(py)) {
                     cancel.0.store(true, Ordering::Relaxed);
                     return Err(interrupt);
                 }

@@ -8,9 +8,12 @@ use pyo3::IntoPyObjectExt as _;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
+use touchdown_campaign::files::write;
 use touchdown_campaign::progress::Progress;
 use touchdown_campaign::settings_file;
-use touchdown_campaign::sweep::{self, LandingRow, Sweep, SweepSettings, summarise};
+use touchdown_campaign::sweep::{
+    self, CampaignPart, LandingRow, Store, Sweep, SweepSettings, summarise,
+};
 use touchdown_campaign::{Error, Result};
 use touchdown_sim::landing::space::Case;
 
@@ -59,9 +62,17 @@ pub(crate) struct SpaceLandings {
     rows: Vec<LandingRow>,
 }
 
-fn settings_of(given: &Given) -> Result<(SweepSettings, PathBuf, String)> {
+impl SpaceLandings {
+    pub(super) fn new(sweep: Sweep, rows: Vec<LandingRow>) -> Self {
+        let sweep = Arc::new(sweep);
+        Self { sweep, rows }
+    }
+}
+
+/// Settings with the folder of the files that they name, and what errors call them.
+pub(super) fn settings_of(given: &Given) -> Result<(SweepSettings, PathBuf, String)> {
     let here = || PathBuf::from(".");
-    Ok(match given {
+    let (settings, folder, name) = match given {
         Given::File(path) => {
             let folder = path.parent().map_or_else(here, Path::to_owned);
             (
@@ -83,7 +94,14 @@ fn settings_of(given: &Given) -> Result<(SweepSettings, PathBuf, String)> {
             };
             (settings, here(), "scenario".into())
         }
-    })
+    };
+    if settings.autopilot.is_some() {
+        return Err(Error::Settings {
+            file: name,
+            message: "key `autopilot`: expected none, found some".to_owned(),
+        });
+    }
+    Ok((settings, folder, name))
 }
 
 /// Flies landings in space as `touchdown land --space` does. `cards`: thrust, empirical, dynamic.
@@ -105,12 +123,6 @@ pub(crate) fn land_in_space(
     let flown = run::owned(py, jobs, move |cancel| {
         Ok((|| {
             let (mut settings, folder, name) = settings_of(&given)?;
-            if settings.autopilot.is_some() {
-                return Err(Error::Settings {
-                    file: name,
-                    message: "key `autopilot`: expected none, found some".to_owned(),
-                });
-            }
             settings.seed = seed.unwrap_or(settings.seed);
             settings.trials = trials.unwrap_or(settings.trials);
             let [thrust, empirical, dynamic] = cards;
@@ -133,10 +145,7 @@ pub(crate) fn land_in_space(
         })())
     })?;
     let (sweep, rows) = flown.map_err(|e| of_campaign(&e))?;
-    Ok(SpaceLandings {
-        sweep: Arc::new(sweep),
-        rows,
-    })
+    Ok(SpaceLandings::new(sweep, rows))
 }
 
 #[pymethods]
@@ -196,6 +205,20 @@ impl SpaceLandings {
             .detach(|| summarise(&self.sweep, &self.rows))
             .map_err(|e| of_campaign(&e))?;
         serde_json::to_string(&results).map_err(|e| error::settings("results", &e))
+    }
+
+    /// Writes the figures of a campaign into its folder, with the bytes of the command's `summary.csv` and `results.json`.
+    fn write_results(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        let written = py.detach(|| -> Result<()> {
+            let results = summarise(&self.sweep, &self.rows)?;
+            // What killed workers left half-written is taken away.
+            Store::open(&folder, &self.sweep, CampaignPart::Whole, true)?;
+            write(&folder.join("summary.csv"), results.csv()?.as_bytes())?;
+            let text = serde_json::to_string_pretty(&results)
+                .map_err(|e| Error::Arguments(format!("results: {e}")))?;
+            write(&folder.join("results.json"), format!("{text}\n").as_bytes())
+        });
+        written.map_err(|e| of_campaign(&e))
     }
 
     /// The sweep that was flown, as TOML.

@@ -1,5 +1,6 @@
-//! Trials, identification, model cards and landings for the package `touchdown`.
+//! Trials, identification, model cards, landings and campaigns for the package `touchdown`.
 
+pub(crate) mod campaign;
 pub(crate) mod card;
 pub(crate) mod commanded;
 pub(crate) mod identify;

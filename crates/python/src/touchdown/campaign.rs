@@ -1,0 +1,141 @@
+//! Campaigns in their folders: begun, flown by ranges of blocks, read.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use pyo3::exceptions::PyOSError;
+use pyo3::prelude::*;
+use touchdown_campaign::Error;
+use touchdown_campaign::progress::Progress;
+use touchdown_campaign::sweep::{self, BlockRange, CampaignPart, Simulation, Store, Sweep};
+
+use super::land::{Given, Heeding, SpaceLandings, settings_of};
+use super::of_campaign;
+use crate::error;
+use crate::run::{self, Cancel};
+
+/// Counts landings, and tells them of a Ctrl-C.
+struct Counting {
+    heeding: Heeding,
+    flown: Arc<AtomicU64>,
+}
+
+impl Counting {
+    fn new(cancel: &Cancel, flown: Arc<AtomicU64>) -> Self {
+        let heeding = Heeding(cancel.clone());
+        Self { heeding, flown }
+    }
+}
+
+impl Progress for Counting {
+    fn stage(&self, _: &str, _: u64) {}
+
+    fn step(&self) {
+        self.heeding.step();
+        self.flown.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// Begins the folder of a campaign, or goes on with it: SHA-256, landings, landings in a block, and the blocks that are
+/// missing.
+#[pyfunction]
+#[pyo3(signature = (file, json, out, trials, seed, resume, jobs))]
+#[expect(clippy::too_many_arguments, reason = "one for each of the command's")]
+pub(crate) fn campaign_begin(
+    py: Python<'_>,
+    file: Option<PathBuf>,
+    json: Option<&str>,
+    out: PathBuf,
+    trials: Option<u64>,
+    seed: Option<u64>,
+    resume: bool,
+    jobs: Option<usize>,
+) -> PyResult<(String, u64, u64, Vec<u64>)> {
+    let given = Given::of(file, json)?;
+    let begun = run::owned(py, jobs, move |cancel| {
+        Ok((|| {
+            let (mut settings, folder, name) = settings_of(&given)?;
+            settings.seed = seed.unwrap_or(settings.seed);
+            settings.trials = trials.unwrap_or(settings.trials);
+            let sweep = Sweep::new(settings, &folder, name)?;
+            cancel.heed();
+            let present = Store::open(&out, &sweep, CampaignPart::Whole, resume)?.present()?;
+            let missing = (0..sweep.blocks()).filter(|block| present.binary_search(block).is_err());
+            let (sha256, block) = (sweep.sha256().to_owned(), sweep.settings().block);
+            Ok::<_, Error>((sha256, sweep.landings(), block, missing.collect()))
+        })())
+    })?;
+    begun.map_err(|e| of_campaign(&e))
+}
+
+/// Flies the blocks from `first` to before `end` that are not in the folder yet. `look` is called some twenty times a
+/// second with the number of landings that this call has flown.
+#[pyfunction]
+#[pyo3(signature = (folder, sha256, first, end, jobs, look))]
+pub(crate) fn campaign_fly(
+    py: Python<'_>,
+    folder: PathBuf,
+    sha256: String,
+    first: u64,
+    end: u64,
+    jobs: Option<usize>,
+    look: Option<Bound<'_, PyAny>>,
+) -> PyResult<()> {
+    let flown = Arc::new(AtomicU64::new(0));
+    let counted = Arc::clone(&flown);
+    let told = |_: Python<'_>| match &look {
+        Some(look) => look.call1((counted.load(Ordering::Relaxed),)).map(drop),
+        None => Ok(()),
+    };
+    let done = run::watched(py, jobs, told, move |cancel| {
+        Ok((|| {
+            let sweep = Sweep::of_folder(&folder)?;
+            if sweep.sha256() != sha256 {
+                return Err(Error::Arguments(format!(
+                    "{}: expected a campaign with SHA-256 {sha256}, found {}",
+                    folder.display(),
+                    sweep.sha256()
+                )));
+            }
+            let part = CampaignPart::Blocks(BlockRange::new(first..end).map_err(Error::Arguments)?);
+            let store = Store::open(&folder, &sweep, part, true)?;
+            let progress = Counting::new(cancel, flown);
+            sweep::fly(&Simulation, &sweep, &store, part, &progress).map(drop)
+        })())
+    })?;
+    done.map_err(|e| match &e {
+        // Disks have their moods: no fault of the sweep, and worth another try.
+        Error::File { .. } => PyOSError::new_err(e.to_string()),
+        _ => of_campaign(&e),
+    })
+}
+
+/// Reads all landings of a complete campaign.
+#[pyfunction]
+pub(crate) fn campaign_read(
+    py: Python<'_>,
+    folder: PathBuf,
+    jobs: Option<usize>,
+) -> PyResult<SpaceLandings> {
+    let read = run::owned(py, jobs, move |_| {
+        Ok((|| {
+            let sweep = Sweep::of_folder(&folder)?;
+            let rows = Store::of(&folder).read_all(&sweep)?;
+            Ok::<_, Error>(SpaceLandings::new(sweep, rows))
+        })())
+    })?;
+    read.map_err(|e| of_campaign(&e))
+}
+
+/// What is in the folder of a campaign, as JSON: that of `touchdown campaign status`.
+#[pyfunction]
+pub(crate) fn campaign_status(
+    py: Python<'_>,
+    folder: PathBuf,
+    jobs: Option<usize>,
+) -> PyResult<String> {
+    let status = run::owned(py, jobs, move |_| Ok(sweep::status(&folder)))?;
+    let status = status.map_err(|e| of_campaign(&e))?;
+    serde_json::to_string(&status).map_err(|e| error::settings("status", &e))
+}

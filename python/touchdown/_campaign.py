@@ -1,0 +1,159 @@
+"""Campaigns: many landings in a folder of blocks."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from sindy import _native
+from sindy._solvers import threads
+
+from ._land import Landings, Scenario, _given
+from ._trial import Path
+
+Progress = Callable[[int, int], object]
+
+
+class Campaign(Landings):
+    """All landings of a campaign, read from its folder.
+
+    Attributes
+    ----------
+    folder : str
+        Where its blocks are.
+    """
+
+    def __init__(self, native: _native.SpaceLandings, folder: str) -> None:
+        super().__init__(native)
+        self.folder = folder
+
+    @classmethod
+    def read(cls, folder: Path, n_jobs: int | None = None) -> Campaign:
+        """A complete campaign from its folder, whoever flew it."""
+        at = os.fspath(folder)
+        return cls(_native.campaign_read(at, threads(n_jobs)), at)
+
+    def __repr__(self) -> str:
+        return f"Campaign({len(self._native)} landings, {int(self.landed.sum())} landed)"
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """A campaign whose folder is there."""
+
+    folder: str
+    sha256: str
+    landings: int
+    block: int
+    missing: list[int]
+
+    def there(self) -> int:
+        """Landings that were there."""
+        return self.landings - sum(self.rows(block) for block in self.missing)
+
+    def rows(self, block: int) -> int:
+        """Landings of a block."""
+        return min(self.block, self.landings - block * self.block)
+
+    def has(self, block: int) -> bool:
+        """Whether a block is there now: blocks appear whole."""
+        return os.path.exists(os.path.join(self.folder, "landings", f"block-{block:06}.parquet"))
+
+    def read(self, jobs: int | None) -> Campaign:
+        """The complete campaign, its figures written."""
+        native = _native.campaign_read(self.folder, jobs)
+        native.write_results(self.folder)
+        return Campaign(native, self.folder)
+
+
+def _begin(
+    sweep: Scenario, out: Path, trials: int | None, seed: int | None, resume: bool, jobs: int | None
+) -> _Begun:
+    file, keys = _given(sweep)
+    folder = os.path.abspath(os.fspath(out))
+    return _Begun(folder, *_native.campaign_begin(file, keys, folder, trials, seed, resume, jobs))
+
+
+def _ranges(blocks: list[int], most: int) -> list[tuple[int, int]]:
+    """Increasing blocks as ranges of at most so many neighbours, from the first to before the second."""
+    ranges: list[tuple[int, int]] = []
+    for block in blocks:
+        if ranges and ranges[-1][1] == block and block - ranges[-1][0] < most:
+            ranges[-1] = (ranges[-1][0], block + 1)
+        else:
+            ranges.append((block, block + 1))
+    return ranges
+
+
+def campaign(
+    sweep: Scenario,
+    out: Path,
+    *,
+    trials: int | None = None,
+    seed: int | None = None,
+    resume: bool = True,
+    progress: Progress | None = None,
+    n_jobs: int | None = None,
+) -> Campaign:
+    """Flies a campaign as the command ``touchdown campaign`` does: a folder of blocks, each a Parquet file.
+
+    A block that is there is not flown again, so the same call goes on after an interruption. The bytes do not depend on
+    threads or interruptions, and are those of the command; its report and figures are not written.
+
+    Parameters
+    ----------
+    sweep : path or mapping
+        The keys of ``touchdown settings campaign``: a TOML file, or nested dictionaries.
+    out : path
+        The folder.
+    trials, seed : int, optional
+        Those of the sweep if not given.
+    resume : bool
+        Whether landings of this campaign may be in the folder already; those of other settings are always refused.
+    progress : callable, optional
+        Called with the landings that are there and those of the campaign, some twenty times a second. What it raises
+        ends the campaign.
+    n_jobs : int, optional
+        Threads.
+
+    Returns
+    -------
+    Campaign
+        The table of landings with `folder`, `results` and `trace`. ``Campaign.read`` reads it again.
+
+    Examples
+    --------
+    >>> import tempfile, touchdown as td
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     sweep = {"trials": 2, "block": 1, "scenario": {"timeout_s": 30.0}}
+    ...     td.campaign(sweep, folder), td.campaign_status(folder)["blocks_there"]
+    (Campaign(2 landings, 2 landed), 2)
+    """
+    jobs = threads(n_jobs)
+    begun = _begin(sweep, out, trials, seed, resume, jobs)
+    there = begun.there()
+    for first, end in _ranges(begun.missing, begun.landings):
+        base = there
+
+        def look(flown: int, base: int = base) -> None:
+            if progress is not None:
+                progress(base + flown, begun.landings)
+
+        _native.campaign_fly(begun.folder, begun.sha256, first, end, jobs, look)
+        there += sum(begun.rows(block) for block in range(first, end))
+    if progress is not None:
+        progress(there, begun.landings)
+    return begun.read(jobs)
+
+
+def campaign_status(folder: Path, n_jobs: int | None = None) -> dict[str, Any]:
+    """What of a campaign is in its folder: that of ``touchdown campaign status --json``.
+
+    ``blocks_there``, ``blocks``, ``missing`` (ranges, from the first to before the second), ``broken``, ``rows``,
+    ``landings``, ``complete``.
+    """
+    out: dict[str, Any] = json.loads(_native.campaign_status(os.fspath(folder), threads(n_jobs)))
+    return out
