@@ -1,5 +1,6 @@
 // Builds the lab: the calculations as a WASI program, the page, a folder (dist/) and a single file (dist/touchdown-lab.html).
-// `--page` leaves the program as it was built before.
+// `--page` leaves the program as it was built before; `--player` builds nothing but the player of landings in reports, and
+// `--player --check` tells whether the one that the reports carry is of these sources.
 import { execFileSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
 import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -13,11 +14,6 @@ const root = dirname(here);
 const target = process.env.CARGO_TARGET_DIR ?? join(root, 'target');
 const program = join(target, 'wasm32-wasip1', 'web', 'touchdown-lab.wasm');
 
-if (!process.argv.includes('--page')) {
-  const args = ['build', '--profile', 'web', '--target', 'wasm32-wasip1', '-p', 'touchdown-web'];
-  execFileSync('cargo', args, { cwd: root, stdio: 'inherit' });
-}
-
 const options = {
   bundle: true,
   minify: true,
@@ -27,6 +23,29 @@ const options = {
   legalComments: 'eof',
   absWorkingDir: here,
 };
+
+if (process.argv.includes('--player')) {
+  await player(process.argv.includes('--check'));
+  process.exit();
+}
+
+if (!process.argv.includes('--page')) {
+  const args = ['build', '--profile', 'web', '--target', 'wasm32-wasip1', '-p', 'touchdown-web'];
+  execFileSync('cargo', args, { cwd: root, stdio: 'inherit' });
+}
+
+/** The player of landings that reports carry, `crates/report/watch/watch.min.js`. */
+async function player(check) {
+  const place = join(root, 'crates', 'report', 'watch', 'watch.min.js');
+  const { outputFiles } = await esbuild.build({ ...options, legalComments: 'none', entryPoints: ['src/watch.ts'] });
+  const text = outputFiles[0].text.replaceAll('</script', '<\\/script');
+  if (!check) {
+    writeFileSync(place, text);
+  } else if (readFileSync(place, 'utf8') !== text) {
+    console.error(`${place} is not of these sources: run 'node build.mjs --player'`);
+    process.exit(1);
+  }
+}
 
 /** `import source from 'worker:./x.ts'` is the text of a bundle. */
 const workers = {

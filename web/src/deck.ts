@@ -4,7 +4,8 @@ import type uPlot from 'uplot';
 import { download, el, failure, isCancelled, number, reason, table } from './dom';
 import { draw, shade, type Plot } from './plots';
 import { fromHash, LANDINGS, toHash, toml, type Scenario } from './scenario';
-import { View, type Landing } from './scene';
+import { phaseAt, View, type Landing } from './scene';
+import { Playback } from './playback';
 import { Crowd } from './crowd';
 import type { Lab } from './state';
 
@@ -40,7 +41,6 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   let view: View | undefined;
   let landings: Landing[] = [];
   let plots: uPlot[] = [];
-  let playing = 0;
   const still = matchMedia('(prefers-reduced-motion: reduce)');
   const options = (of: readonly (readonly [string, string])[]) =>
     of.map(([value, text]) => el('option', { value }, text));
@@ -71,6 +71,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   const cards = el('ul', { class: 'cards' });
   const file = el('pre', { tabindex: 0 });
   const crowd = new Crowd(lab);
+  const playback = new Playback(play, time, seek);
 
   function fill(): void {
     for (const [key, select] of Object.entries(selects)) select.value = String(scenario[key as keyof Scenario]);
@@ -109,7 +110,7 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     read();
     history.replaceState(null, '', `#${toHash(scenario)}`);
     crowd.stop();
-    stop();
+    playback.stop();
     fly.disabled = true;
     state.textContent = 'Flying …';
     const since = performance.now();
@@ -163,35 +164,16 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
     }
     file.textContent = toml(scenario, scenario.first, lab.cards.map((card) => (card.kind === 'thrust' ? 'thrust' : 'dynamic')));
     seek(0);
-    if (!still.matches) run();
+    if (!still.matches) playback.run();
   }
 
   function seek(at: number): void {
     time.value = String(at);
-    now.textContent = `${Number(time.value).toFixed(2)} s, ${(landings[0] && phase(landings[0], at)) ?? ''}`;
+    now.textContent = `${Number(time.value).toFixed(2)} s, ${landings[0] ? phaseAt(landings[0], at) : ''}`;
     view?.show(at);
     for (const plot of plots) {
       plot.setCursor({ left: plot.valToPos(at, 'x'), top: 0 }, false);
     }
-  }
-
-  function run(): void {
-    const from = Number(time.value) >= Number(time.max) ? 0 : Number(time.value);
-    const since = performance.now();
-    play.textContent = 'Pause';
-    const step = (at: number) => {
-      const next = from + (at - since) / 1000;
-      seek(Math.max(from, Math.min(next, Number(time.max))));
-      if (next < Number(time.max)) playing = requestAnimationFrame(step);
-      else stop();
-    };
-    playing = requestAnimationFrame(step);
-  }
-
-  function stop(): void {
-    cancelAnimationFrame(playing);
-    playing = 0;
-    play.textContent = 'Play';
   }
 
   async function save(): Promise<void> {
@@ -225,13 +207,8 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
   }
 
   fly.addEventListener('click', () => void start());
-  play.addEventListener('click', () => (playing ? stop() : run()));
   record.addEventListener('click', () => void save());
   share.addEventListener('click', () => void copy());
-  time.addEventListener('input', () => {
-    stop();
-    seek(Number(time.value));
-  });
   addEventListener('hashchange', () => {
     scenario = fromHash(location.hash);
     fill();
@@ -273,12 +250,6 @@ export function deckStep(panel: HTMLElement, lab: Lab): { shown(): void } {
       if (landings.length === 0 && !fly.disabled) void start();
     },
   };
-}
-
-function phase(landing: Landing, at: number): string {
-  const { time_s, phase: phases } = landing.frames;
-  const row = time_s.findIndex((t) => t > at);
-  return (phases[row < 0 ? phases.length - 1 : Math.max(row - 1, 0)] ?? '').replaceAll('_', ' ');
 }
 
 /** Heights, closing speeds and ground effect of the landings over time. */

@@ -20,10 +20,8 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
-/** A landing as the calculations return it. */
-export interface Landing {
-  row: [string, string][];
-  vehicle: string | null;
+/** A landing as it can be watched: what stands in the scene, and how it moves. */
+export interface Watched<Rows extends Motion = Motion> {
   deck_half_side_m: number | null;
   rotor_radius_m: number;
   rotor_spacing_m: number;
@@ -31,26 +29,35 @@ export interface Landing {
   /** Distance of the feet from the vertical axis, and their depth. */
   feet_m: [number, number];
   weight_n: number;
-  frames: Frames;
+  frames: Rows;
 }
 
-export interface Frames {
+/** Row by row. */
+export interface Motion {
   time_s: number[];
   position_m: [number, number, number][];
   attitude: [number, number, number, number][];
   deck_m: [number, number, number][];
   deck_normal: [number, number, number][];
   height_m: number[];
+  feet_n: [number, number, number, number][];
+  ground_effect_n: number[];
+  phase: string[];
+}
+
+/** A landing as the calculations return it. */
+export interface Landing extends Watched<Frames> {
+  row: [string, string][];
+  vehicle: string | null;
+}
+
+export interface Frames extends Motion {
   estimated_height_m: number[];
   target_height_m: (number | null)[];
   velocity_mps: number[];
-  rotor_n: [number, number, number, number][];
-  feet_n: [number, number, number, number][];
-  ground_effect_n: number[];
   counted_ground_effect_n: number[];
   deck_mps: number[];
   estimated_deck_mps: number[];
-  phase: string[];
 }
 
 /** Length of a force's arrow, m/N over the weight: a foot that carries the whole weight has an arrow of this length. */
@@ -61,8 +68,13 @@ const UP = new Vector3(0, 0, 1);
 /** Depth of the sea below the deck's mean place, as drawn; the simulation has waves only through the deck's motion. */
 const SEA_M = -1.5;
 
+/** The phase at a time, in words. */
+export function phaseAt({ frames }: Watched, time_s: number): string {
+  return (frames.phase[rowAt(frames, time_s)] ?? '').replaceAll('_', ' ');
+}
+
 /** The row at a time: the last one that is not later. */
-export function rowAt(frames: Frames, time_s: number): number {
+export function rowAt(frames: Motion, time_s: number): number {
   let [low, high] = [0, frames.time_s.length - 1];
   while (low < high) {
     const middle = (low + high + 1) >> 1;
@@ -74,11 +86,10 @@ export function rowAt(frames: Frames, time_s: number): number {
 
 class Vehicle {
   readonly group = new Group();
-  private readonly discs: Mesh<CylinderGeometry, MeshLambertMaterial>[] = [];
   private readonly feet: Mesh[] = [];
 
   constructor(
-    private readonly landing: Landing,
+    private readonly landing: Watched,
     colour: string,
     ghost: boolean,
   ) {
@@ -107,7 +118,6 @@ class Vehicle {
       force.rotation.x = Math.PI / 2;
       force.position.copy(at);
       force.visible = false;
-      this.discs.push(disc);
       this.feet.push(force);
       this.group.add(disc, arm, leg, force);
     }
@@ -125,8 +135,6 @@ class Vehicle {
       mesh.scale.y = Math.max(length, 1e-6);
       mesh.position.z = -feet_m[1] + length / 2;
     });
-    const glow = frames.rotor_n[row]!.some((force) => force > 0) ? 1 : 0.2;
-    for (const disc of this.discs) disc.scale.setScalar(glow === 1 ? 1 : 0.98);
   }
 }
 
@@ -138,10 +146,10 @@ export class View {
   private readonly deck = new Group();
   private readonly wake: Mesh<CylinderGeometry, MeshLambertMaterial>;
   private readonly sea: Mesh<PlaneGeometry, MeshLambertMaterial>;
-  private vehicles: { body: Vehicle; landing: Landing }[] = [];
+  private vehicles: { body: Vehicle; landing: Watched }[] = [];
   private readonly before = new Vector3();
 
-  constructor(private readonly box: HTMLElement) {
+  constructor(private readonly box: HTMLElement, wheel = true) {
     this.renderer = new WebGLRenderer({ antialias: true, powerPreference: 'high-performance' });
     this.renderer.domElement.setAttribute('aria-label', 'Vehicle and deck in three dimensions');
     this.renderer.domElement.setAttribute('role', 'img');
@@ -150,6 +158,8 @@ export class View {
     this.camera.position.set(-2.6, -2.2, 1.4);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.target.set(0, 0, 0.3);
+    // Where a page scrolls past the view, the wheel scrolls the page.
+    this.controls.enableZoom = wheel;
     this.controls.addEventListener('change', () => this.render());
     const light = new DirectionalLight('#ffffff', 2.2);
     light.position.set(-3, -4, 8);
@@ -170,7 +180,7 @@ export class View {
   }
 
   /** Shows landings side by side in one scene; the second is a ghost. */
-  load(landings: Landing[], colours: string[]): void {
+  load(landings: Watched[], colours: string[]): void {
     for (const { body } of this.vehicles) this.scene.remove(body.group);
     this.deck.clear();
     const [first] = landings;

@@ -7,6 +7,7 @@
 //! | [`measured_deck`] | a measured motion of the deck, read, smoothed and checked |
 //! | [`vehicle`] | rotors, mass and motors of the simulated vehicle, by `[vehicle]` and thrust card |
 //! | [`recording`] | landings as MCAP and ULog files |
+//! | [`scene`] | a landing as it can be watched |
 //! | [`camera`] | rendered images and the tag detector, for landings that see |
 //! | [`cards`] | the model cards that are flown, by their paths |
 //! | [`statistics`] | means, shares and percentiles over landings |
@@ -22,6 +23,7 @@ pub mod files;
 pub mod measured_deck;
 pub mod progress;
 pub mod recording;
+pub mod scene;
 pub mod settings_file;
 pub mod statistics;
 pub mod sweep;

@@ -3,15 +3,21 @@
 use crate::figure::{Figure, Kind, Panel, Series};
 use crate::{Error, Result};
 
+/// Checks that an id can be the name of a file.
+pub(crate) fn check_id(id: &str) -> Result<()> {
+    let legal = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if id.is_empty() || !id.chars().all(legal) {
+        return Err(Error::Id {
+            found: id.to_owned(),
+        });
+    }
+    Ok(())
+}
+
 impl Figure {
     /// Checks everything that could be wrong, once, before drawing.
     pub(crate) fn check(&self) -> Result<()> {
-        let legal = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        if self.id.is_empty() || !self.id.chars().all(legal) {
-            return Err(Error::Id {
-                found: self.id.clone(),
-            });
-        }
+        check_id(&self.id)?;
         if self.panels.is_empty() {
             return Err(Error::NoPanels {
                 figure: self.id.clone(),

@@ -8,6 +8,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::font;
 use crate::report::{Block, Callout, Report};
+use crate::scene::PLAYER;
 use crate::table::{Align, Table};
 use crate::words::Words;
 use crate::{Result, files};
@@ -24,10 +25,9 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
 impl Report {
     /// The whole page.
     pub fn html(&self) -> String {
-        let interactive = self
-            .blocks
-            .iter()
-            .any(|block| matches!(block, Block::Figure(_)));
+        let any = |kind: fn(&Block) -> bool| self.blocks.iter().any(kind);
+        let interactive = any(|block| matches!(block, Block::Figure(_)));
+        let watched = any(|block| matches!(block, Block::Scene(_)));
         let page = html! {
             (DOCTYPE)
             html lang="en" {
@@ -49,6 +49,7 @@ impl Report {
                         script { (PreEscaped(PLOTLY)) }
                         script { (PreEscaped(SCRIPT)) }
                     }
+                    @if watched { script { (PreEscaped(PLAYER)) } }
                 }
             }
         };
@@ -130,6 +131,7 @@ fn body(report: &Report) -> Markup {
                 Block::Highlights(items) => (highlights(items, words)),
                 Block::Table(table) => ({ tables += 1; self::table(table, tables, words) }),
                 Block::Figure(chart) => ({ figures += 1; chart.markup(figures, words) }),
+                Block::Scene(player) => ({ figures += 1; player.markup(figures, words) }),
                 Block::FoldBegin(summary) => ({ depth += 1; PreEscaped(fold(summary)) }),
                 Block::FoldEnd => ({ depth -= 1; PreEscaped("</div></details>".to_owned()) }),
             }

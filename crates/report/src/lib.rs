@@ -24,7 +24,7 @@
 //! What is promised of every picture:
 //!
 //! * **No fonts needed.** Letters are drawn as outlines of embedded typefaces (Inter, with symbols from DejaVu Sans).
-//! * **No network.** The report carries its styles, typefaces and plotly.js, and forbids loading anything else
+//! * **No network.** The report carries its styles, typefaces, plotly.js and the player of landings, and forbids loading anything else
 //!   through a content security policy.
 //! * **Gaps stay gaps.** A sample that is not finite breaks the line; it is never joined over or drawn as zero.
 //! * **Long series keep their extremes.** Above [`MAX_DRAWN_POINTS`] points a series is thinned for display: each of
@@ -53,6 +53,7 @@ mod ranges;
 mod raster;
 mod report;
 mod scale;
+mod scene;
 mod series;
 mod shape;
 mod svg;
@@ -64,6 +65,7 @@ pub use decimate::MAX_DRAWN_POINTS;
 pub use error::Error;
 pub use figure::{Figure, Kind, Panel, Series};
 pub use report::{Callout, Report};
+pub use scene::Scene;
 pub use table::{Align, Cell, Column, Table};
 pub use words::Term;
 

@@ -43,6 +43,49 @@ pub(crate) fn pack(description: &mut Value) {
     description["layout"] = layout;
 }
 
+/// Replaces the long columns of any value: numbers as in [`pack`], lists of equally many numbers by `{ "columns" }`, names by
+/// `{ "names", "of" }` with a column of their places in the list.
+pub(crate) fn pack_rows(value: &mut Value) {
+    match value {
+        Value::Object(members) => members.values_mut().for_each(pack_rows),
+        Value::Array(rows) => {
+            if let Some(packed) = pack_column_of_rows(rows) {
+                *value = packed;
+            } else {
+                rows.iter_mut().for_each(pack_rows);
+            }
+        }
+        _ => {}
+    }
+}
+
+fn pack_column_of_rows(rows: &[Value]) -> Option<Value> {
+    let are = |kind: fn(&Value) -> bool| rows.iter().all(kind);
+    if are(|v| v.is_number() || v.is_null()) {
+        return pack_column(rows);
+    }
+    if are(Value::is_string) {
+        let mut names: Vec<&Value> = Vec::new();
+        let place = |name| {
+            let known = names.iter().position(|n| *n == name);
+            json!(known.unwrap_or_else(|| {
+                names.push(name);
+                names.len() - 1
+            }))
+        };
+        let places: Vec<Value> = rows.iter().map(place).collect();
+        return Some(json!({ "of": pack_column(&places)?, "names": names }));
+    }
+    let width = rows.first()?.as_array()?.len();
+    let columns = (0..width).map(|k| {
+        let column = rows
+            .iter()
+            .map(|row| row.as_array().filter(|r| r.len() == width)?.get(k).cloned());
+        pack_column_of_rows(&column.collect::<Option<Vec<Value>>>()?)
+    });
+    Some(json!({ "columns": columns.collect::<Option<Vec<Value>>>()? }))
+}
+
 fn on_log_axis(layout: &Value, trace: &Value, letter: &str) -> bool {
     let axis = trace[format!("{letter}axis")].as_str().unwrap_or(letter);
     layout[axis.replacen(letter, &format!("{letter}axis"), 1)]["type"] == "log"
@@ -72,6 +115,25 @@ fn pack_column(column: &[Value]) -> Option<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn analytic_rows_and_names_are_packed_by_column_and_short_ones_stay() {
+        let rows = |n: i32| -> Vec<Value> { (0..n).map(|i| json!([i, 2 * i])).collect() };
+        let phases: Vec<Value> = (0..300).map(|i| json!(["wait", "land"][i / 200])).collect();
+        let mut value = json!({ "few": rows(3), "many": rows(300), "phase": phases, "mass": 1.4 });
+        pack_rows(&mut value);
+        assert_eq!(value["few"], json!(rows(3)));
+        assert_eq!(value["mass"], 1.4);
+        let second = &value["many"]["columns"][1];
+        assert_eq!(second["low"], 0.0);
+        // 598 over the steps.
+        assert!((second["step"].as_f64().unwrap() - 598.0 / 65_534.0).abs() < 1e-12);
+        assert_eq!(value["phase"]["names"], json!(["wait", "land"]));
+        let mut uneven = json!(vec![json!([1.0]), json!([1.0, 2.0])].repeat(200));
+        let before = uneven.clone();
+        pack_rows(&mut uneven);
+        assert_eq!(uneven, before, "rows of different lengths are no columns");
+    }
 
     #[test]
     fn analytic_packed_columns_keep_ends_and_gaps() {

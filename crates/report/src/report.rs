@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::chart::Chart;
 use crate::figure::Figure;
+use crate::scene::{Player, Scene};
 use crate::table::Table;
 use crate::words::Term;
 
@@ -18,6 +19,7 @@ use crate::words::Term;
 /// | [`highlights`](Self::highlights) | a row of key numbers |
 /// | [`table`](Self::table) | a table, numbered `Table 1`, … |
 /// | [`figure`](Self::figure) | an interactive figure, numbered `Figure 1`, … |
+/// | [`scene`](Self::scene) | landings to watch in three dimensions, numbered as figures |
 /// | [`folded`](Self::folded) | blocks behind a line that a click unfolds |
 ///
 /// The report is one HTML file without references to anything outside. Its figures can be zoomed and hovered offline,
@@ -56,6 +58,7 @@ pub(crate) enum Block {
     Highlights(Vec<[String; 3]>),
     Table(Table),
     Figure(Box<Chart>),
+    Scene(Box<Player>),
     Verdict(Callout, String),
     FoldBegin(String),
     FoldEnd,
@@ -165,6 +168,14 @@ impl Report {
     /// As [`Figure::svg`].
     pub fn figure(&mut self, figure: &Figure) -> Result<&mut Self> {
         Ok(self.push(Block::Figure(Box::new(Chart::of(figure)?))))
+    }
+
+    /// Adds landings to watch.
+    ///
+    /// # Errors
+    /// An id that holds anything but letters, digits, `-` and `_`.
+    pub fn scene(&mut self, scene: Scene) -> Result<&mut Self> {
+        Ok(self.push(Block::Scene(Box::new(Player::of(scene)?))))
     }
 
     fn push(&mut self, block: Block) -> &mut Self {

@@ -1,6 +1,7 @@
 //! The HTML report.
 
-use touchdown_report::{Callout, Cell, Error, Figure, Panel, Report, Series, Table, Term};
+use serde_json::json;
+use touchdown_report::{Callout, Cell, Error, Figure, Panel, Report, Scene, Series, Table, Term};
 
 const TERMS: [Term; 1] = [Term {
     names: &["free run"],
@@ -120,6 +121,34 @@ fn analytic_chart_data_are_json() {
     assert_eq!(data.len(), 2);
     assert_eq!(data[1]["data"][0]["x"].as_array().unwrap().len(), 20);
     assert_eq!(data[1]["data"][0]["name"], "&lt;/script&gt;&lt;b&gt;");
+}
+
+#[test]
+fn analytic_landings_to_watch_are_data_beside_one_player() {
+    let steps = |n: i32| -> Vec<[f64; 3]> { (0..n).map(|k| [0.0, 0.5, f64::from(k)]).collect() };
+    let landing =
+        json!({ "weight_n": 13.4, "frames": { "position_m": steps(400), "phase": ["</script>"] } });
+    let scene = |id: &str| {
+        Scene::new(id, "To <watch>")
+            .caption("Of `a`.")
+            .landing("planned", landing.clone())
+    };
+    let mut report = Report::new("t");
+    report.figure(&figure(10)).unwrap();
+    for id in ["one", "two"] {
+        report.scene(scene(id)).unwrap();
+    }
+    let html = report.html();
+    assert!(html.contains("Figure 3. To &lt;watch&gt;."));
+    let data = descriptions(&html);
+    let frames = &data[1]["landings"][0]["frames"];
+    assert_eq!(
+        frames["phase"][0], "</script>",
+        "and it cannot end the data"
+    );
+    assert_eq!(frames["position_m"]["columns"][1]["low"], 0.5);
+    assert_eq!(html.matches("figure.scene").count(), 1, "the player once");
+    assert!(matches!(report.scene(scene("a b")), Err(Error::Id { .. })));
 }
 
 #[test]

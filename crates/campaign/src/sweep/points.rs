@@ -307,7 +307,10 @@ impl Sweep {
     }
 
     /// The scenario of a point, without draws.
-    pub(crate) fn scenario(&self, point: u64) -> Result<SpaceScenario> {
+    ///
+    /// # Errors
+    /// Values that make no scenario.
+    pub fn scenario(&self, point: u64) -> Result<SpaceScenario> {
         let mut table = self.base.clone();
         for (key, value) in self.values(point) {
             self.set(&mut table, "grid", key, value)?;

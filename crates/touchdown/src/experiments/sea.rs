@@ -74,13 +74,24 @@ pub struct SeaLandings {
     pub figures: Figures,
 }
 
+/// The record of a landing.
+#[derive(Clone, Debug)]
+pub struct SeaTrack {
+    /// How it was flown.
+    pub how: SeaMethod,
+    /// Where, and by which vehicle.
+    pub scenario: SpaceScenario,
+    /// The record.
+    pub trace: SpaceTrace,
+}
+
 /// The experiment.
 #[derive(Clone, Debug)]
 pub struct SeaExperiment {
     /// All landings: decks, then faults.
     pub landings: Vec<SeaLandings>,
-    /// Record of the first planned landing on the heaving deck.
-    pub track: SpaceTrace,
+    /// Records of the first landing on the heaving deck: planned, and as published.
+    pub tracks: Vec<SeaTrack>,
     /// The measured motion of the deck, as its file has it.
     pub series: Option<Vec<u8>>,
 }
@@ -207,17 +218,23 @@ pub fn run(
             })
         })
         .collect::<Result<_>>()?;
-    let heaving = cells
-        .iter()
-        .find(|cell| cell.case == Case::Heave && cell.how == SeaMethod::Planned);
-    let track = match heaving {
-        Some(cell) => sweep::replay(&cell.sweep, &[0])?.pop(),
-        None => None,
-    };
+    let watched = |how| cells.iter().find(|c| c.case == Case::Heave && c.how == how);
+    let mut tracks = Vec::new();
+    for cell in [SeaMethod::Planned, SeaMethod::Published]
+        .into_iter()
+        .filter_map(watched)
+    {
+        let flown = sweep::replay(&cell.sweep, &[0])?;
+        tracks.extend(flown.into_iter().map(|trace| SeaTrack {
+            how: cell.how,
+            scenario: cell.sweep.settings().scenario.clone(),
+            trace,
+        }));
+    }
     let series = cells.iter().find_map(|cell| cell.sweep.measured());
     Ok(SeaExperiment {
         landings,
-        track: track.unwrap_or_default(),
+        tracks,
         series: series.map(<[u8]>::to_vec),
     })
 }

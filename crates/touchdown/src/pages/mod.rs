@@ -12,6 +12,7 @@ mod page;
 pub mod reproduce;
 mod track;
 pub mod validate;
+mod watch;
 
 pub use campaign::campaign;
 pub use land::land;

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use serde_json::Value;
 use touchdown_campaign::statistics::Share;
 use touchdown_campaign::sweep::{
     CampaignResults, Figures, LandingRow, Sweep, WorstLanding, number, text,
 };
-use touchdown_report::{Color, Figure, Panel, Series};
+use touchdown_report::{Color, Figure, Panel, Scene, Series};
 use touchdown_sim::landing::space::SpaceTrace;
 
 use super::ended;
@@ -255,6 +256,18 @@ pub(super) fn success_map(sweep: &Sweep, results: &CampaignResults) -> Option<Fi
 /// The last part of a dotted key.
 fn last_part(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
+}
+
+/// The worst landing to watch.
+pub(super) fn watched(worst: &WorstLanding, landing: Value) -> Scene {
+    Scene::new(
+        "worst-watch",
+        format!("The worst landing, {}: {}", worst.landing, ended(worst)),
+    )
+    .caption(
+        "Its last 20 s. The orange disc is the strength of the ground effect, the orange bars are the forces on the feet.",
+    )
+    .landing(worst.of.label(), landing)
 }
 
 /// One of the worst landings over time.

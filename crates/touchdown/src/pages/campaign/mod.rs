@@ -14,6 +14,7 @@ use touchdown_report::{Callout, Cell, Table};
 use touchdown_sim::landing::space::SpaceTrace;
 
 use super::page::{Page, half_interval, how_made, show, spread};
+use super::watch::{start_s, watch};
 use crate::error::Result;
 use crate::settings::to_toml;
 
@@ -88,6 +89,11 @@ pub fn campaign(
         }
     ));
     page.table(worst_table(results))?;
+    if let (Some(first), Some(trace)) = (results.worst.first(), worst.first()) {
+        let point = first.landing / sweep.trials();
+        let landing = watch(&sweep.scenario(point)?, trace, start_s([trace]))?;
+        page.report.scene(figures::watched(first, landing))?;
+    }
     let mut worst = results.worst.iter().zip(worst).enumerate();
     let drawn = |(rank, (worst, trace))| time_series(rank + 1, worst, trace);
     for landing in worst.by_ref().take(UNFOLDED) {

@@ -2,14 +2,16 @@
 
 use touchdown_campaign::statistics::Share;
 use touchdown_campaign::sweep::Figures;
-use touchdown_report::{Figure, Panel, Series};
+use touchdown_report::{Figure, Panel, Scene, Series};
 use touchdown_sim::landing::space::{Case, SpaceTrace};
 
 use super::words;
-use crate::experiments::sea::{SeaExperiment, SeaMethod};
+use crate::error::Result;
+use crate::experiments::sea::{SeaExperiment, SeaMethod, SeaTrack};
 use crate::pages::colors::of_how;
 use crate::pages::page::{share_series, shares_below};
 use crate::pages::track::Track;
+use crate::pages::watch::{start_s, watch};
 
 /// What a case is called on an axis.
 fn short(case: Case) -> &'static str {
@@ -81,6 +83,19 @@ pub(super) fn impact(sea: &SeaExperiment) -> Figure {
         figure = figure.panel(panel);
     }
     figure
+}
+
+/// The same landing as planned, and as published.
+pub(super) fn watched(planned: &SeaTrack, published: &SeaTrack) -> Result<Scene> {
+    let caption = "Trial 0 of `heave`, as `planned`; the ghost flies the paper's own set-up, `published`, above the same deck in the same air. \
+                   The orange disc is the strength of the ground effect, the orange bars are the forces on the feet.";
+    let from_s = start_s([&planned.trace, &published.trace]);
+    let mut scene = Scene::new("sea-watch", "Two landings to watch").caption(caption);
+    for track in [planned, published] {
+        let landing = watch(&track.scenario, &track.trace, from_s)?;
+        scene = scene.landing(words(track.how.name()), landing);
+    }
+    Ok(scene)
 }
 
 /// One landing over the heaving deck.

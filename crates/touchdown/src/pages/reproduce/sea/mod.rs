@@ -54,7 +54,10 @@ pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
         show(100.0 * none, 1)
     ));
     page.figure(figures::impact(sea))?;
-    page.figure(figures::track(&sea.track))?;
+    if let [planned, published] = &sea.tracks[..] {
+        page.report.scene(figures::watched(planned, published)?)?;
+        page.figure(figures::track(&planned.trace))?;
+    }
     for table in [outcomes(sea), touches(sea), planner(sea), faults(sea)] {
         page.table(table)?;
     }
