@@ -158,8 +158,9 @@ export class View {
     this.camera.position.set(-2.6, -2.2, 1.4);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.target.set(0, 0, 0.3);
-    // Where a page scrolls past the view, the wheel scrolls the page.
+    // Where a page scrolls past the view, the wheel and a finger that moves up or down scroll the page.
     this.controls.enableZoom = wheel;
+    if (!wheel) this.renderer.domElement.style.touchAction = 'pan-y';
     this.controls.addEventListener('change', () => this.render());
     const light = new DirectionalLight('#ffffff', 2.2);
     light.position.set(-3, -4, 8);

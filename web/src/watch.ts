@@ -6,23 +6,20 @@ import { phaseAt, View, type Watched } from './scene';
 /** Colours of the first vehicle and of its ghost, which colour-blind readers tell apart (Okabe and Ito). */
 const COLOURS = ['#0072b2', '#d55e00'];
 
-/** A column of 16-bit steps, a list of such columns, or names by number. */
+/** A column of 16-bit steps, a list of columns that stand for a list of rows, or names by their places in a list. */
 type Packed =
   | { low: number; step: number; packed: string }
-  | { columns: Packed[] }
-  | { names: string[]; of: Packed };
-type Unpacked = (number | string | null | Unpacked)[];
+  | { columns: number[][] }
+  | { names: string[]; of: number[] };
 
 function isPacked(value: unknown): value is Packed {
   return typeof value === 'object' && value !== null && ('packed' in value || 'columns' in value || 'names' in value);
 }
 
-function unpack(value: Packed): Unpacked {
-  if ('columns' in value) {
-    const columns = value.columns.map(unpack);
-    return columns[0]!.map((_, row) => columns.map((column) => column[row] as number));
-  }
-  if ('names' in value) return unpack(value.of).map((code) => value.names[Math.round(code as number)]!);
+/** What was packed, whose parts are unpacked by now. */
+function unpack(value: Packed): unknown[] {
+  if ('columns' in value) return value.columns[0]!.map((_, row) => value.columns.map((column) => column[row]));
+  if ('names' in value) return value.of.map((place) => value.names[Math.round(place)]);
   const bytes = Uint8Array.from(atob(value.packed), (c) => c.charCodeAt(0));
   return Array.from(new Uint16Array(bytes.buffer), (code) => (code === 65535 ? null : value.low + code * value.step));
 }
