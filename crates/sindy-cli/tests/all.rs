@@ -4,6 +4,7 @@ mod common;
 
 mod bad_input;
 mod fit;
+mod known;
 mod past;
 mod simulate;
 mod stream;

@@ -50,6 +50,26 @@ pub(crate) struct FitArgs {
         conflicts_with = "stream"
     )]
     pub(crate) past: Vec<String>,
+    /// Part of an equation that is known; repeatable
+    ///
+    /// `x' = v` is the whole equation of x. `v' = -9.81 + ...` is a part of it, and the rest is looked for. With --second-order
+    /// `x'' = -9.81 + ...`, with --discrete `x[k+1] = y`. Known terms have no standard error.
+    #[arg(long, value_name = "EQUATION", conflicts_with = "stream")]
+    pub(crate) known: Vec<String>,
+    /// Find x'' = f(x, x', u): positions are measured, velocities are not
+    ///
+    /// All states are positions, or those that --second-order=x,y names. The velocity of x is called `x_dot` in terms. It is
+    /// estimated together with the model, so its column (if there is one) is better left out.
+    #[arg(
+        long,
+        value_name = "x,y",
+        value_delimiter = ',',
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = ALL,
+        conflicts_with_all = ["stream", "discrete", "past"]
+    )]
+    pub(crate) second_order: Vec<String>,
     /// Find a map from each sample to the next one, instead of rates of change
     #[arg(long)]
     pub(crate) discrete: bool,
@@ -74,11 +94,16 @@ pub(crate) struct FitArgs {
     pub(crate) figure: Option<PathBuf>,
 }
 
+/// All states, where `--second-order` stands alone; no column can have this name.
+const ALL: &str = "(all)";
+
 const FIT_EXAMPLES: &str = "\
 Examples:
   sindy fit lorenz.csv --states x,y,z
   sindy fit flights.parquet --trajectory flight --states h,v --inputs throttle --library 'poly(2) + rational(0.5, h)'
   sindy fit runs.npy --columns t,x,y --states x,y --terms candidates.txt --json
+  sindy fit swing.csv --states q --second-order --library 'poly(3) + sin(q)'
+  sindy fit cart.csv --states x,v --inputs u --known \"x' = v\"
   sindy fit map.csv --states x --discrete --past x@1 --model model.json
   sindy fit big.parquet --states x,y --stream
   sindy fit a.csv b.csv --states x,y --test c.csv --model model.json --figure fit.html
@@ -87,6 +112,14 @@ Columns may carry a unit behind their name: --states x finds `x (m)`. Times are 
 `time_s`, else from `t_s`, `timestamp` or `timestamp_s`; --time names another, --dt replaces it.";
 
 impl FitArgs {
+    /// The states whose velocities are not measured.
+    pub(super) fn positions(&self) -> Vec<String> {
+        match self.second_order.iter().any(|n| n == ALL) {
+            true => self.states.clone(),
+            false => self.second_order.clone(),
+        }
+    }
+
     /// Refuses a column that is to be two things at once.
     pub(super) fn check(&self) -> Result<()> {
         let states = self.states.iter().map(|n| ("--states", n));

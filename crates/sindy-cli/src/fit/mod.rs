@@ -16,7 +16,7 @@ use sindy::identify::Progress;
 use sindy::{Identification, Identify};
 
 use crate::error::{Error, Result};
-use crate::trajectories::{FileReport, Trajectory, past};
+use crate::trajectories::{FileReport, Trajectory, past, velocities};
 use crate::{drawing, output};
 use args::FitArgs;
 use load::Train;
@@ -50,6 +50,7 @@ pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
     // Bad test data are refused before the time of a fit is spent.
     let test = load::test(terminal, args)?;
     let steps = settings.identify.iterations;
+    let positions = settings.identify.second_order.clone();
     let outliers = settings.identify.outliers;
     let identify = Identify::per_equation(libraries)
         .settings(settings.identify)
@@ -58,7 +59,7 @@ pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
         found,
         files,
         trajectories,
-    } = fit(terminal, args, train, &identify, steps)?;
+    } = fit(terminal, args, train, (&identify, &positions), steps)?;
     let lossy = files.iter().any(|f| f.lossy);
     let mut warnings: Vec<String> = files.iter().flat_map(|f| f.warnings.clone()).collect();
     warnings.extend(found.warnings.iter().cloned());
@@ -69,7 +70,9 @@ pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
         Some(test) => {
             warnings.extend(test.warnings);
             let have = [&args.states[..], &args.inputs].concat();
-            let seen = past::select(test.trajectories, &have, &columns(&found.model))?;
+            let (seen, have) =
+                velocities::add(test.trajectories, args.states.len(), have, &positions)?;
+            let seen = past::select(seen, &have, &columns(&found.model))?;
             let seen = spikes::mended(seen, &found.model, outliers, &mut warnings);
             Some(score::of(&found.model, &seen, between, &mut warnings)?)
         }
@@ -111,7 +114,7 @@ fn fit(
     terminal: &Terminal,
     args: &FitArgs,
     train: Option<Train>,
-    identify: &Identify,
+    (identify, positions): (&Identify, &[String]),
     steps: usize,
 ) -> Result<Fitted> {
     let Some(train) = train else {
@@ -134,13 +137,15 @@ fn fit(
     if !args.past.is_empty() {
         found.model = past::model(&found.model, &args.inputs, report.period)?;
     }
-    let have = train.data.names();
-    let columns = columns(&found.model);
-    let trajectories = args.figure.as_ref();
-    let trajectories = trajectories.map(|_| past::select(train.trajectories(), &have, &columns));
+    let mut trajectories = None;
+    if args.figure.is_some() {
+        let (all, states) = (train.trajectories(), args.states.len());
+        let (all, have) = velocities::add(all, states, train.data.names(), positions)?;
+        trajectories = Some(past::select(all, &have, &columns(&found.model))?);
+    }
     Ok(Fitted {
         found,
-        trajectories: trajectories.transpose()?,
+        trajectories,
         files: train.files,
     })
 }

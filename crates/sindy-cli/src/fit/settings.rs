@@ -41,6 +41,11 @@ pub(super) fn of(args: &FitArgs) -> Result<Settings> {
         Some(path) => read(path)?,
     };
     settings.identify.discrete |= args.discrete;
+    settings.identify.known.extend(args.known.iter().cloned());
+    let positions = args.positions();
+    if !positions.is_empty() {
+        settings.identify.second_order = positions;
+    }
     let place = args.settings.as_deref().unwrap_or(Path::new("settings"));
     let place = place.display().to_string();
     settings

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use sindy::identify::velocity;
 use sindy::{Libraries, Library};
 
 use super::args::FitArgs;
@@ -17,7 +18,10 @@ pub(super) fn libraries(
     inputs: &[String],
     settings: &Settings,
 ) -> Result<Vec<Library>> {
-    let variables: Vec<&String> = args.states.iter().chain(inputs).collect();
+    let second_order = settings.identify.second_order.iter();
+    let mut states = args.states.clone();
+    states.extend(second_order.map(|x| velocity(x)));
+    let variables: Vec<&String> = states.iter().chain(inputs).collect();
     let mut texts = Vec::new();
     for text in &args.library {
         Library::specification(text, &variables).map_err(Error::refused("--library"))?;
@@ -31,7 +35,7 @@ pub(super) fn libraries(
         (true, Some(libraries)) => (libraries, "library in the settings"),
         (true, None) => (&Libraries::shared([DEFAULT]), DEFAULT),
     };
-    let built = libraries.build(&args.states, inputs);
+    let built = libraries.build(&states, inputs);
     built.map_err(Error::refused(why))
 }
 

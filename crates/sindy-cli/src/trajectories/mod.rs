@@ -2,6 +2,7 @@
 
 pub(crate) mod past;
 mod read;
+pub(crate) mod velocities;
 
 use std::collections::BTreeMap;
 

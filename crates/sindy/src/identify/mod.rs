@@ -42,6 +42,7 @@ mod discrete;
 mod evidence;
 mod follow;
 mod inputs;
+mod known;
 mod missing;
 mod model;
 mod outliers;
@@ -51,6 +52,7 @@ mod rank;
 mod regress;
 mod result;
 mod run;
+mod second_order;
 mod settings;
 mod size;
 pub mod stream;
@@ -59,13 +61,16 @@ mod tests;
 mod warnings;
 
 pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progress, ratio};
+pub use second_order::{velocity, with_velocities};
 pub use settings::{Between, Method, Score, Settings, Smoothing};
 pub use stream::Columns;
+
+use std::borrow::Cow;
 
 use crate::data::dataset::Dataset;
 use crate::error::SindyError;
 use crate::library::Library;
-use crate::model::Time;
+use crate::model::{Term, Time};
 use crate::trajectory::output_error::System;
 use run::IdentificationRun;
 
@@ -114,6 +119,34 @@ impl Identify {
         }
     }
 
+    /// The data as they are worked on: no weight on rows that lack a state, gross errors set aside, velocities added.
+    fn prepared<'d>(
+        &self,
+        data: &'d Dataset,
+        warnings: &mut Vec<String>,
+    ) -> Result<Cow<'d, Dataset>, SindyError> {
+        let mut data = Cow::Borrowed(data);
+        // In discrete time nothing may be bridged: the bridge would be the next sample.
+        if !self.settings.discrete
+            && let Some((bridged, warning)) = missing::without_weight(&data)?
+        {
+            warnings.push(warning);
+            data = Cow::Owned(bridged);
+        }
+        if !self.settings.discrete
+            && self.settings.outliers
+            && let Some((mended, said)) = outliers::set_aside(&data)?
+        {
+            warnings.extend(said);
+            data = Cow::Owned(mended);
+        }
+        size::check(&data)?;
+        if !self.settings.second_order.is_empty() {
+            data = Cow::Owned(with_velocities(&data, &self.settings.second_order)?);
+        }
+        Ok(data)
+    }
+
     /// Identifies a model of `data`; `progress` hears what is being done.
     ///
     /// # Errors
@@ -127,32 +160,19 @@ impl Identify {
     ) -> Result<Identification, SindyError> {
         let report = data.report();
         let mut warnings = Vec::new();
-        // In discrete time nothing may be bridged: the bridge would be the next sample.
-        let whole = match self.settings.discrete {
-            true => None,
-            false => missing::without_weight(data)?,
-        };
-        let data = match &whole {
-            Some((bridged, warning)) => {
-                warnings.push(warning.clone());
-                bridged
-            }
-            None => data,
-        };
-        let found = match self.settings.outliers && !self.settings.discrete {
-            true => outliers::set_aside(data)?,
-            false => None,
-        };
-        let data = match &found {
-            Some((mended, said)) => {
-                warnings.extend(said.clone());
-                mended
-            }
-            None => data,
-        };
-        size::check(data)?;
+        let prepared = self.prepared(data, &mut warnings)?;
+        let data = &*prepared;
+        let second_order = &self.settings.second_order;
+        let positions = second_order::places(data, second_order)?;
         let n = data.states().len();
-        let libraries = self.per_state(n)?;
+        let known = known::of(
+            &self.settings.known,
+            data,
+            second_order,
+            self.settings.discrete,
+        )?;
+        let libraries: Vec<Library> = self.per_state(n)?;
+        let libraries = libraries.iter().zip(&known).map(|(l, k)| k.remaining(l));
         let time = match self.settings.discrete {
             false => Time::Continuous,
             true => Time::Discrete {
@@ -173,20 +193,24 @@ impl Identify {
             ));
         }
         let libraries = libraries
-            .into_iter()
             .map(|library| {
                 proportional::without_multiples(library, data, &stretches, &mut warnings)
             })
             .collect::<Result<Vec<_>, SindyError>>()?;
         warnings.dedup();
         check_rows(stretches.iter().map(|s| s.time.len()).sum(), &libraries)?;
+        let terms: Vec<Vec<Term>> = known.iter().map(|k| k.terms.clone()).collect();
+        let states = (data.states(), n - positions.len());
+        let mut noise = prepare::noise(&stretches, n);
+        noise.of_velocities(&positions);
         let mut found = IdentificationRun {
             data,
             settings: &self.settings,
-            system: System::new(time, data.states(), data.inputs(), &libraries)?,
-            libraries,
+            system: System::with_known(time, states, data.inputs(), &libraries, &terms)?,
+            libraries: libraries.into_iter().zip(known).collect(),
+            positions,
             time,
-            noise: prepare::noise(&stretches, n),
+            noise,
             inputs: inputs::choose(&stretches, n, self.settings.inputs_between),
             stretches,
             warnings,

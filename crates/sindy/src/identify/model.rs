@@ -19,8 +19,8 @@ impl IdentificationRun<'_> {
     fn model(&self, coefficients: &[f64], all: &[TermEvidence]) -> Result<Model, SindyError> {
         let mut at = 0;
         let mut equations = Vec::new();
-        for library in &self.libraries {
-            let mut terms = Vec::new();
+        for (library, known) in &self.libraries {
+            let mut terms = known.terms.clone();
             for term in library.terms() {
                 if coefficients[at] != 0.0 {
                     let TermEvidence {
@@ -42,6 +42,19 @@ impl IdentificationRun<'_> {
             equations.push(terms);
         }
         Model::new(self.time, self.data.states(), self.data.inputs(), equations)
+    }
+
+    /// States that are measured.
+    fn measured(&self) -> usize {
+        self.data.states().len() - self.positions.len()
+    }
+
+    /// Noise of a state; there is none of a velocity that is not measured.
+    fn noise_of(&self, i: usize) -> f64 {
+        match i < self.measured() {
+            true => self.noise.sigma[i],
+            false => f64::NAN,
+        }
     }
 
     fn choice(&self, ranked: &RankedModel, method: &str, reason: String) -> Choice {
@@ -70,7 +83,7 @@ impl IdentificationRun<'_> {
         let model = self.model(&fit.coefficients, &evidence)?;
         let mut equations = Vec::new();
         let mut at = 0;
-        for (i, library) in self.libraries.iter().enumerate() {
+        for (i, (library, known)) in self.libraries.iter().enumerate() {
             let own = at..at + library.len();
             let chosen: Vec<bool> = fit.coefficients[own.clone()]
                 .iter()
@@ -88,11 +101,14 @@ impl IdentificationRun<'_> {
             };
             equations.push(Equation {
                 state: self.data.states()[i].clone(),
-                noise: self.noise.sigma[i],
-                residual: Some(fit.sigma[i]),
+                noise: self.noise_of(i),
+                residual: (i < self.measured()).then_some(fit.sigma[i]),
                 front: fit.fronts[i].iter().map(point).collect(),
                 unit: "root mean square of the trajectories' residuals, in units of the noise",
-                intervals: intervals(&fit.coefficients[own.clone()], &evidence[own.clone()]),
+                intervals: known.before(intervals(
+                    &fit.coefficients[own.clone()],
+                    &evidence[own.clone()],
+                )),
             });
             at = own.end;
         }
@@ -175,17 +191,22 @@ impl IdentificationRun<'_> {
         let mut equations = Vec::new();
         for (i, (fit, parts)) in best.regression.fits.iter().zip(&from.grams).enumerate() {
             let total = Gram::total(parts);
-            let own = of_regression(fit, parts, &total, from.independent);
+            let own = match fit.support.is_empty() {
+                true => Vec::new(),
+                false => of_regression(fit, parts, &total, from.independent),
+            };
             equations.push(Equation {
                 state: self.data.states()[i].clone(),
-                noise: self.noise.sigma[i],
+                noise: self.noise_of(i),
                 residual: None,
-                front: front(&total, fit, self.libraries[i].names())?,
+                front: front(&total, fit, self.libraries[i].0.names())?,
                 unit: match self.settings.discrete {
                     true => "root mean square error of the next sample",
                     false => "root mean square error of the slope",
                 },
-                intervals: intervals(fit.coefficients.as_slice(), &own),
+                intervals: self.libraries[i]
+                    .1
+                    .before(intervals(fit.coefficients.as_slice(), &own)),
             });
             evidence.extend(own);
         }
@@ -264,6 +285,9 @@ impl IdentificationRun<'_> {
 
 /// The best subset of every size, and where the fit's own terms stand among them.
 fn front(total: &Gram, fit: &Fit, names: &[String]) -> Result<Vec<FrontPoint>, SindyError> {
+    if names.is_empty() {
+        return Ok(Vec::new());
+    }
     let subsets = best_subsets(total, FRONT_NODES)?;
     let weight = total.weight().max(f64::MIN_POSITIVE);
     let point = |s: &Subset| FrontPoint {

@@ -26,6 +26,9 @@ pub(super) fn without_multiples(
     stretches: &[Stretch<'_>],
     warnings: &mut Vec<String>,
 ) -> Result<Library, SindyError> {
+    if library.is_empty() {
+        return Ok(library);
+    }
     let multiples = multiples(&library, &data.names(), stretches)?;
     if multiples.is_empty() {
         return Ok(library);

@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use super::known::KnownPart;
 use super::prepare::{Slopes, WEIGHT, blocks, regression_samples, slope_name};
 use super::settings::{Score, Settings};
 use crate::choose::Grid;
@@ -10,8 +11,9 @@ use crate::data::dataset::{Dataset, Stretch};
 use crate::data::samples::Samples;
 use crate::error::SindyError;
 use crate::library::Library;
-use crate::solve::exact::{BestSubset, BestSubsets};
+use crate::solve::exact::{BestSubset, BestSubsets, Subset};
 use crate::solve::fit::Fit;
+use crate::solve::outcome::Outcome;
 use crate::solve::stepwise::{Direction, Stepwise};
 use crate::statistics::criteria::Criterion;
 use crate::statistics::gram::{Accumulate, Gram};
@@ -76,16 +78,17 @@ impl Statistics {
 pub(super) fn of_slopes(
     data: &Dataset,
     stretches: &[Stretch<'_>],
-    libraries: &[Library],
+    libraries: &[(Library, KnownPart)],
     slopes: &Slopes,
     folds: usize,
 ) -> Result<Statistics, SindyError> {
     let samples = regression_samples(data, stretches, slopes, &blocks(stretches, folds))?;
     let weighted = stretches.iter().any(|s| s.weights.is_some());
     let mut grams = Vec::new();
-    for (i, library) in libraries.iter().enumerate() {
+    for (i, (library, known)) in libraries.iter().enumerate() {
         let target = slope_name(i);
-        let mut of = Accumulate::new(library, &target);
+        let library = known.with(library);
+        let mut of = Accumulate::new(&library, &target);
         if weighted {
             of = of.weights(WEIGHT);
         }
@@ -93,7 +96,7 @@ pub(super) fn of_slopes(
         if Gram::total(&parts).condition() > CONDITION_LIMIT {
             parts = of.triangle(true).over(&samples)?;
         }
-        grams.push(parts);
+        grams.push(parts.into_iter().map(|g| known.less(g)).collect());
     }
     Ok(Statistics {
         smoothing: slopes.name.clone(),
@@ -106,7 +109,7 @@ pub(super) fn of_slopes(
 pub(super) fn of_weak_form(
     data: &Dataset,
     stretches: &[Stretch<'_>],
-    libraries: &[Library],
+    libraries: &[(Library, KnownPart)],
     folds: usize,
 ) -> Result<Option<Statistics>, SindyError> {
     let mut names = vec![Dataset::TIME.to_owned()];
@@ -119,22 +122,26 @@ pub(super) fn of_weak_form(
         samples.push_group(columns)?;
     }
     let all: Vec<&str> = data.states().iter().map(String::as_str).collect();
-    let first = match WeakForm::default().system(&libraries[0], Dataset::TIME, &all, &samples) {
+    let libraries: Vec<(Library, &KnownPart)> =
+        libraries.iter().map(|(l, k)| (k.with(l), k)).collect();
+    let shared = &libraries[0].0;
+    let first = match WeakForm::default().system(shared, Dataset::TIME, &all, &samples) {
         Ok(system) => system,
         Err(SindyError::TooShort { .. }) => return Ok(None),
         Err(other) => return Err(other),
     };
     let half_width = first.half_width;
     let mut grams = Vec::new();
-    for ((library, state), own) in libraries.iter().zip(&all).zip(first.grams) {
-        if *library == libraries[0] {
-            grams.push(own);
-            continue;
-        }
-        // The same windows for all equations.
-        let form = WeakForm::default().half_width(half_width)?;
-        let system = form.system(library, Dataset::TIME, &[state], &samples)?;
-        grams.extend(system.grams);
+    for (((library, known), state), own) in libraries.iter().zip(&all).zip(first.grams) {
+        let parts = if library == shared {
+            own
+        } else {
+            // The same windows for all equations.
+            let form = WeakForm::default().half_width(half_width)?;
+            let system = form.system(library, Dataset::TIME, &[state], &samples)?;
+            system.grams.into_iter().flatten().collect()
+        };
+        grams.push(parts.into_iter().map(|g| known.less(g)).collect());
     }
     Ok(Some(Statistics {
         smoothing: format!("weak form, half-width {half_width:.4}"),
@@ -143,9 +150,32 @@ pub(super) fn of_weak_form(
     }))
 }
 
+/// The fit of an equation in which nothing is looked for.
+fn nothing(gram: &Gram) -> Fit {
+    Fit {
+        coefficients: DVector::zeros(0),
+        support: Vec::new(),
+        residual_sum: gram.yty,
+        outcome: Outcome::Optimal,
+        iterations: 0,
+    }
+}
+
 /// The best subsets of one equation; in a large library of those terms that a forward path meets first.
 pub(super) fn best_subsets(gram: &Gram, nodes: u64) -> Result<BestSubsets, SindyError> {
     let p = gram.xty.len();
+    if p == 0 {
+        let nothing = Subset {
+            fit: nothing(gram),
+            lower_bound: gram.yty,
+        };
+        return Ok(BestSubsets {
+            sizes: vec![nothing],
+            outcome: Outcome::Optimal,
+            nodes: 0,
+            ridge: 0.0,
+        });
+    }
     if p <= EXACT {
         return BestSubset::new()
             .max_size(MOST_TERMS)
@@ -212,6 +242,11 @@ pub(super) fn solve(
     let mut grid = Vec::new();
     for parts in &statistics.grams {
         let total = Gram::total(parts);
+        if total.xty.is_empty() {
+            subsets.push(nothing(&total));
+            grid.push((vec![nothing(&total); points.len()], 0));
+            continue;
+        }
         let p = total.xty.len() as f64;
         let rows = (total.rows as f64 * statistics.independent).max(2.0 * p);
         let criterion = settings.score.criterion().unwrap_or(Criterion::Bic);

@@ -82,7 +82,7 @@ pub struct FrontPoint {
 pub struct Equation {
     /// The state.
     pub state: String,
-    /// Estimated noise on it.
+    /// Estimated noise on it; NaN for a velocity that is not measured.
     pub noise: f64,
     /// Root mean square of its residual, as far as trajectories were followed.
     pub residual: Option<f64>,

@@ -8,6 +8,7 @@ use super::regress::{self, Statistics};
 use super::{Identification, Method, Progress, Settings, Smoothing, warnings};
 use crate::data::dataset::{Dataset, Stretch};
 use crate::error::SindyError;
+use crate::identify::known::KnownPart;
 use crate::library::Library;
 use crate::model::Time;
 use crate::trajectory::output_error::{Piece, System, free_run};
@@ -24,7 +25,10 @@ pub(super) const CORRELATED: f64 = 2.0;
 pub(super) struct IdentificationRun<'a> {
     pub data: &'a Dataset,
     pub settings: &'a Settings,
-    pub libraries: Vec<Library>,
+    /// What is looked for in each equation, and what is known of it.
+    pub libraries: Vec<(Library, KnownPart)>,
+    /// The positions of those states that are velocities which are not measured. They come last.
+    pub positions: Vec<usize>,
     pub system: System,
     pub time: Time,
     pub stretches: Vec<Stretch<'a>>,
@@ -139,7 +143,10 @@ impl<'a> IdentificationRun<'a> {
                 false => &[1.0],
             };
             for wider in both {
-                let filters = prepare::filters(part, n, uniform, *wider)?;
+                let mut filters = prepare::filters(part, n, uniform, *wider)?;
+                if let Some(filters) = &mut filters {
+                    prepare::as_positions(filters, &self.positions);
+                }
                 let mut slopes = prepare::by(filters.as_deref(), part, n)?;
                 slopes.name.push_str(place);
                 if *smoothing != Smoothing::Weak {

@@ -128,6 +128,12 @@ pub struct Settings {
     /// taken for outliers and have no weight. Not in discrete time, where neighbours do not predict each other, and
     /// not in a stream.
     pub outliers: bool,
+    /// Parts of equations that are known: `x' = v` (the whole equation), `v' = -9.81 + ...` (the rest is looked for), in discrete
+    /// time `x[k+1] = y`. Not in a stream.
+    pub known: Vec<String>,
+    /// States whose equation is of second order and whose velocity is not measured: x gets a velocity `x_dot`, and `x_dot' =
+    /// f(x, x_dot, u)` is looked for. The velocity is estimated with the model. Not in discrete time or in a stream.
+    pub second_order: Vec<String>,
     /// How coefficients are determined.
     pub method: Method,
     /// Where slopes come from.
@@ -162,6 +168,8 @@ impl Default for Settings {
         Self {
             discrete: false,
             outliers: true,
+            known: Vec::new(),
+            second_order: Vec::new(),
             method: Method::default(),
             smoothing: Smoothing::default(),
             score: Score::default(),
@@ -217,6 +225,9 @@ impl Settings {
         let grows = self.growth > 1.0 && self.growth.is_finite();
         require(grows, "growth", "a finite number above 1", self.growth)?;
         require(self.iterations != 0, "iterations", "at least 1", 0)?;
+        let order = !self.discrete || self.second_order.is_empty();
+        let found = self.second_order.join(", ");
+        require(order, "second_order", "none in discrete time", found)?;
         require(self.rows >= 100, "rows", "at least 100", self.rows)?;
         self.smoothing.differentiator().map(|_| ())
     }

@@ -1,5 +1,6 @@
 //! Warnings about the data.
 
+use super::known::KnownPart;
 use super::regress::Statistics;
 use crate::data::dataset::DataReport;
 use crate::data::samples::Samples;
@@ -16,7 +17,7 @@ const CONDITION: f64 = 1e4;
 pub(super) fn of_data(
     report: &DataReport,
     statistics: &Statistics,
-    libraries: &[Library],
+    libraries: &[(Library, KnownPart)],
     samples: &Samples,
 ) -> Result<Vec<String>, SindyError> {
     let mut out = Vec::new();
@@ -28,7 +29,8 @@ pub(super) fn of_data(
         ));
     }
     for (i, parts) in statistics.grams.iter().enumerate() {
-        if libraries[..i].contains(&libraries[i]) {
+        let (library, _) = &libraries[i];
+        if library.is_empty() || libraries[..i].contains(&libraries[i]) {
             continue;
         }
         let total = Gram::total(parts);
@@ -39,7 +41,7 @@ pub(super) fn of_data(
                 total.skipped + total.rows
             ));
         }
-        let found = examine(&libraries[i], &total, samples)?;
+        let found = examine(library, &total, samples)?;
         if !found.zero_terms.is_empty() {
             out.push(format!(
                 "terms that are zero throughout: {}",

@@ -71,7 +71,7 @@ impl Library {
     }
 
     /// Named by their own texts.
-    fn of(terms: Vec<Expr>) -> Self {
+    pub(crate) fn of(terms: Vec<Expr>) -> Self {
         Self {
             names: terms.iter().map(ToString::to_string).collect(),
             terms,

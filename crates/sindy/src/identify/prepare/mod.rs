@@ -49,6 +49,17 @@ impl Noise {
         }
     }
 
+    /// Of velocities that are not measured, which come last: as large beside their scatter as that of their positions. Nothing
+    /// is compared with it; it is the scale of their defects.
+    pub(super) fn of_velocities(&mut self, positions: &[usize]) {
+        let first = self.sigma.len() - positions.len();
+        for (k, &position) in positions.iter().enumerate() {
+            let share = self.sigma[position] / self.floor[position];
+            self.sigma[first + k] = share * self.floor[first + k];
+            self.tolerated[first + k] = f64::INFINITY;
+        }
+    }
+
     /// Whether the noise of a state exceeds the residual that a good model has on data without noise.
     pub(super) fn is_visible(&self) -> bool {
         let least = self.tolerated.iter().zip(&self.floor);
@@ -179,6 +190,15 @@ pub(super) fn filters(
         )?);
     }
     Ok(Some(filters))
+}
+
+/// Gives the velocities, which come last, the filters of their positions: noise of a difference is not white, and a choice
+/// by it would take too narrow ones.
+pub(super) fn as_positions(filters: &mut [SavitzkyGolay], positions: &[usize]) {
+    let first = filters.len() - positions.len();
+    for (k, &position) in positions.iter().enumerate() {
+        filters[first + k] = filters[position];
+    }
 }
 
 /// The least window of a degree that smooths at all.

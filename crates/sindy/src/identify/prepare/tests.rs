@@ -1,6 +1,7 @@
 use rand::{RngExt, SeedableRng};
 
 use super::*;
+use crate::identify::known::KnownPart;
 use crate::identify::regress::of_slopes;
 use crate::library::Library;
 use crate::statistics::regression::least_squares;
@@ -63,7 +64,14 @@ fn analytic_regressions_weigh_their_rows() {
     let stretches = data.stretches();
     let slopes = with(&stretches, 1, FiniteDifference::new(2).unwrap().into()).unwrap();
     let library = Library::parse(&["1"]).unwrap();
-    let found = of_slopes(&data, &stretches, &[library], &slopes, 4).unwrap();
+    let found = of_slopes(
+        &data,
+        &stretches,
+        &[(library, KnownPart::default())],
+        &slopes,
+        4,
+    )
+    .unwrap();
     let slope = least_squares(&crate::Gram::total(&found.grams[0]), &[true])[0];
     // (3 · 2 + 1)/4, but for the one row in between.
     assert!((slope - 1.75).abs() < 0.01, "{slope}");

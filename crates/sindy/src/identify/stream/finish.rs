@@ -6,6 +6,7 @@ use super::sums::Sums;
 use crate::data::dataset::{Dataset, FEWEST};
 use crate::error::SindyError;
 use crate::identify::inputs;
+use crate::identify::known::KnownPart;
 use crate::identify::prepare::noise;
 use crate::identify::rank::{RANKED, RankedModel};
 use crate::identify::regress::{self, Regression, Statistics};
@@ -43,6 +44,10 @@ pub(super) fn of(
     let system = System::new(time, &columns.states, &columns.inputs, &libraries)?;
     let inputs = inputs::choose(&stretches, columns.states.len(), settings.inputs_between);
     let pieces = pieces(&kept, columns, &inputs.between);
+    let libraries: Vec<(Library, KnownPart)> = libraries
+        .into_iter()
+        .map(|library| (library, KnownPart::default()))
+        .collect();
     let mut warnings = warnings::of_data(&report, &statistics[0], &libraries, &data.samples()?)?;
     if !settings.discrete {
         let weights = pieces.iter().filter_map(|p| p.weights).flatten();
@@ -58,6 +63,7 @@ pub(super) fn of(
         warnings,
         system,
         libraries,
+        positions: Vec::new(),
     };
     let mut regressions = Vec::new();
     for statistics in &statistics {

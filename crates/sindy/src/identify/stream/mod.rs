@@ -115,7 +115,7 @@ impl Identify {
     /// a trajectory and are counted, as by [`Dataset::push`].
     ///
     /// # Errors
-    /// The method [`Method::OutputError`]; names without a column; no usable rows, or fewer than terms; infinite values,
+    /// The method [`Method::OutputError`], known parts or second order; names without a column; no usable rows, or fewer than terms; infinite values,
     /// times that do not increase, weights that are negative or not finite (rows count over the whole pass);
     /// libraries that are not one or one per state; a pass that failed ([`BlockSource::failure`]).
     pub fn run_stream(
@@ -130,6 +130,13 @@ impl Identify {
             "automatic or regression (rows that are passed over once cannot be followed again)",
             "output_error",
         )?;
+        for (key, texts) in [
+            ("known", &self.settings.known),
+            ("second_order", &self.settings.second_order),
+        ] {
+            let expected = "none in a stream";
+            require(texts.is_empty(), key, expected, texts.join(", "))?;
+        }
         let libraries = self.per_state(columns.states.len())?;
         let places = columns.places(source.names())?;
         let mut pass = Pass::new(columns, &libraries, &self.settings)?;

@@ -1,3 +1,4 @@
+mod known;
 mod noise;
 mod rows;
 

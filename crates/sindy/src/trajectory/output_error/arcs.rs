@@ -185,7 +185,7 @@ impl Normal {
             return;
         }
         self.rows += 1;
-        for (i, x) in x.iter().enumerate() {
+        for (i, x) in x.iter().take(follow.system.measured).enumerate() {
             let residual = record.residual(i, row, *x);
             self.misfit[i] += residual * residual;
             let scale = root / follow.sigma[i];

@@ -94,7 +94,7 @@ impl Follow<'_> {
         self.advance(record, row, self.cut.substeps, x, scratch, None);
     }
 
-    /// Sum of squares of each state's residuals, and of the defects over the noise, over the given arcs,
+    /// Sum of squares of each measured state's residuals (0 of the others), and of the defects over the noise, over the given arcs,
     /// each with its record, first node and number of nodes: `(record, first, nodes)`.
     pub(super) fn judge(
         &self,
@@ -107,7 +107,7 @@ impl Follow<'_> {
         for (index, first, nodes) in arcs {
             let record = &records[index];
             let mut compare = |x: &[f64], row: usize| {
-                for (i, x) in x.iter().enumerate() {
+                for (i, x) in x.iter().take(self.system.measured).enumerate() {
                     misfit[i] += record.residual(i, row, *x).powi(2);
                 }
             };
@@ -138,18 +138,18 @@ impl Follow<'_> {
         Some((misfit, defects))
     }
 
-    /// Residuals of every record and state as the nodes stand, in units of the data.
+    /// Residuals of every record and measured state as the nodes stand, in units of the data.
     pub(super) fn residuals(&self, records: &[Record]) -> Vec<Vec<Vec<f64>>> {
         let (mut work, mut step) = (self.system.work(), self.system.blank());
         let mut all = Vec::new();
         for record in records {
-            let mut of = vec![Vec::with_capacity(record.time.len()); self.system.n];
+            let mut of = vec![Vec::with_capacity(record.time.len()); self.system.measured];
             for (node, x) in record.nodes.iter().enumerate() {
                 let mut x = x.clone();
                 let (from, to) = record.between(node);
                 for row in from..to + usize::from(record.is_last(node)) {
-                    for (i, x) in x.iter().enumerate() {
-                        of[i].push(record.residual(i, row, *x));
+                    for (i, of) in of.iter_mut().enumerate() {
+                        of.push(record.residual(i, row, x[i]));
                     }
                     if row < to {
                         self.advance_state(record, row, &mut x, (&mut work, &mut step));
@@ -172,7 +172,7 @@ impl Follow<'_> {
                 let end = record.rows.get(first + self.cut.longest).copied();
                 for row in record.rows[first]..end.unwrap_or(record.time.len() - 1) {
                     self.advance_state(record, row, &mut x, (&mut work, &mut step));
-                    for (i, x) in x.iter().enumerate() {
+                    for (i, x) in x.iter().take(self.system.measured).enumerate() {
                         sum += self.size(i, record.residual(i, row + 1, *x));
                         count += 1;
                     }

@@ -56,7 +56,7 @@ const FREE_NODES: usize = 8;
 pub struct Piece<'a> {
     /// Times, increasing.
     pub time: &'a [f64],
-    /// Measured states.
+    /// States, those that are measured first. Values of others are not compared with.
     pub states: Vec<&'a [f64]>,
     /// Inputs.
     pub inputs: Vec<&'a [f64]>,
@@ -144,7 +144,7 @@ pub struct OutputErrorFit {
     pub evidence: Vec<f64>,
     /// The penalty in it: `ln N + 2 ln P`.
     pub penalty: f64,
-    /// Root mean square of the residual of each state.
+    /// Root mean square of the residual of each measured state; of others, what they started from.
     pub sigma: Vec<f64>,
     /// For each equation, the best terms of every number up to some more than were kept.
     pub fronts: Vec<Vec<Alternative>>,

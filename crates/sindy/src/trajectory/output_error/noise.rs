@@ -161,10 +161,11 @@ fn arcs(follow: &Follow<'_>, records: &[Record]) -> Option<Vec<Arc>> {
             if rows.iter().any(|m| m.iter().any(|v| !v.is_finite())) {
                 return None;
             }
-            let values = rows.len() * n;
+            let m = system.measured;
+            let values = rows.len() * m;
             let all = DMatrix::from_fn(values, n + kept.len(), |r, c| {
                 let j = if c < n { c } else { n + kept[c - n] };
-                rows[r / n][(r % n, j)] / follow.sigma[r % n]
+                rows[r / m][(r % m, j)] / follow.sigma[r % m]
             });
             out.push(Arc {
                 first: place,

@@ -168,8 +168,9 @@ impl State<'_> {
     ) -> Option<StepResult> {
         let penalty = settings.penalty;
         let (n, p) = (self.system.n, self.system.size());
+        let measured = self.system.measured;
         let support: Vec<bool> = self.xi.iter().map(|c| *c != 0.0).collect();
-        let values = normal.rows * n;
+        let values = normal.rows * measured;
         let unit = (values as f64).ln() + 2.0 * (p as f64).ln();
         let free = (normal.arcs() * n) as f64;
         let mut search = Search::new(&normal.xtx, &normal.xty, normal.yty, &self.xi, allowed);
@@ -204,7 +205,8 @@ impl State<'_> {
                 *c = if *kept { *c } else { 0.0 };
             }
             let (misfit, _) = self.follow().judge(&self.records, normal.cuts())?;
-            for ((s, m), floor) in self.sigma.iter_mut().zip(&misfit).zip(&start.floor) {
+            let all = self.sigma.iter_mut().zip(&misfit).zip(&start.floor);
+            for ((s, m), floor) in all.take(measured) {
                 *s = (m / normal.rows as f64).sqrt().max(*floor);
             }
         }
@@ -255,10 +257,11 @@ impl State<'_> {
         (iterations, outcome): (usize, Outcome),
     ) -> OutputErrorFit {
         let p = self.system.size();
-        let rows = last.values as f64 / self.system.n as f64;
+        let measured = self.system.measured;
+        let rows = last.values as f64 / measured as f64;
         let terms = self.xi.iter().filter(|c| **c != 0.0).count() as f64;
         let starts = (last.arcs * self.system.n) as f64 * (last.values as f64).ln();
-        let noise: f64 = self.sigma.iter().map(|s| 2.0 * s.ln()).sum();
+        let noise: f64 = self.sigma[..measured].iter().map(|s| 2.0 * s.ln()).sum();
         // A last step that was made in part leaves terms that it would have dropped: nothing is known of them.
         let std_error = |j: usize| match (last.search.support[j], self.xi[j] != 0.0) {
             (true, _) => (last.search.variance(j) * last.variance).sqrt(),

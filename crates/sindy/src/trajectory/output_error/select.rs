@@ -293,6 +293,9 @@ impl Search {
         more: usize,
         values: usize,
     ) -> Option<(BestSubsets, Vec<usize>, bool)> {
+        if members.is_empty() {
+            return None;
+        }
         let p = self.length.len();
         let mut bare = self.clone();
         let held: Vec<usize> = members

@@ -3,15 +3,17 @@
 use nalgebra::DMatrix;
 use sindy_expr::{Expr, Program, Scratch};
 
-use crate::error::{SindyError, same_size};
+use crate::error::{SindyError, require, same_size};
 use crate::library::{Library, compile};
-use crate::model::Time;
+use crate::model::{Term, Time};
 
 /// States, inputs, and for each state a library; all terms of all libraries are *candidates*, numbered
-/// equation by equation.
+/// equation by equation. Terms that are known stand beside them.
 #[derive(Clone, Debug)]
 pub struct System {
     pub(super) n: usize,
+    /// States that are measured; they come first.
+    pub(super) measured: usize,
     pub(super) inputs: usize,
     pub(super) discrete: bool,
     /// Values of the distinct terms.
@@ -23,6 +25,9 @@ pub struct System {
     pub(super) candidates: Vec<(usize, usize)>,
     /// For each distinct term the candidates that use it: (candidate, equation).
     users: Vec<Vec<(usize, usize)>>,
+    /// Known terms: (equation, term, coefficient); and for each distinct term those of them that it is in.
+    fixed: Vec<(usize, usize, f64)>,
+    known: Vec<Vec<(usize, f64)>>,
 }
 
 /// Working memory of a step.
@@ -58,20 +63,58 @@ impl System {
         inputs: &[String],
         libraries: &[Library],
     ) -> Result<Self, SindyError> {
+        let none = vec![Vec::new(); states.len()];
+        Self::with_known(time, (states, states.len()), inputs, libraries, &none)
+    }
+
+    /// As [`Self::new`], with `known` terms of each equation that have their coefficients, beside the candidates, and only
+    /// the first `measured` states in the data.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; known terms not of each equation, more measured states than states, or none.
+    pub fn with_known(
+        time: Time,
+        (states, measured): (&[String], usize),
+        inputs: &[String],
+        libraries: &[Library],
+        known: &[Vec<Term>],
+    ) -> Result<Self, SindyError> {
         same_size("libraries (one per state)", states.len(), libraries.len())?;
+        same_size(
+            "known terms (one list per state)",
+            states.len(),
+            known.len(),
+        )?;
+        let some = (1..=states.len()).contains(&measured);
+        require(some, "measured", "1 to the number of states", measured)?;
         let mut distinct: Vec<Expr> = Vec::new();
+        let place = |distinct: &mut Vec<Expr>, term: &Expr| {
+            let found = distinct.iter().position(|d| d == term);
+            found.unwrap_or_else(|| {
+                distinct.push(term.clone());
+                distinct.len() - 1
+            })
+        };
         let mut candidates = Vec::new();
-        let mut users: Vec<Vec<(usize, usize)>> = Vec::new();
         for (equation, library) in libraries.iter().enumerate() {
             for term in library.terms() {
-                let place = distinct.iter().position(|d| d == term).unwrap_or_else(|| {
-                    distinct.push(term.clone());
-                    users.push(Vec::new());
-                    distinct.len() - 1
-                });
-                users[place].push((candidates.len(), equation));
-                candidates.push((equation, place));
+                candidates.push((equation, place(&mut distinct, term)));
             }
+        }
+        let mut fixed = Vec::new();
+        for (equation, terms) in known.iter().enumerate() {
+            for term in terms {
+                let at = place(&mut distinct, &term.expression);
+                fixed.push((equation, at, term.coefficient));
+            }
+        }
+        let mut users = vec![Vec::new(); distinct.len()];
+        for (candidate, &(equation, term)) in candidates.iter().enumerate() {
+            users[term].push((candidate, equation));
+        }
+        let mut known = vec![Vec::new(); distinct.len()];
+        for &(equation, term, c) in &fixed {
+            known[term].push((equation, c));
         }
         let columns: Vec<&str> = states.iter().chain(inputs).map(String::as_str).collect();
         let mut slopes = Vec::new();
@@ -87,6 +130,7 @@ impl System {
         }
         Ok(Self {
             n: states.len(),
+            measured,
             inputs: inputs.len(),
             discrete: matches!(time, Time::Discrete { .. }),
             values: compile(&distinct, &columns)?,
@@ -94,6 +138,8 @@ impl System {
             places,
             candidates,
             users,
+            fixed,
+            known,
         })
     }
 
@@ -143,6 +189,9 @@ impl System {
                 out[equation] += c * theta[term];
             }
         }
+        for &(equation, term, c) in &self.fixed {
+            out[equation] += c * theta[term];
+        }
     }
 
     /// `∂f/∂x` at the row that was evaluated last, into `out`.
@@ -159,6 +208,9 @@ impl System {
         for (&(term, state), slope) in self.places.iter().zip(gradient.iter()) {
             for &(candidate, equation) in &self.users[term] {
                 out[(equation, state)] += coefficients[candidate] * slope;
+            }
+            for &(equation, c) in &self.known[term] {
+                out[(equation, state)] += c * slope;
             }
         }
     }
