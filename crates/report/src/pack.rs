@@ -129,7 +129,7 @@ mod tests {
         // 598 over the steps.
         assert!((second["step"].as_f64().unwrap() - 598.0 / 65_534.0).abs() < 1e-12);
         assert_eq!(value["phase"]["names"], json!(["wait", "land"]));
-        let mut uneven = json!(vec![json!([1.0]), json!([1.0, 2.0])].repeat(200));
+        let mut uneven: Value = (0..400).map(|k| json!(vec![1.0; 1 + k % 2])).collect();
         let before = uneven.clone();
         pack_rows(&mut uneven);
         assert_eq!(uneven, before, "rows of different lengths are no columns");
