@@ -194,6 +194,27 @@ fn with_keys(scenario: &SpaceScenario, keys: &Table) -> std::result::Result<Spac
         .map_err(|e: toml::de::Error| TomlError::new("", &e).to_string())
 }
 
+/// Records of the first landing on the heaving deck: planned, and as published.
+///
+/// # Errors
+/// A lander that cannot be built.
+pub fn tracks(cells: &[SeaCell]) -> Result<Vec<SeaTrack>> {
+    let mut tracks = Vec::new();
+    for how in [SeaMethod::Planned, SeaMethod::Published] {
+        let watched = |cell: &&SeaCell| cell.case == Case::Heave && cell.how == how;
+        let Some(cell) = cells.iter().find(watched) else {
+            continue;
+        };
+        let flown = sweep::replay(&cell.sweep, &[0])?;
+        tracks.extend(flown.into_iter().map(|trace| SeaTrack {
+            how,
+            scenario: cell.sweep.settings().scenario.clone(),
+            trace,
+        }));
+    }
+    Ok(tracks)
+}
+
 /// Runs the experiment with the models of `cards`.
 ///
 /// # Errors
@@ -218,23 +239,10 @@ pub fn run(
             })
         })
         .collect::<Result<_>>()?;
-    let watched = |how| cells.iter().find(|c| c.case == Case::Heave && c.how == how);
-    let mut tracks = Vec::new();
-    for cell in [SeaMethod::Planned, SeaMethod::Published]
-        .into_iter()
-        .filter_map(watched)
-    {
-        let flown = sweep::replay(&cell.sweep, &[0])?;
-        tracks.extend(flown.into_iter().map(|trace| SeaTrack {
-            how: cell.how,
-            scenario: cell.sweep.settings().scenario.clone(),
-            trace,
-        }));
-    }
     let series = cells.iter().find_map(|cell| cell.sweep.measured());
     Ok(SeaExperiment {
         landings,
-        tracks,
+        tracks: tracks(&cells)?,
         series: series.map(<[u8]>::to_vec),
     })
 }

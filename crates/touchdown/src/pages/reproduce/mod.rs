@@ -14,6 +14,8 @@ mod sparsity;
 mod thrust;
 mod verdict;
 
+pub use sea::watched;
+
 use std::path::Path;
 
 use super::page::Page;

@@ -85,17 +85,19 @@ pub(super) fn impact(sea: &SeaExperiment) -> Figure {
     figure
 }
 
-/// The same landing as planned, and as published.
-pub(super) fn watched(planned: &SeaTrack, published: &SeaTrack) -> Result<Scene> {
+/// The first landing on the heaving deck to watch, as planned and as published.
+///
+/// # Errors
+/// Records that are no landings to watch.
+pub fn watched(tracks: &[SeaTrack]) -> Result<Scene> {
     let caption = "Trial 0 of `heave`, as `planned`; the ghost flies the paper's own set-up, `published`, above the same deck in the same air. \
                    The orange disc is the strength of the ground effect, the orange bars are the forces on the feet.";
-    let from_s = start_s([&planned.trace, &published.trace]);
-    let mut scene = Scene::new("sea-watch", "Two landings to watch").caption(caption);
-    for track in [planned, published] {
+    let from_s = start_s(tracks.iter().map(|track| &track.trace));
+    let scene = Scene::new("sea-watch", "Two landings to watch").caption(caption);
+    tracks.iter().try_fold(scene, |scene, track| {
         let landing = watch(&track.scenario, &track.trace, from_s)?;
-        scene = scene.landing(words(track.how.name()), landing);
-    }
-    Ok(scene)
+        Ok(scene.landing(words(track.how.name()), landing))
+    })
 }
 
 /// One landing over the heaving deck.

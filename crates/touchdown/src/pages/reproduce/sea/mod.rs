@@ -2,6 +2,8 @@
 
 mod figures;
 
+pub use figures::watched;
+
 use touchdown_campaign::statistics::{Share, Summary};
 use touchdown_campaign::sweep::Figures;
 use touchdown_report::{Cell, Table};
@@ -54,8 +56,8 @@ pub(super) fn write(page: &mut Page, run: &Run) -> Result<()> {
         show(100.0 * none, 1)
     ));
     page.figure(figures::impact(sea))?;
-    if let [planned, published] = &sea.tracks[..] {
-        page.report.scene(figures::watched(planned, published)?)?;
+    page.report.scene(figures::watched(&sea.tracks)?)?;
+    if let Some(planned) = sea.tracks.first() {
         page.figure(figures::track(&planned.trace))?;
     }
     for table in [outcomes(sea), touches(sea), planner(sea), faults(sea)] {
