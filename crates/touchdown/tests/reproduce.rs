@@ -207,7 +207,7 @@ fn at_sea(figures: &Value, trials: u64) {
 
 fn files(out: &Path) {
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
-    let report = common::page(out, common::LARGE_PAGE);
+    let report = common::page(out, common::LARGE_PAGE + common::WATCHED);
     for needed in [
         "Levels of identification side by side",
         "2048 subsets",

@@ -83,8 +83,10 @@ pub const SMALL_PAGE: usize = 1_700_000;
 pub const LARGE_PAGE: usize = 3_000_000;
 
 /// Bytes of the page of a campaign, at most: ten worst landings of 13 curves with 1200 points each, 5.3 bytes a point and
-/// axis, are 0.8 MB beside plotly.js and the typefaces, however long they last.
-pub const CAMPAIGN_PAGE: usize = 2_300_000;
+/// axis, are 0.8 MB beside plotly.js and the typefaces, however long they last; and one landing to watch.
+pub const CAMPAIGN_PAGE: usize = 2_300_000 + WATCHED;
+/// Bytes of the player of landings, at most, with two landings of 20 s: three.js is 0.5 MB of it, a landing 60 kB.
+pub const WATCHED: usize = 800_000;
 
 /// The page in a folder of results: its size is bounded, and its verdict stands before its first figure and section.
 pub fn page(folder: &Path, bytes: usize) -> String {
