@@ -33,7 +33,7 @@ async function open(path, { reduced = false } = {}) {
 
 const skip = !hasCommand && 'the command `touchdown` is not built';
 
-test('xval_a_landing_in_a_report_plays_as_its_csv_says', { skip }, async () => {
+test('regress_a_landing_in_a_report_plays_to_its_end_and_again', { skip }, async () => {
   writeFileSync(join(folder, 'sweep.toml'), 'seed = 5\ntrials = 2\n[scenario.deck]\nkind = "sea"\n');
   const out = join(folder, 'campaign');
   touchdown('--quiet', 'campaign', join(folder, 'sweep.toml'), '--out', out);
