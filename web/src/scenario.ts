@@ -22,7 +22,8 @@ export const DEFAULT: Scenario = {
   height_m: 0.4,
   period_s: 6,
   wind_mps: 3,
-  strength: 1,
+  // That of the simulator, at which the built-in models were identified.
+  strength: 0.5,
   delay_s: 0.01,
   first: 'dynamic+observer',
   second: 'feedback',
