@@ -8,7 +8,7 @@ use crate::check::check_id;
 use crate::pack::pack_rows;
 use crate::words::Words;
 
-/// The player and three.js, which it draws with: `npm run build` in `web` makes it of `web/src/watch.ts`.
+/// The player and three.js, which it draws with. `node build.mjs --player` in `web` builds it from `web/src/watch.ts`.
 pub(crate) const PLAYER: &str = include_str!("../watch/watch.min.js");
 
 /// Colours of the first vehicle and of its ghost, as the player has them.

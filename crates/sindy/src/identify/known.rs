@@ -23,13 +23,13 @@ use crate::statistics::gram::Gram;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct KnownPart {
     pub terms: Vec<Term>,
-    /// Nothing is looked for beside it.
+    /// The whole equation is known.
     pub whole: bool,
 }
 
 /// What the setting is called in messages.
 const KEY: &str = "known";
-/// What stands for the part that is not known.
+/// Text in place of the unknown part.
 const REST: [&str; 2] = ["...", "…"];
 
 fn refused(expected: &str, found: &str) -> SindyError {
@@ -177,7 +177,7 @@ fn summands(text: &str) -> Vec<&str> {
 }
 
 impl KnownPart {
-    /// The library of what is looked for beside the known part: no terms where the whole is known, and none that it has.
+    /// The candidate terms of the unknown part: the library without the known terms; empty if the whole equation is known.
     pub(super) fn remaining(&self, library: &Library) -> Library {
         let same = |a: &Expr, b: &Expr| {
             let (a, b) = (a.factors(), b.factors());

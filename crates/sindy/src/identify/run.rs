@@ -25,9 +25,9 @@ pub(super) const CORRELATED: f64 = 2.0;
 pub(super) struct IdentificationRun<'a> {
     pub data: &'a Dataset,
     pub settings: &'a Settings,
-    /// What is looked for in each equation, and what is known of it.
+    /// Candidate terms and known part of each equation.
     pub libraries: Vec<(Library, KnownPart)>,
-    /// The positions of those states that are velocities which are not measured. They come last.
+    /// Positions whose velocity is not measured. Their velocities are the last states.
     pub positions: Vec<usize>,
     pub system: System,
     pub time: Time,
