@@ -27,7 +27,7 @@ pub(super) struct IdentificationRun<'a> {
     pub settings: &'a Settings,
     /// Candidate terms and known part of each equation.
     pub libraries: Vec<(Library, KnownPart)>,
-    /// Positions whose velocity is not measured. Their velocities are the last states.
+    /// Indices of the positions whose velocity is not measured. Their velocities are the last states.
     pub positions: Vec<usize>,
     pub system: System,
     pub time: Time,
