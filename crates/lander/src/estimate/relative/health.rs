@@ -72,15 +72,8 @@ impl<R: Real> Default for Monitor<R> {
         Self {
             health: SensorHealth {
                 age_s: r(f64::INFINITY),
-                fresh: false,
                 nis: R::ONE,
-                rejected_in_a_row: 0,
-                used: 0,
-                rejected: 0,
-                not_finite: 0,
-                too_old: 0,
-                no_room: 0,
-                unusable: 0,
+                ..Self::BLANK.health
             },
         }
     }
