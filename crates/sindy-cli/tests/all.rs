@@ -3,6 +3,7 @@
 mod common;
 
 mod bad_input;
+mod explicit_time;
 mod fit;
 mod known;
 mod past;

@@ -23,7 +23,7 @@ pub(crate) struct FitArgs {
     /// Columns that are states: what the equations are for
     #[arg(long, required = true, value_name = "x,y,z", value_delimiter = ',', value_parser = name)]
     pub(crate) states: Vec<String>,
-    /// Columns that act on the states from outside
+    /// Columns that act on the states from outside; the column of times among them lets time stand in candidate terms
     #[arg(long, value_name = "u,v", value_delimiter = ',', value_parser = name)]
     pub(crate) inputs: Vec<String>,
     #[command(flatten)]
@@ -82,8 +82,9 @@ pub(crate) struct FitArgs {
     /// Read the training data once, part by part: for tables larger than memory
     ///
     /// Memory does not grow with the rows (tens of MB for tables of a few columns). Slopes, terms and coefficients come from all rows, by regression
-    /// (best subsets and SR3); the refinement by output error, which would need the rows again, is left out, so that noisy
-    /// data that fit into memory are better fitted without --stream. The rows of a trajectory must follow each other.
+    /// (best subsets and SR3). The refinement by output error, which would need the rows again, is left out. Noisy data of up
+    /// to some 50000 rows (`rows` in the settings) are better fitted without --stream. Of more rows the refinement sees that
+    /// many, so --stream is faster and its intervals can be narrower. The rows of a trajectory must follow each other.
     #[arg(long)]
     pub(crate) stream: bool,
     /// File for the model, which `sindy simulate` reads
@@ -104,6 +105,7 @@ Examples:
   sindy fit runs.npy --columns t,x,y --states x,y --terms candidates.txt --json
   sindy fit swing.csv --states q --second-order --library 'poly(3) + sin(q)'
   sindy fit cart.csv --states x,v --inputs u --known \"x' = v\"
+  sindy fit driven.csv --states x --inputs t --library 'poly(2, x) + cos(2*t) + sin(2*t)'
   sindy fit map.csv --states x --discrete --past x@1 --model model.json
   sindy fit big.parquet --states x,y --stream
   sindy fit a.csv b.csv --states x,y --test c.csv --model model.json --figure fit.html
@@ -135,6 +137,8 @@ impl FitArgs {
         let mut taken: Vec<(&str, &String)> = Vec::new();
         for (argument, name) in states.chain(inputs).chain(others) {
             match taken.iter().find(|(_, n)| *n == name) {
+                // Time may stand in the equations as well.
+                Some(("--inputs", _)) if argument == "--time" => {}
                 Some((before, _)) if *before == argument => {
                     return Err(Error::Arguments(format!(
                         "{argument}: `{name}` stands twice"

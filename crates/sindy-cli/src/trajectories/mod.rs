@@ -21,6 +21,9 @@ const TIME_NAMES: [&[&str]; 2] = [
     &["t_s", "timestamp", "timestamp_s"],
 ];
 
+/// What asks for a column that is an input.
+const INPUTS: [&str; 2] = ["--inputs", "an input of the model"];
+
 /// The columns to read.
 pub(crate) struct WantedColumns<'a> {
     /// States, then inputs, each with the argument that asks for it.
@@ -90,20 +93,22 @@ pub(crate) fn time_column(
     if wanted.table.dt.is_some() {
         return Ok(None);
     }
-    let taken = |name: &str| {
-        wanted
-            .columns
-            .iter()
-            .any(|(c, _)| *c == name || without_unit(name) == Some(*c))
+    let taken = |name: &str, by_inputs: bool| {
+        let by = |why: &str| by_inputs || !INPUTS.contains(&why);
+        let mut all = wanted.columns.iter().filter(|(_, why)| by(why));
+        all.any(|(c, _)| *c == name || without_unit(name) == Some(*c))
     };
-    let among = |known: &&[&str]| -> Vec<usize> {
+    let among = |known: &[&str], by_inputs: bool| -> Vec<usize> {
         let is_time = |name: &String| {
             let bare = without_unit(name).unwrap_or(name);
-            !taken(name) && known.iter().any(|t| bare.eq_ignore_ascii_case(t))
+            !taken(name, by_inputs) && known.iter().any(|t| bare.eq_ignore_ascii_case(t))
         };
         (0..names.len()).filter(|&p| is_time(&names[p])).collect()
     };
-    let found = TIME_NAMES.iter().map(among).find(|found| !found.is_empty());
+    // A column of times that is an input too is the last that is taken: an input may have the name by chance.
+    let free = TIME_NAMES.iter().map(|known| among(known, true));
+    let shared = TIME_NAMES.iter().map(|known| among(known, false));
+    let found = free.chain(shared).find(|found| !found.is_empty());
     let found = found.unwrap_or_default();
     match found[..] {
         [place] => Ok(Some(place)),

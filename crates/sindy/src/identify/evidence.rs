@@ -16,6 +16,13 @@ pub(super) struct TermEvidence {
 }
 
 impl TermEvidence {
+    /// That of a term which is not in the model.
+    pub(super) const NONE: Self = Self {
+        std_error: 0.0,
+        degrees: 0.0,
+        evidence: 0.0,
+    };
+
     /// That of candidate `j`. Correlated residuals hold the information of fewer independent ones: standard errors grow by
     /// the root of the factor, and what a term is worth falls by the factor itself.
     pub(super) fn of_output_error(found: &OutputErrorFit, j: usize) -> Self {
@@ -64,12 +71,9 @@ pub(super) fn of_regression(
         total.xtx[(index[a], index[b])] / scale(index[a]) / scale(index[b])
     }));
     let clustered = ClusterErrors::new(parts, &fit.coefficients, &fit.support);
-    let none = TermEvidence {
-        std_error: 0.0,
-        degrees: 0.0,
-        evidence: 0.0,
-    };
-    let mut out = vec![none; fit.support.len()];
+    // As in `output_error`: each of the P candidates had its chance to look like a term.
+    let penalty = |counted: f64| counted.ln() + 2.0 * (fit.support.len() as f64).ln();
+    let mut out = vec![TermEvidence::NONE; fit.support.len()];
     for (a, &j) in index.iter().enumerate() {
         let plain = (inverse[(a, a)] * variance).sqrt() / scale(j);
         let counted = (rows * independent).max(1.0);
@@ -87,10 +91,40 @@ pub(super) fn of_regression(
         out[j] = TermEvidence {
             std_error,
             degrees,
-            evidence: (degrees + 1.0) * (square / degrees).ln_1p() - counted.ln(),
+            evidence: (degrees + 1.0) * (square / degrees).ln_1p() - penalty(counted),
         };
     }
     out
+}
+
+/// The fit without terms that are more likely absent than not: the one with the least evidence goes first, the others are
+/// fitted again, until the evidence for each is positive. With it, the evidence.
+pub(super) fn without_doubtful(
+    mut fit: Fit,
+    parts: &[Gram],
+    total: &Gram,
+    independent: f64,
+) -> (Fit, Vec<TermEvidence>) {
+    loop {
+        if fit.terms() == 0 {
+            let count = fit.support.len();
+            return (fit, vec![TermEvidence::NONE; count]);
+        }
+        let evidence = of_regression(&fit, parts, total, independent);
+        let Some(least) = least_evident(&fit.support, &evidence) else {
+            return (fit, evidence);
+        };
+        let mut support = fit.support.clone();
+        support[least] = false;
+        fit = Fit::on_support(total, support, fit.outcome, fit.iterations);
+    }
+}
+
+/// The term of the support that is most likely absent, if any is more likely absent than not.
+pub(super) fn least_evident(support: &[bool], evidence: &[TermEvidence]) -> Option<usize> {
+    (0..support.len())
+        .filter(|&j| support[j] && evidence[j].evidence < 0.0)
+        .min_by(|&a, &b| evidence[a].evidence.total_cmp(&evidence[b].evidence))
 }
 
 #[cfg(test)]
@@ -181,5 +215,33 @@ mod tests {
             // 300 draws of a share of 0.95 scatter by 0.013: three of them; the rows that count are known to a factor.
             assert!((273..=300).contains(&held), "{groups}: {held}");
         }
+    }
+
+    #[test]
+    fn analytic_of_two_doubtful_twins_one_stays() {
+        // y = 2 a and noise; b is a to one percent, so that each is doubtful beside the other.
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(3);
+        let mut samples = Samples::new(&["a", "b", "y"]);
+        for _ in 0..8 {
+            let a: Vec<f64> = (0..50).map(|_| rng.random_range(-1.0..1.0)).collect();
+            let b = a.iter().map(|a| a + 0.01 * rng.random_range(-1.0..1.0));
+            let b = b.collect();
+            let y = a.iter().map(|a| 2.0 * a + rng.random_range(-0.5..0.5));
+            let y = y.collect();
+            samples.push_group(vec![a, b, y]).unwrap();
+        }
+        let library = Library::parse(&["1", "a", "b"]).unwrap();
+        let parts = Gram::accumulate(&library, "y", &samples).unwrap();
+        let total = Gram::total(&parts);
+        let fit = Fit::on_support(&total, vec![true; 3], Outcome::Converged, 1);
+        let before = of_regression(&fit, &parts, &total, 1.0);
+        assert!(before.iter().all(|e| e.evidence < 0.0), "{before:?}");
+        let (kept, after) = without_doubtful(fit, &parts, &total, 1.0);
+        let left: Vec<usize> = (0..3).filter(|&j| kept.support[j]).collect();
+        assert!(left == [1] || left == [2], "{left:?}");
+        // Seven degrees of freedom and |z| of about 100: 8 ln(100² / 7) - ln 400 - 2 ln 3 = 50.
+        assert!(after[left[0]].evidence > 30.0, "{after:?}");
+        // 400 rows with an error of 0.29: four standard errors of 0.025.
+        assert!((kept.coefficients[left[0]] - 2.0).abs() < 0.1);
     }
 }

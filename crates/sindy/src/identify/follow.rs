@@ -1,5 +1,6 @@
 //! The output error from the best regressions, and from shorter arcs where whole trajectories cannot be followed.
 
+use super::evidence::TermEvidence;
 use super::prepare::{self, Slopes};
 use super::rank::RankedModel;
 use super::regress::Statistics;
@@ -135,13 +136,16 @@ impl IdentificationRun<'_> {
             }
         }
         let mut best = best?;
-        if best.fit.correlation > CORRELATED {
+        let correlated = best.fit.correlation > CORRELATED;
+        if correlated || is_doubtful(&best.fit) {
             let again = self.less_information(&best, search);
             if let Some(fit) = again
                 && self.misfit(&fit) <= FOLLOWS.max(self.misfit(&best.fit))
             {
                 best.fit = fit;
             }
+        }
+        if correlated {
             let whole = best.longest == usize::MAX && self.misfit(&best.fit) <= FOLLOWS;
             if whole && self.noise.is_visible() {
                 best.independence = self.independence(&best.fit, search);
@@ -173,7 +177,8 @@ impl IdentificationRun<'_> {
         let mut model = found.clone();
         model.independence = self.independence(&model.fit, search);
         for _ in 0..COLOUR_ROUNDS {
-            if !model.is_in_noise() || model.fit.correlation <= CORRELATED {
+            let settled = model.fit.correlation <= CORRELATED && !is_doubtful(&model.fit);
+            if !model.is_in_noise() || settled {
                 break;
             }
             let before = support(&model.fit.coefficients);
@@ -273,6 +278,14 @@ fn screened(ranked: &[RankedModel]) -> Option<Vec<bool>> {
     }
     let kept = |j: usize| ranked.iter().any(|r| r.coefficients[j] != 0.0);
     Some((0..size).map(kept).collect())
+}
+
+/// Whether a term is more likely absent than not. Where residuals are correlated, each term is worth less than it was chosen
+/// for.
+fn is_doubtful(fit: &OutputErrorFit) -> bool {
+    let kept = (0..fit.coefficients.len()).filter(|&j| fit.coefficients[j] != 0.0);
+    let mut worth = kept.map(|j| TermEvidence::of_output_error(fit, j).evidence);
+    worth.any(|evidence| evidence < 0.0)
 }
 
 fn support(coefficients: &[f64]) -> Vec<bool> {

@@ -45,6 +45,7 @@ mod inputs;
 mod known;
 mod missing;
 mod model;
+mod neighbours;
 mod outliers;
 mod prepare;
 mod proportional;

@@ -1,7 +1,8 @@
 //! From a fit to the identification's result: model, fronts, reason and warnings.
 
-use super::evidence::{TermEvidence, intervals, of_regression};
+use super::evidence::{TermEvidence, intervals, of_regression, without_doubtful};
 use super::follow::FollowedModel;
+use super::neighbours;
 use super::rank::RankedModel;
 use super::regress::{FRONT_NODES, Statistics, best_subsets};
 use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
@@ -12,7 +13,10 @@ use crate::solve::exact::Subset;
 use crate::solve::fit::Fit;
 use crate::solve::outcome::Outcome;
 use crate::statistics::gram::Gram;
-use crate::trajectory::output_error::{Alternative, OutputErrorFit};
+use crate::trajectory::output_error::{Alternative, OutputErrorFit, Piece};
+
+/// Level of the test for errors of the next sample that depend on the state: of true maps one in a hundred is warned of.
+const LACKS: f64 = 0.01;
 
 impl IdentificationRun<'_> {
     /// A model from the coefficients of all candidates and the evidence for them.
@@ -116,6 +120,11 @@ impl IdentificationRun<'_> {
         let choice = self.choice(start, "output_error", self.reason_of_fit(fit, start));
         let warnings = self.warnings_of_fit(followed);
         self.warnings.extend(warnings);
+        let unmoved = self.unmoved(&model, fit);
+        self.warnings.extend(unmoved);
+        let lack = self.lack_of_map(&model)?;
+        self.warnings.extend(lack);
+        self.warnings.extend(doubtful(&model));
         Ok(self.finish(model, equations, choice, ranked, fit.outcome))
     }
 
@@ -135,11 +144,32 @@ impl IdentificationRun<'_> {
         )
     }
 
+    /// A warning for each state without terms in its equation that moves by more than the noise: no test can tell what moves it
+    /// from noise that is not white.
+    fn unmoved(&self, model: &Model, fit: &OutputErrorFit) -> Vec<String> {
+        let states = model.states().iter().zip(model.equations());
+        let left = fit.sigma.iter().zip(&self.noise.tolerated);
+        let unmoved = states.zip(left).filter(|((_, equation), (left, noise))| {
+            equation.is_empty() && **left > FOLLOWS * **noise
+        });
+        unmoved
+            .map(|((state, _), (left, noise))| {
+                format!(
+                    "equation of {state} has no terms, but {state} leaves {} times the noise that neighbouring samples show: \
+                     what moves it is not in the library, or is noise that is not white",
+                    ratio(left / noise)
+                )
+            })
+            .collect()
+    }
+
     fn warnings_of_fit(&self, followed: &FollowedModel) -> Vec<String> {
         let FollowedModel { fit, longest, .. } = followed;
         let misfit = self.misfit(fit);
         let mut out = Vec::new();
         match followed.independence {
+            // The error of the next sample is judged instead.
+            _ if self.settings.discrete => {}
             Some(p) if followed.is_in_noise() && misfit > FOLLOWS => out.push(format!(
                 "the model leaves {} times the noise that neighbouring samples show. This residual does not follow the \
                  model's flow (p = {p:.2}): the noise is not white or has heavy tails",
@@ -161,7 +191,7 @@ impl IdentificationRun<'_> {
                 fit.iterations
             ));
         }
-        if *longest != usize::MAX {
+        if *longest != usize::MAX && !self.settings.discrete {
             out.push(format!(
                 "trajectories are followed in {} only: the system is disturbed, or is not in the library",
                 count(fit.arcs, "short arc")
@@ -180,21 +210,20 @@ impl IdentificationRun<'_> {
         mut self,
         ranked: &[RankedModel],
         statistics: &[Statistics],
+        yardstick: &[Piece<'_>],
     ) -> Result<Identification, SindyError> {
-        let best = &ranked[0];
         // Statistics of the smoothing that the best model came from.
         let from = statistics
             .iter()
-            .find(|s| s.smoothing == best.regression.smoothing)
+            .find(|s| s.smoothing == ranked[0].regression.smoothing)
             .unwrap_or(&statistics[0]);
+        let (best, worth) = self.without_doubtful(&ranked[0], from, yardstick);
+        let best = &best;
         let mut evidence = Vec::new();
         let mut equations = Vec::new();
-        for (i, (fit, parts)) in best.regression.fits.iter().zip(&from.grams).enumerate() {
+        let fits = best.regression.fits.iter().zip(&from.grams);
+        for ((i, (fit, parts)), own) in fits.enumerate().zip(worth) {
             let total = Gram::total(parts);
-            let own = match fit.support.is_empty() {
-                true => Vec::new(),
-                false => of_regression(fit, parts, &total, from.independent),
-            };
             equations.push(Equation {
                 state: self.data.states()[i].clone(),
                 noise: self.noise_of(i),
@@ -222,6 +251,8 @@ impl IdentificationRun<'_> {
         let choice = self.choice(best, best.regression.solver, reason);
         let warnings = self.warnings_of_regression(best, &model);
         self.warnings.extend(warnings);
+        let lack = self.lack_of_map(&model)?;
+        self.warnings.extend(lack);
         let mut outcomes = best.regression.fits.iter().map(|f| f.outcome);
         let outcome = outcomes
             .find(|o| !o.is_success())
@@ -229,28 +260,57 @@ impl IdentificationRun<'_> {
         Ok(self.finish(model, equations, choice, ranked, outcome))
     }
 
+    /// The model without terms that are more likely absent than not, and the evidence for the others. Where no simulation can
+    /// follow it then, the model as it was.
+    fn without_doubtful(
+        &self,
+        model: &RankedModel,
+        from: &Statistics,
+        yardstick: &[Piece<'_>],
+    ) -> (RankedModel, Vec<Vec<TermEvidence>>) {
+        let mut regression = model.regression.clone();
+        let (mut before, mut after) = (Vec::new(), Vec::new());
+        for (fit, parts) in regression.fits.iter_mut().zip(&from.grams) {
+            let total = Gram::total(parts);
+            before.push(match fit.terms() {
+                0 => vec![TermEvidence::NONE; fit.support.len()],
+                _ => of_regression(fit, parts, &total, from.independent),
+            });
+            let (kept, evidence) = without_doubtful(fit.clone(), parts, &total, from.independent);
+            *fit = kept;
+            after.push(evidence);
+        }
+        let kept = RankedModel::new(regression, &self.system, yardstick, &self.noise.sigma);
+        match kept.free_run.is_finite() || !model.free_run.is_finite() {
+            true => (kept, after),
+            false => (model.clone(), before),
+        }
+    }
+
+    /// In discrete time, a warning where the error of the next sample depends on the state.
+    fn lack_of_map(&self, model: &Model) -> Result<Option<String>, SindyError> {
+        if !self.settings.discrete {
+            return Ok(None);
+        }
+        let p = neighbours::independence(model, &self.stretches, &self.noise.floor)?;
+        Ok(p.filter(|p| *p <= LACKS).map(|p| {
+            format!(
+                "rows that are neighbours have errors of the next sample that are alike (p = {p:.2}): a term is not in the \
+                 library, or the noise depends on the state"
+            )
+        }))
+    }
+
     fn warnings_of_regression(&self, best: &RankedModel, model: &Model) -> Vec<String> {
         let mut out = Vec::new();
-        if !(best.free_run <= FOLLOWS) {
+        if !self.settings.discrete && !(best.free_run <= FOLLOWS) {
             out.push(format!(
                 "in free run the model leaves {} times the noise: the system is disturbed, or is not in the \
                  library, or its inputs are not what it was driven by",
                 ratio(best.free_run)
             ));
         }
-        for (state, equation) in self.data.states().iter().zip(model.equations()) {
-            let doubtful: Vec<String> = equation
-                .iter()
-                .filter(|t| t.inclusion.is_some_and(|p| p < 0.5))
-                .map(|t| t.expression.to_string())
-                .collect();
-            if !doubtful.is_empty() {
-                out.push(format!(
-                    "equation of {state}: more likely absent than not: {}",
-                    doubtful.join(", ")
-                ));
-            }
-        }
+        out.extend(doubtful(model));
         if self.settings.method == super::Method::OutputError {
             out.push("the output error could follow no trajectory; this is a regression".into());
         }
@@ -297,6 +357,25 @@ fn front(total: &Gram, fit: &Fit, names: &[String]) -> Result<Vec<FrontPoint>, S
         chosen: s.fit.support == fit.support,
     };
     Ok(subsets.sizes.iter().map(point).collect())
+}
+
+/// A warning for each equation that has terms which are more likely absent than not.
+fn doubtful(model: &Model) -> Vec<String> {
+    let mut out = Vec::new();
+    for (state, equation) in model.states().iter().zip(model.equations()) {
+        let doubtful: Vec<String> = equation
+            .iter()
+            .filter(|t| t.inclusion.is_some_and(|p| p < 0.5))
+            .map(|t| t.expression.to_string())
+            .collect();
+        if !doubtful.is_empty() {
+            out.push(format!(
+                "equation of {state}: more likely absent than not: {}",
+                doubtful.join(", ")
+            ));
+        }
+    }
+    out
 }
 
 /// A count with its noun.

@@ -16,6 +16,7 @@ const STEPS: f64 = 50.0;
 pub(super) const BETTER: f64 = 0.98;
 
 /// A model by regression, with what it is ranked by.
+#[derive(Clone)]
 pub(super) struct RankedModel {
     pub regression: Regression,
     pub coefficients: Vec<f64>,

@@ -36,6 +36,7 @@ pub(super) const FRONT_NODES: u64 = 200_000;
 pub(super) const INDEPENDENT_WINDOWS: f64 = 0.25;
 
 /// One regression for every equation.
+#[derive(Clone)]
 pub(super) struct Regression {
     /// For tables: solver and smoothing.
     pub name: String,
@@ -237,6 +238,7 @@ pub(super) fn solve(
     }
     .points()?;
     let family = sr3_points(&points)?;
+    let score = settings.chosen_score();
     let mut subsets = Vec::new();
     // By equation: the fits at all points, and the chosen one.
     let mut grid = Vec::new();
@@ -249,15 +251,15 @@ pub(super) fn solve(
         }
         let p = total.xty.len() as f64;
         let rows = (total.rows as f64 * statistics.independent).max(2.0 * p);
-        let criterion = settings.score.criterion().unwrap_or(Criterion::Bic);
+        let criterion = score.criterion().unwrap_or(Criterion::Bic);
         let scored = Rule::Criterion {
             criterion,
             effective_rows: Some(rows),
         };
         let folds = folded(parts, settings.folds);
-        let left_out = settings.score.criterion().is_none() && folds.len() > 1;
+        let left_out = score.criterion().is_none() && folds.len() > 1;
         let rule = if left_out { Rule::LeftOut } else { scored };
-        let subset = if left_out && settings.score == Score::LeftOut {
+        let subset = if left_out && score == Score::LeftOut {
             select(&folds, &sizes, rule)?.fit().clone()
         } else {
             let found = best_subsets(&total, NODES)?;
@@ -276,7 +278,7 @@ pub(super) fn solve(
     let chosen = grid.iter().map(|(fits, k)| fits[*k].clone()).collect();
     let at = grid.iter().map(|(_, k)| Some(points[*k])).collect();
     out.push(statistics.regression("sr3", "SR3", at, chosen));
-    if settings.score == Score::FreeRun {
+    if score == Score::FreeRun {
         for (k, point) in points.iter().enumerate() {
             let fits: Vec<Fit> = grid.iter().map(|(fits, _)| fits[k].clone()).collect();
             let same = |r: &Regression| {

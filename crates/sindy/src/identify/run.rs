@@ -55,7 +55,7 @@ impl<'a> IdentificationRun<'a> {
         let followed = self.follow(&ranked, &slopes, &statistics[0], progress);
         match followed.filter(|followed| self.accepts(followed, &ranked, &yardstick)) {
             Some(followed) => self.of_output_error(&ranked, &followed),
-            None => self.of_regression(&ranked, &statistics),
+            None => self.of_regression(&ranked, &statistics, &yardstick),
         }
     }
 

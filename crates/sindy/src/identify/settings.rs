@@ -91,8 +91,11 @@ pub enum Between {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Score {
-    /// Short simulations against the measured states.
+    /// Free runs in continuous time, the Bayesian criterion in discrete time: there the error of the next sample is what a
+    /// regression minimises, and a chaotic map has lost its start after some samples.
     #[default]
+    Automatic,
+    /// Short simulations against the measured states.
     FreeRun,
     /// Error of the slope on held-out blocks.
     LeftOut,
@@ -109,7 +112,7 @@ pub enum Score {
 impl Score {
     pub(super) fn criterion(self) -> Option<Criterion> {
         match self {
-            Self::FreeRun | Self::LeftOut => None,
+            Self::Automatic | Self::FreeRun | Self::LeftOut => None,
             Self::Aic => Some(Criterion::Aic),
             Self::Aicc => Some(Criterion::Aicc),
             Self::Bic => Some(Criterion::Bic),
@@ -187,6 +190,15 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// What regressions are compared by, chosen where that is left to the automatic choice.
+    pub(super) fn chosen_score(&self) -> Score {
+        match self.score {
+            Score::Automatic if self.discrete => Score::Bic,
+            Score::Automatic => Score::FreeRun,
+            chosen => chosen,
+        }
+    }
+
     /// Refuses values outside their range.
     ///
     /// # Errors

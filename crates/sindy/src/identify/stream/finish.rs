@@ -80,7 +80,7 @@ pub(super) fn of(
     let mut ranked: Vec<RankedModel> = regressions.into_iter().map(rank_one).collect();
     rank(&mut ranked);
     let clusters = statistics[0].grams[0].iter().filter(|g| g.rows > 0).count();
-    let mut found = run.of_regression(&ranked, &statistics)?;
+    let mut found = run.of_regression(&ranked, &statistics, &pieces)?;
     found.choice.reason.push_str(&format!(
         "; statistics of all {} rows in one pass, in {clusters} clusters; free runs over {} of them",
         report.rows,
