@@ -256,8 +256,8 @@ impl fmt::Display for Warning {
                 other,
             } => routes_differ(f, *radii, [*taken, *other]),
             Self::HeightsOfFilter => f.write_str(
-                "the errors of the heights are not those of a sensor, but of an estimate: the lag of the wake, the climb damping, the decay \
-                 and the extra lift may lie outside their intervals. Log the range or the motion capture as the \
+                "the errors of the heights are not those of a sensor, but of an estimate: the motor lag, the lag of the wake, the climb damping, \
+                 the decay and the extra lift may lie outside their intervals. Log the range or the motion capture as the \
                  sensor gives it",
             ),
             Self::ThrustScatter { share } => write!(
