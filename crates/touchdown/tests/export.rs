@@ -66,6 +66,27 @@ fn regress_a_card_becomes_a_constant_of_settings() {
 }
 
 #[test]
+fn regress_a_method_becomes_a_vertical_controller_in_c() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().display().to_string();
+    let cards = [card("paper-eq11.toml"), card("paper-eq12.toml")];
+    let arguments = |to, cards: &[&String]| {
+        let mut arguments = vec!["export".to_owned()];
+        arguments.extend(cards.iter().map(|card| (*card).clone()));
+        arguments.extend(["--to", to, "--method", "dynamic", "--out", &folder].map(str::to_owned));
+        arguments
+    };
+    let results = json(0, arguments("c", &[&cards[0], &cards[1]]));
+    assert_eq!(results["files"].as_array().unwrap().len(), 12);
+    let text = fs::read_to_string(out.path().join("vertical/vertical.c")).unwrap();
+    assert!(text.contains("paper_eq11_throttle_near(") && text.contains("paper_eq12_step("));
+    let message = fails(2, arguments("rust", &[&cards[0], &cards[1]]));
+    assert!(message.contains("expected --to c"), "{message}");
+    let message = fails(2, arguments("c", &[&cards[1]]));
+    assert!(message.contains("one thrust card"), "{message}");
+}
+
+#[test]
 fn regress_two_cards_of_one_name_are_refused() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().display().to_string();

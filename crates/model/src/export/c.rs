@@ -13,6 +13,7 @@ macro_rules! piece {
         include_str!(concat!("c/", $name, ".c"))
     };
 }
+pub(super) use piece;
 
 /// What makes a family's code: its pieces of C in their order, and its numbers.
 struct Family<R> {
@@ -50,7 +51,7 @@ pub(super) fn files<R: Number>(
 }
 
 /// The elementary functions that a family needs: exponential and sine, or `exp(x) - 1`.
-fn elementary<R: Number>(with_sine: bool) -> Vec<&'static str> {
+pub(super) fn elementary<R: Number>(with_sine: bool) -> Vec<&'static str> {
     let single = R::TYPES[0] == "float";
     let mut pieces = if single {
         vec![piece!("float_bits"), piece!("float_exponential")]
@@ -193,11 +194,25 @@ pub(super) fn constants<R: Number>(model: &FlyingModel<R>) -> Vec<R> {
 
 /// A header with its guard.
 pub(super) fn header(card: &Card, declarations: &str, name: &str) -> String {
+    guarded_header(&opening(card), "", declarations, name)
+}
+
+/// A header with its guard: opening comment, includes, and declarations with C linkage.
+pub(super) fn guarded_header(
+    opening: &str,
+    includes: &str,
+    declarations: &str,
+    name: &str,
+) -> String {
     let guard = format!("{}_H", name.to_ascii_uppercase());
+    let includes = if includes.is_empty() {
+        String::new()
+    } else {
+        format!("{includes}\n")
+    };
     format!(
-        "{}#ifndef {guard}\n#define {guard}\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n\
-         {declarations}\n#ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
-        opening(card)
+        "{opening}#ifndef {guard}\n#define {guard}\n\n{includes}#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n\
+         {declarations}\n#ifdef __cplusplus\n}}\n#endif\n\n#endif\n"
     )
 }
 
@@ -264,7 +279,7 @@ fn source<R: Number>(
 }
 
 /// Pieces of C with names, type and literals of the precision.
-fn filled<R: Number>(text: &str, name: &str) -> String {
+pub(super) fn filled<R: Number>(text: &str, name: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;
     // R(0.5) is a literal of the type: the constant in double precision, rounded.

@@ -5,19 +5,22 @@
 //! functions that it uses, so that compilers that do not contract products and sums
 //! (`-ffp-contract=off`) give the same bits. Recorded vectors and a `make test` beside it show
 //! that. It has no recursion, no heap and no unbounded loop, and in single precision no
-//! double.
+//! double. [`export_vertical`] writes the vertical controller in the same way, beside its models.
 
 mod c;
 mod flying;
 mod rust;
 mod settings;
 mod vectors;
+mod vertical;
 
 use touchdown_flight::Real;
 
 use crate::card::Card;
 use crate::error::CardError;
 use flying::FlyingModel;
+
+pub use vertical::{VERTICAL_NAME, export_vertical};
 
 /// The language of an export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

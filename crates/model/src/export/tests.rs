@@ -2,7 +2,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use super::{Language, Precision, export};
+use touchdown_flight::Method;
+
+use super::{Language, Precision, VERTICAL_NAME, export, export_vertical};
 use crate::card::{Card, Form, Outside, Term, VelocityInput};
 use crate::flight::psi_definitions;
 use crate::published;
@@ -130,22 +132,47 @@ fn run(card: &Card, precision: Precision, compiler: &str, level: &str) {
     for file in export(card, Language::C, precision).unwrap() {
         fs::write(folder.path().join(&file.name), file.text).unwrap();
     }
+    let label = format!("{} {precision:?}", card.name);
+    make(folder.path(), &label, compiler, level);
+}
+
+fn make(folder: &Path, label: &str, compiler: &str, level: &str) {
     let make = Command::new("make")
         .args([
             "test",
             &format!("CC={compiler}"),
             &format!("CFLAGS={level}"),
         ])
-        .current_dir(folder.path())
+        .current_dir(folder)
         .output()
         .unwrap();
     let text = [make.stdout, make.stderr].concat();
     let text = String::from_utf8_lossy(&text);
-    assert!(
-        make.status.success(),
-        "{} {precision:?} {compiler} {level}: {text}",
-        card.name
-    );
+    assert!(make.status.success(), "{label} {compiler} {level}: {text}");
+}
+
+/// The controller of a method, beside the exports of its cards.
+fn run_vertical(
+    cards: &[&Card],
+    method: Method,
+    precision: Precision,
+    compiler: &str,
+    level: &str,
+) {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |files: Vec<super::ExportedFile>| {
+        let name = files[0].name.trim_end_matches(".c").to_owned();
+        fs::create_dir(folder.path().join(&name)).unwrap();
+        for file in files {
+            fs::write(folder.path().join(&name).join(&file.name), file.text).unwrap();
+        }
+    };
+    for card in cards {
+        write(export(card, Language::C, precision).unwrap());
+    }
+    write(export_vertical(cards[0], cards.get(1).copied(), method, precision).unwrap());
+    let label = format!("{} {precision:?}", method.name());
+    make(&folder.path().join(VERTICAL_NAME), &label, compiler, level);
 }
 
 fn is_there(program: &str) -> bool {
@@ -167,9 +194,62 @@ fn xval_c_computes_the_bits_of_rust() {
 }
 
 #[test]
+fn xval_the_vertical_controller_in_c_computes_the_bits_of_rust() {
+    let cards = cards();
+    let of = |form: Form| cards.iter().find(|card| card.form == form).unwrap();
+    let thrust = of(Form::Library);
+    let exports: [(Method, &[&Card]); 3] = [
+        (Method::Dynamic, &[thrust, of(Form::Lag)]),
+        (
+            Method::Empirical,
+            &[of(Form::FirstOrder), of(Form::Empirical)],
+        ),
+        (Method::Ssc, &[of(Form::StaticThrust)]),
+    ];
+    for compiler in ["gcc", "clang"].into_iter().filter(|c| is_there(c)) {
+        for level in ["-O0", "-O1", "-O2", "-O3"] {
+            // Every export holds all laws and replays them; the others differ in their models.
+            let exports = if level == "-O2" {
+                &exports[..]
+            } else {
+                &exports[..1]
+            };
+            for (method, cards) in exports.iter().copied() {
+                for precision in [Precision::Single, Precision::Double] {
+                    run_vertical(cards, method, precision, compiler, level);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn regress_the_vertical_controller_refuses_cards_that_its_method_does_not_use() {
+    let cards = cards();
+    let of = |form: Form| cards.iter().find(|card| card.form == form).unwrap();
+    let refused = |method, thrust, air, expected: &str| {
+        let error = export_vertical(thrust, air, method, Precision::Single).unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}");
+    };
+    let (thrust, lag) = (of(Form::Library), of(Form::Lag));
+    refused(Method::Dynamic, thrust, None, "expected its card as well");
+    refused(Method::Feedback, thrust, Some(lag), "leave this card out");
+    refused(Method::Empirical, thrust, Some(lag), "does not feed");
+    refused(Method::DynamicObserver, thrust, Some(lag), "in space only");
+    let mut light = thrust.clone();
+    light.vehicle.mass_kg = None;
+    refused(Method::Imbc, &light, None, "vehicle.mass_kg");
+}
+
+#[test]
 fn regress_single_precision_has_no_double_and_no_recursion() {
-    for card in cards() {
-        let files = export(&card, Language::C, Precision::Single).unwrap();
+    let cards = cards();
+    let mut exports: Vec<_> = cards
+        .iter()
+        .map(|card| export(card, Language::C, Precision::Single).unwrap())
+        .collect();
+    exports.push(export_vertical(&cards[0], None, Method::Imbc, Precision::Single).unwrap());
+    for files in exports {
         for file in files
             .iter()
             .filter(|file| !file.name.ends_with("_test.c") && file.name != "Makefile")

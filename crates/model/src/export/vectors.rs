@@ -14,10 +14,14 @@ const FAULT_EVERY: usize = 23;
 
 /// A fixed sequence of pseudo-random numbers in [0, 1) (Knuth's MMIX generator), the same on
 /// every machine and for ever, so that an export has the same bytes.
-struct Sequence(u64);
+pub(super) struct Sequence(u64);
 
 impl Sequence {
-    fn next(&mut self) -> f64 {
+    pub(super) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    pub(super) fn next(&mut self) -> f64 {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -35,7 +39,7 @@ impl Sequence {
 }
 
 /// Length of a step: 10 ms, sometimes another one, or none.
-fn dt<R: Number>(step: usize) -> R {
+pub(super) fn dt<R: Number>(step: usize) -> R {
     match step % (7 * FAULT_EVERY) {
         11 => r(0.05),
         40 => R::ZERO,
@@ -52,6 +56,11 @@ pub(super) fn test_program<R: Number>(model: &FlyingModel<R>, name: &str) -> Str
         FlyingModel::Thrust(model) => (thrust(model), THRUST_BODY),
         FlyingModel::GroundEffect(model) => (ground_effect(model), GROUND_BODY),
     };
+    test_of(&rows, body, name)
+}
+
+/// The program that replays rows, given its loop over them.
+pub(super) fn test_of<R: Number>(rows: &[Vec<R>], body: &str, name: &str) -> String {
     let word = if R::TYPES[0] == "float" {
         "uint32_t"
     } else {
@@ -59,7 +68,7 @@ pub(super) fn test_program<R: Number>(model: &FlyingModel<R>, name: &str) -> Str
     };
     let columns = rows.first().map_or(0, Vec::len);
     let mut table = String::new();
-    for row in &rows {
+    for row in rows {
         let words: Vec<_> = row.iter().map(|x| format!("0x{:x}u", x.bits())).collect();
         table.push_str(&format!("    {{{}}},\n", words.join(", ")));
     }
@@ -74,7 +83,7 @@ pub(super) fn test_program<R: Number>(model: &FlyingModel<R>, name: &str) -> Str
 
 /// Rows of throttle, dt, thrust, thrust asked for, its throttle.
 fn thrust<R: Number>(model: &ThrustModel<R>) -> Vec<Vec<R>> {
-    let mut sequence = Sequence(1);
+    let mut sequence = Sequence::new(1);
     let mut state = ThrustState {
         x: model.rest(r(0.5)),
     };
@@ -95,7 +104,7 @@ fn thrust<R: Number>(model: &ThrustModel<R>) -> Vec<Vec<R>> {
 
 /// Rows of the input, dt, ratio and force.
 fn ground_effect<R: Number>(model: &Guarded<R>) -> Vec<Vec<R>> {
-    let mut sequence = Sequence(2);
+    let mut sequence = Sequence::new(2);
     let top = 2.5 * model.validity.height_max_m.to_f64();
     let mut input = GroundEffectInput {
         thrust_n: r(13.4),

@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 use touchdown::{Error, Result};
-use touchdown_model::Card;
-use touchdown_model::export::export;
+use touchdown_flight::Method;
+use touchdown_model::export::{ExportedFile, VERTICAL_NAME, export, export_vertical};
+use touchdown_model::{Card, Kind};
 use touchdown_terminal::Done;
 
-use super::args::export::ExportArgs;
+use super::args::export::{ExportArgs, To};
 use super::context::Context;
 use super::output;
 
@@ -20,6 +21,7 @@ struct Exported {
 pub(crate) fn run(context: &Context, args: &ExportArgs) -> Result<Done> {
     output::must_not_be_a_file(Some(&args.out))?;
     let mut folders = Vec::new();
+    let mut cards = Vec::new();
     for path in &args.cards {
         let card = Card::read(path)?;
         let files = export(&card, args.to.into(), args.precision.into())?;
@@ -32,6 +34,15 @@ pub(crate) fn run(context: &Context, args: &ExportArgs) -> Result<Done> {
             )));
         }
         folders.push((path.display().to_string(), name, files));
+        cards.push(card);
+    }
+    if let Some(files) = vertical(args, &cards)? {
+        if let Some((path, ..)) = folders.iter().find(|(_, name, _)| name == VERTICAL_NAME) {
+            return Err(Error::Arguments(format!(
+                "card {path} is named `{VERTICAL_NAME}` as the controller's folder; expected another name"
+            )));
+        }
+        folders.push((String::new(), VERTICAL_NAME.to_owned(), files));
     }
     let mut written = Vec::new();
     for (_, name, files) in &folders {
@@ -49,6 +60,31 @@ pub(crate) fn run(context: &Context, args: &ExportArgs) -> Result<Done> {
         files: written,
     });
     Ok(Done::Whole)
+}
+
+/// The files of the vertical controller, where one is asked for.
+fn vertical(args: &ExportArgs, cards: &[Card]) -> Result<Option<Vec<ExportedFile>>> {
+    let Some(name) = &args.method else {
+        return Ok(None);
+    };
+    let method = Method::VERTICAL
+        .into_iter()
+        .find(|method| method.name() == name);
+    let (Some(method), To::C) = (method, args.to) else {
+        return Err(Error::Arguments(format!(
+            "--method {name} writes C99 only; expected --to c"
+        )));
+    };
+    let (thrust, air): (Vec<_>, Vec<_>) = cards.iter().partition(|card| card.kind == Kind::Thrust);
+    let ([thrust], [] | [_]) = (&thrust[..], &air[..]) else {
+        return Err(Error::Arguments(format!(
+            "--method {name} expects one thrust card and at most one ground-effect card; found {} and {}",
+            thrust.len(),
+            air.len()
+        )));
+    };
+    let files = export_vertical(thrust, air.first().copied(), method, args.precision.into())?;
+    Ok(Some(files))
 }
 
 /// A file's name without its extension.

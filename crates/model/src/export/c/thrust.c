@@ -19,7 +19,12 @@ REAL NAME_step(NAME_state *state, REAL throttle, REAL dt)
     return state->root_thrust * state->root_thrust;
 }
 
+REAL NAME_throttle_near(REAL thrust_n, REAL near)
+{
+    return family_throttle_for(limit(sqrtR(max_of(thrust_n, R(0.0)))), near);
+}
+
 REAL NAME_throttle_for(REAL thrust_n)
 {
-    return family_throttle_for(limit(sqrtR(max_of(thrust_n, R(0.0)))), R(0.5));
+    return NAME_throttle_near(thrust_n, R(0.5));
 }

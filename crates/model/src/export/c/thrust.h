@@ -14,3 +14,6 @@ REAL NAME_step(NAME_state *state, REAL throttle, REAL dt);
 /* The least throttle in [0, 1] whose thrust at rest is thrust_n; where no throttle gives so much,
  * the one that gives most. */
 REAL NAME_throttle_for(REAL thrust_n);
+
+/* The same, found the sooner the nearer it is to near. */
+REAL NAME_throttle_near(REAL thrust_n, REAL near);

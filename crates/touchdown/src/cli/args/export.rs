@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
+use touchdown_flight::Method;
 use touchdown_model::export::{Language, Precision};
 
 #[derive(Debug, Args)]
@@ -17,6 +19,11 @@ pub(crate) struct ExportArgs {
     /// Precision: f32 for a microcontroller without double precision
     #[arg(long, value_enum, default_value = "f32")]
     pub(crate) precision: Scalar,
+    /// Also write the vertical controller of this method, in C99, into the folder `vertical`: from one thrust card with
+    /// `vehicle.mass_kg`, and one ground-effect card where the method feeds a model forward
+    #[arg(long, value_name = "NAME",
+          value_parser = PossibleValuesParser::new(Method::VERTICAL.map(Method::name)))]
+    pub(crate) method: Option<String>,
     /// Folder for the code: one folder in it for each card
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
@@ -65,5 +72,7 @@ const EXAMPLES: &str = "\
 Examples:
   touchdown export thrust.toml models/lag.toml --to c --out firmware
   make -C firmware/lag test
+  touchdown export thrust.toml models/lag.toml --to c --method dynamic --out firmware
+  make -C firmware/vertical test
   touchdown export thrust.toml models/lag.toml --to c-settings --out firmware
   touchdown export thrust.toml --to rust --precision f64 --out src";
