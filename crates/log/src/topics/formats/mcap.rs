@@ -51,6 +51,8 @@ struct Mcap<'s> {
     /// Number of messages, decodable or not.
     messages: usize,
     lost: LostChunks,
+    /// Of all bytes so far; `None` once some were skipped unread.
+    sum: Option<crc32fast::Hasher>,
 }
 
 pub(super) const READER: Reader = Reader {
@@ -78,6 +80,7 @@ fn read(input: &mut dyn Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
         loss: Loss::default(),
         messages: 0,
         lost: LostChunks::default(),
+        sum: Some(crc32fast::Hasher::new()),
     };
     reader.run(&mut stream)?;
     reader.lost.tell(&mut reader.clocks, &mut reader.loss);
@@ -87,6 +90,7 @@ fn read(input: &mut dyn Read, sink: &mut dyn Sink) -> Result<Loss, ReadError> {
 
 impl Mcap<'_> {
     fn run(&mut self, stream: &mut Stream<'_>) -> Result<(), ReadError> {
+        self.add(&MAGIC);
         loop {
             let Some(head) = stream.peek(9)? else {
                 return self.broken_off(stream);
@@ -94,6 +98,9 @@ impl Mcap<'_> {
             let opcode = head[0];
             let length = Cursor::new(&head[1..]).u64().unwrap_or(u64::MAX);
             if opcode == DATA_END {
+                let record = stream.peek(9 + 4)?;
+                let stated = record.and_then(|record| Cursor::new(&record[9..]).u32());
+                self.judge(stated);
                 return self.end(stream);
             }
             if !KNOWN.contains(&opcode) && opcode < 0x80 {
@@ -105,6 +112,7 @@ impl Mcap<'_> {
                 return Ok(());
             }
             if length > LONGEST as u64 {
+                self.sum = None;
                 let there = stream.skip(length.saturating_add(9))?;
                 if there < length.saturating_add(9) {
                     self.loss.truncated = true;
@@ -118,6 +126,7 @@ impl Mcap<'_> {
             let Some(record) = stream.peek(length)? else {
                 return self.broken_off(stream);
             };
+            self.add(record);
             let body = &record[9..];
             let before = self.messages;
             if opcode != MESSAGE_INDEX {
@@ -132,6 +141,23 @@ impl Mcap<'_> {
             }
             self.check()?;
             stream.advance(length);
+        }
+    }
+
+    fn add(&mut self, bytes: &[u8]) {
+        if let Some(sum) = &mut self.sum {
+            sum.update(bytes);
+        }
+    }
+
+    /// Compares the sum that a recording states of its data with that of its bytes; 0 states none. Chunks have sums of their own: after
+    /// a damaged one nothing new is said.
+    fn judge(&mut self, stated: Option<u32>) {
+        let stated = stated.filter(|sum| *sum != 0 && self.loss.corrupt == 0);
+        let sum = self.sum.take().map(crc32fast::Hasher::finalize);
+        if stated.is_some_and(|stated| sum.is_some_and(|sum| sum != stated)) {
+            let text = "the checksum of the data is wrong: the file has changed since it was recorded, and its values may be false";
+            self.loss.note(text.to_owned());
         }
     }
 
@@ -376,5 +402,26 @@ mod tests {
         ]);
         let (messages, loss) = read_all(&[one]);
         assert_eq!((messages, loss.corrupt, loss.skipped_bytes), (2, 1, 1));
+    }
+
+    #[test]
+    fn analytic_a_changed_bit_outside_of_chunks_is_told() {
+        let data = [schema(b""), channel("a"), message(0, b"{\"x\":1}")].concat();
+        let mut file = [MAGIC.to_vec(), data].concat();
+        let sum = crc32fast::hash(&file);
+        file.extend(record(DATA_END, &sum.to_le_bytes()));
+        let told = |file: &[u8]| {
+            let mut surveyor = Surveyor::new(true);
+            read(&mut &*file, &mut surveyor).unwrap().notes
+        };
+        assert!(told(&file).is_empty());
+        // The value: 1 becomes 3.
+        let at = file.windows(4).position(|w| w == b"\":1}").unwrap() + 2;
+        file[at] ^= 2;
+        assert!(told(&file)[0].contains("checksum of the data is wrong"));
+        // No sum, no judgement.
+        let end = file.len() - 4;
+        file[end..].fill(0);
+        assert!(told(&file).is_empty());
     }
 }
