@@ -7,6 +7,7 @@ mod fit;
 mod named;
 mod numbers;
 mod output;
+mod pde;
 mod simulate;
 mod table;
 mod trajectories;
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
 fn dispatch(terminal: &Terminal, command: Command) -> Result<Done> {
     match command {
         Command::Fit(args) => fit::run(terminal, &args),
+        Command::Pde(args) => pde::run(terminal, &args),
         Command::Simulate(args) => simulate::run(terminal, &args),
         Command::Settings => fit::settings::print(terminal),
         Command::Completions { shell } => {

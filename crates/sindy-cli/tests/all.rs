@@ -7,5 +7,6 @@ mod explicit_time;
 mod fit;
 mod known;
 mod past;
+mod pde;
 mod simulate;
 mod stream;

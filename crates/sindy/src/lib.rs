@@ -15,6 +15,7 @@
 //! | [`trajectory`] | delays, past states, multiple shooting, terms judged by trajectories |
 //! | [`model`] | models: predict, simulate, Jacobian, equilibria, print, JSON |
 //! | [`uncertainty`] | bootstrap, ensembles, bands, identifiability |
+//! | [`pde`] | partial differential equations from fields on a grid |
 //! | [`koopman`] | linear comparators: DMDc and EDMDc |
 //! | [`numerics`] | golden section, quantiles |
 //! | [`problems`] | problems with known answers |
@@ -31,6 +32,7 @@ pub mod koopman;
 pub mod library;
 pub mod model;
 pub mod numerics;
+pub mod pde;
 pub mod problems;
 pub mod solve;
 pub mod statistics;

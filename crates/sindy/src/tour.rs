@@ -9,6 +9,7 @@
 //! [`criteria`]: crate::statistics::criteria
 //! [`stepwise`]: crate::solve::stepwise
 //! [`ensemble`]: crate::uncertainty::ensemble
+//! [`pde`]: crate::pde
 //! [`BestSubset`]: crate::BestSubset
 //! [`shift::chain`]: crate::trajectory::shift::chain
 //! [`Model`]: crate::Model

@@ -5,11 +5,12 @@ use std::path::Path;
 use sindy::Model;
 use touchdown_report::{Callout, Cell, Color, Figure, Panel, Report, Series, Table};
 
-use super::object::FitObject;
+use super::object::{FitObject, Front, TermObject};
 use super::score::Test;
 use super::show;
 use crate::drawing;
 use crate::error::Result;
+use crate::named::Named;
 use crate::numbers::significant;
 use crate::simulate::figure::course;
 use crate::simulate::object::{RunObject, VALID};
@@ -31,7 +32,7 @@ pub(super) fn write(
 }
 
 fn picture(model: &Model, object: &FitObject, judged: Option<&Test>) -> Figure {
-    let mut figure = front(object);
+    let mut figure = front(&object.front);
     let Some(judged) = judged else {
         return figure;
     };
@@ -56,10 +57,10 @@ fn page(
     page.verdict(kind, verdict);
     match judged.and_then(|judged| judged.runs.first()) {
         Some(run) => page.figure(&course(model, run, 1))?,
-        None => page.figure(&front(object))?,
+        None => page.figure(&front(&object.front))?,
     };
     page.section("Model").code(format!("{model:.5}"));
-    page.table(coefficients(object))?;
+    page.table(coefficients(&object.equations))?;
     for warning in &object.warnings {
         page.callout(Callout::Warning, warning);
     }
@@ -68,7 +69,8 @@ fn page(
         Ok::<(), touchdown_report::Error>(())
     })?;
     if judged.is_some() {
-        page.section("Terms against error").figure(&front(object))?;
+        page.section("Terms against error")
+            .figure(&front(&object.front))?;
     }
     for (title, part) in [("Training", fitted), ("Test", test)] {
         let Some(part) = part else { continue };
@@ -84,7 +86,8 @@ fn page(
     Ok(page)
 }
 
-fn coefficients(object: &FitObject) -> Table {
+/// The table of coefficients.
+pub(crate) fn coefficients(equations: &Named<Vec<TermObject>>) -> Table {
     let [state, term, numbers @ ..] = show::COEFFICIENTS;
     let mut table = Table::new("Coefficients.")
         .text_column(state)
@@ -92,7 +95,7 @@ fn coefficients(object: &FitObject) -> Table {
     for name in numbers {
         table = table.number_column(name, "");
     }
-    for row in show::coefficient_rows(object) {
+    for row in show::coefficient_rows(equations) {
         let cells = row.into_iter().enumerate();
         table = table.row(cells.map(|(column, cell)| match cell.as_str() {
             "-" => Cell::missing(),
@@ -160,9 +163,10 @@ fn verdict(model: &Model, object: &FitObject, judged: Option<&Test>) -> (Callout
     (kind, format!("{found}{predicts}{doubts}"))
 }
 
-fn front(object: &FitObject) -> Figure {
+/// Terms against error.
+pub(crate) fn front(fronts: &Named<Front>) -> Figure {
     let mut panel = Panel::new("terms", "error").log_y();
-    for (i, (state, front)) in object.front.iter().enumerate() {
+    for (i, (state, front)) in fronts.iter().enumerate() {
         let part = |chosen: bool| -> (Vec<f64>, Vec<f64>) {
             let points = front.points.iter().filter(|p| p.chosen || !chosen);
             points.map(|p| (p.terms as f64, p.error)).unzip()

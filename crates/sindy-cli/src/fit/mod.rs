@@ -1,12 +1,12 @@
 //! `sindy fit`.
 
 pub(crate) mod args;
-mod figure;
+pub(crate) mod figure;
 mod load;
-mod object;
+pub(crate) mod object;
 mod score;
 pub(crate) mod settings;
-mod show;
+pub(crate) mod show;
 mod size;
 mod spikes;
 mod stream;

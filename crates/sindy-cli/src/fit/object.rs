@@ -31,13 +31,13 @@ pub(super) struct FitObject {
 
 /// A term that was found.
 #[derive(Serialize)]
-pub(super) struct TermObject {
-    pub(super) term: String,
-    pub(super) coefficient: f64,
-    pub(super) std_error: Option<f64>,
-    pub(super) inclusion: Option<f64>,
+pub(crate) struct TermObject {
+    pub(crate) term: String,
+    pub(crate) coefficient: f64,
+    pub(crate) std_error: Option<f64>,
+    pub(crate) inclusion: Option<f64>,
     /// 95 %, with Student's t where the standard error rests on little.
-    pub(super) interval: Option<[f64; 2]>,
+    pub(crate) interval: Option<[f64; 2]>,
 }
 
 impl TermObject {
@@ -54,27 +54,27 @@ impl TermObject {
 
 /// Terms against error of one state's equation.
 #[derive(Serialize)]
-pub(super) struct Front {
+pub(crate) struct Front {
     /// Meaning and unit of the error.
-    pub(super) unit: &'static str,
+    pub(crate) unit: &'static str,
     /// Estimated noise of the state.
-    pub(super) noise: f64,
+    pub(crate) noise: f64,
     /// Root mean square of what the model leaves of the state, where it followed the trajectories.
-    pub(super) residual: Option<f64>,
-    pub(super) points: Vec<FrontPoint>,
+    pub(crate) residual: Option<f64>,
+    pub(crate) points: Vec<FrontPoint>,
 }
 
 /// The best equation of a size.
 #[derive(Serialize)]
-pub(super) struct FrontPoint {
+pub(crate) struct FrontPoint {
     /// The number of terms.
-    pub(super) terms: usize,
-    pub(super) error: f64,
+    pub(crate) terms: usize,
+    pub(crate) error: f64,
     /// Whether no other terms of this number are better, by proof.
-    pub(super) proven: bool,
+    pub(crate) proven: bool,
     /// Whether these are the model's terms.
-    pub(super) chosen: bool,
-    pub(super) names: Vec<String>,
+    pub(crate) chosen: bool,
+    pub(crate) names: Vec<String>,
 }
 
 impl Front {

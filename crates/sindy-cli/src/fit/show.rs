@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use sindy::{Model, Outcome};
 
-use super::object::{FitObject, TermObject};
+use super::object::{FitObject, Front, TermObject};
 use super::score::TestObject;
 use crate::named::Named;
 use crate::numbers::{decimals, significant};
@@ -17,8 +17,8 @@ const BEYOND: usize = 4;
 pub(super) fn text(model: &Model, object: &FitObject) -> String {
     let mut out = format!("{model:.5}\n");
     out.push_str(&past::words(model));
-    out.push_str(&coefficients(object));
-    out.push_str(&front(object));
+    out.push_str(&coefficients(&object.equations));
+    out.push_str(&front(&object.front));
     let choice = &object.choice;
     let _ = write!(out, "\nchoice    {}", wrapped(&choice.reason));
     let _ = write!(out, "\nsmoothing {}", wrapped(&choice.smoothing));
@@ -31,7 +31,7 @@ pub(super) fn text(model: &Model, object: &FitObject) -> String {
 }
 
 /// Text in lines of at most a hundred letters, those after the first indented.
-fn wrapped(text: &str) -> String {
+pub(crate) fn wrapped(text: &str) -> String {
     let mut out = String::new();
     let mut length = 0;
     for word in text.split(' ') {
@@ -72,7 +72,7 @@ fn table(header: &[&str], rows: &[Vec<String>], left: &[usize]) -> String {
 }
 
 /// Head of the table of coefficients.
-pub(super) const COEFFICIENTS: [&str; 7] = [
+pub(crate) const COEFFICIENTS: [&str; 7] = [
     "state",
     "term",
     "coefficient",
@@ -83,15 +83,16 @@ pub(super) const COEFFICIENTS: [&str; 7] = [
 ];
 
 /// State, term and numbers of every coefficient.
-pub(super) fn coefficient_rows(object: &FitObject) -> Vec<Vec<String>> {
-    let equations = object.equations.iter();
-    let rows =
-        equations.flat_map(|(state, terms)| terms.iter().map(move |t| coefficient(state, t)));
+pub(super) fn coefficient_rows(equations: &Named<Vec<TermObject>>) -> Vec<Vec<String>> {
+    let rows = equations
+        .iter()
+        .flat_map(|(state, terms)| terms.iter().map(move |t| coefficient(state, t)));
     rows.collect()
 }
 
-fn coefficients(object: &FitObject) -> String {
-    table(&COEFFICIENTS, &coefficient_rows(object), &[0, 1])
+/// The table of coefficients.
+pub(crate) fn coefficients(equations: &Named<Vec<TermObject>>) -> String {
+    table(&COEFFICIENTS, &coefficient_rows(equations), &[0, 1])
 }
 
 /// Numbers of a term, all to the place of the second digit of the standard error.
@@ -114,9 +115,9 @@ fn coefficient(state: &str, term: &TermObject) -> Vec<String> {
 }
 
 /// Terms against error, the chosen row marked; sizes far from any choice are left out.
-fn front(object: &FitObject) -> String {
+pub(crate) fn front(fronts: &Named<Front>) -> String {
     let mut out = String::new();
-    for (state, front) in object.front.iter() {
+    for (state, front) in fronts.iter() {
         let chosen = front.points.iter().filter(|p| p.chosen).map(|p| p.terms);
         let last = chosen.max().unwrap_or(0) + BEYOND;
         let rows: Vec<Vec<String>> = front
@@ -175,7 +176,7 @@ fn test(test: &TestObject) -> String {
 }
 
 /// An outcome in words.
-fn words(outcome: Outcome) -> String {
+pub(crate) fn words(outcome: Outcome) -> String {
     let name = format!("{outcome:?}");
     let mut words = String::new();
     for (i, c) in name.char_indices() {

@@ -16,6 +16,7 @@ use std::path::Path;
 use touchdown_log::Findings;
 
 pub(crate) use args::TableArgs;
+pub(crate) use npy::NpyArray;
 pub(crate) use rows::{Header, Rows};
 
 use crate::error::{Error, Result};
@@ -42,6 +43,7 @@ impl Table {
             Format::Parquet => parquet::open(path),
             Format::Npy => npy::open(path, columns),
             Format::Text => text::open(path),
+            Format::Zip => Err(not_one_table(path)),
         }
     }
 
@@ -111,14 +113,16 @@ pub(crate) type Columns = (Vec<Vec<f64>>, Option<Vec<String>>);
 
 /// The format of a file.
 #[derive(Clone, Copy)]
-enum Format {
+pub(crate) enum Format {
     Text,
     Parquet,
     Npy,
+    /// Several NumPy arrays.
+    Zip,
 }
 
 impl Format {
-    fn of(path: &Path) -> Result<Self> {
+    pub(crate) fn of(path: &Path) -> Result<Self> {
         let mut start = [0; 6];
         let mut file = std::fs::File::open(path).map_err(|e| Error::file(path, e))?;
         let length = read_up_to(&mut file, &mut start).map_err(|e| Error::file(path, e))?;
@@ -130,11 +134,7 @@ impl Format {
             return Ok(Self::Npy);
         }
         if start.starts_with(b"PK\x03\x04") {
-            return Err(Error::data(
-                path.display().to_string(),
-                "a text table (CSV), Parquet or one NumPy array (.npy)",
-                "a ZIP archive (.npz or a spreadsheet); save its table as CSV or .npy",
-            ));
+            return Ok(Self::Zip);
         }
         Ok(Self::Text)
     }
@@ -168,6 +168,15 @@ pub(crate) fn find(at: &str, names: &[String], name: &str, why: &str) -> Result<
     ))
 }
 
+/// The error for an archive where one table is expected.
+fn not_one_table(path: &Path) -> Error {
+    Error::data(
+        path.display().to_string(),
+        "a text table (CSV), Parquet or one NumPy array (.npy)",
+        "a ZIP archive (.npz or a spreadsheet); save its table as CSV or .npy (`sindy pde` reads the fields of an .npz)",
+    )
+}
+
 /// How large a file is, as far as that is known without reading it.
 pub(crate) struct Size {
     pub(crate) bytes: u64,
@@ -182,7 +191,7 @@ pub(crate) fn size(path: &Path, columns: &[String]) -> Size {
         Ok(Format::Parquet) => parquet::open(path).map_or(0, |table| table.rows() as u64),
         Ok(Format::Npy) => bytes / (8 * columns.len().max(1) as u64),
         Ok(Format::Text) => text::lines(path, bytes),
-        Err(_) => 0,
+        Ok(Format::Zip) | Err(_) => 0,
     };
     Size { bytes, rows }
 }

@@ -1,7 +1,7 @@
 //! NumPy arrays.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Chain, Cursor, Read};
 use std::path::Path;
 
 use npyz::{Deserialize, NpyFile, Order};
@@ -10,7 +10,91 @@ use touchdown_log::Findings;
 use super::{Store, Table, label};
 use crate::error::{Error, Result};
 
-type Reader = NpyFile<BufReader<File>>;
+type Reader = NpyFile<Beginning<BufReader<File>>>;
+
+/// What was read of a file, then the rest of it.
+type Beginning<R> = Chain<Cursor<Vec<u8>>, R>;
+/// Bytes that hold the header of an array.
+const HEADER: u64 = 65_546;
+
+/// Opens an array after a look at its header: a shape whose product is beyond all numbers is not for the reader.
+fn open_array<R: Read>(mut reader: R, path: &Path) -> Result<NpyFile<Beginning<R>>> {
+    let fault = |e| Error::file(path, e);
+    let mut start = Vec::new();
+    reader
+        .by_ref()
+        .take(HEADER)
+        .read_to_end(&mut start)
+        .map_err(fault)?;
+    let text = String::from_utf8_lossy(&start);
+    let shape = text
+        .split_once("'shape'")
+        .and_then(|(_, rest)| rest.split_once(')'));
+    let shape = shape.map_or("", |(shape, _)| shape);
+    let lengths = shape
+        .split(|c: char| !c.is_ascii_digit())
+        .filter(|n| !n.is_empty());
+    let product = lengths
+        .map(|n| n.parse().ok())
+        .try_fold(1_u64, |product, n: Option<u64>| {
+            // A length of 0 hides no other.
+            product.checked_mul(n?.max(1))
+        });
+    if product.is_none() {
+        let found = format!("shape {}", shape.trim_start_matches([':', ' ', '(']));
+        let at = path.display().to_string();
+        return Err(Error::data(
+            at,
+            "an array of a shape that can be counted",
+            found,
+        ));
+    }
+    NpyFile::new(Cursor::new(start).chain(reader)).map_err(fault)
+}
+
+/// An array of any number of dimensions, in the order of C.
+pub(crate) struct NpyArray {
+    pub(crate) shape: Vec<usize>,
+    pub(crate) values: Vec<f64>,
+}
+
+impl NpyArray {
+    /// Reads an array from a file or a part of one that has `length` bytes.
+    pub(crate) fn read(reader: impl Read + 'static, path: &Path, length: u64) -> Result<Self> {
+        let array = open_array(reader, path)?;
+        let (shape, by_columns) = (array.shape().to_vec(), array.order() == Order::Fortran);
+        let count = shape.iter().try_fold(1_u64, |n, s| n.checked_mul(*s));
+        if count.is_none_or(|items| items > length) {
+            let expected = format!("an array of shape {shape:?}");
+            let found = format!("a file of {length} bytes");
+            return Err(Error::data(path.display().to_string(), expected, found));
+        }
+        let values = items(array, path)?
+            .collect::<std::io::Result<Vec<f64>>>()
+            .map_err(|e| Error::file(path, e))?;
+        let shape: Vec<usize> = shape.iter().map(|n| *n as usize).collect();
+        let values = match by_columns {
+            true => by_rows(&values, &shape),
+            false => values,
+        };
+        Ok(Self { shape, values })
+    }
+}
+
+/// Values in the order of Fortran in that of C.
+fn by_rows(values: &[f64], shape: &[usize]) -> Vec<f64> {
+    let at = |place: usize| {
+        let (mut rest, mut from, mut stride) = (place, 0, 1);
+        let inner = |axis: usize| shape[axis + 1..].iter().product::<usize>();
+        for (axis, length) in shape.iter().enumerate() {
+            from += rest / inner(axis) * stride;
+            rest %= inner(axis);
+            stride *= length;
+        }
+        values[from]
+    };
+    (0..values.len()).map(at).collect()
+}
 
 /// The header of an array, checked.
 struct Head {
@@ -24,7 +108,7 @@ struct Head {
 fn head(path: &Path, names: &[String]) -> Result<Head> {
     let file = File::open(path).map_err(|e| Error::file(path, e))?;
     let length = file.metadata().map_err(|e| Error::file(path, e))?.len();
-    let array = NpyFile::new(BufReader::new(file)).map_err(|e| Error::file(path, e))?;
+    let array = open_array(BufReader::new(file), path)?;
     let at = path.display().to_string();
     let (rows, width) = match *array.shape() {
         [rows, width] => (rows, width),
@@ -95,12 +179,12 @@ pub(super) fn open(path: &Path, names: &[String]) -> Result<Table> {
 type Items = Box<dyn Iterator<Item = std::io::Result<f64>>>;
 
 /// All items in the order of the file, as `f64`.
-fn items(array: Reader, path: &Path) -> Result<Items> {
-    let found = attempt::<f64>(array, |v| v)
-        .or_else(|array| attempt::<f32>(*array, f64::from))
-        .or_else(|array| attempt::<i64>(*array, |v| v as f64))
-        .or_else(|array| attempt::<i32>(*array, f64::from))
-        .or_else(|array| attempt::<bool>(*array, |v| f64::from(u8::from(v))));
+fn items<R: Read + 'static>(array: NpyFile<R>, path: &Path) -> Result<Items> {
+    let found = attempt::<R, f64>(array, |v| v)
+        .or_else(|array| attempt::<R, f32>(*array, f64::from))
+        .or_else(|array| attempt::<R, i64>(*array, |v| v as f64))
+        .or_else(|array| attempt::<R, i32>(*array, f64::from))
+        .or_else(|array| attempt::<R, bool>(*array, |v| f64::from(u8::from(v))));
     found.map_err(|array| {
         Error::data(
             path.display().to_string(),
@@ -110,10 +194,10 @@ fn items(array: Reader, path: &Path) -> Result<Items> {
     })
 }
 
-fn attempt<T: Deserialize + 'static>(
-    array: Reader,
+fn attempt<R: Read + 'static, T: Deserialize + 'static>(
+    array: NpyFile<R>,
     number: impl Fn(T) -> f64 + 'static,
-) -> std::result::Result<Items, Box<Reader>> {
+) -> std::result::Result<Items, Box<NpyFile<R>>> {
     let items = array.try_data::<T>().map_err(Box::new)?;
     Ok(Box::new(items.map(move |item| item.map(&number))))
 }

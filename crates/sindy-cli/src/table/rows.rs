@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use touchdown_log::Findings;
 
-use super::{Columns, Format, Store, Table, find, lines, npy, parquet};
+use super::{Columns, Format, Store, Table, find, lines, not_one_table, npy, parquet};
 use crate::error::Result;
 
 /// Rows of a part of a file that has its own row count.
@@ -57,6 +57,7 @@ impl Header {
                     _ => (names, Kind::Npy),
                 }
             }
+            Format::Zip => return Err(not_one_table(path)),
             Format::Npy => (columns.to_vec(), Kind::Npy),
         };
         Ok(Self {

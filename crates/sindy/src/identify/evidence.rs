@@ -1,6 +1,7 @@
 //! The evidence for each term: standard error, degrees of freedom, and the fall of the log-likelihood without it.
 
 use crate::solve::fit::Fit;
+use crate::statistics::criteria::evidence_for;
 use crate::statistics::gram::Gram;
 use crate::statistics::regression::{ClusterErrors, pseudo_inverse, student_95};
 use crate::trajectory::output_error::OutputErrorFit;
@@ -53,16 +54,18 @@ pub(super) fn intervals(coefficients: &[f64], evidence: &[TermEvidence]) -> Vec<
 /// Of every term of a regression: standard errors over blocks (or widened for neighbouring slopes, where there are no more
 /// blocks than terms), and what it is worth by the Bayesian criterion.
 ///
-/// Worth and error are one thing seen twice: with z the coefficient over its error on d degrees of freedom, dropping the
-/// term costs `(d + 1) ln(1 + z²/d)` in twice the log-likelihood, and the rows that count for the penalty are those that
-/// would give this error if they were independent.
+/// The rows that count for the penalty are those that would give this error if they were independent.
 pub(super) fn of_regression(
     fit: &Fit,
     parts: &[Gram],
     total: &Gram,
     independent: f64,
 ) -> Vec<TermEvidence> {
+    let mut out = vec![TermEvidence::NONE; fit.support.len()];
     let index: Vec<usize> = (0..fit.support.len()).filter(|&j| fit.support[j]).collect();
+    if index.is_empty() {
+        return out;
+    }
     let rows = total.rows as f64;
     let variance = fit.residual_sum / rows.max(1.0);
     let scale = |j: usize| total.xtx[(j, j)].sqrt();
@@ -71,9 +74,6 @@ pub(super) fn of_regression(
         total.xtx[(index[a], index[b])] / scale(index[a]) / scale(index[b])
     }));
     let clustered = ClusterErrors::new(parts, &fit.coefficients, &fit.support);
-    // As in `output_error`: each of the P candidates had its chance to look like a term.
-    let penalty = |counted: f64| counted.ln() + 2.0 * (fit.support.len() as f64).ln();
-    let mut out = vec![TermEvidence::NONE; fit.support.len()];
     for (a, &j) in index.iter().enumerate() {
         let plain = (inverse[(a, a)] * variance).sqrt() / scale(j);
         let counted = (rows * independent).max(1.0);
@@ -91,7 +91,7 @@ pub(super) fn of_regression(
         out[j] = TermEvidence {
             std_error,
             degrees,
-            evidence: (degrees + 1.0) * (square / degrees).ln_1p() - penalty(counted),
+            evidence: evidence_for(square, degrees, counted, fit.support.len()),
         };
     }
     out
@@ -106,10 +106,6 @@ pub(super) fn without_doubtful(
     independent: f64,
 ) -> (Fit, Vec<TermEvidence>) {
     loop {
-        if fit.terms() == 0 {
-            let count = fit.support.len();
-            return (fit, vec![TermEvidence::NONE; count]);
-        }
         let evidence = of_regression(&fit, parts, total, independent);
         let Some(least) = least_evident(&fit.support, &evidence) else {
             return (fit, evidence);

@@ -50,7 +50,7 @@ mod outliers;
 mod prepare;
 mod proportional;
 mod rank;
-mod regress;
+pub(crate) mod regress;
 mod result;
 mod run;
 mod second_order;

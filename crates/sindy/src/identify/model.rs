@@ -269,22 +269,21 @@ impl IdentificationRun<'_> {
         yardstick: &[Piece<'_>],
     ) -> (RankedModel, Vec<Vec<TermEvidence>>) {
         let mut regression = model.regression.clone();
-        let (mut before, mut after) = (Vec::new(), Vec::new());
+        let mut evidence = Vec::new();
         for (fit, parts) in regression.fits.iter_mut().zip(&from.grams) {
             let total = Gram::total(parts);
-            before.push(match fit.terms() {
-                0 => vec![TermEvidence::NONE; fit.support.len()],
-                _ => of_regression(fit, parts, &total, from.independent),
-            });
-            let (kept, evidence) = without_doubtful(fit.clone(), parts, &total, from.independent);
+            let (kept, own) = without_doubtful(fit.clone(), parts, &total, from.independent);
             *fit = kept;
-            after.push(evidence);
+            evidence.push(own);
         }
         let kept = RankedModel::new(regression, &self.system, yardstick, &self.noise.sigma);
-        match kept.free_run.is_finite() || !model.free_run.is_finite() {
-            true => (kept, after),
-            false => (model.clone(), before),
+        if kept.free_run.is_finite() || !model.free_run.is_finite() {
+            return (kept, evidence);
         }
+        let fits = model.regression.fits.iter().zip(&from.grams);
+        let whole = fits
+            .map(|(fit, parts)| of_regression(fit, parts, &Gram::total(parts), from.independent));
+        (model.clone(), whole.collect())
     }
 
     /// In discrete time, a warning where the error of the next sample depends on the state.

@@ -19,8 +19,7 @@ use crate::model::Model;
 
 /// Shifts beside that of 0.
 const SHIFTS: usize = 99;
-/// Rows that are compared, about: pairs of them cost the square. Twice as many take four times the time; the test then also
-/// sees errors that are half as large, which was not measured.
+/// Rows that are compared, about: the time grows with the square of their number.
 const ROWS: usize = 1000;
 /// Rows below which nothing is tested: shifts would hardly differ.
 const FEWEST: usize = 30;
@@ -38,15 +37,16 @@ pub(super) fn independence(
     let mut points: Vec<Vec<f64>> = Vec::new();
     let mut errors: Vec<Vec<f64>> = Vec::new();
     for s in stretches {
-        let last = s.time.len() - 1;
+        let last = s.time.len().saturating_sub(1);
         let columns: Vec<&[f64]> = s.columns.iter().map(|c| &c[..last]).collect();
         let next = model.predict(&columns)?;
         for k in (0..last).step_by(stride) {
             let error: Vec<f64> = (0..states)
                 .map(|i| s.columns[i][k + 1] - next[i][k])
                 .collect();
-            if error.iter().all(|e| e.is_finite()) {
-                points.push(columns.iter().map(|c| c[k]).collect());
+            let point: Vec<f64> = columns.iter().map(|c| c[k]).collect();
+            if error.iter().chain(&point).all(|v| v.is_finite()) {
+                points.push(point);
                 errors.push(error);
             }
         }

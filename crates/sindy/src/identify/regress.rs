@@ -31,7 +31,7 @@ const SPARSE: usize = 4;
 /// Nodes of a branch and bound, at most, for a start (some milliseconds; the output error mends what it misses) and for a
 /// front (a fraction of a second; beyond it the front is reported as not proven).
 const NODES: u64 = 8_000;
-pub(super) const FRONT_NODES: u64 = 200_000;
+pub(crate) const FRONT_NODES: u64 = 200_000;
 /// Windows of the weak form lie an eighth of a half-width apart: this share of them is independent.
 pub(super) const INDEPENDENT_WINDOWS: f64 = 0.25;
 
@@ -163,7 +163,7 @@ fn nothing(gram: &Gram) -> Fit {
 }
 
 /// The best subsets of one equation; in a large library of those terms that a forward path meets first.
-pub(super) fn best_subsets(gram: &Gram, nodes: u64) -> Result<BestSubsets, SindyError> {
+pub(crate) fn best_subsets(gram: &Gram, nodes: u64) -> Result<BestSubsets, SindyError> {
     let p = gram.xty.len();
     if p == 0 {
         let nothing = Subset {
@@ -216,7 +216,7 @@ fn part(gram: &Gram, terms: &[usize]) -> Gram {
 }
 
 /// Least squares on a support without the terms that hardly contribute.
-fn relevant(total: &Gram, fit: &Fit, share: f64) -> Fit {
+pub(crate) fn relevant(total: &Gram, fit: &Fit, share: f64) -> Fit {
     let rms = total.column_rms();
     let all = [(0..fit.support.len()).collect()];
     let mut support = fit.support.clone();

@@ -71,14 +71,14 @@ fn factor(expression: &Expr, print: impl Fn(&Expr) -> String, times: &str) -> Op
 }
 
 /// A number split for print.
-struct Number {
+pub(crate) struct Number {
     digits: String,
     exponent: Option<i32>,
 }
 
 impl Number {
     /// With the given number of significant digits, or as many as the number has.
-    fn new(value: f64, digits: Option<usize>) -> Self {
+    pub(crate) fn new(value: f64, digits: Option<usize>) -> Self {
         let (scientific, longest) = match digits {
             Some(n) => {
                 let n = n.clamp(1, MOST_DIGITS);
@@ -105,7 +105,7 @@ impl Number {
         }
     }
 
-    fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         match self.exponent {
             None => self.digits.clone(),
             Some(e) => format!("{}e{e}", self.digits),

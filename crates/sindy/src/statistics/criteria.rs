@@ -158,6 +158,16 @@ fn log_evidence(normal: &Normal, index: &[usize], rows: f64) -> f64 {
     value(0.5 * (low + high)) - 0.5 * rows * (1.0 + constant)
 }
 
+/// The evidence for a term: twice the fall of the log-likelihood without it, less the penalty for it.
+///
+/// Worth and error are one thing seen twice: with z the coefficient over its error on d degrees of freedom, dropping the
+/// term costs `(d + 1) ln(1 + z²/d)` in twice the log-likelihood. The penalty is `ln N + 2 ln P` for N independent rows, as in
+/// the output error: each of the P candidates had its chance to look like a term.
+pub(crate) fn evidence_for(square: f64, degrees: f64, rows: f64, candidates: usize) -> f64 {
+    let penalty = rows.ln() + 2.0 * (candidates as f64).ln();
+    (degrees + 1.0) * (square / degrees).ln_1p() - penalty
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

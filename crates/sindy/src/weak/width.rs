@@ -24,7 +24,7 @@ pub fn choose_half_width(series: &[(&[f64], &[f64])], power: u32) -> Result<f64,
         if values.len() < FEWEST {
             return Err(SindyError::too_short(FEWEST, values.len()));
         }
-        chosen.push(of_one(time, values, power)?);
+        chosen.push(half_width_of(time, values, 1, (power, STEPS))?);
     }
     if chosen.is_empty() {
         return Err(SindyError::too_short(FEWEST, 0));
@@ -33,7 +33,13 @@ pub fn choose_half_width(series: &[(&[f64], &[f64])], power: u32) -> Result<f64,
     Ok(*chosen.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-fn of_one(time: &[f64], values: &[f64], power: u32) -> Result<f64, SindyError> {
+/// The half-width for the derivative of this order of one series, at least so many mean `steps`.
+pub(crate) fn half_width_of(
+    time: &[f64],
+    values: &[f64],
+    order: u8,
+    (power, steps): (u32, f64),
+) -> Result<f64, SindyError> {
     let sigma = noise_level(time, values)?.sigma;
     let n = values.len();
     let span = time[n - 1] - time[0];
@@ -63,10 +69,10 @@ fn of_one(time: &[f64], values: &[f64], power: u32) -> Result<f64, SindyError> {
         return Ok(span / 4.0);
     }
     let noise = sigma * sigma * squares;
-    // Mallows's criterion for the slope: what is cut off, less noise, against the noise that passes.
+    // Mallows's criterion for the derivative: what is cut off, less noise, against the noise that passes.
     let (mut risk, mut least, mut cut) = (0.0, 0.0, 1);
     for (k, bin) in spectrum.iter().enumerate().skip(1) {
-        risk += (k * k) as f64 * (2.0 * noise - bin.norm_sqr());
+        risk += (k as f64).powi(2 * i32::from(order)) * (2.0 * noise - bin.norm_sqr());
         if risk < least {
             (least, cut) = (risk, k);
         }
@@ -74,5 +80,5 @@ fn of_one(time: &[f64], values: &[f64], power: u32) -> Result<f64, SindyError> {
     let omega = std::f64::consts::TAU * cut as f64 / (step * n as f64);
     // The transform of (1 - u²)^p is close to exp(-(ω H)² / (2 (2 p + 3))).
     let width = (2.0 * (2.0 * f64::from(power) + 3.0) * -LEFT.ln()).sqrt() / omega;
-    Ok(width.clamp(STEPS * step, (span / 4.0).max(STEPS * step)))
+    Ok(width.clamp(steps * step, (span / 4.0).max(steps * step)))
 }
