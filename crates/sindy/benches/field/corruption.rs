@@ -53,6 +53,23 @@ impl Corruption {
         }
     }
 
+    /// Which of them are alike.
+    pub(crate) fn class(self) -> &'static str {
+        match self {
+            Self::None => "no noise",
+            Self::White(_) | Self::WhiteEach(_) => "white noise",
+            Self::Proportional(_) => "proportional noise",
+            Self::Autoregressive(..) => "coloured noise (AR)",
+            Self::Walk(_) => "random walk",
+            Self::HeavyTails(_) => "heavy tails",
+            Self::Quantised(_) => "quantised",
+            Self::Outliers(_) => "outliers",
+            Self::Missing(_) => "missing rows",
+            Self::Irregular(_) => "irregular times",
+            Self::Process(_) | Self::ProcessAndWhite(..) => "process noise",
+        }
+    }
+
     /// Percent of the noise that drives the states.
     pub(crate) fn process(self) -> f64 {
         match self {

@@ -3,14 +3,18 @@
 
 #![allow(clippy::print_stdout, missing_docs)]
 
+mod beside;
 mod corruption;
 mod problems;
+mod pysindy;
 mod score;
 mod simulate;
 mod systems;
 
 use std::error::Error;
+use std::fs::File;
 use std::io::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -25,6 +29,8 @@ use score::{Fitted, row, summary};
 use simulate::Rows;
 use systems::{Candidates, Clock};
 
+type Failure = Box<dyn Error + Send + Sync>;
+
 /// Seeds of each problem.
 const SEEDS: u64 = 5;
 
@@ -32,12 +38,14 @@ const SEEDS: u64 = 5;
 struct Options {
     /// Parts of names, one of which a problem has to contain.
     only: Vec<String>,
-    seeds: std::ops::Range<u64>,
+    seeds: Range<u64>,
     json: Option<PathBuf>,
     write: Option<PathBuf>,
+    /// The interpreter that has PySINDy.
+    python: PathBuf,
 }
 
-fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
+fn main() -> Result<(), Failure> {
     let options = options()?;
     let wanted = |p: &&Problem| {
         let name = p.name();
@@ -46,47 +54,114 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     let chosen: Vec<&Problem> = PROBLEMS.iter().filter(wanted).collect();
     if let Some(folder) = &options.write {
         for problem in chosen {
-            for seed in options.seeds.clone() {
-                write(problem, seed, folder)?;
-            }
+            write(problem, options.seeds.clone(), folder)?;
         }
         return Ok(());
     }
-    let jobs: Vec<(usize, u64)> = (0..chosen.len())
-        .flat_map(|p| options.seeds.clone().map(move |seed| (p, seed)))
-        .collect();
     let file = options
         .json
         .as_ref()
         .map(std::fs::File::create)
         .transpose()?;
-    let done = jobs
-        .par_iter()
-        .map(|&(p, seed)| {
-            let fitted = fit(chosen[p], seed)?;
-            if let Some(mut file) = file.as_ref() {
-                // One write: lines of several threads do not mix.
-                file.write_all(format!("{}\n", fitted.json(&chosen[p].name())).as_bytes())?;
-            }
-            Ok((p, fitted))
-        })
-        .collect::<Result<Vec<_>, Box<dyn Error + Send + Sync>>>()?;
-    println!("{}", score::HEADER);
+    let ours = ours(&chosen, &options, file.as_ref())?;
+    let theirs = match pysindy::available(&options.python) {
+        Ok(()) => theirs(&chosen, &options, file.as_ref())?,
+        Err(why) => {
+            println!("PySINDy is skipped: {why}\n");
+            Vec::new()
+        }
+    };
+    let more = |line: &str| {
+        if theirs.is_empty() {
+            String::new()
+        } else {
+            line.into()
+        }
+    };
+    let [names, rule] = score::HEADER;
+    println!("{names}{}", more(beside::HEADER[0]));
+    println!("{rule}{}", more(beside::HEADER[1]));
     for (p, problem) in chosen.iter().enumerate() {
-        let own: Vec<&Fitted> = done.iter().filter(|d| d.0 == p).map(|d| &d.1).collect();
-        println!("{}", row(problem, &own));
+        let cells = theirs.get(p).map(|t| beside::cells(t.as_ref()));
+        println!("{}{}", row(problem, &ours[p]), cells.unwrap_or_default());
     }
-    let all: Vec<(&Problem, &Fitted)> = done.iter().map(|(p, f)| (chosen[*p], f)).collect();
+    let all: Vec<(&Problem, &Fitted)> = chosen
+        .iter()
+        .zip(&ours)
+        .flat_map(|(p, fits)| fits.iter().map(|f| (*p, f)))
+        .collect();
     println!("{}", summary(&all));
+    if !theirs.is_empty() {
+        println!("\n{}", beside::report(&chosen, &ours, &theirs));
+    }
     Ok(())
 }
 
-fn options() -> Result<Options, Box<dyn Error + Send + Sync>> {
+/// The fits of each problem by seed.
+fn ours(
+    chosen: &[&Problem],
+    options: &Options,
+    file: Option<&File>,
+) -> Result<Vec<Vec<Fitted>>, Failure> {
+    let jobs: Vec<(&Problem, u64)> = chosen
+        .iter()
+        .flat_map(|p| options.seeds.clone().map(move |seed| (*p, seed)))
+        .collect();
+    let mut done = jobs
+        .par_iter()
+        .map(|&(problem, seed)| {
+            let fitted = fit(problem, seed)?;
+            line(file, &fitted.json(&problem.name()))?;
+            Ok(fitted)
+        })
+        .collect::<Result<Vec<_>, Failure>>()?
+        .into_iter();
+    let seeds = options.seeds.clone().count();
+    Ok(chosen
+        .iter()
+        .map(|_| done.by_ref().take(seeds).collect())
+        .collect())
+}
+
+/// PySINDy's fits of the same rows; none of problems that lack a true term, where no choice of terms is right.
+fn theirs(
+    chosen: &[&Problem],
+    options: &Options,
+    file: Option<&File>,
+) -> Result<Vec<Option<pysindy::Fits>>, Failure> {
+    let folder = tempfile::tempdir()?;
+    chosen
+        .par_iter()
+        .map(|problem| {
+            if !problem.is_complete() {
+                return Ok(None);
+            }
+            let data = write(problem, options.seeds.clone(), folder.path())?;
+            let fits = pysindy::fits(&options.python, &data, problem, options.seeds.clone())?;
+            std::fs::remove_dir_all(data)?;
+            for value in fits.json(&problem.name()) {
+                line(file, &value)?;
+            }
+            Ok(Some(fits))
+        })
+        .collect()
+}
+
+/// One write for each line: those of several threads do not mix.
+fn line(file: Option<&File>, value: &serde_json::Value) -> std::io::Result<()> {
+    match file {
+        Some(mut file) => file.write_all(format!("{value}\n").as_bytes()),
+        None => Ok(()),
+    }
+}
+
+fn options() -> Result<Options, Failure> {
     let mut out = Options {
         only: Vec::new(),
         seeds: 0..SEEDS,
         json: None,
         write: None,
+        python: "python3".into(),
     };
     let mut arguments = std::env::args().skip(1);
     while let Some(name) = arguments.next() {
@@ -103,9 +178,10 @@ fn options() -> Result<Options, Box<dyn Error + Send + Sync>> {
             }
             "--json" => out.json = Some(value.into()),
             "--write" => out.write = Some(value.into()),
+            "--python" => out.python = value.into(),
             other => {
                 return Err(format!(
-                    "unknown option {other}; known: --only --seeds --json --write"
+                    "unknown option {other}; known: --only --seeds --json --write --python"
                 )
                 .into());
             }
@@ -173,35 +249,45 @@ fn fit(problem: &Problem, seed: u64) -> Result<Fitted, SindyError> {
     Fitted::new(problem, seed, found, begun.elapsed().as_secs_f64())
 }
 
-/// The same rows as files, for other programs: a folder with one CSV file for each trajectory, and `problem.json`.
-fn write(problem: &Problem, seed: u64, folder: &Path) -> Result<(), Box<dyn Error + Send + Sync>> {
+/// The same rows as files, for other programs: in a folder of the problem one for each seed, with one CSV file for each
+/// trajectory, and `problem.json`. Returns the problem's folder.
+fn write(problem: &Problem, seeds: Range<u64>, folder: &Path) -> Result<PathBuf, Failure> {
+    let system = &problem.system;
     let name = problem
         .name()
         .replace(|c: char| !c.is_ascii_alphanumeric(), "_");
-    let folder = folder.join(name).join(seed.to_string());
-    std::fs::create_dir_all(&folder)?;
-    let names: Vec<&str> = [&["t"], problem.system.states, problem.system.inputs].concat();
-    for (k, run) in rows(problem, seed)?.iter().enumerate() {
-        let mut text = names.join(",") + "\n";
-        for row in 0..run.time.len() {
-            let values = run.states.iter().chain(&run.inputs).map(|c| c[row]);
-            let all: Vec<String> = std::iter::once(run.time[row])
-                .chain(values)
-                .map(|v| v.to_string())
-                .collect();
-            text += &(all.join(",") + "\n");
-        }
-        std::fs::write(folder.join(format!("run{k}.csv")), text)?;
-    }
+    let names: Vec<&str> = [&["t"], system.states, system.inputs].concat();
+    let degree = match system.candidates {
+        Candidates::Degree(degree) if problem.is_complete() => Some(degree),
+        _ => None,
+    };
     let about = json!({
         "name": problem.name(),
-        "states": problem.system.states,
-        "inputs": problem.system.inputs,
+        "states": system.states,
+        "inputs": system.inputs,
+        "degree": degree,
         "library": library(problem)?.names(),
-        "truth": problem.system.truth,
-        "discrete": problem.system.clock == Clock::Map,
+        "truth": system.truth,
+        "discrete": system.clock == Clock::Map,
         "complete": problem.is_complete(),
     });
-    std::fs::write(folder.join("problem.json"), about.to_string() + "\n")?;
-    Ok(())
+    let all = folder.join(name);
+    for seed in seeds {
+        let folder = all.join(seed.to_string());
+        std::fs::create_dir_all(&folder)?;
+        for (k, run) in rows(problem, seed)?.iter().enumerate() {
+            let mut text = names.join(",") + "\n";
+            for row in 0..run.time.len() {
+                let values = run.states.iter().chain(&run.inputs).map(|c| c[row]);
+                let cells: Vec<String> = std::iter::once(run.time[row])
+                    .chain(values)
+                    .map(|v| v.to_string())
+                    .collect();
+                text += &(cells.join(",") + "\n");
+            }
+            std::fs::write(folder.join(format!("run{k}.csv")), text)?;
+        }
+        std::fs::write(folder.join("problem.json"), format!("{about}\n"))?;
+    }
+    Ok(all)
 }

@@ -21,6 +21,15 @@ impl Problem {
         format!("{}: {}{without}", self.system.name, self.corruption.name())
     }
 
+    /// What it asks of a program.
+    pub(crate) fn class(&self) -> &'static str {
+        match self.system.clock {
+            Clock::Map => "maps",
+            Clock::Logarithmic(..) => "stiff",
+            Clock::Every(_) => self.corruption.class(),
+        }
+    }
+
     /// Whether the library holds the truth.
     pub(crate) fn is_complete(&self) -> bool {
         self.without.is_empty()

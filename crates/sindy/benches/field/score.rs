@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use sindy::SindyError;
 use sindy::identify::Identification;
+use sindy::model::{Model, Term};
 
 use crate::problems::Problem;
 use crate::simulate::truth;
@@ -16,19 +17,67 @@ const DOUBTS: &[&str] = &[
     "equally likely",
 ];
 
-pub(crate) const HEADER: &str = "| problem | exact terms | median error | worst coefficient | 95 % intervals that hold | warned | s |\n\
-                          | --- | --- | --- | --- | --- | --- | --- |";
+/// Names of the columns, and the line below them.
+pub(crate) const HEADER: [&str; 2] = [
+    "| problem | exact terms | median error | worst coefficient | 95 % intervals that hold | warned | s |",
+    "| --- | --- | --- | --- | --- | --- | --- |",
+];
+
+/// How equations differ from the true ones.
+#[derive(Clone, Copy)]
+pub(crate) struct Difference {
+    /// Terms that are not true, and true ones that lack. No model has none.
+    wrong: Option<(usize, usize)>,
+    /// 2-norm of the coefficients' error over that of the true ones.
+    pub(crate) error: f64,
+    /// Largest relative error of a true coefficient.
+    worst: f64,
+}
+
+impl Difference {
+    /// Of no model.
+    pub(crate) const NO_MODEL: Self = Self {
+        wrong: None,
+        error: f64::INFINITY,
+        worst: f64::INFINITY,
+    };
+
+    pub(crate) fn new(truth: &Model, found: &[Vec<Term>]) -> Self {
+        let mut wrong = (0, 0);
+        let (mut square, mut norm, mut worst) = (0.0, 0.0, 0.0_f64);
+        for (own, answer) in found.iter().zip(truth.equations()) {
+            for t in answer {
+                norm += t.coefficient * t.coefficient;
+                let at = own.iter().find(|o| o.expression == t.expression);
+                let off = at.map_or(0.0, |o| o.coefficient) - t.coefficient;
+                square += off * off;
+                worst = worst.max((off / t.coefficient).abs());
+                wrong.1 += usize::from(at.is_none());
+            }
+            for o in own
+                .iter()
+                .filter(|o| answer.iter().all(|t| t.expression != o.expression))
+            {
+                square += o.coefficient * o.coefficient;
+                wrong.0 += 1;
+            }
+        }
+        Self {
+            wrong: Some(wrong),
+            error: (square / norm).sqrt(),
+            worst,
+        }
+    }
+
+    pub(crate) fn is_exact(&self) -> bool {
+        self.wrong == Some((0, 0))
+    }
+}
 
 /// One fit, scored.
 pub(crate) struct Fitted {
     seed: u64,
-    exact: bool,
-    /// Terms that are not true, and true ones that lack.
-    wrong: (usize, usize),
-    /// 2-norm of the coefficients' error over that of the true ones.
-    error: f64,
-    /// Largest relative error of a true coefficient.
-    worst: f64,
+    pub(crate) difference: Difference,
     /// True coefficients in their intervals, and intervals; of exact fits.
     held: (usize, usize),
     doubts: bool,
@@ -49,45 +98,17 @@ impl Fitted {
             Ok(found) => found,
             Err(error) => return Ok(Self::failed(seed, &error, seconds)),
         };
-        let (mut wrong, mut held) = ((0, 0), (0, 0));
-        let (mut square, mut norm, mut worst) = (0.0, 0.0, 0.0_f64);
         let truth = truth(&problem.system)?;
-        for ((own, answer), equation) in found
-            .model
-            .equations()
-            .iter()
-            .zip(truth.equations())
-            .zip(&found.equations)
-        {
-            for t in answer {
-                norm += t.coefficient * t.coefficient;
-                let at = own.iter().position(|o| o.expression == t.expression);
-                let off = at.map_or(0.0, |k| own[k].coefficient) - t.coefficient;
-                square += off * off;
-                worst = worst.max((off / t.coefficient).abs());
-                wrong.1 += usize::from(at.is_none());
-                if let Some([low, high]) = at.and_then(|k| equation.intervals[k]) {
-                    held.0 += usize::from(low <= t.coefficient && t.coefficient <= high);
-                    held.1 += 1;
-                }
-            }
-            for o in own
-                .iter()
-                .filter(|o| answer.iter().all(|t| t.expression != o.expression))
-            {
-                square += o.coefficient * o.coefficient;
-                wrong.0 += 1;
-            }
-        }
-        let exact = wrong == (0, 0);
+        let difference = Difference::new(&truth, found.model.equations());
         let doubts = |w: &String| DOUBTS.iter().any(|d| w.contains(d));
         Ok(Self {
             seed,
-            exact,
-            wrong,
-            error: (square / norm).sqrt(),
-            worst,
-            held: if exact { held } else { (0, 0) },
+            held: if difference.is_exact() {
+                held(&truth, &found)
+            } else {
+                (0, 0)
+            },
+            difference,
             doubts: found.warnings.iter().any(doubts) || !found.outcome.is_success(),
             warnings: found.warnings,
             model: format!("{:.4}", found.model),
@@ -100,10 +121,7 @@ impl Fitted {
     fn failed(seed: u64, error: &SindyError, seconds: f64) -> Self {
         Self {
             seed,
-            exact: false,
-            wrong: (0, 0),
-            error: f64::INFINITY,
-            worst: f64::INFINITY,
+            difference: Difference::NO_MODEL,
             held: (0, 0),
             doubts: true,
             warnings: vec![error.to_string()],
@@ -115,13 +133,14 @@ impl Fitted {
 
     pub(crate) fn json(&self, problem: &str) -> Value {
         json!({
+            "program": "sindy",
             "problem": problem,
             "seed": self.seed,
-            "exact": self.exact,
-            "extra_terms": self.wrong.0,
-            "lacking_terms": self.wrong.1,
-            "error": self.error,
-            "worst_coefficient": self.worst,
+            "exact": self.difference.is_exact(),
+            "extra_terms": self.difference.wrong.map(|w| w.0),
+            "lacking_terms": self.difference.wrong.map(|w| w.1),
+            "error": self.difference.error,
+            "worst_coefficient": self.difference.worst,
             "intervals_held": self.held.0,
             "intervals": self.held.1,
             "doubts": self.doubts,
@@ -133,15 +152,41 @@ impl Fitted {
     }
 }
 
+/// True coefficients in their intervals, and intervals.
+fn held(truth: &Model, found: &Identification) -> (usize, usize) {
+    let mut held = (0, 0);
+    for ((own, answer), equation) in found
+        .model
+        .equations()
+        .iter()
+        .zip(truth.equations())
+        .zip(&found.equations)
+    {
+        for t in answer {
+            let at = own.iter().position(|o| o.expression == t.expression);
+            if let Some([low, high]) = at.and_then(|k| equation.intervals[k]) {
+                held.0 += usize::from(low <= t.coefficient && t.coefficient <= high);
+                held.1 += 1;
+            }
+        }
+    }
+    held
+}
+
+/// The median; of an even number, the larger of the two in the middle.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
 /// A line of the table: all seeds of one problem.
-pub(crate) fn row(problem: &Problem, fits: &[&Fitted]) -> String {
+pub(crate) fn row(problem: &Problem, fits: &[Fitted]) -> String {
     let n = fits.len();
     let count = |of: fn(&Fitted) -> bool| fits.iter().filter(|f| of(f)).count();
-    let mut errors: Vec<f64> = fits.iter().map(|f| f.error).collect();
-    errors.sort_by(f64::total_cmp);
-    let worst = fits.iter().map(|f| f.worst).fold(0.0, f64::max);
+    let errors = fits.iter().map(|f| f.difference.error).collect();
+    let worst = fits.iter().map(|f| f.difference.worst).fold(0.0, f64::max);
     let exact = match problem.is_complete() {
-        true => format!("{} of {n}", count(|f| f.exact)),
+        true => format!("{} of {n}", count(|f| f.difference.is_exact())),
         false => "not in the library".into(),
     };
     let held: usize = fits.iter().map(|f| f.held.0).sum();
@@ -150,7 +195,7 @@ pub(crate) fn row(problem: &Problem, fits: &[&Fitted]) -> String {
     format!(
         "| {} | {exact} | {:.1e} | {:.1} % | {held} of {given} | {} of {n} | {seconds:.1} |",
         problem.name(),
-        errors[n / 2],
+        median(errors),
         100.0 * worst,
         count(|f| f.doubts),
     )
@@ -164,9 +209,13 @@ pub(crate) fn summary(all: &[(&Problem, &Fitted)]) -> String {
             .map(|(_, f)| *f)
     };
     let complete = of(true).count();
-    let exact = of(true).filter(|f| f.exact).count();
-    let false_alarms = of(true).filter(|f| f.exact && f.doubts).count();
-    let confident = of(true).filter(|f| !f.exact && !f.doubts).count();
+    let exact = of(true).filter(|f| f.difference.is_exact()).count();
+    let false_alarms = of(true)
+        .filter(|f| f.difference.is_exact() && f.doubts)
+        .count();
+    let confident = of(true)
+        .filter(|f| !f.difference.is_exact() && !f.doubts)
+        .count();
     let (lacking, warned) = (of(false).count(), of(false).filter(|f| f.doubts).count());
     let held: usize = of(true).map(|f| f.held.0).sum();
     let given: usize = of(true).map(|f| f.held.1).sum();

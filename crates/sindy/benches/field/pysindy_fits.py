@@ -1,0 +1,180 @@
+"""PySINDy's fits of one problem: `python pysindy_fits.py FOLDER`.
+
+FOLDER holds what `cargo bench -p sindy --bench field -- --write` writes for a problem: a folder for each seed, with
+`problem.json` and one CSV file for each trajectory. Prints a line of JSON for each seed and setting: the coefficients by
+equation and term, or PySINDy's error. The first setting is PySINDy's default; the others are the grid, whose thresholds are
+fractions of the smallest true coefficient. Nothing is scored here.
+"""
+
+import json
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+warnings.filterwarnings("ignore")
+import pysindy as ps
+
+# Savitzky-Golay smoothing of degree 3, and then finite differences of order 4. A window of 1 does not smooth.
+WINDOWS = [1, 5, 11, 21, 41, 81, 161]
+# Half-widths of the weak form's domains in median sampling intervals; test functions (1 - x^2)^p.
+HALF_WIDTHS = [10, 20, 40, 80, 160]
+TEST_DEGREES = [4, 8]
+DOMAINS = 400
+DOMAIN_SEED = 0
+FRACTIONS = [0.05, 0.15, 0.3, 0.5, 0.7, 0.9]
+# STLSQ: so small that it matters nowhere. PySINDy's 0.05 would dominate the weak form's small sums.
+RIDGE = 1e-8
+SR3_ITERATIONS = 100
+
+
+class Recorder(ps.STLSQ):
+    """The default optimizer, which keeps what `SINDy.fit` hands it."""
+
+    def fit(self, x_, y, **arguments):
+        self.library_values, self.targets = np.asarray(x_), np.asarray(y)
+        return super().fit(x_, y, **arguments)
+
+
+def read(folder):
+    """What is to be fitted, without rows that lack a state, which PySINDy refuses."""
+    about = json.loads((folder / "problem.json").read_text())
+    count = len(about["states"])
+    runs = []
+    for path in sorted(folder.glob("run*.csv"), key=lambda p: int(p.stem[3:])):
+        table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+        table = table[np.isfinite(table).all(axis=1)]
+        runs.append((table[:, 0], table[:, 1 : 1 + count], table[:, 1 + count :]))
+    return about, runs
+
+
+def feature_library(about):
+    if about["degree"] is not None:
+        return ps.PolynomialLibrary(degree=about["degree"])
+    variables = about["states"] + about["inputs"]
+    head = f"lambda {', '.join(variables)}: "
+    names = {"sin": np.sin, "cos": np.cos}
+    # Functions of all variables: CustomLibrary has then one combination of arguments for each.
+    functions = [
+        eval(head + (f"0*{variables[0]} + 1" if term == "1" else term.replace("^", "**")), names)
+        for term in about["library"]
+    ]
+    labels = [(lambda *_, term=term: term) for term in about["library"]]
+    return ps.CustomLibrary(library_functions=functions, function_names=labels)
+
+
+def model_of(about, runs, form, optimizer):
+    """PySINDy's model of a form of the grid, not yet fitted."""
+    library = feature_library(about)
+    if about["discrete"]:
+        return ps.DiscreteSINDy(optimizer=optimizer, feature_library=library)
+    if form is None:
+        return ps.SINDy(optimizer=optimizer, feature_library=library)
+    name, size, degree = form
+    if name == "weak":
+        t = runs[0][0]
+        if any(not np.array_equal(t, other) for other, _, _ in runs):
+            raise ValueError("WeakPDELibrary has one time base for all trajectories")
+        np.random.seed(DOMAIN_SEED)  # the library draws its domains from the global generator
+        weak = ps.WeakPDELibrary(
+            function_library=library, spatiotemporal_grid=t, K=DOMAINS,
+            H_xt=size * float(np.median(np.diff(t))), p=degree,
+        )  # fmt: skip
+        return ps.SINDy(optimizer=optimizer, feature_library=weak)
+    if size == 1:
+        derivative = ps.FiniteDifference(order=4)
+    else:
+        window = {"window_length": size, "polyorder": degree}
+        derivative = ps.SmoothedFiniteDifference(smoother_kws=window, order=4)
+    return ps.SINDy(optimizer=optimizer, feature_library=library, differentiation_method=derivative)
+
+
+def fit(model, about, runs):
+    inputs = {"u": [u for _, _, u in runs]} if about["inputs"] else {}
+    names = about["states"] + about["inputs"]
+    model.fit([x for _, x, _ in runs], t=[t for t, _, _ in runs], feature_names=names, **inputs)
+
+
+def term_names(about):
+    """In the order of PySINDy's columns."""
+    if about["degree"] is None:
+        return about["library"]
+    names = about["states"] + about["inputs"]
+    width = np.zeros((1, len(names)))
+    library = ps.PolynomialLibrary(degree=about["degree"]).fit(width)
+    return [name.replace(" ", "*") for name in library.get_feature_names(names)]
+
+
+def equations(about, matrix):
+    names = term_names(about)
+    if sorted(names) != sorted(about["library"]) or matrix.shape[1] != len(names):
+        raise SystemExit(f"expected the library {about['library']}; PySINDy has {names}")
+    if not np.isfinite(matrix).all():
+        raise ValueError("coefficients that are not finite")
+    return [{n: float(c) for n, c in zip(names, row) if c != 0.0} for row in matrix]
+
+
+def optimizers(about):
+    """The grid's optimizers by name."""
+    smallest = min(abs(c) for equation in about["truth"] for _, c in equation)
+    for fraction in FRACTIONS:
+        threshold = fraction * smallest
+        yield f"STLSQ {fraction}", ps.STLSQ(threshold=threshold, alpha=RIDGE)
+        for nu in (1.0, 100.0):
+            weight = ps.SR3.calculate_l0_weight(threshold, nu)
+            yield (
+                f"SR3 {fraction}, nu {nu:g}",
+                ps.SR3(reg_weight_lam=weight, relax_coeff_nu=nu, max_iter=SR3_ITERATIONS, unbias=True),
+            )
+
+
+def forms(about):
+    """Names and forms of the grid."""
+    if about["discrete"]:
+        return {"next row": None}
+    found = {f"smoothed over {w}" if w > 1 else "differences": ("strong", w, 3) for w in WINDOWS}
+    for half_width in HALF_WIDTHS:
+        for p in TEST_DEGREES:
+            found[f"weak {half_width}, p {p}"] = ("weak", half_width, p)
+    return found
+
+
+def fits(about, runs):
+    """(setting, equations or error) of the default and of the grid."""
+    try:
+        model = model_of(about, runs, None, ps.STLSQ())
+        fit(model, about, runs)
+        yield "default", equations(about, model.coefficients())
+    except (ValueError, np.linalg.LinAlgError) as error:
+        yield "default", str(error)
+    for name, form in forms(about).items():
+        try:
+            recorder = Recorder()
+            fit(model_of(about, runs, form, recorder), about, runs)
+        except (ValueError, np.linalg.LinAlgError) as error:
+            yield name, str(error)
+            continue
+        # Both optimizers see the rows through products only: the triangular factor gives the same coefficients.
+        count = recorder.library_values.shape[1]
+        both = np.hstack([recorder.library_values, recorder.targets])
+        factor = np.linalg.qr(both, mode="r") if len(both) > both.shape[1] else both
+        for label, optimizer in optimizers(about):
+            try:
+                optimizer.fit(factor[:, :count], factor[:, count:])
+                yield f"{name}, {label}", equations(about, optimizer.coef_)
+            except (ValueError, np.linalg.LinAlgError) as error:
+                yield f"{name}, {label}", str(error)
+
+
+def main():
+    folder = Path(sys.argv[1])
+    for seed in sorted((f for f in folder.iterdir() if f.is_dir()), key=lambda f: int(f.name)):
+        about, runs = read(seed)
+        for setting, found in fits(about, runs):
+            answer = {"error": found} if isinstance(found, str) else {"equations": found}
+            print(json.dumps({"seed": int(seed.name), "setting": setting} | answer), flush=True)
+
+
+if __name__ == "__main__":
+    main()
