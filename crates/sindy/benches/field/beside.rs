@@ -13,6 +13,9 @@ pub(crate) const HEADER: [&str; 2] = [
 /// So many seeds more are a difference.
 const MORE: usize = 2;
 
+/// Errors are smaller from this share of ours on: regressions of the same terms differ by rounding.
+const CLOSER: f64 = 0.99;
+
 /// The cells of a problem.
 pub(crate) fn cells(fits: Option<&Fits>) -> String {
     let Some(fits) = fits else {
@@ -123,18 +126,23 @@ fn better(name: &str, pairs: &[Pair<'_>], of: fn(&Fits) -> &Setting) -> String {
             format!("{} ({theirs} to {})", p.problem.name(), p.exact())
         })
         .collect();
-    let closer = pairs
+    let closer: Vec<String> = pairs
         .iter()
-        .filter(|p| of(p.theirs).error() < p.error())
-        .count();
-    let list = if more.is_empty() {
-        "none".into()
-    } else {
-        more.join("; ")
+        .filter(|p| of(p.theirs).error() < CLOSER * p.error())
+        .map(|p| {
+            let theirs = of(p.theirs).error();
+            format!("{} ({theirs:.1e} to {:.1e})", p.problem.name(), p.error())
+        })
+        .collect();
+    let list = |names: &[String]| match names {
+        [] => "none".into(),
+        names => format!("{}: {}", names.len(), names.join("; ")),
     };
     format!(
-        "\nPySINDy's {name}: exact in {MORE} seeds more than ours: {list}. Smaller median error than ours: {closer} of {} \
-         problems.",
+        "\nPySINDy's {name}, of {} problems:\n- exact in at least {MORE} seeds more than ours: {}\n- median error smaller \
+         than ours: {}\n",
         pairs.len(),
+        list(&more),
+        list(&closer),
     )
 }
