@@ -1,4 +1,4 @@
-//! Problems that no setting was tuned on: `cargo bench -p sindy --bench field` fits all of them and prints a table, or a
+//! Problems with known equations: `cargo bench -p sindy --bench field` fits all of them and prints a table, or a
 //! line of JSON for each fit. README.md beside this file says what is in it.
 
 #![allow(clippy::print_stdout, missing_docs)]
