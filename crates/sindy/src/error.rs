@@ -108,6 +108,12 @@ pub enum SindyError {
         /// What went wrong, and where.
         reason: String,
     },
+    /// Partial sums that are damaged, or do not belong to each other.
+    #[error("partial sums: {reason}")]
+    PartialSums {
+        /// What was expected, and what was found.
+        reason: String,
+    },
     /// A text that is not a model in JSON.
     #[error("model in JSON: {reason}")]
     Json {

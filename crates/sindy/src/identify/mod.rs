@@ -64,7 +64,7 @@ mod warnings;
 pub use result::{Candidate, Choice, Equation, FrontPoint, Identification, Progress, ratio};
 pub use second_order::{velocity, with_velocities};
 pub use settings::{Between, Method, Score, Settings, Smoothing};
-pub use stream::Columns;
+pub use stream::{Columns, PartialSums};
 
 use std::borrow::Cow;
 

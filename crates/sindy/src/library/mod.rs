@@ -34,6 +34,7 @@ mod tests;
 
 use std::collections::HashSet;
 
+use serde::{Deserialize, Serialize};
 use sindy_expr::{Expr, Program};
 
 use crate::error::{SindyError, require};
@@ -44,8 +45,9 @@ pub use polynomial::{Interaction, Polynomial};
 /// The most terms that a library which is made by constructors may have.
 pub const MAX_TERMS: usize = 5000;
 
-/// An ordered list of distinct candidate terms.
-#[derive(Clone, Debug, PartialEq)]
+/// An ordered list of distinct candidate terms. Between processes it is the list of their names.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<String>", into = "Vec<String>")]
 pub struct Library {
     names: Vec<String>,
     terms: Vec<Expr>,
@@ -140,6 +142,20 @@ impl Library {
             &self.terms,
             &columns.iter().map(String::as_str).collect::<Vec<_>>(),
         )
+    }
+}
+
+impl From<Library> for Vec<String> {
+    fn from(library: Library) -> Self {
+        library.names
+    }
+}
+
+impl TryFrom<Vec<String>> for Library {
+    type Error = SindyError;
+
+    fn try_from(names: Vec<String>) -> Result<Self, SindyError> {
+        Self::parse(&names)
     }
 }
 

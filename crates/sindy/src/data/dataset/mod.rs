@@ -76,7 +76,7 @@ impl Stretch<'_> {
 }
 
 /// Counts of a data set: rows, stretches, and rows that were left out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DataReport {
     /// Trajectories that were added.
     pub trajectories: usize,

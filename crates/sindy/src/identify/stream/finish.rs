@@ -1,9 +1,10 @@
 //! From the sums of a pass to a model.
 
 use super::Columns;
-use super::pass::{Kept, Pass};
-use super::sums::Sums;
-use crate::data::dataset::{Dataset, FEWEST};
+use super::clusters::ClusterSums;
+use super::kept::Kept;
+use super::pass::Passed;
+use crate::data::dataset::Dataset;
 use crate::error::SindyError;
 use crate::identify::inputs;
 use crate::identify::known::KnownPart;
@@ -20,15 +21,14 @@ use crate::trajectory::output_error::{Piece, System};
 const ALIKE: f64 = 1.02;
 
 pub(super) fn of(
-    mut pass: Pass<'_>,
+    passed: Passed,
     columns: &Columns,
     libraries: Vec<Library>,
     settings: &Settings,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Identification, SindyError> {
-    let kept = std::mem::take(&mut pass.kept);
-    let report = pass.report;
-    let statistics = statistics(pass, settings)?;
+    let report = passed.report;
+    let (statistics, kept) = statistics(passed, &libraries, settings);
     check_rows(
         report.rows - report.missing_rows - report.short_rows,
         &libraries,
@@ -112,34 +112,33 @@ fn rank(ranked: &mut [RankedModel]) {
     });
 }
 
-/// The statistics of the pass, of those kinds that are asked for.
-fn statistics(pass: Pass<'_>, settings: &Settings) -> Result<Vec<Statistics>, SindyError> {
-    let Pass {
-        plan, slopes, weak, ..
-    } = pass;
-    let plan = plan.ok_or(SindyError::too_short(FEWEST, 0))?;
-    let weak = weak.filter(|w| w.used() > 0).map(|w| Statistics {
+/// The statistics of the pass, of those kinds that are asked for, and the pieces that it kept.
+fn statistics(
+    passed: Passed,
+    libraries: &[Library],
+    settings: &Settings,
+) -> (Vec<Statistics>, Vec<Kept>) {
+    let plan = passed.plan;
+    let terms: Vec<usize> = libraries.iter().map(Library::len).collect();
+    let weak = passed.weak.filter(|w| w.used() > 0).map(|w| Statistics {
         smoothing: format!(
             "weak form, half-width {:.4}",
             plan.half_width.unwrap_or(0.0)
         ),
-        grams: w.grams,
+        grams: w.full(&terms),
         independent: regress::INDEPENDENT_WINDOWS,
     });
-    let of_slopes = |(s, sums): (_, Sums)| {
-        let s: &super::slopes::Slopes = s;
-        Statistics {
-            smoothing: s.name.clone(),
-            grams: sums.grams,
-            independent: 1.0 / s.window,
-        }
+    let of_slopes = |(s, sums): (&super::slopes::Slopes, ClusterSums)| Statistics {
+        smoothing: s.name.clone(),
+        grams: sums.full(&terms),
+        independent: 1.0 / s.window,
     };
     let mut all = Vec::new();
     if settings.smoothing != Smoothing::Weak || weak.is_none() {
-        all.extend(plan.slopes.iter().zip(slopes).map(of_slopes));
+        all.extend(plan.slopes.iter().zip(passed.slopes).map(of_slopes));
     }
     all.extend(weak);
-    Ok(all)
+    (all, passed.kept.pieces)
 }
 
 /// Solves all regressions. With more rows than [`Settings::rows`], best subsets are also found with the penalty of

@@ -37,7 +37,10 @@
 //! # Ok::<(), sindy::SindyError>(())
 //! ```
 
+mod clusters;
 mod finish;
+mod kept;
+mod partial;
 mod pass;
 mod slopes;
 mod sums;
@@ -49,12 +52,19 @@ mod window;
 use super::Settings;
 use super::{Identification, Identify, Method, Progress};
 use crate::data::dataset::Dataset;
-use crate::data::samples::{BlockSource, passed, position};
+use crate::data::samples::{BlockSource, position};
 use crate::error::{SindyError, require};
+use crate::library::Library;
+pub use partial::PartialSums;
 use pass::Pass;
+use serde::{Deserialize, Serialize};
+
+/// The rows that decide how slopes are taken.
+pub const HEAD_ROWS: usize = pass::HEAD;
 
 /// The roles of a source's columns.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Columns {
     time: String,
     states: Vec<String>,
@@ -95,6 +105,11 @@ impl Columns {
         }
     }
 
+    /// Their number.
+    fn width(&self) -> usize {
+        1 + self.states.len() + self.inputs.len() + usize::from(self.weights.is_some())
+    }
+
     /// Time, states, inputs, weights: their places among `names`.
     fn places(&self, names: &[String]) -> Result<Vec<usize>, SindyError> {
         std::iter::once(&self.time)
@@ -124,6 +139,16 @@ impl Identify {
         columns: &Columns,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Identification, SindyError> {
+        let libraries = self.streamed(columns)?;
+        columns.places(source.names())?;
+        let mut pass = Pass::new(columns, &libraries, &self.settings)?;
+        progress(Progress::Smoothing);
+        pass.take(source, false)?;
+        finish::of(pass.end()?, columns, libraries, &self.settings, progress)
+    }
+
+    /// The library of each state, where the settings suit rows that are passed over once.
+    fn streamed(&self, columns: &Columns) -> Result<Vec<Library>, SindyError> {
         require(
             self.settings.method != Method::OutputError,
             "method",
@@ -137,19 +162,6 @@ impl Identify {
             let expected = "none in a stream";
             require(texts.is_empty(), key, expected, texts.join(", "))?;
         }
-        let libraries = self.per_state(columns.states.len())?;
-        let places = columns.places(source.names())?;
-        let mut pass = Pass::new(columns, &libraries, &self.settings)?;
-        progress(Progress::Smoothing);
-        let mut result = Ok(());
-        source.for_each_block(&mut |block| {
-            if result.is_ok() {
-                let rows: Vec<&[f64]> = places.iter().map(|&p| block.columns[p]).collect();
-                result = pass.push(block.group, &rows);
-            }
-        });
-        passed(source)?;
-        result?;
-        finish::of(pass.end()?, columns, libraries, &self.settings, progress)
+        self.per_state(columns.states.len())
     }
 }

@@ -1,11 +1,14 @@
 //! The pass: rows in, sums and kept pieces out.
 
 use super::Columns;
+use super::clusters::ClusterSums;
+use super::kept::{Kept, KeptPieces};
 use super::slopes::{Plan, alike, choose};
 use super::sums::{RegressionTarget, Shared, Sums, shared};
 use super::window::{Window, WindowStretch};
 use crate::data::dataset::{DataReport, FEWEST};
 use crate::data::grid::uniform_period;
+use crate::data::samples::{BlockSource, passed};
 use crate::derivative::savgol::Smoothed;
 use crate::error::SindyError;
 use crate::identify::Settings;
@@ -14,7 +17,7 @@ use crate::trajectory::shift::{Cut, uneven};
 
 /// Rows that decide how slopes are taken, about a second of work. A record whose noise changes later is smoothed as its
 /// beginning asks for.
-const HEAD: usize = 50_000;
+pub(super) const HEAD: usize = 50_000;
 /// Rows that are differentiated at a time, at least.
 pub(super) const WINDOW: usize = 32_768;
 /// Rows of a block, at least, where there are enough.
@@ -25,20 +28,31 @@ const MEMORY: usize = 64 << 20;
 /// Rows of a piece that is kept.
 const PIECE: usize = 2000;
 
-/// A piece of a trajectory that is kept for free runs.
-pub(super) struct Kept {
-    number: usize,
-    /// Time, states, inputs, and weights if there are any.
-    pub columns: Vec<Vec<f64>>,
-    /// Smoothed states.
-    pub smooth: Vec<Vec<f64>>,
+/// Where a pass stands among all rows.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Place {
+    /// Index of the source.
+    pub source: usize,
+    /// Rows of the sources before it, as far as they are among the first that decide.
+    pub before: usize,
+}
+
+/// What a pass leaves.
+pub(super) struct Passed {
+    pub plan: Plan,
+    pub report: DataReport,
+    /// One for each way to take slopes.
+    pub slopes: Vec<ClusterSums>,
+    pub weak: Option<ClusterSums>,
+    pub kept: KeptPieces,
 }
 
 pub(super) struct Pass<'a> {
     names: &'a Columns,
     settings: &'a Settings,
     shared: Vec<Shared>,
-    pub report: DataReport,
+    place: Place,
+    report: DataReport,
     /// The trajectory that rows come from, and its rows that were not used up.
     group: Option<usize>,
     open: Window,
@@ -46,17 +60,16 @@ pub(super) struct Pass<'a> {
     seen: usize,
     /// Whole trajectories that wait for the decision.
     head: Vec<Window>,
-    pub plan: Option<Plan>,
+    plan: Option<Plan>,
     /// Slopes, one for each of the plan.
-    pub slopes: Vec<Sums>,
-    pub weak: Option<Sums>,
-    /// Pieces that are kept, those whose numbers `stride` divides.
-    pub kept: Vec<Kept>,
+    slopes: Vec<Sums>,
+    weak: Option<Sums>,
+    kept: KeptPieces,
     pieces: usize,
-    stride: usize,
 }
 
 impl<'a> Pass<'a> {
+    /// A pass whose first rows decide.
     pub(super) fn new(
         names: &'a Columns,
         libraries: &[Library],
@@ -70,6 +83,7 @@ impl<'a> Pass<'a> {
             names,
             settings,
             shared: shared(libraries),
+            place: Place::default(),
             report: DataReport::default(),
             group: None,
             open: Window::new(0, 0),
@@ -78,12 +92,59 @@ impl<'a> Pass<'a> {
             plan: None,
             slopes: Vec::new(),
             weak: None,
-            kept: Vec::new(),
+            kept: KeptPieces::new(),
             pieces: 0,
-            stride: 1,
         };
         pass.open = pass.fresh();
         Ok(pass)
+    }
+
+    /// A pass over the rows at `place`, for which `plan` was decided. It leaves the bits of a pass that decided itself.
+    pub(super) fn planned(
+        names: &'a Columns,
+        libraries: &[Library],
+        settings: &'a Settings,
+        plan: &Plan,
+        place: Place,
+    ) -> Result<Self, SindyError> {
+        let mut pass = Self::new(names, libraries, settings)?;
+        pass.place = place;
+        pass.report.period = plan.period;
+        pass.report.uniform = plan.uniform;
+        pass.make_sums(plan);
+        pass.plan = Some(plan.clone());
+        Ok(pass)
+    }
+
+    /// Takes the rows of a source; with `head` only until the first rows have decided.
+    pub(super) fn take(&mut self, source: &dyn BlockSource, head: bool) -> Result<(), SindyError> {
+        let places = self.names.places(source.names())?;
+        let mut result = Ok(());
+        source.for_each_block(&mut |block| {
+            if result.is_ok() && !(head && self.is_decided()) {
+                let rows: Vec<&[f64]> = places.iter().map(|&p| block.columns[p]).collect();
+                result = self.push(block.group, &rows);
+            }
+        });
+        passed(source)?;
+        result
+    }
+
+    /// Rows so far.
+    pub(super) fn seen(&self) -> usize {
+        self.seen
+    }
+
+    /// Whether the first rows have decided.
+    pub(super) fn is_decided(&self) -> bool {
+        self.plan.is_some()
+    }
+
+    /// Ends the open trajectory: the next rows are those of another source.
+    pub(super) fn next_source(&mut self) -> Result<(), SindyError> {
+        self.close()?;
+        self.group = None;
+        Ok(())
     }
 
     /// States and inputs.
@@ -111,7 +172,12 @@ impl<'a> Pass<'a> {
             // Whatever the size of the blocks: a decision by as many rows, and windows as long.
             let room = match &self.plan {
                 None => HEAD - self.head.iter().map(Window::len).sum::<usize>(),
-                Some(plan) => plan.window(),
+                Some(plan) if self.open.continued => plan.window(),
+                // A trajectory that begins among the rows that decide waits for the last of them.
+                Some(plan) => {
+                    let first = self.place.before + self.open.first;
+                    plan.window().max(HEAD.saturating_sub(first))
+                }
             };
             let rows = start..n.min(start + room - self.open.len());
             start = rows.end;
@@ -208,10 +274,12 @@ impl<'a> Pass<'a> {
             .iter()
             .map(|s| (s[0].as_slice(), s[1..].iter().map(Vec::as_slice).collect()))
             .collect();
-        let plan = choose(&series, self.settings, WINDOW / 8)?;
+        let mut plan = choose(&series, self.settings, WINDOW / 8)?;
+        plan.head = rows;
+        plan.triangles = vec![None; plan.slopes.len()];
         self.report.period = plan.period;
         self.report.uniform = plan.uniform;
-        self.make_sums(&plan, rows);
+        self.make_sums(&plan);
         self.plan = Some(plan);
         for window in head {
             self.process(window, false)?;
@@ -219,37 +287,27 @@ impl<'a> Pass<'a> {
         if open {
             self.advance()?;
         }
-        self.flush(0)
+        self.flush(0)?;
+        if let Some(plan) = &mut self.plan {
+            plan.triangles = self.slopes.iter().map(Sums::triangles).collect();
+        }
+        Ok(())
     }
 
-    fn make_sums(&mut self, plan: &Plan, rows: usize) {
+    fn make_sums(&mut self, plan: &Plan) {
         let names = self.names;
         let data: Vec<String> = names.states.iter().chain(&names.inputs).cloned().collect();
-        let folds = self.settings.folds;
-        let kinds = plan.slopes.len() + usize::from(plan.half_width.is_some());
-        let squares = |s: &Shared| s.states.len() * s.library.len() * s.library.len();
-        let size: usize = 8 * kinds * self.shared.iter().map(squares).sum::<usize>();
-        let clusters = (MEMORY / size.max(1)).min(CLUSTERS) / folds * folds;
-        let clusters = clusters.max(folds);
-        // Blocks longer than what correlates their rows, if there are rows enough for that.
-        let block = |alike: f64| {
-            ((4.0 * alike) as usize)
-                .max(BLOCK)
-                .min(rows / (2 * folds))
-                .max(20)
-        };
-        for slopes in &plan.slopes {
+        let (slopes, weak) = empty(plan, &self.shared, self.settings);
+        for (sums, triangles) in slopes.into_iter().zip(&plan.triangles) {
             let kind = RegressionTarget::Slopes {
                 weighted: names.weights.is_some(),
             };
-            let block = block(slopes.window);
-            let sums = Sums::new(kind, &self.shared, &data, clusters, block);
+            let sums = Sums::new(kind, &self.shared, &data, sums, triangles.as_deref());
             self.slopes.push(sums);
         }
-        if let Some(half_width) = plan.half_width {
-            let block = block(2.0 * half_width / plan.period);
+        if let (Some(half_width), Some(sums)) = (plan.half_width, weak) {
             let kind = RegressionTarget::Weak(half_width, names.states.clone());
-            self.weak = Some(Sums::new(kind, &self.shared, &data, clusters, block));
+            self.weak = Some(Sums::new(kind, &self.shared, &data, sums, None));
         }
     }
 
@@ -328,7 +386,7 @@ impl<'a> Pass<'a> {
         Ok(())
     }
 
-    /// Keeps evenly spread pieces; with too many rows, every other of them.
+    /// Keeps evenly spread pieces.
     fn keep(&mut self, columns: &[&[f64]], smooth: &[Smoothed], part: &WindowStretch) {
         let from = part.rows.start;
         let own = part.own.start - from..part.own.end - from;
@@ -337,35 +395,66 @@ impl<'a> Pass<'a> {
             if rows.len() < FEWEST {
                 continue;
             }
-            let number = self.pieces;
+            let index = self.pieces;
             self.pieces += 1;
-            if !number.is_multiple_of(self.stride) {
+            if !self.kept.wants(self.place.source, index) {
                 continue;
             }
-            self.kept.push(Kept {
-                number,
+            let smooth = smooth.iter().map(|s| s.value[rows.clone()].to_vec());
+            let piece = Kept {
+                source: self.place.source,
+                index,
                 columns: columns.iter().map(|c| c[rows.clone()].to_vec()).collect(),
-                smooth: smooth
-                    .iter()
-                    .map(|s| s.value[rows.clone()].to_vec())
-                    .collect(),
-            });
-            let rows: usize = self.kept.iter().map(|k| k.columns[0].len()).sum();
-            if rows > self.settings.rows && self.kept.len() > 1 {
-                self.stride *= 2;
-                let stride = self.stride;
-                self.kept.retain(|k| k.number.is_multiple_of(stride));
-            }
+                smooth: smooth.collect(),
+            };
+            self.kept.push(piece, self.settings.rows);
         }
     }
 
     /// Ends the pass.
-    pub(super) fn end(mut self) -> Result<Self, SindyError> {
+    pub(super) fn end(mut self) -> Result<Passed, SindyError> {
         self.close()?;
         if self.plan.is_none() {
             self.begin(false)?;
         }
         self.flush(0)?;
-        Ok(self)
+        Ok(Passed {
+            plan: self.plan.ok_or(SindyError::too_short(FEWEST, 0))?,
+            report: self.report,
+            slopes: self.slopes.into_iter().map(|s| s.clusters).collect(),
+            weak: self.weak.map(|w| w.clusters),
+            kept: self.kept,
+        })
     }
+}
+
+/// Sums of no rows: for each way to take slopes, and for the weak form.
+pub(super) fn empty(
+    plan: &Plan,
+    shared: &[Shared],
+    settings: &Settings,
+) -> (Vec<ClusterSums>, Option<ClusterSums>) {
+    let folds = settings.folds;
+    let kinds = plan.slopes.len() + usize::from(plan.half_width.is_some());
+    let squares = |s: &Shared| s.states.len() * s.library.len() * s.library.len();
+    let size: usize = 8 * kinds * shared.iter().map(squares).sum::<usize>();
+    let clusters = (MEMORY / size.max(1)).min(CLUSTERS) / folds * folds;
+    let clusters = clusters.max(folds);
+    let mut terms = vec![0; shared.iter().map(|s| s.states.len()).sum()];
+    for one in shared {
+        one.states
+            .iter()
+            .for_each(|&i| terms[i] = one.library.len());
+    }
+    // Blocks longer than what correlates their rows, if there are rows enough for that.
+    let sums = |alike: f64| {
+        let block = ((4.0 * alike) as usize)
+            .max(BLOCK)
+            .min(plan.head / (2 * folds))
+            .max(20);
+        ClusterSums::new(&terms, clusters, block)
+    };
+    let slopes = plan.slopes.iter().map(|s| sums(s.window)).collect();
+    let weak = plan.half_width.map(|h| sums(2.0 * h / plan.period));
+    (slopes, weak)
 }

@@ -1,11 +1,11 @@
 //! How slopes are taken, decided by the first rows.
 
+use serde::{Deserialize, Serialize};
+
 use super::pass::WINDOW;
 use crate::data::grid::uniform_period;
 use crate::derivative::savgol::{SavitzkyGolay, Smoothed};
-use crate::derivative::{
-    Differentiator, FiniteDifference, SavgolSearch, SmoothingSpline, choose_savgol,
-};
+use crate::derivative::{Differentiator, FiniteDifference, SavgolSearch, choose_savgol};
 use crate::error::SindyError;
 use crate::identify::{Settings, Smoothing};
 use crate::numerics::upper_median;
@@ -24,13 +24,44 @@ const POWER: u32 = 8;
 /// A stretch: times and states.
 pub(super) type Series<'a> = (&'a [f64], Vec<&'a [f64]>);
 
+/// Methods of differentiation as settings write them, and built from that.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Smoothing>", into = "Vec<Smoothing>")]
+struct Methods {
+    written: Vec<Smoothing>,
+    built: Vec<Differentiator>,
+}
+
+impl From<Methods> for Vec<Smoothing> {
+    fn from(methods: Methods) -> Self {
+        methods.written
+    }
+}
+
+impl TryFrom<Vec<Smoothing>> for Methods {
+    type Error = SindyError;
+
+    fn try_from(written: Vec<Smoothing>) -> Result<Self, SindyError> {
+        let build = |one: &Smoothing| {
+            let expected = "a method with its strength";
+            one.differentiator()?
+                .ok_or_else(|| SindyError::setting("smoothing", expected, format!("{one:?}")))
+        };
+        Ok(Self {
+            built: written.iter().map(build).collect::<Result<_, _>>()?,
+            written,
+        })
+    }
+}
+
 /// One way to take slopes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Slopes {
     /// For tables.
     pub name: String,
     /// One for each state; none in discrete time.
-    methods: Vec<Differentiator>,
+    methods: Methods,
     /// Rows at each end of a stretch whose slopes err more.
     pub edge: usize,
     /// Rows whose slopes are alike.
@@ -38,7 +69,8 @@ pub(super) struct Slopes {
 }
 
 /// The decisions from the first rows.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Plan {
     /// The first smooths the trajectories too.
     pub slopes: Vec<Slopes>,
@@ -49,12 +81,24 @@ pub(super) struct Plan {
     /// The median step of time.
     pub period: f64,
     pub uniform: bool,
+    /// The rows that decided.
+    pub head: usize,
+    /// By slopes, then library: whether the triangular factor is accumulated. None where no row decided.
+    pub triangles: Vec<Option<Vec<bool>>>,
 }
 
 impl Plan {
     /// Rows that are differentiated at a time.
     pub(super) fn window(&self) -> usize {
         WINDOW.max(8 * self.overlap)
+    }
+
+    /// Whether there is a method for each of so many states.
+    pub(super) fn fits(&self, states: usize, discrete: bool) -> bool {
+        let methods = if discrete { 0 } else { states };
+        self.triangles.len() == self.slopes.len()
+            && !self.slopes.is_empty()
+            && self.slopes.iter().all(|s| s.methods.built.len() == methods)
     }
 }
 
@@ -65,7 +109,7 @@ impl Slopes {
         time: &[f64],
         states: &[&[f64]],
     ) -> Result<Vec<Smoothed>, SindyError> {
-        if self.methods.is_empty() {
+        if self.methods.built.is_empty() {
             let next = |x: &&[f64]| Smoothed {
                 value: x.to_vec(),
                 // "Slope": the next sample. The last row of a stretch has none and is left out as its edge.
@@ -73,7 +117,7 @@ impl Slopes {
             };
             return Ok(states.iter().map(next).collect());
         }
-        let pairs = self.methods.iter().zip(states);
+        let pairs = self.methods.built.iter().zip(states);
         pairs
             .map(|(method, x)| match method.apply(time, x) {
                 Err(SindyError::TooShort { .. }) => FiniteDifference::new(2)?.apply(time, x),
@@ -82,28 +126,26 @@ impl Slopes {
             .collect()
     }
 
-    fn of(method: Differentiator, states: usize) -> Self {
+    fn of(method: Smoothing, states: usize) -> Result<Self, SindyError> {
         let (name, edge) = match method {
-            Differentiator::SavitzkyGolay(f) => {
-                let (window, degree) = (f.window(), f.degree());
+            Smoothing::SavitzkyGolay { window, degree } => {
                 let name = format!("Savitzky–Golay, window {window}, degree {degree}");
                 (name, window / 2)
             }
-            Differentiator::FiniteDifference(f) => {
-                (format!("finite differences of order {}", f.order()), 0)
+            Smoothing::FiniteDifference { order } => {
+                (format!("finite differences of order {order}"), 0)
             }
-            Differentiator::SmoothingSpline(_) => {
+            Smoothing::Kalman => ("Kalman smoother by maximum likelihood".into(), EDGE),
+            Smoothing::Spline | Smoothing::Automatic | Smoothing::Weak => {
                 ("smoothing spline by cross-validation".into(), EDGE)
             }
-            Differentiator::Kalman(_) => ("Kalman smoother by maximum likelihood".into(), EDGE),
-            Differentiator::Spectral(_) => ("spectral".into(), EDGE),
         };
-        Self {
+        Ok(Self {
             name,
-            methods: vec![method; states],
+            methods: vec![method; states].try_into()?,
             edge,
             window: (2 * edge + 1) as f64,
-        }
+        })
     }
 
     /// Rows from the end of a window beyond which slopes do not feel it.
@@ -114,7 +156,7 @@ impl Slopes {
                 Differentiator::SavitzkyGolay(_) | Differentiator::FiniteDifference(_)
             )
         };
-        match self.methods.iter().all(local) {
+        match self.methods.built.iter().all(local) {
             true => self.edge.max(8),
             false => REACH,
         }
@@ -153,9 +195,13 @@ fn filters(
             .iter()
             .map(|f| format!("{}/{}", f.window(), f.degree()))
             .collect();
+        let written = filters.iter().map(|f| Smoothing::SavitzkyGolay {
+            window: f.window(),
+            degree: f.degree(),
+        });
         Ok(Slopes {
             name: format!("Savitzky–Golay, window/degree {}", text.join(", ")),
-            methods: filters.into_iter().map(Differentiator::from).collect(),
+            methods: written.collect::<Vec<_>>().try_into()?,
             edge: widest / 2,
             window: widest as f64,
         })
@@ -184,16 +230,18 @@ pub(super) fn choose(
         overlap: 0,
         period,
         uniform,
+        head: 0,
+        triangles: Vec::new(),
     };
     if settings.discrete {
         plan.slopes.push(Slopes {
             name: "none (discrete time)".into(),
-            methods: Vec::new(),
+            methods: Vec::new().try_into()?,
             edge: 0,
             window: 1.0,
         });
-    } else if let Some(method) = settings.smoothing.differentiator()? {
-        plan.slopes.push(Slopes::of(method, states));
+    } else if settings.smoothing.differentiator()?.is_some() {
+        plan.slopes.push(Slopes::of(settings.smoothing, states)?);
     } else {
         let wider: &[f64] = match settings.smoothing {
             Smoothing::Automatic => &[1.0, 2.0],
@@ -203,13 +251,10 @@ pub(super) fn choose(
             true => filters(head, states, wider)?,
             false => None,
         };
-        let spline = || {
-            vec![Slopes::of(
-                SmoothingSpline::cross_validated().into(),
-                states,
-            )]
+        plan.slopes = match found {
+            Some(slopes) => slopes,
+            None => vec![Slopes::of(Smoothing::Spline, states)?],
         };
-        plan.slopes = found.unwrap_or_else(spline);
         let series: Vec<(&[f64], &[f64])> = head
             .iter()
             .filter(|s| s.0.len() >= SMOOTHED)

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::clusters::ClusterSums;
 use crate::data::samples::Samples;
 use crate::error::SindyError;
 use crate::identify::prepare::{WEIGHT, slope_name};
@@ -52,35 +53,29 @@ pub(super) struct Sums {
     kind: RegressionTarget,
     shared: Vec<Shared>,
     names: Vec<String>,
-    /// Rows of a block, at least.
-    block: usize,
     /// Rows that wait, and the cluster of each of their groups.
     waiting: Samples,
     places: Vec<usize>,
     rows: usize,
-    /// The cluster that is being filled, and rows that it has got in this turn.
-    at: usize,
-    filled: usize,
-    /// Whether rows went into sums yet.
-    begun: bool,
-    /// By equation, then cluster.
-    pub grams: Vec<Vec<Gram>>,
+    /// Whether it is decided where the triangular factor is accumulated.
+    decided: bool,
+    pub clusters: ClusterSums,
 }
 
 impl Sums {
+    /// `triangles` says by library where the triangular factor is accumulated; without it the first rows decide.
     pub(super) fn new(
         kind: RegressionTarget,
         shared: &[Shared],
         data: &[String],
-        clusters: usize,
-        block: usize,
+        clusters: ClusterSums,
+        triangles: Option<&[bool]>,
     ) -> Self {
-        let states: usize = shared.iter().map(|s| s.states.len()).sum();
         let mut names = Vec::new();
         match &kind {
             RegressionTarget::Slopes { weighted } => {
                 names.extend_from_slice(data);
-                names.extend((0..states).map(slope_name));
+                names.extend((0..clusters.grams.len()).map(slope_name));
                 names.extend(weighted.then(|| WEIGHT.to_owned()));
             }
             RegressionTarget::Weak(..) => {
@@ -88,25 +83,26 @@ impl Sums {
                 names.extend_from_slice(data);
             }
         }
-        let mut grams = vec![Vec::new(); states];
-        for one in shared {
-            for &i in &one.states {
-                grams[i] = vec![Gram::zeros(one.library.len()); clusters];
-            }
+        let mut shared = shared.to_vec();
+        for (one, &triangle) in shared.iter_mut().zip(triangles.into_iter().flatten()) {
+            one.triangle = triangle;
         }
         Self {
             kind,
-            shared: shared.to_vec(),
+            shared,
             waiting: samples(&names),
             names,
-            block,
             places: Vec::new(),
             rows: 0,
-            at: 0,
-            filled: 0,
-            begun: false,
-            grams,
+            decided: triangles.is_some(),
+            clusters,
         }
+    }
+
+    /// By library, whether the triangular factor is accumulated, where that is decided.
+    pub(super) fn triangles(&self) -> Option<Vec<bool>> {
+        self.decided
+            .then(|| self.shared.iter().map(|s| s.triangle).collect())
     }
 
     /// Takes rows of a stretch, in blocks.
@@ -115,15 +111,10 @@ impl Sums {
         if n == 0 {
             return Ok(());
         }
-        let parts = (n / self.block).max(1);
+        let parts = (n / self.clusters.block).max(1);
         for k in 0..parts {
             let part = rows.start + k * n / parts..rows.start + (k + 1) * n / parts;
-            self.places.push(self.at);
-            self.filled += part.len();
-            if self.filled >= self.block {
-                self.filled = 0;
-                self.at = (self.at + 1) % self.grams[0].len();
-            }
+            self.places.push(self.clusters.deal(part.len()));
             let own = columns.iter().map(|c| c[part.clone()].to_vec()).collect();
             self.waiting.push_group(own)?;
         }
@@ -144,7 +135,7 @@ impl Sums {
         for k in 0..self.shared.len() {
             let mut parts = self.sums(k)?;
             // The condition of the first rows decides for all rows, because there is no second pass.
-            if !self.begun && matches!(self.kind, RegressionTarget::Slopes { .. }) {
+            if !self.decided && matches!(self.kind, RegressionTarget::Slopes { .. }) {
                 let total = parts.first().map(|p| Gram::total(p));
                 if total.is_some_and(|t| t.condition() > CONDITION_LIMIT) {
                     self.shared[k].triangle = true;
@@ -153,11 +144,11 @@ impl Sums {
             }
             for (&i, groups) in self.shared[k].states.iter().zip(&parts) {
                 for (&place, gram) in self.places.iter().zip(groups) {
-                    self.grams[i][place].merge(gram);
+                    self.clusters.grams[i][place].merge(gram);
                 }
             }
         }
-        self.begun = true;
+        self.decided = true;
         self.waiting = samples(&self.names);
         self.places.clear();
         self.rows = 0;
@@ -187,11 +178,6 @@ impl Sums {
                 }
             }
         }
-    }
-
-    /// Rows (in the weak form: windows) that were used.
-    pub(super) fn used(&self) -> usize {
-        self.grams[0].iter().map(|g| g.rows).sum()
     }
 }
 

@@ -68,7 +68,7 @@ fn terms(found: &Identification) -> Vec<(String, f64, Option<f64>)> {
 }
 
 /// A damped oscillation that is pushed again and again, so that it never dies down; so many rows.
-fn long_run(rows: usize, noise: f64) -> (Problem, Record) {
+pub(super) fn long_run(rows: usize, noise: f64) -> (Problem, Record) {
     let problem = problems::damped_oscillator();
     let (a, b) = (-0.1, 2.0); // x' = a x + b y, y' = -b x + a y, of the linear problem
     let mut record = Record {

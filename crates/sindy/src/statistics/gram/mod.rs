@@ -19,10 +19,12 @@ mod driver;
 mod kernel;
 mod pass;
 pub(crate) mod plan;
+mod stored;
 mod sums;
 pub(crate) mod weighted;
 
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 pub use check::check;
 pub use pass::Accumulate;
@@ -43,7 +45,8 @@ pub struct Weights {
 
 /// Sufficient statistics for one target over `p` terms. With sample weights `w` all sums are weighted:
 /// `Θᵀ W Θ`, `Θᵀ W y`, and so on.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "stored::StoredGram", into = "stored::StoredGram")]
 pub struct Gram {
     /// `Θᵀ Θ`, p x p.
     pub xtx: DMatrix<f64>,

@@ -169,6 +169,11 @@ impl Triangle {
         Ok(out)
     }
 
+    /// The factor of a square matrix that [`Triangle::matrix`] gave.
+    pub(crate) fn of_matrix(r: DMatrix<f64>) -> Self {
+        Self { r }
+    }
+
     /// The factor itself: the terms in order, then the target.
     #[must_use]
     pub fn matrix(&self) -> &DMatrix<f64> {
