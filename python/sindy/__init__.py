@@ -9,17 +9,21 @@ x' = 1.00*y
 y' = -1.00*x
 """
 
+from . import dist
 from ._errors import InternalError, SindyError, SindyWarning
 from ._gram import Gram
 from ._library import Library
 from ._model import Run, SINDy
 from ._native import __version__
+from ._partial import PartialSums
 from ._solvers import SR3, STLSQ, BestSubset, Solver, Stepwise
 
 __all__ = [
     "SINDy",
     "Library",
     "Gram",
+    "PartialSums",
+    "dist",
     "STLSQ",
     "SR3",
     "Stepwise",

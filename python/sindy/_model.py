@@ -204,9 +204,12 @@ class SINDy(Estimator):
         if not isinstance(self.smoothing, (str, dict)):
             raise fault("smoothing", "a text or a dict", repr(self.smoothing))
 
+    def _settings(self) -> dict[str, Any]:
+        """Those of the automatic call."""
+        return {**(self.settings or {}), "discrete": bool(self.discrete), "method": self.method, "smoothing": self.smoothing}
+
     def _identify(self, data: Data, built: list[_native.Library], jobs: int | None) -> tuple[_native.Model, str]:
-        settings = {**(self.settings or {}), "discrete": bool(self.discrete), "method": self.method, "smoothing": self.smoothing}
-        return _native.identify(data.states, data.inputs, data.given(), built, dumps(settings), jobs)
+        return _native.identify(data.states, data.inputs, data.given(), built, dumps(self._settings()), jobs)
 
     def _fit_slopes(self, data: Data, built: list[_native.Library], jobs: int | None) -> tuple[_native.Model, str]:
         assert self.solver is not None

@@ -16,17 +16,13 @@ from __future__ import annotations
 
 import os
 import time
-from collections import Counter, deque
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, Executor, Future
-from concurrent.futures import wait as wait_for
+from concurrent.futures import Executor
 from multiprocessing import parent_process
-from queue import SimpleQueue
-from typing import Any
 
-from sindy import SindyError, _native
-from sindy._errors import fault
+from sindy import _native
 from sindy._solvers import threads
+from sindy._tasks import Driver, RayExecutor, Task, check
 
 from ._campaign import Campaign, Progress, _begin, _Begun, _ranges
 from ._land import Scenario
@@ -37,8 +33,6 @@ __all__ = ["RayExecutor", "campaign"]
 # Seconds until a file that a worker has written must be seen here: clients of NFS keep what they know of a folder for up
 # to 60 s by default. Half of it would refuse such disks, twice as long only delays the error.
 SEEN_WITHIN_S = 60.0
-
-Task = tuple[int, int]
 
 
 def _fly(folder: str, sha256: str, first: int, end: int, jobs: int) -> None:
@@ -51,134 +45,6 @@ def _fly(folder: str, sha256: str, first: int, end: int, jobs: int) -> None:
             os._exit(1)
 
     _native.campaign_fly(folder, sha256, first, end, jobs, look)
-
-
-class RayExecutor(Executor):
-    """Ray as an executor: every call is a task of Ray.
-
-    Parameters
-    ----------
-    **options
-        Those of ``ray.remote``, such as ``num_cpus``, ``max_retries`` or ``resources``. Ray flies the task of a killed
-        worker again by itself, by default three times.
-
-    `ray.init` is called if nobody has.
-    """
-
-    def __init__(self, **options: Any) -> None:
-        import ray
-
-        if not ray.is_initialized():
-            ray.init()
-        self._ray = ray
-        self._options = options
-        self._remote: dict[Callable[..., Any], Any] = {}
-        self._flying: dict[Future[Any], Any] = {}
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Hands a call to Ray."""
-        if fn not in self._remote:
-            remote = self._ray.remote(fn)
-            self._remote[fn] = remote.options(**self._options) if self._options else remote
-        ref = self._remote[fn].remote(*args, **kwargs)
-        future: Future[Any] = ref.future()
-        self._flying[future] = ref
-        future.add_done_callback(lambda done: self._flying.pop(done, None))
-        return future
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Ends the executor, not Ray."""
-        if cancel_futures:
-            for ref in list(self._flying.values()):
-                self._ray.cancel(ref, force=True)
-        if wait:
-            wait_for(list(self._flying))
-
-
-class _Driver:
-    """Hands out blocks, and hands them out again where workers fail."""
-
-    def __init__(self, executor: Executor | Callable[[], Executor], begun: _Begun, retries: int, jobs: int) -> None:
-        self._make = None if isinstance(executor, Executor) else executor
-        self._executor = executor if isinstance(executor, Executor) else executor()
-        self._begun, self._retries, self._jobs = begun, retries, jobs
-        self._failures: Counter[Task] = Counter()
-        self._breaks = 0
-        self._flying: dict[Future[None], Task] = {}
-        self._ended: SimpleQueue[Future[None]] = SimpleQueue()
-
-    def fly(self, tasks: list[Task], told: Callable[[Task], None]) -> None:
-        """Until all tasks are done; `told` of each."""
-        todo = deque(tasks)
-        while todo or self._flying:
-            broken: BrokenExecutor | None = None
-            try:
-                while todo:
-                    self._submit(todo[0])
-                    todo.popleft()
-            except BrokenExecutor as error:
-                broken = error
-            if broken is None:
-                ended = self._ended.get()
-                if ended not in self._flying:
-                    continue  # Of an executor that broke.
-                task = self._flying.pop(ended)
-                try:
-                    ended.result()
-                    self._breaks = 0
-                    told(task)
-                    continue
-                except SindyError:
-                    raise  # A fault of the sweep is one on every worker.
-                except BrokenExecutor as error:
-                    broken = error
-                    todo.append(task)
-                except Exception as error:
-                    self._failures[task] += 1
-                    if self._failures[task] > self._retries:
-                        raise self._gives_up(f"blocks {task[0]} to before {task[1]}", self._failures[task], error) from error
-                    todo.append(task)
-                    continue
-            # All tasks of a broken executor fail with it; some may be done.
-            lost, self._flying = list(self._flying.values()), {}
-            for task in lost:
-                if all(self._begun.has(block) for block in range(*task)):
-                    told(task)
-                else:
-                    todo.append(task)
-            self._renew(broken)
-
-    def _submit(self, task: Task) -> None:
-        begun = self._begun
-        future = self._executor.submit(_fly, begun.folder, begun.sha256, *task, self._jobs)
-        self._flying[future] = task
-        future.add_done_callback(self._ended.put)
-
-    def _renew(self, broken: BrokenExecutor) -> None:
-        if self._make is None:
-            raise RuntimeError(
-                f"the executor is broken ({broken}): a worker was killed. Give a function that makes executors, such as "
-                "`lambda: ProcessPoolExecutor(4)`, and a new one goes on. The blocks that were flown are in "
-                f"{self._begun.folder}; the same call flies the others"
-            ) from broken
-        self._breaks += 1
-        if self._breaks > self._retries:
-            raise self._gives_up("executors", self._breaks, broken) from broken
-        self._executor.shutdown(wait=False, cancel_futures=True)
-        self._executor = self._make()
-
-    def _gives_up(self, what: str, times: int, error: Exception) -> RuntimeError:
-        return RuntimeError(
-            f"{what} failed {times} times in all, the last time with {error!r}. The blocks that were flown are in "
-            f"{self._begun.folder}; the same call flies the others"
-        )
-
-    def end(self, whole: bool) -> None:
-        """Nothing more is begun; what this driver made is ended."""
-        for future in self._flying:
-            future.cancel()
-        if self._make is not None:
-            self._executor.shutdown(wait=whole, cancel_futures=True)
 
 
 def campaign(
@@ -217,17 +83,13 @@ def campaign(
     n_jobs : int
         Threads of each task.
     """
-    for name, value, least in (("blocks_per_task", blocks_per_task, 1), ("retries", retries, 0)):
-        if value < least:
-            raise fault(name, f"at least {least}", value)
-    if not (isinstance(executor, Executor) or callable(executor)):
-        raise fault("executor", "an executor, or a function that makes one", type(executor).__name__)
+    check(executor, blocks_per_task=(blocks_per_task, 1), retries=(retries, 0))
     # A pool of threads of its own, which ends with the call: workers may be forked from this process.
     cores = os.cpu_count() or 1
     begun = _begin(sweep, out, trials, seed, True, cores)
     there = begun.there()
 
-    def told(task: Task | None = None) -> None:
+    def told(task: Task | None = None, _result: None = None) -> None:
         nonlocal there
         there += sum(begun.rows(block) for block in range(*task)) if task else 0
         if progress is not None:
@@ -235,10 +97,19 @@ def campaign(
 
     told()
     if begun.missing:
-        driver = _Driver(executor, begun, retries, threads(n_jobs) or 1)
+        jobs = threads(n_jobs) or 1
+        driver = Driver(
+            executor,
+            _fly,
+            lambda task: (begun.folder, begun.sha256, *task, jobs),
+            retries=retries,
+            what="blocks",
+            rest=f"The blocks that were flown are in {begun.folder}; the same call flies the others",
+            done=lambda task: all(begun.has(block) for block in range(*task)),
+        )
         whole = False
         try:
-            driver.fly(_ranges(begun.missing, blocks_per_task), told)
+            driver.run(_ranges(begun.missing, blocks_per_task), told)
             whole = True
         finally:
             driver.end(whole)

@@ -166,6 +166,20 @@ fn json(value: &impl Serialize) -> Result<String, SindyError> {
     })
 }
 
+/// The model of an identification and, in JSON, all that is said of it.
+pub(crate) fn said(found: Identification) -> Result<(sindy::Model, String), SindyError> {
+    let said = json(&Said {
+        equations: &found.equations,
+        choice: &found.choice,
+        candidates: &found.candidates,
+        outcome: found.outcome,
+        inputs_between: &found.inputs_between,
+        warnings: &found.warnings,
+        data: found.data,
+    })?;
+    Ok((found.model, said))
+}
+
 /// The automatic call: a model and, in JSON, all that the identification says of it.
 #[pyfunction]
 #[pyo3(signature = (states, inputs, trajectories, libraries, settings_json, jobs=None))]
@@ -185,17 +199,7 @@ pub(crate) fn identify(
         .settings(settings)
         .map_err(|e| error::of(&e))?;
     let (model, said) = run::owned(py, jobs, move |cancel| {
-        let found: Identification = call.run(&data, &mut |_| cancel.heed())?;
-        let said = json(&Said {
-            equations: &found.equations,
-            choice: &found.choice,
-            candidates: &found.candidates,
-            outcome: found.outcome,
-            inputs_between: &found.inputs_between,
-            warnings: &found.warnings,
-            data: found.data,
-        })?;
-        Ok((found.model, said))
+        said(call.run(&data, &mut |_| cancel.heed())?)
     })?;
     Ok((Model { model }, said))
 }

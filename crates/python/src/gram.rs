@@ -4,7 +4,6 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 use sindy::model::Time;
-use sindy::statistics::gram::Weights;
 
 use crate::error::{self, fault};
 use crate::fit::{Task, of_arrays, per_state};
@@ -28,49 +27,7 @@ struct Kept {
     states: Vec<String>,
     inputs: Vec<String>,
     terms: Vec<Vec<String>>,
-    sums: Vec<Sums>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Sums {
-    xtx: Vec<f64>,
-    xty: Vec<f64>,
-    yty: f64,
-    sum_y: f64,
-    rows: usize,
-    skipped: usize,
-    /// Sum of the weights, and of their squares.
-    weights: Option<(f64, f64)>,
-}
-
-impl Sums {
-    fn of(gram: &sindy::Gram) -> Self {
-        Self {
-            xtx: gram.xtx.as_slice().to_vec(),
-            xty: gram.xty.as_slice().to_vec(),
-            yty: gram.yty,
-            sum_y: gram.sum_y,
-            rows: gram.rows,
-            skipped: gram.skipped,
-            weights: gram.weights.map(|w| (w.sum, w.squares)),
-        }
-    }
-
-    /// The statistics over `p` terms, if there are as many numbers.
-    fn gram(&self, p: usize) -> Option<sindy::Gram> {
-        (self.xtx.len() == p * p && self.xty.len() == p).then(|| {
-            let mut gram = sindy::Gram::zeros(p);
-            gram.xtx.copy_from_slice(&self.xtx);
-            gram.xty.copy_from_slice(&self.xty);
-            gram.yty = self.yty;
-            gram.sum_y = self.sum_y;
-            gram.rows = self.rows;
-            gram.skipped = self.skipped;
-            gram.weights = self.weights.map(|(sum, squares)| Weights { sum, squares });
-            gram
-        })
-    }
+    sums: Vec<sindy::Gram>,
 }
 
 #[pymethods]
@@ -160,7 +117,7 @@ impl Gram {
             states: self.states.clone(),
             inputs: self.inputs.clone(),
             terms: self.libraries.iter().map(|l| l.names().to_vec()).collect(),
-            sums: self.grams.iter().map(Sums::of).collect(),
+            sums: self.grams.clone(),
         };
         serde_json::to_string(&kept).map_err(|e| error::settings("gram", &e))
     }
@@ -174,9 +131,11 @@ impl Gram {
             .iter()
             .map(|terms| sindy::Library::parse(terms).map_err(|e| error::of(&e)))
             .collect::<PyResult<_>>()?;
-        let each = kept.sums.iter().zip(&libraries);
-        let grams: Vec<sindy::Gram> = each.filter_map(|(s, l)| s.gram(l.len())).collect();
-        if grams.len() != kept.states.len() || grams.len() != libraries.len() {
+        let mut each = kept.sums.iter().zip(&libraries);
+        if kept.sums.len() != kept.states.len()
+            || kept.sums.len() != libraries.len()
+            || each.any(|(gram, library)| gram.xty.len() != library.len())
+        {
             let expected = "sums over the terms of each state";
             return Err(fault(
                 format!("gram: expected {expected}"),
@@ -189,7 +148,7 @@ impl Gram {
             states: kept.states,
             inputs: kept.inputs,
             libraries,
-            grams,
+            grams: kept.sums,
         })
     }
 

@@ -13,6 +13,7 @@
 //! | `slopes` | smoothed states and slopes |
 //! | `fit` | the automatic call, and fits by a given solver |
 //! | `gram` | the statistics of rows: accumulated, merged, pickled, solved |
+//! | `partial` | partial sums of the automatic call: added file by file, merged, pickled, ended |
 //! | `model` | models: predict, simulate, write |
 //! | `touchdown` | trials, identification, model cards, landings, campaigns |
 
@@ -27,6 +28,7 @@ mod fit;
 mod gram;
 mod library;
 mod model;
+mod partial;
 mod run;
 mod slopes;
 mod solver;
@@ -45,6 +47,8 @@ mod _native {
     use crate::library::Library;
     #[pymodule_export]
     use crate::model::Model;
+    #[pymodule_export]
+    use crate::partial::PartialSums;
     #[pymodule_export]
     use crate::slopes::slopes;
     #[pymodule_export]
@@ -70,6 +74,7 @@ mod _native {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("HEAD_ROWS", sindy::identify::stream::HEAD_ROWS)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 use touchdown_terminal::{EXIT_STATUS, Output, Shell};
 
+use crate::fit::MergeArgs;
 use crate::fit::args::FitArgs;
 use crate::pde::args::PdeArgs;
 use crate::simulate::args::SimulateArgs;
@@ -36,6 +37,8 @@ pub(crate) enum Command {
     Fit(Box<FitArgs>),
     /// Find the partial differential equations behind fields on a grid
     Pde(Box<PdeArgs>),
+    /// Put partial sums of `fit --stream --partial` together and end the fit
+    Merge(MergeArgs),
     /// Run a model, from a start of your own or beside measured trajectories
     Simulate(Box<SimulateArgs>),
     /// Print the default settings of `fit` as commented TOML

@@ -33,6 +33,7 @@ fn dispatch(terminal: &Terminal, command: Command) -> Result<Done> {
     match command {
         Command::Fit(args) => fit::run(terminal, &args),
         Command::Pde(args) => pde::run(terminal, &args),
+        Command::Merge(args) => fit::merge(terminal, &args),
         Command::Simulate(args) => simulate::run(terminal, &args),
         Command::Settings => fit::settings::print(terminal),
         Command::Completions { shell } => {

@@ -6,6 +6,7 @@ mod bad_input;
 mod explicit_time;
 mod fit;
 mod known;
+mod partial;
 mod past;
 mod pde;
 mod simulate;

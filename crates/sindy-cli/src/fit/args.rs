@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::stream::Shard;
 use crate::error::{Error, Result};
 use crate::table::TableArgs;
 use crate::table::args::name;
@@ -87,6 +88,15 @@ pub(crate) struct FitArgs {
     /// many, so --stream is faster and its intervals can be narrower. The rows of a trajectory must follow each other.
     #[arg(long)]
     pub(crate) stream: bool,
+    /// Write the sums of the pass to a file, from which `sindy merge` ends the fit: for many files on several machines
+    ///
+    /// Give every machine all files, in the same order, and the same options: the first 50 000 rows decide how slopes are
+    /// taken, and the sums are added in the order of the files. --shard says which of them a machine passes over.
+    #[arg(long, value_name = "OUT.json", requires = "stream", conflicts_with_all = ["model", "figure", "test"])]
+    pub(crate) partial: Option<PathBuf>,
+    /// Pass over the K-th of N equal parts of the files
+    #[arg(long, value_name = "K/N", requires = "partial")]
+    pub(crate) shard: Option<Shard>,
     /// File for the model, which `sindy simulate` reads
     #[arg(long, value_name = "OUT.json")]
     pub(crate) model: Option<PathBuf>,
@@ -108,6 +118,7 @@ Examples:
   sindy fit driven.csv --states x --inputs t --library 'poly(2, x) + cos(2*t) + sin(2*t)'
   sindy fit map.csv --states x --discrete --past x@1 --model model.json
   sindy fit big.parquet --states x,y --stream
+  sindy fit runs/*.parquet --states x,y --stream --partial 3.json --shard 3/64
   sindy fit a.csv b.csv --states x,y --test c.csv --model model.json --figure fit.html
 
 Columns may carry a unit behind their name: --states x finds `x (m)`. Times are taken from the column `t`, `time` or

@@ -12,6 +12,8 @@ mod spikes;
 mod stream;
 mod terms;
 
+use std::path::Path;
+
 use sindy::identify::Progress;
 use sindy::{Identification, Identify};
 
@@ -21,16 +23,16 @@ use crate::{drawing, output};
 use args::FitArgs;
 use load::Train;
 use object::FitObject;
+pub(crate) use stream::MergeArgs;
+use stream::PartialFit;
 use touchdown_terminal::Done;
 use touchdown_terminal::Terminal;
 
 pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
     args.check()?;
     let read = args.train.iter().chain(&args.test).chain(&args.terms);
-    output::check(
-        args.model.iter().chain(&args.figure),
-        read.chain(&args.settings),
-    )?;
+    let written = args.model.iter().chain(&args.figure).chain(&args.partial);
+    output::check(written, read.chain(&args.settings))?;
     if let Some(path) = &args.figure {
         drawing::check(path)?;
     }
@@ -55,15 +57,16 @@ pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
     let identify = Identify::per_equation(libraries)
         .settings(settings.identify)
         .map_err(Error::refused("settings"))?;
+    if let Some(path) = &args.partial {
+        return stream::write(terminal, args, &identify, path);
+    }
+    let fitted = fit(terminal, args, train, (&identify, &positions), steps)?;
+    let mut warnings = fitted.warnings();
     let Fitted {
         found,
         files,
         trajectories,
-    } = fit(terminal, args, train, (&identify, &positions), steps)?;
-    let lossy = files.iter().any(|f| f.lossy);
-    let mut warnings: Vec<String> = files.iter().flat_map(|f| f.warnings.clone()).collect();
-    warnings.extend(found.warnings.iter().cloned());
-
+    } = fitted;
     terminal.busy("judging");
     let between = &found.inputs_between;
     let judged = match test {
@@ -88,17 +91,47 @@ pub(crate) fn run(terminal: &Terminal, args: &FitArgs) -> Result<Done> {
         let (fitted, judged) = (fitted.transpose()?, judged.as_ref());
         figure::write(path, &found.model, &object, fitted.as_ref(), judged)?;
     }
-    if let Some(path) = &args.model {
-        let text = found.model.to_json().map_err(Error::refused("the model"))?;
+    conclude(terminal, &found.model, &object, args.model.as_deref())
+}
+
+/// `sindy merge`.
+pub(crate) fn merge(terminal: &Terminal, args: &MergeArgs) -> Result<Done> {
+    output::check(args.model.iter().chain(&args.figure), args.partials.iter())?;
+    if let Some(path) = &args.figure {
+        drawing::check(path)?;
+    }
+    let sums = PartialFit::merged(terminal, &args.partials)?;
+    let fitted = sums.fit(&args.partials, &mut |progress| {
+        // Without output error there are no steps to count.
+        terminal.busy(&stage(&progress, 0, None));
+    })?;
+    let warnings = fitted.warnings();
+    let Fitted { found, files, .. } = fitted;
+    let object = FitObject::new(&found, files, None, warnings);
+    if let Some(path) = &args.figure {
+        figure::write(path, &found.model, &object, None, None)?;
+    }
+    conclude(terminal, &found.model, &object, args.model.as_deref())
+}
+
+/// Writes the model and prints the result.
+fn conclude(
+    terminal: &Terminal,
+    model: &sindy::Model,
+    object: &FitObject,
+    path: Option<&Path>,
+) -> Result<Done> {
+    if let Some(path) = path {
+        let text = model.to_json().map_err(Error::refused("the model"))?;
         output::write(path, text.as_bytes())?;
     }
     terminal.finish();
-    terminal.say(&show::text(&found.model, &object));
+    terminal.say(&show::text(model, object));
     for warning in &object.warnings {
         terminal.warn(warning);
     }
-    terminal.object(&object);
-    Ok(Done::with_loss(lossy))
+    terminal.object(object);
+    Ok(Done::with_loss(object.data.files.iter().any(|f| f.lossy)))
 }
 
 /// A fit with the files and trajectories of its data.
@@ -107,6 +140,14 @@ struct Fitted {
     files: Vec<FileReport>,
     /// The training trajectories, where they are needed again and in memory.
     trajectories: Option<Vec<Trajectory>>,
+}
+
+impl Fitted {
+    /// The warnings of the files, then those of the fit.
+    fn warnings(&self) -> Vec<String> {
+        let files = self.files.iter().flat_map(|f| &f.warnings);
+        files.chain(&self.found.warnings).cloned().collect()
+    }
 }
 
 /// Fits, with the data in memory or in one pass.
@@ -118,13 +159,8 @@ fn fit(
     steps: usize,
 ) -> Result<Fitted> {
     let Some(train) = train else {
-        let (found, files) = stream::fit(terminal, args, identify, &mut |progress| {
+        return stream::fit(terminal, args, identify, &mut |progress| {
             terminal.busy(&stage(&progress, steps, None));
-        })?;
-        return Ok(Fitted {
-            found,
-            files,
-            trajectories: None,
         });
     };
     let report = train.data.report();

@@ -6,7 +6,7 @@ pub(crate) mod velocities;
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::table::{TableArgs, find, without_unit};
@@ -45,7 +45,8 @@ pub(crate) struct Trajectory {
 }
 
 /// Counts of a file.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct FileReport {
     pub(crate) path: String,
     /// Rows in the file.

@@ -1,95 +1,96 @@
-//! `sindy fit --stream`: tables that need not fit into memory, in one pass.
+//! The blocks of a table as it is read, part by part.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::hash_map::DefaultHasher;
-use std::collections::{HashSet, VecDeque};
+use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::hash::{Hash as _, Hasher as _};
 use std::path::PathBuf;
 
-use sindy::identify::{Columns, Identification};
-use sindy::{Identify, OwnedBlock, SindyError, Stream};
+use sindy::{OwnedBlock, SindyError, Stream};
 
-use super::args::FitArgs;
-use super::load::wanted;
 use crate::error::{Error, Result};
 use crate::table::{Header, Rows};
 use crate::trajectories::{FileReport, TOLERATED, WantedColumns, time_column};
 use touchdown_terminal::Terminal;
 
-/// The name of the time column in the stream; no column of a table can be both this and a state.
-const TIME: &str = "(time)";
-/// The name of the column of weights.
-const WEIGHTS: &str = "(weights)";
 /// Rows from which a trajectory with too many rows out of order is given up at once.
 const SURE: usize = 1000;
 /// Names of trajectories that are reported, and labels that are remembered.
 const NAMED: usize = 1000;
 const REMEMBERED: usize = 1_000_000;
 
-/// Reads the training files once, and fits.
-pub(super) fn fit(
-    terminal: &Terminal,
-    args: &FitArgs,
-    identify: &Identify,
-    progress: &mut dyn FnMut(sindy::identify::Progress),
-) -> Result<(Identification, Vec<FileReport>)> {
-    let wanted = wanted(args, args.weights.as_deref());
-    let mut columns = Columns::new(TIME, &args.states, &args.inputs)
-        .map_err(Error::refused("--states, --inputs"))?;
-    let mut names = vec![TIME];
-    names.extend(args.states.iter().chain(&args.inputs).map(String::as_str));
-    if args.weights.is_some() {
-        columns = columns.weights(WEIGHTS);
-        names.push(WEIGHTS);
-    }
-    let sizes = args
-        .train
-        .iter()
-        .map(|p| std::fs::metadata(p).map_or(0, |m| m.len()));
-    let shared = Shared::default();
-    let blocks = Blocks {
-        terminal,
-        wanted: &wanted,
-        sizes: sizes.collect(),
-        files: &args.train,
-        next: 0,
-        open: None,
-        ready: VecDeque::new(),
-        groups: 0,
-        rows: 0,
-        shared: &shared,
-    };
-    let source = Stream::new(&names, usize::MAX, blocks);
-    let found = identify.run_stream(&source, &columns, progress);
-    if let Some(error) = shared.error.take() {
-        return Err(error);
-    }
-    let files: Vec<String> = args.train.iter().map(|p| p.display().to_string()).collect();
-    let found = found.map_err(Error::refused(files.join(", ")))?;
-    Ok((found, shared.reports.take()))
-}
-
-/// What comes out of the iterator beside its blocks.
-#[derive(Default)]
-struct Shared {
-    error: RefCell<Option<Error>>,
-    reports: RefCell<Vec<FileReport>>,
-}
-
-/// The blocks of all files.
-struct Blocks<'a> {
+/// The files of a pass, and what comes out of their blocks beside rows.
+pub(super) struct Reading<'a> {
     terminal: &'a Terminal,
     wanted: &'a WantedColumns<'a>,
     files: &'a [PathBuf],
     /// Bytes of each file.
     sizes: Vec<u64>,
-    next: usize,
+    /// Bytes of the files that were read, and rows so far.
+    bytes: Cell<u64>,
+    rows: Cell<usize>,
+    error: RefCell<Option<Error>>,
+    reports: RefCell<BTreeMap<usize, FileReport>>,
+}
+
+/// The blocks of one file.
+pub(super) struct Blocks<'a> {
+    reading: &'a Reading<'a>,
+    file: usize,
     open: Option<Open>,
+    /// Whether the file was read to its end, or as far as it is wanted.
+    over: bool,
     ready: VecDeque<OwnedBlock>,
     /// Trajectories, and rows, so far.
     groups: usize,
     rows: usize,
-    shared: &'a Shared,
+    /// Rows from which the rest is not wanted.
+    most: usize,
+}
+
+impl<'a> Reading<'a> {
+    pub(super) fn new(
+        terminal: &'a Terminal,
+        files: &'a [PathBuf],
+        wanted: &'a WantedColumns<'a>,
+    ) -> Self {
+        let size = |p: &PathBuf| std::fs::metadata(p).map_or(0, |m| m.len());
+        Self {
+            terminal,
+            wanted,
+            files,
+            sizes: files.iter().map(size).collect(),
+            bytes: Cell::new(0),
+            rows: Cell::new(0),
+            error: RefCell::default(),
+            reports: RefCell::default(),
+        }
+    }
+
+    /// A file as a source of these columns, which ends behind `most` rows. It is opened when it is read.
+    pub(super) fn file(&'a self, file: usize, names: &[&str], most: usize) -> Stream<Blocks<'a>> {
+        let blocks = Blocks {
+            reading: self,
+            file,
+            open: None,
+            over: false,
+            ready: VecDeque::new(),
+            groups: 0,
+            rows: 0,
+            most,
+        };
+        Stream::new(names, usize::MAX, blocks)
+    }
+
+    /// The command's own error, if a file caused one: it says more than that of the library.
+    pub(super) fn failure(&self) -> Result<()> {
+        self.error.take().map_or(Ok(()), Err)
+    }
+
+    /// The reports of the files that were read to their ends, by their numbers.
+    pub(super) fn reports(self) -> BTreeMap<usize, FileReport> {
+        self.reports.take()
+    }
 }
 
 /// A file that is being read.
@@ -123,7 +124,7 @@ impl Iterator for Blocks<'_> {
                 Ok(false) => return None,
                 Err(error) => {
                     let reason = error.to_string();
-                    self.shared.error.replace(Some(error));
+                    self.reading.error.replace(Some(error));
                     return Some(Err(SindyError::Source { reason }));
                 }
             }
@@ -132,35 +133,43 @@ impl Iterator for Blocks<'_> {
 }
 
 impl Blocks<'_> {
-    /// Reads the next part of a file; `false` at the end of the last.
+    /// Reads the next part of the file; `false` at its end.
     fn advance(&mut self) -> Result<bool> {
+        let Reading {
+            terminal,
+            wanted,
+            files,
+            sizes,
+            bytes,
+            rows,
+            ..
+        } = self.reading;
+        if self.over || self.rows >= self.most {
+            return Ok(false);
+        }
         let Some(open) = &mut self.open else {
-            let Some(path) = self.files.get(self.next) else {
-                return Ok(false);
-            };
-            self.open = Some(Open::new(path, self.wanted)?);
-            self.next += 1;
+            self.open = Some(Open::new(&files[self.file], wanted)?);
             return Ok(true);
         };
-        let blocks = open.part(self.wanted, &mut self.groups)?;
+        let blocks = open.part(wanted, &mut self.groups)?;
         let share = open.rows.share();
-        match blocks {
-            Some(blocks) => {
-                self.rows += blocks.iter().map(|b| b.columns[0].len()).sum::<usize>();
-                self.ready.extend(blocks);
-                let before: u64 = self.sizes[..self.next - 1].iter().sum();
-                let total: u64 = self.sizes.iter().sum();
-                let read = before as f64 + share * self.sizes[self.next - 1] as f64;
-                let name = &self.files[self.next - 1].display().to_string();
-                self.terminal
-                    .busy(&stage(read / total.max(1) as f64, self.rows, name));
+        let Some(blocks) = blocks else {
+            self.over = true;
+            bytes.set(bytes.get() + sizes[self.file]);
+            if let Some(done) = self.open.take() {
+                let mut reports = self.reading.reports.borrow_mut();
+                reports.insert(self.file, done.end()?);
             }
-            None => {
-                if let Some(done) = self.open.take() {
-                    self.shared.reports.borrow_mut().push(done.end()?);
-                }
-            }
-        }
+            return Ok(true);
+        };
+        let count = blocks.iter().map(|b| b.columns[0].len()).sum::<usize>();
+        self.rows += count;
+        rows.set(rows.get() + count);
+        self.ready.extend(blocks);
+        let total: u64 = sizes.iter().sum();
+        let read = bytes.get() as f64 + share * sizes[self.file] as f64;
+        let name = &files[self.file].display().to_string();
+        terminal.busy(&stage(read / total.max(1) as f64, rows.get(), name));
         Ok(true)
     }
 }
