@@ -38,7 +38,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (seed, path) in paths.iter().enumerate() {
         write(path, rows, seed as u64)?;
     }
-    let measured = pool.install(|| measure(&paths))?;
+    let measured = pool
+        .install(|| measure(&paths))
+        .map_err(|e| e.to_string())?;
     measured.print(files * rows);
     Ok(())
 }
@@ -62,7 +64,7 @@ struct Measured {
     peak: Option<f64>,
 }
 
-fn measure(paths: &[PathBuf]) -> Result<Measured, Box<dyn Error>> {
+fn measure(paths: &[PathBuf]) -> Result<Measured, Box<dyn Error + Send + Sync>> {
     let mut out = Measured::default();
     let identify = Identify::new(Library::polynomial(&NAMES[1..], 3)?);
     let columns = Columns::new("t", &NAMES[1..], &[])?;
@@ -216,7 +218,7 @@ impl BlockSource for Raw {
             let (columns, time) = timed(|| {
                 let mut bytes = Vec::new();
                 let length = (8 * NAMES.len() * BLOCK) as u64;
-                let read = file.by_ref().take(length).read_to_end(&mut bytes);
+                let read = (&mut file).take(length).read_to_end(&mut bytes);
                 read.map_or(Vec::new(), |_| self.columns(&bytes))
             });
             self.seconds.set(self.seconds.get() + time);
