@@ -51,7 +51,7 @@ class PartialSums:
     >>> def run(k):  # x' = y, y' = -x
     ...     t = np.arange(0.0, 5.0, 0.01) + k
     ...     return {"x": np.column_stack([np.sin(t), np.cos(t)]), "t": t}
-    >>> first = sindy.PartialSums(sindy.SINDy("poly(2)"), ["a", "b", "c"], run)
+    >>> first = sindy.PartialSums(sindy.SINDy("poly(1)"), ["a", "b", "c"], run)
     >>> second = pickle.loads(pickle.dumps(first)).add(2, **run(2))
     >>> sums = first.add(1, **run(1)).add(0, **run(0)).merge(second)
     >>> sums.rows, sums.missing

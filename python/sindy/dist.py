@@ -9,7 +9,7 @@ executor, every number of workers and every order in which they end.
 >>> def run(k):  # x' = y, y' = -x
 ...     t = np.arange(0.0, 5.0, 0.01) + k
 ...     return {"x": np.column_stack([np.sin(t), np.cos(t)]), "t": t}
->>> model = sindy.SINDy("poly(2)", states=["x", "y"])
+>>> model = sindy.SINDy("poly(1)", states=["x", "y"])
 >>> with ThreadPoolExecutor(2) as executor:
 ...     sindy.dist.fit(executor, range(8), model, read=run).equations(2)
 ['1.0*y', '-1.0*x']

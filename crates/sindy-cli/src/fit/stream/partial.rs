@@ -19,13 +19,13 @@ use crate::output;
 use crate::trajectories::FileReport;
 
 /// Put the partial sums of `fit --stream --partial` together and end the fit.
-///
-/// All of them must come from the same list of files, with the same columns, terms and settings, and every file must be in one
-/// of them. The result has the bits of one process, whatever the division and the order here.
 #[derive(Args, Debug)]
 #[command(after_help = MERGE_EXAMPLES)]
 pub(crate) struct MergeArgs {
-    /// Files of partial sums
+    /// Files of partial sums, in any order
+    ///
+    /// All of them must come from the same list of files, with the same columns, terms and settings, and every file of the list
+    /// must be in one of them. The result has the bits of one process.
     #[arg(required = true, value_name = "PARTIAL")]
     pub(crate) partials: Vec<PathBuf>,
     /// File for the model, which `sindy simulate` reads
