@@ -140,6 +140,7 @@ mod tests {
             evidence: vec![-5.0, 64.0 - (1000_f64.ln() + 1.0)],
             penalty: 1000_f64.ln() + 1.0,
             sigma: vec![1.0],
+            colour: Vec::new(),
             fronts: Vec::new(),
             correlation,
             score: 0.0,

@@ -33,6 +33,9 @@ const NOT_NOISE: f64 = 0.05;
 /// terms, and leaves a residual that is whiter than the noise. With more rounds nothing was measured.
 const COLOUR_ROUNDS: usize = 3;
 
+/// Memories of the noise that differ by no more are the same: it shifts standard errors by some percent.
+const SAME_COLOUR: f64 = 0.01;
+
 /// A model that was followed through the data.
 #[derive(Clone)]
 pub(super) struct FollowedModel {
@@ -112,7 +115,7 @@ impl IdentificationRun<'_> {
 
     /// The largest share of a state's noise (or of what is tolerated without noise) that is left.
     pub(super) fn misfit(&self, fit: &OutputErrorFit) -> f64 {
-        largest_share(&fit.sigma, &self.noise.tolerated)
+        largest_share(&fit.residual(), &self.noise.tolerated)
     }
 
     /// The output error from the best starts; with shorter arcs where whole trajectories cannot be followed.
@@ -174,6 +177,9 @@ impl IdentificationRun<'_> {
         found: &FollowedModel,
         search: &Search<'_>,
     ) -> Option<FollowedModel> {
+        if let Some(model) = self.remembering(found, search) {
+            return Some(model);
+        }
         let mut model = found.clone();
         model.independence = self.independence(&model.fit, search);
         for _ in 0..COLOUR_ROUNDS {
@@ -189,6 +195,33 @@ impl IdentificationRun<'_> {
             model.independence = self.independence(&model.fit, search);
         }
         model.is_in_noise().then_some(model)
+    }
+
+    /// The fit of whole trajectories for noise that remembers from row to row, if what is new in its residual is noise of the
+    /// measurement. Terms and memory depend on each other.
+    fn remembering(&self, found: &FollowedModel, search: &Search<'_>) -> Option<FollowedModel> {
+        let mut model = found.clone();
+        let mut before = found.fit.colour.clone();
+        for _ in 0..COLOUR_ROUNDS {
+            let colour = output_error::colour_of(&self.system, search.pieces, &model.fit);
+            let mut start = self.start(&model.fit.coefficients, &model.fit.residual(), search);
+            for (sigma, phi) in start.sigma.iter_mut().zip(&colour) {
+                *sigma *= (1.0 - phi * phi).sqrt();
+            }
+            let moved = before.iter().zip(&colour).map(|(a, b)| (a - b).abs());
+            let settled = !before.is_empty() && moved.fold(0.0, f64::max) < SAME_COLOUR;
+            before.clone_from(&colour);
+            start.colour = colour;
+            let limits = self.limits(usize::MAX);
+            let pieces = search.pieces;
+            model.fit = output_error::search(&self.system, pieces, &start, &limits, &mut |_| ())?;
+            if settled {
+                break;
+            }
+        }
+        model.independence = self.independence(&model.fit, search);
+        let white = output_error::is_white(&self.system, search.pieces, &model.fit);
+        (white && model.is_in_noise()).then_some(model)
     }
 
     /// How likely residuals of whole trajectories that are noise of the measurement, of any colour and size, would follow the
@@ -256,6 +289,7 @@ impl IdentificationRun<'_> {
             floor: self.noise.floor.clone(),
             candidates: screened(search.ranked),
             term_rms: search.term_rms.clone(),
+            colour: Vec::new(),
         }
     }
 

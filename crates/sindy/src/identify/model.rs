@@ -85,6 +85,7 @@ impl IdentificationRun<'_> {
             .map(|j| TermEvidence::of_output_error(fit, j))
             .collect();
         let model = self.model(&fit.coefficients, &evidence)?;
+        let residual = fit.residual();
         let mut equations = Vec::new();
         let mut at = 0;
         for (i, (library, known)) in self.libraries.iter().enumerate() {
@@ -106,7 +107,7 @@ impl IdentificationRun<'_> {
             equations.push(Equation {
                 state: self.data.states()[i].clone(),
                 noise: self.noise_of(i),
-                residual: (i < self.measured()).then_some(fit.sigma[i]),
+                residual: (i < self.measured()).then_some(residual[i]),
                 front: fit.fronts[i].iter().map(point).collect(),
                 unit: "root mean square of the trajectories' residuals, in units of the noise",
                 intervals: known.before(intervals(
@@ -148,7 +149,8 @@ impl IdentificationRun<'_> {
     /// from noise that is not white.
     fn unmoved(&self, model: &Model, fit: &OutputErrorFit) -> Vec<String> {
         let states = model.states().iter().zip(model.equations());
-        let left = fit.sigma.iter().zip(&self.noise.tolerated);
+        let left = fit.residual();
+        let left = left.iter().zip(&self.noise.tolerated);
         let unmoved = states.zip(left).filter(|((_, equation), (left, noise))| {
             equation.is_empty() && **left > FOLLOWS * **noise
         });
@@ -195,6 +197,13 @@ impl IdentificationRun<'_> {
             out.push(format!(
                 "trajectories are followed in {} only: the system is disturbed, or is not in the library",
                 count(fit.arcs, "short arc")
+            ));
+        }
+        let remembers = fit.colour.iter().copied().fold(0.0, f64::max);
+        if remembers > 0.0 {
+            out.push(format!(
+                "the noise of the measurement is not white: {remembers:.3} of it remains from row to row, which standard errors \
+                 and the choice of terms take into account"
             ));
         }
         if fit.correlation > CORRELATED && self.noise.is_visible() {

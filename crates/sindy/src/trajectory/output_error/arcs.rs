@@ -11,6 +11,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::colour::Whitener;
 use super::follow::{Follow, Sensitivity};
 use super::record::Record;
 
@@ -108,6 +109,7 @@ impl Normal {
     ) -> Option<usize> {
         let (n, p) = (follow.system.n, follow.system.size());
         let mut sums = Sums::new(n + p);
+        let mut whitener = Whitener::new(follow.colour);
         let (mut work, mut step) = (follow.system.work(), follow.system.blank());
         let mut at = Sensitivity::start(n, p);
         let mut nodes = Vec::new();
@@ -117,7 +119,7 @@ impl Normal {
             let (from, to) = record.between(node);
             let mut x = record.nodes[node].clone();
             if node == first {
-                self.compare(follow, record, from, &x, &at, &mut sums);
+                self.compare(follow, record, from, (&x, &at), (&mut whitener, &mut sums));
             }
             for row in from..to {
                 follow.advance(
@@ -129,14 +131,20 @@ impl Normal {
                     Some(&mut at),
                 );
                 if row + 1 < to {
-                    self.compare(follow, record, row + 1, &x, &at, &mut sums);
+                    self.compare(
+                        follow,
+                        record,
+                        row + 1,
+                        (&x, &at),
+                        (&mut whitener, &mut sums),
+                    );
                 }
             }
             if !x.iter().all(|v| v.is_finite()) || !at.m.iter().all(|v| v.is_finite()) {
                 return None;
             }
             if record.is_last(node) {
-                self.compare(follow, record, to, &x, &at, &mut sums);
+                self.compare(follow, record, to, (&x, &at), (&mut whitener, &mut sums));
                 node += 1;
                 break;
             }
@@ -152,7 +160,7 @@ impl Normal {
             if ends {
                 break;
             }
-            self.compare(follow, record, to, &x, &at, &mut sums);
+            self.compare(follow, record, to, (&x, &at), (&mut whitener, &mut sums));
             for i in 0..n {
                 let defect = x[i] - record.nodes[node][i];
                 at.d[i] += defect;
@@ -176,23 +184,32 @@ impl Normal {
         follow: &Follow<'_>,
         record: &Record,
         row: usize,
-        x: &[f64],
-        at: &Sensitivity,
-        sums: &mut Sums,
+        (x, at): (&[f64], &Sensitivity),
+        (whitener, sums): (&mut Whitener<'_>, &mut Sums),
     ) {
         let root = record.root_weight(row);
         if root == 0.0 {
             return;
         }
         self.rows += 1;
+        whitener.row(row);
         for (i, x) in x.iter().take(follow.system.measured).enumerate() {
             let residual = record.residual(i, row, *x);
-            self.misfit[i] += residual * residual;
             let scale = root / follow.sigma[i];
-            sums.push(
-                at.m.row(i).iter().map(|v| v * scale),
-                residual / follow.sigma[i] - at.d[i] * scale,
-            );
+            let y = residual / follow.sigma[i] - at.d[i] * scale;
+            let along = at.m.row(i);
+            let values = along.iter().map(|v| v * scale);
+            if whitener.changes(i) {
+                let mut values: Vec<f64> = values.chain([y, residual]).collect();
+                whitener.apply(i, &mut values);
+                if let [values @ .., y, residual] = values.as_slice() {
+                    self.misfit[i] += residual * residual;
+                    sums.push(values.iter().copied(), *y);
+                }
+            } else {
+                self.misfit[i] += residual * residual;
+                sums.push(values, y);
+            }
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::colour::Whitener;
 use super::record::Record;
 use super::system::{Step, System, Work};
 
@@ -27,6 +28,8 @@ pub(super) struct Follow<'a> {
     pub coefficients: &'a [f64],
     /// Noise of each state.
     pub sigma: &'a [f64],
+    /// How much of it each measured state remembers.
+    pub colour: &'a [f64],
     pub cut: ArcSettings,
 }
 
@@ -106,9 +109,16 @@ impl Follow<'_> {
         let (mut work, mut step) = (self.system.work(), self.system.blank());
         for (index, first, nodes) in arcs {
             let record = &records[index];
+            let mut whitener = Whitener::new(self.colour);
             let mut compare = |x: &[f64], row: usize| {
+                if record.root_weight(row) == 0.0 {
+                    return;
+                }
+                whitener.row(row);
                 for (i, x) in x.iter().take(self.system.measured).enumerate() {
-                    misfit[i] += record.residual(i, row, *x).powi(2);
+                    let mut residual = [record.residual(i, row, *x)];
+                    whitener.apply(i, &mut residual);
+                    misfit[i] += residual[0].powi(2);
                 }
             };
             for node in first..first + nodes {

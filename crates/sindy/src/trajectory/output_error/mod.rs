@@ -17,7 +17,8 @@
 //! a term stays if it lowers  Σ r²/σ²  by more than  s² (ln N + 2 ln P),     N values, P candidates,
 //! ```
 //!
-//! with `s²` the mean square of the fit's residual. Trajectories run through nodes ten samples apart, whose
+//! with `s²` the mean square of the fit's residual. Where noise remembers from row to row, residuals are compared by what is new
+//! in them ([`Start::colour`]). Trajectories run through nodes ten samples apart, whose
 //! defects the steps close (multiple shooting), and start afresh where chaos has amplified a change of the
 //! start a thousandfold, or after a given length.
 //!
@@ -29,6 +30,7 @@
 //! spaces", Biometrika 95 (2008).
 
 mod arcs;
+mod colour;
 mod follow;
 mod noise;
 mod record;
@@ -39,7 +41,7 @@ mod system;
 mod tests;
 
 use follow::{ArcSettings, Follow};
-pub(crate) use noise::{Trace, independence};
+pub(crate) use noise::{Trace, colour_of, independence, is_white};
 use record::Record;
 pub(crate) use search::irrelevant;
 pub use search::search;
@@ -81,6 +83,9 @@ pub struct Start {
     pub candidates: Option<Vec<bool>>,
     /// Root mean square of each candidate's term over the data.
     pub term_rms: Vec<f64>,
+    /// How much the noise of each measured state remembers from row to row: φ of an autoregression of first order, at least 0
+    /// and below 1, 0 for white noise and for states beyond the last. `sigma` is then the noise that is new in each row.
+    pub colour: Vec<f64>,
 }
 
 /// A step that was made.
@@ -144,8 +149,11 @@ pub struct OutputErrorFit {
     pub evidence: Vec<f64>,
     /// The penalty in it: `ln N + 2 ln P`.
     pub penalty: f64,
-    /// Root mean square of the residual of each measured state; of others, what they started from.
+    /// Root mean square of the residual of each measured state, of what is new in it from row to row if its noise remembers; of
+    /// other states, what they started from.
     pub sigma: Vec<f64>,
+    /// The `colour` of [`Start`].
+    pub colour: Vec<f64>,
     /// For each equation, the best terms of every number up to some more than were kept.
     pub fronts: Vec<Vec<Alternative>>,
     /// `1 + 2 Σ ρ_k` of the residuals, the largest over states; 1 for independent ones.
@@ -165,6 +173,18 @@ pub struct OutputErrorFit {
     pub(crate) trace: Trace,
 }
 
+impl OutputErrorFit {
+    /// Root mean square of the residual of each state, with what its noise remembers.
+    #[must_use]
+    pub fn residual(&self) -> Vec<f64> {
+        let of = |(i, sigma): (usize, &f64)| {
+            let phi = self.colour.get(i).copied().unwrap_or(0.0);
+            sigma / (1.0 - phi * phi).sqrt()
+        };
+        self.sigma.iter().enumerate().map(of).collect()
+    }
+}
+
 /// Root mean square of short simulations from smoothed states against the measured ones, in units of the noise,
 /// all states alike; infinite where a simulation leaves the finite numbers.
 #[must_use]
@@ -174,6 +194,7 @@ pub fn free_run(system: &System, pieces: &[Piece<'_>], coefficients: &[f64], sig
         system,
         coefficients,
         sigma,
+        colour: &[],
         cut: ArcSettings {
             growth: f64::INFINITY,
             longest: FREE_NODES,

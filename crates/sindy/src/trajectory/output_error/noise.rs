@@ -19,6 +19,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::arcs::growth;
+use super::colour::{self, Whitener, whitened};
 use super::follow::{ArcSettings, Follow, Sensitivity};
 use super::record::Record;
 use super::{OutputErrorFit, Piece, Settings, System};
@@ -44,6 +45,42 @@ struct Arc {
     basis: DMatrix<f64>,
 }
 
+/// How much the residuals of a fit remember from row to row, for each measured state.
+pub(crate) fn colour_of(system: &System, pieces: &[Piece<'_>], fit: &OutputErrorFit) -> Vec<f64> {
+    let records = at(pieces, fit);
+    colour::colour(&followed(system, fit, usize::MAX).residuals(&records))
+}
+
+/// Whether what is new in the residuals of a fit from row to row is white.
+pub(crate) fn is_white(system: &System, pieces: &[Piece<'_>], fit: &OutputErrorFit) -> bool {
+    let residuals = followed(system, fit, usize::MAX).residuals(&at(pieces, fit));
+    colour::is_white(&whitened(&residuals, &fit.colour))
+}
+
+/// Records with their trajectories where a fit has them.
+fn at(pieces: &[Piece<'_>], fit: &OutputErrorFit) -> Vec<Record> {
+    let mut records: Vec<Record> = pieces.iter().map(Record::new).collect();
+    for (record, nodes) in records.iter_mut().zip(&fit.trace.nodes) {
+        record.nodes.clone_from(nodes);
+    }
+    records
+}
+
+/// The model of a fit, followed in arcs of at most `longest` nodes.
+fn followed<'a>(system: &'a System, fit: &'a OutputErrorFit, longest: usize) -> Follow<'a> {
+    Follow {
+        system,
+        coefficients: &fit.coefficients,
+        sigma: &fit.sigma,
+        colour: &fit.colour,
+        cut: ArcSettings {
+            growth: Settings::default().growth,
+            longest,
+            substeps: fit.trace.substeps,
+        },
+    }
+}
+
 /// The probability that residuals which are noise of the measurement would follow the model's flow as much as these do over
 /// arcs of one of these numbers of nodes; `None` where no record holds two such arcs.
 ///
@@ -54,27 +91,15 @@ pub(crate) fn independence(
     fit: &OutputErrorFit,
     lengths: &[usize],
 ) -> Option<f64> {
-    let mut records: Vec<Record> = pieces.iter().map(Record::new).collect();
-    for (record, nodes) in records.iter_mut().zip(&fit.trace.nodes) {
-        record.nodes.clone_from(nodes);
-    }
+    let records = at(pieces, fit);
     let nodes = records.iter().map(|r| r.rows.len()).max()?;
-    let follow = |longest: usize| Follow {
-        system,
-        coefficients: &fit.coefficients,
-        sigma: &fit.sigma,
-        cut: ArcSettings {
-            growth: Settings::default().growth,
-            longest,
-            substeps: fit.trace.substeps,
-        },
-    };
+    let follow = |longest: usize| followed(system, fit, longest);
     let arcs: Vec<Vec<Arc>> = lengths
         .iter()
         .filter(|l| nodes >= 2 * **l)
         .map(|l| arcs(&follow(*l), &records))
         .collect::<Option<_>>()?;
-    let residuals = follow(usize::MAX).residuals(&records);
+    let residuals = whitened(&follow(usize::MAX).residuals(&records), &fit.colour);
     let absorbed: Vec<Vec<f64>> = (0..=SHIFTS)
         .map(|shift| {
             let r = shifted(&residuals, &fit.sigma, shift);
@@ -163,10 +188,21 @@ fn arcs(follow: &Follow<'_>, records: &[Record]) -> Option<Vec<Arc>> {
             }
             let m = system.measured;
             let values = rows.len() * m;
-            let all = DMatrix::from_fn(values, n + kept.len(), |r, c| {
-                let j = if c < n { c } else { n + kept[c - n] };
-                rows[r / m][(r % m, j)] / follow.sigma[r % m]
-            });
+            let mut all = DMatrix::zeros(values, n + kept.len());
+            let mut whitener = Whitener::new(follow.colour);
+            for (k, row) in rows.iter().enumerate() {
+                whitener.row(k);
+                for i in 0..m {
+                    let columns = (0..n).chain(kept.iter().map(|j| n + j));
+                    let mut own: Vec<f64> =
+                        columns.map(|j| row[(i, j)] / follow.sigma[i]).collect();
+                    whitener.apply(i, &mut own);
+                    all.row_mut(k * m + i)
+                        .iter_mut()
+                        .zip(own)
+                        .for_each(|(to, v)| *to = v);
+                }
+            }
             out.push(Arc {
                 first: place,
                 basis: orthonormal(all),
@@ -264,6 +300,7 @@ mod tests {
             evidence: vec![0.0; 6],
             penalty: 0.0,
             sigma: vec![1.0, 2.0],
+            colour: Vec::new(),
             fronts: Vec::new(),
             correlation: 1.0,
             score: 0.0,

@@ -3,6 +3,7 @@
 use nalgebra::DVector;
 
 use super::arcs::{Normal, linearise};
+use super::colour::whitened;
 use super::follow::{ArcSettings, Follow};
 use super::noise::Trace;
 use super::record::Record;
@@ -47,6 +48,7 @@ struct State<'a> {
     records: Vec<Record>,
     xi: DVector<f64>,
     sigma: Vec<f64>,
+    colour: Vec<f64>,
     cut: ArcSettings,
 }
 
@@ -91,6 +93,7 @@ pub fn search(
         records,
         xi: DVector::from_column_slice(&start.coefficients),
         sigma: start.sigma.clone(),
+        colour: start.colour.clone(),
         cut: ArcSettings {
             growth: settings.growth,
             longest: FIRST_ARC.min(nodes),
@@ -142,6 +145,7 @@ impl State<'_> {
             system: self.system,
             coefficients: self.xi.as_slice(),
             sigma: &self.sigma,
+            colour: &self.colour,
             cut: self.cut,
         }
     }
@@ -279,9 +283,13 @@ impl State<'_> {
                 .iter()
                 .map(|members| last.search.front(members, last.values))
                 .collect(),
-            correlation: correlation(&self.follow().residuals(&self.records)),
+            correlation: correlation(&whitened(
+                &self.follow().residuals(&self.records),
+                &self.colour,
+            )),
             score: rows * noise + terms * last.unit + starts,
             sigma: self.sigma.clone(),
+            colour: self.colour.clone(),
             arcs: last.arcs,
             values: last.values,
             iterations,
@@ -402,6 +410,7 @@ mod tests {
                 records: vec![Record::new(&piece)],
                 xi: DVector::from_vec(vec![-1.0]),
                 sigma: vec![1e-3],
+                colour: Vec::new(),
                 cut: ArcSettings {
                     growth: 1e3,
                     longest: usize::MAX,

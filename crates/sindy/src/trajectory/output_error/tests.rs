@@ -130,6 +130,7 @@ fn analytic_a_linear_decay_from_a_wrong_start() {
         smooth: vec![truth.clone()],
     };
     let start = Start {
+        colour: Vec::new(),
         coefficients: vec![0.5, -1.0, -0.3, 0.0],
         sigma: vec![0.012],
         floor: vec![1e-9],
@@ -181,6 +182,7 @@ fn prop_candidates_that_are_barred_stay_out() {
         smooth: vec![Vec::from(x)],
     };
     let start = Start {
+        colour: Vec::new(),
         coefficients: vec![0.0, -1.0],
         sigma: vec![1e-3],
         floor: vec![1e-6],
@@ -214,6 +216,7 @@ fn exact_decay(coefficients: [f64; 4], floor: f64) -> Option<OutputErrorFit> {
         smooth: vec![x.clone()],
     };
     let start = Start {
+        colour: Vec::new(),
         coefficients: coefficients.to_vec(),
         sigma: vec![floor],
         floor: vec![floor],
