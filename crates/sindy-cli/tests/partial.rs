@@ -126,7 +126,16 @@ fn prop_partial_sums_that_do_not_fit_are_one_clear_error() {
     let cut = write(folder.path(), "cut.json", &content[..content.len() / 2]);
     let error = merge(&one, &cut);
     assert!(
-        error.contains("cut.json: expected partial sums") && error.contains("EOF"),
+        error.contains("cut.json: expected partial sums") && error.contains("checksum differs"),
+        "{error}"
+    );
+    let digit = content.rfind("7").unwrap();
+    let mut changed = content.clone();
+    changed.replace_range(digit..=digit, "8");
+    let changed = write(folder.path(), "changed.json", &changed);
+    let error = merge(&one, &changed);
+    assert!(
+        error.contains("changed.json") && error.contains("checksum differs"),
         "{error}"
     );
     let error = merge(&one, &runs[0]);

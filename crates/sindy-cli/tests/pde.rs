@@ -108,7 +108,23 @@ fn analytic_the_heat_equation_is_found_in_every_format() {
     assert!(fs::read_to_string(&page).unwrap().contains("u_xx"));
     // Other windows, other candidates, two files.
     let command = "pde {} {} --term u_x --term u_xx --half-width t=1,x=2";
-    let found = json(0, &words(command, &[&npz, &npz]));
+    let later = folder.path().join("later.npz");
+    let u = npy(&[n, m], (0..n * m).map(|k| value(k / m + n, k % m)));
+    let axis = |n: usize, step: f64| npy(&[n], (0..n).map(move |i| step * i as f64));
+    // Texts beside the fields do not matter.
+    let note =
+        b"\x93NUMPY\x01\x00\x36\x00{'descr': '<U1', 'fortran_order': False, 'shape': (), }\nabcd"
+            .to_vec();
+    archive(
+        &later,
+        &[
+            ("note", note),
+            ("t", axis(n, STEPS.0)),
+            ("x", axis(m, STEPS.1)),
+            ("u", u),
+        ],
+    );
+    let found = json(0, &words(command, &[&npz, &later]));
     assert_eq!(found["data"][1]["half_widths"]["t"], 1.0);
     assert_eq!(found["text"][0], "u_t = 0.10000*u_xx");
 }
@@ -164,6 +180,18 @@ fn prop_fields_that_cannot_be_used_are_refused_by_name() {
             "derivatives by x, found `y`",
         ),
         (
+            "pde {} --spacing X=1",
+            "heat.npz",
+            2,
+            "one of the axes t, x, found `X`",
+        ),
+        (
+            "pde {} --term u*u_x",
+            "heat.npz",
+            2,
+            "a derivative of a product",
+        ),
+        (
             "pde {} --half-width t=1",
             "heat.npz",
             2,
@@ -197,6 +225,8 @@ fn prop_fields_that_cannot_be_used_are_refused_by_name() {
         let said = fails(2, &words("pde {} --figure {}", &[&npz, &path(figure)]));
         assert!(said.contains(expected), "{said}");
     }
+    let said = fails(2, &words("pde {} {}", &[&npz, &npz]));
+    assert!(said.contains("number 2 again"), "{said}");
     let said = fails(2, &words("fit {} --states u", &[&npz]));
     assert!(said.contains("`sindy pde`"), "{said}");
     assert_eq!(fs::read(&npz).unwrap(), whole);

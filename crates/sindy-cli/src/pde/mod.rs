@@ -21,11 +21,14 @@ pub(crate) fn run(terminal: &Terminal, args: &PdeArgs) -> Result<Done> {
         drawing::check(path)?;
     }
     terminal.busy("reading");
-    let data = args
-        .data
-        .iter()
-        .map(|path| read::field(path, args))
-        .collect::<Result<Vec<FieldData>>>()?;
+    let (mut data, mut warnings, mut lossy) = (Vec::new(), Vec::new(), false);
+    for path in &args.data {
+        let (field, findings) = read::field(path, args)?;
+        let at = path.display();
+        warnings.extend(findings.warnings.iter().map(|w| format!("{at}: {w}")));
+        lossy |= findings.is_lossy();
+        data.push(field);
+    }
     let identify = identify(args, &data[0])?;
     let points: usize = data.iter().map(FieldData::points).sum();
     terminal.busy(&format!("weak form of {points} points"));
@@ -33,7 +36,7 @@ pub(crate) fn run(terminal: &Terminal, args: &PdeArgs) -> Result<Done> {
     let found = identify
         .run(&data)
         .map_err(Error::refused(files.join(", ")))?;
-    let object = PdeObject::new(&found, &data);
+    let object = PdeObject::new(&found, &data, warnings);
     if let Some(path) = &args.figure {
         let page = || {
             let mut page = Report::new("Partial differential equations");
@@ -61,7 +64,7 @@ pub(crate) fn run(terminal: &Terminal, args: &PdeArgs) -> Result<Done> {
         terminal.warn(warning);
     }
     terminal.object(&object);
-    Ok(Done::Whole)
+    Ok(Done::with_loss(lossy))
 }
 
 /// The identification with the arguments' candidates, for fields and axes as they were read.
@@ -80,6 +83,17 @@ fn identify(args: &PdeArgs, data: &FieldData) -> Result<IdentifyField> {
         }
     };
     let library = library.map_err(Error::refused("candidates"))?;
+    for (argument, given) in [
+        ("--spacing", &args.spacing),
+        ("--half-width", &args.half_width),
+    ] {
+        if let Some((axis, _)) = given.iter().find(|(axis, _)| !args.axes.contains(axis)) {
+            return Err(Error::Arguments(format!(
+                "{argument}: expected one of the axes {}, found `{axis}`",
+                args.axes.join(", ")
+            )));
+        }
+    }
     let mut identify = IdentifyField::new(library)
         .time_order(args.time_order)
         .map_err(Error::refused("--time-order"))?;

@@ -46,7 +46,13 @@ pub(super) struct DataOfField {
 }
 
 impl PdeObject {
-    pub(super) fn new(found: &FieldIdentification, data: &[FieldData]) -> Self {
+    /// With the `warnings` of the data before those of the identification.
+    pub(super) fn new(
+        found: &FieldIdentification,
+        data: &[FieldData],
+        mut warnings: Vec<String>,
+    ) -> Self {
+        warnings.extend(found.warnings.iter().cloned());
         let names = data[0].names();
         let terms = found.equations.iter().map(|equation| {
             let terms = equation.terms.iter().map(|t| TermObject {
@@ -81,7 +87,7 @@ impl PdeObject {
                     }
                 })
                 .collect(),
-            warnings: found.warnings.clone(),
+            warnings,
             version: env!("CARGO_PKG_VERSION"),
         }
     }

@@ -5,17 +5,18 @@ use std::io::{BufReader, Cursor, Read};
 use std::path::Path;
 
 use sindy::pde::{Axis, FieldData};
+use touchdown_log::Findings;
 use zip::ZipArchive;
 
 use super::args::PdeArgs;
 use crate::error::{Error, Result};
 use crate::table::{Format, NpyArray, Table};
 
-/// Points of a grid at most: 1.6 GB for each field.
+/// Numbers in the arrays of a file at most: 1.6 GB.
 const MOST_POINTS: u64 = 200_000_000;
 
 /// Reads the fields of a file.
-pub(super) fn field(path: &Path, args: &PdeArgs) -> Result<FieldData> {
+pub(super) fn field(path: &Path, args: &PdeArgs) -> Result<(FieldData, Findings)> {
     if !args.axes.contains(&args.time) {
         return Err(Error::Arguments(format!(
             "--axes: expected the axis of time `{}` among them (--time names another), found {}",
@@ -24,7 +25,10 @@ pub(super) fn field(path: &Path, args: &PdeArgs) -> Result<FieldData> {
         )));
     }
     match Format::of(path)? {
-        Format::Zip => of_arrays(path, args, &archive(path)?),
+        Format::Zip => Ok((
+            of_arrays(path, args, &archive(path, args)?)?,
+            Findings::default(),
+        )),
         Format::Npy => {
             let name = match &args.fields[..] {
                 [] => "u".to_owned(),
@@ -39,33 +43,46 @@ pub(super) fn field(path: &Path, args: &PdeArgs) -> Result<FieldData> {
             let file = File::open(path).map_err(|e| Error::file(path, e))?;
             let length = file.metadata().map_err(|e| Error::file(path, e))?.len();
             let array = NpyArray::read(BufReader::new(file), path, length)?;
-            of_arrays(path, args, &[(name, array)])
+            Ok((
+                of_arrays(path, args, &[(name, array)])?,
+                Findings::default(),
+            ))
         }
         Format::Text | Format::Parquet => of_table(path, args),
     }
 }
 
-/// The arrays of an archive that `numpy.savez` wrote.
-fn archive(path: &Path) -> Result<Vec<(String, NpyArray)>> {
+/// The arrays of an archive that `numpy.savez` wrote: those that are named, or all that hold numbers.
+fn archive(path: &Path, args: &PdeArgs) -> Result<Vec<(String, NpyArray)>> {
     let fault = |e: zip::result::ZipError| Error::file(path, std::io::Error::other(e));
     let file = File::open(path).map_err(|e| Error::file(path, e))?;
     let mut archive = ZipArchive::new(BufReader::new(file)).map_err(fault)?;
     let mut out = Vec::new();
+    let mut left = 8 * MOST_POINTS;
     for i in 0..archive.len() {
         let entry = archive.by_index(i).map_err(fault)?;
         let name = entry.name().map_err(fault)?;
         let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
             continue;
         };
-        // What an entry says of its size is not believed: so many bytes are read at most.
-        let most = 8 * MOST_POINTS + 65_536;
+        let named = args.axes.contains(&name) || args.fields.contains(&name);
+        if !named && !args.fields.is_empty() {
+            continue;
+        }
+        // What an entry says of its size is not believed: so many bytes are read at most, of all entries together.
         let mut bytes = Vec::new();
-        let read = entry.take(most).read_to_end(&mut bytes);
+        let read = entry.take(left).read_to_end(&mut bytes);
         let length = read.map_err(|e| Error::file(path, e))? as u64;
-        if length == most {
+        if length == left {
             return Err(too_many(path, &name));
         }
-        out.push((name, NpyArray::read(Cursor::new(bytes), path, length)?));
+        left -= length;
+        match NpyArray::read(Cursor::new(bytes), path, length) {
+            Ok(array) => out.push((name, array)),
+            Err(error) if named => return Err(error),
+            // Texts and objects beside the fields.
+            Err(_) => {}
+        }
     }
     Ok(out)
 }
@@ -75,7 +92,7 @@ fn too_many(path: &Path, name: &str) -> Error {
     let at = path.display().to_string();
     Error::data(
         at,
-        format!("at most {MOST_POINTS} points of a field"),
+        format!("at most {MOST_POINTS} numbers in all arrays"),
         found,
     )
 }
@@ -188,7 +205,7 @@ pub(super) fn given(all: &[(String, f64)], axis: &str, argument: &str) -> Result
 }
 
 /// A table with a column for each axis and field.
-fn of_table(path: &Path, args: &PdeArgs) -> Result<FieldData> {
+fn of_table(path: &Path, args: &PdeArgs) -> Result<(FieldData, Findings)> {
     let at = || path.display().to_string();
     let table = Table::open(path, &[])?;
     let names: Vec<String> = match args.fields.is_empty() {
@@ -252,5 +269,6 @@ fn of_table(path: &Path, args: &PdeArgs) -> Result<FieldData> {
             .for_each(|(&place, v)| field[place] = *v);
         (name, field)
     });
-    FieldData::new(axes, fields.collect()).map_err(Error::refused(at()))
+    let data = FieldData::new(axes, fields.collect()).map_err(Error::refused(at()))?;
+    Ok((data, table.findings))
 }

@@ -184,11 +184,16 @@ fn items<R: Read + 'static>(array: NpyFile<R>, path: &Path) -> Result<Items> {
         .or_else(|array| attempt::<R, f32>(*array, f64::from))
         .or_else(|array| attempt::<R, i64>(*array, |v| v as f64))
         .or_else(|array| attempt::<R, i32>(*array, f64::from))
+        .or_else(|array| attempt::<R, u32>(*array, f64::from))
+        .or_else(|array| attempt::<R, i16>(*array, f64::from))
+        .or_else(|array| attempt::<R, u16>(*array, f64::from))
+        .or_else(|array| attempt::<R, i8>(*array, f64::from))
+        .or_else(|array| attempt::<R, u8>(*array, f64::from))
         .or_else(|array| attempt::<R, bool>(*array, |v| f64::from(u8::from(v))));
     found.map_err(|array| {
         Error::data(
             path.display().to_string(),
-            "numbers of type float64, float32, int64, int32 or bool",
+            "numbers of type float64, float32, int64, int8 to int32, uint8 to uint32 or bool",
             format!("type {}", array.dtype().descr()),
         )
     })

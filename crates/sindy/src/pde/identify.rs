@@ -22,7 +22,9 @@ const SPECTRUM: usize = 48;
 /// The least half-width that is chosen, in steps: sums approximate integrals of the derivatives of the test function.
 const STEPS: f64 = 12.0;
 /// A residual below this share of the left side is the error of sums and of the data's own digits.
-const SMALL: f64 = 1e-3;
+const SMALL: f64 = 1e-4;
+/// A residual above this share of the left side hides terms that matter.
+const HIDES: f64 = 0.1;
 /// Independent windows for each candidate below which terms are chosen from too little.
 const FEW: f64 = 3.0;
 
@@ -132,6 +134,15 @@ impl IdentifyField {
     pub fn run(&self, data: &[FieldData]) -> Result<FieldIdentification, SindyError> {
         let mut warnings = Vec::new();
         require(!data.is_empty(), "data", "at least one field", "none")?;
+        let again = (1..data.len()).find(|&k| data[..k].contains(&data[k]));
+        let found = again.map_or(0, |k| k + 1);
+        let expected = "measurements that differ";
+        require(
+            again.is_none(),
+            "data",
+            expected,
+            format!("number {found} again"),
+        )?;
         data.iter().try_for_each(|d| self.check(d))?;
         let variances = data.iter().map(variances).collect::<Result<Vec<_>, _>>()?;
         let windows = data
@@ -306,6 +317,23 @@ fn doubts(equation: &FieldEquation, fit: &FieldFit) -> Vec<String> {
         out.push(format!(
             "equation of {left}: the noise is too large for its bias to be taken away; coefficients are too small, by more \
              than their intervals"
+        ));
+    }
+    if estimate.unexplained > HIDES {
+        out.push(format!(
+            "equation of {left}: {:.0} % of {left} is left under the windows: terms that contribute less are hidden, and what is \
+             there may stand for them",
+            100.0 * estimate.unexplained
+        ));
+    }
+    if equation
+        .terms
+        .iter()
+        .all(|t| t.of.degree() == 1 && t.of.order() == 1)
+    {
+        out.push(format!(
+            "equation of {left}: waves that travel without a change of shape explain all: every equation that has such waves fits, \
+             and these data cannot tell which is true"
         ));
     }
     if estimate.misses && estimate.unexplained > SMALL {

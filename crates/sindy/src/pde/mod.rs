@@ -11,11 +11,12 @@
 //! amplitude at the frequency beyond which the spectrum is noise (the rule of the [weak form](crate::weak)), a quarter of it apart.
 //!
 //! **Noise.** Its level comes from differences ([`noise_level`](crate::derivative::noise_level)). Products are formed without bias (`u² - σ²`, `u³ - 3 σ² u`),
-//! and the covariance of the noise in terms and left side is taken from the normal equations, so that coefficients have no
-//! bias at any level of white noise. Standard errors follow from the noise in every sample and grow with the misfit.
+//! and the covariance of the noise in terms and left side is taken from the normal equations, so that coefficients of the true
+//! terms have no bias by white noise. Standard errors follow from the noise in every sample and grow with the misfit.
 //!
 //! **Terms.** The best subset by the Bayesian criterion over independent windows; then terms that are more likely absent
-//! than not leave one by one, each time with a new fit.
+//! than not leave one by one, each time with a new fit. Terms below the noise cannot be found: a warning tells from where on
+//! noise hides them, and another where a wave that travels without a change of shape is all that there is.
 //!
 //! **Valid** for grids with even steps, noise that is white and alike everywhere, coefficients that do not depend on place or
 //! time. Terms are derivatives of products: `u u_x` is `0.5 (u^2)_x`. Those that are no such derivative, as `u u_xx`, cannot be

@@ -76,6 +76,14 @@ impl FieldLibrary {
         require(!fields.is_empty(), "fields", "at least one", "none")?;
         let dimensions = (1..=3).contains(&space.len());
         require(dimensions, "space", "one to three axes", space.len())?;
+        let odd = |c: char| c.is_whitespace() || "^*().".contains(c);
+        let odd = fields
+            .iter()
+            .chain(space)
+            .find(|n| n.is_empty() || n.contains(odd));
+        let found = odd.map_or("", |n| n);
+        let expected = "names without blanks, ^, *, dots and brackets";
+        require(odd.is_none(), "names", expected, format!("`{found}`"))?;
         let owned = |names: &[&str]| names.iter().map(ToString::to_string).collect();
         let out = Self {
             fields: owned(fields),
@@ -200,12 +208,15 @@ pub(super) fn parse(fields: &[&str], space: &[&str], text: &str) -> Result<Field
             let Some((before, suffix)) = text.rsplit_once('_') else {
                 return Err(fault(reason));
             };
-            let bare = before
-                .strip_prefix('(')
-                .and_then(|b| b.strip_suffix(')'))
-                .unwrap_or(before);
-            let powers = product(fields, bare).map_err(fault)?;
-            (powers, derivative(space, suffix).map_err(fault)?)
+            let inside = before.strip_prefix('(').and_then(|b| b.strip_suffix(')'));
+            let powers = product(fields, inside.unwrap_or(before)).map_err(fault)?;
+            let orders = derivative(space, suffix).map_err(fault)?;
+            if inside.is_none() && powers.iter().map(|p| u32::from(*p)).sum::<u32>() > 1 {
+                return Err(fault(format!(
+                    "expected a derivative of a product, ({before})_{suffix}; products with derivatives cannot be integrated by parts"
+                )));
+            }
+            (powers, orders)
         }
     };
     let term = FieldTerm { powers, orders };
@@ -296,6 +307,8 @@ mod tests {
             ("u_z", "derivatives by x, found `z`"),
             ("1_x", "the derivative of a constant"),
             ("", "products of the fields"),
+            ("u*u_x", "a derivative of a product, (u*u)_x"),
+            ("u^2_x", "a derivative of a product"),
             ("u_xxxxxxxxx", "at most 8"),
         ] {
             let said = parse(&["u"], &["x"], text).unwrap_err().to_string();

@@ -364,6 +364,32 @@ fn prop_a_library_without_the_truth_is_warned_of() {
 }
 
 #[test]
+fn prop_what_the_data_do_not_carry_is_said() {
+    let said = |data: FieldData| {
+        let library = FieldLibrary::polynomial(&["u"], 3, &["x"], 3).unwrap();
+        let found = IdentifyField::new(library).run(&[data]).unwrap();
+        format!("{} {}", found.equations[0], found.warnings.join("; "))
+    };
+    // One soliton: u_t = -c u_x is as true as the equation that made it.
+    let alone = field((0.05, 120), (0.2, 150), |t, x| {
+        1.0 / (0.5 * (x - t - 12.0)).cosh().powi(2)
+    });
+    let alone = said(noisy(&alone, 0.01, 1));
+    assert!(alone.contains("cannot tell which is true"), "{alone}");
+    // Noise that is half of the field hides most of what happens.
+    let hidden = said(noisy(&kuramoto_sivashinsky(), 0.5, 1));
+    assert!(
+        hidden.contains("are hidden") || hidden.contains("no candidate"),
+        "{hidden}"
+    );
+    let clear = said(noisy(&korteweg_de_vries(), 0.01, 1));
+    assert!(
+        !clear.contains("hidden") && !clear.contains("cannot tell"),
+        "{clear}"
+    );
+}
+
+#[test]
 fn prop_data_that_do_not_fit_are_refused() {
     let library = FieldLibrary::polynomial(&["u"], 2, &["x"], 2).unwrap();
     let run = |data: &[FieldData]| IdentifyField::new(library.clone()).run(data).map(|_| ());
@@ -394,6 +420,10 @@ fn prop_data_that_do_not_fit_are_refused() {
             .to_string()
             .contains("missing samples")
     );
+    // A measurement that is given twice holds no more than once.
+    let data = noisy(&burgers(), 0.01, 1);
+    let said = run(&[data.clone(), data]).unwrap_err().to_string();
+    assert!(said.contains("found number 2 again"), "{said}");
     // A field that stands still has no equation, and no error.
     let still = FieldData::new(axes, vec![("u".to_owned(), vec![2.0; 900])]).unwrap();
     let found = IdentifyField::new(library.clone()).run(&[still]).unwrap();

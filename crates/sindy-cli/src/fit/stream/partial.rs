@@ -81,6 +81,14 @@ pub(in crate::fit) struct PartialFit {
     reports: BTreeMap<usize, FileReport>,
 }
 
+/// The first line of such a file; the content is the second.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Head {
+    /// Of the second line.
+    crc32: u32,
+}
+
 /// What `--partial` prints with `--json`.
 #[derive(Serialize)]
 struct PartialObject<'a> {
@@ -106,7 +114,11 @@ pub(in crate::fit) fn write(
     let (sums, reports) = pass(terminal, args, identify, shard.range(count))?;
     let fit = PartialFit { sums, reports };
     let text = serde_json::to_string(&fit).map_err(|e| Error::file(path, e.into()))?;
-    output::write(path, text.as_bytes())?;
+    let head = Head {
+        crc32: crc32fast::hash(text.as_bytes()),
+    };
+    let head = serde_json::to_string(&head).map_err(|e| Error::file(path, e.into()))?;
+    output::write(path, format!("{head}\n{text}").as_bytes())?;
     terminal.finish();
     let files: Vec<&FileReport> = fit.reports.values().collect();
     let object = PartialObject {
@@ -158,10 +170,20 @@ impl PartialFit {
         let mut file = touchdown_files::open(path).map_err(Error::unread(path))?;
         file.read_to_string(&mut text)
             .map_err(Error::unread(path))?;
-        serde_json::from_str(&text).map_err(|e| Error::Settings {
+        let unlike = |found: String| Error::Settings {
             file: path.display().to_string(),
-            message: format!("expected partial sums of `sindy fit --stream --partial`, found {e}"),
-        })
+            message: format!(
+                "expected partial sums of `sindy fit --stream --partial`, found {found}"
+            ),
+        };
+        let (head, body) = text.split_once('\n').unwrap_or((&text, ""));
+        let head: Head = serde_json::from_str(head).map_err(|e| unlike(e.to_string()))?;
+        if head.crc32 != crc32fast::hash(body.as_bytes()) {
+            return Err(unlike(
+                "one that was changed or cut off: its checksum differs".to_owned(),
+            ));
+        }
+        serde_json::from_str(body).map_err(|e| unlike(e.to_string()))
     }
 
     /// Ends the fit.
