@@ -59,6 +59,7 @@ fn archive(path: &Path, args: &PdeArgs) -> Result<Vec<(String, NpyArray)>> {
     let mut archive = ZipArchive::new(BufReader::new(file)).map_err(fault)?;
     let mut out = Vec::new();
     let mut left = 8 * MOST_POINTS;
+    let mut fault_of_other = None;
     for i in 0..archive.len() {
         let entry = archive.by_index(i).map_err(fault)?;
         let name = entry.name().map_err(fault)?;
@@ -80,11 +81,15 @@ fn archive(path: &Path, args: &PdeArgs) -> Result<Vec<(String, NpyArray)>> {
         match NpyArray::read(Cursor::new(bytes), path, length) {
             Ok(array) => out.push((name, array)),
             Err(error) if named => return Err(error),
-            // Texts and objects beside the fields.
-            Err(_) => {}
+            // Texts and objects beside the fields do not matter.
+            Err(error) => fault_of_other = Some(error),
         }
     }
-    Ok(out)
+    let has_field = out.iter().any(|(name, _)| !args.axes.contains(name));
+    match fault_of_other {
+        Some(error) if !has_field => Err(error),
+        _ => Ok(out),
+    }
 }
 
 fn too_many(path: &Path, name: &str) -> Error {
