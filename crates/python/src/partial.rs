@@ -26,6 +26,9 @@ pub(crate) struct PartialSums {
     columns: Vec<String>,
 }
 
+/// What `pickle` takes: a function and its arguments.
+type Reduced<'py> = (Bound<'py, PyAny>, (String, Vec<String>));
+
 #[pymethods]
 impl PartialSums {
     /// Sums of no file. `heads` holds the first files, of `HEAD_ROWS` rows or all there are.
@@ -125,10 +128,7 @@ impl PartialSums {
     }
 
     /// For pickle and copy.
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, (String, Vec<String>))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let read = py.get_type::<Self>().getattr("from_json")?;
         Ok((read, (self.to_json(py)?, self.columns.clone())))
     }
