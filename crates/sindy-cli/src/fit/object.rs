@@ -77,20 +77,25 @@ pub(crate) struct FrontPoint {
     pub(crate) names: Vec<String>,
 }
 
-impl Front {
-    fn of(equation: &Equation) -> Self {
-        let point = |p: &sindy::identify::FrontPoint| FrontPoint {
+impl FrontPoint {
+    pub(crate) fn of(p: &sindy::identify::FrontPoint) -> Self {
+        Self {
             terms: p.terms.len(),
             error: p.error,
             proven: p.proven,
             chosen: p.chosen,
             names: p.terms.clone(),
-        };
+        }
+    }
+}
+
+impl Front {
+    fn of(equation: &Equation) -> Self {
         Self {
             unit: equation.unit,
             noise: equation.noise,
             residual: equation.residual,
-            points: equation.front.iter().map(point).collect(),
+            points: equation.front.iter().map(FrontPoint::of).collect(),
         }
     }
 }

@@ -94,17 +94,10 @@ impl PdeObject {
 }
 
 fn front(fit: &FieldQuality) -> Front {
-    let point = |p: &sindy::identify::FrontPoint| FrontPoint {
-        terms: p.terms.len(),
-        error: p.error,
-        proven: p.proven,
-        chosen: p.chosen,
-        names: p.terms.clone(),
-    };
     Front {
         unit: "residual over the left side, root mean squares under the windows",
         noise: fit.noise,
         residual: Some(fit.residual),
-        points: fit.front.iter().map(point).collect(),
+        points: fit.front.iter().map(FrontPoint::of).collect(),
     }
 }
