@@ -82,7 +82,7 @@ impl Axis {
 
 /// Fields `u(t, x, ...)`, `v(t, x, ...)`, ... on one grid: time first, then up to three dimensions of space.
 ///
-/// Values are in the order of C: the last axis runs fastest. NaN stands for what was not measured.
+/// Values are in row-major order: neighbours in memory are neighbours along the last axis. NaN marks a missing sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldData {
     axes: Vec<Axis>,
@@ -167,7 +167,6 @@ impl FieldData {
         let inner: usize = self.axes[axis + 1..].iter().map(Axis::points).product();
         let (len, values) = (self.axes[axis].len, &self.values[field]);
         let lines = values.len() / len;
-        // Neither the step nor its multiples fall on the same place of every row.
         let stride = (lines / count).max(1);
         (0..lines)
             .skip(stride / 2)

@@ -10,8 +10,8 @@ use crate::statistics::criteria::{Criterion, evidence_for};
 use crate::statistics::gram::Gram;
 use crate::statistics::regression::pseudo_inverse;
 
-/// The bias of noise is taken away where what is left of the least direction of the terms is at least this share: below,
-/// its own error is as large as what is left.
+/// The noise's covariance is subtracted only where the smallest eigenvalue of the scaled normal matrix keeps at least this share
+/// of itself. Below it, the error of the subtraction is as large as the rest.
 const LEFT: f64 = 0.2;
 /// The share of a sum of squares that sums over windows lose to rounding.
 const ROUNDING: f64 = 1e-15;
@@ -82,9 +82,9 @@ impl<'a> Search<'a> {
 
     /// Finds the equation whose left side has the place `target` among the quantities.
     ///
-    /// The best subsets of every size are where it starts. Terms that are more likely absent than not leave each, and of what is
-    /// left the model with the best likelihood, less the penalty for its terms, is taken. The bias of noise makes terms of its
-    /// own, so those from which it can be taken away come first.
+    /// The search starts from the best subset of each size. Terms that are more likely absent than not are removed from each
+    /// subset. Of the models that remain, the one with the best penalised likelihood is taken. Models whose bias by noise can be
+    /// subtracted come first, because that bias adds false terms.
     pub(super) fn find(&self, target: usize) -> Result<FieldFit, SindyError> {
         let all: Vec<usize> = (0..self.candidates).collect();
         let grams: Vec<Gram> = self.data.iter().map(|d| d.gram(&all, target)).collect();

@@ -210,7 +210,7 @@ fn check(data: &FieldData, truth: &Truth, share: f64, (seeds, within, hold): (u6
 fn analytic_burgers_equation_is_found_in_noise() {
     let truth = [("(u^2)_x", -0.5), ("u_xx", 0.2)];
     let data = burgers();
-    // Without noise, the digits that sums lose; with it three and a half of the standard errors that are told (0.3 and 1.7 %).
+    // Without noise: the rounding of sums. With noise: 3.5 times the reported standard errors (0.3 and 1.7 %).
     check(&data, &truth, 0.0, (1, 1e-7, 2));
     // Of 40 intervals of 95 % at least 34 hold in 99.9 % of draws.
     check(&data, &truth, 0.01, (20, 0.011, 34));

@@ -21,7 +21,7 @@ const UNIT_ROOT: f64 = 14.1;
 /// Standard deviations of a normal variable at a level of 1 %.
 const SURE: f64 = 2.576;
 
-/// Rows of an arc, each less what the row before tells of its noise.
+/// Subtracts from each row of an arc the noise that the row before predicts.
 pub(super) struct Whitener<'a> {
     /// φ of each measured state.
     colour: &'a [f64],
