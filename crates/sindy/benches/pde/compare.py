@@ -1,4 +1,5 @@
 """`sindy pde` beside PySINDy 2.1 on the same fields: python3 compare.py PATH/TO/sindy [seeds]
+`python3 compare.py --write ks.npz` writes the chaotic field with 5 % of noise instead.
 
 Fields: two solitons of Korteweg and de Vries in closed form; chaos of Kuramoto and Sivashinsky, by NumPy's Fourier transform and
 Runge and Kutta's method with an integrating factor. White noise is a share of the field's standard deviation. Both programs get
@@ -58,6 +59,10 @@ def kuramoto_sivashinsky():
     return np.arange(len(out)) * step * every, x, np.array(out), truth
 
 
+def with_noise(u, share, seed):
+    return u + share * u.std() * np.random.default_rng(seed).standard_normal(u.shape)
+
+
 def judge(found, truth):
     """Whether the terms are the true ones, and the relative error of all coefficients (2-norm)."""
     names = set(found) | set(truth)
@@ -100,6 +105,10 @@ def pysindy(t, x, u, truth):
 
 
 def main():
+    if sys.argv[1] == "--write":
+        t, x, u, _ = kuramoto_sivashinsky()
+        np.savez(sys.argv[2], t=t, x=x, u=with_noise(u, 0.05, 0))
+        return
     command, seeds = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 3
     print("| field | noise | exact here | error here | exact PySINDy, best threshold | error | s here | s PySINDy, a fit |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
@@ -108,7 +117,7 @@ def main():
         for share in (0.0, 0.01, 0.05, 0.2, 0.5):
             rows = []
             for seed in range(seeds):
-                noisy = u + share * u.std() * np.random.default_rng(seed).standard_normal(u.shape)
+                noisy = with_noise(u, share, seed)
                 found, spent = ours(command, t, x, noisy)
                 other, other_spent = pysindy(t, x, noisy, truth)
                 rows.append((*judge(found, truth), spent, *other, other_spent))
