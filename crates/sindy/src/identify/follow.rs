@@ -5,14 +5,11 @@ use super::prepare::{self, Slopes};
 use super::rank::RankedModel;
 use super::regress::Statistics;
 use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
+use super::screen::Screen;
 use super::{Method, Progress};
 use crate::solve::outcome::Outcome;
 use crate::statistics::gram::Gram;
-use crate::trajectory::output_error::{self, OutputErrorFit, Piece, Start, Step};
-
-/// Candidates above which the output error looks only at terms that regressions kept: its steps cost the cube of their
-/// number. Half of it loses terms of larger libraries that no regression kept; twice takes eight times the time.
-const MOST_CANDIDATES: usize = 400;
+use crate::trajectory::output_error::{self, OutputErrorFit, Piece, Start, Step, System};
 
 /// Starts of the output error, at most. Two that agree end the search earlier; with twice as many, systems that two
 /// starts already settle take no longer.
@@ -58,9 +55,13 @@ impl FollowedModel {
 
 /// What every search of an identification shares.
 struct Search<'s> {
-    ranked: &'s [RankedModel],
+    system: &'s System,
+    /// Coefficients of the models to start from, best first.
+    starts: &'s [Vec<f64>],
     pieces: &'s [Piece<'s>],
-    term_rms: Vec<f64>,
+    term_rms: &'s [f64],
+    /// Candidates that the system's were chosen from.
+    chosen_from: usize,
 }
 
 impl IdentificationRun<'_> {
@@ -81,15 +82,27 @@ impl IdentificationRun<'_> {
         let term_rms: Vec<f64> = grams
             .flat_map(|parts| Gram::total(parts).column_rms().as_slice().to_vec())
             .collect();
+        let screen = Screen::of_large(self, ranked);
+        let narrow = |values: &[f64]| match &screen {
+            Some(screen) => screen.narrow(values),
+            None => values.to_vec(),
+        };
+        let starts: Vec<Vec<f64>> = ranked.iter().map(|r| narrow(&r.coefficients)).collect();
+        let kept_rms = narrow(&term_rms);
         let mut with_inputs = |between: &[_]| {
             let rows = self.settings.rows;
-            let pieces = prepare::pieces(&self.stretches, states, slopes, between, rows);
             let search = Search {
-                ranked,
-                pieces: &pieces,
-                term_rms: term_rms.clone(),
+                system: screen.as_ref().map_or(&self.system, |s| &s.system),
+                starts: &starts,
+                pieces: &prepare::pieces(&self.stretches, states, slopes, between, rows),
+                term_rms: &kept_rms,
+                chosen_from: term_rms.len(),
             };
-            self.output_error(&search, progress)
+            let mut found = self.output_error(&search, progress)?;
+            if let Some(screen) = &screen {
+                screen.widen(&mut found.fit);
+            }
+            Some(found)
         };
         let first = with_inputs(&self.inputs.between);
         let Some(between) = self
@@ -166,7 +179,7 @@ impl IdentificationRun<'_> {
         let mut limits = self.limits(from.longest);
         limits.penalty *= from.fit.correlation;
         let start = self.start(&from.fit.coefficients, &from.fit.sigma, search);
-        output_error::search(&self.system, search.pieces, &start, &limits, &mut |_| ())
+        output_error::search(search.system, search.pieces, &start, &limits, &mut |_| ())
     }
 
     /// The fit of whole trajectories for noise that is not white, if its residual is noise of the measurement: terms are worth
@@ -203,7 +216,7 @@ impl IdentificationRun<'_> {
         let mut model = found.clone();
         let mut before = found.fit.colour.clone();
         for _ in 0..COLOUR_ROUNDS {
-            let colour = output_error::colour_of(&self.system, search.pieces, &model.fit);
+            let colour = output_error::colour_of(search.system, search.pieces, &model.fit);
             let mut start = self.start(&model.fit.coefficients, &model.fit.residual(), search);
             for (sigma, phi) in start.sigma.iter_mut().zip(&colour) {
                 *sigma *= (1.0 - phi * phi).sqrt();
@@ -214,13 +227,13 @@ impl IdentificationRun<'_> {
             start.colour = colour;
             let limits = self.limits(usize::MAX);
             let pieces = search.pieces;
-            model.fit = output_error::search(&self.system, pieces, &start, &limits, &mut |_| ())?;
+            model.fit = output_error::search(search.system, pieces, &start, &limits, &mut |_| ())?;
             if settled {
                 break;
             }
         }
         model.independence = self.independence(&model.fit, search);
-        let white = output_error::is_white(&self.system, search.pieces, &model.fit);
+        let white = output_error::is_white(search.system, search.pieces, &model.fit);
         (white && model.is_in_noise()).then_some(model)
     }
 
@@ -230,7 +243,7 @@ impl IdentificationRun<'_> {
         if self.settings.discrete {
             return None;
         }
-        output_error::independence(&self.system, search.pieces, fit, &LONGEST[1..])
+        output_error::independence(search.system, search.pieces, fit, &LONGEST[1..])
     }
 
     /// The best of a few starts with different terms, over arcs of at most `longest` nodes; ends where two agree.
@@ -243,14 +256,14 @@ impl IdentificationRun<'_> {
         let limits = self.limits(longest);
         let mut best: Option<FollowedModel> = None;
         let mut tried: Vec<Vec<bool>> = Vec::new();
-        for (index, model) in search.ranked.iter().enumerate() {
-            let support = support(&model.coefficients);
+        for (index, coefficients) in search.starts.iter().enumerate() {
+            let support = support(coefficients);
             if tried.len() == STARTS || tried.contains(&support) {
                 continue;
             }
             let number = tried.len();
             tried.push(support);
-            let from = self.start(&model.coefficients, &self.noise.sigma, search);
+            let from = self.start(coefficients, &self.noise.sigma, search);
             let mut report = |step: Step<'_>| {
                 progress(Progress::OutputError {
                     start: number,
@@ -260,7 +273,7 @@ impl IdentificationRun<'_> {
                 });
             };
             let found =
-                output_error::search(&self.system, search.pieces, &from, &limits, &mut report);
+                output_error::search(search.system, search.pieces, &from, &limits, &mut report);
             let Some(fit) = found else { continue };
             match &best {
                 Some(b) if fit.score > b.fit.score - SAME_SCORE => {
@@ -287,8 +300,8 @@ impl IdentificationRun<'_> {
             coefficients: coefficients.to_vec(),
             sigma: sigma.to_vec(),
             floor: self.noise.floor.clone(),
-            candidates: screened(search.ranked),
-            term_rms: search.term_rms.clone(),
+            term_rms: search.term_rms.to_vec(),
+            chosen_from: search.chosen_from,
             colour: Vec::new(),
         }
     }
@@ -302,16 +315,6 @@ impl IdentificationRun<'_> {
             relevance: self.settings.relevance,
         }
     }
-}
-
-/// The candidates that the output error looks at: all, or those that a regression kept.
-fn screened(ranked: &[RankedModel]) -> Option<Vec<bool>> {
-    let size = ranked.first()?.coefficients.len();
-    if size <= MOST_CANDIDATES {
-        return None;
-    }
-    let kept = |j: usize| ranked.iter().any(|r| r.coefficients[j] != 0.0);
-    Some((0..size).map(kept).collect())
 }
 
 /// Whether a term is more likely absent than not. Where residuals are correlated, each term is worth less than it was chosen

@@ -53,6 +53,7 @@ mod rank;
 pub(crate) mod regress;
 mod result;
 mod run;
+mod screen;
 mod second_order;
 mod settings;
 mod size;

@@ -1,12 +1,13 @@
 //! Regression: supports and coefficients from slopes or the weak form, as models and as starts.
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 use super::known::KnownPart;
 use super::prepare::{Slopes, WEIGHT, blocks, regression_samples, slope_name};
 use super::settings::{Score, Settings};
 use crate::choose::Grid;
-use crate::choose::select::{Rule, folded, select, sr3_points};
+use crate::choose::select::{Family, Rule, folded, select, sr3_points};
 use crate::data::dataset::{Dataset, Stretch};
 use crate::data::samples::Samples;
 use crate::error::SindyError;
@@ -183,13 +184,9 @@ pub(crate) fn best_subsets(gram: &Gram, nodes: u64) -> Result<BestSubsets, Sindy
             .node_limit(nodes)
             .solve(gram);
     }
-    let (_, steps) = Stepwise::new(Direction::Forward, Criterion::Aic).path(gram)?;
-    let mut met: Vec<usize> = Vec::new();
-    for step in &steps {
-        if !met.contains(&step.term) && met.len() < EXACT {
-            met.push(step.term);
-        }
-    }
+    let forward = Stepwise::new(Direction::Forward, Criterion::Aic).at_most(EXACT);
+    let (_, steps) = forward.path(gram)?;
+    let mut met: Vec<usize> = steps.iter().map(|step| step.term).collect();
     met.sort_unstable();
     let mut found = BestSubset::new()
         .max_size(MOST_TERMS)
@@ -238,19 +235,69 @@ pub(super) fn solve(
     }
     .points()?;
     let family = sr3_points(&points)?;
-    let score = settings.chosen_score();
-    let mut subsets = Vec::new();
-    // By equation: the fits at all points, and the chosen one.
-    let mut grid = Vec::new();
-    for parts in &statistics.grams {
+    let equations: Vec<Equation> = statistics
+        .grams
+        .par_iter()
+        .map(|parts| {
+            Equation::solve(
+                parts,
+                statistics.independent,
+                settings,
+                &family,
+                points.len(),
+            )
+        })
+        .collect::<Result<_, _>>()?;
+    let subsets: Vec<Fit> = equations.iter().map(|e| e.subset.clone()).collect();
+    let none = vec![None; subsets.len()];
+    let mut out = vec![statistics.regression("best_subset", "best subset", none, subsets)];
+    let chosen = equations.iter().map(|e| e.grid[e.chosen].clone()).collect();
+    let at = equations.iter().map(|e| Some(points[e.chosen])).collect();
+    out.push(statistics.regression("sr3", "SR3", at, chosen));
+    if settings.chosen_score() == Score::FreeRun {
+        for (k, point) in points.iter().enumerate() {
+            let fits: Vec<Fit> = equations.iter().map(|e| e.grid[k].clone()).collect();
+            let same = |r: &Regression| {
+                let mut pairs = r.fits.iter().zip(&fits);
+                pairs.all(|(a, b)| a.support == b.support)
+            };
+            if !out.iter().any(same) {
+                let how = format!("SR3, lambda {:.2e}, nu {}", point.0, point.1);
+                let at = vec![Some(*point); fits.len()];
+                out.push(statistics.regression("sr3", &how, at, fits));
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// What was found for one equation.
+struct Equation {
+    subset: Fit,
+    /// SR3 at every point of the grid, and the point that the score chooses.
+    grid: Vec<Fit>,
+    chosen: usize,
+}
+
+impl Equation {
+    fn solve(
+        parts: &[Gram],
+        independent: f64,
+        settings: &Settings,
+        family: &dyn Family,
+        points: usize,
+    ) -> Result<Self, SindyError> {
         let total = Gram::total(parts);
         if total.xty.is_empty() {
-            subsets.push(nothing(&total));
-            grid.push((vec![nothing(&total); points.len()], 0));
-            continue;
+            return Ok(Self {
+                subset: nothing(&total),
+                grid: vec![nothing(&total); points],
+                chosen: 0,
+            });
         }
+        let score = settings.chosen_score();
         let p = total.xty.len() as f64;
-        let rows = (total.rows as f64 * statistics.independent).max(2.0 * p);
+        let rows = (total.rows as f64 * independent).max(2.0 * p);
         let criterion = score.criterion().unwrap_or(Criterion::Bic);
         let scored = Rule::Criterion {
             criterion,
@@ -265,34 +312,16 @@ pub(super) fn solve(
             let found = best_subsets(&total, NODES)?;
             found.choose(&total, criterion, Some(rows))?.fit.clone()
         };
-        subsets.push(relevant(&total, &subset, settings.relevance));
-        let selection = select(&folds, &family, rule)?;
+        let selection = select(&folds, family, rule)?;
         let members = selection.members.iter();
-        let fits: Vec<Fit> = members
-            .map(|m| relevant(&total, &m.fit, settings.relevance))
-            .collect();
-        grid.push((fits, selection.chosen));
+        Ok(Self {
+            subset: relevant(&total, &subset, settings.relevance),
+            grid: members
+                .map(|m| relevant(&total, &m.fit, settings.relevance))
+                .collect(),
+            chosen: selection.chosen,
+        })
     }
-    let none = vec![None; subsets.len()];
-    let mut out = vec![statistics.regression("best_subset", "best subset", none, subsets)];
-    let chosen = grid.iter().map(|(fits, k)| fits[*k].clone()).collect();
-    let at = grid.iter().map(|(_, k)| Some(points[*k])).collect();
-    out.push(statistics.regression("sr3", "SR3", at, chosen));
-    if score == Score::FreeRun {
-        for (k, point) in points.iter().enumerate() {
-            let fits: Vec<Fit> = grid.iter().map(|(fits, _)| fits[k].clone()).collect();
-            let same = |r: &Regression| {
-                let mut pairs = r.fits.iter().zip(&fits);
-                pairs.all(|(a, b)| a.support == b.support)
-            };
-            if !out.iter().any(same) {
-                let how = format!("SR3, lambda {:.2e}, nu {}", point.0, point.1);
-                let at = vec![Some(*point); fits.len()];
-                out.push(statistics.regression("sr3", &how, at, fits));
-            }
-        }
-    }
-    Ok(out)
 }
 
 /// The best subset of every size up to the largest; sizes that the data do not allow repeat the last.

@@ -1,5 +1,7 @@
 //! One identification, from slopes to the accepted model.
 
+use rayon::prelude::*;
+
 use super::follow::FollowedModel;
 use super::inputs;
 use super::prepare::{self, Noise, Slopes};
@@ -81,7 +83,7 @@ impl<'a> IdentificationRun<'a> {
         }
         let rank =
             |regression| RankedModel::new(regression, &self.system, yardstick, &self.noise.sigma);
-        let mut ranked: Vec<RankedModel> = regressions.into_iter().map(rank).collect();
+        let mut ranked: Vec<RankedModel> = regressions.into_par_iter().map(rank).collect();
         if !ranked.iter().any(|r| r.free_run.is_finite()) {
             // Criteria keep too many terms where data hardly distinguish them.
             for statistics in statistics {

@@ -15,7 +15,7 @@ use crate::solve::fit::{Fit, Solver};
 use crate::solve::outcome::Outcome;
 use crate::statistics::criteria::{Criterion, rows};
 use crate::statistics::gram::Gram;
-use crate::statistics::normal::{Factor, Normal};
+use crate::statistics::normal::{Additions, Factor, Normal};
 
 /// Which changes are looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +34,7 @@ pub struct Stepwise {
     direction: Direction,
     criterion: Criterion,
     effective_rows: Option<f64>,
+    most: usize,
 }
 
 /// One change.
@@ -55,6 +56,16 @@ impl Stepwise {
             direction,
             criterion,
             effective_rows: None,
+            most: usize::MAX,
+        }
+    }
+
+    /// The same with at most `changes` changes.
+    #[must_use]
+    pub fn at_most(self, changes: usize) -> Self {
+        Self {
+            most: changes,
+            ..self
         }
     }
 
@@ -85,15 +96,11 @@ impl Stepwise {
         };
         let mut score = self.criterion.of_subset(&normal, &index, index.len(), rows);
         let mut steps = Vec::new();
-        loop {
+        let mut additions = Additions::to(&normal, &index);
+        while steps.len() < self.most {
             let mut best: Option<(f64, f64, usize)> = None;
-            for (j, next, share) in self.changes(&normal, &index) {
-                let next_score = match self.criterion {
-                    Criterion::Evidence => {
-                        self.criterion.of_subset(&normal, &next, next.len(), rows)
-                    }
-                    _ => self.criterion.of_share(&normal, share, next.len(), rows),
-                };
+            for (j, share) in self.changes(&normal, &index, &additions) {
+                let next_score = self.score(&normal, &index, (j, share), rows);
                 if best.is_none_or(|(s, r, _)| (next_score, share) < (s, r)) {
                     best = Some((next_score, share, j));
                 }
@@ -104,10 +111,11 @@ impl Stepwise {
                 break;
             };
             let added = !index.contains(&j);
+            index = changed(&index, j);
             if added {
-                index.push(j);
-            } else {
-                index.retain(|&i| i != j);
+                additions.add(j);
+            } else if self.direction == Direction::Both {
+                additions = Additions::to(&normal, &index);
             }
             score = next_score;
             steps.push(Step {
@@ -121,35 +129,54 @@ impl Stepwise {
         Ok((fit, steps))
     }
 
-    /// Every change that is allowed: the column, the subset after it, and its residual share.
-    fn changes(&self, normal: &Normal, index: &[usize]) -> Vec<(usize, Vec<usize>, f64)> {
-        let m = normal.terms.len();
-        let mut factor = Factor::new(m + 1);
-        for &j in index {
-            factor.push(
-                |c| normal.g[(j, index.get(c).copied().unwrap_or(j))],
-                normal.b[j],
-            );
+    /// The score after the change of column `j`, which leaves `share` of the target's square.
+    fn score(&self, normal: &Normal, index: &[usize], (j, share): (usize, f64), rows: f64) -> f64 {
+        let terms = match index.contains(&j) {
+            true => index.len() - 1,
+            false => index.len() + 1,
+        };
+        match self.criterion {
+            Criterion::Evidence => {
+                let next = changed(index, j);
+                self.criterion.of_subset(normal, &next, terms, rows)
+            }
+            _ => self.criterion.of_share(normal, share, terms, rows),
         }
-        let rest = 1.0 - factor.explained();
+    }
+
+    /// Every change that is allowed: the column, and the residual share after it.
+    fn changes(
+        &self,
+        normal: &Normal,
+        index: &[usize],
+        additions: &Additions<'_>,
+    ) -> Vec<(usize, f64)> {
         let mut out = Vec::new();
         if self.direction != Direction::Forward {
-            for (&j, cost) in index.iter().zip(factor.drop_costs()) {
-                let next = index.iter().copied().filter(|&i| i != j).collect();
-                out.push((j, next, rest + cost));
+            let mut factor = Factor::new(index.len());
+            for &j in index {
+                factor.push(
+                    |c| normal.g[(j, index.get(c).copied().unwrap_or(j))],
+                    normal.b[j],
+                );
             }
+            let rest = 1.0 - factor.explained();
+            let costs = index.iter().zip(factor.drop_costs());
+            out.extend(costs.map(|(&j, cost)| (j, rest + cost)));
         }
         if self.direction != Direction::Backward {
-            for j in (0..m).filter(|j| !index.contains(j)) {
-                let at = |c: usize| normal.g[(j, index.get(c).copied().unwrap_or(j))];
-                if let Some(gain) = factor.gain(at, normal.b[j]) {
-                    let next = index.iter().copied().chain([j]).collect();
-                    out.push((j, next, rest - gain));
-                }
-            }
+            let rest = 1.0 - additions.explained();
+            out.extend(additions.gains().map(|(j, gain)| (j, rest - gain)));
         }
         out
     }
+}
+
+/// The columns after `j` came or went.
+fn changed(index: &[usize], j: usize) -> Vec<usize> {
+    let others = index.iter().copied().filter(|&i| i != j);
+    let own = (!index.contains(&j)).then_some(j);
+    others.chain(own).collect()
 }
 
 impl Solver for Stepwise {

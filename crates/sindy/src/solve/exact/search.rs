@@ -3,7 +3,7 @@
 use super::BestSubset;
 use super::node::Node;
 use crate::solve::outcome::Outcome;
-use crate::statistics::normal::Normal;
+use crate::statistics::normal::{Additions, Normal};
 
 /// How many nodes pass between two questions to the caller.
 const ASK: u64 = 1024;
@@ -81,23 +81,16 @@ impl Search<'_> {
 
     /// First candidates: forward selection.
     fn forward(&mut self, normal: &Normal) {
-        let m = normal.terms.len();
-        let mut factor = crate::statistics::normal::Factor::new(m + 1);
-        let mut index: Vec<usize> = Vec::new();
+        let mut additions = Additions::new(normal);
         let mut mask = 0;
         for size in 1..self.found.best.len() {
-            let at = |j: usize, c: usize| normal.g[(j, index.get(c).copied().unwrap_or(j))];
-            let gains = (0..m).filter(|j| !index.contains(j)).filter_map(|j| {
-                let gain = factor.gain(|c| at(j, c), normal.b[j])?;
-                Some((gain, j))
-            });
-            let Some((_, j)) = gains.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+            let best = additions.gains().max_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((j, _)) = best else {
                 return;
             };
-            factor.push(|c| at(j, c), normal.b[j]);
-            index.push(j);
+            additions.add(j);
             mask |= 1 << j;
-            self.offer(size, 1.0 - factor.explained(), mask);
+            self.offer(size, 1.0 - additions.explained(), mask);
         }
     }
 

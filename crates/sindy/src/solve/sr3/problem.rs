@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{FixedPoint, Scaling, Solution};
 use crate::statistics::gram::Gram;
-use crate::statistics::normal::{Factor, solve_with_ridge};
-use crate::statistics::regression::least_squares;
+use crate::statistics::normal::{BLOCK, Factor, solve_by_blocks, solve_with_ridge};
+use crate::statistics::regression::{least_squares, pseudo_inverse};
 
 /// Statistics in one scaling, and what has been solved on them so far: a grid of λ and ν meets the same
 /// supports again and again.
@@ -141,11 +141,20 @@ pub(super) fn fixed_point(
             a[(j, j)] += 1.0 / nu;
         }
     }
+    let found = match b.len() < 2 * BLOCK {
+        true => by_rows(&a, b),
+        false => solve_by_blocks(a.clone(), b),
+    };
+    found.unwrap_or_else(|| pseudo_inverse(&a) * b)
+}
+
+/// `A⁻¹ b` by Cholesky's factor; `None` where a column depends on those before.
+fn by_rows(a: &DMatrix<f64>, b: &DVector<f64>) -> Option<DVector<f64>> {
     let mut factor = Factor::new(b.len());
     for j in 0..b.len() {
         if !factor.push(|c| a[(j, c)], b[j]) {
-            return crate::statistics::regression::pseudo_inverse(&a) * b;
+            return None;
         }
     }
-    DVector::from_vec(factor.solve())
+    Some(DVector::from_vec(factor.solve()))
 }

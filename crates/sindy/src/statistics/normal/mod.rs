@@ -170,15 +170,6 @@ impl Factor {
         true
     }
 
-    /// By how much a further column, with products `g` as in [`Factor::push`], would lower the residual;
-    /// `None` if it depends on those before.
-    pub(crate) fn gain(&mut self, g: impl Fn(usize) -> f64, b: f64) -> Option<f64> {
-        if !self.push(g, b) {
-            return None;
-        }
-        self.z.pop().map(|z| z * z)
-    }
-
     /// The part of the target's square that the columns explain.
     pub(crate) fn explained(&self) -> f64 {
         self.z.iter().map(|z| z * z).sum()
@@ -217,6 +208,11 @@ impl Factor {
             .collect()
     }
 }
+
+mod additions;
+mod blocked;
+pub(crate) use additions::Additions;
+pub(crate) use blocked::{BLOCK, solve_by_blocks};
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -67,6 +67,48 @@ pub(crate) fn of_rows(theta: &DMatrix<f64>, y: &DVector<f64>) -> Gram {
 }
 
 #[test]
+fn analytic_blocks_solve_what_they_were_made_of() {
+    // Around whole blocks, and a block with one column.
+    for p in [1, 31, 32, 33, 64, 97] {
+        let truth: Vec<f64> = (0..p).map(|j| (j as f64).cos()).collect();
+        let (theta, _) = random_rows(4, 4 * p, &truth, 0.3, 0.0);
+        let mut a = theta.transpose() * &theta;
+        let x = DVector::from_vec(truth);
+        let b = &a * &x;
+        // Above the diagonal nothing is read.
+        for (i, j) in (0..p).flat_map(|j| (0..j).map(move |i| (i, j))) {
+            a[(i, j)] = f64::NAN;
+        }
+        let found = solve_by_blocks(a.clone(), &b).unwrap();
+        // Rounding, times a condition of about ten squared.
+        assert!((found - x).amax() < 1e-11, "{p}");
+        // The same column twice.
+        if p > 1 {
+            for i in 0..p {
+                let own = if i == p - 1 { a[(0, 0)] } else { a[(i, 0)] };
+                a[(p - 1, i)] = own;
+            }
+            assert_eq!(solve_by_blocks(a, &b), None, "{p}");
+        }
+    }
+}
+
+#[test]
+fn prop_a_column_that_depends_on_the_subset_adds_nothing() {
+    let (theta, y) = random_rows(3, 30, &[1.0, -1.0, 0.5], 0.2, 0.1);
+    let twice = DMatrix::from_fn(30, 6, |i, j| theta[(i, j % 3)]);
+    let normal = Normal::new(&of_rows(&twice, &y)).unwrap();
+    let mut additions = Additions::to(&normal, &[0, 1]);
+    let free = |a: &Additions<'_>| a.gains().map(|(j, _)| j).collect::<Vec<_>>();
+    assert_eq!(free(&additions), [2, 5]);
+    let explained = additions.explained();
+    additions.add(3);
+    assert_eq!(additions.explained(), explained);
+    additions.add(2);
+    assert!(free(&additions).is_empty());
+}
+
+#[test]
 fn analytic_gains_and_drop_costs_are_differences_of_residuals() {
     let gram = random_gram(1, 60, &[1.0, 0.0, -2.0, 0.5, 0.1], 0.9, 0.3);
     let normal = Normal::new(&gram).unwrap();
@@ -81,13 +123,20 @@ fn analytic_gains_and_drop_costs_are_differences_of_residuals() {
     let costs = explained(&all).drop_costs();
     for j in all {
         let rest: Vec<usize> = all.into_iter().filter(|&i| i != j).collect();
-        let mut f = explained(&rest);
-        let before = f.explained();
-        let at = |c: usize| normal.g[(j, *rest.get(c).unwrap_or(&j))];
-        let gain = f.gain(at, normal.b[j]).unwrap();
+        let mut additions = Additions::to(&normal, &rest);
+        let before = explained(&rest).explained();
+        let gains: Vec<(usize, f64)> = additions.gains().collect();
+        let [(column, gain)] = gains[..] else {
+            panic!("{gains:?}");
+        };
+        assert_eq!(column, j);
         // Shares of yᵀy, well conditioned: rounding only.
+        assert!((additions.explained() - before).abs() < 1e-13);
         assert!((gain - costs[j]).abs() < 1e-13);
         assert!((explained(&all).explained() - before - gain).abs() < 1e-13);
+        additions.add(j);
+        assert!((additions.explained() - before - gain).abs() < 1e-13);
+        assert_eq!(additions.gains().count(), 0);
         // The same column twice is refused.
         let twice = all;
         let mut f = explained(&twice);

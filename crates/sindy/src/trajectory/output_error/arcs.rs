@@ -110,7 +110,10 @@ impl Normal {
         let (n, p) = (follow.system.n, follow.system.size());
         let mut sums = Sums::new(n + p);
         let mut whitener = Whitener::new(follow.colour);
-        let (mut work, mut step) = (follow.system.work(), follow.system.blank());
+        let (mut work, mut step) = (
+            follow.system.work(follow.coefficients),
+            follow.system.blank(),
+        );
         let mut at = Sensitivity::start(n, p);
         let mut nodes = Vec::new();
         let mut node = first;

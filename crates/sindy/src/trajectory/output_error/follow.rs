@@ -74,8 +74,7 @@ impl Follow<'_> {
             let at = |offset: f64| record.inputs_at(row, (k as f64 + offset) / substeps as f64);
             let (start, middle, end) = (at(0.0), at(0.5), at(1.0));
             let over = (h, [&start[..], &middle, &end]);
-            self.system
-                .step(x, over, self.coefficients, along.is_some(), work, step);
+            self.system.step(x, over, along.is_some(), work, step);
             x.copy_from_slice(&step.state);
             if let Some(s) = &mut along {
                 s.m = &step.transition * &s.m;
@@ -106,7 +105,7 @@ impl Follow<'_> {
     ) -> Option<(Vec<f64>, f64)> {
         let mut misfit = vec![0.0; self.system.n];
         let mut defects = 0.0;
-        let (mut work, mut step) = (self.system.work(), self.system.blank());
+        let (mut work, mut step) = (self.system.work(self.coefficients), self.system.blank());
         for (index, first, nodes) in arcs {
             let record = &records[index];
             let mut whitener = Whitener::new(self.colour);
@@ -150,7 +149,7 @@ impl Follow<'_> {
 
     /// Residuals of every record and measured state as the nodes stand, in units of the data.
     pub(super) fn residuals(&self, records: &[Record]) -> Vec<Vec<Vec<f64>>> {
-        let (mut work, mut step) = (self.system.work(), self.system.blank());
+        let (mut work, mut step) = (self.system.work(self.coefficients), self.system.blank());
         let mut all = Vec::new();
         for record in records {
             let mut of = vec![Vec::with_capacity(record.time.len()); self.system.measured];
@@ -174,7 +173,7 @@ impl Follow<'_> {
     /// Root mean square, in units of the noise, of simulations over `cut.longest` nodes from where nodes are;
     /// infinite where one leaves the finite numbers.
     pub(super) fn free_run(&self, records: &[Record]) -> f64 {
-        let (mut work, mut step) = (self.system.work(), self.system.blank());
+        let (mut work, mut step) = (self.system.work(self.coefficients), self.system.blank());
         let (mut sum, mut count) = (0.0, 0usize);
         for record in records {
             for first in (0..record.rows.len()).step_by(self.cut.longest) {
@@ -199,7 +198,7 @@ impl Follow<'_> {
     /// Root mean square over nodes, largest over states: how far half the step takes the simulation from node
     /// to node elsewhere, in units of the noise.
     pub(super) fn integration_error(&self, records: &[Record]) -> f64 {
-        let (mut work, mut step) = (self.system.work(), self.system.blank());
+        let (mut work, mut step) = (self.system.work(self.coefficients), self.system.blank());
         let mut squares = vec![0.0; self.system.n];
         let mut count = 0usize;
         let nodes: usize = records.iter().map(|r| r.rows.len()).sum();

@@ -79,10 +79,10 @@ pub struct Start {
     pub sigma: Vec<f64>,
     /// The least noise of each state that is believed.
     pub floor: Vec<f64>,
-    /// Candidates that may be kept; `None`: all.
-    pub candidates: Option<Vec<bool>>,
     /// Root mean square of each candidate's term over the data.
     pub term_rms: Vec<f64>,
+    /// Candidates that these were chosen from, by whatever means: P of the penalty. At least as many as there are here.
+    pub chosen_from: usize,
     /// How much the noise of each measured state remembers from row to row: φ of an autoregression of first order, at least 0
     /// and below 1, 0 for white noise and for states beyond the last. `sigma` is then the noise that is new in each row.
     pub colour: Vec<f64>,

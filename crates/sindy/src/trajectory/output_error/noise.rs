@@ -152,7 +152,7 @@ fn arcs(follow: &Follow<'_>, records: &[Record]) -> Option<Vec<Arc>> {
     let system = follow.system;
     let (n, p) = (system.n, system.size());
     let kept: Vec<usize> = (0..p).filter(|&j| follow.coefficients[j] != 0.0).collect();
-    let (mut work, mut step) = (system.work(), system.blank());
+    let (mut work, mut step) = (system.work(follow.coefficients), system.blank());
     let mut out = Vec::new();
     let mut place = 0;
     for record in records {

@@ -78,15 +78,9 @@ pub fn search(
     let records: Vec<Record> = pieces.iter().map(Record::new).collect();
     let nodes = records.iter().map(|r| r.rows.len()).max()?;
     let nodes = nodes.min(settings.longest);
-    let allowed = start
-        .candidates
-        .clone()
-        .unwrap_or_else(|| vec![true; system.size()]);
     let mut equations = vec![Vec::new(); system.n];
     for (candidate, &(equation, _)) in system.candidates.iter().enumerate() {
-        if allowed[candidate] {
-            equations[equation].push(candidate);
-        }
+        equations[equation].push(candidate);
     }
     let mut state = State {
         system,
@@ -109,13 +103,7 @@ pub fn search(
         iterations += 1;
         at_length += 1;
         let normal = linearise(&state.follow(), &state.records, &mut breaks)?;
-        let taken = state.step(
-            &normal,
-            (&equations, &allowed),
-            settings,
-            at_length == 1,
-            start,
-        )?;
+        let taken = state.step(&normal, &equations, settings, at_length == 1, start)?;
         progress(Step {
             step: iterations,
             terms: state.xi.iter().filter(|c| **c != 0.0).count(),
@@ -165,7 +153,7 @@ impl State<'_> {
     fn step(
         &mut self,
         normal: &Normal,
-        (equations, allowed): (&[Vec<usize>], &[bool]),
+        equations: &[Vec<usize>],
         settings: &Settings,
         anew: bool,
         start: &Start,
@@ -175,9 +163,9 @@ impl State<'_> {
         let measured = self.system.measured;
         let support: Vec<bool> = self.xi.iter().map(|c| *c != 0.0).collect();
         let values = normal.rows * measured;
-        let unit = (values as f64).ln() + 2.0 * (p as f64).ln();
+        let unit = (values as f64).ln() + 2.0 * (start.chosen_from as f64).ln();
         let free = (normal.arcs() * n) as f64;
-        let mut search = Search::new(&normal.xtx, &normal.xty, normal.yty, &self.xi, allowed);
+        let mut search = Search::new(&normal.xtx, &normal.xty, normal.yty, &self.xi);
         let mut variance = 0.0;
         // The penalty and the residual depend on each other.
         for _ in 0..PENALTY_ROUNDS {

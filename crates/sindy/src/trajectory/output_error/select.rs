@@ -40,20 +40,12 @@ pub(super) struct Search {
     length: Vec<f64>,
     /// Coefficients that `r` was taken at, times `length`; zero outside the support.
     reference: Vec<f64>,
-    /// Terms that may come in.
-    allowed: Vec<bool>,
     pub support: Vec<bool>,
 }
 
 impl Search {
     /// From `XᵀX`, `Xᵀr`, `rᵀr` at the coefficients `xi`, whose terms that are not zero are the support.
-    pub(super) fn new(
-        xtx: &DMatrix<f64>,
-        xtr: &DVector<f64>,
-        rtr: f64,
-        xi: &DVector<f64>,
-        allowed: &[bool],
-    ) -> Self {
+    pub(super) fn new(xtx: &DMatrix<f64>, xtr: &DVector<f64>, rtr: f64, xi: &DVector<f64>) -> Self {
         let p = xtr.len();
         let length: Vec<f64> = (0..p)
             .map(|j| {
@@ -71,7 +63,6 @@ impl Search {
             t,
             reference: (0..p).map(|j| xi[j] * length[j]).collect(),
             length,
-            allowed: allowed.to_vec(),
             support: vec![false; p],
         };
         for j in (0..p).filter(|&j| xi[j] != 0.0) {
@@ -163,7 +154,7 @@ impl Search {
     /// The term that gains most when added.
     pub(super) fn dearest(&self, may: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
         (0..self.support.len())
-            .filter(|&j| !self.support[j] && self.allowed[j] && may(j))
+            .filter(|&j| !self.support[j] && may(j))
             .map(|j| (j, self.change(j)))
             .max_by(|a, b| a.1.total_cmp(&b.1))
     }
@@ -195,7 +186,7 @@ impl Search {
     /// most; false if there is none.
     fn exchange(&mut self, penalty: f64) -> bool {
         let little = LITTLE * penalty;
-        let outside = |j: &usize| !self.support[*j] && self.allowed[*j] && self.change(*j) > little;
+        let outside = |j: &usize| !self.support[*j] && self.change(*j) > little;
         for j in self.most(SWAPS, (0..self.support.len()).filter(outside)) {
             let gain = self.change(j);
             self.toggle(j);

@@ -30,8 +30,12 @@ pub struct System {
     known: Vec<Vec<(usize, f64)>>,
 }
 
-/// Working memory of a step.
+/// A model's coefficients, and the working memory of its steps.
 pub(super) struct Work {
+    /// Of all candidates.
+    coefficients: Vec<f64>,
+    /// Those that are not zero, and those of known terms: (equation, term, coefficient).
+    active: Vec<(usize, usize, f64)>,
     row: Vec<f64>,
     theta: [Vec<f64>; 3],
     gradient: Vec<f64>,
@@ -148,10 +152,15 @@ impl System {
         self.candidates.len()
     }
 
-    pub(super) fn work(&self) -> Work {
+    pub(super) fn work(&self, coefficients: &[f64]) -> Work {
         let n = self.n;
         let theta = || vec![0.0; self.values.outputs()];
+        let all = self.candidates.iter().zip(coefficients);
+        let found = all.map(|(&(equation, term), c)| (equation, term, *c));
+        let active = found.filter(|(_, _, c)| *c != 0.0);
         Work {
+            active: active.chain(self.fixed.iter().copied()).collect(),
+            coefficients: coefficients.to_vec(),
             row: vec![0.0; n + self.inputs],
             theta: [theta(), theta(), theta()],
             gradient: vec![0.0; self.gradients.outputs()],
@@ -174,7 +183,7 @@ impl System {
     fn rhs(
         &self,
         (x, u): (&[f64], &[f64]),
-        coefficients: &[f64],
+        active: &[(usize, usize, f64)],
         row: &mut [f64],
         theta: &mut [f64],
         scratch: &mut Scratch,
@@ -184,12 +193,7 @@ impl System {
         row[self.n..].copy_from_slice(u);
         self.values.eval_row(row, theta, scratch);
         out.fill(0.0);
-        for (&(equation, term), c) in self.candidates.iter().zip(coefficients) {
-            if *c != 0.0 {
-                out[equation] += c * theta[term];
-            }
-        }
-        for &(equation, term, c) in &self.fixed {
+        for &(equation, term, c) in active {
             out[equation] += c * theta[term];
         }
     }
@@ -222,12 +226,13 @@ impl System {
         &self,
         x: &[f64],
         (h, inputs): (f64, [&[f64]; 3]),
-        coefficients: &[f64],
         sensitive: bool,
         work: &mut Work,
         out: &mut Step,
     ) {
         let Work {
+            coefficients,
+            active,
             row,
             theta: [t0, tm, t1],
             gradient,
@@ -236,7 +241,7 @@ impl System {
             stages: [k1, k2, k3, k4],
             point,
         } = work;
-        self.rhs((x, inputs[0]), coefficients, row, t0, scratch, k1);
+        self.rhs((x, inputs[0]), active, row, t0, scratch, k1);
         if sensitive {
             self.jacobian(row, coefficients, gradient, scratch, j0);
         }
@@ -257,11 +262,11 @@ impl System {
             }
         };
         along(point, k1, 0.5 * h);
-        self.rhs((point, inputs[1]), coefficients, row, tm, scratch, k2);
+        self.rhs((point, inputs[1]), active, row, tm, scratch, k2);
         along(point, k2, 0.5 * h);
-        self.rhs((point, inputs[1]), coefficients, row, tm, scratch, k3);
+        self.rhs((point, inputs[1]), active, row, tm, scratch, k3);
         along(point, k3, h);
-        self.rhs((point, inputs[2]), coefficients, row, t1, scratch, k4);
+        self.rhs((point, inputs[2]), active, row, t1, scratch, k4);
         for i in 0..self.n {
             out.state[i] = x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
         }
@@ -269,12 +274,12 @@ impl System {
             return;
         }
         // Values and slopes at the end, and at the middle of the cubic through both ends.
-        self.rhs((&out.state, inputs[2]), coefficients, row, t1, scratch, k4);
+        self.rhs((&out.state, inputs[2]), active, row, t1, scratch, k4);
         self.jacobian(row, coefficients, gradient, scratch, j1);
         for i in 0..self.n {
             point[i] = 0.5 * (x[i] + out.state[i]) + h / 8.0 * (k1[i] - k4[i]);
         }
-        self.rhs((point, inputs[1]), coefficients, row, tm, scratch, k2);
+        self.rhs((point, inputs[1]), active, row, tm, scratch, k2);
         self.jacobian(row, coefficients, gradient, scratch, jm);
 
         let n = self.n;

