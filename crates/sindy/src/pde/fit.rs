@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::alternatives::HiddenTerm;
 use super::system::WeakField;
 use crate::error::SindyError;
 use crate::identify::regress::{FRONT_NODES, best_subsets, relevant};
@@ -31,6 +32,10 @@ pub(super) struct FieldFit {
     pub(super) subsets: BestSubsets,
     /// The chosen terms among all candidates.
     pub(super) chosen: Vec<bool>,
+    /// The other candidates, the one that could contribute most first.
+    pub(super) hidden: Vec<HiddenTerm>,
+    /// Other terms that explain the data about as well, best first.
+    pub(super) rivals: Vec<Vec<usize>>,
 }
 
 /// Coefficients of given terms.
@@ -55,9 +60,9 @@ pub(super) struct Estimate {
 pub(super) struct Search<'a> {
     data: &'a [WeakField<'a>],
     /// The first quantities are candidates.
-    candidates: usize,
+    pub(super) candidates: usize,
     /// Covariances of the noise of all quantities, summed over windows.
-    noise: DMatrix<f64>,
+    pub(super) noise: DMatrix<f64>,
     /// Independent windows.
     independent: f64,
     /// Terms below this share of the largest are left out, and so much of the left side is not worth a term.
@@ -101,20 +106,20 @@ impl<'a> Search<'a> {
                 found.push((terms, estimate));
             }
         }
-        let penalty = evidence_for(0.0, 1.0, self.independent, self.candidates);
         let score = |(terms, estimate): &(Vec<usize>, Estimate)| {
-            (
-                !estimate.corrected,
-                estimate.cost - penalty * terms.len() as f64,
-            )
+            let score = estimate.cost + self.penalty() * terms.len() as f64;
+            (!estimate.corrected, score)
         };
         found.sort_by(|a, b| {
             let ((a, x), (b, y)) = (score(a), score(b));
             a.cmp(&b).then(x.total_cmp(&y))
         });
         // The subset of no terms is always among them.
-        let (terms, estimate) = found.swap_remove(0);
+        let (terms, estimate) = found.remove(0);
+        let others = found.into_iter().map(|(terms, _)| terms).collect();
         Ok(FieldFit {
+            hidden: self.hidden(&terms, &estimate, target, &total),
+            rivals: self.rivals(&terms, others, target, &total),
             chosen: all.iter().map(|j| terms.contains(j)).collect(),
             evidence: self.evidence(&estimate),
             degrees: self.degrees(terms.len()),
@@ -124,7 +129,12 @@ impl<'a> Search<'a> {
         })
     }
 
-    fn degrees(&self, terms: usize) -> f64 {
+    /// What a term has to lower the cost by.
+    pub(super) fn penalty(&self) -> f64 {
+        -evidence_for(0.0, 1.0, self.independent, self.candidates)
+    }
+
+    pub(super) fn degrees(&self, terms: usize) -> f64 {
         (self.independent - terms as f64).max(1.0)
     }
 
@@ -154,6 +164,17 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The covariance of the scores of `terms`, from the noise in `residual`.
+    pub(super) fn score_covariance(
+        &self,
+        terms: &[usize],
+        residual: &[(usize, f64)],
+    ) -> DMatrix<f64> {
+        let parts = self.data.iter();
+        let parts = parts.map(|d| d.score_covariance(terms, residual));
+        parts.fold(DMatrix::zeros(terms.len(), terms.len()), |sum, n| sum + n)
+    }
+
     /// Least squares on `terms`, less the bias of noise:
     ///
     /// ```text
@@ -163,28 +184,49 @@ impl<'a> Search<'a> {
     /// with N and n the sums of the noise's covariances and S that of the scores. Where the residual is larger than the noise
     /// explains, errors grow with it, and are at least those of a residual that lies along the term.
     fn estimate(&self, terms: &[usize], target: usize, total: &Gram) -> Estimate {
-        let s = terms.len();
-        // Columns of unit size: their units may lie orders of magnitude apart.
-        let size = |j: usize| total.xtx[(j, j)].sqrt().max(f64::MIN_POSITIVE);
-        let scale = DVector::from_iterator(s, terms.iter().map(|&j| size(j)));
-        let of = |m: &DMatrix<f64>| {
-            DMatrix::from_fn(s, s, |a, b| m[(terms[a], terms[b])] / scale[a] / scale[b])
-        };
-        let whole = of(&total.xtx);
-        let less = &whole - of(&self.noise);
-        let least = |m: &DMatrix<f64>| m.clone().symmetric_eigenvalues().min();
-        let corrected = s == 0 || least(&less) >= LEFT * least(&whole);
-        let share = f64::from(u8::from(corrected));
-        let right = DVector::from_fn(s, |a, _| {
-            (total.xty[terms[a]] - share * self.noise[(terms[a], target)]) / scale[a]
-        });
-        let matrix = if corrected { less } else { whole };
-        let inverse = pseudo_inverse(&matrix);
-        let solution = (&inverse * right).component_div(&scale);
-        let coefficients: Vec<f64> = solution.iter().copied().collect();
+        let normal = NormalEquations::new(terms, target, total, &self.noise);
+        let coefficients = normal.coefficients();
+        let residual = residual_of(target, terms, &coefficients);
+        let Residual {
+            left,
+            expected,
+            cost,
+        } = self.residual(terms, &coefficients, target, total);
+        let square = left / expected.max(f64::MIN_POSITIVE);
+        let misses = square > 1.0 + SURE * (2.0 / self.independent).sqrt();
 
-        let mut residual = vec![(target, 1.0)];
-        residual.extend(terms.iter().zip(&coefficients).map(|(j, c)| (*j, -c)));
+        let own: Vec<usize> = (0..terms.len()).collect();
+        let spread = normal.spread(&self.score_covariance(terms, &residual), &own);
+        let error = |a: usize| {
+            let own = spread[(a, a)].max(0.0) * square.max(1.0);
+            let along = if misses {
+                left * normal.inverse[(a, a)].max(0.0)
+            } else {
+                0.0
+            };
+            own.max(along).sqrt() / normal.scale[a]
+        };
+        Estimate {
+            std_errors: (0..terms.len()).map(error).collect(),
+            coefficients,
+            misfit: square.sqrt(),
+            misses,
+            unexplained: (left / total.yty.max(f64::MIN_POSITIVE)).sqrt(),
+            residual: (left / total.rows.max(1) as f64).sqrt(),
+            corrected: normal.corrected,
+            cost,
+        }
+    }
+
+    /// What terms with these coefficients leave of the left side.
+    pub(super) fn residual(
+        &self,
+        terms: &[usize],
+        coefficients: &[f64],
+        target: usize,
+        total: &Gram,
+    ) -> Residual {
+        let residual = residual_of(target, terms, coefficients);
         let mut expected = 0.0;
         for (j, a) in &residual {
             expected += residual
@@ -195,41 +237,88 @@ impl<'a> Search<'a> {
         let mut all = DVector::zeros(self.candidates);
         terms
             .iter()
-            .zip(&coefficients)
+            .zip(coefficients)
             .for_each(|(&j, c)| all[j] = *c);
         let left = total.residual_sum(&all).max(ROUNDING * total.yty);
-        let square = left / expected.max(f64::MIN_POSITIVE);
-        let misses = square > 1.0 + SURE * (2.0 / self.independent).sqrt();
-
-        let scores = self
-            .data
-            .iter()
-            .map(|d| d.score_covariance(terms, &residual));
-        let scores = scores.fold(DMatrix::zeros(s, s), |sum, n| sum + n);
-        let scores = DMatrix::from_fn(s, s, |a, b| scores[(a, b)] / scale[a] / scale[b]);
-        let spread = &inverse * scores * &inverse;
-        let error = |a: usize| {
-            let own = spread[(a, a)].max(0.0) * square.max(1.0);
-            let along = if misses {
-                left * inverse[(a, a)].max(0.0)
-            } else {
-                0.0
-            };
-            own.max(along).sqrt() / scale[a]
-        };
         // The left side in so few digits is no reason for a term.
         let floor = self.relevance * self.relevance * total.yty;
         let (left_or, expected_or) = (left + floor, (expected + floor).max(f64::MIN_POSITIVE));
         let variance = left_or.max(expected_or);
-        Estimate {
-            std_errors: (0..s).map(error).collect(),
-            coefficients,
-            misfit: square.sqrt(),
-            misses,
-            unexplained: (left / total.yty.max(f64::MIN_POSITIVE)).sqrt(),
-            residual: (left / total.rows.max(1) as f64).sqrt(),
-            corrected,
+        Residual {
+            left,
+            expected,
             cost: self.independent * (variance.ln() + left_or / variance),
         }
+    }
+}
+
+/// Sums of squares over the windows, and what they are worth.
+pub(super) struct Residual {
+    left: f64,
+    /// What noise explains.
+    expected: f64,
+    /// Twice the negative log-likelihood.
+    pub(super) cost: f64,
+}
+
+/// What is left of the left side: quantities and their coefficients.
+pub(super) fn residual_of(
+    target: usize,
+    terms: &[usize],
+    coefficients: &[f64],
+) -> Vec<(usize, f64)> {
+    let mut residual = vec![(target, 1.0)];
+    residual.extend(terms.iter().zip(coefficients).map(|(j, c)| (*j, -c)));
+    residual
+}
+
+/// Normal equations of some terms, less the bias of noise where that can be taken away, with columns of unit size: the units
+/// of terms may lie orders of magnitude apart.
+pub(super) struct NormalEquations {
+    /// Sizes of the columns.
+    scale: DVector<f64>,
+    inverse: DMatrix<f64>,
+    /// Coefficients times `scale`.
+    pub(super) solution: DVector<f64>,
+    pub(super) corrected: bool,
+}
+
+impl NormalEquations {
+    pub(super) fn new(terms: &[usize], target: usize, total: &Gram, noise: &DMatrix<f64>) -> Self {
+        let s = terms.len();
+        let size = |j: usize| total.xtx[(j, j)].sqrt().max(f64::MIN_POSITIVE);
+        let scale = DVector::from_iterator(s, terms.iter().map(|&j| size(j)));
+        let of = |m: &DMatrix<f64>| {
+            DMatrix::from_fn(s, s, |a, b| m[(terms[a], terms[b])] / scale[a] / scale[b])
+        };
+        let whole = of(&total.xtx);
+        let less = &whole - of(noise);
+        let least = |m: &DMatrix<f64>| m.clone().symmetric_eigenvalues().min();
+        let corrected = s == 0 || least(&less) >= LEFT * least(&whole);
+        let share = f64::from(u8::from(corrected));
+        let right = DVector::from_fn(s, |a, _| {
+            (total.xty[terms[a]] - share * noise[(terms[a], target)]) / scale[a]
+        });
+        let inverse = pseudo_inverse(if corrected { &less } else { &whole });
+        Self {
+            solution: &inverse * right,
+            inverse,
+            scale,
+            corrected,
+        }
+    }
+
+    pub(super) fn coefficients(&self) -> Vec<f64> {
+        let found = self.solution.component_div(&self.scale);
+        found.iter().copied().collect()
+    }
+
+    /// The covariance of `solution` from that of the scores, in which the terms have the places `own`.
+    pub(super) fn spread(&self, scores: &DMatrix<f64>, own: &[usize]) -> DMatrix<f64> {
+        let s = own.len();
+        let scores = DMatrix::from_fn(s, s, |a, b| {
+            scores[(own[a], own[b])] / self.scale[a] / self.scale[b]
+        });
+        &self.inverse * scores * &self.inverse
     }
 }

@@ -23,10 +23,12 @@ const SPECTRUM: usize = 48;
 const STEPS: f64 = 12.0;
 /// A residual below this share of the left side is the error of sums and of the data's own digits.
 const SMALL: f64 = 1e-4;
-/// A residual above this share of the left side hides terms that matter.
+/// A term that could contribute more than this share of the left side matters.
 const HIDES: f64 = 0.1;
+/// Hidden terms that are named, at most.
+const NAMED: usize = 3;
 /// Independent windows for each candidate below which terms are chosen from too little.
-const FEW: f64 = 3.0;
+const FEW: f64 = 1.0;
 
 /// The automatic identification of partial differential equations.
 #[derive(Clone, Debug)]
@@ -181,7 +183,7 @@ impl IdentifyField {
         for f in 0..fields {
             let fit = search.find(candidates + f)?;
             let equation = self.equation(data[0].axes()[0].name(), f, &fit);
-            warnings.extend(doubts(&equation, &fit));
+            warnings.extend(doubts(&equation, &fit, &self.library.names()));
             let mean = variances.iter().map(|v| v[f]).sum::<f64>() / variances.len() as f64;
             fits.push(self.quality(&fit, mean.sqrt()));
             equations.push(equation);
@@ -303,7 +305,7 @@ impl IdentifyField {
 }
 
 /// Warnings of an equation.
-fn doubts(equation: &FieldEquation, fit: &FieldFit) -> Vec<String> {
+fn doubts(equation: &FieldEquation, fit: &FieldFit, names: &[String]) -> Vec<String> {
     let (left, estimate) = (&equation.left, &fit.estimate);
     let mut out = Vec::new();
     if equation.terms.is_empty() {
@@ -319,11 +321,37 @@ fn doubts(equation: &FieldEquation, fit: &FieldFit) -> Vec<String> {
              than their intervals"
         ));
     }
-    if estimate.unexplained > HIDES {
+    let hidden: Vec<String> = fit
+        .hidden
+        .iter()
+        .filter(|hidden| hidden.share > HIDES)
+        .map(|hidden| {
+            format!(
+                "{} up to {:.0} %",
+                names[hidden.term],
+                100.0 * hidden.share.min(1.0)
+            )
+        })
+        .collect();
+    if !hidden.is_empty() {
+        let more = hidden.len().saturating_sub(NAMED);
+        let rest = match more {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
         out.push(format!(
-            "equation of {left}: {:.0} % of {left} is left under the windows: terms that contribute less are hidden, and what is \
-             there may stand for them",
-            100.0 * estimate.unexplained
+            "equation of {left}: these data cannot exclude terms that are not in it, which could contribute {} of {left}{rest}",
+            hidden[..hidden.len().min(NAMED)].join(", ")
+        ));
+    }
+    if !fit.rivals.is_empty() {
+        let named = fit.rivals.iter().take(NAMED).map(|terms| {
+            let names: Vec<&str> = terms.iter().map(|&j| names[j].as_str()).collect();
+            format!("those of {}", names.join(", "))
+        });
+        out.push(format!(
+            "equation of {left}: other terms are about as likely: {}",
+            named.collect::<Vec<_>>().join("; ")
         ));
     }
     if equation

@@ -42,6 +42,7 @@
 //! 443 (2021); S. H. Rudy, S. L. Brunton, J. L. Proctor, J. N. Kutz, "Data-driven discovery of partial differential equations",
 //! Science Advances 3 (2017); W. A. Fuller, "Measurement Error Models" (1987), for the correction.
 
+mod alternatives;
 mod data;
 mod fit;
 mod identify;
