@@ -156,6 +156,10 @@ impl FieldData {
         &self.values[field]
     }
 
+    pub(super) fn set(&mut self, field: usize, place: usize, value: f64) {
+        self.values[field][place] = value;
+    }
+
     /// Points of the grid.
     #[must_use]
     pub fn points(&self) -> usize {

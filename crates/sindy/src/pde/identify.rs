@@ -1,5 +1,6 @@
 //! The automatic call for fields: windows, terms, coefficients and what to think of them.
 
+use super::bridge::bridged;
 use super::data::{Axis, FieldData};
 use super::fit::{FieldFit, Search};
 use super::model::{FieldEquation, FoundTerm, left};
@@ -28,7 +29,7 @@ const HIDES: f64 = 0.1;
 /// Hidden terms that are named, at most.
 const NAMED: usize = 3;
 /// Independent windows for each candidate below which terms are chosen from too little.
-const FEW: f64 = 1.0;
+const FEW: f64 = 2.0;
 
 /// The automatic identification of partial differential equations.
 #[derive(Clone, Debug)]
@@ -146,6 +147,14 @@ impl IdentifyField {
             format!("number {found} again"),
         )?;
         data.iter().try_for_each(|d| self.check(d))?;
+        let points: usize = data.iter().map(|d| d.points() * d.names().len()).sum();
+        let (data, filled): (Vec<FieldData>, Vec<usize>) = data.iter().map(bridged).unzip();
+        let filled: usize = filled.iter().sum();
+        if filled > 0 {
+            warnings.push(format!(
+                "{filled} of {points} samples are missing: each was filled from its neighbours, and standard errors ignore that"
+            ));
+        }
         let variances = data.iter().map(variances).collect::<Result<Vec<_>, _>>()?;
         let windows = data
             .iter()

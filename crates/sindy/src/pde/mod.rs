@@ -15,8 +15,9 @@
 //! terms have no bias by white noise. Standard errors follow from the noise in every sample and grow with the misfit.
 //!
 //! **Terms.** The best subset by the Bayesian criterion over independent windows; then terms that are more likely absent
-//! than not leave one by one, each time with a new fit. Terms below the noise cannot be found: a warning tells from where on
-//! noise hides them, and another where a wave that travels without a change of shape is all that there is.
+//! than not leave one by one, each time with a new fit. Terms below the noise cannot be found: warnings tell which of them
+//! could contribute more than a tenth, which models are about as likely, and where a wave that travels without a change of
+//! shape is all that there is. Single missing samples are filled from their neighbours.
 //!
 //! **Valid** for grids with even steps, noise that is white and alike everywhere, coefficients that do not depend on place or
 //! time. Terms are derivatives of products: `u u_x` is `0.5 (u^2)_x`. Those that are no such derivative, as `u u_xx`, cannot be
@@ -43,6 +44,7 @@
 //! Science Advances 3 (2017); W. A. Fuller, "Measurement Error Models" (1987), for the correction.
 
 mod alternatives;
+mod bridge;
 mod data;
 mod fit;
 mod identify;

@@ -1,7 +1,7 @@
 //! Equations with known solutions, and fields that an independent integrator made.
 
 use nalgebra::{DMatrix, DVector};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
@@ -379,13 +379,40 @@ fn prop_what_the_data_do_not_carry_is_said() {
     // Noise that is half of the field hides most of what happens.
     let hidden = said(noisy(&kuramoto_sivashinsky(), 0.5, 1));
     assert!(
-        hidden.contains("are hidden") || hidden.contains("no candidate"),
+        hidden.contains("cannot exclude") || hidden.contains("no candidate"),
         "{hidden}"
     );
     let clear = said(noisy(&korteweg_de_vries(), 0.01, 1));
     assert!(
-        !clear.contains("hidden") && !clear.contains("cannot tell"),
+        !clear.contains("cannot") && !clear.contains("as likely"),
         "{clear}"
+    );
+    // One mode: u_xx is a multiple of u.
+    let mode = field((0.02, 100), (0.1, 160), |t, x| (-0.4 * t).exp() * x.sin());
+    let mode = said(noisy(&mode, 0.01, 1));
+    assert!(mode.contains("likely: those of u"), "{mode}");
+}
+
+#[test]
+fn prop_scattered_samples_that_are_missing_are_filled() {
+    let whole = noisy(&burgers(), 0.01, 3);
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(4);
+    let mut values = whole.values(0).to_vec();
+    for value in &mut values {
+        if rng.random_bool(0.03) {
+            *value = f64::NAN;
+        }
+    }
+    let data = FieldData::new(whole.axes().to_vec(), vec![("u".to_owned(), values)]).unwrap();
+    let library = FieldLibrary::polynomial(&["u"], 3, &["x"], 4).unwrap();
+    let found = IdentifyField::new(library).run(&[data]).unwrap();
+    // Standard errors below 1 %.
+    let (exact, worst, _) = judge(&[("(u^2)_x", -0.5), ("u_xx", 0.2)], &found.equations[0]);
+    assert!(exact && worst < 0.03, "{}", found.equations[0]);
+    assert!(
+        found.warnings[0].contains("filled from its neighbours"),
+        "{:?}",
+        found.warnings
     );
 }
 

@@ -107,13 +107,11 @@ impl Normal {
         (index, first): (usize, usize),
         until: Option<usize>,
     ) -> Option<usize> {
-        let (n, p) = (follow.system.n, follow.system.size());
+        let system = follow.system;
+        let (n, p) = (system.n, system.size());
         let mut sums = Sums::new(n + p);
         let mut whitener = Whitener::new(follow.colour);
-        let (mut work, mut step) = (
-            follow.system.work(follow.coefficients),
-            follow.system.blank(),
-        );
+        let (mut work, mut step) = (system.work(follow.coefficients), system.blank());
         let mut at = Sensitivity::start(n, p);
         let mut nodes = Vec::new();
         let mut node = first;
