@@ -11,6 +11,7 @@ y' = -1.00*x
 
 from . import dist
 from ._errors import InternalError, SindyError, SindyWarning
+from ._field import PDE
 from ._gram import Gram
 from ._library import Library
 from ._model import Run, SINDy
@@ -23,6 +24,7 @@ __all__ = [
     "Library",
     "Gram",
     "PartialSums",
+    "PDE",
     "dist",
     "STLSQ",
     "SR3",

@@ -12,6 +12,7 @@
 //! | `solver` | sparse solvers from their description |
 //! | `slopes` | smoothed states and slopes |
 //! | `fit` | the automatic call, and fits by a given solver |
+//! | `field` | partial differential equations from fields |
 //! | `gram` | the statistics of rows: accumulated, merged, pickled, solved |
 //! | `partial` | partial sums of the automatic call: added file by file, merged, pickled, ended |
 //! | `model` | models: predict, simulate, write |
@@ -24,6 +25,7 @@
 
 mod arrays;
 mod error;
+mod field;
 mod fit;
 mod gram;
 mod library;
@@ -39,6 +41,8 @@ use pyo3::prelude::*;
 /// The module.
 #[pymodule]
 mod _native {
+    #[pymodule_export]
+    use crate::field::{FieldEquations, identify_fields};
     #[pymodule_export]
     use crate::fit::{fit_columns, fit_slopes, fit_weak, identify};
     #[pymodule_export]

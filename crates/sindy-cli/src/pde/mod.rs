@@ -74,7 +74,7 @@ fn identify(args: &PdeArgs, data: &FieldData) -> Result<IdentifyField> {
         .iter()
         .map(sindy::pde::Axis::name)
         .collect();
-    let order = args.order.unwrap_or(if space.len() == 1 { 4 } else { 2 });
+    let order = args.order.unwrap_or(FieldLibrary::usual_order(space.len()));
     let library = match args.term.is_empty() {
         true => FieldLibrary::polynomial(&fields, args.degree, &space, order),
         false => {

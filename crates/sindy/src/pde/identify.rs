@@ -1,5 +1,7 @@
 //! The automatic call for fields: windows, terms, coefficients and what to think of them.
 
+use serde::Serialize;
+
 use super::bridge::bridged;
 use super::data::{Axis, FieldData};
 use super::fit::{FieldFit, Search};
@@ -41,7 +43,7 @@ pub struct IdentifyField {
 }
 
 /// An equation with what it rests on.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FieldIdentification {
     /// One for each field.
     pub equations: Vec<FieldEquation>,
@@ -58,7 +60,7 @@ pub struct FieldIdentification {
 }
 
 /// How well an equation fits.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FieldQuality {
     /// Standard deviation of the field's noise, mean square over the data sets.
     pub noise: f64,

@@ -62,6 +62,12 @@ impl FieldLibrary {
         Self::new(fields, space, terms)
     }
 
+    /// The highest order that is looked for where nobody says: 4 in one dimension of space, 2 in more.
+    #[must_use]
+    pub fn usual_order(dimensions: usize) -> u8 {
+        if dimensions == 1 { 4 } else { 2 }
+    }
+
     /// Terms as they are printed: `1`, `u`, `u^2*v`, `u_xx`, `(u^2)_x`, `(u*v)_xy`.
     ///
     /// # Errors
