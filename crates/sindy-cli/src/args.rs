@@ -7,13 +7,14 @@ use touchdown_terminal::{EXIT_STATUS, Output, Shell};
 
 use crate::fit::MergeArgs;
 use crate::fit::args::FitArgs;
+use crate::implicit::args::ImplicitArgs;
 use crate::pde::args::PdeArgs;
 use crate::simulate::args::SimulateArgs;
 
 /// Finds the differential equations behind measured trajectories, with few terms, and runs them.
 ///
 /// `sindy fit` reads tables of measurements and chooses smoothing, terms and coefficients by itself. `sindy simulate` runs
-/// the model that it found. `sindy pde` does the same for fields over time and space.
+/// the model that it found. `sindy implicit` finds rational equations, `sindy pde` those of fields over time and space.
 #[derive(Debug, Parser)]
 #[command(name = "sindy", version, after_help = format!("{EXAMPLES}\n\n{EXIT_STATUS}"))]
 pub(crate) struct Arguments {
@@ -27,6 +28,7 @@ const EXAMPLES: &str = "\
 Examples:
   sindy fit measured.csv --states x,y,z
   sindy fit run1.csv run2.csv --states x,y --inputs u --library 'poly(3)' --test run3.csv --model model.json
+  sindy implicit enzyme.csv --states x --model enzyme.json
   sindy pde field.npz
   sindy simulate model.json --start x=1,y=0 --until 10 --step 0.01 --output run.csv
   sindy simulate model.json --data measured.csv --figure compare.svg";
@@ -35,6 +37,8 @@ Examples:
 pub(crate) enum Command {
     /// Find the equations behind measured trajectories
     Fit(Box<FitArgs>),
+    /// Find rational equations, D(x) x' = N(x), behind measured trajectories
+    Implicit(Box<ImplicitArgs>),
     /// Find the partial differential equations behind fields on a grid
     Pde(Box<PdeArgs>),
     /// Put partial sums of `fit --stream --partial` together and end the fit

@@ -4,6 +4,7 @@ mod args;
 mod drawing;
 mod error;
 mod fit;
+mod implicit;
 mod named;
 mod numbers;
 mod output;
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
 fn dispatch(terminal: &Terminal, command: Command) -> Result<Done> {
     match command {
         Command::Fit(args) => fit::run(terminal, &args),
+        Command::Implicit(args) => implicit::run(terminal, &args),
         Command::Pde(args) => pde::run(terminal, &args),
         Command::Merge(args) => fit::merge(terminal, &args),
         Command::Simulate(args) => simulate::run(terminal, &args),

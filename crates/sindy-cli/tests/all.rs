@@ -5,6 +5,7 @@ mod common;
 mod bad_input;
 mod explicit_time;
 mod fit;
+mod implicit;
 mod known;
 mod partial;
 mod past;

@@ -15,6 +15,7 @@
 //! | [`trajectory`] | delays, past states, multiple shooting, terms judged by trajectories |
 //! | [`model`] | models: predict, simulate, Jacobian, equilibria, print, JSON |
 //! | [`uncertainty`] | bootstrap, ensembles, bands, identifiability |
+//! | [`implicit`] | rational equations, `D(x) x' = N(x)` |
 //! | [`pde`] | partial differential equations from fields on a grid |
 //! | [`koopman`] | linear comparators: DMDc and EDMDc |
 //! | [`numerics`] | golden section, quantiles |
@@ -45,6 +46,7 @@ pub use choose::{Choice, Grid};
 pub use data::{Block, BlockSource, Dataset, OwnedBlock, Samples, Stream};
 pub use derivative::{Differentiator, SavitzkyGolay};
 pub use error::SindyError;
+pub use identify::implicit;
 pub use identify::{Identification, Identify};
 pub use koopman::{Dmdc, Edmdc};
 pub use library::{Libraries, Library};

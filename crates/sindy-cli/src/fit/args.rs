@@ -135,34 +135,49 @@ impl FitArgs {
 
     /// Refuses a column that is to be two things at once.
     pub(super) fn check(&self) -> Result<()> {
-        let states = self.states.iter().map(|n| ("--states", n));
-        let inputs = self.inputs.iter().map(|n| ("--inputs", n));
-        let others = [
-            ("--weights", &self.weights),
-            ("--time", &self.table.time),
-            ("--trajectory", &self.table.trajectory),
-        ];
-        let others = others
-            .into_iter()
-            .filter_map(|(argument, n)| n.as_ref().map(|n| (argument, n)));
-        let mut taken: Vec<(&str, &String)> = Vec::new();
-        for (argument, name) in states.chain(inputs).chain(others) {
-            match taken.iter().find(|(_, n)| *n == name) {
-                // Time may stand in the equations as well.
-                Some(("--inputs", _)) if argument == "--time" => {}
-                Some((before, _)) if *before == argument => {
-                    return Err(Error::Arguments(format!(
-                        "{argument}: `{name}` stands twice"
-                    )));
-                }
-                Some((before, _)) => {
-                    return Err(Error::Arguments(format!(
-                        "{argument}: expected a column that is nothing else, found `{name}`, which {before} names too"
-                    )));
-                }
-                None => taken.push((argument, name)),
-            }
-        }
-        Ok(())
+        check_columns(
+            &self.states,
+            &self.inputs,
+            self.weights.as_ref(),
+            &self.table,
+        )
     }
+}
+
+/// Refuses a column that is to be two things at once.
+pub(crate) fn check_columns(
+    states: &[String],
+    inputs: &[String],
+    weights: Option<&String>,
+    table: &TableArgs,
+) -> Result<()> {
+    let states = states.iter().map(|n| ("--states", n));
+    let inputs = inputs.iter().map(|n| ("--inputs", n));
+    let others = [
+        ("--weights", weights),
+        ("--time", table.time.as_ref()),
+        ("--trajectory", table.trajectory.as_ref()),
+    ];
+    let others = others
+        .into_iter()
+        .filter_map(|(argument, n)| n.map(|n| (argument, n)));
+    let mut taken: Vec<(&str, &String)> = Vec::new();
+    for (argument, name) in states.chain(inputs).chain(others) {
+        match taken.iter().find(|(_, n)| *n == name) {
+            // Time may stand in the equations as well.
+            Some(("--inputs", _)) if argument == "--time" => {}
+            Some((before, _)) if *before == argument => {
+                return Err(Error::Arguments(format!(
+                    "{argument}: `{name}` stands twice"
+                )));
+            }
+            Some((before, _)) => {
+                return Err(Error::Arguments(format!(
+                    "{argument}: expected a column that is nothing else, found `{name}`, which {before} names too"
+                )));
+            }
+            None => taken.push((argument, name)),
+        }
+    }
+    Ok(())
 }

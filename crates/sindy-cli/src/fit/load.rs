@@ -47,8 +47,22 @@ pub(super) fn train(terminal: &Terminal, args: &FitArgs) -> Result<Train> {
         trajectories = all;
         inputs = names[args.states.len()..].to_vec();
     }
-    let mut data =
-        Dataset::new(&args.states, &inputs).map_err(Error::refused("--states, --inputs"))?;
+    let data = dataset(trajectories, &args.states, &inputs, &files)?;
+    Ok(Train {
+        data,
+        inputs,
+        files,
+    })
+}
+
+/// Trajectories as a data set; refused where none has rows that follow each other.
+pub(crate) fn dataset(
+    trajectories: Vec<Trajectory>,
+    states: &[String],
+    inputs: &[String],
+    files: &[FileReport],
+) -> Result<Dataset> {
+    let mut data = Dataset::new(states, inputs).map_err(Error::refused("--states, --inputs"))?;
     for t in trajectories {
         let refused = Error::refused(t.name.clone());
         data.push(t.name, t.time, t.columns, t.weights)
@@ -68,11 +82,7 @@ pub(super) fn train(terminal: &Terminal, args: &FitArgs) -> Result<Train> {
             ),
         ));
     }
-    Ok(Train {
-        data,
-        inputs,
-        files,
-    })
+    Ok(data)
 }
 
 pub(super) fn test(terminal: &Terminal, args: &FitArgs) -> Result<Option<Test>> {

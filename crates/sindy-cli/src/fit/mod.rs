@@ -2,7 +2,7 @@
 
 pub(crate) mod args;
 pub(crate) mod figure;
-mod load;
+pub(crate) mod load;
 pub(crate) mod object;
 mod score;
 pub(crate) mod settings;

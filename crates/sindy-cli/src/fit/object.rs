@@ -30,7 +30,7 @@ pub(super) struct FitObject {
 }
 
 /// A term that was found.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 pub(crate) struct TermObject {
     pub(crate) term: String,
     pub(crate) coefficient: f64,
@@ -139,15 +139,15 @@ impl FitObject {
 
 /// The data of the fit.
 #[derive(Serialize)]
-pub(super) struct DataObject {
+pub(crate) struct DataObject {
     #[serde(flatten)]
-    pub(super) report: DataReport,
-    pub(super) files: Vec<FileReport>,
+    pub(crate) report: DataReport,
+    pub(crate) files: Vec<FileReport>,
 }
 
 impl DataObject {
     /// One line for people.
-    pub(super) fn summary(&self) -> String {
+    pub(crate) fn summary(&self) -> String {
         let r = &self.report;
         let count = |n: usize, one: &str, many: &str| match n {
             1 => format!("1 {one}"),

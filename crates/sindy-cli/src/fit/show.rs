@@ -49,7 +49,7 @@ pub(crate) fn wrapped(text: &str) -> String {
 }
 
 /// A table with columns as wide as their widest cell, numbers to the right.
-fn table(header: &[&str], rows: &[Vec<String>], left: &[usize]) -> String {
+pub(crate) fn table(header: &[&str], rows: &[Vec<String>], left: &[usize]) -> String {
     let width = |c: usize| {
         let cells = rows.iter().map(|r| r[c].chars().count());
         cells.chain([header[c].len()]).max().unwrap_or(0)
@@ -83,7 +83,7 @@ pub(crate) const COEFFICIENTS: [&str; 7] = [
 ];
 
 /// State, term and numbers of every coefficient.
-pub(super) fn coefficient_rows(equations: &Named<Vec<TermObject>>) -> Vec<Vec<String>> {
+pub(crate) fn coefficient_rows(equations: &Named<Vec<TermObject>>) -> Vec<Vec<String>> {
     let rows = equations
         .iter()
         .flat_map(|(state, terms)| terms.iter().map(move |t| coefficient(state, t)));

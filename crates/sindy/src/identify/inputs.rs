@@ -16,6 +16,7 @@ const JUMP: f64 = 0.05;
 const ROUGH: f64 = 0.25;
 
 /// What each input is taken for.
+#[derive(Clone)]
 pub(super) struct Choice {
     pub between: Vec<Interpolation>,
     /// The second best guess, where neither lines nor cubics predict an input.

@@ -41,6 +41,7 @@
 mod discrete;
 mod evidence;
 mod follow;
+pub mod implicit;
 mod inputs;
 mod known;
 mod missing;
@@ -160,7 +161,18 @@ impl Identify {
         data: &Dataset,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Identification, SindyError> {
-        let report = data.report();
+        let mut found = self.with_run(data, |run| run.go(progress))?;
+        // As they were given, before rows were bridged.
+        found.data = data.report();
+        Ok(found)
+    }
+
+    /// Prepares an identification of `data` and hands it to `work`.
+    fn with_run<R>(
+        &self,
+        data: &Dataset,
+        work: impl FnOnce(IdentificationRun<'_>) -> Result<R, SindyError>,
+    ) -> Result<R, SindyError> {
         let mut warnings = Vec::new();
         let prepared = self.prepared(data, &mut warnings)?;
         let data = &*prepared;
@@ -205,7 +217,7 @@ impl Identify {
         let states = (data.states(), n - positions.len());
         let mut noise = prepare::noise(&stretches, n);
         noise.of_velocities(&positions);
-        let mut found = IdentificationRun {
+        work(IdentificationRun {
             data,
             settings: &self.settings,
             system: System::with_known(time, states, data.inputs(), &libraries, &terms)?,
@@ -216,11 +228,7 @@ impl Identify {
             inputs: inputs::choose(&stretches, n, self.settings.inputs_between),
             stretches,
             warnings,
-        }
-        .go(progress)?;
-        // As they were given, before rows were bridged.
-        found.data = report;
-        Ok(found)
+        })
     }
 }
 

@@ -324,6 +324,22 @@ impl Equation {
     }
 }
 
+/// A regression with given coefficients of every equation's candidates.
+pub(super) fn from_coefficients(statistics: &Statistics, coefficients: &[Vec<f64>]) -> Regression {
+    let fits = statistics.grams.iter().zip(coefficients);
+    let fits = fits.map(|(parts, own)| {
+        let support = own.iter().map(|c| *c != 0.0).collect();
+        let own = DVector::from_column_slice(own);
+        match own.is_empty() {
+            true => nothing(&Gram::total(parts)),
+            false => Fit::new(&Gram::total(parts), own, support, Outcome::Converged, 1),
+        }
+    });
+    let fits: Vec<Fit> = fits.collect();
+    let none = vec![None; fits.len()];
+    statistics.regression("implicit", "implicit regression", none, fits)
+}
+
 /// The best subset of every size up to the largest; sizes that the data do not allow repeat the last.
 fn sizes(gram: &Gram) -> Result<Vec<Fit>, SindyError> {
     let sizes = best_subsets(gram, NODES)?.sizes.into_iter();

@@ -17,6 +17,13 @@ pub enum Progress {
         /// Where slopes come from.
         smoothing: String,
     },
+    /// Comparing implicit relations by the trajectories that follow from them.
+    Relations {
+        /// The relation, from 1.
+        number: usize,
+        /// Relations of all equations.
+        total: usize,
+    },
     /// A Gauss–Newton step of the output error.
     OutputError {
         /// The start, from 0.

@@ -24,6 +24,7 @@ pub(super) const FOLLOWS: f64 = 1.5;
 pub(super) const CORRELATED: f64 = 2.0;
 
 /// One identification under way.
+#[derive(Clone)]
 pub(super) struct IdentificationRun<'a> {
     pub data: &'a Dataset,
     pub settings: &'a Settings,
@@ -54,10 +55,42 @@ impl<'a> IdentificationRun<'a> {
         )?);
         let yardstick = self.yardstick(&slopes);
         let ranked = self.rank(&statistics, &yardstick)?;
-        let followed = self.follow(&ranked, &slopes, &statistics[0], progress);
-        match followed.filter(|followed| self.accepts(followed, &ranked, &yardstick)) {
-            Some(followed) => self.of_output_error(&ranked, &followed),
-            None => self.of_regression(&ranked, &statistics, &yardstick),
+        self.conclude(&slopes, &statistics, (&ranked, &yardstick), progress)
+    }
+
+    /// The identification of equations whose coefficients are nearly known: output error from there, regression where that is
+    /// not accepted.
+    pub(super) fn from_start(
+        self,
+        slopes: &Slopes,
+        coefficients: &[Vec<f64>],
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Identification, SindyError> {
+        let mut statistics = Vec::new();
+        self.add(slopes, &self.stretches, &mut statistics, progress)?;
+        let start = regress::from_coefficients(&statistics[0], coefficients);
+        let yardstick = self.yardstick(slopes);
+        let ranked = [RankedModel::new(
+            start,
+            &self.system,
+            &yardstick,
+            &self.noise.sigma,
+        )];
+        self.conclude(slopes, &statistics, (&ranked, &yardstick), progress)
+    }
+
+    /// Output error from the best of the ranked models, or the best of them.
+    fn conclude(
+        mut self,
+        slopes: &Slopes,
+        statistics: &[Statistics],
+        (ranked, yardstick): (&[RankedModel], &[Piece<'_>]),
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Identification, SindyError> {
+        let followed = self.follow(ranked, slopes, &statistics[0], progress);
+        match followed.filter(|followed| self.accepts(followed, ranked, yardstick)) {
+            Some(followed) => self.of_output_error(ranked, &followed),
+            None => self.of_regression(ranked, statistics, yardstick),
         }
     }
 

@@ -63,7 +63,7 @@ pub use jacobian::Jacobian;
 pub use limits::{Limits, Run, RunOutcome};
 pub use past::{History, Past};
 pub use predict::Evaluator;
-pub(crate) use print::Number;
+pub(crate) use print::{Number, factor};
 pub use simulate::{Integrator, Simulation};
 
 use crate::error::{SindyError, above_zero, require, same_size};

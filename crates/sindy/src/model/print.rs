@@ -60,7 +60,11 @@ fn sign(place: usize, term: &Term) -> &'static str {
 }
 
 /// A term as a factor behind its coefficient, in parentheses if it needs them; `None` for the constant 1.
-fn factor(expression: &Expr, print: impl Fn(&Expr) -> String, times: &str) -> Option<String> {
+pub(crate) fn factor(
+    expression: &Expr,
+    print: impl Fn(&Expr) -> String,
+    times: &str,
+) -> Option<String> {
     if *expression == Expr::constant(1.0) {
         return None;
     }

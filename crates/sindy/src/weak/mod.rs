@@ -83,6 +83,7 @@ mod window;
 pub use system::WeakSystem;
 pub use width::choose_half_width;
 pub(crate) use width::half_width_of;
+pub(crate) use window::place;
 
 use crate::data::samples::Samples;
 use crate::error::{SindyError, require};

@@ -7,7 +7,7 @@ pub(super) const REACH: usize = 4;
 
 /// One test function: the rows inside its support, with the weights of its two sums.
 #[derive(Clone, Debug)]
-pub(super) struct Window {
+pub(crate) struct Window {
     /// Rows strictly inside the support.
     pub rows: Range<usize>,
     /// `w_i φ(t_i)`, in units of time.
@@ -54,7 +54,7 @@ fn cubic(t: &[f64], step: f64) -> [f64; 4] {
 
 /// Windows over one stretch of rows without gaps: centres on samples, at least `spacing` apart, the whole
 /// support within the stretch and [`REACH`] samples on either side.
-pub(super) fn place(time: &[f64], half_width: f64, spacing: f64, power: i32) -> Vec<Window> {
+pub(crate) fn place(time: &[f64], half_width: f64, spacing: f64, power: i32) -> Vec<Window> {
     let n = time.len();
     let mut windows = Vec::new();
     if n == 0 {

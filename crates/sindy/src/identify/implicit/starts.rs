@@ -1,0 +1,217 @@
+//! Relations by regression, one left side after the other.
+
+use super::relation::{Candidates, Relation};
+use super::rows::Rows;
+use crate::error::SindyError;
+use crate::identify::regress::best_subsets;
+
+/// Coefficients of a denominator's term that are tried, in units of the constant over the term's size.
+const GRID: [f64; 8] = [-0.6, -0.2, 0.1, 0.3, 1.0, 3.0, 10.0, 40.0];
+/// Pairs of coefficients that are tried, at most.
+const MOST_TRIED: usize = 2500;
+/// Relations that are kept of one denominator's terms, and of all, for a fit.
+const PER_SHAPE: usize = 3;
+const REFINED: usize = 60;
+/// Nodes of a branch and bound for one left side, at most.
+const NODES: u64 = 4_000;
+/// Coefficients of a relation, at most.
+const MOST: usize = 9;
+/// Relations that are kept for the comparison by trajectories, at most.
+const KEPT: usize = 5;
+/// Relations that fit as well, beside them.
+const RIVALS: usize = 8;
+/// Scores that are worse than the best by more are not compared by trajectories.
+const BEYOND: f64 = 80.0;
+
+/// A relation with what it leaves under the windows.
+#[derive(Clone, Debug)]
+pub(super) struct ScoredRelation {
+    pub relation: Relation,
+    /// Smaller is better: `n ln R + p (ln n + 2 ln P)` over n independent windows.
+    pub score: f64,
+    /// The same without the penalty.
+    misfit: f64,
+}
+
+/// The relations of an equation that are worth a comparison by trajectories, best first.
+pub(super) fn relations(
+    rows: &Rows,
+    candidates: &Candidates,
+) -> Result<Vec<ScoredRelation>, SindyError> {
+    let count = rows.independent.max(2.0 * MOST as f64);
+    let price = count.ln() + 2.0 * (candidates.len() as f64).ln();
+    let mut starts = of_left_sides(rows, candidates)?;
+    starts.extend(of_denominators(rows, candidates, (count, price))?);
+    let mut found: Vec<ScoredRelation> = Vec::new();
+    for start in starts {
+        add(rows, start.reduced(candidates), (count, price), &mut found);
+    }
+    found.sort_by(|a, b| a.score.total_cmp(&b.score));
+    Ok(kept(&found))
+}
+
+/// The best relations, and those with other terms that fit as well with at most one coefficient more.
+fn kept(found: &[ScoredRelation]) -> Vec<ScoredRelation> {
+    let Some(best) = found.first() else {
+        return Vec::new();
+    };
+    let mut kept: Vec<ScoredRelation> = Vec::new();
+    for one in found.iter().filter(|one| one.score <= best.score + BEYOND) {
+        if kept.len() < KEPT && !kept.iter().any(|k| one.relation.contains(&k.relation)) {
+            kept.push(one.clone());
+        }
+    }
+    let most = best.relation.free() + 1;
+    let mut rivals: Vec<&ScoredRelation> = found
+        .iter()
+        .filter(|r| r.relation.free() <= most && r.misfit <= best.misfit + BEYOND)
+        .filter(|r| !r.relation.contains(&best.relation))
+        .collect();
+    rivals.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
+    let mut shapes: Vec<Vec<usize>> = Vec::new();
+    for rival in rivals {
+        let shape = rival.relation.denominators();
+        let support = rival.relation.support();
+        // The best of each denominator.
+        if shapes.len() < RIVALS && !shapes.contains(&shape) {
+            shapes.push(shape);
+            if !kept.iter().any(|k| k.relation.support() == support) {
+                kept.push(rival.clone());
+            }
+        }
+    }
+    kept
+}
+
+/// Relations by best subsets, with `x'` times each term of the denominator in turn as the left side.
+fn of_left_sides(rows: &Rows, candidates: &Candidates) -> Result<Vec<Relation>, SindyError> {
+    let products = rows.products();
+    let m = candidates.numerator.len();
+    let mut out = Vec::new();
+    for left in 0..candidates.denominator.len() {
+        if products[(m + left, m + left)] == 0.0 {
+            continue;
+        }
+        let gram = rows.gram(&products, m + left);
+        for subset in &best_subsets(&gram, NODES)?.sizes {
+            let fit = &subset.fit;
+            if fit.terms() > MOST {
+                break;
+            }
+            let relation = of_left_side(fit.coefficients.as_slice(), m, left);
+            let rests = relation.numerator.is_empty() && (left > 0 || fit.terms() > 0);
+            if !rests {
+                out.push(relation);
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// Relations by best subsets of the numerator over denominators of one and two terms beside the constant, whose coefficients are
+/// tried on a grid: no slope of the data stands in their terms, so that noise biases them less.
+fn of_denominators(
+    rows: &Rows,
+    candidates: &Candidates,
+    (count, price): (f64, f64),
+) -> Result<Vec<Relation>, SindyError> {
+    let below = candidates.denominator.len();
+    let mut shapes: Vec<Vec<usize>> = (1..below).map(|k| vec![k]).collect();
+    let singles = shapes.len();
+    shapes.extend((1..below).flat_map(|k| (k + 1..below).map(move |l| vec![k, l])));
+    let pairs = (shapes.len() - singles).max(1);
+    // Pairs are thinned out where there are many.
+    let every = (pairs * GRID.len() * GRID.len())
+        .div_ceil(MOST_TRIED)
+        .max(1);
+    let mut found: Vec<(f64, Relation)> = Vec::new();
+    for (number, shape) in shapes.iter().enumerate() {
+        if number >= singles && !(number - singles).is_multiple_of(every) {
+            continue;
+        }
+        let mut best: Vec<(f64, Relation)> = Vec::new();
+        for point in points(shape.len()) {
+            let scaled = shape.iter().zip(&point);
+            let mut denominator = vec![(0, 1.0)];
+            denominator.extend(scaled.map(|(&k, g)| (k, g / rows.size(k))));
+            let mut relation = Relation {
+                numerator: Vec::new(),
+                denominator,
+            };
+            if !rows.is_regular(&relation) {
+                continue;
+            }
+            for subset in &best_subsets(&rows.gram_over(&relation), NODES)?.sizes {
+                let fit = &subset.fit;
+                let coefficients = fit.terms() + shape.len();
+                if fit.terms() == 0 || coefficients > MOST {
+                    continue;
+                }
+                let mean = rows.mean_square(fit.residual_sum).max(f64::MIN_POSITIVE);
+                let score = count * mean.ln() + price * coefficients as f64;
+                let kept = fit.coefficients.iter().copied().enumerate();
+                relation.numerator = kept.filter(|(_, c)| *c != 0.0).collect();
+                best.push((score, relation.clone()));
+            }
+        }
+        // The best of each number of coefficients.
+        best.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut sizes = Vec::new();
+        best.retain(|(_, r)| {
+            let new = sizes.len() < PER_SHAPE && !sizes.contains(&r.free());
+            if new {
+                sizes.push(r.free());
+            }
+            new
+        });
+        found.extend(best);
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(found.into_iter().take(REFINED).map(|f| f.1).collect())
+}
+
+/// The points of the grid in so many dimensions.
+fn points(dimensions: usize) -> Vec<Vec<f64>> {
+    let mut out = vec![Vec::new()];
+    for _ in 0..dimensions {
+        out = out
+            .iter()
+            .flat_map(|p: &Vec<f64>| GRID.iter().map(move |g| [p.as_slice(), &[*g]].concat()))
+            .collect();
+    }
+    out
+}
+
+/// Adds a relation, fitted under the windows, unless its terms are there already.
+fn add(rows: &Rows, relation: Relation, (count, price): (f64, f64), to: &mut Vec<ScoredRelation>) {
+    let support = relation.support();
+    if to.iter().any(|s| s.relation.support() == support) {
+        return;
+    }
+    let (relation, left) = rows.fitted(&relation);
+    if !left.is_finite() {
+        return;
+    }
+    let mean = rows.mean_square(left).max(f64::MIN_POSITIVE);
+    let misfit = count * mean.ln();
+    to.push(ScoredRelation {
+        score: misfit + price * relation.free() as f64,
+        misfit,
+        relation,
+    });
+}
+
+/// `x' φ_left = Σ ξ_j θ_j + Σ η_k x' φ_k` as a relation; `coefficients` have the candidates without `left`.
+fn of_left_side(coefficients: &[f64], m: usize, left: usize) -> Relation {
+    let mut relation = Relation {
+        numerator: Vec::new(),
+        denominator: vec![(left, 1.0)],
+    };
+    for (j, &c) in coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0) {
+        match j.checked_sub(m) {
+            None => relation.numerator.push((j, c)),
+            Some(k) => relation.denominator.push((k + usize::from(k >= left), -c)),
+        }
+    }
+    relation
+}
