@@ -60,7 +60,7 @@ impl<'a> IdentificationRun<'a> {
 
     /// The identification of equations whose coefficients are nearly known: output error from there, regression where that is
     /// not accepted.
-    pub(super) fn from_start(
+    pub(super) fn refine(
         self,
         slopes: &Slopes,
         coefficients: &[Vec<f64>],

@@ -57,7 +57,7 @@ impl Comparison<'_, '_> {
     /// The result for relations with denominators, fitted once more on all rows.
     pub(super) fn rational(
         &self,
-        chosen: Choice,
+        chosen: &Choice,
         mut warnings: Vec<String>,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<ImplicitIdentification, SindyError> {
@@ -81,7 +81,7 @@ impl Comparison<'_, '_> {
         let mut terms = Vec::new();
         for (i, relation) in relations.iter().enumerate() {
             let (equation, own) =
-                self.equation(i, relation.as_ref(), linear[i].as_ref(), &found, &chosen)?;
+                self.equation(i, relation.as_ref(), linear[i].as_ref(), &found, chosen)?;
             equations.push(equation);
             terms.push(own);
         }
@@ -121,7 +121,7 @@ impl Comparison<'_, '_> {
             .iter()
             .map(|l| l.as_ref().map_or(&none, |l| &l.coefficients));
         let coefficients: Vec<Vec<f64>> = coefficients.cloned().collect();
-        run.from_start(self.slopes, &coefficients, progress)
+        run.refine(self.slopes, &coefficients, progress)
     }
 
     /// The relations of a fit, and the largest change of a coefficient in standard errors.

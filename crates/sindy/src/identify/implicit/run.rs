@@ -142,20 +142,20 @@ impl IdentifyImplicit {
             found.extend(new.cloned());
         }
         let chosen = choose(&comparison, &found, &ordinary, progress)?;
-        Self::conclude(&comparison, explicit, chosen, progress)
+        Self::conclude(&comparison, explicit, &chosen, progress)
     }
 
     /// The result for the relations that were chosen.
     fn conclude(
         comparison: &Comparison<'_, '_>,
         explicit: Identification,
-        chosen: Choice,
+        chosen: &Choice,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<ImplicitIdentification, SindyError> {
         let run = comparison.run;
         let mut all = chosen.relations.iter().flatten();
         if all.all(Relation::is_explicit) {
-            return comparison.explicit(explicit, &chosen);
+            return comparison.explicit(explicit, chosen);
         }
         let slopes = comparison.slopes;
         let mut warnings = {
@@ -288,20 +288,23 @@ fn choose(
             }));
         }
     }
-    for compared in &mut compared {
-        compared.sort_by(|a, b| a.score.total_cmp(&b.score));
-        let mut seen = Vec::new();
-        compared.retain(|c| {
-            let support = c.relation.support();
-            let new = !seen.contains(&support);
-            seen.push(support);
-            new
-        });
-    }
+    compared.iter_mut().for_each(best_first);
     Ok(Choice {
         relations,
         compared,
     })
+}
+
+/// Sorts by score; the best of those with the same terms stays.
+fn best_first(compared: &mut Vec<Compared>) {
+    compared.sort_by(|a, b| a.score.total_cmp(&b.score));
+    let mut seen = Vec::new();
+    compared.retain(|c| {
+        let support = c.relation.support();
+        let new = !seen.contains(&support);
+        seen.push(support);
+        new
+    });
 }
 
 fn better(best: Option<Followed>, other: Option<Followed>) -> Option<Followed> {

@@ -44,7 +44,7 @@ pub(super) fn relations(
     starts.extend(of_denominators(rows, candidates, (count, price))?);
     let mut found: Vec<ScoredRelation> = Vec::new();
     for start in starts {
-        add(rows, start.reduced(candidates), (count, price), &mut found);
+        add(rows, &start.reduced(candidates), (count, price), &mut found);
     }
     found.sort_by(|a, b| a.score.total_cmp(&b.score));
     Ok(kept(&found))
@@ -183,12 +183,12 @@ fn points(dimensions: usize) -> Vec<Vec<f64>> {
 }
 
 /// Adds a relation, fitted under the windows, unless its terms are there already.
-fn add(rows: &Rows, relation: Relation, (count, price): (f64, f64), to: &mut Vec<ScoredRelation>) {
+fn add(rows: &Rows, relation: &Relation, (count, price): (f64, f64), to: &mut Vec<ScoredRelation>) {
     let support = relation.support();
     if to.iter().any(|s| s.relation.support() == support) {
         return;
     }
-    let (relation, left) = rows.fitted(&relation);
+    let (relation, left) = rows.fitted(relation);
     if !left.is_finite() {
         return;
     }

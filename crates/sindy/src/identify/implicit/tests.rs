@@ -1,7 +1,7 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::{IdentifyImplicit, ImplicitIdentification, RationalTerm};
+use super::{IdentifyImplicit, ImplicitIdentification, RationalEquation, RationalTerm};
 use crate::error::SindyError;
 use crate::identify::Settings;
 use crate::model::{Inputs, Model, Simulation, Term, Time};
@@ -158,7 +158,10 @@ fn analytic_lorenz_stays_explicit() {
             .unwrap();
     }
     let found = find(&data, (2, 1)).unwrap();
-    assert!(found.equations.iter().all(|e| e.is_explicit()), "{found}");
+    assert!(
+        found.equations.iter().all(RationalEquation::is_explicit),
+        "{found}"
+    );
     let names = |i: usize| -> Vec<&str> {
         found.equations[i]
             .numerator
