@@ -182,7 +182,7 @@ impl<'d> Comparison<'_, 'd> {
             coefficients: own.iter().flat_map(|l| l.coefficients.clone()).collect(),
             sigma: run.noise.sigma.clone(),
             floor: run.noise.floor.clone(),
-            candidates: None,
+            chosen_from: size,
             term_rms: self.term_rms(at, linear),
             colour: Vec::new(),
         };
