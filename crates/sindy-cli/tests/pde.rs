@@ -100,7 +100,12 @@ fn analytic_the_heat_equation_is_found_in_every_format() {
         // No noise: the digits that sums lose.
         assert!((terms[0]["coefficient"].as_f64().unwrap() - 0.1).abs() < 1e-7);
         assert_eq!(found["data"][0]["points"]["t"], 60);
-        assert_eq!(found["warnings"].as_array().unwrap().len(), 0, "{found}");
+        let warnings = found["warnings"].as_array().unwrap();
+        let filled = "1 of 4800 samples are missing";
+        match *path == table {
+            true => assert!(warnings[0].as_str().unwrap().starts_with(filled), "{found}"),
+            false => assert!(warnings.is_empty(), "{found}"),
+        }
     }
     let page = folder.path().join("heat.html");
     let said = says(&words("pde {} --figure {}", &[&npz, &page]));

@@ -1,9 +1,11 @@
 //! Small numerical methods that several stages need.
 
 mod golden_section;
+mod prime;
 mod quantile;
 
 pub use golden_section::golden_section;
 pub(crate) use golden_section::minimum_on_grid;
+pub(crate) use prime::prime;
 pub use quantile::quantile;
 pub(crate) use quantile::{nearest_quantile, upper_median};

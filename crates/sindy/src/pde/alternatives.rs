@@ -1,11 +1,9 @@
 //! What the data do not tell apart: terms that could be there as well, and other terms that explain as much.
 
 use super::fit::{Estimate, NormalEquations, Search, residual_of};
+use crate::statistics::criteria::TWENTY_TO_ONE;
 use crate::statistics::gram::Gram;
 use crate::statistics::regression::student_95;
-
-/// Penalised costs that differ by no more belong to models that are about as likely: odds of 20.
-const AS_LIKELY: f64 = 5.99;
 
 /// A candidate that is not in the equation, and what it could be all the same.
 pub(super) struct HiddenTerm {
@@ -80,7 +78,7 @@ impl Search<'_> {
         let mut out: Vec<(f64, Vec<usize>)> = Vec::new();
         for rival in others.into_iter().chain(exchanged) {
             let (corrected, score) = score(&rival);
-            let likely = corrected == own.0 && score - own.1 < AS_LIKELY;
+            let likely = corrected == own.0 && score - own.1 < TWENTY_TO_ONE;
             if likely && !out.iter().any(|(_, known)| *known == rival) {
                 out.push((score, rival));
             }

@@ -30,8 +30,6 @@ pub(super) struct FieldFit {
     pub(super) degrees: f64,
     /// The best subset of every size, with the bias of noise in them.
     pub(super) subsets: BestSubsets,
-    /// The chosen terms among all candidates.
-    pub(super) chosen: Vec<bool>,
     /// The other candidates, the one that could contribute most first.
     pub(super) hidden: Vec<HiddenTerm>,
     /// Other terms that explain the data about as well, best first.
@@ -97,10 +95,16 @@ impl<'a> Search<'a> {
         let subsets = best_subsets(&total, FRONT_NODES)?;
         let most = subsets.choose(&total, Criterion::Bic, Some(self.independent))?;
         let most = most.fit.terms();
-        let mut found: Vec<(Vec<usize>, Estimate)> = Vec::new();
+        let mut starts: Vec<Vec<usize>> = Vec::new();
         for start in subsets.sizes.iter().filter(|s| s.fit.terms() <= most) {
             let start = relevant(&total, &start.fit, self.relevance);
             let terms = all.iter().copied().filter(|&j| start.support[j]).collect();
+            if !starts.contains(&terms) {
+                starts.push(terms);
+            }
+        }
+        let mut found: Vec<(Vec<usize>, Estimate)> = Vec::new();
+        for terms in starts {
             let (terms, estimate) = self.without_doubtful(terms, target, &total);
             if !found.iter().any(|(t, _)| *t == terms) {
                 found.push((terms, estimate));
@@ -120,7 +124,6 @@ impl<'a> Search<'a> {
         Ok(FieldFit {
             hidden: self.hidden(&terms, &estimate, target, &total),
             rivals: self.rivals(&terms, others, target, &total),
-            chosen: all.iter().map(|j| terms.contains(j)).collect(),
             evidence: self.evidence(&estimate),
             degrees: self.degrees(terms.len()),
             terms,

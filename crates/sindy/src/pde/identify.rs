@@ -295,14 +295,14 @@ impl IdentifyField {
             .map_or(1.0, |s| s.fit.residual_sum);
         // The empty subset leaves the whole left side.
         let whole = weight.max(f64::MIN_POSITIVE);
-        let point = |s: &crate::solve::exact::Subset| FrontPoint {
-            terms: (0..names.len())
-                .filter(|&j| s.fit.support[j])
-                .map(|j| names[j].clone())
-                .collect(),
-            error: (s.fit.residual_sum / whole).sqrt(),
-            proven: s.fit.outcome == Outcome::Optimal,
-            chosen: s.fit.support == fit.chosen,
+        let point = |s: &crate::solve::exact::Subset| {
+            let terms: Vec<usize> = (0..names.len()).filter(|&j| s.fit.support[j]).collect();
+            FrontPoint {
+                error: (s.fit.residual_sum / whole).sqrt(),
+                proven: s.fit.outcome == Outcome::Optimal,
+                chosen: terms == fit.terms,
+                terms: terms.into_iter().map(|j| names[j].clone()).collect(),
+            }
         };
         FieldQuality {
             noise,

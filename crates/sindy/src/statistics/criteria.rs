@@ -111,6 +111,9 @@ impl Criterion {
     }
 }
 
+/// Twice the logarithm of odds of 20 to 1: models whose scores differ by less are about as likely, and are told.
+pub(crate) const TWENTY_TO_ONE: f64 = 5.991_464_547_107_98;
+
 /// The number of rows that criteria use.
 pub(crate) fn rows(gram: &Gram, effective_rows: Option<f64>) -> Result<f64, SindyError> {
     match effective_rows {

@@ -8,14 +8,14 @@ use crate::error::SindyError;
 use crate::identify::{Identification, Progress};
 use crate::library::Library;
 use crate::model::{Model, Term};
+use crate::numerics::prime;
+use crate::statistics::criteria::TWENTY_TO_ONE;
 use sindy_expr::{Expr, Scratch};
 
 /// Rounds of the last fit, at most: relations come from a fit, so that one is the rule.
 const ROUNDS: usize = 4;
 /// Change of a coefficient in standard errors below which the last fit has settled.
 const SETTLED: f64 = 0.05;
-/// Twice the logarithm of odds of twenty to one: relations that are less unlikely are reported.
-const LIKELY: f64 = 6.0;
 /// Twice the logarithm of a likelihood ratio of a hundred: rivals with at most one coefficient more are reported below it.
 const AS_WELL: f64 = 9.21;
 /// Points of the box of the data at which denominators are looked at.
@@ -292,8 +292,7 @@ impl Comparison<'_, '_> {
 
 /// A number of Halton's sequence: evenly spread points, with a prime for each column.
 fn halton(mut k: usize, column: usize) -> f64 {
-    let is_prime = |n: &usize| (2..*n).all(|d| !n.is_multiple_of(d));
-    let base = (2..).filter(is_prime).nth(column).unwrap_or(2);
+    let base = prime(column);
     let (mut out, mut part) = (0.0, 1.0);
     while k > 0 {
         part /= base as f64;
@@ -367,7 +366,7 @@ pub(super) fn equation(state: &str, relation: &Relation, of: &Candidates) -> Str
 fn alternatives(equations: &[RationalEquation]) -> Vec<String> {
     let warning = |equation: &RationalEquation| {
         let others = equation.compared.iter().skip(1);
-        let others = others.filter(|c| c.against < LIKELY || c.rival && c.worse < AS_WELL);
+        let others = others.filter(|c| c.against < TWENTY_TO_ONE || c.rival && c.worse < AS_WELL);
         let others: Vec<&str> = others.map(|c| c.equation.as_str()).collect();
         (!others.is_empty()).then(|| {
             format!(

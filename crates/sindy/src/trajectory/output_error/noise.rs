@@ -23,6 +23,7 @@ use super::colour::{self, Whitener, whitened};
 use super::follow::{ArcSettings, Follow, Sensitivity};
 use super::record::Record;
 use super::{OutputErrorFit, Piece, Settings, System};
+use crate::numerics::prime;
 
 /// Shifts beside that of 0. The level of a test is kept exactly with any number; p of 0.05 scatters by 0.02.
 const SHIFTS: usize = 99;
@@ -142,9 +143,7 @@ fn shifted(residuals: &[Vec<Vec<f64>>], sigma: &[f64], shift: usize) -> DVector<
 /// The step of the lattice for state `i`: the root of the `i`-th prime, so that multiples are spread evenly over several
 /// states.
 fn lattice(i: usize) -> f64 {
-    let is_prime = |n: &usize| (2..*n).all(|d| !n.is_multiple_of(d));
-    let prime = (2..).filter(is_prime).nth(i).unwrap_or(2);
-    (prime as f64).sqrt()
+    (prime(i) as f64).sqrt()
 }
 
 /// The arcs of all records, cut as the search cuts them; `None` where the simulation leaves the finite numbers.
