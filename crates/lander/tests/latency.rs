@@ -10,13 +10,21 @@ use touchdown_lander::estimate::relative::{ImuSample, Reading, RelativeFilter, T
 const DT: f64 = 0.01;
 const G: f64 = 9.81;
 
-/// A vehicle 0.8 m above the deck that swings along x: place, acceleration, attitude.
-fn swing(amplitude_m: f64, t: f64) -> (f64, f64, f64) {
+/// Motion along x: place relative to the deck and acceleration of the vehicle.
+type Motion = (f64, f64);
+
+/// A vehicle that swings above a deck at rest.
+fn swing(amplitude_m: f64, t: f64) -> Motion {
     let w = 5.0;
     let place = amplitude_m * (w * t).sin();
-    let acceleration = -w * w * place;
-    // What leans the thrust accelerates it.
-    (place, acceleration, (acceleration / G).atan())
+    (place, -w * w * place)
+}
+
+/// A vehicle that follows a deck `late_s` behind; the deck sways by a metre at the period of 5 s.
+fn follow(late_s: f64, t: f64) -> Motion {
+    let w = std::f64::consts::TAU / 5.0;
+    let (deck, vehicle) = ((w * t).sin(), (w * (t - late_s)).sin());
+    (vehicle - deck, -w * w * vehicle)
 }
 
 /// Lets it swing for a time, readings later than they say; gives the delay found.
@@ -32,7 +40,22 @@ fn found_of_age<R: Real>(
     drift_mps2: f64,
     seconds: usize,
 ) -> f64 {
+    let motion = |t| swing(amplitude_m, t);
+    found_in::<R>(motion, 0.8, age_s, late_s, drift_mps2, seconds)
+}
+
+/// As [`found_of_age`], of a vehicle in `motion` at the height `height_m`.
+fn found_in<R: Real>(
+    motion: impl Fn(f64) -> Motion,
+    height_m: f64,
+    age_s: f64,
+    late_s: f64,
+    drift_mps2: f64,
+    seconds: usize,
+) -> f64 {
     let n = R::from_f64;
+    // The thrust tilts with the acceleration.
+    let tilt_of = |acceleration: f64| (acceleration / G).atan();
     let filter = RelativeFilter::<R>::default();
     let estimator = LatencyEstimator::<R>::default();
     estimator.validate().unwrap();
@@ -41,7 +64,8 @@ fn found_of_age<R: Real>(
     let mut noise = Noise::new(3);
     for step in 1..=100 * seconds {
         let t = DT * step as f64;
-        let (_, acceleration, tilt) = swing(amplitude_m, t);
+        let (_, acceleration) = motion(t);
+        let tilt = tilt_of(acceleration);
         let attitude =
             |tilt: f64| Attitude::from_rotation_vector(Vector::new(R::ZERO, n(tilt), R::ZERO));
         let felt = Vector::new(n(acceleration + drift_mps2), R::ZERO, n(G));
@@ -52,8 +76,9 @@ fn found_of_age<R: Real>(
         filter.step(&mut relative, &imu, &[], n(DT));
         // A view every third step.
         let seen = (step % 3 == 0).then(|| {
-            let (place, _, tilt) = swing(amplitude_m, t - age_s - late_s);
-            let body = attitude(tilt).unrotate(Vector::new(n(-place), R::ZERO, n(-0.8)));
+            let (place, acceleration) = motion(t - age_s - late_s);
+            let below = Vector::new(n(-place), R::ZERO, n(-height_m));
+            let body = attitude(tilt_of(acceleration)).unrotate(below);
             let camera = filter.tag.attitude.unrotate(body);
             let wrong = Vector::new(
                 n(0.001 * noise.normal()),
@@ -98,6 +123,15 @@ fn analytic_of_old_readings_the_delays_that_are_remembered_are_told_apart() {
     }
     let error = found_of_age::<f64>(0.14, 0.03, 0.2, 0.0, 10) - 0.14;
     assert!(error.abs() < 1e-12, "{error}");
+}
+
+#[test]
+fn analytic_following_a_deck_that_sways_is_no_latency() {
+    for (height_m, behind_s) in [(0.8, 0.1), (0.8, 0.3), (0.8, 0.5), (2.5, 0.1), (5.0, 0.1)] {
+        let motion = |t| follow(behind_s, t);
+        let found = found_in::<f64>(motion, height_m, 0.04, 0.0, 0.0, 20);
+        assert_eq!(found, 0.0, "{height_m} {behind_s}");
+    }
 }
 
 #[test]

@@ -217,6 +217,8 @@ fn prop_threads_and_shards_give_the_same_bytes() {
             "/motors",
             "/phase",
             "/range",
+            "/sensors",
+            "/tag",
             "/tf",
             "/vehicle",
             "/vehicle/pose"

@@ -9,9 +9,11 @@
 //! | `/forces` | `touchdown.Forces` | rotors, ground effect, feet, thrust asked for, wind |
 //! | `/estimate` | `touchdown.Estimate` | what the landing computer believes |
 //! | `/phase` | `touchdown.Phase` | where the landing is, and why |
+//! | `/sensors` | `touchdown.Sensors` | what the estimator makes of each sensor, whether it has diverged, estimated latency |
 //! | `/imu` | `sensor_msgs/msg/Imu` | the inertial unit, 250 Hz; axes forward, port, up |
 //! | `/motors` | `touchdown.Motors` | throttles of the motors, 250 Hz; without keys while they are off |
 //! | `/range` | `sensor_msgs/msg/Range` | the range finder, when a reading was taken |
+//! | `/tag` | `geometry_msgs/msg/PointStamped` | the tag in camera axes, at the stamp of the image that has arrived |
 //! | `/battery` | `sensor_msgs/msg/BatteryState` | the battery's voltage |
 //! | `/local_position/velocity_local` | `geometry_msgs/msg/TwistStamped` | how the vehicle believes to move, world axes, z up |
 //!
@@ -24,14 +26,14 @@ use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
 use serde_json::{Value, json};
 use touchdown_foxglove::messages::{self, POSE, TRANSFORM, quaternion, schema, xyz};
-use touchdown_sim::landing::space::{ImuRow, SpaceTrace, TraceRow};
+use touchdown_sim::landing::space::{ImuRow, SensorRow, SpaceTrace, TraceRow};
 
 use crate::error::{Error, Result};
 
 type Message<LandingRow> = fn(&LandingRow) -> Value;
 
 /// Topic, schema, message.
-const TOPICS: [(&str, &str, Message<TraceRow>); 10] = [
+const TOPICS: [(&str, &str, Message<TraceRow>); 11] = [
     ("/tf", TRANSFORM, |r| {
         transform(r, "deck", r.deck_m, level(r.deck_normal))
     }),
@@ -86,6 +88,17 @@ const TOPICS: [(&str, &str, Message<TraceRow>); 10] = [
         "touchdown.Phase",
         |r| json!({ "timestamp": stamp(r), "phase": r.phase, "reason": r.reason }),
     ),
+    ("/sensors", "touchdown.Sensors", |r| {
+        json!({
+            "timestamp": stamp(r),
+            "range": sensor(&r.range),
+            "tag": sensor(&r.tag),
+            "gnss": sensor(&r.gnss),
+            "beacon": sensor(&r.beacon),
+            "diverged": r.diverged,
+            "estimated_latency_s": r.estimated_latency_s,
+        })
+    }),
     (
         "/local_position/velocity_local",
         "geometry_msgs/msg/TwistStamped",
@@ -135,6 +148,10 @@ fn header(time_s: f64, frame: &str) -> Value {
 
 fn quad([a, b, c, d]: [f64; 4]) -> Value {
     json!({ "0": a, "1": b, "2": c, "3": d })
+}
+
+fn sensor(row: &SensorRow) -> Value {
+    json!({ "age_s": row.age_s, "nis": row.nis, "rejected_in_a_row": row.rejected_in_a_row })
 }
 
 fn pose(row: &TraceRow, position_m: [f64; 3], attitude: [f64; 4]) -> Value {
@@ -197,6 +214,12 @@ fn written(trace: &SpaceTrace) -> std::result::Result<Vec<u8>, McapError> {
         (row.time_s, value)
     });
     add("/range", "sensor_msgs/msg/Range", &mut { of });
+    let of = trace.log.tags.iter().map(|row| {
+        let header = header(row.time_s, "camera");
+        let value = json!({ "header": header, "point": xyz(row.position_m) });
+        (row.time_s, value)
+    });
+    add("/tag", "geometry_msgs/msg/PointStamped", &mut { of });
     rows.sort_by_key(|(ns, channel, _)| (*ns, *channel));
 
     let mut ids = Vec::new();

@@ -65,14 +65,19 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let (place, velocity) = (estimate.position_sd_m, estimate.relative_velocity_sd_mps);
         let aside = |sd: Vector<R>, most: R| sd.x <= most && sd.y <= most;
         let [place_times, velocity_times] = if low {
-            [COMMITTED, COMMITTED]
+            [r(COMMITTED); 2]
         } else {
-            [1.0, SWAYING]
+            [R::ONE, r(SWAYING)]
         };
-        place.z <= self.known_sd_m
-            && velocity.z <= self.known_sd_mps
-            && aside(place, r::<R>(place_times) * self.known_sd_m)
-            && aside(velocity, r::<R>(velocity_times) * self.known_sd_mps)
+        // From higher up there is more way to correct an error.
+        let higher = (estimate.height_m() / self.state_machine.hold_height_m)
+            .finite_or(R::ONE)
+            .max(R::ONE);
+        let (known_m, known_mps) = (higher * self.known_sd_m, higher * self.known_sd_mps);
+        place.z <= known_m
+            && velocity.z <= known_mps
+            && aside(place, place_times * known_m)
+            && aside(velocity, velocity_times * known_mps)
     }
 
     /// Restarts an estimator that stays diverged.
@@ -91,13 +96,19 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         // A restart on the deck has no use.
         let landed = matches!(phase, Phase::Touchdown | Phase::Disarmed);
         if state.apart_s >= self.restart_s && !landed {
-            let estimate = self.relative.ahead(&state.relative, R::ZERO);
-            state.carried_over = !state.carried_over && self.moves_known(&estimate);
+            let mut relative = self.relative;
+            self.roughen(state, &mut relative);
+            let estimate = relative.ahead(&state.relative, R::ZERO);
+            // Satellites that contradict the velocity say that it is wrong.
+            let contradicted = health.gnss.nis > self.relative.gate.nis_limit
+                || health.gnss.rejected_in_a_row >= self.relative.gate.rejections;
+            state.carried_over =
+                !state.carried_over && !contradicted && self.moves_known(&estimate);
             if state.carried_over {
                 let sd_mps = r::<R>(0.5) * self.known_sd_mps;
-                self.relative.restart_moving(&mut state.relative, sd_mps);
+                relative.restart_moving(&mut state.relative, sd_mps);
             } else {
-                self.relative.restart(&mut state.relative);
+                relative.restart(&mut state.relative);
             }
             self.deck.reset(&mut state.deck);
             state.sightings.reset();

@@ -345,7 +345,9 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             course_mps2: Vector::ZERO,
             seek: SeekState::default(),
         };
-        self.relative.reset(&mut state.relative);
+        let mut relative = self.relative;
+        self.roughen(&state, &mut relative);
+        relative.reset(&mut state.relative);
         state
     }
 

@@ -131,9 +131,14 @@ impl<R: Real> Horizontal<R> {
         )
     }
 
-    /// The same law with the gains of a descent.
-    pub(crate) fn in_descent(&self) -> Self {
-        let factor = self.descent_factor;
+    /// The same law with the poles of a descent, and at least faster by the share `haste`.
+    pub(crate) fn hastened(&self, descending: bool, haste: R) -> Self {
+        let factor = if descending {
+            self.descent_factor
+        } else {
+            R::ONE
+        };
+        let factor = factor.max(R::ONE + haste);
         Self {
             position_per_s2: self.position_per_s2 * factor * factor,
             velocity_per_s: self.velocity_per_s * factor,

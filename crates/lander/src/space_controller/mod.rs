@@ -242,11 +242,7 @@ impl<R: Real, G: GroundEffect<R>> SpaceController<R, G> {
             forward_mps2: target.deck_acceleration_mps2,
             against_mps2: self.against_mps2(state),
         };
-        let horizontal = if target.descending {
-            self.horizontal.in_descent()
-        } else {
-            self.horizontal
-        };
+        let horizontal = self.horizontal.hastened(target.descending, target.haste);
         let asked = horizontal.demand(&state.horizontal, &errors);
         let low = target.low_slope > R::ZERO;
         let (least_up_share, tilt_limit_rad) = self.tilt_limits(target.low_slope);

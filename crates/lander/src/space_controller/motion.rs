@@ -39,6 +39,8 @@ pub struct Target<R> {
     pub yaw_rad: R,
     /// The horizontal law has the gains of a descent.
     pub descending: bool,
+    /// Share by which the poles of the horizontal law are at least faster than in a calm hover.
+    pub haste: R,
     /// In the last decimetre above the deck, of a vehicle that leans into the wind: the slope of its trim, by which the tilt is
     /// limited. Otherwise 0.
     pub low_slope: R,
@@ -138,6 +140,7 @@ impl<R: Real> Target<R> {
                 .finite_or(previous.deck_acceleration_mps2),
             yaw_rad: self.yaw_rad.finite_or(previous.yaw_rad),
             descending: self.descending,
+            haste: self.haste.finite_or(R::ZERO),
             low_slope: self.low_slope.finite_or(R::ZERO),
             hold_estimates: self.hold_estimates,
         }

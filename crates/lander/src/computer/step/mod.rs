@@ -61,6 +61,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let attitude = self.relative.attitude_at(&state.relative, R::ZERO);
         let motion = self.motion(&estimate, attitude, state.normal);
         self.watch_weather(state, &estimate, attitude, dt);
+        self.watch_consistency(state, &health, dt);
 
         let deck = self.deck_ahead(state, R::ZERO);
         let (plan, reference) = self.plan(state, &motion, dt);
@@ -252,6 +253,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                     let above_m = target.vertical.height_m - self.contact_height_m;
                     target.position_m += state.lean * above_m.max(R::ZERO);
                     target.velocity_mps += state.lean * target.vertical.velocity_mps;
+                    target.haste = state.sea.haste();
                 }
                 target.hold_estimates |= feet_height_m < self.contact_height_m;
                 if target.descending {

@@ -197,6 +197,7 @@ impl<'a> Flight<'a> {
             if let Some(hook) = &mut self.hook {
                 hook(&sensed, period_s, &mut output);
             }
+            self.log_tags(now_s, &arrivals.readings);
             self.note(step, &output);
             self.sent.push_back(PendingCommand {
                 arrives: step + steps(scenario.command_delay_s) as u64,

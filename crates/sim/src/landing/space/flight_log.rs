@@ -4,6 +4,7 @@
 //! The noise of the samples has a separate random stream, so recording does not change a landing.
 
 use serde::Serialize;
+use touchdown_lander::estimate::relative::Reading;
 
 use super::flight::Flight;
 use crate::STEP_S;
@@ -31,6 +32,15 @@ pub struct ImuRow {
     pub battery_v: f64,
 }
 
+/// A pose of the tag, as it arrives at the landing computer.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TagRow {
+    /// Time of the image by its stamp, s.
+    pub time_s: f64,
+    /// Place of the tag in camera axes (right, down, ahead), m.
+    pub position_m: [f64; 3],
+}
+
 /// The log of a landing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FlightLog {
@@ -38,11 +48,28 @@ pub struct FlightLog {
     pub imu: Vec<ImuRow>,
     /// Readings of the range finder, in the order in which they were taken.
     pub ranges: Vec<RangeRow>,
+    /// Poses of the tag, in the order of their arrival.
+    pub tags: Vec<TagRow>,
     /// The range finder.
     pub range_finder: RangeSettings,
 }
 
 impl Flight<'_> {
+    /// Logs the poses of the tag that have arrived, if the landing is traced.
+    pub(super) fn log_tags(&mut self, now_s: f64, readings: &[Reading<f64>]) {
+        let Some(trace) = &mut self.landing.trace else {
+            return;
+        };
+        let rows = readings.iter().filter_map(|reading| match reading {
+            Reading::Tag(tag) => Some(TagRow {
+                time_s: now_s - tag.age_s,
+                position_m: tag.position_m.to_array(),
+            }),
+            _ => None,
+        });
+        trace.log.tags.extend(rows);
+    }
+
     /// Logs the samples that are due at a step, if the landing is traced.
     pub(super) fn log_sample(&mut self, step: u64) {
         let since_s = self.since_s(step);

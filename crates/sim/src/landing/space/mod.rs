@@ -55,12 +55,12 @@ pub use faults::{
     FaultClock, FaultGust, FaultSettings, FaultySensor, NanBurst, TimeSpan, WeakRotor,
 };
 pub use flight::StepHook;
-pub use flight_log::{FlightLog, ImuRow};
+pub use flight_log::{FlightLog, ImuRow, TagRow};
 pub use landing::{SpaceLander, land};
 pub use motor_flight::{
     AutopilotReadings, DeckSighting, GnssFix, MotorFlight, MotorLanding, MotorSignals, VehicleTruth,
 };
 pub use outcome::{
-    Abort, CrashCause, Impact, SpaceLanding, SpaceOutcome, SpaceTrace, Touch, TraceRow,
+    Abort, CrashCause, Impact, SensorRow, SpaceLanding, SpaceOutcome, SpaceTrace, Touch, TraceRow,
 };
 pub use scenario::{CrashSettings, SpaceScenario};

@@ -1,6 +1,7 @@
 //! How a landing ended, and its figures.
 
 use serde::Serialize;
+use touchdown_lander::estimate::relative::SensorHealth;
 use touchdown_lander::state_machine::{Phase, Reason};
 
 use super::flight_log::FlightLog;
@@ -148,6 +149,27 @@ pub struct SpaceTrace {
     pub log: FlightLog,
 }
 
+/// What the estimator makes of a sensor's readings.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SensorRow {
+    /// Age of the newest reading that was used, s; infinite before the first.
+    pub age_s: f64,
+    /// Running mean of the normalised innovation squared: 1 for a consistent filter.
+    pub nis: f64,
+    /// Number of successive readings outside the gate.
+    pub rejected_in_a_row: u32,
+}
+
+impl From<&SensorHealth<f64>> for SensorRow {
+    fn from(health: &SensorHealth<f64>) -> Self {
+        Self {
+            age_s: health.age_s,
+            nis: health.nis,
+            rejected_in_a_row: health.rejected_in_a_row,
+        }
+    }
+}
+
 /// What was true, believed and asked for at one step of the landing computer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TraceRow {
@@ -217,6 +239,16 @@ pub struct TraceRow {
     pub phase: Phase,
     /// Why.
     pub reason: Option<Reason>,
+    /// The range finder.
+    pub range: SensorRow,
+    /// The camera that sees the tag.
+    pub tag: SensorRow,
+    /// Satellite navigation.
+    pub gnss: SensorRow,
+    /// The deck's broadcast.
+    pub beacon: SensorRow,
+    /// The estimator contradicts its sensors.
+    pub diverged: bool,
 }
 
 impl TraceRow {

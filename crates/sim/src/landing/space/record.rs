@@ -160,6 +160,11 @@ impl Flight<'_> {
                 .map(|command| command.attitude.to_quaternion()),
             phase: output.state_machine.phase,
             reason: output.state_machine.reason,
+            range: (&output.health.range).into(),
+            tag: (&output.health.tag).into(),
+            gnss: (&output.health.gnss).into(),
+            beacon: (&output.health.beacon).into(),
+            diverged: output.health.diverged,
         }
     }
 }
