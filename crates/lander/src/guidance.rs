@@ -58,6 +58,10 @@ pub struct GuidanceState<R> {
     heading_rad: Option<R>,
 }
 
+/// Greatest speed at which the way to a hover begins, over the climb rate. A vehicle that is estimated to be faster is rather
+/// stopped than led: the estimate may be wrong for a moment, and the way would follow it for seconds.
+const FASTEST_START: f64 = 2.0;
+
 /// Order of the guidance to the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GuidanceCommand<R> {
@@ -219,9 +223,13 @@ impl<R: Real> Guidance<R> {
         height_m: R,
         dt: R,
     ) -> ReferencePoint<R> {
+        let most_mps = self.climb_mps * r(FASTEST_START);
         let (mut z, v) = match state.slew {
             Some((of, z, v)) if of == frame => (z, v),
-            _ => (motion.position_m.z, motion.relative_velocity_mps.z),
+            _ => {
+                let v = motion.relative_velocity_mps.z;
+                (motion.position_m.z, v.clamp(-most_mps, most_mps))
+            }
         };
         let left_m = height_m - z;
         // The speed from which the reference can stop within the distance s: √(2 a s), and

@@ -27,32 +27,51 @@ fn follow(late_s: f64, t: f64) -> Motion {
     (vehicle - deck, -w * w * vehicle)
 }
 
-/// Lets it swing for a time, readings later than they say; gives the delay found.
-fn found<R: Real>(amplitude_m: f64, late_s: f64, drift_mps2: f64, seconds: usize) -> f64 {
-    found_of_age::<R>(0.04, amplitude_m, late_s, drift_mps2, seconds)
-}
-
-/// As [`found`], of readings that are said to be `age_s` old.
-fn found_of_age<R: Real>(
-    age_s: f64,
-    amplitude_m: f64,
-    late_s: f64,
-    drift_mps2: f64,
-    seconds: usize,
-) -> f64 {
-    let motion = |t| swing(amplitude_m, t);
-    found_in::<R>(motion, 0.8, age_s, late_s, drift_mps2, seconds)
-}
-
-/// As [`found_of_age`], of a vehicle in `motion` at the height `height_m`.
-fn found_in<R: Real>(
-    motion: impl Fn(f64) -> Motion,
+/// A flight whose readings are later than they say.
+#[derive(Clone, Copy)]
+struct Flight {
     height_m: f64,
+    /// Stamped age of the readings.
     age_s: f64,
+    /// Age beyond the stamped one.
     late_s: f64,
+    /// Error of the measured acceleration along x.
     drift_mps2: f64,
+    /// Noise of the camera.
+    noise_m: f64,
     seconds: usize,
-) -> f64 {
+}
+
+impl Default for Flight {
+    fn default() -> Self {
+        Self {
+            height_m: 0.8,
+            age_s: 0.04,
+            late_s: 0.0,
+            drift_mps2: 0.0,
+            noise_m: 0.001,
+            seconds: 10,
+        }
+    }
+}
+
+impl Flight {
+    fn late(late_s: f64) -> Self {
+        Self {
+            late_s,
+            ..Self::default()
+        }
+    }
+}
+
+/// The latency that is found in a flight of this motion.
+fn found<R: Real>(flight: &Flight, motion: impl Fn(f64) -> Motion) -> f64 {
+    let Flight {
+        height_m,
+        age_s,
+        late_s,
+        ..
+    } = *flight;
     let n = R::from_f64;
     // The thrust tilts with the acceleration.
     let tilt_of = |acceleration: f64| (acceleration / G).atan();
@@ -62,13 +81,13 @@ fn found_in<R: Real>(
     let mut relative = filter.initial::<32, 32>();
     let mut state: LatencyState<R> = estimator.initial();
     let mut noise = Noise::new(3);
-    for step in 1..=100 * seconds {
+    for step in 1..=100 * flight.seconds {
         let t = DT * step as f64;
         let (_, acceleration) = motion(t);
         let tilt = tilt_of(acceleration);
         let attitude =
             |tilt: f64| Attitude::from_rotation_vector(Vector::new(R::ZERO, n(tilt), R::ZERO));
-        let felt = Vector::new(n(acceleration + drift_mps2), R::ZERO, n(G));
+        let felt = Vector::new(n(acceleration + flight.drift_mps2), R::ZERO, n(G));
         let imu = ImuSample {
             specific_force_mps2: attitude(tilt).unrotate(felt),
             attitude: attitude(tilt),
@@ -81,8 +100,8 @@ fn found_in<R: Real>(
             let body = attitude(tilt_of(acceleration)).unrotate(below);
             let camera = filter.tag.attitude.unrotate(body);
             let wrong = Vector::new(
-                n(0.001 * noise.normal()),
-                n(0.001 * noise.normal()),
+                n(flight.noise_m * noise.normal()),
+                n(flight.noise_m * noise.normal()),
                 R::ZERO,
             );
             Reading::Tag(TagReading {
@@ -98,38 +117,55 @@ fn found_in<R: Real>(
 
 #[test]
 fn analytic_a_swing_tells_the_delay() {
-    for late_s in [0.0, 0.013, 0.05, 0.1, 0.15] {
+    let swinging = |t| swing(0.03, t);
+    for late_s in [0.0, 0.013, 0.05, 0.1, 0.15, 0.2] {
+        let flight = Flight::late(late_s);
         // 1 mm of noise on 3 cm, 200 readings: 1 mm / (0.11 m/s √200) is less than a
         // millisecond; the parabola through delays 20 ms apart is good to a tenth of that.
-        let error = found::<f64>(0.03, late_s, 0.0, 10) - late_s;
+        let error = found::<f64>(&flight, swinging) - late_s;
         assert!(error.abs() < 2e-3, "{late_s} {error}");
-        let error = found::<f32>(0.03, late_s, 0.0, 10) - late_s;
+        let error = found::<f32>(&flight, swinging) - late_s;
         assert!(error.abs() < 2e-3, "{late_s} {error}");
         // A levelling error of 5 mrad is slower than the memory.
-        let error = found::<f64>(0.03, late_s, 0.05, 10) - late_s;
+        let drifting = Flight {
+            drift_mps2: 0.05,
+            ..flight
+        };
+        let error = found::<f64>(&drifting, swinging) - late_s;
         assert!(error.abs() < 3e-3, "{late_s} {error}");
     }
     // Beyond what is looked for it is as much as that.
-    assert_eq!(found::<f64>(0.03, 0.2, 0.0, 10), 0.16);
+    assert_eq!(found::<f64>(&Flight::late(0.25), swinging), 0.22);
 }
 
 #[test]
 fn analytic_of_old_readings_the_delays_that_are_remembered_are_told_apart() {
+    let old = |late_s| Flight {
+        age_s: 0.14,
+        ..Flight::late(late_s)
+    };
+    let swinging = |t| swing(0.03, t);
     // Stamped 0.14 s old and every 30 ms: 0.14 s more is the most within 0.31 s.
     for late_s in [0.0, 0.03, 0.06, 0.1] {
         // As above.
-        let error = found_of_age::<f64>(0.14, 0.03, late_s, 0.0, 10) - late_s;
+        let error = found::<f64>(&old(late_s), swinging) - late_s;
         assert!(error.abs() < 2e-3, "{late_s} {error}");
     }
-    let error = found_of_age::<f64>(0.14, 0.03, 0.2, 0.0, 10) - 0.14;
+    let error = found::<f64>(&old(0.2), swinging) - 0.14;
     assert!(error.abs() < 1e-12, "{error}");
 }
 
 #[test]
 fn analytic_following_a_deck_that_sways_is_no_latency() {
     for (height_m, behind_s) in [(0.8, 0.1), (0.8, 0.3), (0.8, 0.5), (2.5, 0.1), (5.0, 0.1)] {
-        let motion = |t| follow(behind_s, t);
-        let found = found_in::<f64>(motion, height_m, 0.04, 0.0, 0.0, 20);
+        // The noise of a camera that sees a tag of 0.4 m from 2.5 m.
+        let flight = Flight {
+            height_m,
+            noise_m: 0.005,
+            seconds: 20,
+            ..Flight::default()
+        };
+        let found = found::<f64>(&flight, |t| follow(behind_s, t));
         assert_eq!(found, 0.0, "{height_m} {behind_s}");
     }
 }
@@ -137,10 +173,19 @@ fn analytic_following_a_deck_that_sways_is_no_latency() {
 #[test]
 fn prop_a_vehicle_at_rest_tells_nothing() {
     for late_s in [0.0, 0.1] {
-        assert_eq!(found::<f64>(0.0, late_s, 0.02, 60), 0.0);
+        let resting = Flight {
+            drift_mps2: 0.02,
+            seconds: 60,
+            ..Flight::late(late_s)
+        };
+        assert_eq!(found::<f64>(&resting, |t| swing(0.0, t)), 0.0);
     }
     // Nor does a moment of swinging.
-    assert_eq!(found::<f64>(0.03, 0.1, 0.0, 1), 0.0);
+    let short = Flight {
+        seconds: 1,
+        ..Flight::late(0.1)
+    };
+    assert_eq!(found::<f64>(&short, |t| swing(0.03, t)), 0.0);
 }
 
 #[test]

@@ -60,6 +60,9 @@ const MOVING_NIS: f64 = 2.0;
 
 /// Standard deviation of the velocity of a deck that may move, on each axis, m/s: in seas of 2.5 to 4 m.
 const MOVING_MPS: f64 = 1.0;
+/// Greatest angular frequency of its heave, rad/s: of waves of 4 s. With 3 rad/s a deck of 1 m/s may accelerate by 3 m/s², so
+/// that two readings that disagree by 10 cm at a great tilt make a velocity of 2 m/s.
+const MOVING_RADPS: f64 = 1.5;
 
 /// Standard deviation of the heave velocity over the deck's greatest speed: the median of seas is 0.34.
 const HEAVE_SHARE: f64 = 0.4;
@@ -235,6 +238,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         // latency swings a hover that follows an estimated acceleration.
         let unwatched = state.flown_s < self.watch_s;
         if (unwatched || state.sea.moves()) && !self.counts_as_calm(state) {
+            let slower = deck.heave_angular_frequency.min(r(MOVING_RADPS));
+            deck.heave_angular_frequency = slower;
             for velocity_mps in [
                 &mut deck.heave_velocity_sd_mps,
                 &mut deck.horizontal_velocity_sd_mps,

@@ -48,7 +48,7 @@ use touchdown_flight::space::Vector;
 
 /// Number of latencies that are compared. With the default range they are 20 ms apart:
 /// less than one camera frame of 30 ms, so that the parabola interpolates well.
-const HYPOTHESES: usize = 9;
+const HYPOTHESES: usize = 12;
 
 /// Memories τ after which an observer has forgotten its start: exp(-5) is below 1 %.
 const SETTLED: f64 = 5.0;
@@ -106,11 +106,11 @@ impl<R: Real> LatencyState<R> {
 }
 
 impl<R: Real> Default for LatencyEstimator<R> {
-    /// Up to 0.16 s in steps of 20 ms, memory 0.15 s, evidence of 6 s, odds of e²⁰. The
+    /// Up to 0.22 s in steps of 20 ms, memory 0.15 s, evidence of 6 s, odds of e²⁰. The
     /// odds are this high because errors of successive readings are correlated.
     fn default() -> Self {
         Self {
-            greatest_s: r(0.16),
+            greatest_s: r(0.22),
             memory_s: r(0.15),
             evidence_s: r(6.0),
             least_evidence: r(20.0),
