@@ -8,7 +8,7 @@ use touchdown_lander::computer::{Computer, ComputerState, Descent, Feet, NormalR
 use touchdown_lander::control::{Delays, Horizontal, Observer};
 use touchdown_lander::estimate::deck::{DeckEstimator, Observed};
 use touchdown_lander::estimate::relative::{
-    ImuSample, RangeReading, Reading, RelativeFilter, TagReading,
+    GnssVelocity, ImuSample, RangeReading, Reading, RelativeFilter, TagReading,
 };
 use touchdown_lander::guidance::Guidance;
 use touchdown_lander::planner::Planner;
@@ -220,4 +220,37 @@ fn prop_settings_that_cannot_be_are_refused_by_name() {
             .to_string()
             .contains("known_sd_m")
     );
+}
+
+#[test]
+fn analytic_a_vehicle_that_rises_with_a_deck_believes_the_satellites() {
+    let computer = computer::<f64>();
+    for rise_mps in [-3.0, -1.0, 0.0, 1.0, 3.0] {
+        let mut state: State<f64> = computer.initial(0.49);
+        let (imu, [range, tag]) = at_rest::<f64>();
+        let gnss = Reading::Gnss(GnssVelocity {
+            velocity_mps: Vector::new(0.3 * rise_mps, 0.0, rise_mps),
+            age_s: 0.1,
+        });
+        let mut velocity_mps = Vector::ZERO;
+        for i in 0..200 {
+            // Tag at 25 Hz, satellites at 10 Hz, as they come: after the others.
+            let readings: &[Reading<f64>] = match (i % 10, i % 4) {
+                (9, _) => &[range, tag, gnss],
+                (_, 0) => &[range, tag],
+                _ => &[range],
+            };
+            let output = computer.step(&mut state, &sensed(imu, readings), 0.01);
+            velocity_mps = output.estimate.velocity_mps;
+        }
+        // Twenty readings of 0.15 m/s, and the prior of a deck of 1 m/s, which holds back a tenth of 3 m/s.
+        assert!(
+            (velocity_mps.z - rise_mps).abs() < 0.3,
+            "{rise_mps} {velocity_mps:?}"
+        );
+        assert!(
+            (velocity_mps.x - 0.3 * rise_mps).abs() < 0.1,
+            "{rise_mps} {velocity_mps:?}"
+        );
+    }
 }

@@ -73,6 +73,19 @@ fn analytic_a_hover_is_reached_within_rates() {
 }
 
 #[test]
+fn analytic_the_way_to_a_hover_begins_at_no_more_than_twice_the_climb_rate() {
+    let guidance = Guidance::<f64>::default();
+    for (estimated_mps, begins_mps) in [(-1.8, -1.0), (-0.4, -0.4), (2.5, 1.0)] {
+        let mut at = motion(0.8);
+        at.relative_velocity_mps.z = estimated_mps;
+        let order = guidance.step(&mut guidance.initial(), DECK, None, &at, Vector::ZERO, 0.01);
+        let change: f64 = target(order).vertical.velocity_mps - begins_mps;
+        // One step at 1 m/s².
+        assert!(change.abs() <= 0.01 + 1e-12, "{estimated_mps} {change}");
+    }
+}
+
+#[test]
 fn analytic_the_plan_is_followed_with_its_delays_and_pressed_on() {
     let guidance = Guidance::<f64>::default();
     let mut state = guidance.initial();
