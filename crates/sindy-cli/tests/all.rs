@@ -10,5 +10,6 @@ mod known;
 mod partial;
 mod past;
 mod pde;
+mod sign;
 mod simulate;
 mod stream;

@@ -57,6 +57,13 @@ pub(crate) struct FitArgs {
     /// `x'' = -9.81 + ...`, with --discrete `x[k+1] = y`. Known terms have no standard error.
     #[arg(long, value_name = "EQUATION", conflicts_with = "stream")]
     pub(crate) known: Vec<String>,
+    /// Sign that a coefficient must have, such as `v': v < 0`; repeatable
+    ///
+    /// The term has that sign or is left out. `v': v*abs(v) < 0` is the same for another candidate of the equation of v, with
+    /// --second-order `x'': x_dot < 0`, with --discrete `x[k+1]: x > 0`. Terms are chosen among the subsets whose estimates keep
+    /// all signs. A warning names signs that the data contradict.
+    #[arg(long, value_name = "SIGN", conflicts_with = "stream")]
+    pub(crate) sign: Vec<String>,
     /// Find x'' = f(x, x', u): positions are measured, velocities are not
     ///
     /// All states are positions, or those that --second-order=x,y names. The velocity of x is called `x_dot` in terms. It is
@@ -115,6 +122,7 @@ Examples:
   sindy fit runs.npy --columns t,x,y --states x,y --terms candidates.txt --json
   sindy fit swing.csv --states q --second-order --library 'poly(3) + sin(q)'
   sindy fit cart.csv --states x,v --inputs u --known \"x' = v\"
+  sindy fit swing.csv --states q --second-order --sign \"q'': q_dot < 0\"
   sindy fit driven.csv --states x --inputs t --library 'poly(2, x) + cos(2*t) + sin(2*t)'
   sindy fit map.csv --states x --discrete --past x@1 --model model.json
   sindy fit big.parquet --states x,y --stream

@@ -42,6 +42,7 @@ pub(super) fn of(args: &FitArgs) -> Result<Settings> {
     };
     settings.identify.discrete |= args.discrete;
     settings.identify.known.extend(args.known.iter().cloned());
+    settings.identify.signs.extend(args.sign.iter().cloned());
     let positions = args.positions();
     if !positions.is_empty() {
         settings.identify.second_order = positions;

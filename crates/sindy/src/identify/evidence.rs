@@ -1,6 +1,7 @@
 //! The evidence for each term: standard error, degrees of freedom, and the fall of the log-likelihood without it.
 
 use crate::solve::fit::Fit;
+use crate::solve::sign::{self, Sign};
 use crate::statistics::criteria::evidence_for;
 use crate::statistics::gram::Gram;
 use crate::statistics::regression::{ClusterErrors, pseudo_inverse, student_95};
@@ -98,11 +99,11 @@ pub(super) fn of_regression(
 }
 
 /// The fit without terms that are more likely absent than not: the one with the least evidence goes first, the others are
-/// fitted again, until the evidence for each is positive. With it, the evidence.
+/// fitted again, until the evidence for each is positive. Signs are kept. With it, the evidence.
 pub(super) fn without_doubtful(
     mut fit: Fit,
-    parts: &[Gram],
-    total: &Gram,
+    signs: &[Sign],
+    (parts, total): (&[Gram], &Gram),
     independent: f64,
 ) -> (Fit, Vec<TermEvidence>) {
     loop {
@@ -112,7 +113,8 @@ pub(super) fn without_doubtful(
         };
         let mut support = fit.support.clone();
         support[least] = false;
-        fit = Fit::on_support(total, support, fit.outcome, fit.iterations);
+        let fewer = Fit::on_support(total, support, fit.outcome, fit.iterations);
+        fit = sign::kept(total, fewer, signs);
     }
 }
 
@@ -233,7 +235,7 @@ mod tests {
         let fit = Fit::on_support(&total, vec![true; 3], Outcome::Converged, 1);
         let before = of_regression(&fit, &parts, &total, 1.0);
         assert!(before.iter().all(|e| e.evidence < 0.0), "{before:?}");
-        let (kept, after) = without_doubtful(fit, &parts, &total, 1.0);
+        let (kept, after) = without_doubtful(fit, &[], (&parts, &total), 1.0);
         let left: Vec<usize> = (0..3).filter(|&j| kept.support[j]).collect();
         assert!(left == [1] || left == [2], "{left:?}");
         // Seven degrees of freedom and |z| of about 100: 8 ln(100² / 7) - ln 400 - 2 ln 3 = 50.

@@ -8,6 +8,8 @@ use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
 use super::screen::Screen;
 use super::{Method, Progress};
 use crate::solve::outcome::Outcome;
+use crate::solve::sign::{Sign, broken, is_constrained};
+use crate::statistics::criteria::TWENTY_TO_ONE;
 use crate::statistics::gram::Gram;
 use crate::trajectory::output_error::{self, OutputErrorFit, Piece, Start, Step, System};
 
@@ -44,6 +46,8 @@ pub(super) struct FollowedModel {
     /// The probability that noise of the measurement would follow the model's flow as its residual does, where that was
     /// asked: where the residual is larger than the noise or correlated.
     pub independence: Option<f64>,
+    /// Coefficients of the fit without signs, where it is more likely by odds of 20 to 1.
+    pub without_signs: Option<Vec<f64>>,
 }
 
 impl FollowedModel {
@@ -62,6 +66,7 @@ struct Search<'s> {
     term_rms: &'s [f64],
     /// Candidates that the system's were chosen from.
     chosen_from: usize,
+    signs: &'s [Sign],
 }
 
 impl IdentificationRun<'_> {
@@ -89,6 +94,11 @@ impl IdentificationRun<'_> {
         };
         let starts: Vec<Vec<f64>> = ranked.iter().map(|r| narrow(&r.coefficients)).collect();
         let kept_rms = narrow(&term_rms);
+        let signs = self.signs.concat();
+        let signs = match &screen {
+            Some(screen) => screen.narrow(&signs),
+            None => signs,
+        };
         let mut with_inputs = |between: &[_]| {
             let rows = self.settings.rows;
             let search = Search {
@@ -97,10 +107,12 @@ impl IdentificationRun<'_> {
                 pieces: &prepare::pieces(&self.stretches, states, slopes, between, rows),
                 term_rms: &kept_rms,
                 chosen_from: term_rms.len(),
+                signs: &signs,
             };
             let mut found = self.output_error(&search, progress)?;
+            found.without_signs = self.without_signs(&found, &search);
             if let Some(screen) = &screen {
-                screen.widen(&mut found.fit);
+                screen.widen(&mut found);
             }
             Some(found)
         };
@@ -180,6 +192,29 @@ impl IdentificationRun<'_> {
         limits.penalty *= from.fit.correlation;
         let start = self.start(&from.fit.coefficients, &from.fit.sigma, search);
         output_error::search(search.system, search.pieces, &start, &limits, &mut |_| ())
+    }
+
+    /// The coefficients of the fit without signs from where the one with signs ended, if they break a sign and are more likely by
+    /// odds of 20 to 1. Correlated residuals hold the information of fewer independent ones.
+    fn without_signs(&self, found: &FollowedModel, search: &Search<'_>) -> Option<Vec<f64>> {
+        if !is_constrained(search.signs) {
+            return None;
+        }
+        let correlation = found.fit.correlation;
+        let mut limits = self.limits(found.longest);
+        limits.penalty *= correlation;
+        let mut start = self.start(&found.fit.coefficients, &found.fit.sigma, search);
+        start.signs.clear();
+        start.colour.clone_from(&found.fit.colour);
+        let pieces = search.pieces;
+        let free = output_error::search(search.system, pieces, &start, &limits, &mut |_| ())?;
+        let score = |fit: &OutputErrorFit| {
+            let terms = fit.coefficients.iter().filter(|c| **c != 0.0).count() as f64;
+            (fit.score - terms * fit.penalty) / correlation + terms * fit.penalty
+        };
+        let likelier = score(&found.fit) - score(&free) > TWENTY_TO_ONE;
+        let breaks = broken(search.signs, &free.coefficients).next().is_some();
+        (likelier && breaks).then_some(free.coefficients)
     }
 
     /// The fit of whole trajectories for noise that is not white, if its residual is noise of the measurement: terms are worth
@@ -288,6 +323,7 @@ impl IdentificationRun<'_> {
                         fit,
                         longest,
                         independence: None,
+                        without_signs: None,
                     });
                 }
             }
@@ -302,6 +338,7 @@ impl IdentificationRun<'_> {
             floor: self.noise.floor.clone(),
             term_rms: search.term_rms.to_vec(),
             chosen_from: search.chosen_from,
+            signs: search.signs.to_vec(),
             colour: Vec::new(),
         }
     }

@@ -58,7 +58,7 @@ pub(super) fn of(
             .split_once('=')
             .ok_or_else(|| refused("an equation, such as x' = v or v' = -9.81 + ...", text))?;
         let i = equation(left.trim(), states, discrete)
-            .ok_or_else(|| refused(&left_sides(states, discrete), left.trim()))?;
+            .ok_or_else(|| refused(&left_sides(states, discrete, "="), left.trim()))?;
         if out[i] != KnownPart::default() {
             return Err(refused("each equation once", left.trim()));
         }
@@ -72,7 +72,7 @@ pub(super) fn of(
 }
 
 /// The state whose equation has this left side.
-fn equation(left: &str, states: &[String], discrete: bool) -> Option<usize> {
+pub(super) fn equation(left: &str, states: &[String], discrete: bool) -> Option<usize> {
     let name = match discrete {
         true => left.strip_suffix("[k+1]")?.to_owned(),
         false => match left.strip_suffix("''") {
@@ -83,13 +83,18 @@ fn equation(left: &str, states: &[String], discrete: bool) -> Option<usize> {
     states.iter().position(|s| *s == name)
 }
 
-fn left_sides(states: &[String], discrete: bool) -> String {
-    let side = |s: &String| match discrete {
-        true => format!("{s}[k+1]"),
-        false => format!("{s}'"),
-    };
-    let all: Vec<String> = states.iter().map(side).collect();
-    format!("one of {} before `=`", all.join(", "))
+/// The left side of a state's equation.
+pub(super) fn left_side(state: &str, discrete: bool) -> String {
+    match discrete {
+        true => format!("{state}[k+1]"),
+        false => format!("{state}'"),
+    }
+}
+
+/// What may stand before `mark`, for messages.
+pub(super) fn left_sides(states: &[String], discrete: bool, mark: &str) -> String {
+    let all: Vec<String> = states.iter().map(|s| left_side(s, discrete)).collect();
+    format!("one of {} before `{mark}`", all.join(", "))
 }
 
 fn right_side(text: &str, names: &[String]) -> Result<KnownPart, SindyError> {
@@ -176,14 +181,16 @@ fn summands(text: &str) -> Vec<&str> {
     out
 }
 
+/// Whether two terms are the same but for a number.
+pub(super) fn same_factors(a: &Expr, b: &Expr) -> bool {
+    let (a, b) = (a.factors(), b.factors());
+    a.1.len() == b.1.len() && a.1.iter().all(|f| b.1.contains(f))
+}
+
 impl KnownPart {
     /// The candidate terms of the unknown part: the library without the known terms; empty if the whole equation is known.
     pub(super) fn remaining(&self, library: &Library) -> Library {
-        let same = |a: &Expr, b: &Expr| {
-            let (a, b) = (a.factors(), b.factors());
-            a.1.len() == b.1.len() && a.1.iter().all(|f| b.1.contains(f))
-        };
-        let known = |term: &Expr| self.terms.iter().any(|k| same(&k.expression, term));
+        let known = |term: &Expr| self.terms.iter().any(|k| same_factors(&k.expression, term));
         let left_out: Vec<usize> = (0..library.len())
             .filter(|&j| self.whole || known(&library.terms()[j]))
             .collect();

@@ -57,6 +57,7 @@ mod run;
 mod screen;
 mod second_order;
 mod settings;
+mod signs;
 mod size;
 pub mod stream;
 #[cfg(test)]
@@ -75,6 +76,7 @@ use crate::error::SindyError;
 use crate::library::Library;
 use crate::model::{Term, Time};
 use crate::trajectory::output_error::System;
+use known::KnownPart;
 use run::IdentificationRun;
 
 /// The automatic identification.
@@ -186,7 +188,18 @@ impl Identify {
             self.settings.discrete,
         )?;
         let libraries: Vec<Library> = self.per_state(n)?;
-        let libraries = libraries.iter().zip(&known).map(|(l, k)| k.remaining(l));
+        let libraries: Vec<(Library, KnownPart)> = libraries
+            .iter()
+            .zip(known)
+            .map(|(library, known)| (known.remaining(library), known))
+            .collect();
+        let signs = signs::of(
+            &self.settings.signs,
+            data,
+            &libraries,
+            self.settings.discrete,
+        )?;
+        let (libraries, known): (Vec<Library>, Vec<KnownPart>) = libraries.into_iter().unzip();
         let time = match self.settings.discrete {
             false => Time::Continuous,
             true => Time::Discrete {
@@ -207,11 +220,13 @@ impl Identify {
             ));
         }
         let libraries = libraries
+            .into_iter()
             .map(|library| {
                 proportional::without_multiples(library, data, &stretches, &mut warnings)
             })
             .collect::<Result<Vec<_>, SindyError>>()?;
         warnings.dedup();
+        let signs = signs::by_candidate(&signs, &libraries, &mut warnings);
         check_rows(stretches.iter().map(|s| s.time.len()).sum(), &libraries)?;
         let terms: Vec<Vec<Term>> = known.iter().map(|k| k.terms.clone()).collect();
         let states = (data.states(), n - positions.len());
@@ -222,6 +237,7 @@ impl Identify {
             settings: &self.settings,
             system: System::with_known(time, states, data.inputs(), &libraries, &terms)?,
             libraries: libraries.into_iter().zip(known).collect(),
+            signs,
             positions,
             time,
             noise,

@@ -4,7 +4,7 @@ use super::evidence::{TermEvidence, intervals, of_regression, without_doubtful};
 use super::follow::FollowedModel;
 use super::neighbours;
 use super::rank::RankedModel;
-use super::regress::{FRONT_NODES, Statistics, best_subsets};
+use super::regress::{FRONT_NODES, Statistics, signed_subsets};
 use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
 use super::{Candidate, Choice, Equation, FrontPoint, Identification, ratio};
 use crate::error::SindyError;
@@ -12,6 +12,7 @@ use crate::model::{Model, Term};
 use crate::solve::exact::Subset;
 use crate::solve::fit::Fit;
 use crate::solve::outcome::Outcome;
+use crate::solve::sign::Sign;
 use crate::statistics::gram::Gram;
 use crate::trajectory::output_error::{Alternative, OutputErrorFit, Piece};
 
@@ -121,6 +122,8 @@ impl IdentificationRun<'_> {
         let choice = self.choice(start, "output_error", self.reason_of_fit(fit, start));
         let warnings = self.warnings_of_fit(followed);
         self.warnings.extend(warnings);
+        let against = self.contradicted_by_trajectories(followed);
+        self.warnings.extend(against);
         let unmoved = self.unmoved(&model, fit);
         self.warnings.extend(unmoved);
         let lack = self.lack_of_map(&model)?;
@@ -237,7 +240,7 @@ impl IdentificationRun<'_> {
                 state: self.data.states()[i].clone(),
                 noise: self.noise_of(i),
                 residual: None,
-                front: front(&total, fit, self.libraries[i].0.names())?,
+                front: front(&total, &self.signs[i], fit, self.libraries[i].0.names())?,
                 unit: match self.settings.discrete {
                     true => "root mean square error of the next sample",
                     false => "root mean square error of the slope",
@@ -260,6 +263,8 @@ impl IdentificationRun<'_> {
         let choice = self.choice(best, best.regression.solver, reason);
         let warnings = self.warnings_of_regression(best, &model);
         self.warnings.extend(warnings);
+        let against = self.contradicted_by_regression(from)?;
+        self.warnings.extend(against);
         let lack = self.lack_of_map(&model)?;
         self.warnings.extend(lack);
         let mut outcomes = best.regression.fits.iter().map(|f| f.outcome);
@@ -279,9 +284,11 @@ impl IdentificationRun<'_> {
     ) -> (RankedModel, Vec<Vec<TermEvidence>>) {
         let mut regression = model.regression.clone();
         let mut evidence = Vec::new();
-        for (fit, parts) in regression.fits.iter_mut().zip(&from.grams) {
+        let fits = regression.fits.iter_mut().zip(&from.grams);
+        for ((fit, parts), signs) in fits.zip(&self.signs) {
             let total = Gram::total(parts);
-            let (kept, own) = without_doubtful(fit.clone(), parts, &total, from.independent);
+            let (kept, own) =
+                without_doubtful(fit.clone(), signs, (parts, &total), from.independent);
             *fit = kept;
             evidence.push(own);
         }
@@ -352,11 +359,16 @@ impl IdentificationRun<'_> {
 }
 
 /// The best subset of every size, and where the fit's own terms stand among them.
-fn front(total: &Gram, fit: &Fit, names: &[String]) -> Result<Vec<FrontPoint>, SindyError> {
+fn front(
+    total: &Gram,
+    signs: &[Sign],
+    fit: &Fit,
+    names: &[String],
+) -> Result<Vec<FrontPoint>, SindyError> {
     if names.is_empty() {
         return Ok(Vec::new());
     }
-    let subsets = best_subsets(total, FRONT_NODES)?;
+    let subsets = signed_subsets(total, signs, FRONT_NODES)?;
     let weight = total.weight().max(f64::MIN_POSITIVE);
     let point = |s: &Subset| FrontPoint {
         terms: named(names, &s.fit.support),
@@ -387,7 +399,7 @@ fn doubtful(model: &Model) -> Vec<String> {
 }
 
 /// A count with its noun.
-fn count(n: usize, thing: &str) -> String {
+pub(super) fn count(n: usize, thing: &str) -> String {
     match n {
         1 => format!("1 {thing}"),
         n => format!("{n} {thing}s"),

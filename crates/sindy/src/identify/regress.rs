@@ -15,6 +15,7 @@ use crate::library::Library;
 use crate::solve::exact::{BestSubset, BestSubsets, Subset};
 use crate::solve::fit::Fit;
 use crate::solve::outcome::Outcome;
+use crate::solve::sign::{self, Sign};
 use crate::solve::stepwise::{Direction, Stepwise};
 use crate::statistics::criteria::Criterion;
 use crate::statistics::gram::{Accumulate, Gram};
@@ -31,7 +32,7 @@ const MOST_TERMS: usize = 14;
 const SPARSE: usize = 4;
 /// Nodes of a branch and bound, at most, for a start (some milliseconds; the output error mends what it misses) and for a
 /// front (a fraction of a second; beyond it the front is reported as not proven).
-const NODES: u64 = 8_000;
+pub(super) const NODES: u64 = 8_000;
 pub(crate) const FRONT_NODES: u64 = 200_000;
 /// Windows of the weak form lie an eighth of a half-width apart: this share of them is independent.
 pub(super) const INDEPENDENT_WINDOWS: f64 = 0.25;
@@ -165,6 +166,15 @@ fn nothing(gram: &Gram) -> Fit {
 
 /// The best subsets of one equation; in a large library of those terms that a forward path meets first.
 pub(crate) fn best_subsets(gram: &Gram, nodes: u64) -> Result<BestSubsets, SindyError> {
+    signed_subsets(gram, &[], nodes)
+}
+
+/// The same among subsets that keep the signs: one for each term, or none.
+pub(super) fn signed_subsets(
+    gram: &Gram,
+    signs: &[Sign],
+    nodes: u64,
+) -> Result<BestSubsets, SindyError> {
     let p = gram.xty.len();
     if p == 0 {
         let nothing = Subset {
@@ -182,22 +192,24 @@ pub(crate) fn best_subsets(gram: &Gram, nodes: u64) -> Result<BestSubsets, Sindy
         return BestSubset::new()
             .max_size(MOST_TERMS)
             .node_limit(nodes)
-            .solve(gram);
+            .solve_signed(gram, signs);
     }
     let forward = Stepwise::new(Direction::Forward, Criterion::Aic).at_most(EXACT);
     let (_, steps) = forward.path(gram)?;
     let mut met: Vec<usize> = steps.iter().map(|step| step.term).collect();
     met.sort_unstable();
+    let own: Vec<Sign> = met.iter().filter_map(|&j| signs.get(j).copied()).collect();
     let mut found = BestSubset::new()
         .max_size(MOST_TERMS)
         .node_limit(nodes)
-        .solve(&part(gram, &met))?;
+        .solve_signed(&part(gram, &met), &own)?;
     for subset in &mut found.sizes {
         let mut support = vec![false; p];
         met.iter()
             .zip(&subset.fit.support)
             .for_each(|(&j, s)| support[j] = *s);
-        subset.fit = Fit::on_support(gram, support, subset.fit.outcome, subset.fit.iterations);
+        let fit = Fit::on_support(gram, support, subset.fit.outcome, subset.fit.iterations);
+        subset.fit = sign::kept(gram, fit, signs);
     }
     Ok(found)
 }
@@ -227,6 +239,7 @@ pub(crate) fn relevant(total: &Gram, fit: &Fit, share: f64) -> Fit {
 /// gives for all equations together is a separate candidate model. Otherwise the score chooses each equation's point.
 pub(super) fn solve(
     statistics: &Statistics,
+    signs: &[Vec<Sign>],
     settings: &Settings,
 ) -> Result<Vec<Regression>, SindyError> {
     let points = Grid {
@@ -238,14 +251,10 @@ pub(super) fn solve(
     let equations: Vec<Equation> = statistics
         .grams
         .par_iter()
-        .map(|parts| {
-            Equation::solve(
-                parts,
-                statistics.independent,
-                settings,
-                &family,
-                points.len(),
-            )
+        .zip(signs)
+        .map(|(parts, signs)| {
+            let rows = statistics.independent;
+            Equation::solve(parts, signs, rows, settings, (&family, points.len()))
         })
         .collect::<Result<_, _>>()?;
     let subsets: Vec<Fit> = equations.iter().map(|e| e.subset.clone()).collect();
@@ -282,10 +291,10 @@ struct Equation {
 impl Equation {
     fn solve(
         parts: &[Gram],
+        signs: &[Sign],
         independent: f64,
         settings: &Settings,
-        family: &dyn Family,
-        points: usize,
+        (family, points): (&dyn Family, usize),
     ) -> Result<Self, SindyError> {
         let total = Gram::total(parts);
         if total.xty.is_empty() {
@@ -307,18 +316,19 @@ impl Equation {
         let left_out = score.criterion().is_none() && folds.len() > 1;
         let rule = if left_out { Rule::LeftOut } else { scored };
         let subset = if left_out && score == Score::LeftOut {
+            let sizes = |gram: &Gram| sizes(gram, signs);
             select(&folds, &sizes, rule)?.fit().clone()
         } else {
-            let found = best_subsets(&total, NODES)?;
+            let found = signed_subsets(&total, signs, NODES)?;
             found.choose(&total, criterion, Some(rows))?.fit.clone()
         };
         let selection = select(&folds, family, rule)?;
         let members = selection.members.iter();
+        let settled =
+            |fit: &Fit| sign::kept(&total, relevant(&total, fit, settings.relevance), signs);
         Ok(Self {
-            subset: relevant(&total, &subset, settings.relevance),
-            grid: members
-                .map(|m| relevant(&total, &m.fit, settings.relevance))
-                .collect(),
+            subset: settled(&subset),
+            grid: members.map(|m| settled(&m.fit)).collect(),
             chosen: selection.chosen,
         })
     }
@@ -340,27 +350,35 @@ pub(super) fn from_coefficients(statistics: &Statistics, coefficients: &[Vec<f64
     statistics.regression("implicit", "implicit regression", none, fits)
 }
 
-/// The best subset of every size up to the largest; sizes that the data do not allow repeat the last.
-fn sizes(gram: &Gram) -> Result<Vec<Fit>, SindyError> {
-    let sizes = best_subsets(gram, NODES)?.sizes.into_iter();
-    let mut fits: Vec<Fit> = sizes.map(|s| s.fit).collect();
-    if let Some(last) = fits.last().cloned() {
-        fits.resize(MOST_TERMS + 1, last);
-    }
-    Ok(fits)
+/// The best subset of every size up to the largest; sizes that the data or the signs do not allow repeat the one before.
+fn sizes(gram: &Gram, signs: &[Sign]) -> Result<Vec<Fit>, SindyError> {
+    let found = signed_subsets(gram, signs, NODES)?;
+    Ok((0..=MOST_TERMS)
+        .filter_map(|k| of_size(&found, k))
+        .collect())
+}
+
+/// The best subset of at most `terms` terms.
+fn of_size(found: &BestSubsets, terms: usize) -> Option<Fit> {
+    let mut sizes = found.sizes.iter().rev();
+    sizes
+        .find(|s| s.fit.terms() <= terms)
+        .map(|s| s.fit.clone())
 }
 
 /// The best subsets of one term for each equation, of two, and so on: for data on which no model of [`solve`] can
 /// be run freely.
-pub(super) fn sparse(statistics: &Statistics) -> Result<Vec<Regression>, SindyError> {
-    let found = statistics
-        .grams
-        .iter()
-        .map(|parts| best_subsets(&Gram::total(parts), NODES))
+pub(super) fn sparse(
+    statistics: &Statistics,
+    signs: &[Vec<Sign>],
+) -> Result<Vec<Regression>, SindyError> {
+    let equations = statistics.grams.iter().zip(signs);
+    let found = equations
+        .map(|(parts, signs)| signed_subsets(&Gram::total(parts), signs, NODES))
         .collect::<Result<Vec<_>, _>>()?;
     let of = |terms: usize| -> Vec<Fit> {
-        let fits = found.iter().map(|f| &f.sizes[terms.min(f.sizes.len() - 1)]);
-        fits.map(|s| s.fit.clone()).collect()
+        let fits = found.iter().filter_map(|f| of_size(f, terms));
+        fits.collect()
     };
     let regression = |terms: usize| {
         let none = vec![None; found.len()];

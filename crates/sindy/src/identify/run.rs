@@ -13,6 +13,7 @@ use crate::error::SindyError;
 use crate::identify::known::KnownPart;
 use crate::library::Library;
 use crate::model::Time;
+use crate::solve::sign::Sign;
 use crate::trajectory::output_error::{Piece, System, free_run};
 
 /// A model follows the data if it leaves no state more than this times its noise, which is estimated as if it were white.
@@ -30,6 +31,8 @@ pub(super) struct IdentificationRun<'a> {
     pub settings: &'a Settings,
     /// Candidate terms and known part of each equation.
     pub libraries: Vec<(Library, KnownPart)>,
+    /// Signs of the candidates of each equation; none where none is given.
+    pub signs: Vec<Vec<Sign>>,
     /// Indices of the positions whose velocity is not measured. Their velocities are the last states.
     pub positions: Vec<usize>,
     pub system: System,
@@ -109,7 +112,7 @@ impl<'a> IdentificationRun<'a> {
     ) -> Result<Vec<RankedModel>, SindyError> {
         let mut regressions = Vec::new();
         for statistics in statistics {
-            regressions.extend(regress::solve(statistics, self.settings)?);
+            regressions.extend(regress::solve(statistics, &self.signs, self.settings)?);
         }
         if self.settings.discrete {
             self.noise.of_map(&statistics[0], &regressions);
@@ -120,7 +123,11 @@ impl<'a> IdentificationRun<'a> {
         if !ranked.iter().any(|r| r.free_run.is_finite()) {
             // Criteria keep too many terms where data hardly distinguish them.
             for statistics in statistics {
-                ranked.extend(regress::sparse(statistics)?.into_iter().map(rank));
+                ranked.extend(
+                    regress::sparse(statistics, &self.signs)?
+                        .into_iter()
+                        .map(rank),
+                );
             }
         }
         by_free_run(&mut ranked);

@@ -1,10 +1,11 @@
 //! Large libraries: the candidates that the output error looks at.
 
+use super::follow::FollowedModel;
 use super::rank::RankedModel;
 use super::run::IdentificationRun;
 use crate::library::Library;
 use crate::model::Term;
-use crate::trajectory::output_error::{OutputErrorFit, System};
+use crate::trajectory::output_error::System;
 
 /// Candidates of all equations above which the output error looks only at terms that regressions kept: its steps cost the
 /// cube of their number. Half of it loses terms of larger libraries that no regression kept; twice takes eight times the
@@ -58,12 +59,14 @@ impl Screen {
     }
 
     /// The values of the candidates that are kept.
-    pub(super) fn narrow(&self, values: &[f64]) -> Vec<f64> {
-        self.kept.iter().map(|&j| values[j]).collect()
+    pub(super) fn narrow<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        let kept = self.kept.iter();
+        kept.filter_map(|&j| values.get(j).copied()).collect()
     }
 
     /// A fit over all candidates again: nothing speaks for those that were left out.
-    pub(super) fn widen(&self, fit: &mut OutputErrorFit) {
+    pub(super) fn widen(&self, found: &mut FollowedModel) {
+        let fit = &mut found.fit;
         let wide = |values: &[f64], other: f64| {
             let mut out = vec![other; self.all];
             for (&j, value) in self.kept.iter().zip(values) {
@@ -71,6 +74,9 @@ impl Screen {
             }
             out
         };
+        if let Some(free) = &mut found.without_signs {
+            *free = wide(free, 0.0);
+        }
         fit.coefficients = wide(&fit.coefficients, 0.0);
         fit.std_errors = wide(&fit.std_errors, 0.0);
         fit.evidence = wide(&fit.evidence, f64::NEG_INFINITY);

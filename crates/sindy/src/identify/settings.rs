@@ -134,6 +134,9 @@ pub struct Settings {
     /// Parts of equations that are known: `x' = v` (the whole equation), `v' = -9.81 + ...` (the rest is looked for), in discrete
     /// time `x[k+1] = y`. Not in a stream.
     pub known: Vec<String>,
+    /// Signs that coefficients must have: `v': v < 0` (the coefficient of v in the equation of v is below 0, or the term is
+    /// left out), in discrete time `x[k+1]: x > 0`. Not in a stream and not in implicit equations.
+    pub signs: Vec<String>,
     /// States whose equation is of second order and whose velocity is not measured: x gets a velocity `x_dot`, and `x_dot' =
     /// f(x, x_dot, u)` is looked for. The velocity is estimated with the model. Not in discrete time or in a stream.
     pub second_order: Vec<String>,
@@ -172,6 +175,7 @@ impl Default for Settings {
             discrete: false,
             outliers: true,
             known: Vec::new(),
+            signs: Vec::new(),
             second_order: Vec::new(),
             method: Method::default(),
             smoothing: Smoothing::default(),

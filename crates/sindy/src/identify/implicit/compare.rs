@@ -185,6 +185,7 @@ impl<'d> Comparison<'_, 'd> {
             chosen_from: size,
             term_rms: self.term_rms(at, linear),
             colour: Vec::new(),
+            signs: Vec::new(),
         };
         let limits = output_error::Settings {
             growth: run.settings.growth,

@@ -53,7 +53,7 @@ impl IdentifyImplicit {
     /// The same with other settings; those of discrete time and of unmeasured velocities are refused.
     ///
     /// # Errors
-    /// A setting outside its range; discrete time, states of second order, equations of which a part is known.
+    /// A setting outside its range; discrete time, states of second order, signs, equations of which a part is known.
     pub fn settings(self, settings: Settings) -> Result<Self, SindyError> {
         settings.validate()?;
         let expected = "continuous time (implicit equations)";
@@ -66,6 +66,9 @@ impl IdentifyImplicit {
             expected,
             found,
         )?;
+        let expected = "none (implicit equations)";
+        let found = settings.signs.join(", ");
+        require(settings.signs.is_empty(), "signs", expected, found)?;
         Ok(Self { settings, ..self })
     }
 

@@ -62,6 +62,7 @@ pub(super) fn of(
         inputs,
         warnings,
         system,
+        signs: vec![Vec::new(); columns.states.len()],
         libraries,
         positions: Vec::new(),
     };
@@ -144,7 +145,8 @@ fn statistics(
 /// Solves all regressions. With more rows than [`Settings::rows`], best subsets are also found with the penalty of
 /// [`Settings::rows`] rows. The errors of smoothing do not average out, so with enough rows each of them justifies a term.
 fn solve(statistics: &Statistics, settings: &Settings) -> Result<Vec<Regression>, SindyError> {
-    let mut all = regress::solve(statistics, settings)?;
+    let signs = vec![Vec::new(); statistics.grams.len()];
+    let mut all = regress::solve(statistics, &signs, settings)?;
     let rows: usize = statistics.grams[0].iter().map(|g| g.rows).sum();
     if rows > settings.rows {
         let fewer = Statistics {
@@ -152,7 +154,7 @@ fn solve(statistics: &Statistics, settings: &Settings) -> Result<Vec<Regression>
             grams: statistics.grams.clone(),
             independent: statistics.independent * settings.rows as f64 / rows as f64,
         };
-        let fewer = regress::solve(&fewer, settings)?.into_iter();
+        let fewer = regress::solve(&fewer, &signs, settings)?.into_iter();
         all.extend(fewer.filter(|r| r.solver == "best_subset").map(|r| {
             let name = format!("{}, penalised as {} rows", r.name, settings.rows);
             Regression { name, ..r }

@@ -158,6 +158,7 @@ impl Identify {
         for (key, texts) in [
             ("known", &self.settings.known),
             ("second_order", &self.settings.second_order),
+            ("signs", &self.settings.signs),
         ] {
             let expected = "none in a stream";
             require(texts.is_empty(), key, expected, texts.join(", "))?;

@@ -8,11 +8,11 @@ use crate::model::{Inputs, Model, Simulation, Term, Time};
 use crate::{Dataset, Identification, Identify, Library, identify::Settings};
 
 /// An oscillator of second order: `v' = Σ c θ(x, v, u)`, its runs and when they are sampled.
-struct Oscillator {
-    truth: Vec<(&'static str, f64)>,
-    starts: Vec<[f64; 2]>,
+pub(super) struct Oscillator {
+    pub(super) truth: Vec<(&'static str, f64)>,
+    pub(super) starts: Vec<[f64; 2]>,
     step: f64,
-    rows: usize,
+    pub(super) rows: usize,
     input: &'static str,
 }
 
@@ -25,7 +25,7 @@ impl Oscillator {
     }
 
     /// Positions with white noise of `percent` of their scatter (and velocities with as much of theirs), and the input.
-    fn data(&self, percent: f64, seed: u64, velocity: bool) -> Dataset {
+    pub(super) fn data(&self, percent: f64, seed: u64, velocity: bool) -> Dataset {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
         let states: &[&str] = if velocity { &["x", "x_dot"] } else { &["x"] };
         let mut data = Dataset::new(states, &["u"]).unwrap();
@@ -76,7 +76,7 @@ impl Oscillator {
     }
 }
 
-fn duffing() -> Oscillator {
+pub(super) fn duffing() -> Oscillator {
     Oscillator {
         truth: vec![("x", 1.0), ("x_dot", -0.2), ("x^3", -1.0)],
         starts: vec![[2.0, 0.0], [-0.2, 1.5]],
@@ -86,7 +86,7 @@ fn duffing() -> Oscillator {
     }
 }
 
-fn pendulum() -> Oscillator {
+pub(super) fn pendulum() -> Oscillator {
     Oscillator {
         truth: vec![("x_dot", -0.15), ("sin(x)", -4.0)],
         starts: vec![[2.5, 0.0], [-1.2, 3.0]],
@@ -96,7 +96,7 @@ fn pendulum() -> Oscillator {
     }
 }
 
-fn driven() -> Oscillator {
+pub(super) fn driven() -> Oscillator {
     Oscillator {
         truth: vec![("x", 1.0), ("x_dot", -0.3), ("x^3", -1.0), ("u", 1.0)],
         starts: vec![[0.5, 0.0], [-1.0, 0.3]],
@@ -106,7 +106,7 @@ fn driven() -> Oscillator {
     }
 }
 
-fn second_order() -> Settings {
+pub(super) fn second_order() -> Settings {
     Settings {
         second_order: vec!["x".into()],
         ..Settings::default()
@@ -137,7 +137,7 @@ fn libraries() -> [(Oscillator, Library); 3] {
     ]
 }
 
-fn run(library: &Library, settings: Settings, data: &Dataset) -> Identification {
+pub(super) fn run(library: &Library, settings: Settings, data: &Dataset) -> Identification {
     let identify = Identify::new(library.clone()).settings(settings).unwrap();
     identify.run(data, &mut quiet()).unwrap()
 }

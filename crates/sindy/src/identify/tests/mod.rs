@@ -1,6 +1,7 @@
 mod known;
 mod noise;
 mod rows;
+mod signs;
 
 use rand::{RngExt, SeedableRng};
 

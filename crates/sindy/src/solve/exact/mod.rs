@@ -23,6 +23,9 @@
 //! (about 4e-15 (p + 1) of it). A library whose scaled `Θ` has a condition above 3e6 is searched with the ridge
 //! that [`BestSubsets::ridge`] states; the coefficients have none.
 //!
+//! With [signs](crate::solve::sign), a subset counts only if its least-squares estimate keeps them. The bounds hold as they are:
+//! they bound the subsets without signs.
+//!
 //! ```
 //! use sindy::solve::exact::BestSubset;
 //! use sindy::{Gram, Library, Outcome, Samples};
@@ -50,6 +53,7 @@ mod search;
 use crate::error::{SindyError, at_least_zero};
 use crate::solve::fit::{Fit, Solver};
 use crate::solve::outcome::Outcome;
+use crate::solve::sign::{self, Sign};
 use crate::statistics::criteria::Criterion;
 use crate::statistics::gram::Gram;
 use crate::statistics::normal::Normal;
@@ -90,7 +94,7 @@ impl Subset {
 #[derive(Clone, Debug, PartialEq)]
 pub struct BestSubsets {
     /// By size: `sizes[s]` has `s` terms. Shorter than `p + 1` where a size limit was set, or where terms
-    /// are zero throughout.
+    /// are zero throughout. With signs, a size lacks if none of its subsets keeps them and is better than all smaller ones.
     pub sizes: Vec<Subset>,
     /// [`Outcome::Optimal`] if every size is proven, or why not.
     pub outcome: Outcome,
@@ -182,7 +186,16 @@ impl BestSubset {
     /// Statistics that no solver can use ([`check`](crate::statistics::gram::check)); more than [`MAX_TERMS`] terms;
     /// a Gram matrix that no small ridge makes positive definite.
     pub fn solve(&self, gram: &Gram) -> Result<BestSubsets, SindyError> {
-        self.solve_while(gram, &mut || true)
+        self.search(gram, &[], &mut || true)
+    }
+
+    /// As [`Self::solve`], among subsets whose least-squares estimate keeps these signs: one for each term, or none.
+    ///
+    /// # Errors
+    /// As [`BestSubset::solve`]; another number of signs.
+    pub fn solve_signed(&self, gram: &Gram, signs: &[Sign]) -> Result<BestSubsets, SindyError> {
+        sign::check(signs, gram.xty.len())?;
+        self.search(gram, signs, &mut || true)
     }
 
     /// Searches as long as `keep_going` returns true; it is called every 1024 nodes, so that a caller may
@@ -195,6 +208,15 @@ impl BestSubset {
         gram: &Gram,
         keep_going: &mut dyn FnMut() -> bool,
     ) -> Result<BestSubsets, SindyError> {
+        self.search(gram, &[], keep_going)
+    }
+
+    fn search(
+        &self,
+        gram: &Gram,
+        signs: &[Sign],
+        keep_going: &mut dyn FnMut() -> bool,
+    ) -> Result<BestSubsets, SindyError> {
         let mut normal = Normal::new(gram)?;
         let m = normal.terms.len();
         if m > MAX_TERMS {
@@ -205,12 +227,15 @@ impl BestSubset {
             ));
         }
         let ridge = normal.regularise();
-        let found = search::run(&normal, self, keep_going).ok_or(SindyError::Singular {
+        let found = search::run(&normal, signs, self, keep_going).ok_or(SindyError::Singular {
             what: "exact search",
         })?;
         let mut sizes = Vec::with_capacity(found.best.len());
         for s in 0..found.best.len() {
             let (share, mask) = found.best[s];
+            if sign::is_constrained(signs) && found.is_beaten(s) {
+                continue;
+            }
             let bound = found.open[s].min(share);
             let outcome = if bound >= share - normal.floor {
                 Outcome::Optimal
@@ -220,7 +245,8 @@ impl BestSubset {
                 Outcome::WithinTolerance
             };
             let support = normal.support((0..m).filter(|j| mask >> j & 1 == 1));
-            let fit = Fit::on_support(gram, support, outcome, 0);
+            // Rounding alone can turn a sign here.
+            let fit = sign::kept(gram, Fit::on_support(gram, support, outcome, 0), signs);
             sizes.push(Subset {
                 lower_bound: if outcome == Outcome::Optimal {
                     fit.residual_sum
@@ -230,12 +256,12 @@ impl BestSubset {
                 fit,
             });
         }
+        // A size that lacks is proven to be empty by a search to the end alone.
+        let lacking = found.stopped.filter(|_| sizes.len() < found.best.len());
         let unproven = |s: &&Subset| s.fit.outcome != Outcome::Optimal;
+        let first = sizes.iter().find(unproven).map(|s| s.fit.outcome);
         Ok(BestSubsets {
-            outcome: sizes
-                .iter()
-                .find(unproven)
-                .map_or(Outcome::Optimal, |s| s.fit.outcome),
+            outcome: first.or(lacking).unwrap_or(Outcome::Optimal),
             sizes,
             nodes: found.nodes,
             ridge,

@@ -3,6 +3,7 @@
 use super::BestSubset;
 use super::node::Node;
 use crate::solve::outcome::Outcome;
+use crate::solve::sign::{Sign, broken, is_constrained};
 use crate::statistics::normal::{Additions, Normal};
 
 /// How many nodes pass between two questions to the caller.
@@ -10,7 +11,7 @@ const ASK: u64 = 1024;
 
 /// The best residuals of a search, in shares of `yᵀ y`.
 pub(super) struct BestPerSize {
-    /// By size: the smallest residual, and its subset.
+    /// By size: the smallest residual, and its subset; infinite where none keeps the signs.
     pub(super) best: Vec<(f64, u128)>,
     /// By size: the smallest bound of all pruned parts of the tree.
     pub(super) open: Vec<f64>,
@@ -18,7 +19,18 @@ pub(super) struct BestPerSize {
     pub(super) stopped: Option<Outcome>,
 }
 
+impl BestPerSize {
+    /// Whether no subset of this size keeps the signs, or a smaller one is better.
+    pub(super) fn is_beaten(&self, size: usize) -> bool {
+        let own = self.best[size].0;
+        own == f64::INFINITY || self.best[..size].iter().any(|b| b.0 < own)
+    }
+}
+
 struct Search<'a> {
+    normal: &'a Normal,
+    /// Signs of the columns of `normal`; empty where none is given.
+    signs: Vec<Sign>,
     found: BestPerSize,
     terms: usize,
     floor: f64,
@@ -32,6 +44,7 @@ struct Search<'a> {
 /// `None` if the matrix is not positive definite.
 pub(super) fn run(
     normal: &Normal,
+    signs: &[Sign],
     settings: &BestSubset,
     keep_going: &mut dyn FnMut() -> bool,
 ) -> Option<BestPerSize> {
@@ -39,7 +52,13 @@ pub(super) fn run(
     let max = settings.max_size.min(m);
     let mut best = vec![(f64::INFINITY, 0); max + 1];
     best[0] = (1.0, 0);
+    let signs = match is_constrained(signs) {
+        true => normal.terms.iter().map(|&j| signs[j]).collect(),
+        false => Vec::new(),
+    };
     let mut search = Search {
+        normal,
+        signs,
         found: BestPerSize {
             best,
             open: vec![f64::INFINITY; max + 1],
@@ -72,11 +91,21 @@ fn all(m: usize) -> u128 {
 
 impl Search<'_> {
     fn offer(&mut self, size: usize, residual: f64, mask: u128) {
-        if let Some(best) = self.found.best.get_mut(size)
-            && residual < best.0
-        {
-            *best = (residual, mask);
+        let better = self.found.best.get(size).is_some_and(|b| residual < b.0);
+        if better && self.keeps_signs(mask) {
+            self.found.best[size] = (residual, mask);
         }
+    }
+
+    /// Whether the least-squares estimate of a subset keeps all signs.
+    fn keeps_signs(&self, mask: u128) -> bool {
+        if self.signs.is_empty() {
+            return true;
+        }
+        let index: Vec<usize> = (0..self.terms).filter(|j| mask >> j & 1 == 1).collect();
+        let estimate = self.normal.solve(&index, |_| 0.0);
+        let signs: Vec<Sign> = index.iter().map(|&j| self.signs[j]).collect();
+        broken(&signs, estimate.as_slice()).next().is_none()
     }
 
     /// First candidates: forward selection.
@@ -96,7 +125,14 @@ impl Search<'_> {
 
     /// Whether a part of the tree cannot better the best of this size.
     fn ruled_out(&self, size: usize, bound: f64) -> bool {
-        bound >= self.found.best[size].0 * self.keep - self.floor
+        // Where signs leave no subset of this size, a smaller one has to be bettered.
+        let best = match self.signs.is_empty() {
+            true => self.found.best[size].0,
+            false => self.found.best[..=size]
+                .iter()
+                .fold(f64::INFINITY, |least, b| least.min(b.0)),
+        };
+        bound >= best * self.keep - self.floor
     }
 
     fn visit(&mut self, depth: usize) {

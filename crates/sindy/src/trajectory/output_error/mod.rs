@@ -49,6 +49,7 @@ pub use system::System;
 
 use crate::model::Interpolation;
 use crate::solve::outcome::Outcome;
+use crate::solve::sign::Sign;
 
 /// Nodes of the short simulations that models are ranked by: long enough for a wrong term to show above the noise, short
 /// enough that chaos does not decide.
@@ -83,6 +84,8 @@ pub struct Start {
     pub term_rms: Vec<f64>,
     /// Candidates that these were chosen from, by whatever means: P of the penalty. At least as many as there are here.
     pub chosen_from: usize,
+    /// Signs of all candidates' coefficients, or none. The search ends with coefficients that keep them if it starts from such.
+    pub signs: Vec<Sign>,
     /// How much the noise of each measured state remembers from row to row: φ of an autoregression of first order, at least 0
     /// and below 1, 0 for white noise and for states beyond the last. `sigma` is then the noise that is new in each row.
     pub colour: Vec<f64>,

@@ -165,7 +165,8 @@ impl State<'_> {
         let values = normal.rows * measured;
         let unit = (values as f64).ln() + 2.0 * (start.chosen_from as f64).ln();
         let free = (normal.arcs() * n) as f64;
-        let mut search = Search::new(&normal.xtx, &normal.xty, normal.yty, &self.xi);
+        let mut search =
+            Search::new(&normal.xtx, &normal.xty, normal.yty, &self.xi).with_signs(&start.signs);
         let mut variance = 0.0;
         // The penalty and the residual depend on each other.
         for _ in 0..PENALTY_ROUNDS {
@@ -185,6 +186,7 @@ impl State<'_> {
         ) {
             search.toggle(j);
         }
+        search.keep_signs();
         let change = search.coefficients() - &self.xi;
         let moved = (0..p)
             .filter(|&j| search.support[j])

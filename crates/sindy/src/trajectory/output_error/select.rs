@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use super::Alternative;
 use crate::solve::exact::{BestSubset, BestSubsets, Subset};
 use crate::solve::outcome::Outcome;
+use crate::solve::sign::{Sign, broken, is_constrained};
 use crate::statistics::gram::Gram;
 
 /// A term of whose column the support leaves less than this share counts as dependent on it: sweeping squares the
@@ -41,6 +42,8 @@ pub(super) struct Search {
     /// Coefficients that `r` was taken at, times `length`; zero outside the support.
     reference: Vec<f64>,
     pub support: Vec<bool>,
+    /// Signs of the coefficients; empty where none is given.
+    signs: Vec<Sign>,
 }
 
 impl Search {
@@ -64,6 +67,7 @@ impl Search {
             reference: (0..p).map(|j| xi[j] * length[j]).collect(),
             length,
             support: vec![false; p],
+            signs: Vec::new(),
         };
         for j in (0..p).filter(|&j| xi[j] != 0.0) {
             if search.t[(j, j)] > DEPENDENT {
@@ -73,6 +77,44 @@ impl Search {
             }
         }
         search
+    }
+
+    /// The same with signs that coefficients keep from here on; terms that break theirs are dropped.
+    pub(super) fn with_signs(mut self, signs: &[Sign]) -> Self {
+        if is_constrained(signs) {
+            self.signs = signs.to_vec();
+            self.keep_signs();
+        }
+        self
+    }
+
+    /// Drops terms that break their sign, one by one, the largest first.
+    pub(super) fn keep_signs(&mut self) {
+        while let Some(worst) = self.broken() {
+            self.toggle(worst);
+        }
+    }
+
+    /// The largest term that breaks its sign.
+    fn broken(&self) -> Option<usize> {
+        if self.signs.is_empty() {
+            return None;
+        }
+        let now = self.coefficients();
+        let size = |j: &usize| self.scaled(*j).abs();
+        broken(&self.signs, now.as_slice()).max_by(|a, b| size(a).total_cmp(&size(b)))
+    }
+
+    /// Whether all signs are kept after term `j` is added or dropped, if they are now.
+    pub(super) fn keeps_signs(&self, j: usize) -> bool {
+        if self.signs.is_empty() {
+            return true;
+        }
+        let factor = self.scaled(j) / self.t[(j, j)];
+        let after = |i: usize| self.scaled(i) - self.t[(i, j)] * factor;
+        let others = (0..self.support.len()).filter(|&i| i != j && self.support[i]);
+        (self.support[j] || self.signs[j].allows(factor))
+            && others.into_iter().all(|i| self.signs[i].allows(after(i)))
     }
 
     /// Takes the reference of a term that is not in the support away from `r`.
@@ -163,7 +205,8 @@ impl Search {
     /// lowers it.
     pub(super) fn descend(&mut self, penalty: f64) {
         for _ in 0..CHANGES * self.support.len() {
-            let (add, drop) = (self.dearest(|_| true), self.cheapest(|_| true));
+            let may = |j| self.keeps_signs(j);
+            let (add, drop) = (self.dearest(may), self.cheapest(may));
             if let Some((j, cost)) = drop
                 && cost < penalty
             {
@@ -190,7 +233,7 @@ impl Search {
         for j in self.most(SWAPS, (0..self.support.len()).filter(outside)) {
             let gain = self.change(j);
             self.toggle(j);
-            if let Some((k, cost)) = self.cheapest(|k| k != j)
+            if let Some((k, cost)) = self.cheapest(|k| k != j && self.keeps_signs(k))
                 && gain - cost > little
             {
                 self.toggle(k);
@@ -220,7 +263,8 @@ impl Search {
             };
             let trial = self.at(members, &chosen);
             // A search that was cut short may have found less than there was.
-            if score(&trial) < score(self) - LITTLE * penalty {
+            let better = score(&trial) < score(self) - LITTLE * penalty;
+            if better && trial.broken().is_none() {
                 *self = trial;
             }
         }
@@ -315,10 +359,14 @@ impl Search {
             rows: values,
             ..Gram::zeros(0)
         };
+        let signs: Vec<Sign> = free
+            .iter()
+            .filter_map(|&j| self.signs.get(j).copied())
+            .collect();
         let found = BestSubset::new()
             .max_size(held.len() + more)
             .node_limit(NODES)
-            .solve(&gram)
+            .solve_signed(&gram, &signs)
             .ok()?;
         Some((found, free, screened))
     }

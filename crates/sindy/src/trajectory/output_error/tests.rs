@@ -131,6 +131,7 @@ fn analytic_a_linear_decay_from_a_wrong_start() {
     };
     let start = Start {
         colour: Vec::new(),
+        signs: Vec::new(),
         coefficients: vec![0.5, -1.0, -0.3, 0.0],
         sigma: vec![0.012],
         floor: vec![1e-9],
@@ -183,6 +184,7 @@ fn analytic_the_penalty_counts_the_candidates_that_were_left_out_before() {
         };
         let start = Start {
             colour: Vec::new(),
+            signs: Vec::new(),
             coefficients: vec![0.0, -1.0, 0.0, 0.0],
             sigma: vec![1e-3],
             floor: vec![1e-3],
@@ -219,6 +221,7 @@ fn exact_decay(coefficients: [f64; 4], floor: f64) -> Option<OutputErrorFit> {
     };
     let start = Start {
         colour: Vec::new(),
+        signs: Vec::new(),
         coefficients: coefficients.to_vec(),
         sigma: vec![floor],
         floor: vec![floor],
@@ -274,5 +277,39 @@ fn prop_nothing_is_proven_where_terms_were_screened() {
             front.iter().all(|p| p.proven == proven),
             "{terms}: {front:?}"
         );
+    }
+}
+
+#[test]
+fn prop_every_change_of_the_search_keeps_the_signs_and_foresees_them() {
+    let signs = [
+        Sign::Negative,
+        Sign::Any,
+        Sign::Positive,
+        Sign::Negative,
+        Sign::Positive,
+        Sign::Any,
+    ];
+    for seed in 0..40 {
+        let (xtx, xty, yty) = random(seed, 30, &[0.3, -0.4, -0.2, 0.2, 0.3, 0.1], 1.0);
+        let xi = DVector::from_vec(vec![0.2, -0.3, 0.0, 0.1, 0.2, 0.0]);
+        let xtr = &xty - &xtx * &xi;
+        let rtr = yty - 2.0 * xty.dot(&xi) + xi.dot(&(&xtx * &xi));
+        let mut search = Search::new(&xtx, &xtr, rtr, &xi).with_signs(&signs);
+        let holds = |search: &Search| {
+            let found = search.coefficients();
+            signs.iter().zip(found.iter()).all(|(s, c)| s.allows(*c))
+        };
+        assert!(holds(&search));
+        for j in 0..signs.len() {
+            let foreseen = search.keeps_signs(j);
+            let mut after = search.clone();
+            after.toggle(j);
+            assert_eq!(foreseen, holds(&after), "{seed} {j}");
+        }
+        search.descend(0.5);
+        assert!(holds(&search));
+        search.exact(&[(0..6).collect()], 0.5, 30);
+        assert!(holds(&search));
     }
 }
