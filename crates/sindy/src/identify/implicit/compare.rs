@@ -14,6 +14,9 @@ use crate::trajectory::output_error::{self, OutputErrorFit, Start, System};
 const ROUNDS: usize = 8;
 /// Change of a coefficient in standard errors below which rounds end.
 const SETTLED: f64 = 0.05;
+/// Change of a coefficient in standard errors beyond which the last round is no fit of N/D: what was followed is a sum of terms
+/// that are linear at the relation before, which follows the data better than the relation itself.
+pub(super) const NEAR: f64 = 1.0;
 /// A score that is worse than the least by more will not become the best: a second round changes true relations by less.
 const HOPELESS: f64 = 300.0;
 /// Steps of a fit that compares: enough for arcs of all lengths.
@@ -98,7 +101,8 @@ impl<'d> Comparison<'_, 'd> {
         System::with_known(self.run.time, states, data.inputs(), &own, &known)
     }
 
-    /// The relations with the coefficients and terms that trajectories give them; `None` where they cannot be followed. Relations
+    /// The relations with the coefficients and terms that trajectories give them; `None` where they cannot be followed, or where
+    /// rounds do not settle. Relations
     /// far from the `least` score are not followed to the end.
     pub(super) fn follow(
         &self,
@@ -107,6 +111,7 @@ impl<'d> Comparison<'_, 'd> {
     ) -> Result<Option<Followed>, SindyError> {
         let mut at = self.held_at_largest(relations);
         let mut best: Option<Followed> = None;
+        let mut moved = f64::INFINITY;
         for _ in 0..ROUNDS {
             let linear = self.linear(&at, false)?;
             let Some(fit) = self.fit(&at, &linear)? else {
@@ -123,20 +128,24 @@ impl<'d> Comparison<'_, 'd> {
                 .flat_map(|l| l.coefficients.clone())
                 .collect();
             let all = fit.coefficients.iter().zip(&before).zip(&fit.std_errors);
-            let moved = all
-                .map(|((now, before), error)| (now - before).abs() / error.max(f64::MIN_POSITIVE));
-            let settled = moved.fold(0.0, f64::max) < SETTLED;
+            moved = all
+                .map(|((now, before), error)| (now - before).abs() / error.max(f64::MIN_POSITIVE))
+                .fold(0.0, f64::max);
+            let score = fit.score + terms as f64 * dearer;
             best = Some(Followed {
-                score: fit.score + terms as f64 * dearer,
+                score,
                 misfit: fit.score - terms as f64 * fit.penalty,
                 relations: next.clone(),
             });
             at = self.held_at_largest(&next);
-            if settled || fit.score + terms as f64 * dearer > least + HOPELESS {
+            if score > least + HOPELESS {
+                moved = 0.0;
+            }
+            if moved < SETTLED {
                 break;
             }
         }
-        Ok(best.map(|best| self.reduced(best)))
+        Ok(best.filter(|_| moved < NEAR).map(|best| self.reduced(best)))
     }
 
     /// Without factors that numerators and denominators share.

@@ -11,7 +11,7 @@
 //! 2. **Relations.** For each equation, under windows of the [weak form](crate::weak): best subsets of `Σ ξ_j θ_j = x' Σ η_k φ_k`
 //!    with each `x' φ_k` in turn as the left side, and best subsets of numerators over denominators of one and two terms whose
 //!    coefficients are tried on a grid. No slope of the data stands in the terms of the latter, so that noise biases them less.
-//!    Factors that N and D share are cancelled.
+//!    Factors that N and D share are cancelled. Then best subsets of numerators over the denominators of the other equations.
 //! 3. **Trajectories.** With small changes of coefficients
 //!
 //!    ```text
@@ -25,7 +25,8 @@
 //!    warnings of [`identify`](crate::identify). The first term of each denominator has the coefficient 1.
 //!
 //! **Warnings** name relations with odds below 20 to 1 against them, those that follow the data as well (a likelihood ratio below
-//! 100) with at most one coefficient more, denominators that vanish within the ranges of the data, and models that leave more than
+//! 100) with at most one coefficient more and are not the same right side with a factor that N and D share, models that leave
+//! more than a tenfold of what neighbouring samples show where no noise is visible, denominators that vanish within the ranges of the data, and models that leave more than
 //! the noise. A denominator that changes its sign on the trajectories is refused. Relations that no step has tried cannot be named:
 //! with noise of several percent on short relaxations simpler relations fit as well, and the right one may not be among them.
 //!
@@ -57,6 +58,8 @@
 //! Multi-Scale Communications 2 (2016); H. G. Bock, "Recent advances in parameter identification techniques for ODE" (1983).
 
 mod compare;
+mod doubts;
+mod nested;
 mod relation;
 mod report;
 mod result;

@@ -212,6 +212,12 @@ impl Relation {
             numerator: Vec::new(),
             denominator: vec![(self.denominator[0].0, 1.0)],
         };
+        let above = |(place, c): (&Place, &f64)| matches!(place, Place::Numerator(_)) && *c != 0.0;
+        if !places.iter().zip(coefficients).any(above) {
+            // Nothing over anything is 0.
+            out.denominator = vec![(0, 1.0)];
+            return out;
+        }
         for (place, &c) in places.iter().zip(coefficients).filter(|(_, c)| **c != 0.0) {
             match *place {
                 Place::Numerator(j) => out.numerator.push((j, c)),

@@ -1,6 +1,7 @@
 //! From chosen relations to the result: standard errors, model, warnings.
 
-use super::compare::{Comparison, Sought};
+use super::compare::{Comparison, NEAR, Sought};
+use super::doubts::{alternatives, points};
 use super::relation::{Candidates, Linear, Place, Relation, readable};
 use super::result::{ComparedRelation, ImplicitIdentification, RationalEquation, RationalTerm};
 use super::run::Choice;
@@ -8,18 +9,14 @@ use crate::error::SindyError;
 use crate::identify::{Identification, Progress};
 use crate::library::Library;
 use crate::model::{Model, Term};
-use crate::numerics::prime;
-use crate::statistics::criteria::TWENTY_TO_ONE;
-use sindy_expr::{Expr, Scratch};
+use sindy_expr::Expr;
 
 /// Rounds of the last fit, at most: relations come from a fit, so that one is the rule.
 const ROUNDS: usize = 4;
 /// Change of a coefficient in standard errors below which the last fit has settled.
 const SETTLED: f64 = 0.05;
-/// Twice the logarithm of a likelihood ratio of a hundred: rivals with at most one coefficient more are reported below it.
-const AS_WELL: f64 = 9.21;
-/// Points of the box of the data at which denominators are looked at.
-const POINTS: usize = 2000;
+/// Points at which right sides are compared: some ten for each of their coefficients.
+const COMPARED: usize = 200;
 
 impl Comparison<'_, '_> {
     /// The result where all equations are those of the ordinary identification.
@@ -38,10 +35,11 @@ impl Comparison<'_, '_> {
                 denominator: vec![held(&Expr::constant(1.0))],
                 noise: found.equations[i].noise,
                 residual: found.equations[i].residual,
-                compared: self.described(i, chosen),
+                compared: self.described(i, chosen)?,
             });
         }
         let mut warnings = found.warnings;
+        warnings.extend(self.approximations(&equations));
         warnings.extend(alternatives(&equations));
         Ok(ImplicitIdentification {
             equations,
@@ -67,16 +65,22 @@ impl Comparison<'_, '_> {
             .map(|r| r.as_ref().map(in_order))
             .collect();
         let mut round = 0;
-        let (linear, found) = loop {
+        let (linear, found, moved) = loop {
             round += 1;
             let linear = self.linear(&relations, false)?;
             let found = self.last_fit(&linear, progress)?;
             let (next, moved) = self.read(&relations, &linear, &found);
             relations = next;
             if moved < SETTLED || round == ROUNDS {
-                break (linear, found);
+                break (linear, found, moved);
             }
         };
+        if moved > NEAR {
+            warnings.push(format!(
+                "coefficients have not settled: the last step moved one by {moved:.1} standard errors. The printed equations may not \
+                 follow the data as the fit did"
+            ));
+        }
         let mut equations = Vec::new();
         let mut terms = Vec::new();
         for (i, relation) in relations.iter().enumerate() {
@@ -88,6 +92,7 @@ impl Comparison<'_, '_> {
         let data = self.run.data;
         warnings.extend(found.warnings);
         warnings.dedup();
+        warnings.extend(self.approximations(&equations));
         warnings.extend(alternatives(&equations));
         warnings.extend(self.poles(&relations)?);
         Ok(ImplicitIdentification {
@@ -169,7 +174,7 @@ impl Comparison<'_, '_> {
             denominator: Vec::new(),
             noise: found.equations[i].noise,
             residual: found.equations[i].residual,
-            compared: self.described(i, chosen),
+            compared: self.described(i, chosen)?,
         };
         let (Some(relation), Some(linear), Sought::Relation(of)) =
             (relation, linear, &self.sought[i])
@@ -217,6 +222,9 @@ impl Comparison<'_, '_> {
             }
             to.push(own);
         }
+        if equation.numerator.is_empty() {
+            equation.denominator = vec![held(&Expr::constant(1.0))];
+        }
         Ok((equation, terms))
     }
 
@@ -234,72 +242,25 @@ impl Comparison<'_, '_> {
             .sum()
     }
 
-    fn described(&self, i: usize, chosen: &Choice) -> Vec<ComparedRelation> {
+    fn described(&self, i: usize, chosen: &Choice) -> Result<Vec<ComparedRelation>, SindyError> {
         let Sought::Relation(of) = &self.sought[i] else {
-            return Vec::new();
+            return Ok(Vec::new());
         };
         let state = &self.run.data.states()[i];
-        let all = chosen.compared[i].iter();
-        all.map(|c| c.described(state, &of.0, &chosen.compared[i][0]))
+        let (names, all) = (self.run.data.names(), &chosen.compared[i]);
+        // Wider than the data: columns that hardly move would make all terms alike.
+        let wider = |(a, b): (f64, f64)| {
+            let by = 0.5 * (a.abs() + b.abs());
+            (a - by, b + by)
+        };
+        let grid = points(
+            &self.ranges().into_iter().map(wider).collect::<Vec<_>>(),
+            COMPARED,
+        );
+        all.iter()
+            .map(|c| c.described(state, &of.0, &all[0], (&names, &grid)))
             .collect()
     }
-
-    /// A warning for each denominator that vanishes in the box of the data.
-    fn poles(&self, relations: &[Option<Relation>]) -> Result<Vec<String>, SindyError> {
-        let names = self.run.data.names();
-        let columns = |c: usize| {
-            self.run
-                .stretches
-                .iter()
-                .flat_map(move |s| s.columns[c].iter())
-        };
-        let bounds: Vec<(f64, f64)> = (0..names.len())
-            .map(|c| {
-                columns(c).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
-                    (a.min(*v), b.max(*v))
-                })
-            })
-            .collect();
-        let mut out = Vec::new();
-        for (i, (relation, sought)) in relations.iter().zip(self.sought).enumerate() {
-            let (Some(relation), Sought::Relation(of)) = (relation, sought) else {
-                continue;
-            };
-            let below = Library::of(vec![relation.sides(&of.0).1]).compile(&names)?;
-            let mut scratch = Scratch::new();
-            let mut value = [0.0];
-            let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-            for k in 0..POINTS {
-                let point: Vec<f64> = bounds
-                    .iter()
-                    .enumerate()
-                    .map(|(c, (a, b))| a + (b - a) * halton(k, c))
-                    .collect();
-                below.eval_row(&point, &mut value, &mut scratch);
-                (least, most) = (least.min(value[0]), most.max(value[0]));
-            }
-            if least <= 0.0 && most >= 0.0 {
-                out.push(format!(
-                    "equation of {}: the denominator vanishes within the ranges of the data, away from the trajectories: do not \
-                     simulate there",
-                    self.run.data.states()[i]
-                ));
-            }
-        }
-        Ok(out)
-    }
-}
-
-/// A number of Halton's sequence: evenly spread points, with a prime for each column.
-fn halton(mut k: usize, column: usize) -> f64 {
-    let base = prime(column);
-    let (mut out, mut part) = (0.0, 1.0);
-    while k > 0 {
-        part /= base as f64;
-        out += part * (k % base) as f64;
-        k /= base;
-    }
-    out
 }
 
 /// Terms in the order of the libraries, the denominator's first one held at 1.
@@ -360,21 +321,4 @@ pub(super) fn equation(state: &str, relation: &Relation, of: &Candidates) -> Str
         compared: Vec::new(),
     };
     format!("{equation:.4}")
-}
-
-/// A warning for each equation of which several relations are likely, or follow the data as well with at most one coefficient more.
-fn alternatives(equations: &[RationalEquation]) -> Vec<String> {
-    let warning = |equation: &RationalEquation| {
-        let others = equation.compared.iter().skip(1);
-        let others = others.filter(|c| c.against < TWENTY_TO_ONE || c.rival && c.worse < AS_WELL);
-        let others: Vec<&str> = others.map(|c| c.equation.as_str()).collect();
-        (!others.is_empty()).then(|| {
-            format!(
-                "equation of {}: the data do not distinguish it from {}",
-                equation.state,
-                others.join("; ")
-            )
-        })
-    };
-    equations.iter().filter_map(warning).collect()
 }

@@ -54,7 +54,7 @@ pub struct ComparedRelation {
     pub against: f64,
     /// The same without the penalty for coefficients: twice the logarithm of the likelihood's ratio.
     pub worse: f64,
-    /// Whether it has other terms than the best and at most one coefficient more.
+    /// Whether it has other terms than the best, at most one coefficient more, and cannot write the best with a shared factor.
     #[serde(skip)]
     pub(super) rival: bool,
 }

@@ -1,10 +1,11 @@
 //! The automatic call: relations of all equations, the choice among them, and the model.
 
 use super::compare::{Comparison, Followed, Sought};
+use super::nested::writes;
 use super::relation::{Candidates, Relation};
 use super::result::{ComparedRelation, ImplicitIdentification};
 use super::rows::Rows;
-use super::starts::{ScoredRelation, relations};
+use super::starts::{ScoredRelation, over_shared, relations};
 use crate::data::dataset::Dataset;
 use crate::error::{SindyError, require};
 use crate::identify::prepare::{self, Slopes};
@@ -17,6 +18,8 @@ use crate::library::Library;
 const MOST_CANDIDATES: usize = 150;
 /// Passes over the equations, each with the others held, at most.
 const SWEEPS: usize = 2;
+/// Denominators of an equation that the others are tried with, and denominators that several equations start with, at most.
+const SHARED: usize = 3;
 
 /// The automatic identification of implicit equations.
 #[derive(Clone, Debug)]
@@ -132,6 +135,7 @@ impl IdentifyImplicit {
         }
         // Signs of denominators are judged where less is smoothed.
         sought.truncate(run.libraries.len());
+        add_shared(&mut found, &sought)?;
         let comparison = Comparison {
             run: &run,
             slopes: &smoothings[0],
@@ -200,6 +204,43 @@ fn merge(to: &mut Vec<Relation>, more: Vec<ScoredRelation>) {
     }
 }
 
+/// Adds relations over the denominators of the other equations' best relations.
+fn add_shared(found: &mut [Vec<Relation>], sought: &[Sought]) -> Result<(), SindyError> {
+    let fractions = |own: &Vec<Relation>| -> Vec<Relation> {
+        let all = own.iter().filter(|r| r.denominator.len() > 1);
+        all.take(SHARED).cloned().collect()
+    };
+    let best: Vec<Vec<Relation>> = found.iter().map(fractions).collect();
+    for (i, sought) in sought.iter().enumerate() {
+        let Sought::Relation(of) = sought else {
+            continue;
+        };
+        let others = best.iter().enumerate().filter(|(j, _)| *j != i);
+        let others = others.flat_map(|(_, own)| own);
+        merge(&mut found[i], over_shared(&of.1, &of.0, others)?);
+    }
+    Ok(())
+}
+
+/// For each denominator that several equations can have, the relations of all equations with it, or the best of those without it.
+fn joint(found: &[Vec<Relation>]) -> Vec<Vec<Option<Relation>>> {
+    let with =
+        |own: &Vec<Relation>, shape: &[usize]| own.iter().position(|r| r.denominators() == shape);
+    let all = found.iter().flatten().map(Relation::denominators);
+    let mut shapes: Vec<Vec<usize>> = Vec::new();
+    for shape in all.filter(|s| s.len() > 1) {
+        let equations = found.iter().filter(|own| with(own, &shape).is_some());
+        if equations.count() > 1 && shapes.len() < SHARED && !shapes.contains(&shape) {
+            shapes.push(shape);
+        }
+    }
+    let start = |shape: &Vec<usize>| {
+        let best = |own: &Vec<Relation>| own.get(with(own, shape).unwrap_or(0)).cloned();
+        found.iter().map(best).collect()
+    };
+    shapes.iter().map(start).collect()
+}
+
 /// The equations of an ordinary identification as relations.
 fn ordinary(explicit: &Identification, sought: &[Sought]) -> Vec<Option<Relation>> {
     let pairs = explicit.model.equations().iter().zip(sought);
@@ -232,7 +273,9 @@ fn choose(
 ) -> Result<Choice, SindyError> {
     let first: Vec<Option<Relation>> = found.iter().map(|f| f.first().cloned()).collect();
     let mut best: Option<Followed> = None;
-    for start in [ordinary, &first] {
+    let shared = joint(found);
+    let starts = [ordinary, &first].into_iter();
+    for start in starts.chain(shared.iter().map(Vec::as_slice)) {
         let least = best.as_ref().map_or(f64::INFINITY, |b: &Followed| b.score);
         let followed = comparison.follow(start, least)?;
         best = better(best, followed);
@@ -343,14 +386,16 @@ impl Compared {
         state: &str,
         candidates: &Candidates,
         best: &Self,
-    ) -> ComparedRelation {
+        grid: (&[String], &[Vec<f64>]),
+    ) -> Result<ComparedRelation, SindyError> {
         let more = self.relation.free() as f64 - best.relation.free() as f64;
-        ComparedRelation {
+        let other = more <= 1.0 && !self.relation.contains(&best.relation);
+        Ok(ComparedRelation {
             equation: super::report::equation(state, &self.relation, candidates),
             coefficients: self.relation.free(),
             against: self.score - best.score,
             worse: self.misfit - best.misfit,
-            rival: more <= 1.0 && !self.relation.contains(&best.relation),
-        }
+            rival: other && !writes(&self.relation, &best.relation, candidates, grid)?,
+        })
     }
 }

@@ -38,8 +38,7 @@ pub(super) fn relations(
     rows: &Rows,
     candidates: &Candidates,
 ) -> Result<Vec<ScoredRelation>, SindyError> {
-    let count = rows.independent.max(2.0 * MOST as f64);
-    let price = count.ln() + 2.0 * (candidates.len() as f64).ln();
+    let (count, price) = prices(rows, candidates);
     let mut starts = of_left_sides(rows, candidates)?;
     starts.extend(of_denominators(rows, candidates, (count, price))?);
     let mut found: Vec<ScoredRelation> = Vec::new();
@@ -48,6 +47,73 @@ pub(super) fn relations(
     }
     found.sort_by(|a, b| a.score.total_cmp(&b.score));
     Ok(kept(&found))
+}
+
+/// Windows that count, and the price of a coefficient.
+fn prices(rows: &Rows, candidates: &Candidates) -> (f64, f64) {
+    let count = rows.independent.max(2.0 * MOST as f64);
+    (count, count.ln() + 2.0 * (candidates.len() as f64).ln())
+}
+
+/// The best relation over each of the denominators of `others`, which are relations of other equations, best first: reactions with
+/// enzymes, growth on a substrate and linked bodies divide several rates of change by the same.
+pub(super) fn over_shared<'r>(
+    rows: &Rows,
+    candidates: &Candidates,
+    others: impl Iterator<Item = &'r Relation>,
+) -> Result<Vec<ScoredRelation>, SindyError> {
+    let (count, price) = prices(rows, candidates);
+    let mut found = Vec::new();
+    for other in others {
+        let mut best = over(rows, &other.denominator, (count, price))?;
+        best.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, relation)) = best.first() {
+            add(
+                rows,
+                &relation.reduced(candidates),
+                (count, price),
+                &mut found,
+            );
+        }
+    }
+    found.sort_by(|a, b| a.score.total_cmp(&b.score));
+    Ok(found)
+}
+
+/// The best subsets of the numerator over a denominator, with their scores; none where it changes its sign.
+fn over(
+    rows: &Rows,
+    denominator: &[(usize, f64)],
+    (count, price): (f64, f64),
+) -> Result<Vec<(f64, Relation)>, SindyError> {
+    let relation = Relation {
+        numerator: Vec::new(),
+        denominator: denominator.to_vec(),
+    };
+    let mut out = Vec::new();
+    if !rows.is_regular(&relation) {
+        return Ok(out);
+    }
+    for subset in &best_subsets(&rows.gram_over(&relation), NODES)?.sizes {
+        let fit = &subset.fit;
+        let coefficients = fit.terms() + relation.free();
+        if fit.terms() == 0 || coefficients > MOST {
+            continue;
+        }
+        let mean = rows.mean_square(fit.residual_sum).max(f64::MIN_POSITIVE);
+        let score = count * mean.ln() + price * coefficients as f64;
+        let kept = fit.coefficients.iter().copied().enumerate();
+        let numerator = kept.filter(|(_, c)| *c != 0.0).collect();
+        let denominator = relation.denominator.clone();
+        out.push((
+            score,
+            Relation {
+                numerator,
+                denominator,
+            },
+        ));
+    }
+    Ok(out)
 }
 
 /// The best relations, and those with other terms that fit as well with at most one coefficient more.
@@ -113,7 +179,7 @@ fn of_left_sides(rows: &Rows, candidates: &Candidates) -> Result<Vec<Relation>, 
 fn of_denominators(
     rows: &Rows,
     candidates: &Candidates,
-    (count, price): (f64, f64),
+    price: (f64, f64),
 ) -> Result<Vec<Relation>, SindyError> {
     let below = candidates.denominator.len();
     let mut shapes: Vec<Vec<usize>> = (1..below).map(|k| vec![k]).collect();
@@ -134,25 +200,7 @@ fn of_denominators(
             let scaled = shape.iter().zip(&point);
             let mut denominator = vec![(0, 1.0)];
             denominator.extend(scaled.map(|(&k, g)| (k, g / rows.size(k))));
-            let mut relation = Relation {
-                numerator: Vec::new(),
-                denominator,
-            };
-            if !rows.is_regular(&relation) {
-                continue;
-            }
-            for subset in &best_subsets(&rows.gram_over(&relation), NODES)?.sizes {
-                let fit = &subset.fit;
-                let coefficients = fit.terms() + shape.len();
-                if fit.terms() == 0 || coefficients > MOST {
-                    continue;
-                }
-                let mean = rows.mean_square(fit.residual_sum).max(f64::MIN_POSITIVE);
-                let score = count * mean.ln() + price * coefficients as f64;
-                let kept = fit.coefficients.iter().copied().enumerate();
-                relation.numerator = kept.filter(|(_, c)| *c != 0.0).collect();
-                best.push((score, relation.clone()));
-            }
+            best.extend(over(rows, &denominator, price)?);
         }
         // The best of each number of coefficients.
         best.sort_by(|a, b| a.0.total_cmp(&b.0));
