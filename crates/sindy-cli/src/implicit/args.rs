@@ -12,8 +12,9 @@ use crate::table::args::name;
 /// Reactions with enzymes, switches, predators that are satiated and linked bodies divide: x' = 0.6 - 1.5 x/(0.3 + x). Each state's
 /// rate of change is written as a sum of few terms over another, and as a plain sum where that explains the data as well. Terms of
 /// numerator and denominator, smoothing and coefficients are chosen from the data. Each equation is judged by the trajectories that
-/// follow from it. The first term of each denominator has the coefficient 1. A warning names other relations that are likely as
-/// well, and a library that does not hold the truth.
+/// follow from it. The first term of each denominator has the coefficient 1. Warnings name other relations that are likely as
+/// well, and models that leave more than the noise. Noise of several percent on short records can hide terms, and a library
+/// without the truth can approximate it to within the noise; no warning can name either.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct ImplicitArgs {

@@ -26,8 +26,8 @@
 //!
 //! **Warnings** name relations with odds below 20 to 1 against them, those that follow the data as well (a likelihood ratio below
 //! 100) with at most one coefficient more and are not the same right side with a factor that N and D share, models that leave
-//! more than a tenfold of what neighbouring samples show where no noise is visible, denominators that vanish within the ranges of the data, and models that leave more than
-//! the noise. A denominator that changes its sign on the trajectories is refused. Relations that no step has tried cannot be named:
+//! more than ten times what neighbouring samples show where no noise is visible, denominators that vanish within the ranges of
+//! the data, and models that leave more than the noise. A denominator that changes its sign on the trajectories is refused. Relations that no step has tried cannot be named:
 //! with noise of several percent on short relaxations simpler relations fit as well, and the right one may not be among them.
 //!
 //! **Valid** for continuous time with all states measured. Equations may be [known](crate::identify::Settings::known) as a whole.

@@ -222,23 +222,36 @@ fn add_shared(found: &mut [Vec<Relation>], sought: &[Sought]) -> Result<(), Sind
     Ok(())
 }
 
-/// For each denominator that several equations can have, the relations of all equations with it, or the best of those without it.
+/// For each denominator that several equations can have, the relations of all equations with it, or the best of those without it:
+/// the best by themselves, and those that were found over the denominator of another equation, which come last.
 fn joint(found: &[Vec<Relation>]) -> Vec<Vec<Option<Relation>>> {
-    let with =
-        |own: &Vec<Relation>, shape: &[usize]| own.iter().position(|r| r.denominators() == shape);
+    let has = |shape: &[usize]| {
+        let shape = shape.to_vec();
+        move |r: &Relation| r.denominators() == shape
+    };
     let all = found.iter().flatten().map(Relation::denominators);
     let mut shapes: Vec<Vec<usize>> = Vec::new();
     for shape in all.filter(|s| s.len() > 1) {
-        let equations = found.iter().filter(|own| with(own, &shape).is_some());
+        let equations = found.iter().filter(|own| own.iter().any(has(&shape)));
         if equations.count() > 1 && shapes.len() < SHARED && !shapes.contains(&shape) {
             shapes.push(shape);
         }
     }
-    let start = |shape: &Vec<usize>| {
-        let best = |own: &Vec<Relation>| own.get(with(own, shape).unwrap_or(0)).cloned();
-        found.iter().map(best).collect()
-    };
-    shapes.iter().map(start).collect()
+    let mut starts: Vec<Vec<Option<Relation>>> = Vec::new();
+    for shape in &shapes {
+        for last in [false, true] {
+            let place = |own: &Vec<Relation>| match last {
+                true => own.iter().rposition(has(shape)),
+                false => own.iter().position(has(shape)),
+            };
+            let of = |own: &Vec<Relation>| own.get(place(own).unwrap_or(0)).cloned();
+            let start: Vec<Option<Relation>> = found.iter().map(of).collect();
+            if !starts.contains(&start) {
+                starts.push(start);
+            }
+        }
+    }
+    starts
 }
 
 /// The equations of an ordinary identification as relations.
@@ -276,8 +289,8 @@ fn choose(
     let shared = joint(found);
     let starts = [ordinary, &first].into_iter();
     for start in starts.chain(shared.iter().map(Vec::as_slice)) {
-        let least = best.as_ref().map_or(f64::INFINITY, |b: &Followed| b.score);
-        let followed = comparison.follow(start, least)?;
+        // To the end: where denominators are far off, the first round of the true relations is worse than a long sum.
+        let followed = comparison.follow(start, f64::INFINITY)?;
         best = better(best, followed);
     }
     let mut relations = match &best {
