@@ -15,6 +15,7 @@ from sindy import SindyWarning, _native
 from sindy._errors import fault
 from sindy._solvers import threads
 
+from . import _plot
 from ._card import Card
 from ._table import frame_pandas, frame_polars, table_arrow, table_html
 from ._trial import Path
@@ -61,6 +62,28 @@ class Landings(Mapping[str, Any]):
         if landing < 0:
             raise fault("landing", "a row of the table, from 0", landing)
         return self._native.trace(landing)
+
+    def plot(self, column: str = "v_l_mps", ax: Any = None) -> Any:
+        """The distribution of a column, a line for each controller or point of the sweep.
+
+        A line ends at the share of landings that have a value there: of ``v_l_mps``, those that touched down.
+
+        Parameters
+        ----------
+        column : str
+            A column of numbers; by default the speed at touchdown.
+        ax : matplotlib axes, optional
+            Where to draw; else a new figure.
+
+        Returns
+        -------
+        matplotlib axes
+        """
+        return _plot.shares(self, column, ax)
+
+    def plot_trace(self, landing: int, ax: Any = None) -> Any:
+        """The heights of vehicle and deck in one landing (see `trace`), as matplotlib axes."""
+        return _plot.heights(self.trace(landing), ax)
 
     def to_pandas(self) -> Any:
         """A data frame of pandas."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sindy import SindyWarning, _native
 from sindy._errors import fault
 
+from . import _plot
 from ._card import Card
 from ._table import table_html
 from ._trial import Trial
@@ -53,6 +54,10 @@ class FreeRun:
     predicted_n: Array = field(repr=False)
     armed_intervals: list[dict[str, Any]] = field(repr=False)
     warnings: list[str] = field(repr=False)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Measured and predicted force over time, as matplotlib axes: those that are given, or of a new figure."""
+        return _plot.forces(self.time_s, self.measured_n, self.predicted_n, f"{self.card} on {self.trial}", ax)
 
 
 class FreeRuns(list[FreeRun]):
