@@ -62,7 +62,7 @@ fig, ax = plt.subplots()
 ax.plot(t[::5], x[::5, 0], ".", ms=2, color="0.7", label="samples")
 ax.plot(t, truth[:, 0], label="truth")
 ax.plot(run.t, run.x[:, 0], "--", label="model")
-ax.set(xlabel="time (s)", ylabel="x")
+ax.set(xlabel="time (s)", ylabel="x", xlim=(0.0, 12.5))
 ax.legend(loc="upper right");
 
 # %% [markdown]
