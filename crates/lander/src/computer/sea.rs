@@ -50,7 +50,7 @@ const SWAY_PER_S: f64 = 1.0;
 const SWAY_MPS2: f64 = 1.5;
 
 /// Greatest share by which the horizontal poles are faster: beyond come those of the attitude control. With 0.5, as in a descent
-/// over a calm sea, 84 of 100 vehicles land on a boat in a sea of 4 m instead of 95; with 1 as many.
+/// over a calm sea, 84 of 100 vehicles land on a boat in a sea of 4 m instead of 95; with 1 94.
 const HASTE: f64 = 0.7;
 
 /// Normalised innovation squared of the velocity by satellites above which a deck that counts as calm moves: it is 1 for a
