@@ -51,7 +51,24 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             && below(estimate.relative_velocity_sd_mps, self.known_sd_mps)
     }
 
-    /// As [`Self::knows`], but above a deck that accelerates the horizontal velocity may be known less well. Too low to abort
+    /// As [`Self::knows`], but the limits grow with the height: from higher up there is more way to correct an error.
+    pub(super) fn knows_from_above(&self, estimate: &RelativeEstimate<R>) -> bool {
+        let higher = self.higher(estimate);
+        let below = |sd: Vector<R>, most: R| sd.to_array().iter().all(|&sd| sd <= most);
+        below(estimate.position_sd_m, higher * self.known_sd_m)
+            && below(
+                estimate.relative_velocity_sd_mps,
+                higher * self.known_sd_mps,
+            )
+    }
+
+    /// The height over that of the hover, at least 1.
+    fn higher(&self, estimate: &RelativeEstimate<R>) -> R {
+        let share = estimate.height_m() / self.state_machine.hold_height_m;
+        share.finite_or(R::ONE).max(R::ONE)
+    }
+
+    /// As [`Self::knows_from_above`], but above a deck that accelerates the horizontal velocity may be known less well. Too low to abort
     /// for a lost tag it becomes uncertain within the time of a touchdown.
     pub(super) fn knows_enough(
         &self,
@@ -69,10 +86,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         } else {
             [R::ONE, r(SWAYING)]
         };
-        // From higher up there is more way to correct an error.
-        let higher = (estimate.height_m() / self.state_machine.hold_height_m)
-            .finite_or(R::ONE)
-            .max(R::ONE);
+        let higher = self.higher(estimate);
         let (known_m, known_mps) = (higher * self.known_sd_m, higher * self.known_sd_mps);
         place.z <= known_m
             && velocity.z <= known_mps

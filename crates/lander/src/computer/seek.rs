@@ -132,7 +132,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let above_m = (motion.position_m.z - self.contact_height_m).max(R::ZERO);
         let axis_m = state.lean * above_m;
         let aside_m = motion.position_m.horizontal() - axis_m;
-        let seen = tag_age_s <= r(SEEN_S) && self.knows(estimate);
+        let seen = tag_age_s <= r(SEEN_S) && self.knows_from_above(estimate);
         let near = seen && aside_m.norm() <= r::<R>(NEAR) * motion.position_m.z;
         if !waits || near {
             state.seek = SeekState::default();
