@@ -199,7 +199,9 @@ pub fn fits(schema: &Value, message: &Value, at: &str) {
                 fits(&schema["properties"][key], value, &format!("{at}.{key}"));
             }
         }
-        (Some("string"), Value::String(_)) | (Some("number"), Value::Number(_)) => {}
+        (Some("string"), Value::String(_))
+        | (Some("number"), Value::Number(_))
+        | (Some("boolean"), Value::Bool(_)) => {}
         (Some("integer"), Value::Number(number)) if number.is_u64() => {}
         (expected, _) => panic!("{at}: {message} is no {expected:?}"),
     }
