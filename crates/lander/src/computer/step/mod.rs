@@ -83,7 +83,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             deck_tilt_rad: state.tilt_rad,
             deck_speed_mps,
             wind_slope: self.wind_slope(state),
-            hold_extra_m: self.hold_extra_m(state, deck_speed_mps, dt),
+            hold_extra_m: self.hold_extra_m(state, deck_speed_mps, motion.position_m.z, dt),
             battery_share: sensed.battery_share,
             thrust_share: state.command.thrust_n / weight_n,
             load_factor: sensed.imu.specific_force_mps2.z / self.controller.gravity_mps2,
@@ -239,9 +239,13 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             Maneuver::Hover { frame, .. } => frame == Frame::Deck,
             maneuver => matches!(maneuver, Maneuver::Descend | Maneuver::Commit),
         };
-        if let (GuidanceCommand::Track(target), false) = (&mut order, over_deck) {
-            self.keep_course(state, motion, target);
-            self.search_upwind(state, target);
+        if let GuidanceCommand::Track(target) = &mut order {
+            if over_deck {
+                self.press_on(state, maneuver == Maneuver::Commit, target, dt);
+            } else {
+                self.keep_course(state, motion, target);
+                self.search_upwind(state, target);
+            }
         }
         let feet_height_m = self.feet_height_m(motion);
         let low_slope = self.low_slope(state, feet_height_m);
@@ -395,7 +399,8 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
                     waited_s,
                 );
                 let plan = verdict.plan();
-                let faster_mps = self.windy_sink_mps(state, planner.descent.sink_rate_max_mps);
+                let faster_mps = self.windy_sink_mps(state, planner.descent.sink_rate_max_mps)
+                    + state.sea.sink_mps();
                 let reference = plan.map(|plan| {
                     let sink_rate_mps = plan.reference.sink_rate_mps + faster_mps;
                     raised(Reference::Terminal(Terminal {

@@ -4,10 +4,11 @@
 //!
 //! | what | by |
 //! | --- | --- |
-//! | height of the hover | + s · 1 s |
-//! | climb rate of a go-around | + s |
+//! | height of the hover | + s · 1 s, and no lower than at the start until the deck has been watched |
+//! | climb rate of a go-around | + s, and at least 0.5 m/s away from a deck that rises; its acceleration + s / 1 s |
 //! | poles of the horizontal control above the deck | faster by s / 1 m/s, at most by 0.7 |
-//! | prior of the deck's heave velocity | at least 0.4 of the greatest speed (1 m/s on all axes at first, and while the velocity by satellites contradicts a calm deck) |
+//! | sink rate at the touch | + 0.15 s, at most + 0.15 m/s; the same again while no tag is in view |
+//! | prior of the deck's heave velocity | at least 0.4 of the greatest speed (1 m/s on all axes while the velocity by satellites contradicts a calm deck) |
 //! | prior of the deck's horizontal acceleration | s / 1 s (at least 1 m/s² at first), estimated and fed forward |
 //! | uncertainty of the deck's normal in ranges | 0.4 of the deck's tilt |
 //! | lag of the deck's normal | half |
@@ -16,7 +17,7 @@ use super::{Computer, ComputerState, Descent};
 use crate::estimate::deck::DeckEstimatorState;
 use crate::estimate::relative::{Health, RelativeEstimate, RelativeFilter};
 use crate::guidance::Guidance;
-use crate::space_controller::Motion;
+use crate::space_controller::{Motion, Target};
 use crate::state_machine::CALM_MPS;
 use touchdown_flight::ground_effect::GroundEffect;
 use touchdown_flight::kernel::lag_step;
@@ -27,6 +28,9 @@ use touchdown_flight::real::{Real, r};
 /// Greatest rise of the hover, m: a deck in waves of 4 m moves at 2 to 3 m/s. Above 3 m the range finder's
 /// beam leaves a deck of 1.5 m at 0.25 rad.
 const HIGHEST_M: f64 = 1.5;
+
+/// Height above the hover from which on a vehicle comes no closer to a deck that it has not watched, m: more than gusts move it.
+const HIGH_START_M: f64 = 0.3;
 
 /// Time constant with which the deck's greatest speed fades, s: a group of waves. Halved, the hover
 /// sinks between two groups; doubled, it stays high for a minute.
@@ -53,6 +57,17 @@ const SWAY_MPS2: f64 = 1.5;
 /// over a calm sea, 84 of 100 vehicles land on a boat in a sea of 4 m instead of 95; with 1 94.
 const HASTE: f64 = 0.7;
 
+/// Increase of the sink rate at the touch per speed beyond a calm sea; and at most, m/s.
+const SINK_SHARE: f64 = 0.15;
+const SINK_MPS: f64 = 0.15;
+
+/// Speed to the sides that counts as none, m/s: twice the error of the estimate. A ship that heaves by less than 0.7 m/s sways by up
+/// to 0.6 m/s.
+const STEADY_MPS: f64 = 0.2;
+/// Time without a tag after which a vehicle at the deck comes down faster, s: several images at 30 Hz. The deck moves to the
+/// sides by half a metre in the second that follows.
+const UNSEEN_S: f64 = 0.2;
+
 /// Normalised innovation squared of the velocity by satellites above which a deck that counts as calm moves: it is 1 for a
 /// consistent filter, and 0.2 is a standard deviation of its mean over 20 readings. That of the tag does not count: an unknown
 /// latency raises it as well, and swings a hover that follows an estimated acceleration.
@@ -77,6 +92,9 @@ const NORMAL_LAG_SHARE: f64 = 0.5;
 /// Greatest addition to the climb rate, m/s: decks in seas of 4 m rise at up to 3 m/s for less than 2 s.
 const AWAY_MPS: f64 = 2.0;
 
+/// Increase of the acceleration away from the deck per speed that is added, 1/s: that of decks in seas, of 1 to 2 m/s².
+const AWAY_PER_S: f64 = 1.0;
+
 /// How rough the sea is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sea<R> {
@@ -86,6 +104,12 @@ pub(super) struct Sea<R> {
     seen_mps: R,
     /// For how long the deck still counts as moving, though its heave is not known yet, s.
     moves_s: R,
+    /// Greatest estimated speed to the sides of late, of a deck that is not under way, m/s.
+    swayed_mps: R,
+    /// How far above its hover the vehicle waits while nobody knows whether the deck moves, m.
+    waits_m: R,
+    /// How far the descent is ahead of its plan because no tag is in view, m.
+    pressed_m: R,
 }
 
 impl<R: Real> Sea<R> {
@@ -107,6 +131,13 @@ impl<R: Real> Sea<R> {
     /// it to the sides.
     pub(super) fn haste(&self) -> R {
         self.beyond_mps().min(r(HASTE))
+    }
+
+    /// How much faster a descent ends than over a calm sea, m/s: close to the deck no tag is in view, and the deck moves
+    /// to the sides meanwhile.
+    pub(super) fn sink_mps(&self) -> R {
+        let swayed_mps = self.swayed_mps - r(STEADY_MPS);
+        (self.beyond_mps().max(swayed_mps) * r(SINK_SHARE)).min(r(SINK_MPS))
     }
 
     /// Time constant of the deck's normal, s.
@@ -149,6 +180,11 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         let fading_mps = lag_step(sea.seen_mps, R::ZERO, r(ROUGH_S), dt);
         let now_mps = estimate.deck_velocity_mps.z.abs();
         sea.seen_mps = fading_mps.max(now_mps.finite_or(R::ZERO));
+        if !self.under_way {
+            let aside_mps = estimate.deck_velocity_mps.horizontal().norm();
+            let fading_mps = lag_step(sea.swayed_mps, R::ZERO, r(ROUGH_S), dt);
+            sea.swayed_mps = fading_mps.max(aside_mps.finite_or(R::ZERO));
+        }
         let most_mps = sea.seen_mps * r(CANCELLING) + r(CANCELLING_MPS);
         if harmonics_mps(&state.deck) > most_mps {
             self.deck.reset(&mut state.deck);
@@ -173,11 +209,12 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     }
 
     /// How much higher than in a calm sea the vehicle holds, m. A hover lags behind a deck that
-    /// accelerates, and a deck that is not known yet may rise.
+    /// accelerates, and a deck that is not known yet may rise: until it has been watched, the vehicle comes no closer.
     pub(super) fn hold_extra_m(
         &self,
         state: &mut ComputerState<R, G::State>,
         deck_mps: R,
+        height_m: R,
         dt: R,
     ) -> R {
         let fading_mps = lag_step(state.sea.rough_mps, R::ZERO, r(ROUGH_S), dt);
@@ -186,7 +223,14 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
             Descent::Planned(planner) => planner.reach_m() - self.state_machine.hold_height_m,
             Descent::Straight(_) => R::ZERO,
         };
-        state.sea.beyond_mps().min(r::<R>(HIGHEST_M).min(most_m))
+        let above_m = height_m - self.state_machine.hold_height_m;
+        if !self.is_unwatched(state) {
+            state.sea.waits_m = R::ZERO;
+        } else if above_m > r(HIGH_START_M) {
+            state.sea.waits_m = state.sea.waits_m.max(above_m);
+        }
+        let extra_m = state.sea.beyond_mps().max(state.sea.waits_m);
+        extra_m.min(r::<R>(HIGHEST_M).min(most_m))
     }
 
     /// Whether the deck counts as calm whatever is measured: one under way, which has priors of its own, and one that the vehicle
@@ -197,6 +241,11 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
 
     fn comes_from_afar(&self, state: &ComputerState<R, G::State>) -> bool {
         self.seek.is_some() && state.deck.observed_s() < self.watch_s
+    }
+
+    /// Whether nobody knows yet whether the deck moves.
+    fn is_unwatched(&self, state: &ComputerState<R, G::State>) -> bool {
+        state.flown_s < self.watch_s && !self.counts_as_calm(state)
     }
 
     /// Whether the sea is rough.
@@ -234,10 +283,7 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     ) {
         let deck = &mut relative.deck;
         deck.horizontal_acceleration_sd_mps2 = self.sway_mps2(state);
-        // Without a watch nobody knows whether the deck moves. Its sway is estimated only after a contradiction: an unknown
-        // latency swings a hover that follows an estimated acceleration.
-        let unwatched = state.flown_s < self.watch_s;
-        if (unwatched || state.sea.moves()) && !self.counts_as_calm(state) {
+        if state.sea.moves() && !self.counts_as_calm(state) {
             let slower = deck.heave_angular_frequency.min(r(MOVING_RADPS));
             deck.heave_angular_frequency = slower;
             for velocity_mps in [
@@ -254,6 +300,26 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         }
     }
 
+    /// Brings a vehicle at the deck down faster while no tag is in view.
+    pub(super) fn press_on(
+        &self,
+        state: &mut ComputerState<R, G::State>,
+        committed: bool,
+        target: &mut Target<R>,
+        dt: R,
+    ) {
+        let unseen = self.relative.health(&state.relative).tag.age_s > r(UNSEEN_S);
+        let sea = &mut state.sea;
+        if !committed {
+            sea.pressed_m = R::ZERO;
+        } else if unseen && sea.pressed_m < self.guidance.press_m {
+            let faster_mps = sea.sink_mps();
+            sea.pressed_m += faster_mps * dt;
+            target.vertical.velocity_mps -= faster_mps;
+        }
+        target.vertical.height_m -= sea.pressed_m;
+    }
+
     /// The guidance of a vehicle that climbs away from a deck that may come after it, up to the safe height.
     pub(super) fn guidance_away(
         &self,
@@ -262,13 +328,19 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
     ) -> Guidance<R> {
         let low = motion.position_m.z < self.state_machine.safe_height_m;
         let faster_mps = if low {
-            state.sea.beyond_mps().min(r(AWAY_MPS))
+            let rises_mps = motion.vehicle_velocity_mps.z - motion.relative_velocity_mps.z;
+            let faster_mps = state.sea.beyond_mps().max(rises_mps.finite_or(R::ZERO));
+            faster_mps.min(r(AWAY_MPS))
         } else {
             R::ZERO
         };
         Guidance {
             climb_mps: self.guidance.climb_mps + faster_mps,
+            away_mps2: self.guidance.away_mps2 + faster_mps * r(AWAY_PER_S),
             ..self.guidance
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,119 @@
+//! What a rough sea changes, against hand-computed figures.
+
+use touchdown_flight::Vector;
+use touchdown_flight::ground_effect::{GroundEffect, Guarded};
+use touchdown_flight::reference::ReferencePoint;
+
+use super::Sea;
+use crate::computer::{Computer, ComputerState};
+use crate::models::FlightModels;
+use crate::settings::{ControlSettings, LoopTiming, SensorNumbers, VehicleNumbers};
+use crate::space_controller::{Motion, Target};
+
+const DT: f64 = 0.01;
+/// Sums of some hundred roundings.
+const ROUNDING: f64 = 1e-12;
+
+type State = ComputerState<f64, <Guarded<f64> as GroundEffect<f64>>::State>;
+
+/// A computer and its state in a sea whose deck has moved at a speed.
+fn in_a_sea(rough_mps: f64) -> (Computer<f64>, State) {
+    let computer = ControlSettings::default()
+        .computer(
+            &FlightModels::default(),
+            &VehicleNumbers::default(),
+            &SensorNumbers::default(),
+            &LoopTiming::default(),
+            0.8,
+        )
+        .unwrap();
+    let mut state: State = computer.initial(0.5);
+    state.sea = Sea {
+        rough_mps,
+        ..Sea::default()
+    };
+    (computer, state)
+}
+
+#[test]
+fn analytic_without_a_tag_a_descent_at_the_deck_gets_ahead_of_its_plan() {
+    // 0.5 m/s beyond a calm sea: 0.075 m/s faster. No tag was ever seen.
+    let (computer, mut state) = in_a_sea(1.2);
+    let planned = Target {
+        vertical: ReferencePoint {
+            height_m: 0.2,
+            velocity_mps: -0.03,
+            ..ReferencePoint::default()
+        },
+        ..Target::default()
+    };
+    let mut flown = |committed, steps: u32| {
+        let mut target = planned;
+        for _ in 0..steps {
+            target = planned;
+            computer.press_on(&mut state, committed, &mut target, DT);
+        }
+        (
+            target.vertical.height_m - 0.2,
+            target.vertical.velocity_mps + 0.03,
+        )
+    };
+    let (ahead_m, faster_mps) = flown(true, 100);
+    assert!((ahead_m + 0.075).abs() < ROUNDING, "{ahead_m}");
+    assert!((faster_mps + 0.075).abs() < ROUNDING, "{faster_mps}");
+    // It ends where the plan itself ends, `press_m` (0.15 m) on, to a step.
+    let (ahead_m, faster_mps) = flown(true, 1000);
+    assert!((ahead_m + 0.15).abs() < 0.075 * DT + ROUNDING, "{ahead_m}");
+    assert!(faster_mps.abs() < ROUNDING);
+    // Any other manoeuvre begins anew.
+    assert_eq!(flown(false, 1), (0.0, 0.0));
+    let (ahead_m, _) = flown(true, 1);
+    assert!((ahead_m + 0.075 * DT).abs() < ROUNDING, "{ahead_m}");
+    // A calm sea changes nothing.
+    let (computer, mut state) = in_a_sea(0.5);
+    let mut target = planned;
+    computer.press_on(&mut state, true, &mut target, DT);
+    assert_eq!(target, planned);
+}
+
+#[test]
+fn analytic_who_climbs_away_from_a_deck_that_rises_gains_on_it() {
+    let (computer, state) = in_a_sea(1.0);
+    let away = |deck_mps: f64, height_m: f64| {
+        let motion = Motion {
+            position_m: Vector::UP * height_m,
+            vehicle_velocity_mps: Vector::UP * 0.2,
+            relative_velocity_mps: Vector::UP * (0.2 - deck_mps),
+            ..Motion::default()
+        };
+        let guidance = computer.guidance_away(&state, &motion);
+        (guidance.climb_mps, guidance.away_mps2)
+    };
+    let close = |(climb, away): (f64, f64), (climb_is, away_is): (f64, f64)| {
+        (climb - climb_is).abs() < ROUNDING && (away - away_is).abs() < ROUNDING
+    };
+    // 0.5 m/s and 3 m/s², with 0.3 m/s beyond a calm sea, or the deck's own speed upwards if that is greater, at most 2 m/s.
+    assert!(close(away(-1.0, 0.3), (0.8, 3.3)));
+    assert!(close(away(1.6, 0.3), (2.1, 4.6)));
+    assert!(close(away(2.8, 0.3), (2.5, 5.0)));
+    // Up there the deck does not come.
+    assert!(close(away(2.8, 9.0), (0.5, 3.0)));
+}
+
+#[test]
+fn analytic_a_high_start_waits_until_the_deck_was_watched() {
+    let (computer, mut state) = in_a_sea(0.0);
+    // The hover is 0.8 m high. 0.2 m more is what gusts move; 0.9 m is a start, and 3 m more than may be waited at.
+    let mut extra_m = |height_m| computer.hold_extra_m(&mut state, 0.0, height_m, DT);
+    assert_eq!(extra_m(1.0), 0.0);
+    assert!((extra_m(1.7) - 0.9).abs() < ROUNDING);
+    // Who sinks below is brought back.
+    assert!((extra_m(1.2) - 0.9).abs() < ROUNDING);
+    assert!((extra_m(3.8) - 1.5).abs() < ROUNDING);
+    state.flown_s = computer.watch_s;
+    assert_eq!(
+        computer.hold_extra_m(&mut state, 0.0, 3.8, DT),
+        0.0,
+        "watched"
+    );
+}
