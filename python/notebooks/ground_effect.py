@@ -76,7 +76,8 @@ ax.legend();
 
 # %% [markdown]
 # Close to the ground, where it matters most, the curve goes through the points. Between 0.3 and 0.7 m it lies below them, by about three percent of the thrust.
-# Vehicles descend through these heights within a second. A static curve knows height alone, and these flights identify no more than that.
+# There the vehicles descend. The true force depends on the sink rate too: at 0.75 m a hover has 1 %, a descent 3 %. A static curve knows height alone,
+# and these flights identify no more than that.
 #
 # ## Judge it on other flights
 #
