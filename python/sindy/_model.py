@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from . import _export, _native
+from . import _export, _native, _settings
 from ._data import Array, Data, Given, collect, floats, is_many, matrix, table
 from ._errors import SindyError, SindyWarning, fault
 from ._library import Library, libraries
@@ -72,6 +72,14 @@ class SINDy(Estimator):
         Whether the equations give the next sample instead of the slope.
     states, inputs : sequence of str, optional
         Names; those of a table's columns, else ``x0, x1, …`` and ``u0, u1, …``. In a table they choose the columns.
+    known : sequence of str, optional
+        Parts of equations that are known, as for ``sindy fit --known``. ``x' = v`` is the whole equation of x, ``v' = -9.81 +
+        ...`` a part of it: the rest is looked for. In discrete time ``x[k+1] = y``. Known terms have no standard error. Of the
+        automatic call only.
+    signs : sequence of str, optional
+        Signs that coefficients must have, as for ``sindy fit --sign``. With ``v': v < 0`` the term v in the equation of v has a
+        coefficient below 0, or is left out. In discrete time ``x[k+1]: x > 0``. A warning names signs that the data
+        contradict. Of the automatic call only.
     settings : dict, optional
         Further settings of the automatic call: those of ``sindy settings``, section ``identify``.
     n_jobs : int, optional
@@ -104,6 +112,15 @@ class SINDy(Estimator):
     ['-1.0*x + 1.0*u']
     >>> model.simulate([1.0], t, u=u).finished
     True
+
+    An oscillator, x'' = -x - 0.2 x', whose velocity is measured too, and whose damping takes energy away:
+
+    >>> w = np.sqrt(0.99)
+    >>> x = np.exp(-0.1 * t) * np.cos(w * t)
+    >>> v = np.exp(-0.1 * t) * (-0.1 * np.cos(w * t) - w * np.sin(w * t))
+    >>> model = sindy.SINDy("poly(2)", states=["x", "v"], known=["x' = v"], signs=["v': v < 0"])
+    >>> model.fit(np.column_stack([x, v]), t).equations(2)
+    ['1.0*v', '-1.0*x - 0.20*v']
     """
 
     def __init__(
@@ -116,6 +133,8 @@ class SINDy(Estimator):
         discrete: bool = False,
         states: Sequence[str] | None = None,
         inputs: Sequence[str] | None = None,
+        known: Sequence[str] | None = None,
+        signs: Sequence[str] | None = None,
         settings: dict[str, Any] | None = None,
         n_jobs: int | None = None,
     ) -> None:
@@ -126,6 +145,8 @@ class SINDy(Estimator):
         self.discrete = discrete
         self.states = states
         self.inputs = inputs
+        self.known = known
+        self.signs = signs
         self.settings = settings
         self.n_jobs = n_jobs
 
@@ -167,7 +188,7 @@ class SINDy(Estimator):
         SINDy
             The estimator.
         """
-        self._check()
+        _settings.check(self, None if x_dot is None else "`x_dot`")
         data = collect(x, t, u, x_dot, sample_weight, groups, self.states, self.inputs)
         built = libraries(self.library, data.states, data.inputs)
         jobs = self._jobs()
@@ -189,27 +210,8 @@ class SINDy(Estimator):
     def _jobs(self) -> int | None:
         return threads(self.n_jobs)
 
-    def _check(self) -> None:
-        """Settings that the library does not see, or sees as another kind."""
-        if self.solver is not None and not isinstance(self.solver, Solver):
-            raise fault("solver", "a solver such as STLSQ(), or none", repr(self.solver))
-        if not isinstance(self.discrete, (bool, np.bool_)):
-            raise fault("discrete", "True or False", repr(self.discrete))
-        if self.settings is not None and not isinstance(self.settings, dict):
-            raise fault("settings", "a dict, or none", type(self.settings).__name__)
-        if self.solver is not None and self.settings:
-            raise fault("settings", "none with a solver: they are of the automatic call", ", ".join(map(str, self.settings)))
-        if self.solver is not None and self.method != "automatic":
-            raise fault("method", "`automatic` with a solver: it is of the automatic call", repr(self.method))
-        if not isinstance(self.smoothing, (str, dict)):
-            raise fault("smoothing", "a text or a dict", repr(self.smoothing))
-
-    def _settings(self) -> dict[str, Any]:
-        """Those of the automatic call."""
-        return {**(self.settings or {}), "discrete": bool(self.discrete), "method": self.method, "smoothing": self.smoothing}
-
     def _identify(self, data: Data, built: list[_native.Library], jobs: int | None) -> tuple[_native.Model, str]:
-        return _native.identify(data.states, data.inputs, data.given(), built, dumps(self._settings()), jobs)
+        return _native.identify(data.states, data.inputs, data.given(), built, dumps(_settings.automatic(self)), jobs)
 
     def _fit_slopes(self, data: Data, built: list[_native.Library], jobs: int | None) -> tuple[_native.Model, str]:
         assert self.solver is not None

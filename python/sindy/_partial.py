@@ -12,6 +12,7 @@ from ._data import Array, Data, collect
 from ._errors import fault
 from ._library import libraries
 from ._model import SINDy
+from ._settings import automatic, check
 from ._solvers import dumps, threads
 
 Arrays = list[list[Array]]
@@ -38,7 +39,7 @@ class PartialSums:
     Parameters
     ----------
     model : SINDy
-        Library, settings and names. It has no solver, and not the method ``output_error``.
+        Library, settings and names. It has no solver, no known parts or signs, and not the method ``output_error``.
     names : sequence of str
         Names of all files (or whatever holds whole trajectories), in the order of summation.
     read : callable
@@ -61,7 +62,7 @@ class PartialSums:
     """
 
     def __init__(self, model: SINDy, names: Sequence[str], read: Callable[[int], dict[str, Any]]) -> None:
-        model._check()
+        check(model, "partial sums (`sindy.dist.fit`)")
         if model.solver is not None:
             raise fault("solver", "none: partial sums are of the automatic call", repr(model.solver))
         if not names:
@@ -83,7 +84,7 @@ class PartialSums:
             self.inputs,
             self._weighted,
             built,
-            dumps(model._settings()),
+            dumps(automatic(model)),
             self.names,
             [self._arrays(data) for data in heads],
             threads(model.n_jobs),

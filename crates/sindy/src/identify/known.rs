@@ -83,6 +83,19 @@ pub(super) fn equation(left: &str, states: &[String], discrete: bool) -> Option<
     states.iter().position(|s| *s == name)
 }
 
+/// An expression in a setting, whose fault names the setting.
+pub(super) fn expression(key: &'static str, text: &str) -> Result<Expr, SindyError> {
+    parse(text).map_err(|error| match error {
+        SindyError::Expression { text, reason } => {
+            // The lines below show the text with a mark.
+            let reason = reason.lines().next().unwrap_or_default();
+            let expected = format!("an expression ({reason})");
+            SindyError::setting(key, expected, format!("`{text}`"))
+        }
+        other => other,
+    })
+}
+
 /// The left side of a state's equation.
 pub(super) fn left_side(state: &str, discrete: bool) -> String {
     match discrete {
@@ -108,16 +121,11 @@ fn right_side(text: &str, names: &[String]) -> Result<KnownPart, SindyError> {
     };
     let mut terms: Vec<Term> = Vec::new();
     for part in summands(known) {
-        let expression = parse(part)?;
-        if let Some(name) = expression
-            .variables()
-            .into_iter()
-            .find(|v| !names.iter().any(|n| n == v))
-        {
-            return Err(SindyError::UnknownColumn {
-                name: name.to_owned(),
-                known: names.join(", "),
-            });
+        let expression = expression(KEY, part)?;
+        let unknown = |v: &&str| !names.iter().any(|n| n == v);
+        if let Some(name) = expression.variables().into_iter().find(unknown) {
+            let expected = format!("terms of {}", names.join(", "));
+            return Err(refused(&expected, name));
         }
         let (coefficient, factors) = expression.factors();
         if !coefficient.is_finite() || coefficient == 0.0 {
@@ -256,6 +264,16 @@ mod tests {
         assert!(!some.whole && some.terms.len() == 1, "{some:?}");
         assert!(part("0*x").is_err() && part("x ...").is_err() && part("z").is_err());
         assert!(part("").is_err());
+    }
+
+    #[test]
+    fn prop_faults_name_the_setting() {
+        for (text, expected) in [("x*", "an expression"), ("2*z", "terms of x, y, e")] {
+            let error = part(text).unwrap_err().to_string();
+            assert!(error.contains("`known`: expected"), "{error}");
+            assert!(error.contains(expected), "{error}");
+            assert_eq!(error.lines().count(), 1, "{error}");
+        }
     }
 
     #[test]

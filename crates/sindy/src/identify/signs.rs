@@ -12,13 +12,13 @@
 use sindy_expr::Expr;
 
 use super::follow::FollowedModel;
-use super::known::{KnownPart, equation, left_side, left_sides, same_factors};
+use super::known::{KnownPart, equation, expression, left_side, left_sides, same_factors};
 use super::model::count;
 use super::regress::{NODES, Statistics, signed_subsets};
 use super::run::IdentificationRun;
 use crate::data::dataset::Dataset;
 use crate::error::SindyError;
-use crate::library::{Library, parse};
+use crate::library::Library;
 use crate::solve::sign::{Sign, broken, is_constrained};
 use crate::statistics::criteria::{Criterion, TWENTY_TO_ONE};
 use crate::statistics::gram::Gram;
@@ -101,7 +101,7 @@ fn condition_of(condition: &str, text: &str) -> Result<(Expr, Sign), SindyError>
     if term.trim().is_empty() {
         return Err(shape());
     }
-    let term = parse(term.trim())?;
+    let term = expression(KEY, term.trim())?;
     let (factor, _) = term.factors();
     if !factor.is_finite() || factor == 0.0 {
         return Err(shape());
