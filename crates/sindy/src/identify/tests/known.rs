@@ -209,7 +209,10 @@ fn prop_known_parts_that_make_no_sense_are_refused() {
         (&["x' - v"][..], "an equation, such as x' = v"),
         (&["y' = x"], "one of x', x_dot' before `=`, found `y'`"),
         (&["x' = x_dot + ..."; 2], "each equation once"),
-        (&["x' = w"], "no column named `w`"),
+        (
+            &["x' = w"],
+            "`known`: expected terms of x, x_dot, u, found `w`",
+        ),
         (
             &["x' = x_dot", "x_dot' = -x"],
             "of which a part is not known",
