@@ -12,7 +12,7 @@ def main() -> None:
     t = np.arange(0.0, 10.0, 0.01)
     x = np.column_stack([np.cos(t), -np.sin(t)])
     model = sindy.SINDy("poly(1)", sindy.STLSQ(threshold=0.1), states=["x", "y"]).fit(x, t)
-    known = sindy.SINDy(states=("x", "y"), known=["x' = y"], signs=("y': x < 0",)).fit(x, t)
+    known = sindy.SINDy("poly(1)", states=("x", "y"), known=["x' = y"], signs=("y': x < 0",)).fit(x, t)
     coefficients: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = model.coef_
     run: sindy.Run = model.simulate([1.0, 0.0], t)
     lines: list[str] = model.equations(precision=2)
