@@ -57,7 +57,8 @@ const SWAY_MPS2: f64 = 1.5;
 /// over a calm sea, 84 of 100 vehicles land on a boat in a sea of 4 m instead of 95; with 1 94.
 const HASTE: f64 = 0.7;
 
-/// Increase of the sink rate at the touch per speed beyond a calm sea; and at most, m/s.
+/// Increase of the sink rate at the touch per speed beyond a calm sea; and at most, m/s. Of 2400 landings in seas 6 crash; with both halved
+/// 11, with both doubled 31.
 const SINK_SHARE: f64 = 0.15;
 const SINK_MPS: f64 = 0.15;
 
