@@ -187,11 +187,18 @@ impl<R: Real> LatencyEstimator<R> {
         }
         let gone = R::ONE - (-(step_s / self.memory_s)).exp();
         let gap = step_s >= self.memory_s * r(GAP);
+        // Of the memory's filter: for place, velocity and bias.
+        let theta = R::ONE - gone;
+        let gains = [
+            R::ONE - theta * theta * theta,
+            r::<R>(1.5) * gone * gone * (R::ONE + theta) / step_s,
+            gone * gone * gone / (step_s * step_s),
+        ];
+        let arm = filter.tag.position_m + filter.tag.attitude.rotate(tag.position_m);
         let mut errors = [R::ZERO; HYPOTHESES];
         for (k, hypothesis) in state.hypotheses.iter_mut().enumerate() {
             let age_s = tag.age_s + self.latency(k);
             let attitude = filter.attitude_at(relative, age_s);
-            let arm = filter.tag.position_m + filter.tag.attitude.rotate(tag.position_m);
             let place = -attitude.rotate(arm);
             let moved = filter.moved(relative, hypothesis.age_s, age_s);
             let mut next = Hypothesis {
@@ -201,7 +208,7 @@ impl<R: Real> LatencyEstimator<R> {
             };
             *hypothesis = match moved.filter(|_| !gap && next.followed_s.is_some()) {
                 Some(moved) => {
-                    errors[k] = next.follow(place, moved, step_s, gone);
+                    errors[k] = next.follow(place, moved, step_s, gains);
                     next
                 }
                 None => hypothesis.restarted(place, age_s),
@@ -307,22 +314,22 @@ impl<R: Real> Hypothesis<R> {
     }
 
     /// Advances by `step_s` with the measured motion, corrects by the measured position
-    /// and returns the squared error. `gone` is 1 - θ.
+    /// and returns the squared error. The gains are those for place, velocity and bias.
     fn follow(
         &mut self,
         measured: Vector<R>,
         [faster, farther]: [Vector<R>; 2],
         step_s: R,
-        gone: R,
+        gains: [R; 3],
     ) -> R {
         let half = r::<R>(0.5);
         self.place += (self.velocity - self.bias * (half * step_s)) * step_s + farther;
         self.velocity += faster - self.bias * step_s;
         let error = (measured - self.place).horizontal();
-        let theta = R::ONE - gone;
-        self.place += error * (R::ONE - theta * theta * theta);
-        self.velocity += error * (r::<R>(1.5) * gone * gone * (R::ONE + theta) / step_s);
-        self.bias -= error * (gone * gone * gone / (step_s * step_s));
+        let [of_place, of_velocity, of_bias] = gains;
+        self.place += error * of_place;
+        self.velocity += error * of_velocity;
+        self.bias -= error * of_bias;
         error.dot(error)
     }
 

@@ -309,12 +309,12 @@ impl<R: Real, G: GroundEffect<R>> Computer<R, G> {
         target: &mut Target<R>,
         dt: R,
     ) {
-        let unseen = self.relative.health(&state.relative).tag.age_s > r(UNSEEN_S);
+        let unseen = || self.relative.health(&state.relative).tag.age_s > r(UNSEEN_S);
+        let faster_mps = state.sea.sink_mps();
         let sea = &mut state.sea;
         if !committed {
             sea.pressed_m = R::ZERO;
-        } else if unseen && sea.pressed_m < self.guidance.press_m {
-            let faster_mps = sea.sink_mps();
+        } else if faster_mps > R::ZERO && sea.pressed_m < self.guidance.press_m && unseen() {
             sea.pressed_m += faster_mps * dt;
             target.vertical.velocity_mps -= faster_mps;
         }

@@ -372,8 +372,12 @@ impl<R: Real, const N: usize, const M: usize> History<R, N, M> {
                 return None;
             }
             let here = &self.nodes[Self::slot(node)];
-            add(here.acceleration_mps2, end + here.dt, end);
-            end += here.dt;
+            let start = end + here.dt;
+            // A newer node has no part in it.
+            if start > to {
+                add(here.acceleration_mps2, start, end);
+            }
+            end = start;
             node -= 1;
         }
         (from >= to).then_some([faster, farther])
