@@ -80,6 +80,10 @@ class SINDy(Estimator):
         Signs that coefficients must have, as for ``sindy fit --sign``. With ``v': v < 0`` the term v in the equation of v has a
         coefficient below 0, or is left out. In discrete time ``x[k+1]: x > 0``. A warning names signs that the data
         contradict. Of the automatic call only.
+    conserve : sequence of str, optional
+        Invariants that the equations keep exactly, as for ``sindy fit --conserve``: expressions of the states such as ``v^2/2 -
+        cos(x)``. A warning tells where the data contradict them. Of the automatic call only, in continuous time, and not beside
+        ``known`` or ``signs``.
     settings : dict, optional
         Further settings of the automatic call: those of ``sindy settings``, section ``identify``.
     n_jobs : int, optional
@@ -135,6 +139,7 @@ class SINDy(Estimator):
         inputs: Sequence[str] | None = None,
         known: Sequence[str] | None = None,
         signs: Sequence[str] | None = None,
+        conserve: Sequence[str] | None = None,
         settings: dict[str, Any] | None = None,
         n_jobs: int | None = None,
     ) -> None:
@@ -147,6 +152,7 @@ class SINDy(Estimator):
         self.inputs = inputs
         self.known = known
         self.signs = signs
+        self.conserve = conserve
         self.settings = settings
         self.n_jobs = n_jobs
 

@@ -39,7 +39,7 @@ class PartialSums:
     Parameters
     ----------
     model : SINDy
-        Library, settings and names. It has no solver, no known parts or signs, and not the method ``output_error``.
+        Library, settings and names. It has no solver, no known parts, signs or invariants, and not the method ``output_error``.
     names : sequence of str
         Names of all files (or whatever holds whole trajectories), in the order of summation.
     read : callable

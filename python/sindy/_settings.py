@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ._model import SINDy
 
 # Parameters that are lists of texts, with what an entry looks like. Settings of the same name add to them.
-TEXTS = {"known": "x' = v", "signs": "v': v < 0"}
+TEXTS = {"known": "x' = v", "signs": "v': v < 0", "conserve": "v^2/2 - cos(x)"}
 
 
 def _texts(model: SINDy, name: str) -> list[str]:

@@ -112,7 +112,7 @@ def fit(
         Names of files that the workers see at the same paths, or whatever `read` takes. Each holds whole trajectories. The
         sums are added in this order.
     model : SINDy
-        Library, settings, and the names of states and inputs. It is not changed. Known parts and signs are refused.
+        Library, settings, and the names of states and inputs. It is not changed. Known parts, signs and invariants are refused.
     t : str or float
         The column of times, or a step of time.
     read : callable, optional

@@ -1,4 +1,4 @@
-"""Known parts of equations and signs of coefficients: `SINDy(known=, signs=)`."""
+"""Known parts of equations, signs of coefficients and invariants: `SINDy(known=, signs=, conserve=)`."""
 
 from __future__ import annotations
 
@@ -105,6 +105,19 @@ def test_analytic_maps_and_equations_of_second_order_have_them_too() -> None:
     assert abs(found["x"][0] + 1.0) < 1e-4
 
 
+def test_analytic_an_invariant_is_kept_and_friction_contradicts_it() -> None:
+    t, x = swing(0.0, 500, 0.01)
+    kept = model(conserve=["x^2 + v^2"]).fit(x, t)
+    (position, error), = row(kept, "x").values()
+    (velocity, _), = row(kept, "v").values()
+    # The ratio to rounding, the frequency within five standard errors.
+    assert abs(position + velocity) < 1e-14 and abs(position - 1.0) < 5.0 * error < 0.01
+    assert not any("contradict" in warning for warning in kept.warnings_)
+    t, x = swing(0.05, 500, 0.01)
+    with pytest.warns(sindy.SindyWarning, match="contradict that `x\\^2 \\+ v\\^2` is conserved"):
+        model(settings={"conserve": ["x^2 + v^2"]}).fit(x, t)
+
+
 def test_prop_they_are_parameters_like_all_others() -> None:
     given = {"known": KNOWN, "signs": ("v': v < 0", "v': x<=0")}
     one = model(**given)
@@ -151,6 +164,12 @@ def test_prop_they_are_parameters_like_all_others() -> None:
         ({"signs": ["v': sin(v) < 0"]}, "signs", "a candidate term"),
         ({"signs": ["x': v > 0"], "known": ["x' = v"]}, "signs", "an equation that is not known"),
         ({"signs": ["v': v < 0"], "settings": {"signs": ["v': v > 0"]}}, "signs", "nothing against"),
+        ({"conserve": "x^2 + v^2"}, "conserve", "a list of texts"),
+        ({"conserve": ["x^2 +"]}, "conserve", "an expression"),
+        ({"conserve": ["x^2 + q^2"]}, "conserve", "an expression of the states x, v"),
+        ({"conserve": ["v^2/2 - cos(x)"]}, "conserve", "`sin(x)` in v' are needed"),
+        ({"conserve": ["x^2"], "settings": {"signs": ["v': v > 0"]}}, "conserve", "none beside `signs`"),
+        ({"conserve": ["x^2"], "discrete": True}, "conserve", "none in discrete time"),
     ],
 )  # fmt: skip
 def test_prop_bad_ones_are_one_error_that_says_what_was_expected(
@@ -164,7 +183,7 @@ def test_prop_bad_ones_are_one_error_that_says_what_was_expected(
     assert f"`{key}`" in str(error) and "\n" not in str(error) and isinstance(error, ValueError)
 
 
-@pytest.mark.parametrize(("key", "given"), [("known", KNOWN), ("signs", ["v': v < 0"])])
+@pytest.mark.parametrize(("key", "given"), [("known", KNOWN), ("signs", ["v': v < 0"]), ("conserve", ["x^2"])])
 def test_prop_fits_that_would_ignore_them_refuse(key: str, given: list[str]) -> None:
     t, x = swing(0.2, 100)
     with ThreadPoolExecutor(1) as executor:

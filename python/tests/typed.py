@@ -13,11 +13,12 @@ def main() -> None:
     x = np.column_stack([np.cos(t), -np.sin(t)])
     model = sindy.SINDy("poly(1)", sindy.STLSQ(threshold=0.1), states=["x", "y"]).fit(x, t)
     known = sindy.SINDy("poly(1)", states=("x", "y"), known=["x' = y"], signs=("y': x < 0",)).fit(x, t)
+    kept = sindy.SINDy("poly(1)", states=("x", "y"), conserve=["x^2 + y^2"]).fit(x, t)
     coefficients: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = model.coef_
     run: sindy.Run = model.simulate([1.0, 0.0], t)
     lines: list[str] = model.equations(precision=2)
     score: float = model.score(x, t)
-    print(coefficients.shape, run.finished, lines, score, known.equations())
+    print(coefficients.shape, run.finished, lines, score, known.equations(), kept.equations())
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 mod common;
 
 mod bad_input;
+mod conserve;
 mod explicit_time;
 mod fit;
 mod implicit;

@@ -64,6 +64,17 @@ pub(crate) struct FitArgs {
     /// all signs. A warning names signs that the data contradict.
     #[arg(long, value_name = "SIGN", conflicts_with = "stream")]
     pub(crate) sign: Vec<String>,
+    /// Invariant that the equations keep, such as `v^2/2 - cos(x)`; repeatable
+    ///
+    /// An expression of the states. Terms are chosen among combinations that keep all invariants exactly, and coefficients of
+    /// different equations keep the ratios that follow. Numbers in it are taken as exact. A warning tells where the data contradict
+    /// the invariants. Not with --known, --sign, --second-order, --discrete or --stream.
+    #[arg(
+        long,
+        value_name = "EXPRESSION",
+        conflicts_with_all = ["stream", "known", "sign", "second_order", "discrete"]
+    )]
+    pub(crate) conserve: Vec<String>,
     /// Find x'' = f(x, x', u): positions are measured, velocities are not
     ///
     /// All states are positions, or those that --second-order=x,y names. The velocity of x is called `x_dot` in terms. It is
@@ -123,6 +134,7 @@ Examples:
   sindy fit swing.csv --states q --second-order --library 'poly(3) + sin(q)'
   sindy fit cart.csv --states x,v --inputs u --known \"x' = v\"
   sindy fit swing.csv --states q --second-order --sign \"q'': q_dot < 0\"
+  sindy fit swing.csv --states x,v --library 'poly(2) + sin(x)' --conserve 'v^2/2 - cos(x)'
   sindy fit driven.csv --states x --inputs t --library 'poly(2, x) + cos(2*t) + sin(2*t)'
   sindy fit map.csv --states x --discrete --past x@1 --model model.json
   sindy fit big.parquet --states x,y --stream

@@ -43,6 +43,10 @@ pub(super) fn of(args: &FitArgs) -> Result<Settings> {
     settings.identify.discrete |= args.discrete;
     settings.identify.known.extend(args.known.iter().cloned());
     settings.identify.signs.extend(args.sign.iter().cloned());
+    settings
+        .identify
+        .conserve
+        .extend(args.conserve.iter().cloned());
     let positions = args.positions();
     if !positions.is_empty() {
         settings.identify.second_order = positions;

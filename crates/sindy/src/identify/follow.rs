@@ -3,14 +3,13 @@
 use super::evidence::TermEvidence;
 use super::prepare::{self, Slopes};
 use super::rank::RankedModel;
-use super::regress::Statistics;
+use super::regress::{self, Statistics};
 use super::run::{CORRELATED, FOLLOWS, IdentificationRun};
 use super::screen::Screen;
 use super::{Method, Progress};
 use crate::solve::outcome::Outcome;
 use crate::solve::sign::{Sign, broken, is_constrained};
 use crate::statistics::criteria::TWENTY_TO_ONE;
-use crate::statistics::gram::Gram;
 use crate::trajectory::output_error::{self, OutputErrorFit, Piece, Start, Step, System};
 
 /// Starts of the output error, at most. Two that agree end the search earlier; with twice as many, systems that two
@@ -48,6 +47,8 @@ pub(super) struct FollowedModel {
     pub independence: Option<f64>,
     /// Coefficients of the fit without signs, where it is more likely by odds of 20 to 1.
     pub without_signs: Option<Vec<f64>>,
+    /// The same of the fit without invariants, of all candidate terms.
+    pub without_invariants: Option<Vec<f64>>,
 }
 
 impl FollowedModel {
@@ -83,10 +84,10 @@ impl IdentificationRun<'_> {
             return None;
         }
         let states = self.data.states().len();
-        let grams = statistics.grams.iter();
-        let term_rms: Vec<f64> = grams
-            .flat_map(|parts| Gram::total(parts).column_rms().as_slice().to_vec())
-            .collect();
+        let term_rms = match &self.conserved {
+            Some(conserved) => conserved.field_rms(statistics),
+            None => regress::term_rms(&statistics.grams),
+        };
         let screen = Screen::of_large(self, ranked);
         let narrow = |values: &[f64]| match &screen {
             Some(screen) => screen.narrow(values),
@@ -111,6 +112,7 @@ impl IdentificationRun<'_> {
             };
             let mut found = self.output_error(&search, progress)?;
             found.without_signs = self.without_signs(&found, &search);
+            found.without_invariants = self.without_invariants(&found, &search, statistics);
             if let Some(screen) = &screen {
                 screen.widen(&mut found);
             }
@@ -195,26 +197,57 @@ impl IdentificationRun<'_> {
     }
 
     /// The coefficients of the fit without signs from where the one with signs ended, if they break a sign and are more likely by
-    /// odds of 20 to 1. Correlated residuals hold the information of fewer independent ones.
+    /// odds of 20 to 1.
     fn without_signs(&self, found: &FollowedModel, search: &Search<'_>) -> Option<Vec<f64>> {
         if !is_constrained(search.signs) {
             return None;
         }
-        let correlation = found.fit.correlation;
-        let mut limits = self.limits(found.longest);
-        limits.penalty *= correlation;
         let mut start = self.start(&found.fit.coefficients, &found.fit.sigma, search);
         start.signs.clear();
         start.colour.clone_from(&found.fit.colour);
+        let correlation = found.fit.correlation;
+        let mut limits = self.limits(found.longest);
+        limits.penalty *= correlation;
         let pieces = search.pieces;
         let free = output_error::search(search.system, pieces, &start, &limits, &mut |_| ())?;
-        let score = |fit: &OutputErrorFit| {
-            let terms = fit.coefficients.iter().filter(|c| **c != 0.0).count() as f64;
-            (fit.score - terms * fit.penalty) / correlation + terms * fit.penalty
-        };
-        let likelier = score(&found.fit) - score(&free) > TWENTY_TO_ONE;
+        let likelier = is_likelier(&free, &found.fit, correlation);
         let breaks = broken(search.signs, &free.coefficients).next().is_some();
         (likelier && breaks).then_some(free.coefficients)
+    }
+
+    /// The coefficients of the fit without invariants, of all candidate terms, if it is more likely by odds of 20 to 1: over whole
+    /// trajectories, or over the arcs that the model was found with. The residual of the fit with invariants is correlated where
+    /// these are false, so that of the fit without them counts.
+    fn without_invariants(
+        &self,
+        found: &FollowedModel,
+        search: &Search<'_>,
+        statistics: &Statistics,
+    ) -> Option<Vec<f64>> {
+        let conserved = self.conserved.as_ref()?;
+        let whole = (found.longest != usize::MAX).then_some(usize::MAX);
+        whole
+            .into_iter()
+            .chain([found.longest])
+            .find_map(|longest| {
+                let mut limits = self.limits(longest);
+                let run = |system: &System, start: &Start, limits: &output_error::Settings| {
+                    output_error::search(system, search.pieces, start, limits, &mut |_| ())
+                };
+                let start = self.start(&found.fit.coefficients, &found.fit.sigma, search);
+                let kept = match longest == found.longest {
+                    true => found.fit.clone(),
+                    false => run(search.system, &start, &limits)?,
+                };
+                let start = conserved.free_start(start, &kept, statistics);
+                let mut free = run(&conserved.free, &start, &limits)?;
+                if free.correlation > CORRELATED {
+                    limits.penalty *= free.correlation;
+                    free = run(&conserved.free, &start, &limits)?;
+                }
+                let likelier = is_likelier(&free, &kept, free.correlation);
+                likelier.then_some(free.coefficients)
+            })
     }
 
     /// The fit of whole trajectories for noise that is not white, if its residual is noise of the measurement: terms are worth
@@ -324,6 +357,7 @@ impl IdentificationRun<'_> {
                         longest,
                         independence: None,
                         without_signs: None,
+                        without_invariants: None,
                     });
                 }
             }
@@ -352,6 +386,16 @@ impl IdentificationRun<'_> {
             relevance: self.settings.relevance,
         }
     }
+}
+
+/// Whether a fit is more likely than another one by odds of 20 to 1. Correlated residuals hold the information of fewer
+/// independent ones.
+fn is_likelier(fit: &OutputErrorFit, than: &OutputErrorFit, correlation: f64) -> bool {
+    let score = |fit: &OutputErrorFit| {
+        let terms = fit.coefficients.iter().filter(|c| **c != 0.0).count() as f64;
+        (fit.score - terms * fit.penalty) / correlation + terms * fit.penalty
+    };
+    score(than) - score(fit) > TWENTY_TO_ONE
 }
 
 /// Whether a term is more likely absent than not. Where residuals are correlated, each term is worth less than it was chosen

@@ -38,6 +38,7 @@
 //! [`Identification`] holds the choice, its reason, and every equation's front of terms against error.
 //! Random numbers are not used. Rows that do not fit into memory pass once through [`stream`].
 
+mod conserve;
 mod discrete;
 mod evidence;
 mod follow;
@@ -230,12 +231,16 @@ impl Identify {
         check_rows(stretches.iter().map(|s| s.time.len()).sum(), &libraries)?;
         let terms: Vec<Vec<Term>> = known.iter().map(|k| k.terms.clone()).collect();
         let states = (data.states(), n - positions.len());
+        let free = System::with_known(time, states, data.inputs(), &libraries, &terms)?;
+        let (system, conserved) = conserve::of(&self.settings, data, &libraries, &stretches, free)?;
+        let signs = conserved.as_ref().map_or(signs, |_| vec![Vec::new()]);
         let mut noise = prepare::noise(&stretches, n);
         noise.of_velocities(&positions);
         work(IdentificationRun {
             data,
             settings: &self.settings,
-            system: System::with_known(time, states, data.inputs(), &libraries, &terms)?,
+            system,
+            conserved,
             libraries: libraries.into_iter().zip(known).collect(),
             signs,
             positions,

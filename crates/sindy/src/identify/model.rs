@@ -16,6 +16,9 @@ use crate::solve::sign::Sign;
 use crate::statistics::gram::Gram;
 use crate::trajectory::output_error::{Alternative, OutputErrorFit, Piece};
 
+/// Coefficients of all candidates, the evidence for them, and the equations.
+pub(super) type WrittenRegression = (Vec<f64>, Vec<TermEvidence>, Vec<Equation>);
+
 /// Level of the test for errors of the next sample that depend on the state: of true maps one in a hundred is warned of.
 const LACKS: f64 = 0.01;
 
@@ -55,7 +58,7 @@ impl IdentificationRun<'_> {
     }
 
     /// Noise of a state; there is none of a velocity that is not measured.
-    fn noise_of(&self, i: usize) -> f64 {
+    pub(super) fn noise_of(&self, i: usize) -> f64 {
         match i < self.measured() {
             true => self.noise.sigma[i],
             false => f64::NAN,
@@ -81,7 +84,7 @@ impl IdentificationRun<'_> {
         ranked: &[RankedModel],
         followed: &FollowedModel,
     ) -> Result<Identification, SindyError> {
-        let fit = &followed.fit;
+        let fit = &self.in_terms(&followed.fit);
         let evidence: Vec<TermEvidence> = (0..fit.coefficients.len())
             .map(|j| TermEvidence::of_output_error(fit, j))
             .collect();
@@ -123,6 +126,8 @@ impl IdentificationRun<'_> {
         let warnings = self.warnings_of_fit(followed);
         self.warnings.extend(warnings);
         let against = self.contradicted_by_trajectories(followed);
+        self.warnings.extend(against);
+        let against = self.broken_by_trajectories(Some(followed));
         self.warnings.extend(against);
         let unmoved = self.unmoved(&model, fit);
         self.warnings.extend(unmoved);
@@ -223,6 +228,7 @@ impl IdentificationRun<'_> {
         ranked: &[RankedModel],
         statistics: &[Statistics],
         yardstick: &[Piece<'_>],
+        followed: Option<&FollowedModel>,
     ) -> Result<Identification, SindyError> {
         // Statistics of the smoothing that the best model came from.
         let from = statistics
@@ -231,6 +237,45 @@ impl IdentificationRun<'_> {
             .unwrap_or(&statistics[0]);
         let (best, worth) = self.without_doubtful(&ranked[0], from, yardstick);
         let best = &best;
+        let (coefficients, evidence, equations) = match &self.conserved {
+            Some(conserved) => self.joint_equations(conserved, best, from)?,
+            None => self.separate_equations(best, from, worth)?,
+        };
+        let model = self.model(&coefficients, &evidence)?;
+        let reason = format!(
+            "{}: of {} regressions the fewest terms ({}) among those with the least free-run error ({} times the \
+             noise)",
+            best.regression.name,
+            ranked.len(),
+            model.terms(),
+            ratio(best.free_run)
+        );
+        let choice = self.choice(best, best.regression.solver, reason);
+        let warnings = self.warnings_of_regression(best, &model);
+        self.warnings.extend(warnings);
+        let against = self.contradicted_by_regression(from)?;
+        self.warnings.extend(against);
+        let mut against = self.broken_by_trajectories(followed);
+        if against.is_empty() {
+            against = self.broken_by_regression(from, best, yardstick)?;
+        }
+        self.warnings.extend(against);
+        let lack = self.lack_of_map(&model)?;
+        self.warnings.extend(lack);
+        let mut outcomes = best.regression.fits.iter().map(|f| f.outcome);
+        let outcome = outcomes
+            .find(|o| !o.is_success())
+            .unwrap_or(Outcome::Converged);
+        Ok(self.finish(model, equations, choice, ranked, outcome))
+    }
+
+    /// Coefficients of all candidates, the evidence for them, and the equations of a regression of each equation.
+    fn separate_equations(
+        &self,
+        best: &RankedModel,
+        from: &Statistics,
+        worth: Vec<Vec<TermEvidence>>,
+    ) -> Result<WrittenRegression, SindyError> {
         let mut evidence = Vec::new();
         let mut equations = Vec::new();
         let fits = best.regression.fits.iter().zip(&from.grams);
@@ -251,27 +296,7 @@ impl IdentificationRun<'_> {
             });
             evidence.extend(own);
         }
-        let model = self.model(&best.coefficients, &evidence)?;
-        let reason = format!(
-            "{}: of {} regressions the fewest terms ({}) among those with the least free-run error ({} times the \
-             noise)",
-            best.regression.name,
-            ranked.len(),
-            model.terms(),
-            ratio(best.free_run)
-        );
-        let choice = self.choice(best, best.regression.solver, reason);
-        let warnings = self.warnings_of_regression(best, &model);
-        self.warnings.extend(warnings);
-        let against = self.contradicted_by_regression(from)?;
-        self.warnings.extend(against);
-        let lack = self.lack_of_map(&model)?;
-        self.warnings.extend(lack);
-        let mut outcomes = best.regression.fits.iter().map(|f| f.outcome);
-        let outcome = outcomes
-            .find(|o| !o.is_success())
-            .unwrap_or(Outcome::Converged);
-        Ok(self.finish(model, equations, choice, ranked, outcome))
+        Ok((best.coefficients.clone(), evidence, equations))
     }
 
     /// The model without terms that are more likely absent than not, and the evidence for the others. Where no simulation can
@@ -342,7 +367,7 @@ impl IdentificationRun<'_> {
     ) -> Identification {
         let candidate = |r: &RankedModel| Candidate {
             name: r.regression.name.clone(),
-            terms: r.terms(),
+            terms: self.terms_of(r),
             free_run: r.free_run,
         };
         Identification {
@@ -406,7 +431,7 @@ pub(super) fn count(n: usize, thing: &str) -> String {
     }
 }
 
-fn named(names: &[String], support: &[bool]) -> Vec<String> {
+pub(super) fn named(names: &[String], support: &[bool]) -> Vec<String> {
     let kept = names.iter().zip(support).filter(|(_, s)| **s);
     kept.map(|(n, _)| n.clone()).collect()
 }

@@ -57,6 +57,8 @@ pub(super) struct Statistics {
     pub grams: Vec<Vec<Gram>>,
     /// Rows that are independent, as a share.
     pub independent: f64,
+    /// By equation, then block, where `grams` join all equations under invariants; else none.
+    pub separate: Vec<Vec<Gram>>,
 }
 
 impl Statistics {
@@ -75,6 +77,12 @@ impl Statistics {
             fits,
         }
     }
+}
+
+/// Root mean square of every term of every equation.
+pub(super) fn term_rms(grams: &[Vec<Gram>]) -> Vec<f64> {
+    let of = |parts: &Vec<Gram>| Gram::total(parts).column_rms().as_slice().to_vec();
+    grams.iter().flat_map(of).collect()
 }
 
 /// Statistics of slopes.
@@ -105,6 +113,7 @@ pub(super) fn of_slopes(
         smoothing: slopes.name.clone(),
         grams,
         independent: 1.0 / slopes.window,
+        separate: Vec::new(),
     })
 }
 
@@ -150,6 +159,7 @@ pub(super) fn of_weak_form(
         smoothing: format!("weak form, half-width {half_width:.4}"),
         grams,
         independent: INDEPENDENT_WINDOWS,
+        separate: Vec::new(),
     }))
 }
 

@@ -61,7 +61,7 @@ pub fn ratio(value: f64) -> String {
 pub struct Choice {
     /// How coefficients were determined: `output_error`, `best_subset` or `sr3`.
     pub method: String,
-    /// λ of SR3, one for each equation, where it made the start or the model.
+    /// λ of SR3, one for each equation (under invariants one for all), where it made the start or the model.
     pub lambda: Option<Vec<f64>>,
     /// ν of SR3, likewise.
     pub nu: Option<Vec<f64>>,
@@ -93,7 +93,7 @@ pub struct Equation {
     pub noise: f64,
     /// Root mean square of its residual, as far as trajectories were followed.
     pub residual: Option<f64>,
-    /// Terms against error, the other equations held.
+    /// Terms against error, the other equations held; under invariants of all equations together, which share terms.
     pub front: Vec<FrontPoint>,
     /// Meaning and unit of the front's error.
     pub unit: &'static str,

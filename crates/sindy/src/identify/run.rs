@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::conserve::Conserved;
 use super::follow::FollowedModel;
 use super::inputs;
 use super::prepare::{self, Noise, Slopes};
@@ -31,8 +32,10 @@ pub(super) struct IdentificationRun<'a> {
     pub settings: &'a Settings,
     /// Candidate terms and known part of each equation.
     pub libraries: Vec<(Library, KnownPart)>,
-    /// Signs of the candidates of each equation; none where none is given.
+    /// Signs of the candidates of each equation; none where none is given. Under invariants one, without signs, for all.
     pub signs: Vec<Vec<Sign>>,
+    /// What is looked for under invariants: the candidates of `system` are its fields then.
+    pub conserved: Option<Conserved>,
     /// Indices of the positions whose velocity is not measured. Their velocities are the last states.
     pub positions: Vec<usize>,
     pub system: System,
@@ -56,6 +59,13 @@ impl<'a> IdentificationRun<'a> {
             &self.libraries,
             &self.data.samples()?,
         )?);
+        let statistics = match &self.conserved {
+            Some(conserved) => statistics
+                .into_iter()
+                .map(|of| conserved.join(of))
+                .collect::<Result<_, _>>()?,
+            None => statistics,
+        };
         let yardstick = self.yardstick(&slopes);
         let ranked = self.rank(&statistics, &yardstick)?;
         self.conclude(&slopes, &statistics, (&ranked, &yardstick), progress)
@@ -91,9 +101,11 @@ impl<'a> IdentificationRun<'a> {
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Identification, SindyError> {
         let followed = self.follow(ranked, slopes, &statistics[0], progress);
-        match followed.filter(|followed| self.accepts(followed, ranked, yardstick)) {
-            Some(followed) => self.of_output_error(ranked, &followed),
-            None => self.of_regression(ranked, statistics, yardstick),
+        match &followed {
+            Some(followed) if self.accepts(followed, ranked, yardstick) => {
+                self.of_output_error(ranked, followed)
+            }
+            _ => self.of_regression(ranked, statistics, yardstick, followed.as_ref()),
         }
     }
 

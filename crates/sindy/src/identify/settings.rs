@@ -137,6 +137,9 @@ pub struct Settings {
     /// Signs that coefficients must have: `v': v < 0` (the coefficient of v in the equation of v is below 0, or the term is
     /// left out), in discrete time `x[k+1]: x > 0`. Not in a stream and not in implicit equations.
     pub signs: Vec<String>,
+    /// Invariants that the equations keep exactly, as expressions of the states: `v^2/2 - cos(x)`. Not in discrete time, in a stream
+    /// or in implicit equations, and not beside `known`, `signs` or `second_order`.
+    pub conserve: Vec<String>,
     /// States whose equation is of second order and whose velocity is not measured: x gets a velocity `x_dot`, and `x_dot' =
     /// f(x, x_dot, u)` is looked for. The velocity is estimated with the model. Not in discrete time or in a stream.
     pub second_order: Vec<String>,
@@ -176,6 +179,7 @@ impl Default for Settings {
             outliers: true,
             known: Vec::new(),
             signs: Vec::new(),
+            conserve: Vec::new(),
             second_order: Vec::new(),
             method: Method::default(),
             smoothing: Smoothing::default(),
@@ -244,6 +248,7 @@ impl Settings {
         let order = !self.discrete || self.second_order.is_empty();
         let found = self.second_order.join(", ");
         require(order, "second_order", "none in discrete time", found)?;
+        super::conserve::check(self)?;
         require(self.rows >= 100, "rows", "at least 100", self.rows)?;
         self.smoothing.differentiator().map(|_| ())
     }

@@ -56,7 +56,7 @@ impl IdentifyImplicit {
     /// The same with other settings; those of discrete time and of unmeasured velocities are refused.
     ///
     /// # Errors
-    /// A setting outside its range; discrete time, states of second order, signs, equations of which a part is known.
+    /// A setting outside its range; discrete time, states of second order, signs, invariants, equations of which a part is known.
     pub fn settings(self, settings: Settings) -> Result<Self, SindyError> {
         settings.validate()?;
         let expected = "continuous time (implicit equations)";
@@ -72,6 +72,8 @@ impl IdentifyImplicit {
         let expected = "none (implicit equations)";
         let found = settings.signs.join(", ");
         require(settings.signs.is_empty(), "signs", expected, found)?;
+        let found = settings.conserve.join(", ");
+        require(settings.conserve.is_empty(), "conserve", expected, found)?;
         Ok(Self { settings, ..self })
     }
 

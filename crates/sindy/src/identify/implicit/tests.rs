@@ -280,6 +280,12 @@ fn prop_settings_that_do_not_apply_are_refused() {
         })
         .is_err()
     );
+    let conserve = Settings {
+        conserve: vec!["x".into()],
+        ..Settings::default()
+    };
+    let error = of(conserve).unwrap_err().to_string();
+    assert!(error.contains("`conserve`: expected none"), "{error}");
     let known = Settings {
         known: vec!["x' = 1 + ...".into()],
         ..Settings::default()

@@ -65,6 +65,7 @@ pub(super) fn of(
         signs: vec![Vec::new(); columns.states.len()],
         libraries,
         positions: Vec::new(),
+        conserved: None,
     };
     let mut regressions = Vec::new();
     for statistics in &statistics {
@@ -81,7 +82,7 @@ pub(super) fn of(
     let mut ranked: Vec<RankedModel> = regressions.into_iter().map(rank_one).collect();
     rank(&mut ranked);
     let clusters = statistics[0].grams[0].iter().filter(|g| g.rows > 0).count();
-    let mut found = run.of_regression(&ranked, &statistics, &pieces)?;
+    let mut found = run.of_regression(&ranked, &statistics, &pieces, None)?;
     found.choice.reason.push_str(&format!(
         "; statistics of all {} rows in one pass, in {clusters} clusters; free runs over {} of them",
         report.rows,
@@ -128,11 +129,13 @@ fn statistics(
         ),
         grams: w.full(&terms),
         independent: regress::INDEPENDENT_WINDOWS,
+        separate: Vec::new(),
     });
     let of_slopes = |(s, sums): (&super::slopes::Slopes, ClusterSums)| Statistics {
         smoothing: s.name.clone(),
         grams: sums.full(&terms),
         independent: 1.0 / s.window,
+        separate: Vec::new(),
     };
     let mut all = Vec::new();
     if settings.smoothing != Smoothing::Weak || weak.is_none() {
@@ -153,6 +156,7 @@ fn solve(statistics: &Statistics, settings: &Settings) -> Result<Vec<Regression>
             smoothing: statistics.smoothing.clone(),
             grams: statistics.grams.clone(),
             independent: statistics.independent * settings.rows as f64 / rows as f64,
+            separate: Vec::new(),
         };
         let fewer = regress::solve(&fewer, &signs, settings)?.into_iter();
         all.extend(fewer.filter(|r| r.solver == "best_subset").map(|r| {

@@ -159,6 +159,7 @@ impl Identify {
             ("known", &self.settings.known),
             ("second_order", &self.settings.second_order),
             ("signs", &self.settings.signs),
+            ("conserve", &self.settings.conserve),
         ] {
             let expected = "none in a stream";
             require(texts.is_empty(), key, expected, texts.join(", "))?;

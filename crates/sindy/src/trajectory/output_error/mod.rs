@@ -47,6 +47,8 @@ pub(crate) use search::irrelevant;
 pub use search::search;
 pub use system::System;
 
+use nalgebra::DMatrix;
+
 use crate::model::Interpolation;
 use crate::solve::outcome::Outcome;
 use crate::solve::sign::Sign;
@@ -147,6 +149,8 @@ pub struct OutputErrorFit {
     pub coefficients: Vec<f64>,
     /// Their standard errors, 0 outside the support.
     pub std_errors: Vec<f64>,
+    /// Their covariance, P x P, 0 outside the support.
+    pub(crate) covariance: DMatrix<f64>,
     /// Twice the fall of the log-likelihood that dropping a term of the support costs, or adding one
     /// gains, less the penalty for it: evidence for the term, were the residuals independent.
     pub evidence: Vec<f64>,

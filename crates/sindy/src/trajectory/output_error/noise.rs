@@ -296,6 +296,7 @@ mod tests {
         let fit = OutputErrorFit {
             coefficients: vec![0.0, 1.0, 0.0, 0.0, -0.1, -4.0],
             std_errors: vec![0.0; 6],
+            covariance: nalgebra::DMatrix::zeros(1, 1),
             evidence: vec![0.0; 6],
             penalty: 0.0,
             sigma: vec![1.0, 2.0],

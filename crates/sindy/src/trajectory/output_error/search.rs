@@ -78,10 +78,7 @@ pub fn search(
     let records: Vec<Record> = pieces.iter().map(Record::new).collect();
     let nodes = records.iter().map(|r| r.rows.len()).max()?;
     let nodes = nodes.min(settings.longest);
-    let mut equations = vec![Vec::new(); system.n];
-    for (candidate, &(equation, _)) in system.candidates.iter().enumerate() {
-        equations[equation].push(candidate);
-    }
+    let groups = &system.groups;
     let mut state = State {
         system,
         records,
@@ -103,7 +100,7 @@ pub fn search(
         iterations += 1;
         at_length += 1;
         let normal = linearise(&state.follow(), &state.records, &mut breaks)?;
-        let taken = state.step(&normal, &equations, settings, at_length == 1, start)?;
+        let taken = state.step(&normal, groups, settings, at_length == 1, start)?;
         progress(Step {
             step: iterations,
             terms: state.xi.iter().filter(|c| **c != 0.0).count(),
@@ -124,7 +121,7 @@ pub fn search(
             breaks = None;
         }
     }
-    Some(state.report(&last?, &equations, (iterations, outcome)))
+    Some(state.report(&last?, groups, (iterations, outcome)))
 }
 
 impl State<'_> {
@@ -153,7 +150,7 @@ impl State<'_> {
     fn step(
         &mut self,
         normal: &Normal,
-        equations: &[Vec<usize>],
+        groups: &[Vec<usize>],
         settings: &Settings,
         anew: bool,
         start: &Start,
@@ -176,12 +173,12 @@ impl State<'_> {
             search.descend(penalty * unit * variance);
         }
         if anew || search.support != support {
-            search.exact(equations, penalty * unit * variance, values);
+            search.exact(groups, penalty * unit * variance, values);
         }
         for j in irrelevant(
             &search.coefficients(),
             &start.term_rms,
-            equations,
+            groups,
             settings.relevance,
         ) {
             search.toggle(j);
@@ -247,7 +244,7 @@ impl State<'_> {
     fn report(
         &self,
         last: &StepResult,
-        equations: &[Vec<usize>],
+        groups: &[Vec<usize>],
         (iterations, outcome): (usize, Outcome),
     ) -> OutputErrorFit {
         let p = self.system.size();
@@ -265,11 +262,12 @@ impl State<'_> {
         OutputErrorFit {
             coefficients: self.xi.iter().copied().collect(),
             std_errors: (0..p).map(std_error).collect(),
+            covariance: last.search.covariance() * last.variance,
             evidence: (0..p)
                 .map(|j| last.search.change(j) / last.variance - last.unit)
                 .collect(),
             penalty: last.unit,
-            fronts: equations
+            fronts: groups
                 .iter()
                 .map(|members| last.search.front(members, last.values))
                 .collect(),
@@ -292,16 +290,16 @@ impl State<'_> {
     }
 }
 
-/// Terms that contribute less than a share of their equation's largest.
+/// Terms that contribute less than a share of the largest of their group: of their equation, or of all where candidates are joined.
 pub(crate) fn irrelevant(
     coefficients: &DVector<f64>,
     term_rms: &[f64],
-    equations: &[Vec<usize>],
+    groups: &[Vec<usize>],
     share: f64,
 ) -> Vec<usize> {
     let part = |j: usize| (coefficients[j] * term_rms[j]).abs();
     let mut out = Vec::new();
-    for members in equations {
+    for members in groups {
         let largest = members.iter().map(|&j| part(j)).fold(0.0, f64::max);
         out.extend(
             members

@@ -384,6 +384,15 @@ impl Search {
     pub(super) fn variance(&self, j: usize) -> f64 {
         -self.t[(j, j)] / self.length[j].powi(2)
     }
+
+    /// `(X_Sᵀ X_S)⁻¹` over all terms, zero outside the support.
+    pub(super) fn covariance(&self) -> DMatrix<f64> {
+        let p = self.length.len();
+        DMatrix::from_fn(p, p, |i, j| match self.support[i] && self.support[j] {
+            true => -self.t[(i, j)] / self.length[i] / self.length[j],
+            false => 0.0,
+        })
+    }
 }
 
 fn kept(subset: &Subset, free: &[usize]) -> Vec<usize> {

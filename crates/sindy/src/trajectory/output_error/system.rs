@@ -21,13 +21,25 @@ pub struct System {
     /// Their derivatives by the states that are not zero throughout, and which they are: (term, state).
     gradients: Program,
     places: Vec<(usize, usize)>,
-    /// For each candidate, its equation and its distinct term.
-    pub(super) candidates: Vec<(usize, usize)>,
-    /// For each distinct term the candidates that use it: (candidate, equation).
-    users: Vec<Vec<(usize, usize)>>,
+    /// The parts of all candidates, in the order of these.
+    parts: Vec<Part>,
+    /// Candidates that subsets are chosen among exactly: those of each equation, or all where they are joined.
+    pub(super) groups: Vec<Vec<usize>>,
+    /// For each distinct term the parts that use it.
+    users: Vec<Vec<Part>>,
     /// Known terms: (equation, term, coefficient); and for each distinct term those of them that it is in.
     fixed: Vec<(usize, usize, f64)>,
     known: Vec<Vec<(usize, f64)>>,
+}
+
+/// A term of a candidate: in one equation, times a factor.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    candidate: usize,
+    equation: usize,
+    /// The distinct term.
+    term: usize,
+    factor: f64,
 }
 
 /// A model's coefficients, and the working memory of its steps.
@@ -99,10 +111,17 @@ impl System {
                 distinct.len() - 1
             })
         };
-        let mut candidates = Vec::new();
+        let mut parts = Vec::new();
+        let mut groups = vec![Vec::new(); states.len()];
         for (equation, library) in libraries.iter().enumerate() {
             for term in library.terms() {
-                candidates.push((equation, place(&mut distinct, term)));
+                groups[equation].push(parts.len());
+                parts.push(Part {
+                    candidate: parts.len(),
+                    equation,
+                    term: place(&mut distinct, term),
+                    factor: 1.0,
+                });
             }
         }
         let mut fixed = Vec::new();
@@ -111,10 +130,6 @@ impl System {
                 let at = place(&mut distinct, &term.expression);
                 fixed.push((equation, at, term.coefficient));
             }
-        }
-        let mut users = vec![Vec::new(); distinct.len()];
-        for (candidate, &(equation, term)) in candidates.iter().enumerate() {
-            users[term].push((candidate, equation));
         }
         let mut known = vec![Vec::new(); distinct.len()];
         for &(equation, term, c) in &fixed {
@@ -140,23 +155,48 @@ impl System {
             values: compile(&distinct, &columns)?,
             gradients: compile(&slopes, &columns)?,
             places,
-            candidates,
-            users,
+            users: users(&parts, distinct.len()),
+            parts,
+            groups,
             fixed,
             known,
         })
     }
 
+    /// The same with sums of its candidates as candidates: for each, the old candidates with their factors. They may have terms in
+    /// several equations, and subsets are chosen among all of them.
+    pub(crate) fn joined(&self, sums: &[Vec<(usize, f64)>]) -> Self {
+        let part = |candidate: usize, old: usize, factor: f64| {
+            let own = self.parts.iter().filter(move |p| p.candidate == old);
+            own.map(move |p| Part {
+                candidate,
+                factor: factor * p.factor,
+                ..*p
+            })
+        };
+        let all = sums.iter().enumerate().flat_map(|(candidate, sum)| {
+            sum.iter()
+                .flat_map(move |&(old, factor)| part(candidate, old, factor))
+        });
+        let parts: Vec<Part> = all.collect();
+        Self {
+            users: users(&parts, self.users.len()),
+            parts,
+            groups: vec![(0..sums.len()).collect()],
+            ..self.clone()
+        }
+    }
+
     /// The number of candidates, P.
     pub(super) fn size(&self) -> usize {
-        self.candidates.len()
+        self.groups.iter().map(Vec::len).sum()
     }
 
     pub(super) fn work(&self, coefficients: &[f64]) -> Work {
         let n = self.n;
         let theta = || vec![0.0; self.values.outputs()];
-        let all = self.candidates.iter().zip(coefficients);
-        let found = all.map(|(&(equation, term), c)| (equation, term, *c));
+        let all = self.parts.iter();
+        let found = all.map(|p| (p.equation, p.term, coefficients[p.candidate] * p.factor));
         let active = found.filter(|(_, _, c)| *c != 0.0);
         Work {
             active: active.chain(self.fixed.iter().copied()).collect(),
@@ -210,8 +250,8 @@ impl System {
         self.gradients.eval_row(row, gradient, scratch);
         out.fill(0.0);
         for (&(term, state), slope) in self.places.iter().zip(gradient.iter()) {
-            for &(candidate, equation) in &self.users[term] {
-                out[(equation, state)] += coefficients[candidate] * slope;
+            for p in &self.users[term] {
+                out[(p.equation, state)] += coefficients[p.candidate] * p.factor * slope;
             }
             for &(equation, c) in &self.known[term] {
                 out[(equation, state)] += c * slope;
@@ -250,8 +290,8 @@ impl System {
             if sensitive {
                 out.transition.copy_from(j0);
                 out.forcing.fill(0.0);
-                for (candidate, &(equation, term)) in self.candidates.iter().enumerate() {
-                    out.forcing[(equation, candidate)] = t0[term];
+                for p in &self.parts {
+                    out.forcing[(p.equation, p.candidate)] += p.factor * t0[p.term];
                 }
             }
             return;
@@ -292,13 +332,30 @@ impl System {
         // From the middle to the end: the exponential of the mean Jacobian to second order.
         let mean = (&*jm + &*j1) * (0.25 * h);
         let late = &identity + &mean + &mean * &mean * 0.5;
-        for (candidate, &(equation, term)) in self.candidates.iter().enumerate() {
-            for i in 0..n {
-                out.forcing[(i, candidate)] = h / 6.0
-                    * (out.transition[(i, equation)] * t0[term]
-                        + 4.0 * late[(i, equation)] * tm[term]);
+        self.force(h, &late, [t0, tm, t1], out);
+    }
+
+    /// The derivatives by the coefficients, from the terms at the start, the middle and the end of a step, by Simpson's rule; `late` is
+    /// the transition from the middle to the end.
+    fn force(&self, h: f64, late: &DMatrix<f64>, [t0, tm, t1]: [&[f64]; 3], out: &mut Step) {
+        out.forcing.fill(0.0);
+        for p in &self.parts {
+            let weight = h / 6.0 * p.factor;
+            for i in 0..self.n {
+                let start = out.transition[(i, p.equation)] * t0[p.term];
+                let middle = 4.0 * late[(i, p.equation)] * tm[p.term];
+                out.forcing[(i, p.candidate)] += weight * (start + middle);
             }
-            out.forcing[(equation, candidate)] += h / 6.0 * t1[term];
+            out.forcing[(p.equation, p.candidate)] += weight * t1[p.term];
         }
     }
+}
+
+/// For each distinct term the parts that use it.
+fn users(parts: &[Part], distinct: usize) -> Vec<Vec<Part>> {
+    let mut users = vec![Vec::new(); distinct];
+    for part in parts {
+        users[part.term].push(*part);
+    }
+    users
 }

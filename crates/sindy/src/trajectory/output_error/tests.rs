@@ -50,6 +50,45 @@ fn analytic_a_step_and_its_sensitivities_against_differences() {
     }
 }
 
+#[test]
+fn analytic_joined_candidates_step_as_their_sums() {
+    let library = Library::parse(&["x", "y", "x*y", "sin(x)"]).unwrap();
+    let names = strings(&["x", "y"]);
+    let libraries = [library.clone(), library];
+    let sums = vec![
+        vec![(1, 1.0), (4, -2.0)],
+        vec![(2, 0.5), (7, 3.0), (4, 0.25)],
+    ];
+    for time in [Time::Continuous, Time::Discrete { period: 1.0 }] {
+        let plain = System::new(time, &names, &[], &libraries).unwrap();
+        let joined = plain.joined(&sums);
+        assert_eq!((joined.size(), joined.groups.len()), (2, 1));
+        let a = [0.7, -0.4];
+        let matrix = DMatrix::from_fn(8, 2, |k, j| {
+            let own = sums[j].iter().find(|(old, _)| *old == k);
+            own.map_or(0.0, |(_, factor)| *factor)
+        });
+        let xi = &matrix * DVector::from_column_slice(&a);
+        let run = |system: &System, c: &[f64]| {
+            let mut out = system.blank();
+            let u = [&[][..], &[], &[]];
+            system.step(&[0.3, 0.8], (0.1, u), true, &mut system.work(c), &mut out);
+            out
+        };
+        let (own, all) = (run(&joined, &a), run(&plain, xi.as_slice()));
+        // Rounding.
+        let off = |a: &DMatrix<f64>, b: &DMatrix<f64>| (a - b).amax();
+        assert!(
+            own.state
+                .iter()
+                .zip(&all.state)
+                .all(|(a, b)| (a - b).abs() < 1e-15)
+        );
+        assert!(off(&own.transition, &all.transition) < 1e-15);
+        assert!(off(&own.forcing, &(&all.forcing * &matrix)) < 1e-15);
+    }
+}
+
 /// Normal equations of random columns, the target being `ξ` on them plus noise.
 fn random(seed: u64, n: usize, xi: &[f64], noise: f64) -> (DMatrix<f64>, DVector<f64>, f64) {
     let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
